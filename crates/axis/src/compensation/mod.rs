@@ -1,0 +1,98 @@
+//! Backlash compensators: one file each, one line in the registry.
+//!
+//! A compensator is a block that runs at the servo rate (250 us). Its configuration is immutable and shared, its state is
+//! small, cloneable and serialisable. It sees only what a drive has; [`MethodInfo::knows`] says what it needs beyond that.
+
+use crate::signal::{Engagement, Reference};
+use serde::{Deserialize, Serialize};
+
+/// What a method may know beyond the signals that every drive has (motor encoder, current, references, motor data sheet).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Knowledge {
+    /// It measures the load (a linear scale or a second encoder).
+    pub load_scale: bool,
+    /// It is told the gap.
+    pub gap: bool,
+    /// It is told the load's inertia and friction.
+    pub load: bool,
+}
+
+/// What every compensator declares about itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodInfo {
+    /// Name on the command line and in files.
+    pub name: &'static str,
+    /// One line for people.
+    pub summary: &'static str,
+    /// What it may know.
+    pub knows: Knowledge,
+    /// Where the method comes from.
+    pub source: &'static str,
+}
+
+/// What a drive knows at a servo tick, motor side.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Signals {
+    /// Reference at this tick (rad, rad/s, rad/s2).
+    pub reference: Reference,
+    /// Reference one servo tick ahead; the spline's delay makes it known.
+    pub next_reference: Reference,
+    /// Motor position from its encoder, rad, quantised.
+    pub motor_position: f64,
+    /// Motor velocity as the drive computes it, rad/s.
+    pub motor_velocity: f64,
+    /// Measured torque-forming current, A.
+    pub current: f64,
+    /// Whether the drive was at its current or voltage limit in the last period.
+    pub saturated: bool,
+    /// Load position from its scale, rad at the motor shaft; only for methods whose [`Knowledge::load_scale`] is set and machines that have one.
+    pub load_position: Option<f64>,
+}
+
+/// A compensator's output at a servo tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction {
+    /// Added to the position reference, rad.
+    pub position: f64,
+    /// Added to the velocity feed-forward, rad/s.
+    pub velocity: f64,
+    /// Added to the torque feed-forward, N m.
+    pub torque: f64,
+    /// Subtracted from the measured motor position before the position loop sees it, rad
+    /// (the published method feeds back theta_M - theta_b_hat).
+    pub feedback: f64,
+    /// Estimate of theta_M - theta_L, rad; NaN if none.
+    pub gap_angle_estimate: f64,
+    /// Estimate of the inertia the motor carries, kg m2; NaN if none.
+    pub inertia_estimate: f64,
+    /// Estimate of the engagement.
+    pub engagement_estimate: Engagement,
+}
+
+impl Correction {
+    /// No correction and no estimate.
+    pub const NONE: Correction = Correction {
+        position: 0.0,
+        velocity: 0.0,
+        torque: 0.0,
+        feedback: 0.0,
+        gap_angle_estimate: f64::NAN,
+        inertia_estimate: f64::NAN,
+        engagement_estimate: Engagement::Gap,
+    };
+}
+
+/// A backlash compensator.
+pub trait Compensator: Send + Sync + 'static {
+    /// What it carries from tick to tick.
+    type State: Clone + Send + Serialize + for<'de> Deserialize<'de>;
+
+    /// What it says of itself.
+    fn info(&self) -> &'static MethodInfo;
+
+    /// State before the first tick, standing still at `motor_position` rad.
+    fn initial(&self, motor_position: f64) -> Self::State;
+
+    /// One servo tick.
+    fn step(&self, state: &mut Self::State, signals: &Signals) -> Correction;
+}

@@ -1,0 +1,12 @@
+//! One axis of the machine: reference spline, servo, motor, shaft with a gap, friction, and the compensator.
+//!
+//! Inside, everything is **motor-side**: angles in rad at the motor shaft, the load's inertia reflected. The axis' own unit
+//! (mm, deg or rad at the load) appears only at the boundary, through [`config::Transmission`].
+
+pub mod compensation;
+pub mod config;
+pub mod signal;
+
+pub use compensation::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+pub use config::AxisConfig;
+pub use signal::{AxisSample, Engagement, Reference, Setpoint};

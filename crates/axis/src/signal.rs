@@ -1,0 +1,75 @@
+//! What goes into an axis and what comes out.
+
+use serde::{Deserialize, Serialize};
+
+/// Command of an axis at one CNC tick (1 ms), in the axis' own unit (mm, deg or rad at the load).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Setpoint {
+    /// Commanded position.
+    pub position: f64,
+    /// Commanded velocity per s, where the control sends it along.
+    pub velocity: Option<f64>,
+    /// Commanded acceleration per s2, where the control sends it along.
+    pub acceleration: Option<f64>,
+}
+
+/// Reference of the servo loops at one servo tick (250 us): motor side, rad, rad/s, rad/s2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reference {
+    /// Position, rad.
+    pub position: f64,
+    /// Velocity, rad/s.
+    pub velocity: f64,
+    /// Acceleration, rad/s2.
+    pub acceleration: f64,
+}
+
+/// Which flank of the gap is in contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Engagement {
+    /// The motor pushes the load in the negative direction (theta_b <= -b).
+    Negative,
+    /// No contact.
+    #[default]
+    Gap,
+    /// The motor pushes the load in the positive direction (theta_b >= b).
+    Positive,
+}
+
+impl Engagement {
+    /// -1, 0 or 1.
+    pub const fn sign(self) -> i8 {
+        match self {
+            Engagement::Negative => -1,
+            Engagement::Gap => 0,
+            Engagement::Positive => 1,
+        }
+    }
+}
+
+/// Full state of an axis at one servo tick, for traces. Motor side: rad, rad/s, A, N m.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AxisSample {
+    /// Reference that the servo was given at this tick.
+    pub reference: Reference,
+    /// True motor position, rad.
+    pub motor_position: f64,
+    /// True motor velocity, rad/s.
+    pub motor_velocity: f64,
+    /// True load position, rad at the motor shaft.
+    pub load_position: f64,
+    /// True load velocity, rad/s.
+    pub load_velocity: f64,
+    /// Torque-forming current i_q, A.
+    pub current: f64,
+    /// Motor torque, N m.
+    pub torque: f64,
+    /// Which flank is in contact.
+    pub engagement: Engagement,
+    /// The compensator's estimate of theta_M - theta_L, rad; NaN if it makes none.
+    pub gap_angle_estimate: f64,
+    /// The compensator's estimate of the inertia that the motor carries, kg m2; NaN if it makes none.
+    pub inertia_estimate: f64,
+    /// The compensator's estimate of the engagement.
+    pub engagement_estimate: Engagement,
+}

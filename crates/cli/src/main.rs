@@ -1,0 +1,2 @@
+//! The lostmotion command line.
+fn main() {}

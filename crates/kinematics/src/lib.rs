@@ -1,0 +1,72 @@
+//! Machine kinematics: from the tool in the part to the joints and back.
+//!
+//! One file per kind of machine, one line in [`registry`] for each.
+
+use lostmotion_base::{Coords, Jet};
+
+pub mod cartesian;
+pub mod registry;
+pub mod trunnion;
+
+pub use registry::{KinematicsSpec, RegistryEntry, build, entries};
+
+/// Where the tool is and how it points, in the part's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolPose {
+    /// Tool tip in mm.
+    pub tip: [f64; 3],
+    /// Unit vector along the tool, from its tip to the spindle.
+    pub axis: [f64; 3],
+}
+
+/// A pose that the machine cannot take.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum KinematicsError {
+    /// No joint positions give the pose.
+    #[error("the machine cannot reach {pose:?}: {why}")]
+    Unreachable {
+        /// Program coordinates, mm and rad.
+        pose: Coords,
+        /// What stands in the way.
+        why: String,
+    },
+    /// A machine description that does not fit the kind.
+    #[error("kinematics `{kind}`: {why}")]
+    Description {
+        /// Registered name.
+        kind: String,
+        /// What is wrong, with values.
+        why: String,
+    },
+}
+
+/// A machine's kinematics. Program coordinates (tool tip or axis values, as the machine's control takes them) on one
+/// side, joint positions on the other; both are [`Coords`], a joint having the index of the axis that names it.
+///
+/// `tool` is the tool's offset (X, Y, Z in mm) that is in force.
+pub trait Kinematics: Send + Sync + std::fmt::Debug {
+    /// Registered name.
+    fn name(&self) -> &'static str;
+
+    /// Whether joints equal program coordinates up to a constant, so that derivatives by path length are the path's own.
+    fn is_affine(&self) -> bool;
+
+    /// Joint positions of program coordinates, mm and rad.
+    ///
+    /// # Errors
+    /// A pose out of the machine's reach.
+    fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError>;
+
+    /// The same with the first three derivatives by path parameter: exact joint derivatives for the planner.
+    ///
+    /// # Errors
+    /// A pose out of the machine's reach.
+    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3]) -> Result<[Jet; 9], KinematicsError>;
+
+    /// Program coordinates of joint positions: the inverse of [`Kinematics::inverse`].
+    fn forward(&self, joints: &Coords, tool: &[f64; 3]) -> Coords;
+
+    /// The tool in the part's frame for joint positions.
+    fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose;
+}

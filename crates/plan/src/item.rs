@@ -1,0 +1,73 @@
+//! What the planner is fed.
+
+use lostmotion_base::BlockRef;
+use lostmotion_path::Curve;
+
+/// How the planner may leave the programmed path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PathControl {
+    /// G61.1: full stop at the end of every move.
+    ExactStop,
+    /// G61: the programmed path exactly, stopping where its tangent breaks.
+    ExactPath,
+    /// G64: blend within a tolerance.
+    Continuous {
+        /// P: largest distance from the programmed path, mm; none for G64 without P.
+        tolerance_mm: Option<f64>,
+        /// Q: tolerance for merging short lines, mm; 0 turns merging off.
+        merge_tolerance_mm: Option<f64>,
+    },
+}
+
+/// How fast a move may go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FeedLimit {
+    /// G0: as fast as the joints allow.
+    Rapid,
+    /// Path parameter per second: mm/s, or degrees/s where only rotary axes move (G94, G95).
+    PerSecond(f64),
+    /// The whole move in so many seconds (G93).
+    Duration(f64),
+}
+
+/// One programmed move.
+#[derive(Clone, Copy, Debug)]
+pub struct Move {
+    /// Programmed curve in program coordinates (machine frame of the kinematics' program side), mm and rad.
+    pub curve: Curve,
+    /// Speed limit.
+    pub feed: FeedLimit,
+    /// Path control in force.
+    pub control: PathControl,
+    /// Tool offset in force, mm.
+    pub tool_mm: [f64; 3],
+    /// Block that commanded it.
+    pub block: BlockRef,
+}
+
+/// Standing still for a time (G4).
+#[derive(Clone, Copy, Debug)]
+pub struct Dwell {
+    /// How long, in s, never negative.
+    pub seconds: f64,
+    /// Block that commanded it.
+    pub block: BlockRef,
+}
+
+/// Coming to rest for something that takes no time in the simulation (tool change, program stop, spindle event).
+#[derive(Clone, Copy, Debug)]
+pub struct Halt {
+    /// Block that commanded it.
+    pub block: BlockRef,
+}
+
+/// One thing for the planner to do.
+#[derive(Clone, Copy, Debug)]
+pub enum PlanItem {
+    /// Moves along a curve.
+    Move(Move),
+    /// Waits.
+    Dwell(Dwell),
+    /// Comes to rest.
+    Halt(Halt),
+}
