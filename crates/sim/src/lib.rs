@@ -1,1 +1,3 @@
-//! sim
+//! The session: a machine, a part program, the whole chain, the answer.
+
+pub mod results;

@@ -1,0 +1,220 @@
+//! What a run answers, as data. Text, JSON, CSV and pictures are made from these by the report crate.
+//!
+//! Errors are in micrometres (linear) and millidegrees (orientation), times in s; every field says so. The JSON form of
+//! these types is the versioned output of the command line: fields are only ever added within one schema number.
+
+use lostmotion_base::{AxisId, BlockRef};
+use serde::{Deserialize, Serialize};
+
+/// Version of the JSON form of [`Simulation`] and [`Comparison`].
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Distribution of an error's magnitude over the samples of one kind of motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorStats {
+    /// Number of samples.
+    pub samples: u64,
+    /// Largest magnitude.
+    pub max: f64,
+    /// Root mean square.
+    pub rms: f64,
+    /// Median magnitude.
+    pub p50: f64,
+    /// 95th percentile.
+    pub p95: f64,
+    /// 99th percentile.
+    pub p99: f64,
+    /// 99.9th percentile.
+    pub p999: f64,
+}
+
+/// What makes an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind", content = "axis")]
+pub enum Cause {
+    /// Lost motion after a reversal of an axis.
+    Reversal(AxisId),
+    /// Lost motion away from any reversal (the load drifting or changing sides in the gap).
+    Gap,
+    /// The command itself leaves the programmed path: a corner or joint blended within G64 P.
+    Blend,
+    /// Servo error near a corner or a change of curvature.
+    Corner,
+    /// Servo error elsewhere: following error that differs between axes, finite bandwidth, friction.
+    ServoLag,
+}
+
+/// One block of the program and how far the tool left its contour.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BlockResult {
+    /// Where the block stands.
+    pub block: BlockRef,
+    /// The block's text, trimmed, at most 80 characters.
+    pub text: String,
+    /// Running number of the move.
+    pub segment: u64,
+    /// Whether it is a G0 move.
+    pub rapid: bool,
+    /// Time of the worst sample, s.
+    pub time_s: f64,
+    /// Largest error, signed, um; positive to the left of the direction of travel.
+    pub max_um: f64,
+    /// Root mean square, um.
+    pub rms_um: f64,
+    /// Parts of the error at the worst sample, um: command (blending), servo, backlash.
+    pub parts_um: ErrorParts,
+    /// What makes most of it.
+    pub cause: Cause,
+    /// Tool tip commanded at the worst sample, mm, part frame.
+    pub at_mm: [f64; 3],
+}
+
+/// Decomposition of one signed contour error, um. The sum is the error itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorParts {
+    /// The command's own distance from the programmed path.
+    pub command: f64,
+    /// What the machine without a gap adds.
+    pub servo: f64,
+    /// What the gap adds.
+    pub backlash: f64,
+}
+
+/// One reversal of one axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReversalResult {
+    /// The axis.
+    pub axis: AxisId,
+    /// When its commanded velocity changes sign, s.
+    pub time_s: f64,
+    /// The block in force then.
+    pub block: BlockRef,
+    /// New direction: 1 or -1.
+    pub direction: i8,
+    /// Largest contour error between this reversal and the end of its window, um, signed.
+    pub peak_um: f64,
+    /// Share of backlash in it, um, signed.
+    pub backlash_um: f64,
+    /// Whether the reversal is on a rapid.
+    pub rapid: bool,
+}
+
+/// One axis over the whole run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisResult {
+    /// The axis.
+    pub axis: AxisId,
+    /// Unit of the position figures below: `um` or `mdeg`.
+    pub unit: String,
+    /// Total gap of the machine's axis.
+    pub gap: f64,
+    /// Following error: reference minus load position (delay of the spline taken out).
+    pub following: ErrorStats,
+    /// The same without the gap.
+    pub following_without_gap: ErrorStats,
+    /// Number of reversals.
+    pub reversals: u64,
+    /// Largest current, in parts of the drive's limit.
+    pub peak_current_ratio: f64,
+    /// Samples at which the drive was at a limit.
+    pub saturated_samples: u64,
+    /// Peak commanded velocity per s (mm or deg).
+    pub peak_velocity: f64,
+    /// Travelled range, mm or deg.
+    pub range: [f64; 2],
+}
+
+/// How one method did.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MethodResult {
+    /// Registered name of the compensator.
+    pub method: String,
+    /// Contour error of cutting moves (G1, G2, G3), um.
+    pub cutting: ErrorStats,
+    /// Contour error of rapids, um.
+    pub rapid: ErrorStats,
+    /// Part that backlash causes on cutting moves (with minus without gap), um.
+    pub backlash: ErrorStats,
+    /// Tool-axis orientation error on cutting moves, mdeg, on machines with rotary axes.
+    pub orientation_mdeg: Option<ErrorStats>,
+    /// Blocks with the largest error, worst first.
+    pub worst_blocks: Vec<BlockResult>,
+    /// Reversals with the largest error, worst first; the number kept is bounded.
+    pub reversals: Vec<ReversalResult>,
+    /// Number of all reversals.
+    pub reversal_count: u64,
+    /// Per axis.
+    pub axes: Vec<AxisResult>,
+    /// Largest error of cutting moves within the tolerance?
+    pub within_tolerance: bool,
+    /// Remarks for people: saturation, a limit cycle, a method that does harm.
+    pub notes: Vec<String>,
+}
+
+/// The program that was run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ProgramInfo {
+    /// File name as given.
+    pub name: String,
+    /// Size.
+    pub bytes: u64,
+    /// Lines.
+    pub lines: u64,
+    /// Moves.
+    pub moves: u64,
+    /// Warnings of the front end, rendered.
+    pub warnings: Vec<String>,
+}
+
+/// The plan, common to all methods.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlanInfo {
+    /// Duration of the program, s.
+    pub duration_s: f64,
+    /// Length of cutting moves, mm.
+    pub cutting_mm: f64,
+    /// Length of rapids, mm.
+    pub rapid_mm: f64,
+    /// Deviation of the command itself from the programmed path on cutting moves, um.
+    pub command: ErrorStats,
+}
+
+/// Answer of one `simulate`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Simulation {
+    /// [`SCHEMA_VERSION`].
+    pub schema: u32,
+    /// The program.
+    pub program: ProgramInfo,
+    /// Machine name.
+    pub machine: String,
+    /// Tolerance of the verdict, um.
+    pub tolerance_um: f64,
+    /// The plan.
+    pub plan: PlanInfo,
+    /// The same machine without any gap and without compensation: the best that compensation can reach, um on cutting moves.
+    pub without_gap: ErrorStats,
+    /// The method asked for.
+    pub result: MethodResult,
+}
+
+/// Answer of one `compare`: one plan, all methods side by side.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// [`SCHEMA_VERSION`].
+    pub schema: u32,
+    /// The program.
+    pub program: ProgramInfo,
+    /// Machine name.
+    pub machine: String,
+    /// Tolerance, um.
+    pub tolerance_um: f64,
+    /// The plan.
+    pub plan: PlanInfo,
+    /// The machine without any gap, um on cutting moves.
+    pub without_gap: ErrorStats,
+    /// One row a method, in the order asked for.
+    pub results: Vec<MethodResult>,
+    /// The method with the smallest RMS of the part that backlash causes among those that need nothing a drive does not have.
+    pub recommended: Option<String>,
+}
