@@ -1,7 +1,8 @@
 //! What all curves can do.
 
-use crate::{Arc, Line, Quintic};
-use lostmotion_base::Coords;
+use crate::derivs::{norm, within};
+use crate::{Arc, Bounds, CurveDerivs, Line, Quintic, extent};
+use lostmotion_base::{AXES, Coords, Jet};
 use serde::{Deserialize, Serialize};
 
 /// The plane in which arcs run and in which a contour error has a side.
@@ -30,13 +31,16 @@ impl Plane {
 /// The point of a curve nearest to some point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foot {
-    /// Parameter of the foot point on the curve, mm.
+    /// Parameter of the foot point on the curve, mm (degrees on a line on which only rotary axes move).
     pub s: f64,
     /// Distance in the X Y Z space, mm, never negative.
     pub distance: f64,
 }
 
 /// A piece of path.
+///
+/// Large but `Copy`: curves lie in bounded windows, never in a list of a whole program.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Curve {
     /// Straight in all axes.
@@ -45,4 +49,157 @@ pub enum Curve {
     Arc(Arc),
     /// A polynomial piece of degree five in each axis (blends, smoothed runs).
     Quintic(Quintic),
+}
+
+impl From<Line> for Curve {
+    fn from(line: Line) -> Curve {
+        Curve::Line(line)
+    }
+}
+
+impl From<Arc> for Curve {
+    fn from(arc: Arc) -> Curve {
+        Curve::Arc(arc)
+    }
+}
+
+impl From<Quintic> for Curve {
+    fn from(quintic: Quintic) -> Curve {
+        Curve::Quintic(quintic)
+    }
+}
+
+impl Curve {
+    /// A straight move.
+    pub fn line(start: Coords, end: Coords) -> Curve {
+        Curve::Line(Line::new(start, end))
+    }
+
+    /// Range of `s`: mm, or degrees where only rotary axes move; 0 where nothing does.
+    pub fn length(&self) -> f64 {
+        match self {
+            Curve::Line(line) => line.length(),
+            Curve::Arc(arc) => arc.length(),
+            Curve::Quintic(quintic) => quintic.length(),
+        }
+    }
+
+    /// Where it begins, mm and rad.
+    pub fn start(&self) -> Coords {
+        match self {
+            Curve::Line(line) => line.start(),
+            Curve::Arc(arc) => arc.start(),
+            Curve::Quintic(quintic) => quintic.start(),
+        }
+    }
+
+    /// Where it ends, mm and rad.
+    pub fn end(&self) -> Coords {
+        match self {
+            Curve::Line(line) => line.end(),
+            Curve::Arc(arc) => arc.end(),
+            Curve::Quintic(quintic) => quintic.end(),
+        }
+    }
+
+    /// The point at s, mm and rad; an s outside of the curve gives the end there.
+    pub fn point(&self, s: f64) -> Coords {
+        match self {
+            Curve::Line(line) => line.point(s),
+            Curve::Arc(arc) => arc.point(s),
+            Curve::Quintic(quintic) => quintic.point(s),
+        }
+    }
+
+    /// Point and derivatives by s; an s outside of the curve gives those of the end there.
+    pub fn eval(&self, s: f64) -> CurveDerivs {
+        match self {
+            Curve::Line(line) => line.eval(s),
+            Curve::Arc(arc) => arc.eval(s),
+            Curve::Quintic(quintic) => quintic.eval(s),
+        }
+    }
+
+    /// The same as [`Curve::eval`], one jet per axis.
+    pub fn jet(&self, s: f64) -> [Jet; AXES] {
+        self.eval(s).jets()
+    }
+
+    /// Unit tangent in X Y Z; zero where X Y Z stand still.
+    pub fn tangent(&self, s: f64) -> [f64; 3] {
+        let d1 = self.eval(s).d1.linear();
+        let speed = norm(d1);
+        if speed > 0.0 { d1.map(|c| c / speed) } else { [0.0; 3] }
+    }
+
+    /// Curvature in X Y Z, 1/mm; zero where X Y Z stand still.
+    pub fn curvature(&self, s: f64) -> f64 {
+        let derivs = self.eval(s);
+        let ([ax, ay, az], [bx, by, bz]) = (derivs.d1.linear(), derivs.d2.linear());
+        let speed = norm([ax, ay, az]);
+        if speed > 0.0 { norm([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]) / (speed * speed * speed) } else { 0.0 }
+    }
+
+    /// Whether X, Y or Z move at all.
+    pub fn moves_tip(&self) -> bool {
+        match self {
+            Curve::Line(line) => line.direction().linear() != [0.0; 3],
+            Curve::Arc(arc) => arc.length() > 0.0,
+            Curve::Quintic(quintic) => quintic.relative().iter().any(|p| p.linear() != [0.0; 3]),
+        }
+    }
+
+    /// The point in X Y Z nearest to `point` (mm) between two s: the global minimum, to within the tolerance in distance
+    /// (closed form on lines and circles, whatever the tolerance). Of a curve on which X Y Z stand still, the first s.
+    pub fn nearest(&self, point: [f64; 3], range: (f64, f64), tolerance_mm: f64) -> Foot {
+        let low = within(range.0, 0.0, self.length());
+        let range = (low, within(range.1, low, self.length()));
+        match self {
+            Curve::Line(line) => line.nearest(point, range),
+            Curve::Arc(arc) => arc.nearest(point, range, tolerance_mm),
+            Curve::Quintic(quintic) => quintic.nearest(point, range, tolerance_mm),
+        }
+    }
+
+    /// The stretch from `s0` to `s1`, both held within the curve.
+    #[must_use]
+    pub fn sub(&self, s0: f64, s1: f64) -> Curve {
+        match self {
+            Curve::Line(line) => Curve::Line(line.sub(s0, s1)),
+            Curve::Arc(arc) => Curve::Arc(arc.sub(s0, s1)),
+            Curve::Quintic(quintic) => Curve::Quintic(quintic.sub(s0, s1)),
+        }
+    }
+
+    /// The parts before and after `s`.
+    pub fn split_at(&self, s: f64) -> (Curve, Curve) {
+        (self.sub(0.0, s), self.sub(s, self.length()))
+    }
+
+    /// The smallest and largest value of each axis: exact for lines, circles and helices, at most 1e-6 mm or rad too
+    /// large, never too small, for the others.
+    pub fn bounds(&self) -> Bounds {
+        match self {
+            Curve::Line(line) => line.bounds(),
+            Curve::Arc(arc) if arc.is_circular() => arc.circle_bounds(),
+            _ => extent::search(self),
+        }
+    }
+
+    /// Upper bounds of the magnitude of each axis' first, second and third derivative by s from `s0` to `s1`.
+    pub fn max_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords, Coords) {
+        match self {
+            Curve::Line(line) => (line.direction().map(f64::abs), Coords::ZERO, Coords::ZERO),
+            Curve::Arc(arc) => arc.max_derivatives(s0, s1),
+            Curve::Quintic(quintic) => quintic.max_derivatives(s0, s1),
+        }
+    }
+
+    /// The plane of an arc; G17 for the others, whose plane is what the program has in force.
+    pub fn plane(&self) -> Plane {
+        match self {
+            Curve::Arc(arc) => arc.plane(),
+            Curve::Line(_) | Curve::Quintic(_) => Plane::default(),
+        }
+    }
 }

@@ -5,11 +5,19 @@
 //! a line on which only rotary axes move has `s` in degrees, as the feed rule of RS274 has it.
 
 pub mod arc;
+mod arc_bounds;
+mod arc_length;
 pub mod curve;
+pub mod derivs;
+pub mod error;
+mod extent;
 pub mod line;
+mod nearest;
 pub mod quintic;
 
-pub use arc::Arc;
+pub use arc::{Arc, ArcSpec};
 pub use curve::{Curve, Foot, Plane};
+pub use derivs::{Bounds, CurveDerivs};
+pub use error::PathError;
 pub use line::Line;
-pub use quintic::Quintic;
+pub use quintic::{HermiteEnd, Quintic};

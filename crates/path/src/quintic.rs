@@ -1,6 +1,199 @@
-//! Polynomial piece.
+//! Polynomial piece of degree five in each axis.
+
+use crate::derivs::within;
+use crate::error::finite;
+use crate::{CurveDerivs, PathError};
+use lostmotion_base::{AXES, Coords};
 use serde::{Deserialize, Serialize};
 
-/// Polynomial piece.
+/// One end of a polynomial piece.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HermiteEnd {
+    /// Position, mm and rad.
+    pub p: Coords,
+    /// First derivative by s.
+    pub d1: Coords,
+    /// Second derivative by s.
+    pub d2: Coords,
+}
+
+/// A polynomial piece of degree five in each axis, for blends and smoothed runs.
+///
+/// Its parameter is nominal: s = u * length with the polynomial's own u in `[0, 1]`, and |d1| in X Y Z need not be 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Quintic {}
+pub struct Quintic {
+    /// Where it begins; the control points are relative to it, so that derivatives lose nothing to large coordinates.
+    origin: Coords,
+    /// Bernstein control points 1 to 5 relative to the origin.
+    control: [Coords; 5],
+    length: f64,
+}
+
+impl Quintic {
+    /// From position and two derivatives by s at both ends, and the nominal length in s.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, a length that is not positive.
+    pub fn hermite(start: HermiteEnd, end: HermiteEnd, length: f64) -> Result<Quintic, PathError> {
+        let (v0, a0) = (start.d1 * (length / 5.0), start.d2 * (length * length / 20.0));
+        let (v1, a1) = (end.d1 * (length / 5.0), end.d2 * (length * length / 20.0));
+        let last = end.p - start.p;
+        let control = [v0, v0 * 2.0 + a0, last - v1 * 2.0 + a1, last - v1, last];
+        Quintic::checked(Quintic { origin: start.p, control, length })
+    }
+
+    /// From its six Bernstein control points and the nominal length in s.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, a length that is not positive.
+    pub fn from_control_points(points: [Coords; 6], length: f64) -> Result<Quintic, PathError> {
+        let [origin, rest @ ..] = points;
+        Quintic::checked(Quintic { origin, control: rest.map(|p| p - origin), length })
+    }
+
+    fn checked(self) -> Result<Quintic, PathError> {
+        if !(self.length.is_finite() && self.length > 0.0) {
+            return Err(PathError::Length { value_mm: self.length });
+        }
+        finite("the start of a polynomial piece", &self.origin.0)?;
+        for point in &self.control {
+            finite("a control point of a polynomial piece", &point.0)?;
+        }
+        Ok(self)
+    }
+
+    /// Where it begins.
+    pub const fn start(&self) -> Coords {
+        self.origin
+    }
+
+    /// Where it ends.
+    pub fn end(&self) -> Coords {
+        self.origin + self.control[4]
+    }
+
+    /// Its nominal length: the range of s.
+    pub const fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Its six Bernstein control points.
+    pub fn control_points(&self) -> [Coords; 6] {
+        self.relative().map(|p| self.origin + p)
+    }
+
+    /// Control points relative to the start.
+    pub(crate) fn relative(&self) -> [Coords; 6] {
+        let [a, b, c, d, e] = self.control;
+        [Coords::ZERO, a, b, c, d, e]
+    }
+
+    /// The point at s; s is held within the piece.
+    pub fn point(&self, s: f64) -> Coords {
+        self.origin + combine(&self.relative(), &bernstein::<6>(self.parameter(s)))
+    }
+
+    /// Point and derivatives by s.
+    pub fn eval(&self, s: f64) -> CurveDerivs {
+        let u = self.parameter(s);
+        let points = self.relative();
+        let (first, second, third) = differences(&points);
+        let (k1, k2, k3) = self.factors();
+        CurveDerivs {
+            p: self.origin + combine(&points, &bernstein::<6>(u)),
+            d1: combine(&first, &bernstein::<5>(u)) * k1,
+            d2: combine(&second, &bernstein::<4>(u)) * k2,
+            d3: combine(&third, &bernstein::<3>(u)) * k3,
+        }
+    }
+
+    fn parameter(&self, s: f64) -> f64 {
+        within(s / self.length, 0.0, 1.0)
+    }
+
+    /// Factors from differences of control points to derivatives by s.
+    fn factors(&self) -> (f64, f64, f64) {
+        let k1 = 5.0 / self.length;
+        let k2 = k1 * 4.0 / self.length;
+        (k1, k2, k2 * 3.0 / self.length)
+    }
+
+    /// Upper bounds of the magnitude of each axis' first three derivatives by s, from `s0` to `s1`: the largest Bernstein
+    /// coefficient of each derivative over the stretch.
+    pub fn max_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords, Coords) {
+        let (first, second, third) = differences(&self.relative());
+        let (k1, k2, k3) = self.factors();
+        let (u0, u1) = (self.parameter(s0), self.parameter(s1));
+        (largest(&restrict(first, u0, u1)) * k1, largest(&restrict(second, u0, u1)) * k2, largest(&restrict(third, u0, u1)) * k3)
+    }
+
+    /// The stretch from `s0` to `s1`.
+    pub fn sub(&self, s0: f64, s1: f64) -> Quintic {
+        let s0 = within(s0, 0.0, self.length);
+        let s1 = within(s1, s0, self.length);
+        let (u0, u1) = (self.parameter(s0), self.parameter(s1));
+        let piece = restrict(self.relative(), u0, u1);
+        let [first, rest @ ..] = piece;
+        Quintic { origin: self.origin + first, control: rest.map(|p| p - first), length: s1 - s0 }
+    }
+}
+
+/// The control points of the stretch from `u0` to `u1`.
+pub(crate) fn restrict<const N: usize>(points: [Coords; N], u0: f64, u1: f64) -> [Coords; N] {
+    let head = if u1 < 1.0 { split(points, u1).0 } else { points };
+    if u0 > 0.0 && u1 > 0.0 { split(head, u0 / u1).1 } else { head }
+}
+
+/// De Casteljau's subdivision: control points before and after u.
+fn split<const N: usize>(points: [Coords; N], u: f64) -> ([Coords; N], [Coords; N]) {
+    let (mut work, mut head, mut tail) = (points, points, points);
+    for level in 0..N {
+        head[level] = work[0];
+        tail[N - 1 - level] = work[N - 1 - level];
+        for i in 0..N - 1 - level {
+            work[i] = work[i].lerp(work[i + 1], u);
+        }
+    }
+    (head, tail)
+}
+
+/// Bernstein polynomials of degree N - 1 at u.
+fn bernstein<const N: usize>(u: f64) -> [f64; N] {
+    let mut basis = [0.0; N];
+    basis[0] = 1.0;
+    for degree in 1..N {
+        for i in (1..=degree).rev() {
+            basis[i] = basis[i] * (1.0 - u) + basis[i - 1] * u;
+        }
+        basis[0] *= 1.0 - u;
+    }
+    basis
+}
+
+/// First, second and third differences of control points.
+fn differences(points: &[Coords; 6]) -> ([Coords; 5], [Coords; 4], [Coords; 3]) {
+    let first: [Coords; 5] = std::array::from_fn(|i| points[i + 1] - points[i]);
+    let second: [Coords; 4] = std::array::from_fn(|i| first[i + 1] - first[i]);
+    let third: [Coords; 3] = std::array::from_fn(|i| second[i + 1] - second[i]);
+    (first, second, third)
+}
+
+fn combine<const N: usize>(points: &[Coords; N], weights: &[f64; N]) -> Coords {
+    let mut sum = Coords::ZERO;
+    for (point, weight) in points.iter().zip(weights) {
+        for axis in 0..AXES {
+            sum.0[axis] += point.0[axis] * weight;
+        }
+    }
+    sum
+}
+
+fn largest(values: &[Coords]) -> Coords {
+    let mut result = Coords::ZERO;
+    for value in values {
+        for axis in 0..AXES {
+            result.0[axis] = result.0[axis].max(value.0[axis].abs());
+        }
+    }
+    result
+}
