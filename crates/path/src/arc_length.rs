@@ -6,6 +6,7 @@
 //! case of a programmed arc. Here both differences are rationalised, so that the same formula serves from the exact circle
 //! (b = 0) to the spiral that starts in its centre.
 
+use crate::derivs::within;
 use lostmotion_base::math;
 
 /// What the length depends on.
@@ -73,10 +74,11 @@ impl Spiral {
             }
             let step = excess / self.speed(u);
             let next = u - step;
-            u = if next > low && next < high { next } else { 0.5 * (low + high) };
-            if step.abs() <= 4e-16 {
-                break;
+            // The error after a step e is at most k e^2 / 2: such a step was the last one, rounding may point anywhere.
+            if step.abs() <= 1e-9 {
+                return within(next, 0.0, 1.0);
             }
+            u = if next > low && next < high { next } else { 0.5 * (low + high) };
         }
         u
     }

@@ -131,21 +131,12 @@ impl<P: Piece> Best<'_, P> {
             } else {
                 low = t;
             }
-            let newton = t - f1 / (dot(local.d1, local.d1) + dot(q, local.d2));
-            let next = if newton > low && newton < high {
-                newton
-            } else if newton >= b && low < b && high >= b {
-                b
-            } else if newton <= a && high > a && low <= a {
-                a
-            } else {
-                0.5 * (low + high)
-            };
-            let step = (next - t).abs();
-            t = next;
-            if step <= 1e-15 * (b - a) || (t >= b && low >= b) || (t <= a && high <= a) {
-                break;
+            let next = within(t - f1 / (dot(local.d1, local.d1) + dot(q, local.d2)), a, b);
+            // On an interval of proven convexity the error after a step e is at most e^2 / (b - a).
+            if (next - t).abs() <= 1e-8 * (b - a) {
+                return next;
             }
+            t = if next < low || next > high { 0.5 * (low + high) } else { next };
         }
         t
     }
