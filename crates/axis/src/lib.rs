@@ -8,5 +8,5 @@ pub mod config;
 pub mod signal;
 
 pub use compensation::{Compensator, Correction, Knowledge, MethodInfo, Signals};
-pub use config::AxisConfig;
+pub use config::{AxisConfig, AxisConfigError};
 pub use signal::{AxisSample, Engagement, Reference, Setpoint};

@@ -1,0 +1,120 @@
+//! Settings of the compensators: one table per method, every field with a default.
+
+use super::error::{AxisConfigError, between, not_negative, positive};
+use super::transmission::{AxisUnit, Transmission};
+use serde::{Deserialize, Serialize};
+
+/// A total gap in the unit that suits whoever tells it: `{ um = 10.0 }`, `{ mdeg = 3.0 }` or `{ motor_rad = 0.2 }`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Gap {
+    /// Micrometre at the slide.
+    Um(f64),
+    /// Millidegree at the table.
+    Mdeg(f64),
+    /// Radian at the motor's shaft.
+    MotorRad(f64),
+}
+
+impl Gap {
+    /// Checks the value and that the unit suits the axis.
+    ///
+    /// # Errors
+    /// A negative or non-finite gap, micrometres on a rotary axis, millidegrees on a linear one.
+    pub fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        let linear = transmission.unit() == AxisUnit::Mm;
+        let (key, value, fits) = match *self {
+            Gap::Um(value) => ("um", value, linear),
+            Gap::Mdeg(value) => ("mdeg", value, !linear),
+            Gap::MotorRad(value) => ("motor_rad", value, true),
+        };
+        if !fits {
+            return Err(AxisConfigError::Mismatch {
+                key: key.to_owned(),
+                reason: format!("the axis is in {}", transmission.unit().symbol()),
+                hint: "give the gap as um on a linear axis, mdeg on a rotary one, or motor_rad".to_owned(),
+            });
+        }
+        not_negative(key, value)
+    }
+
+    /// The gap in rad at the motor's shaft.
+    pub fn motor_rad(&self, transmission: &Transmission) -> f64 {
+        let ratio = transmission.load_per_motor_rad();
+        match *self {
+            Gap::Um(um) => um * 1e-6 / ratio,
+            Gap::Mdeg(mdeg) => (mdeg * 1e-3).to_radians() / ratio,
+            Gap::MotorRad(rad) => rad,
+        }
+    }
+}
+
+/// Settings of `fixed`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FixedSettings {
+    /// Total gap that the control was told; the machine's true gap if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap: Option<Gap>,
+    /// Time over which the correction goes from one side to the other, ms.
+    pub ramp_ms: f64,
+}
+
+impl Default for FixedSettings {
+    fn default() -> FixedSettings {
+        FixedSettings { gap: None, ramp_ms: 15.0 }
+    }
+}
+
+/// Settings of `published` and `published-literal`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PublishedSettings {
+    /// Threshold of the inertia: J_min = J_M/(1 - lambda), 0 < lambda < 1.
+    pub lambda: f64,
+    /// Initial covariance P0 = p0 I of the recursive least squares (angles in rad, current in A).
+    pub p0: f64,
+    /// A reference acceleration no larger than this counts as zero, rad/s2 at the motor. The paper compares with exact zero;
+    /// a spline of floating-point setpoints leaves rounding where the acceleration is meant to be zero.
+    pub acceleration_zero_rad_s2: f64,
+}
+
+impl Default for PublishedSettings {
+    fn default() -> PublishedSettings {
+        PublishedSettings { lambda: 0.6, p0: 1e4, acceleration_zero_rad_s2: 1e-3 }
+    }
+}
+
+/// The compensator of an axis: which method it uses by itself, and the settings of each method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CompensationConfig {
+    /// Registered name of the method that the axis uses when nothing else is asked for.
+    pub method: String,
+    /// Settings of `fixed`.
+    pub fixed: FixedSettings,
+    /// Settings of `published` and `published-literal`.
+    pub published: PublishedSettings,
+}
+
+impl Default for CompensationConfig {
+    fn default() -> CompensationConfig {
+        CompensationConfig { method: "none".to_owned(), fixed: FixedSettings::default(), published: PublishedSettings::default() }
+    }
+}
+
+impl CompensationConfig {
+    /// Checks the settings of every method, whichever is used.
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        if let Some(gap) = &self.fixed.gap {
+            gap.check(transmission).map_err(|e| e.within("fixed.gap"))?;
+        }
+        between("fixed.ramp_ms", self.fixed.ramp_ms, 0.0, 10_000.0)?;
+        between("published.lambda", self.published.lambda, 1e-6, 1.0 - 1e-6)?;
+        positive("published.p0", self.published.p0)?;
+        not_negative("published.acceleration_zero_rad_s2", self.published.acceleration_zero_rad_s2)
+    }
+}

@@ -1,0 +1,88 @@
+//! The drive: loops, limits, encoder.
+
+use super::error::{AxisConfigError, between, not_negative, positive};
+use serde::{Deserialize, Serialize};
+
+/// Settings of the cascade: position P and velocity PI every 250 us, current PI every [`Drive::current_period_us`].
+///
+/// Delays: position, velocity and current command are computed from the encoder at a servo tick and take effect at the same
+/// tick; a voltage takes effect `voltage_delay_periods` current periods after the current it was computed from.
+/// The velocity is the encoder's difference over the last servo period, 125 us old on average; the velocity feed-forward is
+/// the difference of the reference over the same period, so the two match.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drive {
+    /// Proportional gain of the current loop, V/A.
+    pub current_gain_v_per_a: f64,
+    /// Integral time of the current loop, s.
+    pub current_time_s: f64,
+    /// Proportional gain of the velocity loop, A s/rad.
+    pub velocity_gain_a_s_per_rad: f64,
+    /// Integral time of the velocity loop, s.
+    pub velocity_time_s: f64,
+    /// Gain of the position loop (Kv), 1/s.
+    pub position_gain_per_s: f64,
+    /// Part of the reference velocity that is fed forward, 0 to 1.
+    #[serde(default)]
+    pub velocity_feedforward: f64,
+    /// Part of the reference acceleration that is fed forward, 0 to 1.
+    #[serde(default)]
+    pub acceleration_feedforward: f64,
+    /// Inertia that the drive was told for its acceleration feed-forward, kg m2 at the motor; motor and load if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub told_inertia_kgm2: Option<f64>,
+    /// Largest current, A (amplitude of i_q).
+    pub current_limit_a: f64,
+    /// Voltage of the DC bus, V. The voltage vector is limited to bus / sqrt(3).
+    pub bus_voltage_v: f64,
+    /// Counts of the motor's encoder for one turn, after interpolation; an ideal encoder if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub encoder_counts_per_rev: Option<u32>,
+    /// Period of the current loop, us: a whole fraction of the 250 us of the servo.
+    #[serde(default = "current_period_us")]
+    pub current_period_us: u32,
+    /// Current periods between a current measurement and the voltage computed from it, 0 or 1.
+    #[serde(default)]
+    pub voltage_delay_periods: u32,
+}
+
+/// Period of the position and velocity loops, us.
+pub const SERVO_PERIOD_US: u32 = 250;
+
+fn current_period_us() -> u32 {
+    50
+}
+
+impl Drive {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub fn check(&self) -> Result<(), AxisConfigError> {
+        positive("current_gain_v_per_a", self.current_gain_v_per_a)?;
+        positive("current_time_s", self.current_time_s)?;
+        positive("velocity_gain_a_s_per_rad", self.velocity_gain_a_s_per_rad)?;
+        positive("velocity_time_s", self.velocity_time_s)?;
+        not_negative("position_gain_per_s", self.position_gain_per_s)?;
+        between("velocity_feedforward", self.velocity_feedforward, 0.0, 1.0)?;
+        between("acceleration_feedforward", self.acceleration_feedforward, 0.0, 1.0)?;
+        if let Some(told) = self.told_inertia_kgm2 {
+            positive("told_inertia_kgm2", told)?;
+        }
+        positive("current_limit_a", self.current_limit_a)?;
+        positive("bus_voltage_v", self.bus_voltage_v)?;
+        if let Some(counts) = self.encoder_counts_per_rev {
+            between("encoder_counts_per_rev", f64::from(counts), 16.0, f64::from(u32::MAX))?;
+        }
+        between("voltage_delay_periods", f64::from(self.voltage_delay_periods), 0.0, 1.0)?;
+        let period = self.current_period_us;
+        if period == 0 || !SERVO_PERIOD_US.is_multiple_of(period) {
+            return Err(AxisConfigError::Range {
+                key: "current_period_us".to_owned(),
+                value: f64::from(period),
+                allowed: format!("a whole fraction of the servo's {SERVO_PERIOD_US} us: 1, 2, 5, 10, 25, 50, 125 or 250"),
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,127 @@
+//! Description of an axis, as machine files hold it: every key carries its unit, unknown keys are refused.
+
+mod compensation;
+mod contact;
+mod drive;
+mod error;
+mod load;
+mod motor;
+mod preset;
+mod reference;
+mod transmission;
+mod tuning;
+
+pub use compensation::{CompensationConfig, FixedSettings, Gap, PublishedSettings};
+pub use contact::{ContactLaw, StartInGap};
+pub use drive::{Drive, SERVO_PERIOD_US};
+pub use error::AxisConfigError;
+pub use load::{Load, Reflected, Slide, Table};
+pub use motor::Motor;
+pub use reference::ReferenceSource;
+pub use transmission::{AxisUnit, Linear, Rotary, Transmission};
+pub use tuning::Tuning;
+
+use error::between;
+use serde::{Deserialize, Serialize};
+
+/// One axis: transmission, motor, load, drive, contact, compensator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisConfig {
+    /// Between the axis' unit and the motor.
+    pub transmission: Transmission,
+    /// The motor.
+    pub motor: Motor,
+    /// What it moves, through which shaft.
+    pub load: Load,
+    /// Loops and limits.
+    pub drive: Drive,
+    /// How the flanks of the gap push on each other.
+    #[serde(default)]
+    pub contact: ContactLaw,
+    /// Where in its gap the axis stands at the start.
+    #[serde(default)]
+    pub start_in_gap: StartInGap,
+    /// Where the reference takes velocity and acceleration from.
+    #[serde(default)]
+    pub reference: ReferenceSource,
+    /// The compensator and its settings.
+    #[serde(default)]
+    pub compensation: CompensationConfig,
+}
+
+impl AxisConfig {
+    /// Checks every value, and that the parts go together.
+    ///
+    /// # Errors
+    /// The first value out of range, with its key, value and what is allowed.
+    pub fn check(&self) -> Result<(), AxisConfigError> {
+        self.transmission.check().map_err(|e| e.within("transmission"))?;
+        self.motor.check().map_err(|e| e.within("motor"))?;
+        self.load.check(&self.transmission).map_err(|e| e.within("load"))?;
+        self.drive.check().map_err(|e| e.within("drive"))?;
+        between("start_in_gap", self.start_in_gap.0, -1.0, 1.0)?;
+        self.compensation.check(&self.transmission).map_err(|e| e.within("compensation"))?;
+        self.check_stiffness()
+    }
+
+    /// Refuses shafts so stiff or light that a step of the current loop could not resolve them.
+    fn check_stiffness(&self) -> Result<(), AxisConfigError> {
+        let load = self.reflected_load();
+        let joint = 1.0 / self.motor.inertia_kgm2 + 1.0 / load.inertia_kgm2;
+        let resonance = (load.stiffness_nm_per_rad * joint).sqrt();
+        between("shaft resonance in rad/s (stiffness with both inertias)", resonance, 0.0, 1e5).map_err(|e| e.within("load"))?;
+        between("shaft damping rate in 1/s (damping with both inertias)", load.damping_nm_s_per_rad * joint, 0.0, 1e6)
+            .map_err(|e| e.within("load"))
+    }
+
+    /// Unit of the axis' positions.
+    pub fn unit(&self) -> AxisUnit {
+        self.transmission.unit()
+    }
+
+    /// The load as the motor's shaft sees it.
+    pub fn reflected_load(&self) -> Reflected {
+        self.load.reflected(&self.transmission)
+    }
+
+    /// Total gap in the axis' unit (mm, deg or rad).
+    pub fn gap_in_unit(&self) -> f64 {
+        self.reflected_load().gap_rad / self.transmission.motor_rad_per_unit()
+    }
+
+    /// The same axis with a gap of zero: the baseline that shows what backlash alone causes.
+    #[must_use]
+    pub fn without_gap(&self) -> AxisConfig {
+        self.with_gap(0.0)
+    }
+
+    /// The same axis with another total gap, given in the axis' unit (mm, deg or rad).
+    #[must_use]
+    pub fn with_gap(&self, gap: f64) -> AxisConfig {
+        let gap_rad = gap * self.transmission.motor_rad_per_unit();
+        AxisConfig { load: self.load.with_gap_motor_rad(gap_rad, &self.transmission), ..self.clone() }
+    }
+
+    /// The same axis whose `fixed` compensator was told another total gap (a fit's result).
+    #[must_use]
+    pub fn with_told_gap(&self, gap: Gap) -> AxisConfig {
+        let mut told = self.clone();
+        told.compensation.fixed.gap = Some(gap);
+        told
+    }
+
+    /// Position gain, velocity gain and all follow from the rule of [`Tuning`], limits and encoder stay.
+    #[must_use]
+    pub fn tuned(&self, tuning: &Tuning) -> AxisConfig {
+        let old = self.drive;
+        let new = Drive::tuned(&self.motor, &self.reflected_load(), tuning, old.current_limit_a, old.bus_voltage_v);
+        let drive = Drive {
+            encoder_counts_per_rev: old.encoder_counts_per_rev,
+            current_period_us: old.current_period_us,
+            voltage_delay_periods: old.voltage_delay_periods,
+            ..new
+        };
+        AxisConfig { drive, ..self.clone() }
+    }
+}
