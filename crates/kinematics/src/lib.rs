@@ -8,7 +8,9 @@ pub mod cartesian;
 pub mod registry;
 pub mod trunnion;
 
+pub use cartesian::Cartesian;
 pub use registry::{KinematicsSpec, RegistryEntry, build, entries};
+pub use trunnion::Trunnion;
 
 /// Where the tool is and how it points, in the part's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +46,8 @@ pub enum KinematicsError {
 /// A machine's kinematics. Program coordinates (tool tip or axis values, as the machine's control takes them) on one
 /// side, joint positions on the other; both are [`Coords`], a joint having the index of the axis that names it.
 ///
-/// `tool` is the tool's offset (X, Y, Z in mm) that is in force.
+/// `tool` is the tool's offset (X, Y, Z in mm) that is in force; program coordinates are those of the tip, so that with all
+/// rotary axes at zero X, Y and Z of the joints are the program's plus the offset.
 pub trait Kinematics: Send + Sync + std::fmt::Debug {
     /// Registered name.
     fn name(&self) -> &'static str;

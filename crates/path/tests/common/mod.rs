@@ -1,4 +1,5 @@
 //! Random curves of every kind.
+#![allow(clippy::unwrap_used, dead_code)]
 
 use lostmotion_base::Coords;
 use lostmotion_path::{Arc, ArcSpec, Curve, HermiteEnd, Line, Plane, Quintic};
