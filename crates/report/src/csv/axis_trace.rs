@@ -1,0 +1,79 @@
+//! One axis: a row a servo tick.
+
+use super::rows::{POSITION_DECIMALS, RATE_DECIMALS, Rows};
+use lostmotion_axis::AxisSample;
+use lostmotion_axis::config::AxisUnit;
+use lostmotion_base::{Clock, Tick};
+use std::io::{self, Write};
+
+/// Writes an axis' trace in the axis' own unit `u` (`mm`, `deg`, `rad`), at the load.
+///
+/// Columns: `t_s`, `reference_<u>`, `reference_velocity_<u>_s`, `reference_acceleration_<u>_s2`, `motor_<u>`,
+/// `motor_velocity_<u>_s`, `load_<u>`, `load_velocity_<u>_s`, `current_a`, `torque_nm`, `engagement` (-1, 0, 1),
+/// `gap_estimate_<u>` (the compensator's theta_M - theta_L), `inertia_estimate_kgm2` (motor side), `engagement_estimate`.
+/// Where a method makes no estimate the cell is empty.
+#[derive(Debug)]
+pub struct AxisTraceWriter<W> {
+    rows: Rows<W>,
+    clock: Clock,
+    units_per_rad: f64,
+}
+
+impl<W: Write> AxisTraceWriter<W> {
+    /// Starts the table. `units_per_rad` is how far the load goes, in `unit`, for a radian of the motor.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn new(out: W, unit: AxisUnit, units_per_rad: f64, clock: Clock) -> io::Result<AxisTraceWriter<W>> {
+        let u = unit.symbol();
+        let header = [
+            "t_s".to_owned(),
+            format!("reference_{u}"),
+            format!("reference_velocity_{u}_s"),
+            format!("reference_acceleration_{u}_s2"),
+            format!("motor_{u}"),
+            format!("motor_velocity_{u}_s"),
+            format!("load_{u}"),
+            format!("load_velocity_{u}_s"),
+            "current_a".to_owned(),
+            "torque_nm".to_owned(),
+            "engagement".to_owned(),
+            format!("gap_estimate_{u}"),
+            "inertia_estimate_kgm2".to_owned(),
+            "engagement_estimate".to_owned(),
+        ];
+        let rows = Rows::new(out, header.iter().map(String::as_str))?;
+        Ok(AxisTraceWriter { rows, clock, units_per_rad })
+    }
+
+    /// Appends the row of a tick.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn push(&mut self, tick: Tick, sample: &AxisSample) -> io::Result<()> {
+        let (rows, k) = (&mut self.rows, self.units_per_rad);
+        rows.seconds(tick, self.clock.period_ns());
+        rows.number(sample.reference.position * k, POSITION_DECIMALS);
+        rows.number(sample.reference.velocity * k, RATE_DECIMALS);
+        rows.number(sample.reference.acceleration * k, RATE_DECIMALS);
+        rows.number(sample.motor_position * k, POSITION_DECIMALS);
+        rows.number(sample.motor_velocity * k, RATE_DECIMALS);
+        rows.number(sample.load_position * k, POSITION_DECIMALS);
+        rows.number(sample.load_velocity * k, RATE_DECIMALS);
+        rows.number(sample.current, RATE_DECIMALS);
+        rows.number(sample.torque, RATE_DECIMALS);
+        rows.signed(sample.engagement.sign());
+        rows.number(sample.gap_angle_estimate * k, POSITION_DECIMALS);
+        rows.number(sample.inertia_estimate, POSITION_DECIMALS);
+        rows.signed(sample.engagement_estimate.sign());
+        rows.end()
+    }
+
+    /// Writes what is left and gives the writer back.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn finish(self) -> io::Result<W> {
+        self.rows.finish()
+    }
+}

@@ -1,0 +1,19 @@
+//! Tables for other programs: comma-separated, one header line, a unit in every column's name, `\n` at the end of a row.
+//!
+//! Writers stream: rows go out in blocks and nothing is kept. Readers name line, column and value of what they refuse.
+
+mod axis_trace;
+mod blocks;
+mod cells;
+mod log;
+mod plan;
+mod reversals;
+mod rows;
+mod setpoints;
+
+pub use axis_trace::AxisTraceWriter;
+pub use blocks::BlockWriter;
+pub use log::{AxisLog, read_log};
+pub use plan::PlanWriter;
+pub use reversals::ReversalWriter;
+pub use setpoints::{SetpointReader, SetpointSource};

@@ -1,0 +1,106 @@
+//! Rows into a writer, in blocks.
+
+use crate::number::{push_fixed, push_integer, push_seconds};
+use std::io::{self, Write};
+
+/// Bytes collected before they go to the writer.
+const BLOCK_BYTES: usize = 1 << 16;
+
+/// Decimals of positions: 1e-12 mm, so that a third difference over 1 ms still means something.
+pub(super) const POSITION_DECIMALS: usize = 12;
+/// Decimals of velocities, accelerations, currents and torques.
+pub(super) const RATE_DECIMALS: usize = 9;
+/// Decimals of errors in um.
+pub(super) const ERROR_DECIMALS: usize = 4;
+
+/// Builds rows cell by cell. Cells after the first of a row get their comma.
+#[derive(Debug)]
+pub(super) struct Rows<W> {
+    out: W,
+    buffer: Vec<u8>,
+    row_started: bool,
+}
+
+impl<W: Write> Rows<W> {
+    /// Starts a table with its header line.
+    pub(super) fn new<'a>(out: W, header: impl IntoIterator<Item = &'a str>) -> io::Result<Rows<W>> {
+        let mut rows = Rows { out, buffer: Vec::with_capacity(BLOCK_BYTES + 1024), row_started: false };
+        for name in header {
+            rows.text(name);
+        }
+        rows.end()?;
+        Ok(rows)
+    }
+
+    fn comma(&mut self) {
+        if self.row_started {
+            self.buffer.push(b',');
+        }
+        self.row_started = true;
+    }
+
+    /// A number; empty if it is not finite.
+    pub(super) fn number(&mut self, value: f64, decimals: usize) {
+        self.comma();
+        push_fixed(&mut self.buffer, value, decimals);
+    }
+
+    /// A whole number.
+    pub(super) fn integer(&mut self, value: u64) {
+        self.comma();
+        push_integer(&mut self.buffer, value);
+    }
+
+    /// A small number with its sign.
+    pub(super) fn signed(&mut self, value: i8) {
+        self.comma();
+        if value < 0 {
+            self.buffer.push(b'-');
+        }
+        push_integer(&mut self.buffer, u64::from(value.unsigned_abs()));
+    }
+
+    /// The time `tick * period_ns` in s, exact.
+    pub(super) fn seconds(&mut self, tick: u64, period_ns: u64) {
+        self.comma();
+        push_seconds(&mut self.buffer, tick.saturating_mul(period_ns), period_ns);
+    }
+
+    /// Text, quoted where it has to be. Line breaks inside become blanks, so that a row is a line.
+    pub(super) fn text(&mut self, text: &str) {
+        self.comma();
+        if text.bytes().any(|b| matches!(b, b',' | b'"' | b'\n' | b'\r')) {
+            self.buffer.push(b'"');
+            for byte in text.bytes() {
+                match byte {
+                    b'"' => self.buffer.extend_from_slice(b"\"\""),
+                    b'\n' | b'\r' => self.buffer.push(b' '),
+                    other => self.buffer.push(other),
+                }
+            }
+            self.buffer.push(b'"');
+        } else {
+            self.buffer.extend_from_slice(text.as_bytes());
+        }
+    }
+
+    /// Ends the row.
+    pub(super) fn end(&mut self) -> io::Result<()> {
+        self.buffer.push(b'\n');
+        self.row_started = false;
+        if self.buffer.len() >= BLOCK_BYTES { self.drain() } else { Ok(()) }
+    }
+
+    fn drain(&mut self) -> io::Result<()> {
+        self.out.write_all(&self.buffer)?;
+        self.buffer.clear();
+        Ok(())
+    }
+
+    /// Writes what is left and gives the writer back.
+    pub(super) fn finish(mut self) -> io::Result<W> {
+        self.drain()?;
+        self.out.flush()?;
+        Ok(self.out)
+    }
+}

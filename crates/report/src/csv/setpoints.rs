@@ -1,0 +1,114 @@
+//! Setpoints of one axis: a row a millisecond.
+
+use super::cells::{Cells, Column, UNITS};
+use crate::error::ReadError;
+use lostmotion_axis::config::AxisUnit;
+use lostmotion_base::Clock;
+use std::io::Read;
+
+/// How far a row's time may be off its tick, in parts of the period: times written with few decimals pass.
+const TIME_SLACK: f64 = 0.01;
+
+/// Which column holds the positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SetpointSource<'a> {
+    /// `position`, or `position_mm`, `position_deg`, `position_rad`.
+    Position,
+    /// A column of this name, such as `x_mm` of a plan.
+    Column(&'a str),
+}
+
+/// Reads commanded positions, one row a period of the clock, in constant memory. Other columns are ignored.
+///
+/// Iterates over positions as they stand in the file, in the unit of the file. After an error it ends.
+pub struct SetpointReader<R> {
+    cells: Cells<R>,
+    time: Column,
+    position: Column,
+    unit: Option<AxisUnit>,
+    clock: Clock,
+    rows: u64,
+    start_s: f64,
+    failed: bool,
+}
+
+impl<R: Read> SetpointReader<R> {
+    /// Reads the header. `name` is the file's name for messages, `clock` the period that the rows have to have.
+    ///
+    /// # Errors
+    /// An empty file, one that is no table, a missing column.
+    pub fn new(input: R, name: &str, source: SetpointSource<'_>, clock: Clock) -> Result<SetpointReader<R>, ReadError> {
+        let cells = Cells::new(input, name)?;
+        let time = cells.column("t_s")?;
+        let (position, unit) = match source {
+            SetpointSource::Column(column) => (cells.column(column)?, unit_of(column)),
+            SetpointSource::Position => match cells.find("position") {
+                Some(column) => (column, None),
+                None => cells.column_with_unit("position", "position").map(|(column, unit)| (column, Some(unit)))?,
+            },
+        };
+        Ok(SetpointReader { cells, time, position, unit, clock, rows: 0, start_s: 0.0, failed: false })
+    }
+
+    /// The unit that the position column's name states, if it does.
+    pub fn unit(&self) -> Option<AxisUnit> {
+        self.unit
+    }
+
+    /// Rows read so far.
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    fn read(&mut self) -> Result<Option<f64>, ReadError> {
+        if !self.cells.next_row()? {
+            if self.rows == 0 {
+                return Err(ReadError::Empty { name: self.cells.name().to_owned(), needed: 1 });
+            }
+            return Ok(None);
+        }
+        let time_s = self.cells.number(&self.time)?;
+        let position = self.cells.number(&self.position)?;
+        if self.rows == 0 {
+            self.start_s = time_s;
+        }
+        self.check_time(time_s)?;
+        self.rows += 1;
+        Ok(Some(position))
+    }
+
+    fn check_time(&self, time_s: f64) -> Result<(), ReadError> {
+        let period_s = self.clock.period_s();
+        let due_s = self.start_s + self.clock.seconds(self.rows);
+        if (time_s - due_s).abs() <= TIME_SLACK * period_s {
+            return Ok(());
+        }
+        let before_s = due_s - period_s;
+        let (why, hint) = if time_s <= before_s + TIME_SLACK * period_s {
+            (format!("is not after {before_s:.6} s, the time of the row before"), "rows have to be in order of time, none twice")
+        } else {
+            let period_ms = period_s * 1e3;
+            (format!("should be {due_s:.6} s; rows have to be {period_ms} ms apart"), "resample the table, and fill rows that are missing")
+        };
+        Err(self.cells.bad(&self.time, why, hint))
+    }
+}
+
+impl<R: Read> Iterator for SetpointReader<R> {
+    type Item = Result<f64, ReadError>;
+
+    fn next(&mut self) -> Option<Result<f64, ReadError>> {
+        if self.failed {
+            return None;
+        }
+        let item = self.read().transpose();
+        self.failed = !matches!(item, Some(Ok(_)));
+        item
+    }
+}
+
+/// The unit that the end of a column's name states.
+fn unit_of(column: &str) -> Option<AxisUnit> {
+    let suffix = column.rsplit_once('_')?.1;
+    UNITS.into_iter().find(|unit| unit.symbol() == suffix)
+}

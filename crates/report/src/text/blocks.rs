@@ -1,0 +1,110 @@
+//! Tables of blocks, axes and reversals.
+
+use super::parts::{cause, line, short};
+use super::table::{Align, Cell, Table};
+use crate::number::{fixed, percent};
+use lostmotion_sim::results::{AxisResult, BlockResult, ReversalResult};
+
+const LEFT: Align = Align::Left;
+const RIGHT: Align = Align::Right;
+
+/// Longest piece of a block's text in a table.
+const BLOCK_TEXT: usize = 40;
+
+/// Blocks with the largest error: where, how much, what of it comes from where, and why.
+pub(super) fn worst_blocks(blocks: &[BlockResult]) -> String {
+    let mut table = Table::new(&[
+        ("line", RIGHT),
+        ("error", RIGHT),
+        ("RMS", RIGHT),
+        ("command", RIGHT),
+        ("servo", RIGHT),
+        ("backlash", RIGHT),
+        ("cause", LEFT),
+        ("time s", RIGHT),
+        ("at x y z mm", LEFT),
+        ("block", LEFT),
+    ]);
+    for block in blocks {
+        let [x, y, z] = block.at_mm.map(|c| fixed(c, 3));
+        table.row([
+            line(&block.block).into(),
+            Cell::Signed(block.max_um),
+            Cell::Error(block.rms_um),
+            Cell::Signed(block.parts_um.command),
+            Cell::Signed(block.parts_um.servo),
+            Cell::Signed(block.parts_um.backlash),
+            cause(block.cause).into(),
+            fixed(block.time_s, 3).into(),
+            format!("{x} {y} {z}").into(),
+            short(&block.text, BLOCK_TEXT).into(),
+        ]);
+    }
+    table.render()
+}
+
+/// Decimals of a speed or a range for people.
+fn speed(value: f64) -> String {
+    fixed(value, if value.abs() < 100.0 { 2 } else { 1 })
+}
+
+/// One line an axis.
+pub(super) fn axes(axes: &[AxisResult]) -> String {
+    let mut table = Table::new(&[
+        ("axis", LEFT),
+        ("unit", LEFT),
+        ("gap", RIGHT),
+        ("following max", RIGHT),
+        ("RMS", RIGHT),
+        ("without gap max", RIGHT),
+        ("RMS", RIGHT),
+        ("reversals", RIGHT),
+        ("peak speed", LEFT),
+        ("range", LEFT),
+        ("peak current", RIGHT),
+        ("at limit", RIGHT),
+    ]);
+    for axis in axes {
+        let unit = if axis.axis.is_rotary() { "deg" } else { "mm" };
+        table.row([
+            axis.axis.letter().to_string().into(),
+            axis.unit.as_str().into(),
+            Cell::Error(axis.gap),
+            Cell::Error(axis.following.max),
+            Cell::Error(axis.following.rms),
+            Cell::Error(axis.following_without_gap.max),
+            Cell::Error(axis.following_without_gap.rms),
+            axis.reversals.to_string().into(),
+            format!("{} {unit}/s", speed(axis.peak_velocity)).into(),
+            format!("{} .. {} {unit}", fixed(axis.range[0], 3), fixed(axis.range[1], 3)).into(),
+            percent(axis.peak_current_ratio).into(),
+            if axis.saturated_samples == 0 { "-".into() } else { format!("{} samples", axis.saturated_samples).into() },
+        ]);
+    }
+    table.render()
+}
+
+/// One line a reversal.
+pub(super) fn reversals(reversals: &[ReversalResult]) -> String {
+    let mut table = Table::new(&[
+        ("axis", LEFT),
+        ("to", LEFT),
+        ("line", RIGHT),
+        ("time s", RIGHT),
+        ("peak", RIGHT),
+        ("backlash", RIGHT),
+        ("move", LEFT),
+    ]);
+    for reversal in reversals {
+        table.row([
+            reversal.axis.letter().to_string().into(),
+            if reversal.direction < 0 { "-" } else { "+" }.into(),
+            line(&reversal.block).into(),
+            fixed(reversal.time_s, 3).into(),
+            Cell::Signed(reversal.peak_um),
+            Cell::Signed(reversal.backlash_um),
+            if reversal.rapid { "rapid" } else { "cutting" }.into(),
+        ]);
+    }
+    table.render()
+}

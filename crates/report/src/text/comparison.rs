@@ -1,0 +1,137 @@
+//! The answer of `compare`: one line a method.
+
+use super::parts::{program, warnings};
+use super::table::{Align, Cell, Table};
+use super::{Ink, TextOptions, knowledge};
+use crate::number::{error, percent};
+use lostmotion_sim::results::{Comparison, MethodResult};
+
+/// Most warnings shown; the JSON form has all of them.
+const WARNINGS: usize = 3;
+
+/// Name of the method that the others are held against.
+const BASELINE: &str = "none";
+
+/// A difference to doing nothing below this is not called harm, um.
+const HARM_UM: f64 = 0.1;
+
+/// In what a method is worse than doing nothing, as ratios of the part that backlash causes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Harm {
+    /// Its RMS is larger: this many times.
+    Rms(f64),
+    /// Its RMS is not, but its peak is: this many times.
+    Peak(f64),
+}
+
+/// Whether a method does harm, held against `none` on the same plan; a difference under 0.1 um is none.
+pub fn harm(method: &MethodResult, none: &MethodResult) -> Option<Harm> {
+    let worse = |with: f64, without: f64| (with > without + HARM_UM).then(|| with / without);
+    worse(method.backlash.rms, none.backlash.rms).map(Harm::Rms).or_else(|| worse(method.backlash.max, none.backlash.max).map(Harm::Peak))
+}
+
+/// The whole answer: one line a method, the recommendation, harm, notes. Ends in a newline.
+pub fn comparison(comparison: &Comparison, options: &TextOptions) -> String {
+    let none = comparison.results.iter().find(|r| r.method == BASELINE);
+    let mut out = format!(
+        "{} on {}, tolerance {} um: {} on one plan\n",
+        comparison.program.name,
+        comparison.machine,
+        error(comparison.tolerance_um),
+        super::parts::count(comparison.results.len() as u64, "method"),
+    );
+    out.push_str(&program(&comparison.program, &comparison.plan));
+    out.push_str(&warnings(&comparison.program, WARNINGS));
+    out.push_str("\ncontour error of cutting moves, um\n");
+    out.push_str(&table(comparison, none, options));
+    out.push('\n');
+    out.push_str(&recommendation(comparison, options));
+    for result in &comparison.results {
+        out.push_str(&harm_line(result, none, options));
+    }
+    for result in &comparison.results {
+        for note in &result.notes {
+            out.push_str(&format!("{}: {note}\n", result.method));
+        }
+    }
+    out
+}
+
+fn table(comparison: &Comparison, none: Option<&MethodResult>, options: &TextOptions) -> String {
+    let right = Align::Right;
+    let mut table = Table::new(&[
+        ("method", Align::Left),
+        ("max", right),
+        ("RMS", right),
+        ("p99", right),
+        ("backlash max", right),
+        ("backlash RMS", right),
+        ("of none", right),
+        ("verdict", Align::Left),
+        ("needs", Align::Left),
+    ]);
+    for result in &comparison.results {
+        let ratio = none.filter(|n| n.backlash.rms > 0.0).map_or("-".to_owned(), |n| percent(result.backlash.rms / n.backlash.rms));
+        let inside = if result.within_tolerance { "within" } else { "outside" };
+        let worse = match none.and_then(|n| harm(result, n)) {
+            Some(Harm::Rms(_)) => ", worse than none",
+            Some(Harm::Peak(_)) => ", higher peak than none",
+            None => "",
+        };
+        table.row([
+            result.method.as_str().into(),
+            Cell::Error(result.cutting.max),
+            Cell::Error(result.cutting.rms),
+            Cell::Error(result.cutting.p99),
+            Cell::Error(result.backlash.max),
+            Cell::Error(result.backlash.rms),
+            ratio.into(),
+            format!("{inside}{worse}").into(),
+            (options.knows)(&result.method).map_or("?".to_owned(), knowledge).into(),
+        ]);
+    }
+    let free = &comparison.without_gap;
+    table.row([
+        "(no gap)".into(),
+        Cell::Error(free.max),
+        Cell::Error(free.rms),
+        Cell::Error(free.p99),
+        "-".into(),
+        "-".into(),
+        "-".into(),
+        if free.max <= comparison.tolerance_um { "within" } else { "outside" }.into(),
+        "-".into(),
+    ]);
+    table.render()
+}
+
+fn recommendation(comparison: &Comparison, options: &TextOptions) -> String {
+    match &comparison.recommended {
+        Some(name) if name == BASELINE => {
+            let text = "none: no method compared improves on doing nothing with what a drive has";
+            format!("{} {text}\n", options.paint(Ink::Good, "recommended:"))
+        }
+        Some(name) => format!("{} {name}\n", options.paint(Ink::Good, "recommended:")),
+        None => "recommended: no method; each of those compared needs more than a drive has\n".to_owned(),
+    }
+}
+
+/// Says plainly when a method is worse than doing nothing.
+fn harm_line(result: &MethodResult, none: Option<&MethodResult>, options: &TextOptions) -> String {
+    let Some((none, harm)) = none.and_then(|n| harm(result, n).map(|h| (n, h))) else {
+        return String::new();
+    };
+    let (what, with, without, ratio) = match harm {
+        Harm::Rms(ratio) => ("worse than none", result.backlash.rms, none.backlash.rms, ratio),
+        Harm::Peak(ratio) => ("higher peak than none", result.backlash.max, none.backlash.max, ratio),
+    };
+    let kind = if matches!(harm, Harm::Rms(_)) { "RMS" } else { "max" };
+    let times = if ratio.is_finite() { format!(", {ratio:.2} times") } else { String::new() };
+    format!(
+        "{} {} is {what} on this part: backlash {kind} {} um, none {} um{times}\n",
+        options.paint(Ink::Bad, "harm:"),
+        result.method,
+        error(with),
+        error(without)
+    )
+}

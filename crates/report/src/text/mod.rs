@@ -1,0 +1,58 @@
+//! Results in a terminal: a verdict, then tables.
+//!
+//! Plain ASCII without colour unless [`TextOptions::color`] is set, so that redirected output is the same everywhere.
+
+mod blocks;
+mod comparison;
+mod parts;
+mod simulation;
+mod table;
+
+pub use comparison::{Harm, comparison, harm};
+pub use simulation::simulation;
+pub use table::{Align, Cell, Table};
+
+use lostmotion_axis::Knowledge;
+
+/// What to show of a result.
+#[derive(Clone, Copy, Debug)]
+pub struct TextOptions {
+    /// Colour the verdicts with ANSI escapes.
+    pub color: bool,
+    /// How many of the worst blocks to list.
+    pub blocks: usize,
+    /// How many of the worst reversals to list.
+    pub reversals: usize,
+    /// What a method may know, by its name; none for a name that is not registered.
+    pub knows: fn(&str) -> Option<Knowledge>,
+}
+
+impl Default for TextOptions {
+    fn default() -> TextOptions {
+        TextOptions { color: false, blocks: 10, reversals: 10, knows: |_| None }
+    }
+}
+
+/// What a method may know beyond the signals of every drive, in words; `-` for nothing.
+pub fn knowledge(knows: Knowledge) -> String {
+    let parts = [(knows.load_scale, "load scale"), (knows.gap, "gap"), (knows.load, "load")];
+    let known: Vec<&str> = parts.into_iter().filter(|(is, _)| *is).map(|(_, name)| name).collect();
+    if known.is_empty() { "-".to_owned() } else { known.join(", ") }
+}
+
+/// Ink of a verdict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ink {
+    Good,
+    Bad,
+}
+
+impl TextOptions {
+    fn paint(&self, ink: Ink, text: &str) -> String {
+        match (self.color, ink) {
+            (false, _) => text.to_owned(),
+            (true, Ink::Good) => format!("\x1b[1;32m{text}\x1b[0m"),
+            (true, Ink::Bad) => format!("\x1b[1;31m{text}\x1b[0m"),
+        }
+    }
+}

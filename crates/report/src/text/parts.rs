@@ -1,0 +1,78 @@
+//! Pieces that both kinds of result share.
+
+use super::table::{Align, Cell, Table};
+use crate::number::{duration, fixed};
+use lostmotion_base::BlockRef;
+use lostmotion_sim::results::{Cause, ErrorStats, PlanInfo, ProgramInfo};
+
+/// `1 line`, `2 lines`.
+pub(super) fn count(number: u64, singular: &str) -> String {
+    if number == 1 { format!("1 {singular}") } else { format!("{number} {singular}s") }
+}
+
+/// What was run, in two lines.
+pub(super) fn program(program: &ProgramInfo, plan: &PlanInfo) -> String {
+    format!(
+        "program: {}, {}, {}\nplan: {}, {} mm cutting, {} mm rapid\n",
+        count(program.lines, "line"),
+        count(program.bytes, "byte"),
+        count(program.moves, "move"),
+        duration(plan.duration_s),
+        fixed(plan.cutting_mm, 1),
+        fixed(plan.rapid_mm, 1),
+    )
+}
+
+/// Warnings of the front end, at most `limit`.
+pub(super) fn warnings(program: &ProgramInfo, limit: usize) -> String {
+    let mut out = String::new();
+    for warning in program.warnings.iter().take(limit) {
+        out.push_str("warning: ");
+        out.push_str(warning);
+        out.push('\n');
+    }
+    if program.warnings.len() > limit {
+        out.push_str(&format!("... and {}\n", count((program.warnings.len() - limit) as u64, "warning")));
+    }
+    out
+}
+
+/// The columns of a table of [`ErrorStats`], the first being its title.
+pub(super) fn stats_table(title: &str) -> Table {
+    let right = Align::Right;
+    Table::new(&[(title, Align::Left), ("max", right), ("RMS", right), ("p50", right), ("p95", right), ("p99", right), ("p99.9", right)])
+}
+
+/// A row of [`stats_table`]; dashes where there was no sample.
+pub(super) fn stats_row(table: &mut Table, name: &str, stats: &ErrorStats) {
+    let value = |v: f64| if stats.samples == 0 { Cell::from("-") } else { Cell::Error(v) };
+    table.row([name.into(), value(stats.max), value(stats.rms), value(stats.p50), value(stats.p95), value(stats.p99), value(stats.p999)]);
+}
+
+/// A cause in words.
+pub(super) fn cause(cause: Cause) -> String {
+    match cause {
+        Cause::Reversal(axis) => format!("reversal of {axis}"),
+        Cause::Gap => "gap".to_owned(),
+        Cause::Blend => "blending".to_owned(),
+        Cause::Corner => "corner".to_owned(),
+        Cause::ServoLag => "servo lag".to_owned(),
+    }
+}
+
+/// A block's line, with the file where it is not the program itself.
+pub(super) fn line(block: &BlockRef) -> String {
+    match block.span.file {
+        0 => block.span.line.to_string(),
+        file => format!("{}:{}", file, block.span.line),
+    }
+}
+
+/// `text` shortened to `limit` characters, without control characters.
+pub(super) fn short(text: &str, limit: usize) -> String {
+    let clean = |c: char| if c.is_control() { ' ' } else { c };
+    if text.chars().count() <= limit {
+        return text.chars().map(clean).collect();
+    }
+    text.chars().map(clean).take(limit.saturating_sub(3)).chain("...".chars()).collect()
+}

@@ -1,0 +1,76 @@
+//! The answer of `simulate`.
+
+use super::parts::{program, stats_row, stats_table, warnings};
+use super::{Ink, TextOptions, blocks};
+use crate::number::error;
+use lostmotion_sim::results::Simulation;
+
+/// Most warnings shown; the JSON form has all of them.
+const WARNINGS: usize = 10;
+
+/// The whole answer: verdict, errors, worst blocks, axes, reversals, notes. Ends in a newline.
+pub fn simulation(simulation: &Simulation, options: &TextOptions) -> String {
+    let mut out = verdict(simulation, options);
+    out.push_str(&program(&simulation.program, &simulation.plan));
+    out.push_str(&warnings(&simulation.program, WARNINGS));
+    out.push('\n');
+    out.push_str(&errors(simulation));
+    let result = &simulation.result;
+    let worst = &result.worst_blocks[..result.worst_blocks.len().min(options.blocks)];
+    if !worst.is_empty() {
+        out.push_str("\nworst blocks, um (positive: left of the direction of travel)\n");
+        out.push_str(&blocks::worst_blocks(worst));
+    }
+    if !result.axes.is_empty() {
+        out.push_str("\naxes\n");
+        out.push_str(&blocks::axes(&result.axes));
+    }
+    let reversals = &result.reversals[..result.reversals.len().min(options.reversals)];
+    if !reversals.is_empty() {
+        out.push_str(&format!("\nreversals, um (worst {} of {})\n", reversals.len(), result.reversal_count));
+        out.push_str(&blocks::reversals(reversals));
+    }
+    if !result.notes.is_empty() {
+        out.push_str("\nnotes\n");
+        for note in &result.notes {
+            out.push_str(&format!("- {note}\n"));
+        }
+    }
+    out
+}
+
+/// The first line: inside or outside, by how much, where and why.
+fn verdict(simulation: &Simulation, options: &TextOptions) -> String {
+    let result = &simulation.result;
+    let (ink, word) = if result.within_tolerance { (Ink::Good, "within tolerance") } else { (Ink::Bad, "OUTSIDE tolerance") };
+    let who = format!("{} on {}, method {}", simulation.program.name, simulation.machine, result.method);
+    let what = if result.cutting.samples == 0 {
+        "no cutting move".to_owned()
+    } else {
+        let place = result
+            .worst_blocks
+            .first()
+            .map(|b| format!(" in line {} ({})", super::parts::line(&b.block), super::parts::cause(b.cause)))
+            .unwrap_or_default();
+        format!("largest contour error {} um{place}, tolerance {} um", error(result.cutting.max), error(simulation.tolerance_um))
+    };
+    format!("{who}\n{}: {what}\n\n", options.paint(ink, word))
+}
+
+/// The table of contour errors.
+fn errors(simulation: &Simulation) -> String {
+    let result = &simulation.result;
+    let mut table = stats_table("contour error, um");
+    stats_row(&mut table, "cutting moves", &result.cutting);
+    stats_row(&mut table, "  caused by backlash", &result.backlash);
+    stats_row(&mut table, "  same machine without gap", &simulation.without_gap);
+    stats_row(&mut table, "  command itself (blending)", &simulation.plan.command);
+    stats_row(&mut table, "rapids", &result.rapid);
+    let mut out = table.render();
+    if let Some(orientation) = &result.orientation_mdeg {
+        let mut table = stats_table("tool axis, mdeg");
+        stats_row(&mut table, "cutting moves", orientation);
+        out.push_str(&table.render());
+    }
+    out
+}
