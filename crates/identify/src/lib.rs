@@ -1,1 +1,37 @@
-//! identify
+//! Offline identification of an axis' backlash from a log.
+//!
+//! [`fit_backlash`] is the fit with the **load's position known** (a linear scale, a ballbar's radius, a simulation): it
+//! finds the half gap `b`, the shaft's compliance `c` and the zero offset `o` of one axis by the convex problem
+//!
+//! ```text
+//! minimise  sum_k Huber_delta( y_k - s_k b - c T_k - o ),   b >= 0,  c >= 0
+//! y = theta_M - theta_L,   T = K_t i - J_M alpha - b_v w - T_cM sign(w),   s = sign(T)
+//! ```
+//!
+//! over the samples in which the shaft is in firm contact. All angles are motor-side: rad at the motor shaft.
+//!
+//! How one log becomes one number, in order:
+//! 1. [`BacklashLog`] holds the three columns and refuses what is not a log.
+//! 2. [`window`] averages position difference and contact torque with one and the same triangular window, so that the
+//!    acceleration needs no separate filter and no lag arises between the two sides of the equation.
+//! 3. [`contact`] keeps the samples in firm contact, grouped into episodes of one side each.
+//! 4. [`huber`] solves the convex problem exactly, through a [`solver::QpSolver`].
+//! 5. [`spread`] gives the standard error from the scatter between whole blocks of the log.
+//!
+//! A fit that has the motor's signals alone (load position unknown) needs the load's motion as further unknowns. It reuses
+//! steps 1, 2, 4 and the solver trait, and belongs in a module of its own beside [`fit`].
+
+pub mod contact;
+pub mod error;
+pub mod fit;
+pub mod huber;
+pub mod log;
+pub mod settings;
+pub mod solver;
+pub mod spread;
+pub mod window;
+
+pub use error::{FitError, NotExcited};
+pub use fit::{BacklashFit, SolverReport, fit_backlash, fit_backlash_with};
+pub use log::BacklashLog;
+pub use settings::FitSettings;

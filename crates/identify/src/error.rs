@@ -1,0 +1,118 @@
+//! What can go wrong.
+
+use serde::{Deserialize, Serialize};
+
+use crate::solver::SolverStatus;
+
+/// Why a log does not tell the gap.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum NotExcited {
+    /// No sample carries enough contact torque for its side to be known.
+    #[error(
+        "the contact torque stays below {threshold_nm:.4} N m (its largest values are {largest_nm:.4} N m): accelerate the axis harder, or lower the threshold"
+    )]
+    TorqueBelowThreshold {
+        /// The 99.9th percentile of the absolute contact torque, N m.
+        largest_nm: f64,
+        /// The threshold in force, N m.
+        threshold_nm: f64,
+    },
+    /// Only one flank was ever in firm contact.
+    #[error("only one side of the gap was in firm contact ({positive} samples positive, {negative} negative): log a motion with reversals")]
+    OneSide {
+        /// Samples with the positive flank in contact.
+        positive: usize,
+        /// Samples with the negative flank in contact.
+        negative: usize,
+    },
+    /// The contact changed sides too rarely.
+    #[error("the contact changed sides {seen} times; at least {needed} changes are needed: log more reversals")]
+    TooFewTraversals {
+        /// Changes of side in the log.
+        seen: usize,
+        /// Changes asked for.
+        needed: usize,
+    },
+    /// The contact torque has one and the same size everywhere, so that gap and wind-up look alike.
+    #[error(
+        "the contact torque keeps nearly one size (it varies by {variation:.4} of its mean), so that gap and wind-up cannot be told apart: vary the acceleration, or give the stiffness"
+    )]
+    TorqueNotVaried {
+        /// Standard deviation of the torque once side and offset are taken out, over its RMS.
+        variation: f64,
+    },
+    /// The interval of the half gap reaches zero.
+    #[error("the half gap of {half_gap_rad:.3e} rad cannot be told from zero (95 % interval up to {upper_rad:.3e} rad)")]
+    GapBelowNoise {
+        /// Fitted half gap, rad at the motor.
+        half_gap_rad: f64,
+        /// Upper end of its 95 % interval, rad at the motor.
+        upper_rad: f64,
+    },
+}
+
+/// Why a fit failed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// A log without samples.
+    #[error("the log holds no samples")]
+    Empty,
+    /// Columns of different lengths.
+    #[error("the columns differ in length: {motor} motor positions, {load} load positions, {current} currents")]
+    LengthMismatch {
+        /// Motor positions.
+        motor: usize,
+        /// Load positions.
+        load: usize,
+        /// Currents.
+        current: usize,
+    },
+    /// NaN or infinity in a column.
+    #[error("{column}[{index}] is {value}; a log holds finite numbers only")]
+    NotFinite {
+        /// Which column.
+        column: &'static str,
+        /// Index from 0.
+        index: usize,
+        /// The value.
+        value: f64,
+    },
+    /// A log too short for one averaging window.
+    #[error("the log has {samples} samples; the averaging window alone spans {needed}: log longer, or shorten half_window_s")]
+    TooShort {
+        /// Samples in the log.
+        samples: usize,
+        /// Samples that one window spans.
+        needed: usize,
+    },
+    /// A setting out of its range.
+    #[error("{name} is {value}; it has to be {expected}")]
+    Setting {
+        /// Name of the setting, with its unit.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        expected: &'static str,
+    },
+    /// The log does not tell the gap.
+    #[error("the log does not excite the gap: {0}")]
+    NotExcited(#[from] NotExcited),
+    /// The solver refused the problem.
+    #[error("the solver refused the problem: {reason}")]
+    SolverRefused {
+        /// The solver's own words.
+        reason: String,
+    },
+    /// The solver ended without a solution.
+    #[error("the solver stopped with status {status} after {iterations} iterations: loosen the tolerance or raise the iteration limit")]
+    Solver {
+        /// How it ended.
+        status: SolverStatus,
+        /// Iterations made.
+        iterations: u32,
+    },
+}

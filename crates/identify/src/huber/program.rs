@@ -1,0 +1,80 @@
+//! The quadratic program around a centre.
+
+use super::{Normal, Regression};
+use crate::solver::{QuadraticProgram, SparseColumns};
+
+/// What is assumed of a sample's residual, in units of delta.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Piece {
+    /// Nothing: the sample has its own variables.
+    Explicit,
+    /// It ends in the square part.
+    Square,
+    /// It ends above delta.
+    Above,
+    /// It ends below -delta.
+    Below,
+}
+
+impl Piece {
+    pub(super) fn assume(residual: f64, band: f64) -> Self {
+        if (residual.abs() - 1.0).abs() <= band { Piece::Explicit } else { Self::of(residual) }
+    }
+
+    /// The piece that a residual lies in.
+    pub(crate) fn of(residual: f64) -> Self {
+        if residual.abs() <= 1.0 {
+            Piece::Square
+        } else if residual > 0.0 {
+            Piece::Above
+        } else {
+            Piece::Below
+        }
+    }
+
+    pub(super) fn holds(self, residual: f64) -> bool {
+        match self {
+            Piece::Explicit => true,
+            Piece::Square => residual.abs() <= 1.0,
+            Piece::Above => residual >= 1.0,
+            Piece::Below => residual <= -1.0,
+        }
+    }
+}
+
+/// Variables: step `d` (P), then for each explicit sample its square part `u`, its excess above `v >= 0` and below
+/// `w >= 0` with `a d + u + v - w = r`, `r` the residual at the centre; loss `u^2/2 + v + w`. The other samples add
+/// `d'Hd/2 - h'd`. The bounds hold for centre plus step.
+pub(super) fn build<const P: usize>(data: &Regression<P>, pieces: &[Piece], centre: &[f64; P]) -> QuadraticProgram {
+    let explicit: Vec<usize> = (0..pieces.len()).filter(|&k| pieces[k] == Piece::Explicit).collect();
+    let count = explicit.len();
+    let summed = Normal::of_pieces(data, pieces, centre);
+    let bounded: Vec<usize> = (0..P).filter(|&j| data.nonnegative[j]).collect();
+    let (variables, rows) = (P + 3 * count, count + bounded.len() + 2 * count);
+    let first_excess_row = count + bounded.len();
+
+    let mut quadratic = SparseColumns::new(variables);
+    for j in 0..P {
+        quadratic.push_column((0..=j).map(|i| (i, summed.matrix[i][j])));
+    }
+    (0..count).for_each(|n| quadratic.push_column([(P + n, 1.0)]));
+    (0..2 * count).for_each(|_| quadratic.push_column([]));
+
+    let mut constraints = SparseColumns::new(rows);
+    for j in 0..P {
+        let slopes = explicit.iter().enumerate().map(|(row, &k)| (row, data.rows[k][j]));
+        let bound = bounded.iter().position(|&b| b == j).map(|n| (count + n, -1.0));
+        constraints.push_column(slopes.chain(bound));
+    }
+    (0..count).for_each(|n| constraints.push_column([(n, 1.0)]));
+    (0..count).for_each(|n| constraints.push_column([(n, 1.0), (first_excess_row + n, -1.0)]));
+    (0..count).for_each(|n| constraints.push_column([(n, -1.0), (first_excess_row + count + n, -1.0)]));
+
+    let mut linear: Vec<f64> = summed.gradient.iter().map(|h| -h).collect();
+    linear.resize(P + count, 0.0);
+    linear.resize(variables, 1.0);
+    let mut bounds: Vec<f64> = explicit.iter().map(|&k| data.residual(k, centre)).collect();
+    bounds.extend(bounded.iter().map(|&j| centre[j]));
+    bounds.resize(rows, 0.0);
+    QuadraticProgram { quadratic, linear, constraints, bounds, equations: count }
+}

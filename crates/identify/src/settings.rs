@@ -1,0 +1,102 @@
+//! What the fit is told beforehand.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::FitError;
+
+/// Settings of a fit. Motor data come from the data sheet; everything else has a default that suits logs of 0.1 to 1 ms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct FitSettings {
+    /// Torque per current, N m/A.
+    pub torque_constant_nm_per_a: f64,
+    /// Inertia of the motor with what is fixed to its shaft, kg m2. Without it the motor's own acceleration torque counts
+    /// as contact torque, and the slip filter alone keeps traverses out.
+    pub motor_inertia_kgm2: Option<f64>,
+    /// Viscous friction of the motor, N m s/rad.
+    pub motor_viscous_nms_per_rad: f64,
+    /// Coulomb friction of the motor's own bearings, N m.
+    pub motor_coulomb_nm: f64,
+    /// Stiffness of the shaft where it is known, N m/rad; otherwise it is fitted.
+    pub stiffness_nm_per_rad: Option<f64>,
+    /// Contact torque from which on the side counts as known, N m; from the data if not given.
+    pub torque_threshold_nm: Option<f64>,
+    /// Residual at which the Huber loss turns from square to linear, rad; 1.345 robust standard deviations if not given.
+    pub huber_delta_rad: Option<f64>,
+    /// Half the width of the triangular averaging window, s.
+    pub half_window_s: f64,
+    /// Time after contact was made that is left out, s: bouncing and ringing of the shaft.
+    pub settle_s: f64,
+    /// Largest change of the position difference over one window, as a share of the span that it covers in the log.
+    pub slip_share: f64,
+    /// Changes of side that the log has to hold.
+    pub min_traversals: usize,
+    /// Tolerance of the solver on gap and feasibility, in units scaled to 1.
+    pub solver_tolerance: f64,
+    /// Most iterations of one solve.
+    pub solver_iterations: u32,
+}
+
+impl Default for FitSettings {
+    fn default() -> Self {
+        Self {
+            torque_constant_nm_per_a: 1.0,
+            motor_inertia_kgm2: None,
+            motor_viscous_nms_per_rad: 0.0,
+            motor_coulomb_nm: 0.0,
+            stiffness_nm_per_rad: None,
+            torque_threshold_nm: None,
+            huber_delta_rad: None,
+            half_window_s: 2.5e-3,
+            settle_s: 1e-2,
+            slip_share: 0.05,
+            min_traversals: 2,
+            solver_tolerance: 1e-9,
+            solver_iterations: 100,
+        }
+    }
+}
+
+impl FitSettings {
+    /// Defaults for a motor of this torque constant (N m/A) and, where known, inertia (kg m2).
+    pub fn new(torque_constant_nm_per_a: f64, motor_inertia_kgm2: Option<f64>) -> Self {
+        Self { torque_constant_nm_per_a, motor_inertia_kgm2, ..Self::default() }
+    }
+
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// The first that is out of its range.
+    pub fn check(&self) -> Result<(), FitError> {
+        let positive = [
+            ("torque_constant_nm_per_a", Some(self.torque_constant_nm_per_a)),
+            ("stiffness_nm_per_rad", self.stiffness_nm_per_rad),
+            ("torque_threshold_nm", self.torque_threshold_nm),
+            ("huber_delta_rad", self.huber_delta_rad),
+            ("slip_share", Some(self.slip_share)),
+            ("solver_tolerance", Some(self.solver_tolerance)),
+        ];
+        let not_negative = [
+            ("motor_inertia_kgm2", self.motor_inertia_kgm2),
+            ("motor_viscous_nms_per_rad", Some(self.motor_viscous_nms_per_rad)),
+            ("motor_coulomb_nm", Some(self.motor_coulomb_nm)),
+            ("half_window_s", Some(self.half_window_s)),
+            ("settle_s", Some(self.settle_s)),
+        ];
+        for (name, value) in positive.into_iter().filter_map(|(name, value)| Some((name, value?))) {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(FitError::Setting { name, value, expected: "a positive finite number" });
+            }
+        }
+        for (name, value) in not_negative.into_iter().filter_map(|(name, value)| Some((name, value?))) {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(FitError::Setting { name, value, expected: "finite and not negative" });
+            }
+        }
+        if self.solver_iterations == 0 {
+            return Err(FitError::Setting { name: "solver_iterations", value: 0.0, expected: "at least 1" });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,109 @@
+//! From the log to pairs of position difference and contact torque.
+//!
+//! Motor acceleration is not in the log and must not be got by filtering the position alone: a filter on one side of
+//! `y = s b + c T + o` and not on the other biases `c` and with it `b`. So both sides are averaged with one triangular
+//! window of half-width `H`, `w(t) = (H - |t|)/H^2`. Integrating by parts twice turns the average of the acceleration into
+//! the plain difference `(theta(t+H) - 2 theta(t) + theta(t-H))/H^2`, exact whatever the motion, and the average of the
+//! velocity into the difference of two plain means. Windows are placed one half-width apart: there the triangles add up
+//! to one, so every sample counts once and none of the log is lost although it shrinks by that factor.
+
+use crate::{log::BacklashLog, settings::FitSettings};
+
+/// Averages over one window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WindowSample {
+    /// Mean of `theta_M - theta_L`, rad.
+    pub difference_rad: f64,
+    /// Mean contact torque, N m.
+    pub torque_nm: f64,
+}
+
+/// Half-width of the window in samples, at least 1.
+pub fn half_width(settings: &FitSettings, period_s: f64) -> usize {
+    let samples = (settings.half_window_s / period_s).round();
+    // a float-to-int cast saturates, and a window longer than the log is refused by its caller
+    (samples as usize).max(1)
+}
+
+/// The log as window averages, one every `half` samples; empty if the log is shorter than a window.
+pub fn averages(log: &BacklashLog, settings: &FitSettings, half: usize) -> Vec<WindowSample> {
+    let span = half.saturating_mul(2).saturating_add(1);
+    if log.len() < span {
+        return Vec::new();
+    }
+    (0..=(log.len() - span) / half).map(|n| average(log, settings, half, n * half)).collect()
+}
+
+fn average(log: &BacklashLog, settings: &FitSettings, half: usize, start: usize) -> WindowSample {
+    let motor = &log.motor()[start..=start + 2 * half];
+    let load = &log.load()[start..=start + 2 * half];
+    let current = &log.current()[start..=start + 2 * half];
+    let (mut difference, mut torque_current, mut swing) = (0.0, 0.0, 0.0);
+    let middle = motor[half];
+    for k in 0..=2 * half {
+        let offset = half.abs_diff(k);
+        let weight = (half - offset) as f64;
+        difference += weight * (motor[k] - load[k]);
+        torque_current += weight * current[k];
+        // trapezoid rule over each half; the middle sample falls out
+        let trapezoid = if offset == half { 0.5 } else { 1.0 };
+        swing += if k > half { trapezoid * (motor[k] - middle) } else { -trapezoid * (motor[k] - middle) };
+    }
+    let area = (half * half) as f64;
+    let width_s = half as f64 * log.period_s();
+    let velocity = swing / (area * log.period_s());
+    let acceleration = (motor[2 * half] - 2.0 * middle + motor[0]) / (width_s * width_s);
+    let coulomb = if velocity == 0.0 { 0.0 } else { settings.motor_coulomb_nm * velocity.signum() };
+    WindowSample {
+        difference_rad: difference / area,
+        torque_nm: settings.torque_constant_nm_per_a * torque_current / area
+            - settings.motor_inertia_kgm2.unwrap_or(0.0) * acceleration
+            - settings.motor_viscous_nms_per_rad * velocity
+            - coulomb,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn log(motion: impl Fn(f64) -> (f64, f64, f64)) -> BacklashLog {
+        let columns: Vec<_> = (0..101).map(|k| motion(f64::from(k) * 1e-3)).collect();
+        let column = |pick: fn(&(f64, f64, f64)) -> f64| columns.iter().map(pick).collect();
+        BacklashLog::new(1e-3, column(|c| c.0), column(|c| c.1), column(|c| c.2)).unwrap()
+    }
+
+    #[test]
+    fn a_parabola_gives_its_own_torque() {
+        // theta = 3 + 5 t + 7 t^2: acceleration 14, velocity 5 + 14 t, both exact under a symmetric window
+        let log = log(|t| (3.0 + 5.0 * t + 7.0 * t * t, 2.0 + 5.0 * t + 7.0 * t * t, 2.0));
+        let settings = FitSettings { motor_viscous_nms_per_rad: 0.1, motor_coulomb_nm: 0.25, ..FitSettings::new(1.5, Some(0.01)) };
+        for half in [1, 4, 10] {
+            let averages = averages(&log, &settings, half);
+            assert_eq!(averages.len(), 100 / half - 1);
+            for (n, sample) in averages.iter().enumerate() {
+                let t = ((n + 1) * half) as f64 * 1e-3;
+                let torque = 1.5 * 2.0 - 0.01 * 14.0 - 0.1 * (5.0 + 14.0 * t) - 0.25;
+                assert!((sample.torque_nm - torque).abs() < 1e-9, "{} {torque}", sample.torque_nm);
+                assert!((sample.difference_rad - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn windows_share_the_log_out_without_loss() {
+        // a spike of one ampere sample weighs 1/half wherever it stands, so long as windows surround it
+        for spike in 20..40 {
+            let log = log(|t| (0.0, 0.0, if (t - f64::from(spike) * 1e-3).abs() < 1e-9 { 1.0 } else { 0.0 }));
+            let sum: f64 = averages(&log, &FitSettings::new(1.0, None), 10).iter().map(|sample| sample.torque_nm).sum();
+            assert!((sum - 0.1).abs() < 1e-12, "{spike}: {sum}");
+        }
+    }
+
+    #[test]
+    fn a_short_log_has_no_windows() {
+        let log = log(|t| (t, t, 0.0));
+        assert!(averages(&log, &FitSettings::new(1.0, None), 51).is_empty());
+        assert!(averages(&log, &FitSettings::new(1.0, None), usize::MAX).is_empty());
+    }
+}
