@@ -5,6 +5,7 @@
 
 pub mod compensation;
 pub mod config;
+pub mod plant;
 pub mod signal;
 
 pub use compensation::{Compensator, Correction, Knowledge, MethodInfo, Signals};

@@ -1,0 +1,164 @@
+//! The plant: motor, shaft with a gap, load, friction. Steps are exact.
+//!
+//! In each [`Mode`] (contact x motor friction x load friction) the plant is linear and time-invariant, and the voltage is held
+//! over a period of the current loop; so a step is one product with a precomputed matrix exponential. Where a mode ends
+//! within the step, the instant is found on the exact solution (a Taylor polynomial whose remainder is below rounding), the states are
+//! put on the boundary, and the rest of the step is taken in the next mode. Source: `theta_M/I` of Gan, Wang, Huang (2023), equations
+//! (2) and (3), with friction on both masses added.
+//!
+//! State: the load's position and the gap angle `theta_b = theta_M - theta_L` of its own, so that a contact a thousand turns out is
+//! as sharp as at the origin; i_q; both speeds. i_d has an exact step of its own. The voltages that couple d and q
+//! (`w_e L i`) and would make the equations bilinear are held over a period at their value at its start.
+
+mod crossing;
+mod dynamics;
+mod guard;
+mod matrix;
+mod mode;
+mod params;
+mod quiet;
+mod state;
+mod table;
+mod taylor;
+
+pub use mode::{Contact, Friction, Mode, Side};
+pub use params::PlantParams;
+pub use state::PlantState;
+
+use dynamics::{Held, Vector};
+use guard::{Event, Guards, Vanishing};
+use lostmotion_base::math;
+use mode::MATRICES;
+use quiet::Margins;
+use table::StepTable;
+use taylor::Taylor;
+
+/// Events in one step after which the rest of the step is taken without looking for more. Contact and friction cannot follow each other
+/// that fast; the bound is there so that no input whatever can hang a run.
+const MAX_EVENTS: u32 = 32;
+/// Taylor pieces are so short that `rate * span` stays below this.
+const PIECE: f64 = 0.5;
+
+/// What acts on the plant over one period, held.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlantInput {
+    /// Voltage in d, V.
+    pub voltage_d: f64,
+    /// Voltage in q, V.
+    pub voltage_q: f64,
+    /// Torque against the load's positive direction on top of the constant one, N m (cutting force).
+    pub load_torque: f64,
+}
+
+/// The plant of one axis: immutable, shared.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    params: PlantParams,
+    tables: [StepTable; MATRICES],
+    margins: Margins,
+    pieces: u32,
+    decay_d: f64,
+    gain_d: f64,
+}
+
+impl Plant {
+    /// Precomputes the steps.
+    pub fn new(params: &PlantParams) -> Plant {
+        let mut pieces = 1;
+        while params.rate() * params.period_s / f64::from(pieces) > PIECE && pieces < 10_000 {
+            pieces += 1;
+        }
+        let electric = params.resistance_ohm / params.inductance_h * params.period_s;
+        Plant {
+            params: *params,
+            tables: StepTable::all(params),
+            margins: Margins::new(params),
+            pieces,
+            decay_d: math::exp(-electric),
+            gain_d: -math::expm1(-electric) / params.resistance_ohm,
+        }
+    }
+
+    /// Its numbers.
+    pub fn params(&self) -> &PlantParams {
+        &self.params
+    }
+
+    /// Torque of the shaft on the load, N m.
+    pub fn contact_torque(&self, state: &PlantState) -> f64 {
+        self.params.contact_torque(state.mode, &state.vector(&self.params))
+    }
+
+    /// One period of the current loop.
+    #[inline]
+    pub fn step(&self, state: &mut PlantState, input: &PlantInput) {
+        let electric_speed = self.params.pole_pairs * state.motor_velocity;
+        let cross = electric_speed * self.params.inductance_h;
+        let held =
+            Held { voltage: input.voltage_q - cross * state.current_d, load_torque: self.params.load_constant_nm + input.load_torque };
+        state.current_d = self.decay_d * state.current_d + self.gain_d * (input.voltage_d + cross * state.current_q);
+        let before = state.vector(&self.params);
+        let (after, travel) = self.tables[state.mode.matrix()].step(&self.params, state.mode, &before, &held);
+        if self.margins.quiet(&self.params, state.mode, &held, &before, &after) {
+            state.store(&self.params, &after, travel);
+        } else {
+            self.careful_step(state, &held, &after, travel);
+        }
+    }
+
+    /// A step in which something may happen. `after` and `travel` are right if nothing does.
+    #[cold]
+    #[inline(never)]
+    fn careful_step(&self, state: &mut PlantState, held: &Held, after: &Vector, travel: f64) {
+        let piece = self.params.period_s / f64::from(self.pieces);
+        let start = *state;
+        let mut events = 0;
+        let mut vanishing = None;
+        for _ in 0..self.pieces {
+            let mut left = piece;
+            while let Some((span, event)) = self.advance(state, held, left, vanishing, events < MAX_EVENTS) {
+                let mut x = state.vector(&self.params);
+                let (mode, next) = self.params.switch(event, state.mode, &mut x, held);
+                state.mode = mode;
+                state.store(&self.params, &x, 0.0);
+                state.events += 1;
+                events += 1;
+                vanishing = next;
+                left -= span;
+            }
+            vanishing = None;
+        }
+        if events == 0 {
+            *state = start;
+            state.store(&self.params, after, travel);
+        }
+    }
+
+    /// Advances to the first event within `left` seconds, or to their end. Returns the time taken and the event.
+    fn advance(&self, state: &mut PlantState, held: &Held, left: f64, vanishing: Vanishing, look: bool) -> Option<(f64, Event)> {
+        let x = state.vector(&self.params);
+        let taylor = Taylor::new(&self.params, state.mode, &x, held, left);
+        let first = if look { self.first_event(state.mode, held, &taylor, vanishing) } else { None };
+        let tau = first.map_or(1.0, |(tau, _)| tau);
+        let (next, travel) = taylor.at(tau, left);
+        state.store(&self.params, &next, travel);
+        first.map(|(tau, event)| (tau * left, event))
+    }
+
+    fn first_event(&self, mode: Mode, held: &Held, taylor: &Taylor, vanishing: Vanishing) -> Option<(f64, Event)> {
+        let mut first: Option<(f64, Event)> = None;
+        for guard in Guards::of(&self.params, mode, held).iter() {
+            let zeros = match vanishing {
+                Some((event, zeros)) if event == guard.event => zeros,
+                _ => 0,
+            };
+            let polynomial = taylor.functional(guard.offset, &guard.row);
+            if let Some(tau) = crossing::first_crossing(&polynomial, zeros)
+                && first.is_none_or(|(earliest, _)| tau < earliest)
+            {
+                first = Some((tau, guard.event));
+            }
+        }
+        first
+    }
+}
