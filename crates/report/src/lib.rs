@@ -9,6 +9,7 @@ pub mod csv;
 pub mod error;
 pub mod json;
 pub mod number;
+pub mod svg;
 pub mod text;
 
 pub use error::{ReadError, WriteError};

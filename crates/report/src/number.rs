@@ -119,6 +119,12 @@ pub fn error(value: f64) -> String {
     fixed(value, error_decimals(value.abs()))
 }
 
+/// A value that was given by people, with at most 6 decimals and no trailing zeros: `10`, `2.5`.
+pub fn plain(value: f64) -> String {
+    let text = fixed(value, 6);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
 /// A share in per cent for people: three significant digits below 10 %, whole per cent above.
 pub fn percent(ratio: f64) -> String {
     let value = ratio * 100.0;
@@ -198,6 +204,7 @@ mod tests {
         assert_eq!(percent(0.0213), "2.1 %");
         assert_eq!(percent(1.8), "180 %");
         assert_eq!(fixed(-0.0004, 2), "0.00");
+        assert_eq!([plain(10.0), plain(2.5), plain(0.0), plain(1e-9)], ["10", "2.5", "0", "0"]);
     }
 
     proptest! {

@@ -3,7 +3,7 @@
 use super::parts::{program, warnings};
 use super::table::{Align, Cell, Table};
 use super::{Ink, TextOptions, knowledge};
-use crate::number::{error, percent};
+use crate::number::{error, percent, plain};
 use lostmotion_sim::results::{Comparison, MethodResult};
 
 /// Most warnings shown; the JSON form has all of them.
@@ -37,7 +37,7 @@ pub fn comparison(comparison: &Comparison, options: &TextOptions) -> String {
         "{} on {}, tolerance {} um: {} on one plan\n",
         comparison.program.name,
         comparison.machine,
-        error(comparison.tolerance_um),
+        plain(comparison.tolerance_um),
         super::parts::count(comparison.results.len() as u64, "method"),
     );
     out.push_str(&program(&comparison.program, &comparison.plan));
@@ -122,13 +122,13 @@ fn harm_line(result: &MethodResult, none: Option<&MethodResult>, options: &TextO
         return String::new();
     };
     let (what, with, without, ratio) = match harm {
-        Harm::Rms(ratio) => ("worse than none", result.backlash.rms, none.backlash.rms, ratio),
-        Harm::Peak(ratio) => ("higher peak than none", result.backlash.max, none.backlash.max, ratio),
+        Harm::Rms(ratio) => ("is worse than none", result.backlash.rms, none.backlash.rms, ratio),
+        Harm::Peak(ratio) => ("has a higher peak than none", result.backlash.max, none.backlash.max, ratio),
     };
     let kind = if matches!(harm, Harm::Rms(_)) { "RMS" } else { "max" };
     let times = if ratio.is_finite() { format!(", {ratio:.2} times") } else { String::new() };
     format!(
-        "{} {} is {what} on this part: backlash {kind} {} um, none {} um{times}\n",
+        "{} {} {what} on this part: backlash {kind} {} um, none {} um{times}\n",
         options.paint(Ink::Bad, "harm:"),
         result.method,
         error(with),

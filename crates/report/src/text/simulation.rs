@@ -2,7 +2,7 @@
 
 use super::parts::{program, stats_row, stats_table, warnings};
 use super::{Ink, TextOptions, blocks};
-use crate::number::error;
+use crate::number::{error, plain};
 use lostmotion_sim::results::Simulation;
 
 /// Most warnings shown; the JSON form has all of them.
@@ -52,7 +52,7 @@ fn verdict(simulation: &Simulation, options: &TextOptions) -> String {
             .first()
             .map(|b| format!(" in line {} ({})", super::parts::line(&b.block), super::parts::cause(b.cause)))
             .unwrap_or_default();
-        format!("largest contour error {} um{place}, tolerance {} um", error(result.cutting.max), error(simulation.tolerance_um))
+        format!("largest contour error {} um{place}, tolerance {} um", error(result.cutting.max), plain(simulation.tolerance_um))
     };
     format!("{who}\n{}: {what}\n\n", options.paint(ink, word))
 }

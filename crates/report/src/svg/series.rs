@@ -1,0 +1,78 @@
+//! Curves over time or anything else.
+
+use super::canvas::{Anchor, COLORS, Canvas, FAINT, INK, SOFT, Stroke, fit, text_width};
+use super::reduce::keep;
+use super::scale::Range;
+use crate::number::fixed;
+
+/// One curve.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Series {
+    /// Its name in the legend.
+    pub name: String,
+    /// Its points, x rising. A value that is not finite interrupts the curve.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// What stands around the curves.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SeriesPicture {
+    /// Headline.
+    pub title: String,
+    /// Label of the horizontal axis with its unit.
+    pub x_label: String,
+    /// Label of the vertical axis with its unit.
+    pub y_label: String,
+}
+
+const SIZE: [f64; 2] = [760.0, 400.0];
+const LEFT: f64 = 74.0;
+const TOP: f64 = 72.0;
+const RIGHT: f64 = 20.0;
+const BOTTOM: f64 = 52.0;
+/// Points nearer than this to the line without them are not drawn, px.
+const DETAIL: f64 = 0.12;
+
+/// Draws curves in one frame with a legend above it.
+pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
+    let mut canvas = Canvas::new(SIZE[0], SIZE[1]);
+    canvas.bold([LEFT, 28.0], &fit(&picture.title, 16.0, SIZE[0] - LEFT - RIGHT), 16.0, INK, Anchor::Start);
+    let finite = || curves.iter().flat_map(|c| &c.points).filter(|p| p[0].is_finite() && p[1].is_finite());
+    let (Some(x), Some(y)) = (Range::of(finite().map(|p| p[0])), Range::of(finite().map(|p| p[1]))) else {
+        canvas.text([LEFT, TOP], "no data", 13.0, SOFT, Anchor::Start);
+        return canvas.finish(&picture.title);
+    };
+    let x = if x.span() > 0.0 { x } else { x.padded(0.0) };
+    let y = y.padded(0.05);
+    let (width, height) = (SIZE[0] - LEFT - RIGHT, SIZE[1] - TOP - BOTTOM);
+    let place = |p: [f64; 2]| [LEFT + (p[0] - x.min) / x.span() * width, TOP + (y.max - p[1]) / y.span() * height];
+    let grid = Stroke::new("#eef1f4", 1.0);
+    let (ticks, decimals) = x.ticks(8);
+    for tick in ticks {
+        let [px, _] = place([tick, y.min]);
+        canvas.line([px, TOP], [px, TOP + height], grid);
+        canvas.text([px, TOP + height + 16.0], &fixed(tick, decimals), 11.0, SOFT, Anchor::Middle);
+    }
+    let (ticks, decimals) = y.ticks(6);
+    for tick in ticks {
+        let [_, py] = place([x.min, tick]);
+        canvas.line([LEFT, py], [LEFT + width, py], grid);
+        canvas.text([LEFT - 6.0, py + 4.0], &fixed(tick, decimals), 11.0, SOFT, Anchor::End);
+    }
+    canvas.frame([LEFT, TOP], [width, height], Stroke::new(FAINT, 1.0));
+    canvas.text([LEFT + 0.5 * width, SIZE[1] - 14.0], &picture.x_label, 12.0, SOFT, Anchor::Middle);
+    canvas.upright([18.0, TOP + 0.5 * height], &picture.y_label, 12.0, SOFT);
+    let mut legend_x = LEFT;
+    for (index, curve) in curves.iter().enumerate() {
+        let color = COLORS[index % COLORS.len()];
+        for piece in curve.points.split(|p| !(p[0].is_finite() && p[1].is_finite())) {
+            let pixels: Vec<[f64; 2]> = piece.iter().map(|p| place(*p)).collect();
+            let line: Vec<[f64; 2]> = keep(&pixels, DETAIL).into_iter().map(|i| pixels[i]).collect();
+            canvas.polyline(&line, Stroke::new(color, 1.5));
+        }
+        canvas.line([legend_x, 50.0], [legend_x + 22.0, 50.0], Stroke::new(color, 2.0));
+        canvas.text([legend_x + 28.0, 54.0], &curve.name, 12.0, INK, Anchor::Start);
+        legend_x += 28.0 + text_width(&curve.name, 12.0) + 22.0;
+    }
+    canvas.finish(&picture.title)
+}

@@ -1,0 +1,140 @@
+//! What a picture of a contour is made of, in bounded memory for programs of any length.
+
+/// A point of the programmed contour and how far the tool was from it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TracePoint {
+    /// Foot point on the programmed contour, mm.
+    pub foot_mm: [f64; 3],
+    /// Unit normal along which the error counts positive.
+    pub normal: [f64; 3],
+    /// Signed error along the normal, um.
+    pub error_um: f64,
+}
+
+/// Contour errors of one method along a path.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContourTrace {
+    /// Name of the method.
+    pub name: String,
+    /// Line below the name: its figures.
+    pub caption: String,
+    /// Stretches without a rapid between their points.
+    pub runs: Vec<Vec<TracePoint>>,
+}
+
+impl ContourTrace {
+    /// All points.
+    pub fn points(&self) -> impl Iterator<Item = &TracePoint> {
+        self.runs.iter().flatten()
+    }
+}
+
+/// Collects a trace while a run is going on and never holds more than twice its capacity.
+///
+/// Points are kept in groups of as many as it takes, one of each group: the one with the largest error, so that no peak is lost.
+#[derive(Clone, Debug)]
+pub struct TraceRecorder {
+    capacity: usize,
+    group: u64,
+    seen: u64,
+    entries: Vec<Entry>,
+    broken: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    point: TracePoint,
+    /// Whether a rapid lies between the entry before and this one.
+    starts_run: bool,
+}
+
+impl TraceRecorder {
+    /// A recorder that gives at most `2 * capacity` points.
+    pub fn new(capacity: usize) -> TraceRecorder {
+        TraceRecorder { capacity: capacity.max(2), group: 1, seen: 0, entries: Vec::new(), broken: true }
+    }
+
+    /// Appends a point of a cutting move. Points with a number that is not finite are left out.
+    pub fn push(&mut self, point: TracePoint) {
+        let finite = point.error_um.is_finite() && point.foot_mm.iter().chain(&point.normal).all(|c| c.is_finite());
+        if !finite {
+            return;
+        }
+        let starts_run = std::mem::take(&mut self.broken);
+        let fresh = self.seen.is_multiple_of(self.group) || starts_run;
+        match self.entries.last_mut() {
+            Some(last) if !fresh => {
+                if point.error_um.abs() > last.point.error_um.abs() {
+                    last.point = point;
+                }
+            }
+            _ => self.entries.push(Entry { point, starts_run }),
+        }
+        self.seen += 1;
+        if self.entries.len() >= 2 * self.capacity {
+            self.merge();
+        }
+    }
+
+    /// Ends a stretch: a rapid follows.
+    pub fn lift(&mut self) {
+        self.broken = true;
+    }
+
+    /// Halves the entries: of two neighbours the one with the larger error stays.
+    fn merge(&mut self) {
+        self.group *= 2;
+        let pairs = self.entries.chunks(2).map(|pair| {
+            let starts_run = pair.iter().any(|entry| entry.starts_run);
+            let larger = |a: Entry, b: &Entry| if b.point.error_um.abs() > a.point.error_um.abs() { *b } else { a };
+            Entry { starts_run, ..pair.iter().fold(pair[0], larger) }
+        });
+        self.entries = pairs.collect();
+    }
+
+    /// The trace.
+    pub fn finish(self, name: &str, caption: &str) -> ContourTrace {
+        let mut runs: Vec<Vec<TracePoint>> = Vec::new();
+        for entry in self.entries {
+            match runs.last_mut() {
+                Some(run) if !entry.starts_run => run.push(entry.point),
+                _ => runs.push(vec![entry.point]),
+            }
+        }
+        ContourTrace { name: name.to_owned(), caption: caption.to_owned(), runs }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_bounded_and_peaks_stay() {
+        let mut recorder = TraceRecorder::new(50);
+        for i in 0..100_000 {
+            let error_um = if i == 54_321 { -99.0 } else { f64::from(i % 7) };
+            recorder.push(TracePoint { foot_mm: [f64::from(i), 0.0, 0.0], normal: [0.0, 1.0, 0.0], error_um });
+            assert!(recorder.entries.len() <= 100);
+        }
+        let trace = recorder.finish("none", "");
+        assert_eq!(trace.runs.len(), 1);
+        assert!(trace.points().any(|p| p.error_um < -98.0));
+        assert!(trace.runs[0].windows(2).all(|pair| pair[0].foot_mm[0] < pair[1].foot_mm[0]));
+    }
+
+    #[test]
+    fn rapids_end_runs_and_nonsense_is_left_out() {
+        let mut recorder = TraceRecorder::new(50);
+        let point = TracePoint { normal: [0.0, 1.0, 0.0], ..TracePoint::default() };
+        recorder.lift();
+        recorder.push(point);
+        recorder.push(TracePoint { error_um: f64::NAN, ..point });
+        recorder.lift();
+        recorder.lift();
+        recorder.push(point);
+        recorder.push(point);
+        let lengths: Vec<usize> = recorder.finish("none", "").runs.iter().map(Vec::len).collect();
+        assert_eq!(lengths, [1, 2]);
+    }
+}
