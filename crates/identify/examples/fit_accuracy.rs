@@ -3,6 +3,7 @@
 //! `cargo run --release -p lostmotion-identify --example fit_accuracy [seconds of log]`
 
 #[path = "../tests/rig/mod.rs"]
+#[allow(unreachable_pub, dead_code)]
 mod rig;
 
 use lostmotion_identify::fit_backlash;
@@ -44,13 +45,7 @@ fn covers(seed: u64, pulls: bool, current_noise: f64) -> bool {
     let offset = random.between(-0.01, 0.01);
     let rig = Rig { half_gap, friction, load_inertia, offset, pulls, current_noise, seed: seed + 1000, ..Rig::default() };
     match fit_backlash(&rig.run(3.0), &rig.settings()) {
-        Ok(fit) => {
-            let ok = fit.half_gap_interval_rad[0] <= half_gap && half_gap <= fit.half_gap_interval_rad[1];
-            if !ok && std::env::var_os("SHOW").is_some() {
-                println!("b {half_gap:.3e} tf {friction:.2} jl {load_inertia:.4} err {:+.2e} ({:+.4} %) se {:.2e} rms {:.2e} scale {:.2e} blocks {} used {}", fit.half_gap_rad - half_gap, 100.0*(fit.half_gap_rad / half_gap - 1.0), fit.half_gap_error_rad, fit.residual_rms_rad, fit.residual_scale_rad, fit.blocks, fit.samples_used);
-            }
-            ok
-        }
+        Ok(fit) => (fit.half_gap_interval_rad[0]..=fit.half_gap_interval_rad[1]).contains(&half_gap),
         Err(error) => {
             println!("{error}");
             false

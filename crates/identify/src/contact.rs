@@ -14,10 +14,8 @@ pub struct ContactSample {
     pub episode: usize,
     /// 1 or -1.
     pub side: f64,
-    /// Mean of `theta_M - theta_L`, rad.
-    pub difference_rad: f64,
-    /// Mean contact torque, N m.
-    pub torque_nm: f64,
+    /// What was measured in it.
+    pub window: WindowSample,
 }
 
 /// The part of a log in firm contact.
@@ -98,11 +96,10 @@ fn episodes(windows: &[WindowSample], sides: &[i8], settle: usize, threshold_nm:
         if side != 0 && length > settle + 1 {
             let side = f64::from(side);
             contact.traversals += usize::from(contact.samples.last().is_some_and(|last| last.side * side < 0.0));
-            contact.samples.extend(windows[first + settle..first + length - 1].iter().map(|window| ContactSample {
+            contact.samples.extend(windows[first + settle..first + length - 1].iter().map(|&window| ContactSample {
                 episode: contact.episodes,
                 side,
-                difference_rad: window.difference_rad,
-                torque_nm: window.torque_nm,
+                window,
             }));
             contact.episodes += 1;
         }
@@ -133,7 +130,7 @@ mod tests {
     use super::*;
 
     fn windows(torques: &[f64]) -> Vec<WindowSample> {
-        torques.iter().map(|&torque_nm| WindowSample { difference_rad: torque_nm.signum(), torque_nm }).collect()
+        torques.iter().map(|&torque_nm| WindowSample { difference_rad: torque_nm.signum(), rate_rad_s: 0.0, torque_nm }).collect()
     }
 
     fn settings() -> FitSettings {
@@ -144,7 +141,7 @@ mod tests {
     fn episodes_lose_their_settling_time_and_their_last_window() {
         let torques = [1.0, 1.0, 1.1, 1.2, 1.0, 0.0, -1.0, -1.0, -1.3, -1.0, 0.1, 1.0, 1.0, -1.0, 1.0, 1.0, 1.4, 1.0];
         let contact = select(&windows(&torques), &settings(), 1.0).unwrap();
-        let kept: Vec<_> = contact.samples.iter().map(|sample| (sample.episode, sample.torque_nm)).collect();
+        let kept: Vec<_> = contact.samples.iter().map(|sample| (sample.episode, sample.window.torque_nm)).collect();
         assert_eq!(kept, [(0, 1.1), (0, 1.2), (1, -1.3), (2, 1.4)]);
         assert_eq!((contact.episodes, contact.traversals, contact.per_side()), (3, 2, (3, 1)));
     }

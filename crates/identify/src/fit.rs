@@ -19,6 +19,11 @@ const HUBER: f64 = 1.345;
 const SCALE_ROUNDS: usize = 3;
 /// Samples on which they do.
 const SCALE_SAMPLES: usize = 2000;
+/// Share of the encoders' resolution that averages are at best good to: no encoder divides its counts more finely, and
+/// errors that recur at the same angles do not average out.
+const RESOLVED: f64 = 0.02;
+/// Share of the wind-up that the model is at best good to: torque varies between the samples of the log.
+const MODELLED: f64 = 5e-5;
 /// Torque variation within the sides, over its RMS, below which gap and wind-up cannot be told apart.
 const LEAST_VARIATION: f64 = 0.01;
 
@@ -28,16 +33,21 @@ const LEAST_VARIATION: f64 = 0.01;
 pub struct BacklashFit {
     /// Half gap, rad. The total gap is twice this.
     pub half_gap_rad: f64,
-    /// 95 % interval of the half gap, rad, not below zero.
+    /// 95 % interval of the half gap, rad, not below zero: Student's t times the standard error, and the allowance.
     pub half_gap_interval_rad: [f64; 2],
     /// Standard error of the half gap, rad, from the scatter between blocks of the log.
     pub half_gap_error_rad: f64,
+    /// Allowance for what scatter cannot show, rad: 2 % of the encoders' resolution and 0.005 % of the wind-up.
+    pub half_gap_allowance_rad: f64,
     /// Compliance of the shaft, rad/(N m).
     pub compliance_rad_per_nm: f64,
     /// Standard error of the compliance, rad/(N m); zero where the stiffness was given.
     pub compliance_error_rad_per_nm: f64,
     /// Stiffness of the shaft, N m/rad; none where the fit found no compliance.
     pub stiffness_nm_per_rad: Option<f64>,
+    /// Damping over stiffness of the shaft, less what the current was logged late against the positions, s; zero where it
+    /// was not fitted.
+    pub damping_time_s: f64,
     /// Middle of the gap: `theta_M - theta_L` half-way between the flanks, rad.
     pub offset_rad: f64,
     /// RMS of all residuals, rad.
@@ -113,28 +123,24 @@ pub fn fit_backlash_with(log: &BacklashLog, settings: &FitSettings, solver: &dyn
         return Err(FitError::TooShort { samples: log.len(), needed: half.saturating_mul(4).saturating_add(1) });
     }
     let contact = contact::select(&windows, settings, half as f64 * log.period_s())?;
-    let sides = |sample: &contact::ContactSample| (sample.side, sample.torque_nm);
-    let estimate = if let Some(stiffness) = settings.stiffness_nm_per_rad {
-        let compliance = 1.0 / stiffness;
-        let rows = contact.samples.iter().map(|sample| [sample.side, 1.0]).collect();
-        let targets = contact.samples.iter().map(|sample| sample.difference_rad - compliance * sample.torque_nm).collect();
-        let regression = Regression { rows, targets, nonnegative: [true, false] };
-        Estimate::of(&regression, log, settings, solver, &contact)?.with_compliance(compliance)
-    } else {
+    if settings.stiffness_nm_per_rad.is_none() {
         check_variation(&contact)?;
-        let rows = contact.samples.iter().map(sides).map(|(side, torque)| [side, 1.0, torque]).collect();
-        let targets = contact.samples.iter().map(|sample| sample.difference_rad).collect();
-        let regression = Regression { rows, targets, nonnegative: [true, false, true] };
-        Estimate::of(&regression, log, settings, solver, &contact)?
+    }
+    let job = Job { contact: &contact, settings, resolution: log.resolution_rad(), solver };
+    let estimate = match (settings.stiffness_nm_per_rad, settings.fit_damping) {
+        (None, true) => job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING])?,
+        (None, false) => job.estimate([GAP, OFFSET, COMPLIANCE])?,
+        (Some(_), true) => job.estimate([GAP, OFFSET, DAMPING])?,
+        (Some(_), false) => job.estimate([GAP, OFFSET])?,
     };
-    Ok(estimate.report(log, &contact, half, solver.name()))
+    Ok(estimate.report(log, &contact, half))
 }
 
 /// Gap and wind-up differ only through the torque's variation within the sides.
 fn check_variation(contact: &Contact) -> Result<(), NotExcited> {
     let (mut within, mut square) = (0.0, 0.0);
     for side in [1.0, -1.0] {
-        let torques: Vec<f64> = contact.samples.iter().filter(|sample| sample.side * side > 0.0).map(|sample| sample.torque_nm).collect();
+        let torques: Vec<f64> = contact.samples.iter().filter(|sample| sample.side * side > 0.0).map(|sample| sample.window.torque_nm).collect();
         let mean = torques.iter().sum::<f64>() / torques.len().max(1) as f64;
         within += torques.iter().map(|torque| (torque - mean) * (torque - mean)).sum::<f64>();
         square += torques.iter().map(|torque| torque * torque).sum::<f64>();
@@ -143,11 +149,23 @@ fn check_variation(contact: &Contact) -> Result<(), NotExcited> {
     if variation < LEAST_VARIATION { Err(NotExcited::TorqueNotVaried { variation }) } else { Ok(()) }
 }
 
-/// Coefficients in the order half gap, offset, compliance, and what was found around them.
+/// Positions of the coefficients in an [`Estimate`].
+const GAP: usize = 0;
+const OFFSET: usize = 1;
+const COMPLIANCE: usize = 2;
+const DAMPING: usize = 3;
+
+/// All that an estimate is made from.
+struct Job<'a> {
+    contact: &'a Contact,
+    settings: &'a FitSettings,
+    resolution: f64,
+    solver: &'a dyn QpSolver,
+}
+
+/// Coefficients and what was found around them.
 struct Estimate {
-    half_gap: f64,
-    offset: f64,
-    compliance: f64,
+    coefficients: [f64; 4],
     gap_spread: Spread,
     compliance_error: f64,
     delta: f64,
@@ -157,52 +175,83 @@ struct Estimate {
     solver: SolverReport,
 }
 
-impl Estimate {
-    fn of<const P: usize>(
-        regression: &Regression<P>, log: &BacklashLog, settings: &FitSettings, solver: &dyn QpSolver, contact: &Contact,
-    ) -> Result<Self, FitError> {
-        let options = SolveOptions { tolerance: settings.solver_tolerance, iterations: settings.solver_iterations };
-        let delta = match settings.huber_delta_rad {
+impl Job<'_> {
+    /// The regression with these columns, the half gap first; what is left out is known, or zero.
+    fn regression<const P: usize>(&self, columns: [usize; P]) -> Regression<P> {
+        let known = self.settings.stiffness_nm_per_rad.map_or(0.0, |stiffness| 1.0 / stiffness);
+        let samples = || self.contact.samples.iter().map(|sample| (sample.side, &sample.window));
+        Regression {
+            rows: samples()
+                .map(|(side, window)| {
+                    let all = [side, 1.0, window.torque_nm, -window.rate_rad_s];
+                    columns.map(|column| all[column])
+                })
+                .collect(),
+            targets: samples().map(|(_, window)| window.difference_rad - known * window.torque_nm).collect(),
+            // the damping time stays free, since a current logged late lowers it
+            nonnegative: columns.map(|column| column == GAP || column == COMPLIANCE),
+        }
+    }
+
+    fn estimate<const P: usize>(&self, columns: [usize; P]) -> Result<Estimate, FitError> {
+        let regression = self.regression(columns);
+        let options = SolveOptions { tolerance: self.settings.solver_tolerance, iterations: self.settings.solver_iterations };
+        let delta = match self.settings.huber_delta_rad {
             Some(delta) => delta,
-            None => settle_delta(regression, log.resolution_rad(), solver, &options)?,
+            None => settle_delta(&regression, self.resolution, self.solver, &options)?,
         };
-        let Minimiser { x, status, iterations, solves, explicit, optimality } = regression.minimise(delta, solver, &options)?;
-        let episodes: Vec<usize> = contact.samples.iter().map(|sample| sample.episode).collect();
+        let Minimiser { x, status, iterations, solves, explicit, optimality } = regression.minimise(delta, self.solver, &options)?;
+        let episodes: Vec<usize> = self.contact.samples.iter().map(|sample| sample.episode).collect();
         let blocks = spread::blocks(&episodes);
-        let thin = || NotExcited::TooFewTraversals { seen: contact.traversals, needed: contact.traversals + 1 };
-        let gap_spread = spread::spread(regression, &x, delta, &blocks, 0).ok_or_else(thin)?;
-        let compliance_error = spread::spread(regression, &x, delta, &blocks, P - 1).ok_or_else(thin)?.standard_error;
+        let thin = || NotExcited::TooFewTraversals { seen: self.contact.traversals, needed: self.contact.traversals + 1 };
+        let spread = |which| spread::spread(&regression, &x, delta, &blocks, which).ok_or_else(thin);
+        let mut coefficients = [0.0, 0.0, self.settings.stiffness_nm_per_rad.map_or(0.0, |stiffness| 1.0 / stiffness), 0.0];
+        columns.iter().zip(x).for_each(|(&column, x)| coefficients[column] = x);
+        let compliance_error = match columns.iter().position(|&column| column == COMPLIANCE) {
+            Some(which) => spread(which)?.standard_error,
+            None => 0.0,
+        };
         let residuals: Vec<f64> = (0..regression.targets.len()).map(|k| regression.residual(k, &x).abs()).collect();
-        Ok(Self {
-            half_gap: x[0],
-            offset: x[1],
-            compliance: x[P - 1],
-            gap_spread,
+        Ok(Estimate {
+            coefficients,
+            gap_spread: spread(0)?,
             compliance_error,
             delta,
             rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
             outliers: residuals.iter().filter(|r| **r > delta).count(),
             scale: quantile(residuals, 0.5) / 0.6745,
-            solver: SolverReport { name: String::new(), status, iterations, solves, explicit_samples: explicit, optimality },
+            solver: SolverReport {
+                name: self.solver.name().to_owned(),
+                status,
+                iterations,
+                solves,
+                explicit_samples: explicit,
+                optimality,
+            },
         })
     }
+}
 
-    fn with_compliance(self, compliance: f64) -> Self {
-        Self { compliance, compliance_error: 0.0, ..self }
-    }
-
-    fn report(self, log: &BacklashLog, contact: &Contact, half: usize, solver: &str) -> BacklashFit {
+impl Estimate {
+    fn report(self, log: &BacklashLog, contact: &Contact, half: usize) -> BacklashFit {
         let (samples_positive, samples_negative) = contact.per_side();
-        let interval = [(self.half_gap - self.gap_spread.half_width).max(0.0), self.half_gap + self.gap_spread.half_width];
-        let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise { half_gap_rad: self.half_gap, upper_rad: interval[1] });
+        let [half_gap, offset, compliance, damping] = self.coefficients;
+        let torque_square = contact.samples.iter().map(|sample| sample.window.torque_nm * sample.window.torque_nm).sum::<f64>();
+        let wind_up = compliance * (torque_square / contact.samples.len() as f64).sqrt();
+        let allowance = RESOLVED * log.resolution_rad() + MODELLED * wind_up;
+        let half_width = self.gap_spread.half_width + allowance;
+        let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
+        let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise { half_gap_rad: half_gap, upper_rad: interval[1] });
         BacklashFit {
-            half_gap_rad: self.half_gap,
+            half_gap_rad: half_gap,
             half_gap_interval_rad: interval,
             half_gap_error_rad: self.gap_spread.standard_error,
-            compliance_rad_per_nm: self.compliance,
+            half_gap_allowance_rad: allowance,
+            compliance_rad_per_nm: compliance,
             compliance_error_rad_per_nm: self.compliance_error,
-            stiffness_nm_per_rad: (self.compliance > 0.0).then(|| 1.0 / self.compliance),
-            offset_rad: self.offset,
+            stiffness_nm_per_rad: (compliance > 0.0).then(|| 1.0 / compliance),
+            offset_rad: offset,
+            damping_time_s: damping,
             residual_rms_rad: self.rms,
             residual_scale_rad: self.scale,
             huber_delta_rad: self.delta,
@@ -218,26 +267,27 @@ impl Estimate {
             effective_samples: self.gap_spread.effective_samples,
             excited: reason.is_none(),
             reason,
-            solver: SolverReport { name: solver.to_owned(), ..self.solver },
+            solver: self.solver,
         }
     }
 }
 
 /// Delta as a multiple of the residuals' robust scale, which itself depends on the fit: a few rounds on a thinned copy,
-/// from least squares. The scale is not let below the encoders' resolution, nor below what rounding leaves of the data.
+/// from least squares. The scale is not let below what the encoders resolve, nor below what rounding leaves of the data.
 fn settle_delta<const P: usize>(
     regression: &Regression<P>, resolution: f64, solver: &dyn QpSolver, options: &SolveOptions,
 ) -> Result<f64, FitError> {
     let thinned = regression.thinned(SCALE_SAMPLES);
     let count = thinned.targets.len().max(1) as f64;
     let size = (thinned.targets.iter().map(|y| y * y).sum::<f64>() / count).sqrt();
-    let floor = resolution.max(1e-9 * size).max(f64::MIN_POSITIVE.sqrt());
-    // so wide a delta that the first round is least squares
-    let mut delta = 1e3 * size + floor;
-    for _ in 0..=SCALE_ROUNDS {
-        let x = thinned.minimise(delta, solver, options)?.x;
-        let residuals = (0..thinned.targets.len()).map(|k| thinned.residual(k, &x).abs()).collect();
-        delta = HUBER * (quantile(residuals, 0.5) / 0.6745).max(floor);
+    let floor = (RESOLVED * resolution).max(1e-9 * size).max(f64::MIN_POSITIVE.sqrt());
+    let scale_around = |x: &[f64; P]| {
+        let residuals = (0..thinned.targets.len()).map(|k| thinned.residual(k, x).abs()).collect();
+        HUBER * (quantile(residuals, 0.5) / 0.6745).max(floor)
+    };
+    let mut delta = scale_around(&thinned.least_squares());
+    for _ in 0..SCALE_ROUNDS {
+        delta = scale_around(&thinned.minimise(delta, solver, options)?.x);
     }
     Ok(delta)
 }

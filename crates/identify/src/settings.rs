@@ -20,6 +20,8 @@ pub struct FitSettings {
     pub motor_coulomb_nm: f64,
     /// Stiffness of the shaft where it is known, N m/rad; otherwise it is fitted.
     pub stiffness_nm_per_rad: Option<f64>,
+    /// Whether the shaft's damping is fitted, too. Without it a torque that falls while in contact makes the gap look larger.
+    pub fit_damping: bool,
     /// Contact torque from which on the side counts as known, N m; from the data if not given.
     pub torque_threshold_nm: Option<f64>,
     /// Residual at which the Huber loss turns from square to linear, rad; 1.345 robust standard deviations if not given.
@@ -46,6 +48,7 @@ impl Default for FitSettings {
             motor_viscous_nms_per_rad: 0.0,
             motor_coulomb_nm: 0.0,
             stiffness_nm_per_rad: None,
+            fit_damping: true,
             torque_threshold_nm: None,
             huber_delta_rad: None,
             half_window_s: 2.5e-3,

@@ -4,7 +4,7 @@
 //! `y = s b + c T + o` and not on the other biases `c` and with it `b`. So both sides are averaged with one triangular
 //! window of half-width `H`, `w(t) = (H - |t|)/H^2`. Integrating by parts twice turns the average of the acceleration into
 //! the plain difference `(theta(t+H) - 2 theta(t) + theta(t-H))/H^2`, exact whatever the motion, and the average of the
-//! velocity into the difference of two plain means. Windows are placed one half-width apart: there the triangles add up
+//! velocity, as well as of the rate of the position difference, into the difference of two plain means. Windows are placed one half-width apart: there the triangles add up
 //! to one, so every sample counts once and none of the log is lost although it shrinks by that factor.
 
 use crate::{log::BacklashLog, settings::FitSettings};
@@ -14,6 +14,8 @@ use crate::{log::BacklashLog, settings::FitSettings};
 pub struct WindowSample {
     /// Mean of `theta_M - theta_L`, rad.
     pub difference_rad: f64,
+    /// Mean rate of `theta_M - theta_L`, rad/s.
+    pub rate_rad_s: f64,
     /// Mean contact torque, N m.
     pub torque_nm: f64,
 }
@@ -38,8 +40,8 @@ fn average(log: &BacklashLog, settings: &FitSettings, half: usize, start: usize)
     let motor = &log.motor()[start..=start + 2 * half];
     let load = &log.load()[start..=start + 2 * half];
     let current = &log.current()[start..=start + 2 * half];
-    let (mut difference, mut torque_current, mut swing) = (0.0, 0.0, 0.0);
-    let middle = motor[half];
+    let (mut difference, mut torque_current, mut swing, mut slip) = (0.0, 0.0, 0.0, 0.0);
+    let (middle, between) = (motor[half], motor[half] - load[half]);
     for k in 0..=2 * half {
         let offset = half.abs_diff(k);
         let weight = (half - offset) as f64;
@@ -47,7 +49,9 @@ fn average(log: &BacklashLog, settings: &FitSettings, half: usize, start: usize)
         torque_current += weight * current[k];
         // trapezoid rule over each half; the middle sample falls out
         let trapezoid = if offset == half { 0.5 } else { 1.0 };
-        swing += if k > half { trapezoid * (motor[k] - middle) } else { -trapezoid * (motor[k] - middle) };
+        let trapezoid = if k > half { trapezoid } else { -trapezoid };
+        swing += trapezoid * (motor[k] - middle);
+        slip += trapezoid * (motor[k] - load[k] - between);
     }
     let area = (half * half) as f64;
     let width_s = half as f64 * log.period_s();
@@ -56,6 +60,7 @@ fn average(log: &BacklashLog, settings: &FitSettings, half: usize, start: usize)
     let coulomb = if velocity == 0.0 { 0.0 } else { settings.motor_coulomb_nm * velocity.signum() };
     WindowSample {
         difference_rad: difference / area,
+        rate_rad_s: slip / (area * log.period_s()),
         torque_nm: settings.torque_constant_nm_per_a * torque_current / area
             - settings.motor_inertia_kgm2.unwrap_or(0.0) * acceleration
             - settings.motor_viscous_nms_per_rad * velocity
@@ -76,7 +81,7 @@ mod tests {
     #[test]
     fn a_parabola_gives_its_own_torque() {
         // theta = 3 + 5 t + 7 t^2: acceleration 14, velocity 5 + 14 t, both exact under a symmetric window
-        let log = log(|t| (3.0 + 5.0 * t + 7.0 * t * t, 2.0 + 5.0 * t + 7.0 * t * t, 2.0));
+        let log = log(|t| (3.0 + 5.0 * t + 7.0 * t * t, 2.0 + 2.0 * t + 7.0 * t * t, 2.0));
         let settings = FitSettings { motor_viscous_nms_per_rad: 0.1, motor_coulomb_nm: 0.25, ..FitSettings::new(1.5, Some(0.01)) };
         for half in [1, 4, 10] {
             let averages = averages(&log, &settings, half);
@@ -85,7 +90,7 @@ mod tests {
                 let t = ((n + 1) * half) as f64 * 1e-3;
                 let torque = 1.5 * 2.0 - 0.01 * 14.0 - 0.1 * (5.0 + 14.0 * t) - 0.25;
                 assert!((sample.torque_nm - torque).abs() < 1e-9, "{} {torque}", sample.torque_nm);
-                assert!((sample.difference_rad - 1.0).abs() < 1e-12);
+                assert!((sample.difference_rad - 1.0 - 3.0 * t).abs() < 1e-12 && (sample.rate_rad_s - 3.0).abs() < 1e-9);
             }
         }
     }

@@ -32,6 +32,9 @@ pub(crate) use program::Piece;
 const THINNED: usize = 2000;
 /// Distance from a corner of the loss, in deltas, within which a sample stays explicit at first.
 const BAND: f64 = 0.05;
+/// Scaled distance from zero, in deltas, beyond which a bound is left out of the program until a solve violates it: a bound
+/// a million deltas away is the one badly scaled row of an otherwise well scaled program, and keeps a solver from converging.
+const FAR: f64 = 10.0;
 /// Most Newton steps at the end; one is the rule.
 const POLISH: usize = 20;
 
@@ -75,13 +78,20 @@ impl<const P: usize> Regression<P> {
         (0..self.targets.len()).map(|k| loss(self.residual(k, x).abs())).sum()
     }
 
+    /// Least squares, coefficients that may not be negative cut off at zero.
+    pub(crate) fn least_squares(&self) -> [f64; P] {
+        let (scaled, units) = self.scaled(1.0);
+        let z = scaled.scaled_least_squares();
+        std::array::from_fn(|j| z[j] * units[j])
+    }
+
     /// The exact minimiser of the objective.
     ///
     /// # Errors
     /// Any solve that ends without a solution, with its status.
     pub fn minimise(&self, delta: f64, solver: &dyn QpSolver, options: &SolveOptions) -> Result<Minimiser<P>, FitError> {
         let (scaled, units) = self.scaled(delta);
-        let mut state = Descent { z: scaled.least_squares(), status: SolverStatus::Solved, iterations: 0, solves: 0, explicit: 0 };
+        let mut state = Descent { z: scaled.scaled_least_squares(), status: SolverStatus::Solved, iterations: 0, solves: 0, explicit: 0 };
         let thinned = scaled.thinned(THINNED);
         state.solve(&thinned, &vec![Piece::Explicit; thinned.targets.len()], solver, options)?;
         if thinned.targets.len() < scaled.targets.len() {
@@ -164,7 +174,7 @@ impl<const P: usize> Regression<P> {
         worst / self.rows.len().max(1) as f64
     }
 
-    fn least_squares(&self) -> [f64; P] {
+    fn scaled_least_squares(&self) -> [f64; P] {
         // with every sample in the square part, one Newton step from zero is least squares
         let step = Normal::square(self).newton(&[true; P]).unwrap_or([0.0; P]);
         std::array::from_fn(|j| if self.nonnegative[j] { step[j].max(0.0) } else { step[j] })
@@ -181,24 +191,29 @@ struct Descent<const P: usize> {
 }
 
 impl<const P: usize> Descent<P> {
+    /// One program around the present point, and again with any bound that it was wrong to leave out.
     fn solve(&mut self, data: &Regression<P>, pieces: &[Piece], solver: &dyn QpSolver, options: &SolveOptions) -> Result<(), FitError> {
-        let program = program::build(data, pieces, &self.z);
-        let solution = solver.solve(&program, options)?;
-        self.iterations += solution.iterations;
-        self.solves += 1;
-        self.explicit = program.equations;
-        match solution.status {
-            SolverStatus::Solved => {}
-            SolverStatus::AlmostSolved => self.status = SolverStatus::AlmostSolved,
-            status => return Err(FitError::Solver { status, iterations: self.iterations }),
-        }
-        for (j, z) in self.z.iter_mut().enumerate() {
-            *z += solution.x.get(j).copied().unwrap_or(0.0);
-            if data.nonnegative[j] {
-                *z = z.max(0.0);
+        let mut bounded = std::array::from_fn(|j| data.nonnegative[j] && self.z[j] <= FAR);
+        loop {
+            let program = program::build(data, pieces, &self.z, &bounded);
+            let solution = solver.solve(&program, options)?;
+            self.iterations += solution.iterations;
+            self.solves += 1;
+            self.explicit = program.equations;
+            match solution.status {
+                SolverStatus::Solved => {}
+                SolverStatus::AlmostSolved => self.status = SolverStatus::AlmostSolved,
+                status => return Err(FitError::Solver { status, iterations: self.iterations }),
             }
+            let z: [f64; P] = std::array::from_fn(|j| self.z[j] + solution.x.get(j).copied().unwrap_or(0.0));
+            let missed: [bool; P] = std::array::from_fn(|j| data.nonnegative[j] && !bounded[j] && z[j] < 0.0);
+            if !missed.contains(&true) {
+                // what is still below zero is within the solver's tolerance of its bound
+                self.z = std::array::from_fn(|j| if data.nonnegative[j] { z[j].max(0.0) } else { z[j] });
+                return Ok(());
+            }
+            bounded = std::array::from_fn(|j| bounded[j] || missed[j]);
         }
-        Ok(())
     }
 }
 

@@ -44,12 +44,12 @@ impl Piece {
 
 /// Variables: step `d` (P), then for each explicit sample its square part `u`, its excess above `v >= 0` and below
 /// `w >= 0` with `a d + u + v - w = r`, `r` the residual at the centre; loss `u^2/2 + v + w`. The other samples add
-/// `d'Hd/2 - h'd`. The bounds hold for centre plus step.
-pub(super) fn build<const P: usize>(data: &Regression<P>, pieces: &[Piece], centre: &[f64; P]) -> QuadraticProgram {
+/// `d'Hd/2 - h'd`. A coefficient that is `bounded` keeps centre plus step from falling below zero.
+pub(super) fn build<const P: usize>(data: &Regression<P>, pieces: &[Piece], centre: &[f64; P], bounded: &[bool; P]) -> QuadraticProgram {
     let explicit: Vec<usize> = (0..pieces.len()).filter(|&k| pieces[k] == Piece::Explicit).collect();
     let count = explicit.len();
     let summed = Normal::of_pieces(data, pieces, centre);
-    let bounded: Vec<usize> = (0..P).filter(|&j| data.nonnegative[j]).collect();
+    let bounded: Vec<usize> = (0..P).filter(|&j| bounded[j]).collect();
     let (variables, rows) = (P + 3 * count, count + bounded.len() + 2 * count);
     let first_excess_row = count + bounded.len();
 
