@@ -3,6 +3,12 @@
 //! A compensator is a block that runs at the servo rate (250 us). Its configuration is immutable and shared, its state is
 //! small, cloneable and serialisable. It sees only what a drive has; [`MethodInfo::knows`] says what it needs beyond that.
 
+pub mod fixed;
+pub mod load_feedback;
+pub mod none;
+pub mod published;
+pub mod registry;
+
 use crate::signal::{Engagement, Reference};
 use serde::{Deserialize, Serialize};
 
@@ -85,7 +91,7 @@ impl Correction {
 /// A backlash compensator.
 pub trait Compensator: Send + Sync + 'static {
     /// What it carries from tick to tick.
-    type State: Clone + Send + Serialize + for<'de> Deserialize<'de>;
+    type State: Clone + Send + Sync + Serialize + for<'de> Deserialize<'de>;
 
     /// What it says of itself.
     fn info(&self) -> &'static MethodInfo;

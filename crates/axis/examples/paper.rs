@@ -1,0 +1,82 @@
+//! The paper's axis on a move there and back and on sines: every method, and a scan of the published method's two parameters.
+//!
+//! `cargo run --release -p lostmotion-axis --example paper`
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use lostmotion_axis::{AxisConfig, AxisError, AxisOutput, METHODS, build_runner};
+use std::time::Instant;
+use support::{PAPER_MOVE, circle, errors, max_abs, rms, run, setpoints, there_and_back};
+
+const REST_S: f64 = 0.4;
+
+/// Settled load offset after the way there and back (rad), and RMS of reference minus load over everything.
+fn move_figures(config: &AxisConfig, method: &str) -> [f64; 4] {
+    let seconds = 2.0 * (PAPER_MOVE.duration() + REST_S);
+    let out = run(config, method, &|t| there_and_back(PAPER_MOVE, REST_S, t), seconds);
+    let error = errors(&out);
+    let half = error.len() / 2;
+    let settled = |end: usize| error[end - 80..end].iter().sum::<f64>() / 80.0;
+    [settled(half), settled(error.len()), rms(error.iter().copied()), max_abs(error)]
+}
+
+/// RMS and maximum of reference minus load on a sine, compared with the axis without gap, after two turns.
+fn sine_figures(config: &AxisConfig, method: &str, radius: f64, w: f64) -> [f64; 2] {
+    let turn = std::f64::consts::TAU / w;
+    let motion = |t: f64| circle(radius, w, t);
+    let (with, without) = (run(config, method, &motion, 8.0 * turn), run(&config.without_gap(), "none", &motion, 8.0 * turn));
+    let skip = with.load.len() / 4;
+    let lost: Vec<f64> = with.load.iter().zip(&without.load).skip(skip).map(|(a, b)| a - b).collect();
+    [rms(lost.iter().copied()), max_abs(lost)]
+}
+
+fn speed(config: &AxisConfig, method: &str) -> Result<f64, AxisError> {
+    let points = setpoints(&|t| circle(5.0, 6.0, t), 20.0);
+    let mut runner = build_runner(config, method, 0.0)?;
+    let mut out = AxisOutput::default();
+    let start = Instant::now();
+    for chunk in points.chunks(64) {
+        out.clear();
+        runner.push(chunk, &mut out)?;
+    }
+    Ok(20.0 / start.elapsed().as_secs_f64())
+}
+
+fn main() -> Result<(), AxisError> {
+    let paper = AxisConfig::paper();
+    println!("move 0 -> 20 -> 0 rad (40 rad/s, 400 rad/s2, 8000 rad/s3), gap 0.2 rad, no feed-forward");
+    println!("{:<20}{:>14}{:>14}{:>12}{:>12}", "method", "offset there", "offset back", "rms", "max");
+    println!("{:<20}{:>14.6}{:>14.6}{:>12.6}{:>12.6}", "(without gap)", 0.0, 0.0, move_figures(&paper.without_gap(), "none")[2], 0.0);
+    for method in METHODS {
+        let [there, back, r, m] = move_figures(&paper, method.info.name);
+        println!("{:<20}{there:>14.6}{back:>14.6}{r:>12.6}{m:>12.6}", method.info.name);
+    }
+    println!("\npart of the load's error that the gap causes on a sine of 5 rad (rms, max; rad)");
+    for w in [2.0, 6.0, 15.0] {
+        for method in METHODS {
+            let [r, m] = sine_figures(&paper, method.info.name, 5.0, w);
+            println!("w {w:>4} rad/s  {:<20}{r:>12.6}{m:>12.6}", method.info.name);
+        }
+    }
+    println!("\npublished: offset there / back / rms over those of none, by p0 and lambda");
+    let base = move_figures(&paper, "none");
+    for method in ["published", "published-literal"] {
+        for p0 in [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1.0, 1e2, 1e4, 1e6, 1e8] {
+            print!("{method:<18} p0 {p0:>8.0e}");
+            for lambda in [0.2, 0.4, 0.5, 0.6, 0.7, 0.75, 0.77] {
+                let mut config = paper.clone();
+                config.compensation.published.p0 = p0;
+                config.compensation.published.lambda = lambda;
+                let f = move_figures(&config, method);
+                print!(" | {:>6.2} {:>6.2} {:>5.2}", f[0] / base[0], f[1] / base[1], f[2] / base[2]);
+            }
+            println!();
+        }
+    }
+    println!("\nspeed, times real time");
+    for method in METHODS {
+        println!("{:<20}{:>10.0}", method.info.name, speed(&paper, method.info.name)?);
+    }
+    Ok(())
+}

@@ -1,0 +1,66 @@
+//! The open set of compensators. Adding one is one file beside this and one line in [`METHODS`].
+
+use super::fixed::Fixed;
+use super::load_feedback::LoadFeedback;
+use super::none::Uncompensated;
+use super::published::Published;
+use super::{Compensator, MethodInfo};
+use crate::config::AxisConfig;
+use crate::error::AxisError;
+use crate::runner::{AxisRunner, AxisSim};
+
+/// A compensator that the registry can build from an axis' description.
+pub trait Registered: Compensator + Sized {
+    /// What it says of itself.
+    const INFO: &'static MethodInfo;
+
+    /// With the settings in the description, which has been checked.
+    fn from_axis(config: &AxisConfig) -> Self;
+}
+
+/// One registered method.
+#[derive(Clone, Copy, Debug)]
+pub struct Method {
+    /// What it says of itself.
+    pub info: &'static MethodInfo,
+    build: fn(&AxisConfig, f64) -> Box<dyn AxisRunner>,
+}
+
+impl Method {
+    const fn of<C: Registered>() -> Method {
+        Method { info: C::INFO, build: |config, start| Box::new(AxisSim::new(config, C::from_axis(config), start)) }
+    }
+}
+
+/// Every method there is.
+pub static METHODS: &[Method] = &[
+    Method::of::<Uncompensated>(),
+    Method::of::<Fixed>(),
+    Method::of::<Published<false>>(),
+    Method::of::<Published<true>>(),
+    Method::of::<LoadFeedback>(),
+];
+
+/// The method of a name.
+///
+/// # Errors
+/// [`AxisError::UnknownMethod`] with the names there are.
+pub fn find_method(name: &str) -> Result<&'static Method, AxisError> {
+    METHODS.iter().find(|method| method.info.name == name).ok_or_else(|| AxisError::UnknownMethod {
+        name: name.to_owned(),
+        known: METHODS.iter().map(|method| method.info.name).collect::<Vec<_>>().join(", "),
+    })
+}
+
+/// An axis with a compensator, standing still with its motor at `start_position` (mm, deg or rad: the axis' unit).
+///
+/// # Errors
+/// A description that makes no sense, an unknown method, a start position that is not a finite number.
+pub fn build_runner(config: &AxisConfig, method: &str, start_position: f64) -> Result<Box<dyn AxisRunner>, AxisError> {
+    let method = find_method(method)?;
+    config.check()?;
+    if !start_position.is_finite() {
+        return Err(AxisError::StartPosition { value: start_position });
+    }
+    Ok((method.build)(config, start_position))
+}

@@ -1,0 +1,44 @@
+//! What can go wrong with an axis.
+
+use crate::config::AxisConfigError;
+
+/// Error of an axis.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AxisError {
+    /// The description makes no sense.
+    #[error(transparent)]
+    Config(#[from] AxisConfigError),
+    /// No compensator of that name.
+    #[error("there is no method \"{name}\"; known methods: {known}")]
+    UnknownMethod {
+        /// The name asked for.
+        name: String,
+        /// The names there are, separated by commas.
+        known: String,
+    },
+    /// The start position is not a finite number.
+    #[error("the start position is {value}; it has to be a finite number")]
+    StartPosition {
+        /// The value given.
+        value: f64,
+    },
+    /// A setpoint that is not a finite number.
+    #[error("setpoint {tick}: its {what} is {value}; it has to be a finite number")]
+    SetpointNotFinite {
+        /// Number of the setpoint since the start, from 0.
+        tick: u64,
+        /// position, velocity or acceleration.
+        what: &'static str,
+        /// The value given.
+        value: f64,
+    },
+    /// A setpoint without velocity or acceleration where the reference needs them.
+    #[error("setpoint {tick} comes without {what}; send it along, or set the axis' `reference` to \"differences\"")]
+    SetpointIncomplete {
+        /// Number of the setpoint since the start, from 0.
+        tick: u64,
+        /// velocity or acceleration.
+        what: &'static str,
+    },
+}

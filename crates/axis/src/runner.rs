@@ -1,0 +1,207 @@
+//! One axis from setpoints to where its load really is.
+
+use crate::compensation::{Compensator, MethodInfo, Signals};
+use crate::config::AxisConfig;
+use crate::error::AxisError;
+use crate::plant::{Plant, PlantParams, PlantState};
+use crate::reference::{Spline, SplineState};
+use crate::servo::{Servo, ServoState};
+use crate::signal::{AxisSample, Setpoint};
+use lostmotion_base::Clock;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Servo samples for every setpoint.
+pub const SAMPLES_PER_SETPOINT: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) as usize;
+
+/// What an axis did: appended to by every [`AxisRunner::push`], emptied by the caller.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AxisOutput {
+    /// Load position at each servo tick, in the axis' unit.
+    pub load: Vec<f64>,
+    /// Position reference at each servo tick, in the axis' unit.
+    pub reference: Vec<f64>,
+    /// Number of servo periods in which the current or the voltage was at its limit.
+    pub saturated_samples: u64,
+    /// Largest magnitude of i_q, A.
+    pub peak_current_a: f64,
+    /// Everything at each servo tick, if a list is given here.
+    pub trace: Option<Vec<AxisSample>>,
+}
+
+impl AxisOutput {
+    /// Empty, without or with a trace.
+    pub fn new(with_trace: bool) -> AxisOutput {
+        AxisOutput { trace: with_trace.then(Vec::new), ..AxisOutput::default() }
+    }
+
+    /// Forgets the samples and keeps the memory; count and peak go on.
+    pub fn clear(&mut self) {
+        self.load.clear();
+        self.reference.clear();
+        if let Some(trace) = &mut self.trace {
+            trace.clear();
+        }
+    }
+}
+
+/// An axis with whatever compensator, driven by chunks of setpoints.
+pub trait AxisRunner: Send {
+    /// Takes one setpoint per CNC period and appends [`SAMPLES_PER_SETPOINT`] servo samples for each.
+    ///
+    /// Sample k (counted from the start) shows the axis at servo tick k, before that tick's command has had any effect; the reference in
+    /// it belongs to the setpoint time `k * 250 us - delay`, setpoint n standing at n * 1 ms. Sample 0 is the start itself.
+    ///
+    /// # Errors
+    /// A setpoint that is not finite or incomplete. Those before it have been taken.
+    fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError>;
+
+    /// CNC periods by which the reference lags behind the setpoints.
+    fn delay_ticks(&self) -> u32;
+
+    /// The compensator.
+    fn info(&self) -> &'static MethodInfo;
+
+    /// The plant's present state, at the motor's shaft.
+    fn plant(&self) -> &PlantState;
+
+    /// A copy that goes on from here on its own.
+    fn boxed_clone(&self) -> Box<dyn AxisRunner>;
+}
+
+#[derive(Debug)]
+struct Model<C> {
+    spline: Spline,
+    servo: Servo,
+    plant: Plant,
+    compensator: C,
+    units_per_motor_rad: f64,
+    has_scale: bool,
+}
+
+/// All that an axis carries from tick to tick.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisState<S> {
+    /// The reference.
+    pub spline: SplineState,
+    /// The drive.
+    pub servo: ServoState,
+    /// The plant.
+    pub plant: PlantState,
+    /// The compensator.
+    pub compensator: S,
+}
+
+/// An axis with a compensator: the description shared, the state its own.
+#[derive(Debug)]
+pub struct AxisSim<C: Compensator> {
+    model: Arc<Model<C>>,
+    state: AxisState<C::State>,
+}
+
+impl<C: Compensator> Clone for AxisSim<C> {
+    fn clone(&self) -> Self {
+        AxisSim { model: Arc::clone(&self.model), state: self.state.clone() }
+    }
+}
+
+impl<C: Compensator> AxisSim<C> {
+    /// Standing still with the motor at a position in the axis' unit. The description has to be checked before.
+    pub fn new(config: &AxisConfig, compensator: C, start_position: f64) -> AxisSim<C> {
+        let factor = config.transmission.motor_rad_per_unit();
+        let start_rad = start_position * factor;
+        let params = PlantParams::new(config);
+        let (spline, servo) = (Spline::new(config), Servo::new(config));
+        let plant = PlantState::at_rest(&params, start_rad, config.start_in_gap.0);
+        let state = AxisState {
+            spline: spline.initial(start_position),
+            servo: servo.initial(&plant, start_rad),
+            plant,
+            compensator: compensator.initial(start_rad),
+        };
+        let has_scale = compensator.info().knows.load_scale;
+        let model = Model { spline, servo, plant: Plant::new(&params), compensator, units_per_motor_rad: 1.0 / factor, has_scale };
+        AxisSim { model: Arc::new(model), state }
+    }
+
+    /// The present state, to be kept.
+    pub fn state(&self) -> &AxisState<C::State> {
+        &self.state
+    }
+
+    /// Goes on from a state kept earlier.
+    pub fn restore(&mut self, state: AxisState<C::State>) {
+        self.state = state;
+    }
+
+    #[inline]
+    fn servo_tick(&mut self, index: u32, out: &mut AxisOutput) {
+        let (model, state) = (&*self.model, &mut self.state);
+        let reference = model.spline.at(&state.spline, index, SAMPLES_PER_SETPOINT as u32);
+        let next_reference = model.spline.at(&state.spline, index + 1, SAMPLES_PER_SETPOINT as u32);
+        let measured = model.servo.measure(&mut state.servo, &state.plant);
+        let signals = Signals {
+            reference,
+            next_reference,
+            motor_position: measured.position,
+            motor_velocity: measured.velocity,
+            current: state.plant.current_q,
+            saturated: state.servo.saturated,
+            load_position: if model.has_scale { Some(model.servo.read_scale(&state.plant)) } else { None },
+        };
+        let correction = model.compensator.step(&mut state.compensator, &signals);
+        out.load.push(state.plant.load_position * model.units_per_motor_rad);
+        out.reference.push(reference.position * model.units_per_motor_rad);
+        if let Some(trace) = &mut out.trace {
+            let plant = &state.plant;
+            trace.push(AxisSample {
+                reference,
+                motor_position: plant.motor_position(),
+                motor_velocity: plant.motor_velocity,
+                load_position: plant.load_position,
+                load_velocity: plant.load_velocity,
+                current: plant.current_q,
+                torque: model.plant.params().torque_constant_nm_per_a * plant.current_q,
+                engagement: plant.engagement(),
+                gap_angle_estimate: correction.gap_angle_estimate,
+                inertia_estimate: correction.inertia_estimate,
+                engagement_estimate: correction.engagement_estimate,
+            });
+        }
+        model.servo.command(&mut state.servo, &reference, &next_reference, &measured, &correction);
+        for _ in 0..model.servo.current_steps() {
+            let input = model.servo.voltage(&mut state.servo, &state.plant);
+            model.plant.step(&mut state.plant, &input);
+            out.peak_current_a = out.peak_current_a.max(state.plant.current_q.abs());
+        }
+        out.saturated_samples += u64::from(state.servo.saturated);
+    }
+}
+
+impl<C: Compensator> AxisRunner for AxisSim<C> {
+    fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError> {
+        for setpoint in setpoints {
+            self.model.spline.push(&mut self.state.spline, setpoint)?;
+            for index in 0..SAMPLES_PER_SETPOINT as u32 {
+                self.servo_tick(index, out);
+            }
+        }
+        Ok(())
+    }
+
+    fn delay_ticks(&self) -> u32 {
+        self.model.spline.delay_ticks()
+    }
+
+    fn info(&self) -> &'static MethodInfo {
+        self.model.compensator.info()
+    }
+
+    fn plant(&self) -> &PlantState {
+        &self.state.plant
+    }
+
+    fn boxed_clone(&self) -> Box<dyn AxisRunner> {
+        Box::new(self.clone())
+    }
+}

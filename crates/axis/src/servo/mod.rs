@@ -1,0 +1,136 @@
+//! The drive: field-oriented current control, velocity PI, position P.
+//!
+//! Every 250 us, from the encoder at that instant (`velocity`, [`Servo::command`]):
+//! ```text
+//! w     = (theta(k) - theta(k-1)) / T
+//! w_ref = Kv (theta_ref + c_pos - theta + c_fb) + f_v (theta_ref(k) - theta_ref(k-1))/T + c_vel
+//! i_ff  = (f_a J_told (w_ref'(k+1) - w_ref'(k))/T + c_torque) / K_t        (w_ref' the spline's velocity)
+//! i_ref = clamp(Kp (w_ref - w) + I + i_ff)
+//! ```
+//! and every 50 us, from the currents at that instant (`current`, [`Servo::voltage`]) the voltages in d and q. The velocity
+//! fed forward is the reference's mean over the same period as the encoder's difference, and the acceleration the mean over
+//! the coming period, in which the torque acts: so neither leaves a following error of its own.
+//!
+//! Anti-windup is by back-calculation: an output that was cut by `delta` moves its integral by `delta` times period over integral time. While the voltage is
+//! at its limit the velocity integral takes up no error that asks for still more torque.
+
+mod current;
+mod encoder;
+mod velocity;
+
+pub use current::CurrentState;
+pub use encoder::Encoder;
+pub use velocity::VelocityState;
+
+use crate::compensation::Correction;
+use crate::config::{AxisConfig, Drive};
+use crate::plant::{PlantInput, PlantState};
+use crate::signal::Reference;
+use lostmotion_base::Clock;
+use serde::{Deserialize, Serialize};
+
+/// The drive of one axis: immutable, shared.
+#[derive(Clone, Debug)]
+pub struct Servo {
+    drive: Drive,
+    encoder: Encoder,
+    scale: Encoder,
+    servo_period_s: f64,
+    current_period_s: f64,
+    current_steps: u32,
+    torque_constant: f64,
+    told_inertia: f64,
+    inductance: f64,
+    resistance: f64,
+    back_emf: f64,
+    pole_pairs: f64,
+    voltage_limit: f64,
+}
+
+/// What the drive carries along.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ServoState {
+    /// Position and velocity loop.
+    pub velocity: VelocityState,
+    /// Current loops.
+    pub current: CurrentState,
+    /// Whether the current or the voltage was at its limit in the last servo period.
+    pub saturated: bool,
+}
+
+/// What the drive measures at a servo tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Motor position, rad.
+    pub position: f64,
+    /// Motor speed, rad/s.
+    pub velocity: f64,
+}
+
+impl Servo {
+    /// The drive of an axis.
+    pub fn new(config: &AxisConfig) -> Servo {
+        let (drive, motor, load) = (config.drive, &config.motor, config.reflected_load());
+        let current_period_s = f64::from(drive.current_period_us) * 1e-6;
+        Servo {
+            drive,
+            encoder: drive.encoder_counts_per_rev.map_or(Encoder::IDEAL, Encoder::with_counts),
+            scale: Encoder::with_step(load.scale_rad),
+            servo_period_s: Clock::SERVO.period_s(),
+            current_period_s,
+            current_steps: crate::config::SERVO_PERIOD_US / drive.current_period_us.max(1),
+            torque_constant: motor.torque_constant_nm_per_a,
+            told_inertia: drive.told_inertia_kgm2.unwrap_or(motor.inertia_kgm2 + load.inertia_kgm2),
+            inductance: motor.phase_inductance_h(),
+            resistance: motor.phase_resistance_ohm(),
+            back_emf: motor.back_emf_v_s_per_rad(),
+            pole_pairs: motor.pole_pairs(),
+            voltage_limit: drive.bus_voltage_v / 3.0_f64.sqrt(),
+        }
+    }
+
+    /// State of a drive that stands still, holding whatever current flows.
+    pub fn initial(&self, plant: &PlantState, reference: f64) -> ServoState {
+        ServoState {
+            velocity: VelocityState::new(self.encoder.read(plant.motor_position()), reference, plant.current_q),
+            current: CurrentState::new(self.resistance * plant.current_q),
+            saturated: false,
+        }
+    }
+
+    /// Current periods in a servo period.
+    pub fn current_steps(&self) -> u32 {
+        self.current_steps
+    }
+
+    /// Reads the motor's encoder, once per servo tick.
+    pub fn measure(&self, state: &mut ServoState, plant: &PlantState) -> Measured {
+        let position = self.encoder.read(plant.motor_position());
+        let velocity = (position - state.velocity.position) / self.servo_period_s;
+        state.velocity.position = position;
+        Measured { position, velocity }
+    }
+
+    /// Reads the load's scale, rad at the motor's shaft.
+    pub fn read_scale(&self, plant: &PlantState) -> f64 {
+        self.scale.read(plant.load_position)
+    }
+
+    /// Position and velocity loop: sets the current command for the coming servo period.
+    pub fn command(&self, state: &mut ServoState, reference: &Reference, next: &Reference, measured: &Measured, correction: &Correction) {
+        let voltage_limited = state.current.limited;
+        let limited = state.velocity.command(self, reference, next, measured, correction, voltage_limited);
+        state.current.limited = false;
+        state.current.electric_speed = self.pole_pairs * measured.velocity;
+        state.current.back_emf = self.back_emf * measured.velocity;
+        state.saturated = limited;
+    }
+
+    /// Current loops: the voltages for the coming current period.
+    #[inline]
+    pub fn voltage(&self, state: &mut ServoState, plant: &PlantState) -> PlantInput {
+        let input = state.current.voltage(self, state.velocity.current_command, plant);
+        state.saturated |= state.current.limited;
+        input
+    }
+}

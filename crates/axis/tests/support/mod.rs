@@ -1,0 +1,115 @@
+//! Motions with closed forms, and a short way to run an axis along one.
+#![allow(dead_code, reason = "each test file uses a part")]
+
+use lostmotion_axis::{AxisConfig, AxisOutput, Setpoint, build_runner};
+use lostmotion_base::math;
+
+/// Position, velocity, acceleration at a time in s.
+pub type Motion<'a> = &'a dyn Fn(f64) -> (f64, f64, f64);
+
+/// A rest-to-rest move of constant jerk pieces that reaches its velocity and acceleration limits.
+#[derive(Clone, Copy, Debug)]
+pub struct Move {
+    pub distance: f64,
+    pub velocity: f64,
+    pub acceleration: f64,
+    pub jerk: f64,
+}
+
+impl Move {
+    /// Durations of the seven pieces and their jerks.
+    fn pieces(&self) -> [(f64, f64); 7] {
+        let tj = self.acceleration / self.jerk;
+        let ta = self.velocity / self.acceleration - tj;
+        let cruise = self.distance.abs() / self.velocity - (ta + 2.0 * tj);
+        assert!(ta >= 0.0 && cruise >= 0.0, "the move does not reach its limits");
+        let j = self.jerk * self.distance.signum();
+        [(tj, j), (ta, 0.0), (tj, -j), (cruise, 0.0), (tj, -j), (ta, 0.0), (tj, j)]
+    }
+
+    pub fn duration(&self) -> f64 {
+        self.pieces().iter().map(|piece| piece.0).sum()
+    }
+
+    pub fn at(&self, mut t: f64) -> (f64, f64, f64) {
+        let (mut p, mut v, mut a) = (0.0, 0.0, 0.0);
+        if t <= 0.0 {
+            return (0.0, 0.0, 0.0);
+        }
+        if t >= self.duration() {
+            return (self.distance, 0.0, 0.0);
+        }
+        let mut cruising = [false; 7];
+        cruising[3] = true;
+        for (i, (span, j)) in self.pieces().into_iter().enumerate() {
+            let dt = t.min(span);
+            let a0 = if i == 3 || i == 0 { 0.0 } else { a };
+            p += v * dt + a0 * dt * dt / 2.0 + j * dt * dt * dt / 6.0;
+            v += a0 * dt + j * dt * dt / 2.0;
+            a = a0 + j * dt;
+            t -= dt;
+            if t <= 0.0 {
+                break;
+            }
+        }
+        (p, v, a)
+    }
+}
+
+/// There, a rest, back, a rest.
+pub fn there_and_back(forward: Move, rest: f64, t: f64) -> (f64, f64, f64) {
+    let half = forward.duration() + rest;
+    if t < half {
+        forward.at(t)
+    } else {
+        let back = Move { distance: -forward.distance, ..forward };
+        let (p, v, a) = back.at(t - half);
+        (forward.distance + p, v, a)
+    }
+}
+
+/// The paper's kind of move: 0 -> 20 rad at 40 rad/s, 400 rad/s2, 8000 rad/s3.
+pub const PAPER_MOVE: Move = Move { distance: 20.0, velocity: 40.0, acceleration: 400.0, jerk: 8000.0 };
+
+/// `radius (1 - cos(w t))`, faded in over the first quarter turn by nothing: it starts at rest in position and velocity.
+pub fn circle(radius: f64, w: f64, t: f64) -> (f64, f64, f64) {
+    let (s, c) = math::sin_cos(w * t);
+    (radius * (1.0 - c), radius * w * s, radius * w * w * c)
+}
+
+pub fn setpoints(motion: Motion, seconds: f64) -> Vec<Setpoint> {
+    let count = (seconds * 1000.0).round() as usize;
+    (0..count)
+        .map(|n| {
+            let (position, velocity, acceleration) = motion(n as f64 * 1e-3);
+            Setpoint { position, velocity: Some(velocity), acceleration: Some(acceleration) }
+        })
+        .collect()
+}
+
+/// Runs an axis from rest at the motion's start, with a trace.
+pub fn run(config: &AxisConfig, method: &str, motion: Motion, seconds: f64) -> AxisOutput {
+    let mut runner = build_runner(config, method, motion(0.0).0).expect("a good axis");
+    let mut out = AxisOutput::new(true);
+    runner.push(&setpoints(motion, seconds), &mut out).expect("good setpoints");
+    out
+}
+
+/// Root mean square.
+pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for value in values {
+        sum += value * value;
+        count += 1.0;
+    }
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+pub fn max_abs(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(0.0, |max: f64, value| max.max(value.abs()))
+}
+
+/// Reference minus load, in the axis' unit.
+pub fn errors(out: &AxisOutput) -> Vec<f64> {
+    out.reference.iter().zip(&out.load).map(|(r, l)| r - l).collect()
+}
