@@ -1,0 +1,198 @@
+//! Whether what a machine file says makes sense: values in their range, parts that go together.
+
+use super::document::Document;
+use super::limits::unit;
+use super::problem::Problem;
+use super::settings::Position;
+use super::{General, MachineAxis, WorkOffsets};
+use lostmotion_axis::AxisConfigError;
+use lostmotion_axis::config::Transmission;
+use lostmotion_base::units::deg;
+use lostmotion_base::{AxisId, AxisSet, Coords};
+use lostmotion_kinematics::Kinematics;
+
+/// Checks every axis for itself.
+pub(super) fn axes(document: &Document<'_>, axes: &[MachineAxis], problems: &mut Vec<Problem>) {
+    for axis in axes {
+        let key = format!("axis.{}", axis.id.letter().to_ascii_lowercase());
+        limits(document, &key, axis, problems);
+        config(document, &key, axis, problems);
+    }
+}
+
+fn limits(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut Vec<Problem>) {
+    let bounded = axis.table.bounded();
+    for (name, value, low, high) in bounded {
+        if !(value >= low && value <= high) {
+            problems.push(document.problem(&format!("{key}.limits.{name}"), format!("is {value}; it has to be from {low} to {high}"), ""));
+        }
+    }
+    let [(_, min, ..), (max_key, max, ..), ..] = bounded;
+    if min >= max {
+        let message = format!("is {max}, but the travel begins at {min} {}", unit(axis.id));
+        problems.push(document.problem(
+            &format!("{key}.limits.{max_key}"),
+            message,
+            "the upper end of the travel has to lie above the lower one",
+        ));
+    }
+}
+
+/// The parts of an axis are checked one by one first, so that each can tell its own problem, then together.
+fn config(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut Vec<Problem>) {
+    let config = &axis.config;
+    let parts = [
+        ("transmission", config.transmission.check()),
+        ("motor", config.motor.check()),
+        ("load", config.load.check(&config.transmission)),
+        ("drive", config.drive.check()),
+        ("compensation", config.compensation.check(&config.transmission)),
+    ];
+    let before = problems.len();
+    for (part, result) in parts {
+        if let Err(error) = result {
+            problems.push(axis_problem(document, key, &error.within(part)));
+        }
+    }
+    if problems.len() == before
+        && let Err(error) = config.check()
+    {
+        problems.push(axis_problem(document, key, &error));
+    }
+    let rotary = matches!(config.transmission, Transmission::Rotary(_));
+    if rotary != axis.id.is_rotary() {
+        let (is, wants) = if rotary { ("rotary", "linear") } else { ("linear", "rotary") };
+        let message = format!("is {is}, but axis {} moves in {}", axis.id, unit(axis.id));
+        problems.push(document.problem(&format!("{key}.transmission"), message, format!("describe it as {key}.transmission.{wants}")));
+    }
+}
+
+fn axis_problem(document: &Document<'_>, table: &str, error: &AxisConfigError) -> Problem {
+    match error {
+        AxisConfigError::Range { key, value, allowed } => {
+            document.problem(&format!("{table}.{key}"), format!("is {value}; it has to be {allowed}"), "")
+        }
+        AxisConfigError::Mismatch { key, reason, hint } => {
+            document.problem(&format!("{table}.{key}"), format!("does not fit: {reason}"), hint.clone())
+        }
+        other => document.problem(table, other.to_string(), ""),
+    }
+}
+
+/// Checks what is not an axis, and that it goes with the axes.
+pub(super) fn general(document: &Document<'_>, general: &General, axes: &[MachineAxis], problems: &mut Vec<Problem>) {
+    let mut range = |key: &str, value: f64, low: f64, high: f64| {
+        if !(value >= low && value <= high) {
+            problems.push(document.problem(key, format!("is {value}; it has to be from {low} to {high}"), ""));
+        }
+    };
+    range("planner.default_tolerance_mm", general.planner.default_tolerance_mm, 1e-6, 100.0);
+    range("planner.exact_path_tolerance_mm", general.planner.exact_path_tolerance_mm, 1e-6, 1.0);
+    range("planner.exact_path_angle_deg", general.planner.exact_path_angle_deg, 0.0, 10.0);
+    range("simulate.tolerance_um", general.simulate.tolerance_um, 1e-3, 1e6);
+    for (index, tool) in general.tool.iter().enumerate() {
+        range(&format!("tool[{index}].length_mm"), tool.length_mm, 0.0, 1e4);
+        range(&format!("tool[{index}].diameter_mm"), tool.diameter_mm, 0.0, 1e4);
+    }
+    if general.name.trim().is_empty() {
+        problems.push(document.problem("name", "is empty", "give the machine a name"));
+    }
+    tools(document, general, problems);
+    // what follows would only repeat an axis that could not be read
+    if problems.iter().any(|problem| problem.key.starts_with("axis")) {
+        return;
+    }
+    let set: AxisSet = axes.iter().map(|axis| axis.id).collect();
+    positions(document, general, set, problems);
+    kinematics(document, general, axes, set, problems);
+}
+
+fn tools(document: &Document<'_>, general: &General, problems: &mut Vec<Problem>) {
+    for (index, tool) in general.tool.iter().enumerate() {
+        if general.tool.iter().take(index).any(|other| other.number == tool.number) {
+            let message = format!("tool {} is listed twice", tool.number);
+            problems.push(document.problem(&format!("tool[{index}].number"), message, "remove one of the two"));
+        }
+    }
+}
+
+/// Every position of a file with its key.
+fn all_positions(general: &General) -> Vec<(String, Position)> {
+    let offsets = WorkOffsets::KEYS.iter().zip(general.work_offset.all()).map(|(key, position)| (format!("work_offset.{key}"), position));
+    let homes = [("home.g28".to_owned(), general.home.g28), ("home.g30".to_owned(), general.home.g30)];
+    offsets.chain(homes).chain(general.start.map(|start| ("start".to_owned(), start))).collect()
+}
+
+fn positions(document: &Document<'_>, general: &General, set: AxisSet, problems: &mut Vec<Problem>) {
+    for (key, position) in all_positions(general) {
+        for axis in position.named().filter(|axis| !set.contains(*axis)) {
+            let has: Vec<String> = set.iter().map(|axis| axis.to_string()).collect();
+            let message = format!("the machine has no axis {axis}");
+            problems.push(document.problem(&format!("{key}.{}", axis.column()), message, format!("its axes are {}", has.join(" "))));
+        }
+    }
+}
+
+fn kinematics(document: &Document<'_>, general: &General, axes: &[MachineAxis], set: AxisSet, problems: &mut Vec<Problem>) {
+    let kinematics = match lostmotion_kinematics::build(&general.kinematics) {
+        Ok(kinematics) => kinematics,
+        Err(error) => {
+            let kinds: Vec<&str> = lostmotion_kinematics::entries().iter().map(|entry| entry.kind).collect();
+            problems.push(document.problem("kinematics.kind", error.to_string(), format!("known kinds: {}", kinds.join(", "))));
+            return;
+        }
+    };
+    for missing in coupled(kinematics.as_ref()).iter().filter(|axis| !set.contains(*axis)) {
+        let message = format!("needs an axis {missing}, which the machine does not have");
+        let hint = format!("add [axis.{}] or choose another kind", missing.letter().to_ascii_lowercase());
+        problems.push(document.problem("kinematics.kind", message, hint));
+    }
+    let mut stands = vec![("home.g28", general.home.g28), ("home.g30", general.home.g30)];
+    stands.push(("start", general.start.unwrap_or(general.work_offset.g54)));
+    for (key, position) in stands {
+        in_travel(document, key, &position.coords(), axes, kinematics.as_ref(), problems);
+    }
+}
+
+/// The axes that cannot be missing: those that move another joint than their own, and the joints that they move. Found by moving each axis of
+/// a pose in which no angle is special.
+fn coupled(kinematics: &dyn Kinematics) -> AxisSet {
+    let pose = Coords([30.0, 20.0, 10.0, 0.3, 0.4, 0.5, 1.0, 2.0, 3.0]);
+    let Ok(here) = kinematics.inverse(&pose, &[0.0; 3]) else { return AxisSet::EMPTY };
+    let mut set = AxisSet::EMPTY;
+    for axis in AxisId::ALL {
+        let mut moved = pose;
+        moved[axis] += 0.1;
+        let Ok(there) = kinematics.inverse(&moved, &[0.0; 3]) else { continue };
+        let others = AxisId::ALL.into_iter().filter(|joint| *joint != axis && (there[*joint] - here[*joint]).abs() > 1e-9);
+        for joint in others {
+            set = set.with(axis).with(joint);
+        }
+    }
+    set
+}
+
+fn in_travel(
+    document: &Document<'_>,
+    key: &str,
+    at: &Coords,
+    axes: &[MachineAxis],
+    kinematics: &dyn Kinematics,
+    problems: &mut Vec<Problem>,
+) {
+    let joints = match kinematics.inverse(at, &[0.0; 3]) {
+        Ok(joints) => joints,
+        Err(error) => {
+            problems.push(document.problem(key, error.to_string(), ""));
+            return;
+        }
+    };
+    for axis in axes.iter().filter(|axis| !axis.limits.contains(joints[axis.id], 1e-9)) {
+        let shown = |value: f64| if axis.id.is_rotary() { deg(value) } else { value };
+        let (position, min, max) = (shown(joints[axis.id]), shown(axis.limits.min), shown(axis.limits.max));
+        let message = format!("joint {} would stand at {position} {}, outside its travel from {min} to {max}", axis.id, unit(axis.id));
+        let hint =
+            if key == "start" { "set [start], or the origin of G54, which is where the machine stands if [start] is left out" } else { "" };
+        problems.push(document.problem(&format!("{key}.{}", AxisId::column(axis.id)), message, hint));
+    }
+}

@@ -1,0 +1,161 @@
+//! The machine: which axes it has, what each may do and is made of, where its parts lie.
+//!
+//! A machine is described by a TOML file in which every key carries its unit; `presets/` holds the ones that come with the
+//! library, with a source for every value. A [`Machine`] is immutable and has been checked: [`Machine::from_toml`] either
+//! gives a machine that makes sense or everything that is wrong with the text.
+
+mod check;
+mod document;
+mod limits;
+mod preset;
+mod problem;
+mod read;
+mod review;
+mod section;
+mod settings;
+mod write;
+
+pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
+pub use preset::{DEFAULT_MACHINE, PresetInfo, axis_preset, axis_presets, presets};
+pub use problem::{MachineError, Problem};
+pub use review::AxisReview;
+pub use settings::{Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets};
+
+use lostmotion_axis::AxisConfig;
+use lostmotion_axis::config::AxisUnit;
+use lostmotion_base::units::deg;
+use lostmotion_base::{AxisId, AxisLimits, AxisSet, Coords};
+use lostmotion_kinematics::KinematicsSpec;
+use serde::Serialize;
+
+/// One axis of a machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MachineAxis {
+    /// Its letter.
+    pub id: AxisId,
+    /// Travel and limits in joint units: mm or rad.
+    pub limits: AxisLimits,
+    /// Drive, motor, shaft, load, compensator.
+    pub config: AxisConfig,
+    table: LimitsTable,
+}
+
+impl MachineAxis {
+    /// Axis units ([`AxisConfig::unit`]) for one joint unit (mm or rad): 1, or 180/pi for a rotary axis described in degrees.
+    pub fn axis_units_per_joint_unit(&self) -> f64 {
+        if self.config.unit() == AxisUnit::Deg { deg(1.0) } else { 1.0 }
+    }
+
+    /// Travel and limits as the file has them.
+    pub fn limits_table(&self) -> &LimitsTable {
+        &self.table
+    }
+}
+
+/// Everything in a machine file besides its axes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct General {
+    name: String,
+    description: String,
+    kinematics: KinematicsSpec,
+    planner: PlannerSettings,
+    simulate: SimulateSettings,
+    start: Option<Position>,
+    work_offset: WorkOffsets,
+    home: Homes,
+    tool: Vec<ToolEntry>,
+}
+
+/// A checked machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    general: General,
+    axes: Vec<MachineAxis>,
+}
+
+impl Machine {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.general.name
+    }
+
+    /// One line for people.
+    pub fn description(&self) -> &str {
+        &self.general.description
+    }
+
+    /// Which kinematics, with its measures; [`lostmotion_kinematics::build`] makes it and does not fail for a checked machine.
+    pub fn kinematics(&self) -> &KinematicsSpec {
+        &self.general.kinematics
+    }
+
+    /// What the planner is told.
+    pub fn planner(&self) -> &PlannerSettings {
+        &self.general.planner
+    }
+
+    /// Defaults of `simulate`.
+    pub fn simulate(&self) -> &SimulateSettings {
+        &self.general.simulate
+    }
+
+    /// Origins of the work coordinate systems G54 to G59.3 in machine coordinates, mm and rad.
+    pub fn work_offsets(&self) -> [Coords; 9] {
+        self.general.work_offset.all().map(|position| position.coords())
+    }
+
+    /// Where the machine stands before the program, machine coordinates, mm and rad: `start`, or the origin of G54.
+    pub fn start(&self) -> Coords {
+        self.general.start.unwrap_or(self.general.work_offset.g54).coords()
+    }
+
+    /// Where G28 goes, machine coordinates, mm and rad.
+    pub fn home_g28(&self) -> Coords {
+        self.general.home.g28.coords()
+    }
+
+    /// Where G30 goes, machine coordinates, mm and rad.
+    pub fn home_g30(&self) -> Coords {
+        self.general.home.g30.coords()
+    }
+
+    /// The tools it knows; if there are none, a program may name any.
+    pub fn tools(&self) -> &[ToolEntry] {
+        &self.general.tool
+    }
+
+    /// The axis of a letter.
+    pub fn axis(&self, id: AxisId) -> Option<&MachineAxis> {
+        self.axes.iter().find(|axis| axis.id == id)
+    }
+
+    /// All axes in index order.
+    pub fn axes(&self) -> &[MachineAxis] {
+        &self.axes
+    }
+
+    /// The letters of all axes.
+    pub fn axis_set(&self) -> AxisSet {
+        self.axes.iter().map(|axis| axis.id).collect()
+    }
+
+    /// The same machine with a gap of zero in every axis: the baseline that shows what backlash alone causes.
+    #[must_use]
+    pub fn without_gap(&self) -> Machine {
+        self.map_axes(AxisConfig::without_gap)
+    }
+
+    /// The same machine with every axis through a function. The caller checks what comes out ([`AxisConfig::check`]).
+    #[must_use]
+    pub fn map_axes(&self, change: impl Fn(&AxisConfig) -> AxisConfig) -> Machine {
+        let axes = self.axes.iter().map(|axis| MachineAxis { config: change(&axis.config), ..axis.clone() }).collect();
+        Machine { general: self.general.clone(), axes }
+    }
+
+    /// The same machine with another axis description for one letter. The caller checks it ([`AxisConfig::check`]).
+    #[must_use]
+    pub fn with_axis_config(&self, id: AxisId, config: &AxisConfig) -> Machine {
+        let put = |axis: &MachineAxis| if axis.id == id { MachineAxis { config: config.clone(), ..axis.clone() } } else { axis.clone() };
+        Machine { general: self.general.clone(), axes: self.axes.iter().map(put).collect() }
+    }
+}

@@ -1,0 +1,68 @@
+//! Machines that come with the library, as files that a user could have written, and their axes.
+
+use super::Machine;
+use lostmotion_axis::AxisConfig;
+
+/// Name of the machine that is taken if none is named.
+pub const DEFAULT_MACHINE: &str = "vmc3";
+
+/// A machine that comes with the library.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PresetInfo {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// One line for people.
+    pub summary: &'static str,
+    /// The file, with a comment and a source for every value.
+    pub toml: &'static str,
+}
+
+macro_rules! preset {
+    ($name:literal, $summary:literal) => {
+        PresetInfo { name: $name, summary: $summary, toml: include_str!(concat!("../../presets/", $name, ".toml")) }
+    };
+}
+
+/// All machines that come with the library, the default one first.
+pub fn presets() -> &'static [PresetInfo] {
+    &[
+        preset!("vmc3", "3-axis vertical mill, 762 x 406 x 508 mm, 10 um gap"),
+        preset!("vmc3-worn", "the same mill worn: 40 um gap, three times the friction"),
+        preset!("vmc4", "the mill with a rotary table A, 30 arc seconds gap"),
+        preset!("trunnion5", "5-axis mill with a tilting A/C table and tool-centre-point control"),
+        preset!("bench3", "three equal axes of 100 mm/s, 1 m/s2, 30 m/s3, part zero in machine zero"),
+    ]
+}
+
+impl Machine {
+    /// A machine that comes with the library; none if there is none of that name.
+    pub fn preset(name: &str) -> Option<Machine> {
+        let info = presets().iter().find(|info| info.name == name)?;
+        Machine::from_toml(&format!("{name}.toml"), info.toml).ok()
+    }
+}
+
+/// Name of the one axis that is not part of a machine.
+const PAPER: &str = "paper";
+
+/// An axis that comes with the library: `paper`, or an axis of a machine as `vmc3:x`; none if there is none of that name.
+pub fn axis_preset(name: &str) -> Option<AxisConfig> {
+    if name == PAPER {
+        return Some(AxisConfig::paper());
+    }
+    let (machine, letter) = name.split_once(':')?;
+    let machine = Machine::preset(machine)?;
+    let mut letters = letter.chars();
+    let (letter, None) = (letters.next()?, letters.next()) else { return None };
+    machine.axis(lostmotion_base::AxisId::from_letter(letter)?).map(|axis| axis.config.clone())
+}
+
+/// Names of all axes that come with the library.
+pub fn axis_presets() -> Vec<String> {
+    let of = |info: &PresetInfo| {
+        let machine = Machine::preset(info.name);
+        let axes = machine.as_ref().map(Machine::axes).unwrap_or_default();
+        axes.iter().map(|axis| format!("{}:{}", info.name, axis.id.letter().to_ascii_lowercase())).collect::<Vec<_>>()
+    };
+    std::iter::once(PAPER.to_owned()).chain(presets().iter().flat_map(of)).collect()
+}

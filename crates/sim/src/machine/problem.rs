@@ -1,0 +1,119 @@
+//! What is wrong with a machine file, with its place.
+
+use std::fmt;
+
+/// One thing that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Line, from 1.
+    pub line: u32,
+    /// Column in bytes, from 1.
+    pub column: u32,
+    /// Key with the tables it stands in: `axis.x.limits.jerk_mm_s3`; empty where no key is known.
+    pub key: String,
+    /// What is wrong, with the values.
+    pub message: String,
+    /// How to mend it; empty if there is nothing to say.
+    pub hint: String,
+}
+
+/// A machine file that cannot be used, with everything that was found wrong with it, in the order of the text.
+///
+/// Its text has one line `file:line:column: error: key: message` a problem, and a line `hint: ...` below where there is one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct MachineError {
+    /// Name of the file as given.
+    pub file: String,
+    /// What is wrong; never empty.
+    pub problems: Vec<Problem>,
+}
+
+impl MachineError {
+    /// Sorts by place and keeps one problem for each key: the first that was found.
+    pub(crate) fn new(file: &str, found: Vec<Problem>) -> MachineError {
+        let mut problems: Vec<Problem> = Vec::new();
+        for problem in found {
+            let told = |other: &Problem| !problem.key.is_empty() && other.key == problem.key;
+            if !problems.iter().any(told) {
+                problems.push(problem);
+            }
+        }
+        problems.sort_by_key(|problem| (problem.line, problem.column));
+        MachineError { file: file.to_owned(), problems }
+    }
+}
+
+impl fmt::Display for MachineError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, problem) in self.problems.iter().enumerate() {
+            if index > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{}:{}:{}: error: ", self.file, problem.line, problem.column)?;
+            if !problem.key.is_empty() {
+                write!(f, "{}: ", problem.key)?;
+            }
+            write!(f, "{}", problem.message)?;
+            if !problem.hint.is_empty() {
+                write!(f, "\n  hint: {}", problem.hint)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for MachineError {}
+
+/// A hint for an unknown name: the nearest known one if it is near, else all of them.
+pub(crate) fn did_you_mean(unknown: &str, known: &[&str]) -> String {
+    let near = known.iter().map(|name| (distance(unknown, name), name)).min();
+    match near {
+        Some((steps, name)) if steps <= 2.max(unknown.len() / 3) => format!("did you mean `{name}`?"),
+        Some(_) => format!("known here: {}", known.join(", ")),
+        None => String::new(),
+    }
+}
+
+/// Levenshtein's distance: insertions, deletions and replacements of letters that lead from one name to the other.
+fn distance(from: &str, to: &str) -> usize {
+    let to: Vec<char> = to.chars().collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (i, a) in from.chars().enumerate() {
+        let mut diagonal = i;
+        let mut left = i + 1;
+        for (j, b) in to.iter().enumerate() {
+            let above = row.get(j + 1).copied().unwrap_or(left);
+            let cell = (diagonal + usize::from(a != *b)).min(above + 1).min(left + 1);
+            if let Some(slot) = row.get_mut(j) {
+                *slot = left;
+            }
+            diagonal = above;
+            left = cell;
+        }
+        if let Some(slot) = row.last_mut() {
+            *slot = left;
+        }
+    }
+    row.last().copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_of_known_words() {
+        assert_eq!(distance("kitten", "sitting"), 3);
+        assert_eq!(distance("", "abc"), 3);
+        assert_eq!(distance("abc", ""), 3);
+        assert_eq!(distance("gap_um", "gap_um"), 0);
+        assert_eq!(distance("flaw", "lawn"), 2);
+    }
+
+    #[test]
+    fn near_names_are_offered_and_far_ones_listed() {
+        assert_eq!(did_you_mean("lead_nm", &["gear", "lead_mm"]), "did you mean `lead_mm`?");
+        assert_eq!(did_you_mean("colour", &["gear", "lead_mm"]), "known here: gear, lead_mm");
+    }
+}

@@ -1,0 +1,147 @@
+//! From the text of a machine file to a machine, or to all that is wrong with it.
+
+use super::check;
+use super::document::{Document, not_finite};
+use super::limits::{LimitsTable, LinearLimits, RotaryLimits};
+use super::problem::{MachineError, Problem, did_you_mean};
+use super::section::{join, read};
+use super::{General, Homes, Machine, MachineAxis, PlannerSettings, SimulateSettings, ToolEntry, WorkOffsets};
+use lostmotion_axis::AxisConfig;
+use lostmotion_base::AxisId;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Tables of a machine file that are read on their own.
+const TABLES: [&str; 8] = ["kinematics", "planner", "simulate", "start", "work_offset", "home", "tool", "axis"];
+
+/// Keys of a machine file outside any table.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Head {
+    name: String,
+    #[serde(default)]
+    description: String,
+}
+
+impl Machine {
+    /// Reads and checks a machine file. `name` is the file's name, for messages only.
+    ///
+    /// # Errors
+    /// Everything that is wrong: syntax; or else unknown, missing and mistyped keys and, as far as what was read allows, values out of their range
+    /// and parts that do not go together.
+    pub fn from_toml(name: &str, text: &str) -> Result<Machine, MachineError> {
+        let document = Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
+        let mut problems = non_finite_numbers(&document);
+        let general = read_general(&document, &mut problems);
+        let axes = read_axes(&document, &mut problems);
+        check::axes(&document, &axes, &mut problems);
+        if let Some(general) = &general {
+            check::general(&document, general, &axes, &mut problems);
+        }
+        match general {
+            Some(general) if problems.is_empty() => Ok(Machine { general, axes }),
+            _ => Err(MachineError::new(name, problems)),
+        }
+    }
+}
+
+fn non_finite_numbers(document: &Document<'_>) -> Vec<Problem> {
+    let report = |(key, value): (String, String)| document.problem(&key, format!("is {value}; it has to be a finite number"), "");
+    not_finite(&document.root).into_iter().map(report).collect()
+}
+
+/// A table as a value, with a place.
+fn spanned(table: DeTable<'_>, at: std::ops::Range<usize>) -> Spanned<DeValue<'_>> {
+    Spanned::new(at, DeValue::Table(table))
+}
+
+fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<General> {
+    let mut head = document.root.clone();
+    for table in TABLES {
+        head.remove(table);
+    }
+    let head: Option<Head> = read(document, "", &spanned(head, 0..0), &TABLES, problems);
+    let kinematics = table(document, "kinematics", problems);
+    if !document.root.contains_key("kinematics") {
+        problems.push(document.problem("kinematics", "missing", "add a table [kinematics] with kind = \"cartesian\""));
+    }
+    let planner: Option<PlannerSettings> = table_or_default(document, "planner", problems);
+    let simulate: Option<SimulateSettings> = table_or_default(document, "simulate", problems);
+    let work_offset: Option<WorkOffsets> = table_or_default(document, "work_offset", problems);
+    let home: Option<Homes> = table_or_default(document, "home", problems);
+    let tool: Option<Vec<ToolEntry>> = table_or_default(document, "tool", problems);
+    let start = if document.root.contains_key("start") { table(document, "start", problems).map(Some) } else { Some(None) };
+    let head = head?;
+    Some(General {
+        name: head.name,
+        description: head.description,
+        kinematics: kinematics?,
+        planner: planner?,
+        simulate: simulate?,
+        start: start?,
+        work_offset: work_offset?,
+        home: home?,
+        tool: tool?,
+    })
+}
+
+fn table<T: DeserializeOwned>(document: &Document<'_>, key: &str, problems: &mut Vec<Problem>) -> Option<T> {
+    document.root.get(key).and_then(|part| read(document, key, part, &[], problems))
+}
+
+fn table_or_default<T: DeserializeOwned + Default>(document: &Document<'_>, key: &str, problems: &mut Vec<Problem>) -> Option<T> {
+    if document.root.contains_key(key) { table(document, key, problems) } else { Some(T::default()) }
+}
+
+fn read_axes(document: &Document<'_>, problems: &mut Vec<Problem>) -> Vec<MachineAxis> {
+    let Some(part) = document.root.get("axis") else {
+        problems.push(document.problem("axis", "missing", "add a table for each axis: [axis.x.limits], [axis.x.motor], ..."));
+        return Vec::new();
+    };
+    let Some(tables) = part.get_ref().as_table() else {
+        problems.push(document.problem("axis", "has to be a table of axes", "write [axis.x.limits] and so on"));
+        return Vec::new();
+    };
+    let mut axes: Vec<MachineAxis> =
+        tables.iter().filter_map(|(letter, table)| read_axis(document, letter.get_ref(), table, problems)).collect();
+    axes.sort_by_key(|axis| axis.id);
+    axes
+}
+
+/// The axis that a key of `[axis]` names.
+fn letter(name: &str) -> Option<AxisId> {
+    let mut letters = name.chars();
+    match (letters.next(), letters.next()) {
+        (Some(letter), None) if letter.is_ascii_lowercase() => AxisId::from_letter(letter),
+        _ => None,
+    }
+}
+
+fn read_axis(document: &Document<'_>, name: &str, part: &Spanned<DeValue<'_>>, problems: &mut Vec<Problem>) -> Option<MachineAxis> {
+    let key = join("axis", name);
+    let Some(id) = letter(name) else {
+        let hint = did_you_mean(&name.to_lowercase(), &["x", "y", "z", "a", "b", "c", "u", "v", "w"]);
+        problems.push(document.problem(&key, "no axis has this name", hint));
+        return None;
+    };
+    let Some(all) = part.get_ref().as_table() else {
+        problems.push(document.problem(&key, "has to be a table", format!("write [{key}.limits], [{key}.motor] and so on")));
+        return None;
+    };
+    let mut rest = all.clone();
+    let limits = rest.remove("limits");
+    let config: Option<AxisConfig> = read(document, &key, &spanned(rest, part.span()), &["limits"], problems);
+    let key = join(&key, "limits");
+    let Some(limits) = limits else {
+        problems.push(document.problem(&key, "missing", format!("add a table [{key}] with travel, velocity, acceleration and jerk")));
+        return None;
+    };
+    let table = if id.is_rotary() {
+        read::<RotaryLimits>(document, &key, &limits, &[], problems).map(LimitsTable::Rotary)
+    } else {
+        read::<LinearLimits>(document, &key, &limits, &[], problems).map(LimitsTable::Linear)
+    }?;
+    Some(MachineAxis { id, limits: table.limits(), config: config?, table })
+}

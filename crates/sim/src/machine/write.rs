@@ -1,0 +1,34 @@
+//! A machine as a TOML file.
+
+use super::{General, LimitsTable, Machine};
+use lostmotion_axis::AxisConfig;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+#[derive(Serialize)]
+struct AxisTable<'a> {
+    limits: &'a LimitsTable,
+    #[serde(flatten)]
+    config: &'a AxisConfig,
+}
+
+#[derive(Serialize)]
+struct File<'a> {
+    #[serde(flatten)]
+    general: &'a General,
+    axis: BTreeMap<String, AxisTable<'a>>,
+}
+
+impl Machine {
+    /// The machine as a file that [`Machine::from_toml`] reads back to an equal machine. Comments of the file it came from are gone.
+    ///
+    /// # Errors
+    /// None for a machine made by this crate; the type is that of the writer underneath.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        let mut axis = BTreeMap::new();
+        for part in &self.axes {
+            axis.insert(part.id.letter().to_ascii_lowercase().to_string(), AxisTable { limits: &part.table, config: &part.config });
+        }
+        toml::to_string_pretty(&File { general: &self.general, axis })
+    }
+}
