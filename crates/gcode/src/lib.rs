@@ -1,1 +1,40 @@
-//! gcode
+//! RS274/NGC front end: bytes of a part program in, canonical operations and diagnostics out.
+//!
+//! ```
+//! use lostmotion_gcode::{InterpreterConfig, Program};
+//!
+//! let mut program = Program::new(&b"G21 G1 X10 F200\nM2\n"[..], InterpreterConfig::default());
+//! let ops: Vec<String> = program.by_ref().map(|sourced| sourced.op.to_string()).collect();
+//! assert_eq!(program.diagnostics().errors(), 0);
+//! assert!(ops.contains(&"STRAIGHT_FEED(10.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)".to_owned()));
+//! ```
+//!
+//! What happens to a line: [`syntax`] makes it a block of words and postfix code; the [`interpreter`] evaluates the words,
+//! looks their codes up in the table of [`codes`], and carries them out in the order of their phases; the result is
+//! [`ops::SourcedOp`]s. [`motion`] folds those into moves in machine coordinates.
+
+pub mod canon;
+pub mod codes;
+pub mod config;
+pub mod diagnostics;
+mod exec;
+pub mod interpreter;
+pub mod limits;
+pub mod ops;
+pub mod parameters;
+pub mod problem;
+pub mod program;
+mod source;
+pub mod state;
+pub mod syntax;
+mod system_names;
+pub mod tool_table;
+
+pub use config::InterpreterConfig;
+pub use diagnostics::{Diagnostic, Diagnostics, Severity};
+pub use interpreter::{Interpreter, Place, Step};
+pub use limits::Limits;
+pub use ops::{ArcFeed, CanonicalOp, PathControl, Plane, Position, SourcedOp, TextKind, Units};
+pub use problem::{Code, Problem};
+pub use program::Program;
+pub use tool_table::{Tool, ToolTable};

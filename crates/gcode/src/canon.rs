@@ -1,0 +1,119 @@
+//! Canonical operations as text, in the notation of NIST's report on RS274/NGC that LinuxCNC's stand-alone interpreter prints.
+
+use crate::ops::{ArcFeed, CanonicalOp, PathControl, Plane, Position, TextKind, Units};
+use crate::{Diagnostics, InterpreterConfig, Program};
+use std::fmt::{self, Display, Formatter};
+use std::io::{self, BufRead};
+
+/// Six coordinates, four decimals.
+struct Six<'a>(&'a [f64], &'static str);
+
+impl Display for Six<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        for (index, coordinate) in self.0.iter().take(6).enumerate() {
+            if index > 0 {
+                f.write_str(self.1)?;
+            }
+            write!(f, "{coordinate:.4}")?;
+        }
+        Ok(())
+    }
+}
+
+const fn switch(on: bool) -> &'static str {
+    if on { "ENABLE" } else { "DISABLE" }
+}
+
+fn tool_offset(f: &mut Formatter<'_>, offset: &Position) -> fmt::Result {
+    let [x, y, z, a, b, c, u, v, w] = offset;
+    write!(f, "USE_TOOL_LENGTH_OFFSET({x:.4} {y:.4} {z:.4}, {a:.4} {b:.4} {c:.4}, {u:.4} {v:.4} {w:.4})")
+}
+
+fn arc(f: &mut Formatter<'_>, arc: &ArcFeed) -> fmt::Result {
+    let ([first, second], [center_first, center_second], [a, b, c, ..]) = (arc.end, arc.center, arc.others);
+    write!(f, "ARC_FEED({first:.4}, {second:.4}, {center_first:.4}, {center_second:.4}, ")?;
+    write!(f, "{}, {:.4}, {a:.4}, {b:.4}, {c:.4})", arc.turns, arc.axis_end)
+}
+
+fn path_control(f: &mut Formatter<'_>, control: PathControl) -> fmt::Result {
+    match control {
+        PathControl::ExactPath => f.write_str("SET_MOTION_CONTROL_MODE(CANON_EXACT_PATH)"),
+        PathControl::ExactStop => f.write_str("SET_MOTION_CONTROL_MODE(CANON_EXACT_STOP)"),
+        PathControl::Continuous { tolerance } => write!(f, "SET_MOTION_CONTROL_MODE(CANON_CONTINUOUS, {tolerance:.6})"),
+    }
+}
+
+fn text(f: &mut Formatter<'_>, kind: TextKind, text: &str) -> fmt::Result {
+    let name = match kind {
+        TextKind::Comment => "COMMENT",
+        TextKind::Message => "MESSAGE",
+        TextKind::Print => "PRINT",
+        TextKind::Log => "LOG",
+    };
+    write!(f, "{name}(\"{text}\")")
+}
+
+impl Display for CanonicalOp {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        use CanonicalOp as O;
+        match self {
+            O::UseLengthUnits(Units::Mm) => f.write_str("USE_LENGTH_UNITS(CANON_UNITS_MM)"),
+            O::UseLengthUnits(Units::Inch) => f.write_str("USE_LENGTH_UNITS(CANON_UNITS_INCHES)"),
+            O::SetG5xOffset { system, offset } => write!(f, "SET_G5X_OFFSET({system}, {})", Six(offset, ", ")),
+            O::SetG92Offset(offset) => write!(f, "SET_G92_OFFSET({})", Six(offset, ", ")),
+            O::SetXyRotation(degrees) => write!(f, "SET_XY_ROTATION({degrees:.4})"),
+            O::SetFeedRate { rate, .. } => write!(f, "SET_FEED_RATE({rate:.4})"),
+            O::SetFeedMode { per_revolution } => write!(f, "SET_FEED_MODE(0, {})", u8::from(*per_revolution)),
+            O::StraightTraverse(end) => write!(f, "STRAIGHT_TRAVERSE({})", Six(end, ", ")),
+            O::StraightFeed(end) => write!(f, "STRAIGHT_FEED({})", Six(end, ", ")),
+            O::ArcFeed(feed) => arc(f, feed),
+            O::Dwell(seconds) => write!(f, "DWELL({seconds:.4})"),
+            O::SelectPlane(Plane::Xy) => f.write_str("SELECT_PLANE(CANON_PLANE_XY)"),
+            O::SelectPlane(Plane::Zx) => f.write_str("SELECT_PLANE(CANON_PLANE_XZ)"),
+            O::SelectPlane(Plane::Yz) => f.write_str("SELECT_PLANE(CANON_PLANE_YZ)"),
+            O::SetMotionControlMode(control) => path_control(f, *control),
+            O::SetNaiveCamTolerance(tolerance) => write!(f, "SET_NAIVECAM_TOLERANCE({tolerance:.4})"),
+            O::UseToolLengthOffset(offset) => tool_offset(f, offset),
+            O::Text { kind, text: content } => text(f, *kind, content),
+            _ => state_change(f, self),
+        }
+    }
+}
+
+/// Operations that do not move an axis.
+fn state_change(f: &mut Formatter<'_>, op: &CanonicalOp) -> fmt::Result {
+    use CanonicalOp as O;
+    match op {
+        O::SelectTool(tool) => write!(f, "SELECT_TOOL({tool})"),
+        O::StartChange => f.write_str("START_CHANGE()"),
+        O::ChangeTool(tool) => write!(f, "CHANGE_TOOL({tool})"),
+        O::ChangeToolNumber(tool) => write!(f, "CHANGE_TOOL_NUMBER({tool})"),
+        O::SetSpindleSpeed { spindle, speed } => write!(f, "SET_SPINDLE_SPEED({spindle}, {speed:.4})"),
+        O::SetSpindleMode { spindle, highest } => write!(f, "SET_SPINDLE_MODE({spindle} {highest:.4})"),
+        O::StartSpindle { spindle, clockwise: true } => write!(f, "START_SPINDLE_CLOCKWISE({spindle})"),
+        O::StartSpindle { spindle, clockwise: false } => write!(f, "START_SPINDLE_COUNTERCLOCKWISE({spindle})"),
+        O::StopSpindle { spindle } => write!(f, "STOP_SPINDLE_TURNING({spindle})"),
+        O::Mist(on) => write!(f, "MIST_{}()", if *on { "ON" } else { "OFF" }),
+        O::Flood(on) => write!(f, "FLOOD_{}()", if *on { "ON" } else { "OFF" }),
+        O::FeedOverride(on) => write!(f, "{}_FEED_OVERRIDE()", switch(*on)),
+        O::SpeedOverride(on) => write!(f, "{}_SPEED_OVERRIDE(0)", switch(*on)),
+        O::AdaptiveFeed(on) => write!(f, "{}_ADAPTIVE_FEED()", switch(*on)),
+        O::FeedHold(on) => write!(f, "{}_FEED_HOLD()", switch(*on)),
+        O::ProgramStop => f.write_str("PROGRAM_STOP()"),
+        O::OptionalProgramStop => f.write_str("OPTIONAL_PROGRAM_STOP()"),
+        O::PalletShuttle => f.write_str("PALLET_SHUTTLE()"),
+        _ => f.write_str("PROGRAM_END()"),
+    }
+}
+
+/// Writes a program's canonical operations, one per line, and gives what was found.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write<R: BufRead>(source: R, config: InterpreterConfig, out: &mut impl io::Write) -> io::Result<Diagnostics> {
+    let mut program = Program::new(source, config);
+    for (index, sourced) in program.by_ref().enumerate() {
+        writeln!(out, "{:5} N..... {}", index + 1, sourced.op)?;
+    }
+    Ok(program.finish())
+}

@@ -1,0 +1,62 @@
+//! G codes.
+
+use super::row::{AxisUse, CodeRow, Group, Texts, row};
+use crate::exec::{Exec, arc, dwell, home, modes, offsets, straight, tool};
+use crate::problem::{Code, Problem};
+
+const NONE: AxisUse = AxisUse::None;
+const MAY: AxisUse = AxisUse::May;
+const NEEDS: AxisUse = AxisUse::Needs;
+
+const fn g(tenths: u16, group: Group, uses: (AxisUse, &'static str), texts: Texts, action: fn(&mut Exec<'_>, Code) -> Result<(), Problem>) -> CodeRow {
+    row('G', tenths, group, uses, texts, action)
+}
+
+/// All G codes in the order of their numbers.
+pub(crate) const ROWS: &[CodeRow] = &[
+    g(0, Group::Motion, (MAY, ""), ["traverse in a straight line", "G0 X10 Y5", "g00.ngc"], straight::traverse),
+    g(10, Group::Motion, (MAY, ""), ["feed in a straight line", "G1 X10 F200", "g01.ngc"], straight::feed),
+    g(20, Group::Motion, (MAY, "IJKRP"), ["arc or helix, clockwise", "G2 X10 Y0 I5 J0", "g02.ngc"], arc::arc),
+    g(30, Group::Motion, (MAY, "IJKRP"), ["arc or helix, counter-clockwise", "G3 X10 Y0 R5", "g03.ngc"], arc::arc),
+    g(40, Group::NonModal, (NONE, "P"), ["dwell for P seconds", "G4 P0.5", "g04.ngc"], dwell::dwell),
+    g(170, Group::Plane, (NONE, ""), ["arcs in the XY plane", "G17", "g17.ngc"], modes::plane),
+    g(180, Group::Plane, (NONE, ""), ["arcs in the ZX plane", "G18", "g18.ngc"], modes::plane),
+    g(190, Group::Plane, (NONE, ""), ["arcs in the YZ plane", "G19", "g19.ngc"], modes::plane),
+    g(200, Group::Units, (NONE, ""), ["inches", "G20", "g20.ngc"], modes::units),
+    g(210, Group::Units, (NONE, ""), ["millimetres", "G21", "g21.ngc"], modes::units),
+    g(280, Group::NonModal, (MAY, ""), ["home by way of a point", "G28 Z10", "g28.ngc"], home::go),
+    g(281, Group::NonModal, (NONE, ""), ["make this place the home of G28", "G28.1", "g28_1.ngc"], home::store),
+    g(300, Group::NonModal, (MAY, ""), ["second home by way of a point", "G30 Z10", "g30.ngc"], home::go),
+    g(301, Group::NonModal, (NONE, ""), ["make this place the home of G30", "G30.1", "g30_1.ngc"], home::store),
+    g(400, Group::CutterCompensation, (NONE, ""), ["cutter compensation off", "G40", "g40.ngc"], modes::no_compensation),
+    g(430, Group::ToolLength, (NONE, "H"), ["tool offset from the table", "G43 H3", "g43.ngc"], tool::length),
+    g(431, Group::ToolLength, (MAY, ""), ["tool offset from the line", "G43.1 Z12.5", "g43_1.ngc"], tool::dynamic_length),
+    g(432, Group::ToolLength, (MAY, "H"), ["one more tool offset on top", "G43.2 H4", "g43_2.ngc"], tool::added_length),
+    g(490, Group::ToolLength, (NONE, ""), ["no tool offset", "G49", "g49.ngc"], tool::no_length),
+    g(520, Group::NonModal, (NEEDS, ""), ["shift of all coordinate systems", "G52 X5", "g52.ngc"], offsets::local),
+    g(530, Group::NonModal, (NONE, ""), ["this move in machine coordinates", "G53 G0 Z0", "g53.ngc"], straight::machine_coordinates),
+    g(540, Group::CoordinateSystem, (NONE, ""), ["coordinate system 1", "G54", "g54.ngc"], offsets::select),
+    g(550, Group::CoordinateSystem, (NONE, ""), ["coordinate system 2", "G55", "g55.ngc"], offsets::select),
+    g(560, Group::CoordinateSystem, (NONE, ""), ["coordinate system 3", "G56", "g56.ngc"], offsets::select),
+    g(570, Group::CoordinateSystem, (NONE, ""), ["coordinate system 4", "G57", "g57.ngc"], offsets::select),
+    g(580, Group::CoordinateSystem, (NONE, ""), ["coordinate system 5", "G58", "g58.ngc"], offsets::select),
+    g(590, Group::CoordinateSystem, (NONE, ""), ["coordinate system 6", "G59", "g59.ngc"], offsets::select),
+    g(591, Group::CoordinateSystem, (NONE, ""), ["coordinate system 7", "G59.1", "g59_1.ngc"], offsets::select),
+    g(592, Group::CoordinateSystem, (NONE, ""), ["coordinate system 8", "G59.2", "g59_2.ngc"], offsets::select),
+    g(593, Group::CoordinateSystem, (NONE, ""), ["coordinate system 9", "G59.3", "g59_3.ngc"], offsets::select),
+    g(610, Group::PathControl, (NONE, ""), ["exact path", "G61", "g61.ngc"], modes::exact_path),
+    g(611, Group::PathControl, (NONE, ""), ["exact stop", "G61.1", "g61_1.ngc"], modes::exact_stop),
+    g(640, Group::PathControl, (NONE, "PQ"), ["rounded corners within P", "G64 P0.05 Q0.01", "g64.ngc"], modes::continuous),
+    g(800, Group::Motion, (NONE, ""), ["end of the motion mode", "G80", "g80.ngc"], modes::no_motion),
+    g(900, Group::Distance, (NONE, ""), ["absolute coordinates", "G90", "g90.ngc"], modes::distance),
+    g(901, Group::ArcDistance, (NONE, ""), ["absolute arc centres", "G90.1", "g90_1.ngc"], modes::arc_distance),
+    g(910, Group::Distance, (NONE, ""), ["incremental coordinates", "G91", "g91.ngc"], modes::distance),
+    g(911, Group::ArcDistance, (NONE, ""), ["arc centres relative to the start", "G91.1", "g91_1.ngc"], modes::arc_distance),
+    g(920, Group::NonModal, (NEEDS, ""), ["this place has the given coordinates", "G92 X0 Y0", "g92.ngc"], offsets::g92),
+    g(921, Group::NonModal, (NONE, ""), ["forget the G92 offset", "G92.1", "g92_1.ngc"], offsets::g92_forget),
+    g(922, Group::NonModal, (NONE, ""), ["suspend the G92 offset", "G92.2", "g92_2.ngc"], offsets::g92_suspend),
+    g(923, Group::NonModal, (NONE, ""), ["restore the G92 offset", "G92.3", "g92_3.ngc"], offsets::g92_restore),
+    g(930, Group::FeedMode, (NONE, ""), ["F in moves per minute", "G93", "g93.ngc"], modes::feed_mode),
+    g(940, Group::FeedMode, (NONE, ""), ["F in units per minute", "G94", "g94.ngc"], modes::feed_mode),
+    g(950, Group::FeedMode, (NONE, ""), ["F in units per revolution", "G95", "g95.ngc"], modes::feed_mode),
+];

@@ -1,0 +1,170 @@
+//! What is known about a code.
+
+use crate::exec::Exec;
+use crate::problem::{Code, Problem};
+
+/// Sets of codes of which one line may have one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "see Group::name")]
+pub enum Group {
+    FeedMode,
+    SpindleMode,
+    Output,
+    ToolChange,
+    Spindle,
+    ModalState,
+    Coolant,
+    Override,
+    Plane,
+    Units,
+    Diameter,
+    CutterCompensation,
+    ToolLength,
+    CoordinateSystem,
+    PathControl,
+    Distance,
+    ArcDistance,
+    Retract,
+    NonModal,
+    Motion,
+    Stop,
+}
+
+impl Group {
+    /// What the codes of the group set.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Group::FeedMode => "feed mode",
+            Group::SpindleMode => "spindle mode",
+            Group::Output => "output",
+            Group::ToolChange => "tool",
+            Group::Spindle => "spindle",
+            Group::ModalState => "saved state",
+            Group::Coolant => "coolant",
+            Group::Override => "overrides",
+            Group::Plane => "plane",
+            Group::Units => "units",
+            Group::Diameter => "diameter mode",
+            Group::CutterCompensation => "cutter compensation",
+            Group::ToolLength => "tool length offset",
+            Group::CoordinateSystem => "coordinate system",
+            Group::PathControl => "path control",
+            Group::Distance => "distance mode",
+            Group::ArcDistance => "arc centre mode",
+            Group::Retract => "retract mode",
+            Group::NonModal => "action of the line",
+            Group::Motion => "motion mode",
+            Group::Stop => "program stop",
+        }
+    }
+}
+
+/// What a code does with axis words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxisUse {
+    /// Leaves them to others.
+    None,
+    /// May use them.
+    May,
+    /// Has to have at least one.
+    Needs,
+}
+
+/// Carries a code out.
+pub type Action = fn(&mut Exec<'_>, Code) -> Result<(), Problem>;
+
+/// One code.
+#[derive(Clone, Copy)]
+pub struct CodeRow {
+    /// The code.
+    pub code: Code,
+    /// Its modal group.
+    pub group: Group,
+    /// When it is carried out: lower first, whatever the order on the line.
+    pub(crate) phase: u8,
+    /// What it does with axis words.
+    pub axes: AxisUse,
+    /// Letters it takes besides axis words, F, S and T.
+    pub words: &'static str,
+    /// The same as bits.
+    pub(crate) takes: u32,
+    /// What it does.
+    pub meaning: &'static str,
+    /// A line that uses it.
+    pub example: &'static str,
+    /// Name of its sample program.
+    pub sample: &'static str,
+    pub(crate) action: Action,
+}
+
+impl std::fmt::Debug for CodeRow {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.code, self.meaning)
+    }
+}
+
+/// Phases of words that are not codes.
+pub(crate) const PHASE_F: u8 = 10;
+pub(crate) const PHASE_S: u8 = 20;
+pub(crate) const PHASE_T: u8 = 30;
+/// Phase of motion.
+pub(crate) const PHASE_MOTION: u8 = 230;
+/// G4 comes long before the other codes of its group.
+const PHASE_DWELL: u8 = 100;
+
+const fn phase(group: Group) -> u8 {
+    match group {
+        Group::FeedMode => 5,
+        Group::SpindleMode => 15,
+        Group::Output => 40,
+        Group::ToolChange => 50,
+        Group::Spindle => 60,
+        Group::ModalState => 70,
+        Group::Coolant => 80,
+        Group::Override => 90,
+        Group::Plane => 110,
+        Group::Units => 120,
+        Group::Diameter => 130,
+        Group::CutterCompensation => 140,
+        Group::ToolLength => 150,
+        Group::CoordinateSystem => 160,
+        Group::PathControl => 170,
+        Group::Distance => 180,
+        Group::ArcDistance => 190,
+        Group::Retract => 200,
+        Group::NonModal => 220,
+        Group::Motion => PHASE_MOTION,
+        Group::Stop => 240,
+    }
+}
+
+/// Bit of a letter; letters without one are never words.
+pub(crate) const fn bit(letter: u8) -> u32 {
+    match letter {
+        b'A'..=b'Z' => 1 << (letter - b'A'),
+        b'@' => 1 << 26,
+        b'^' => 1 << 27,
+        b'$' => 1 << 28,
+        _ => 0,
+    }
+}
+
+const fn bits(letters: &str) -> u32 {
+    let bytes = letters.as_bytes();
+    let (mut mask, mut at) = (0, 0);
+    while at < bytes.len() {
+        mask |= bit(bytes[at]);
+        at += 1;
+    }
+    mask
+}
+
+/// Texts of a row: meaning, example, sample.
+pub(crate) type Texts = [&'static str; 3];
+
+/// A row; `tenths` is ten times the number.
+pub(crate) const fn row(letter: char, tenths: u16, group: Group, uses: (AxisUse, &'static str), texts: Texts, action: Action) -> CodeRow {
+    let [meaning, example, sample] = texts;
+    let phase = if letter == 'G' && tenths == 40 { PHASE_DWELL } else { phase(group) };
+    CodeRow { code: Code { letter, tenths }, group, phase, axes: uses.0, words: uses.1, takes: bits(uses.1), meaning, example, sample, action }
+}

@@ -1,0 +1,62 @@
+//! What an interpreter is told before it starts.
+
+use crate::limits::Limits;
+use crate::ops::Units;
+use crate::tool_table::ToolTable;
+use lostmotion_base::Coords;
+use lostmotion_base::units::deg;
+
+/// Work coordinate systems G54 to G59.3.
+pub const WORK_SYSTEMS: u8 = 9;
+
+/// Settings of an interpreter. Immutable while a program runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InterpreterConfig {
+    /// Units of the tool table, of the homes #5161 and #5181, and of the offsets in the parameters, whatever the program uses.
+    pub machine_units: Units,
+    /// Units a program starts in.
+    pub program_units: Units,
+    /// Whether lines that begin with `/` are skipped.
+    pub block_delete: bool,
+    /// Tools. Without a table every tool is accepted, with a warning, and has no length.
+    pub tool_table: Option<ToolTable>,
+    /// Parameters to start with, in machine units and degrees; numbers out of range are not used.
+    pub parameters: Vec<(u16, f64)>,
+    /// Where the machine stands at the start: machine coordinates of the spindle, mm and rad.
+    pub start: Coords,
+    /// Bounds.
+    pub limits: Limits,
+}
+
+impl Default for InterpreterConfig {
+    fn default() -> InterpreterConfig {
+        InterpreterConfig {
+            machine_units: Units::Mm,
+            program_units: Units::Mm,
+            block_delete: false,
+            tool_table: None,
+            parameters: Vec::new(),
+            start: Coords::ZERO,
+            limits: Limits::default(),
+        }
+    }
+}
+
+impl InterpreterConfig {
+    /// As LinuxCNC's stand-alone interpreter `rs274` is set up: machine units are inches, programs start in millimetres.
+    pub fn like_rs274() -> InterpreterConfig {
+        InterpreterConfig { machine_units: Units::Inch, ..InterpreterConfig::default() }
+    }
+
+    /// Sets the origin of a work coordinate system, 1 for G54 to 9 for G59.3, mm and rad. Other systems are ignored.
+    #[must_use]
+    pub fn with_work_offset(mut self, system: u8, origin: Coords) -> InterpreterConfig {
+        if (1..=WORK_SYSTEMS).contains(&system) {
+            for (index, value) in origin.0.into_iter().enumerate() {
+                let machine = if (3..6).contains(&index) { deg(value) } else { Units::Mm.convert(value, self.machine_units) };
+                self.parameters.push((5221 + 20 * (u16::from(system) - 1) + index as u16, machine));
+            }
+        }
+        self
+    }
+}

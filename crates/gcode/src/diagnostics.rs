@@ -1,0 +1,109 @@
+//! What the front end has to say about a program.
+
+use crate::problem::Problem;
+use lostmotion_base::span::BlockRef;
+use serde::Serialize;
+
+/// How bad a diagnostic is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// The program is accepted; what it does may not be what was meant.
+    Warning,
+    /// The block is not executed and the program is refused.
+    Error,
+}
+
+/// One finding, with its place in the source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagnostic {
+    /// What is wrong, with the values it was seen with.
+    pub problem: Problem,
+    /// Where: the offending word where it is known, the block otherwise.
+    pub place: BlockRef,
+}
+
+impl Diagnostic {
+    /// Stable name of the kind of finding, in kebab case.
+    pub fn code(&self) -> &'static str {
+        self.problem.code()
+    }
+
+    /// Error or warning.
+    pub fn severity(&self) -> Severity {
+        self.problem.severity()
+    }
+
+    /// What to try, if there is something.
+    pub fn hint(&self) -> Option<String> {
+        self.problem.hint()
+    }
+}
+
+impl std::fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let severity = match self.severity() {
+            Severity::Warning => "warning",
+            Severity::Error => "error",
+        };
+        write!(f, "{severity}[{}]: {}: {}", self.code(), self.place.span, self.problem)?;
+        self.hint().map_or(Ok(()), |hint| write!(f, " ({hint})"))
+    }
+}
+
+/// The findings of one run: a bounded number is kept, all are counted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Diagnostics {
+    kept: Vec<Diagnostic>,
+    limit: usize,
+    errors: u64,
+    warnings: u64,
+}
+
+impl Diagnostics {
+    /// Keeps up to `limit` findings.
+    pub fn new(limit: usize) -> Diagnostics {
+        Diagnostics { limit, ..Diagnostics::default() }
+    }
+
+    /// Adds a finding; one that a loop repeats at the same place is only counted. Errors displace kept warnings when the limit is reached.
+    pub fn push(&mut self, diagnostic: Diagnostic) {
+        let is_error = diagnostic.severity() == Severity::Error;
+        if is_error {
+            self.errors += 1;
+        } else {
+            self.warnings += 1;
+        }
+        if self.kept.iter().any(|kept| kept.place == diagnostic.place && kept.code() == diagnostic.code()) {
+            return;
+        }
+        if self.kept.len() < self.limit {
+            self.kept.push(diagnostic);
+        } else if is_error && self.kept.len() as u64 > self.errors - 1 {
+            if let Some(index) = self.kept.iter().rposition(|kept| kept.severity() == Severity::Warning) {
+                self.kept.remove(index);
+                self.kept.push(diagnostic);
+            }
+        }
+    }
+
+    /// The findings that were kept, in the order they were made.
+    pub fn kept(&self) -> &[Diagnostic] {
+        &self.kept
+    }
+
+    /// How many errors there were.
+    pub fn errors(&self) -> u64 {
+        self.errors
+    }
+
+    /// How many warnings there were.
+    pub fn warnings(&self) -> u64 {
+        self.warnings
+    }
+
+    /// How many findings were counted but not kept.
+    pub fn dropped(&self) -> u64 {
+        self.errors + self.warnings - self.kept.len() as u64
+    }
+}

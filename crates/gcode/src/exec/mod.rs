@@ -1,0 +1,70 @@
+//! Carrying out a block: one file per kind of action.
+
+pub(crate) mod arc;
+pub(crate) mod arc_geometry;
+pub(crate) mod auxiliary;
+pub(crate) mod check;
+pub(crate) mod comments;
+pub(crate) mod dwell;
+pub(crate) mod home;
+pub(crate) mod modes;
+pub(crate) mod offsets;
+pub(crate) mod run;
+pub(crate) mod stop;
+pub(crate) mod straight;
+pub(crate) mod tool;
+pub(crate) mod words;
+
+use crate::config::InterpreterConfig;
+use crate::ops::{CanonicalOp, Position, SourcedOp};
+use crate::parameters::Parameters;
+use crate::problem::{Code, Problem};
+use crate::state::{State, is_angle};
+use lostmotion_base::axis::AxisId;
+use lostmotion_base::span::BlockRef;
+use words::Words;
+
+/// A block being carried out.
+pub struct Exec<'a> {
+    pub(crate) state: &'a mut State,
+    pub(crate) parameters: &'a mut Parameters,
+    pub(crate) config: &'a InterpreterConfig,
+    pub(crate) words: &'a Words,
+    pub(crate) block: BlockRef,
+    pub(crate) out: &'a mut Vec<SourcedOp>,
+    pub(crate) warnings: &'a mut Vec<Problem>,
+}
+
+impl Exec<'_> {
+    pub(crate) fn emit(&mut self, op: CanonicalOp) {
+        self.out.push(SourcedOp { op, block: self.block });
+    }
+
+    /// The value of a word.
+    pub(crate) fn word(&self, letter: u8) -> Option<f64> {
+        self.words.get(letter)
+    }
+
+    /// The value of the word of an axis index.
+    pub(crate) fn axis_word(&self, axis: usize) -> Option<f64> {
+        self.words.get(words::AXIS_LETTERS[axis])
+    }
+
+    /// The value of a word that a code cannot do without.
+    pub(crate) fn need(&self, letter: u8, code: Code, what: &'static str) -> Result<f64, Problem> {
+        self.word(letter).ok_or(Problem::WordMissing { code, what })
+    }
+
+    /// Refuses a target beyond the coordinate limit, which is in mm or degrees.
+    pub(crate) fn check_target(&self, target: &Position) -> Result<(), Problem> {
+        let limit = self.config.limits.coordinate;
+        for (index, &value) in target.iter().enumerate() {
+            let size = if is_angle(index) { value.abs() } else { value.abs() * self.state.units.mm() };
+            if size.is_nan() || size > limit {
+                let axis = AxisId::from_index(index).map_or('?', AxisId::letter);
+                return Err(Problem::CoordinateTooLarge { axis, value, limit });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,107 @@
+//! Modes: plane, units, distances, feed, path control.
+
+use super::Exec;
+use crate::ops::{CanonicalOp, PathControl, Plane, Units};
+use crate::problem::{Code, Problem};
+use crate::state::{FeedMode, convert};
+
+/// G17 to G19.
+pub(crate) fn plane(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let plane = match code.tenths {
+        180 => Plane::Zx,
+        190 => Plane::Yz,
+        _ => Plane::Xy,
+    };
+    exec.state.plane = plane;
+    exec.emit(CanonicalOp::SelectPlane(plane));
+    Ok(())
+}
+
+/// G20 and G21: places and offsets stay where they are.
+pub(crate) fn units(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let units = if code.tenths == 200 { Units::Inch } else { Units::Mm };
+    exec.emit(CanonicalOp::UseLengthUnits(units));
+    let state = &mut *exec.state;
+    if units != state.units {
+        let from = state.units;
+        for position in [&mut state.current, &mut state.offsets.g5x, &mut state.offsets.g92, &mut state.offsets.tool] {
+            *position = convert(position, from, units);
+        }
+        state.units = units;
+    }
+    Ok(())
+}
+
+/// G90 and G91.
+pub(crate) fn distance(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    exec.state.absolute = code.tenths == 900;
+    Ok(())
+}
+
+/// G90.1 and G91.1.
+pub(crate) fn arc_distance(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    exec.state.arc_absolute = code.tenths == 901;
+    Ok(())
+}
+
+/// G93 to G95. A change of mode forgets the feed rate.
+pub(crate) fn feed_mode(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let mode = match code.tenths {
+        930 => FeedMode::InverseTime,
+        950 => FeedMode::PerRevolution,
+        _ => FeedMode::PerMinute,
+    };
+    if mode != exec.state.feed_mode {
+        exec.state.feed_mode = mode;
+        exec.emit(CanonicalOp::SetFeedMode { per_revolution: mode == FeedMode::PerRevolution });
+        if mode != FeedMode::InverseTime {
+            exec.set_feed(0.0, None);
+        }
+    }
+    Ok(())
+}
+
+/// G40: there is no compensation to end.
+pub(crate) fn no_compensation(_: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    Ok(())
+}
+
+/// G80.
+pub(crate) fn no_motion(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    exec.state.motion = None;
+    Ok(())
+}
+
+/// G61.
+pub(crate) fn exact_path(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    exec.set_path_control(PathControl::ExactPath);
+    Ok(())
+}
+
+/// G61.1.
+pub(crate) fn exact_stop(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    exec.set_path_control(PathControl::ExactStop);
+    Ok(())
+}
+
+/// G64: without P any deviation is allowed; P alone also merges short moves within it.
+pub(crate) fn continuous(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let tolerance = exec.word(b'P').unwrap_or(0.0);
+    let merge = exec.word(b'Q').unwrap_or(tolerance);
+    for (letter, value) in [('P', tolerance), ('Q', merge)] {
+        if value < 0.0 {
+            return Err(Problem::WordOutOfRange { code, letter, value, allowed: "zero or more" });
+        }
+    }
+    exec.set_path_control(PathControl::Continuous { tolerance });
+    exec.state.merge_tolerance = merge;
+    exec.emit(CanonicalOp::SetNaiveCamTolerance(merge));
+    Ok(())
+}
+
+impl Exec<'_> {
+    pub(crate) fn set_path_control(&mut self, control: PathControl) {
+        self.state.path_control = control;
+        self.emit(CanonicalOp::SetMotionControlMode(control));
+    }
+}

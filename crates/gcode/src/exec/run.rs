@@ -1,0 +1,85 @@
+//! The order of a block: by phase, whatever the order on the line.
+
+use super::Exec;
+use crate::codes::Group;
+use crate::codes::row::{PHASE_F, PHASE_MOTION, PHASE_S, PHASE_T};
+use crate::ops::CanonicalOp;
+use crate::problem::Problem;
+use crate::state::FeedMode;
+use crate::syntax::Text;
+use crate::syntax::evaluate::whole;
+
+impl Exec<'_> {
+    /// Carries the block out.
+    pub(crate) fn run(&mut self) -> Result<(), (Problem, Option<Text>)> {
+        let words = self.words;
+        let mut next = 0;
+        let mut moved = false;
+        for used in words.codes() {
+            self.words_before(&mut next, used.row.phase)?;
+            if !moved && used.row.phase > PHASE_MOTION {
+                moved = true;
+                self.modal_motion()?;
+            }
+            if used.row.group == Group::Motion {
+                moved = true;
+            }
+            (used.row.action)(self, used.row.code).map_err(|problem| (problem, Some(used.text)))?;
+        }
+        self.words_before(&mut next, u8::MAX)?;
+        if !moved {
+            self.modal_motion()?;
+        }
+        Ok(())
+    }
+
+    /// The motion that a mode of an earlier block makes.
+    fn modal_motion(&mut self) -> Result<(), (Problem, Option<Text>)> {
+        match self.words.motion {
+            Some(row) => (row.action)(self, row.code).map_err(|problem| (problem, None)),
+            None => Ok(()),
+        }
+    }
+
+    /// F, S and T that come before a phase and have not been carried out.
+    fn words_before(&mut self, next: &mut u8, phase: u8) -> Result<(), (Problem, Option<Text>)> {
+        for (at, letter) in [(PHASE_F, b'F'), (PHASE_S, b'S'), (PHASE_T, b'T')] {
+            if *next <= at && at < phase {
+                *next = at + 1;
+                if let Some(value) = self.word(letter) {
+                    self.plain_word(letter, value).map_err(|problem| (problem, Some(self.words.text(letter))))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn plain_word(&mut self, letter: u8, value: f64) -> Result<(), Problem> {
+        let bad = Problem::BadWordValue { letter: char::from(letter), value };
+        match letter {
+            b'F' if value < 0.0 => Err(bad),
+            b'F' => {
+                if self.state.feed_mode != FeedMode::InverseTime {
+                    self.set_feed(value, None);
+                }
+                Ok(())
+            }
+            b'S' if value < 0.0 => Err(bad),
+            b'S' => {
+                self.state.spindle.speed = value;
+                self.emit(CanonicalOp::SetSpindleSpeed { spindle: 0, speed: value });
+                Ok(())
+            }
+            _ => match whole(value).filter(|number| (0.0..1e9).contains(number)) {
+                Some(number) => self.select_tool(number as i32),
+                None => Err(bad),
+            },
+        }
+    }
+
+    pub(crate) fn set_feed(&mut self, rate: f64, inverse_time: Option<f64>) {
+        self.state.feed = rate;
+        self.state.feed_missed = false;
+        self.emit(CanonicalOp::SetFeedRate { rate, inverse_time });
+    }
+}

@@ -1,0 +1,88 @@
+//! G0, G1 and G53.
+
+use super::Exec;
+use crate::ops::{CanonicalOp, Position};
+use crate::problem::{Code, Problem};
+use crate::state::FeedMode;
+
+/// Slowest feed that inverse time results in, units per minute (LinuxCNC).
+const LEAST_RATE: f64 = 0.1;
+
+/// G0.
+pub(crate) fn traverse(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    exec.state.motion = Some(code);
+    let end = exec.target()?;
+    exec.emit(CanonicalOp::StraightTraverse(end));
+    exec.state.current = end;
+    Ok(())
+}
+
+/// G1.
+pub(crate) fn feed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    exec.state.motion = Some(code);
+    let end = exec.target()?;
+    let start = exec.state.current;
+    exec.state.current = end;
+    exec.check_feed(code)?;
+    exec.inverse_time(straight_length(&start, &end));
+    exec.emit(CanonicalOp::StraightFeed(end));
+    Ok(())
+}
+
+/// G53: the motion itself asks for it; alone it means nothing.
+pub(crate) fn machine_coordinates(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    match exec.words.motion {
+        Some(row) if row.code.tenths <= 10 => {}
+        _ => return Err(Problem::G53WithoutMotion),
+    }
+    if exec.state.absolute { Ok(()) } else { Err(Problem::G53Incremental) }
+}
+
+/// What the feed rate is measured along: X Y Z, or U V W if those stand still, or degrees of A B C.
+pub(crate) fn straight_length(start: &Position, end: &Position) -> f64 {
+    let norm = |from: usize| (from..from + 3).map(|i| (end[i] - start[i]) * (end[i] - start[i])).sum::<f64>().sqrt();
+    [0, 6, 3].into_iter().map(norm).find(|length| *length > 0.0).unwrap_or(0.0)
+}
+
+impl Exec<'_> {
+    /// Where the axis words lead to.
+    pub(crate) fn target(&self) -> Result<Position, Problem> {
+        let in_machine = self.words.has_g(530);
+        let mut end = if in_machine { self.state.machine() } else { self.state.current };
+        let absolute = in_machine || self.state.absolute;
+        for (axis, coordinate) in end.iter_mut().enumerate() {
+            if let Some(value) = self.axis_word(axis) {
+                *coordinate = if absolute { value } else { *coordinate + value };
+            }
+        }
+        if in_machine {
+            end = self.state.offsets.to_program(&end);
+        }
+        self.check_target(&end)?;
+        Ok(end)
+    }
+
+    /// Refuses motion at a feed that is not known.
+    pub(crate) fn check_feed(&mut self, code: Code) -> Result<(), Problem> {
+        match self.state.feed_mode {
+            FeedMode::InverseTime => match self.word(b'F') {
+                Some(f) if f > 0.0 => Ok(()),
+                _ => Err(Problem::NoInverseTimeFeed { code }),
+            },
+            _ if self.state.feed > 0.0 || self.state.feed_missed => Ok(()),
+            _ => {
+                // Said once: the following moves lack the same F.
+                self.state.feed_missed = true;
+                Err(Problem::NoFeed { code })
+            }
+        }
+    }
+
+    /// In inverse time, the rate that does a length in 1/F minutes.
+    pub(crate) fn inverse_time(&mut self, length: f64) {
+        if self.state.feed_mode == FeedMode::InverseTime {
+            let per_minute = self.word(b'F').unwrap_or_default();
+            self.set_feed((length * per_minute).max(LEAST_RATE), Some(per_minute));
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! T, M6, M61 and tool offsets.
+
+use super::Exec;
+use crate::ops::{CanonicalOp, Position};
+use crate::problem::{Code, Problem};
+use crate::state::convert;
+use crate::syntax::evaluate::whole;
+
+impl Exec<'_> {
+    /// T.
+    pub(crate) fn select_tool(&mut self, tool: i32) -> Result<(), Problem> {
+        self.check_tool(tool)?;
+        self.state.selected_tool = Some(tool);
+        self.emit(CanonicalOp::SelectTool(tool));
+        Ok(())
+    }
+
+    /// Refuses tools that the table does not have; 0 is no tool.
+    fn check_tool(&mut self, tool: i32) -> Result<(), Problem> {
+        match &self.config.tool_table {
+            Some(table) if tool != 0 && table.get(tool).is_none() => Err(Problem::NoSuchTool { tool: i64::from(tool) }),
+            _ => Ok(()),
+        }
+    }
+
+    /// The offset of a tool in program units.
+    fn tool_offset(&mut self, tool: i32) -> Result<Position, Problem> {
+        self.check_tool(tool)?;
+        if self.config.tool_table.is_none() && tool != 0 {
+            self.warnings.push(Problem::NoToolTable { tool });
+        }
+        let entry = self.config.tool_table.as_ref().and_then(|table| table.get(tool));
+        Ok(entry.map_or([0.0; 9], |tool| convert(&tool.offset, self.config.machine_units, self.state.units)))
+    }
+
+    fn apply_tool_offset(&mut self, offset: Position) -> Result<(), Problem> {
+        self.check_target(&offset)?;
+        self.state.rebase(|offsets| offsets.tool = offset);
+        self.emit(CanonicalOp::UseToolLengthOffset(offset));
+        Ok(())
+    }
+
+    /// The tool that H names; without H the one in the spindle.
+    fn offset_tool(&self, code: Code) -> Result<i32, Problem> {
+        match self.word(b'H') {
+            None => Ok(self.state.loaded_tool),
+            Some(value) => match whole(value).filter(|number| (0.0..1e9).contains(number)) {
+                Some(number) => Ok(number as i32),
+                None => Err(Problem::WordOutOfRange { code, letter: 'H', value, allowed: "a tool number" }),
+            },
+        }
+    }
+}
+
+/// M6: the spindle stops and the selected tool comes; its length does not apply yet.
+pub(crate) fn change(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    let tool = exec.state.selected_tool.ok_or(Problem::NoToolSelected)?;
+    exec.emit(CanonicalOp::StartChange);
+    exec.emit(CanonicalOp::StopSpindle { spindle: 0 });
+    exec.state.spindle.clockwise = None;
+    exec.state.loaded_tool = tool;
+    exec.emit(CanonicalOp::ChangeTool(tool));
+    Ok(())
+}
+
+/// M61 Q.
+pub(crate) fn set_number(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let value = exec.need(b'Q', code, "Q, the tool's number")?;
+    let number = whole(value).filter(|number| (0.0..1e9).contains(number));
+    let tool = number.ok_or(Problem::WordOutOfRange { code, letter: 'Q', value, allowed: "a tool number" })? as i32;
+    exec.check_tool(tool)?;
+    exec.state.loaded_tool = tool;
+    exec.state.selected_tool = Some(tool);
+    exec.emit(CanonicalOp::ChangeToolNumber(tool));
+    Ok(())
+}
+
+/// G43.
+pub(crate) fn length(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let tool = exec.offset_tool(code)?;
+    let offset = exec.tool_offset(tool)?;
+    exec.apply_tool_offset(offset)
+}
+
+/// G43.1: axes that are not named keep their offset.
+pub(crate) fn dynamic_length(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    let mut offset = exec.state.offsets.tool;
+    for (axis, slot) in offset.iter_mut().enumerate() {
+        *slot = exec.axis_word(axis).unwrap_or(*slot);
+    }
+    exec.apply_tool_offset(offset)
+}
+
+/// G43.2: what H or the axis words give comes on top.
+pub(crate) fn added_length(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let named = exec.word(b'H').is_some();
+    if !named && (0..9).all(|axis| exec.axis_word(axis).is_none()) {
+        return Err(Problem::WordMissing { code, what: "H or an axis word" });
+    }
+    let mut offset = exec.state.offsets.tool;
+    let more = if named { exec.offset_tool(code).and_then(|tool| exec.tool_offset(tool))? } else { [0.0; 9] };
+    for axis in 0..9 {
+        offset[axis] += if named { more[axis] } else { exec.axis_word(axis).unwrap_or(0.0) };
+    }
+    exec.apply_tool_offset(offset)
+}
+
+/// G49.
+pub(crate) fn no_length(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    exec.apply_tool_offset([0.0; 9])
+}

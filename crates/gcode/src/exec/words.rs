@@ -1,0 +1,103 @@
+//! The words of a block as numbers, at most one per letter, and its codes.
+
+use crate::codes::row::bit;
+use crate::codes::{CodeRow, find};
+use crate::problem::{Code, Problem};
+use crate::syntax::Text;
+use crate::syntax::evaluate::whole;
+
+/// Letters of the axes in index order.
+pub(crate) const AXIS_LETTERS: [u8; 9] = *b"XYZABCUVW";
+/// Bits of the axes.
+pub(crate) const AXIS_BITS: u32 =
+    bit(b'X') | bit(b'Y') | bit(b'Z') | bit(b'A') | bit(b'B') | bit(b'C') | bit(b'U') | bit(b'V') | bit(b'W');
+/// Most codes that one line can have without two of a group.
+const CODES: usize = 24;
+
+/// A code of the block.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct UsedCode {
+    pub(crate) row: &'static CodeRow,
+    pub(crate) text: Text,
+}
+
+/// Words by letter, codes by phase.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Words {
+    pub(crate) mask: u32,
+    values: [f64; 29],
+    texts: [Text; 29],
+    codes: Vec<UsedCode>,
+    /// Row of the motion that the block makes.
+    pub(crate) motion: Option<&'static CodeRow>,
+}
+
+fn slot(letter: u8) -> usize {
+    bit(letter).trailing_zeros() as usize
+}
+
+impl Words {
+    pub(crate) fn clear(&mut self) {
+        self.mask = 0;
+        self.codes.clear();
+        self.motion = None;
+    }
+
+    /// Whether a letter is there.
+    pub(crate) const fn has(&self, letter: u8) -> bool {
+        self.mask & bit(letter) != 0
+    }
+
+    /// The value of a letter.
+    pub(crate) fn get(&self, letter: u8) -> Option<f64> {
+        if self.has(letter) { self.values.get(slot(letter)).copied() } else { None }
+    }
+
+    /// Where a letter stands.
+    pub(crate) fn text(&self, letter: u8) -> Text {
+        self.texts.get(slot(letter)).copied().unwrap_or_default()
+    }
+
+    /// Codes in the order of execution.
+    pub(crate) fn codes(&self) -> &[UsedCode] {
+        &self.codes
+    }
+
+    /// Whether a G code is there.
+    pub(crate) fn has_g(&self, tenths: u16) -> bool {
+        self.codes.iter().any(|used| used.row.code == Code { letter: 'G', tenths })
+    }
+
+    /// Adds a word.
+    pub(crate) fn add(&mut self, letter: u8, value: f64, text: Text) -> Result<(), Problem> {
+        if letter == b'G' || letter == b'M' {
+            return self.add_code(letter, value, text);
+        }
+        if self.has(letter) {
+            return Err(Problem::RepeatedWord { letter: char::from(letter) });
+        }
+        self.mask |= bit(letter);
+        let slot = slot(letter);
+        if let (Some(kept), Some(place)) = (self.values.get_mut(slot), self.texts.get_mut(slot)) {
+            *kept = value;
+            *place = text;
+        }
+        Ok(())
+    }
+
+    fn add_code(&mut self, letter: u8, value: f64, text: Text) -> Result<(), Problem> {
+        let letter = char::from(letter);
+        let tenths = whole(value * 10.0).filter(|tenths| (0.0..=65_535.0).contains(tenths)).ok_or(Problem::NotACode { letter, value })?;
+        let code = Code { letter, tenths: tenths as u16 };
+        let row = find(code).ok_or(Problem::UnsupportedCode { code })?;
+        if let Some(other) = self.codes.iter().find(|used| used.row.group == row.group && used.row.code.letter == letter) {
+            return Err(Problem::ModalConflict { first: other.row.code, second: code, group: row.group.name() });
+        }
+        if self.codes.len() >= CODES {
+            return Err(Problem::TooManyWords { limit: CODES });
+        }
+        let at = self.codes.iter().position(|used| used.row.phase > row.phase).unwrap_or(self.codes.len());
+        self.codes.insert(at, UsedCode { row, text });
+        Ok(())
+    }
+}

@@ -1,0 +1,125 @@
+//! Subroutines: definition, call, return.
+
+use super::Interpreter;
+use super::control::flow_error;
+use super::flow::{Frame, Record, Seek};
+use super::tape::Tape;
+use crate::problem::Problem;
+use crate::syntax::Keyword;
+use std::sync::Arc;
+
+impl Interpreter {
+    /// A subroutine line that is carried out.
+    pub(crate) fn subroutine(&mut self, label: String, keyword: Keyword) -> Result<(), Problem> {
+        match keyword {
+            Keyword::Bare if self.flow.seek.is_none() => {
+                // The program's own number is a label that nothing has come before.
+                if self.begun { Err(flow_error(format!("subroutine o{label} begins here, but the program has not ended before it"))) } else { Ok(()) }
+            }
+            Keyword::Sub | Keyword::Bare => {
+                if !self.flow.frames.is_empty() && self.flow.seek.is_none() {
+                    return Err(flow_error(format!("o{label} is defined inside another subroutine")));
+                }
+                self.flow.record = Some(Record { name: label, bare: keyword == Keyword::Bare, body: Tape::default(), span: self.span });
+                Ok(())
+            }
+            Keyword::Call => {
+                let mut arguments = Vec::new();
+                for index in 0..self.block.arguments.len() {
+                    arguments.push(self.argument(index)?.unwrap_or_default());
+                }
+                self.call(label, Some(&arguments), 1)
+            }
+            Keyword::EndSub | Keyword::Return => match self.flow.frames.last() {
+                Some(frame) if frame.name == label => {
+                    let value = self.argument(0)?;
+                    self.set_value(value);
+                    self.leave();
+                    Ok(())
+                }
+                Some(frame) => Err(flow_error(format!("o{label} returns from o{}, which is running", frame.name))),
+                None => Err(flow_error(format!("o{label} returns, but no subroutine is running"))),
+            },
+            _ => Ok(()),
+        }
+    }
+
+    fn set_value(&mut self, value: Option<f64>) {
+        self.parameters.put_global(b"_value_returned", if value.is_some() { 1.0 } else { 0.0 });
+        self.parameters.put_global(b"_value", value.unwrap_or_default());
+    }
+
+    /// Calls a subroutine; without arguments it shares the caller's #1 to #30. Looks further on if it is not defined yet.
+    pub(crate) fn call(&mut self, name: String, arguments: Option<&[f64]>, rounds: u64) -> Result<(), Problem> {
+        let Some(body) = self.flow.subs.get(&name).cloned() else {
+            return self.look_for(name);
+        };
+        let limit = self.config.limits.call_depth;
+        if self.flow.frames.len() >= limit {
+            return Err(Problem::CallsTooDeep { limit });
+        }
+        if rounds == 0 {
+            return Ok(());
+        }
+        let locals = arguments.map(|arguments| Box::new(self.parameters.enter(arguments)));
+        let frame = Frame { name, body, return_to: self.flow.at, opens: self.flow.opens.len(), locals, rounds: rounds - 1 };
+        self.flow.frames.push(frame);
+        self.flow.at = 0;
+        Ok(())
+    }
+
+    /// Reads on until the subroutine is defined, then comes back to the line that calls it.
+    fn look_for(&mut self, name: String) -> Result<(), Problem> {
+        if self.missing_sub.as_ref() == Some(&name) {
+            self.missing_sub = None;
+            return Err(Problem::NoSuchSub { name });
+        }
+        self.flow.at -= 1;
+        let at = self.flow.frames.first().map_or(self.flow.at + 1, |frame| frame.return_to);
+        self.flow.seek = Some(Seek { name, at });
+        Ok(())
+    }
+
+    /// Goes back to the caller, or through the subroutine once more.
+    pub(crate) fn leave(&mut self) {
+        if let Some(frame) = self.flow.frames.last_mut() {
+            let base = frame.opens;
+            if frame.rounds > 0 {
+                frame.rounds -= 1;
+                self.flow.at = 0;
+            } else if let Some(frame) = self.flow.frames.pop() {
+                if let Some(locals) = &frame.locals {
+                    self.parameters.leave(locals);
+                }
+                self.flow.at = frame.return_to;
+            }
+            self.flow.opens.truncate(base);
+        }
+    }
+
+    /// Adds the current line to the definition being recorded; true while there is one.
+    pub(crate) fn recording(&mut self, flow: Option<(&str, Keyword)>, ends_bare: bool) -> Result<bool, Problem> {
+        let Some(record) = &mut self.flow.record else { return Ok(false) };
+        let limit = self.config.limits.held_bytes;
+        if let Err(problem) = record.body.push(&self.line, self.place, limit) {
+            self.flow.record = None;
+            return Err(problem);
+        }
+        let name = &record.name;
+        let ends = if record.bare { ends_bare } else { flow.is_some_and(|(label, keyword)| keyword == Keyword::EndSub && label == name) };
+        if let Some((_, Keyword::Sub)) = flow {
+            let message = format!("subroutine o{name} of line {} is not closed before another begins", record.span.line);
+            self.flow.record = None;
+            return Err(flow_error(message));
+        }
+        if ends {
+            if let Some(record) = self.flow.record.take() {
+                if self.flow.seek.as_ref().is_some_and(|seek| seek.name == record.name) {
+                    self.flow.seek = None;
+                }
+                self.flow.subs.insert(record.name, Arc::new(record.body));
+            }
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,114 @@
+//! Where the program is: open loops and branches, calls, and lines to be skipped.
+
+use super::tape::Tape;
+use crate::parameters::LOCALS;
+use lostmotion_base::span::Span;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// An open branch or loop.
+#[derive(Clone, Debug)]
+pub(crate) struct Open {
+    pub(crate) label: String,
+    pub(crate) kind: OpenKind,
+    /// Where it was opened, for the message if it is never closed.
+    pub(crate) span: Span,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OpenKind {
+    If,
+    /// Index of the `while` line.
+    While(usize),
+    /// Index of the `do` line.
+    Do(usize),
+    /// Index of the `repeat` line and further rounds.
+    Repeat(usize, u64),
+}
+
+impl OpenKind {
+    pub(crate) const fn is_loop(self) -> bool {
+        !matches!(self, OpenKind::If)
+    }
+}
+
+/// What skipping looks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Skip {
+    /// `elseif`, `else` or `endif`.
+    Branch,
+    /// `endif` only.
+    EndIf,
+    /// The end of a loop, which is left.
+    LoopEnd,
+    /// The `while` of a `do`, which is then carried out.
+    DoWhile,
+}
+
+/// A call in progress.
+#[derive(Clone, Debug)]
+pub(crate) struct Frame {
+    pub(crate) name: String,
+    pub(crate) body: Arc<Tape>,
+    /// Where the caller goes on.
+    pub(crate) return_to: usize,
+    /// How many structures were open in the callers.
+    pub(crate) opens: usize,
+    /// The caller's #1 to #30; none if the subroutine shares them (M98).
+    pub(crate) locals: Option<Box<[f64; LOCALS]>>,
+    /// Further rounds of the call (L of M98).
+    pub(crate) rounds: u64,
+}
+
+/// A search for a subroutine further on.
+#[derive(Clone, Debug)]
+pub(crate) struct Seek {
+    pub(crate) name: String,
+    /// Next line of the main program to look at.
+    pub(crate) at: usize,
+}
+
+/// A definition being recorded.
+#[derive(Clone, Debug)]
+pub(crate) struct Record {
+    pub(crate) name: String,
+    /// A bare label, which ends with M99.
+    pub(crate) bare: bool,
+    pub(crate) body: Tape,
+    pub(crate) span: Span,
+}
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Flow {
+    /// Lines of the main program that are held.
+    pub(crate) main: Tape,
+    /// Next line of what is running: the main program or the last frame's body.
+    pub(crate) at: usize,
+    pub(crate) frames: Vec<Frame>,
+    pub(crate) opens: Vec<Open>,
+    pub(crate) skip: Option<(String, Skip, Span)>,
+    pub(crate) seek: Option<Seek>,
+    pub(crate) record: Option<Record>,
+    pub(crate) subs: BTreeMap<String, Arc<Tape>>,
+}
+
+impl Flow {
+    /// What is running.
+    pub(crate) fn tape(&self) -> &Tape {
+        self.frames.last().map_or(&self.main, |frame| &frame.body)
+    }
+
+    /// Forgets main program lines that cannot run again.
+    pub(crate) fn forget(&mut self) {
+        let may_return = self.seek.is_some() || !self.frames.is_empty() || self.opens.iter().any(|open| open.kind.is_loop());
+        if !may_return && self.at >= self.main.len() {
+            self.main.clear();
+            self.at = 0;
+        }
+    }
+
+    /// Open structures of the subroutine that is running.
+    pub(crate) fn own_opens(&self) -> usize {
+        self.opens.len() - self.frames.last().map_or(0, |frame| frame.opens)
+    }
+}

@@ -1,0 +1,301 @@
+//! One step: fetch a line, parse it, carry it out.
+
+use super::flow::Skip;
+use super::{Interpreter, Percent, Step};
+use crate::exec::{Exec, check};
+use crate::ops::{CanonicalOp, SourcedOp};
+use crate::problem::Problem;
+use crate::syntax::evaluate::whole;
+use crate::syntax::{Block, Keyword, Label, Setting, Target, Text, parse_block};
+use lostmotion_base::span::{BlockRef, Span};
+
+impl Interpreter {
+    /// Carries the next block out, appending its operations to `out`.
+    pub fn step(&mut self, out: &mut Vec<SourcedOp>) -> Step {
+        if self.state.ended {
+            return Step::Ended;
+        }
+        if !self.fetch() {
+            return if self.at_end { self.finish() } else { Step::NeedsLine };
+        }
+        let before = out.len();
+        self.executed += 1;
+        if let Err((problem, text)) = self.line_step(out) {
+            self.place_and_report(problem, text);
+        }
+        self.watch(out.get(before..).unwrap_or_default());
+        if self.state.ended { Step::Ended } else { Step::Ran }
+    }
+
+    /// Ends programs that run too long.
+    fn watch(&mut self, ops: &[SourcedOp]) {
+        let limits = &self.config.limits;
+        let repeating = !self.flow.opens.is_empty() || !self.flow.frames.is_empty();
+        let acts = |sourced: &SourcedOp| {
+            use CanonicalOp as O;
+            matches!(sourced.op, O::StraightTraverse(_) | O::StraightFeed(_) | O::ArcFeed(_) | O::Dwell(_) | O::ProgramStop | O::OptionalProgramStop)
+        };
+        self.idle = if !repeating || ops.iter().any(acts) { 0 } else { self.idle + 1 };
+        let problem = if self.idle > limits.idle_blocks {
+            Problem::IdleLoop { limit: limits.idle_blocks }
+        } else if self.executed > limits.executed_blocks {
+            Problem::TooManyBlocks { limit: limits.executed_blocks }
+        } else {
+            return;
+        };
+        self.report(problem);
+        self.state.ended = true;
+    }
+
+    /// Brings the next line into `self.line`.
+    fn fetch(&mut self) -> bool {
+        let found = match &self.flow.seek {
+            Some(seek) => self.flow.main.get(seek.at),
+            None => self.flow.tape().get(self.flow.at),
+        };
+        let Some((place, line)) = found else { return false };
+        self.line.clear();
+        self.line.extend_from_slice(line);
+        self.place = place;
+        self.span = block_span(line, place);
+        match &mut self.flow.seek {
+            Some(seek) => seek.at += 1,
+            None => self.flow.at += 1,
+        }
+        true
+    }
+
+    fn place_and_report(&mut self, problem: Problem, text: Option<Text>) {
+        let span = text.map_or(self.span, |text| Span {
+            column: text.start + 1,
+            start: self.place.start + u64::from(text.start),
+            len: text.len,
+            ..self.span
+        });
+        self.report_at(problem, span);
+    }
+
+    /// Whether the current line is looked at only for O-words.
+    fn is_passing(&self) -> bool {
+        self.flow.skip.is_some() || self.flow.seek.is_some() || self.flow.record.is_some()
+    }
+
+    fn line_step(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
+        if self.is_passing() && !may_matter(&self.line) {
+            self.recording(None, false).map_err(|problem| (problem, None))?;
+            return Ok(());
+        }
+        self.state.line = self.place.line;
+        if let Err(fault) = parse_block(&self.line, &mut self.block, &self.config.limits) {
+            if self.is_passing() {
+                return self.recording(None, false).map(|_| ()).map_err(|problem| (problem, None));
+            }
+            let start = (self.line.len() - fault.rest.min(self.line.len())) as u32;
+            return Err((*fault.problem, Some(Text { start, len: u32::from(fault.rest > 0) })));
+        }
+        if self.block.percent {
+            return self.percent_line().map_err(|problem| (problem, None));
+        }
+        if self.percent == Percent::Unknown && !self.block.is_blank() {
+            self.percent = Percent::Absent;
+        }
+        if self.block.deletable && self.config.block_delete {
+            return Ok(());
+        }
+        match self.block.flow {
+            Some((label, keyword)) => self.flow_line(label, keyword, out).map_err(|problem| (problem, None)),
+            None if self.is_passing() => {
+                let ends_bare = has_code(&self.block, b'M', 99.0);
+                self.recording(None, ends_bare).map(|_| ()).map_err(|problem| (problem, None))
+            }
+            None => self.plain_line(out),
+        }
+    }
+
+    fn percent_line(&mut self) -> Result<(), Problem> {
+        match self.percent {
+            Percent::Unknown => self.percent = Percent::Open,
+            Percent::Open if self.flow.frames.is_empty() => {
+                self.check_open();
+                self.state.ended = true;
+            }
+            Percent::Open => {}
+            Percent::Absent => {
+                // What follows is read as if the sign had come first.
+                self.percent = Percent::Open;
+                return Err(Problem::TextBeforePercent);
+            }
+        }
+        Ok(())
+    }
+
+    fn flow_line(&mut self, label: Label, keyword: Keyword, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
+        let label = self.label(label)?;
+        if self.flow.skip.is_some() {
+            return self.while_skipping(&label, keyword);
+        }
+        if self.recording(Some((&label, keyword)), false)? {
+            return Ok(());
+        }
+        if let Some(seek) = &self.flow.seek {
+            let wanted = seek.name == label || keyword == Keyword::Sub;
+            return if wanted && matches!(keyword, Keyword::Sub | Keyword::Bare) { self.subroutine(label, keyword) } else { Ok(()) };
+        }
+        self.run_comment(out);
+        match keyword {
+            Keyword::Sub | Keyword::EndSub | Keyword::Call | Keyword::Return | Keyword::Bare => self.subroutine(label, keyword),
+            _ => self.control(label, keyword),
+        }
+    }
+
+    /// The name of a label; numbers are evaluated.
+    fn label(&mut self, label: Label) -> Result<String, Problem> {
+        match label {
+            Label::Name(text) => Ok(String::from_utf8_lossy(self.block.name(text)).into_owned()),
+            Label::Number(value) => {
+                let value = self.value(value)?;
+                whole(value).map(|number| format!("{number}")).ok_or(Problem::BadWordValue { letter: 'O', value })
+            }
+        }
+    }
+
+    /// The comment of the current block.
+    fn run_comment(&mut self, out: &mut Vec<SourcedOp>) {
+        let Some(text) = self.block.comment else { return };
+        let from = text.start as usize;
+        let inside = std::mem::take(&mut self.line);
+        self.exec(out).comment(inside.get(from..from + text.len as usize).unwrap_or_default());
+        self.line = inside;
+    }
+
+    fn exec<'a>(&'a mut self, out: &'a mut Vec<SourcedOp>) -> Exec<'a> {
+        Exec {
+            state: &mut self.state,
+            parameters: &mut self.parameters,
+            config: &self.config,
+            words: &self.words,
+            block: BlockRef { span: self.span, call_stack: 0 },
+            out,
+            warnings: &mut self.warnings,
+        }
+    }
+
+    /// A line of words, settings and comments.
+    fn plain_line(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
+        self.begun |= !self.block.words.is_empty() || !self.block.settings.is_empty();
+        self.collect_words()?;
+        self.apply_settings()?;
+        self.warn();
+        self.run_comment(out);
+        if self.words.mask == 0 && self.words.codes().is_empty() {
+            return Ok(());
+        }
+        check::check(&mut self.words, &self.state)?;
+        let result = self.exec(out).run();
+        self.warn();
+        result
+    }
+
+    fn collect_words(&mut self) -> Result<(), (Problem, Option<Text>)> {
+        self.words.clear();
+        let mut first = Ok(());
+        for index in 0..self.block.words.len() {
+            let Some(&word) = self.block.words.get(index) else { break };
+            let value = self.value(word.value);
+            let added = value.and_then(|value| self.words.add(word.letter, value, word.text));
+            first = match (first, added) {
+                (Ok(()), Err(problem)) => Err((problem, Some(word.text))),
+                (Err((earlier, place)), Err(problem)) => {
+                    self.place_and_report(earlier, place);
+                    Err((problem, Some(word.text)))
+                }
+                (first, _) => first,
+            };
+        }
+        first
+    }
+
+    /// Settings take effect together, after everything on the line has been read.
+    fn apply_settings(&mut self) -> Result<(), (Problem, Option<Text>)> {
+        if self.block.settings.is_empty() {
+            return Ok(());
+        }
+        let mut values = Vec::with_capacity(self.block.settings.len());
+        for index in 0..self.block.settings.len() {
+            let Some(&setting) = self.block.settings.get(index) else { break };
+            let value = self.setting_value(setting).map_err(|problem| (problem, Some(setting.text)))?;
+            values.push((setting, value));
+        }
+        for (setting, (number, value)) in values {
+            let result = match setting.target {
+                Target::Numbered(_) => self.parameters.set(number, value),
+                Target::Named(name) => self.parameters.set_name(self.block.name(name), value, &self.state),
+            };
+            result.map_err(|problem| (problem, Some(setting.text)))?;
+        }
+        Ok(())
+    }
+
+    /// Number of the parameter (0 for a named one) and its new value.
+    fn setting_value(&mut self, setting: Setting) -> Result<(f64, f64), Problem> {
+        let number = match setting.target {
+            Target::Numbered(number) => self.value(number)?,
+            Target::Named(_) => 0.0,
+        };
+        Ok((number, self.value(setting.value)?))
+    }
+
+    /// Reports what the block only warns about.
+    fn warn(&mut self) {
+        if let Some(number) = self.parameters.unset_read.take() {
+            self.report(Problem::UnsetParameter { number });
+        }
+        while let Some(problem) = self.warnings.pop() {
+            self.report(problem);
+        }
+    }
+
+    /// The source is at its end: what is still open, and whether the program ended.
+    fn finish(&mut self) -> Step {
+        if let Some(seek) = self.flow.seek.take() {
+            self.flow.record = None;
+            self.missing_sub = Some(seek.name);
+            return Step::Ran;
+        }
+        self.check_open();
+        self.span = Span { column: 1, len: 0, ..self.span };
+        self.report(if self.percent == Percent::Open { Problem::NoClosingPercent } else { Problem::NoProgramEnd });
+        self.state.ended = true;
+        Step::Ended
+    }
+
+    /// Reports structures that are not closed.
+    fn check_open(&mut self) {
+        if let Some(record) = self.flow.record.take() {
+            self.report_at(super::control::flow_error(format!("subroutine o{} is not closed", record.name)), record.span);
+        }
+        if let Some((label, skip, span)) = self.flow.skip.take() {
+            let what = if matches!(skip, Skip::Branch | Skip::EndIf) { "if" } else { "loop" };
+            self.report_at(super::control::flow_error(format!("the {what} o{label} is not closed")), span);
+        } else if let Some(open) = self.flow.opens.pop() {
+            let what = if open.kind.is_loop() { "loop" } else { "if" };
+            self.report_at(super::control::flow_error(format!("the {what} o{} is not closed", open.label)), open.span);
+        }
+    }
+}
+
+/// Whether a line can begin with an O-word or a percent sign, or hold an M99.
+fn may_matter(line: &[u8]) -> bool {
+    line.iter().any(|byte| matches!(byte, b'o' | b'O' | b'%' | b'm' | b'M'))
+}
+
+fn has_code(block: &Block, letter: u8, number: f64) -> bool {
+    block.words.iter().any(|word| word.letter == letter && word.value == crate::syntax::Value::Number(number))
+}
+
+/// The block within its line: without the blanks around it.
+fn block_span(line: &[u8], place: super::Place) -> Span {
+    let trimmed = line.trim_ascii();
+    let from = line.len() - line.trim_ascii_start().len();
+    Span { file: place.file, line: place.line, column: from as u32 + 1, start: place.start + from as u64, len: trimmed.len() as u32 }
+}

@@ -1,0 +1,189 @@
+//! The interpreter: lines in, canonical operations out, one block per step.
+//!
+//! Memory is constant in the program's length: a line is held only while a loop is open that may run it again, or as the
+//! body of a subroutine.
+
+mod calls;
+mod control;
+mod flow;
+mod lines;
+mod tape;
+
+pub use tape::Place;
+
+use crate::config::InterpreterConfig;
+use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::exec::words::Words;
+use crate::ops::{CanonicalOp, SourcedOp};
+use crate::parameters::{HIGHEST, Parameters, View};
+use crate::problem::Problem;
+use crate::state::{State, convert};
+use crate::syntax::evaluate::evaluate;
+use crate::syntax::{Block, Value};
+use flow::Flow;
+use lostmotion_base::span::{BlockRef, Span};
+use lostmotion_base::units::deg;
+
+/// What a step left behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// A block has run; more may follow without further input.
+    Ran,
+    /// The next line has to be pushed, or the end of the source declared.
+    NeedsLine,
+    /// The program is over.
+    Ended,
+}
+
+/// Whether the program is enclosed in percent signs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Percent {
+    Unknown,
+    Absent,
+    Open,
+}
+
+/// A modal interpreter of RS274/NGC.
+///
+/// Drive it with [`Interpreter::push_line`] and [`Interpreter::step`], or let [`crate::Program`] do it.
+#[derive(Debug)]
+pub struct Interpreter {
+    config: InterpreterConfig,
+    state: State,
+    parameters: Parameters,
+    diagnostics: Diagnostics,
+    flow: Flow,
+    block: Block,
+    words: Words,
+    line: Vec<u8>,
+    place: Place,
+    span: Span,
+    stack: Vec<f64>,
+    warnings: Vec<Problem>,
+    percent: Percent,
+    /// Whether a block with words or settings has been seen.
+    begun: bool,
+    at_end: bool,
+    executed: u64,
+    idle: u64,
+    missing_sub: Option<String>,
+}
+
+impl Interpreter {
+    /// An interpreter in its initial state.
+    pub fn new(config: InterpreterConfig) -> Interpreter {
+        let mut parameters = Parameters::new(config.limits.named_parameters);
+        for &(number, value) in &config.parameters {
+            if number <= HIGHEST && value.is_finite() {
+                parameters.put(number, value);
+            }
+        }
+        let mut state = State::new(config.program_units);
+        let start: [f64; 9] = std::array::from_fn(|i| if (3..6).contains(&i) { deg(config.start.0[i]) } else { config.start.0[i] });
+        let unit = |position| convert(&position, config.machine_units, config.program_units);
+        let system = parameters.get(crate::parameters::SYSTEM);
+        state.system = if (1.0..=9.0).contains(&system) { system as u8 } else { 1 };
+        let first = crate::exec::offsets::system_parameter(state.system);
+        state.offsets.g5x = unit(parameters.position(first));
+        state.offsets.rotation_deg = parameters.get(first + 9);
+        if parameters.get(crate::parameters::G92_ACTIVE) != 0.0 {
+            state.offsets.g92 = unit(parameters.position(crate::parameters::G92));
+        }
+        state.current = state.offsets.to_program(&convert(&start, crate::ops::Units::Mm, config.program_units));
+        Interpreter {
+            diagnostics: Diagnostics::new(config.limits.diagnostics),
+            config,
+            state,
+            parameters,
+            flow: Flow::default(),
+            block: Block::default(),
+            words: Words::default(),
+            line: Vec::new(),
+            place: Place::default(),
+            span: Span::default(),
+            stack: Vec::new(),
+            warnings: Vec::new(),
+            percent: Percent::Unknown,
+            begun: false,
+            at_end: false,
+            executed: 0,
+            idle: 0,
+            missing_sub: None,
+        }
+    }
+
+    /// The operations that put the initial state into words: units and offsets in force before the first line.
+    pub fn begin(&self, out: &mut Vec<SourcedOp>) {
+        let offsets = &self.state.offsets;
+        let ops = [
+            CanonicalOp::UseLengthUnits(self.state.units),
+            CanonicalOp::SetG5xOffset { system: self.state.system, offset: offsets.g5x },
+            CanonicalOp::SetG92Offset(offsets.g92),
+            CanonicalOp::SetXyRotation(offsets.rotation_deg),
+        ];
+        out.extend(ops.map(|op| SourcedOp { op, block: BlockRef::default() }));
+    }
+
+    /// The modes, offsets and position after the blocks run so far.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// All parameters.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The bounds it runs under.
+    pub fn limits(&self) -> &crate::limits::Limits {
+        &self.config.limits
+    }
+
+    /// What has been found so far.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.diagnostics
+    }
+
+    /// Takes the findings out.
+    pub fn into_diagnostics(self) -> Diagnostics {
+        self.diagnostics
+    }
+
+    /// Gives the next line of the program, without its terminator. To be called when a step asks for it.
+    pub fn push_line(&mut self, line: &[u8], place: Place) {
+        self.flow.forget();
+        if let Err(problem) = self.flow.main.push(line, place, self.config.limits.held_bytes.max(self.config.limits.line_bytes)) {
+            self.place = place;
+            self.span = Span { file: place.file, line: place.line, column: 1, start: place.start, len: 0 };
+            self.report(problem);
+            self.state.ended = true;
+        }
+    }
+
+    /// Says that no line follows.
+    pub fn end_of_source(&mut self) {
+        self.at_end = true;
+    }
+
+    /// Reports something about the source as a whole or about the place given.
+    pub(crate) fn report_at(&mut self, problem: Problem, span: Span) {
+        self.diagnostics.push(Diagnostic { problem, place: BlockRef { span, call_stack: 0 } });
+    }
+
+    fn report(&mut self, problem: Problem) {
+        self.report_at(problem, self.span);
+    }
+
+    /// The value of an argument of the current O-line.
+    fn argument(&mut self, index: usize) -> Result<Option<f64>, Problem> {
+        match self.block.arguments.get(index) {
+            Some(&value) => self.value(value).map(Some),
+            None => Ok(None),
+        }
+    }
+
+    fn value(&mut self, value: Value) -> Result<f64, Problem> {
+        let mut view = View { parameters: &mut self.parameters, state: &self.state };
+        evaluate(&self.block, value, &mut view, &mut self.stack)
+    }
+}

@@ -1,0 +1,47 @@
+//! Source lines that are held because they may run again.
+
+use crate::problem::Problem;
+
+/// Where a line stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// Index of the file; 0 is the program itself.
+    pub file: u32,
+    /// Line number from 1.
+    pub line: u32,
+    /// Offset of the line's first byte in the file.
+    pub start: u64,
+}
+
+/// Lines of source in one buffer.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tape {
+    bytes: Vec<u8>,
+    lines: Vec<(Place, usize, usize)>,
+}
+
+impl Tape {
+    pub(crate) fn push(&mut self, line: &[u8], place: Place, limit: usize) -> Result<(), Problem> {
+        if self.bytes.len() + line.len() > limit || self.lines.len() > limit / 8 {
+            return Err(Problem::TooMuchHeld { limit });
+        }
+        let from = self.bytes.len();
+        self.bytes.extend_from_slice(line);
+        self.lines.push((place, from, self.bytes.len()));
+        Ok(())
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.bytes.clear();
+        self.lines.clear();
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.lines.len()
+    }
+
+    pub(crate) fn get(&self, index: usize) -> Option<(Place, &[u8])> {
+        let (place, from, to) = *self.lines.get(index)?;
+        Some((place, self.bytes.get(from..to)?))
+    }
+}

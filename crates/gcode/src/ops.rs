@@ -1,0 +1,255 @@
+//! Canonical operations: what a program does, resolved and free of modes.
+//!
+//! Numbers are as the program has them: lengths in the units in force (millimetres or inches), angles in degrees,
+//! positions without offsets. [`crate::motion`] turns them into machine coordinates in mm and rad.
+
+use lostmotion_base::span::BlockRef;
+use lostmotion_base::units::MM_PER_INCH;
+use serde::{Deserialize, Serialize};
+
+/// Coordinates of X Y Z A B C U V W in program units and degrees.
+pub type Position = [f64; 9];
+
+/// Length units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Units {
+    /// G21.
+    #[default]
+    Mm,
+    /// G20.
+    Inch,
+}
+
+impl Units {
+    /// Millimetres per unit.
+    pub const fn mm(self) -> f64 {
+        match self {
+            Units::Mm => 1.0,
+            Units::Inch => MM_PER_INCH,
+        }
+    }
+
+    /// Short name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Units::Mm => "mm",
+            Units::Inch => "in",
+        }
+    }
+
+    /// A length in other units, unchanged if the units are the same.
+    pub fn convert(self, length: f64, to: Units) -> f64 {
+        match (self, to) {
+            (Units::Mm, Units::Inch) => length / MM_PER_INCH,
+            (Units::Inch, Units::Mm) => length * MM_PER_INCH,
+            _ => length,
+        }
+    }
+}
+
+/// The plane of arcs and the axis of cycles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Plane {
+    /// G17.
+    #[default]
+    Xy,
+    /// G18: Z is the first axis, X the second.
+    Zx,
+    /// G19.
+    Yz,
+}
+
+impl Plane {
+    /// Indices of the first and second axis and of the normal, right-handed.
+    pub const fn axes(self) -> [usize; 3] {
+        match self {
+            Plane::Xy => [0, 1, 2],
+            Plane::Zx => [2, 0, 1],
+            Plane::Yz => [1, 2, 0],
+        }
+    }
+
+    /// Name of the plane.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Plane::Xy => "XY",
+            Plane::Zx => "XZ",
+            Plane::Yz => "YZ",
+        }
+    }
+}
+
+/// How closely the path is followed at corners.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum PathControl {
+    /// G61: the programmed path, stopping only where it has a corner.
+    ExactPath,
+    /// G61.1: a stop at the end of every move.
+    ExactStop,
+    /// G64: corners may be rounded.
+    Continuous {
+        /// Allowed deviation in program units; 0 means no bound was given.
+        tolerance: f64,
+    },
+}
+
+/// An arc, helix or spiral about an axis of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArcFeed {
+    /// Plane of the circle; its axes give the order of the pairs below.
+    pub plane: Plane,
+    /// End in the plane's first and second axis.
+    pub end: [f64; 2],
+    /// Centre in the plane's first and second axis.
+    pub center: [f64; 2],
+    /// Positive counter-clockwise about the plane's normal; the number counts turns begun.
+    pub turns: i32,
+    /// End along the plane's normal.
+    pub axis_end: f64,
+    /// Ends of A B C U V W.
+    pub others: [f64; 6],
+}
+
+impl ArcFeed {
+    /// Where the arc ends.
+    pub fn position(&self) -> Position {
+        let mut end = [0.0; 9];
+        let [first, second, normal] = self.plane.axes();
+        end[first] = self.end[0];
+        end[second] = self.end[1];
+        end[normal] = self.axis_end;
+        end[3..].copy_from_slice(&self.others);
+        end
+    }
+}
+
+/// What becomes of a text in a comment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TextKind {
+    /// A plain comment.
+    Comment,
+    /// `(MSG,...)` and `(DEBUG,...)`: to be shown to the operator.
+    Message,
+    /// `(PRINT,...)`.
+    Print,
+    /// `(LOG,...)`.
+    Log,
+}
+
+/// One action.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum CanonicalOp {
+    /// Units of all following lengths.
+    UseLengthUnits(Units),
+    /// Origin of a work coordinate system, 1 for G54 to 9 for G59.3.
+    SetG5xOffset {
+        /// Number of the system.
+        system: u8,
+        /// Its origin.
+        offset: Position,
+    },
+    /// G92 and G52 offset.
+    SetG92Offset(Position),
+    /// Rotation of the work coordinate system about Z, degrees.
+    SetXyRotation(f64),
+    /// Feed in units per minute, or per revolution in that mode.
+    SetFeedRate {
+        /// The rate. Degrees when only rotary axes move.
+        rate: f64,
+        /// The F word per minute, if the rate came from inverse time.
+        inverse_time: Option<f64>,
+    },
+    /// Whether the feed is per revolution of the spindle.
+    SetFeedMode {
+        /// G95.
+        per_revolution: bool,
+    },
+    /// Motion at full speed.
+    StraightTraverse(Position),
+    /// Motion at the feed rate.
+    StraightFeed(Position),
+    /// Circular motion at the feed rate.
+    ArcFeed(ArcFeed),
+    /// A pause, seconds.
+    Dwell(f64),
+    /// The plane of arcs.
+    SelectPlane(Plane),
+    /// Path control.
+    SetMotionControlMode(PathControl),
+    /// Tolerance for merging short collinear moves, program units; 0 is off.
+    SetNaiveCamTolerance(f64),
+    /// Offset of the tool in force.
+    UseToolLengthOffset(Position),
+    /// The tool that the next change will bring.
+    SelectTool(i32),
+    /// A tool change begins.
+    StartChange,
+    /// The tool is in the spindle.
+    ChangeTool(i32),
+    /// The tool in the spindle is another than thought; nothing moves.
+    ChangeToolNumber(i32),
+    /// Speed of a spindle.
+    SetSpindleSpeed {
+        /// Which spindle.
+        spindle: u8,
+        /// rev/min, or units of surface speed.
+        speed: f64,
+    },
+    /// Constant surface speed up to a number of rev/min; 0 turns it off.
+    SetSpindleMode {
+        /// Which spindle.
+        spindle: u8,
+        /// Highest rev/min.
+        highest: f64,
+    },
+    /// Starts a spindle.
+    StartSpindle {
+        /// Which spindle.
+        spindle: u8,
+        /// M3; otherwise M4.
+        clockwise: bool,
+    },
+    /// Stops a spindle.
+    StopSpindle {
+        /// Which spindle.
+        spindle: u8,
+    },
+    /// Mist coolant on or off.
+    Mist(bool),
+    /// Flood coolant on or off.
+    Flood(bool),
+    /// Whether the feed may be overridden.
+    FeedOverride(bool),
+    /// Whether the spindle's speed may be overridden.
+    SpeedOverride(bool),
+    /// Whether the feed may be adapted.
+    AdaptiveFeed(bool),
+    /// Whether a feed hold is obeyed.
+    FeedHold(bool),
+    /// A text.
+    Text {
+        /// Where it goes.
+        kind: TextKind,
+        /// The text; bytes that are not UTF-8 are replaced.
+        text: String,
+    },
+    /// M0: stop until told to go on.
+    ProgramStop,
+    /// M1: the same if the operator wants it.
+    OptionalProgramStop,
+    /// M60: exchange of pallets.
+    PalletShuttle,
+    /// M2 or M30.
+    ProgramEnd,
+}
+
+/// An operation with the block it came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SourcedOp {
+    /// What to do.
+    pub op: CanonicalOp,
+    /// Because of which block.
+    pub block: BlockRef,
+}

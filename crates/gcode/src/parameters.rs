@@ -1,0 +1,190 @@
+//! Numbered and named parameters.
+
+use crate::ops::Position;
+use crate::problem::Problem;
+use crate::state::State;
+use crate::syntax::evaluate::{Lookup, whole};
+use crate::system_names::system_name;
+use std::collections::BTreeMap;
+
+/// The highest parameter number.
+pub const HIGHEST: u16 = 5602;
+/// Parameters below are the arguments and locals of a subroutine.
+pub const LOCALS: usize = 30;
+/// Home of G28 and, 20 higher, of G30.
+pub(crate) const HOME: u16 = 5161;
+/// 1 if a G92 offset is in force.
+pub(crate) const G92_ACTIVE: u16 = 5210;
+/// The G92 offset.
+pub(crate) const G92: u16 = 5211;
+/// Number of the work coordinate system in force.
+pub(crate) const SYSTEM: u16 = 5220;
+/// Parameters that a program cannot set.
+const READ_ONLY: std::ops::RangeInclusive<u16> = 5400..=5428;
+
+type Names = BTreeMap<Box<[u8]>, f64>;
+
+/// All parameters of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    numbered: Vec<f64>,
+    known: Vec<bool>,
+    globals: Names,
+    /// One scope per call; the first is the main program's.
+    scopes: Vec<Names>,
+    names: usize,
+    limit: usize,
+    /// The last parameter that was read before it was set.
+    pub(crate) unset_read: Option<u16>,
+}
+
+impl Parameters {
+    /// Everything zero except the number of the work coordinate system.
+    pub fn new(limit: usize) -> Parameters {
+        let size = usize::from(HIGHEST) + 1;
+        let mut parameters = Parameters {
+            numbered: vec![0.0; size],
+            known: (0..size).map(|number| number > 5060).collect(),
+            globals: Names::new(),
+            scopes: vec![Names::new()],
+            names: 0,
+            limit,
+            unset_read: None,
+        };
+        parameters.put(SYSTEM, 1.0);
+        parameters
+    }
+
+    /// The stored value of a parameter; 0 out of range.
+    pub fn get(&self, number: u16) -> f64 {
+        self.numbered.get(usize::from(number)).copied().unwrap_or_default()
+    }
+
+    /// Stores a value; numbers out of range are ignored.
+    pub fn put(&mut self, number: u16, value: f64) {
+        let index = usize::from(number);
+        if let (Some(slot), Some(known)) = (self.numbered.get_mut(index), self.known.get_mut(index)) {
+            *slot = value;
+            *known = true;
+        }
+    }
+
+    /// Nine consecutive parameters as a position.
+    pub(crate) fn position(&self, first: u16) -> Position {
+        std::array::from_fn(|index| self.get(first + index as u16))
+    }
+
+    /// Stores a position in nine consecutive parameters.
+    pub(crate) fn put_position(&mut self, first: u16, position: &Position) {
+        for (index, value) in position.iter().enumerate() {
+            self.put(first + index as u16, *value);
+        }
+    }
+
+    /// A program's setting of a numbered parameter.
+    pub(crate) fn set(&mut self, number: f64, value: f64) -> Result<(), Problem> {
+        let number = in_range(number)?;
+        if READ_ONLY.contains(&number) {
+            return Err(Problem::ReadOnlyParameter { number });
+        }
+        self.put(number, value);
+        Ok(())
+    }
+
+    /// A program's setting of a named parameter: `_name` is global, others belong to the subroutine.
+    pub(crate) fn set_name(&mut self, name: &[u8], value: f64, state: &State) -> Result<(), Problem> {
+        let shown = || String::from_utf8_lossy(name).into_owned();
+        if name.first() == Some(&b'_') && system_name(name, state).is_some() {
+            return Err(Problem::ReadOnlyName { name: shown() });
+        }
+        let table = if name.first() == Some(&b'_') { Some(&mut self.globals) } else { self.scopes.last_mut() };
+        let Some(table) = table else { return Ok(()) };
+        if let Some(slot) = table.get_mut(name) {
+            *slot = value;
+            return Ok(());
+        }
+        if self.names >= self.limit {
+            return Err(Problem::TooManyParameters { limit: self.limit });
+        }
+        self.names += 1;
+        table.insert(name.into(), value);
+        Ok(())
+    }
+
+    /// Stores a global that the interpreter itself sets.
+    pub(crate) fn put_global(&mut self, name: &[u8], value: f64) {
+        self.globals.insert(name.into(), value);
+    }
+
+    /// Forgets a global.
+    pub(crate) fn drop_global(&mut self, name: &[u8]) {
+        self.globals.remove(name);
+    }
+
+    fn name(&self, name: &[u8]) -> Option<f64> {
+        let table = if name.first() == Some(&b'_') { Some(&self.globals) } else { self.scopes.last() };
+        table.and_then(|names| names.get(name)).copied()
+    }
+
+    /// Opens a scope with new #1 to #30 and returns the old ones.
+    pub(crate) fn enter(&mut self, arguments: &[f64]) -> [f64; LOCALS] {
+        self.scopes.push(Names::new());
+        let old = std::array::from_fn(|index| self.get(index as u16 + 1));
+        for number in 1..=LOCALS {
+            self.put(number as u16, arguments.get(number - 1).copied().unwrap_or_default());
+        }
+        old
+    }
+
+    /// Closes a scope and brings the caller's #1 to #30 back.
+    pub(crate) fn leave(&mut self, old: &[f64; LOCALS]) {
+        if self.scopes.len() > 1 {
+            self.names -= self.scopes.pop().map_or(0, |scope| scope.len());
+        }
+        for (index, value) in old.iter().enumerate() {
+            self.put(index as u16 + 1, *value);
+        }
+    }
+}
+
+fn in_range(number: f64) -> Result<u16, Problem> {
+    match whole(number) {
+        Some(whole) if (1.0..=f64::from(HIGHEST)).contains(&whole) => Ok(whole as u16),
+        _ => Err(Problem::ParameterRange { number }),
+    }
+}
+
+/// Parameters as an expression sees them: with those that show the state.
+pub(crate) struct View<'a> {
+    pub(crate) parameters: &'a mut Parameters,
+    pub(crate) state: &'a State,
+}
+
+impl Lookup for View<'_> {
+    fn numbered(&mut self, number: f64) -> Result<f64, Problem> {
+        let number = in_range(number)?;
+        Ok(match number {
+            5400 => f64::from(self.state.loaded_tool),
+            5401..=5409 => {
+                let index = usize::from(number - 5401);
+                self.state.offsets.tool.get(index).copied().unwrap_or_default()
+            }
+            5420..=5428 => self.state.current.get(usize::from(number - 5420)).copied().unwrap_or_default(),
+            _ => {
+                if !self.parameters.known.get(usize::from(number)).copied().unwrap_or(true) {
+                    self.parameters.unset_read = Some(number);
+                }
+                self.parameters.get(number)
+            }
+        })
+    }
+
+    fn named(&self, name: &[u8]) -> Option<f64> {
+        if name.first() == Some(&b'_') {
+            if let Some(value) = system_name(name, self.state) {
+                return Some(value);
+            }
+        }
+        self.parameters.name(name)
+    }
+}

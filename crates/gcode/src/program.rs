@@ -1,0 +1,104 @@
+//! A whole program as an iterator of canonical operations.
+
+use crate::config::InterpreterConfig;
+use crate::diagnostics::Diagnostics;
+use crate::interpreter::{Interpreter, Place, Step};
+use crate::ops::SourcedOp;
+use crate::problem::Problem;
+use crate::source::{LineKind, Lines};
+use lostmotion_base::span::Span;
+use std::io::BufRead;
+
+/// Canonical operations of a program, read as they are asked for, in memory that does not grow with its length.
+///
+/// The iterator goes on after errors; whether the program is accepted is known at its end, from
+/// [`Program::diagnostics`].
+#[derive(Debug)]
+pub struct Program<R> {
+    lines: Lines<R>,
+    interpreter: Interpreter,
+    /// Operations of the last step, in reverse order.
+    pending: Vec<SourcedOp>,
+    over: bool,
+}
+
+impl<R: BufRead> Program<R> {
+    /// A program from a reader; `&[u8]` is one.
+    pub fn new(source: R, config: InterpreterConfig) -> Program<R> {
+        let lines = Lines::new(source, config.limits.line_bytes);
+        let interpreter = Interpreter::new(config);
+        let mut pending = Vec::new();
+        interpreter.begin(&mut pending);
+        pending.reverse();
+        Program { lines, interpreter, pending, over: false }
+    }
+
+    /// What has been found so far; complete when the iterator has ended.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        self.interpreter.diagnostics()
+    }
+
+    /// The interpreter, for its state and parameters.
+    pub fn interpreter(&self) -> &Interpreter {
+        &self.interpreter
+    }
+
+    /// Runs to the end and gives all findings.
+    pub fn finish(mut self) -> Diagnostics {
+        for _ in self.by_ref() {}
+        self.interpreter.into_diagnostics()
+    }
+
+    /// Reads one line into the interpreter.
+    fn read(&mut self) {
+        match self.lines.next() {
+            Ok(Some((kind, number, start))) => self.take_line(kind, number, start),
+            Ok(None) => self.interpreter.end_of_source(),
+            Err(error) => {
+                self.interpreter.report_at(Problem::Unreadable { message: error.to_string() }, Span::default());
+                self.over = true;
+            }
+        }
+    }
+
+    fn take_line(&mut self, kind: LineKind, line: u32, start: u64) {
+        let limits = self.interpreter.limits();
+        let span = Span { file: 0, line, column: 1, start, len: 0 };
+        let limit = limits.source_bytes;
+        let longest = limits.line_bytes;
+        if line == 1 && self.lines.marked {
+            self.interpreter.report_at(Problem::ByteOrderMark, Span { len: 3, ..span });
+        }
+        if start + self.lines.line().len() as u64 > limit {
+            self.interpreter.report_at(Problem::SourceTooLong { limit }, span);
+            self.interpreter.end_of_source();
+            return;
+        }
+        let place = Place { file: 0, line, start };
+        match kind {
+            LineKind::Whole => self.interpreter.push_line(self.lines.line(), place),
+            LineKind::TooLong(bytes) => self.interpreter.report_at(Problem::LineTooLong { bytes, limit: longest }, span),
+        }
+    }
+}
+
+impl<R: BufRead> Iterator for Program<R> {
+    type Item = SourcedOp;
+
+    fn next(&mut self) -> Option<SourcedOp> {
+        loop {
+            if let Some(op) = self.pending.pop() {
+                return Some(op);
+            }
+            if self.over {
+                return None;
+            }
+            match self.interpreter.step(&mut self.pending) {
+                Step::Ran => {}
+                Step::NeedsLine => self.read(),
+                Step::Ended => self.over = true,
+            }
+            self.pending.reverse();
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Lines from bytes: LF, CR LF or CR alone, a byte order mark skipped, bounded in length.
+
+use std::io::{self, BufRead};
+
+/// What a line was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LineKind {
+    /// A line within the limit.
+    Whole,
+    /// A line longer than the limit: only its beginning is kept. Its length in bytes.
+    TooLong(usize),
+}
+
+/// Splits a reader into lines.
+#[derive(Debug)]
+pub(crate) struct Lines<R> {
+    reader: R,
+    line: Vec<u8>,
+    /// Offset of the next byte.
+    offset: u64,
+    /// Number of the last line.
+    number: u32,
+    after_cr: bool,
+    limit: usize,
+    /// A byte order mark was skipped.
+    pub(crate) marked: bool,
+}
+
+const MARK: &[u8] = b"\xef\xbb\xbf";
+
+impl<R: BufRead> Lines<R> {
+    pub(crate) fn new(reader: R, limit: usize) -> Lines<R> {
+        Lines { reader, line: Vec::new(), offset: 0, number: 0, after_cr: false, limit, marked: false }
+    }
+
+    /// The next line with its number and offset, none at the end.
+    pub(crate) fn next(&mut self) -> io::Result<Option<(LineKind, u32, u64)>> {
+        self.line.clear();
+        let mut length = 0;
+        let mut start = self.offset;
+        loop {
+            let buffer = self.reader.fill_buf()?;
+            if buffer.is_empty() {
+                return Ok(if length == 0 { None } else { Some(self.finished(length, start)) });
+            }
+            if self.after_cr {
+                self.after_cr = false;
+                if buffer.first() == Some(&b'\n') {
+                    self.reader.consume(1);
+                    self.offset += 1;
+                    start = self.offset;
+                    continue;
+                }
+            }
+            let end = buffer.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+            let piece = buffer.get(..end.unwrap_or(buffer.len())).unwrap_or_default();
+            let room = self.limit.saturating_sub(self.line.len()).min(piece.len());
+            self.line.extend_from_slice(piece.get(..room).unwrap_or_default());
+            length += piece.len();
+            let terminator = end.and_then(|at| buffer.get(at)).copied();
+            let used = piece.len() + usize::from(terminator.is_some());
+            self.reader.consume(used);
+            self.offset += used as u64;
+            if let Some(terminator) = terminator {
+                self.after_cr = terminator == b'\r';
+                return Ok(Some(self.finished(length, start)));
+            }
+        }
+    }
+
+    fn finished(&mut self, length: usize, start: u64) -> (LineKind, u32, u64) {
+        self.number = self.number.saturating_add(1);
+        if start == 0 && self.line.starts_with(MARK) {
+            self.marked = true;
+            // Blanks in its place keep every column where an editor shows it.
+            if let Some(mark) = self.line.get_mut(..MARK.len()) {
+                mark.fill(b' ');
+            }
+        }
+        let kind = if length > self.limit { LineKind::TooLong(length) } else { LineKind::Whole };
+        (kind, self.number, start)
+    }
+
+    /// The bytes of the last line.
+    pub(crate) fn line(&self) -> &[u8] {
+        &self.line
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn split(text: &[u8], capacity: usize) -> Vec<(Vec<u8>, u32, u64)> {
+        let mut lines = Lines::new(io::BufReader::with_capacity(capacity, text), 1000);
+        let mut all = Vec::new();
+        while let Some((_, number, start)) = lines.next().unwrap() {
+            all.push((lines.line().to_vec(), number, start));
+        }
+        all
+    }
+
+    #[test]
+    fn every_terminator_ends_a_line() {
+        let lines = split(b"a\nb\r\nc\rd", 100);
+        let texts: Vec<_> = lines.iter().map(|(text, number, start)| (text.as_slice(), *number, *start)).collect();
+        assert_eq!(texts, [(&b"a"[..], 1, 0), (b"b", 2, 2), (b"c", 3, 5), (b"d", 4, 7)]);
+    }
+
+    #[test]
+    fn long_lines_are_cut_and_told() {
+        let mut lines = Lines::new(&b"0123456789\nab\n"[..], 4);
+        assert_eq!(lines.next().unwrap(), Some((LineKind::TooLong(10), 1, 0)));
+        assert_eq!(lines.line(), b"0123");
+        assert_eq!(lines.next().unwrap(), Some((LineKind::Whole, 2, 11)));
+    }
+
+    proptest! {
+        #[test]
+        fn the_size_of_the_pieces_does_not_matter(text in "[ab\r\n]{0,40}", capacity in 1usize..10) {
+            prop_assert_eq!(split(text.as_bytes(), capacity), split(text.as_bytes(), 100));
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! What an interpreter remembers from block to block.
+
+use crate::ops::{PathControl, Plane, Position, Units};
+use crate::problem::Code;
+use lostmotion_base::math;
+use lostmotion_base::units::rad;
+use serde::{Deserialize, Serialize};
+
+/// What F means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FeedMode {
+    /// G93: 1/min, one per move.
+    InverseTime,
+    /// G94.
+    PerMinute,
+    /// G95.
+    PerRevolution,
+}
+
+/// What G53, G54 and the like are about, and how far the tool reaches. Lengths in program units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Offsets {
+    /// Origin of the work coordinate system.
+    pub g5x: Position,
+    /// G92 and G52 offset.
+    pub g92: Position,
+    /// Tool offset.
+    pub tool: Position,
+    /// Rotation about Z in degrees.
+    pub rotation_deg: f64,
+}
+
+impl Offsets {
+    /// Program coordinates to machine coordinates of the spindle: the work coordinates are turned, then shifted.
+    pub fn to_machine(&self, program: &Position) -> Position {
+        let mut machine = *program;
+        for i in 0..9 {
+            machine[i] += self.g92[i];
+        }
+        rotate(&mut machine, self.rotation_deg);
+        for i in 0..9 {
+            machine[i] += self.g5x[i] + self.tool[i];
+        }
+        machine
+    }
+
+    /// Machine coordinates of the spindle to program coordinates.
+    pub fn to_program(&self, machine: &Position) -> Position {
+        let mut program = *machine;
+        for i in 0..9 {
+            program[i] -= self.g5x[i] + self.tool[i];
+        }
+        rotate(&mut program, -self.rotation_deg);
+        for i in 0..9 {
+            program[i] -= self.g92[i];
+        }
+        program
+    }
+}
+
+/// Turns X and Y about the origin.
+pub(crate) fn rotate(position: &mut Position, degrees: f64) {
+    if degrees != 0.0 {
+        let (sin, cos) = math::sin_cos(rad(degrees));
+        let [x, y, ..] = *position;
+        position[0] = x * cos - y * sin;
+        position[1] = x * sin + y * cos;
+    }
+}
+
+/// A spindle's state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spindle {
+    /// S.
+    pub speed: f64,
+    /// Whether it turns, and which way: clockwise is true.
+    pub clockwise: Option<bool>,
+    /// Highest rev/min of constant surface speed (G96).
+    pub surface_limit: Option<f64>,
+}
+
+/// The modes and the position. Lengths in program units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// G20, G21.
+    pub units: Units,
+    /// G17 to G19.
+    pub plane: Plane,
+    /// G90; otherwise G91.
+    pub absolute: bool,
+    /// G90.1; otherwise G91.1.
+    pub arc_absolute: bool,
+    /// G93 to G95.
+    pub feed_mode: FeedMode,
+    /// Feed rate in force; 0 before the first F.
+    pub feed: f64,
+    /// Motion mode; none after G80.
+    #[serde(skip)]
+    pub motion: Option<Code>,
+    /// Spindle 0.
+    pub spindle: Spindle,
+    /// Tool that T named.
+    pub selected_tool: Option<i32>,
+    /// Tool in the spindle.
+    pub loaded_tool: i32,
+    /// 1 for G54 to 9 for G59.3.
+    pub system: u8,
+    /// Offsets in force.
+    pub offsets: Offsets,
+    /// Where the tool is, in program coordinates.
+    pub current: Position,
+    /// G61, G61.1, G64.
+    pub path_control: PathControl,
+    /// Q of G64.
+    pub merge_tolerance: f64,
+    /// M8.
+    pub flood: bool,
+    /// M7.
+    pub mist: bool,
+    /// M48 and M50.
+    pub feed_override: bool,
+    /// M48 and M51.
+    pub speed_override: bool,
+    /// M52.
+    pub adaptive_feed: bool,
+    /// M53.
+    pub feed_hold: bool,
+    /// G98: cycles retract to where they began; otherwise to R (G99).
+    pub retract_to_start: bool,
+    /// The words that cycles keep between blocks.
+    pub cycle: CycleWords,
+    /// Line being executed, from 1.
+    pub line: u32,
+    /// An M2, M30 or closing % has been reached.
+    pub ended: bool,
+    /// The missing feed has been reported.
+    pub feed_missed: bool,
+}
+
+/// Words of a canned cycle that later blocks of the same cycle reuse.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CycleWords {
+    /// Clearance plane.
+    pub r: Option<f64>,
+    /// Bottom along the plane's normal.
+    pub bottom: Option<f64>,
+    /// Dwell.
+    pub p: Option<f64>,
+    /// Peck depth.
+    pub q: Option<f64>,
+    /// I, J and K.
+    pub ijk: [Option<f64>; 3],
+}
+
+impl State {
+    /// The state a program starts in.
+    pub fn new(units: Units) -> State {
+        State {
+            units,
+            plane: Plane::Xy,
+            absolute: true,
+            arc_absolute: false,
+            feed_mode: FeedMode::PerMinute,
+            feed: 0.0,
+            motion: None,
+            spindle: Spindle::default(),
+            selected_tool: None,
+            loaded_tool: 0,
+            system: 1,
+            offsets: Offsets::default(),
+            current: [0.0; 9],
+            path_control: PathControl::Continuous { tolerance: 0.0 },
+            merge_tolerance: 0.0,
+            flood: false,
+            mist: false,
+            feed_override: true,
+            speed_override: true,
+            adaptive_feed: false,
+            feed_hold: true,
+            retract_to_start: true,
+            cycle: CycleWords::default(),
+            line: 0,
+            ended: false,
+            feed_missed: false,
+        }
+    }
+
+    /// Changes offsets without moving: the program coordinates of the same place follow.
+    pub fn rebase(&mut self, change: impl FnOnce(&mut Offsets)) {
+        let machine = self.offsets.to_machine(&self.current);
+        change(&mut self.offsets);
+        self.current = self.offsets.to_program(&machine);
+    }
+
+    /// Machine coordinates of the spindle.
+    pub fn machine(&self) -> Position {
+        self.offsets.to_machine(&self.current)
+    }
+}
+
+/// A position whose lengths are in other units.
+pub(crate) fn convert(position: &Position, from: Units, to: Units) -> Position {
+    let mut converted = *position;
+    for (index, coordinate) in converted.iter_mut().enumerate() {
+        if !is_angle(index) {
+            *coordinate = from.convert(*coordinate, to);
+        }
+    }
+    converted
+}
+
+/// Whether an axis index is one of A, B, C.
+pub(crate) const fn is_angle(index: usize) -> bool {
+    index >= 3 && index < 6
+}

@@ -1,0 +1,123 @@
+//! Running the postfix code of a value.
+
+use super::block::{Binary, Block, Op, Unary, Value};
+use crate::problem::Problem;
+use lostmotion_base::math;
+use lostmotion_base::units::{deg, rad};
+
+/// Comparisons for equality allow this difference (LinuxCNC's interpreter does).
+const EQUAL: f64 = 1e-5;
+/// A number this near to a whole one is taken for it.
+pub(crate) const WHOLE: f64 = 1e-4;
+
+/// What expressions read.
+pub(crate) trait Lookup {
+    /// The value of a numbered parameter.
+    fn numbered(&mut self, number: f64) -> Result<f64, Problem>;
+    /// The value of a named parameter; none if it does not exist.
+    fn named(&self, name: &[u8]) -> Option<f64>;
+}
+
+/// The value of a word, setting or argument. `stack` is scratch.
+pub(crate) fn evaluate(block: &Block, value: Value, lookup: &mut impl Lookup, stack: &mut Vec<f64>) -> Result<f64, Problem> {
+    let (from, to) = match value {
+        Value::Number(number) => return Ok(number),
+        Value::Ops(from, to) => (from as usize, to as usize),
+    };
+    stack.clear();
+    for op in block.ops.get(from..to).unwrap_or_default() {
+        step(block, *op, lookup, stack)?;
+    }
+    finite(pop(stack))
+}
+
+fn pop(stack: &mut Vec<f64>) -> f64 {
+    stack.pop().unwrap_or(f64::NAN)
+}
+
+fn finite(value: f64) -> Result<f64, Problem> {
+    if value.is_finite() { Ok(value) } else { Err(Problem::NotFinite) }
+}
+
+fn step(block: &Block, op: Op, lookup: &mut impl Lookup, stack: &mut Vec<f64>) -> Result<(), Problem> {
+    let result = match op {
+        Op::Push(number) => number,
+        Op::Parameter => lookup.numbered(pop(stack))?,
+        Op::Named(text) => {
+            let name = block.name(text);
+            lookup.named(name).ok_or_else(|| Problem::UnknownParameter { name: String::from_utf8_lossy(name).into_owned() })?
+        }
+        Op::Exists(text) => truth(lookup.named(block.name(text)).is_some()),
+        Op::Negate => -pop(stack),
+        Op::Unary(function) => unary(function, pop(stack))?,
+        Op::Atan => {
+            let x = pop(stack);
+            deg(math::atan2(pop(stack), x))
+        }
+        Op::Binary(operator) => {
+            let right = pop(stack);
+            binary(operator, pop(stack), right)?
+        }
+    };
+    stack.push(finite(result)?);
+    Ok(())
+}
+
+fn truth(condition: bool) -> f64 {
+    if condition { 1.0 } else { 0.0 }
+}
+
+fn unary(function: Unary, x: f64) -> Result<f64, Problem> {
+    let outside = |what| Err(Problem::Domain { what, value: x });
+    Ok(match function {
+        Unary::Acos if x.abs() > 1.0 => return outside("ACOS"),
+        Unary::Asin if x.abs() > 1.0 => return outside("ASIN"),
+        Unary::Ln if x <= 0.0 => return outside("LN"),
+        Unary::Sqrt if x < 0.0 => return outside("SQRT"),
+        Unary::Abs => x.abs(),
+        Unary::Acos => deg(math::acos(x)),
+        Unary::Asin => deg(math::asin(x)),
+        Unary::Cos => math::cos(rad(x)),
+        Unary::Exp => math::exp(x),
+        Unary::Fix => x.floor(),
+        Unary::Fup => x.ceil(),
+        Unary::Ln => math::log(x),
+        Unary::Round => x.round(),
+        Unary::Sin => math::sin(rad(x)),
+        Unary::Sqrt => x.sqrt(),
+        Unary::Tan => math::tan(rad(x)),
+    })
+}
+
+fn binary(operator: Binary, left: f64, right: f64) -> Result<f64, Problem> {
+    Ok(match operator {
+        Binary::Power if left < 0.0 && right.fract() != 0.0 => {
+            return Err(Problem::Domain { what: "a fractional power of a negative number, exponent", value: right });
+        }
+        Binary::Power => math::pow(left, right),
+        Binary::Times => left * right,
+        Binary::Divide | Binary::Modulo if right == 0.0 => return Err(Problem::DivisionByZero),
+        Binary::Divide => left / right,
+        Binary::Modulo => {
+            let remainder = left % right;
+            if remainder < 0.0 { remainder + right.abs() } else { remainder }
+        }
+        Binary::Plus => left + right,
+        Binary::Minus => left - right,
+        Binary::Equal => truth((left - right).abs() < EQUAL),
+        Binary::NotEqual => truth((left - right).abs() >= EQUAL),
+        Binary::Greater => truth(left > right),
+        Binary::GreaterEqual => truth(left >= right),
+        Binary::Less => truth(left < right),
+        Binary::LessEqual => truth(left <= right),
+        Binary::And => truth(left != 0.0 && right != 0.0),
+        Binary::Or => truth(left != 0.0 || right != 0.0),
+        Binary::Xor => truth((left != 0.0) != (right != 0.0)),
+    })
+}
+
+/// The whole number that a value stands for.
+pub(crate) fn whole(value: f64) -> Option<f64> {
+    let nearest = value.round();
+    if (value - nearest).abs() <= WHOLE { Some(nearest) } else { None }
+}

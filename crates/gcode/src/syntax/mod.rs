@@ -1,0 +1,14 @@
+//! From the bytes of a line to a block: words, values, settings, comments. Nothing here knows what a code means.
+
+pub mod block;
+pub mod comment;
+pub(crate) mod evaluate;
+pub mod expression;
+pub mod fault;
+pub mod flow;
+pub mod number;
+pub mod parse;
+
+pub use block::{Block, Keyword, Label, Op, Setting, Target, Text, Unary, Value, Word};
+pub use fault::Fault;
+pub use parse::parse_block;

@@ -1,0 +1,144 @@
+//! A line to a block.
+
+use super::block::{Block, Setting, Target, Text, Value, Word};
+use super::comment;
+use super::expression::{Code, expected, name, word_value};
+use super::fault::{Fault, Parsed, fail};
+use super::flow::flow_line;
+use super::number::skip;
+use crate::limits::Limits;
+use crate::problem::Problem;
+use nom::Err;
+
+/// Parses one line without its terminator into `block`, whose buffers are reused.
+///
+/// # Errors
+/// The first fault of the line; the block then holds what stood before it.
+pub fn parse_block(line: &[u8], block: &mut Block, limits: &Limits) -> Result<(), Fault> {
+    block.clear();
+    match items(line, block, limits) {
+        Ok(_) => Ok(()),
+        Err(Err::Error(fault) | Err::Failure(fault)) => Err(fault),
+        Err(Err::Incomplete(_)) => Err(Fault { rest: 0, problem: Box::new(Problem::Expected { expected: "more" }) }),
+    }
+}
+
+fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
+    let (mut rest, ()) = head(line, block, limits)?;
+    loop {
+        rest = skip(rest);
+        let Some(&first) = rest.first() else {
+            return Ok((rest, ()));
+        };
+        let at = line.len() - rest.len();
+        rest = match first {
+            b'(' => {
+                let (after, inside) = comment::parenthesis(rest)?;
+                block.comment = Some(Text { start: at as u32 + 1, len: inside.len() as u32 });
+                after
+            }
+            b';' => {
+                let (after, inside) = comment::semicolon(rest)?;
+                block.comment = Some(Text { start: at as u32 + 1, len: inside.len() as u32 });
+                after
+            }
+            _ if block.flow.is_some() => return after_flow(rest, first),
+            b'#' => setting(rest, at, block, limits)?.0,
+            b'o' | b'O' if block.words.is_empty() && block.settings.is_empty() => {
+                flow_line(rest.get(1..).unwrap_or_default(), block, limits.expression_depth)?.0
+            }
+            _ => word(rest, at, block, limits)?.0,
+        };
+        if block.words.len() + block.settings.len() > limits.words {
+            return fail(rest, Problem::TooManyWords { limit: limits.words });
+        }
+    }
+}
+
+/// Block delete, line number, percent sign.
+fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
+    let mut rest = skip(line);
+    if let [b'%', after @ ..] = rest {
+        let after = skip(after);
+        block.percent = true;
+        return match after.first() {
+            None | Some(b'(' | b';') => Ok((&[], ())),
+            Some(&byte) => fail(after, Problem::BadCharacter { byte }),
+        };
+    }
+    if let [b'/', after @ ..] = rest {
+        block.deletable = true;
+        rest = skip(after);
+    }
+    if let [b'n' | b'N', after @ ..] = rest {
+        let Block { ops, names, .. } = block;
+        let (after, value) = word_value(after, &mut Code { ops, names, depth: limits.expression_depth })?;
+        match value {
+            Value::Number(number) if number >= 0.0 => block.line_number = Some(number),
+            Value::Number(number) => return fail(rest, Problem::BadWordValue { letter: 'N', value: number }),
+            Value::Ops(..) => return expected(rest, "a plain number after N"),
+        }
+        rest = after;
+    }
+    Ok((rest, ()))
+}
+
+#[cold]
+fn after_flow(rest: &[u8], first: u8) -> Parsed<'_, ()> {
+    if first == 0 {
+        return fail(rest, Problem::Nul);
+    }
+    fail(rest, Problem::Flow { message: "only arguments in brackets and a comment may follow an O-word".to_owned() })
+}
+
+/// `#... = value`.
+fn setting<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
+    let Block { ops, names, .. } = block;
+    let mut code = Code { ops, names, depth: limits.expression_depth };
+    let after = skip(input.get(1..).unwrap_or_default());
+    let (rest, target) = if after.first() == Some(&b'<') {
+        let (rest, text) = name(after, code.names)?;
+        (rest, Target::Named(text))
+    } else {
+        let (rest, value) = word_value(after, &mut code)?;
+        (rest, Target::Numbered(value))
+    };
+    let Some((b'=', rest)) = skip(rest).split_first() else {
+        return expected(rest, "= after the parameter");
+    };
+    let (rest, value) = word_value(rest, &mut code)?;
+    let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
+    block.settings.push(Setting { target, value, text });
+    Ok((rest, ()))
+}
+
+/// A letter with its value.
+fn word<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
+    let (letter, after) = match input {
+        [letter, after @ ..] if letter.is_ascii_alphabetic() || matches!(letter, b'@' | b'^' | b'$') => (letter.to_ascii_uppercase(), after),
+        [0, ..] => return fail(input, Problem::Nul),
+        [byte, ..] => return fail(input, Problem::BadCharacter { byte: *byte }),
+        [] => return expected(input, "a word"),
+    };
+    match letter {
+        b'N' => return fail(input, Problem::MisplacedLineNumber),
+        b'O' => return fail(input, Problem::Flow { message: "an O-word has to stand first on its line".to_owned() }),
+        _ => {}
+    }
+    let Block { ops, names, .. } = block;
+    let (rest, value) = word_value(after, &mut Code { ops, names, depth: limits.expression_depth }).map_err(|fault| missing(fault, letter))?;
+    let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
+    block.words.push(Word { letter, value, text });
+    Ok((rest, ()))
+}
+
+/// Names the letter whose number is missing.
+#[cold]
+fn missing(fault: Err<Fault>, letter: u8) -> Err<Fault> {
+    fault.map(|mut fault| {
+        if let Problem::MissingNumber { after } = fault.problem.as_mut() {
+            *after = char::from(letter).to_string();
+        }
+        fault
+    })
+}
