@@ -1,1 +1,28 @@
-//! contour
+//! How far the tool left the programmed contour, where, and why.
+//!
+//! [`ContourTracker`] holds the stretch of programmed path around the command and measures samples against it; it is
+//! shared by all machines that follow the same plan, each with a [`Foot`] of its own. What it finds goes into [`Statistics`],
+//! a [`BlockLedger`] and a [`ReversalLedger`], each of constant size whatever the program's length. Everything is data.
+
+pub mod cause;
+pub mod circular;
+pub mod error;
+mod histogram;
+pub mod ledger;
+pub mod reversal;
+pub mod reversal_ledger;
+mod side;
+pub mod statistics;
+pub mod tracker;
+pub mod types;
+mod worst;
+
+pub use cause::{Cause, CauseRule, Shares};
+pub use circular::{Circle, CircularDeviation, Glitch, RadialPoint};
+pub use error::ContourError;
+pub use ledger::{BlockLedger, BlockRow, ErrorRecord};
+pub use reversal::{Reversal, ReversalConfig, ReversalState};
+pub use reversal_ledger::{ReversalLedger, ReversalRow};
+pub use statistics::{Place, Statistics, Summary};
+pub use tracker::{ContourTracker, Foot};
+pub use types::{ContourConfig, ContourInput, ContourSample, ProgrammedSegment};

@@ -1,0 +1,69 @@
+//! What makes an error.
+
+use lostmotion_base::{AxisId, Tick};
+use serde::{Deserialize, Serialize};
+
+use crate::{ContourSample, ReversalState};
+
+/// What makes an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind", content = "axis")]
+pub enum Cause {
+    /// Lost motion after a reversal of an axis.
+    Reversal(AxisId),
+    /// Lost motion away from any reversal: the load drifts or changes sides in the gap.
+    Gap,
+    /// The command itself leaves the programmed path: a corner or joint blended within G64 P.
+    Blend,
+    /// Servo error near a corner or a step of curvature.
+    Corner,
+    /// Servo error elsewhere: following error that differs between axes, finite bandwidth, friction.
+    ServoLag,
+}
+
+/// Decomposition of a signed contour error, mm. The sum is the error itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Shares {
+    /// Contour error of the command itself.
+    pub command_mm: f64,
+    /// What the machine without a gap adds to it.
+    pub servo_mm: f64,
+    /// What the gap adds to that.
+    pub backlash_mm: f64,
+}
+
+impl Shares {
+    /// From the signed contour errors of the command, of the machine without a gap, and of the machine, at the same tick.
+    pub fn of(command_mm: f64, without_gap_mm: f64, actual_mm: f64) -> Shares {
+        Shares { command_mm, servo_mm: without_gap_mm - command_mm, backlash_mm: actual_mm - without_gap_mm }
+    }
+
+    /// The error itself, mm.
+    pub fn total_mm(&self) -> f64 {
+        self.command_mm + self.servo_mm + self.backlash_mm
+    }
+}
+
+/// How a cause is found: the largest share by magnitude names it (on a tie backlash before servo before command).
+///
+/// Backlash: the axis that reversed last, if it did within the window, else the gap alone. Servo: a corner if one is near the
+/// foot point, else lag. Command: blending.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CauseRule {
+    /// How long after a reversal backlash is laid to it, ticks of the caller's clock.
+    pub reversal_window_ticks: Tick,
+}
+
+impl CauseRule {
+    /// The cause of a sample's error.
+    pub fn cause(&self, shares: &Shares, sample: &ContourSample, reversals: &ReversalState) -> Cause {
+        let (command, servo, backlash) = (shares.command_mm.abs(), shares.servo_mm.abs(), shares.backlash_mm.abs());
+        if backlash >= servo && backlash >= command {
+            reversals.latest(sample.tick, self.reversal_window_ticks).map_or(Cause::Gap, Cause::Reversal)
+        } else if servo >= command {
+            if sample.near_corner { Cause::Corner } else { Cause::ServoLag }
+        } else {
+            Cause::Blend
+        }
+    }
+}
