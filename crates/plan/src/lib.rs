@@ -1,7 +1,32 @@
 //! Look-ahead planning: program moves in, 1 ms samples of every joint out, all limits kept.
+//!
+//! What happens to one move:
+//! 1. it is checked (finite, connected, inside the travel, every moving joint has limits);
+//! 2. the conditioner joins it to its neighbours: a blend within the tolerance, a smooth run in place of many short lines,
+//!    or a stop, so that between two stops the path has a continuous second derivative;
+//! 3. bounds of every joint's derivatives along the path say how fast it may go;
+//! 4. the look-ahead window plans a speed profile and gives out what later moves cannot change;
+//! 5. a moving average over time makes the profile jerk-limited, and the sampler reads it at every tick.
 
+mod admit;
+mod condition;
+pub mod config;
+mod demands;
+pub mod error;
 pub mod item;
+mod judge;
+mod machine;
+pub mod planner;
+mod profile;
 pub mod sample;
+mod sampler;
+mod stretch;
+pub mod travel;
+mod window;
 
+pub use config::PlannerConfig;
+pub use error::{PlanError, TravelViolation};
 pub use item::{Dwell, FeedLimit, Halt, Move, PathControl, PlanItem};
+pub use planner::Planner;
 pub use sample::Sample;
+pub use travel::TravelCheck;

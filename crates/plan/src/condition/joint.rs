@@ -1,0 +1,112 @@
+//! What becomes of the place where two moves meet.
+
+use super::blend::size;
+use super::piece::Programmed;
+use crate::{PathControl, PlannerConfig};
+use lostmotion_base::math;
+use lostmotion_base::units::{deg, rad};
+use lostmotion_base::{AXES, AxisId, Coords};
+use lostmotion_path::Curve;
+
+/// Corners sharper than this are reversals, which no blend passes faster than a stop, degrees.
+const REVERSAL_DEG: f64 = 175.0;
+/// Vertices of a run turn by at most this, degrees.
+const VERTEX_DEG: f64 = 30.0;
+/// A curve through a vertex leaves chords of length h that turn by an angle by less than h angle / 3 (0.148 h per end).
+const VERTEX_DEVIATION: f64 = 0.4;
+/// Differences of derivatives below this are rounding.
+const SAME: f64 = 1e-10;
+
+/// A meeting of two moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Joint {
+    /// Comes to rest; may leave the corner early by so much, mm.
+    Stop { tolerance: f64 },
+    /// Nothing to do: position and two derivatives agree.
+    Through,
+    /// A vertex of a polyline that stands for a curve.
+    Vertex,
+    /// To be blended within a tolerance, mm, if that is faster than a stop.
+    Blend { tolerance: f64 },
+}
+
+/// Tolerance at the end of a move, mm, and whether sharp corners may be cut.
+fn allowed(config: &PlannerConfig, control: PathControl) -> Option<(f64, bool)> {
+    match control {
+        PathControl::ExactStop => None,
+        PathControl::ExactPath => Some((config.exact_path_tolerance_mm, false)),
+        PathControl::Continuous { tolerance_mm, .. } => {
+            let tolerance = tolerance_mm.unwrap_or(config.default_tolerance_mm);
+            Some((tolerance.max(config.exact_path_tolerance_mm), tolerance > config.exact_path_tolerance_mm))
+        }
+    }
+}
+
+/// Tolerance for a run of short lines, mm; none if they are not to be merged.
+pub(crate) fn merge_tolerance(config: &PlannerConfig, control: PathControl) -> Option<f64> {
+    let PathControl::Continuous { merge_tolerance_mm, .. } = control else { return None };
+    let (tolerance, wide) = allowed(config, control)?;
+    let merge = merge_tolerance_mm.unwrap_or(tolerance).min(tolerance);
+    (wide && merge > 0.0).then_some(merge)
+}
+
+/// A derivative with its angles in degrees, so that it measures as the feed rule does.
+fn scaled(d: &Coords) -> Coords {
+    let mut scaled = *d;
+    for axis in AxisId::ALL.into_iter().filter(|axis| axis.is_rotary()) {
+        scaled[axis] = deg(d[axis]);
+    }
+    scaled
+}
+
+/// Angle between two directions, rad.
+fn angle(a: &Coords, b: &Coords) -> f64 {
+    let (a, b) = (scaled(a), scaled(b));
+    let (na, nb) = (a.dot(&a).sqrt(), b.dot(&b).sqrt());
+    let (mut sum, mut difference) = (0.0, 0.0);
+    for i in 0..AXES {
+        let (x, y) = (a.0[i] / na, b.0[i] / nb);
+        sum += (x + y) * (x + y);
+        difference += (x - y) * (x - y);
+    }
+    2.0 * math::atan2(difference.sqrt(), sum.sqrt())
+}
+
+/// Tells what becomes of the place where `next` follows `before`.
+pub(crate) fn joint(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> Joint {
+    let rest = Joint::Stop { tolerance: 0.0 };
+    let (Some(first), Some(second)) = (allowed(config, before.control), allowed(config, next.control)) else {
+        // Only the end of an exact stop move is a stop; what follows one has none at its start besides.
+        return match allowed(config, before.control) {
+            None => rest,
+            Some((tolerance, _)) => corner(config, before, next, tolerance, false),
+        };
+    };
+    corner(config, before, next, first.0.min(second.0), first.1 && second.1)
+}
+
+fn corner(config: &PlannerConfig, before: &Programmed, next: &Programmed, tolerance: f64, cut: bool) -> Joint {
+    if before.tool_mm != next.tool_mm {
+        return Joint::Stop { tolerance: 0.0 };
+    }
+    let (end, start) = (before.curve.eval(before.length), next.curve.eval(0.0));
+    let gap = size(&(start.p - end.p)) <= SAME;
+    if gap && size(&(start.d1 - end.d1)) <= SAME && size(&(start.d2 - end.d2)) <= SAME {
+        return Joint::Through;
+    }
+    let turn = angle(&end.d1, &start.d1);
+    let early = if cut { tolerance } else { 0.0 };
+    if turn > rad(REVERSAL_DEG) || (!cut && turn > rad(config.exact_path_angle_deg)) {
+        return Joint::Stop { tolerance: early };
+    }
+    if is_vertex(config, before, next, turn) { Joint::Vertex } else { Joint::Blend { tolerance } }
+}
+
+fn is_vertex(config: &PlannerConfig, before: &Programmed, next: &Programmed, turn: f64) -> bool {
+    let (Some(first), Some(second)) = (merge_tolerance(config, before.control), merge_tolerance(config, next.control)) else {
+        return false;
+    };
+    let lines = matches!((&before.curve, &next.curve), (Curve::Line(_), Curve::Line(_)));
+    let tips = before.curve.moves_tip() && next.curve.moves_tip();
+    lines && tips && turn <= rad(VERTEX_DEG) && VERTEX_DEVIATION * turn * before.length.max(next.length) <= first.min(second)
+}

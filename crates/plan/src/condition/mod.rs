@@ -1,0 +1,201 @@
+//! From programmed moves to the path that is travelled: pieces that join with continuous second derivative, between stops.
+//!
+//! Between two moves of general shape lies a blend, a run of short lines becomes a smooth curve through its vertices, and
+//! what is left of each move stays as programmed. No two of these share a stretch of the path, so the whole tolerance is
+//! there for each of them: half of every move belongs to what happens at its either end.
+
+mod blend;
+mod joint;
+mod piece;
+mod run;
+
+pub(crate) use blend::Blend;
+pub(crate) use piece::{Mark, Piece, Programmed, Step, Stop};
+
+use crate::PlannerConfig;
+use joint::Joint;
+use run::{Chord, Knot};
+
+/// A run is worked off when it has this many chords ...
+const RUN_BUFFER: usize = 96;
+/// ... all but so many; a spline forgets by a factor of 3.7 per vertex, so that the rest cannot move what is done.
+const RUN_KEPT: usize = 32;
+
+/// Decides between a blend and a stop.
+pub(crate) trait Judge {
+    /// Whether the blend is faster than coming to rest at the corner.
+    fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed) -> bool;
+}
+
+/// Turns moves into steps, holding back what the next move may change.
+#[derive(Clone, Debug)]
+pub(crate) struct Conditioner {
+    config: PlannerConfig,
+    /// Moves that meet in vertices; one move alone if there are none.
+    chain: Vec<Programmed>,
+    /// How much of the first move of the chain is spent.
+    spent: f64,
+    /// Where a run already partly worked off goes on: the knot at the start of the chain.
+    knot: Option<Knot>,
+}
+
+impl Conditioner {
+    pub(crate) fn new(config: PlannerConfig) -> Conditioner {
+        Conditioner { config, chain: Vec::new(), spent: 0.0, knot: None }
+    }
+
+    /// Takes a move of positive length.
+    pub(crate) fn push(&mut self, next: &Programmed, judge: &dyn Judge, out: &mut Vec<Step>) {
+        let Some(&last) = self.chain.last() else {
+            self.chain.push(*next);
+            return;
+        };
+        let joint = joint::joint(&self.config, &last, next);
+        if joint == Joint::Vertex {
+            self.chain.push(*next);
+            if self.chain.len() >= RUN_BUFFER {
+                self.work_off(out);
+            }
+            return;
+        }
+        self.close_chain(judge, out);
+        let spent = match joint {
+            Joint::Stop { tolerance } => {
+                self.end(out);
+                out.push(Step::Stop(Stop { dwell_s: 0.0, tolerance_mm: tolerance }));
+                0.0
+            }
+            Joint::Through | Joint::Vertex => {
+                self.end(out);
+                0.0
+            }
+            Joint::Blend { tolerance } => self.blend(next, tolerance, judge, out),
+        };
+        self.chain.clear();
+        self.chain.push(*next);
+        self.spent = spent;
+    }
+
+    /// Comes to rest after what was pushed so far.
+    pub(crate) fn stop(&mut self, stop: Stop, judge: &dyn Judge, out: &mut Vec<Step>) {
+        self.close_chain(judge, out);
+        self.end(out);
+        self.chain.clear();
+        out.push(Step::Stop(stop));
+    }
+
+    /// Gives out what is left of the last move.
+    fn end(&mut self, out: &mut Vec<Step>) {
+        if let Some(last) = self.chain.last()
+            && last.length > self.spent
+        {
+            out.push(Step::Piece(Box::new(last.part(self.spent, last.length))));
+        }
+        self.spent = 0.0;
+    }
+
+    /// Gives out the rest of the last move up to a blend, and the blend; or a stop in its place. Returns how much of the
+    /// next move is spent.
+    fn blend(&mut self, next: &Programmed, tolerance: f64, judge: &dyn Judge, out: &mut Vec<Step>) -> f64 {
+        let Some(&before) = self.chain.last() else { return 0.0 };
+        let longest = (before.length - self.spent).min(0.5 * next.length);
+        let piece = blend::blend(&before.curve, &next.curve, tolerance, longest).map(|blend| (blend.half, join(&blend, &before, next)));
+        match piece.filter(|(_, piece)| judge.is_faster(piece, &before, next)) {
+            Some((half, piece)) => {
+                if before.length - half > self.spent {
+                    out.push(Step::Piece(Box::new(before.part(self.spent, before.length - half))));
+                }
+                out.push(Step::Piece(Box::new(piece)));
+                half
+            }
+            None => {
+                self.end(out);
+                let cut = tolerance > self.config.exact_path_tolerance_mm;
+                out.push(Step::Stop(Stop { dwell_s: 0.0, tolerance_mm: if cut { tolerance } else { 0.0 } }));
+                0.0
+            }
+        }
+    }
+
+    /// Gives out all of the chain but its last move, of which at least the second half is left.
+    fn close_chain(&mut self, judge: &dyn Judge, out: &mut Vec<Step>) {
+        if self.knot.is_none() && self.chain.len() == 2 {
+            // One vertex makes no curve.
+            let last = self.chain.remove(1);
+            let tolerance = self.tolerance();
+            let spent = self.blend(&last, tolerance, judge, out);
+            self.chain = vec![last];
+            self.spent = spent;
+        } else if self.knot.is_some() || self.chain.len() > 2 {
+            let (first, chords) = self.chords();
+            let knots = run::knots(first, &chords, self.tolerance());
+            if self.knot.is_none() {
+                self.lead_in(&chords, out);
+            }
+            emit(&knots, &chords, out);
+            self.spent = chords.last().map_or(0.0, |chord| chord.to);
+            let last = self.chain.pop();
+            self.chain.clear();
+            self.chain.extend(last);
+            self.knot = None;
+        }
+    }
+
+    /// Tolerance of the run that the chain is, mm.
+    fn tolerance(&self) -> f64 {
+        let tolerances = self.chain.iter().filter_map(|line| joint::merge_tolerance(&self.config, line.control));
+        tolerances.fold(f64::INFINITY, f64::min).min(1e3)
+    }
+
+    /// First knot and chords of the run: from the middle of the first move, where a run begins, to that of the last.
+    fn chords(&self) -> (Knot, Vec<Chord>) {
+        let mut chords: Vec<Chord> = self.chain.iter().map(|line| Chord { line: *line, from: 0.0, to: line.length }).collect();
+        if let Some(last) = chords.last_mut() {
+            last.to = 0.5 * last.line.length;
+        }
+        match (self.knot, chords.first_mut()) {
+            (Some(knot), _) => (knot, chords),
+            (None, Some(first)) => {
+                first.from = 0.5 * first.line.length;
+                (first.knot(first.from), chords)
+            }
+            (None, None) => (Knot::default(), chords),
+        }
+    }
+
+    /// Gives out the older part of a long run.
+    fn work_off(&mut self, out: &mut Vec<Step>) {
+        let (first, chords) = self.chords();
+        let knots = run::knots(first, &chords, self.tolerance());
+        let done = chords.len() - RUN_KEPT;
+        if self.knot.is_none() {
+            self.lead_in(&chords, out);
+        }
+        emit(&knots[..=done], &chords[..done], out);
+        self.knot = knots.get(done).copied();
+        self.chain.drain(..done);
+        self.spent = 0.0;
+    }
+
+    /// What is left of the first move before the run begins in its middle.
+    fn lead_in(&self, chords: &[Chord], out: &mut Vec<Step>) {
+        if let Some(first) = chords.first()
+            && first.from > self.spent
+        {
+            out.push(Step::Piece(Box::new(first.line.part(self.spent, first.from))));
+        }
+    }
+}
+
+/// Gives out the pieces between knots.
+fn emit(knots: &[Knot], chords: &[Chord], out: &mut Vec<Step>) {
+    for (chord, ends) in chords.iter().zip(knots.windows(2)) {
+        out.push(Step::Piece(Box::new(run::piece(&ends[0], &ends[1], chord))));
+    }
+}
+
+/// The piece that a blend makes.
+fn join(blend: &Blend, before: &Programmed, next: &Programmed) -> Piece {
+    let marks = [before.mark(0.0, before.length - blend.half), next.mark(blend.half, 0.0)];
+    Piece { curve: blend.quintic.into(), marks, feed: before.feed.min(next.feed), tool_mm: next.tool_mm }
+}

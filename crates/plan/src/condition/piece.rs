@@ -1,0 +1,78 @@
+//! What the conditioned path is made of.
+
+use lostmotion_base::BlockRef;
+use lostmotion_path::Curve;
+
+/// Which programmed move lies under a stretch of a piece.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Mark {
+    /// Where the stretch begins on the piece.
+    pub(crate) from: f64,
+    /// Running number of the move.
+    pub(crate) segment: u64,
+    /// Parameter on the programmed curve there; both grow alike.
+    pub(crate) s: f64,
+    pub(crate) block: BlockRef,
+}
+
+/// A piece of the path that is really travelled: part of a programmed curve, a blend, or a piece of a smoothed run.
+/// Consecutive pieces between two stops agree in position and the first two derivatives by their parameter.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    pub(crate) curve: Curve,
+    /// The moves under it: one, or two for a blend.
+    pub(crate) marks: [Mark; 2],
+    /// Largest speed of the parameter that the feed allows where the tip moves at unit speed, 1/s.
+    pub(crate) feed: f64,
+    pub(crate) tool_mm: [f64; 3],
+}
+
+impl Piece {
+    /// The move under a place on the piece, and the parameter on its curve.
+    pub(crate) fn programmed(&self, local: f64) -> (Mark, f64) {
+        let [first, second] = self.marks;
+        let mark = if local >= second.from { second } else { first };
+        (mark, mark.s + (local - mark.from))
+    }
+}
+
+/// Coming to rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Stop {
+    /// How long to stand still, s.
+    pub(crate) dwell_s: f64,
+    /// Distance from the programmed corner that leaving early may make, mm; 0 where the corner has to be reached.
+    pub(crate) tolerance_mm: f64,
+}
+
+/// What the conditioner gives out.
+#[derive(Clone, Debug)]
+pub(crate) enum Step {
+    Piece(Box<Piece>),
+    Stop(Stop),
+}
+
+/// A move with what the conditioner has to know about it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Programmed {
+    pub(crate) curve: Curve,
+    pub(crate) length: f64,
+    /// Largest speed of the parameter, 1/s.
+    pub(crate) feed: f64,
+    pub(crate) control: crate::PathControl,
+    pub(crate) tool_mm: [f64; 3],
+    pub(crate) segment: u64,
+    pub(crate) block: BlockRef,
+}
+
+impl Programmed {
+    pub(crate) fn mark(&self, from: f64, s: f64) -> Mark {
+        Mark { from, segment: self.segment, s, block: self.block }
+    }
+
+    /// The part from `s0` to `s1` as a piece.
+    pub(crate) fn part(&self, s0: f64, s1: f64) -> Piece {
+        let curve = if s0 <= 0.0 && s1 >= self.length { self.curve } else { self.curve.sub(s0, s1) };
+        Piece { curve, marks: [self.mark(0.0, s0); 2], feed: self.feed, tool_mm: self.tool_mm }
+    }
+}

@@ -1,0 +1,149 @@
+//! Bounds of the joints' derivatives along a piece of path.
+
+use crate::condition::Piece;
+use crate::machine::{Demand, Machine};
+use crate::profile::Interval;
+use lostmotion_base::{AXES, Coords, Jet};
+use lostmotion_kinematics::{Kinematics, KinematicsError};
+use lostmotion_path::Curve;
+
+/// Stretches of arc over which the tangent turns by more are split, rad.
+const TURN: f64 = 0.1;
+/// Parts of a blend or a piece of a run.
+const QUINTIC_PARTS: usize = 6;
+/// Most parts of one piece.
+const MAX_PARTS: f64 = 4096.0;
+/// How often a stretch is halved, at most, while the joints' derivatives vary over it.
+const MAX_HALVINGS: u32 = 10;
+/// Halving goes on while the middle differs from the mean of the ends by more than this part of the largest value.
+const BEND: f64 = 0.02;
+/// Neighbouring intervals shorter together than this part of the way in one window become one.
+const COALESCE: f64 = 0.1;
+/// Fastest parameter speed ever considered, 1/s.
+const FASTEST: f64 = 1e9;
+
+/// Turns pieces into intervals, gathering tiny ones.
+#[derive(Clone, Debug)]
+pub(crate) struct Intervals {
+    end: f64,
+    open: Option<Interval>,
+    window_s: f64,
+}
+
+impl Intervals {
+    /// Starts a path at 0; `window_s` is the longest window of the moving average.
+    pub(crate) fn new(window_s: f64) -> Intervals {
+        Intervals { end: 0.0, open: None, window_s }
+    }
+
+    /// Length of the path so far.
+    pub(crate) fn end(&self) -> f64 {
+        self.end
+    }
+
+    /// Adds a piece; intervals that are complete go to `out`.
+    pub(crate) fn push(
+        &mut self,
+        piece: &Piece,
+        machine: &Machine,
+        kinematics: &dyn Kinematics,
+        out: &mut Vec<Interval>,
+    ) -> Result<(), KinematicsError> {
+        for (length, demand) in demands(piece, kinematics)? {
+            let cap = machine.speed_cap(&demand).min(FASTEST);
+            self.add(length, demand, cap, out);
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, length: f64, demand: Demand, cap: f64, out: &mut Vec<Interval>) {
+        let (start, end) = (self.end, self.end + length);
+        self.end = end;
+        match &mut self.open {
+            Some(open) if end - open.start <= COALESCE * self.window_s * open.cap.min(cap) => {
+                open.demand.join(&demand);
+                open.cap = open.cap.min(cap);
+                open.end = end;
+            }
+            open => out.extend(open.replace(Interval { start, end, demand, cap })),
+        }
+    }
+
+    /// Ends the path; the next one starts at 0.
+    pub(crate) fn finish(&mut self, out: &mut Vec<Interval>) {
+        out.extend(self.open.take());
+        self.end = 0.0;
+    }
+}
+
+/// Lengths and demands of consecutive parts of a piece.
+pub(crate) fn demands(piece: &Piece, kinematics: &dyn Kinematics) -> Result<Vec<(f64, Demand)>, KinematicsError> {
+    let length = piece.curve.length();
+    let parts = parts(&piece.curve);
+    let mut out = Vec::with_capacity(parts);
+    for part in 0..parts {
+        let (s0, s1) = (length * (part as f64 / parts as f64), length * ((part + 1) as f64 / parts as f64));
+        if kinematics.is_affine() {
+            let (d1, d2, d3) = piece.curve.max_derivatives(s0, s1);
+            out.push((s1 - s0, Demand { d: [d1.0, d2.0, d3.0], feed: feed(piece, s0, s1, d1) }));
+        } else {
+            bend(piece, kinematics, (s0, s1), MAX_HALVINGS, &mut out)?;
+        }
+    }
+    Ok(out)
+}
+
+fn parts(curve: &Curve) -> usize {
+    match curve {
+        Curve::Line(_) => 1,
+        Curve::Arc(arc) => (arc.sweep().abs() / TURN).ceil().clamp(1.0, MAX_PARTS) as usize,
+        Curve::Quintic(_) => QUINTIC_PARTS,
+    }
+}
+
+/// Largest speed of the parameter that keeps the feed: where X Y Z move faster than the parameter, the less.
+fn feed(piece: &Piece, s0: f64, s1: f64, d1: Coords) -> f64 {
+    let Curve::Quintic(quintic) = &piece.curve else { return piece.feed };
+    if d1.linear_norm() <= 1.0 {
+        return piece.feed;
+    }
+    let part = quintic.sub(s0, s1);
+    let points = part.control_points();
+    let fastest = points.windows(2).map(|pair| (pair[1] - pair[0]).linear_norm() * 5.0 / part.length()).fold(1.0, f64::max);
+    piece.feed / fastest
+}
+
+/// Demands under kinematics that bend the path: from exact derivatives at the ends and the middle of a stretch, halved
+/// until the middle lies near the chord of the ends.
+fn bend(
+    piece: &Piece,
+    kinematics: &dyn Kinematics,
+    (s0, s1): (f64, f64),
+    halvings: u32,
+    out: &mut Vec<(f64, Demand)>,
+) -> Result<(), KinematicsError> {
+    let middle = 0.5 * (s0 + s1);
+    let mut jets = [[Jet::default(); AXES]; 3];
+    for (jet, s) in jets.iter_mut().zip([s0, middle, s1]) {
+        *jet = kinematics.inverse_jet(&piece.curve.jet(s), &piece.tool_mm)?;
+    }
+    let mut demand = Demand::NONE;
+    let mut smooth = true;
+    for order in 1..4 {
+        for joint in 0..AXES {
+            let [a, m, b] = [0, 1, 2].map(|i: usize| jets[i][joint].0[order]);
+            let largest = a.abs().max(m.abs()).max(b.abs());
+            let sagitta = (m - 0.5 * (a + b)).abs();
+            smooth &= sagitta <= BEND * largest + f64::EPSILON;
+            demand.d[order - 1][joint] = largest + sagitta;
+        }
+    }
+    if smooth || halvings == 0 {
+        let (d1, _, _) = piece.curve.max_derivatives(s0, s1);
+        demand.feed = feed(piece, s0, s1, d1);
+        out.push((s1 - s0, demand));
+        return Ok(());
+    }
+    bend(piece, kinematics, (s0, middle), halvings - 1, out)?;
+    bend(piece, kinematics, (middle, s1), halvings - 1, out)
+}

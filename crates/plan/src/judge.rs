@@ -1,0 +1,44 @@
+//! Whether a corner is passed faster by a blend or by a stop.
+
+use crate::condition::{Judge, Piece, Programmed};
+use crate::demands::demands;
+use crate::machine::{Demand, Machine};
+use lostmotion_base::math;
+use lostmotion_kinematics::Kinematics;
+
+/// Compares times.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TimeJudge<'a> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) kinematics: &'a dyn Kinematics,
+}
+
+impl Judge for TimeJudge<'_> {
+    /// A stop takes v/A to slow down, the window T, and v/A to speed up. A blend at the speed w takes (v - w)/A twice, T,
+    /// and its own time, but gets on meanwhile.
+    fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed) -> bool {
+        let Ok(parts) = demands(blend, self.kinematics) else { return false };
+        let mut all = Demand::NONE;
+        for (_, demand) in &parts {
+            all.join(demand);
+        }
+        let pace = self.machine.speed_cap(&all);
+        let straight = Demand { d: [all.d[0], [0.0; 9], [0.0; 9]], feed: before.feed.min(next.feed) };
+        let window = self.machine.window_s(&all);
+        let acceleration = self.machine.acceleration(&straight, 0.0, window);
+        let reachable = (acceleration * before.length.min(next.length)).sqrt();
+        let speed = self.machine.speed_cap(&straight).min(reachable);
+        if pace >= speed {
+            return true;
+        }
+        let own = blend.curve.length() / pace;
+        let saved = 2.0 * pace / acceleration + pace * (window + own) / speed - pace * pace / (acceleration * speed);
+        saved > own
+    }
+}
+
+/// Time by which the motion away from a corner may start early when it may miss the corner by `tolerance`: two jerk-limited
+/// tails meet when either is J (t/2)^3 / 6 away.
+pub(crate) fn early_s(jerk: f64, tolerance: f64) -> f64 {
+    2.0 * math::cbrt(6.0 * tolerance / jerk)
+}

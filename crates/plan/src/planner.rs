@@ -1,0 +1,184 @@
+//! The planner: items in, samples out.
+
+use crate::admit::{Position, admit, dwell};
+use crate::condition::{Conditioner, Programmed, Step, Stop};
+use crate::judge::TimeJudge;
+use crate::machine::Machine;
+use crate::sampler::Sampler;
+use crate::stretch::Stretch;
+use crate::window::{Settled, Window};
+use crate::{Move, PlanError, PlanItem, PlannerConfig, Sample};
+use lostmotion_base::Coords;
+use lostmotion_kinematics::Kinematics;
+use std::sync::Arc;
+
+/// Moves shorter than this do not move, mm or degrees.
+const NOTHING: f64 = 1e-9;
+
+/// Plans a program as it comes and gives out samples as they become final.
+///
+/// Push items, take samples in between, and finish: memory stays within the window of the configuration as long as the
+/// samples are taken. The samples do not depend on how pushing and taking interleave.
+#[derive(Clone, Debug)]
+pub struct Planner {
+    config: PlannerConfig,
+    kinematics: Arc<dyn Kinematics>,
+    machine: Machine,
+    conditioner: Conditioner,
+    window: Window,
+    sampler: Sampler,
+    here: Position,
+    segments: u64,
+    /// Between the last stretch and the next.
+    pause: Option<Stop>,
+    forced_stops: u64,
+    finished: bool,
+}
+
+impl Planner {
+    /// A planner at rest at `start`: program coordinates without a tool offset, mm and rad.
+    ///
+    /// # Errors
+    /// A setting or limit that makes no sense, a start that the machine cannot take.
+    pub fn new(config: PlannerConfig, kinematics: Arc<dyn Kinematics>, start: Coords) -> Result<Planner, PlanError> {
+        config.check()?;
+        let joints = kinematics.inverse(&start, &[0.0; 3]).map_err(PlanError::Start)?;
+        let machine = Machine::new(&config.limits);
+        Ok(Planner {
+            conditioner: Conditioner::new(config.clone()),
+            window: Window::new(&machine, config.window_intervals, config.window_pieces),
+            sampler: Sampler::new(config.clock, start, joints),
+            here: Position { program: start, tool_mm: [0.0; 3] },
+            config,
+            kinematics,
+            machine,
+            segments: 0,
+            pause: None,
+            forced_stops: 0,
+            finished: false,
+        })
+    }
+
+    /// Takes the next item.
+    ///
+    /// # Errors
+    /// What is wrong with it; the planner is then as before, and can go on with another item or be finished.
+    pub fn push(&mut self, item: PlanItem) -> Result<(), PlanError> {
+        if self.finished {
+            return Err(PlanError::Finished);
+        }
+        match item {
+            PlanItem::Move(item) => self.push_move(&item),
+            PlanItem::Dwell(item) => {
+                dwell(item.block, item.seconds)?;
+                self.rest(Stop { dwell_s: item.seconds, tolerance_mm: 0.0 })
+            }
+            PlanItem::Halt(_) => self.rest(Stop::default()),
+        }
+    }
+
+    /// Ends the program: everything pushed can be taken after it.
+    ///
+    /// # Errors
+    /// A pose on a blend that the machine cannot take.
+    pub fn finish(&mut self) -> Result<(), PlanError> {
+        if !self.finished {
+            self.rest(Stop::default())?;
+            self.finished = true;
+            self.sampler.finished = true;
+        }
+        Ok(())
+    }
+
+    /// Takes up to `max_samples` samples that are final; returns how many.
+    pub fn take(&mut self, max_samples: usize, out: &mut Vec<Sample>) -> usize {
+        let before = out.len();
+        while out.len() - before < max_samples {
+            let Some(sample) = self.sampler.next(self.kinematics.as_ref()) else { break };
+            out.push(sample);
+        }
+        out.len() - before
+    }
+
+    /// How often the motion came to rest because the look-ahead window was too short for the path's detail.
+    pub fn forced_stops(&self) -> u64 {
+        self.forced_stops
+    }
+
+    /// How many pieces of path are held, waiting to be planned or sampled.
+    pub fn held_pieces(&self) -> usize {
+        self.window.len() + self.sampler.stretches.iter().map(Stretch::len).sum::<usize>()
+    }
+
+    fn push_move(&mut self, item: &Move) -> Result<(), PlanError> {
+        let feed = admit(&self.config, self.kinematics.as_ref(), &self.here, item)?;
+        let segment = self.segments;
+        self.segments += 1;
+        let length = item.curve.length();
+        if length <= NOTHING {
+            return Ok(());
+        }
+        self.here = Position { program: item.curve.end(), tool_mm: item.tool_mm };
+        let Move { curve, control, tool_mm, block, .. } = *item;
+        let programmed = Programmed { curve, length, feed, control, tool_mm, segment, block };
+        let mut steps = Vec::new();
+        let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref() };
+        self.conditioner.push(&programmed, &judge, &mut steps);
+        self.follow(steps)
+    }
+
+    fn rest(&mut self, stop: Stop) -> Result<(), PlanError> {
+        let mut steps = Vec::new();
+        let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref() };
+        self.conditioner.stop(stop, &judge, &mut steps);
+        self.follow(steps)
+    }
+
+    fn follow(&mut self, steps: Vec<Step>) -> Result<(), PlanError> {
+        for step in steps {
+            match step {
+                Step::Piece(piece) => {
+                    self.window.push(*piece, &self.machine, self.kinematics.as_ref())?;
+                    while self.window.is_due() {
+                        let Some((settled, forced)) = self.window.settle(&self.machine) else { break };
+                        self.commit(settled);
+                        self.forced_stops += u64::from(forced);
+                    }
+                }
+                Step::Stop(stop) => {
+                    if let Some(settled) = self.window.finish(&self.machine) {
+                        self.commit(settled);
+                    }
+                    self.stop(stop);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds a final part of a profile to the open stretch, or begins one with it.
+    fn commit(&mut self, settled: Settled) {
+        let from = settled.nodes.first().map_or(0.0, |node| node.s);
+        let open = self.sampler.stretches.back().is_some_and(|stretch| !stretch.complete);
+        if !open {
+            let mut stretch = Stretch::new(self.sampler.end_s, settled.window_s, from);
+            stretch.extend(settled.pieces.into_iter(), &settled.nodes);
+            self.pause = None;
+            self.sampler.stretches.push_back(stretch);
+        } else if let Some(stretch) = self.sampler.stretches.back_mut() {
+            stretch.extend(settled.pieces.into_iter(), &settled.nodes);
+        }
+        if let Some(stretch) = self.sampler.stretches.back_mut() {
+            stretch.complete = settled.complete;
+            self.sampler.end_s = stretch.rest_s();
+        }
+    }
+
+    fn stop(&mut self, stop: Stop) {
+        self.sampler.end_s += stop.dwell_s;
+        self.pause = match self.pause {
+            Some(_) => Some(Stop::default()),
+            None => Some(stop),
+        };
+    }
+}

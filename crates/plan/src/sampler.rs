@@ -1,0 +1,127 @@
+//! From planned stretches to samples at the clock's ticks.
+
+use crate::Sample;
+use crate::condition::Mark;
+use crate::stretch::Stretch;
+use lostmotion_base::{AXES, Clock, Coords, Jet, Tick};
+use lostmotion_kinematics::Kinematics;
+use std::collections::VecDeque;
+
+/// Gives out samples up to where the motion is settled.
+#[derive(Clone, Debug)]
+pub(crate) struct Sampler {
+    clock: Clock,
+    tick: Tick,
+    pub(crate) stretches: VecDeque<Stretch>,
+    /// Where the motion rests after the stretches that are done, program side.
+    rest: Sample,
+    rest_program: Coords,
+    /// End of the last motion or dwell, s; samples go on to the first tick at or after it.
+    pub(crate) end_s: f64,
+    pub(crate) finished: bool,
+}
+
+impl Sampler {
+    /// Starts at rest.
+    pub(crate) fn new(clock: Clock, program: Coords, joints: Coords) -> Sampler {
+        let rest = Sample {
+            tick: 0,
+            position: joints,
+            velocity: Coords::ZERO,
+            acceleration: Coords::ZERO,
+            segment: 0,
+            s: 0.0,
+            path_speed: 0.0,
+            tool_mm: [0.0; 3],
+            block: lostmotion_base::BlockRef::default(),
+        };
+        Sampler { clock, tick: 0, stretches: VecDeque::new(), rest, rest_program: program, end_s: 0.0, finished: false }
+    }
+
+    /// The next sample, if its time is settled.
+    pub(crate) fn next(&mut self, kinematics: &dyn Kinematics) -> Option<Sample> {
+        let t = self.clock.seconds(self.tick);
+        if !self.is_settled(t) {
+            return None;
+        }
+        while self.stretches.front().is_some_and(|stretch| stretch.complete && t >= stretch.rest_s()) {
+            self.leave();
+        }
+        let mut sample = self.at(t, kinematics);
+        sample.tick = self.tick;
+        self.tick += 1;
+        self.rest.segment = sample.segment;
+        self.rest.s = sample.s;
+        self.rest.block = sample.block;
+        Some(sample)
+    }
+
+    fn is_settled(&self, t: f64) -> bool {
+        match self.stretches.back() {
+            // The last window before a stop waits for what comes after it, which may start before the stop is reached.
+            Some(last) if !(self.finished && last.complete) => t <= last.start_s + last.profile_s(),
+            _ if self.finished => t < self.end_s + self.clock.period_s() * (1.0 - 1e-6),
+            _ => t <= 0.0,
+        }
+    }
+
+    /// Comes to rest at the end of the first stretch.
+    fn leave(&mut self) {
+        let Some(stretch) = self.stretches.pop_front() else { return };
+        if let Some((piece, local)) = stretch.peek(stretch.to()) {
+            let (mark, s) = piece.programmed(local);
+            self.rest_program = piece.curve.point(local);
+            self.rest = Sample { segment: mark.segment, s, block: mark.block, tool_mm: piece.tool_mm, ..self.rest };
+        }
+    }
+
+    fn at(&mut self, t: f64, kinematics: &dyn Kinematics) -> Sample {
+        let mut program = self.rest_program.0.map(|p| Jet::new(p, 0.0, 0.0, 0.0));
+        let mut sample = Sample { velocity: Coords::ZERO, acceleration: Coords::ZERO, path_speed: 0.0, ..self.rest };
+        for index in 0..self.stretches.len() {
+            let Some(stretch) = self.stretches.get_mut(index).filter(|stretch| t > stretch.start_s) else { break };
+            let time = t - stretch.start_s;
+            stretch.forget(time);
+            let motion = stretch.motion(time);
+            let origin = if index == 0 { None } else { stretch.peek(stretch.from()).map(|(piece, local)| piece.curve.point(local)) };
+            let Some((piece, local)) = stretch.piece(motion.s, index == 0) else { continue };
+            let jets = piece.curve.jet(local);
+            for (axis, jet) in jets.iter().enumerate() {
+                let moved = jet.reparametrize(motion.v, motion.a, 0.0);
+                program[axis] = match origin {
+                    None => moved,
+                    Some(origin) => program[axis] + moved - Jet::new(origin.0[axis], 0.0, 0.0, 0.0),
+                };
+            }
+            let (mark, s): (Mark, f64) = piece.programmed(local);
+            // Of two stretches that overlap, the faster one has the point.
+            if index == 0 || motion.v > sample.path_speed {
+                sample = Sample { segment: mark.segment, s, block: mark.block, path_speed: motion.v, tool_mm: piece.tool_mm, ..sample };
+            }
+        }
+        joints(&mut sample, &program, kinematics);
+        if self.stretches.is_empty() || sample.path_speed == 0.0 {
+            // At rest the position is that of the rest's coordinates, with no rounding of a moving average.
+            sample.path_speed = 0.0;
+        }
+        self.rest.position = sample.position;
+        sample
+    }
+}
+
+/// Joint position, velocity and acceleration from the program side's, both by time. Poses were checked when the move was
+/// pushed; should one fail all the same, the joints stay where they are.
+fn joints(sample: &mut Sample, program: &[Jet; AXES], kinematics: &dyn Kinematics) {
+    if kinematics.is_affine() {
+        let point = Coords(program.map(|jet| jet.0[0]));
+        if let Ok(position) = kinematics.inverse(&point, &sample.tool_mm) {
+            sample.position = position;
+            sample.velocity = Coords(program.map(|jet| jet.0[1]));
+            sample.acceleration = Coords(program.map(|jet| jet.0[2]));
+        }
+    } else if let Ok(jets) = kinematics.inverse_jet(program, &sample.tool_mm) {
+        sample.position = Coords(jets.map(|jet| jet.0[0]));
+        sample.velocity = Coords(jets.map(|jet| jet.0[1]));
+        sample.acceleration = Coords(jets.map(|jet| jet.0[2]));
+    }
+}

@@ -1,0 +1,82 @@
+//! Whether the joints stay in their travel.
+
+use crate::error::{PlanError, TravelViolation};
+use crate::{Move, PlannerConfig};
+use lostmotion_base::{AXES, AxisId, AxisLimits, Coords};
+use lostmotion_kinematics::{Kinematics, KinematicsError};
+use lostmotion_path::{Bounds, Curve};
+use std::sync::Arc;
+
+/// Positions beyond a limit by less are rounding, mm or rad.
+const SLACK: f64 = 1e-6;
+/// Points at which a move is looked at where the kinematics bends it.
+const POINTS: usize = 64;
+
+/// Checks moves against the joints' travel without planning them: a pass over a whole program before anything is done.
+///
+/// Exact for kinematics whose joints are program coordinates up to a constant; for others the joints are looked at in
+/// 65 points of every move.
+#[derive(Clone, Debug)]
+pub struct TravelCheck {
+    limits: [Option<AxisLimits>; AXES],
+    kinematics: Arc<dyn Kinematics>,
+    violations: Vec<TravelViolation>,
+}
+
+impl TravelCheck {
+    /// A check with the planner's settings.
+    pub fn new(config: &PlannerConfig, kinematics: Arc<dyn Kinematics>) -> TravelCheck {
+        TravelCheck { limits: config.limits, kinematics, violations: Vec::new() }
+    }
+
+    /// Looks at a move.
+    ///
+    /// # Errors
+    /// A pose that the machine cannot take; violations of the travel are collected instead.
+    pub fn push(&mut self, item: &Move) -> Result<(), PlanError> {
+        let found = violations(&self.limits, self.kinematics.as_ref(), item)?;
+        self.violations.extend(found);
+        Ok(())
+    }
+
+    /// Every violation so far, in the order of the program: for each move and joint the farthest position.
+    pub fn violations(&self) -> &[TravelViolation] {
+        &self.violations
+    }
+}
+
+/// The joints that leave their travel on a move.
+pub(crate) fn violations(
+    limits: &[Option<AxisLimits>; AXES],
+    kinematics: &dyn Kinematics,
+    item: &Move,
+) -> Result<Vec<TravelViolation>, PlanError> {
+    let bounds = joint_bounds(kinematics, &item.curve, &item.tool_mm).map_err(|source| PlanError::Pose { block: item.block, source })?;
+    let mut found = Vec::new();
+    for (joint, limit) in AxisId::ALL.into_iter().zip(limits) {
+        let Some(limit) = limit else { continue };
+        let (low, high) = (bounds.min[joint], bounds.max[joint]);
+        let (below, above) = (limit.min - low, high - limit.max);
+        if below.max(above) > SLACK {
+            let (value, limit) = if below > above { (low, limit.min) } else { (high, limit.max) };
+            found.push(TravelViolation { block: item.block, joint, value, limit });
+        }
+    }
+    Ok(found)
+}
+
+/// From where to where each joint goes on a curve.
+fn joint_bounds(kinematics: &dyn Kinematics, curve: &Curve, tool_mm: &[f64; 3]) -> Result<Bounds, KinematicsError> {
+    let start = kinematics.inverse(&curve.start(), tool_mm)?;
+    if kinematics.is_affine() {
+        let (offset, bounds) = (start - curve.start(), curve.bounds());
+        return Ok(Bounds { min: bounds.min + offset, max: bounds.max + offset });
+    }
+    let mut bounds = Bounds { min: start, max: start };
+    let length = curve.length();
+    for point in 1..=POINTS {
+        let program: Coords = curve.point(length * (point as f64 / POINTS as f64));
+        bounds.include(kinematics.inverse(&program, tool_mm)?);
+    }
+    Ok(bounds)
+}

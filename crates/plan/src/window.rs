@@ -1,0 +1,173 @@
+//! The look-ahead: path that waits to be planned, and what of its plan is final.
+
+use crate::PlanError;
+use crate::condition::Piece;
+use crate::demands::Intervals;
+use crate::machine::{Demand, Machine};
+use crate::profile::{Interval, Node, Plan, Task, duration_s, last_cut, plan};
+use lostmotion_kinematics::{Kinematics, KinematicsError};
+use std::collections::VecDeque;
+
+/// Stretches that take less than this many windows are tried with shorter windows too.
+const SHORT_STRETCH: f64 = 24.0;
+/// Parts of the usual window that are tried.
+const SHORTER: [f64; 4] = [0.7, 0.5, 0.35, 0.2];
+/// Stretches of more intervals than this are not tried again.
+const FEW_INTERVALS: usize = 256;
+
+/// Path between two stops that is not planned for good yet.
+#[derive(Clone, Debug)]
+pub(crate) struct Window {
+    builder: Intervals,
+    pieces: VecDeque<(f64, Piece)>,
+    intervals: Vec<Interval>,
+    /// Where the profile goes on, and the speed squared there.
+    from: Node,
+    /// Window of the moving average of the stretch being planned, s.
+    window_s: f64,
+    max_intervals: usize,
+    max_pieces: usize,
+    /// Number of intervals at which the next plan is made.
+    due: usize,
+}
+
+/// A part of a profile that is final.
+#[derive(Debug)]
+pub(crate) struct Settled {
+    pub(crate) pieces: Vec<(f64, Piece)>,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) window_s: f64,
+    /// Whether it ends at rest.
+    pub(crate) complete: bool,
+}
+
+impl Window {
+    pub(crate) fn new(machine: &Machine, max_intervals: usize, max_pieces: usize) -> Window {
+        Window {
+            builder: Intervals::new(machine.longest_window_s()),
+            pieces: VecDeque::new(),
+            intervals: Vec::new(),
+            from: Node::new(0.0, 0.0),
+            window_s: 0.0,
+            max_intervals,
+            max_pieces,
+            due: max_intervals,
+        }
+    }
+
+    /// Adds a piece.
+    pub(crate) fn push(&mut self, piece: Piece, machine: &Machine, kinematics: &dyn Kinematics) -> Result<(), PlanError> {
+        let block = piece.marks[0].block;
+        let start = self.builder.end();
+        let pose = |source: KinematicsError| PlanError::Pose { block, source };
+        self.builder.push(&piece, machine, kinematics, &mut self.intervals).map_err(pose)?;
+        self.pieces.push_back((start, piece));
+        Ok(())
+    }
+
+    /// Whether the window is as full as it may get before some of it is planned.
+    pub(crate) fn is_due(&self) -> bool {
+        self.intervals.len() >= self.due || self.pieces.len() >= self.max_pieces
+    }
+
+    /// How many pieces wait.
+    pub(crate) fn len(&self) -> usize {
+        self.pieces.len()
+    }
+
+    fn task<'a>(&'a self, machine: &'a Machine, complete: bool, window_s: f64) -> Task<'a> {
+        Task { machine, intervals: &self.intervals, from: self.from.s, speed_squared: self.from.b, complete, window_s }
+    }
+
+    /// The longest window that a moving joint needs.
+    fn usual_window_s(&self, machine: &Machine) -> f64 {
+        let mut all = Demand::NONE;
+        for interval in &self.intervals {
+            all.join(&interval.demand);
+        }
+        let window = machine.window_s(&all);
+        if window > 0.0 { window } else { machine.longest_window_s() }
+    }
+
+    /// Plans what is there and gives out what is final; nothing if the window may still grow. The flag tells whether the
+    /// profile had to come to rest for want of look-ahead.
+    pub(crate) fn settle(&mut self, machine: &Machine) -> Option<(Settled, bool)> {
+        if self.from.b == 0.0 {
+            self.window_s = self.usual_window_s(machine);
+        }
+        let plan = plan(&self.task(machine, false, self.window_s));
+        let full = self.intervals.len() >= self.max_intervals || self.pieces.len() >= self.max_pieces;
+        let (cut, forced) = match last_cut(&plan, self.window_s) {
+            Some(cut) if cut.s > self.from.s => (cut, false),
+            _ if full => (*plan.nodes.last()?, true),
+            _ => {
+                self.due = self.max_intervals;
+                return None;
+            }
+        };
+        let nodes: Vec<Node> = plan.nodes.iter().copied().take_while(|node| node.s <= cut.s).collect();
+        let settled = self.give(&plan, nodes, cut, forced);
+        self.due = self.max_intervals.min(self.intervals.len() + self.max_intervals / 2);
+        Some((settled, forced))
+    }
+
+    /// Takes out what lies before a cut, and forgets the demands that do not reach beyond it.
+    fn give(&mut self, plan: &Plan, nodes: Vec<Node>, cut: Node, complete: bool) -> Settled {
+        let done = self.pieces.partition_point(|(start, _)| *start < cut.s);
+        // The piece that holds the cut goes along; it stays here too if more of it is to come after a stop.
+        let pieces: Vec<(f64, Piece)> = self.pieces.iter().take(done).cloned().collect();
+        let kept = if complete { done.saturating_sub(1) } else { done };
+        self.pieces.drain(..kept);
+        let past = plan.reach_ends.partition_point(|end| *end <= cut.s);
+        let past = if complete { self.intervals.partition_point(|i| i.end <= cut.s) } else { past };
+        self.intervals.drain(..past);
+        if complete && let Some(first) = self.intervals.first_mut() {
+            first.start = first.start.max(cut.s);
+        }
+        self.from = cut;
+        Settled { pieces, nodes, window_s: self.window_s, complete }
+    }
+
+    /// Plans the rest, which ends at a stop; nothing if there is no path left.
+    pub(crate) fn finish(&mut self, machine: &Machine) -> Option<Settled> {
+        self.builder.finish(&mut self.intervals);
+        let settled = (!self.intervals.is_empty()).then(|| {
+            let plan = self.final_plan(machine);
+            Settled { pieces: self.pieces.drain(..).collect(), nodes: plan.nodes, window_s: self.window_s, complete: true }
+        });
+        self.pieces.clear();
+        self.intervals.clear();
+        self.from = Node::new(0.0, 0.0);
+        self.due = self.max_intervals;
+        settled
+    }
+
+    /// The plan to the end; of a short stretch, that with the best window.
+    fn final_plan(&mut self, machine: &Machine) -> Plan {
+        if self.from.b > 0.0 {
+            return plan(&self.task(machine, true, self.window_s));
+        }
+        self.window_s = self.usual_window_s(machine);
+        if let [only] = self.intervals.as_slice()
+            && only.demand.is_straight()
+        {
+            self.window_s = self.window_s.min(machine.straight_window_s(&only.demand, only.end - self.from.s));
+            return plan(&self.task(machine, true, self.window_s));
+        }
+        let usual = self.window_s;
+        let mut best = plan(&self.task(machine, true, usual));
+        let mut time = duration_s(&best.nodes) + usual;
+        if self.intervals.len() > FEW_INTERVALS || time > SHORT_STRETCH * usual {
+            return best;
+        }
+        for part in SHORTER {
+            let window_s = part * usual;
+            let other = plan(&self.task(machine, true, window_s));
+            let other_time = duration_s(&other.nodes) + window_s;
+            if other_time < time {
+                (best, time, self.window_s) = (other, other_time, window_s);
+            }
+        }
+        best
+    }
+}
