@@ -1,7 +1,7 @@
 //! How far the tool left the programmed contour, where, and why.
 //!
 //! [`ContourTracker`] holds the stretch of programmed path around the command and measures samples against it; it is
-//! shared by all machines that follow the same plan, each with a [`Foot`] of its own. What it finds goes into [`Statistics`],
+//! shared by all machines that follow the same plan, each with a [`FootState`] of its own. What it finds goes into [`Statistics`],
 //! a [`BlockLedger`] and a [`ReversalLedger`], each of constant size whatever the program's length. Everything is data.
 
 pub mod cause;
@@ -24,5 +24,5 @@ pub use ledger::{BlockLedger, BlockRow, ErrorRecord};
 pub use reversal::{Reversal, ReversalConfig, ReversalState};
 pub use reversal_ledger::{ReversalLedger, ReversalRow};
 pub use statistics::{Place, Statistics, Summary};
-pub use tracker::{ContourTracker, Foot};
+pub use tracker::{ContourTracker, FootState};
 pub use types::{ContourConfig, ContourInput, ContourSample, ProgrammedSegment};

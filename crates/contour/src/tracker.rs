@@ -39,7 +39,7 @@ impl Held {
 
 /// Where one machine's last foot point was; one for each machine that is measured against the same tracker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Foot {
+pub struct FootState {
     place_mm: Option<f64>,
 }
 
@@ -128,7 +128,7 @@ impl ContourTracker {
     ///
     /// # Errors
     /// A command on a segment that is not held; coordinates that are not finite.
-    pub fn measure(&self, foot: &mut Foot, input: &ContourInput) -> Result<ContourSample, ContourError> {
+    pub fn measure(&self, foot: &mut FootState, input: &ContourInput) -> Result<ContourSample, ContourError> {
         check(input)?;
         let at = self.position(input.segment);
         let Some((at, held)) = at.and_then(|at| Some((at, self.held.get(at)?))) else {
@@ -163,7 +163,7 @@ impl ContourTracker {
     }
 
     /// The nearest point of the window.
-    fn search(&self, foot: &Foot, input: &ContourInput, at: usize, command: f64) -> Found {
+    fn search(&self, foot: &FootState, input: &ContourInput, at: usize, command: f64) -> Found {
         let config = &self.config;
         let apart = norm(sub(input.actual_tip_mm, input.commanded_tip_mm));
         let margin = (config.window_factor * apart).max(config.min_window_mm).min(config.max_window_mm);

@@ -1,9 +1,9 @@
-//! Foot points and signs against closed forms and brute force.
+//! FootState points and signs against closed forms and brute force.
 
 #![allow(clippy::unwrap_used)]
 
 use lostmotion_base::{BlockRef, Coords, math};
-use lostmotion_contour::{ContourConfig, ContourError, ContourInput, ContourTracker, Foot, ProgrammedSegment};
+use lostmotion_contour::{ContourConfig, ContourError, ContourInput, ContourTracker, FootState, ProgrammedSegment};
 use lostmotion_path::{Arc, ArcSpec, Curve, Plane};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -38,7 +38,7 @@ fn input(segment: u64, s: f64, actual: [f64; 3], commanded: [f64; 3]) -> Contour
 /// Error of a fresh machine that stands at `actual` while the command is at (segment, s).
 fn error(curves: &[Curve], segment: u64, s: f64, actual: [f64; 3]) -> f64 {
     let commanded = curves[segment as usize].point(s).linear();
-    tracker(curves).measure(&mut Foot::default(), &input(segment, s, actual, commanded)).unwrap().error_mm
+    tracker(curves).measure(&mut FootState::default(), &input(segment, s, actual, commanded)).unwrap().error_mm
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn the_crossing_of_a_figure_eight_does_not_attract_the_foot() {
     let second = arc([0.0, 0.0], [0.0, 0.0], [0.0, 10.0], 1);
     let curves = [first, second];
     let tracker = tracker(&curves);
-    let mut foot = Foot::default();
+    let mut foot = FootState::default();
     let mut last = 0.0;
     for step in 0..20_000 {
         // Servo lag of 3 mm along the path and 0.4 mm off to the left, so near the origin the other circle is nearer.
@@ -110,7 +110,7 @@ fn a_lagging_machine_is_not_lost_around_a_sharp_corner() {
     let (sin, cos) = math::sin_cos(170.0 * TAU / 360.0);
     let curves = polyline(&[[-10.0, 0.0], [0.0, 0.0], [10.0 * cos, 10.0 * sin]]);
     let tracker = tracker(&curves);
-    let mut foot = Foot::default();
+    let mut foot = FootState::default();
     for step in 0..1900 {
         let command = f64::from(step) * 0.01;
         let (segment, s) = if command < 10.0 { (0, command) } else { (1, command - 10.0) };
@@ -147,7 +147,7 @@ fn rotary_moves_measure_to_the_point_with_the_side_of_their_neighbours() {
     let tracker = tracker(&curves);
     let mut tilted = input(1, 20.0, [10.03, -0.04, 0.0], [10.0, 0.0, 0.0]);
     tilted.actual_axis = [0.0, math::sin(1e-5), math::cos(1e-5)];
-    let sample = tracker.measure(&mut Foot::default(), &tilted).unwrap();
+    let sample = tracker.measure(&mut FootState::default(), &tilted).unwrap();
     assert_eq!(sample.segment, 1);
     assert!((sample.s - 20.0).abs() < 1e-12 && (sample.error_mm + 0.05).abs() < 1e-12);
     assert!((sample.orientation_error_rad - 1e-5).abs() < 1e-15 && sample.near_corner);
@@ -161,7 +161,7 @@ fn the_plane_tells_the_side() {
     let curve = Curve::line(Coords::ZERO, Coords::xyz(0.0, 0.0, 10.0));
     let mut tracker = ContourTracker::new(ContourConfig::default());
     tracker.push(ProgrammedSegment { plane: Plane::Zx, ..segment(0, curve) }).unwrap();
-    let sample = tracker.measure(&mut Foot::default(), &input(0, 5.0, [0.01, 0.0, 5.0], [0.0, 0.0, 5.0])).unwrap();
+    let sample = tracker.measure(&mut FootState::default(), &input(0, 5.0, [0.01, 0.0, 5.0], [0.0, 0.0, 5.0])).unwrap();
     assert!((sample.error_mm - 0.01).abs() < 1e-15);
 }
 
@@ -176,7 +176,7 @@ fn near_corner_is_said_near_corners_only() {
     let tracker = tracker(&curves);
     let near = |segment: u64, s: f64| {
         let p = curves[segment as usize].point(s).linear();
-        tracker.measure(&mut Foot::default(), &input(segment, s, p, p)).unwrap().near_corner
+        tracker.measure(&mut FootState::default(), &input(segment, s, p, p)).unwrap().near_corner
     };
     assert!(!near(0, 5.0) && near(0, 19.0) && near(1, 1.0) && !near(1, 15.0) && near(2, 1.9) && !near(2, 2.1));
 }
@@ -184,7 +184,7 @@ fn near_corner_is_said_near_corners_only() {
 #[test]
 fn the_past_is_let_go() {
     let mut tracker = ContourTracker::new(ContourConfig { max_window_mm: 5.0, ..ContourConfig::default() });
-    let mut foot = Foot::default();
+    let mut foot = FootState::default();
     for index in 0..10_000_u64 {
         let at = |k: u64| Coords::xyz(k as f64 * 0.1, 0.0, 0.0);
         tracker.push(segment(index, Curve::line(at(index), at(index + 1)))).unwrap();
@@ -230,7 +230,7 @@ proptest! {
         let (index, s) = locate(command);
         let p = curves[index].point(s).linear();
         let actual = [p[0] + off[0], p[1] + off[1], p[2] + off[2]];
-        let sample = tracker(&curves).measure(&mut Foot::default(), &input(index as u64, s, actual, p)).unwrap();
+        let sample = tracker(&curves).measure(&mut FootState::default(), &input(index as u64, s, actual, p)).unwrap();
         let margin = (off[0] * off[0] + off[1] * off[1] + off[2] * off[2]).sqrt().max(1.0);
         let (low, high) = ((command - margin).max(0.0), (command + margin).min(total));
         let distance = |q: [f64; 3]| ((q[0] - actual[0]) * (q[0] - actual[0]) + (q[1] - actual[1]) * (q[1] - actual[1]) + (q[2] - actual[2]) * (q[2] - actual[2])).sqrt();
