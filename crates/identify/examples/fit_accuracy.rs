@@ -3,7 +3,7 @@
 //! `cargo run --release -p lostmotion-identify --example fit_accuracy [seconds of log]`
 
 #[path = "../tests/rig/mod.rs"]
-#[allow(unreachable_pub, dead_code)]
+#[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 mod rig;
 
 use lostmotion_identify::fit_backlash;

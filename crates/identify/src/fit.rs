@@ -1,106 +1,20 @@
 //! The fit with the load's position known.
 
-use serde::{Deserialize, Serialize};
-
 use crate::{
-    contact::{self, Contact, quantile},
+    contact::{self, Contact},
     error::{FitError, NotExcited},
-    huber::{Minimiser, Regression},
+    estimate::{COMPLIANCE, DAMPING, Estimate, GAP, Job, OFFSET, RESOLVED},
     log::BacklashLog,
+    result::BacklashFit,
     settings::FitSettings,
-    solver::{Clarabel, QpSolver, SolveOptions, SolverStatus},
-    spread::{self, Spread},
+    solver::{Clarabel, QpSolver},
     window,
 };
 
-/// Huber's constant: 95 % efficiency on normal residuals.
-const HUBER: f64 = 1.345;
-/// Rounds in which the residual scale and the fit settle on one another.
-const SCALE_ROUNDS: usize = 3;
-/// Samples on which they do.
-const SCALE_SAMPLES: usize = 2000;
-/// Share of the encoders' resolution that averages are at best good to: no encoder divides its counts more finely, and
-/// errors that recur at the same angles do not average out.
-const RESOLVED: f64 = 0.02;
 /// Share of the wind-up that the model is at best good to: torque varies between the samples of the log.
 const MODELLED: f64 = 5e-5;
 /// Torque variation within the sides, over its RMS, below which gap and wind-up cannot be told apart.
 const LEAST_VARIATION: f64 = 0.01;
-
-/// Half gap, compliance and offset of an axis, with what speaks for and against them. Motor side: rad, N m.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct BacklashFit {
-    /// Half gap, rad. The total gap is twice this.
-    pub half_gap_rad: f64,
-    /// 95 % interval of the half gap, rad, not below zero: Student's t times the standard error, and the allowance.
-    pub half_gap_interval_rad: [f64; 2],
-    /// Standard error of the half gap, rad, from the scatter between blocks of the log.
-    pub half_gap_error_rad: f64,
-    /// Allowance for what scatter cannot show, rad: 2 % of the encoders' resolution and 0.005 % of the wind-up.
-    pub half_gap_allowance_rad: f64,
-    /// Compliance of the shaft, rad/(N m).
-    pub compliance_rad_per_nm: f64,
-    /// Standard error of the compliance, rad/(N m); zero where the stiffness was given.
-    pub compliance_error_rad_per_nm: f64,
-    /// Stiffness of the shaft, N m/rad; none where the fit found no compliance.
-    pub stiffness_nm_per_rad: Option<f64>,
-    /// Damping over stiffness of the shaft, less what the current was logged late against the positions, s; zero where it
-    /// was not fitted.
-    pub damping_time_s: f64,
-    /// Middle of the gap: `theta_M - theta_L` half-way between the flanks, rad.
-    pub offset_rad: f64,
-    /// RMS of all residuals, rad.
-    pub residual_rms_rad: f64,
-    /// Robust standard deviation of the residuals (median absolute residual over 0.6745), rad.
-    pub residual_scale_rad: f64,
-    /// Where the Huber loss turns linear, rad.
-    pub huber_delta_rad: f64,
-    /// Residuals beyond that.
-    pub outliers: usize,
-    /// Contact torque from which on a sample counted, N m.
-    pub torque_threshold_nm: f64,
-    /// Samples in the log.
-    pub samples_logged: usize,
-    /// Samples that one averaging window advances by.
-    pub window_samples: usize,
-    /// Window averages used, that is, in firm contact.
-    pub samples_used: usize,
-    /// Of these with the positive flank in contact.
-    pub samples_positive: usize,
-    /// Of these with the negative flank in contact.
-    pub samples_negative: usize,
-    /// Changes of side seen.
-    pub traversals: usize,
-    /// Blocks of the log behind the standard error.
-    pub blocks: usize,
-    /// Independent samples that would give the same standard error.
-    pub effective_samples: f64,
-    /// Whether the log tells the gap from zero.
-    pub excited: bool,
-    /// If not, why.
-    pub reason: Option<NotExcited>,
-    /// How the problem was solved.
-    pub solver: SolverReport,
-}
-
-/// What the solver did.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct SolverReport {
-    /// Its name.
-    pub name: String,
-    /// Worst status of the solves behind the result.
-    pub status: SolverStatus,
-    /// Iterations over these solves.
-    pub iterations: u32,
-    /// Solves behind the result.
-    pub solves: u32,
-    /// Samples with variables of their own in the last solve.
-    pub explicit_samples: usize,
-    /// Gradient of the whole objective at the result, per sample and in scaled units; 0 at the exact minimum.
-    pub optimality: f64,
-}
 
 /// Fits the gap of an axis with [`Clarabel`].
 ///
@@ -140,96 +54,14 @@ pub fn fit_backlash_with(log: &BacklashLog, settings: &FitSettings, solver: &dyn
 fn check_variation(contact: &Contact) -> Result<(), NotExcited> {
     let (mut within, mut square) = (0.0, 0.0);
     for side in [1.0, -1.0] {
-        let torques: Vec<f64> = contact.samples.iter().filter(|sample| sample.side * side > 0.0).map(|sample| sample.window.torque_nm).collect();
+        let torques: Vec<f64> =
+            contact.samples.iter().filter(|sample| sample.side * side > 0.0).map(|sample| sample.window.torque_nm).collect();
         let mean = torques.iter().sum::<f64>() / torques.len().max(1) as f64;
         within += torques.iter().map(|torque| (torque - mean) * (torque - mean)).sum::<f64>();
         square += torques.iter().map(|torque| torque * torque).sum::<f64>();
     }
     let variation = if square > 0.0 { (within / square).sqrt() } else { 0.0 };
     if variation < LEAST_VARIATION { Err(NotExcited::TorqueNotVaried { variation }) } else { Ok(()) }
-}
-
-/// Positions of the coefficients in an [`Estimate`].
-const GAP: usize = 0;
-const OFFSET: usize = 1;
-const COMPLIANCE: usize = 2;
-const DAMPING: usize = 3;
-
-/// All that an estimate is made from.
-struct Job<'a> {
-    contact: &'a Contact,
-    settings: &'a FitSettings,
-    resolution: f64,
-    solver: &'a dyn QpSolver,
-}
-
-/// Coefficients and what was found around them.
-struct Estimate {
-    coefficients: [f64; 4],
-    gap_spread: Spread,
-    compliance_error: f64,
-    delta: f64,
-    rms: f64,
-    scale: f64,
-    outliers: usize,
-    solver: SolverReport,
-}
-
-impl Job<'_> {
-    /// The regression with these columns, the half gap first; what is left out is known, or zero.
-    fn regression<const P: usize>(&self, columns: [usize; P]) -> Regression<P> {
-        let known = self.settings.stiffness_nm_per_rad.map_or(0.0, |stiffness| 1.0 / stiffness);
-        let samples = || self.contact.samples.iter().map(|sample| (sample.side, &sample.window));
-        Regression {
-            rows: samples()
-                .map(|(side, window)| {
-                    let all = [side, 1.0, window.torque_nm, -window.rate_rad_s];
-                    columns.map(|column| all[column])
-                })
-                .collect(),
-            targets: samples().map(|(_, window)| window.difference_rad - known * window.torque_nm).collect(),
-            // the damping time stays free, since a current logged late lowers it
-            nonnegative: columns.map(|column| column == GAP || column == COMPLIANCE),
-        }
-    }
-
-    fn estimate<const P: usize>(&self, columns: [usize; P]) -> Result<Estimate, FitError> {
-        let regression = self.regression(columns);
-        let options = SolveOptions { tolerance: self.settings.solver_tolerance, iterations: self.settings.solver_iterations };
-        let delta = match self.settings.huber_delta_rad {
-            Some(delta) => delta,
-            None => settle_delta(&regression, self.resolution, self.solver, &options)?,
-        };
-        let Minimiser { x, status, iterations, solves, explicit, optimality } = regression.minimise(delta, self.solver, &options)?;
-        let episodes: Vec<usize> = self.contact.samples.iter().map(|sample| sample.episode).collect();
-        let blocks = spread::blocks(&episodes);
-        let thin = || NotExcited::TooFewTraversals { seen: self.contact.traversals, needed: self.contact.traversals + 1 };
-        let spread = |which| spread::spread(&regression, &x, delta, &blocks, which).ok_or_else(thin);
-        let mut coefficients = [0.0, 0.0, self.settings.stiffness_nm_per_rad.map_or(0.0, |stiffness| 1.0 / stiffness), 0.0];
-        columns.iter().zip(x).for_each(|(&column, x)| coefficients[column] = x);
-        let compliance_error = match columns.iter().position(|&column| column == COMPLIANCE) {
-            Some(which) => spread(which)?.standard_error,
-            None => 0.0,
-        };
-        let residuals: Vec<f64> = (0..regression.targets.len()).map(|k| regression.residual(k, &x).abs()).collect();
-        Ok(Estimate {
-            coefficients,
-            gap_spread: spread(0)?,
-            compliance_error,
-            delta,
-            rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
-            outliers: residuals.iter().filter(|r| **r > delta).count(),
-            scale: quantile(residuals, 0.5) / 0.6745,
-            solver: SolverReport {
-                name: self.solver.name().to_owned(),
-                status,
-                iterations,
-                solves,
-                explicit_samples: explicit,
-                optimality,
-            },
-        })
-    }
 }
 
 impl Estimate {
@@ -270,24 +102,4 @@ impl Estimate {
             solver: self.solver,
         }
     }
-}
-
-/// Delta as a multiple of the residuals' robust scale, which itself depends on the fit: a few rounds on a thinned copy,
-/// from least squares. The scale is not let below what the encoders resolve, nor below what rounding leaves of the data.
-fn settle_delta<const P: usize>(
-    regression: &Regression<P>, resolution: f64, solver: &dyn QpSolver, options: &SolveOptions,
-) -> Result<f64, FitError> {
-    let thinned = regression.thinned(SCALE_SAMPLES);
-    let count = thinned.targets.len().max(1) as f64;
-    let size = (thinned.targets.iter().map(|y| y * y).sum::<f64>() / count).sqrt();
-    let floor = (RESOLVED * resolution).max(1e-9 * size).max(f64::MIN_POSITIVE.sqrt());
-    let scale_around = |x: &[f64; P]| {
-        let residuals = (0..thinned.targets.len()).map(|k| thinned.residual(k, x).abs()).collect();
-        HUBER * (quantile(residuals, 0.5) / 0.6745).max(floor)
-    };
-    let mut delta = scale_around(&thinned.least_squares());
-    for _ in 0..SCALE_ROUNDS {
-        delta = scale_around(&thinned.minimise(delta, solver, options)?.x);
-    }
-    Ok(delta)
 }

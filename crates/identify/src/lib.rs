@@ -27,15 +27,18 @@
 
 pub mod contact;
 pub mod error;
+mod estimate;
 pub mod fit;
 pub mod huber;
 pub mod log;
+pub mod result;
 pub mod settings;
 pub mod solver;
 pub mod spread;
 pub mod window;
 
 pub use error::{FitError, NotExcited};
-pub use fit::{BacklashFit, SolverReport, fit_backlash, fit_backlash_with};
+pub use fit::{fit_backlash, fit_backlash_with};
 pub use log::BacklashLog;
+pub use result::{BacklashFit, SolverReport};
 pub use settings::FitSettings;

@@ -1,5 +1,6 @@
 //! What the fit is told beforehand.
 
+use lostmotion_axis::config::Motor;
 use serde::{Deserialize, Serialize};
 
 use crate::error::FitError;
@@ -7,7 +8,6 @@ use crate::error::FitError;
 /// Settings of a fit. Motor data come from the data sheet; everything else has a default that suits logs of 0.1 to 1 ms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-#[non_exhaustive]
 pub struct FitSettings {
     /// Torque per current, N m/A.
     pub torque_constant_nm_per_a: f64,
@@ -15,7 +15,7 @@ pub struct FitSettings {
     /// as contact torque, and the slip filter alone keeps traverses out.
     pub motor_inertia_kgm2: Option<f64>,
     /// Viscous friction of the motor, N m s/rad.
-    pub motor_viscous_nms_per_rad: f64,
+    pub motor_viscous_nm_s_per_rad: f64,
     /// Coulomb friction of the motor's own bearings, N m.
     pub motor_coulomb_nm: f64,
     /// Stiffness of the shaft where it is known, N m/rad; otherwise it is fitted.
@@ -45,7 +45,7 @@ impl Default for FitSettings {
         Self {
             torque_constant_nm_per_a: 1.0,
             motor_inertia_kgm2: None,
-            motor_viscous_nms_per_rad: 0.0,
+            motor_viscous_nm_s_per_rad: 0.0,
             motor_coulomb_nm: 0.0,
             stiffness_nm_per_rad: None,
             fit_damping: true,
@@ -67,6 +67,15 @@ impl FitSettings {
         Self { torque_constant_nm_per_a, motor_inertia_kgm2, ..Self::default() }
     }
 
+    /// Defaults with a motor's data sheet: torque constant, inertia, and its own friction.
+    pub fn for_motor(motor: &Motor) -> Self {
+        Self {
+            motor_viscous_nm_s_per_rad: motor.viscous_nm_s_per_rad,
+            motor_coulomb_nm: motor.coulomb_nm,
+            ..Self::new(motor.torque_constant_nm_per_a, Some(motor.inertia_kgm2))
+        }
+    }
+
     /// Checks every setting.
     ///
     /// # Errors
@@ -82,7 +91,7 @@ impl FitSettings {
         ];
         let not_negative = [
             ("motor_inertia_kgm2", self.motor_inertia_kgm2),
-            ("motor_viscous_nms_per_rad", Some(self.motor_viscous_nms_per_rad)),
+            ("motor_viscous_nm_s_per_rad", Some(self.motor_viscous_nm_s_per_rad)),
             ("motor_coulomb_nm", Some(self.motor_coulomb_nm)),
             ("half_window_s", Some(self.half_window_s)),
             ("settle_s", Some(self.settle_s)),

@@ -42,7 +42,11 @@ pub fn blocks(episodes: &[usize]) -> Vec<std::ops::Range<usize>> {
 /// Spread of the coefficient `which` of a Huber regression at its minimiser `x`; `None` where the samples left after some
 /// block is taken out no longer determine the coefficients.
 pub fn spread<const P: usize>(
-    data: &Regression<P>, x: &[f64; P], delta: f64, blocks: &[std::ops::Range<usize>], which: usize,
+    data: &Regression<P>,
+    x: &[f64; P],
+    delta: f64,
+    blocks: &[std::ops::Range<usize>],
+    which: usize,
 ) -> Option<Spread> {
     let part = |range: std::ops::Range<usize>| {
         let mut normal = Normal::<P>::default();
@@ -74,7 +78,8 @@ pub fn spread<const P: usize>(
     let freedom = weight * weight / weight_square - 1.0;
     let psi_square: f64 = (0..data.rows.len()).map(|k| (data.residual(k, x) / delta).clamp(-1.0, 1.0)).map(|psi| psi * psi).sum();
     let naive = delta * delta * influence[which] * psi_square / data.rows.len() as f64;
-    let effective_samples = if standard_error > 0.0 { data.rows.len() as f64 * naive / (standard_error * standard_error) } else { data.rows.len() as f64 };
+    let effective_samples =
+        if standard_error > 0.0 { data.rows.len() as f64 * naive / (standard_error * standard_error) } else { data.rows.len() as f64 };
     Some(Spread { standard_error, half_width: student_975(freedom) * standard_error, effective_samples, blocks: blocks.len() })
 }
 

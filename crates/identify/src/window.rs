@@ -63,7 +63,7 @@ fn average(log: &BacklashLog, settings: &FitSettings, half: usize, start: usize)
         rate_rad_s: slip / (area * log.period_s()),
         torque_nm: settings.torque_constant_nm_per_a * torque_current / area
             - settings.motor_inertia_kgm2.unwrap_or(0.0) * acceleration
-            - settings.motor_viscous_nms_per_rad * velocity
+            - settings.motor_viscous_nm_s_per_rad * velocity
             - coulomb,
     }
 }
@@ -82,7 +82,7 @@ mod tests {
     fn a_parabola_gives_its_own_torque() {
         // theta = 3 + 5 t + 7 t^2: acceleration 14, velocity 5 + 14 t, both exact under a symmetric window
         let log = log(|t| (3.0 + 5.0 * t + 7.0 * t * t, 2.0 + 2.0 * t + 7.0 * t * t, 2.0));
-        let settings = FitSettings { motor_viscous_nms_per_rad: 0.1, motor_coulomb_nm: 0.25, ..FitSettings::new(1.5, Some(0.01)) };
+        let settings = FitSettings { motor_viscous_nm_s_per_rad: 0.1, motor_coulomb_nm: 0.25, ..FitSettings::new(1.5, Some(0.01)) };
         for half in [1, 4, 10] {
             let averages = averages(&log, &settings, half);
             assert_eq!(averages.len(), 100 / half - 1);

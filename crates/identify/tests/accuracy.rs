@@ -1,6 +1,6 @@
 //! The fit against the truth of simulated logs.
 
-#[allow(dead_code, unreachable_pub)]
+#[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 mod rig;
 
 use lostmotion_base::math;

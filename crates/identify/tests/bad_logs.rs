@@ -1,6 +1,6 @@
 //! Logs and settings that cannot be fitted, each with its reason.
 
-#[allow(dead_code, unreachable_pub)]
+#[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 mod rig;
 
 use lostmotion_base::math;
@@ -8,6 +8,7 @@ use lostmotion_identify::{BacklashLog, FitError, FitSettings, NotExcited, fit_ba
 use rig::{Random, Rig};
 
 /// A log at 1 ms in contact all the time: the torque is given, the load is fixed, the motor winds up against it.
+#[allow(clippy::unwrap_used)]
 fn wound_up(samples: usize, half_gap: f64, torque: impl Fn(f64) -> f64) -> BacklashLog {
     let mut random = Random(3);
     let torques: Vec<f64> = (0..samples).map(|k| torque(k as f64 * 1e-3)).collect();

@@ -1,6 +1,6 @@
 //! The regression against minimisers that share nothing with it.
 
-#[allow(dead_code, unreachable_pub)]
+#[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 mod rig;
 
 use std::cell::Cell;

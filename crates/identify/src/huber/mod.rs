@@ -8,7 +8,7 @@
 //! and one that ends in a linear part only a linear form. So:
 //!
 //! 1. A thinned copy of the samples is solved in full. It lies within a few standard errors of the answer.
-//! 2. Samples whose residual there lies within [`BAND`] of a corner of the loss stay explicit; the others are summed up.
+//! 2. Samples whose residual there lies within a narrow band around a corner of the loss stay explicit; the others are summed up.
 //! 3. After the solve every summed-up sample is checked against what was assumed of it. If all hold, the point satisfies the
 //!    optimality conditions of the **whole** problem, which is convex: it is the exact minimiser, not an approximation.
 //!    Otherwise the violators become explicit and the solve is repeated. The explicit set only grows, so this ends, at worst

@@ -49,8 +49,13 @@ impl QpSolver for Clarabel {
 }
 
 fn matrix(columns: &SparseColumns) -> Result<CscMatrix<f64>, FitError> {
-    let matrix =
-        CscMatrix { m: columns.rows, n: columns.columns(), colptr: columns.starts.clone(), rowval: columns.indices.clone(), nzval: columns.values.clone() };
+    let matrix = CscMatrix {
+        m: columns.rows,
+        n: columns.columns(),
+        colptr: columns.starts.clone(),
+        rowval: columns.indices.clone(),
+        nzval: columns.values.clone(),
+    };
     matrix.check_format().map_err(|error| refused(&error.to_string()))?;
     Ok(matrix)
 }
@@ -101,6 +106,9 @@ mod tests {
         wrong.constraints.indices[0] = 7;
         assert!(matches!(Clarabel.solve(&wrong, &OPTIONS), Err(FitError::SolverRefused { .. })));
         assert!(matches!(Clarabel.solve(&QuadraticProgram { equations: 3, ..corner() }, &OPTIONS), Err(FitError::SolverRefused { .. })));
-        assert!(matches!(Clarabel.solve(&QuadraticProgram { linear: vec![1.0], ..corner() }, &OPTIONS), Err(FitError::SolverRefused { .. })));
+        assert!(matches!(
+            Clarabel.solve(&QuadraticProgram { linear: vec![1.0], ..corner() }, &OPTIONS),
+            Err(FitError::SolverRefused { .. })
+        ));
     }
 }

@@ -110,7 +110,7 @@ impl Motion {
 impl Rig {
     pub fn settings(&self) -> FitSettings {
         let mut settings = FitSettings::new(self.torque_constant, Some(self.motor_inertia));
-        settings.motor_viscous_nms_per_rad = self.motor_viscous;
+        settings.motor_viscous_nm_s_per_rad = self.motor_viscous;
         settings
     }
 

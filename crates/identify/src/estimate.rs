@@ -1,0 +1,127 @@
+//! From the windows in contact to coefficients and their spread.
+
+use crate::{
+    contact::{Contact, quantile},
+    error::{FitError, NotExcited},
+    huber::{Minimiser, Regression},
+    result::SolverReport,
+    settings::FitSettings,
+    solver::{QpSolver, SolveOptions},
+    spread::{self, Spread},
+};
+
+/// Huber's constant: 95 % efficiency on normal residuals.
+const HUBER: f64 = 1.345;
+/// Rounds in which the residual scale and the fit settle on one another.
+const SCALE_ROUNDS: usize = 3;
+/// Samples on which they do.
+const SCALE_SAMPLES: usize = 2000;
+/// Share of the encoders' resolution that averages are at best good to: no encoder divides its counts more finely, and
+/// errors that recur at the same angles do not average out.
+pub(crate) const RESOLVED: f64 = 0.02;
+
+/// Positions of the coefficients in an [`Estimate`].
+pub(crate) const GAP: usize = 0;
+pub(crate) const OFFSET: usize = 1;
+pub(crate) const COMPLIANCE: usize = 2;
+pub(crate) const DAMPING: usize = 3;
+
+/// All that an estimate is made from.
+pub(crate) struct Job<'a> {
+    pub(crate) contact: &'a Contact,
+    pub(crate) settings: &'a FitSettings,
+    pub(crate) resolution: f64,
+    pub(crate) solver: &'a dyn QpSolver,
+}
+
+/// Coefficients and what was found around them.
+pub(crate) struct Estimate {
+    pub(crate) coefficients: [f64; 4],
+    pub(crate) gap_spread: Spread,
+    pub(crate) compliance_error: f64,
+    pub(crate) delta: f64,
+    pub(crate) rms: f64,
+    pub(crate) scale: f64,
+    pub(crate) outliers: usize,
+    pub(crate) solver: SolverReport,
+}
+
+impl Job<'_> {
+    /// The regression with these columns, the half gap first; what is left out is known, or zero.
+    fn regression<const P: usize>(&self, columns: [usize; P]) -> Regression<P> {
+        let known = self.settings.stiffness_nm_per_rad.map_or(0.0, |stiffness| 1.0 / stiffness);
+        let samples = || self.contact.samples.iter().map(|sample| (sample.side, &sample.window));
+        Regression {
+            rows: samples()
+                .map(|(side, window)| {
+                    let all = [side, 1.0, window.torque_nm, -window.rate_rad_s];
+                    columns.map(|column| all[column])
+                })
+                .collect(),
+            targets: samples().map(|(_, window)| window.difference_rad - known * window.torque_nm).collect(),
+            // the damping time stays free, since a current logged late lowers it
+            nonnegative: columns.map(|column| column == GAP || column == COMPLIANCE),
+        }
+    }
+
+    pub(crate) fn estimate<const P: usize>(&self, columns: [usize; P]) -> Result<Estimate, FitError> {
+        let regression = self.regression(columns);
+        let options = SolveOptions { tolerance: self.settings.solver_tolerance, iterations: self.settings.solver_iterations };
+        let delta = match self.settings.huber_delta_rad {
+            Some(delta) => delta,
+            None => settle_delta(&regression, self.resolution, self.solver, &options)?,
+        };
+        let Minimiser { x, status, iterations, solves, explicit, optimality } = regression.minimise(delta, self.solver, &options)?;
+        let episodes: Vec<usize> = self.contact.samples.iter().map(|sample| sample.episode).collect();
+        let blocks = spread::blocks(&episodes);
+        let thin = || NotExcited::TooFewTraversals { seen: self.contact.traversals, needed: self.contact.traversals + 1 };
+        let spread = |which| spread::spread(&regression, &x, delta, &blocks, which).ok_or_else(thin);
+        let mut coefficients = [0.0, 0.0, self.settings.stiffness_nm_per_rad.map_or(0.0, |stiffness| 1.0 / stiffness), 0.0];
+        columns.iter().zip(x).for_each(|(&column, x)| coefficients[column] = x);
+        let compliance_error = match columns.iter().position(|&column| column == COMPLIANCE) {
+            Some(which) => spread(which)?.standard_error,
+            None => 0.0,
+        };
+        let residuals: Vec<f64> = (0..regression.targets.len()).map(|k| regression.residual(k, &x).abs()).collect();
+        Ok(Estimate {
+            coefficients,
+            gap_spread: spread(0)?,
+            compliance_error,
+            delta,
+            rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
+            outliers: residuals.iter().filter(|r| **r > delta).count(),
+            scale: quantile(residuals, 0.5) / 0.6745,
+            solver: SolverReport {
+                name: self.solver.name().to_owned(),
+                status,
+                iterations,
+                solves,
+                explicit_samples: explicit,
+                optimality,
+            },
+        })
+    }
+}
+
+/// Delta as a multiple of the residuals' robust scale, which itself depends on the fit: a few rounds on a thinned copy,
+/// from least squares. The scale is not let below what the encoders resolve, nor below what rounding leaves of the data.
+fn settle_delta<const P: usize>(
+    regression: &Regression<P>,
+    resolution: f64,
+    solver: &dyn QpSolver,
+    options: &SolveOptions,
+) -> Result<f64, FitError> {
+    let thinned = regression.thinned(SCALE_SAMPLES);
+    let count = thinned.targets.len().max(1) as f64;
+    let size = (thinned.targets.iter().map(|y| y * y).sum::<f64>() / count).sqrt();
+    let floor = (RESOLVED * resolution).max(1e-9 * size).max(f64::MIN_POSITIVE.sqrt());
+    let scale_around = |x: &[f64; P]| {
+        let residuals = (0..thinned.targets.len()).map(|k| thinned.residual(k, x).abs()).collect();
+        HUBER * (quantile(residuals, 0.5) / 0.6745).max(floor)
+    };
+    let mut delta = scale_around(&thinned.least_squares());
+    for _ in 0..SCALE_ROUNDS {
+        delta = scale_around(&thinned.minimise(delta, solver, options)?.x);
+    }
+    Ok(delta)
+}

@@ -1,0 +1,88 @@
+//! The result of a fit.
+
+use lostmotion_axis::config::Gap;
+use serde::{Deserialize, Serialize};
+
+use crate::{error::NotExcited, solver::SolverStatus};
+
+/// Half gap, compliance and offset of an axis, with what speaks for and against them. Motor side: rad, N m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct BacklashFit {
+    /// Half gap, rad. The total gap is twice this.
+    pub half_gap_rad: f64,
+    /// 95 % interval of the half gap, rad, not below zero: Student's t times the standard error, and the allowance.
+    pub half_gap_interval_rad: [f64; 2],
+    /// Standard error of the half gap, rad, from the scatter between blocks of the log.
+    pub half_gap_error_rad: f64,
+    /// Allowance for what scatter cannot show, rad: 2 % of the encoders' resolution and 0.005 % of the wind-up.
+    pub half_gap_allowance_rad: f64,
+    /// Compliance of the shaft, rad/(N m).
+    pub compliance_rad_per_nm: f64,
+    /// Standard error of the compliance, rad/(N m); zero where the stiffness was given.
+    pub compliance_error_rad_per_nm: f64,
+    /// Stiffness of the shaft, N m/rad; none where the fit found no compliance.
+    pub stiffness_nm_per_rad: Option<f64>,
+    /// Damping over stiffness of the shaft, less what the current was logged late against the positions, s; zero where it
+    /// was not fitted.
+    pub damping_time_s: f64,
+    /// Middle of the gap: `theta_M - theta_L` half-way between the flanks, rad.
+    pub offset_rad: f64,
+    /// RMS of all residuals, rad.
+    pub residual_rms_rad: f64,
+    /// Robust standard deviation of the residuals (median absolute residual over 0.6745), rad.
+    pub residual_scale_rad: f64,
+    /// Where the Huber loss turns linear, rad.
+    pub huber_delta_rad: f64,
+    /// Residuals beyond that.
+    pub outliers: usize,
+    /// Contact torque from which on a sample counted, N m.
+    pub torque_threshold_nm: f64,
+    /// Samples in the log.
+    pub samples_logged: usize,
+    /// Samples that one averaging window advances by.
+    pub window_samples: usize,
+    /// Window averages used, that is, in firm contact.
+    pub samples_used: usize,
+    /// Of these with the positive flank in contact.
+    pub samples_positive: usize,
+    /// Of these with the negative flank in contact.
+    pub samples_negative: usize,
+    /// Changes of side seen.
+    pub traversals: usize,
+    /// Blocks of the log behind the standard error.
+    pub blocks: usize,
+    /// Independent samples that would give the same standard error.
+    pub effective_samples: f64,
+    /// Whether the log tells the gap from zero.
+    pub excited: bool,
+    /// If not, why.
+    pub reason: Option<NotExcited>,
+    /// How the problem was solved.
+    pub solver: SolverReport,
+}
+
+impl BacklashFit {
+    /// The total gap, as a control is told it.
+    pub fn total_gap(&self) -> Gap {
+        Gap::MotorRad(2.0 * self.half_gap_rad)
+    }
+}
+
+/// What the solver did.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SolverReport {
+    /// Its name.
+    pub name: String,
+    /// Worst status of the solves behind the result.
+    pub status: SolverStatus,
+    /// Iterations over these solves.
+    pub iterations: u32,
+    /// Solves behind the result.
+    pub solves: u32,
+    /// Samples with variables of their own in the last solve.
+    pub explicit_samples: usize,
+    /// Gradient of the whole objective at the result, per sample and in scaled units; 0 at the exact minimum.
+    pub optimality: f64,
+}
