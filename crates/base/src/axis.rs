@@ -31,17 +31,7 @@ pub enum AxisId {
 
 impl AxisId {
     /// Every axis in index order.
-    pub const ALL: [AxisId; AXES] = [
-        AxisId::X,
-        AxisId::Y,
-        AxisId::Z,
-        AxisId::A,
-        AxisId::B,
-        AxisId::C,
-        AxisId::U,
-        AxisId::V,
-        AxisId::W,
-    ];
+    pub const ALL: [AxisId; AXES] = [AxisId::X, AxisId::Y, AxisId::Z, AxisId::A, AxisId::B, AxisId::C, AxisId::U, AxisId::V, AxisId::W];
 
     /// Index in a [`crate::Coords`], 0 for X to 8 for W.
     pub const fn index(self) -> usize {

@@ -4,7 +4,9 @@
 //! place between platforms. These come from the pinned `libm` crate, so that results are reproducible; clippy's
 //! `disallowed-methods` bans the others.
 
-pub use libm::{acos, acosh, asin, asinh, atan, atan2, cbrt, cos, cosh, exp, exp2, expm1, hypot, log, log1p, log2, log10, pow, sin, sinh, tan, tanh};
+pub use libm::{
+    acos, acosh, asin, asinh, atan, atan2, cbrt, cos, cosh, exp, exp2, expm1, hypot, log, log1p, log2, log10, pow, sin, sinh, tan, tanh,
+};
 
 /// Sine and cosine of an angle in rad.
 pub fn sin_cos(angle_rad: f64) -> (f64, f64) {

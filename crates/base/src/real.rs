@@ -6,7 +6,16 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A real number or something that behaves like one.
 pub trait Real:
-    Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self> + Send + Sync + 'static
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Send
+    + Sync
+    + 'static
 {
     /// A constant.
     fn constant(value: f64) -> Self;

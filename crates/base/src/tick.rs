@@ -41,7 +41,7 @@ impl Clock {
 
     /// How many periods of a faster clock fit into one of this; none if they do not fit evenly.
     pub const fn ratio(self, faster: Clock) -> Option<u64> {
-        if self.period_ns % faster.period_ns == 0 { Some(self.period_ns / faster.period_ns) } else { None }
+        if self.period_ns.is_multiple_of(faster.period_ns) { Some(self.period_ns / faster.period_ns) } else { None }
     }
 }
 

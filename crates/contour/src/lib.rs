@@ -24,5 +24,5 @@ pub use ledger::{BlockLedger, BlockRow, ErrorRecord};
 pub use reversal::{Reversal, ReversalConfig, ReversalState};
 pub use reversal_ledger::{ReversalLedger, ReversalRow};
 pub use statistics::{Place, Statistics, Summary};
-pub use tracker::{ContourTracker, FootState};
+pub use tracker::{ContourTracker, FootPlace, FootState};
 pub use types::{ContourConfig, ContourInput, ContourSample, ProgrammedSegment};

@@ -2,6 +2,7 @@
 
 use crate::side::{add, angle, frame, norm, side, sub};
 use crate::{ContourConfig, ContourError, ContourInput, ContourSample, ProgrammedSegment};
+use lostmotion_base::math;
 use lostmotion_path::Curve;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -56,6 +57,15 @@ pub struct FootState {
 pub struct ContourTracker {
     config: ContourConfig,
     held: VecDeque<Held>,
+}
+
+/// A foot point in space.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FootPlace {
+    /// The foot point, part frame, mm.
+    pub foot_mm: [f64; 3],
+    /// Unit vector to the left of the direction of travel, in the plane in force; zero where travel is along its normal.
+    pub left: [f64; 3],
 }
 
 /// The best foot so far.
@@ -218,6 +228,20 @@ impl ContourTracker {
         }
         // Straight back: no bisector, the segment's own direction is as good as the other.
         if norm(travel) < 1e-6 { own } else { travel }
+    }
+
+    /// Where a sample's foot point lies and which way is left there; none if its segment is held no longer.
+    pub fn place(&self, sample: &ContourSample) -> Option<FootPlace> {
+        let at = self.position(sample.segment)?;
+        let segment = &self.held.get(at)?.segment;
+        let [first, second, _] = segment.plane.axes();
+        let travel = self.travel(at, sample.s);
+        let shadow = math::hypot(travel[first], travel[second]);
+        let mut left = [0.0; 3];
+        if shadow > 0.0 {
+            (left[first], left[second]) = (-travel[second] / shadow, travel[first] / shadow);
+        }
+        Some(FootPlace { foot_mm: segment.curve.point(sample.s).linear(), left })
     }
 
     fn near_corner(&self, place: f64) -> bool {

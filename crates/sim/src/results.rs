@@ -4,6 +4,7 @@
 //! these types is the versioned output of the command line: fields are only ever added within one schema number.
 
 use lostmotion_base::{AxisId, BlockRef};
+pub use lostmotion_contour::Cause;
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON form of [`Simulation`] and [`Comparison`].
@@ -26,22 +27,6 @@ pub struct ErrorStats {
     pub p99: f64,
     /// 99.9th percentile.
     pub p999: f64,
-}
-
-/// What makes an error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "kind", content = "axis")]
-pub enum Cause {
-    /// Lost motion after a reversal of an axis.
-    Reversal(AxisId),
-    /// Lost motion away from any reversal (the load drifting or changing sides in the gap).
-    Gap,
-    /// The command itself leaves the programmed path: a corner or joint blended within G64 P.
-    Blend,
-    /// Servo error near a corner or a change of curvature.
-    Corner,
-    /// Servo error elsewhere: following error that differs between axes, finite bandwidth, friction.
-    ServoLag,
 }
 
 /// One block of the program and how far the tool left its contour.

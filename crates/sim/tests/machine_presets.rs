@@ -15,14 +15,14 @@ fn motors_manage_their_limits_and_loops_stay_below_the_mechanics() {
             let who = format!("{} {figures:?}", machine.name());
             assert!(figures.remarks().is_empty(), "{:?}", figures.remarks());
             assert!((0.05..0.8).contains(&figures.peak_torque_ratio), "{who}");
-            assert!((0.02..0.35).contains(&figures.friction_ratio), "{who}");
+            assert!((0.02..0.3).contains(&figures.friction_ratio), "{who}");
             assert!(figures.friction_ratio + figures.constant_ratio < 0.5, "{who}");
             assert!(figures.voltage_ratio < 0.9, "{who}");
             assert!((500.0..3000.0).contains(&figures.motor_rpm), "{who}");
             assert!(figures.velocity_loop_hz * 1.5 < figures.resonance_hz, "{who}");
             assert!((50.0..250.0).contains(&figures.resonance_hz), "{who}");
             assert!((0.03..0.08).contains(&figures.resonance_damping), "{who}");
-            assert!((25.0..60.0).contains(&figures.position_gain_per_s), "{who}");
+            assert!((30.0..65.0).contains(&figures.position_gain_per_s), "{who}");
         }
     }
 }

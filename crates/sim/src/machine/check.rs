@@ -2,7 +2,7 @@
 
 use super::document::Document;
 use super::limits::unit;
-use super::problem::Problem;
+use super::problem::{Problem, did_you_mean};
 use super::settings::Position;
 use super::{General, MachineAxis, WorkOffsets};
 use lostmotion_axis::AxisConfigError;
@@ -58,6 +58,11 @@ fn config(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut
         && let Err(error) = config.check()
     {
         problems.push(axis_problem(document, key, &error));
+    }
+    if lostmotion_axis::find_method(&config.compensation.method).is_err() {
+        let known: Vec<&str> = lostmotion_axis::METHODS.iter().map(|method| method.info.name).collect();
+        let message = format!("there is no method `{}`", config.compensation.method);
+        problems.push(document.problem(&format!("{key}.compensation.method"), message, did_you_mean(&config.compensation.method, &known)));
     }
     let rotary = matches!(config.transmission, Transmission::Rotary(_));
     if rotary != axis.id.is_rotary() {
@@ -138,7 +143,12 @@ fn kinematics(document: &Document<'_>, general: &General, axes: &[MachineAxis], 
         Ok(kinematics) => kinematics,
         Err(error) => {
             let kinds: Vec<&str> = lostmotion_kinematics::entries().iter().map(|entry| entry.kind).collect();
-            problems.push(document.problem("kinematics.kind", error.to_string(), format!("known kinds: {}", kinds.join(", "))));
+            let hint = if kinds.contains(&general.kinematics.kind.as_str()) {
+                String::new()
+            } else {
+                did_you_mean(&general.kinematics.kind, &kinds)
+            };
+            problems.push(document.problem("kinematics.kind", error.to_string(), hint));
             return;
         }
     };

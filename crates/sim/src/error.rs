@@ -1,0 +1,127 @@
+//! What ends a run without a result.
+
+use crate::machine::MachineError;
+use lostmotion_axis::AxisError;
+use lostmotion_contour::ContourError;
+use lostmotion_gcode::Diagnostics;
+use lostmotion_kinematics::KinematicsError;
+use lostmotion_path::PathError;
+use lostmotion_plan::{PlanError, TravelViolation};
+use lostmotion_base::{AxisId, BlockRef};
+
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimError {
+    /// The program cannot be read.
+    #[error("{name}: {source}")]
+    Read {
+        /// Name of the program.
+        name: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The program has errors.
+    #[error("{name}: {count} error{s} in the program", count = diagnostics.errors(), s = if diagnostics.errors() == 1 { "" } else { "s" })]
+    Program {
+        /// Name of the program.
+        name: String,
+        /// All that was found.
+        diagnostics: Box<Diagnostics>,
+    },
+    /// The program has nothing to simulate.
+    #[error("{name}: the program moves nothing ({bytes} bytes, {lines} lines read); is it the right file?")]
+    Empty {
+        /// Name of the program.
+        name: String,
+        /// Bytes read.
+        bytes: u64,
+        /// Lines read.
+        lines: u64,
+    },
+    /// The part lies outside the machine's travel.
+    #[error("{name}: the part does not fit the machine `{machine}`: {count} moves go beyond its travel; shift the work offset in the machine file or take another machine")]
+    Travel {
+        /// Name of the program.
+        name: String,
+        /// Name of the machine.
+        machine: String,
+        /// Number of violations.
+        count: u64,
+        /// The first of them.
+        violations: Vec<TravelViolation>,
+    },
+    /// The program moves an axis that the machine does not have.
+    #[error("{}: the program moves axis {axis}, which the machine `{machine}` does not have; take a machine with that axis", block.span)]
+    NoAxis {
+        /// Block that moves it.
+        block: BlockRef,
+        /// The axis.
+        axis: AxisId,
+        /// Name of the machine.
+        machine: String,
+    },
+    /// The program runs longer than allowed.
+    #[error("the program runs longer than {limit_s} s; raise the limit on the duration if that is meant")]
+    TooLong {
+        /// The limit, s.
+        limit_s: f64,
+    },
+    /// No such method.
+    #[error("there is no method `{name}`; known are {known}")]
+    Method {
+        /// What was asked for.
+        name: String,
+        /// All registered names, comma separated.
+        known: String,
+    },
+    /// A method needs what the machine does not have.
+    #[error("axis {axis}: {source}")]
+    Axis {
+        /// The axis.
+        axis: AxisId,
+        /// What the axis says.
+        source: AxisError,
+    },
+    /// A setting that makes no sense.
+    #[error("{what} is {value}; it has to be {condition}")]
+    Option {
+        /// Which setting.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it has to be.
+        condition: &'static str,
+    },
+    /// The machine description does not hold.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// An arc that cannot be.
+    #[error("{}: {source}", block.span)]
+    Path {
+        /// Its block.
+        block: BlockRef,
+        /// What is wrong.
+        source: PathError,
+    },
+    /// The planner refuses.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The kinematics refuses.
+    #[error(transparent)]
+    Kinematics(#[from] KinematicsError),
+    /// The contour stage was fed wrongly, or a simulated position is not a number any more.
+    #[error("contour stage: {0}")]
+    Contour(#[from] ContourError),
+    /// The pool of threads cannot be made.
+    #[error("cannot start {threads} threads: {why}")]
+    Threads {
+        /// How many.
+        threads: usize,
+        /// What the system says.
+        why: String,
+    },
+    /// Whoever takes the samples has had enough; carries its reason.
+    #[error("{0}")]
+    Sink(Box<dyn std::error::Error + Send + Sync>),
+}

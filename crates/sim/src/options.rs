@@ -1,0 +1,50 @@
+//! Settings of a run.
+
+use lostmotion_contour::ContourConfig;
+use lostmotion_gcode::{InterpreterConfig, Limits, ToolTable};
+
+/// Settings of a run: what to judge by, what to keep, and the bounds of every resource.
+#[derive(Clone, Debug)]
+pub struct SimulateOptions {
+    /// Tolerance of the verdict, um; the machine's own if none.
+    pub tolerance_um: Option<f64>,
+    /// Threads; 0 takes one per core. The result does not depend on it.
+    pub threads: usize,
+    /// How many of the worst blocks a result lists.
+    pub keep_blocks: usize,
+    /// How many of the worst reversals a result lists.
+    pub keep_reversals: usize,
+    /// How long after a reversal an error is laid to it, s.
+    pub reversal_window_s: f64,
+    /// Longest motion simulated, s; beyond it the run ends with an error.
+    pub max_duration_s: f64,
+    /// Samples (1 ms each) that go through the stages at a time. The result does not depend on it.
+    pub chunk_samples: usize,
+    /// How the foot point on the contour is searched.
+    pub contour: ContourConfig,
+    /// Whether blocks that begin with `/` are skipped.
+    pub block_delete: bool,
+    /// Tools, in place of the machine's own.
+    pub tool_table: Option<ToolTable>,
+    /// Bounds of the G-code front end.
+    pub limits: Limits,
+}
+
+impl Default for SimulateOptions {
+    fn default() -> SimulateOptions {
+        let interpreter = InterpreterConfig::default();
+        SimulateOptions {
+            tolerance_um: None,
+            threads: 0,
+            keep_blocks: 10,
+            keep_reversals: 20,
+            reversal_window_s: 0.05,
+            max_duration_s: 7.0 * 86_400.0,
+            chunk_samples: 1000,
+            contour: ContourConfig::default(),
+            block_delete: interpreter.block_delete,
+            tool_table: None,
+            limits: interpreter.limits,
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! All axes of all variants of the machine, stepped side by side.
+
+use crate::error::SimError;
+use crate::machine::{Machine, MachineAxis};
+use lostmotion_axis::{AxisError, AxisOutput, AxisRunner, Setpoint, build_runner};
+use lostmotion_base::{AxisId, Coords};
+use lostmotion_plan::Sample;
+use rayon::prelude::*;
+
+/// The runner of one axis of one variant.
+struct Lane {
+    axis: usize,
+    runner: Box<dyn AxisRunner>,
+}
+
+/// The machine in several variants (without a gap, and with each method), all on the same setpoints.
+pub(crate) struct Bank {
+    /// Variant by variant, each with one lane an axis.
+    lanes: Vec<Lane>,
+    setpoints: Vec<Vec<Setpoint>>,
+    delay_ticks: u32,
+    pub(crate) outputs: Outputs,
+}
+
+/// What all lanes did in the last chunk.
+#[derive(Debug)]
+pub(crate) struct Outputs {
+    axes: Vec<AxisInfo>,
+    lanes: Vec<AxisOutput>,
+}
+
+/// What the rest of the session needs to know of an axis.
+#[derive(Clone, Debug)]
+pub(crate) struct AxisInfo {
+    pub(crate) id: AxisId,
+    /// Axis units for one joint unit (mm or rad).
+    pub(crate) units: f64,
+    /// Total gap in axis units.
+    pub(crate) gap: f64,
+    pub(crate) current_limit_a: f64,
+}
+
+/// A variant: whether its gaps are closed, and its compensator.
+#[derive(Clone, Debug)]
+pub(crate) struct Variant {
+    pub(crate) method: String,
+    pub(crate) without_gap: bool,
+}
+
+impl Bank {
+    /// Every axis at rest at `start` (joint positions).
+    pub(crate) fn new(machine: &Machine, variants: &[Variant], start: &Coords) -> Result<Bank, SimError> {
+        let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
+        let mut lanes = Vec::new();
+        for variant in variants {
+            for (index, axis) in machine.axes().iter().enumerate() {
+                let config = if variant.without_gap { axis.config.without_gap() } else { axis.config.clone() };
+                let at = start[axis.id] * axis.axis_units_per_joint_unit();
+                let runner = build_runner(&config, &variant.method, at).map_err(|source| SimError::Axis { axis: axis.id, source })?;
+                lanes.push(Lane { axis: index, runner });
+            }
+        }
+        let delay_ticks = lanes.iter().map(|lane| lane.runner.delay_ticks()).max().unwrap_or(0);
+        let outputs = Outputs { lanes: lanes.iter().map(|_| AxisOutput::new(false)).collect(), axes };
+        Ok(Bank { setpoints: vec![Vec::new(); outputs.axes.len()], lanes, delay_ticks, outputs })
+    }
+
+    /// CNC periods by which references lag behind setpoints; the largest of all axes.
+    pub(crate) fn delay_ticks(&self) -> u32 {
+        self.delay_ticks
+    }
+
+    /// Steps every lane through a chunk of samples; the outputs of the chunk before are gone.
+    pub(crate) fn run(&mut self, samples: &[Sample]) -> Result<(), SimError> {
+        for (info, setpoints) in self.outputs.axes.iter().zip(&mut self.setpoints) {
+            setpoints.clear();
+            setpoints.extend(samples.iter().map(|sample| Setpoint {
+                position: sample.position[info.id] * info.units,
+                velocity: Some(sample.velocity[info.id] * info.units),
+                acceleration: Some(sample.acceleration[info.id] * info.units),
+            }));
+        }
+        let setpoints = &self.setpoints;
+        let results: Vec<Result<(), AxisError>> = self
+            .lanes
+            .par_iter_mut()
+            .zip(&mut self.outputs.lanes)
+            .map(|(lane, output)| {
+                output.clear();
+                lane.runner.push(&setpoints[lane.axis], output)
+            })
+            .collect();
+        for (lane, result) in self.lanes.iter().zip(results) {
+            result.map_err(|source| SimError::Axis { axis: self.outputs.axes[lane.axis].id, source })?;
+        }
+        Ok(())
+    }
+}
+
+impl AxisInfo {
+    fn of(axis: &MachineAxis) -> AxisInfo {
+        AxisInfo {
+            id: axis.id,
+            units: axis.axis_units_per_joint_unit(),
+            gap: axis.config.gap_in_unit(),
+            current_limit_a: axis.config.drive.current_limit_a,
+        }
+    }
+}
+
+impl Outputs {
+    pub(crate) fn axes(&self) -> &[AxisInfo] {
+        &self.axes
+    }
+
+    /// Output of an axis of a variant for the last chunk.
+    pub(crate) fn of(&self, variant: usize, axis: usize) -> &AxisOutput {
+        &self.lanes[variant * self.axes.len() + axis]
+    }
+
+    /// Joint positions of the loads of a variant at a servo sample of the last chunk.
+    pub(crate) fn load(&self, variant: usize, servo_sample: usize) -> Coords {
+        self.joints(|axis| self.of(variant, axis).load[servo_sample])
+    }
+
+    /// Joint positions of the references at a servo sample of the last chunk; the same for every variant.
+    pub(crate) fn reference(&self, servo_sample: usize) -> Coords {
+        self.joints(|axis| self.of(0, axis).reference[servo_sample])
+    }
+
+    fn joints(&self, value: impl Fn(usize) -> f64) -> Coords {
+        let mut joints = Coords::ZERO;
+        for (index, info) in self.axes.iter().enumerate() {
+            joints[info.id] = value(index) / info.units;
+        }
+        joints
+    }
+}

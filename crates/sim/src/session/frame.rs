@@ -1,0 +1,107 @@
+//! One servo tick as every variant sees it: the command, and what the command itself and the machine without a gap make of it.
+
+use lostmotion_base::{Coords, Tick};
+use lostmotion_contour::{ContourInput, ContourSample};
+use lostmotion_kinematics::{Kinematics, ToolPose};
+use lostmotion_plan::Sample;
+use std::collections::VecDeque;
+
+/// The command at one servo tick, after the delay of the reference.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    /// Servo sample in the chunk.
+    pub(crate) servo_sample: usize,
+    /// Servo tick of the commanded motion (the delay taken out).
+    pub(crate) tick: Tick,
+    /// CNC sample at or before it.
+    pub(crate) sample: Sample,
+    /// First servo tick of that CNC sample.
+    pub(crate) is_cnc_tick: bool,
+    /// Whether any joint is commanded to move.
+    pub(crate) moving: bool,
+    /// Commanded joints.
+    pub(crate) joints: Coords,
+    /// Commanded tool.
+    pub(crate) pose: ToolPose,
+    /// Contour error of the command itself, mm, signed.
+    pub(crate) command_mm: f64,
+    /// Contour error of the machine without a gap.
+    pub(crate) without_gap: ContourSample,
+}
+
+/// What the tracker is asked: a tool that should be at the frame's command.
+pub(crate) fn contour_input(frame: &Frame, actual: &ToolPose) -> ContourInput {
+    ContourInput {
+        tick: frame.tick,
+        segment: frame.sample.segment,
+        s: frame.sample.s,
+        actual_tip_mm: actual.tip,
+        commanded_tip_mm: frame.pose.tip,
+        actual_axis: actual.axis,
+        commanded_axis: frame.pose.axis,
+    }
+}
+
+/// Speed below which a joint stands still, mm/s or rad/s.
+const STANDSTILL: f64 = 1e-9;
+
+/// Pairs servo samples with the commands that they answer to, across chunks.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Aligner {
+    delay_ticks: u64,
+    servo_per_cnc: u64,
+    /// The last `delay_ticks` samples of the chunks before.
+    past: VecDeque<Sample>,
+    /// CNC samples in all chunks before.
+    done: u64,
+}
+
+impl Aligner {
+    pub(crate) fn new(delay_ticks: u32, servo_per_cnc: usize) -> Aligner {
+        Aligner { delay_ticks: u64::from(delay_ticks), servo_per_cnc: servo_per_cnc as u64, past: VecDeque::new(), done: 0 }
+    }
+
+    /// The frames of a chunk, without the errors of command and machine without a gap. Servo samples before the first command are left out.
+    pub(crate) fn frames(
+        &mut self,
+        samples: &[Sample],
+        kinematics: &dyn Kinematics,
+        reference: impl Fn(usize) -> Coords,
+        frames: &mut Vec<Frame>,
+    ) {
+        frames.clear();
+        let held = self.past.len() as u64;
+        for servo_sample in 0..samples.len() as u64 * self.servo_per_cnc {
+            let (cnc, part) = (self.done + servo_sample / self.servo_per_cnc, servo_sample % self.servo_per_cnc);
+            let Some(commanded) = cnc.checked_sub(self.delay_ticks) else { continue };
+            let from_oldest = commanded + held - self.done;
+            let sample = match from_oldest.checked_sub(held) {
+                Some(index) => samples[index as usize],
+                None => self.past[from_oldest as usize],
+            };
+            let joints = reference(servo_sample as usize);
+            frames.push(Frame {
+                servo_sample: servo_sample as usize,
+                tick: commanded * self.servo_per_cnc + part,
+                sample,
+                is_cnc_tick: part == 0,
+                moving: sample.velocity.0.iter().any(|v| v.abs() > STANDSTILL),
+                joints,
+                pose: kinematics.tool_pose(&joints, &sample.tool_mm),
+                command_mm: 0.0,
+                without_gap: ContourSample::default(),
+            });
+        }
+        self.keep(samples);
+    }
+
+    fn keep(&mut self, samples: &[Sample]) {
+        self.done += samples.len() as u64;
+        let delay = self.delay_ticks as usize;
+        let from = samples.len().saturating_sub(delay);
+        self.past.extend(&samples[from..]);
+        while self.past.len() > delay {
+            self.past.pop_front();
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! What one variant of the machine does to the contour, added up.
+
+use super::bank::Outputs;
+use super::frame::{Frame, contour_input};
+use crate::error::SimError;
+use crate::options::SimulateOptions;
+use lostmotion_base::Clock;
+use lostmotion_contour::{
+    BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place, ReversalConfig, ReversalLedger, ReversalRow, ReversalState,
+    Shares, Statistics,
+};
+use lostmotion_kinematics::Kinematics;
+
+/// One variant's records. Constant in size, whatever the length of the program.
+#[derive(Debug)]
+pub(crate) struct Recorder {
+    variant: usize,
+    foot: FootState,
+    rule: CauseRule,
+    reversal_config: ReversalConfig,
+    reversals: ReversalState,
+    pub(crate) cutting: Statistics,
+    pub(crate) rapid: Statistics,
+    pub(crate) backlash: Statistics,
+    pub(crate) orientation: Statistics,
+    pub(crate) following: Vec<Statistics>,
+    pub(crate) blocks: BlockLedger,
+    pub(crate) turns: ReversalLedger,
+    /// Rows finished in the last chunk.
+    pub(crate) finished_blocks: Vec<BlockRow>,
+    pub(crate) finished_turns: Vec<ReversalRow>,
+    /// Every moving sample of the last chunk, if asked for.
+    pub(crate) records: Option<Vec<ErrorRecord>>,
+}
+
+impl Recorder {
+    pub(crate) fn new(variant: usize, axes: usize, options: &SimulateOptions, with_records: bool) -> Recorder {
+        let window = (options.reversal_window_s / Clock::SERVO.period_s()).round() as u64;
+        Recorder {
+            variant,
+            foot: FootState::default(),
+            rule: CauseRule { reversal_window_ticks: window },
+            reversal_config: ReversalConfig::default(),
+            reversals: ReversalState::default(),
+            cutting: Statistics::default(),
+            rapid: Statistics::default(),
+            backlash: Statistics::default(),
+            orientation: Statistics::default(),
+            following: vec![Statistics::default(); axes],
+            blocks: BlockLedger::new(options.keep_blocks),
+            turns: ReversalLedger::new(window, options.keep_reversals),
+            finished_blocks: Vec::new(),
+            finished_turns: Vec::new(),
+            records: with_records.then(Vec::new),
+        }
+    }
+
+    /// Takes a chunk.
+    pub(crate) fn chunk(
+        &mut self,
+        frames: &[Frame],
+        outputs: &Outputs,
+        tracker: &ContourTracker,
+        kinematics: &dyn Kinematics,
+    ) -> Result<(), SimError> {
+        self.finished_blocks.clear();
+        self.finished_turns.clear();
+        if let Some(records) = &mut self.records {
+            records.clear();
+        }
+        for frame in frames {
+            if frame.is_cnc_tick {
+                self.watch_reversals(frame);
+            }
+            let joints = outputs.load(self.variant, frame.servo_sample);
+            let actual = kinematics.tool_pose(&joints, &frame.sample.tool_mm);
+            let sample = tracker.measure(&mut self.foot, &contour_input(frame, &actual))?;
+            let shares = Shares::of(frame.command_mm, frame.without_gap.error_mm, sample.error_mm);
+            let cause = self.rule.cause(&shares, &sample, &self.reversals);
+            let record = ErrorRecord { sample, shares, cause, commanded_tip_mm: frame.pose.tip };
+            self.finished_turns.extend(self.turns.record(&record));
+            if frame.moving {
+                self.count(frame, &record, outputs);
+            }
+        }
+        Ok(())
+    }
+
+    fn watch_reversals(&mut self, frame: &Frame) {
+        let sample = &frame.sample;
+        for reversal in self.reversal_config.step(&mut self.reversals, frame.tick, &sample.velocity) {
+            let before = self.turns.open(reversal, sample.segment, sample.block, frame.without_gap.rapid);
+            self.finished_turns.extend(before);
+        }
+    }
+
+    fn count(&mut self, frame: &Frame, record: &ErrorRecord, outputs: &Outputs) {
+        let place = Place { tick: record.sample.tick, segment: record.sample.segment, s: record.sample.s };
+        if record.sample.rapid {
+            self.rapid.push(record.sample.error_mm, place);
+        } else {
+            self.cutting.push(record.sample.error_mm, place);
+            self.backlash.push(record.shares.backlash_mm, place);
+            self.orientation.push(record.sample.orientation_error_rad, place);
+        }
+        for (axis, statistics) in self.following.iter_mut().enumerate() {
+            let output = outputs.of(self.variant, axis);
+            statistics.push(output.reference[frame.servo_sample] - output.load[frame.servo_sample], place);
+        }
+        self.blocks.record(record);
+        if let Some(records) = &mut self.records {
+            records.push(*record);
+        }
+    }
+
+    /// Closes the rows of segments that no later sample can touch.
+    pub(crate) fn close_before(&mut self, segment: u64) {
+        self.finished_blocks.extend(self.blocks.finish_before(segment));
+    }
+
+    /// Closes everything.
+    pub(crate) fn close(&mut self) {
+        self.finished_blocks.clear();
+        self.finished_turns.clear();
+        self.finished_blocks.extend(self.blocks.finish());
+        self.finished_turns.extend(self.turns.finish());
+    }
+}

@@ -1,0 +1,70 @@
+//! From the contour stage's records to the rows of results: micrometres, seconds, names.
+
+use crate::observer::ContourPoint;
+use crate::results::{BlockResult, ErrorParts, ErrorStats, ReversalResult};
+use lostmotion_base::Clock;
+use lostmotion_base::units::UM_PER_MM;
+use lostmotion_contour::{BlockRow, ContourTracker, ErrorRecord, ReversalRow, Shares, Statistics};
+
+/// Statistics times a factor (1000 for mm to um).
+pub(crate) fn stats(statistics: &Statistics, factor: f64) -> ErrorStats {
+    let summary = statistics.summary();
+    ErrorStats {
+        samples: summary.samples,
+        max: summary.max.abs() * factor,
+        rms: summary.rms * factor,
+        p50: summary.p50 * factor,
+        p95: summary.p95 * factor,
+        p99: summary.p99 * factor,
+        p999: summary.p999 * factor,
+    }
+}
+
+fn parts(shares: &Shares) -> ErrorParts {
+    ErrorParts {
+        command: shares.command_mm * UM_PER_MM,
+        servo: shares.servo_mm * UM_PER_MM,
+        backlash: shares.backlash_mm * UM_PER_MM,
+    }
+}
+
+pub(crate) fn block(row: &BlockRow) -> BlockResult {
+    BlockResult {
+        block: row.block,
+        text: String::new(),
+        segment: row.segment,
+        rapid: row.rapid,
+        time_s: Clock::SERVO.seconds(row.worst.sample.tick),
+        max_um: row.max_mm() * UM_PER_MM,
+        rms_um: row.rms_mm() * UM_PER_MM,
+        parts_um: parts(&row.worst.shares),
+        cause: row.worst.cause,
+        at_mm: row.worst.commanded_tip_mm,
+    }
+}
+
+pub(crate) fn reversal(row: &ReversalRow) -> ReversalResult {
+    ReversalResult {
+        axis: row.reversal.axis,
+        time_s: Clock::SERVO.seconds(row.reversal.tick),
+        block: row.block,
+        direction: row.reversal.direction,
+        peak_um: row.peak_mm * UM_PER_MM,
+        backlash_um: row.peak_backlash_mm * UM_PER_MM,
+        rapid: row.rapid,
+    }
+}
+
+/// A point for pictures; none if the tracker holds its segment no longer.
+pub(crate) fn contour_point(tracker: &ContourTracker, record: &ErrorRecord) -> Option<ContourPoint> {
+    let place = tracker.place(&record.sample)?;
+    Some(ContourPoint {
+        time_s: Clock::SERVO.seconds(record.sample.tick),
+        foot_mm: place.foot_mm,
+        normal: place.left,
+        error_um: record.sample.error_mm * UM_PER_MM,
+        backlash_um: record.shares.backlash_mm * UM_PER_MM,
+        rapid: record.sample.rapid,
+        block: record.sample.block,
+    })
+}

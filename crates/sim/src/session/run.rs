@@ -1,0 +1,201 @@
+//! The loop: a chunk of plan, all axes of all variants, all contour errors, and again.
+
+use super::bank::{Bank, Variant};
+use super::feed::Feed;
+use super::frame::{Aligner, Frame, contour_input};
+use super::recorder::Recorder;
+use super::rows;
+use crate::error::SimError;
+use crate::machine::Machine;
+use crate::observer::Observer;
+use crate::options::SimulateOptions;
+use crate::source::ProgramSource;
+use lostmotion_axis::SAMPLES_PER_SETPOINT;
+use lostmotion_base::{Clock, Coords, Tick};
+use lostmotion_contour::{ContourTracker, FootState, Place, ProgrammedSegment, Statistics};
+use lostmotion_kinematics::Kinematics;
+use lostmotion_plan::Sample;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// The variant that runs beside every method: no gap, no compensator.
+pub(crate) const WITHOUT_GAP: usize = 0;
+
+/// Everything that a run adds up.
+pub(crate) struct Tally {
+    pub(crate) bank: Bank,
+    /// The machine without a gap, then one per method.
+    pub(crate) recorders: Vec<Recorder>,
+    /// Contour error of the command itself on cutting moves.
+    pub(crate) command: Statistics,
+    /// Number of samples planned.
+    pub(crate) samples: Tick,
+    /// Largest commanded speed of each joint.
+    pub(crate) peak_velocity: Coords,
+    /// Range of each joint.
+    pub(crate) range: [Coords; 2],
+}
+
+/// A run on its way.
+pub(crate) struct Run<'a> {
+
+    kinematics: Arc<dyn Kinematics>,
+    tracker: ContourTracker,
+    aligner: Aligner,
+    command_foot: FootState,
+    without_gap_foot: FootState,
+    frames: Vec<Frame>,
+    tally: Tally,
+}
+
+/// Plans and simulates a checked program for the machine without a gap and for every method.
+pub(crate) fn run(
+    source: &ProgramSource,
+    machine: &Machine,
+    methods: &[String],
+    options: &SimulateOptions,
+    observer: &mut dyn Observer,
+) -> Result<Tally, SimError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
+    let pool = pool.map_err(|why| SimError::Threads { threads: options.threads, why: why.to_string() })?;
+    let mut feed = Feed::new(source, machine, options)?;
+    let mut run = Run::new(machine, methods, options, observer.wants_contour(), &feed)?;
+    let total = source.len().unwrap_or(0);
+    let (mut samples, mut segments) = (Vec::new(), Vec::new());
+    loop {
+        feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
+        for segment in segments.drain(..) {
+            run.tracker.push(segment)?;
+        }
+        let last = samples.is_empty();
+        if last {
+            run.drain(&mut samples, feed.last());
+        }
+        pool.install(|| run.chunk(&samples))?;
+        run.report(observer);
+        observer.progress(feed.bytes_done(), total, Clock::CNC.seconds(run.tally.samples));
+        if last {
+            break;
+        }
+        if Clock::CNC.seconds(run.tally.samples) > options.max_duration_s {
+            return Err(SimError::TooLong { limit_s: options.max_duration_s });
+        }
+    }
+    for recorder in &mut run.tally.recorders {
+        recorder.close();
+    }
+    run.report_rows(observer);
+    Ok(run.tally)
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        machine: &Machine,
+        methods: &[String],
+        options: &'a SimulateOptions,
+        with_records: bool,
+        feed: &Feed,
+    ) -> Result<Run<'a>, SimError> {
+        let mut variants = vec![Variant { method: "none".to_owned(), without_gap: true }];
+        variants.extend(methods.iter().map(|method| Variant { method: method.clone(), without_gap: false }));
+        let start = feed.start_joints();
+        let bank = Bank::new(machine, &variants, &start)?;
+        let axes = bank.outputs.axes().len();
+        let recorder = |variant| Recorder::new(variant, axes, options, with_records && variant != WITHOUT_GAP);
+        Ok(Run {
+            options,
+            kinematics: feed.kinematics(),
+            tracker: ContourTracker::new(options.contour),
+            aligner: Aligner::new(bank.delay_ticks(), SAMPLES_PER_SETPOINT),
+            command_foot: FootState::default(),
+            without_gap_foot: FootState::default(),
+            frames: Vec::new(),
+            tally: Tally {
+                recorders: (0..variants.len()).map(recorder).collect(),
+                bank,
+                command: Statistics::default(),
+                samples: 0,
+                peak_velocity: Coords::ZERO,
+                range: [start, start],
+            },
+        })
+    }
+
+    /// At the end, so many samples at rest that the delayed reference gets there too.
+    fn drain(&self, samples: &mut Vec<Sample>, last: Option<Sample>) {
+        let rest = last.map(|last| Sample { velocity: Coords::ZERO, acceleration: Coords::ZERO, path_speed: 0.0, ..last });
+        samples.extend(rest.into_iter().flat_map(|rest| std::iter::repeat_n(rest, self.tally.bank.delay_ticks() as usize)));
+    }
+
+    fn chunk(&mut self, samples: &[Sample]) -> Result<(), SimError> {
+        self.note_commands(samples);
+        self.tally.bank.run(samples)?;
+        let outputs = &self.tally.bank.outputs;
+        self.aligner.frames(samples, self.kinematics.as_ref(), |at| outputs.reference(at), &mut self.frames);
+        self.measure_references()?;
+        let (frames, tracker, kinematics) = (&self.frames, &self.tracker, self.kinematics.as_ref());
+        let outputs = &self.tally.bank.outputs;
+        let results: Vec<Result<(), SimError>> =
+            self.tally.recorders.par_iter_mut().map(|recorder| recorder.chunk(frames, outputs, tracker, kinematics)).collect();
+        results.into_iter().collect::<Result<(), SimError>>()?;
+        if let Some(frame) = self.frames.last() {
+            if let Some(oldest) = self.tracker.release(frame.sample.segment, frame.sample.s) {
+                for recorder in &mut self.tally.recorders {
+                    recorder.close_before(oldest);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn note_commands(&mut self, samples: &[Sample]) {
+        let tally = &mut self.tally;
+        for sample in samples {
+            for axis in 0..tally.peak_velocity.0.len() {
+                tally.peak_velocity.0[axis] = tally.peak_velocity.0[axis].max(sample.velocity.0[axis].abs());
+                tally.range[0].0[axis] = tally.range[0].0[axis].min(sample.position.0[axis]);
+                tally.range[1].0[axis] = tally.range[1].0[axis].max(sample.position.0[axis]);
+            }
+        }
+        tally.samples += samples.len() as Tick;
+    }
+
+    /// Contour errors of the command itself and of the machine without a gap: what every method is held against.
+    fn measure_references(&mut self) -> Result<(), SimError> {
+        let outputs = &self.tally.bank.outputs;
+        for frame in &mut self.frames {
+            let command = self.tracker.measure(&mut self.command_foot, &contour_input(frame, &frame.pose))?;
+            let joints = outputs.load(WITHOUT_GAP, frame.servo_sample);
+            let actual = self.kinematics.tool_pose(&joints, &frame.sample.tool_mm);
+            frame.command_mm = command.error_mm;
+            frame.without_gap = self.tracker.measure(&mut self.without_gap_foot, &contour_input(frame, &actual))?;
+            if frame.moving && !command.rapid {
+                let place = Place { tick: frame.tick, segment: command.segment, s: command.s };
+                self.tally.command.push(command.error_mm, place);
+            }
+        }
+        Ok(())
+    }
+
+    fn report(&mut self, observer: &mut dyn Observer) {
+        self.report_rows(observer);
+        for (method, recorder) in self.tally.recorders.iter().skip(1).enumerate() {
+            if let Some(records) = &recorder.records {
+                let points: Vec<_> = records.iter().filter_map(|record| rows::contour_point(&self.tracker, record)).collect();
+                observer.contour(method, &points);
+            }
+        }
+    }
+
+    fn report_rows(&mut self, observer: &mut dyn Observer) {
+        for (method, recorder) in self.tally.recorders.iter().skip(1).enumerate() {
+            if !recorder.finished_blocks.is_empty() {
+                observer.blocks(method, &recorder.finished_blocks.iter().map(rows::block).collect::<Vec<_>>());
+            }
+            if !recorder.finished_turns.is_empty() {
+                observer.reversals(method, &recorder.finished_turns.iter().map(rows::reversal).collect::<Vec<_>>());
+            }
+        }
+    }
+
+}
