@@ -20,6 +20,10 @@
 //! Signals: motor position (rad), current (A), reference acceleration (rad/s2). It knows K_t and J_M from the data sheet.
 //! Tunables: lambda (0 to 1), P0 (same for all three parameters), and the acceleration that counts as zero (rad/s2).
 //!
+//! The paper gives neither lambda nor P0. On its own axis, moving 0 -> 20 rad -> 0, the settled offset falls below a tenth of that without compensation for P0 from 100
+//! to 300 with lambda 0.4 to 0.77, and again from 1e7 on; P0 below 10 learns too slowly, from 1e3 to 1e5 the way back ends on
+//! the wrong flank, and lambda 0.2 never works. Another motor needs another P0: it scales with the square of K_t T^2/J.
+//!
 //! Fails:
 //! - The printed gain of (6) diverges once phi' P phi > 2.
 //! - (8) fires only where the acceleration leaves exact zero. On an arc it never does again: ES latches, theta_b stays on one side, and the

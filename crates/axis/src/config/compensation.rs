@@ -81,7 +81,7 @@ pub struct PublishedSettings {
 
 impl Default for PublishedSettings {
     fn default() -> PublishedSettings {
-        PublishedSettings { lambda: 0.6, p0: 1e4, acceleration_zero_rad_s2: 1e-3 }
+        PublishedSettings { lambda: 0.6, p0: 300.0, acceleration_zero_rad_s2: 1e-3 }
     }
 }
 

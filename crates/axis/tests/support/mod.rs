@@ -5,15 +5,15 @@ use lostmotion_axis::{AxisConfig, AxisOutput, Setpoint, build_runner};
 use lostmotion_base::math;
 
 /// Position, velocity, acceleration at a time in s.
-pub type Motion<'a> = &'a dyn Fn(f64) -> (f64, f64, f64);
+pub(crate) type Motion<'a> = &'a dyn Fn(f64) -> (f64, f64, f64);
 
 /// A rest-to-rest move of constant jerk pieces that reaches its velocity and acceleration limits.
 #[derive(Clone, Copy, Debug)]
-pub struct Move {
-    pub distance: f64,
-    pub velocity: f64,
-    pub acceleration: f64,
-    pub jerk: f64,
+pub(crate) struct Move {
+    pub(crate) distance: f64,
+    pub(crate) velocity: f64,
+    pub(crate) acceleration: f64,
+    pub(crate) jerk: f64,
 }
 
 impl Move {
@@ -27,11 +27,11 @@ impl Move {
         [(tj, j), (ta, 0.0), (tj, -j), (cruise, 0.0), (tj, -j), (ta, 0.0), (tj, j)]
     }
 
-    pub fn duration(&self) -> f64 {
+    pub(crate) fn duration(&self) -> f64 {
         self.pieces().iter().map(|piece| piece.0).sum()
     }
 
-    pub fn at(&self, mut t: f64) -> (f64, f64, f64) {
+    pub(crate) fn at(&self, mut t: f64) -> (f64, f64, f64) {
         let (mut p, mut v, mut a) = (0.0, 0.0, 0.0);
         if t <= 0.0 {
             return (0.0, 0.0, 0.0);
@@ -39,11 +39,10 @@ impl Move {
         if t >= self.duration() {
             return (self.distance, 0.0, 0.0);
         }
-        let mut cruising = [false; 7];
-        cruising[3] = true;
         for (i, (span, j)) in self.pieces().into_iter().enumerate() {
             let dt = t.min(span);
-            let a0 = if i == 3 || i == 0 { 0.0 } else { a };
+            // exact zero on the cruise, as a planner gives it
+            let a0 = if i == 3 { 0.0 } else { a };
             p += v * dt + a0 * dt * dt / 2.0 + j * dt * dt * dt / 6.0;
             v += a0 * dt + j * dt * dt / 2.0;
             a = a0 + j * dt;
@@ -57,7 +56,7 @@ impl Move {
 }
 
 /// There, a rest, back, a rest.
-pub fn there_and_back(forward: Move, rest: f64, t: f64) -> (f64, f64, f64) {
+pub(crate) fn there_and_back(forward: Move, rest: f64, t: f64) -> (f64, f64, f64) {
     let half = forward.duration() + rest;
     if t < half {
         forward.at(t)
@@ -69,15 +68,15 @@ pub fn there_and_back(forward: Move, rest: f64, t: f64) -> (f64, f64, f64) {
 }
 
 /// The paper's kind of move: 0 -> 20 rad at 40 rad/s, 400 rad/s2, 8000 rad/s3.
-pub const PAPER_MOVE: Move = Move { distance: 20.0, velocity: 40.0, acceleration: 400.0, jerk: 8000.0 };
+pub(crate) const PAPER_MOVE: Move = Move { distance: 20.0, velocity: 40.0, acceleration: 400.0, jerk: 8000.0 };
 
-/// `radius (1 - cos(w t))`, faded in over the first quarter turn by nothing: it starts at rest in position and velocity.
-pub fn circle(radius: f64, w: f64, t: f64) -> (f64, f64, f64) {
+/// `radius (1 - cos(w t))`: starts without velocity, but with acceleration.
+pub(crate) fn circle(radius: f64, w: f64, t: f64) -> (f64, f64, f64) {
     let (s, c) = math::sin_cos(w * t);
     (radius * (1.0 - c), radius * w * s, radius * w * w * c)
 }
 
-pub fn setpoints(motion: Motion, seconds: f64) -> Vec<Setpoint> {
+pub(crate) fn setpoints(motion: Motion, seconds: f64) -> Vec<Setpoint> {
     let count = (seconds * 1000.0).round() as usize;
     (0..count)
         .map(|n| {
@@ -88,7 +87,7 @@ pub fn setpoints(motion: Motion, seconds: f64) -> Vec<Setpoint> {
 }
 
 /// Runs an axis from rest at the motion's start, with a trace.
-pub fn run(config: &AxisConfig, method: &str, motion: Motion, seconds: f64) -> AxisOutput {
+pub(crate) fn run(config: &AxisConfig, method: &str, motion: Motion, seconds: f64) -> AxisOutput {
     let mut runner = build_runner(config, method, motion(0.0).0).expect("a good axis");
     let mut out = AxisOutput::new(true);
     runner.push(&setpoints(motion, seconds), &mut out).expect("good setpoints");
@@ -96,7 +95,7 @@ pub fn run(config: &AxisConfig, method: &str, motion: Motion, seconds: f64) -> A
 }
 
 /// Root mean square.
-pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+pub(crate) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for value in values {
         sum += value * value;
@@ -105,11 +104,11 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     (sum / f64::max(count, 1.0)).sqrt()
 }
 
-pub fn max_abs(values: impl IntoIterator<Item = f64>) -> f64 {
+pub(crate) fn max_abs(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, |max: f64, value| max.max(value.abs()))
 }
 
 /// Reference minus load, in the axis' unit.
-pub fn errors(out: &AxisOutput) -> Vec<f64> {
+pub(crate) fn errors(out: &AxisOutput) -> Vec<f64> {
     out.reference.iter().zip(&out.load).map(|(r, l)| r - l).collect()
 }
