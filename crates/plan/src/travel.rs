@@ -39,6 +39,11 @@ impl TravelCheck {
         Ok(())
     }
 
+    /// Hands over the violations found since the last call, so that a long program does not pile them up.
+    pub fn take_violations(&mut self) -> Vec<TravelViolation> {
+        std::mem::take(&mut self.violations)
+    }
+
     /// Every violation so far, in the order of the program: for each move and joint the farthest position.
     pub fn violations(&self) -> &[TravelViolation] {
         &self.violations

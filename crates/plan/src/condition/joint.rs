@@ -90,16 +90,20 @@ fn corner(config: &PlannerConfig, before: &Programmed, next: &Programmed, tolera
         return Joint::Stop { tolerance: 0.0 };
     }
     let (end, start) = (before.curve.eval(before.length), next.curve.eval(0.0));
+    let turn = angle(&end.d1, &start.d1);
+    // A vertex that happens to lie on the line of its neighbours is one all the same.
+    if is_vertex(config, before, next, turn) {
+        return Joint::Vertex;
+    }
     let gap = size(&(start.p - end.p)) <= SAME;
     if gap && size(&(start.d1 - end.d1)) <= SAME && size(&(start.d2 - end.d2)) <= SAME {
         return Joint::Through;
     }
-    let turn = angle(&end.d1, &start.d1);
     let early = if cut { tolerance } else { 0.0 };
     if turn > rad(REVERSAL_DEG) || (!cut && turn > rad(config.exact_path_angle_deg)) {
         return Joint::Stop { tolerance: early };
     }
-    if is_vertex(config, before, next, turn) { Joint::Vertex } else { Joint::Blend { tolerance } }
+    Joint::Blend { tolerance }
 }
 
 fn is_vertex(config: &PlannerConfig, before: &Programmed, next: &Programmed, turn: f64) -> bool {

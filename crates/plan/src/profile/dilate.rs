@@ -1,15 +1,28 @@
 //! Spreads each interval's demands over the reach of a window around it.
 
 use super::{Interval, Task};
-use crate::machine::{Demand, Machine};
 
-/// A stretch of path with the demands of everything within a window's reach.
+/// A stretch of path with everything whose window reaches it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Cell {
     pub(crate) start: f64,
     pub(crate) end: f64,
-    pub(crate) demand: Demand,
+    /// Largest steady speed.
     pub(crate) cap: f64,
+    /// Which intervals make demands here: first, and one past the last. Each by itself has to be met; their joint maximum
+    /// would ask for the curvature of one and the slope of another at the same time.
+    first: usize,
+    past: usize,
+    /// Whether the bound of the acceleration is the same at all speeds.
+    pub(crate) straight: bool,
+}
+
+impl Cell {
+    /// Largest acceleration at a speed; never rises with it.
+    pub(crate) fn acceleration(&self, task: &Task<'_>, v: f64) -> f64 {
+        let bound = |interval: &Interval| task.machine.acceleration(&interval.demand, v, task.window_s);
+        task.intervals[self.first..self.past].iter().map(bound).fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// Boundaries nearer to each other than this part of a reach become one; the cell then takes in the demands of both sides.
@@ -34,26 +47,22 @@ pub(super) fn dilate(task: &Task<'_>) -> (Vec<Cell>, Vec<f64>) {
         while first + 1 < reaches.len() && reaches[first].1 <= start {
             first += 1;
         }
-        let mut demand = Demand::NONE;
-        let mut cap = f64::INFINITY;
-        for (interval, reach) in task.intervals.iter().zip(&reaches).skip(first).take_while(|(_, reach)| reach.0 < end) {
-            if reach.1 > start {
-                demand.join(&interval.demand);
-                cap = cap.min(interval.cap);
-            }
-        }
-        split(&mut cells, Cell { start, end, demand, cap }, task.machine, task.window_s);
+        let past = first + reaches[first..].partition_point(|reach| reach.0 < end);
+        let here = &task.intervals[first..past];
+        let cap = here.iter().map(|interval| interval.cap).fold(f64::INFINITY, f64::min);
+        let straight = here.iter().all(|interval| interval.demand.is_straight());
+        split(&mut cells, Cell { start, end, cap, first, past, straight }, task);
     }
     (cells, reaches.into_iter().map(|reach| reach.1).collect())
 }
 
 /// Adds a cell, in parts if the acceleration depends on the speed.
-fn split(cells: &mut Vec<Cell>, cell: Cell, machine: &Machine, window_s: f64) {
+fn split(cells: &mut Vec<Cell>, cell: Cell, task: &Task<'_>) {
     let length = cell.end - cell.start;
-    let parts = if cell.demand.is_straight() {
+    let parts = if cell.straight {
         1.0
     } else {
-        let rise = 2.0 * machine.acceleration(&cell.demand, 0.0, window_s) * length;
+        let rise = 2.0 * cell.acceleration(task, 0.0) * length;
         (rise / (SPEED_STEP * cell.cap * cell.cap)).ceil().clamp(1.0, MAX_PARTS)
     };
     let mut start = cell.start;

@@ -1,7 +1,6 @@
 //! The highest speed profile below the caps that the acceleration allows.
 
 use super::{Cell, Node, Task};
-use crate::machine::Machine;
 
 /// An upper bound of the speed squared, linear on each piece and never rising within one.
 #[derive(Clone, Copy, Debug)]
@@ -21,13 +20,13 @@ pub(super) fn scan(task: &Task<'_>, cells: &[Cell]) -> Vec<Node> {
 ///
 /// The bound a(v) never rises, so g(a) = a(speed after the distance at a) falls, and applying it an odd number of times,
 /// starting above the fixed point, ends at or below it.
-fn steady(machine: &Machine, cell: &Cell, window_s: f64, b: f64, distance: f64) -> f64 {
+fn steady(task: &Task<'_>, cell: &Cell, b: f64, distance: f64) -> f64 {
     let top = cell.cap * cell.cap;
-    let start = machine.acceleration(&cell.demand, b.sqrt(), window_s);
-    if cell.demand.is_straight() {
+    let start = cell.acceleration(task, b.sqrt());
+    if cell.straight {
         return start;
     }
-    let next = |a: f64| machine.acceleration(&cell.demand, (b + 2.0 * a * distance).min(top).sqrt(), window_s);
+    let next = |a: f64| cell.acceleration(task, (b + 2.0 * a * distance).min(top).sqrt());
     next(next(next(start)))
 }
 
@@ -38,7 +37,7 @@ fn backward(task: &Task<'_>, cells: &[Cell]) -> Vec<Ceiling> {
     for (index, cell) in cells.iter().enumerate().rev() {
         let (length, top) = (cell.end - cell.start, cell.cap * cell.cap);
         b = b.min(top);
-        let a = steady(task.machine, cell, task.window_s, b, length);
+        let a = steady(task, cell, b, length);
         let reached = b + 2.0 * a * length;
         let end = Node::new(cell.end, b);
         if reached <= top {
@@ -77,7 +76,7 @@ fn advance(task: &Task<'_>, cell: &Cell, ceiling: &Ceiling, here: Node, nodes: &
     let gap = ceiling.from.b - here.b;
     let mut end = ceiling.to;
     if gap > 0.0 {
-        let a = steady(task.machine, cell, task.window_s, here.b, length);
+        let a = steady(task, cell, here.b, length);
         let way = gap / (2.0 * a + fall);
         if way < length {
             let meeting = here.s + way;
