@@ -2,11 +2,12 @@
 
 use super::document::Document;
 use super::limits::unit;
-use super::problem::{Problem, did_you_mean};
+use super::problem::{Problem, did_you_mean, number};
+use super::section::join;
 use super::settings::Position;
 use super::{General, MachineAxis, WorkOffsets};
-use lostmotion_axis::AxisConfigError;
 use lostmotion_axis::config::Transmission;
+use lostmotion_axis::{AxisConfig, AxisConfigError};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisSet, Coords};
 use lostmotion_kinematics::Kinematics;
@@ -16,20 +17,25 @@ pub(super) fn axes(document: &Document<'_>, axes: &[MachineAxis], problems: &mut
     for axis in axes {
         let key = format!("axis.{}", axis.id.letter().to_ascii_lowercase());
         limits(document, &key, axis, problems);
-        config(document, &key, axis, problems);
+        config(document, &key, &axis.config, problems);
+        kind_of_motion(document, &key, axis, problems);
     }
+}
+
+fn out_of_range(value: f64, low: f64, high: f64) -> String {
+    format!("is {}; it has to be from {} to {}", number(value), number(low), number(high))
 }
 
 fn limits(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut Vec<Problem>) {
     let bounded = axis.table.bounded();
     for (name, value, low, high) in bounded {
         if !(value >= low && value <= high) {
-            problems.push(document.problem(&format!("{key}.limits.{name}"), format!("is {value}; it has to be from {low} to {high}"), ""));
+            problems.push(document.problem(&format!("{key}.limits.{name}"), out_of_range(value, low, high), ""));
         }
     }
     let [(_, min, ..), (max_key, max, ..), ..] = bounded;
     if min >= max {
-        let message = format!("is {max}, but the travel begins at {min} {}", unit(axis.id));
+        let message = format!("is {}, but the travel begins at {} {}", number(max), number(min), unit(axis.id));
         problems.push(document.problem(
             &format!("{key}.limits.{max_key}"),
             message,
@@ -39,8 +45,7 @@ fn limits(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut
 }
 
 /// The parts of an axis are checked one by one first, so that each can tell its own problem, then together.
-fn config(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut Vec<Problem>) {
-    let config = &axis.config;
+pub(super) fn config(document: &Document<'_>, key: &str, config: &AxisConfig, problems: &mut Vec<Problem>) {
     let parts = [
         ("transmission", config.transmission.check()),
         ("motor", config.motor.check()),
@@ -62,9 +67,12 @@ fn config(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut
     if lostmotion_axis::find_method(&config.compensation.method).is_err() {
         let known: Vec<&str> = lostmotion_axis::METHODS.iter().map(|method| method.info.name).collect();
         let message = format!("there is no method `{}`", config.compensation.method);
-        problems.push(document.problem(&format!("{key}.compensation.method"), message, did_you_mean(&config.compensation.method, &known)));
+        problems.push(document.problem(&join(key, "compensation.method"), message, did_you_mean(&config.compensation.method, &known)));
     }
-    let rotary = matches!(config.transmission, Transmission::Rotary(_));
+}
+
+fn kind_of_motion(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut Vec<Problem>) {
+    let rotary = matches!(axis.config.transmission, Transmission::Rotary(_));
     if rotary != axis.id.is_rotary() {
         let (is, wants) = if rotary { ("rotary", "linear") } else { ("linear", "rotary") };
         let message = format!("is {is}, but axis {} moves in {}", axis.id, unit(axis.id));
@@ -75,10 +83,10 @@ fn config(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut
 fn axis_problem(document: &Document<'_>, table: &str, error: &AxisConfigError) -> Problem {
     match error {
         AxisConfigError::Range { key, value, allowed } => {
-            document.problem(&format!("{table}.{key}"), format!("is {value}; it has to be {allowed}"), "")
+            document.problem(&join(table, key), format!("is {}; it has to be {allowed}", number(*value)), "")
         }
         AxisConfigError::Mismatch { key, reason, hint } => {
-            document.problem(&format!("{table}.{key}"), format!("does not fit: {reason}"), hint.clone())
+            document.problem(&join(table, key), format!("does not fit: {reason}"), hint.clone())
         }
         other => document.problem(table, other.to_string(), ""),
     }
@@ -88,7 +96,7 @@ fn axis_problem(document: &Document<'_>, table: &str, error: &AxisConfigError) -
 pub(super) fn general(document: &Document<'_>, general: &General, axes: &[MachineAxis], problems: &mut Vec<Problem>) {
     let mut range = |key: &str, value: f64, low: f64, high: f64| {
         if !(value >= low && value <= high) {
-            problems.push(document.problem(key, format!("is {value}; it has to be from {low} to {high}"), ""));
+            problems.push(document.problem(key, out_of_range(value, low, high), ""));
         }
     };
     range("planner.default_tolerance_mm", general.planner.default_tolerance_mm, 1e-6, 100.0);

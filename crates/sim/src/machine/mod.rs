@@ -18,6 +18,7 @@ mod write;
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
 pub use preset::{DEFAULT_MACHINE, PresetInfo, axis_preset, axis_presets, presets};
 pub use problem::{MachineError, Problem};
+pub use read::axis_from_toml;
 pub use review::AxisReview;
 pub use settings::{Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets};
 

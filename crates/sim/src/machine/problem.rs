@@ -17,6 +17,26 @@ pub struct Problem {
     pub hint: String,
 }
 
+/// Message of a key that is not there.
+pub(super) const MISSING: &str = "missing";
+
+impl Problem {
+    /// The key that an unknown key was meant to be: told to be missing, too, it would only be told twice.
+    fn meant(&self) -> Option<String> {
+        let name = self.hint.strip_prefix("did you mean `")?.strip_suffix("`?")?;
+        Some(match self.key.rsplit_once('.') {
+            Some((table, _)) => format!("{table}.{name}"),
+            None => name.to_owned(),
+        })
+    }
+}
+
+/// A number as people write it: with an exponent where it is very large or small.
+pub(super) fn number(value: f64) -> String {
+    let size = value.abs();
+    if size.is_finite() && size > 0.0 && !(1e-4..1e7).contains(&size) { format!("{value:e}") } else { value.to_string() }
+}
+
 /// A machine file that cannot be used, with everything that was found wrong with it, in the order of the text.
 ///
 /// Its text has one line `file:line:column: error: key: message` a problem, and a line `hint: ...` below where there is one.
@@ -30,7 +50,7 @@ pub struct MachineError {
 }
 
 impl MachineError {
-    /// Sorts by place and keeps one problem for each key: the first that was found.
+    /// Sorts by place and keeps one problem for each key, the first that was found.
     pub(crate) fn new(file: &str, found: Vec<Problem>) -> MachineError {
         let mut problems: Vec<Problem> = Vec::new();
         for problem in found {
@@ -39,6 +59,8 @@ impl MachineError {
                 problems.push(problem);
             }
         }
+        let misnamed: Vec<String> = problems.iter().filter_map(Problem::meant).collect();
+        problems.retain(|problem| problem.message != MISSING || !misnamed.contains(&problem.key));
         problems.sort_by_key(|problem| (problem.line, problem.column));
         MachineError { file: file.to_owned(), problems }
     }
@@ -65,8 +87,11 @@ impl fmt::Display for MachineError {
 
 impl std::error::Error for MachineError {}
 
-/// A hint for an unknown name: the nearest known one if it is near, else all of them.
+/// A hint for an unknown name: the known one that it begins (a key without its unit), the nearest one if it is near, else all of them.
 pub(crate) fn did_you_mean(unknown: &str, known: &[&str]) -> String {
+    if let Some(name) = known.iter().find(|name| name.strip_prefix(unknown).is_some_and(|rest| rest.starts_with('_'))) {
+        return format!("did you mean `{name}`?");
+    }
     let near = known.iter().map(|name| (distance(unknown, name), name)).min();
     match near {
         Some((steps, name)) if steps <= 2.max(unknown.len() / 3) => format!("did you mean `{name}`?"),
@@ -114,6 +139,7 @@ mod tests {
     #[test]
     fn near_names_are_offered_and_far_ones_listed() {
         assert_eq!(did_you_mean("lead_nm", &["gear", "lead_mm"]), "did you mean `lead_mm`?");
+        assert_eq!(did_you_mean("mass", &["lead_mm", "mass_kg"]), "did you mean `mass_kg`?");
         assert_eq!(did_you_mean("colour", &["gear", "lead_mm"]), "known here: gear, lead_mm");
     }
 }

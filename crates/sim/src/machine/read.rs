@@ -47,6 +47,23 @@ impl Machine {
     }
 }
 
+/// Reads and checks a file that describes one axis alone (the tables of `[axis.x]` besides `limits`). `name` is the file's name, for messages only.
+///
+/// # Errors
+/// Everything that is wrong, as [`Machine::from_toml`].
+pub fn axis_from_toml(name: &str, text: &str) -> Result<AxisConfig, MachineError> {
+    let document = Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
+    let mut problems = non_finite_numbers(&document);
+    let config: Option<AxisConfig> = read(&document, "", &spanned(document.root.clone(), 0..0), &[], &mut problems);
+    if let Some(config) = &config {
+        check::config(&document, "", config, &mut problems);
+    }
+    match config {
+        Some(config) if problems.is_empty() => Ok(config),
+        _ => Err(MachineError::new(name, problems)),
+    }
+}
+
 fn non_finite_numbers(document: &Document<'_>) -> Vec<Problem> {
     let report = |(key, value): (String, String)| document.problem(&key, format!("is {value}; it has to be a finite number"), "");
     not_finite(&document.root).into_iter().map(report).collect()

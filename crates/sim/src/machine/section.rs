@@ -5,7 +5,7 @@
 //! thrown away.
 
 use super::document::{Document, path_of_span};
-use super::problem::{Problem, did_you_mean};
+use super::problem::{MISSING, Problem, did_you_mean};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use toml::Spanned;
@@ -71,11 +71,20 @@ fn describe(document: &Document<'_>, key: &str, part: &Spanned<DeValue<'_>>, spa
     }
     if let (true, Some(missing)) = (message.starts_with("missing field"), words.first()) {
         let path = join(&path, missing);
-        return document.problem_at(span.start, path, "missing".to_owned(), format!("add `{missing}` here"));
+        return document.problem_at(span.start, path, MISSING.to_owned(), format!("add `{missing}` here"));
     }
     let said = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid value: ")).unwrap_or(message);
-    let said = said.replace("expected f64", "expected a number").replace("expected u32", "expected a whole number, 0 or above");
-    document.problem_at(span.start, path, format!("found {said}"), String::new())
+    let (found, expected) = said.split_once(", expected ").unwrap_or((said, ""));
+    let found = if found == "map" { "a table" } else { found };
+    let expected = match expected {
+        "f64" => "a number",
+        "u32" => "a whole number, 0 or above",
+        "a sequence" => "a list",
+        expected if expected.starts_with("struct ") || expected.starts_with("enum ") => "a table",
+        expected => expected,
+    };
+    let said = if expected.is_empty() { found.to_owned() } else { format!("found {found}, expected {expected}") };
+    document.problem_at(span.start, path, said, String::new())
 }
 
 /// A dotted key from the key of a table and one below it.
