@@ -52,6 +52,8 @@ impl Parameters {
             unset_read: None,
         };
         parameters.put(SYSTEM, 1.0);
+        parameters.put_global(b"_value", 0.0);
+        parameters.put_global(b"_value_returned", 0.0);
         parameters
     }
 
@@ -116,11 +118,6 @@ impl Parameters {
         self.globals.insert(name.into(), value);
     }
 
-    /// Forgets a global.
-    pub(crate) fn drop_global(&mut self, name: &[u8]) {
-        self.globals.remove(name);
-    }
-
     fn name(&self, name: &[u8]) -> Option<f64> {
         let table = if name.first() == Some(&b'_') { Some(&self.globals) } else { self.scopes.last() };
         table.and_then(|names| names.get(name)).copied()
@@ -177,6 +174,10 @@ impl Lookup for View<'_> {
                 self.parameters.get(number)
             }
         })
+    }
+
+    fn numbered_exists(&self, number: f64) -> bool {
+        in_range(number).is_ok()
     }
 
     fn named(&self, name: &[u8]) -> Option<f64> {

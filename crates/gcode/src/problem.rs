@@ -105,10 +105,12 @@ pub enum Problem {
 
     #[error("{code} without a feed rate")]
     NoFeed { code: Code },
+    #[error("F on the line of {code} is taken before the units change: {unit}/min")]
+    FeedBeforeUnits { code: Code, unit: &'static str },
     #[error("{code} in inverse time feed (G93) without F on its line")]
     NoInverseTimeFeed { code: Code },
     #[error("{code} in feed per revolution (G95) while the spindle does not turn")]
-    NoRevolutions { code: Code },
+    NoRevolutions { code: &'static str },
     #[error("radius to start {start_radius:.4} {unit}, to end {end_radius:.4} {unit}, which differ by {difference:.4}")]
     ArcRadii { start_radius: f64, end_radius: f64, difference: f64, unit: &'static str, center_absolute: bool },
     #[error("the arc's radius is {radius} {unit}, smaller than {least} {unit}")]
@@ -139,10 +141,12 @@ pub enum Problem {
     ToolTable { line: u32, message: String },
     #[error("{axis} goes to {value}, beyond the limit of {limit}")]
     CoordinateTooLarge { axis: char, value: f64, limit: f64 },
+    #[error("a dwell of {seconds} s is no dwell")]
+    NegativeDwell { seconds: f64 },
     #[error("a dwell of {seconds} s, longer than the limit of {limit} s")]
     DwellTooLong { seconds: f64, limit: f64 },
-    #[error("{code} turns the plane of an arc that stands on it: coordinates are rotated about Z by {degrees} degrees")]
-    RotatedArcPlane { code: &'static str, degrees: f64 },
+    #[error("an arc in the {plane} plane while the coordinate system is rotated about Z by {degrees} degrees")]
+    RotatedArcPlane { plane: &'static str, degrees: f64 },
     #[error("{message}")]
     Cycle { message: &'static str },
     #[error("the cycle makes more than {limit} moves")]
@@ -150,6 +154,8 @@ pub enum Problem {
 
     #[error("{message}")]
     Flow { message: String },
+    #[error("subroutine o{name} is not closed; it is never called")]
+    UnclosedSub { name: String },
     #[error("subroutine {name} is not defined")]
     NoSuchSub { name: String },
     #[error("calls nested deeper than {limit}")]
@@ -222,6 +228,7 @@ impl Problem {
         use Problem as P;
         match self {
             P::NoFeed { .. } => "no-feed",
+            P::FeedBeforeUnits { .. } => "feed-before-units",
             P::NoInverseTimeFeed { .. } => "no-inverse-time-feed",
             P::NoRevolutions { .. } => "no-revolutions",
             P::ArcRadii { .. } => "arc-radii",
@@ -239,11 +246,13 @@ impl Problem {
             P::NoToolSelected => "no-tool-selected",
             P::ToolTable { .. } => "tool-table",
             P::CoordinateTooLarge { .. } => "coordinate-too-large",
+            P::NegativeDwell { .. } => "negative-dwell",
             P::DwellTooLong { .. } => "dwell-too-long",
             P::RotatedArcPlane { .. } => "rotated-arc-plane",
             P::Cycle { .. } => "cycle",
             P::CycleTooLong { .. } => "cycle-too-long",
             P::Flow { .. } => "flow",
+            P::UnclosedSub { .. } => "unclosed-sub",
             P::NoSuchSub { .. } => "no-such-sub",
             P::CallsTooDeep { .. } => "calls-too-deep",
             P::TooMuchHeld { .. } => "too-much-held",
@@ -259,9 +268,14 @@ impl Problem {
     /// Warnings leave the program accepted.
     pub fn severity(&self) -> Severity {
         match self {
-            Problem::NoProgramEnd | Problem::NoClosingPercent | Problem::ByteOrderMark | Problem::UnsetParameter { .. } | Problem::NoToolTable { .. } => {
-                Severity::Warning
-            }
+            Problem::NoProgramEnd
+            | Problem::NoClosingPercent
+            | Problem::ByteOrderMark
+            | Problem::UnsetParameter { .. }
+            | Problem::NoToolTable { .. }
+            | Problem::FeedBeforeUnits { .. }
+            | Problem::NegativeDwell { .. }
+            | Problem::UnclosedSub { .. } => Severity::Warning,
             _ => Severity::Error,
         }
     }
@@ -274,6 +288,7 @@ impl Problem {
             Problem::ArcRadiusShort { .. } => "check R, and whether the start is where it is meant to be",
             Problem::ArcSamePoint => "write a full circle with I, J or K",
             Problem::NoFeed { .. } => "set F first",
+            Problem::FeedBeforeUnits { .. } => "put F on the next line",
             Problem::NoInverseTimeFeed { .. } => "G93 needs F on every G1, G2 and G3; G94 goes back to units per minute",
             Problem::NoRevolutions { .. } => "start the spindle with M3 or M4 and S, or use G94",
             Problem::AxisWithoutCode => "start the line with G0 or G1",

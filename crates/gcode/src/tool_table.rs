@@ -69,8 +69,10 @@ fn parse_tool(content: &str) -> Result<Tool, String> {
         let mut letters = word.chars();
         let letter = letters.next().unwrap_or(' ').to_ascii_uppercase();
         let number = letters.as_str();
-        let value: f64 = number.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| format!("{word} is not a letter with a number"))?;
-        let whole = || if value.fract() == 0.0 && value.abs() < 1e9 { Ok(value as i32) } else { Err(format!("{word} is not a whole number")) };
+        let value: f64 =
+            number.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| format!("{word} is not a letter with a number"))?;
+        let whole =
+            || if value.fract() == 0.0 && value.abs() < 1e9 { Ok(value as i32) } else { Err(format!("{word} is not a whole number")) };
         match letter {
             'T' => {
                 tool.number = whole()?;

@@ -8,7 +8,13 @@ const NONE: AxisUse = AxisUse::None;
 const MAY: AxisUse = AxisUse::May;
 const NEEDS: AxisUse = AxisUse::Needs;
 
-const fn g(tenths: u16, group: Group, uses: (AxisUse, &'static str), texts: Texts, action: fn(&mut Exec<'_>, Code) -> Result<(), Problem>) -> CodeRow {
+const fn g(
+    tenths: u16,
+    group: Group,
+    uses: (AxisUse, &'static str),
+    texts: Texts,
+    action: fn(&mut Exec<'_>, Code) -> Result<(), Problem>,
+) -> CodeRow {
     row('G', tenths, group, uses, texts, action)
 }
 

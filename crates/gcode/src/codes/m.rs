@@ -4,7 +4,13 @@ use super::row::{AxisUse, CodeRow, Group, Texts, row};
 use crate::exec::{Exec, auxiliary, stop, tool};
 use crate::problem::{Code, Problem};
 
-const fn m(number: u16, group: Group, words: &'static str, texts: Texts, action: fn(&mut Exec<'_>, Code) -> Result<(), Problem>) -> CodeRow {
+const fn m(
+    number: u16,
+    group: Group,
+    words: &'static str,
+    texts: Texts,
+    action: fn(&mut Exec<'_>, Code) -> Result<(), Problem>,
+) -> CodeRow {
     row('M', number * 10, group, (AxisUse::None, words), texts, action)
 }
 

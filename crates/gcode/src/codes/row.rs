@@ -166,5 +166,16 @@ pub(crate) type Texts = [&'static str; 3];
 pub(crate) const fn row(letter: char, tenths: u16, group: Group, uses: (AxisUse, &'static str), texts: Texts, action: Action) -> CodeRow {
     let [meaning, example, sample] = texts;
     let phase = if letter == 'G' && tenths == 40 { PHASE_DWELL } else { phase(group) };
-    CodeRow { code: Code { letter, tenths }, group, phase, axes: uses.0, words: uses.1, takes: bits(uses.1), meaning, example, sample, action }
+    CodeRow {
+        code: Code { letter, tenths },
+        group,
+        phase,
+        axes: uses.0,
+        words: uses.1,
+        takes: bits(uses.1),
+        meaning,
+        example,
+        sample,
+        action,
+    }
 }

@@ -24,6 +24,9 @@ pub(crate) fn units(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let state = &mut *exec.state;
     if units != state.units {
         let from = state.units;
+        if exec.words.has(b'F') && state.feed_mode != FeedMode::InverseTime {
+            exec.warnings.push(Problem::FeedBeforeUnits { code, unit: from.name() });
+        }
         for position in [&mut state.current, &mut state.offsets.g5x, &mut state.offsets.g92, &mut state.offsets.tool] {
             *position = convert(position, from, units);
         }
@@ -44,19 +47,17 @@ pub(crate) fn arc_distance(exec: &mut Exec<'_>, code: Code) -> Result<(), Proble
     Ok(())
 }
 
-/// G93 to G95. A change of mode forgets the feed rate.
+/// G93 to G95. Each of them forgets the feed rate, so that no F is taken for one of another kind.
 pub(crate) fn feed_mode(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let mode = match code.tenths {
         930 => FeedMode::InverseTime,
         950 => FeedMode::PerRevolution,
         _ => FeedMode::PerMinute,
     };
-    if mode != exec.state.feed_mode {
-        exec.state.feed_mode = mode;
-        exec.emit(CanonicalOp::SetFeedMode { per_revolution: mode == FeedMode::PerRevolution });
-        if mode != FeedMode::InverseTime {
-            exec.set_feed(0.0, None);
-        }
+    exec.state.feed_mode = mode;
+    exec.emit(CanonicalOp::SetFeedMode { per_revolution: mode == FeedMode::PerRevolution });
+    if mode != FeedMode::InverseTime {
+        exec.set_feed(0.0, None);
     }
     Ok(())
 }

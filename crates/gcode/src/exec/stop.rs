@@ -37,10 +37,9 @@ pub(crate) fn end(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     exec.state.feed_mode = FeedMode::PerMinute;
     exec.emit(CanonicalOp::SetFeedMode { per_revolution: false });
     exec.set_feed(0.0, None);
-    for (allowed, op) in [
-        (exec.state.feed_override, CanonicalOp::FeedOverride(true)),
-        (exec.state.speed_override, CanonicalOp::SpeedOverride(true)),
-    ] {
+    for (allowed, op) in
+        [(exec.state.feed_override, CanonicalOp::FeedOverride(true)), (exec.state.speed_override, CanonicalOp::SpeedOverride(true))]
+    {
         if !allowed {
             exec.emit(op);
         }

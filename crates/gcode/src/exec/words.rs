@@ -1,7 +1,7 @@
 //! The words of a block as numbers, at most one per letter, and its codes.
 
 use crate::codes::row::bit;
-use crate::codes::{CodeRow, find};
+use crate::codes::{CodeRow, Group, find};
 use crate::problem::{Code, Problem};
 use crate::syntax::Text;
 use crate::syntax::evaluate::whole;
@@ -9,10 +9,11 @@ use crate::syntax::evaluate::whole;
 /// Letters of the axes in index order.
 pub(crate) const AXIS_LETTERS: [u8; 9] = *b"XYZABCUVW";
 /// Bits of the axes.
-pub(crate) const AXIS_BITS: u32 =
-    bit(b'X') | bit(b'Y') | bit(b'Z') | bit(b'A') | bit(b'B') | bit(b'C') | bit(b'U') | bit(b'V') | bit(b'W');
+pub(crate) const AXIS_BITS: u32 = bit(b'X') | bit(b'Y') | bit(b'Z') | bit(b'A') | bit(b'B') | bit(b'C') | bit(b'U') | bit(b'V') | bit(b'W');
 /// Most codes that one line can have without two of a group.
 const CODES: usize = 24;
+
+const CANCEL: Code = Code { letter: 'G', tenths: 800 };
 
 /// A code of the block.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +91,9 @@ impl Words {
         let tenths = whole(value * 10.0).filter(|tenths| (0.0..=65_535.0).contains(tenths)).ok_or(Problem::NotACode { letter, value })?;
         let code = Code { letter, tenths: tenths as u16 };
         let row = find(code).ok_or(Problem::UnsupportedCode { code })?;
+        if row.group == Group::Motion && self.replaces_motion(row) {
+            return Ok(());
+        }
         if let Some(other) = self.codes.iter().find(|used| used.row.group == row.group && used.row.code.letter == letter) {
             return Err(Problem::ModalConflict { first: other.row.code, second: code, group: row.group.name() });
         }
@@ -99,5 +103,18 @@ impl Words {
         let at = self.codes.iter().position(|used| used.row.phase > row.phase).unwrap_or(self.codes.len());
         self.codes.insert(at, UsedCode { row, text });
         Ok(())
+    }
+
+    /// G80 may stand beside another motion code and then means nothing: true if the new code is that G80. If the G80
+    /// came first, it is taken out.
+    fn replaces_motion(&mut self, new: &CodeRow) -> bool {
+        let Some(at) = self.codes.iter().position(|used| used.row.group == Group::Motion) else { return false };
+        if new.code == CANCEL {
+            return true;
+        }
+        if self.codes.get(at).is_some_and(|used| used.row.code == CANCEL) {
+            self.codes.remove(at);
+        }
+        false
     }
 }

@@ -14,7 +14,11 @@ impl Interpreter {
         match keyword {
             Keyword::Bare if self.flow.seek.is_none() => {
                 // The program's own number is a label that nothing has come before.
-                if self.begun { Err(flow_error(format!("subroutine o{label} begins here, but the program has not ended before it"))) } else { Ok(()) }
+                if self.begun {
+                    Err(flow_error(format!("subroutine o{label} begins here, but the program has not ended before it")))
+                } else {
+                    Ok(())
+                }
             }
             Keyword::Sub | Keyword::Bare => {
                 if !self.flow.frames.is_empty() && self.flow.seek.is_none() {
@@ -30,14 +34,15 @@ impl Interpreter {
                 }
                 self.call(label, Some(&arguments), 1)
             }
+            // The label of a return is often that of the branch it stands in.
             Keyword::EndSub | Keyword::Return => match self.flow.frames.last() {
-                Some(frame) if frame.name == label => {
+                Some(frame) if frame.name == label || keyword == Keyword::Return => {
                     let value = self.argument(0)?;
                     self.set_value(value);
                     self.leave();
                     Ok(())
                 }
-                Some(frame) => Err(flow_error(format!("o{label} returns from o{}, which is running", frame.name))),
+                Some(frame) => Err(flow_error(format!("o{label} cannot end o{}, which is running", frame.name))),
                 None => Err(flow_error(format!("o{label} returns, but no subroutine is running"))),
             },
             _ => Ok(()),

@@ -33,7 +33,10 @@ impl Interpreter {
         let repeating = !self.flow.opens.is_empty() || !self.flow.frames.is_empty();
         let acts = |sourced: &SourcedOp| {
             use CanonicalOp as O;
-            matches!(sourced.op, O::StraightTraverse(_) | O::StraightFeed(_) | O::ArcFeed(_) | O::Dwell(_) | O::ProgramStop | O::OptionalProgramStop)
+            matches!(
+                sourced.op,
+                O::StraightTraverse(_) | O::StraightFeed(_) | O::ArcFeed(_) | O::Dwell(_) | O::ProgramStop | O::OptionalProgramStop
+            )
         };
         self.idle = if !repeating || ops.iter().any(acts) { 0 } else { self.idle + 1 };
         let problem = if self.idle > limits.idle_blocks {
@@ -130,7 +133,11 @@ impl Interpreter {
     }
 
     fn flow_line(&mut self, label: Label, keyword: Keyword, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
-        let label = self.label(label)?;
+        // While lines are passed over, parameters of a label need not have values yet.
+        let label = match self.label(label) {
+            Err(_) if self.is_passing() => String::new(),
+            label => label?,
+        };
         if self.flow.skip.is_some() {
             return self.while_skipping(&label, keyword);
         }
@@ -272,7 +279,7 @@ impl Interpreter {
     /// Reports structures that are not closed.
     fn check_open(&mut self) {
         if let Some(record) = self.flow.record.take() {
-            self.report_at(super::control::flow_error(format!("subroutine o{} is not closed", record.name)), record.span);
+            self.report_at(Problem::UnclosedSub { name: record.name }, record.span);
         }
         if let Some((label, skip, span)) = self.flow.skip.take() {
             let what = if matches!(skip, Skip::Branch | Skip::EndIf) { "if" } else { "loop" };

@@ -70,6 +70,8 @@ pub enum Op {
     Named(Text),
     /// Push 1 if a named parameter exists, 0 otherwise.
     Exists(Text),
+    /// Replace the number on top by 1 if there is a parameter of that number, by 0 otherwise.
+    ExistsNumber,
     /// Negate.
     Negate,
     /// Apply a function.

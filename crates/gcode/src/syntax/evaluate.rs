@@ -14,6 +14,8 @@ pub(crate) const WHOLE: f64 = 1e-4;
 pub(crate) trait Lookup {
     /// The value of a numbered parameter.
     fn numbered(&mut self, number: f64) -> Result<f64, Problem>;
+    /// Whether there is a parameter of that number.
+    fn numbered_exists(&self, number: f64) -> bool;
     /// The value of a named parameter; none if it does not exist.
     fn named(&self, name: &[u8]) -> Option<f64>;
 }
@@ -48,6 +50,7 @@ fn step(block: &Block, op: Op, lookup: &mut impl Lookup, stack: &mut Vec<f64>) -
             lookup.named(name).ok_or_else(|| Problem::UnknownParameter { name: String::from_utf8_lossy(name).into_owned() })?
         }
         Op::Exists(text) => truth(lookup.named(block.name(text)).is_some()),
+        Op::ExistsNumber => truth(lookup.numbered_exists(pop(stack))),
         Op::Negate => -pop(stack),
         Op::Unary(function) => unary(function, pop(stack))?,
         Op::Atan => {

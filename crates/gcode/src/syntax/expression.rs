@@ -100,7 +100,8 @@ fn parameter<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'
 /// `<name>`, put into `names` in lower case and without blanks.
 pub(crate) fn name<'a>(input: &'a [u8], names: &mut Vec<u8>) -> Parsed<'a, Text> {
     let (rest, _) = tag(&b"<"[..])(input)?;
-    let (rest, inside) = take_while1(|byte: u8| byte != b'>' && byte != 0).parse(rest).or_else(|_: nom::Err<super::Fault>| expected(rest, "a name"))?;
+    let (rest, inside) =
+        take_while1(|byte: u8| byte != b'>' && byte != 0).parse(rest).or_else(|_: nom::Err<super::Fault>| expected(rest, "a name"))?;
     if rest.first() != Some(&b'>') {
         return expected(input, "> after the name");
     }
@@ -212,7 +213,7 @@ fn function(input: &[u8]) -> Parsed<'_, Unary> {
 /// A function with its argument in brackets.
 fn call<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a, ()> {
     if let Ok((rest, _)) = keyword(input, b"exists") {
-        return exists(rest, code);
+        return exists(rest, code, depth);
     }
     if let Ok((rest, _)) = keyword(input, b"atan") {
         let (rest, ()) = bracket(rest, code, depth)?;
@@ -235,20 +236,26 @@ fn keyword<'a>(input: &'a [u8], word: &'static [u8]) -> Parsed<'a, &'a [u8]> {
     tag_no_case(word)(input)
 }
 
-/// `EXISTS[#<name>]`, after the function's name.
-fn exists<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a, ()> {
+/// `EXISTS[#<name>]` or `EXISTS[#5]`, after the function's name.
+fn exists<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a, ()> {
     let Some((b'[', rest)) = skip(input).split_first() else {
         return expected(input, "[");
     };
     let Some((b'#', rest)) = skip(rest).split_first() else {
-        return expected(rest, "#<name> as the argument of EXISTS");
+        return expected(rest, "a parameter as the argument of EXISTS");
     };
-    let (rest, text) = name(skip(rest), code.names)?;
+    let rest = if skip(rest).first() == Some(&b'<') {
+        let (rest, text) = name(skip(rest), code.names)?;
+        code.ops.push(Op::Exists(text));
+        rest
+    } else {
+        let depth = deeper::<()>(rest, code, depth)?;
+        let (rest, ()) = operand(rest, code, depth)?;
+        code.ops.push(Op::ExistsNumber);
+        rest
+    };
     match skip(rest).split_first() {
-        Some((b']', rest)) => {
-            code.ops.push(Op::Exists(text));
-            Ok((rest, ()))
-        }
+        Some((b']', rest)) => Ok((rest, ())),
         _ => expected(rest, "]"),
     }
 }
@@ -256,5 +263,9 @@ fn exists<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a, ()> {
 #[cold]
 fn unknown<T>(input: &[u8]) -> Parsed<'_, T> {
     let name: String = input.iter().take_while(|byte| byte.is_ascii_alphabetic()).take(20).map(|&byte| char::from(byte)).collect();
-    if name.len() <= 1 { fail(input, Problem::MissingNumber { after: "the letter or operator".to_owned() }) } else { fail(input, Problem::UnknownName { name }) }
+    if name.len() <= 1 {
+        fail(input, Problem::MissingNumber { after: "the letter or operator".to_owned() })
+    } else {
+        fail(input, Problem::UnknownName { name })
+    }
 }

@@ -1,6 +1,6 @@
 //! O-lines: a label, a keyword and its arguments.
 
-use super::block::{Block, Keyword, Label, Text, Value};
+use super::block::{Block, Keyword, Label};
 use super::expression::{Code, bracket_value, name, word_value};
 use super::fault::{Parsed, fail};
 use super::number::skip;
@@ -76,11 +76,3 @@ fn starts_with<'a>(input: &'a [u8], text: &[u8]) -> Option<&'a [u8]> {
     }
     Some(rest)
 }
-
-/// The bytes of a label that is a name.
-pub(crate) fn label_name(block: &Block, text: Text) -> String {
-    String::from_utf8_lossy(block.name(text)).into_owned()
-}
-
-/// An argument that was not given.
-pub(crate) const NOTHING: Value = Value::Number(0.0);

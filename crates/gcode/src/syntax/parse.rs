@@ -115,7 +115,9 @@ fn setting<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -
 /// A letter with its value.
 fn word<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let (letter, after) = match input {
-        [letter, after @ ..] if letter.is_ascii_alphabetic() || matches!(letter, b'@' | b'^' | b'$') => (letter.to_ascii_uppercase(), after),
+        [letter, after @ ..] if letter.is_ascii_alphabetic() || matches!(letter, b'@' | b'^' | b'$') => {
+            (letter.to_ascii_uppercase(), after)
+        }
         [0, ..] => return fail(input, Problem::Nul),
         [byte, ..] => return fail(input, Problem::BadCharacter { byte: *byte }),
         [] => return expected(input, "a word"),
@@ -126,7 +128,8 @@ fn word<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> P
         _ => {}
     }
     let Block { ops, names, .. } = block;
-    let (rest, value) = word_value(after, &mut Code { ops, names, depth: limits.expression_depth }).map_err(|fault| missing(fault, letter))?;
+    let (rest, value) =
+        word_value(after, &mut Code { ops, names, depth: limits.expression_depth }).map_err(|fault| missing(fault, letter))?;
     let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
     block.words.push(Word { letter, value, text });
     Ok((rest, ()))

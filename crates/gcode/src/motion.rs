@@ -1,0 +1,281 @@
+//! Canonical operations folded into motion: machine coordinates in mm and rad, with everything that was in force.
+//!
+//! Positions are those of the controlled point in the machine frame without the tool: program coordinates plus the G92
+//! offset, rotated about Z, plus the origin of the work coordinate system. The spindle is at that place plus the tool
+//! offset, which every motion carries.
+
+use crate::ops::{ArcFeed, CanonicalOp, PathControl, Plane, Position, SourcedOp, Units};
+use crate::problem::Problem;
+use crate::state::{Offsets, convert, is_angle};
+use lostmotion_base::Coords;
+use lostmotion_base::span::BlockRef;
+use lostmotion_base::units::rad;
+use serde::{Deserialize, Serialize};
+
+/// How fast a move is to be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Feed {
+    /// As fast as the machine can.
+    Rapid,
+    /// Speed of X Y Z along the path; of U V W if those stand still.
+    MmPerMin(f64),
+    /// Speed of A B C together, if no linear axis moves.
+    RadPerMin(f64),
+}
+
+/// How closely the path is followed where moves meet, mm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum PathMode {
+    /// G61: the exact path, a stop only where it has a corner.
+    ExactPath,
+    /// G61.1: a stop after every move.
+    ExactStop,
+    /// G64: corners may be rounded.
+    Continuous {
+        /// Allowed deviation; none if no bound was programmed.
+        tolerance_mm: Option<f64>,
+        /// Short moves may be merged within this; 0 is off.
+        merge_mm: f64,
+    },
+}
+
+/// The circle of an arc.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Circle {
+    /// Plane of the circle.
+    pub plane: Plane,
+    /// Centre in the order of [`Plane::axes`], machine frame.
+    pub center_mm: [f64; 2],
+    /// Positive counter-clockwise about the plane's normal; counts turns begun.
+    pub turns: i32,
+}
+
+/// One move.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// Where it begins, mm and rad.
+    pub start: Coords,
+    /// Where it ends, mm and rad. May be the same as the start.
+    pub end: Coords,
+    /// Its circle; none for a straight move.
+    pub circle: Option<Circle>,
+    /// Its speed.
+    pub feed: Feed,
+    /// In inverse time (G93): how long it is to take, s. The feed says the same.
+    pub duration_s: Option<f64>,
+    /// How it joins the next one.
+    pub path: PathMode,
+    /// Offset of the tool in force, mm and rad.
+    pub tool_offset: Coords,
+    /// The block that asked for it.
+    pub block: BlockRef,
+}
+
+/// What a program makes the machine do, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum MotionItem {
+    /// A move.
+    Move(Motion),
+    /// A pause.
+    Dwell {
+        /// How long, s.
+        seconds: f64,
+        /// The block that asked for it.
+        block: BlockRef,
+    },
+    /// The machine stops for another tool.
+    ToolChange {
+        /// The tool.
+        tool: i32,
+        /// The block that asked for it.
+        block: BlockRef,
+    },
+    /// The machine stops until told to go on.
+    Stop {
+        /// Only if the operator wants it.
+        optional: bool,
+        /// The block that asked for it.
+        block: BlockRef,
+    },
+    /// The end of the program.
+    End {
+        /// The block that asked for it.
+        block: BlockRef,
+    },
+}
+
+/// Folds operations into motion. State only: small, cloneable, serialisable.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionFold {
+    units: Units,
+    /// Offsets in mm and degrees; the tool's is kept apart.
+    offsets: Offsets,
+    tool: Coords,
+    /// Where the controlled point is, mm and rad.
+    at: Coords,
+    /// F in the units of its line: mm and degrees.
+    rate_mm: f64,
+    rate_deg: f64,
+    inverse_time: Option<f64>,
+    per_revolution: bool,
+    spindle_speed: f64,
+    spindle_on: bool,
+    control: PathControl,
+    merge: f64,
+}
+
+impl MotionFold {
+    /// Starts with the spindle, without a tool offset, at a place in the machine frame, mm and rad.
+    pub fn new(start: Coords) -> MotionFold {
+        MotionFold {
+            units: Units::Mm,
+            offsets: Offsets::default(),
+            tool: Coords::ZERO,
+            at: start,
+            rate_mm: 0.0,
+            rate_deg: 0.0,
+            inverse_time: None,
+            per_revolution: false,
+            spindle_speed: 0.0,
+            spindle_on: false,
+            control: PathControl::Continuous { tolerance: 0.0 },
+            merge: 0.0,
+        }
+    }
+
+    /// Where the controlled point is, mm and rad.
+    pub fn position(&self) -> Coords {
+        self.at
+    }
+
+    /// Takes one operation and gives what it makes the machine do, if anything.
+    ///
+    /// # Errors
+    /// Feed per revolution without a turning spindle; an arc whose plane the rotation of the coordinate system turns.
+    pub fn push(&mut self, sourced: &SourcedOp) -> Result<Option<MotionItem>, Problem> {
+        let block = sourced.block;
+        Ok(Some(match &sourced.op {
+            CanonicalOp::StraightTraverse(end) => {
+                let end = self.machine(end);
+                self.advance(end, None, Feed::Rapid, block)
+            }
+            CanonicalOp::StraightFeed(end) => {
+                let end = self.machine(end);
+                let feed = self.feed(&end, "G1")?;
+                self.advance(end, None, feed, block)
+            }
+            CanonicalOp::ArcFeed(arc) => {
+                let end = self.machine(&arc.position());
+                let feed = self.arc_feed()?;
+                let circle = self.circle(arc)?;
+                self.advance(end, Some(circle), feed, block)
+            }
+            CanonicalOp::Dwell(seconds) => MotionItem::Dwell { seconds: seconds.max(0.0), block },
+            CanonicalOp::ChangeTool(tool) => MotionItem::ToolChange { tool: *tool, block },
+            CanonicalOp::ProgramStop => MotionItem::Stop { optional: false, block },
+            CanonicalOp::OptionalProgramStop => MotionItem::Stop { optional: true, block },
+            CanonicalOp::ProgramEnd => MotionItem::End { block },
+            setting => {
+                self.set(setting);
+                return Ok(None);
+            }
+        }))
+    }
+
+    fn advance(&mut self, end: Coords, circle: Option<Circle>, feed: Feed, block: BlockRef) -> MotionItem {
+        let per_minute = self.inverse_time.filter(|_| feed != Feed::Rapid);
+        let motion = Motion {
+            start: self.at,
+            end,
+            circle,
+            feed,
+            duration_s: per_minute.map(|per_minute| 60.0 / per_minute),
+            path: self.path(),
+            tool_offset: self.tool,
+            block,
+        };
+        self.at = end;
+        MotionItem::Move(motion)
+    }
+
+    fn set(&mut self, op: &CanonicalOp) {
+        match op {
+            CanonicalOp::UseLengthUnits(units) => self.units = *units,
+            CanonicalOp::SetG5xOffset { offset, .. } => self.offsets.g5x = convert(offset, self.units, Units::Mm),
+            CanonicalOp::SetG92Offset(offset) => self.offsets.g92 = convert(offset, self.units, Units::Mm),
+            CanonicalOp::SetXyRotation(degrees) => self.offsets.rotation_deg = *degrees,
+            CanonicalOp::UseToolLengthOffset(offset) => {
+                let tool = coords(&convert(offset, self.units, Units::Mm));
+                // The spindle stays where it is.
+                self.at = self.at + self.tool - tool;
+                self.tool = tool;
+            }
+            CanonicalOp::SetFeedRate { rate, inverse_time } => {
+                (self.rate_mm, self.rate_deg, self.inverse_time) = (*rate * self.units.mm(), *rate, *inverse_time);
+            }
+            CanonicalOp::SetFeedMode { per_revolution } => self.per_revolution = *per_revolution,
+            CanonicalOp::SetSpindleSpeed { spindle: 0, speed } => self.spindle_speed = *speed,
+            CanonicalOp::StartSpindle { spindle: 0, .. } => self.spindle_on = true,
+            CanonicalOp::StopSpindle { spindle: 0 } => self.spindle_on = false,
+            CanonicalOp::SetMotionControlMode(PathControl::Continuous { tolerance }) => {
+                self.control = PathControl::Continuous { tolerance: *tolerance * self.units.mm() };
+            }
+            CanonicalOp::SetMotionControlMode(control) => self.control = *control,
+            CanonicalOp::SetNaiveCamTolerance(tolerance) => self.merge = *tolerance * self.units.mm(),
+            _ => {}
+        }
+    }
+
+    fn path(&self) -> PathMode {
+        match self.control {
+            PathControl::ExactPath => PathMode::ExactPath,
+            PathControl::ExactStop => PathMode::ExactStop,
+            PathControl::Continuous { tolerance } => {
+                PathMode::Continuous { tolerance_mm: if tolerance > 0.0 { Some(tolerance) } else { None }, merge_mm: self.merge }
+            }
+        }
+    }
+
+    fn machine(&self, program: &Position) -> Coords {
+        coords(&self.offsets.to_machine(&convert(program, self.units, Units::Mm)))
+    }
+
+    /// What a rate is multiplied by: the spindle's speed if it is per revolution.
+    fn per_minute(&self, code: &'static str) -> Result<f64, Problem> {
+        match self.per_revolution {
+            false => Ok(1.0),
+            true if self.spindle_on && self.spindle_speed > 0.0 => Ok(self.spindle_speed),
+            true => Err(Problem::NoRevolutions { code }),
+        }
+    }
+
+    fn feed(&self, end: &Coords, code: &'static str) -> Result<Feed, Problem> {
+        let per_minute = self.per_minute(code)?;
+        let moves = |index: usize| end.0[index] != self.at.0[index];
+        let linear = (0..9).any(|index| !is_angle(index) && moves(index));
+        let turns = (3..6).any(moves);
+        Ok(if linear || !turns { Feed::MmPerMin(self.rate_mm * per_minute) } else { Feed::RadPerMin(rad(self.rate_deg * per_minute)) })
+    }
+
+    fn arc_feed(&self) -> Result<Feed, Problem> {
+        Ok(Feed::MmPerMin(self.rate_mm * self.per_minute("G2 or G3")?))
+    }
+
+    fn circle(&self, arc: &ArcFeed) -> Result<Circle, Problem> {
+        let degrees = self.offsets.rotation_deg;
+        if arc.plane != Plane::Xy && degrees != 0.0 {
+            return Err(Problem::RotatedArcPlane { plane: arc.plane.name(), degrees });
+        }
+        let [first, second, _] = arc.plane.axes();
+        let mut center = arc.position();
+        (center[first], center[second]) = (arc.center[0], arc.center[1]);
+        let center = self.machine(&center);
+        Ok(Circle { plane: arc.plane, center_mm: [center.0[first], center.0[second]], turns: arc.turns })
+    }
+}
+
+/// Millimetres and degrees to mm and rad.
+fn coords(position: &Position) -> Coords {
+    Coords(std::array::from_fn(|index| if is_angle(index) { rad(position[index]) } else { position[index] }))
+}
