@@ -1,5 +1,5 @@
 //! Motions with closed forms, and a short way to run an axis along one.
-#![allow(dead_code, reason = "each test file uses a part")]
+#![allow(dead_code, clippy::expect_used, reason = "a part of it for each test file; a test may panic")]
 
 use lostmotion_axis::{AxisConfig, AxisOutput, Setpoint, build_runner};
 use lostmotion_base::math;
@@ -111,4 +111,33 @@ pub(crate) fn max_abs(values: impl IntoIterator<Item = f64>) -> f64 {
 /// Reference minus load, in the axis' unit.
 pub(crate) fn errors(out: &AxisOutput) -> Vec<f64> {
     out.reference.iter().zip(&out.load).map(|(r, l)| r - l).collect()
+}
+
+/// An axis of a mid-size mill, tuned by the library's rule: 10 mm lead, 350 kg, 10 um gap; friction as given.
+pub(crate) fn mill(coulomb_n: f64, viscous_n_s_per_m: f64) -> AxisConfig {
+    use lostmotion_axis::config::{Drive, Linear, Load, Motor, Slide, Transmission, Tuning};
+    let transmission = Transmission::Linear(Linear { lead_mm: 10.0, gear: 1.0 });
+    let motor = Motor {
+        resistance_ohm: 0.6,
+        inductance_h: 6e-3,
+        poles: 8,
+        inertia_kgm2: 0.0026,
+        torque_constant_nm_per_a: 0.9,
+        rated_torque_nm: 11.0,
+        viscous_nm_s_per_rad: 0.002,
+        coulomb_nm: 0.0,
+    };
+    let load = Load::Slide(Slide {
+        mass_kg: 350.0,
+        screw_inertia_kgm2: 0.0012,
+        viscous_n_s_per_m,
+        coulomb_n,
+        constant_n: 0.0,
+        stiffness_n_per_um: 120.0,
+        damping_n_s_per_mm: 30.0,
+        gap_um: 10.0,
+        scale_um: 0.0,
+    });
+    let drive = Drive::tuned(&motor, &load.reflected(&transmission), &Tuning::default(), 60.0, 560.0);
+    AxisConfig { transmission, motor, load, drive, ..AxisConfig::paper() }
 }
