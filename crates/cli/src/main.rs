@@ -1,2 +1,26 @@
-//! The lostmotion command line.
-fn main() {}
+//! The program `lostmotion`: arguments in, a verdict out.
+//!
+//! Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance; 2 bad input, with a message on stderr and
+//! nothing written.
+
+mod args;
+mod commands;
+mod diagnostics;
+mod excerpt;
+mod failure;
+mod input;
+mod machines;
+mod output;
+mod progress;
+mod record;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = args::Cli::parse();
+    match commands::run(&cli) {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => failure.report(),
+    }
+}

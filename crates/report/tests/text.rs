@@ -3,22 +3,12 @@
 mod common;
 
 use common::{comparison, method, simulation};
-use lostmotion_axis::Knowledge;
 use lostmotion_report::csv::{BlockWriter, ReversalWriter};
 use lostmotion_report::json;
 use lostmotion_report::text::{Harm, TextOptions, comparison as render_comparison, harm, simulation as render_simulation};
 
-fn knows(name: &str) -> Option<Knowledge> {
-    match name {
-        "fixed" => Some(Knowledge { gap: true, ..Knowledge::default() }),
-        "load-feedback" => Some(Knowledge { load_scale: true, ..Knowledge::default() }),
-        "spiky" => None,
-        _ => Some(Knowledge::default()),
-    }
-}
-
 fn options() -> TextOptions {
-    TextOptions { knows, ..TextOptions::default() }
+    TextOptions::default()
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::rows::{ERROR_DECIMALS, Rows};
 use lostmotion_sim::results::{BlockResult, Cause};
 use std::io::{self, Write};
 
-const COLUMNS: [&str; 16] = [
+const COLUMNS: [&str; 15] = [
     "method",
     "segment",
     "file",
@@ -20,7 +20,6 @@ const COLUMNS: [&str; 16] = [
     "x_mm",
     "y_mm",
     "z_mm",
-    "block",
 ];
 
 /// Name of a cause in a cell: `reversal-x`, `gap`, `blend`, `corner`, `servo-lag`.
@@ -34,7 +33,8 @@ fn cause(cause: Cause) -> String {
     }
 }
 
-/// Writes how far the tool left each block: the fields of [`BlockResult`] with the method's name before them.
+/// Writes how far the tool left each block: the fields of [`BlockResult`] with the method's name before them and without
+/// the block's text, which stands in the program.
 #[derive(Debug)]
 pub struct BlockWriter<W> {
     rows: Rows<W>,
@@ -70,7 +70,6 @@ impl<W: Write> BlockWriter<W> {
             for coordinate in block.at_mm {
                 rows.number(coordinate, 6);
             }
-            rows.text(&block.text);
             rows.end()?;
         }
         Ok(())

@@ -5,6 +5,7 @@
 mod axis_trace;
 mod blocks;
 mod cells;
+mod contour;
 mod log;
 mod plan;
 mod reversals;
@@ -13,6 +14,7 @@ mod setpoints;
 
 pub use axis_trace::AxisTraceWriter;
 pub use blocks::BlockWriter;
+pub use contour::ContourWriter;
 pub use log::{AxisLog, read_log};
 pub use plan::PlanWriter;
 pub use reversals::ReversalWriter;

@@ -31,7 +31,7 @@ const PANEL_LEFT: f64 = 54.0;
 const PANEL_BELOW: f64 = 42.0;
 const GAP: f64 = 18.0;
 /// The largest error takes at most this part of the contour's larger extent.
-const ERROR_PART: f64 = 0.12;
+const ERROR_PART: f64 = 0.17;
 /// Points nearer than this to the line without them are not drawn, px.
 const DETAIL: f64 = 0.12;
 

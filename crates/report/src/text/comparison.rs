@@ -2,7 +2,7 @@
 
 use super::parts::{program, warnings};
 use super::table::{Align, Cell, Table};
-use super::{Ink, TextOptions, knowledge};
+use super::{Ink, TextOptions, needs};
 use crate::number::{error, percent, plain};
 use lostmotion_sim::results::{Comparison, MethodResult};
 
@@ -43,7 +43,7 @@ pub fn comparison(comparison: &Comparison, options: &TextOptions) -> String {
     out.push_str(&program(&comparison.program, &comparison.plan));
     out.push_str(&warnings(&comparison.program, WARNINGS));
     out.push_str("\ncontour error of cutting moves, um\n");
-    out.push_str(&table(comparison, none, options));
+    out.push_str(&table(comparison, none));
     out.push('\n');
     out.push_str(&recommendation(comparison, options));
     for result in &comparison.results {
@@ -57,7 +57,7 @@ pub fn comparison(comparison: &Comparison, options: &TextOptions) -> String {
     out
 }
 
-fn table(comparison: &Comparison, none: Option<&MethodResult>, options: &TextOptions) -> String {
+fn table(comparison: &Comparison, none: Option<&MethodResult>) -> String {
     let right = Align::Right;
     let mut table = Table::new(&[
         ("method", Align::Left),
@@ -87,7 +87,7 @@ fn table(comparison: &Comparison, none: Option<&MethodResult>, options: &TextOpt
             Cell::Error(result.backlash.rms),
             ratio.into(),
             format!("{inside}{worse}").into(),
-            (options.knows)(&result.method).map_or("?".to_owned(), knowledge).into(),
+            needs(&result.method).into(),
         ]);
     }
     let free = &comparison.without_gap;

@@ -12,7 +12,7 @@ pub use comparison::{Harm, comparison, harm};
 pub use simulation::simulation;
 pub use table::{Align, Cell, Table};
 
-use lostmotion_axis::Knowledge;
+use lostmotion_axis::{Knowledge, find_method};
 
 /// What to show of a result.
 #[derive(Clone, Copy, Debug)]
@@ -23,13 +23,11 @@ pub struct TextOptions {
     pub blocks: usize,
     /// How many of the worst reversals to list.
     pub reversals: usize,
-    /// What a method may know, by its name; none for a name that is not registered.
-    pub knows: fn(&str) -> Option<Knowledge>,
 }
 
 impl Default for TextOptions {
     fn default() -> TextOptions {
-        TextOptions { color: false, blocks: 10, reversals: 10, knows: |_| None }
+        TextOptions { color: false, blocks: 10, reversals: 10 }
     }
 }
 
@@ -38,6 +36,11 @@ pub fn knowledge(knows: Knowledge) -> String {
     let parts = [(knows.load_scale, "load scale"), (knows.gap, "gap"), (knows.load, "load")];
     let known: Vec<&str> = parts.into_iter().filter(|(is, _)| *is).map(|(_, name)| name).collect();
     if known.is_empty() { "-".to_owned() } else { known.join(", ") }
+}
+
+/// The same for a method by its name; `?` for one that is not registered.
+fn needs(method: &str) -> String {
+    find_method(method).map_or_else(|_| "?".to_owned(), |method| knowledge(method.info.knows))
 }
 
 /// Ink of a verdict.

@@ -1,0 +1,184 @@
+//! The arguments of the command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// How far a real machine leaves the programmed contour, and what each way of compensating backlash does about it.
+#[derive(Debug, Parser)]
+#[command(name = "lostmotion", version, max_term_width = 100, arg_required_else_help = true, subcommand_required = true)]
+#[command(after_help = "Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance; 2 bad input.")]
+pub(crate) struct Cli {
+    /// Print no progress and no warnings
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a part program on a machine: contour error against a tolerance, with the blocks that cause it
+    Simulate(Simulate),
+    /// Run one plan with several compensation methods, side by side
+    Compare(Compare),
+    /// Print the canonical operations of a part program, one a line
+    Canon(Canon),
+    /// Write the planned motion of every axis as CSV, a row a millisecond
+    Plan(Plan),
+    /// Run one axis alone on setpoints from a CSV
+    Axis(Axis),
+    /// Fit the gap of an axis to a log of motor position, load position and current
+    Fit(Fit),
+    /// List, show and check machines
+    #[command(subcommand)]
+    Machine(Machine),
+}
+
+/// Form of the answer on stdout.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// Tables for people
+    #[default]
+    Text,
+    /// Versioned JSON for programs
+    Json,
+}
+
+/// The machine to run on.
+#[derive(Debug, Args)]
+pub(crate) struct OnMachine {
+    /// Machine: a name from `machine list`, or a machine file
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    pub(crate) machine: Option<String>,
+}
+
+/// What `simulate` and `compare` share.
+#[derive(Debug, Args)]
+pub(crate) struct Run {
+    /// Part program
+    pub(crate) part: PathBuf,
+    #[command(flatten)]
+    pub(crate) on: OnMachine,
+    /// Tolerance of the contour error in micrometres; the machine's, if left out
+    #[arg(long, value_name = "N")]
+    pub(crate) tolerance_um: Option<f64>,
+    /// Form of the answer
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+    /// Folder for result, tables and picture; made if it does not exist
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Also write every sample of the contour error (needs --out; 4000 rows a second of machine time)
+    #[arg(long, requires = "out")]
+    pub(crate) trace: bool,
+    /// Tell `fixed` the gap of an axis from a result of `fit`; may be repeated
+    #[arg(long, value_name = "AXIS=FILE.json")]
+    pub(crate) fitted: Vec<String>,
+    /// Threads to use at most; all cores, if left out. The answer does not depend on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<usize>,
+}
+
+/// `simulate`.
+#[derive(Debug, Args)]
+pub(crate) struct Simulate {
+    #[command(flatten)]
+    pub(crate) run: Run,
+    /// Compensation method
+    #[arg(long, value_name = "NAME", default_value = "none")]
+    pub(crate) method: String,
+}
+
+/// `compare`.
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    #[command(flatten)]
+    pub(crate) run: Run,
+    /// Compensation methods, separated by commas; all, if left out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) methods: Vec<String>,
+}
+
+/// `canon`.
+#[derive(Debug, Args)]
+pub(crate) struct Canon {
+    /// Part program
+    pub(crate) part: PathBuf,
+    /// Tool table in LinuxCNC's format
+    #[arg(long, value_name = "FILE")]
+    pub(crate) tool_table: Option<PathBuf>,
+}
+
+/// `plan`.
+#[derive(Debug, Args)]
+pub(crate) struct Plan {
+    /// Part program
+    pub(crate) part: PathBuf,
+    #[command(flatten)]
+    pub(crate) on: OnMachine,
+    /// CSV to write: t_s, a position per axis (x_mm ... c_deg), source line
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: PathBuf,
+}
+
+/// `axis`.
+#[derive(Debug, Args)]
+pub(crate) struct Axis {
+    /// CSV with the columns t_s and position, a row a millisecond
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) setpoints: PathBuf,
+    /// Axis: a name from `machine list`, or a file with the tables of one axis
+    #[arg(long, value_name = "FILE.toml|PRESET")]
+    pub(crate) axis: String,
+    /// Compensation method
+    #[arg(long, value_name = "NAME", default_value = "none")]
+    pub(crate) method: String,
+    /// Column of the setpoints that holds the position, such as x_mm of a plan
+    #[arg(long, value_name = "NAME")]
+    pub(crate) column: Option<String>,
+    /// CSV to write, a row every 250 us
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: PathBuf,
+}
+
+/// `fit`.
+#[derive(Debug, Args)]
+pub(crate) struct Fit {
+    /// CSV with the columns t_s, motor_<u>, load_<u> (u: mm, deg or rad) and current_a
+    pub(crate) log: PathBuf,
+    /// The axis that was logged: motor data and transmission make the fit sharper
+    #[arg(long, value_name = "FILE.toml|PRESET")]
+    pub(crate) axis: Option<String>,
+    /// JSON to write
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) out: PathBuf,
+}
+
+/// `machine`.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Machine {
+    /// List the machines and single axes that come with the program
+    List,
+    /// Print a machine as a file to start from
+    Show {
+        /// A name from `machine list`
+        name: String,
+    },
+    /// Say everything that is wrong with a machine file
+    Check {
+        /// Machine file
+        file: PathBuf,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+}

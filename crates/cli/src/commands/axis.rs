@@ -1,0 +1,78 @@
+//! `lostmotion axis`.
+
+use super::DONE;
+use crate::args::Axis;
+use crate::failure::Failure;
+use crate::{input, machines};
+use lostmotion::axis::config::ReferenceSource;
+use lostmotion::axis::{AxisConfig, AxisOutput, AxisRunner, Setpoint, build_runner};
+use lostmotion::base::Clock;
+use lostmotion::report::WriteError;
+use lostmotion::report::atomic::AtomicFile;
+use lostmotion::report::csv::{AxisTraceWriter, SetpointReader, SetpointSource};
+use std::io::Read;
+
+/// Setpoints that go to the axis at once.
+const CHUNK: usize = 1024;
+
+/// Runs an axis alone and writes its trace.
+pub(crate) fn run(args: &Axis) -> Result<u8, Failure> {
+    // The table has positions alone, so velocity and acceleration come from their differences.
+    let config = AxisConfig { reference: ReferenceSource::Differences, ..machines::axis(&args.axis)? };
+    let file = input::open(&args.setpoints, "setpoint file")?;
+    let source = args.column.as_deref().map_or(SetpointSource::Position, SetpointSource::Column);
+    let mut setpoints = SetpointReader::new(file, &args.setpoints.display().to_string(), source, Clock::CNC)?;
+    check_unit(args, &config, &setpoints)?;
+    let first = setpoints.next().transpose()?.unwrap_or(0.0);
+    let mut runner = build_runner(&config, &args.method, first).map_err(|error| Failure::message(error.to_string()))?;
+    let units_per_rad = 1.0 / config.transmission.motor_rad_per_unit();
+    let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
+    let mut writer = AxisTraceWriter::new(AtomicFile::create(&args.out)?, config.unit(), units_per_rad, Clock::SERVO).map_err(unwritten)?;
+    let mut out = AxisOutput::new(true);
+    let mut tick = 0;
+    let mut chunk = vec![Setpoint { position: first, ..Setpoint::default() }];
+    loop {
+        let full = fill(&mut chunk, &mut setpoints)?;
+        push(&mut *runner, &chunk, &mut out)?;
+        for sample in out.trace.iter().flatten() {
+            writer.push(tick, sample).map_err(unwritten)?;
+            tick += 1;
+        }
+        out.clear();
+        chunk.clear();
+        if !full {
+            break;
+        }
+    }
+    writer.finish().map_err(unwritten)?.commit()?;
+    Ok(DONE)
+}
+
+/// Fills a chunk; false at the end of the table.
+fn fill(chunk: &mut Vec<Setpoint>, setpoints: &mut SetpointReader<impl Read>) -> Result<bool, Failure> {
+    while chunk.len() < CHUNK {
+        match setpoints.next().transpose()? {
+            Some(position) => chunk.push(Setpoint { position, ..Setpoint::default() }),
+            None => return Ok(false),
+        }
+    }
+    Ok(true)
+}
+
+fn push(runner: &mut dyn AxisRunner, chunk: &[Setpoint], out: &mut AxisOutput) -> Result<(), Failure> {
+    runner.push(chunk, out).map_err(|error| Failure::message(error.to_string()))
+}
+
+/// Refuses a position column that names another unit than the axis'.
+fn check_unit(args: &Axis, config: &AxisConfig, setpoints: &SetpointReader<impl Read>) -> Result<(), Failure> {
+    match setpoints.unit() {
+        Some(unit) if unit != config.unit() => Err(Failure::message(format!(
+            "{}: the positions are in {}, but axis \"{}\" is in {}",
+            args.setpoints.display(),
+            unit.symbol(),
+            args.axis,
+            config.unit().symbol()
+        ))),
+        _ => Ok(()),
+    }
+}

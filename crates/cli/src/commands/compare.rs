@@ -1,0 +1,48 @@
+//! `lostmotion compare`.
+
+use super::{DONE, failure, prepare, show, text_options, to_json};
+use crate::args::Compare;
+use crate::failure::Failure;
+use crate::output::stdout_has_color;
+use crate::record::{Answer, Record};
+use lostmotion::axis::METHODS;
+use lostmotion::report::text;
+
+/// Runs a program with several methods. Exit code 0 whatever the verdicts are.
+pub(crate) fn run(args: &Compare, quiet: bool) -> Result<u8, Failure> {
+    let (program, machine, options) = prepare(&args.run)?;
+    let methods = methods(&args.methods)?;
+    let mut record = Record::new(&args.run, &methods, quiet)?;
+    let result = lostmotion::sim::compare(&program, &machine, &methods, &options, &mut record);
+    let comparison = result.map_err(|error| failure(&program, error))?;
+    let json = to_json(&comparison)?;
+    let plain = text::comparison(&comparison, &text_options(false));
+    record.finish(&Answer {
+        program: &comparison.program.name,
+        machine: &comparison.machine,
+        duration_s: comparison.plan.duration_s,
+        tolerance_um: comparison.tolerance_um,
+        results: &comparison.results,
+        json_name: "comparison.json",
+        json: &json,
+        text_name: "comparison.txt",
+        text: &plain,
+    })?;
+    show(args.run.format, &json, &text::comparison(&comparison, &text_options(stdout_has_color())))?;
+    Ok(DONE)
+}
+
+/// The methods asked for, each once; all of them if none is named.
+fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
+    let mut methods: Vec<String> = Vec::new();
+    for name in asked.iter().map(|name| name.trim()).filter(|name| !name.is_empty()) {
+        if methods.iter().any(|known| known == name) {
+            return Err(Failure::message(format!("--methods names \"{name}\" twice")));
+        }
+        methods.push(name.to_owned());
+    }
+    if methods.is_empty() {
+        methods = METHODS.iter().map(|method| method.info.name.to_owned()).collect();
+    }
+    Ok(methods)
+}

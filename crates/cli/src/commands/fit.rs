@@ -1,0 +1,132 @@
+//! `lostmotion fit`.
+
+use super::{DONE, to_json};
+use crate::args::Fit;
+use crate::failure::Failure;
+use crate::{input, machines, output};
+use lostmotion::axis::AxisConfig;
+use lostmotion::axis::config::AxisUnit;
+use lostmotion::identify::{BacklashFit, BacklashLog, FitSettings, fit_backlash};
+use lostmotion::report::atomic::AtomicFile;
+use lostmotion::report::csv::{AxisLog, read_log};
+use lostmotion::report::{WriteError, number};
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::Path;
+
+/// Version of [`FitResult`].
+const SCHEMA: u32 = 1;
+
+/// What `fit` writes. Fields are only ever added within one schema number.
+#[derive(Debug, Serialize, Deserialize)]
+struct FitResult {
+    /// [`SCHEMA`].
+    schema: u32,
+    /// Name of the log.
+    log: String,
+    /// Unit of the log's positions: `mm`, `deg` or `rad`.
+    unit: String,
+    /// Total gap in that unit, at the load.
+    gap: f64,
+    /// 95 % interval of the total gap in that unit.
+    gap_interval: [f64; 2],
+    /// Whether the log tells the gap from zero.
+    excited: bool,
+    /// Radian of the motor for one unit of the log, where the axis was given; otherwise the figures below are in the log's
+    /// unit instead of rad, and per A instead of N m.
+    motor_rad_per_unit: Option<f64>,
+    /// The fit itself.
+    fit: BacklashFit,
+}
+
+/// Fits the gap of a log and writes it as JSON.
+pub(crate) fn run(args: &Fit, quiet: bool) -> Result<u8, Failure> {
+    let axis = args.axis.as_deref().map(machines::axis).transpose()?;
+    let name = args.log.display().to_string();
+    let log = read_log(input::open(&args.log, "log")?, &name)?;
+    let unit = log.unit;
+    let (scale, settings) = match &axis {
+        Some(config) => (rad_per_unit(config, unit, &name)?, settings(config)),
+        None => (1.0, FitSettings::default()),
+    };
+    let columns = in_rad(log, scale).map_err(|error| Failure::message(format!("{name}: {error}")))?;
+    let fit = fit_backlash(&columns, &settings).map_err(|error| Failure::message(format!("{name}: {error}")))?;
+    let result = FitResult {
+        schema: SCHEMA,
+        log: name,
+        unit: unit.symbol().to_owned(),
+        gap: 2.0 * fit.half_gap_rad / scale,
+        gap_interval: fit.half_gap_interval_rad.map(|half| 2.0 * half / scale),
+        excited: fit.excited,
+        motor_rad_per_unit: axis.map(|_| scale),
+        fit,
+    };
+    write(&args.out, &result)?;
+    if !quiet {
+        output::print(&summary(&result))?;
+    }
+    Ok(DONE)
+}
+
+/// Motor radian for a unit of the log.
+fn rad_per_unit(config: &AxisConfig, unit: AxisUnit, name: &str) -> Result<f64, Failure> {
+    let per_axis_unit = config.transmission.motor_rad_per_unit();
+    match (unit, config.unit()) {
+        (log, axis) if log == axis => Ok(per_axis_unit),
+        (AxisUnit::Deg, AxisUnit::Rad) => Ok(per_axis_unit.to_radians()),
+        (AxisUnit::Rad, AxisUnit::Deg) => Ok(per_axis_unit.to_degrees()),
+        (log, axis) => {
+            Err(Failure::message(format!("{name}: the positions are in {}, but the axis is in {}", log.symbol(), axis.symbol())))
+        }
+    }
+}
+
+fn settings(config: &AxisConfig) -> FitSettings {
+    let motor = &config.motor;
+    let mut settings = FitSettings::new(motor.torque_constant_nm_per_a, Some(motor.inertia_kgm2));
+    settings.motor_viscous_nm_s_per_rad = motor.viscous_nm_s_per_rad;
+    settings.motor_coulomb_nm = motor.coulomb_nm;
+    settings
+}
+
+fn in_rad(log: AxisLog, scale: f64) -> Result<BacklashLog, lostmotion::identify::FitError> {
+    let scaled = |values: Vec<f64>| values.into_iter().map(|value| value * scale).collect();
+    BacklashLog::new(log.period_s, scaled(log.motor), scaled(log.load), log.current_a)
+}
+
+fn write(path: &Path, result: &FitResult) -> Result<(), Failure> {
+    let mut file = AtomicFile::create(path)?;
+    file.write_all(to_json(result)?.as_bytes()).map_err(|error| WriteError::io("write", path, error))?;
+    file.commit()?;
+    Ok(())
+}
+
+fn summary(result: &FitResult) -> String {
+    let unit = &result.unit;
+    let [low, high] = result.gap_interval.map(|v| number::plain(number::round_to(v, 6)));
+    let gap = number::plain(number::round_to(result.gap, 6));
+    let fit = &result.fit;
+    let used = format!("{} of {} samples, {} traversals", fit.samples_used, fit.samples_logged, fit.traversals);
+    let doubt = fit.reason.as_ref().map(|reason| format!("the log does not tell the gap from zero: {reason}\n")).unwrap_or_default();
+    format!("gap {gap} {unit} (95 %: {low} to {high} {unit}) from {used}\n{doubt}")
+}
+
+/// The total gap of a fit in rad at the motor of an axis.
+pub(crate) fn told_gap(path: &Path, config: &AxisConfig) -> Result<f64, Failure> {
+    let shown = path.display().to_string();
+    let text = input::text(path, "result of `fit`")?;
+    let result: FitResult =
+        serde_json::from_str(&text).map_err(|error| Failure::message(format!("{shown} is no result of `lostmotion fit`: {error}")))?;
+    if result.schema != SCHEMA {
+        return Err(Failure::message(format!("{shown} has schema {}; this version reads {SCHEMA}", result.schema)));
+    }
+    let unit = [AxisUnit::Mm, AxisUnit::Deg, AxisUnit::Rad].into_iter().find(|unit| unit.symbol() == result.unit);
+    let unit = unit.ok_or_else(|| Failure::message(format!("{shown}: unit is \"{}\"; it has to be mm, deg or rad", result.unit)))?;
+    if !result.excited {
+        return Err(Failure::message(format!("{shown}: that log does not tell the gap from zero")));
+    }
+    if !(result.gap.is_finite() && result.gap >= 0.0) {
+        return Err(Failure::message(format!("{shown}: gap is {}; it has to be finite and not negative", result.gap)));
+    }
+    Ok(result.gap * rad_per_unit(config, unit, &shown)?)
+}

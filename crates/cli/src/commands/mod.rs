@@ -1,0 +1,96 @@
+//! One file a command.
+
+mod axis;
+mod canon;
+mod compare;
+pub(crate) mod fit;
+mod machine;
+mod plan;
+mod simulate;
+
+use crate::args::{Cli, Command, Format, Run};
+use crate::diagnostics::{self, Finding};
+use crate::failure::Failure;
+use crate::machines;
+use lostmotion::base::units::deg;
+use lostmotion::plan::TravelViolation;
+use lostmotion::report::{json, number, text::TextOptions};
+use lostmotion::sim::{Machine, ProgramSource, SimError, SimulateOptions};
+use serde::Serialize;
+
+/// Done, and within tolerance where there is one.
+pub(crate) const DONE: u8 = 0;
+/// The part comes out outside its tolerance.
+pub(crate) const OUTSIDE: u8 = 1;
+
+/// Runs the command asked for; gives its exit code.
+pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
+    match &cli.command {
+        Command::Simulate(args) => simulate::run(args, cli.quiet),
+        Command::Compare(args) => compare::run(args, cli.quiet),
+        Command::Canon(args) => canon::run(args, cli.quiet),
+        Command::Plan(args) => plan::run(args, cli.quiet),
+        Command::Axis(args) => axis::run(args),
+        Command::Fit(args) => fit::run(args, cli.quiet),
+        Command::Machine(args) => machine::run(args),
+    }
+}
+
+/// What a run is given: the program, the machine, and how.
+fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failure> {
+    let program = crate::input::program(&run.part)?;
+    let machine = machines::with_fits(machines::load(run.on.machine.as_deref())?, &run.fitted)?;
+    if let Some(tolerance) = run.tolerance_um {
+        if !(tolerance.is_finite() && tolerance > 0.0) {
+            return Err(Failure::message(format!("--tolerance-um is {tolerance}; it has to be a positive finite number")));
+        }
+    }
+    if run.threads == Some(0) {
+        return Err(Failure::with_hint("--threads is 0", "leave it out to use all cores"));
+    }
+    let options = SimulateOptions { tolerance_um: run.tolerance_um, threads: run.threads.unwrap_or(0), ..SimulateOptions::default() };
+    Ok((program, machine, options))
+}
+
+/// An error of the session, with the lines of the program it is about.
+fn failure(program: &ProgramSource, error: SimError) -> Failure {
+    let text = error.to_string();
+    let findings = match &error {
+        SimError::Program { diagnostics, .. } => return Failure::Rendered(diagnostics::render(program, diagnostics)),
+        SimError::Travel { violations, .. } => violations.iter().map(|v| Finding::error(v.block.span, travel(v), None)).collect(),
+        SimError::NoAxis { block, axis, machine } => {
+            vec![Finding::error(block.span, format!("machine {machine} has no axis {axis}"), None)]
+        }
+        SimError::Path { block, source } => vec![Finding::error(block.span, source.to_string(), None)],
+        _ => return Failure::message(text),
+    };
+    Failure::Rendered(format!("{}error: {text}", diagnostics::render_all(program, &findings)))
+}
+
+/// How far a move leaves the travel, in the units that people use.
+fn travel(violation: &TravelViolation) -> String {
+    let TravelViolation { joint, value, limit, .. } = violation;
+    let (unit, factor) = if joint.is_rotary() { ("deg", deg(1.0)) } else { ("mm", 1.0) };
+    let [value, limit] = [value * factor, limit * factor].map(|v| number::fixed(v, 3));
+    format!("axis {joint} would have to go to {value} {unit} in machine coordinates, beyond its limit of {limit} {unit}")
+}
+
+/// A result as JSON text.
+fn to_json(value: &impl Serialize) -> Result<String, Failure> {
+    let mut out = Vec::new();
+    json::write(&mut out, value).map_err(|error| Failure::message(format!("cannot make JSON of the result: {error}")))?;
+    String::from_utf8(out).map_err(|error| Failure::message(error.to_string()))
+}
+
+/// Tables for a file, and for stdout.
+fn text_options(color: bool) -> TextOptions {
+    TextOptions { color, ..TextOptions::default() }
+}
+
+/// The answer in the form asked for.
+fn show(format: Format, json: &str, text: &str) -> Result<(), Failure> {
+    crate::output::print(match format {
+        Format::Text => text,
+        Format::Json => json,
+    })
+}

@@ -1,0 +1,36 @@
+//! `lostmotion plan`.
+
+use super::{DONE, failure};
+use crate::args::Plan;
+use crate::failure::Failure;
+use crate::{input, machines};
+use lostmotion::base::Clock;
+use lostmotion::plan::Sample;
+use lostmotion::report::atomic::AtomicFile;
+use lostmotion::report::csv::PlanWriter;
+use lostmotion::report::{WriteError, number};
+use lostmotion::sim::{SimError, SimulateOptions};
+
+/// Writes the plan of a program as CSV.
+pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
+    let program = input::program(&args.part)?;
+    let machine = machines::load(args.on.machine.as_deref())?;
+    let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
+    let mut writer = PlanWriter::new(AtomicFile::create(&args.out)?, machine.axis_set(), Clock::CNC).map_err(unwritten)?;
+    let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
+    let info = lostmotion::sim::plan(&program, &machine, &SimulateOptions::default(), &mut sink).map_err(|error| match error {
+        SimError::Sink(why) => Failure::message(format!("cannot write {}: {why}", args.out.display())),
+        other => failure(&program, other),
+    })?;
+    writer.finish().map_err(unwritten)?.commit()?;
+    if !quiet {
+        crate::output::print(&format!(
+            "{}: {}, {} mm cutting, {} mm rapid\n",
+            args.out.display(),
+            number::duration(info.duration_s),
+            number::fixed(info.cutting_mm, 1),
+            number::fixed(info.rapid_mm, 1)
+        ))?;
+    }
+    Ok(DONE)
+}

@@ -1,0 +1,31 @@
+//! `lostmotion simulate`.
+
+use super::{DONE, OUTSIDE, failure, prepare, show, text_options, to_json};
+use crate::args::Simulate;
+use crate::failure::Failure;
+use crate::output::stdout_has_color;
+use crate::record::{Answer, Record};
+use lostmotion::report::text;
+
+/// Runs a program with one method. Exit code 0 within tolerance, 1 outside.
+pub(crate) fn run(args: &Simulate, quiet: bool) -> Result<u8, Failure> {
+    let (program, machine, options) = prepare(&args.run)?;
+    let mut record = Record::new(&args.run, std::slice::from_ref(&args.method), quiet)?;
+    let result = lostmotion::sim::simulate(&program, &machine, &args.method, &options, &mut record);
+    let simulation = result.map_err(|error| failure(&program, error))?;
+    let json = to_json(&simulation)?;
+    let plain = text::simulation(&simulation, &text_options(false));
+    record.finish(&Answer {
+        program: &simulation.program.name,
+        machine: &simulation.machine,
+        duration_s: simulation.plan.duration_s,
+        tolerance_um: simulation.tolerance_um,
+        results: std::slice::from_ref(&simulation.result),
+        json_name: "simulation.json",
+        json: &json,
+        text_name: "simulation.txt",
+        text: &plain,
+    })?;
+    show(args.run.format, &json, &text::simulation(&simulation, &text_options(stdout_has_color())))?;
+    Ok(if simulation.result.within_tolerance { DONE } else { OUTSIDE })
+}

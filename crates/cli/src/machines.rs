@@ -1,0 +1,88 @@
+//! Machines and axes by name or file.
+
+use crate::failure::Failure;
+use crate::input;
+use lostmotion::axis::AxisConfig;
+use lostmotion::axis::config::Gap;
+use lostmotion::base::AxisId;
+use lostmotion::sim::Machine;
+use lostmotion::sim::machine::{DEFAULT_MACHINE, MachineError, axis_from_toml, axis_preset, axis_presets, presets};
+use std::path::Path;
+
+/// Whether an argument means a file rather than a name.
+fn is_file(name: &str) -> bool {
+    name.ends_with(".toml") || name.contains(['/', '\\'])
+}
+
+/// The names of the machines there are.
+fn known() -> String {
+    presets().iter().map(|preset| preset.name).collect::<Vec<_>>().join(", ")
+}
+
+/// The machine asked for, or the default one.
+pub(crate) fn load(name: Option<&str>) -> Result<Machine, Failure> {
+    let name = name.unwrap_or(DEFAULT_MACHINE);
+    if is_file(name) {
+        return read(Path::new(name));
+    }
+    Machine::preset(name).ok_or_else(|| {
+        let hint = format!("known machines: {}; a machine file's name has to end in .toml", known());
+        Failure::with_hint(format!("there is no machine \"{name}\""), hint)
+    })
+}
+
+/// The machine of a file.
+pub(crate) fn read(path: &Path) -> Result<Machine, Failure> {
+    let text = input::text(path, "machine file")?;
+    Machine::from_toml(&path.display().to_string(), &text).map_err(failure)
+}
+
+fn failure(error: MachineError) -> Failure {
+    let count = error.problems.len();
+    Failure::Rendered(format!("{error}\n{count} error{}", if count == 1 { "" } else { "s" }))
+}
+
+/// The axis of a preset (`paper`, `vmc3:x`), of a machine file (`FILE.toml:x`), or of a file with the tables of one axis.
+pub(crate) fn axis(name: &str) -> Result<AxisConfig, Failure> {
+    if let Some(axis) = axis_preset(name) {
+        return Ok(axis);
+    }
+    if let Some((file, letter)) = name.rsplit_once(".toml:") {
+        let machine = read(Path::new(&format!("{file}.toml")))?;
+        let axis = letter_of(letter).and_then(|id| machine.axis(id));
+        return axis.map(|axis| axis.config.clone()).ok_or_else(|| {
+            let letters: Vec<String> = machine.axes().iter().map(|axis| axis.id.letter().to_ascii_lowercase().to_string()).collect();
+            Failure::with_hint(format!("{file}.toml has no axis \"{letter}\""), format!("its axes: {}", letters.join(", ")))
+        });
+    }
+    if is_file(name) {
+        let text = input::text(Path::new(name), "axis file")?;
+        return axis_from_toml(name, &text).map_err(failure);
+    }
+    let hint = format!("known axes: {}; an axis of a machine file: FILE.toml:x", axis_presets().join(", "));
+    Err(Failure::with_hint(format!("there is no axis \"{name}\""), hint))
+}
+
+fn letter_of(text: &str) -> Option<AxisId> {
+    let mut letters = text.chars();
+    match (letters.next(), letters.next()) {
+        (Some(letter), None) => AxisId::from_letter(letter),
+        _ => None,
+    }
+}
+
+/// The machine whose `fixed` compensator was told the gaps of fits, each given as `AXIS=FILE.json`.
+pub(crate) fn with_fits(mut machine: Machine, fits: &[String]) -> Result<Machine, Failure> {
+    for fit in fits {
+        let parts = fit.split_once('=').and_then(|(letter, file)| Some((letter_of(letter)?, file)));
+        let (id, file) = parts.ok_or_else(|| {
+            Failure::with_hint(format!("--fitted {fit} is not of the form AXIS=FILE.json"), "for example: --fitted x=x-axis.json")
+        })?;
+        let axis =
+            machine.axis(id).ok_or_else(|| Failure::message(format!("--fitted {fit}: machine \"{}\" has no axis {id}", machine.name())))?;
+        let gap = crate::commands::fit::told_gap(Path::new(file), &axis.config)?;
+        let told = axis.config.with_told_gap(Gap::MotorRad(gap));
+        machine = machine.with_axis_config(id, &told);
+    }
+    Ok(machine)
+}
