@@ -31,6 +31,19 @@ fn main() {
             }
         }
     }
+    for half_gap in [6.283e-3, 6.283e-4] {
+        let rig = Rig { half_gap, friction: 0.1 * RATED_TORQUE, seed: 5, ..Rig::default() };
+        let log = rig.run(seconds);
+        for (constant, inertia) in [(1.03, 1.0), (1.0, 1.1)] {
+            let mut settings = rig.settings();
+            settings.torque_constant_nm_per_a *= constant;
+            settings.motor_inertia_kgm2 = Some(rig.motor_inertia * inertia);
+            if let Ok(fit) = fit_backlash(&log, &settings) {
+                let error = 100.0 * (fit.half_gap_rad / half_gap - 1.0);
+                println!("half gap {half_gap:.3e}, torque constant times {constant}, motor inertia times {inertia}: error {error:+.3} %");
+            }
+        }
+    }
     for (name, pulls, noise) in [("pushes only", false, 0.0), ("pushes only, 20 mA", false, 0.02), ("pulls too", true, 0.0)] {
         let covered = (0..200).filter(|&seed| covers(seed, pulls, noise)).count();
         println!("{name}: interval covers the truth in {covered} of 200 logs of 3 s");

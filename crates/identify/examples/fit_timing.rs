@@ -1,4 +1,5 @@
-//! Times the fit of a long log, with and without window averaging, and prints the peak memory where the system tells it.
+//! Times the fit of a long log, with window averages and, as a burden on the solver, with every sample (whose acceleration is too
+//! noisy to be of use), and prints the peak memory where the system tells it.
 //!
 //! `cargo run --release -p lostmotion-identify --example fit_timing [seconds of log]`
 

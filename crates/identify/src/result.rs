@@ -15,7 +15,9 @@ pub struct BacklashFit {
     pub half_gap_interval_rad: [f64; 2],
     /// Standard error of the half gap, rad, from the scatter between blocks of the log.
     pub half_gap_error_rad: f64,
-    /// Allowance for what scatter cannot show, rad: 2 % of the encoders' resolution and 0.005 % of the wind-up.
+    /// Allowance for what scatter cannot show, rad: 2 % of the encoders' resolution and 0.05 % of the wind-up. What
+    /// is wrong in the motor data is not in it: a torque constant wrong by a share e shifts the half gap by up to e times
+    /// the wind-up.
     pub half_gap_allowance_rad: f64,
     /// Compliance of the shaft, rad/(N m).
     pub compliance_rad_per_nm: f64,

@@ -13,7 +13,7 @@ fn half_gap_within_a_tenth_of_a_percent() {
     for half_gap in [1e-1, 6.283e-3, 6.283e-4] {
         for share in [0.0, 0.02, 0.1, 0.3] {
             let rig = Rig { half_gap, friction: share * RATED_TORQUE, offset: 0.003, seed: 7, ..Rig::default() };
-            let fit = fit_backlash(&rig.run(6.0), &rig.settings()).unwrap();
+            let fit = fit_backlash(&rig.run(4.0), &rig.settings()).unwrap();
             let error = fit.half_gap_rad / half_gap - 1.0;
             assert!(error.abs() < 1e-3, "gap {half_gap}, friction {share}: {error:+.2e}");
             assert!((fit.offset_rad - 0.003).abs() < 1e-6, "{}", fit.offset_rad);
@@ -68,7 +68,7 @@ fn a_known_stiffness_and_a_model_without_damping() {
 fn without_the_motor_inertia_the_gap_is_still_near() {
     let rig = Rig { half_gap: 0.05, friction: 1.0, ..Rig::default() };
     let settings = FitSettings::new(rig.torque_constant, None);
-    let fit = fit_backlash(&rig.run(8.0), &settings).unwrap();
+    let fit = fit_backlash(&rig.run(5.0), &settings).unwrap();
     assert!((fit.half_gap_rad / rig.half_gap - 1.0).abs() < 0.01, "{}", fit.half_gap_rad);
 }
 
