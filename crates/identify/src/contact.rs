@@ -130,7 +130,10 @@ mod tests {
     use super::*;
 
     fn windows(torques: &[f64]) -> Vec<WindowSample> {
-        torques.iter().map(|&torque_nm| WindowSample { difference_rad: torque_nm.signum(), rate_rad_s: 0.0, torque_nm }).collect()
+        torques
+            .iter()
+            .map(|&torque_nm| WindowSample { difference_rad: torque_nm.signum(), rate_rad_s: 0.0, acceleration_rad_s2: 0.0, torque_nm })
+            .collect()
     }
 
     fn settings() -> FitSettings {

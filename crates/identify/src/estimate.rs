@@ -25,6 +25,7 @@ pub(crate) const GAP: usize = 0;
 pub(crate) const OFFSET: usize = 1;
 pub(crate) const COMPLIANCE: usize = 2;
 pub(crate) const DAMPING: usize = 3;
+pub(crate) const INERTIA: usize = 4;
 
 /// All that an estimate is made from.
 pub(crate) struct Job<'a> {
@@ -36,7 +37,7 @@ pub(crate) struct Job<'a> {
 
 /// Coefficients and what was found around them.
 pub(crate) struct Estimate {
-    pub(crate) coefficients: [f64; 4],
+    pub(crate) coefficients: [f64; 5],
     pub(crate) gap_spread: Spread,
     pub(crate) compliance_error: f64,
     pub(crate) delta: f64,
@@ -54,12 +55,12 @@ impl Job<'_> {
         Regression {
             rows: samples()
                 .map(|(side, window)| {
-                    let all = [side, 1.0, window.torque_nm, -window.rate_rad_s];
+                    let all = [side, 1.0, window.torque_nm, -window.rate_rad_s, -window.acceleration_rad_s2];
                     columns.map(|column| all[column])
                 })
                 .collect(),
             targets: samples().map(|(_, window)| window.difference_rad - known * window.torque_nm).collect(),
-            // the damping time stays free, since a current logged late lowers it
+            // the damping time stays free, since a current logged late lowers it, and so does what is added to the inertia
             nonnegative: columns.map(|column| column == GAP || column == COMPLIANCE),
         }
     }
@@ -76,7 +77,7 @@ impl Job<'_> {
         let blocks = spread::blocks(&episodes);
         let thin = || NotExcited::TooFewTraversals { seen: self.contact.traversals, needed: self.contact.traversals + 1 };
         let spread = |which| spread::spread(&regression, &x, delta, &blocks, which).ok_or_else(thin);
-        let mut coefficients = [0.0, 0.0, self.settings.stiffness_nm_per_rad.map_or(0.0, |stiffness| 1.0 / stiffness), 0.0];
+        let mut coefficients = [0.0, 0.0, self.settings.stiffness_nm_per_rad.map_or(0.0, |stiffness| 1.0 / stiffness), 0.0, 0.0];
         columns.iter().zip(x).for_each(|(&column, x)| coefficients[column] = x);
         let compliance_error = match columns.iter().position(|&column| column == COMPLIANCE) {
             Some(which) => spread(which)?.standard_error,

@@ -3,7 +3,7 @@
 use crate::{
     contact::{self, Contact},
     error::{FitError, NotExcited},
-    estimate::{COMPLIANCE, DAMPING, Estimate, GAP, Job, OFFSET, RESOLVED},
+    estimate::{COMPLIANCE, DAMPING, Estimate, GAP, INERTIA, Job, OFFSET, RESOLVED},
     log::BacklashLog,
     result::BacklashFit,
     settings::FitSettings,
@@ -14,6 +14,8 @@ use crate::{
 /// Share of the wind-up that the model is at best good to: the current between two samples of the log is not their mean. On
 /// the simulated axis, whose current loop runs five times per sample, this shifts the torque by 0.03 to 0.04 %.
 const MODELLED: f64 = 5e-4;
+/// Fits in a row where the motor's inertia is unknown: each takes the sides from the inertia that the one before found.
+const INERTIA_ROUNDS: usize = 4;
 /// Torque variation within the sides, over its RMS, below which gap and wind-up cannot be told apart.
 const LEAST_VARIATION: f64 = 0.01;
 
@@ -32,8 +34,20 @@ pub fn fit_backlash(log: &BacklashLog, settings: &FitSettings) -> Result<Backlas
 /// As [`fit_backlash`].
 pub fn fit_backlash_with(log: &BacklashLog, settings: &FitSettings, solver: &dyn QpSolver) -> Result<BacklashFit, FitError> {
     settings.check()?;
+    if let Some(inertia) = settings.motor_inertia_kgm2 {
+        return Ok(fit_at(log, settings, solver, inertia)?.1);
+    }
+    let mut inertia = 0.0;
+    for _ in 1..INERTIA_ROUNDS {
+        inertia = fit_at(log, settings, solver, inertia)?.0;
+    }
+    Ok(fit_at(log, settings, solver, inertia)?.1)
+}
+
+/// The fit with sides taken from the contact torque at this motor inertia, and the inertia that it finds where none is given.
+fn fit_at(log: &BacklashLog, settings: &FitSettings, solver: &dyn QpSolver, inertia: f64) -> Result<(f64, BacklashFit), FitError> {
     let half = window::half_width(settings, log.period_s());
-    let windows = window::averages(log, settings, half);
+    let windows = window::averages(log, settings, inertia, half);
     if windows.len() < 3 {
         return Err(FitError::TooShort { samples: log.len(), needed: half.saturating_mul(4).saturating_add(1) });
     }
@@ -42,13 +56,21 @@ pub fn fit_backlash_with(log: &BacklashLog, settings: &FitSettings, solver: &dyn
         check_variation(&contact)?;
     }
     let job = Job { contact: &contact, settings, resolution: log.resolution_rad(), solver };
-    let estimate = match (settings.stiffness_nm_per_rad, settings.fit_damping) {
-        (None, true) => job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING])?,
-        (None, false) => job.estimate([GAP, OFFSET, COMPLIANCE])?,
-        (Some(_), true) => job.estimate([GAP, OFFSET, DAMPING])?,
-        (Some(_), false) => job.estimate([GAP, OFFSET])?,
+    let optional = [
+        (COMPLIANCE, settings.stiffness_nm_per_rad.is_none()),
+        (DAMPING, settings.fit_damping),
+        (INERTIA, settings.motor_inertia_kgm2.is_none()),
+    ];
+    let optional: Vec<usize> = optional.into_iter().filter(|(_, wanted)| *wanted).map(|(column, _)| column).collect();
+    let estimate = match *optional.as_slice() {
+        [] => job.estimate([GAP, OFFSET])?,
+        [a] => job.estimate([GAP, OFFSET, a])?,
+        [a, b] => job.estimate([GAP, OFFSET, a, b])?,
+        _ => job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA])?,
     };
-    Ok(estimate.report(log, &contact, half))
+    let compliance = estimate.coefficients[COMPLIANCE];
+    let found = if compliance > 0.0 { (inertia + estimate.coefficients[INERTIA] / compliance).max(0.0) } else { inertia };
+    Ok((found, estimate.report(log, &contact, half, found)))
 }
 
 /// Gap and wind-up differ only through the torque's variation within the sides.
@@ -66,9 +88,9 @@ fn check_variation(contact: &Contact) -> Result<(), NotExcited> {
 }
 
 impl Estimate {
-    fn report(self, log: &BacklashLog, contact: &Contact, half: usize) -> BacklashFit {
+    fn report(self, log: &BacklashLog, contact: &Contact, half: usize, inertia: f64) -> BacklashFit {
         let (samples_positive, samples_negative) = contact.per_side();
-        let [half_gap, offset, compliance, damping] = self.coefficients;
+        let [half_gap, offset, compliance, damping, _] = self.coefficients;
         let torque_square = contact.samples.iter().map(|sample| sample.window.torque_nm * sample.window.torque_nm).sum::<f64>();
         let wind_up = compliance * (torque_square / contact.samples.len() as f64).sqrt();
         let allowance = RESOLVED * log.resolution_rad() + MODELLED * wind_up;
@@ -85,6 +107,7 @@ impl Estimate {
             stiffness_nm_per_rad: (compliance > 0.0).then(|| 1.0 / compliance),
             offset_rad: offset,
             damping_time_s: damping,
+            motor_inertia_kgm2: inertia,
             residual_rms_rad: self.rms,
             residual_scale_rad: self.scale,
             huber_delta_rad: self.delta,

@@ -28,6 +28,8 @@ pub struct BacklashFit {
     /// Damping over stiffness of the shaft, less what the current was logged late against the positions, s; zero where it
     /// was not fitted.
     pub damping_time_s: f64,
+    /// Inertia of the motor as given, or as fitted, kg m2.
+    pub motor_inertia_kgm2: f64,
     /// Middle of the gap: `theta_M - theta_L` half-way between the flanks, rad.
     pub offset_rad: f64,
     /// RMS of all residuals, rad.

@@ -11,10 +11,11 @@ use crate::error::FitError;
 pub struct FitSettings {
     /// Torque per current, N m/A.
     pub torque_constant_nm_per_a: f64,
-    /// Inertia of the motor with what is fixed to its shaft, kg m2. Without it the motor's own acceleration torque counts
-    /// as contact torque, and the slip filter alone keeps traverses out.
+    /// Inertia of the motor with what is fixed to its shaft, kg m2; fitted if not given, which costs accuracy and needs a
+    /// load in which current and acceleration do not always go together.
     pub motor_inertia_kgm2: Option<f64>,
-    /// Viscous friction of the motor, N m s/rad.
+    /// Viscous friction of the motor, N m s/rad. Give it where the inertia is fitted: what is missing here then goes into
+    /// the inertia and from there into the gap (a few percent of the gap on a load with much friction).
     pub motor_viscous_nm_s_per_rad: f64,
     /// Coulomb friction of the motor's own bearings, N m.
     pub motor_coulomb_nm: f64,

@@ -16,6 +16,8 @@ pub struct WindowSample {
     pub difference_rad: f64,
     /// Mean rate of `theta_M - theta_L`, rad/s.
     pub rate_rad_s: f64,
+    /// Mean acceleration of the motor, rad/s2.
+    pub acceleration_rad_s2: f64,
     /// Mean contact torque, N m.
     pub torque_nm: f64,
 }
@@ -27,16 +29,16 @@ pub fn half_width(settings: &FitSettings, period_s: f64) -> usize {
     (samples as usize).max(1)
 }
 
-/// The log as window averages, one every `half` samples; empty if the log is shorter than a window.
-pub fn averages(log: &BacklashLog, settings: &FitSettings, half: usize) -> Vec<WindowSample> {
+/// The log as window averages, one every `half` samples, for a motor of this inertia; empty if the log is shorter than a window.
+pub fn averages(log: &BacklashLog, settings: &FitSettings, inertia_kgm2: f64, half: usize) -> Vec<WindowSample> {
     let span = half.saturating_mul(2).saturating_add(1);
     if log.len() < span {
         return Vec::new();
     }
-    (0..=(log.len() - span) / half).map(|n| average(log, settings, half, n * half)).collect()
+    (0..=(log.len() - span) / half).map(|n| average(log, settings, inertia_kgm2, half, n * half)).collect()
 }
 
-fn average(log: &BacklashLog, settings: &FitSettings, half: usize, start: usize) -> WindowSample {
+fn average(log: &BacklashLog, settings: &FitSettings, inertia_kgm2: f64, half: usize, start: usize) -> WindowSample {
     let motor = &log.motor()[start..=start + 2 * half];
     let load = &log.load()[start..=start + 2 * half];
     let current = &log.current()[start..=start + 2 * half];
@@ -61,8 +63,9 @@ fn average(log: &BacklashLog, settings: &FitSettings, half: usize, start: usize)
     WindowSample {
         difference_rad: difference / area,
         rate_rad_s: slip / (area * log.period_s()),
+        acceleration_rad_s2: acceleration,
         torque_nm: settings.torque_constant_nm_per_a * torque_current / area
-            - settings.motor_inertia_kgm2.unwrap_or(0.0) * acceleration
+            - inertia_kgm2 * acceleration
             - settings.motor_viscous_nm_s_per_rad * velocity
             - coulomb,
     }
@@ -82,15 +85,16 @@ mod tests {
     fn a_parabola_gives_its_own_torque() {
         // theta = 3 + 5 t + 7 t^2: acceleration 14, velocity 5 + 14 t, both exact under a symmetric window
         let log = log(|t| (3.0 + 5.0 * t + 7.0 * t * t, 2.0 + 2.0 * t + 7.0 * t * t, 2.0));
-        let settings = FitSettings { motor_viscous_nm_s_per_rad: 0.1, motor_coulomb_nm: 0.25, ..FitSettings::new(1.5, Some(0.01)) };
+        let settings = FitSettings { motor_viscous_nm_s_per_rad: 0.1, motor_coulomb_nm: 0.25, ..FitSettings::new(1.5, None) };
         for half in [1, 4, 10] {
-            let averages = averages(&log, &settings, half);
+            let averages = averages(&log, &settings, 0.01, half);
             assert_eq!(averages.len(), 100 / half - 1);
             for (n, sample) in averages.iter().enumerate() {
                 let t = ((n + 1) * half) as f64 * 1e-3;
                 let torque = 1.5 * 2.0 - 0.01 * 14.0 - 0.1 * (5.0 + 14.0 * t) - 0.25;
                 assert!((sample.torque_nm - torque).abs() < 1e-9, "{} {torque}", sample.torque_nm);
                 assert!((sample.difference_rad - 1.0 - 3.0 * t).abs() < 1e-12 && (sample.rate_rad_s - 3.0).abs() < 1e-9);
+                assert!((sample.acceleration_rad_s2 - 14.0).abs() < 1e-7);
             }
         }
     }
@@ -100,7 +104,7 @@ mod tests {
         // a spike of one ampere sample weighs 1/half wherever it stands, so long as windows surround it
         for spike in 20..40 {
             let log = log(|t| (0.0, 0.0, if (t - f64::from(spike) * 1e-3).abs() < 1e-9 { 1.0 } else { 0.0 }));
-            let sum: f64 = averages(&log, &FitSettings::new(1.0, None), 10).iter().map(|sample| sample.torque_nm).sum();
+            let sum: f64 = averages(&log, &FitSettings::new(1.0, None), 0.0, 10).iter().map(|sample| sample.torque_nm).sum();
             assert!((sum - 0.1).abs() < 1e-12, "{spike}: {sum}");
         }
     }
@@ -108,7 +112,7 @@ mod tests {
     #[test]
     fn a_short_log_has_no_windows() {
         let log = log(|t| (t, t, 0.0));
-        assert!(averages(&log, &FitSettings::new(1.0, None), 51).is_empty());
-        assert!(averages(&log, &FitSettings::new(1.0, None), usize::MAX).is_empty());
+        assert!(averages(&log, &FitSettings::new(1.0, None), 0.0, 51).is_empty());
+        assert!(averages(&log, &FitSettings::new(1.0, None), 0.0, usize::MAX).is_empty());
     }
 }

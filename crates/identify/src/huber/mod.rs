@@ -195,7 +195,7 @@ impl<const P: usize> Descent<P> {
     fn solve(&mut self, data: &Regression<P>, pieces: &[Piece], solver: &dyn QpSolver, options: &SolveOptions) -> Result<(), FitError> {
         let mut bounded = std::array::from_fn(|j| data.nonnegative[j] && self.z[j] <= FAR);
         loop {
-            let program = program::build(data, pieces, &self.z, &bounded);
+            let (program, unit) = program::build(data, pieces, &self.z, &bounded);
             let solution = solver.solve(&program, options)?;
             self.iterations += solution.iterations;
             self.solves += 1;
@@ -205,7 +205,7 @@ impl<const P: usize> Descent<P> {
                 SolverStatus::AlmostSolved => self.status = SolverStatus::AlmostSolved,
                 status => return Err(FitError::Solver { status, iterations: self.iterations }),
             }
-            let z: [f64; P] = std::array::from_fn(|j| self.z[j] + solution.x.get(j).copied().unwrap_or(0.0));
+            let z: [f64; P] = std::array::from_fn(|j| self.z[j] + unit * solution.x.get(j).copied().unwrap_or(0.0));
             let missed: [bool; P] = std::array::from_fn(|j| data.nonnegative[j] && !bounded[j] && z[j] < 0.0);
             if !missed.contains(&true) {
                 // what is still below zero is within the solver's tolerance of its bound

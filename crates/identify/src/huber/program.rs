@@ -45,9 +45,18 @@ impl Piece {
 /// Variables: step `d` (P), then for each explicit sample its square part `u`, its excess above `v >= 0` and below
 /// `w >= 0` with `a d + u + v - w = r`, `r` the residual at the centre; loss `u^2/2 + v + w`. The other samples add
 /// `d'Hd/2 - h'd`. A coefficient that is `bounded` keeps centre plus step from falling below zero.
-pub(super) fn build<const P: usize>(data: &Regression<P>, pieces: &[Piece], centre: &[f64; P], bounded: &[bool; P]) -> QuadraticProgram {
+///
+/// The step is in units of `1/sqrt(samples)`, the size that steps have, so that `H` does not outgrow the explicit samples. Returned
+/// with the program is what one unit of its first variables is.
+pub(super) fn build<const P: usize>(
+    data: &Regression<P>,
+    pieces: &[Piece],
+    centre: &[f64; P],
+    bounded: &[bool; P],
+) -> (QuadraticProgram, f64) {
     let explicit: Vec<usize> = (0..pieces.len()).filter(|&k| pieces[k] == Piece::Explicit).collect();
     let count = explicit.len();
+    let unit = 1.0 / (data.rows.len().max(1) as f64).sqrt();
     let summed = Normal::of_pieces(data, pieces, centre);
     let bounded: Vec<usize> = (0..P).filter(|&j| bounded[j]).collect();
     let (variables, rows) = (P + 3 * count, count + bounded.len() + 2 * count);
@@ -55,14 +64,14 @@ pub(super) fn build<const P: usize>(data: &Regression<P>, pieces: &[Piece], cent
 
     let mut quadratic = SparseColumns::new(variables);
     for j in 0..P {
-        quadratic.push_column((0..=j).map(|i| (i, summed.matrix[i][j])));
+        quadratic.push_column((0..=j).map(|i| (i, unit * unit * summed.matrix[i][j])));
     }
     (0..count).for_each(|n| quadratic.push_column([(P + n, 1.0)]));
     (0..2 * count).for_each(|_| quadratic.push_column([]));
 
     let mut constraints = SparseColumns::new(rows);
     for j in 0..P {
-        let slopes = explicit.iter().enumerate().map(|(row, &k)| (row, data.rows[k][j]));
+        let slopes = explicit.iter().enumerate().map(|(row, &k)| (row, unit * data.rows[k][j]));
         let bound = bounded.iter().position(|&b| b == j).map(|n| (count + n, -1.0));
         constraints.push_column(slopes.chain(bound));
     }
@@ -70,11 +79,11 @@ pub(super) fn build<const P: usize>(data: &Regression<P>, pieces: &[Piece], cent
     (0..count).for_each(|n| constraints.push_column([(n, 1.0), (first_excess_row + n, -1.0)]));
     (0..count).for_each(|n| constraints.push_column([(n, -1.0), (first_excess_row + count + n, -1.0)]));
 
-    let mut linear: Vec<f64> = summed.gradient.iter().map(|h| -h).collect();
+    let mut linear: Vec<f64> = summed.gradient.iter().map(|h| -unit * h).collect();
     linear.resize(P + count, 0.0);
     linear.resize(variables, 1.0);
     let mut bounds: Vec<f64> = explicit.iter().map(|&k| data.residual(k, centre)).collect();
-    bounds.extend(bounded.iter().map(|&j| centre[j]));
+    bounds.extend(bounded.iter().map(|&j| centre[j] / unit));
     bounds.resize(rows, 0.0);
-    QuadraticProgram { quadratic, linear, constraints, bounds, equations: count }
+    (QuadraticProgram { quadratic, linear, constraints, bounds, equations: count }, unit)
 }
