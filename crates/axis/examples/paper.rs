@@ -69,16 +69,17 @@ fn main() -> Result<(), AxisError> {
             for lambda in [0.2, 0.4, 0.5, 0.6, 0.7, 0.75, 0.77] {
                 let mut config = paper.clone();
                 config.compensation.published.p0 = p0;
-                config.compensation.published.lambda = lambda;
+                config.compensation.published.lambda = Some(lambda);
                 let f = move_figures(&config, method);
                 print!(" | {:>6.2} {:>6.2} {:>5.2}", f[0] / base[0], f[1] / base[1], f[3] / base[3]);
             }
             println!();
         }
     }
-    println!("\nspeed, times real time");
+    println!("\nspeed, times real time: this axis, a slide with friction");
     for method in METHODS {
-        println!("{:<20}{:>10.0}", method.info.name, speed(&paper, method.info.name)?);
+        let with_friction = support::mill(300.0, 100.0);
+        println!("{:<20}{:>10.0}{:>10.0}", method.info.name, speed(&paper, method.info.name)?, speed(&with_friction, method.info.name)?);
     }
     Ok(())
 }

@@ -1,4 +1,5 @@
 //! What each compensator does, and what it does wrong.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 mod support;
 
@@ -76,7 +77,7 @@ fn published_harms_on_arcs_as_known() {
 fn the_printed_gain_diverges() {
     let mut config = AxisConfig::paper();
     config.compensation.published.p0 = 1e6;
-    config.compensation.published.lambda = 0.6;
+    config.compensation.published.lambda = Some(0.6);
     let motion = |t: f64| there_and_back(PAPER_MOVE, REST, t);
     let out = run(&config, "published-literal", &motion, 1.7);
     assert!(max_abs(errors(&out)) > 10.0);

@@ -1,4 +1,5 @@
 //! The plant against closed forms.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 use lostmotion_axis::config::{AxisConfig, ContactLaw};
 use lostmotion_axis::plant::{Contact, Friction, Mode, Plant, PlantInput, PlantParams, PlantState, Side};

@@ -1,4 +1,5 @@
 //! The plant against a fourth-order Runge-Kutta integration of the bare equations, with its own event logic, on random axes.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 use lostmotion_axis::config::{AxisConfig, ContactLaw};
 use lostmotion_axis::plant::{Plant, PlantInput, PlantParams, PlantState};

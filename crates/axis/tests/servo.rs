@@ -1,4 +1,5 @@
 //! The drive: closed forms of its loops, its limits, and what a run as a whole has to keep.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 mod support;
 

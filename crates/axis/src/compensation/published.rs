@@ -17,7 +17,7 @@
 //!      dtheta_c = dtheta_M(k) latched where ES became 0 (the load is taken to coast at that speed)
 //! (13) theta_L = theta_M - theta_b goes to the position loop
 //! ```
-//! Signals: motor position (rad), current (A), reference acceleration (rad/s2). It knows K_t and J_M from the data sheet.
+//! Signals: motor position (rad), current (A), reference acceleration (rad/s2). It knows K_t and J_M (rotor and screw) from the data sheets.
 //! Tunables: lambda (0 to 1), P0 (same for all three parameters), and the acceleration that counts as zero (rad/s2).
 //!
 //! The paper gives neither lambda nor P0. On its own axis, moving 0 -> 20 rad -> 0, the settled offset falls below a tenth of that without compensation for P0 from 100
@@ -28,7 +28,7 @@
 //! - The printed gain of (6) diverges once phi' P phi > 2.
 //! - (8) fires only where the acceleration leaves exact zero. On an arc it never does again: ES latches, theta_b stays on one side, and the
 //!   error reaches the whole gap, **twice that of no compensation**.
-//! - J_min has to lie below J_M + J_L: lambda < 1 - J_M/(J_M + J_L).
+//! - J_min has to lie below J_M + J_L, which nobody told the drive: lambda < 1 - J_M/(J_M + J_L). Above it, theta_b grows without bound.
 //! - theta_b is a sum of differences that nothing re-anchors: it drifts. Wind-up of the shaft counts as gap.
 //! - Three parameters from absolute angles, of which 1 + a1 + a2 = 0 always holds: ill-conditioned far from zero, and with an encoder of finite resolution
 //!   a large P0 fits its steps.
@@ -42,6 +42,9 @@ use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
 const SOURCE: &str = "Gan, Wang, Huang, Machines 2023, 11(2), 193, equations (4) to (13)";
+
+/// Where lambda lies below its bound 1 - J_M/(J_M + J_L) if nobody says otherwise.
+const PART_OF_BOUND: f64 = 0.775;
 
 /// The methods `published` and `published-literal`.
 #[derive(Clone, Copy, Debug)]
@@ -93,11 +96,13 @@ impl<const LITERAL: bool> Published<LITERAL> {
     fn new(config: &AxisConfig) -> Self {
         let settings = &config.compensation.published;
         let period = Clock::SERVO.period_s();
-        let motor_inertia = config.motor.inertia_kgm2;
+        let motor_inertia = config.motor_side_inertia_kgm2();
+        let load_inertia = config.reflected_load().inertia_kgm2;
+        let lambda = settings.lambda.unwrap_or(PART_OF_BOUND * load_inertia / (motor_inertia + load_inertia));
         Published {
             impulse: config.motor.torque_constant_nm_per_a * period * period,
             motor_inertia,
-            threshold: motor_inertia / (1.0 - settings.lambda),
+            threshold: motor_inertia / (1.0 - lambda),
             p0: settings.p0,
             acceleration_zero: settings.acceleration_zero_rad_s2,
         }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct Slide {
     /// Moving mass, kg.
     pub mass_kg: f64,
-    /// Inertia of the screw, kg m2; counted on the load's side of the gap.
+    /// Inertia of the screw and its coupling, kg m2. It turns with the motor: the gap and most of the give are in nut and bearings.
     #[serde(default)]
     pub screw_inertia_kgm2: f64,
     /// Viscous friction of the guides, N s/m.
@@ -39,6 +39,9 @@ pub struct Slide {
 pub struct Table {
     /// Inertia of the table and what lies on it, kg m2.
     pub inertia_kgm2: f64,
+    /// Inertia of the gear's driving side (worm, pinion, coupling) at the motor's shaft, kg m2.
+    #[serde(default)]
+    pub gear_inertia_kgm2: f64,
     /// Viscous friction, N m s/rad.
     #[serde(default)]
     pub viscous_nm_s_per_rad: f64,
@@ -65,6 +68,9 @@ pub struct Table {
 pub struct Reflected {
     /// Inertia J_L, kg m2.
     pub inertia_kgm2: f64,
+    /// Inertia on the motor's side of the gap besides the rotor (screw, coupling, pinion), kg m2.
+    #[serde(default)]
+    pub motor_side_inertia_kgm2: f64,
     /// Viscous friction b_L, N m s/rad.
     #[serde(default)]
     pub viscous_nm_s_per_rad: f64,
@@ -168,7 +174,8 @@ impl Slide {
         };
         let squared = m_per_rad * m_per_rad;
         Reflected {
-            inertia_kgm2: self.mass_kg * squared + self.screw_inertia_kgm2 / (gear * gear),
+            inertia_kgm2: self.mass_kg * squared,
+            motor_side_inertia_kgm2: self.screw_inertia_kgm2 / (gear * gear),
             viscous_nm_s_per_rad: self.viscous_n_s_per_m * squared,
             coulomb_nm: self.coulomb_n * m_per_rad,
             constant_nm: self.constant_n * m_per_rad,
@@ -183,6 +190,7 @@ impl Slide {
 impl Table {
     fn check(&self) -> Result<(), AxisConfigError> {
         positive("inertia_kgm2", self.inertia_kgm2)?;
+        not_negative("gear_inertia_kgm2", self.gear_inertia_kgm2)?;
         not_negative("viscous_nm_s_per_rad", self.viscous_nm_s_per_rad)?;
         not_negative("coulomb_nm", self.coulomb_nm)?;
         finite("constant_nm", self.constant_nm)?;
@@ -197,6 +205,7 @@ impl Table {
         let motor_rad_per_mdeg = 1e-3_f64.to_radians() / table_per_motor;
         Reflected {
             inertia_kgm2: self.inertia_kgm2 * squared,
+            motor_side_inertia_kgm2: self.gear_inertia_kgm2,
             viscous_nm_s_per_rad: self.viscous_nm_s_per_rad * squared,
             coulomb_nm: self.coulomb_nm * table_per_motor,
             constant_nm: self.constant_nm * table_per_motor,
@@ -216,6 +225,7 @@ impl Reflected {
 
     fn check(&self) -> Result<(), AxisConfigError> {
         positive("inertia_kgm2", self.inertia_kgm2)?;
+        not_negative("motor_side_inertia_kgm2", self.motor_side_inertia_kgm2)?;
         not_negative("viscous_nm_s_per_rad", self.viscous_nm_s_per_rad)?;
         not_negative("coulomb_nm", self.coulomb_nm)?;
         finite("constant_nm", self.constant_nm)?;

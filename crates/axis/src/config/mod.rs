@@ -68,7 +68,7 @@ impl AxisConfig {
     /// Refuses shafts so stiff or light that a step of the current loop could not resolve them.
     fn check_stiffness(&self) -> Result<(), AxisConfigError> {
         let load = self.reflected_load();
-        let joint = 1.0 / self.motor.inertia_kgm2 + 1.0 / load.inertia_kgm2;
+        let joint = 1.0 / self.motor_side_inertia_kgm2() + 1.0 / load.inertia_kgm2;
         let resonance = (load.stiffness_nm_per_rad * joint).sqrt();
         between("shaft resonance in rad/s (stiffness with both inertias)", resonance, 0.0, 1e5).map_err(|e| e.within("load"))?;
         between("shaft damping rate in 1/s (damping with both inertias)", load.damping_nm_s_per_rad * joint, 0.0, 1e6)
@@ -83,6 +83,11 @@ impl AxisConfig {
     /// The load as the motor's shaft sees it.
     pub fn reflected_load(&self) -> Reflected {
         self.load.reflected(&self.transmission)
+    }
+
+    /// Inertia that turns with the motor, J_M: rotor and screw or pinion, kg m2.
+    pub fn motor_side_inertia_kgm2(&self) -> f64 {
+        self.motor.inertia_kgm2 + self.reflected_load().motor_side_inertia_kgm2
     }
 
     /// Total gap in the axis' unit (mm, deg or rad).

@@ -32,6 +32,7 @@ impl AxisConfig {
             },
             load: Load::Reflected(Reflected {
                 inertia_kgm2: 0.0065,
+                motor_side_inertia_kgm2: 0.0,
                 viscous_nm_s_per_rad: 0.0,
                 coulomb_nm: 0.0,
                 constant_nm: 0.0,

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 /// Rule:
 /// - current PI by pole-zero cancellation: integral time `L/R`, gain `2 pi f_c L`, so the closed loop is a first-order lag of
 ///   bandwidth `f_c`;
-/// - velocity PI for the rigid axis, inertia `J = J_M + J_L`: natural frequency `w_n = 2 pi f_v` and damping `D`, so the gain is
+/// - velocity PI for the rigid axis, inertia `J` of rotor, screw and load: natural frequency `w_n = 2 pi f_v` and damping `D`, so the gain is
 ///   `(2 D w_n J - b)/K_t` and the integral time `(2 D w_n J - b)/(w_n^2 J)`;
 /// - position gain `Kv = position_ratio * w_n`.
 ///
@@ -54,7 +54,7 @@ impl Drive {
     /// loop has 50 us and one period of delay; all fields can be set afterwards.
     pub fn tuned(motor: &Motor, load: &Reflected, tuning: &Tuning, current_limit_a: f64, bus_voltage_v: f64) -> Drive {
         let inductance = motor.phase_inductance_h();
-        let inertia = motor.inertia_kgm2 + load.inertia_kgm2;
+        let inertia = motor.inertia_kgm2 + load.motor_side_inertia_kgm2 + load.inertia_kgm2;
         let viscous = motor.viscous_nm_s_per_rad + load.viscous_nm_s_per_rad;
         let natural = TAU * tuning.velocity_frequency_hz;
         let damping_torque = 2.0 * tuning.velocity_damping * natural * inertia - viscous;

@@ -15,7 +15,7 @@ pub struct PlantParams {
     pub torque_constant_nm_per_a: f64,
     /// Pole pairs.
     pub pole_pairs: f64,
-    /// Inertia of the rotor, kg m2.
+    /// Inertia of the rotor and what turns with it, kg m2.
     pub motor_inertia_kgm2: f64,
     /// Viscous friction at the motor, N m s/rad.
     pub motor_viscous_nm_s_per_rad: f64,
@@ -53,7 +53,7 @@ impl PlantParams {
             back_emf_v_s_per_rad: motor.back_emf_v_s_per_rad(),
             torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
             pole_pairs: motor.pole_pairs(),
-            motor_inertia_kgm2: motor.inertia_kgm2,
+            motor_inertia_kgm2: config.motor_side_inertia_kgm2(),
             motor_viscous_nm_s_per_rad: motor.viscous_nm_s_per_rad,
             motor_coulomb_nm: motor.coulomb_nm,
             load_inertia_kgm2: load.inertia_kgm2,

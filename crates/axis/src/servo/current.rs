@@ -32,11 +32,13 @@ impl CurrentState {
         let (error_d, error_q) = (-plant.current_d, command - plant.current_q);
         let free_d = gain * error_d + self.integral_d - cross * plant.current_q;
         let free_q = gain * error_q + self.integral_q + cross * plant.current_d + self.back_emf;
-        let (square, limit) = (free_d * free_d + free_q * free_q, servo.voltage_limit);
-        let (cut_d, cut_q) = if square > limit * limit {
+        let limit = servo.voltage_limit;
+        let (cut_d, cut_q) = if free_d * free_d + free_q * free_q > limit * limit {
             self.limited = true;
-            let scale = limit / square.sqrt();
-            (free_d * scale, free_q * scale)
+            // d first: a field current that gets out of hand would weaken or saturate the machine
+            let d = free_d.clamp(-limit, limit);
+            let room = (limit * limit - d * d).sqrt();
+            (d, free_q.clamp(-room, room))
         } else {
             (free_d, free_q)
         };

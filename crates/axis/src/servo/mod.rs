@@ -80,7 +80,7 @@ impl Servo {
             current_period_s,
             current_steps: crate::config::SERVO_PERIOD_US / drive.current_period_us.max(1),
             torque_constant: motor.torque_constant_nm_per_a,
-            told_inertia: drive.told_inertia_kgm2.unwrap_or(motor.inertia_kgm2 + load.inertia_kgm2),
+            told_inertia: drive.told_inertia_kgm2.unwrap_or(config.motor_side_inertia_kgm2() + load.inertia_kgm2),
             inductance: motor.phase_inductance_h(),
             resistance: motor.phase_resistance_ohm(),
             back_emf: motor.back_emf_v_s_per_rad(),
