@@ -2,12 +2,12 @@
 
 use crate::machine::MachineError;
 use lostmotion_axis::AxisError;
+use lostmotion_base::{AxisId, BlockRef};
 use lostmotion_contour::ContourError;
 use lostmotion_gcode::Diagnostics;
 use lostmotion_kinematics::KinematicsError;
 use lostmotion_path::PathError;
 use lostmotion_plan::{PlanError, TravelViolation};
-use lostmotion_base::{AxisId, BlockRef};
 
 /// Why there is no result.
 #[derive(Debug, thiserror::Error)]
@@ -40,7 +40,9 @@ pub enum SimError {
         lines: u64,
     },
     /// The part lies outside the machine's travel.
-    #[error("{name}: the part does not fit the machine `{machine}`: {count} moves go beyond its travel; shift the work offset in the machine file or take another machine")]
+    #[error(
+        "{name}: the part does not fit the machine `{machine}`: {count} moves go beyond its travel; shift the work offset in the machine file or take another machine"
+    )]
     Travel {
         /// Name of the program.
         name: String,

@@ -2,10 +2,13 @@
 
 use crate::error::SimError;
 use crate::machine::{Machine, MachineAxis};
-use lostmotion_axis::{AxisError, AxisOutput, AxisRunner, Setpoint, build_runner};
+use lostmotion_axis::{AxisConfig, AxisError, AxisOutput, AxisRunner, Setpoint, build_runner};
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
+
+/// How long the machine stands still before the program, CNC ticks: gravity pulls loads to their flank, drives settle.
+const SETTLE_TICKS: usize = 500;
 
 /// The runner of one axis of one variant.
 struct Lane {
@@ -27,6 +30,8 @@ pub(crate) struct Bank {
 pub(crate) struct Outputs {
     axes: Vec<AxisInfo>,
     lanes: Vec<AxisOutput>,
+    /// Where each lane's load stands when its command is 0, in the axis' unit.
+    datums: Vec<f64>,
 }
 
 /// What the rest of the session needs to know of an axis.
@@ -51,17 +56,20 @@ impl Bank {
     /// Every axis at rest at `start` (joint positions).
     pub(crate) fn new(machine: &Machine, variants: &[Variant], start: &Coords) -> Result<Bank, SimError> {
         let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
-        let mut lanes = Vec::new();
+        let (mut lanes, mut datums) = (Vec::new(), Vec::new());
         for variant in variants {
             for (index, axis) in machine.axes().iter().enumerate() {
+                let error = |source| SimError::Axis { axis: axis.id, source };
                 let config = if variant.without_gap { axis.config.without_gap() } else { axis.config.clone() };
                 let at = start[axis.id] * axis.axis_units_per_joint_unit();
-                let runner = build_runner(&config, &variant.method, at).map_err(|source| SimError::Axis { axis: axis.id, source })?;
+                let mut runner = build_runner(&config, &variant.method, at).map_err(error)?;
+                settle(runner.as_mut(), at).map_err(error)?;
                 lanes.push(Lane { axis: index, runner });
+                datums.push(datum(&config, at).map_err(error)?);
             }
         }
         let delay_ticks = lanes.iter().map(|lane| lane.runner.delay_ticks()).max().unwrap_or(0);
-        let outputs = Outputs { lanes: lanes.iter().map(|_| AxisOutput::new(false)).collect(), axes };
+        let outputs = Outputs { lanes: lanes.iter().map(|_| AxisOutput::new(false)).collect(), axes, datums };
         Ok(Bank { setpoints: vec![Vec::new(); outputs.axes.len()], lanes, delay_ticks, outputs })
     }
 
@@ -97,6 +105,24 @@ impl Bank {
     }
 }
 
+/// Lets an axis stand still at a place until it has come to rest; gives where its load then is.
+fn settle(runner: &mut dyn AxisRunner, at: f64) -> Result<f64, AxisError> {
+    let rest = Setpoint { position: at, velocity: Some(0.0), acceleration: Some(0.0) };
+    let mut output = AxisOutput::new(false);
+    runner.push(&[rest; SETTLE_TICKS], &mut output)?;
+    Ok(output.load.last().copied().unwrap_or(at))
+}
+
+/// The machine's zero of an axis: where people set it. A load that gravity holds on one flank is set up there, gap and wind-up included; one
+/// that may lie on either flank is set up in the middle of its gap.
+fn datum(config: &AxisConfig, at: f64) -> Result<f64, AxisError> {
+    if config.reflected_load().constant_nm == 0.0 {
+        return Ok(0.0);
+    }
+    let mut runner = build_runner(config, "none", at)?;
+    Ok(settle(runner.as_mut(), at)? - at)
+}
+
 impl AxisInfo {
     fn of(axis: &MachineAxis) -> AxisInfo {
         AxisInfo {
@@ -118,9 +144,14 @@ impl Outputs {
         &self.lanes[variant * self.axes.len() + axis]
     }
 
+    /// Load position of an axis of a variant at a servo sample of the last chunk, in the axis' unit.
+    pub(crate) fn load_of(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
+        self.of(variant, axis).load[servo_sample] - self.datums[variant * self.axes.len() + axis]
+    }
+
     /// Joint positions of the loads of a variant at a servo sample of the last chunk.
     pub(crate) fn load(&self, variant: usize, servo_sample: usize) -> Coords {
-        self.joints(|axis| self.of(variant, axis).load[servo_sample])
+        self.joints(|axis| self.load_of(variant, axis, servo_sample))
     }
 
     /// Joint positions of the references at a servo sample of the last chunk; the same for every variant.

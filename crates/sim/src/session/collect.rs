@@ -8,8 +8,8 @@ use crate::options::SimulateOptions;
 use crate::results::{AxisResult, Comparison, MethodResult, PlanInfo, SCHEMA_VERSION, Simulation};
 use crate::source::ProgramSource;
 use lostmotion_axis::find_method;
-use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::Clock;
+use lostmotion_base::units::UM_PER_MM;
 
 /// Backlash RMS by which a method has to be worse than `none` to be called harmful, um.
 const HARM_UM: f64 = 0.1;
@@ -33,11 +33,7 @@ pub(crate) fn comparison(
         program: checked.program,
         machine: machine.name().to_owned(),
         tolerance_um,
-        plan: PlanInfo {
-            duration_s: Clock::CNC.seconds(tally.samples),
-            command: rows::stats(&tally.command, UM_PER_MM),
-            ..checked.plan
-        },
+        plan: PlanInfo { duration_s: Clock::CNC.seconds(tally.samples), command: rows::stats(&tally.command, UM_PER_MM), ..checked.plan },
         without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].cutting, UM_PER_MM),
         recommended: recommended(&results),
         results,
@@ -139,4 +135,3 @@ fn recommended(results: &[MethodResult]) -> Option<String> {
     }
     best.filter(|_| results.len() > 1).map(|result| result.method.clone())
 }
-

@@ -19,8 +19,6 @@ pub(crate) struct Frame {
     pub(crate) is_cnc_tick: bool,
     /// Whether any joint is commanded to move.
     pub(crate) moving: bool,
-    /// Commanded joints.
-    pub(crate) joints: Coords,
     /// Commanded tool.
     pub(crate) pose: ToolPose,
     /// Contour error of the command itself, mm, signed.
@@ -86,7 +84,6 @@ impl Aligner {
                 sample,
                 is_cnc_tick: part == 0,
                 moving: sample.velocity.0.iter().any(|v| v.abs() > STANDSTILL),
-                joints,
                 pose: kinematics.tool_pose(&joints, &sample.tool_mm),
                 command_mm: 0.0,
                 without_gap: ContourSample::default(),

@@ -6,8 +6,8 @@ use crate::error::SimError;
 use crate::options::SimulateOptions;
 use lostmotion_base::Clock;
 use lostmotion_contour::{
-    BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place, ReversalConfig, ReversalLedger, ReversalRow, ReversalState,
-    Shares, Statistics,
+    BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place, ReversalConfig, ReversalLedger, ReversalRow,
+    ReversalState, Shares, Statistics,
 };
 use lostmotion_kinematics::Kinematics;
 
@@ -104,8 +104,8 @@ impl Recorder {
             self.orientation.push(record.sample.orientation_error_rad, place);
         }
         for (axis, statistics) in self.following.iter_mut().enumerate() {
-            let output = outputs.of(self.variant, axis);
-            statistics.push(output.reference[frame.servo_sample] - output.load[frame.servo_sample], place);
+            let reference = outputs.of(self.variant, axis).reference[frame.servo_sample];
+            statistics.push(reference - outputs.load_of(self.variant, axis, frame.servo_sample), place);
         }
         self.blocks.record(record);
         if let Some(records) = &mut self.records {

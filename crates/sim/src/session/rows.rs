@@ -21,11 +21,7 @@ pub(crate) fn stats(statistics: &Statistics, factor: f64) -> ErrorStats {
 }
 
 fn parts(shares: &Shares) -> ErrorParts {
-    ErrorParts {
-        command: shares.command_mm * UM_PER_MM,
-        servo: shares.servo_mm * UM_PER_MM,
-        backlash: shares.backlash_mm * UM_PER_MM,
-    }
+    ErrorParts { command: shares.command_mm * UM_PER_MM, servo: shares.servo_mm * UM_PER_MM, backlash: shares.backlash_mm * UM_PER_MM }
 }
 
 pub(crate) fn block(row: &BlockRow) -> BlockResult {

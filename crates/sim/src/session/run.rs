@@ -12,7 +12,7 @@ use crate::options::SimulateOptions;
 use crate::source::ProgramSource;
 use lostmotion_axis::SAMPLES_PER_SETPOINT;
 use lostmotion_base::{Clock, Coords, Tick};
-use lostmotion_contour::{ContourTracker, FootState, Place, ProgrammedSegment, Statistics};
+use lostmotion_contour::{ContourTracker, FootState, Place, Statistics};
 use lostmotion_kinematics::Kinematics;
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
@@ -37,8 +37,7 @@ pub(crate) struct Tally {
 }
 
 /// A run on its way.
-pub(crate) struct Run<'a> {
-
+pub(crate) struct Run {
     kinematics: Arc<dyn Kinematics>,
     tracker: ContourTracker,
     aligner: Aligner,
@@ -88,14 +87,8 @@ pub(crate) fn run(
     Ok(run.tally)
 }
 
-impl<'a> Run<'a> {
-    fn new(
-        machine: &Machine,
-        methods: &[String],
-        options: &'a SimulateOptions,
-        with_records: bool,
-        feed: &Feed,
-    ) -> Result<Run<'a>, SimError> {
+impl Run {
+    fn new(machine: &Machine, methods: &[String], options: &SimulateOptions, with_records: bool, feed: &Feed) -> Result<Run, SimError> {
         let mut variants = vec![Variant { method: "none".to_owned(), without_gap: true }];
         variants.extend(methods.iter().map(|method| Variant { method: method.clone(), without_gap: false }));
         let start = feed.start_joints();
@@ -103,7 +96,6 @@ impl<'a> Run<'a> {
         let axes = bank.outputs.axes().len();
         let recorder = |variant| Recorder::new(variant, axes, options, with_records && variant != WITHOUT_GAP);
         Ok(Run {
-            options,
             kinematics: feed.kinematics(),
             tracker: ContourTracker::new(options.contour),
             aligner: Aligner::new(bank.delay_ticks(), SAMPLES_PER_SETPOINT),
@@ -197,5 +189,4 @@ impl<'a> Run<'a> {
             }
         }
     }
-
 }

@@ -22,14 +22,41 @@ pub(crate) fn fill(source: &ProgramSource, mut blocks: Vec<&mut BlockResult>) {
 
 /// Reads the line at each place, going through the program once without holding it.
 fn read(mut reader: Box<dyn BufRead + Send>, texts: &mut BTreeMap<u64, String>) -> std::io::Result<()> {
-    let mut at = 0;
-    for (start, text) in texts {
-        at += std::io::copy(&mut reader.by_ref().take(start.saturating_sub(at)), &mut std::io::sink())?;
-        // A character takes up to four bytes.
-        let mut bytes = Vec::new();
-        at += reader.by_ref().take(4 * LONGEST as u64).read_to_end(&mut bytes)? as u64;
-        let line = bytes.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
+    // A character takes up to four bytes.
+    let longest = 4 * LONGEST as u64;
+    // The last bytes read, and where they begin: the next place may lie in them.
+    let (mut held, mut held_at): (Vec<u8>, u64) = (Vec::new(), 0);
+    for (&start, text) in texts {
+        let end = held_at + held.len() as u64;
+        if start > end {
+            std::io::copy(&mut reader.by_ref().take(start - end), &mut std::io::sink())?;
+            held.clear();
+        } else {
+            held.drain(..(start - held_at) as usize);
+        }
+        held_at = start;
+        let missing = longest.saturating_sub(held.len() as u64);
+        reader.by_ref().take(missing).read_to_end(&mut held)?;
+        let line = held.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
         *text = String::from_utf8_lossy(line).trim().chars().take(LONGEST).collect();
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_near_and_far_apart_are_found() {
+        let lines: Vec<String> = (0..100).map(|n| format!("N{n} G1 X{}", "1".repeat(n))).collect();
+        let program = lines.join("\n");
+        let start = |n: usize| lines[..n].iter().map(|line| line.len() as u64 + 1).sum::<u64>();
+        let wanted = [0, 1, 2, 40, 41, 99];
+        let mut texts: BTreeMap<u64, String> = wanted.iter().map(|n| (start(*n), String::new())).collect();
+        read(Box::new(std::io::Cursor::new(program.clone().into_bytes())), &mut texts).unwrap();
+        for n in wanted {
+            assert_eq!(texts[&start(n)], lines[n].chars().take(LONGEST).collect::<String>());
+        }
+    }
 }

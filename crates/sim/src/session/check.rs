@@ -1,0 +1,159 @@
+//! The first pass: the whole program is read and held against the machine before anything is simulated, so that all its errors
+//! are told in one go and nothing is half done.
+
+use super::lower::lower;
+use super::reader::Reader;
+use crate::error::SimError;
+use crate::machine::Machine;
+use crate::options::SimulateOptions;
+use crate::results::{PlanInfo, ProgramInfo};
+use crate::source::ProgramSource;
+use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem, Severity};
+use lostmotion_kinematics::Kinematics;
+use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, TravelCheck, TravelViolation};
+use std::sync::Arc;
+
+/// How many violations of the travel are kept.
+const KEPT_VIOLATIONS: usize = 20;
+
+/// What the first pass learns.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Checked {
+    pub(crate) program: ProgramInfo,
+    /// Lengths only.
+    pub(crate) plan: PlanInfo,
+}
+
+/// The planner's settings for a machine.
+pub(crate) fn planner_config(machine: &Machine) -> PlannerConfig {
+    let mut limits = [None; lostmotion_base::AXES];
+    for axis in machine.axes() {
+        limits[axis.id.index()] = Some(axis.limits);
+    }
+    let settings = machine.planner();
+    PlannerConfig {
+        default_tolerance_mm: settings.default_tolerance_mm,
+        exact_path_tolerance_mm: settings.exact_path_tolerance_mm,
+        exact_path_angle_deg: settings.exact_path_angle_deg,
+        ..PlannerConfig::new(limits)
+    }
+}
+
+/// The machine's kinematics.
+pub(crate) fn kinematics(machine: &Machine) -> Result<Arc<dyn Kinematics>, SimError> {
+    Ok(Arc::from(lostmotion_kinematics::build(machine.kinematics())?))
+}
+
+struct Pass<'a> {
+    source: &'a ProgramSource,
+    machine: &'a Machine,
+    travel: TravelCheck,
+    violations: Vec<TravelViolation>,
+    violated: u64,
+    problems: Vec<Diagnostic>,
+    moves: u64,
+    plan: PlanInfo,
+}
+
+/// Reads the program to its end.
+///
+/// # Errors
+/// Everything that is wrong with the program, or all moves beyond the machine's travel.
+pub(crate) fn check(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Checked, SimError> {
+    check_options(options)?;
+    let mut reader = Reader::new(source, machine, options)?;
+    let travel = TravelCheck::new(&planner_config(machine), kinematics(machine)?);
+    let plan = PlanInfo::default();
+    let mut pass = Pass { source, machine, travel, violations: Vec::new(), violated: 0, problems: Vec::new(), moves: 0, plan };
+    while let Some(item) = reader.next() {
+        match item {
+            Ok((item, _)) => pass.item(&item)?,
+            Err((problem, place)) => pass.problems.push(Diagnostic { problem, place }),
+        }
+        if pass.problems.len() >= options.limits.diagnostics {
+            break;
+        }
+    }
+    pass.finish(reader.diagnostics(), options)
+}
+
+impl Pass<'_> {
+    fn item(&mut self, item: &MotionItem) -> Result<(), SimError> {
+        let Some(PlanItem::Move(item)) = lower(item)? else { return Ok(()) };
+        self.moves += 1;
+        match item.feed {
+            FeedLimit::Rapid => self.plan.rapid_mm += tip_length(&item),
+            _ => self.plan.cutting_mm += tip_length(&item),
+        }
+        for axis in lostmotion_base::AxisId::ALL {
+            if self.machine.axis(axis).is_none() && item.curve.end()[axis] != item.curve.start()[axis] {
+                return Err(SimError::NoAxis { block: item.block, axis, machine: self.machine.name().to_owned() });
+            }
+        }
+        self.travel.push(&item)?;
+        self.note_violations();
+        Ok(())
+    }
+
+    fn note_violations(&mut self) {
+        let found = self.travel.take_violations();
+        self.violated += found.len() as u64;
+        let room = KEPT_VIOLATIONS - self.violations.len().min(KEPT_VIOLATIONS);
+        self.violations.extend(found.into_iter().take(room));
+    }
+
+    fn finish(self, found: &Diagnostics, options: &SimulateOptions) -> Result<Checked, SimError> {
+        let name = self.source.name().to_owned();
+        let mut diagnostics = found.clone();
+        for problem in self.problems {
+            diagnostics.push(problem);
+        }
+        if diagnostics.errors() > 0 {
+            return Err(SimError::Program { name, diagnostics: Box::new(diagnostics) });
+        }
+        if self.violated > 0 {
+            let machine = self.machine.name().to_owned();
+            return Err(SimError::Travel { name, machine, count: self.violated, violations: self.violations });
+        }
+        let bytes = self.source.len().map_err(|source| SimError::Read { name: name.clone(), source })?;
+        let lines = count_lines(self.source).map_err(|source| SimError::Read { name: name.clone(), source })?;
+        if self.moves == 0 {
+            return Err(SimError::Empty { name, bytes, lines });
+        }
+        let warning = |d: &&Diagnostic| d.severity() == Severity::Warning;
+        let warnings = diagnostics.kept().iter().filter(warning).take(options.limits.diagnostics).map(ToString::to_string).collect();
+        Ok(Checked { program: ProgramInfo { name, bytes, lines, moves: self.moves, warnings }, plan: self.plan })
+    }
+}
+
+/// Path of the tip, mm.
+fn tip_length(item: &Move) -> f64 {
+    if item.curve.moves_tip() { item.curve.length() } else { 0.0 }
+}
+
+fn count_lines(source: &ProgramSource) -> std::io::Result<u64> {
+    let mut reader = source.open()?;
+    let (mut lines, mut unfinished) = (0, false);
+    loop {
+        let buffer = reader.fill_buf()?;
+        if buffer.is_empty() {
+            return Ok(lines + u64::from(unfinished));
+        }
+        lines += buffer.iter().filter(|byte| **byte == b'\n').count() as u64;
+        unfinished = buffer.last() != Some(&b'\n');
+        let length = buffer.len();
+        reader.consume(length);
+    }
+}
+
+fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
+    let positive = |what, value: f64| {
+        if value.is_finite() && value > 0.0 { Ok(()) } else { Err(SimError::Option { what, value, condition: "a positive finite number" }) }
+    };
+    if let Some(tolerance_um) = options.tolerance_um {
+        positive("the tolerance in um", tolerance_um)?;
+    }
+    positive("the window after a reversal in s", options.reversal_window_s)?;
+    positive("the longest duration in s", options.max_duration_s)?;
+    positive("the number of samples in a chunk", options.chunk_samples as f64)
+}

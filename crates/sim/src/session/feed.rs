@@ -1,0 +1,105 @@
+//! The second pass: program in, samples of the plan out, with the programmed segments that they lie on.
+
+use super::check::{kinematics, planner_config};
+use super::lower::{lower, plane};
+use super::reader::Reader;
+use crate::error::SimError;
+use crate::machine::Machine;
+use crate::options::SimulateOptions;
+use crate::source::ProgramSource;
+use lostmotion_base::Coords;
+use lostmotion_contour::ProgrammedSegment;
+use lostmotion_gcode::{Diagnostic, Diagnostics};
+use lostmotion_kinematics::Kinematics;
+use lostmotion_plan::{FeedLimit, PlanItem, Planner, Sample};
+use std::sync::Arc;
+
+/// A program on its way through the planner.
+pub(crate) struct Feed {
+    name: String,
+    reader: Reader,
+    planner: Planner,
+    kinematics: Arc<dyn Kinematics>,
+    start_joints: Coords,
+    segments: u64,
+    over: bool,
+    last: Option<Sample>,
+}
+
+impl Feed {
+    pub(crate) fn new(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Feed, SimError> {
+        let kinematics = kinematics(machine)?;
+        let start = machine.start();
+        Ok(Feed {
+            name: source.name().to_owned(),
+            reader: Reader::new(source, machine, options)?,
+            planner: Planner::new(planner_config(machine), Arc::clone(&kinematics), start)?,
+            start_joints: kinematics.inverse(&start, &[0.0; 3])?,
+            kinematics,
+            segments: 0,
+            over: false,
+            last: None,
+        })
+    }
+
+    /// The next samples, at most so many, none at the end; and the segments that were read on the way.
+    pub(crate) fn chunk(&mut self, most: usize, samples: &mut Vec<Sample>, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
+        samples.clear();
+        while samples.len() < most {
+            let taken = self.planner.take(most - samples.len(), samples);
+            if taken == 0 {
+                if self.over {
+                    break;
+                }
+                self.read(segments)?;
+            }
+        }
+        self.last = samples.last().copied().or(self.last);
+        Ok(())
+    }
+
+    /// Hands the planner one item more, or the end.
+    fn read(&mut self, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
+        let Some(item) = self.reader.next() else {
+            self.over = true;
+            return Ok(self.planner.finish()?);
+        };
+        let (item, in_force) = item.map_err(|(problem, place)| {
+            let mut diagnostics = Diagnostics::new(1);
+            diagnostics.push(Diagnostic { problem, place });
+            SimError::Program { name: self.name.clone(), diagnostics: Box::new(diagnostics) }
+        })?;
+        let Some(item) = lower(&item)? else { return Ok(()) };
+        self.planner.push(item)?;
+        if let PlanItem::Move(item) = item {
+            segments.push(ProgrammedSegment {
+                index: self.segments,
+                curve: item.curve,
+                plane: plane(in_force),
+                rapid: item.feed == FeedLimit::Rapid,
+                block: item.block,
+            });
+            self.segments += 1;
+        }
+        Ok(())
+    }
+
+    /// The last sample given out.
+    pub(crate) fn last(&self) -> Option<Sample> {
+        self.last
+    }
+
+    pub(crate) fn kinematics(&self) -> Arc<dyn Kinematics> {
+        Arc::clone(&self.kinematics)
+    }
+
+    /// Joints before the program.
+    pub(crate) fn start_joints(&self) -> Coords {
+        self.start_joints
+    }
+
+    /// How far into the program it has read, bytes.
+    pub(crate) fn bytes_done(&self) -> u64 {
+        self.reader.bytes_done()
+    }
+}

@@ -1,0 +1,63 @@
+//! From the front end's motion to curves and planner items.
+
+use crate::error::SimError;
+use lostmotion_base::units::deg;
+use lostmotion_gcode::{Feed, Motion, MotionItem, PathMode};
+use lostmotion_path::{Arc, ArcSpec, Curve, Plane};
+use lostmotion_plan::{Dwell, FeedLimit, Halt, Move, PathControl, PlanItem};
+
+/// Seconds per minute.
+const MINUTE: f64 = 60.0;
+
+/// What the planner is to do; nothing for what neither moves nor stops the machine.
+///
+/// # Errors
+/// An arc that cannot be.
+pub(crate) fn lower(item: &MotionItem) -> Result<Option<PlanItem>, SimError> {
+    Ok(Some(match item {
+        MotionItem::Move(motion) => PlanItem::Move(lower_move(motion)?),
+        MotionItem::Dwell { seconds, block } => PlanItem::Dwell(Dwell { seconds: *seconds, block: *block }),
+        MotionItem::ToolChange { block, .. } | MotionItem::Stop { block, .. } | MotionItem::End { block } => {
+            PlanItem::Halt(Halt { block: *block })
+        }
+        _ => return Ok(None),
+    }))
+}
+
+fn lower_move(motion: &Motion) -> Result<Move, SimError> {
+    let curve = match &motion.circle {
+        None => Curve::line(motion.start, motion.end),
+        Some(circle) => {
+            let spec = ArcSpec {
+                start: motion.start,
+                end: motion.end,
+                plane: plane(circle.plane),
+                center: circle.center_mm,
+                rotation: circle.turns,
+            };
+            Curve::Arc(Arc::new(spec).map_err(|source| SimError::Path { block: motion.block, source })?)
+        }
+    };
+    let feed = match (motion.feed, motion.duration_s) {
+        (Feed::Rapid, _) => FeedLimit::Rapid,
+        (_, Some(seconds)) => FeedLimit::Duration(seconds),
+        (Feed::MmPerMin(feed), None) => FeedLimit::PerSecond(feed / MINUTE),
+        // The parameter of a curve on which only rotary axes move is in degrees.
+        (Feed::RadPerMin(feed), None) => FeedLimit::PerSecond(deg(feed) / MINUTE),
+    };
+    let control = match motion.path {
+        PathMode::ExactPath => PathControl::ExactPath,
+        PathMode::ExactStop => PathControl::ExactStop,
+        PathMode::Continuous { tolerance_mm, merge_mm } => PathControl::Continuous { tolerance_mm, merge_tolerance_mm: Some(merge_mm) },
+    };
+    Ok(Move { curve, feed, control, tool_mm: motion.tool_offset.linear(), block: motion.block })
+}
+
+/// The front end's plane as a plane of curves.
+pub(crate) fn plane(plane: lostmotion_gcode::Plane) -> Plane {
+    match plane {
+        lostmotion_gcode::Plane::Xy => Plane::Xy,
+        lostmotion_gcode::Plane::Zx => Plane::Zx,
+        lostmotion_gcode::Plane::Yz => Plane::Yz,
+    }
+}

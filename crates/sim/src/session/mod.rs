@@ -1,0 +1,104 @@
+//! The session: the whole chain, driven chunk by chunk.
+//!
+//! ```text
+//! check    read everything once: diagnostics, travel            (check.rs, reader.rs, lower.rs)
+//! feed     read again: motion -> moves -> samples, segments     (feed.rs)
+//! bank     samples -> load positions, every axis, every variant (bank.rs)
+//! frame    servo ticks paired with the commands they answer to  (frame.rs)
+//! recorder load positions -> contour errors, added up           (recorder.rs)
+//! collect  sums -> results                                      (collect.rs, rows.rs, text.rs)
+//! ```
+
+mod bank;
+mod check;
+mod collect;
+mod feed;
+mod frame;
+mod lower;
+mod reader;
+mod recorder;
+mod rows;
+mod run;
+mod text;
+
+use crate::error::SimError;
+use crate::machine::Machine;
+use crate::observer::Observer;
+use crate::options::SimulateOptions;
+use crate::results::{Comparison, PlanInfo, Simulation};
+use crate::source::ProgramSource;
+use lostmotion_axis::{METHODS, find_method};
+use lostmotion_base::Clock;
+use lostmotion_plan::Sample;
+
+/// Runs a part program on a machine with one compensator and judges its contour error.
+///
+/// The machine without a gap runs beside it, so that every error splits into command, servo and backlash.
+///
+/// # Errors
+/// Everything that is wrong with program, machine, method or options; see [`SimError`].
+pub fn simulate(
+    source: &ProgramSource,
+    machine: &Machine,
+    method: &str,
+    options: &SimulateOptions,
+    observer: &mut dyn Observer,
+) -> Result<Simulation, SimError> {
+    let comparison = compare(source, machine, &[method.to_owned()], options, observer)?;
+    collect::simulation(comparison).ok_or_else(|| unknown_method(method))
+}
+
+/// One plan, all methods side by side.
+///
+/// # Errors
+/// As [`simulate`]; also no method at all.
+pub fn compare(
+    source: &ProgramSource,
+    machine: &Machine,
+    methods: &[String],
+    options: &SimulateOptions,
+    observer: &mut dyn Observer,
+) -> Result<Comparison, SimError> {
+    for method in methods {
+        find_method(method).map_err(|_| unknown_method(method))?;
+    }
+    if methods.is_empty() {
+        return Err(unknown_method(""));
+    }
+    let checked = check::check(source, machine, options)?;
+    let tally = run::run(source, machine, methods, options, observer)?;
+    Ok(collect::comparison(source, machine, methods, options, checked, &tally))
+}
+
+/// Plans a part program and hands out the samples, chunk by chunk.
+///
+/// # Errors
+/// As [`simulate`], and whatever the sink answers, as [`SimError::Sink`].
+pub fn plan(
+    source: &ProgramSource,
+    machine: &Machine,
+    options: &SimulateOptions,
+    sink: &mut dyn FnMut(&[Sample]) -> Result<(), Box<dyn std::error::Error + Send + Sync>>,
+) -> Result<PlanInfo, SimError> {
+    let checked = check::check(source, machine, options)?;
+    let mut feed = feed::Feed::new(source, machine, options)?;
+    let (mut samples, mut segments) = (Vec::new(), Vec::new());
+    let mut count = 0;
+    loop {
+        feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
+        segments.clear();
+        if samples.is_empty() {
+            return Ok(PlanInfo { duration_s: Clock::CNC.seconds(count), ..checked.plan });
+        }
+        count += samples.len() as u64;
+        if Clock::CNC.seconds(count) > options.max_duration_s {
+            return Err(SimError::TooLong { limit_s: options.max_duration_s });
+        }
+        sink(&samples).map_err(SimError::Sink)?;
+    }
+}
+
+fn unknown_method(name: &str) -> SimError {
+    let known = METHODS.iter().map(|method| method.info.name).collect::<Vec<_>>().join(", ");
+    SimError::Method { name: name.to_owned(), known }
+}
