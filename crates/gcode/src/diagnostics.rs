@@ -79,12 +79,14 @@ impl Diagnostics {
         }
         if self.kept.len() < self.limit {
             self.kept.push(diagnostic);
-        } else if is_error && self.kept.len() as u64 > self.errors - 1 {
-            if let Some(index) = self.kept.iter().rposition(|kept| kept.severity() == Severity::Warning) {
-                self.kept.remove(index);
-                self.kept.push(diagnostic);
-            }
+        } else if let (true, Some(index)) = (is_error, self.last_warning()) {
+            self.kept.remove(index);
+            self.kept.push(diagnostic);
         }
+    }
+
+    fn last_warning(&self) -> Option<usize> {
+        self.kept.iter().rposition(|kept| kept.severity() == Severity::Warning)
     }
 
     /// The findings that were kept, in the order they were made.

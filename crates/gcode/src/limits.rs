@@ -16,7 +16,9 @@ pub struct Limits {
     pub expression_depth: usize,
     /// Executed blocks, repetitions counted.
     pub executed_blocks: u64,
-    /// Consecutive executed blocks that neither move nor dwell, counted inside loops and subroutines only.
+    /// Executed blocks without reading a further line: what loops and subroutines may do at a stretch.
+    pub looped_blocks: u64,
+    /// Of those, blocks in a row that neither move nor dwell.
     pub idle_blocks: u64,
     /// Nesting of subroutine calls.
     pub call_depth: usize,
@@ -42,6 +44,7 @@ impl Default for Limits {
             words: 64,
             expression_depth: 64,
             executed_blocks: 1_000_000_000,
+            looped_blocks: 5_000_000,
             idle_blocks: 1_000_000,
             call_depth: 30,
             held_bytes: 64 << 20,

@@ -71,7 +71,8 @@ pub struct Motion {
     pub block: BlockRef,
 }
 
-/// What a program makes the machine do, in order.
+/// What a program makes the machine do, in order. Most items are moves, so that boxing them would only cost.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum MotionItem {

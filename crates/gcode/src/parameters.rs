@@ -181,11 +181,7 @@ impl Lookup for View<'_> {
     }
 
     fn named(&self, name: &[u8]) -> Option<f64> {
-        if name.first() == Some(&b'_') {
-            if let Some(value) = system_name(name, self.state) {
-                return Some(value);
-            }
-        }
-        self.parameters.name(name)
+        let system = if name.first() == Some(&b'_') { system_name(name, self.state) } else { None };
+        system.or_else(|| self.parameters.name(name))
     }
 }

@@ -33,29 +33,27 @@ pub struct Offsets {
 impl Offsets {
     /// Program coordinates to machine coordinates of the spindle: the work coordinates are turned, then shifted.
     pub fn to_machine(&self, program: &Position) -> Position {
-        let mut machine = *program;
-        for i in 0..9 {
-            machine[i] += self.g92[i];
-        }
-        rotate(&mut machine, self.rotation_deg);
-        for i in 0..9 {
-            machine[i] += self.g5x[i] + self.tool[i];
-        }
-        machine
+        let mut work = add(program, &self.g92);
+        rotate(&mut work, self.rotation_deg);
+        add(&work, &add(&self.g5x, &self.tool))
     }
 
     /// Machine coordinates of the spindle to program coordinates.
     pub fn to_program(&self, machine: &Position) -> Position {
-        let mut program = *machine;
-        for i in 0..9 {
-            program[i] -= self.g5x[i] + self.tool[i];
-        }
-        rotate(&mut program, -self.rotation_deg);
-        for i in 0..9 {
-            program[i] -= self.g92[i];
-        }
-        program
+        let mut work = subtract(machine, &add(&self.g5x, &self.tool));
+        rotate(&mut work, -self.rotation_deg);
+        subtract(&work, &self.g92)
     }
+}
+
+/// Sum by axis.
+pub(crate) fn add(a: &Position, b: &Position) -> Position {
+    std::array::from_fn(|axis| a[axis] + b[axis])
+}
+
+/// Difference by axis.
+pub(crate) fn subtract(a: &Position, b: &Position) -> Position {
+    std::array::from_fn(|axis| a[axis] - b[axis])
 }
 
 /// Turns X and Y about the origin.
@@ -133,6 +131,8 @@ pub struct State {
     pub line: u32,
     /// An M2, M30 or closing % has been reached.
     pub ended: bool,
+    /// A code that may have been a motion mode was refused: what follows may lack a mode because of that.
+    pub motion_unknown: bool,
     /// The missing feed has been reported.
     pub feed_missed: bool,
 }
@@ -181,6 +181,7 @@ impl State {
             cycle: CycleWords::default(),
             line: 0,
             ended: false,
+            motion_unknown: false,
             feed_missed: false,
         }
     }

@@ -54,8 +54,7 @@ fn a_g92_offset_moves_the_coordinates_and_not_the_machine() {
 
 #[test]
 fn rotated_coordinates_turn_ends_and_centres() {
-    let mut config = InterpreterConfig::default();
-    config.parameters = vec![(5221, 10.0), (5230, 90.0)];
+    let config = InterpreterConfig { parameters: vec![(5221, 10.0), (5230, 90.0)], ..InterpreterConfig::default() };
     let all = moves_with("F100 G0 X1 Y0\nG2 X3 Y0 I1 J0\nM2", config);
     close(all[0].end, Coords::xyz(10.0, 1.0, 0.0));
     close(all[1].end, Coords::xyz(10.0, 3.0, 0.0));

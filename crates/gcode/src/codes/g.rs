@@ -1,7 +1,7 @@
 //! G codes.
 
 use super::row::{AxisUse, CodeRow, Group, Texts, row};
-use crate::exec::{Exec, arc, dwell, home, modes, offsets, straight, tool};
+use crate::exec::{Exec, arc, dwell, g10, home, modes, offsets, straight, tool};
 use crate::problem::{Code, Problem};
 
 const NONE: AxisUse = AxisUse::None;
@@ -25,6 +25,13 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(20, Group::Motion, (MAY, "IJKRP"), ["arc or helix, clockwise", "G2 X10 Y0 I5 J0", "g02.ngc"], arc::arc),
     g(30, Group::Motion, (MAY, "IJKRP"), ["arc or helix, counter-clockwise", "G3 X10 Y0 R5", "g03.ngc"], arc::arc),
     g(40, Group::NonModal, (NONE, "P"), ["dwell for P seconds", "G4 P0.5", "g04.ngc"], dwell::dwell),
+    g(
+        100,
+        Group::NonModal,
+        (MAY, "LPRIJQ"),
+        ["coordinate systems (L2, L20) and tools (L1, L10, L11)", "G10 L2 P1 X10", "g10.ngc"],
+        g10::g10,
+    ),
     g(170, Group::Plane, (NONE, ""), ["arcs in the XY plane", "G17", "g17.ngc"], modes::plane),
     g(180, Group::Plane, (NONE, ""), ["arcs in the ZX plane", "G18", "g18.ngc"], modes::plane),
     g(190, Group::Plane, (NONE, ""), ["arcs in the YZ plane", "G19", "g19.ngc"], modes::plane),

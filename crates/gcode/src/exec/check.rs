@@ -18,7 +18,7 @@ type Placed = (Problem, Option<Text>);
 /// Finds the motion of the block and checks that every word is used.
 pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
     find_motion(words, state)?;
-    let mut taken = FREE;
+    let mut taken = if state.motion_unknown { !0 } else { FREE };
     for used in words.codes() {
         taken |= used.row.takes;
         if used.row.axes != AxisUse::None {
@@ -82,6 +82,7 @@ fn modal_motion(words: &Words, state: &State, has_axes: bool) -> Result<Option<&
         let axis = super::words::AXIS_LETTERS.into_iter().find(|&letter| words.has(letter));
         return match modal {
             Some(row) => Ok(Some(row)),
+            None if state.motion_unknown => Ok(None),
             None => Err((Problem::AxisWithoutCode, axis.map(|letter| words.text(letter)))),
         };
     }

@@ -6,6 +6,7 @@ pub(crate) mod auxiliary;
 pub(crate) mod check;
 pub(crate) mod comments;
 pub(crate) mod dwell;
+pub(crate) mod g10;
 pub(crate) mod home;
 pub(crate) mod modes;
 pub(crate) mod offsets;
@@ -20,6 +21,7 @@ use crate::ops::{CanonicalOp, Position, SourcedOp};
 use crate::parameters::Parameters;
 use crate::problem::{Code, Problem};
 use crate::state::{State, is_angle};
+use crate::tool_table::ToolTable;
 use lostmotion_base::axis::AxisId;
 use lostmotion_base::span::BlockRef;
 use words::Words;
@@ -29,6 +31,7 @@ pub struct Exec<'a> {
     pub(crate) state: &'a mut State,
     pub(crate) parameters: &'a mut Parameters,
     pub(crate) config: &'a InterpreterConfig,
+    pub(crate) tools: &'a mut Option<ToolTable>,
     pub(crate) words: &'a Words,
     pub(crate) block: BlockRef,
     pub(crate) out: &'a mut Vec<SourcedOp>,
@@ -48,6 +51,11 @@ impl Exec<'_> {
     /// The value of the word of an axis index.
     pub(crate) fn axis_word(&self, axis: usize) -> Option<f64> {
         self.words.get(words::AXIS_LETTERS[axis])
+    }
+
+    /// A position with the axes that the block names.
+    pub(crate) fn with_axis_words(&self, position: &Position) -> Position {
+        std::array::from_fn(|axis| self.axis_word(axis).unwrap_or(position[axis]))
     }
 
     /// The value of a word that a code cannot do without.

@@ -56,19 +56,15 @@ impl Exec<'_> {
 /// G92: the place where the tool is gets the given coordinates.
 pub(crate) fn g92(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     let mut offset = exec.state.offsets.g92;
-    for axis in 0..9 {
+    for (axis, slot) in offset.iter_mut().enumerate() {
         if let Some(value) = exec.axis_word(axis) {
-            offset[axis] += exec.state.current[axis] - value;
+            *slot += exec.state.current[axis] - value;
         }
     }
     exec.check_target(&offset)?;
     exec.apply_g92(offset);
     // What the line says holds exactly, not to the rounding of the offsets.
-    for axis in 0..9 {
-        if let Some(value) = exec.axis_word(axis) {
-            exec.state.current[axis] = value;
-        }
-    }
+    exec.state.current = exec.with_axis_words(&exec.state.current);
     exec.remember_g92();
     Ok(())
 }

@@ -23,6 +23,7 @@ impl Exec<'_> {
             }
             if used.row.group == Group::Motion {
                 moved = true;
+                self.state.motion_unknown = false;
             }
             (used.row.action)(self, used.row.code).map_err(|problem| (problem, Some(used.text)))?;
         }

@@ -17,7 +17,7 @@ impl Exec<'_> {
 
     /// Refuses tools that the table does not have; 0 is no tool.
     fn check_tool(&mut self, tool: i32) -> Result<(), Problem> {
-        match &self.config.tool_table {
+        match &*self.tools {
             Some(table) if tool != 0 && table.get(tool).is_none() => Err(Problem::NoSuchTool { tool: i64::from(tool) }),
             _ => Ok(()),
         }
@@ -26,10 +26,10 @@ impl Exec<'_> {
     /// The offset of a tool in program units.
     fn tool_offset(&mut self, tool: i32) -> Result<Position, Problem> {
         self.check_tool(tool)?;
-        if self.config.tool_table.is_none() && tool != 0 {
+        if self.tools.is_none() && tool != 0 {
             self.warnings.push(Problem::NoToolTable { tool });
         }
-        let entry = self.config.tool_table.as_ref().and_then(|table| table.get(tool));
+        let entry = self.tools.as_ref().and_then(|table| table.get(tool));
         Ok(entry.map_or([0.0; 9], |tool| convert(&tool.offset, self.config.machine_units, self.state.units)))
     }
 

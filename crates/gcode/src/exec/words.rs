@@ -33,6 +33,12 @@ pub(crate) struct Words {
     pub(crate) motion: Option<&'static CodeRow>,
 }
 
+/// The code of a letter and number; none for numbers that no code has.
+pub(crate) fn code_of(letter: char, value: f64) -> Option<Code> {
+    let tenths = whole(value * 10.0).filter(|tenths| (0.0..=65_535.0).contains(tenths))?;
+    Some(Code { letter, tenths: tenths as u16 })
+}
+
 fn slot(letter: u8) -> usize {
     bit(letter).trailing_zeros() as usize
 }
@@ -88,8 +94,7 @@ impl Words {
 
     fn add_code(&mut self, letter: u8, value: f64, text: Text) -> Result<(), Problem> {
         let letter = char::from(letter);
-        let tenths = whole(value * 10.0).filter(|tenths| (0.0..=65_535.0).contains(tenths)).ok_or(Problem::NotACode { letter, value })?;
-        let code = Code { letter, tenths: tenths as u16 };
+        let code = code_of(letter, value).ok_or(Problem::NotACode { letter, value })?;
         let row = find(code).ok_or(Problem::UnsupportedCode { code })?;
         if row.group == Group::Motion && self.replaces_motion(row) {
             return Ok(());

@@ -117,13 +117,11 @@ impl Interpreter {
             self.flow.record = None;
             return Err(flow_error(message));
         }
-        if ends {
-            if let Some(record) = self.flow.record.take() {
-                if self.flow.seek.as_ref().is_some_and(|seek| seek.name == record.name) {
-                    self.flow.seek = None;
-                }
-                self.flow.subs.insert(record.name, Arc::new(record.body));
+        if let Some(record) = self.flow.record.take_if(|_| ends) {
+            if self.flow.seek.as_ref().is_some_and(|seek| seek.name == record.name) {
+                self.flow.seek = None;
             }
+            self.flow.subs.insert(record.name, Arc::new(record.body));
         }
         Ok(true)
     }

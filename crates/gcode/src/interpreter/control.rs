@@ -106,7 +106,7 @@ impl Interpreter {
         let rounds = self.argument(0).and_then(|rounds| rounds.ok_or_else(|| flow_error("the number of repetitions is missing")));
         match rounds {
             Ok(rounds) if rounds.round() >= 1.0 => {
-                self.open(label, OpenKind::Repeat(self.flow.at - 1, rounds.round().min(MOST_ROUNDS) as u64 - 1))
+                self.open(label, OpenKind::Repeat(self.flow.at - 1, rounds.round().min(MOST_ROUNDS) as u64 - 1));
             }
             _ => self.skip(label, Skip::LoopEnd),
         }

@@ -2,11 +2,13 @@
 
 use super::flow::Skip;
 use super::{Interpreter, Percent, Step};
+use crate::codes::{self, AxisUse, Group};
+use crate::exec::words::code_of;
 use crate::exec::{Exec, check};
 use crate::ops::{CanonicalOp, SourcedOp};
 use crate::problem::Problem;
 use crate::syntax::evaluate::whole;
-use crate::syntax::{Block, Keyword, Label, Setting, Target, Text, parse_block};
+use crate::syntax::{Block, Keyword, Label, Setting, Target, Text, Value, parse_block};
 use lostmotion_base::span::{BlockRef, Span};
 
 impl Interpreter {
@@ -22,15 +24,31 @@ impl Interpreter {
         self.executed += 1;
         if let Err((problem, text)) = self.line_step(out) {
             self.place_and_report(problem, text);
+            self.salvage();
         }
         self.watch(out.get(before..).unwrap_or_default());
         if self.state.ended { Step::Ended } else { Step::Ran }
     }
 
+    /// Takes the motion mode from a refused block, so that the blocks after it are judged as they were meant.
+    fn salvage(&mut self) {
+        for word in self.block.words.iter().filter(|word| word.letter == b'G') {
+            let Value::Number(number) = word.value else { continue };
+            let Some(code) = code_of('G', number) else { continue };
+            match codes::find(code) {
+                Some(row) if row.group == Group::Motion && row.axes != AxisUse::None => {
+                    self.state.motion = Some(code);
+                    self.state.motion_unknown = false;
+                }
+                None => self.state.motion_unknown = true,
+                _ => {}
+            }
+        }
+    }
+
     /// Ends programs that run too long.
     fn watch(&mut self, ops: &[SourcedOp]) {
         let limits = &self.config.limits;
-        let repeating = !self.flow.opens.is_empty() || !self.flow.frames.is_empty();
         let acts = |sourced: &SourcedOp| {
             use CanonicalOp as O;
             matches!(
@@ -38,11 +56,14 @@ impl Interpreter {
                 O::StraightTraverse(_) | O::StraightFeed(_) | O::ArcFeed(_) | O::Dwell(_) | O::ProgramStop | O::OptionalProgramStop
             )
         };
-        self.idle = if !repeating || ops.iter().any(acts) { 0 } else { self.idle + 1 };
+        self.looped += 1;
+        self.idle = if ops.iter().any(acts) { 0 } else { self.idle + 1 };
         let problem = if self.idle > limits.idle_blocks {
             Problem::IdleLoop { limit: limits.idle_blocks }
         } else if self.executed > limits.executed_blocks {
             Problem::TooManyBlocks { limit: limits.executed_blocks }
+        } else if self.looped > limits.looped_blocks {
+            Problem::TooManyBlocks { limit: limits.looped_blocks }
         } else {
             return;
         };
@@ -180,6 +201,7 @@ impl Interpreter {
             state: &mut self.state,
             parameters: &mut self.parameters,
             config: &self.config,
+            tools: &mut self.tools,
             words: &self.words,
             block: BlockRef { span: self.span, call_stack: 0 },
             out,

@@ -20,6 +20,7 @@ use crate::problem::Problem;
 use crate::state::{State, convert};
 use crate::syntax::evaluate::evaluate;
 use crate::syntax::{Block, Value};
+use crate::tool_table::ToolTable;
 use flow::Flow;
 use lostmotion_base::span::{BlockRef, Span};
 use lostmotion_base::units::deg;
@@ -51,6 +52,8 @@ pub struct Interpreter {
     config: InterpreterConfig,
     state: State,
     parameters: Parameters,
+    /// The tool table, with what G10 has changed.
+    tools: Option<ToolTable>,
     diagnostics: Diagnostics,
     flow: Flow,
     block: Block,
@@ -65,6 +68,8 @@ pub struct Interpreter {
     begun: bool,
     at_end: bool,
     executed: u64,
+    /// Blocks run since the last line was read, and those since the last motion.
+    looped: u64,
     idle: u64,
     missing_sub: Option<String>,
 }
@@ -92,6 +97,7 @@ impl Interpreter {
         state.current = state.offsets.to_program(&convert(&start, crate::ops::Units::Mm, config.program_units));
         Interpreter {
             diagnostics: Diagnostics::new(config.limits.diagnostics),
+            tools: config.tool_table.clone(),
             config,
             state,
             parameters,
@@ -107,6 +113,7 @@ impl Interpreter {
             begun: false,
             at_end: false,
             executed: 0,
+            looped: 0,
             idle: 0,
             missing_sub: None,
         }
@@ -152,6 +159,7 @@ impl Interpreter {
     /// Gives the next line of the program, without its terminator. To be called when a step asks for it.
     pub fn push_line(&mut self, line: &[u8], place: Place) {
         self.flow.forget();
+        (self.looped, self.idle) = (0, 0);
         if let Err(problem) = self.flow.main.push(line, place, self.config.limits.held_bytes.max(self.config.limits.line_bytes)) {
             self.place = place;
             self.span = Span { file: place.file, line: place.line, column: 1, start: place.start, len: 0 };

@@ -1,0 +1,164 @@
+//! No input makes the interpreter panic, hang or lose its place.
+#![allow(clippy::unwrap_used)]
+
+use lostmotion_gcode::{Diagnostics, Interpreter, InterpreterConfig, Limits, MotionFold, Place, Program, Step};
+use proptest::prelude::*;
+use std::io::BufReader;
+
+fn config() -> InterpreterConfig {
+    let limits = Limits { looped_blocks: 20_000, idle_blocks: 2_000, cycle_moves: 2_000, ..Limits::default() };
+    InterpreterConfig { limits, ..InterpreterConfig::default() }
+}
+
+/// Runs to the end with motion; every span has to lie within the source.
+fn run(source: &[u8]) -> Diagnostics {
+    let mut program = Program::new(source, config());
+    let mut fold = MotionFold::new(config().start);
+    for op in program.by_ref() {
+        let span = op.block.span;
+        assert!(span.start + u64::from(span.len) <= source.len() as u64);
+        let _ = fold.push(&op);
+        assert!(fold.position().is_finite());
+    }
+    for diagnostic in program.diagnostics().kept() {
+        let span = diagnostic.place.span;
+        assert!(span.start + u64::from(span.len) <= source.len() as u64, "{diagnostic}");
+    }
+    program.finish()
+}
+
+/// A line made of pieces that mean something.
+fn line() -> impl Strategy<Value = String> {
+    const PIECES: &str = "G0|G1|G2|G3|G4|G17|G18|G19|G20|G21|G28|G43|G43.1|G49|G52|G53|G54|G59.3|G64|G80|G81|G83|G90|G91|G90.1|G92|G93|G94|\
+        G98|G10 L2|L20|M2|M3|M6|M98|M99|X1|Y-2.5|Z[1/0]|I5|J0|K1|R3|P1|Q0.5|F100|S200|T1|H2|#1=2|#<a>=[#1+1]|X#<a>|Y##1|(msg,x)|(|;c|\
+        o1 sub|o1 endsub|o1 call [1]|o2 if [#1 gt 0]|o2 endif|o2 else|o3 while [#1 lt 5]|o3 endwhile|o4 repeat [3]|o4 endrepeat|o3 break|\
+        o5 do|o5 while [0]|o1|A90|1e3|%|/|N5|$1|@3|^45|[|]|**|--3|ATAN[1]/[2]|\u{e9}|\0";
+    prop::collection::vec(prop::sample::select(PIECES.split('|').collect::<Vec<_>>()), 0..5).prop_map(|pieces| pieces.join(" "))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn random_bytes_end_in_an_answer(source in prop::collection::vec(any::<u8>(), 0..300)) {
+        run(&source);
+    }
+
+    #[test]
+    fn random_programs_end_in_an_answer(lines in prop::collection::vec(line(), 0..20)) {
+        run(lines.join("\n").as_bytes());
+    }
+
+    #[test]
+    fn the_size_of_the_pieces_read_does_not_matter(lines in prop::collection::vec(line(), 0..12), capacity in 1usize..8, terminator in 0usize..3) {
+        let source = lines.join(["\n", "\r\n", "\r"][terminator]);
+        let mut whole = Program::new(source.as_bytes(), config());
+        let mut pieces = Program::new(BufReader::with_capacity(capacity, source.as_bytes()), config());
+        prop_assert_eq!(whole.by_ref().collect::<Vec<_>>(), pieces.by_ref().collect::<Vec<_>>());
+        prop_assert_eq!(whole.finish(), pieces.finish());
+    }
+
+    #[test]
+    fn block_by_block_is_the_same_as_all_at_once(lines in prop::collection::vec(line(), 0..12)) {
+        let source: String = lines.iter().map(|line| format!("{line}\n")).collect();
+        let mut program = Program::new(source.as_bytes(), config());
+        let expected: Vec<_> = program.by_ref().collect();
+        let mut interpreter = Interpreter::new(config());
+        let mut ops = Vec::new();
+        interpreter.begin(&mut ops);
+        let mut start = 0;
+        let mut lines = lines.iter().zip(1..);
+        loop {
+            match interpreter.step(&mut ops) {
+                Step::Ran => {}
+                Step::Ended => break,
+                Step::NeedsLine => match lines.next() {
+                    Some((text, line)) => {
+                        interpreter.push_line(text.as_bytes(), Place { file: 0, line, start });
+                        start += text.len() as u64 + 1;
+                    }
+                    None => interpreter.end_of_source(),
+                },
+            }
+        }
+        prop_assert_eq!(ops, expected);
+        prop_assert_eq!(interpreter.into_diagnostics(), program.finish());
+    }
+
+    #[test]
+    fn inch_and_millimetre_twins_move_alike(points in prop::collection::vec([-50i32..50, -50..50, -50..50], 1..10), incremental in any::<bool>()) {
+        let program = |unit: &str, scale: f64| {
+            let mut text = format!("{unit}\nF{} {}\n", 100.0 * scale, if incremental { "G91" } else { "G90" });
+            for [x, y, z] in &points {
+                text += &format!("G1 X{} Y{} Z{}\n", f64::from(*x) * scale, f64::from(*y) * scale, f64::from(*z) * scale);
+            }
+            text + "M2\n"
+        };
+        let (mm, inch) = (places(&program("G21", 25.4)), places(&program("G20", 1.0)));
+        prop_assert_eq!(mm.len(), inch.len());
+        for (a, b) in mm.iter().zip(&inch) {
+            prop_assert!((*a - *b).linear_norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn absolute_and_incremental_twins_move_alike(points in prop::collection::vec([-50i32..50, -50..50], 1..10)) {
+        let absolute: String = points.iter().map(|[x, y]| format!("G0 X{x} Y{y}\n")).collect();
+        let mut at = [0, 0];
+        let mut incremental = "G91\n".to_owned();
+        for [x, y] in &points {
+            incremental += &format!("G0 X{} Y{}\n", x - at[0], y - at[1]);
+            at = [*x, *y];
+        }
+        prop_assert_eq!(places(&absolute), places(&incremental));
+    }
+}
+
+/// Where each move ends.
+fn places(text: &str) -> Vec<lostmotion_base::Coords> {
+    let mut fold = MotionFold::new(config().start);
+    Program::new(text.as_bytes(), config()).filter_map(|op| fold.push(&op).unwrap().map(|_| fold.position())).collect()
+}
+
+#[test]
+fn deep_nesting_is_an_error_and_not_a_crash() {
+    for text in ["[", "#", "-", "sin[", "exists[#"] {
+        let source = format!("G0 X{}1\nM2\n", text.repeat(100_000 / text.len()));
+        let limits = Limits { line_bytes: 1 << 20, ..Limits::default() };
+        let diagnostics = Program::new(source.as_bytes(), InterpreterConfig { limits, ..InterpreterConfig::default() }).finish();
+        assert_eq!(diagnostics.kept().first().map(lostmotion_gcode::Diagnostic::code), Some("too-deep"), "{text}");
+    }
+}
+
+#[test]
+fn diagnostics_are_bounded_and_all_are_counted() {
+    let source = "G39 X1\n".repeat(5000) + "M2\n";
+    let diagnostics = Program::new(source.as_bytes(), InterpreterConfig::default()).finish();
+    assert_eq!((diagnostics.errors(), diagnostics.kept().len(), diagnostics.dropped()), (5000, 100, 4900));
+}
+
+#[test]
+fn endless_loops_end_with_their_line() {
+    for (source, code) in [
+        ("o1 while [1]\no1 endwhile\nM2\n", "idle-loop"),
+        ("o1 while [1]\n#1=[#1+1]\no1 endwhile\nM2\n", "idle-loop"),
+        ("o1 sub\no1 call\no1 endsub\no1 call\nM2\n", "calls-too-deep"),
+        ("o1 while [1]\nG0 X1\no1 endwhile\nM2\n", "too-many-blocks"),
+    ] {
+        let diagnostics = Program::new(source.as_bytes(), config()).finish();
+        let found = diagnostics.kept().iter().find(|d| d.code() == code).unwrap();
+        assert!((1..=3).contains(&found.place.span.line), "{found}");
+    }
+}
+
+#[test]
+fn memory_does_not_grow_with_the_program() {
+    let limits = Limits { held_bytes: 1000, line_bytes: 100, ..Limits::default() };
+    let config = InterpreterConfig { limits, ..InterpreterConfig::default() };
+    // A branch that is open over all lines must not hold them: the limit of held bytes is far below the source.
+    let branch = "o1 if [1]\n".to_owned() + &"G0 X1 Y2\n".repeat(5000) + "o1 endif\nM2\n";
+    assert_eq!(Program::new(branch.as_bytes(), config.clone()).finish().errors(), 0);
+    let repeat = "o1 repeat [2]\n".to_owned() + &"G0 X1 Y2\n".repeat(5000) + "o1 endrepeat\nM2\n";
+    let diagnostics = Program::new(repeat.as_bytes(), config).finish();
+    assert!(diagnostics.kept().iter().any(|d| d.code() == "too-much-held"));
+}
