@@ -62,17 +62,23 @@ impl AxisConfig {
         self.drive.check().map_err(|e| e.within("drive"))?;
         between("start_in_gap", self.start_in_gap.0, -1.0, 1.0)?;
         self.compensation.check(&self.transmission).map_err(|e| e.within("compensation"))?;
-        self.check_stiffness()
+        self.check_rates()
     }
 
-    /// Refuses shafts so stiff or light that a step of the current loop could not resolve them.
-    fn check_stiffness(&self) -> Result<(), AxisConfigError> {
-        let load = self.reflected_load();
-        let joint = 1.0 / self.motor_side_inertia_kgm2() + 1.0 / load.inertia_kgm2;
-        let resonance = (load.stiffness_nm_per_rad * joint).sqrt();
-        between("shaft resonance in rad/s (stiffness with both inertias)", resonance, 0.0, 1e5).map_err(|e| e.within("load"))?;
-        between("shaft damping rate in 1/s (damping with both inertias)", load.damping_nm_s_per_rad * joint, 0.0, 1e6)
-            .map_err(|e| e.within("load"))
+    /// Refuses parts so stiff, light or quick that a step of the current loop could not resolve them.
+    fn check_rates(&self) -> Result<(), AxisConfigError> {
+        let (motor, load, inertia) = (&self.motor, self.reflected_load(), self.motor_side_inertia_kgm2());
+        let joint = 1.0 / inertia + 1.0 / load.inertia_kgm2;
+        let emf = motor.torque_constant_nm_per_a * motor.back_emf_v_s_per_rad() / (motor.phase_inductance_h() * inertia);
+        let rates = [
+            ("load: shaft resonance in rad/s (stiffness with both inertias)", (load.stiffness_nm_per_rad * joint).sqrt(), 1e5),
+            ("load: shaft damping in 1/s (damping with both inertias)", load.damping_nm_s_per_rad * joint, 1e6),
+            ("load: viscous friction over inertia in 1/s", load.viscous_nm_s_per_rad / load.inertia_kgm2, 1e5),
+            ("motor: viscous friction over inertia in 1/s", motor.viscous_nm_s_per_rad / inertia, 1e5),
+            ("motor: resistance over inductance in 1/s", motor.resistance_ohm / motor.inductance_h, 1e5),
+            ("motor: square root of K_t K_e/(L J) in rad/s", emf.sqrt(), 1e5),
+        ];
+        rates.into_iter().try_for_each(|(key, rate, highest)| between(key, rate, 0.0, highest))
     }
 
     /// Unit of the axis' positions.

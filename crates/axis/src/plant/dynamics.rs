@@ -30,6 +30,7 @@ pub(super) struct Held {
 
 impl PlantParams {
     /// Stiffness and damping of a coupling.
+    #[inline]
     pub(super) fn shaft(&self, coupling: Coupling) -> (f64, f64) {
         match coupling {
             Coupling::Free => (0.0, 0.0),
@@ -39,6 +40,7 @@ impl PlantParams {
     }
 
     /// Contact torque of a mode, N m.
+    #[inline]
     pub(super) fn contact_torque(&self, mode: Mode, x: &Vector) -> f64 {
         let (k, d) = self.shaft(mode.contact.coupling());
         k * x[PENETRATION] + d * (x[MOTOR] - x[LOAD])
@@ -70,11 +72,13 @@ impl PlantParams {
     }
 
     /// Torque on the motor that its Coulomb friction has to balance, N m.
+    #[inline]
     pub(super) fn motor_need(&self, mode: Mode, x: &Vector) -> f64 {
         self.torque_constant_nm_per_a * x[CURRENT] - self.contact_torque(mode, x)
     }
 
     /// Torque on the load that its Coulomb friction has to balance, N m.
+    #[inline]
     pub(super) fn load_need(&self, mode: Mode, x: &Vector, held: &Held) -> f64 {
         self.contact_torque(mode, x) - held.load_torque
     }

@@ -52,6 +52,7 @@ pub(super) enum Coupling {
 
 impl Contact {
     /// Sign of the flank from which penetration counts; 0 where it counts from the middle.
+    #[inline]
     pub(super) const fn sign(self) -> f64 {
         match self {
             Contact::Rigid | Contact::Gap => 0.0,
@@ -59,6 +60,7 @@ impl Contact {
         }
     }
 
+    #[inline]
     pub(super) const fn coupling(self) -> Coupling {
         match self {
             Contact::Gap | Contact::Lifted(_) => Coupling::Free,
@@ -94,6 +96,7 @@ pub enum Friction {
 }
 
 impl Friction {
+    #[inline]
     pub(super) const fn sign(self) -> f64 {
         match self {
             Friction::None | Friction::Stuck => 0.0,
@@ -101,6 +104,7 @@ impl Friction {
         }
     }
 
+    #[inline]
     pub(super) const fn stuck(self) -> bool {
         matches!(self, Friction::Stuck)
     }
@@ -122,11 +126,13 @@ pub(super) const MATRICES: usize = 12;
 
 impl Mode {
     /// Index of the mode's system matrix.
+    #[inline]
     pub(super) const fn matrix(self) -> usize {
         self.contact.coupling() as usize * 4 + self.motor.stuck() as usize * 2 + self.load.stuck() as usize
     }
 
     /// A mode that has the matrix of an index, for building the tables.
+    #[inline]
     pub(super) const fn with_matrix(index: usize) -> Mode {
         let contact = match index / 4 {
             0 => Contact::Gap,

@@ -38,6 +38,7 @@ impl Margins {
             })
     }
 
+    #[inline]
     fn contact(&self, params: &PlantParams, mode: Mode, before: &Vector, after: &Vector) -> bool {
         // Bernstein's coefficients of the cubic through both ends with the slopes there
         let slope = |x: &Vector| (x[MOTOR] - x[LOAD]) * self.third;
@@ -65,6 +66,7 @@ impl Margins {
         a.min(b) > (a - b).abs() + self.torque
     }
 
+    #[inline]
     fn friction(&self, state: Friction, before: f64, after: f64, limit: f64, need: impl FnOnce() -> (f64, f64)) -> bool {
         match state {
             Friction::None => true,

@@ -24,6 +24,7 @@ impl VelocityState {
     }
 
     /// Returns whether the current command was cut.
+    #[inline]
     pub(super) fn command(
         &mut self,
         servo: &Servo,
