@@ -61,7 +61,7 @@ pub(crate) struct Run {
     #[command(flatten)]
     pub(crate) on: OnMachine,
     /// Tolerance of the contour error in micrometres; the machine's, if left out
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) tolerance_um: Option<f64>,
     /// Form of the answer
     #[arg(long, value_enum, default_value_t)]

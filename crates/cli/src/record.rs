@@ -17,12 +17,13 @@ const PICTURE_POINTS: usize = 4000;
 
 /// The files of a run with `--out`.
 struct Files {
-    folder: OutputFolder,
     blocks: BlockWriter<AtomicFile>,
     reversals: ReversalWriter<AtomicFile>,
     contour: Option<ContourWriter<AtomicFile>>,
     traces: Vec<TraceRecorder>,
     failed: Option<io::Error>,
+    /// Last, so that it goes when the files in it are gone and can take a folder that it made along.
+    folder: OutputFolder,
 }
 
 /// Watches a run: progress on a terminal, tables and traces into a folder if one was asked for.
@@ -43,7 +44,7 @@ impl Files {
         let reversals = ReversalWriter::new(folder.file("reversals.csv")?).map_err(io_error(&folder))?;
         let contour = if trace { Some(ContourWriter::new(folder.file("contour.csv")?).map_err(io_error(&folder))?) } else { None };
         let traces = (0..methods).map(|_| TraceRecorder::new(PICTURE_POINTS)).collect();
-        Ok(Files { folder, blocks, reversals, contour, traces, failed: None })
+        Ok(Files { blocks, reversals, contour, traces, failed: None, folder })
     }
 
     /// Keeps the first error; an observer cannot stop a run.

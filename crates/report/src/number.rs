@@ -105,18 +105,26 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// Decimals that are meaningful in a column of micrometres or millidegrees whose largest magnitude is `largest`.
-pub fn error_decimals(largest: f64) -> usize {
-    match largest {
+/// Decimals that are meaningful for micrometres or millidegrees of a magnitude.
+pub fn error_decimals(magnitude: f64) -> usize {
+    match magnitude {
         m if m < 100.0 => 2,
         m if m < 10_000.0 => 1,
         _ => 0,
     }
 }
 
+/// Magnitude from which on digits are left to the exponent.
+const LARGE: f64 = 1e6;
+
+/// As [`fixed`], with an exponent from a million on: `3.63e7`.
+pub fn compact(value: f64, decimals: usize) -> String {
+    if value.is_finite() && value.abs() >= LARGE { format!("{value:.2e}") } else { fixed(value, decimals) }
+}
+
 /// An error in um or mdeg for running text: 2 decimals below 100, 1 below 10 000, else none.
 pub fn error(value: f64) -> String {
-    fixed(value, error_decimals(value.abs()))
+    compact(value, error_decimals(value.abs()))
 }
 
 /// A value that was given by people, with at most 6 decimals and no trailing zeros: `10`, `2.5`.
@@ -125,11 +133,11 @@ pub fn plain(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// A share in per cent for people: three significant digits below 10 %, whole per cent above.
+/// A share in per cent for people: one decimal below 10 %, whole per cent above.
 pub fn percent(ratio: f64) -> String {
     let value = ratio * 100.0;
     let decimals = if value.abs() < 10.0 { 1 } else { 0 };
-    format!("{} %", fixed(value, decimals))
+    format!("{} %", compact(value, decimals))
 }
 
 /// A time in s for people: `0.420 s`, `12.3 s`, `10 min 5 s`, `2 h 3 min`.

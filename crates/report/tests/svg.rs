@@ -56,6 +56,15 @@ fn each_method_has_a_panel_and_the_error_a_scale() {
 }
 
 #[test]
+fn a_method_gone_wild_is_cut_off_and_said_to_be() {
+    let svg = contour(&picture(), &[circle("none", 9.0, 2000), circle("fixed", 3.0, 2000), circle("wild", 4.0e7, 2000)]);
+    show("wild.svg", &svg);
+    well_formed(&svg);
+    assert_eq!(svg.matches("off the scale").count(), 1);
+    assert!(svg.contains("magnified 500 times"), "{svg}");
+}
+
+#[test]
 fn any_number_of_panels_and_any_shape_fits() {
     let wide = |name: &str| {
         let mut recorder = TraceRecorder::new(100);

@@ -42,7 +42,7 @@ impl AtomicFile {
                 Target::Special(BufWriter::with_capacity(BUFFER_BYTES, file))
             }
             _ => {
-                let file = temporary_beside(&path).map_err(|e| WriteError::io("create", asked, e))?;
+                let file = temporary_beside(&path).map_err(|e| WriteError::io("create", asked, without_path(&e)))?;
                 Target::Temporary(BufWriter::with_capacity(BUFFER_BYTES, file))
             }
         };
@@ -78,6 +78,14 @@ impl AtomicFile {
             file.persist(&path).map_err(|e| WriteError::io("replace", &path, e.error))?;
         }
         Ok(())
+    }
+}
+
+/// The error without the name of the temporary file, which means nothing to anybody.
+fn without_path(error: &std::io::Error) -> std::io::Error {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => std::io::Error::new(std::io::ErrorKind::NotFound, "its folder does not exist"),
+        kind => kind.into(),
     }
 }
 

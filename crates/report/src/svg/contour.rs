@@ -32,6 +32,8 @@ const PANEL_BELOW: f64 = 42.0;
 const GAP: f64 = 18.0;
 /// The largest error takes at most this part of the contour's larger extent.
 const ERROR_PART: f64 = 0.17;
+/// A trace with errors beyond this multiple of the quietest trace's is cut off, so that one method gone wild does not hide the others.
+const WILD: f64 = 12.0;
 /// Points nearer than this to the line without them are not drawn, px.
 const DETAIL: f64 = 0.12;
 
@@ -43,6 +45,8 @@ struct Panel {
     y: Range,
     px_per_mm: f64,
     mm_per_um: f64,
+    /// Errors beyond are drawn here, um.
+    clip_um: f64,
     plane: Plane,
 }
 
@@ -56,7 +60,7 @@ impl Panel {
 
     /// The foot point moved along the normal by a magnified error.
     fn displaced(&self, point: &TracePoint, error_um: f64) -> [f64; 2] {
-        let mm = error_um * self.mm_per_um;
+        let mm = error_um.clamp(-self.clip_um, self.clip_um) * self.mm_per_um;
         let [foot, normal] = [point.foot_mm, point.normal].map(|v| self.plane.project(v));
         self.point([foot[0] + normal[0] * mm, foot[1] + normal[1] * mm])
     }
@@ -76,8 +80,7 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
         _ => 3,
     };
     let extent = x.span().max(y.span()).max(1e-3);
-    let largest_um = traces.iter().flat_map(|t| t.points()).map(|p| p.error_um.abs()).fold(0.0, f64::max);
-    let shown_um = largest_um.max(picture.tolerance_um.unwrap_or(0.0).min(2.0 * largest_um)).max(1e-6);
+    let shown_um = shown_um(picture, traces);
     let mm_per_um = ERROR_PART * extent / shown_um;
     let magnification = round_down(mm_per_um * 1e3).max(1.0);
     let pad = ERROR_PART * extent * 1.15;
@@ -96,11 +99,24 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
         let (column, row) = (index % columns, index / columns);
         let left = MARGIN + column as f64 * (cell + GAP) + 0.5 * (cell - PANEL_LEFT - width) + PANEL_LEFT;
         let at = [left, HEADER + row as f64 * step + PANEL_HEAD];
-        let panel = Panel { at, size: [width, height], x, y, px_per_mm, mm_per_um: magnification * 1e-3, plane };
+        let panel = Panel { at, size: [width, height], x, y, px_per_mm, mm_per_um: magnification * 1e-3, clip_um: 1.1 * shown_um, plane };
         draw_panel(&mut canvas, &panel, trace, COLORS[index % COLORS.len()], picture.tolerance_um);
     }
     footer(&mut canvas, total - FOOTER + 14.0, magnification, px_per_mm * magnification * 1e-3, shown_um, picture.tolerance_um);
     canvas.finish(&picture.title)
+}
+
+/// Largest error of a trace, um.
+fn largest_um(trace: &ContourTrace) -> f64 {
+    trace.points().map(|p| p.error_um.abs()).fold(0.0, f64::max)
+}
+
+/// The error that the scale is made for, um: the largest one, unless it is out of all proportion to the quietest trace.
+fn shown_um(picture: &ContourPicture, traces: &[ContourTrace]) -> f64 {
+    let each = || traces.iter().map(largest_um).filter(|um| *um > 0.0);
+    let quietest = each().fold(f64::INFINITY, f64::min);
+    let largest = each().filter(|um| *um <= WILD * quietest).fold(0.0, f64::max);
+    largest.max(picture.tolerance_um.unwrap_or(0.0).min(2.0 * largest)).max(1e-6)
 }
 
 fn heading(canvas: &mut Canvas, picture: &ContourPicture) {
@@ -120,7 +136,8 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel, trace: &ContourTrace, color: &
     let [left, top] = panel.at;
     let name = fit(&trace.name, 15.0, panel.size[0]);
     canvas.bold([left, top - 25.0], &name, 15.0, color, Anchor::Start);
-    canvas.text([left, top - 8.0], &fit(&trace.caption, 12.0, panel.size[0]), 12.0, SOFT, Anchor::Start);
+    let cut = if largest_um(trace) > panel.clip_um { ", off the scale" } else { "" };
+    canvas.text([left, top - 8.0], &fit(&format!("{}{cut}", trace.caption), 12.0, panel.size[0]), 12.0, SOFT, Anchor::Start);
     draw_axes(canvas, panel);
     for run in &trace.runs {
         let foot: Vec<[f64; 2]> = run.iter().map(|p| panel.displaced(p, 0.0)).collect();

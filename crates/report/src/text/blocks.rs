@@ -34,7 +34,7 @@ pub(super) fn worst_blocks(blocks: &[BlockResult]) -> String {
             Cell::Signed(block.parts_um.command),
             Cell::Signed(block.parts_um.servo),
             Cell::Signed(block.parts_um.backlash),
-            cause(block.cause).into(),
+            format!("{}{}", cause(block.cause), if block.rapid { ", rapid" } else { "" }).into(),
             fixed(block.time_s, 3).into(),
             format!("{x} {y} {z}").into(),
             short(&block.text, BLOCK_TEXT).into(),

@@ -116,22 +116,12 @@ fn recommendation(comparison: &Comparison, options: &TextOptions) -> String {
     }
 }
 
-/// Says plainly when a method is worse than doing nothing.
+/// Says plainly what a method's verdict only hints at; a larger RMS is among the run's own notes.
 fn harm_line(result: &MethodResult, none: Option<&MethodResult>, options: &TextOptions) -> String {
-    let Some((none, harm)) = none.and_then(|n| harm(result, n).map(|h| (n, h))) else {
+    let Some((none, Harm::Peak(ratio))) = none.and_then(|n| harm(result, n).map(|h| (n, h))) else {
         return String::new();
     };
-    let (what, with, without, ratio) = match harm {
-        Harm::Rms(ratio) => ("is worse than none", result.backlash.rms, none.backlash.rms, ratio),
-        Harm::Peak(ratio) => ("has a higher peak than none", result.backlash.max, none.backlash.max, ratio),
-    };
-    let kind = if matches!(harm, Harm::Rms(_)) { "RMS" } else { "max" };
-    let times = if ratio.is_finite() { format!(", {ratio:.2} times") } else { String::new() };
-    format!(
-        "{} {} {what} on this part: backlash {kind} {} um, none {} um{times}\n",
-        options.paint(Ink::Bad, "harm:"),
-        result.method,
-        error(with),
-        error(without)
-    )
+    let [with, without] = [result, none].map(|r| error(r.backlash.max));
+    let name = options.paint(Ink::Bad, &result.method);
+    format!("{name}: higher peak than none: backlash max {with} um against {without} um, {ratio:.2} times\n")
 }

@@ -49,7 +49,8 @@ fn verdict(simulation: &Simulation, options: &TextOptions) -> String {
     } else {
         let place = result
             .worst_blocks
-            .first()
+            .iter()
+            .find(|block| !block.rapid)
             .map(|b| format!(" in line {} ({})", super::parts::line(&b.block), super::parts::cause(b.cause)))
             .unwrap_or_default();
         format!("largest contour error {} um{place}, tolerance {} um", error(result.cutting.max), plain(simulation.tolerance_um))

@@ -1,6 +1,6 @@
 //! Column-aligned text.
 
-use crate::number::{error_decimals, fixed};
+use crate::number::{compact, error_decimals};
 use std::fmt::Write;
 
 /// Side on which a column's cells line up.
@@ -17,7 +17,7 @@ pub enum Align {
 pub enum Cell {
     /// Text as it is.
     Text(String),
-    /// A magnitude in um or mdeg; the column's largest decides the decimals of all of them.
+    /// A magnitude in um or mdeg; the column's smallest decides the decimals of all of them.
     Error(f64),
     /// The same with its sign always shown.
     Signed(f64),
@@ -39,19 +39,19 @@ impl Cell {
     fn render(&self, decimals: usize) -> String {
         match self {
             Cell::Text(text) => text.clone(),
-            Cell::Error(value) => fixed(*value, decimals),
+            Cell::Error(value) => compact(*value, decimals),
             Cell::Signed(value) => {
-                let text = fixed(*value, decimals);
+                let text = compact(*value, decimals);
                 let is_zero = !text.bytes().any(|b| (b'1'..=b'9').contains(&b));
                 if *value > 0.0 && !is_zero { format!("+{text}") } else { text }
             }
         }
     }
 
-    fn magnitude(&self) -> f64 {
+    fn magnitude(&self) -> Option<f64> {
         match self {
-            Cell::Error(value) | Cell::Signed(value) if value.is_finite() => value.abs(),
-            _ => 0.0,
+            Cell::Error(value) | Cell::Signed(value) if value.is_finite() => Some(value.abs()),
+            _ => None,
         }
     }
 }
@@ -81,11 +81,14 @@ impl Table {
         self.rows.is_empty()
     }
 
+    /// Decimals that the smallest number of a column calls for, so that one method gone wild does not hide the others' figures.
+    fn decimals(&self, column: usize) -> usize {
+        error_decimals(self.rows.iter().filter_map(|row| row[column].magnitude()).fold(f64::INFINITY, f64::min))
+    }
+
     /// Every line ends in a newline and has no trailing blanks.
     pub fn render(&self) -> String {
-        let decimals: Vec<usize> = (0..self.header.len())
-            .map(|column| error_decimals(self.rows.iter().map(|row| row[column].magnitude()).fold(0.0, f64::max)))
-            .collect();
+        let decimals: Vec<usize> = (0..self.header.len()).map(|column| self.decimals(column)).collect();
         let mut lines = vec![self.header.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>()];
         lines.extend(self.rows.iter().map(|row| row.iter().zip(&decimals).map(|(cell, d)| cell.render(*d)).collect()));
         let widths: Vec<usize> =
@@ -116,6 +119,10 @@ mod tests {
         table.row(["a".into(), Cell::Error(123.456), Cell::Signed(0.001)]);
         table.row(["longer".into(), Cell::Error(0.04), Cell::Signed(-1.5)]);
         table.row(["b".into(), Cell::Error(f64::NAN), Cell::Signed(1.5)]);
-        assert_eq!(table.render(), "name       um  signed\na       123.5    0.00\nlonger    0.0   -1.50\nb           -   +1.50\n");
+        table.row(["wild".into(), Cell::Error(4.5e7), Cell::Signed(-4.5e7)]);
+        assert_eq!(
+            table.render(),
+            "name        um   signed\na       123.46     0.00\nlonger    0.04    -1.50\nb            -    +1.50\nwild    4.50e7  -4.50e7\n"
+        );
     }
 }

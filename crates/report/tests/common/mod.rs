@@ -103,6 +103,8 @@ pub(crate) fn simulation() -> Simulation {
 pub(crate) fn comparison() -> Comparison {
     let mut spiky = method("spiky", 60.0, 36.0);
     spiky.backlash.rms = 3.0;
+    let mut published = method("published", 4.2e7, 4.1e7);
+    published.notes.push("does harm here: backlash RMS 16400000.00 um against 14.00 um without compensation".to_owned());
     Comparison {
         schema: SCHEMA_VERSION,
         program: program(),
@@ -110,13 +112,7 @@ pub(crate) fn comparison() -> Comparison {
         tolerance_um: 10.0,
         plan: plan(),
         without_gap: stats(1.1),
-        results: vec![
-            method("none", 36.0, 35.0),
-            method("fixed", 8.0, 7.5),
-            method("published", 71.0, 70.0),
-            spiky,
-            method("load-feedback", 2.0, 1.0),
-        ],
+        results: vec![method("none", 36.0, 35.0), method("fixed", 8.0, 7.5), published, spiky, method("load-feedback", 2.0, 1.0)],
         recommended: Some("fixed".to_owned()),
     }
 }

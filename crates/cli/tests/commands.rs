@@ -1,0 +1,252 @@
+//! The program from the outside: exit codes, messages, files that appear or do not.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+/// A run of the program in a folder of its own.
+struct Bench {
+    folder: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new() -> Bench {
+        Bench { folder: tempfile::tempdir().unwrap() }
+    }
+
+    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> &Bench {
+        std::fs::write(self.folder.path().join(name), content).unwrap();
+        self
+    }
+
+    fn path(&self, name: &str) -> std::path::PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lostmotion"));
+        command.args(arguments).current_dir(self.folder.path()).stdin(Stdio::null());
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    /// Runs and expects an exit code; gives stdout.
+    fn expect(&self, code: i32, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Runs, expects exit code 2, nothing on stdout and each of these texts on stderr.
+    fn refuses(&self, arguments: &[&str], texts: &[&str]) {
+        let before = self.names();
+        let output = self.run(arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert!(!stderr.contains("panicked"), "{arguments:?}: {stderr}");
+        for text in texts {
+            assert!(stderr.contains(text), "{arguments:?}: `{text}` is not in\n{stderr}");
+        }
+        assert_eq!(self.names(), before, "{arguments:?} left something behind");
+    }
+
+    fn names(&self) -> Vec<String> {
+        names(self.folder.path())
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+const CIRCLE: &str = "G21 G90 G17 G64 P0.005\nG0 X10 Y0\nG3 X10 Y0 I-10 J0 F1000\nM2\n";
+
+#[test]
+fn simulate_judges_against_the_tolerance() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    let text = bench.expect(0, &["simulate", "circle.ngc", "--tolerance-um", "1000"]);
+    assert!(text.contains("circle.ngc on vmc3, method none\nwithin tolerance: largest contour error"), "{text}");
+    assert!(text.contains("tolerance 1000 um") && text.contains("reversals, um") && !text.contains('\x1b'));
+    let text = bench.expect(1, &["simulate", "circle.ngc", "--tolerance-um", "0.01"]);
+    assert!(text.contains("OUTSIDE tolerance") && text.contains("line 3"), "{text}");
+    let json = bench.expect(1, &["simulate", "circle.ngc", "--tolerance-um", "0.01", "--format", "json", "--threads", "1"]);
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(value["schema"], 1);
+    assert_eq!(value["result"]["method"], "none");
+    assert_eq!(json, bench.expect(1, &["simulate", "circle.ngc", "--tolerance-um", "0.01", "--format", "json", "--threads", "2"]));
+}
+
+#[test]
+fn results_of_a_run_go_into_a_folder_together() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    let shown = bench.expect(0, &["simulate", "circle.ngc", "--tolerance-um", "1000", "--out", "a/b", "--trace", "--format", "json"]);
+    let expected = ["blocks.csv", "contour.csv", "contour.svg", "reversals.csv", "simulation.json", "simulation.txt"];
+    assert_eq!(names(&bench.path("a/b")), expected);
+    assert_eq!(std::fs::read_to_string(bench.path("a/b/simulation.json")).unwrap(), shown);
+    let contour = std::fs::read_to_string(bench.path("a/b/contour.csv")).unwrap();
+    assert!(contour.starts_with("method,t_s,foot_x_mm") && contour.lines().count() > 1000);
+    assert!(std::fs::read_to_string(bench.path("a/b/contour.svg")).unwrap().contains(">none</text>"));
+    bench.refuses(&["simulate", "circle.ngc", "--trace"], &["--out"]);
+}
+
+#[test]
+fn compare_has_a_row_a_method() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    let text = bench.expect(0, &["compare", "circle.ngc", "--methods", "none,fixed,load-feedback", "--out", "out"]);
+    for start in ["none ", "fixed ", "load-feedback ", "(no gap) ", "recommended:"] {
+        assert!(text.lines().any(|line| line.starts_with(start)), "{start}\n{text}");
+    }
+    assert_eq!(names(&bench.path("out")), ["blocks.csv", "comparison.json", "comparison.txt", "contour.svg", "reversals.csv"]);
+    bench.refuses(&["compare", "circle.ngc", "--methods", "none,none"], &["names \"none\" twice"]);
+    bench.refuses(&["compare", "circle.ngc", "--methods", "none,magic"], &["magic", "load-feedback"]);
+}
+
+#[test]
+fn canon_prints_operations_and_all_errors() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE).file("bad.ngc", "G21 G90\nG1 X10\nG2 X20 I3\nM2\n").file("tools.tbl", "T1 P1 Z5\n");
+    let text = bench.expect(0, &["canon", "circle.ngc", "--tool-table", "tools.tbl"]);
+    assert!(text.contains("\nARC_FEED(10.0000, 0.0000, 0.0000, 0.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)\n"), "{text}");
+    let output = bench.run(&["canon", "bad.ngc"]);
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    for text in ["error[no-feed]", "--> bad.ngc:2:1", "2 | G1 X10", "error[arc-radii]", "--> bad.ngc:3:1", "G90.1", "2 errors"] {
+        assert!(stderr.contains(text), "`{text}` is not in\n{stderr}");
+    }
+    bench.refuses(&["canon", "circle.ngc", "--tool-table", "none.tbl"], &["tool table none.tbl does not exist"]);
+}
+
+#[test]
+fn plan_writes_a_row_a_millisecond() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    bench.expect(0, &["plan", "circle.ngc", "--machine", "bench3", "--out", "plan.csv"]);
+    let plan = std::fs::read_to_string(bench.path("plan.csv")).unwrap();
+    let mut lines = plan.lines();
+    assert_eq!(lines.next(), Some("t_s,x_mm,y_mm,z_mm,line"));
+    assert!(lines.next().unwrap().starts_with("0.000,0.0000"));
+    assert!(plan.lines().last().unwrap().ends_with(",3"), "{}", plan.lines().last().unwrap());
+    assert_eq!(bench.names(), ["circle.ngc", "plan.csv"]);
+}
+
+#[test]
+fn axis_runs_a_plan_and_fit_finds_its_gap() {
+    let bench = Bench::new();
+    let mut setpoints = String::from("t_s,position_mm\n");
+    for tick in 0..4000_u32 {
+        // 20 mm to and fro with parabolic velocity, so that the torque varies.
+        let phase = f64::from(tick % 1000) / 1000.0;
+        let way = phase * phase * phase * (10.0 - 15.0 * phase + 6.0 * phase * phase);
+        let position = 20.0 * if tick / 1000 % 2 == 0 { way } else { 1.0 - way };
+        setpoints.push_str(&format!("{:.3},{position:.9}\n", f64::from(tick) * 1e-3));
+    }
+    bench.file("setpoints.csv", &setpoints);
+    bench.expect(0, &["axis", "--setpoints", "setpoints.csv", "--axis", "vmc3:x", "--method", "none", "--out", "trace.csv"]);
+    let trace = std::fs::read_to_string(bench.path("trace.csv")).unwrap();
+    assert_eq!(trace.lines().count(), 1 + 4 * 4000);
+    assert!(trace.lines().nth(2).unwrap().starts_with("0.000250,"));
+    let text = bench.expect(0, &["fit", "trace.csv", "--axis", "vmc3:x", "--out", "fit.json"]);
+    assert!(text.starts_with("gap "), "{text}");
+    let fit: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(bench.path("fit.json")).unwrap()).unwrap();
+    let gap = fit["gap"].as_f64().unwrap();
+    assert!((gap - 0.010).abs() < 0.000_2, "{gap}");
+    bench.file("circle.ngc", CIRCLE);
+    let told = ["compare", "circle.ngc", "--methods", "none,fixed", "--fitted", "x=fit.json"];
+    assert!(bench.expect(0, &told).contains("fixed"));
+    bench.refuses(&["compare", "circle.ngc", "--methods", "none,fixed", "--fitted", "c=fit.json"], &["has no axis C"]);
+    bench.refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "paper", "--out", "x.csv"], &["are in mm", "is in rad"]);
+    bench.refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "vmc3:q", "--out", "x.csv"], &["no axis \"vmc3:q\"", "paper"]);
+    bench
+        .refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "vmc3:x", "--method", "m", "--out", "x.csv"], &["\"m\"", "published"]);
+    bench.file("gap.csv", "t_s,position\n0,1\n0.001,2\n0.003,x\n");
+    bench.refuses(&["axis", "--setpoints", "gap.csv", "--axis", "paper", "--out", "x.csv"], &["gap.csv, line 4", "`x`", "not a number"]);
+    bench.refuses(&["fit", "gap.csv", "--out", "x.json"], &["no column `motor_mm`"]);
+}
+
+#[test]
+fn machines_are_listed_shown_and_checked() {
+    let bench = Bench::new();
+    let list = bench.expect(0, &["machine", "list"]);
+    assert!(list.contains("vmc3-worn") && list.contains("trunnion5") && list.contains("paper"));
+    let shown = bench.expect(0, &["machine", "show", "vmc3"]);
+    bench.file("mine.toml", &shown);
+    assert!(bench.expect(0, &["machine", "check", "mine.toml"]).contains("\"vmc3\" is sound"));
+    bench.file("circle.ngc", CIRCLE);
+    bench.expect(0, &["simulate", "circle.ngc", "--machine", "mine.toml", "--tolerance-um", "1000"]);
+    bench.file("bad.toml", shown.replace("gap_um", "gap_umm"));
+    bench.refuses(&["machine", "check", "bad.toml"], &["bad.toml:", "gap_umm", "did you mean `gap_um`?"]);
+    bench.file("nan.toml", shown.replacen("tolerance_um = 20.0", "tolerance_um = nan", 1));
+    bench.refuses(&["simulate", "circle.ngc", "--machine", "nan.toml"], &["nan.toml:", "simulate.tolerance_um", "nan"]);
+    bench.refuses(&["machine", "show", "vmc9"], &["no machine \"vmc9\"", "vmc3-worn"]);
+}
+
+/// Bad input of every kind, for every command that reads a program.
+#[test]
+fn bad_programs_end_with_a_clear_message_and_write_nothing() {
+    let bench = Bench::new();
+    bench.file("empty.ngc", "").file("binary.ngc", [0x7f, b'E', b'L', b'F', 2, 1, 1, 0, 0, 0xff, b'\n', 0]);
+    bench.file("blank.ngc", "\n\n(only a comment)\nM2\n").file("far.ngc", "G21 G90 G0 X9000\nM2\n");
+    bench.file("arc.ngc", "G21 G90 F100\nG1 X1\nG2 X20 I3\nM2\n").file("feed.ngc", "G21 G90\nG1 X1\nM2\n");
+    std::fs::create_dir(bench.path("folder")).unwrap();
+    let cases: [(&str, &[&str]); 7] = [
+        ("missing.ngc", &["missing.ngc does not exist"]),
+        ("folder", &["folder is a folder"]),
+        ("empty.ngc", &["empty.ngc is empty"]),
+        ("binary.ngc", &["binary.ngc:1", "error"]),
+        ("far.ngc", &["far.ngc:1", "axis X", "beyond its limit of"]),
+        ("arc.ngc", &["arc.ngc:3", "radius to start", "7.0000"]),
+        ("feed.ngc", &["feed.ngc:2", "without a feed", "set F first"]),
+    ];
+    for (program, texts) in cases {
+        bench.refuses(&["simulate", program, "--out", "out"], texts);
+        bench.refuses(&["compare", program, "--methods", "none,fixed", "--out", "out/deeper"], texts);
+        bench.refuses(&["plan", program, "--out", "plan.csv"], texts);
+    }
+    for program in ["missing.ngc", "folder", "empty.ngc", "binary.ngc", "arc.ngc", "feed.ngc"] {
+        let output = bench.run(&["canon", program]);
+        assert_eq!(output.status.code(), Some(2), "{program}");
+    }
+    bench.refuses(&["simulate", "blank.ngc"], &["blank.ngc", "moves nothing"]);
+}
+
+#[test]
+fn bad_arguments_end_with_code_2() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE).file("taken", "x");
+    bench.refuses(&[], &["Usage"]);
+    bench.refuses(&["sumulate", "circle.ngc"], &["unrecognized subcommand"]);
+    bench.refuses(&["simulate", "circle.ngc", "--machine", "vmc9"], &["no machine \"vmc9\"", "vmc3-worn"]);
+    bench.refuses(&["simulate", "circle.ngc", "--machine", "vmc9.toml"], &["machine file vmc9.toml does not exist"]);
+    bench.refuses(&["simulate", "circle.ngc", "--method", "magic", "--out", "out"], &["magic", "load-feedback"]);
+    for tolerance in ["0", "-1", "nan", "inf"] {
+        bench.refuses(&["simulate", "circle.ngc", "--tolerance-um", tolerance], &["--tolerance-um is", "positive finite"]);
+    }
+    bench.refuses(&["simulate", "circle.ngc", "--threads", "0"], &["--threads is 0"]);
+    bench.refuses(&["simulate", "circle.ngc", "--out", "taken"], &["taken: it is not a folder"]);
+    bench.refuses(&["plan", "circle.ngc", "--out", "no/plan.csv"], &["no/plan.csv: its folder does not exist"]);
+    bench.refuses(&["plan", "circle.ngc", "--out", "."], &["it is a folder"]);
+}
+
+/// A reader that goes away early (`| head`) is no failure and no panic.
+#[test]
+fn a_closed_stdout_ends_quietly() {
+    let bench = Bench::new();
+    let mut long = String::from("G21 G90 F1000\n");
+    for line in 0..100_000 {
+        long.push_str(&format!("G1 X{}\n", line % 7));
+    }
+    bench.file("long.ngc", long + "M2\n");
+    let mut child = bench.command(&["canon", "long.ngc"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}
