@@ -149,7 +149,8 @@ impl<C: Compensator> AxisSim<C> {
             saturated: state.servo.saturated,
             load_position: if model.has_scale { Some(model.servo.read_scale(&state.plant)) } else { None },
         };
-        let correction = model.compensator.step(&mut state.compensator, &signals);
+        let wanted = model.compensator.step(&mut state.compensator, &signals);
+        let correction = if wanted.is_usable() { wanted } else { wanted.without_output() };
         out.load.push(state.plant.load_position * model.units_per_motor_rad);
         out.reference.push(reference.position * model.units_per_motor_rad);
         if let Some(trace) = &mut out.trace {

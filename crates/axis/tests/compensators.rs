@@ -85,6 +85,15 @@ fn the_printed_gain_diverges() {
 }
 
 #[test]
+fn an_estimator_that_has_run_away_leaves_the_axis_finite() {
+    let mut config = AxisConfig::paper();
+    config.compensation.published.p0 = 1e12;
+    let motion = |t: f64| there_and_back(PAPER_MOVE, REST, t % 1.8);
+    let out = run(&config, "published-literal", &motion, 20.0);
+    assert!(out.load.iter().all(|p| p.is_finite()));
+}
+
+#[test]
 fn fixed_mends_a_friction_driven_load_and_harms_a_coasting_one() {
     let [rms, _] = harm_on_a_sine(&mill(400.0, 0.0), "fixed", 10.0, 2.0);
     assert!(rms < 0.75, "{rms}");

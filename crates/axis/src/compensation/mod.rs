@@ -86,7 +86,21 @@ impl Correction {
         inertia_estimate: f64::NAN,
         engagement_estimate: Engagement::Gap,
     };
+
+    /// Whether every output is a number that a drive could act on. A drive ignores an output that is not, for that tick.
+    pub fn is_usable(&self) -> bool {
+        [self.position, self.velocity, self.torque, self.feedback].iter().all(|output| output.abs() < UNUSABLE)
+    }
+
+    /// The estimates without any output.
+    #[must_use]
+    pub fn without_output(self) -> Correction {
+        Correction { position: 0.0, velocity: 0.0, torque: 0.0, feedback: 0.0, ..self }
+    }
 }
+
+/// An output beyond this (rad, rad/s, N m) has run away.
+const UNUSABLE: f64 = 1e9;
 
 /// A backlash compensator.
 pub trait Compensator: Send + Sync + 'static {
