@@ -99,8 +99,8 @@ fn wrong_types_and_missing_values_are_named() {
     check("poles = 10\n", "", "[axis.x.motor]", "axis.x.motor.poles", "missing");
     let error = broken("kind = \"cartesian\"", "kind = \"cartesain\"");
     assert!(error.to_string().contains("did you mean `cartesian`?"), "{error}");
-    let method = "[axis.x.compensation]\nmethod = \"publishd\"\n[axis.x.compensation.published]";
-    check("[axis.x.compensation.published]", method, "method = \"publishd\"", "axis.x.compensation.method", "did you mean `published`?");
+    let method = "[axis.x.compensation]\nmethod = \"publishd\"\n\n[axis.x.drive]";
+    check("[axis.x.drive]", method, "method = \"publishd\"", "axis.x.compensation.method", "did you mean `published`?");
 }
 
 #[test]

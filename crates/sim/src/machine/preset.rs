@@ -27,7 +27,7 @@ macro_rules! preset {
 pub fn presets() -> &'static [PresetInfo] {
     &[
         preset!("vmc3", "3-axis vertical mill, 762 x 406 x 508 mm, 10 um gap"),
-        preset!("vmc3-worn", "the same mill worn: 40 um gap, four times the friction of the slides"),
+        preset!("vmc3-worn", "the same mill worn: 40 um gap, three times the friction"),
         preset!("vmc4", "the mill with a rotary table A, 30 arc seconds gap"),
         preset!("trunnion5", "5-axis mill with a tilting A/C table and tool-centre-point control"),
         preset!("bench3", "three equal axes of 100 mm/s, 1 m/s2, 30 m/s3, part zero in machine zero"),

@@ -29,7 +29,7 @@ pub struct AxisReview {
     pub velocity_loop_hz: f64,
     /// Position gain, 1/s.
     pub position_gain_per_s: f64,
-    /// Load over motor inertia.
+    /// Inertia of the load over all that turns with the motor.
     pub inertia_ratio: f64,
 }
 
@@ -39,14 +39,15 @@ impl AxisReview {
         let (motor, drive, load) = (axis.config.motor, axis.config.drive, axis.config.reflected_load());
         let motor_rad = axis.config.transmission.motor_rad_per_unit() * axis.axis_units_per_joint_unit();
         let speed = axis.limits.velocity * motor_rad;
-        let inertia = motor.inertia_kgm2 + load.inertia_kgm2;
+        let motor_side = axis.config.motor_side_inertia_kgm2();
+        let inertia = motor_side + load.inertia_kgm2;
         let coulomb = motor.coulomb_nm + load.coulomb_nm;
         let viscous = (motor.viscous_nm_s_per_rad + load.viscous_nm_s_per_rad) * speed;
         let torque = inertia * axis.limits.acceleration * motor_rad + coulomb + viscous + load.constant_nm.abs();
         let current = torque / motor.torque_constant_nm_per_a;
         let q_volt = motor.back_emf_v_s_per_rad() * speed + motor.phase_resistance_ohm() * current;
         let d_volt = motor.phase_inductance_h() * motor.pole_pairs() * speed * current;
-        let joint = 1.0 / motor.inertia_kgm2 + 1.0 / load.inertia_kgm2;
+        let joint = 1.0 / motor_side + 1.0 / load.inertia_kgm2;
         let resonance = (load.stiffness_nm_per_rad * joint).sqrt();
         AxisReview {
             axis: axis.id,
@@ -60,7 +61,7 @@ impl AxisReview {
             resonance_damping: 0.5 * load.damping_nm_s_per_rad * joint / resonance,
             velocity_loop_hz: drive.velocity_gain_a_s_per_rad * motor.torque_constant_nm_per_a / inertia / TAU,
             position_gain_per_s: drive.position_gain_per_s,
-            inertia_ratio: load.inertia_kgm2 / motor.inertia_kgm2,
+            inertia_ratio: load.inertia_kgm2 / motor_side,
         }
     }
 
