@@ -1,0 +1,80 @@
+//! The whole chain against closed forms and invariants.
+
+mod common;
+
+use common::{machine, program, run};
+use lostmotion::axis::AxisConfig;
+use lostmotion::axis::config::Load;
+use lostmotion::base::AxisId;
+use lostmotion::sim::Machine;
+
+/// A machine whose axes are as rigid and frictionless as the model goes: what is left is the servo alone.
+fn ideal(velocity_feedforward: f64, acceleration_feedforward: f64) -> Machine {
+    machine("bench3").without_gap().map_axes(|config: &AxisConfig| {
+        let mut axis = config.clone();
+        axis.motor.coulomb_nm = 0.0;
+        axis.motor.viscous_nm_s_per_rad = 0.0;
+        if let Load::Slide(slide) = &mut axis.load {
+            slide.viscous_n_s_per_m = 0.0;
+            slide.coulomb_n = 0.0;
+        }
+        axis.drive.velocity_feedforward = velocity_feedforward;
+        axis.drive.acceleration_feedforward = acceleration_feedforward;
+        axis.drive.encoder_counts_per_rev = None;
+        axis
+    })
+}
+
+/// Three turns, so that starting and stopping are a small part; the middle of the distribution is the steady circle.
+fn circle(radius: f64, feed: f64) -> String {
+    format!("G21 G90 G17 G64 P0.001\nG0 X{radius} Y0\nG4 P0.5\nG3 I-{radius} J0 P3 F{feed}\nM2\n")
+}
+
+#[test]
+fn a_p_loop_without_feed_forward_shrinks_circles_as_the_closed_form_says() {
+    let machine = ideal(0.0, 0.0);
+    let gain = machine.axis(AxisId::X).map(|axis| axis.config.drive.position_gain_per_s).unwrap();
+    for (radius, feed) in [(25.0, 1500.0), (10.0, 1000.0)] {
+        let comparison = run(&program(&circle(radius, feed)), &machine, &["none"]).unwrap();
+        // dR = -F^2 / (2 R Kv^2) to first order: the amplitude of a first-order lag at the circle's frequency.
+        let speed = feed / 60.0;
+        let expected_um = 1e3 * speed * speed / (2.0 * radius * gain * gain);
+        let measured_um = comparison.results[0].cutting.p50;
+        let ratio = measured_um / expected_um;
+        assert!((ratio - 1.0).abs() < 0.05, "R{radius} F{feed}: {measured_um} um against {expected_um} um");
+    }
+}
+
+#[test]
+fn full_feed_forward_without_a_gap_tracks_an_arc_to_under_a_micrometre() {
+    let comparison = run(&program(&circle(25.0, 3000.0)), &ideal(1.0, 1.0), &["none"]).unwrap();
+    let cutting = comparison.results[0].cutting;
+    assert!(cutting.max < 1.0, "{cutting:?}");
+}
+
+#[test]
+fn without_a_gap_there_is_no_backlash_whatever_the_method() {
+    let machine = machine("vmc3").without_gap();
+    let comparison = run(&program(&circle(10.0, 2000.0)), &machine, &["none"]).unwrap();
+    assert_eq!(comparison.results[0].backlash.max.to_bits(), 0.0_f64.to_bits());
+    assert_eq!(comparison.results[0].cutting, comparison.without_gap);
+}
+
+#[test]
+fn the_parts_of_every_error_sum_to_it() {
+    let comparison = run(&program(&circle(25.0, 3000.0)), &machine("vmc3"), &["none"]).unwrap();
+    for block in &comparison.results[0].worst_blocks {
+        let sum = block.parts_um.command + block.parts_um.servo + block.parts_um.backlash;
+        assert!((sum - block.max_um).abs() < 1e-6, "{block:?}");
+    }
+}
+
+#[test]
+fn a_wider_gap_is_worse() {
+    let rms = |gap_um: f64| {
+        let machine = machine("vmc3").map_axes(|config| config.with_gap(gap_um * 1e-3));
+        run(&program(&circle(25.0, 2000.0)), &machine, &["none"]).unwrap().results[0].backlash.rms
+    };
+    let [narrow, middle, wide] = [5.0, 20.0, 80.0].map(rms);
+    assert!(narrow < middle && middle < wide, "{narrow} {middle} {wide}");
+}

@@ -1,0 +1,38 @@
+//! Same input, same bits: whatever the number of threads and the size of chunks.
+
+mod common;
+
+use common::{machine, part};
+use lostmotion::sim::{SimulateOptions, Unobserved, compare, plan};
+
+#[test]
+fn results_do_not_depend_on_threads_or_chunks() {
+    let (source, machine) = (part("engraving.ngc"), machine("vmc3"));
+    let methods = ["none".to_owned(), "published".to_owned()];
+    let run = |threads, chunk_samples| {
+        let options = SimulateOptions { threads, chunk_samples, ..SimulateOptions::default() };
+        let comparison = compare(&source, &machine, &methods, &options, &mut Unobserved).unwrap();
+        serde_json::to_string(&comparison).unwrap()
+    };
+    let first = run(1, 1000);
+    for (threads, chunk) in [(2, 1000), (3, 77), (1, 1)] {
+        assert!(run(threads, chunk) == first, "{threads} threads, chunks of {chunk}");
+    }
+}
+
+#[test]
+fn plans_do_not_depend_on_chunks() {
+    let (source, machine) = (part("lissajous.ngc"), machine("vmc3"));
+    let run = |chunk_samples| {
+        let options = SimulateOptions { chunk_samples, ..SimulateOptions::default() };
+        let mut all = Vec::new();
+        let info = plan(&source, &machine, &options, &mut |samples| {
+            all.extend_from_slice(samples);
+            Ok(())
+        });
+        (info.unwrap(), all)
+    };
+    let (info, samples) = run(1000);
+    assert_eq!(samples.len() as f64, (info.duration_s * 1000.0).round());
+    assert!(run(13) == (info, samples));
+}
