@@ -142,10 +142,10 @@ fn axis_runs_a_plan_and_fit_finds_its_gap() {
     let bench = Bench::new();
     let mut setpoints = String::from("t_s,position_mm\n");
     for tick in 0..4000_u32 {
-        // 20 mm to and fro with parabolic velocity, so that the torque varies.
-        let phase = f64::from(tick % 1000) / 1000.0;
+        // 20 mm to and fro in 250 ms each, so that acceleration torque outweighs friction and varies.
+        let phase = f64::from(tick % 250) / 250.0;
         let way = phase * phase * phase * (10.0 - 15.0 * phase + 6.0 * phase * phase);
-        let position = 20.0 * if tick / 1000 % 2 == 0 { way } else { 1.0 - way };
+        let position = 20.0 * if tick / 250 % 2 == 0 { way } else { 1.0 - way };
         setpoints.push_str(&format!("{:.3},{position:.9}\n", f64::from(tick) * 1e-3));
     }
     bench.file("setpoints.csv", &setpoints);
@@ -157,7 +157,7 @@ fn axis_runs_a_plan_and_fit_finds_its_gap() {
     assert!(text.starts_with("gap "), "{text}");
     let fit: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(bench.path("fit.json")).unwrap()).unwrap();
     let gap = fit["gap"].as_f64().unwrap();
-    assert!((gap - 0.010).abs() < 0.000_2, "{gap}");
+    assert!((gap - 0.010).abs() < 0.000_05, "{gap}");
     bench.file("circle.ngc", CIRCLE);
     let told = ["compare", "circle.ngc", "--methods", "none,fixed", "--fitted", "x=fit.json"];
     assert!(bench.expect(0, &told).contains("fixed"));
@@ -202,7 +202,7 @@ fn bad_programs_end_with_a_clear_message_and_write_nothing() {
         ("empty.ngc", &["empty.ngc is empty"]),
         ("binary.ngc", &["binary.ngc:1", "error"]),
         ("far.ngc", &["far.ngc:1", "axis X", "beyond its limit of"]),
-        ("arc.ngc", &["arc.ngc:3", "radius to start", "7.0000"]),
+        ("arc.ngc", &["arc.ngc:3", "radius to start", "16.0000"]),
         ("feed.ngc", &["feed.ngc:2", "without a feed", "set F first"]),
     ];
     for (program, texts) in cases {

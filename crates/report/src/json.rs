@@ -20,7 +20,19 @@ const OTHER_DECIMALS: usize = 6;
 /// # Errors
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, value: &impl Serialize) -> io::Result<()> {
-    let mut serializer = serde_json::Serializer::with_formatter(&mut *out, Rounding::default());
+    write_with(out, value, Rounding::default())
+}
+
+/// The same with every number cut to nine significant digits: for figures of any size, such as a fit's.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_significant(out: &mut dyn Write, value: &impl Serialize) -> io::Result<()> {
+    write_with(out, value, Rounding { significant: true, ..Rounding::default() })
+}
+
+fn write_with(out: &mut dyn Write, value: &impl Serialize, rounding: Rounding) -> io::Result<()> {
+    let mut serializer = serde_json::Serializer::with_formatter(&mut *out, rounding);
     value.serialize(&mut serializer)?;
     out.write_all(b"\n")
 }
@@ -31,6 +43,7 @@ pub fn write(out: &mut dyn Write, value: &impl Serialize) -> io::Result<()> {
 #[derive(Default)]
 struct Rounding {
     pretty: PrettyFormatter<'static>,
+    significant: bool,
     in_key: bool,
     key: Vec<u8>,
     levels: Vec<Option<usize>>,
@@ -65,9 +78,14 @@ fn decimals_of(key: &[u8]) -> Option<usize> {
     (is_unit || key == b"range").then_some(OTHER_DECIMALS)
 }
 
+fn nine_digits(value: f64) -> f64 {
+    format!("{value:.8e}").parse().unwrap_or(value)
+}
+
 impl Formatter for Rounding {
     fn write_f64<W: ?Sized + Write>(&mut self, writer: &mut W, value: f64) -> io::Result<()> {
-        self.pretty.write_f64(writer, round_to(value, self.decimals()))
+        let cut = if self.significant { nine_digits(value) } else { round_to(value, self.decimals()) };
+        self.pretty.write_f64(writer, cut)
     }
 
     fn write_string_fragment<W: ?Sized + Write>(&mut self, writer: &mut W, fragment: &str) -> io::Result<()> {
@@ -143,6 +161,14 @@ mod tests {
         parts_um: [f64; 1],
         none: f64,
         count: u64,
+    }
+
+    #[test]
+    fn small_figures_keep_their_digits_where_asked_for() {
+        let mut out = Vec::new();
+        write_significant(&mut out, &[0.000_012_345_678_912_3, -1.0, 123_456.789_012_3]).unwrap();
+        let text: String = String::from_utf8(out).unwrap().split_whitespace().collect();
+        assert_eq!(text, "[0.0000123456789,-1.0,123456.789]");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! `lostmotion fit`.
 
-use super::{DONE, to_json};
+use super::DONE;
 use crate::args::Fit;
 use crate::failure::Failure;
 use crate::{input, machines, output};
@@ -9,9 +9,8 @@ use lostmotion::axis::config::AxisUnit;
 use lostmotion::identify::{BacklashFit, BacklashLog, FitSettings, fit_backlash};
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::{AxisLog, read_log};
-use lostmotion::report::{WriteError, number};
+use lostmotion::report::{WriteError, json, number};
 use serde::{Deserialize, Serialize};
-use std::io::Write;
 use std::path::Path;
 
 /// Version of [`FitResult`].
@@ -83,7 +82,7 @@ fn rad_per_unit(config: &AxisConfig, unit: AxisUnit, name: &str) -> Result<f64, 
 
 fn settings(config: &AxisConfig) -> FitSettings {
     let motor = &config.motor;
-    let mut settings = FitSettings::new(motor.torque_constant_nm_per_a, Some(motor.inertia_kgm2));
+    let mut settings = FitSettings::new(motor.torque_constant_nm_per_a, Some(config.motor_side_inertia_kgm2()));
     settings.motor_viscous_nm_s_per_rad = motor.viscous_nm_s_per_rad;
     settings.motor_coulomb_nm = motor.coulomb_nm;
     settings
@@ -96,7 +95,7 @@ fn in_rad(log: AxisLog, scale: f64) -> Result<BacklashLog, lostmotion::identify:
 
 fn write(path: &Path, result: &FitResult) -> Result<(), Failure> {
     let mut file = AtomicFile::create(path)?;
-    file.write_all(to_json(result)?.as_bytes()).map_err(|error| WriteError::io("write", path, error))?;
+    json::write_significant(&mut file, result).map_err(|error| WriteError::io("write", path, error))?;
     file.commit()?;
     Ok(())
 }

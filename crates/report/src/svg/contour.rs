@@ -136,8 +136,8 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel, trace: &ContourTrace, color: &
     let [left, top] = panel.at;
     let name = fit(&trace.name, 15.0, panel.size[0]);
     canvas.bold([left, top - 25.0], &name, 15.0, color, Anchor::Start);
-    let cut = if largest_um(trace) > panel.clip_um { ", off the scale" } else { "" };
-    canvas.text([left, top - 8.0], &fit(&format!("{}{cut}", trace.caption), 12.0, panel.size[0]), 12.0, SOFT, Anchor::Start);
+    let cut = if largest_um(trace) > panel.clip_um { "off the scale, " } else { "" };
+    canvas.text([left, top - 8.0], &fit(&format!("{cut}{}", trace.caption), 12.0, panel.size[0]), 12.0, SOFT, Anchor::Start);
     draw_axes(canvas, panel);
     for run in &trace.runs {
         let foot: Vec<[f64; 2]> = run.iter().map(|p| panel.displaced(p, 0.0)).collect();
