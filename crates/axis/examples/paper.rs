@@ -1,4 +1,5 @@
-//! The paper's axis on a move there and back and on sines: every method, and a scan of the published method's two parameters.
+//! The paper's axis on a move there and back and on sines, a mill's axes on circles: every method, a scan of the published method's two
+//! parameters, and the speed of the simulation.
 //!
 //! `cargo run --release -p lostmotion-axis --example paper`
 
@@ -7,7 +8,7 @@ mod support;
 
 use lostmotion_axis::{AxisConfig, AxisError, AxisOutput, METHODS, build_runner};
 use std::time::Instant;
-use support::{PAPER_MOVE, circle, errors, max_abs, rms, run, setpoints, there_and_back};
+use support::{PAPER_MOVE, circle, circle_error, errors, max_abs, mill, rms, run, setpoints, there_and_back};
 
 const REST_S: f64 = 0.4;
 
@@ -66,6 +67,19 @@ fn main() -> Result<(), AxisError> {
             println!("w {w:>4} rad/s  {:<20}{r:>12.6}{m:>12.6}", method.info.name);
         }
     }
+    println!("\nradial error of a circle with a 10 um gap, ideal encoders (rms / max, um)");
+    for (name, config) in [("no friction", mill(0.0, 0.0)), ("300 N, 500 N s/m", mill(300.0, 500.0))] {
+        for (radius, feed) in [(5.0, 1000.0), (10.0, 3000.0), (25.0, 3000.0), (50.0, 3000.0)] {
+            print!("{name:<18} R {radius:>3} F {feed}");
+            let [r, m] = circle_error(&config.without_gap(), "none", radius, feed);
+            print!("  without gap {r:.2} / {m:.2}");
+            for method in ["none", "fixed", "published", "load-feedback"] {
+                let [r, m] = circle_error(&config, method, radius, feed);
+                print!("  {method} {r:.2} / {m:.2}");
+            }
+            println!();
+        }
+    }
     println!("\npublished: offset there / back / rms of the gap's part over those of none, by p0 and lambda");
     let base = move_figures(&paper, "none");
     for method in ["published", "published-literal"] {
@@ -83,7 +97,7 @@ fn main() -> Result<(), AxisError> {
     }
     println!("\nspeed, times real time: this axis, a slide with friction");
     for method in METHODS {
-        let with_friction = support::mill(300.0, 100.0);
+        let with_friction = mill(300.0, 100.0);
         println!("{:<20}{:>10.0}{:>10.0}", method.info.name, speed(&paper, method.info.name)?, speed(&with_friction, method.info.name)?);
     }
     Ok(())

@@ -5,7 +5,7 @@ mod support;
 
 use lostmotion_axis::config::{AxisConfig, Gap};
 use lostmotion_axis::{AxisError, METHODS, build_runner, find_method};
-use support::{Move, PAPER_MOVE, circle, errors, max_abs, mill, rms, run, there_and_back};
+use support::{Move, PAPER_MOVE, circle, circle_error, errors, max_abs, mill, rms, run, there_and_back};
 
 const REST: f64 = 0.4;
 
@@ -70,6 +70,17 @@ fn published_harms_on_arcs_as_known() {
     for w in [2.0, 6.0, 15.0] {
         let [rms, max] = harm_on_a_sine(&AxisConfig::paper(), "published", 5.0, w);
         assert!(rms > 1.2 && max > 1.5, "w {w}: {rms} {max}");
+    }
+}
+
+#[test]
+fn published_makes_circles_about_twice_as_bad() {
+    for (radius, feed) in [(10.0, 3000.0), (25.0, 3000.0), (50.0, 3000.0)] {
+        let config = mill(0.0, 0.0);
+        let (none, published) = (circle_error(&config, "none", radius, feed), circle_error(&config, "published", radius, feed));
+        assert!(published[0] > none[0], "R {radius}: rms {} against {} um", published[0], none[0]);
+        let ratio = published[1] / none[1];
+        assert!(ratio > 1.5 && ratio < 2.5, "R {radius}: {ratio}");
     }
 }
 

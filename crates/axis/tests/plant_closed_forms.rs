@@ -182,3 +182,17 @@ fn a_hanging_load_starts_in_equilibrium() {
     assert!((state.motor_position() - 7.0).abs() < 1e-9 && state.motor_velocity.abs() < 1e-9);
     assert!((state.gap_angle - (0.1 + 1.5 / 2000.0)).abs() < 1e-9);
 }
+
+#[test]
+fn a_contact_far_out_is_as_sharp_as_at_the_origin() {
+    let params = PlantParams { load_coulomb_nm: 0.2, ..PlantParams::new(&AxisConfig::paper()) };
+    let plant = Plant::new(&params);
+    let (mut near, mut far) = (PlantState::at_rest(&params, 0.0, 0.0), PlantState::at_rest(&params, 50_000.0, 0.0));
+    for k in 0..20_000_u32 {
+        let input = PlantInput { voltage_q: if k / 1500 % 2 == 0 { 3.0 } else { -3.0 }, ..NOTHING };
+        plant.step(&mut near, &input);
+        plant.step(&mut far, &input);
+        assert_eq!((near.gap_angle, near.load_velocity, near.events), (far.gap_angle, far.load_velocity, far.events));
+    }
+    assert!(near.events > 20, "{}", near.events);
+}

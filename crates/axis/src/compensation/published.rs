@@ -31,7 +31,7 @@
 //! - J_min has to lie below J_M + J_L, which nobody told the drive: lambda < 1 - J_M/(J_M + J_L). Above it, theta_b grows without bound.
 //! - theta_b is a sum of differences that nothing re-anchors: it drifts. Wind-up of the shaft counts as gap.
 //! - Three parameters from absolute angles, of which 1 + a1 + a2 = 0 always holds: ill-conditioned far from zero, and with an encoder of finite resolution
-//!   a large P0 fits its steps.
+//!   a large P0 fits its steps. With 2^20 counts theta_b can run away by millimetres where load friction is small.
 //! - A friction-driven load changes flanks with the velocity; `sign(alpha_ref)` in (11) is then wrong.
 
 use super::registry::Registered;

@@ -76,6 +76,32 @@ pub(crate) fn circle(radius: f64, w: f64, t: f64) -> (f64, f64, f64) {
     (radius * (1.0 - c), radius * w * s, radius * w * w * c)
 }
 
+/// Radial error of two like axes on a circle of `radius` mm at `feed` mm/min, entered smoothly from rest: rms and max over all but the first turn, um.
+pub(crate) fn circle_error(config: &AxisConfig, method: &str, radius: f64, feed: f64) -> [f64; 2] {
+    let w = feed / 60.0 / radius;
+    let angle = |t: f64| {
+        let (rise, t) = (0.2, t - 0.1);
+        let u = (t / rise).clamp(0.0, 1.0);
+        let way = rise * (u * u * u - 0.5 * u * u * u * u) + (t - rise).max(0.0);
+        (w * way, w * (3.0 * u * u - 2.0 * u * u * u), w * 6.0 * (u - u * u) / rise)
+    };
+    let x = |t: f64| {
+        let ((q, v, a), r) = (angle(t), radius);
+        let (s, c) = math::sin_cos(q);
+        (r * (1.0 - c), r * s * v, r * (c * v * v + s * a))
+    };
+    let y = |t: f64| {
+        let ((q, v, a), r) = (angle(t), radius);
+        let (s, c) = math::sin_cos(q);
+        (r * s, r * c * v, r * (c * a - s * v * v))
+    };
+    let seconds = 3.0 * std::f64::consts::TAU / w;
+    let (xs, ys) = (run(config, method, &x, seconds).load, run(config, method, &y, seconds).load);
+    let error = |(x, y): (&f64, &f64)| (((radius - x) * (radius - x) + y * y).sqrt() - radius) * 1e3;
+    let errors: Vec<f64> = xs.iter().zip(&ys).skip(xs.len() / 3).map(error).collect();
+    [rms(errors.iter().copied()), max_abs(errors)]
+}
+
 pub(crate) fn setpoints(motion: Motion, seconds: f64) -> Vec<Setpoint> {
     let count = (seconds * 1000.0).round() as usize;
     (0..count)
