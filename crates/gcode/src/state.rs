@@ -140,6 +140,8 @@ pub struct State {
 /// Words of a canned cycle that later blocks of the same cycle reuse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CycleWords {
+    /// Level along the plane's normal at which the run of cycles began.
+    pub level: Option<f64>,
     /// Clearance plane.
     pub r: Option<f64>,
     /// Bottom along the plane's normal.
@@ -177,7 +179,7 @@ impl State {
             speed_override: true,
             adaptive_feed: false,
             feed_hold: true,
-            retract_to_start: true,
+            retract_to_start: false,
             cycle: CycleWords::default(),
             line: 0,
             ended: false,

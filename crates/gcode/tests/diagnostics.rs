@@ -65,7 +65,7 @@ fn each_mistake_has_its_code_and_place() {
         ("G4 P1234567890", "dwell-too-long 2:1"),
         ("o<x> call", "no-such-sub 2:1"),
         ("o1 endif", "flow 2:1"),
-        ("o1 if [1]", "flow 2:1"),
+        ("o1 if [0]", "flow 2:1"),
         ("G93 G1 X1", "no-inverse-time-feed 2:5"),
         ("%", "text-before-percent 2:1"),
     ] {

@@ -1,7 +1,7 @@
 //! G codes.
 
 use super::row::{AxisUse, CodeRow, Group, Texts, row};
-use crate::exec::{Exec, arc, dwell, g10, home, modes, offsets, straight, tool};
+use crate::exec::{Exec, arc, cycles, dwell, g10, home, modes, offsets, straight, tool};
 use crate::problem::{Code, Problem};
 
 const NONE: AxisUse = AxisUse::None;
@@ -60,7 +60,17 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(610, Group::PathControl, (NONE, ""), ["exact path", "G61", "g61.ngc"], modes::exact_path),
     g(611, Group::PathControl, (NONE, ""), ["exact stop", "G61.1", "g61_1.ngc"], modes::exact_stop),
     g(640, Group::PathControl, (NONE, "PQ"), ["rounded corners within P", "G64 P0.05 Q0.01", "g64.ngc"], modes::continuous),
+    g(730, Group::Motion, (NEEDS, "RQLP"), ["drill with chip breaking", "G73 X1 Z-9 R1 Q2", "g73.ngc"], cycles::cycle),
+    g(740, Group::Motion, (NEEDS, "RLP"), ["tap, left-handed", "G74 X1 Z-9 R1", "g74.ngc"], cycles::cycle),
     g(800, Group::Motion, (NONE, ""), ["end of the motion mode", "G80", "g80.ngc"], modes::no_motion),
+    g(810, Group::Motion, (NEEDS, "RLPQ"), ["drill", "G81 X1 Z-9 R1", "g81.ngc"], cycles::cycle),
+    g(820, Group::Motion, (NEEDS, "RLPQ"), ["drill with dwell", "G82 X1 Z-9 R1 P0.5", "g82.ngc"], cycles::cycle),
+    g(830, Group::Motion, (NEEDS, "RLPQ"), ["drill in pecks", "G83 X1 Z-9 R1 Q2", "g83.ngc"], cycles::cycle),
+    g(840, Group::Motion, (NEEDS, "RLPQ"), ["tap, right-handed", "G84 X1 Z-9 R1", "g84.ngc"], cycles::cycle),
+    g(850, Group::Motion, (NEEDS, "RLPQ"), ["bore, feed out", "G85 X1 Z-9 R1", "g85.ngc"], cycles::cycle),
+    g(860, Group::Motion, (NEEDS, "RLPQ"), ["bore, stop, rapid out", "G86 X1 Z-9 R1 P0.5", "g86.ngc"], cycles::cycle),
+    g(880, Group::Motion, (NEEDS, "RLPQ"), ["bore, stop, manual out", "G88 X1 Z-9 R1 P0.5", "g88.ngc"], cycles::cycle),
+    g(890, Group::Motion, (NEEDS, "RLPQ"), ["bore, dwell, feed out", "G89 X1 Z-9 R1 P0.5", "g89.ngc"], cycles::cycle),
     g(900, Group::Distance, (NONE, ""), ["absolute coordinates", "G90", "g90.ngc"], modes::distance),
     g(901, Group::ArcDistance, (NONE, ""), ["absolute arc centres", "G90.1", "g90_1.ngc"], modes::arc_distance),
     g(910, Group::Distance, (NONE, ""), ["incremental coordinates", "G91", "g91.ngc"], modes::distance),
@@ -72,4 +82,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(930, Group::FeedMode, (NONE, ""), ["F in moves per minute", "G93", "g93.ngc"], modes::feed_mode),
     g(940, Group::FeedMode, (NONE, ""), ["F in units per minute", "G94", "g94.ngc"], modes::feed_mode),
     g(950, Group::FeedMode, (NONE, ""), ["F in units per revolution", "G95", "g95.ngc"], modes::feed_mode),
+    g(980, Group::Retract, (NONE, ""), ["cycles end where they began", "G98", "g98.ngc"], cycles::retract),
+    g(990, Group::Retract, (NONE, ""), ["cycles end at R", "G99", "g99.ngc"], cycles::retract),
 ];

@@ -35,4 +35,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
     m(53, Group::Override, "P", ["feed hold on, off with P0", "M53 P0", "m53.ngc"], auxiliary::feed_hold),
     m(60, Group::Stop, "", ["exchange pallets and stop", "M60", "m60.ngc"], stop::pallet),
     m(61, Group::ToolChange, "Q", ["the tool in the spindle is Q", "M61 Q3", "m61.ngc"], tool::set_number),
+    m(98, Group::Stop, "PL", ["call subroutine P, L times", "M98 P100 L2", "m98.ngc"], stop::call),
+    m(99, Group::Stop, "", ["return from a subroutine", "M99", "m99.ngc"], stop::back),
 ];

@@ -5,8 +5,10 @@ pub(crate) mod arc_geometry;
 pub(crate) mod auxiliary;
 pub(crate) mod check;
 pub(crate) mod comments;
+pub(crate) mod cycles;
 pub(crate) mod dwell;
 pub(crate) mod g10;
+pub(crate) mod holes;
 pub(crate) mod home;
 pub(crate) mod modes;
 pub(crate) mod offsets;
@@ -26,12 +28,22 @@ use lostmotion_base::axis::AxisId;
 use lostmotion_base::span::BlockRef;
 use words::Words;
 
+/// Where a block sends the program.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Jump {
+    /// M98.
+    Call { name: String, rounds: u64 },
+    /// M99.
+    Return,
+}
+
 /// A block being carried out.
 pub struct Exec<'a> {
     pub(crate) state: &'a mut State,
     pub(crate) parameters: &'a mut Parameters,
     pub(crate) config: &'a InterpreterConfig,
     pub(crate) tools: &'a mut Option<ToolTable>,
+    pub(crate) jump: &'a mut Option<Jump>,
     pub(crate) words: &'a Words,
     pub(crate) block: BlockRef,
     pub(crate) out: &'a mut Vec<SourcedOp>,

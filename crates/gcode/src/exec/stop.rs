@@ -1,10 +1,11 @@
 //! M0, M1, M60, M2 and M30.
 
-use super::Exec;
+use super::{Exec, Jump};
 use crate::codes::Group;
 use crate::ops::{CanonicalOp, Plane};
 use crate::problem::{Code, Problem};
 use crate::state::FeedMode;
+use crate::syntax::evaluate::whole;
 
 /// M0.
 pub(crate) fn stop(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
@@ -22,6 +23,22 @@ pub(crate) fn optional_stop(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem>
 pub(crate) fn pallet(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     exec.emit(CanonicalOp::PalletShuttle);
     exec.emit(CanonicalOp::ProgramStop);
+    Ok(())
+}
+
+/// M98: the call comes after everything else on the line.
+pub(crate) fn call(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let number = exec.need(b'P', code, "P, the number of the subroutine")?;
+    let number = whole(number).filter(|value| *value >= 0.0).ok_or(Problem::BadWordValue { letter: 'P', value: number })?;
+    let rounds = exec.word(b'L').unwrap_or(1.0);
+    let rounds = whole(rounds).filter(|value| (0.0..=1e15).contains(value)).ok_or(Problem::BadWordValue { letter: 'L', value: rounds })?;
+    *exec.jump = Some(Jump::Call { name: format!("{number}"), rounds: rounds as u64 });
+    Ok(())
+}
+
+/// M99.
+pub(crate) fn back(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    *exec.jump = Some(Jump::Return);
     Ok(())
 }
 

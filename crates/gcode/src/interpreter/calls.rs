@@ -4,9 +4,13 @@ use super::Interpreter;
 use super::control::flow_error;
 use super::flow::{Frame, Record, Seek};
 use super::tape::Tape;
-use crate::problem::Problem;
+use crate::exec::Jump;
+use crate::problem::{Code, Problem};
 use crate::syntax::Keyword;
+use crate::syntax::evaluate::whole;
 use std::sync::Arc;
+
+const M98: Code = Code { letter: 'M', tenths: 980 };
 
 impl Interpreter {
     /// A subroutine line that is carried out.
@@ -73,8 +77,30 @@ impl Interpreter {
         Ok(())
     }
 
+    /// The subroutine of an M98 on the line, if it is not known yet.
+    pub(crate) fn wanted_sub(&self) -> Option<String> {
+        let is_call = self.words.codes().iter().any(|used| used.row.code == M98);
+        let number = if is_call { self.words.get(b'P').and_then(whole) } else { None };
+        number.map(|number| format!("{number}")).filter(|name| !self.flow.subs.contains_key(name))
+    }
+
+    /// Carries out what M98 or M99 asked for.
+    pub(crate) fn jump(&mut self) -> Result<(), Problem> {
+        match self.jump.take() {
+            Some(Jump::Call { name, rounds }) => self.call(name, None, rounds),
+            Some(Jump::Return) if self.flow.frames.is_empty() => {
+                Err(flow_error("M99 in the main program, which would run for ever: no subroutine is running"))
+            }
+            Some(Jump::Return) => {
+                self.leave();
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Reads on until the subroutine is defined, then comes back to the line that calls it.
-    fn look_for(&mut self, name: String) -> Result<(), Problem> {
+    pub(crate) fn look_for(&mut self, name: String) -> Result<(), Problem> {
         if self.missing_sub.as_ref() == Some(&name) {
             self.missing_sub = None;
             return Err(Problem::NoSuchSub { name });

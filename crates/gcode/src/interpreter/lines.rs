@@ -202,6 +202,7 @@ impl Interpreter {
             parameters: &mut self.parameters,
             config: &self.config,
             tools: &mut self.tools,
+            jump: &mut self.jump,
             words: &self.words,
             block: BlockRef { span: self.span, call_stack: 0 },
             out,
@@ -220,9 +221,14 @@ impl Interpreter {
             return Ok(());
         }
         check::check(&mut self.words, &self.state)?;
+        // A subroutine that stands further on is looked for before the line is carried out, so that it runs once.
+        if let Some(name) = self.wanted_sub() {
+            return self.look_for(name).map_err(|problem| (problem, None));
+        }
         let result = self.exec(out).run();
         self.warn();
-        result
+        result?;
+        self.jump().map_err(|problem| (problem, None))
     }
 
     fn collect_words(&mut self) -> Result<(), (Problem, Option<Text>)> {

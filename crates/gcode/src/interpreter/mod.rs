@@ -13,6 +13,7 @@ pub use tape::Place;
 
 use crate::config::InterpreterConfig;
 use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::exec::Jump;
 use crate::exec::words::Words;
 use crate::ops::{CanonicalOp, SourcedOp};
 use crate::parameters::{HIGHEST, Parameters, View};
@@ -63,6 +64,7 @@ pub struct Interpreter {
     span: Span,
     stack: Vec<f64>,
     warnings: Vec<Problem>,
+    jump: Option<Jump>,
     percent: Percent,
     /// Whether a block with words or settings has been seen.
     begun: bool,
@@ -109,6 +111,7 @@ impl Interpreter {
             span: Span::default(),
             stack: Vec::new(),
             warnings: Vec::new(),
+            jump: None,
             percent: Percent::Unknown,
             begun: false,
             at_end: false,

@@ -1,0 +1,119 @@
+//! Canned cycles: where the holes are and what the words mean. What is done at a hole is in [`super::holes`].
+
+use super::Exec;
+use super::holes::Hole;
+use crate::ops::{CanonicalOp, PathControl, Plane, Position};
+use crate::problem::{Code, Problem};
+use crate::state::{CycleWords, FeedMode};
+use crate::syntax::evaluate::whole;
+
+/// What is missing without the word of the axis that is drilled along.
+const BOTTOM: [&str; 3] = ["X, the bottom of the hole", "Y, the bottom of the hole", "Z, the bottom of the hole"];
+
+/// G73, G74 and G81 to G89.
+pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    if exec.state.motion != Some(code) {
+        // Words stick only within the same cycle, the level where cycles began until another motion.
+        let in_cycle = exec.state.motion.is_some_and(|mode| matches!(mode.tenths, 730 | 740 | 810..=890));
+        exec.state.cycle = CycleWords { level: exec.state.cycle.level.filter(|_| in_cycle), ..CycleWords::default() };
+        exec.state.motion = Some(code);
+    }
+    if matches!(code.tenths, 740 | 840) && exec.state.plane != Plane::Xy {
+        return Err(Problem::Unsupported { what: "tapping outside the XY plane (G17)".to_owned() });
+    }
+    exec.check_feed(code)?;
+    if exec.state.feed_mode == FeedMode::InverseTime {
+        return Err(Problem::Cycle { message: "a canned cycle in inverse time feed (G93)" });
+    }
+    let repeats = exec.repeats(code)?;
+    exec.holes(code, repeats)
+}
+
+/// G98 and G99.
+pub(crate) fn retract(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    exec.state.retract_to_start = code.tenths == 980;
+    Ok(())
+}
+
+impl Exec<'_> {
+    /// L.
+    fn repeats(&self, code: Code) -> Result<u32, Problem> {
+        let Some(value) = self.word(b'L') else { return Ok(1) };
+        match whole(value).filter(|value| (1.0..=f64::from(u32::MAX)).contains(value)) {
+            Some(value) => Ok(value as u32),
+            None => Err(Problem::WordOutOfRange { code, letter: 'L', value, allowed: "a whole number from 1" }),
+        }
+    }
+
+    /// The cycle's words: from the block, or kept from an earlier one.
+    fn cycle_words(&mut self, normal: usize) -> CycleWords {
+        let kept = self.state.cycle;
+        let words = CycleWords {
+            level: kept.level.or(Some(self.state.current[normal])),
+            r: self.word(b'R').or(kept.r),
+            bottom: self.axis_word(normal).or(kept.bottom),
+            p: self.word(b'P').or(kept.p),
+            q: self.word(b'Q').or(kept.q),
+            ijk: std::array::from_fn(|index| self.word(b"IJK"[index]).or(kept.ijk[index])),
+        };
+        self.state.cycle = words;
+        words
+    }
+
+    fn holes(&mut self, code: Code, repeats: u32) -> Result<(), Problem> {
+        let normal = self.state.plane.axes()[2];
+        let words = self.cycle_words(normal);
+        let r = words.r.ok_or(Problem::WordMissing { code, what: "R, the clearance plane" })?;
+        let bottom = words.bottom.ok_or(Problem::WordMissing { code, what: BOTTOM[normal] })?;
+        let start = self.state.current;
+        let began = words.level.unwrap_or(start[normal]);
+        let (r, bottom) = if self.state.absolute { (r, bottom) } else { (r + began, r + began + bottom) };
+        if r < bottom {
+            return Err(Problem::Cycle { message: "R is below the bottom of the hole" });
+        }
+        let clear = if self.state.retract_to_start { began.max(r) } else { r };
+        let hole = Hole { code, normal, r, bottom, clear, p: words.p, q: words.q };
+        self.check_moves(&hole, repeats)?;
+        let target = self.target()?;
+        if began.min(start[normal]) < r {
+            self.level(&hole, r, false);
+        }
+        let saved = self.state.path_control;
+        if saved != PathControl::ExactPath {
+            self.emit(CanonicalOp::SetMotionControlMode(PathControl::ExactPath));
+        }
+        for round in 1..=repeats {
+            let ahead = if self.state.absolute { 1.0 } else { f64::from(round) };
+            self.hole(&hole, &std::array::from_fn(|axis| start[axis] + ahead * (target[axis] - start[axis])))?;
+        }
+        if saved != PathControl::ExactPath {
+            self.emit(CanonicalOp::SetMotionControlMode(saved));
+            self.emit(CanonicalOp::SetNaiveCamTolerance(self.state.merge_tolerance));
+        }
+        Ok(())
+    }
+
+    /// One hole: across to it at the present level, down to R, and what the cycle does.
+    fn hole(&mut self, hole: &Hole, place: &Position) -> Result<(), Problem> {
+        let mut above = *place;
+        above[hole.normal] = self.state.current[hole.normal];
+        self.check_target(&above)?;
+        self.move_to(above, false);
+        if above[hole.normal] != hole.r {
+            self.level(hole, hole.r, false);
+        }
+        self.drill(hole)
+    }
+
+    /// Refuses cycles of endless pecks and repetitions.
+    fn check_moves(&self, hole: &Hole, repeats: u32) -> Result<(), Problem> {
+        let limit = self.config.limits.cycle_moves;
+        let pecks = hole.q.filter(|q| *q > 0.0).map_or(0.0, |q| (hole.r - hole.bottom) / q);
+        if f64::from(repeats) * (pecks * 3.0 + 4.0) > f64::from(limit) { Err(Problem::CycleTooLong { limit }) } else { Ok(()) }
+    }
+
+    pub(crate) fn move_to(&mut self, end: Position, feed: bool) {
+        self.state.current = end;
+        self.emit(if feed { CanonicalOp::StraightFeed(end) } else { CanonicalOp::StraightTraverse(end) });
+    }
+}
