@@ -88,7 +88,7 @@ impl Record {
         let traces: Vec<ContourTrace> =
             files.traces.into_iter().zip(answer.results).map(|(trace, result)| trace.finish(&result.method, &caption(result))).collect();
         let picture = ContourPicture {
-            title: format!("Contour error of {}", answer.program),
+            title: format!("Contour error of {}", file_name(answer.program)),
             subtitle: format!("{}, {} of machine time", answer.machine, number::duration(answer.duration_s)),
             tolerance_um: Some(answer.tolerance_um),
             plane: None,
@@ -132,6 +132,11 @@ pub(crate) struct Answer<'a> {
     pub(crate) text_name: &'a str,
     /// The answer as text.
     pub(crate) text: &'a String,
+}
+
+/// The last part of a path.
+fn file_name(path: &str) -> &str {
+    std::path::Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or(path)
 }
 
 fn caption(result: &MethodResult) -> String {

@@ -1,7 +1,7 @@
 //! A plan: a row a tick.
 
 use super::rows::{POSITION_DECIMALS, Rows};
-use lostmotion_base::{AxisSet, Clock, units};
+use lostmotion_base::{AxisId, AxisSet, Clock, units};
 use lostmotion_plan::Sample;
 use std::io::{self, Write};
 
@@ -19,7 +19,7 @@ impl<W: Write> PlanWriter<W> {
     /// # Errors
     /// Those of the writer.
     pub fn new(out: W, axes: AxisSet, clock: Clock) -> io::Result<PlanWriter<W>> {
-        let names = axes.iter().map(|axis| axis.column());
+        let names = axes.iter().map(AxisId::column);
         let rows = Rows::new(out, std::iter::once("t_s").chain(names).chain(std::iter::once("line")))?;
         Ok(PlanWriter { rows, axes, clock })
     }

@@ -70,7 +70,7 @@ impl Panel {
 /// normal in colour. Without any point the picture says so.
 pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
     let plane = picture.plane.unwrap_or_else(|| Plane::of(traces));
-    let seen = |axis: usize| Range::of(traces.iter().flat_map(|t| t.points()).map(|p| plane.project(p.foot_mm)[axis]));
+    let seen = |axis: usize| Range::of(traces.iter().flat_map(ContourTrace::points).map(|p| plane.project(p.foot_mm)[axis]));
     let (Some(x), Some(y)) = (seen(0), seen(1)) else {
         return empty(picture);
     };
@@ -134,10 +134,10 @@ fn empty(picture: &ContourPicture) -> String {
 
 fn draw_panel(canvas: &mut Canvas, panel: &Panel, trace: &ContourTrace, color: &'static str, tolerance_um: Option<f64>) {
     let [left, top] = panel.at;
-    let name = fit(&trace.name, 15.0, panel.size[0]);
+    let cut = if largest_um(trace) > panel.clip_um { " (off the scale)" } else { "" };
+    let name = fit(&format!("{}{cut}", trace.name), 15.0, panel.size[0]);
     canvas.bold([left, top - 25.0], &name, 15.0, color, Anchor::Start);
-    let cut = if largest_um(trace) > panel.clip_um { "off the scale, " } else { "" };
-    canvas.text([left, top - 8.0], &fit(&format!("{cut}{}", trace.caption), 12.0, panel.size[0]), 12.0, SOFT, Anchor::Start);
+    canvas.text([left, top - 8.0], &fit(&trace.caption, 12.0, panel.size[0]), 12.0, SOFT, Anchor::Start);
     draw_axes(canvas, panel);
     for run in &trace.runs {
         let foot: Vec<[f64; 2]> = run.iter().map(|p| panel.displaced(p, 0.0)).collect();
