@@ -1,12 +1,14 @@
 //! Programs of any length, generated: what benches and memory tests run on.
 
+#![allow(dead_code, reason = "each bench uses a part of it")]
+
 use lostmotion::base::math;
 use std::fmt::Write;
 
 /// A three-axis finishing raster over a wavy surface: rows along X at 0.5 mm points, stepping over in Y, back and forth.
 ///
 /// `minutes` is the cutting time at the programmed feed of 3000 mm/min.
-pub fn surfacing(minutes: f64) -> String {
+pub(crate) fn surfacing(minutes: f64) -> String {
     const FEED_MM_MIN: f64 = 3000.0;
     const STEP_MM: f64 = 0.5;
     const HALF_MM: f64 = 75.0;
@@ -29,5 +31,15 @@ pub fn surfacing(minutes: f64) -> String {
         let _ = writeln!(text, "Y{y:.3}");
     }
     text.push_str("G0 Z10\nM5\nM2\n");
+    text
+}
+
+/// Full circles of several radii and feeds.
+pub(crate) fn circles() -> String {
+    let mut text = String::from("G21 G17 G90 G64 P0.005\nG0 Z5\n");
+    for (radius, feed) in [(5, 600), (10, 1200), (25, 3000), (50, 6000)] {
+        let _ = writeln!(text, "G0 X{radius} Y0\nG3 I-{radius} F{feed}\nG2 I-{radius}");
+    }
+    text.push_str("M2\n");
     text
 }

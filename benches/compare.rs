@@ -1,0 +1,23 @@
+//! All methods on one plan. Elements are CNC periods of the program.
+
+mod support;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use lostmotion::axis::METHODS;
+use lostmotion::sim::{Machine, ProgramSource, SimulateOptions, Unobserved, compare};
+
+fn comparing(criterion: &mut Criterion) {
+    let machine = Machine::preset("vmc3").expect("an embedded machine");
+    let source = ProgramSource::from_bytes("circles", support::circles().into_bytes());
+    let methods: Vec<String> = METHODS.iter().map(|method| method.info.name.to_owned()).collect();
+    let options = SimulateOptions::default();
+    let run = || compare(&source, &machine, &methods, &options, &mut Unobserved).expect("a comparison").plan.duration_s;
+    let mut group = criterion.benchmark_group("compare");
+    group.sample_size(10);
+    group.throughput(Throughput::Elements((run() * 1e3) as u64));
+    group.bench_function("all methods", |bencher| bencher.iter(run));
+    group.finish();
+}
+
+criterion_group!(benches, comparing);
+criterion_main!(benches);
