@@ -1,10 +1,11 @@
 //! Everything that can be wrong with a program.
 
 use crate::diagnostics::Severity;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A G or M code as written: letter and number in tenths, `G59.1` is ('G', 591).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Code {
     /// 'G' or 'M'.
     pub letter: char,

@@ -93,7 +93,6 @@ pub struct State {
     /// Feed rate in force; 0 before the first F.
     pub feed: f64,
     /// Motion mode; none after G80.
-    #[serde(skip)]
     pub motion: Option<Code>,
     /// Spindle 0.
     pub spindle: Spindle,

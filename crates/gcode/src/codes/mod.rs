@@ -1,6 +1,6 @@
 //! The table of codes: one row per code.
 //!
-//! Adding a code is one row in [`g`] or [`m`], one function that carries it out, and one sample program.
+//! Adding a code is one row in `g` or `m`, one function that carries it out, and one sample program.
 
 mod g;
 mod m;

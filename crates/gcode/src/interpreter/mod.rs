@@ -7,6 +7,7 @@ mod calls;
 mod control;
 mod flow;
 mod lines;
+mod run;
 mod tape;
 
 pub use tape::Place;

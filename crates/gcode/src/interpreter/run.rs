@@ -1,0 +1,113 @@
+//! Carrying out a line of words, settings and comments.
+
+use super::Interpreter;
+use crate::exec::{Exec, check};
+use crate::ops::SourcedOp;
+use crate::problem::Problem;
+use crate::syntax::{Setting, Target, Text};
+use lostmotion_base::span::BlockRef;
+
+impl Interpreter {
+    /// The comment of the current block.
+    pub(crate) fn run_comment(&mut self, out: &mut Vec<SourcedOp>) {
+        let Some(text) = self.block.comment else { return };
+        let from = text.start as usize;
+        let inside = std::mem::take(&mut self.line);
+        self.exec(out).comment(inside.get(from..from + text.len as usize).unwrap_or_default());
+        self.line = inside;
+    }
+
+    fn exec<'a>(&'a mut self, out: &'a mut Vec<SourcedOp>) -> Exec<'a> {
+        Exec {
+            state: &mut self.state,
+            parameters: &mut self.parameters,
+            config: &self.config,
+            tools: &mut self.tools,
+            jump: &mut self.jump,
+            words: &self.words,
+            block: BlockRef { span: self.span, call_stack: 0 },
+            out,
+            warnings: &mut self.warnings,
+        }
+    }
+
+    /// A line of words, settings and comments.
+    pub(crate) fn plain_line(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
+        self.begun |= !self.block.words.is_empty() || !self.block.settings.is_empty();
+        self.collect_words()?;
+        self.apply_settings()?;
+        self.warn();
+        self.run_comment(out);
+        if self.words.mask == 0 && self.words.codes().is_empty() {
+            return Ok(());
+        }
+        check::check(&mut self.words, &self.state)?;
+        // A subroutine that stands further on is looked for before the line is carried out, so that it runs once.
+        if let Some(name) = self.wanted_sub() {
+            return self.look_for(name).map_err(|problem| (problem, None));
+        }
+        let result = self.exec(out).run();
+        self.warn();
+        result?;
+        self.jump().map_err(|problem| (problem, None))
+    }
+
+    fn collect_words(&mut self) -> Result<(), (Problem, Option<Text>)> {
+        self.words.clear();
+        let mut first = Ok(());
+        for index in 0..self.block.words.len() {
+            let Some(&word) = self.block.words.get(index) else { break };
+            let value = self.value(word.value);
+            let added = value.and_then(|value| self.words.add(word.letter, value, word.text));
+            first = match (first, added) {
+                (Ok(()), Err(problem)) => Err((problem, Some(word.text))),
+                (Err((earlier, place)), Err(problem)) => {
+                    self.place_and_report(earlier, place);
+                    Err((problem, Some(word.text)))
+                }
+                (first, _) => first,
+            };
+        }
+        first
+    }
+
+    /// Settings take effect together, after everything on the line has been read.
+    fn apply_settings(&mut self) -> Result<(), (Problem, Option<Text>)> {
+        if self.block.settings.is_empty() {
+            return Ok(());
+        }
+        let mut values = Vec::with_capacity(self.block.settings.len());
+        for index in 0..self.block.settings.len() {
+            let Some(&setting) = self.block.settings.get(index) else { break };
+            let value = self.setting_value(setting).map_err(|problem| (problem, Some(setting.text)))?;
+            values.push((setting, value));
+        }
+        for (setting, (number, value)) in values {
+            let result = match setting.target {
+                Target::Numbered(_) => self.parameters.set(number, value),
+                Target::Named(name) => self.parameters.set_name(self.block.name(name), value, &self.state),
+            };
+            result.map_err(|problem| (problem, Some(setting.text)))?;
+        }
+        Ok(())
+    }
+
+    /// Number of the parameter (0 for a named one) and its new value.
+    fn setting_value(&mut self, setting: Setting) -> Result<(f64, f64), Problem> {
+        let number = match setting.target {
+            Target::Numbered(number) => self.value(number)?,
+            Target::Named(_) => 0.0,
+        };
+        Ok((number, self.value(setting.value)?))
+    }
+
+    /// Reports what the block only warns about.
+    fn warn(&mut self) {
+        if let Some(number) = self.parameters.unset_read.take() {
+            self.report(Problem::UnsetParameter { number });
+        }
+        while let Some(problem) = self.warnings.pop() {
+            self.report(problem);
+        }
+    }
+}
