@@ -34,10 +34,10 @@ pub(crate) fn load(name: Option<&str>) -> Result<Machine, Failure> {
 /// The machine of a file.
 pub(crate) fn read(path: &Path) -> Result<Machine, Failure> {
     let text = input::text(path, "machine file")?;
-    Machine::from_toml(&path.display().to_string(), &text).map_err(failure)
+    Machine::from_toml(&path.display().to_string(), &text).map_err(|error| failure(&error))
 }
 
-fn failure(error: MachineError) -> Failure {
+fn failure(error: &MachineError) -> Failure {
     let count = error.problems.len();
     Failure::Rendered(format!("{error}\n{count} error{}", if count == 1 { "" } else { "s" }))
 }
@@ -57,7 +57,7 @@ pub(crate) fn axis(name: &str) -> Result<AxisConfig, Failure> {
     }
     if is_file(name) {
         let text = input::text(Path::new(name), "axis file")?;
-        return axis_from_toml(name, &text).map_err(failure);
+        return axis_from_toml(name, &text).map_err(|error| failure(&error));
     }
     let hint = format!("known axes: {}; an axis of a machine file: FILE.toml:x", axis_presets().join(", "));
     Err(Failure::with_hint(format!("there is no axis \"{name}\""), hint))

@@ -1,5 +1,7 @@
 //! The program from the outside: exit codes, messages, files that appear or do not.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 

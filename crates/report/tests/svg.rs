@@ -1,5 +1,7 @@
 //! Pictures hold what they are given, bounded in size, and are well formed.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use lostmotion_base::math;
 use lostmotion_report::svg::{ContourPicture, ContourTrace, Plane, Series, SeriesPicture, TracePoint, TraceRecorder, contour, series};
 use std::f64::consts::TAU;

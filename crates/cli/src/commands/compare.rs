@@ -14,7 +14,7 @@ pub(crate) fn run(args: &Compare, quiet: bool) -> Result<u8, Failure> {
     let methods = methods(&args.methods)?;
     let mut record = Record::new(&args.run, &methods, quiet)?;
     let result = lostmotion::sim::compare(&program, &machine, &methods, &options, &mut record);
-    let comparison = result.map_err(|error| failure(&program, error))?;
+    let comparison = result.map_err(|error| failure(&program, &error))?;
     let json = to_json(&comparison)?;
     let plain = text::comparison(&comparison, &text_options(false));
     record.finish(&Answer {

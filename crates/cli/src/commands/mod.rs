@@ -40,10 +40,8 @@ pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
 fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failure> {
     let program = crate::input::program(&run.part)?;
     let machine = machines::with_fits(machines::load(run.on.machine.as_deref())?, &run.fitted)?;
-    if let Some(tolerance) = run.tolerance_um {
-        if !(tolerance.is_finite() && tolerance > 0.0) {
-            return Err(Failure::message(format!("--tolerance-um is {tolerance}; it has to be a positive finite number")));
-        }
+    if let Some(tolerance) = run.tolerance_um.filter(|um| !(um.is_finite() && *um > 0.0)) {
+        return Err(Failure::message(format!("--tolerance-um is {tolerance}; it has to be a positive finite number")));
     }
     if run.threads == Some(0) {
         return Err(Failure::with_hint("--threads is 0", "leave it out to use all cores"));
@@ -53,9 +51,9 @@ fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failu
 }
 
 /// An error of the session, with the lines of the program it is about.
-fn failure(program: &ProgramSource, error: SimError) -> Failure {
+fn failure(program: &ProgramSource, error: &SimError) -> Failure {
     let text = error.to_string();
-    let findings = match &error {
+    let findings = match error {
         SimError::Program { diagnostics, .. } => return Failure::Rendered(diagnostics::render(program, diagnostics)),
         SimError::Travel { violations, .. } => violations.iter().map(|v| Finding::error(v.block.span, travel(v), None)).collect(),
         SimError::NoAxis { block, axis, machine } => {

@@ -20,7 +20,7 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
     let info = lostmotion::sim::plan(&program, &machine, &SimulateOptions::default(), &mut sink).map_err(|error| match error {
         SimError::Sink(why) => Failure::message(format!("cannot write {}: {why}", args.out.display())),
-        other => failure(&program, other),
+        other => failure(&program, &other),
     })?;
     writer.finish().map_err(unwritten)?.commit()?;
     if !quiet {

@@ -12,7 +12,7 @@ pub(crate) fn run(args: &Simulate, quiet: bool) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(&args.run)?;
     let mut record = Record::new(&args.run, std::slice::from_ref(&args.method), quiet)?;
     let result = lostmotion::sim::simulate(&program, &machine, &args.method, &options, &mut record);
-    let simulation = result.map_err(|error| failure(&program, error))?;
+    let simulation = result.map_err(|error| failure(&program, &error))?;
     let json = to_json(&simulation)?;
     let plain = text::simulation(&simulation, &text_options(false));
     record.finish(&Answer {
