@@ -59,7 +59,7 @@ fn connects(kinematics: &dyn Kinematics, here: &Position, item: &Move) -> Result
         start - here.program
     } else {
         let joints = |program: &Coords, tool: &[f64; 3]| {
-            kinematics.inverse(program, tool).map_err(|source| PlanError::Pose { block: item.block, source })
+            kinematics.inverse(program, tool).map_err(|source| PlanError::Pose { block: item.block, source: Box::new(source) })
         };
         joints(&start, &item.tool_mm)? - joints(&here.program, &here.tool_mm)?
     };
@@ -77,9 +77,11 @@ fn has_limits(config: &PlannerConfig, kinematics: &dyn Kinematics, item: &Move) 
     if !kinematics.is_affine() {
         for point in 0..=POINTS {
             let jets = kinematics.inverse_jet(&curve.jet(curve.length() * (point as f64 / POINTS as f64)), &item.tool_mm);
-            let jets = jets.map_err(|source| PlanError::Pose { block: item.block, source })?;
+            let jets = jets.map_err(|source| PlanError::Pose { block: item.block, source: Box::new(source) })?;
             let fresh = |joint: usize| jets[joint].0[1].abs();
-            speed = Coords(std::array::from_fn::<f64, AXES, _>(|joint| if point == 0 { fresh(joint) } else { speed.0[joint].max(fresh(joint)) }));
+            speed = Coords(std::array::from_fn::<f64, AXES, _>(
+                |joint| if point == 0 { fresh(joint) } else { speed.0[joint].max(fresh(joint)) },
+            ));
         }
     }
     let missing = AxisId::ALL.into_iter().find(|joint| speed[*joint] > STILL && config.limits[joint.index()].is_none());

@@ -129,9 +129,10 @@ fn bend(
     }
     let mut demand = Demand::NONE;
     let mut smooth = true;
-    for order in 1..4 {
-        for joint in 0..AXES {
-            let [a, m, b] = [0, 1, 2].map(|i: usize| jets[i][joint].0[order]);
+    let [first, second, third] = jets;
+    for (joint, ((first, second), third)) in first.iter().zip(&second).zip(&third).enumerate() {
+        for order in 1..4 {
+            let (a, m, b) = (first.0[order], second.0[order], third.0[order]);
             let largest = a.abs().max(m.abs()).max(b.abs());
             let sagitta = (m - 0.5 * (a + b)).abs();
             smooth &= sagitta <= BEND * largest + f64::EPSILON;

@@ -2,7 +2,6 @@
 
 use lostmotion_base::{AxisId, BlockRef, LimitError};
 use lostmotion_kinematics::KinematicsError;
-use lostmotion_path::PathError;
 
 /// Why something cannot be planned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -47,15 +46,7 @@ pub enum PlanError {
         /// Block that commands the move.
         block: BlockRef,
         /// What the kinematics says.
-        source: KinematicsError,
-    },
-    /// The path between two moves cannot be built.
-    #[error("{}: {source}", block.span)]
-    Path {
-        /// Block that commands the move.
-        block: BlockRef,
-        /// What the path says.
-        source: PathError,
+        source: Box<KinematicsError>,
     },
     /// A limit in the configuration makes no sense.
     #[error("limits of joint {joint}: {source}")]
@@ -77,7 +68,7 @@ pub enum PlanError {
     },
     /// The machine cannot take the pose at which the program starts.
     #[error("start of the program: {0}")]
-    Start(KinematicsError),
+    Start(Box<KinematicsError>),
     /// Something was pushed after the end.
     #[error("the planner was given something after its end")]
     Finished,

@@ -62,6 +62,9 @@ pub struct Halt {
 }
 
 /// One thing for the planner to do.
+///
+/// Moves are by far the most frequent kind, and none is kept: boxing them would only cost.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug)]
 pub enum PlanItem {
     /// Moves along a curve.

@@ -3,7 +3,6 @@
 use crate::condition::{Judge, Piece, Programmed};
 use crate::demands::demands;
 use crate::machine::{Demand, Machine};
-use lostmotion_base::math;
 use lostmotion_kinematics::Kinematics;
 
 /// Compares times.
@@ -25,20 +24,16 @@ impl Judge for TimeJudge<'_> {
         let pace = self.machine.speed_cap(&all);
         let straight = Demand { d: [all.d[0], [0.0; 9], [0.0; 9]], feed: before.feed.min(next.feed) };
         let window = self.machine.window_s(&all);
-        let acceleration = self.machine.acceleration(&straight, 0.0, window);
+        let acceleration = self.machine.acceleration(&straight, f64::INFINITY, 0.0, window);
         let reachable = (acceleration * before.length.min(next.length)).sqrt();
         let speed = self.machine.speed_cap(&straight).min(reachable);
         if pace >= speed {
             return true;
         }
+        // Between two stops on a short move the window shrinks as it does on a straight one.
+        let window = window.min(self.machine.straight_window_s(&straight, before.length.min(next.length)));
         let own = blend.curve.length() / pace;
         let saved = 2.0 * pace / acceleration + pace * (window + own) / speed - pace * pace / (acceleration * speed);
         saved > own
     }
-}
-
-/// Time by which the motion away from a corner may start early when it may miss the corner by `tolerance`: two jerk-limited
-/// tails meet when either is J (t/2)^3 / 6 away.
-pub(crate) fn early_s(jerk: f64, tolerance: f64) -> f64 {
-    2.0 * math::cbrt(6.0 * tolerance / jerk)
 }

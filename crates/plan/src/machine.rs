@@ -43,8 +43,52 @@ struct Joint {
     j: f64,
 }
 
+impl Joint {
+    /// The largest acceleration up to `a` that keeps the jerk.
+    ///
+    /// A window that begins at the speed v and the acceleration a has a mean speed of at most v + a T/2, so that the jerk is
+    /// at most q''' (v + a T/2)^3 + 3 q'' (v + a T/2) a + q' a / T: convex in a, solved from above by Newton's method and
+    /// then bounded from below by a chord. Its mean speed is at most `cap`, too, which may leave more room.
+    fn jerk_room(&self, [c1, c2, c3]: [f64; 3], cap: f64, v: f64, window_s: f64, a: f64) -> f64 {
+        let half = 0.5 * window_s;
+        let excess = |a: f64| {
+            let mean = v + a * half;
+            (c3 * mean * mean + 3.0 * c2 * a) * mean + c1 * a / window_s - self.j
+        };
+        let slope = |a: f64| {
+            let mean = v + a * half;
+            3.0 * (c3 * mean * mean * half + c2 * (mean + a * half)) + c1 / window_s
+        };
+        if excess(a) <= 0.0 {
+            return a;
+        }
+        let at_cap = (self.j - c3 * cap * cap * cap).max(0.0) / (3.0 * c2 * cap + c1 / window_s);
+        let rest = excess(0.0);
+        if rest >= 0.0 {
+            return at_cap.min(a);
+        }
+        let mut high = a;
+        for _ in 0..NEWTON_STEPS {
+            let over = excess(high);
+            high -= over / slope(high);
+            if over < CLOSE * self.j {
+                break;
+            }
+        }
+        let chord = high * rest / (rest - excess(high).max(0.0));
+        chord.max(at_cap).min(a)
+    }
+}
+
 /// Keeps what is planned a hair inside the limits, so that rounding cannot pass them.
 const MARGIN: f64 = 1.0 - 1e-6;
+
+/// Part of the steady speed that a joint's acceleration and jerk would allow, so that some of both is left to get there.
+const STEADY: f64 = 0.99;
+/// From far above, each step of Newton's method on a cubic takes off about a third.
+const NEWTON_STEPS: usize = 8;
+/// Excess of jerk, as a part of its limit, from which one more step is good enough.
+const CLOSE: f64 = 0.1;
 
 /// Largest path acceleration ever considered, 1/s2: stands for "no joint minds".
 const NO_LIMIT: f64 = 1e12;
@@ -82,31 +126,34 @@ impl Machine {
             if c1 > 0.0 {
                 cap = cap.min(joint.v / c1);
             }
-            if c2 * cap * cap > joint.a {
-                cap = (joint.a / c2).sqrt();
+            if c2 * cap * cap > joint.a * (STEADY * STEADY) {
+                cap = cap.min((joint.a / c2).sqrt() * STEADY);
             }
-            if c3 * cap * cap * cap > joint.j {
-                cap = math::cbrt(joint.j / c3);
+            if c3 * cap * cap * cap > joint.j * (STEADY * STEADY * STEADY) {
+                cap = cap.min(math::cbrt(joint.j / c3) * STEADY);
             }
         }
         cap
     }
 
-    /// Largest acceleration at a speed, with the window over which it is averaged. Never rises with the speed.
-    pub(crate) fn acceleration(&self, demand: &Demand, v: f64, window_s: f64) -> f64 {
+    /// Largest acceleration at a speed, with the window over which it is averaged, where the speed never passes `cap`.
+    /// Never rises with the speed.
+    pub(crate) fn acceleration(&self, demand: &Demand, cap: f64, v: f64, window_s: f64) -> f64 {
         let mut a = NO_LIMIT;
         for joint in &self.joints {
-            let [c1, c2, c3] = [0, 1, 2].map(|order| demand.d[order][joint.index]);
+            let [c1, c2] = [0, 1].map(|order| demand.d[order][joint.index]);
             let room = joint.a - c2 * v * v;
             if c1 * a > room {
                 a = room.max(0.0) / c1;
             }
-            // The mean speed of a window in which the speed has risen by a T is a T / 2 higher than at its beginning.
-            let room = (joint.j - c3 * v * v * v).max(0.0);
-            let quadratic = 1.5 * c2 * window_s;
-            let linear = 3.0 * c2 * v + c1 / window_s;
-            if (quadratic * a + linear) * a > room {
-                a = 2.0 * room / (linear + (linear * linear + 4.0 * quadratic * room).sqrt());
+            if c1 * a > joint.j * window_s {
+                a = joint.j * window_s / c1;
+            }
+        }
+        for joint in &self.joints {
+            let derivatives = [0, 1, 2].map(|order| demand.d[order][joint.index]);
+            if derivatives[1] > 0.0 || derivatives[2] > 0.0 {
+                a = joint.jerk_room(derivatives, cap, v, window_s, a);
             }
         }
         a

@@ -29,8 +29,6 @@ pub struct Planner {
     sampler: Sampler,
     here: Position,
     segments: u64,
-    /// Between the last stretch and the next.
-    pause: Option<Stop>,
     forced_stops: u64,
     finished: bool,
 }
@@ -42,7 +40,7 @@ impl Planner {
     /// A setting or limit that makes no sense, a start that the machine cannot take.
     pub fn new(config: PlannerConfig, kinematics: Arc<dyn Kinematics>, start: Coords) -> Result<Planner, PlanError> {
         config.check()?;
-        let joints = kinematics.inverse(&start, &[0.0; 3]).map_err(PlanError::Start)?;
+        let joints = kinematics.inverse(&start, &[0.0; 3]).map_err(|source| PlanError::Start(Box::new(source)))?;
         let machine = Machine::new(&config.limits);
         Ok(Planner {
             conditioner: Conditioner::new(config.clone()),
@@ -53,7 +51,6 @@ impl Planner {
             kinematics,
             machine,
             segments: 0,
-            pause: None,
             forced_stops: 0,
             finished: false,
         })
@@ -71,7 +68,7 @@ impl Planner {
             PlanItem::Move(item) => self.push_move(&item),
             PlanItem::Dwell(item) => {
                 dwell(item.block, item.seconds)?;
-                self.rest(Stop { dwell_s: item.seconds, tolerance_mm: 0.0 })
+                self.rest(Stop { dwell_s: item.seconds })
             }
             PlanItem::Halt(_) => self.rest(Stop::default()),
         }
@@ -149,7 +146,7 @@ impl Planner {
                     if let Some(settled) = self.window.finish(&self.machine) {
                         self.commit(settled);
                     }
-                    self.stop(stop);
+                    self.sampler.end_s += stop.dwell_s;
                 }
             }
         }
@@ -163,8 +160,7 @@ impl Planner {
         if !open {
             let mut stretch = Stretch::new(self.sampler.end_s, settled.window_s, from);
             stretch.extend(settled.pieces.into_iter(), &settled.nodes);
-            self.pause = None;
-            self.sampler.stretches.push_back(stretch);
+            self.sampler.add(stretch);
         } else if let Some(stretch) = self.sampler.stretches.back_mut() {
             stretch.extend(settled.pieces.into_iter(), &settled.nodes);
         }
@@ -172,13 +168,5 @@ impl Planner {
             stretch.complete = settled.complete;
             self.sampler.end_s = stretch.rest_s();
         }
-    }
-
-    fn stop(&mut self, stop: Stop) {
-        self.sampler.end_s += stop.dwell_s;
-        self.pause = match self.pause {
-            Some(_) => Some(Stop::default()),
-            None => Some(stop),
-        };
     }
 }

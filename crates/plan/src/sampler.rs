@@ -1,7 +1,6 @@
 //! From planned stretches to samples at the clock's ticks.
 
 use crate::Sample;
-use crate::condition::Mark;
 use crate::stretch::Stretch;
 use lostmotion_base::{AXES, Clock, Coords, Jet, Tick};
 use lostmotion_kinematics::Kinematics;
@@ -50,19 +49,28 @@ impl Sampler {
         let mut sample = self.at(t, kinematics);
         sample.tick = self.tick;
         self.tick += 1;
-        self.rest.segment = sample.segment;
-        self.rest.s = sample.s;
-        self.rest.block = sample.block;
+        self.rest.position = sample.position;
         Some(sample)
     }
 
     fn is_settled(&self, t: f64) -> bool {
         match self.stretches.back() {
-            // The last window before a stop waits for what comes after it, which may start before the stop is reached.
             Some(last) if !(self.finished && last.complete) => t <= last.start_s + last.profile_s(),
             _ if self.finished => t < self.end_s + self.clock.period_s() * (1.0 - 1e-6),
-            _ => t <= 0.0,
+            _ => false,
         }
+    }
+
+    /// Adds a stretch; the motion has rested where it begins.
+    pub(crate) fn add(&mut self, stretch: Stretch) {
+        if self.tick == 0
+            && self.stretches.is_empty()
+            && let Some((piece, local)) = stretch.peek(stretch.from())
+        {
+            let (mark, s) = piece.programmed(local);
+            self.rest = Sample { segment: mark.segment, s, block: mark.block, ..self.rest };
+        }
+        self.stretches.push_back(stretch);
     }
 
     /// Comes to rest at the end of the first stretch.
@@ -75,36 +83,19 @@ impl Sampler {
         }
     }
 
+    /// The sample at a time: that of the first stretch, or rest before it.
     fn at(&mut self, t: f64, kinematics: &dyn Kinematics) -> Sample {
-        let mut program = self.rest_program.0.map(|p| Jet::new(p, 0.0, 0.0, 0.0));
         let mut sample = Sample { velocity: Coords::ZERO, acceleration: Coords::ZERO, path_speed: 0.0, ..self.rest };
-        for index in 0..self.stretches.len() {
-            let Some(stretch) = self.stretches.get_mut(index).filter(|stretch| t > stretch.start_s) else { break };
-            let time = t - stretch.start_s;
-            stretch.forget(time);
-            let motion = stretch.motion(time);
-            let origin = if index == 0 { None } else { stretch.peek(stretch.from()).map(|(piece, local)| piece.curve.point(local)) };
-            let Some((piece, local)) = stretch.piece(motion.s, index == 0) else { continue };
-            let jets = piece.curve.jet(local);
-            for (axis, jet) in jets.iter().enumerate() {
-                let moved = jet.reparametrize(motion.v, motion.a, 0.0);
-                program[axis] = match origin {
-                    None => moved,
-                    Some(origin) => program[axis] + moved - Jet::new(origin.0[axis], 0.0, 0.0, 0.0),
-                };
-            }
-            let (mark, s): (Mark, f64) = piece.programmed(local);
-            // Of two stretches that overlap, the faster one has the point.
-            if index == 0 || motion.v > sample.path_speed {
+        let mut program = self.rest_program.0.map(|p| Jet::new(p, 0.0, 0.0, 0.0));
+        if let Some(stretch) = self.stretches.front_mut().filter(|stretch| t > stretch.start_s) {
+            let motion = stretch.advance(t - stretch.start_s);
+            if let Some((piece, local)) = stretch.peek(motion.s) {
+                program = piece.curve.jet(local).map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
+                let (mark, s) = piece.programmed(local);
                 sample = Sample { segment: mark.segment, s, block: mark.block, path_speed: motion.v, tool_mm: piece.tool_mm, ..sample };
             }
         }
         joints(&mut sample, &program, kinematics);
-        if self.stretches.is_empty() || sample.path_speed == 0.0 {
-            // At rest the position is that of the rest's coordinates, with no rounding of a moving average.
-            sample.path_speed = 0.0;
-        }
-        self.rest.position = sample.position;
         sample
     }
 }

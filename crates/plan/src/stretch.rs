@@ -108,8 +108,8 @@ impl Stretch {
         self.phases.get(index).map_or((self.end.1, self.end.2), |phase| phase.at(t))
     }
 
-    /// The commanded motion at a time since the start of the stretch.
-    pub(crate) fn motion(&self, t: f64) -> Motion {
+    /// The moving average of the profile over the window before a time.
+    fn motion(&self, t: f64) -> Motion {
         let (low, high) = (t - self.window_s, t);
         let ((s0, v0), (s1, v1)) = (self.profile(low), self.profile(high));
         let origin = s0;
@@ -122,31 +122,22 @@ impl Stretch {
         Motion { s: origin + sum / self.window_s, v: (s1 - s0) / self.window_s, a: (v1 - v0) / self.window_s }
     }
 
-    /// Forgets what lies before a time that will not be asked for again.
-    pub(crate) fn forget(&mut self, t: f64) {
+    /// The commanded motion at a time that never falls; what lies before it is forgotten.
+    pub(crate) fn advance(&mut self, t: f64) -> Motion {
         while self.phases.len() > 1 && self.phases.front().is_some_and(|phase| phase.end() < t - self.window_s) {
             self.phases.pop_front();
         }
-    }
-
-    /// The piece at a place and the place on it. Places have to be asked for in rising order if `forget` is set.
-    pub(crate) fn piece(&mut self, s: f64, forget: bool) -> Option<(&Piece, f64)> {
-        while forget && self.pieces.len() > 1 && self.pieces.get(1).is_some_and(|(start, _)| *start <= s) {
+        let motion = self.motion(t);
+        while self.pieces.len() > 1 && self.pieces.get(1).is_some_and(|(start, _)| *start <= motion.s) {
             self.pieces.pop_front();
         }
-        self.peek(s)
+        motion
     }
 
     /// The piece at a place and the place on it.
     pub(crate) fn peek(&self, s: f64) -> Option<(&Piece, f64)> {
         let index = self.pieces.partition_point(|(start, _)| *start <= s).saturating_sub(1);
         self.pieces.get(index).map(|(start, piece)| (piece, (s - start).max(0.0)))
-    }
-
-    /// The last piece, for the stretch that goes on after a stop in its middle.
-    pub(crate) fn pieces_from(&self, s: f64) -> Vec<(f64, Piece)> {
-        let index = self.pieces.partition_point(|(start, _)| *start <= s).saturating_sub(1);
-        self.pieces.iter().skip(index).cloned().collect()
     }
 
     /// How many pieces it holds.

@@ -56,7 +56,8 @@ pub(crate) fn violations(
     kinematics: &dyn Kinematics,
     item: &Move,
 ) -> Result<Vec<TravelViolation>, PlanError> {
-    let bounds = joint_bounds(kinematics, &item.curve, &item.tool_mm).map_err(|source| PlanError::Pose { block: item.block, source })?;
+    let bounds = joint_bounds(kinematics, &item.curve, &item.tool_mm)
+        .map_err(|source| PlanError::Pose { block: item.block, source: Box::new(source) })?;
     let mut found = Vec::new();
     for (joint, limit) in AxisId::ALL.into_iter().zip(limits) {
         let Some(limit) = limit else { continue };

@@ -59,7 +59,7 @@ impl Window {
     pub(crate) fn push(&mut self, piece: Piece, machine: &Machine, kinematics: &dyn Kinematics) -> Result<(), PlanError> {
         let block = piece.marks[0].block;
         let start = self.builder.end();
-        let pose = |source: KinematicsError| PlanError::Pose { block, source };
+        let pose = |source: KinematicsError| PlanError::Pose { block, source: Box::new(source) };
         self.builder.push(&piece, machine, kinematics, &mut self.intervals).map_err(pose)?;
         self.pieces.push_back((start, piece));
         Ok(())
@@ -97,35 +97,30 @@ impl Window {
         }
         let plan = plan(&self.task(machine, false, self.window_s));
         let full = self.intervals.len() >= self.max_intervals || self.pieces.len() >= self.max_pieces;
-        let (cut, forced) = match last_cut(&plan, self.window_s) {
-            Some(cut) if cut.s > self.from.s => (cut, false),
-            _ if full => (*plan.nodes.last()?, true),
+        match last_cut(&plan, self.window_s) {
+            Some(cut) if cut.s > self.from.s => Some((self.give(&plan, cut), false)),
+            // The stop separates what is there from what will come, so that all of it can be planned.
+            _ if full => self.finish(machine).map(|settled| (settled, true)),
             _ => {
                 self.due = self.max_intervals;
-                return None;
+                None
             }
-        };
-        let nodes: Vec<Node> = plan.nodes.iter().copied().take_while(|node| node.s <= cut.s).collect();
-        let settled = self.give(&plan, nodes, cut, forced);
-        self.due = self.max_intervals.min(self.intervals.len() + self.max_intervals / 2);
-        Some((settled, forced))
+        }
     }
 
     /// Takes out what lies before a cut, and forgets the demands that do not reach beyond it.
-    fn give(&mut self, plan: &Plan, nodes: Vec<Node>, cut: Node, complete: bool) -> Settled {
+    fn give(&mut self, plan: &Plan, cut: Node) -> Settled {
         let done = self.pieces.partition_point(|(start, _)| *start < cut.s);
-        // The piece that holds the cut goes along; it stays here too if more of it is to come after a stop.
-        let pieces: Vec<(f64, Piece)> = self.pieces.iter().take(done).cloned().collect();
-        let kept = if complete { done.saturating_sub(1) } else { done };
-        self.pieces.drain(..kept);
         let past = plan.reach_ends.partition_point(|end| *end <= cut.s);
-        let past = if complete { self.intervals.partition_point(|i| i.end <= cut.s) } else { past };
         self.intervals.drain(..past);
-        if complete && let Some(first) = self.intervals.first_mut() {
-            first.start = first.start.max(cut.s);
-        }
         self.from = cut;
-        Settled { pieces, nodes, window_s: self.window_s, complete }
+        self.due = self.max_intervals.min(self.intervals.len() + self.max_intervals / 2);
+        Settled {
+            pieces: self.pieces.drain(..done).collect(),
+            nodes: plan.nodes.iter().copied().take_while(|node| node.s <= cut.s).collect(),
+            window_s: self.window_s,
+            complete: false,
+        }
     }
 
     /// Plans the rest, which ends at a stop; nothing if there is no path left.

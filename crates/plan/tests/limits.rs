@@ -1,8 +1,10 @@
 //! Every limit and tolerance is kept on programs that nobody would write.
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 mod common;
 
 use common::{LIMITS, Program, assert_limits, continuous, deviation};
+use lostmotion_base::math;
 use lostmotion_plan::{FeedLimit, PathControl};
 use proptest::prelude::*;
 
@@ -42,7 +44,7 @@ fn program(steps: &[Step], control: PathControl, feed: f64) -> Program {
         let [x, y, z] = program.here.linear();
         match *step {
             Step::Line(dx, dy, dz) => program.line(x + dx, y + dy, z + dz),
-            Step::Arc(r, at, sweep) => program.arc(r * f64::cos(at), r * f64::sin(at), sweep),
+            Step::Arc(r, at, sweep) => program.arc(r * math::cos(at), r * math::sin(at), sweep),
             Step::Fillet(r, sweep) => {
                 program.line(x + 2.0 * r, y, z);
                 program.arc(0.0, r * sweep.signum(), sweep);
@@ -60,7 +62,7 @@ fn tolerance(control: PathControl) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn limits_and_tolerance_hold(steps in prop::collection::vec(step(), 1..14), control in control(), feed in 1.0..150.0) {
@@ -81,7 +83,7 @@ proptest! {
         let mut program = Program::new(continuous(0.01), 100.0);
         for (i, (u, v)) in seed.iter().enumerate() {
             let x = spacing * (i + 1) as f64;
-            program.line(x, 2.0 * f64::sin(x * 0.6) + u * noise, 0.3 * x + v * noise);
+            program.line(x, 2.0 * math::sin(x * 0.6) + u * noise, 0.3 * x + v * noise);
         }
         let samples = program.run();
         assert_limits(&samples, &[Some(LIMITS); 3]);

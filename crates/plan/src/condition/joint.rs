@@ -20,8 +20,8 @@ const SAME: f64 = 1e-10;
 /// A meeting of two moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Joint {
-    /// Comes to rest; may leave the corner early by so much, mm.
-    Stop { tolerance: f64 },
+    /// Comes to rest.
+    Stop,
     /// Nothing to do: position and two derivatives agree.
     Through,
     /// A vertex of a polyline that stands for a curve.
@@ -74,11 +74,10 @@ fn angle(a: &Coords, b: &Coords) -> f64 {
 
 /// Tells what becomes of the place where `next` follows `before`.
 pub(crate) fn joint(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> Joint {
-    let rest = Joint::Stop { tolerance: 0.0 };
     let (Some(first), Some(second)) = (allowed(config, before.control), allowed(config, next.control)) else {
         // Only the end of an exact stop move is a stop; what follows one has none at its start besides.
         return match allowed(config, before.control) {
-            None => rest,
+            None => Joint::Stop,
             Some((tolerance, _)) => corner(config, before, next, tolerance, false),
         };
     };
@@ -87,7 +86,7 @@ pub(crate) fn joint(config: &PlannerConfig, before: &Programmed, next: &Programm
 
 fn corner(config: &PlannerConfig, before: &Programmed, next: &Programmed, tolerance: f64, cut: bool) -> Joint {
     if before.tool_mm != next.tool_mm {
-        return Joint::Stop { tolerance: 0.0 };
+        return Joint::Stop;
     }
     let (end, start) = (before.curve.eval(before.length), next.curve.eval(0.0));
     let turn = angle(&end.d1, &start.d1);
@@ -99,9 +98,8 @@ fn corner(config: &PlannerConfig, before: &Programmed, next: &Programmed, tolera
     if gap && size(&(start.d1 - end.d1)) <= SAME && size(&(start.d2 - end.d2)) <= SAME {
         return Joint::Through;
     }
-    let early = if cut { tolerance } else { 0.0 };
     if turn > rad(REVERSAL_DEG) || (!cut && turn > rad(config.exact_path_angle_deg)) {
-        return Joint::Stop { tolerance: early };
+        return Joint::Stop;
     }
     Joint::Blend { tolerance }
 }

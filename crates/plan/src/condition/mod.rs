@@ -10,7 +10,7 @@ mod piece;
 mod run;
 
 pub(crate) use blend::Blend;
-pub(crate) use piece::{Mark, Piece, Programmed, Step, Stop};
+pub(crate) use piece::{Piece, Programmed, Step, Stop};
 
 use crate::PlannerConfig;
 use joint::Joint;
@@ -60,9 +60,9 @@ impl Conditioner {
         }
         self.close_chain(judge, out);
         let spent = match joint {
-            Joint::Stop { tolerance } => {
+            Joint::Stop => {
                 self.end(out);
-                out.push(Step::Stop(Stop { dwell_s: 0.0, tolerance_mm: tolerance }));
+                out.push(Step::Stop(Stop::default()));
                 0.0
             }
             Joint::Through | Joint::Vertex => {
@@ -110,8 +110,7 @@ impl Conditioner {
             }
             None => {
                 self.end(out);
-                let cut = tolerance > self.config.exact_path_tolerance_mm;
-                out.push(Step::Stop(Stop { dwell_s: 0.0, tolerance_mm: if cut { tolerance } else { 0.0 } }));
+                out.push(Step::Stop(Stop::default()));
                 0.0
             }
         }

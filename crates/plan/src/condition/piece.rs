@@ -41,8 +41,6 @@ impl Piece {
 pub(crate) struct Stop {
     /// How long to stand still, s.
     pub(crate) dwell_s: f64,
-    /// Distance from the programmed corner that leaving early may make, mm; 0 where the corner has to be reached.
-    pub(crate) tolerance_mm: f64,
 }
 
 /// What the conditioner gives out.

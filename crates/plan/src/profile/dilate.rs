@@ -20,25 +20,19 @@ pub(crate) struct Cell {
 impl Cell {
     /// Largest acceleration at a speed; never rises with it.
     pub(crate) fn acceleration(&self, task: &Task<'_>, v: f64) -> f64 {
-        let bound = |interval: &Interval| task.machine.acceleration(&interval.demand, v, task.window_s);
+        let bound = |interval: &Interval| task.machine.acceleration(&interval.demand, interval.cap, v, task.window_s);
         task.intervals[self.first..self.past].iter().map(bound).fold(f64::INFINITY, f64::min)
     }
 }
 
 /// Boundaries nearer to each other than this part of a reach become one; the cell then takes in the demands of both sides.
 const MERGE: f64 = 0.02;
-/// Curved cells are split until the speed squared changes by about this part of its cap, so that the bound of the
-/// acceleration, which depends on the speed, is met closely.
-const SPEED_STEP: f64 = 0.08;
-/// Most parts of a curved cell.
-const MAX_PARTS: f64 = 16.0;
 
 /// Cells from `task.from` to the end, or to where demands not known yet may reach back.
 /// Also tells up to where the demands of each interval hold.
 pub(super) fn dilate(task: &Task<'_>) -> (Vec<Cell>, Vec<f64>) {
-    let rest: Vec<f64> = task.intervals.iter().map(|i| task.machine.acceleration(&i.demand, 0.0, task.window_s)).collect();
-    let reaches = reaches(task, &rest);
-    let end = settled_end(task, &rest);
+    let reaches = reaches(task);
+    let end = settled_end(task);
     let marks = boundaries(task, &reaches, end);
     let mut cells = Vec::with_capacity(marks.len());
     let mut first = 0;
@@ -51,58 +45,36 @@ pub(super) fn dilate(task: &Task<'_>) -> (Vec<Cell>, Vec<f64>) {
         let here = &task.intervals[first..past];
         let cap = here.iter().map(|interval| interval.cap).fold(f64::INFINITY, f64::min);
         let straight = here.iter().all(|interval| interval.demand.is_straight());
-        split(&mut cells, Cell { start, end, cap, first, past, straight }, task);
+        cells.push(Cell { start, end, cap, first, past, straight });
     }
     (cells, reaches.into_iter().map(|reach| reach.1).collect())
 }
 
-/// Adds a cell, in parts if the acceleration depends on the speed.
-fn split(cells: &mut Vec<Cell>, cell: Cell, task: &Task<'_>) {
-    let length = cell.end - cell.start;
-    let parts = if cell.straight {
-        1.0
-    } else {
-        let rise = 2.0 * cell.acceleration(task, 0.0) * length;
-        (rise / (SPEED_STEP * cell.cap * cell.cap)).ceil().clamp(1.0, MAX_PARTS)
-    };
-    let mut start = cell.start;
-    for part in 1..=(parts as usize) {
-        let end = if part as f64 >= parts { cell.end } else { cell.start + length * (part as f64 / parts) };
-        cells.push(Cell { start, end, ..cell.clone() });
-        start = end;
-    }
-}
-
-/// How far the motion gets in half a window: from an interval's edge, outward over its neighbours, speeding up as they allow.
-fn outward<'a>(speed: f64, window_s: f64, neighbours: impl Iterator<Item = (&'a Interval, &'a f64)>) -> f64 {
-    let (mut v, mut time, mut distance) = (speed, 0.5 * window_s, 0.0);
-    for (interval, &acceleration) in neighbours {
-        let length = interval.end - interval.start;
-        let entry = v.min(interval.cap);
-        let exit = (entry * entry + 2.0 * acceleration * length).sqrt();
-        let needed = if exit < interval.cap { 2.0 * length / (entry + exit) } else { length / interval.cap };
-        if needed >= time {
-            let way = (entry + 0.5 * acceleration * time) * time;
-            return distance + way.min(interval.cap * time).min(length);
+/// How far the motion gets in a time from an interval's edge, over its neighbours, at no more than a speed.
+///
+/// The interval's own cap holds as far as this, so that the motion cannot get farther.
+fn outward<'a>(speed: f64, time_s: f64, neighbours: impl Iterator<Item = &'a Interval>) -> f64 {
+    let (mut time, mut distance) = (time_s, 0.0);
+    for interval in neighbours {
+        let (length, v) = (interval.end - interval.start, speed.min(interval.cap));
+        if length >= v * time {
+            return distance + v * time;
         }
-        time -= needed;
+        time -= length / v;
         distance += length;
-        v = exit.min(interval.cap);
     }
     distance
 }
 
 /// From where to where each interval's demands hold; both rise from one interval to the next.
-fn reaches(task: &Task<'_>, rest: &[f64]) -> Vec<(f64, f64)> {
-    let intervals = task.intervals;
+fn reaches(task: &Task<'_>) -> Vec<(f64, f64)> {
+    let (intervals, half) = (task.intervals, 0.5 * task.window_s);
     let mut reaches: Vec<(f64, f64)> = intervals
         .iter()
         .enumerate()
         .map(|(k, interval)| {
-            let before = intervals[..k].iter().zip(&rest[..k]).rev();
-            let after = intervals[k + 1..].iter().zip(&rest[k + 1..]);
-            let low = interval.start - outward(interval.cap, task.window_s, before);
-            (low, interval.end + outward(interval.cap, task.window_s, after))
+            let low = interval.start - outward(interval.cap, half, intervals[..k].iter().rev());
+            (low, interval.end + outward(interval.cap, half, intervals[k + 1..].iter()))
         })
         .collect();
     for k in 1..reaches.len() {
@@ -115,13 +87,13 @@ fn reaches(task: &Task<'_>, rest: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// Up to where the demands cannot change any more by what comes after the last interval.
-fn settled_end(task: &Task<'_>, rest: &[f64]) -> f64 {
+fn settled_end(task: &Task<'_>) -> f64 {
     let Some(last) = task.intervals.last() else { return task.from };
     if task.complete {
         return last.end;
     }
     // One window, not half of one: the window of the last point planned must not see the unknown either.
-    let back = outward(last.cap, 2.0 * task.window_s, task.intervals.iter().zip(rest).rev());
+    let back = outward(f64::INFINITY, task.window_s, task.intervals.iter().rev());
     (last.end - back).max(task.from)
 }
 

@@ -7,12 +7,16 @@ use super::Node;
 
 /// Less than a window by rounding only.
 const ROUNDING: f64 = 1.0 - 1e-9;
+/// Speeds squared that differ by less than this part are the same but for rounding.
+const SAME: f64 = 1e-12;
 
 /// The profile with every peak held for at least `window_s`. A profile that starts moving is taken to have a plateau
 /// before its start.
 pub(super) fn widen(nodes: &[Node], window_s: f64) -> Vec<Node> {
     let mut done: Vec<Node> = Vec::with_capacity(nodes.len());
     for &node in nodes {
+        let level = done.last().map_or(node.b, |top| if (node.b - top.b).abs() <= SAME * top.b { top.b } else { node.b });
+        let node = Node::new(node.s, level);
         while done.last().is_some_and(|top| node.b < top.b) && lower(&mut done, node, window_s) {}
         done.push(node);
     }
@@ -46,10 +50,10 @@ fn lower(done: &mut Vec<Node>, next: Node, window_s: f64) -> bool {
     done.truncate(first);
     let down = right.b - level;
     if level > before.b {
-        done.push(Node::new(left.s - rise * down, level));
+        done.push(Node::new((left.s - rise * down).max(before.s), level));
     }
     if level > next.b {
-        done.push(Node::new(right.s + fall * down, level));
+        done.push(Node::new((right.s + fall * down).min(next.s), level));
         // Only a flank that ends at the level leaves more to lower.
         return level <= before.b;
     }

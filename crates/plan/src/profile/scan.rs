@@ -16,18 +16,44 @@ pub(super) fn scan(task: &Task<'_>, cells: &[Cell]) -> Vec<Node> {
     forward(task, cells, &ceilings)
 }
 
-/// Constant acceleration over a distance whose bound holds up to the speed that it leads to.
-///
-/// The bound a(v) never rises, so g(a) = a(speed after the distance at a) falls, and applying it an odd number of times,
-/// starting above the fixed point, ends at or below it.
-fn steady(task: &Task<'_>, cell: &Cell, b: f64, distance: f64) -> f64 {
+/// In curved cells the speed squared rises by at most about this part of its cap per step, since the bound of the
+/// acceleration depends on the speed.
+const SPEED_STEP: f64 = 0.08;
+/// Halvings in the search for the acceleration of a step ...
+const HALVINGS: usize = 5;
+/// ... and as long as they have found none at all, which would leave the motion at rest.
+const MAX_HALVINGS: usize = 100;
+
+/// A step of constant acceleration: how far, and how much.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    distance: f64,
+    a: f64,
+}
+
+/// The next step up from a speed, within a distance: as much as the bound allows at the speed that the step leads to.
+fn step(task: &Task<'_>, cell: &Cell, b: f64, distance: f64) -> Step {
     let top = cell.cap * cell.cap;
-    let start = cell.acceleration(task, b.sqrt());
+    let mut high = cell.acceleration(task, b.sqrt());
     if cell.straight {
-        return start;
+        return Step { distance, a: high };
     }
-    let next = |a: f64| cell.acceleration(task, (b + 2.0 * a * distance).min(top).sqrt());
-    next(next(next(start)))
+    let distance = distance.min(SPEED_STEP * top / (2.0 * high).max(f64::MIN_POSITIVE));
+    let exit = |a: f64| cell.acceleration(task, (b + 2.0 * a * distance).min(top).sqrt());
+    // The bound never rises with the speed: what holds at a higher speed holds at all below.
+    let mut low = exit(high);
+    for halving in 0..MAX_HALVINGS {
+        if halving >= HALVINGS && low > 0.0 {
+            break;
+        }
+        let middle = 0.5 * (low + high);
+        if middle <= exit(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Step { distance, a: low }
 }
 
 /// What still allows to stop at the end, from the end to the start; returned in rising order.
@@ -35,25 +61,32 @@ fn backward(task: &Task<'_>, cells: &[Cell]) -> Vec<Ceiling> {
     let mut ceilings = Vec::with_capacity(2 * cells.len());
     let mut b = 0.0_f64;
     for (index, cell) in cells.iter().enumerate().rev() {
-        let (length, top) = (cell.end - cell.start, cell.cap * cell.cap);
-        b = b.min(top);
-        let a = steady(task, cell, b, length);
-        let reached = b + 2.0 * a * length;
-        let end = Node::new(cell.end, b);
-        if reached <= top {
-            ceilings.push(Ceiling { from: Node::new(cell.start, reached), to: end, cell: index });
-            b = reached;
-        } else {
-            let corner = Node::new(cell.end - (top - b) / (2.0 * a), top);
-            if end.s > corner.s {
-                ceilings.push(Ceiling { from: corner, to: end, cell: index });
-            }
-            ceilings.push(Ceiling { from: Node::new(cell.start, top), to: corner, cell: index });
-            b = top;
+        let top = cell.cap * cell.cap;
+        let mut end = Node::new(cell.end, b.min(top));
+        while end.s > cell.start {
+            let from = if end.b >= top { Node::new(cell.start, top) } else { fall(task, cell, end) };
+            ceilings.push(Ceiling { from, to: end, cell: index });
+            end = from;
         }
+        b = end.b;
     }
     ceilings.reverse();
     ceilings
+}
+
+/// One step back from a node below the cap.
+fn fall(task: &Task<'_>, cell: &Cell, end: Node) -> Node {
+    let top = cell.cap * cell.cap;
+    let Step { distance, a } = step(task, cell, end.b, end.s - cell.start);
+    let reached = end.b + 2.0 * a * distance;
+    if reached >= top {
+        let s = (end.s - (top - end.b) / (2.0 * a)).max(cell.start);
+        return if s < end.s { Node::new(s, top) } else { Node::new(cell.start, top) };
+    }
+    let s = end.s - distance;
+    // A step too small to count, or one that ends within rounding of the cell's edge, goes all the way.
+    let s = if s >= end.s || s - cell.start < 1e-9 * distance { cell.start } else { s };
+    Node::new(s, reached)
 }
 
 /// Speeds up from the start as far as the ceiling lets it.
@@ -62,29 +95,31 @@ fn forward(task: &Task<'_>, cells: &[Cell], ceilings: &[Ceiling]) -> Vec<Node> {
     let mut here = Node::new(task.from, task.speed_squared);
     nodes.push(here);
     for ceiling in ceilings {
-        here = advance(task, &cells[ceiling.cell], ceiling, here, &mut nodes);
+        while here.s < ceiling.to.s {
+            here = advance(task, &cells[ceiling.cell], ceiling, here);
+            nodes.push(here);
+        }
     }
     nodes
 }
 
-fn advance(task: &Task<'_>, cell: &Cell, ceiling: &Ceiling, here: Node, nodes: &mut Vec<Node>) -> Node {
+/// One step ahead below a ceiling, or along it.
+fn advance(task: &Task<'_>, cell: &Cell, ceiling: &Ceiling, here: Node) -> Node {
+    let fall = (ceiling.from.b - ceiling.to.b).max(0.0) / (ceiling.to.s - ceiling.from.s);
+    let gap = ceiling.from.b - fall * (here.s - ceiling.from.s) - here.b;
     let length = ceiling.to.s - here.s;
-    if length <= 0.0 {
-        return here;
+    // On the ceiling within rounding.
+    if gap <= 1e-12 * ceiling.from.b {
+        return ceiling.to;
     }
-    let fall = (ceiling.from.b - ceiling.to.b).max(0.0) / (ceiling.to.s - ceiling.from.s).max(f64::MIN_POSITIVE);
-    let gap = ceiling.from.b - here.b;
-    let mut end = ceiling.to;
-    if gap > 0.0 {
-        let a = steady(task, cell, here.b, length);
-        let way = gap / (2.0 * a + fall);
-        if way < length {
-            let meeting = here.s + way;
-            nodes.push(Node::new(meeting, (ceiling.from.b - fall * way).max(ceiling.to.b)));
-        } else {
-            end = Node::new(ceiling.to.s, (here.b + 2.0 * a * length).min(ceiling.to.b));
-        }
+    let Step { distance, a } = step(task, cell, here.b, length);
+    let way = gap / (2.0 * a + fall);
+    if way < distance {
+        let s = here.s + way;
+        return if s > here.s { Node::new(s, (here.b + 2.0 * a * way).max(ceiling.to.b)) } else { ceiling.to };
     }
-    nodes.push(end);
-    end
+    let s = here.s + distance;
+    let s = if s <= here.s || ceiling.to.s - s < 1e-9 * distance { ceiling.to.s } else { s };
+    let b = here.b + 2.0 * a * distance;
+    Node::new(s, if s >= ceiling.to.s { b.min(ceiling.to.b) } else { b })
 }

@@ -1,69 +1,75 @@
 //! Machines, programs and an outside judge for the planner's tests.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::unwrap_used)]
 
-use lostmotion_base::{AxisLimits, BlockRef, Coords};
+use lostmotion_base::{AxisLimits, BlockRef, Coords, math};
 use lostmotion_kinematics::{Kinematics, KinematicsSpec, build};
 use lostmotion_path::{Arc as PathArc, ArcSpec, Curve, Plane};
 use lostmotion_plan::{FeedLimit, Move, PathControl, PlanItem, Planner, PlannerConfig, Sample};
 use std::sync::Arc;
 
-pub const LIMITS: AxisLimits = AxisLimits { min: -1e4, max: 1e4, velocity: 100.0, acceleration: 1000.0, jerk: 30_000.0 };
+pub(crate) const LIMITS: AxisLimits = AxisLimits { min: -1e4, max: 1e4, velocity: 100.0, acceleration: 1000.0, jerk: 30_000.0 };
 
-pub fn cartesian() -> Arc<dyn Kinematics> {
+pub(crate) fn cartesian() -> Arc<dyn Kinematics> {
     Arc::from(build(&KinematicsSpec { kind: "cartesian".into(), ..KinematicsSpec::default() }).unwrap())
 }
 
-pub fn three_axes() -> PlannerConfig {
+pub(crate) fn three_axes() -> PlannerConfig {
     let mut config = PlannerConfig::new([None; 9]);
     config.limits[..3].fill(Some(LIMITS));
     config
 }
 
-pub fn continuous(tolerance_mm: f64) -> PathControl {
+pub(crate) fn continuous(tolerance_mm: f64) -> PathControl {
     PathControl::Continuous { tolerance_mm: Some(tolerance_mm), merge_tolerance_mm: None }
 }
 
 /// Moves one after the other from a start.
-pub struct Program {
-    pub here: Coords,
-    pub feed: FeedLimit,
-    pub control: PathControl,
-    pub moves: Vec<Move>,
+pub(crate) struct Program {
+    pub(crate) here: Coords,
+    pub(crate) feed: FeedLimit,
+    pub(crate) control: PathControl,
+    pub(crate) moves: Vec<Move>,
 }
 
 impl Program {
-    pub fn new(control: PathControl, feed_mm_s: f64) -> Program {
+    pub(crate) fn new(control: PathControl, feed_mm_s: f64) -> Program {
         Program { here: Coords::ZERO, feed: FeedLimit::PerSecond(feed_mm_s), control, moves: Vec::new() }
     }
 
-    pub fn add(&mut self, curve: Curve) {
+    pub(crate) fn add(&mut self, curve: Curve) {
         let mut block = BlockRef::default();
         block.span.line = self.moves.len() as u32 + 1;
         self.here = curve.end();
         self.moves.push(Move { curve, feed: self.feed, control: self.control, tool_mm: [0.0; 3], block });
     }
 
-    pub fn line(&mut self, x: f64, y: f64, z: f64) {
+    pub(crate) fn line(&mut self, x: f64, y: f64, z: f64) {
         self.add(Curve::line(self.here, Coords::xyz(x, y, z)));
     }
 
     /// An arc about a centre relative to the start, to an end at the same distance, given by its sweep in rad.
-    pub fn arc(&mut self, i: f64, j: f64, sweep: f64) {
+    pub(crate) fn arc(&mut self, i: f64, j: f64, sweep: f64) {
         let [x, y, z] = self.here.linear();
-        let (center, radius) = ([x + i, y + j], i.hypot(j));
-        let angle = (-j).atan2(-i) + sweep;
+        let (center, radius) = ([x + i, y + j], math::hypot(i, j));
+        let angle = math::atan2(-j, -i) + sweep;
         let full = (sweep.abs() - std::f64::consts::TAU).abs() < 1e-12;
-        let end = if full { self.here } else { Coords::xyz(center[0] + radius * angle.cos(), center[1] + radius * angle.sin(), z) };
+        let end =
+            if full { self.here } else { Coords::xyz(center[0] + radius * math::cos(angle), center[1] + radius * math::sin(angle), z) };
         let rotation = if sweep > 0.0 { 1 } else { -1 };
         self.add(Curve::Arc(PathArc::new(ArcSpec { start: self.here, end, plane: Plane::Xy, center, rotation }).unwrap()));
     }
 
-    pub fn run(&self) -> Vec<Sample> {
+    pub(crate) fn run(&self) -> Vec<Sample> {
         run(three_axes(), cartesian(), Coords::ZERO, self.moves.iter().map(|m| PlanItem::Move(*m)))
     }
 }
 
-pub fn run(config: PlannerConfig, kinematics: Arc<dyn Kinematics>, start: Coords, items: impl Iterator<Item = PlanItem>) -> Vec<Sample> {
+pub(crate) fn run(
+    config: PlannerConfig,
+    kinematics: Arc<dyn Kinematics>,
+    start: Coords,
+    items: impl Iterator<Item = PlanItem>,
+) -> Vec<Sample> {
     let mut planner = Planner::new(config, kinematics, start).unwrap();
     let mut samples = Vec::new();
     for item in items {
@@ -76,7 +82,7 @@ pub fn run(config: PlannerConfig, kinematics: Arc<dyn Kinematics>, start: Coords
 }
 
 /// Largest velocity, acceleration and jerk of a joint by differences of the samples, padded with rest.
-pub fn peaks(samples: &[Sample], joint: usize) -> [f64; 3] {
+pub(crate) fn peaks(samples: &[Sample], joint: usize) -> [f64; 3] {
     let mut q: Vec<f64> = samples.iter().map(|sample| sample.position.0[joint]).collect();
     let (first, last) = (q[0], *q.last().unwrap());
     q.splice(0..0, [first; 4]);
@@ -90,7 +96,7 @@ pub fn peaks(samples: &[Sample], joint: usize) -> [f64; 3] {
 }
 
 /// Panics where a joint passes its limits.
-pub fn assert_limits(samples: &[Sample], limits: &[Option<AxisLimits>]) {
+pub(crate) fn assert_limits(samples: &[Sample], limits: &[Option<AxisLimits>]) {
     for (joint, limits) in limits.iter().enumerate() {
         let Some(limits) = limits else { continue };
         let [v, a, j] = peaks(samples, joint);
@@ -101,7 +107,7 @@ pub fn assert_limits(samples: &[Sample], limits: &[Option<AxisLimits>]) {
 }
 
 /// Largest distance of a sample from the programmed moves near the one that the sample names, in mm.
-pub fn deviation(samples: &[Sample], moves: &[Move]) -> f64 {
+pub(crate) fn deviation(samples: &[Sample], moves: &[Move]) -> f64 {
     let mut worst = 0.0_f64;
     for sample in samples {
         let (low, high) = ((sample.segment as usize).saturating_sub(3), (sample.segment as usize + 4).min(moves.len()));
