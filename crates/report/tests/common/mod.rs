@@ -66,7 +66,7 @@ pub(crate) fn method(name: &str, cutting: f64, backlash: f64) -> MethodResult {
             block(5, -cutting, Cause::Reversal(AxisId::X), "G2 X0 Y0 I25 J0 (the \"circle\", once)"),
             block(4, 1.2, Cause::ServoLag, "G1 X0 F3000"),
         ],
-        reversals: vec![reversal(AxisId::X, -1, 3.142, -cutting), reversal(AxisId::Y, 1, 1.571, 4.0)],
+        reversals: vec![reversal(AxisId::X, -1, 3.25, -cutting), reversal(AxisId::Y, 1, 1.5, 4.0)],
         reversal_count: 8,
         axes: vec![axis(AxisId::X, 10.0), axis(AxisId::Y, 40.0)],
         within_tolerance: cutting <= 10.0,
