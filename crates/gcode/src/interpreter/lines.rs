@@ -10,6 +10,9 @@ use crate::syntax::evaluate::whole;
 use crate::syntax::{Block, Keyword, Label, Text, Value, parse_block};
 use lostmotion_base::span::Span;
 
+/// Blocks that a loop may run at a stretch once the program has an error.
+const LOOPED_AFTER_ERROR: u64 = 300_000;
+
 impl Interpreter {
     /// Carries the next block out, appending its operations to `out`.
     pub fn step(&mut self, out: &mut Vec<SourcedOp>) -> Step {
@@ -61,13 +64,19 @@ impl Interpreter {
             Problem::IdleLoop { limit: limits.idle_blocks }
         } else if self.executed > limits.executed_blocks {
             Problem::TooManyBlocks { limit: limits.executed_blocks }
-        } else if self.looped > limits.looped_blocks {
-            Problem::TooManyBlocks { limit: limits.looped_blocks }
+        } else if self.looped > self.looped_limit() {
+            Problem::TooManyBlocks { limit: self.looped_limit() }
         } else {
             return;
         };
         self.report(problem);
         self.state.ended = true;
+    }
+
+    /// A loop of a program that is refused anyway often runs on because of its errors.
+    fn looped_limit(&self) -> u64 {
+        let limit = self.config.limits.looped_blocks;
+        if self.diagnostics.errors() > 0 { limit.min(LOOPED_AFTER_ERROR) } else { limit }
     }
 
     /// Brings the next line into `self.line`.
