@@ -59,3 +59,51 @@ fn lower(done: &mut Vec<Node>, next: Node, window_s: f64) -> bool {
     }
     true
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const WINDOW_S: f64 = 0.04;
+
+    /// Speed squared of a profile at a place.
+    fn at(nodes: &[Node], s: f64) -> f64 {
+        let pair = nodes.windows(2).find(|pair| pair[0].s <= s && s <= pair[1].s && pair[1].s > pair[0].s);
+        pair.map_or(0.0, |pair| pair[0].b + (pair[1].b - pair[0].b) * (s - pair[0].s) / (pair[1].s - pair[0].s))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// The opening, straight from its definition on a grid: a place has the level of the best stretch around it that is
+        /// nowhere lower and lasts a window at that level.
+        #[test]
+        fn it_is_the_opening_by_one_window(steps in prop::collection::vec((0.2..3.0f64, 0.0..9000.0f64), 1..8)) {
+            let mut nodes = vec![Node::new(0.0, 0.0)];
+            let mut s = 0.0;
+            for (length, b) in steps {
+                s += length;
+                nodes.push(Node::new(s, b));
+            }
+            nodes.push(Node::new(s + 1.0, 0.0));
+            let widened = widen(&nodes, WINDOW_S);
+            let cells = 600;
+            let place = |k: usize| (s + 1.0) * (k as f64 / f64::from(cells));
+            let speeds: Vec<f64> = (0..=cells as usize).map(|k| at(&nodes, place(k)).sqrt()).collect();
+            for k in (0..=cells as usize).step_by(29) {
+                let holds = |level: f64| {
+                    let low = (0..=k).rev().take_while(|&i| speeds[i] >= level).last();
+                    let high = (k..speeds.len()).take_while(|&i| speeds[i] >= level).last();
+                    low.zip(high).is_some_and(|(low, high)| place(high) - place(low) >= level * WINDOW_S)
+                };
+                let best = (0..2000).map(|n| f64::from(n) * 0.05).filter(|&level| holds(level)).fold(0.0, f64::max);
+                let found = at(&widened, place(k)).sqrt();
+                // The grid is coarse in place and level: as much as the profile's speed changes over two of its cells.
+                let around = [k.saturating_sub(2), (k + 2).min(cells as usize)].map(|i| (speeds[i] - speeds[k]).abs());
+                prop_assert!((found - best).abs() <= around[0].max(around[1]) + 2.0, "{found} {best} at {}", place(k));
+                prop_assert!(found <= speeds[k] + 1e-6);
+            }
+        }
+    }
+}
