@@ -217,6 +217,8 @@ fn bad_programs_end_with_a_clear_message_and_write_nothing() {
         assert_eq!(output.status.code(), Some(2), "{program}");
     }
     bench.refuses(&["simulate", "blank.ngc"], &["blank.ngc", "moves nothing"]);
+    bench.file("rotary.ngc", "G21 G90\nG0 A10\nM2\n");
+    bench.refuses(&["simulate", "rotary.ngc"], &["rotary.ngc:2", "machine \"vmc3\" has no axis A", "machine list"]);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Tables: written, read back, and refused with the place of what is wrong.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use lostmotion_axis::config::AxisUnit;
 use lostmotion_axis::{AxisSample, Engagement, Reference};
 use lostmotion_base::{AxisId, AxisSet, BlockRef, Clock, Coords, Span};

@@ -52,17 +52,20 @@ fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failu
 
 /// An error of the session, with the lines of the program it is about.
 fn failure(program: &ProgramSource, error: &SimError) -> Failure {
-    let text = error.to_string();
-    let findings = match error {
-        SimError::Program { diagnostics, .. } => return Failure::Rendered(diagnostics::render(program, diagnostics)),
-        SimError::Travel { violations, .. } => violations.iter().map(|v| Finding::error(v.block.span, travel(v), None)).collect(),
-        SimError::NoAxis { block, axis, machine } => {
-            vec![Finding::error(block.span, format!("machine {machine} has no axis {axis}"), None)]
+    let one = |finding: Finding| Failure::Rendered(diagnostics::render_all(program, &[finding]));
+    match error {
+        SimError::Program { diagnostics, .. } => Failure::Rendered(diagnostics::render(program, diagnostics)),
+        SimError::Travel { violations, .. } => {
+            let findings: Vec<Finding> = violations.iter().map(|v| Finding::error(v.block.span, travel(v), None)).collect();
+            Failure::Rendered(format!("{}error: {error}", diagnostics::render_all(program, &findings)))
         }
-        SimError::Path { block, source } => vec![Finding::error(block.span, source.to_string(), None)],
-        _ => return Failure::message(text),
-    };
-    Failure::Rendered(format!("{}error: {text}", diagnostics::render_all(program, &findings)))
+        SimError::NoAxis { block, axis, machine } => {
+            let hint = "take a machine with that axis, see `lostmotion machine list`";
+            one(Finding::error(block.span, format!("machine \"{machine}\" has no axis {axis}"), Some(hint.to_owned())))
+        }
+        SimError::Path { block, source } => one(Finding::error(block.span, source.to_string(), None)),
+        _ => Failure::message(error.to_string()),
+    }
 }
 
 /// How far a move leaves the travel, in the units that people use.
