@@ -36,8 +36,7 @@ fn short(name: &str) -> &str {
 #[test]
 fn edges_between_crates_go_one_way() {
     let metadata = MetadataCommand::new().no_deps().exec().expect("cargo metadata");
-    let allowed: BTreeMap<&str, BTreeSet<&str>> =
-        ALLOWED.iter().map(|(name, edges)| (*name, edges.iter().copied().collect())).collect();
+    let allowed: BTreeMap<&str, BTreeSet<&str>> = ALLOWED.iter().map(|(name, edges)| (*name, edges.iter().copied().collect())).collect();
     let mut seen = BTreeSet::new();
     for package in &metadata.packages {
         let name = package.name.as_str();
