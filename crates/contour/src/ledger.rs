@@ -15,7 +15,7 @@ pub struct ErrorRecord {
     pub shares: Shares,
     /// What makes most of it.
     pub cause: Cause,
-    /// Commanded tip, part frame, mm.
+    /// Commanded tip from the program's zero, mm.
     pub commanded_tip_mm: [f64; 3],
 }
 

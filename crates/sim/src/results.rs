@@ -50,7 +50,7 @@ pub struct BlockResult {
     pub parts_um: ErrorParts,
     /// What makes most of it.
     pub cause: Cause,
-    /// Tool tip commanded at the worst sample, mm, part frame.
+    /// Tool tip commanded at the worst sample, mm, from the program's zero.
     pub at_mm: [f64; 3],
 }
 

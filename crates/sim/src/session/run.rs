@@ -160,6 +160,8 @@ impl Run {
             let joints = outputs.load(WITHOUT_GAP, frame.servo_sample);
             let actual = self.kinematics.tool_pose(&joints, &frame.sample.tool_mm);
             frame.command_mm = command.error_mm;
+            let origin = self.tracker.segment(frame.sample.segment).map_or([0.0; 3], |segment| segment.origin_mm);
+            frame.tip_mm = std::array::from_fn(|axis| frame.pose.tip[axis] - origin[axis]);
             frame.without_gap = self.tracker.measure(&mut self.without_gap_foot, &contour_input(frame, &actual))?;
             if frame.moving && !command.rapid {
                 let place = Place { tick: frame.tick, segment: command.segment, s: command.s };
