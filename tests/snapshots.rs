@@ -3,6 +3,8 @@
 //! A snapshot says what a part's error is to 0.1 um, which is below what any of its causes can be known to. It locks what
 //! other tests check by closed forms and invariants; review a change of one like a change of the model.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
 mod common;
 
 use common::{machine, part, run};

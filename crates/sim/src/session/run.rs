@@ -130,11 +130,11 @@ impl Run {
         let results: Vec<Result<(), SimError>> =
             self.tally.recorders.par_iter_mut().map(|recorder| recorder.chunk(frames, outputs, tracker, kinematics)).collect();
         results.into_iter().collect::<Result<(), SimError>>()?;
-        if let Some(frame) = self.frames.last() {
-            if let Some(oldest) = self.tracker.release(frame.sample.segment, frame.sample.s) {
-                for recorder in &mut self.tally.recorders {
-                    recorder.close_before(oldest);
-                }
+        if let Some(frame) = self.frames.last()
+            && let Some(oldest) = self.tracker.release(frame.sample.segment, frame.sample.s)
+        {
+            for recorder in &mut self.tally.recorders {
+                recorder.close_before(oldest);
             }
         }
         Ok(())
