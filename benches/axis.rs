@@ -1,5 +1,7 @@
 //! One axis: a second of a sine, every method. Elements are CNC periods, so a million elements a second are 1000 times real time.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use lostmotion::axis::{AxisConfig, AxisOutput, METHODS, Setpoint, build_runner};
 use lostmotion::base::math;

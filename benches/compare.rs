@@ -1,5 +1,7 @@
 //! All methods on one plan. Elements are CNC periods of the program.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+
 mod support;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};

@@ -1,5 +1,7 @@
 //! The offline fit of the gap from a log of ten seconds.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+
 use criterion::{Criterion, criterion_group, criterion_main};
 use lostmotion::axis::{AxisConfig, AxisOutput, AxisSample, Setpoint, build_runner};
 use lostmotion::base::{Clock, math};

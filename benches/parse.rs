@@ -1,5 +1,7 @@
 //! G-code: bytes to canonical operations, and on to motion in machine coordinates.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+
 mod support;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};

@@ -1,5 +1,7 @@
 //! The whole chain for one method, on one thread and on all. Elements are CNC periods.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+
 mod support;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};

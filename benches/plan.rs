@@ -1,5 +1,7 @@
 //! Planning: program in, 1 ms samples out.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+
 mod support;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};

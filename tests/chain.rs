@@ -1,5 +1,7 @@
 //! The whole chain against closed forms and invariants.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
 mod common;
 
 use common::{machine, program, run};

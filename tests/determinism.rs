@@ -1,5 +1,7 @@
 //! Same input, same bits: whatever the number of threads and the size of chunks.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
 mod common;
 
 use common::{machine, part};

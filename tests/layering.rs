@@ -1,5 +1,7 @@
 //! The crates may depend on each other only downwards, as ARCHITECTURE.md draws it.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
 use cargo_metadata::{DependencyKind, MetadataCommand};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,5 +1,7 @@
 //! Every limit of every joint is kept at every sample of every sample part, on finite differences as an outsider would take them.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
 mod common;
 
 use common::{machine, part};

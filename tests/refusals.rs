@@ -1,5 +1,7 @@
 //! Bad input: a clear error with place and values, never a panic, nothing half done.
 
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+
 mod common;
 
 use common::{machine, program, run};

@@ -145,7 +145,7 @@ pub(crate) struct Axis {
 /// `fit`.
 #[derive(Debug, Args)]
 pub(crate) struct Fit {
-    /// CSV with the columns t_s, motor_<u>, load_<u> (u: mm, deg or rad) and current_a
+    /// CSV with the columns t_s, motor_U, load_U (U: mm, deg or rad) and current_a
     pub(crate) log: PathBuf,
     /// The axis that was logged: motor data and transmission make the fit sharper
     #[arg(long, value_name = "FILE.toml|PRESET")]

@@ -9,7 +9,7 @@ use crate::{ContourSample, ReversalState};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind", content = "axis")]
 pub enum Cause {
-    /// Lost motion after a reversal of an axis.
+    /// Lost motion, friction or wind-up after a reversal of an axis.
     Reversal(AxisId),
     /// Lost motion away from any reversal: the load drifts or changes sides in the gap.
     Gap,
@@ -46,8 +46,8 @@ impl Shares {
 
 /// How a cause is found: the largest share by magnitude names it (on a tie backlash before servo before command).
 ///
-/// Backlash: the axis that reversed last, if it did within the window, else the gap alone. Servo: a corner if one is near the
-/// foot point, else lag. Command: blending.
+/// Backlash or servo: the axis that reversed last, if it did within the window, for friction and wind-up turn round there
+/// as the gap does. Else backlash: the gap alone; servo: a corner if one is near the foot point, else lag. Command: blending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CauseRule {
     /// How long after a reversal backlash is laid to it, ticks of the caller's clock.
@@ -58,12 +58,14 @@ impl CauseRule {
     /// The cause of a sample's error.
     pub fn cause(&self, shares: &Shares, sample: &ContourSample, reversals: &ReversalState) -> Cause {
         let (command, servo, backlash) = (shares.command_mm.abs(), shares.servo_mm.abs(), shares.backlash_mm.abs());
-        if backlash >= servo && backlash >= command {
-            reversals.latest(sample.tick, self.reversal_window_ticks).map_or(Cause::Gap, Cause::Reversal)
-        } else if servo >= command {
-            if sample.near_corner { Cause::Corner } else { Cause::ServoLag }
-        } else {
-            Cause::Blend
+        if command > servo && command > backlash {
+            return Cause::Blend;
+        }
+        match reversals.latest(sample.tick, self.reversal_window_ticks) {
+            Some(axis) => Cause::Reversal(axis),
+            None if backlash >= servo => Cause::Gap,
+            None if sample.near_corner => Cause::Corner,
+            None => Cause::ServoLag,
         }
     }
 }

@@ -15,7 +15,7 @@ pub struct ErrorRecord {
     pub shares: Shares,
     /// What makes most of it.
     pub cause: Cause,
-    /// Commanded tip, part frame, mm.
+    /// Commanded tip from the program's zero, mm.
     pub commanded_tip_mm: [f64; 3],
 }
 
@@ -89,12 +89,13 @@ impl BlockRow {
 pub struct BlockLedger {
     open: BTreeMap<u64, BlockRow>,
     worst: Worst<BlockRow>,
+    worst_rapids: Worst<BlockRow>,
 }
 
 impl BlockLedger {
-    /// One that keeps so many worst rows.
+    /// One that keeps so many worst rows of cutting moves, and as many of G0 moves.
     pub fn new(keep: usize) -> BlockLedger {
-        BlockLedger { open: BTreeMap::new(), worst: Worst::new(keep) }
+        BlockLedger { open: BTreeMap::new(), worst: Worst::new(keep), worst_rapids: Worst::new(keep) }
     }
 
     /// Takes a sample.
@@ -119,13 +120,19 @@ impl BlockLedger {
     fn close(&mut self, later: BTreeMap<u64, BlockRow>) -> Vec<BlockRow> {
         let rows: Vec<_> = std::mem::replace(&mut self.open, later).into_values().collect();
         for row in &rows {
-            self.worst.offer(row.max_mm().abs(), *row);
+            let kind = if row.rapid { &mut self.worst_rapids } else { &mut self.worst };
+            kind.offer(row.max_mm().abs(), *row);
         }
         rows
     }
 
-    /// The finished rows with the largest errors, worst first.
+    /// The finished rows of cutting moves with the largest errors, worst first.
     pub fn worst(&self) -> impl Iterator<Item = &BlockRow> {
         self.worst.iter()
+    }
+
+    /// The finished rows of G0 moves with the largest errors, worst first.
+    pub fn worst_rapids(&self) -> impl Iterator<Item = &BlockRow> {
+        self.worst_rapids.iter()
     }
 }

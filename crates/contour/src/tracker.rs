@@ -62,7 +62,7 @@ pub struct ContourTracker {
 /// A foot point in space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FootPlace {
-    /// The foot point, part frame, mm.
+    /// The foot point from the program's zero, mm.
     pub foot_mm: [f64; 3],
     /// Unit vector to the left of the direction of travel, in the plane in force; zero where travel is along its normal.
     pub left: [f64; 3],
@@ -230,6 +230,11 @@ impl ContourTracker {
         if norm(travel) < 1e-6 { own } else { travel }
     }
 
+    /// A segment that is held.
+    pub fn segment(&self, index: u64) -> Option<&ProgrammedSegment> {
+        Some(&self.held.get(self.position(index)?)?.segment)
+    }
+
     /// Where a sample's foot point lies and which way is left there; none if its segment is held no longer.
     pub fn place(&self, sample: &ContourSample) -> Option<FootPlace> {
         let at = self.position(sample.segment)?;
@@ -241,7 +246,7 @@ impl ContourTracker {
         if shadow > 0.0 {
             (left[first], left[second]) = (-travel[second] / shadow, travel[first] / shadow);
         }
-        Some(FootPlace { foot_mm: segment.curve.point(sample.s).linear(), left })
+        Some(FootPlace { foot_mm: sub(segment.curve.point(sample.s).linear(), segment.origin_mm), left })
     }
 
     fn near_corner(&self, place: f64) -> bool {

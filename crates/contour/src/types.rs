@@ -15,6 +15,8 @@ pub struct ProgrammedSegment {
     pub plane: Plane,
     /// Whether it is a G0 move.
     pub rapid: bool,
+    /// Where the program's zero lies in the curve's frame, mm: what people read places from.
+    pub origin_mm: [f64; 3],
     /// Block that commanded it.
     pub block: BlockRef,
 }

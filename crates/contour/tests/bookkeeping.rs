@@ -95,8 +95,9 @@ fn the_largest_share_names_the_cause() {
         (shares(0.001, 0.002, -0.005), 60, false, Cause::Reversal(AxisId::X)),
         (shares(0.001, 0.002, -0.005), 150, false, Cause::Reversal(AxisId::X)),
         (shares(0.001, 0.002, -0.005), 151, false, Cause::Gap),
-        (shares(0.001, -0.006, 0.005), 60, false, Cause::ServoLag),
-        (shares(0.001, -0.006, 0.005), 60, true, Cause::Corner),
+        (shares(0.001, -0.006, 0.005), 60, true, Cause::Reversal(AxisId::X)),
+        (shares(0.001, -0.006, 0.005), 151, false, Cause::ServoLag),
+        (shares(0.001, -0.006, 0.005), 151, true, Cause::Corner),
         (shares(0.009, -0.006, 0.005), 60, true, Cause::Blend),
     ];
     for (shares, tick, corner, cause) in cases {

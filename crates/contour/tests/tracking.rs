@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
 fn segment(index: u64, curve: Curve) -> ProgrammedSegment {
-    ProgrammedSegment { index, curve, plane: Plane::Xy, rapid: false, block: BlockRef::default() }
+    ProgrammedSegment { index, curve, plane: Plane::Xy, rapid: false, origin_mm: [0.0; 3], block: BlockRef::default() }
 }
 
 fn tracker(curves: &[Curve]) -> ContourTracker {

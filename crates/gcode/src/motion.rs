@@ -67,6 +67,8 @@ pub struct Motion {
     pub path: PathMode,
     /// Offset of the tool in force, mm and rad.
     pub tool_offset: Coords,
+    /// Where the program's zero lies in the machine frame (work coordinate system and G92), mm and rad.
+    pub origin: Coords,
     /// The block that asked for it.
     pub block: BlockRef,
 }
@@ -205,6 +207,7 @@ impl MotionFold {
             duration_s: per_minute.map(|per_minute| 60.0 / per_minute),
             path: self.path(),
             tool_offset: self.tool,
+            origin: self.machine(&[0.0; 9]),
             block,
         };
         self.at = end;

@@ -11,6 +11,7 @@
 mod admit;
 mod condition;
 pub mod config;
+mod corner;
 mod demands;
 pub mod error;
 pub mod item;
@@ -20,6 +21,7 @@ pub mod planner;
 mod profile;
 pub mod sample;
 mod sampler;
+mod smooth;
 mod stretch;
 pub mod travel;
 mod window;

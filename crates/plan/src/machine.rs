@@ -107,6 +107,11 @@ impl Machine {
         Machine { joints: limits.iter().enumerate().filter_map(joint).collect() }
     }
 
+    /// Joints by axis index with the largest velocity, acceleration and jerk planned.
+    pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, [f64; 3])> + Clone + '_ {
+        self.joints.iter().map(|joint| (joint.index, [joint.v, joint.a, joint.j]))
+    }
+
     /// The window T over which the slowest moving joint builds up its acceleration: the largest A / J, s.
     pub(crate) fn window_s(&self, demand: &Demand) -> f64 {
         let moving = self.joints.iter().filter(|joint| demand.d[0][joint.index] > 0.0 || demand.d[1][joint.index] > 0.0);

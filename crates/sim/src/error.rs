@@ -9,6 +9,9 @@ use lostmotion_kinematics::KinematicsError;
 use lostmotion_path::PathError;
 use lostmotion_plan::{PlanError, TravelViolation};
 
+/// Why whoever takes the samples has had enough.
+pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
+
 /// Why there is no result.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -125,5 +128,5 @@ pub enum SimError {
     },
     /// Whoever takes the samples has had enough; carries its reason.
     #[error("{0}")]
-    Sink(Box<dyn std::error::Error + Send + Sync>),
+    Sink(SinkError),
 }

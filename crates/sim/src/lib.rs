@@ -11,7 +11,7 @@ pub mod results;
 mod session;
 pub mod source;
 
-pub use error::SimError;
+pub use error::{SimError, SinkError};
 pub use machine::{Machine, presets};
 pub use observer::{ContourPoint, Observer, Unobserved};
 pub use options::SimulateOptions;

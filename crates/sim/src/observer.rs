@@ -8,7 +8,7 @@ use lostmotion_base::BlockRef;
 pub struct ContourPoint {
     /// Time, s.
     pub time_s: f64,
-    /// Foot point on the programmed path, part frame, mm.
+    /// Foot point on the programmed path from the program's zero, mm.
     pub foot_mm: [f64; 3],
     /// Unit vector to the left of travel in the plane in force.
     pub normal: [f64; 3],

@@ -38,7 +38,7 @@ impl Default for SimulateOptions {
             threads: 0,
             keep_blocks: 10,
             keep_reversals: 20,
-            reversal_window_s: 0.05,
+            reversal_window_s: 0.1,
             max_duration_s: 7.0 * 86_400.0,
             chunk_samples: 1000,
             contour: ContourConfig::default(),

@@ -50,7 +50,7 @@ pub struct BlockResult {
     pub parts_um: ErrorParts,
     /// What makes most of it.
     pub cause: Cause,
-    /// Tool tip commanded at the worst sample, mm, part frame.
+    /// Tool tip commanded at the worst sample, mm, from the program's zero.
     pub at_mm: [f64; 3],
 }
 
@@ -122,7 +122,7 @@ pub struct MethodResult {
     pub backlash: ErrorStats,
     /// Tool-axis orientation error on cutting moves, mdeg, on machines with rotary axes.
     pub orientation_mdeg: Option<ErrorStats>,
-    /// Blocks with the largest error, worst first.
+    /// Cutting blocks with the largest error, worst first; G0 blocks only if the program cuts nothing.
     pub worst_blocks: Vec<BlockResult>,
     /// Reversals with the largest error, worst first; the number kept is bounded.
     pub reversals: Vec<ReversalResult>,

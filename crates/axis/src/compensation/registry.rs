@@ -2,6 +2,7 @@
 
 use super::fixed::Fixed;
 use super::load_feedback::LoadFeedback;
+use super::lookup::Lookup;
 use super::none::Uncompensated;
 use super::published::Published;
 use super::{Compensator, MethodInfo};
@@ -39,6 +40,7 @@ pub static METHODS: &[Method] = &[
     Method::of::<Published<false>>(),
     Method::of::<Published<true>>(),
     Method::of::<LoadFeedback>(),
+    Method::of::<Lookup>(),
 ];
 
 /// The method of a name.

@@ -87,6 +87,29 @@ impl Default for PublishedSettings {
     }
 }
 
+/// Settings of `lookup`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LookupSettings {
+    /// Total gap that the drive was told; the machine's true gap if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap: Option<Gap>,
+    /// Part of the drive's largest torque that a traverse of the gap may take, 0 to 1.
+    pub torque_share: f64,
+    /// Part of the shaft's wind-up that is added to the reference, 0 to 1.
+    pub wind_up: f64,
+}
+
+impl Default for LookupSettings {
+    fn default() -> LookupSettings {
+        LookupSettings { gap: None, torque_share: 0.5, wind_up: 0.0 }
+    }
+}
+
+fn is_default<T: Default + PartialEq>(settings: &T) -> bool {
+    *settings == T::default()
+}
+
 /// The compensator of an axis: which method it uses by itself, and the settings of each method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -97,11 +120,19 @@ pub struct CompensationConfig {
     pub fixed: FixedSettings,
     /// Settings of `published` and `published-literal`.
     pub published: PublishedSettings,
+    /// Settings of `lookup`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub lookup: LookupSettings,
 }
 
 impl Default for CompensationConfig {
     fn default() -> CompensationConfig {
-        CompensationConfig { method: "none".to_owned(), fixed: FixedSettings::default(), published: PublishedSettings::default() }
+        CompensationConfig {
+            method: "none".to_owned(),
+            fixed: FixedSettings::default(),
+            published: PublishedSettings::default(),
+            lookup: LookupSettings::default(),
+        }
     }
 }
 
@@ -118,6 +149,11 @@ impl CompensationConfig {
         if let Some(lambda) = self.published.lambda {
             between("published.lambda", lambda, 1e-6, 1.0 - 1e-6)?;
         }
+        if let Some(gap) = &self.lookup.gap {
+            gap.check(transmission).map_err(|e| e.within("lookup.gap"))?;
+        }
+        between("lookup.torque_share", self.lookup.torque_share, 0.01, 1.0)?;
+        between("lookup.wind_up", self.lookup.wind_up, 0.0, 1.0)?;
         positive("published.p0", self.published.p0)?;
         not_negative("published.acceleration_zero_rad_s2", self.published.acceleration_zero_rad_s2)
     }

@@ -11,7 +11,7 @@ mod reference;
 mod transmission;
 mod tuning;
 
-pub use compensation::{CompensationConfig, FixedSettings, Gap, PublishedSettings};
+pub use compensation::{CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings};
 pub use contact::{ContactLaw, StartInGap};
 pub use drive::{Drive, SERVO_PERIOD_US};
 pub use error::AxisConfigError;
@@ -114,11 +114,12 @@ impl AxisConfig {
         AxisConfig { load: self.load.with_gap_motor_rad(gap_rad, &self.transmission), ..self.clone() }
     }
 
-    /// The same axis whose `fixed` compensator was told another total gap (a fit's result).
+    /// The same axis whose `fixed` and `lookup` compensators were told another total gap (a fit's result).
     #[must_use]
     pub fn with_told_gap(&self, gap: Gap) -> AxisConfig {
         let mut told = self.clone();
         told.compensation.fixed.gap = Some(gap);
+        told.compensation.lookup.gap = Some(gap);
         told
     }
 

@@ -167,3 +167,52 @@ pub(crate) fn mill(coulomb_n: f64, viscous_n_s_per_m: f64) -> AxisConfig {
     let drive = Drive::tuned(&motor, &load.reflected(&transmission), &Tuning::default(), 60.0, 560.0);
     AxisConfig { transmission, motor, load, drive, ..AxisConfig::paper() }
 }
+
+/// The X axis of a vertical mill (screw 40 x 16 mm, 300 kg, 238 N/um), load friction as part of the rated torque, total gap in um.
+pub(crate) fn mill_x(friction_share: f64, gap_um: f64, counts: Option<u32>) -> AxisConfig {
+    use lostmotion_axis::config::{Drive, Linear, Load, Motor, Slide, Transmission};
+    let motor = Motor { viscous_nm_s_per_rad: 0.002, coulomb_nm: 0.15, ..AxisConfig::paper().motor };
+    let load = Load::Slide(Slide {
+        mass_kg: 300.0,
+        screw_inertia_kgm2: 0.00198,
+        viscous_n_s_per_m: 500.0,
+        coulomb_n: friction_share * motor.rated_torque_nm / (0.016 / std::f64::consts::TAU),
+        constant_n: 0.0,
+        stiffness_n_per_um: 238.0,
+        damping_n_s_per_mm: 22.0,
+        gap_um,
+        scale_um: 0.1,
+    });
+    let drive = Drive {
+        current_gain_v_per_a: 11.31,
+        current_time_s: 0.01071,
+        velocity_gain_a_s_per_rad: 2.702,
+        velocity_time_s: 0.007943,
+        position_gain_per_s: 62.8,
+        velocity_feedforward: 1.0,
+        acceleration_feedforward: 1.0,
+        told_inertia_kgm2: None,
+        current_limit_a: 28.0,
+        bus_voltage_v: 560.0,
+        encoder_counts_per_rev: counts,
+        current_period_us: 50,
+        voltage_delay_periods: 1,
+    };
+    AxisConfig { transmission: Transmission::Linear(Linear { lead_mm: 16.0, gear: 1.0 }), motor, load, drive, ..AxisConfig::paper() }
+}
+
+/// What the gap does to the load on a sine, over the last three eighths of so many turns: rms and max, in the axis' unit times 1e3.
+pub(crate) fn lost_on_a_sine(config: &AxisConfig, method: &str, radius: f64, w: f64, turns: f64) -> [f64; 2] {
+    let seconds = turns * std::f64::consts::TAU / w;
+    let motion = |t: f64| circle(radius, w, t);
+    let rigid = run(&config.without_gap(), "none", &motion, seconds);
+    let out = run(config, method, &motion, seconds);
+    let lost: Vec<f64> = out.load.iter().zip(&rigid.load).skip(out.load.len() * 5 / 8).map(|(a, b)| (a - b) * 1e3).collect();
+    [rms(lost.iter().copied()), max_abs(lost)]
+}
+
+/// Both figures over those of `none`.
+pub(crate) fn ratio_on_a_sine(config: &AxisConfig, method: &str, radius: f64, w: f64, turns: f64) -> [f64; 2] {
+    let [with, without] = [method, "none"].map(|method| lost_on_a_sine(config, method, radius, w, turns));
+    [with[0] / without[0], with[1] / without[1]]
+}

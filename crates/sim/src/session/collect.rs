@@ -1,11 +1,12 @@
 //! From a run's tally to its results.
 
 use super::check::Checked;
+use super::recorder::Recorder;
 use super::rows;
 use super::run::{Tally, WITHOUT_GAP};
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
-use crate::results::{AxisResult, Comparison, MethodResult, PlanInfo, SCHEMA_VERSION, Simulation};
+use crate::results::{AxisResult, BlockResult, Comparison, MethodResult, PlanInfo, SCHEMA_VERSION, Simulation};
 use crate::source::ProgramSource;
 use lostmotion_axis::find_method;
 use lostmotion_base::Clock;
@@ -66,7 +67,7 @@ fn method_result(machine: &Machine, method: &str, variant: usize, tolerance_um: 
         rapid: rows::stats(&recorder.rapid, UM_PER_MM),
         backlash: rows::stats(&recorder.backlash, UM_PER_MM),
         orientation_mdeg: rotary.then(|| rows::stats(&recorder.orientation, mdeg)),
-        worst_blocks: recorder.blocks.worst().map(rows::block).collect(),
+        worst_blocks: worst_blocks(recorder),
         reversals: recorder.turns.worst().map(rows::reversal).collect(),
         reversal_count: recorder.turns.counts().iter().sum(),
         axes,
@@ -75,6 +76,12 @@ fn method_result(machine: &Machine, method: &str, variant: usize, tolerance_um: 
     };
     result.notes = notes(&result, recorder.cutting.not_finite());
     result
+}
+
+/// Cutting moves; G0 moves only where nothing is cut.
+fn worst_blocks(recorder: &Recorder) -> Vec<BlockResult> {
+    let cutting: Vec<BlockResult> = recorder.blocks.worst().map(rows::block).collect();
+    if cutting.is_empty() { recorder.blocks.worst_rapids().map(rows::block).collect() } else { cutting }
 }
 
 fn notes(result: &MethodResult, not_finite: u64) -> Vec<String> {
@@ -120,7 +127,8 @@ fn note_harm(results: &mut [MethodResult]) {
     let Some(none) = results.iter().find(|result| result.method == "none").map(|result| result.backlash) else { return };
     for result in results.iter_mut().filter(|result| result.backlash.rms > none.rms + HARM_UM) {
         let (with, without) = (result.backlash.rms, none.rms);
-        result.notes.push(format!("does harm here: backlash RMS {with:.2} um against {without:.2} um without compensation"));
+        let digits = if with < 100.0 { 2 } else { 0 };
+        result.notes.push(format!("does harm here: backlash RMS {with:.digits$} um against {without:.2} um without compensation"));
     }
 }
 

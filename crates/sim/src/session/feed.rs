@@ -9,7 +9,7 @@ use crate::options::SimulateOptions;
 use crate::source::ProgramSource;
 use lostmotion_base::Coords;
 use lostmotion_contour::ProgrammedSegment;
-use lostmotion_gcode::{Diagnostic, Diagnostics};
+use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem};
 use lostmotion_kinematics::Kinematics;
 use lostmotion_plan::{FeedLimit, PlanItem, Planner, Sample};
 use std::sync::Arc;
@@ -69,6 +69,7 @@ impl Feed {
             diagnostics.push(Diagnostic { problem, place });
             SimError::Program { name: self.name.clone(), diagnostics: Box::new(diagnostics) }
         })?;
+        let origin = if let MotionItem::Move(motion) = &item { motion.origin } else { Coords::ZERO };
         let Some(item) = lower(&item)? else { return Ok(()) };
         self.planner.push(item)?;
         if let PlanItem::Move(item) = item {
@@ -77,6 +78,7 @@ impl Feed {
                 curve: item.curve,
                 plane: plane(in_force),
                 rapid: item.feed == FeedLimit::Rapid,
+                origin_mm: origin.linear(),
                 block: item.block,
             });
             self.segments += 1;

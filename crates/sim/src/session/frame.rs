@@ -21,6 +21,8 @@ pub(crate) struct Frame {
     pub(crate) moving: bool,
     /// Commanded tool.
     pub(crate) pose: ToolPose,
+    /// Commanded tip from the program's zero, mm.
+    pub(crate) tip_mm: [f64; 3],
     /// Contour error of the command itself, mm, signed.
     pub(crate) command_mm: f64,
     /// Contour error of the machine without a gap.
@@ -85,6 +87,7 @@ impl Aligner {
                 is_cnc_tick: part == 0,
                 moving: sample.velocity.0.iter().any(|v| v.abs() > STANDSTILL),
                 pose: kinematics.tool_pose(&joints, &sample.tool_mm),
+                tip_mm: [0.0; 3],
                 command_mm: 0.0,
                 without_gap: ContourSample::default(),
             });

@@ -21,7 +21,7 @@ mod rows;
 mod run;
 mod text;
 
-use crate::error::SimError;
+use crate::error::{SimError, SinkError};
 use crate::machine::Machine;
 use crate::observer::Observer;
 use crate::options::SimulateOptions;
@@ -78,7 +78,7 @@ pub fn plan(
     source: &ProgramSource,
     machine: &Machine,
     options: &SimulateOptions,
-    sink: &mut dyn FnMut(&[Sample]) -> Result<(), Box<dyn std::error::Error + Send + Sync>>,
+    sink: &mut dyn FnMut(&[Sample]) -> Result<(), SinkError>,
 ) -> Result<PlanInfo, SimError> {
     let checked = check::check(source, machine, options)?;
     let mut feed = feed::Feed::new(source, machine, options)?;

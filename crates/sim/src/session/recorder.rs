@@ -77,7 +77,7 @@ impl Recorder {
             let sample = tracker.measure(&mut self.foot, &contour_input(frame, &actual))?;
             let shares = Shares::of(frame.command_mm, frame.without_gap.error_mm, sample.error_mm);
             let cause = self.rule.cause(&shares, &sample, &self.reversals);
-            let record = ErrorRecord { sample, shares, cause, commanded_tip_mm: frame.pose.tip };
+            let record = ErrorRecord { sample, shares, cause, commanded_tip_mm: frame.tip_mm };
             self.finished_turns.extend(self.turns.record(&record));
             if frame.moving {
                 self.count(frame, &record, outputs);

@@ -130,11 +130,11 @@ impl Run {
         let results: Vec<Result<(), SimError>> =
             self.tally.recorders.par_iter_mut().map(|recorder| recorder.chunk(frames, outputs, tracker, kinematics)).collect();
         results.into_iter().collect::<Result<(), SimError>>()?;
-        if let Some(frame) = self.frames.last() {
-            if let Some(oldest) = self.tracker.release(frame.sample.segment, frame.sample.s) {
-                for recorder in &mut self.tally.recorders {
-                    recorder.close_before(oldest);
-                }
+        if let Some(frame) = self.frames.last()
+            && let Some(oldest) = self.tracker.release(frame.sample.segment, frame.sample.s)
+        {
+            for recorder in &mut self.tally.recorders {
+                recorder.close_before(oldest);
             }
         }
         Ok(())
@@ -160,6 +160,8 @@ impl Run {
             let joints = outputs.load(WITHOUT_GAP, frame.servo_sample);
             let actual = self.kinematics.tool_pose(&joints, &frame.sample.tool_mm);
             frame.command_mm = command.error_mm;
+            let origin = self.tracker.segment(frame.sample.segment).map_or([0.0; 3], |segment| segment.origin_mm);
+            frame.tip_mm = std::array::from_fn(|axis| frame.pose.tip[axis] - origin[axis]);
             frame.without_gap = self.tracker.measure(&mut self.without_gap_foot, &contour_input(frame, &actual))?;
             if frame.moving && !command.rapid {
                 let place = Place { tick: frame.tick, segment: command.segment, s: command.s };

@@ -1,0 +1,153 @@
+//! Crossing the gap at the right time: which flank has to carry the load, and the motor's way from one flank to the other.
+//!
+//! ```text
+//! T      torque that the shaft of the gapless twin carries, N m
+//! need   J_L alpha + b_L w + T_f sign(w) + T_const at the reference, lagged by (1 - f_v)/Kv as the axis is without feed-forward
+//! ahead  T extrapolated by half the traverse's time and two ticks
+//! side   sign(ahead) where |ahead| > 1e-5 of the rated torque and need has the same sign, else as it was
+//! ```
+//! Both have to agree: `T` has the right time, and shakes for some milliseconds after each sticking of the motor; `need` does not shake.
+//! Setting out half a traverse before the torque vanishes halves its effect twice over: what is left on a load without friction is
+//! `j T_g^3/12`, on one with friction nothing as long as it sticks longer than the traverse takes.
+//!
+//! Outputs while crossing: offset and its speed to the loops; `J_M` times its acceleration, motor viscous friction, and the change
+//! of the motor's Coulomb friction as torque, ahead by half the current loop's lag. A changed half gap is taken up in a glide.
+
+use super::traverse::{Offset, Traverse, ticks_for};
+use super::twin::{LoadModel, Twin, TwinState};
+use super::{Correction, Signals};
+use crate::config::AxisConfig;
+use crate::signal::Engagement;
+use lostmotion_base::Clock;
+use serde::{Deserialize, Serialize};
+
+/// A traverse is no shorter: 3 ms. A current loop cannot follow what is quicker.
+const LEAST_TICKS: u32 = 12;
+/// And no longer: 100 ms.
+const MOST_TICKS: u32 = 400;
+/// A new estimate of the gap is taken up over 50 ms.
+const GLIDE_TICKS: u32 = 200;
+/// Ticks by which a traverse sets out earlier: detection and the loops take about two.
+const EARLIER_TICKS: f64 = 2.0;
+/// Part of the rated torque below which the shaft carries nothing.
+const NOTHING: f64 = 1e-5;
+/// A reference slower than this is at rest, rad/s.
+const STANDING_RAD_S: f64 = 1e-6;
+
+/// Twin and traverse of an axis.
+#[derive(Clone, Debug)]
+pub(super) struct Crossing {
+    pub(super) twin: Twin,
+    acceleration: f64,
+    nothing: f64,
+    torque_lead_ticks: f64,
+    lag_per_tick: f64,
+    wind_up: f64,
+}
+
+/// What the crossing carries along.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct CrossingState {
+    pub(super) twin: TwinState,
+    pub(super) side: i8,
+    traverse: Traverse,
+    gliding: bool,
+    /// Reference velocity and acceleration as the axis follows them.
+    lagged: [f64; 2],
+    wound: f64,
+}
+
+impl Crossing {
+    /// `torque_share`: part of the drive's largest torque that a traverse may take; `wind_up`: part of the shaft's wind-up added to the reference.
+    pub(super) fn new(config: &AxisConfig, torque_share: f64, wind_up: f64) -> Crossing {
+        let (motor, drive, period) = (&config.motor, &config.drive, Clock::SERVO.period_s());
+        let missing = 1.0 - drive.velocity_feedforward;
+        let current_lag = motor.phase_inductance_h() / drive.current_gain_v_per_a
+            + f64::from(drive.voltage_delay_periods * drive.current_period_us) * 1e-6;
+        Crossing {
+            twin: Twin::new(config),
+            acceleration: torque_share * motor.torque_constant_nm_per_a * drive.current_limit_a / config.motor_side_inertia_kgm2(),
+            nothing: NOTHING * motor.rated_torque_nm,
+            torque_lead_ticks: (0.5 * current_lag / period).min(1.0),
+            lag_per_tick: if missing > 0.0 { (period * drive.position_gain_per_s / missing).min(1.0) } else { 1.0 },
+            wind_up,
+        }
+    }
+
+    pub(super) fn initial(&self, motor_position: f64, load: &LoadModel) -> CrossingState {
+        let twin = self.twin.initial(motor_position, load);
+        CrossingState { twin, side: 0, traverse: Traverse::default(), gliding: false, lagged: [0.0; 2], wound: 0.0 }
+    }
+
+    /// One servo tick with a load and half a gap as they are known now.
+    pub(super) fn step(&self, state: &mut CrossingState, signals: &Signals, load: &LoadModel, half_gap: f64) -> Correction {
+        let now = state.twin;
+        self.twin.step(&mut state.twin, &signals.reference, &signals.next_reference, load);
+        self.follow(state, signals);
+        if !state.traverse.moving() || state.gliding {
+            let ticks = ticks_for(2.0 * half_gap, self.acceleration, LEAST_TICKS, MOST_TICKS);
+            let side = self.side_ahead(state, &now, signals, load, 0.5 * f64::from(ticks));
+            let to = f64::from(side) * half_gap;
+            if side != state.side {
+                if half_gap > 0.0 {
+                    state.traverse.start(to, ticks);
+                }
+                (state.side, state.gliding) = (side, false);
+            } else if !state.gliding && to != state.traverse.target() {
+                state.traverse.start(to, GLIDE_TICKS);
+                state.gliding = true;
+            }
+        }
+        let crossing = state.traverse.moving() && !state.gliding;
+        let offset = state.traverse.step(self.torque_lead_ticks);
+        state.gliding &= state.traverse.moving();
+        self.correction(state, &now, &offset, load, crossing)
+    }
+
+    fn follow(&self, state: &mut CrossingState, signals: &Signals) {
+        let reference = &signals.reference;
+        for (lagged, now) in state.lagged.iter_mut().zip([reference.velocity, reference.acceleration]) {
+            *lagged += self.lag_per_tick * (now - *lagged);
+        }
+    }
+
+    fn side_ahead(&self, state: &CrossingState, now: &TwinState, signals: &Signals, load: &LoadModel, lead_ticks: f64) -> i8 {
+        let torque = now.torque + (state.twin.torque - now.torque) * (lead_ticks + EARLIER_TICKS);
+        let [speed, acceleration] = state.lagged;
+        // behind a lag the jerk of the reference says nothing about the axis' own
+        let step = if self.lag_per_tick < 1.0 { 0.0 } else { signals.next_reference.acceleration - signals.reference.acceleration };
+        let speed = speed + acceleration * lead_ticks * Clock::SERVO.period_s();
+        let need = load.need(speed, acceleration + step * lead_ticks, STANDING_RAD_S);
+        if torque > self.nothing && need > 0.0 {
+            1
+        } else if torque < -self.nothing && need < 0.0 {
+            -1
+        } else {
+            state.side
+        }
+    }
+
+    fn correction(&self, state: &mut CrossingState, now: &TwinState, offset: &Offset, load: &LoadModel, crossing: bool) -> Correction {
+        let wound = self.wind_up * now.torque / load.stiffness;
+        let wind_speed = (wound - state.wound) / Clock::SERVO.period_s();
+        state.wound = wound;
+        let mut torque = self.twin.motor_inertia() * offset.acceleration + self.twin.motor_viscous() * offset.velocity;
+        if crossing {
+            let speed = now.plant.motor_velocity + offset.velocity;
+            let friction = if speed > 0.0 { self.twin.motor_coulomb() } else { -self.twin.motor_coulomb() };
+            torque += friction + now.motor_friction;
+        }
+        Correction {
+            position: offset.position + wound,
+            velocity: offset.velocity + wind_speed,
+            torque,
+            gap_angle_estimate: offset.position,
+            engagement_estimate: match state.side {
+                1 => Engagement::Positive,
+                -1 => Engagement::Negative,
+                _ => Engagement::Gap,
+            },
+            ..Correction::NONE
+        }
+    }
+}

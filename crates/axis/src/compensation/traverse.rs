@@ -1,0 +1,113 @@
+//! A planned rest-to-rest way of the motor across the gap: the quintic `10 u^3 - 15 u^4 + 6 u^5`.
+//!
+//! It starts and ends without speed and acceleration. Its peak acceleration is 10/sqrt(3) = 5.77 times way over time squared, so the
+//! torque that a drive may spend on it sets its time: `T_g = sqrt(5.77 J_M way/torque)`.
+
+use lostmotion_base::Clock;
+use serde::{Deserialize, Serialize};
+
+/// A traverse under way, or done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Traverse {
+    from: f64,
+    to: f64,
+    tick: u32,
+    ticks: u32,
+}
+
+/// Offset of the motor (rad), its speed over the last tick (rad/s) and its mean acceleration over the coming tick (rad/s2), as the servo takes them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Offset {
+    pub(super) position: f64,
+    pub(super) velocity: f64,
+    pub(super) acceleration: f64,
+}
+
+/// Peak of the second derivative of the quintic: 10/sqrt(3).
+const PEAK: f64 = 5.773_502_691_896_258;
+
+/// Servo ticks for a way (rad) within a peak acceleration (rad/s2), within bounds.
+pub(super) fn ticks_for(way: f64, acceleration: f64, least: u32, most: u32) -> u32 {
+    let time = (PEAK * way.abs() / acceleration).sqrt();
+    let ticks = (time / Clock::SERVO.period_s()).ceil();
+    if ticks < f64::from(most) { (ticks as u32).max(least) } else { most }
+}
+
+impl Traverse {
+    /// Sets out from where it is to another offset.
+    pub(super) fn start(&mut self, to: f64, ticks: u32) {
+        *self = Traverse { from: self.position(f64::from(self.tick)), to, tick: 0, ticks };
+    }
+
+    /// Whether it is still under way.
+    pub(super) fn moving(&self) -> bool {
+        self.tick < self.ticks
+    }
+
+    /// Where it leads.
+    pub(super) fn target(&self) -> f64 {
+        self.to
+    }
+
+    /// Takes one tick. The acceleration is that of a moment later: `lead_ticks` for whatever delays the torque.
+    pub(super) fn step(&mut self, lead_ticks: f64) -> Offset {
+        let period = Clock::SERVO.period_s();
+        let before = self.position(f64::from(self.tick));
+        self.tick = (self.tick + 1).min(self.ticks);
+        let now = f64::from(self.tick);
+        let position = self.position(now);
+        Offset {
+            position,
+            velocity: (position - before) / period,
+            acceleration: (self.velocity(now + 1.0 + lead_ticks) - self.velocity(now + lead_ticks)) / period,
+        }
+    }
+
+    fn position(&self, tick: f64) -> f64 {
+        if tick >= f64::from(self.ticks) {
+            return self.to;
+        }
+        let u = tick / f64::from(self.ticks);
+        self.from + (self.to - self.from) * (u * u * u * (10.0 - u * (15.0 - 6.0 * u)))
+    }
+
+    fn velocity(&self, tick: f64) -> f64 {
+        if tick >= f64::from(self.ticks) {
+            return 0.0;
+        }
+        let (u, duration) = (tick / f64::from(self.ticks), f64::from(self.ticks) * Clock::SERVO.period_s());
+        (self.to - self.from) * 30.0 * u * u * (1.0 - u) * (1.0 - u) / duration
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_arrives_with_its_velocities_summing_to_the_way_and_its_peak_as_computed() {
+        let (way, limit) = (4e-3, 4000.0);
+        let ticks = ticks_for(way, limit, 1, 400);
+        let mut traverse = Traverse::default();
+        traverse.start(way, ticks);
+        let (mut sum, mut peak, mut last) = (0.0, 0.0_f64, Offset::default());
+        while traverse.moving() {
+            last = traverse.step(0.0);
+            sum += last.velocity * Clock::SERVO.period_s();
+            peak = peak.max(last.acceleration.abs());
+        }
+        assert!((last.position - way).abs() < 1e-15 && (sum - way).abs() < 1e-15);
+        // the mean over a tick is a little below the peak itself, and the next whole tick makes the way a little slower
+        assert!(peak < limit && peak > 0.7 * limit, "{peak}");
+        assert_eq!(traverse.step(0.0), Offset { position: way, velocity: 0.0, acceleration: 0.0 });
+    }
+
+    #[test]
+    fn its_time_follows_from_the_torque() {
+        // 100 ms at 5.77 way/T^2
+        let acceleration = 10.0 / 3.0_f64.sqrt() * 0.01 / 0.01;
+        assert_eq!(ticks_for(0.01, acceleration * (1.0 + 1e-12), 1, 1000), 400);
+        assert_eq!(ticks_for(0.01, 1e9, 12, 400), 12);
+        assert_eq!(ticks_for(0.01, 0.0, 12, 400), 400);
+    }
+}
