@@ -1,7 +1,7 @@
 //! G codes.
 
 use super::row::{AxisUse, CodeRow, Group, Texts, row};
-use crate::exec::{Exec, arc, compensation, curves, cycles, dwell, g10, home, modes, offsets, probe, spindle, straight, tool};
+use crate::exec::{Exec, arc, compensation, curves, cycles, dwell, g10, home, modes, offsets, probe, spindle, straight, thread, tool};
 use crate::problem::{Code, Problem};
 
 const NONE: AxisUse = AxisUse::None;
@@ -78,6 +78,13 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(640, Group::PathControl, (NONE, "PQ"), ["rounded corners within P", "G64 P0.05 Q0.01", "g64.ngc"], modes::continuous),
     g(730, Group::Motion, (NEEDS, "RQLP"), ["drill with chip breaking", "G73 X1 Z-9 R1 Q2", "g73.ngc"], cycles::cycle),
     g(740, Group::Motion, (NEEDS, "RLP"), ["tap, left-handed", "G74 X1 Z-9 R1", "g74.ngc"], cycles::cycle),
+    g(
+        760,
+        Group::Motion,
+        (NEEDS, "PIJKRQHEL"),
+        ["thread in several passes", "G76 Z-20 P1.5 I-1 J0.2 K0.9 R2 Q29.5 H1 E1 L2", "g76.ngc"],
+        thread::thread,
+    ),
     g(800, Group::Motion, (NONE, ""), ["end of the motion mode", "G80", "g80.ngc"], modes::no_motion),
     g(810, Group::Motion, (NEEDS, "RLPQ"), ["drill", "G81 X1 Z-9 R1", "g81.ngc"], cycles::cycle),
     g(820, Group::Motion, (NEEDS, "RLPQ"), ["drill with dwell", "G82 X1 Z-9 R1 P0.5", "g82.ngc"], cycles::cycle),

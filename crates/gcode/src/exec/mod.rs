@@ -22,6 +22,7 @@ pub(crate) mod run;
 pub(crate) mod spindle;
 pub(crate) mod stop;
 pub(crate) mod straight;
+pub(crate) mod thread;
 pub(crate) mod tool;
 pub(crate) mod words;
 
