@@ -15,7 +15,7 @@ pub(crate) struct Saved {
 
 /// M70 and M73.
 pub(crate) fn save(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let modes = Some(Box::new(State { compensation: None, nurbs: None, ..exec.state.clone() }));
+    let modes = Some(Box::new(State { nurbs: None, ..exec.state.clone() }));
     if let Some(level) = exec.saved.last_mut() {
         *level = Saved { modes, automatic: code.tenths == 730 };
     }
@@ -40,8 +40,12 @@ pub(crate) fn bring_back(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem>
 }
 
 impl Exec<'_> {
-    /// Brings saved modes back. The motion mode, the position, the tool and the cutter compensation stay as they are.
+    /// Brings saved modes back. The motion mode, the position and the tool stay as they are; cutter compensation
+    /// ends if it was off.
     pub(crate) fn restore(&mut self, saved: &State) -> Result<(), Problem> {
+        if saved.compensation.is_none() {
+            self.end_compensation()?;
+        }
         if self.state.units != saved.units {
             self.change_units(saved.units);
             self.emit(CanonicalOp::UseLengthUnits(saved.units));

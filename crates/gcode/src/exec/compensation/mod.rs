@@ -26,6 +26,8 @@ pub struct Compensation {
     orientation: u8,
     /// The last offset move and where it ends; none before the first.
     last: Option<Edge>,
+    /// The last move has gone out: its end is fixed.
+    fixed: bool,
     /// Operations that wait for the end of the last move; the first is that move.
     held: Vec<Held>,
 }
@@ -81,8 +83,41 @@ impl Exec<'_> {
             return Err(Problem::Compensation { message: "cutter compensation needs the XY or ZX plane (G17 or G18)" });
         }
         let left = if code.tenths < 420 { 0.5 * diameter } else { -0.5 * diameter };
-        self.state.compensation = Some(Box::new(Compensation { left, orientation, last: None, held: Vec::new() }));
+        self.state.compensation = Some(Box::new(Compensation { left, orientation, last: None, fixed: false, held: Vec::new() }));
         Ok(())
+    }
+
+    /// Refuses codes that would move the path away under the compensation, and lets go what is held before a stop.
+    #[cold]
+    pub(crate) fn under_compensation(&mut self, code: Code) -> Result<(), Problem> {
+        let message = match (code.letter, code.tenths) {
+            ('M', 0 | 10 | 600) => {
+                if let Some(compensation) = &mut self.state.compensation {
+                    let result = compensation.release(self.state.plane, None, self.out);
+                    compensation.fixed = true;
+                    return result;
+                }
+                return Ok(());
+            }
+            ('G', 280 | 281 | 300 | 301) => "G28 and G30 cannot be used under cutter compensation",
+            ('G', 382..=385) => "probing is not possible under cutter compensation",
+            ('G', 330 | 331 | 530 | 730..=760 | 810..=890) => "cycles, G33 and G53 cannot be used under cutter compensation",
+            ('G', 430..=490) => "the tool offset cannot change under cutter compensation",
+            ('G', 520 | 540..=593 | 920) => "the coordinate system cannot change under cutter compensation",
+            ('G', 610..=640) => "path control cannot change under cutter compensation",
+            ('M', 60 | 610) => "the tool cannot change under cutter compensation",
+            ('M', 620..=680) => "inputs and outputs cannot be used under cutter compensation",
+            ('G', 100) if self.changes_system_in_force() => "the coordinate system cannot change under cutter compensation",
+            _ => return Ok(()),
+        };
+        Err(Problem::Compensation { message })
+    }
+
+    /// Whether a G10 L2 or L20 is about the system in force.
+    fn changes_system_in_force(&self) -> bool {
+        let named = self.word(b'P').and_then(whole);
+        let is_current = named == Some(0.0) || named == Some(f64::from(self.state.system));
+        is_current && matches!(self.word(b'L').and_then(whole), Some(2.0 | 20.0))
     }
 
     /// Lets what is held go and turns the compensation off.

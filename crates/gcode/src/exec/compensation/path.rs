@@ -64,7 +64,12 @@ impl Exec<'_> {
             }
             let shift = compensation.nose(plane);
             arc.center = along(arc.center, shift, 1.0);
-            compensation.advance(self, start, enters, edge, CanonicalOp::ArcFeed(arc))
+            let mut op = CanonicalOp::ArcFeed(arc);
+            if edge.entry && shift != [0.0; 2] {
+                // The start is not shifted as the end is: no arc with this tangent leads there.
+                op = CanonicalOp::StraightFeed(arc.position());
+            }
+            compensation.advance(self, start, enters, edge, op)
         });
         self.state.compensation = Some(compensation);
         result
@@ -117,6 +122,7 @@ impl Compensation {
             let mut end = None;
             let joint = joint(&last, enters, edge.shape, self.left);
             match joint {
+                Joint::Inside if self.fixed => edge.start = last.end,
                 Joint::Inside => match crossing(last.shape, last.end, edge.shape, edge.start, self.left) {
                     Some(point) => {
                         edge.start = point;
@@ -143,6 +149,7 @@ impl Compensation {
         set_end(&mut op, plane, along(edge.end, shift, 1.0));
         self.held.push(Held { sourced: SourcedOp { op, block: exec.block }, follows: false });
         self.last = Some(edge);
+        self.fixed = false;
         result
     }
 
