@@ -182,3 +182,37 @@ fn bend(
     bend(piece, kinematics, (s0, middle), halvings - 1, out)?;
     bend(piece, kinematics, (middle, s1), halvings - 1, out)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Dense samples of the derivatives lie within the bounds, and come near those that should be exact.
+    #[test]
+    fn signed_bounds_hold_everywhere() {
+        let height = [0.0, 0.3, -0.2, 0.9, 0.1, 0.5];
+        let mut points = [Coords::ZERO; 6];
+        for (k, point) in points.iter_mut().enumerate() {
+            *point = Coords::xyz(0.4 * k as f64, height[k], -height[5 - k]);
+        }
+        let quintic = Quintic::from_control_points(points, 2.0).ok();
+        let Some(quintic) = quintic else { return assert!(quintic.is_some()) };
+        for (s0, s1) in [(0.0, 2.0), (0.3, 0.7), (1.2, 1.25), (1.9, 2.0)] {
+            let demand = signed(&quintic, s0, s1);
+            let (mut second, mut third) = (0.0_f64, 0.0_f64);
+            for i in 0..=1000 {
+                let at = quintic.eval(s0 + (s1 - s0) * (f64::from(i) / 1000.0));
+                let within = |bounds: [&[f64; AXES]; 2], d: Coords| {
+                    bounds[0].iter().zip(bounds[1]).zip(d.0).all(|((up, down), d)| -down - 1e-9 <= d && d <= up + 1e-9)
+                };
+                assert!(within([&demand.d[0]; 2], at.d1));
+                assert!(within([&demand.sides[0][0], &demand.sides[0][1]], at.d2), "second from {s0} to {s1}");
+                assert!(within([&demand.sides[1][0], &demand.sides[1][1]], at.d3), "third from {s0} to {s1}");
+                (second, third) = (second.max(at.d2.0[1].abs()), third.max(at.d3.0[1].abs()));
+            }
+            if s1 - s0 < 0.1 {
+                assert!(demand.d[1][1] < 1.05 * second && demand.d[2][1] < 1.05 * third);
+            }
+        }
+    }
+}

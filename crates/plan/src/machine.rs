@@ -75,6 +75,17 @@ struct Joint {
 }
 
 impl Joint {
+    /// By how much a window that begins at a speed and an acceleration may pass the jerk.
+    fn excess(&self, [c1, c2, c3]: [f64; 3], v: f64, window_s: f64, a: f64) -> f64 {
+        let mean = v + 0.5 * a * window_s;
+        (c3 * mean * mean + 3.0 * c2 * a) * mean + c1 * a / window_s - self.j
+    }
+
+    /// The largest acceleration that keeps the jerk at the mean speed `cap`.
+    fn at_cap(&self, [c1, c2, c3]: [f64; 3], cap: f64, window_s: f64) -> f64 {
+        (self.j - c3 * cap * cap * cap).max(0.0) / (3.0 * c2 * cap + c1 / window_s)
+    }
+
     /// The largest acceleration up to `a` that keeps the jerk.
     ///
     /// A window that begins at the speed v and the acceleration a has a mean speed of at most v + a T/2, so that the jerk is
@@ -82,10 +93,7 @@ impl Joint {
     /// then bounded from below by a chord. Its mean speed is at most `cap`, too, which may leave more room.
     fn jerk_room(&self, [c1, c2, c3]: [f64; 3], cap: f64, v: f64, window_s: f64, a: f64) -> f64 {
         let half = 0.5 * window_s;
-        let excess = |a: f64| {
-            let mean = v + a * half;
-            (c3 * mean * mean + 3.0 * c2 * a) * mean + c1 * a / window_s - self.j
-        };
+        let excess = |a: f64| self.excess([c1, c2, c3], v, window_s, a);
         let slope = |a: f64| {
             let mean = v + a * half;
             3.0 * (c3 * mean * mean * half + c2 * (mean + a * half)) + c1 / window_s
@@ -93,7 +101,7 @@ impl Joint {
         if excess(a) <= 0.0 {
             return a;
         }
-        let at_cap = (self.j - c3 * cap * cap * cap).max(0.0) / (3.0 * c2 * cap + c1 / window_s);
+        let at_cap = self.at_cap([c1, c2, c3], cap, window_s);
         let rest = excess(0.0);
         if rest >= 0.0 {
             return at_cap.min(a);
@@ -196,6 +204,16 @@ impl Machine {
             }
         }
         a
+    }
+
+    /// Whether [`Machine::acceleration`] allows so much.
+    pub(crate) fn allows(&self, demand: &Demand, direction: Direction, cap: f64, v: f64, window_s: f64, a: f64) -> bool {
+        self.joints.iter().all(|joint| {
+            let [c1, c2, c3] = [0, 1, 2].map(|order| demand.d[order][joint.index]);
+            let side = |side| joint.excess(side, v, window_s, a) <= 0.0 || a <= joint.at_cap(side, cap, window_s);
+            (c1 == 0.0 || c2 * v * v + c1 * a <= joint.a && c1 * a <= joint.j * window_s)
+                && (c2 == 0.0 && c3 == 0.0 || sides(demand, direction, joint.index).into_iter().all(side))
+        })
     }
 
     /// The best window for a straight stretch from rest to rest: the time-optimal profile with limited jerk.

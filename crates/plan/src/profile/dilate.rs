@@ -28,6 +28,14 @@ impl Cell {
         };
         members[self.first..self.past].iter().fold(NO_LIMIT, bound)
     }
+
+    /// Whether an acceleration is within the bound at a speed.
+    pub(super) fn allows(&self, task: &Task<'_>, members: &[usize], direction: Direction, v: f64, a: f64) -> bool {
+        members[self.first..self.past].iter().all(|&index| {
+            let interval = &task.intervals[index];
+            task.machine.allows(&interval.demand, direction, interval.cap, v, task.window_s, a)
+        })
+    }
 }
 
 /// Boundaries nearer to each other than this part of a reach become one; the cell then takes in the demands of both sides.

@@ -49,15 +49,16 @@ fn step(ground: &Ground<'_>, direction: Direction, cell: &Cell, b: f64, distance
         return Step { distance, a: high };
     }
     let distance = distance.min(SPEED_STEP * top / (2.0 * high).max(f64::MIN_POSITIVE));
-    let exit = |a: f64| cell.acceleration(ground.task, ground.members, direction, (b + 2.0 * a * distance).min(top).sqrt());
+    let exit = |a: f64| (b + 2.0 * a * distance).min(top).sqrt();
+    let allows = |a: f64| cell.allows(ground.task, ground.members, direction, exit(a), a);
     // The bound never rises with the speed: what holds at a higher speed holds at all below.
-    let mut low = exit(high);
+    let mut low = cell.acceleration(ground.task, ground.members, direction, exit(high));
     for halving in 0..MAX_HALVINGS {
         if halving >= HALVINGS && low > 0.0 {
             break;
         }
         let middle = 0.5 * (low + high);
-        if middle <= exit(middle) {
+        if allows(middle) {
             low = middle;
         } else {
             high = middle;
