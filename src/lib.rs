@@ -6,6 +6,20 @@
 //! ```text
 //! gcode -> path -> plan -> kinematics -> axis (one each) -> contour -> report
 //! ```
+//!
+//! ```
+//! use lostmotion::sim::{Machine, ProgramSource, SimulateOptions, Unobserved, simulate};
+//!
+//! let program = ProgramSource::from_bytes("circle.ngc", &b"G21 G0 X25 Y0\nG3 I-25 F2000\nM2\n"[..]);
+//! let machine = Machine::preset("vmc3").ok_or("no such machine")?;
+//! let answer = simulate(&program, &machine, "fixed", &SimulateOptions::default(), &mut Unobserved)?;
+//! println!("largest contour error {:.1} um", answer.result.cutting.max);
+//! for block in &answer.result.worst_blocks {
+//!     println!("line {}: {:+.1} um, {:?}", block.block.span.line, block.max_um, block.cause);
+//! }
+//! assert!(answer.result.cutting.max < answer.tolerance_um);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub use lostmotion_axis as axis;
 pub use lostmotion_base as base;

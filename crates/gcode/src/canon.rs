@@ -1,6 +1,6 @@
 //! Canonical operations as text, in the notation of NIST's report on RS274/NGC that LinuxCNC's stand-alone interpreter prints.
 
-use crate::ops::{ArcFeed, CanonicalOp, PathControl, Plane, Position, TextKind, Units};
+use crate::ops::{ArcFeed, CanonicalOp, OutputValue, PathControl, Plane, Position, TextKind, Units};
 use crate::{Diagnostics, InterpreterConfig, Program};
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufRead};
@@ -67,6 +67,11 @@ impl Display for CanonicalOp {
             O::StraightTraverse(end) => write!(f, "STRAIGHT_TRAVERSE({})", Six(end, ", ")),
             O::StraightFeed(end) => write!(f, "STRAIGHT_FEED({})", Six(end, ", ")),
             O::ArcFeed(feed) => arc(f, feed),
+            O::NurbsFeed(curve) => write!(f, "NURBS_FEED({}, ...)", curve.points.len()),
+            O::StraightProbe(probe) => write!(f, "STRAIGHT_PROBE({})", Six(&probe.end, ", ")),
+            O::RigidTap([x, y, z]) => write!(f, "RIGID_TAP({x:.4}, {y:.4}, {z:.4})"),
+            O::StartSpeedFeedSync(rate) => write!(f, "START_SPEED_FEED_SYNC({rate:.6},0)"),
+            O::StopSpeedFeedSync => f.write_str("STOP_SPEED_FEED_SYNCH()"),
             O::Dwell(seconds) => write!(f, "DWELL({seconds:.4})"),
             O::SelectPlane(Plane::Xy) => f.write_str("SELECT_PLANE(CANON_PLANE_XY)"),
             O::SelectPlane(Plane::Zx) => f.write_str("SELECT_PLANE(CANON_PLANE_XZ)"),
@@ -77,6 +82,15 @@ impl Display for CanonicalOp {
             O::Text { kind, text: content } => text(f, *kind, content),
             _ => state_change(f, self),
         }
+    }
+}
+
+fn output(f: &mut Formatter<'_>, index: u8, value: OutputValue, with_motion: bool) -> fmt::Result {
+    let when = if with_motion { "MOTION" } else { "AUX" };
+    match value {
+        OutputValue::Digital(true) => write!(f, "SET_{when}_OUTPUT_BIT({index})"),
+        OutputValue::Digital(false) => write!(f, "CLEAR_{when}_OUTPUT_BIT({index})"),
+        OutputValue::Analog(value) => write!(f, "SET_{when}_OUTPUT_VALUE({index},{value:.6})"),
     }
 }
 
@@ -93,6 +107,12 @@ fn state_change(f: &mut Formatter<'_>, op: &CanonicalOp) -> fmt::Result {
         O::StartSpindle { spindle, clockwise: true } => write!(f, "START_SPINDLE_CLOCKWISE({spindle})"),
         O::StartSpindle { spindle, clockwise: false } => write!(f, "START_SPINDLE_COUNTERCLOCKWISE({spindle})"),
         O::StopSpindle { spindle } => write!(f, "STOP_SPINDLE_TURNING({spindle})"),
+        O::OrientSpindle { spindle, degrees, way } => write!(f, "ORIENT_SPINDLE({spindle}, {degrees:.4}, {way})"),
+        O::WaitOrient { spindle, seconds } => write!(f, "SPINDLE.{spindle}.WAIT_ORIENT_COMPLETE({seconds:.4})"),
+        O::SetOutput { index, value, with_motion } => output(f, *index, *value, *with_motion),
+        O::ReadInput { index, analog, wait, seconds } => {
+            write!(f, "WAIT_INPUT({}, {index}, {wait:?}, {seconds:.4})", if *analog { "ANALOG" } else { "DIGITAL" })
+        }
         O::Mist(on) => write!(f, "MIST_{}()", if *on { "ON" } else { "OFF" }),
         O::Flood(on) => write!(f, "FLOOD_{}()", if *on { "ON" } else { "OFF" }),
         O::FeedOverride(on) => write!(f, "{}_FEED_OVERRIDE()", switch(*on)),
@@ -111,7 +131,14 @@ fn state_change(f: &mut Formatter<'_>, op: &CanonicalOp) -> fmt::Result {
 /// # Errors
 /// Those of the writer.
 pub fn write<R: BufRead>(source: R, config: InterpreterConfig, out: &mut impl io::Write) -> io::Result<Diagnostics> {
-    let mut program = Program::new(source, config);
+    write_program(Program::new(source, config), out)
+}
+
+/// The same for a program that is set up already, with a loader of subroutines for example.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_program<R: BufRead>(mut program: Program<R>, out: &mut impl io::Write) -> io::Result<Diagnostics> {
     for (index, sourced) in program.by_ref().enumerate() {
         writeln!(out, "{:5} N..... {}", index + 1, sourced.op)?;
     }

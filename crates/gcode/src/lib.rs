@@ -20,6 +20,7 @@ pub mod diagnostics;
 mod exec;
 pub mod interpreter;
 pub mod limits;
+pub mod loader;
 pub mod motion;
 pub mod ops;
 pub mod parameters;
@@ -33,10 +34,14 @@ pub mod tool_table;
 
 pub use config::InterpreterConfig;
 pub use diagnostics::{Diagnostic, Diagnostics, Severity};
-pub use interpreter::{Interpreter, Place, Step};
+pub use interpreter::{CallSite, CallStacks, Interpreter, Place, Step};
 pub use limits::Limits;
+pub use loader::{LoadedFile, SubroutineLoader};
 pub use motion::{Circle, Feed, Motion, MotionFold, MotionItem, PathMode};
-pub use ops::{ArcFeed, CanonicalOp, PathControl, Plane, Position, SourcedOp, TextKind, Units};
+pub use ops::{
+    ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, OutputValue, PathControl, Plane, Position, SourcedOp, StraightProbe, TextKind, Units,
+    WaitFor,
+};
 pub use problem::{Code, Problem};
 pub use program::Program;
 pub use tool_table::{Tool, ToolTable};

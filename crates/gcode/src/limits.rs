@@ -30,6 +30,8 @@ pub struct Limits {
     pub dwell_s: f64,
     /// Moves that one canned cycle block may make.
     pub cycle_moves: u32,
+    /// Control points of one curve.
+    pub curve_points: usize,
     /// Diagnostics kept; the others are only counted.
     pub diagnostics: usize,
     /// Named parameters alive at once.
@@ -51,6 +53,7 @@ impl Default for Limits {
             coordinate: 1e9,
             dwell_s: 1e6,
             cycle_moves: 1_000_000,
+            curve_points: 100_000,
             diagnostics: 100,
             named_parameters: 10_000,
         }

@@ -122,6 +122,8 @@ pub struct MotionFold {
     rate_deg: f64,
     inverse_time: Option<f64>,
     per_revolution: bool,
+    /// Distance per revolution of a move in step with the spindle, mm.
+    pitch_mm: Option<f64>,
     spindle_speed: f64,
     spindle_on: bool,
     control: PathControl,
@@ -140,6 +142,7 @@ impl MotionFold {
             rate_deg: 0.0,
             inverse_time: None,
             per_revolution: false,
+            pitch_mm: None,
             spindle_speed: 0.0,
             spindle_on: false,
             control: PathControl::Continuous { tolerance: 0.0 },
@@ -155,7 +158,7 @@ impl MotionFold {
     /// Takes one operation and gives what it makes the machine do, if anything.
     ///
     /// # Errors
-    /// Feed per revolution without a turning spindle; an arc whose plane the rotation of the coordinate system turns.
+    /// Splines (G5, G5.1, G5.2) and rigid tapping (G33.1), which are not motion yet; feed per revolution without a turning spindle; an arc whose plane the rotation of the coordinate system turns.
     pub fn push(&mut self, sourced: &SourcedOp) -> Result<Option<MotionItem>, Problem> {
         let block = sourced.block;
         Ok(Some(match &sourced.op {
@@ -168,6 +171,14 @@ impl MotionFold {
                 let feed = self.feed(&end, "G1")?;
                 self.advance(end, None, feed, block)
             }
+            // Nothing is touched: the probe goes to where the program takes it to have stopped.
+            CanonicalOp::StraightProbe(probe) => {
+                let end = self.machine(&probe.stop);
+                let feed = self.feed(&end, "G38")?;
+                self.advance(end, None, feed, block)
+            }
+            CanonicalOp::NurbsFeed(_) => return Err(Problem::NoMotionFor { what: "a spline (G5, G5.1, G5.2)" }),
+            CanonicalOp::RigidTap(_) => return Err(Problem::NoMotionFor { what: "rigid tapping (G33.1)" }),
             CanonicalOp::ArcFeed(arc) => {
                 let end = self.machine(&arc.position());
                 let feed = self.arc_feed()?;
@@ -218,6 +229,8 @@ impl MotionFold {
             CanonicalOp::SetFeedRate { rate, inverse_time } => {
                 (self.rate_mm, self.rate_deg, self.inverse_time) = (*rate * self.units.mm(), *rate, *inverse_time);
             }
+            CanonicalOp::StartSpeedFeedSync(pitch) => self.pitch_mm = Some(*pitch * self.units.mm()),
+            CanonicalOp::StopSpeedFeedSync => self.pitch_mm = None,
             CanonicalOp::SetFeedMode { per_revolution } => self.per_revolution = *per_revolution,
             CanonicalOp::SetSpindleSpeed { spindle: 0, speed } => self.spindle_speed = *speed,
             CanonicalOp::StartSpindle { spindle: 0, .. } => self.spindle_on = true,
@@ -255,6 +268,12 @@ impl MotionFold {
     }
 
     fn feed(&self, end: &Coords, code: &'static str) -> Result<Feed, Problem> {
+        if let Some(pitch_mm) = self.pitch_mm {
+            return match self.spindle_on && self.spindle_speed > 0.0 && pitch_mm != 0.0 {
+                true => Ok(Feed::MmPerMin(pitch_mm.abs() * self.spindle_speed)),
+                false => Err(Problem::NoRevolutions { code: "G33" }),
+            };
+        }
         let per_minute = self.per_minute(code)?;
         let moves = |index: usize| end.0[index] != self.at.0[index];
         let linear = (0..9).any(|index| !is_angle(index) && moves(index));

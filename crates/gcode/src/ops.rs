@@ -124,6 +124,65 @@ impl ArcFeed {
     }
 }
 
+/// A control point of a curve, in the plane's first and second axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ControlPoint {
+    /// Where it is.
+    pub at: [f64; 2],
+    /// How strongly it draws the curve.
+    pub weight: f64,
+}
+
+/// A rational B-spline from the first to the last control point, on the clamped uniform knot vector.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NurbsFeed {
+    /// Plane of the curve.
+    pub plane: Plane,
+    /// Degree plus one.
+    pub order: u32,
+    /// At least as many as the order. The first is where the move begins.
+    pub points: Vec<ControlPoint>,
+    /// Where it ends.
+    pub end: Position,
+}
+
+/// Motion at the feed rate until the probe's signal changes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StraightProbe {
+    /// Where it ends if the signal does not change.
+    pub end: Position,
+    /// Where the machine is taken to have stopped.
+    pub stop: Position,
+    /// Away from contact (G38.4, G38.5); otherwise towards it.
+    pub away: bool,
+    /// Whether it is an error if the signal does not change (G38.2, G38.4).
+    pub must: bool,
+}
+
+/// An output of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum OutputValue {
+    /// On or off.
+    Digital(bool),
+    /// A number.
+    Analog(f64),
+}
+
+/// What M66 waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum WaitFor {
+    /// Nothing: the input is read at once.
+    Now,
+    /// The input goes on.
+    Rise,
+    /// The input goes off.
+    Fall,
+    /// The input is on.
+    High,
+    /// The input is off.
+    Low,
+}
+
 /// What becomes of a text in a comment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TextKind {
@@ -172,6 +231,16 @@ pub enum CanonicalOp {
     StraightFeed(Position),
     /// Circular motion at the feed rate.
     ArcFeed(ArcFeed),
+    /// Motion along a curve at the feed rate.
+    NurbsFeed(Box<NurbsFeed>),
+    /// Motion that a probe ends.
+    StraightProbe(Box<StraightProbe>),
+    /// Down to X Y Z in step with the spindle, then back with the spindle reversed.
+    RigidTap([f64; 3]),
+    /// From here the feed follows the spindle: units per revolution.
+    StartSpeedFeedSync(f64),
+    /// The feed is free of the spindle.
+    StopSpeedFeedSync,
     /// A pause, seconds.
     Dwell(f64),
     /// The plane of arcs.
@@ -215,6 +284,42 @@ pub enum CanonicalOp {
     StopSpindle {
         /// Which spindle.
         spindle: u8,
+    },
+    /// Turns a spindle to an angle.
+    OrientSpindle {
+        /// Which spindle.
+        spindle: u8,
+        /// The angle.
+        degrees: f64,
+        /// 0: the shortest way, 1: clockwise, 2: counter-clockwise; in G87, 2 and 3 after M3 and M4.
+        way: u8,
+    },
+    /// Waits until the spindle has been turned to its angle, at most so many seconds.
+    WaitOrient {
+        /// Which spindle.
+        spindle: u8,
+        /// At most this long, s.
+        seconds: f64,
+    },
+    /// Sets an output.
+    SetOutput {
+        /// Which output of its kind.
+        index: u8,
+        /// To what.
+        value: OutputValue,
+        /// With the beginning of the next move (M62, M63, M67); otherwise at once.
+        with_motion: bool,
+    },
+    /// Reads an input, after waiting for it.
+    ReadInput {
+        /// Which input of its kind.
+        index: u8,
+        /// An analogue one.
+        analog: bool,
+        /// What to wait for.
+        wait: WaitFor,
+        /// At most this long, s.
+        seconds: f64,
     },
     /// Mist coolant on or off.
     Mist(bool),

@@ -148,6 +148,28 @@ pub enum Problem {
     DwellTooLong { seconds: f64, limit: f64 },
     #[error("an arc in the {plane} plane while the coordinate system is rotated about Z by {degrees} degrees")]
     RotatedArcPlane { plane: &'static str, degrees: f64 },
+    #[error("{code} while the spindle does not turn")]
+    SpindleStopped { code: Code },
+    #[error("{code} begins where it ends: there is nothing to probe")]
+    ProbeTooShort { code: Code },
+    #[error("{code} {message}")]
+    Curve { code: Code, message: &'static str },
+    #[error("a curve of order {order} needs at least {order} control points; it has {points}")]
+    CurvePoints { points: usize, order: u32 },
+    #[error("a curve of more than {limit} control points")]
+    CurveTooLong { limit: usize },
+    #[error("polar coordinates {message} ({letter})")]
+    Polar { message: &'static str, letter: char },
+    #[error("polar coordinates are for motion, not for {code}")]
+    PolarWithoutMotion { code: Code },
+    #[error("{code}, but M70 or M73 has saved nothing here")]
+    NothingSaved { code: Code },
+    #[error("{what} cannot be turned into motion yet")]
+    NoMotionFor { what: &'static str },
+    #[error("{message}")]
+    Compensation { message: &'static str },
+    #[error("M99 in the main program would start it again; it ends here")]
+    EndlessMain,
     #[error("{message}")]
     Cycle { message: &'static str },
     #[error("the cycle makes more than {limit} moves")]
@@ -159,6 +181,10 @@ pub enum Problem {
     UnclosedSub { name: String },
     #[error("subroutine {name} is not defined")]
     NoSuchSub { name: String },
+    #[error("the file of subroutine {name}: {message}")]
+    SubFile { name: String, message: String },
+    #[error("more than {limit} files of subroutines")]
+    TooManyFiles { limit: usize },
     #[error("calls nested deeper than {limit}")]
     CallsTooDeep { limit: usize },
     #[error("loops and subroutines hold more than {limit} bytes of source")]
@@ -250,11 +276,22 @@ impl Problem {
             P::NegativeDwell { .. } => "negative-dwell",
             P::DwellTooLong { .. } => "dwell-too-long",
             P::RotatedArcPlane { .. } => "rotated-arc-plane",
+            P::SpindleStopped { .. } => "spindle-stopped",
+            P::ProbeTooShort { .. } => "probe-too-short",
+            P::Curve { .. } | P::CurvePoints { .. } => "curve",
+            P::CurveTooLong { .. } => "curve-too-long",
+            P::Polar { .. } | P::PolarWithoutMotion { .. } => "polar",
+            P::NothingSaved { .. } => "nothing-saved",
+            P::NoMotionFor { .. } => "no-motion-for",
+            P::Compensation { .. } => "compensation",
+            P::EndlessMain => "endless-main",
             P::Cycle { .. } => "cycle",
             P::CycleTooLong { .. } => "cycle-too-long",
             P::Flow { .. } => "flow",
             P::UnclosedSub { .. } => "unclosed-sub",
             P::NoSuchSub { .. } => "no-such-sub",
+            P::SubFile { .. } => "sub-file",
+            P::TooManyFiles { .. } => "too-many-files",
             P::CallsTooDeep { .. } => "calls-too-deep",
             P::TooMuchHeld { .. } => "too-much-held",
             P::TooManyBlocks { .. } => "too-many-blocks",
@@ -276,6 +313,7 @@ impl Problem {
             | Problem::NoToolTable { .. }
             | Problem::FeedBeforeUnits { .. }
             | Problem::NegativeDwell { .. }
+            | Problem::EndlessMain
             | Problem::UnclosedSub { .. } => Severity::Warning,
             _ => Severity::Error,
         }
@@ -294,6 +332,7 @@ impl Problem {
             Problem::NoRevolutions { .. } => "start the spindle with M3 or M4 and S, or use G94",
             Problem::AxisWithoutCode => "start the line with G0 or G1",
             Problem::Nul => "the file may be damaged or not a text file",
+            Problem::SpindleStopped { .. } => "start the spindle with M3 or M4",
             Problem::G53Incremental => "put G90 before it",
             Problem::NoProgramEnd => "end the program with M2",
             Problem::NoClosingPercent => "a program that starts with % also ends with %",

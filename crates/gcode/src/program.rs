@@ -3,11 +3,13 @@
 use crate::config::InterpreterConfig;
 use crate::diagnostics::Diagnostics;
 use crate::interpreter::{Interpreter, Place, Step};
+use crate::loader::SubroutineLoader;
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
 use crate::source::{LineKind, Lines};
 use lostmotion_base::span::Span;
 use std::io::BufRead;
+use std::sync::Arc;
 
 /// Canonical operations of a program, read as they are asked for, in memory that does not grow with its length.
 ///
@@ -31,6 +33,13 @@ impl<R: BufRead> Program<R> {
         interpreter.begin(&mut pending);
         pending.reverse();
         Program { lines, interpreter, pending, over: false }
+    }
+
+    /// Takes subroutines that the program does not define from files.
+    #[must_use]
+    pub fn with_loader(mut self, loader: Arc<dyn SubroutineLoader>) -> Program<R> {
+        self.interpreter = self.interpreter.with_loader(loader);
+        self
     }
 
     /// What has been found so far; complete when the iterator has ended.

@@ -1,5 +1,7 @@
 //! What an interpreter remembers from block to block.
 
+pub use crate::exec::compensation::Compensation;
+pub use crate::exec::curves::NurbsDraft;
 use crate::ops::{PathControl, Plane, Position, Units};
 use crate::problem::Code;
 use lostmotion_base::math;
@@ -94,6 +96,16 @@ pub struct State {
     pub feed: f64,
     /// Motion mode; none after G80.
     pub motion: Option<Code>,
+    /// G7: X is a diameter.
+    pub diameter: bool,
+    /// Cutter compensation in force (G41, G42).
+    pub compensation: Option<Box<Compensation>>,
+    /// Cutter compensation has just ended: the next move has to be straight.
+    pub arc_not_allowed: bool,
+    /// Where the last G5 leads on to.
+    pub spline_exit: [f64; 2],
+    /// The NURBS block that has begun (G5.2).
+    pub nurbs: Option<Box<NurbsDraft>>,
     /// Spindle 0.
     pub spindle: Spindle,
     /// Tool that T named.
@@ -147,6 +159,8 @@ pub struct CycleWords {
     pub bottom: Option<f64>,
     /// Dwell.
     pub p: Option<f64>,
+    /// Dwell of the last cycle that had one: tapping takes it.
+    pub last_p: f64,
     /// Peck depth.
     pub q: Option<f64>,
     /// I, J and K.
@@ -164,6 +178,11 @@ impl State {
             feed_mode: FeedMode::PerMinute,
             feed: 0.0,
             motion: None,
+            diameter: false,
+            compensation: None,
+            arc_not_allowed: false,
+            spline_exit: [0.0; 2],
+            nurbs: None,
             spindle: Spindle::default(),
             selected_tool: None,
             loaded_tool: 0,

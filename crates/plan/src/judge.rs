@@ -1,9 +1,11 @@
 //! Whether a corner is passed faster by a blend or by a stop.
 
 use crate::condition::{Judge, Piece, Programmed};
+use crate::corner::usual_overlap_s;
 use crate::demands::demands;
-use crate::machine::{Demand, Machine};
+use crate::machine::{Demand, Direction, Machine, NO_LIMIT};
 use lostmotion_kinematics::Kinematics;
+use lostmotion_path::Curve;
 
 /// Compares times.
 #[derive(Clone, Copy, Debug)]
@@ -14,17 +16,17 @@ pub(crate) struct TimeJudge<'a> {
 
 impl Judge for TimeJudge<'_> {
     /// A stop takes v/A to slow down, the window T, and v/A to speed up. A blend at the speed w takes (v - w)/A twice, T,
-    /// and its own time, but gets on meanwhile.
-    fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed) -> bool {
+    /// and its own time, but gets on meanwhile. A stop may be cut short by an overlap.
+    fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed, tolerance: f64) -> bool {
         let Ok(parts) = demands(blend, self.kinematics) else { return false };
         let mut all = Demand::NONE;
         for (_, demand) in &parts {
             all.join(demand);
         }
         let pace = self.machine.speed_cap(&all);
-        let straight = Demand { d: [all.d[0], [0.0; 9], [0.0; 9]], feed: before.feed.min(next.feed) };
+        let straight = Demand::new([all.d[0], [0.0; 9], [0.0; 9]], before.feed.min(next.feed));
         let window = self.machine.window_s(&all);
-        let acceleration = self.machine.acceleration(&straight, f64::INFINITY, 0.0, window);
+        let acceleration = self.machine.acceleration(&straight, Direction::Faster, f64::INFINITY, 0.0, window, NO_LIMIT);
         let reachable = (acceleration * before.length.min(next.length)).sqrt();
         let speed = self.machine.speed_cap(&straight).min(reachable);
         if pace >= speed {
@@ -34,6 +36,18 @@ impl Judge for TimeJudge<'_> {
         let window = window.min(self.machine.straight_window_s(&straight, before.length.min(next.length)));
         let own = blend.curve.length() / pace;
         let saved = 2.0 * pace / acceleration + pace * (window + own) / speed - pace * pace / (acceleration * speed);
-        saved > own
+        saved > own + self.overlap_s(before, next, tolerance, window)
+    }
+}
+
+impl TimeJudge<'_> {
+    /// About how long the motions before and after a stop overlap, s.
+    fn overlap_s(&self, before: &Programmed, next: &Programmed, tolerance: f64, window_s: f64) -> f64 {
+        match (&before.curve, &next.curve) {
+            (Curve::Line(a), Curve::Line(b)) if self.kinematics.is_affine() => {
+                usual_overlap_s(self.machine, [&a.eval(0.0).d1, &b.eval(0.0).d1], tolerance, window_s)
+            }
+            _ => 0.0,
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::admit::{Position, admit, dwell};
 use crate::condition::{Conditioner, Programmed, Step, Stop};
+use crate::corner::{Leg, overlap_s};
 use crate::judge::TimeJudge;
 use crate::machine::Machine;
 use crate::sampler::Sampler;
@@ -30,6 +31,8 @@ pub struct Planner {
     here: Position,
     segments: u64,
     forced_stops: u64,
+    /// Tolerance of the corner at which the last stretch came to rest, if it may be rounded.
+    corner: Option<f64>,
     finished: bool,
 }
 
@@ -52,6 +55,7 @@ impl Planner {
             machine,
             segments: 0,
             forced_stops: 0,
+            corner: None,
             finished: false,
         })
     }
@@ -68,7 +72,7 @@ impl Planner {
             PlanItem::Move(item) => self.push_move(&item),
             PlanItem::Dwell(item) => {
                 dwell(item.block, item.seconds)?;
-                self.rest(Stop { dwell_s: item.seconds })
+                self.rest(Stop { dwell_s: item.seconds, tolerance: None })
             }
             PlanItem::Halt(_) => self.rest(Stop::default()),
         }
@@ -147,6 +151,7 @@ impl Planner {
                         self.commit(settled);
                     }
                     self.sampler.end_s += stop.dwell_s;
+                    self.corner = stop.tolerance;
                 }
             }
         }
@@ -157,16 +162,28 @@ impl Planner {
     fn commit(&mut self, settled: Settled) {
         let from = settled.nodes.first().map_or(0.0, |node| node.s);
         let open = self.sampler.stretches.back().is_some_and(|stretch| !stretch.complete);
-        if !open {
-            let mut stretch = Stretch::new(self.sampler.end_s, settled.window_s, from);
-            stretch.extend(settled.pieces.into_iter(), &settled.nodes);
-            self.sampler.add(stretch);
-        } else if let Some(stretch) = self.sampler.stretches.back_mut() {
-            stretch.extend(settled.pieces.into_iter(), &settled.nodes);
+        let open = if open { self.sampler.stretches.pop_back() } else { None };
+        let is_new = open.is_none();
+        let mut stretch = open.unwrap_or_else(|| Stretch::new(settled.window_s, from));
+        stretch.extend(settled.pieces.into_iter(), &settled.nodes);
+        stretch.complete = settled.complete;
+        if is_new {
+            let overlap_s = self.overlap_s(&stretch);
+            stretch.start_s = self.sampler.end_s - overlap_s;
+            stretch.corner = stretch.first().filter(|_| overlap_s > 0.0).map(|piece| piece.curve.start());
         }
-        if let Some(stretch) = self.sampler.stretches.back_mut() {
-            stretch.complete = settled.complete;
-            self.sampler.end_s = stretch.rest_s();
+        self.sampler.end_s = stretch.rest_s();
+        self.sampler.add(stretch);
+    }
+
+    /// How long before the end of the stretch before a stretch may set out, s.
+    fn overlap_s(&mut self, stretch: &Stretch) -> f64 {
+        // Program coordinates add up to joints only where the one is the other up to a constant.
+        let Some(tolerance) = self.corner.take().filter(|_| self.kinematics.is_affine()) else { return 0.0 };
+        let before = self.sampler.stretches.back().and_then(Leg::end_of);
+        match (before, Leg::start_of(stretch)) {
+            (Some(before), Some(after)) => overlap_s(&self.machine, &before, &after, tolerance),
+            _ => 0.0,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! From planned stretches to samples at the clock's ticks.
 
 use crate::Sample;
+use crate::condition::size;
 use crate::stretch::Stretch;
 use lostmotion_base::{AXES, Clock, Coords, Jet, Tick};
 use lostmotion_kinematics::Kinematics;
@@ -55,7 +56,7 @@ impl Sampler {
 
     fn is_settled(&self, t: f64) -> bool {
         match self.stretches.back() {
-            Some(last) if !(self.finished && last.complete) => t <= last.start_s + last.profile_s(),
+            Some(last) if !(self.finished && last.complete) => t <= last.known_s(),
             _ if self.finished => t < self.end_s + self.clock.period_s() * (1.0 - 1e-6),
             _ => false,
         }
@@ -65,7 +66,7 @@ impl Sampler {
     pub(crate) fn add(&mut self, stretch: Stretch) {
         if self.tick == 0
             && self.stretches.is_empty()
-            && let Some((piece, local)) = stretch.peek(stretch.from())
+            && let Some((piece, local)) = stretch.peek(stretch.smooth.from)
         {
             let (mark, s) = piece.programmed(local);
             self.rest = Sample { segment: mark.segment, s, block: mark.block, ..self.rest };
@@ -76,28 +77,65 @@ impl Sampler {
     /// Comes to rest at the end of the first stretch.
     fn leave(&mut self) {
         let Some(stretch) = self.stretches.pop_front() else { return };
-        if let Some((piece, local)) = stretch.peek(stretch.to()) {
+        if let Some((piece, local)) = stretch.peek(stretch.smooth.to()) {
             let (mark, s) = piece.programmed(local);
             self.rest_program = piece.curve.point(local);
             self.rest = Sample { segment: mark.segment, s, block: mark.block, tool_mm: piece.tool_mm, ..self.rest };
         }
     }
 
-    /// The sample at a time: that of the first stretch, or rest before it.
+    /// The sample at a time: that of the first stretch, or rest before it; at a rounded corner that of the sum of two.
     fn at(&mut self, t: f64, kinematics: &dyn Kinematics) -> Sample {
         let mut sample = Sample { velocity: Coords::ZERO, acceleration: Coords::ZERO, path_speed: 0.0, ..self.rest };
         let mut program = self.rest_program.0.map(|p| Jet::new(p, 0.0, 0.0, 0.0));
-        if let Some(stretch) = self.stretches.front_mut().filter(|stretch| t > stretch.start_s) {
-            let motion = stretch.advance(t - stretch.start_s);
-            if let Some((piece, local)) = stretch.peek(motion.s) {
-                program = piece.curve.jet(local).map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
-                let (mark, s) = piece.programmed(local);
-                sample = Sample { segment: mark.segment, s, block: mark.block, path_speed: motion.v, tool_mm: piece.tool_mm, ..sample };
+        if let Some(first) = self.stretches.front_mut().and_then(|stretch| follow(stretch, t, &mut sample)) {
+            program = first.program;
+            let second = self.stretches.get_mut(1).filter(|stretch| t > stretch.start_s);
+            if let Some((stretch, corner)) = second.and_then(|stretch| stretch.corner.map(|corner| (stretch, corner))) {
+                let before = sample;
+                if let Some(second) = follow(stretch, t, &mut sample) {
+                    for (joint, (a, b)) in program.iter_mut().zip(second.program).enumerate() {
+                        *a = *a + b - Jet::new(corner.0[joint], 0.0, 0.0, 0.0);
+                    }
+                    // The nearer end of the corner is that of the line on which less is left or gone.
+                    if second.gone <= first.left {
+                        sample = before;
+                    }
+                    sample.path_speed = path_speed(&program);
+                }
             }
         }
         joints(&mut sample, &program, kinematics);
         sample
     }
+}
+
+/// Where a stretch is at a time, program side, with the distance gone and left on it.
+struct Place {
+    program: [Jet; AXES],
+    gone: f64,
+    left: f64,
+}
+
+/// Speed of the tip, mm/s, or where it stands still that of the other axes as the feed rule measures them.
+fn path_speed(program: &[Jet; AXES]) -> f64 {
+    let velocity = Coords(program.map(|jet| jet.0[1]));
+    let tip = velocity.linear_norm();
+    if tip > 0.0 { tip } else { size(&velocity) }
+}
+
+/// Moves along a stretch if it has begun, and says in the sample where that is.
+fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<Place> {
+    if t <= stretch.start_s {
+        return None;
+    }
+    let motion = stretch.advance(t - stretch.start_s);
+    let (piece, local) = stretch.peek(motion.s)?;
+    let (mark, s) = piece.programmed(local);
+    let named = Sample { segment: mark.segment, s, block: mark.block, path_speed: motion.v, tool_mm: piece.tool_mm, ..*sample };
+    *sample = named;
+    let program = piece.curve.jet(local).map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
+    Some(Place { program, gone: motion.s - stretch.smooth.from, left: stretch.smooth.to() - motion.s })
 }
 
 /// Joint position, velocity and acceleration from the program side's, both by time. Poses were checked when the move was

@@ -1,7 +1,7 @@
 //! G codes.
 
 use super::row::{AxisUse, CodeRow, Group, Texts, row};
-use crate::exec::{Exec, arc, cycles, dwell, g10, home, modes, offsets, straight, tool};
+use crate::exec::{Exec, arc, compensation, curves, cycles, dwell, g10, home, modes, offsets, probe, spindle, straight, thread, tool};
 use crate::problem::{Code, Problem};
 
 const NONE: AxisUse = AxisUse::None;
@@ -25,6 +25,12 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(20, Group::Motion, (MAY, "IJKRP"), ["arc or helix, clockwise", "G2 X10 Y0 I5 J0", "g02.ngc"], arc::arc),
     g(30, Group::Motion, (MAY, "IJKRP"), ["arc or helix, counter-clockwise", "G3 X10 Y0 R5", "g03.ngc"], arc::arc),
     g(40, Group::NonModal, (NONE, "P"), ["dwell for P seconds", "G4 P0.5", "g04.ngc"], dwell::dwell),
+    g(50, Group::Motion, (MAY, "IJPQ"), ["cubic spline", "G5 X2 Y2 I0 J3 P0 Q-3", "g05.ngc"], curves::cubic),
+    g(51, Group::Motion, (MAY, "IJ"), ["quadratic spline", "G5.1 X4 I2 J4", "g05_1.ngc"], curves::quadratic),
+    g(52, Group::Motion, (MAY, "PL"), ["control points of a NURBS", "G5.2 X1 Y1 P1 L3", "g05_2.ngc"], curves::nurbs),
+    g(53, Group::Motion, (NONE, ""), ["end of the NURBS, which is then run", "G5.3", "g05_3.ngc"], curves::nurbs_end),
+    g(70, Group::Diameter, (NONE, ""), ["X is a diameter", "G7", "g07.ngc"], modes::diameter),
+    g(80, Group::Diameter, (NONE, ""), ["X is a radius", "G8", "g08.ngc"], modes::diameter),
     g(
         100,
         Group::NonModal,
@@ -41,7 +47,17 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(281, Group::NonModal, (NONE, ""), ["make this place the home of G28", "G28.1", "g28_1.ngc"], home::store),
     g(300, Group::NonModal, (MAY, ""), ["second home by way of a point", "G30 Z10", "g30.ngc"], home::go),
     g(301, Group::NonModal, (NONE, ""), ["make this place the home of G30", "G30.1", "g30_1.ngc"], home::store),
-    g(400, Group::CutterCompensation, (NONE, ""), ["cutter compensation off", "G40", "g40.ngc"], modes::no_compensation),
+    g(330, Group::Motion, (NEEDS, "K"), ["move in step with the spindle", "G33 Z-9 K1.5", "g33.ngc"], spindle::synchronised),
+    g(331, Group::Motion, (NEEDS, "KI"), ["rigid tapping, there and back", "G33.1 Z-9 K1.5", "g33_1.ngc"], spindle::rigid_tap),
+    g(382, Group::Motion, (NEEDS, ""), ["probe until contact, which has to come", "G38.2 Z-9", "g38_2.ngc"], probe::probe),
+    g(383, Group::Motion, (NEEDS, ""), ["probe until contact", "G38.3 Z-9", "g38_3.ngc"], probe::probe),
+    g(384, Group::Motion, (NEEDS, ""), ["probe until contact is lost, which it has to be", "G38.4 Z9", "g38_4.ngc"], probe::probe),
+    g(385, Group::Motion, (NEEDS, ""), ["probe until contact is lost", "G38.5 Z9", "g38_5.ngc"], probe::probe),
+    g(400, Group::CutterCompensation, (NONE, ""), ["cutter compensation off", "G40", "g40.ngc"], compensation::off),
+    g(410, Group::CutterCompensation, (NONE, "D"), ["cutter compensation, tool left of the path", "G41 D3", "g41.ngc"], compensation::on),
+    g(411, Group::CutterCompensation, (NONE, "DL"), ["the same by the diameter", "G41.1 D6", "g41_1.ngc"], compensation::dynamic),
+    g(420, Group::CutterCompensation, (NONE, "D"), ["cutter compensation, tool right of the path", "G42 D3", "g42.ngc"], compensation::on),
+    g(421, Group::CutterCompensation, (NONE, "DL"), ["the same by the diameter", "G42.1 D6", "g42_1.ngc"], compensation::dynamic),
     g(430, Group::ToolLength, (NONE, "H"), ["tool offset from the table", "G43 H3", "g43.ngc"], tool::length),
     g(431, Group::ToolLength, (MAY, ""), ["tool offset from the line", "G43.1 Z12.5", "g43_1.ngc"], tool::dynamic_length),
     g(432, Group::ToolLength, (MAY, "H"), ["one more tool offset on top", "G43.2 H4", "g43_2.ngc"], tool::added_length),
@@ -62,6 +78,13 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(640, Group::PathControl, (NONE, "PQ"), ["rounded corners within P", "G64 P0.05 Q0.01", "g64.ngc"], modes::continuous),
     g(730, Group::Motion, (NEEDS, "RQLP"), ["drill with chip breaking", "G73 X1 Z-9 R1 Q2", "g73.ngc"], cycles::cycle),
     g(740, Group::Motion, (NEEDS, "RLP"), ["tap, left-handed", "G74 X1 Z-9 R1", "g74.ngc"], cycles::cycle),
+    g(
+        760,
+        Group::Motion,
+        (NEEDS, "PIJKRQHEL"),
+        ["thread in several passes", "G76 Z-20 P1.5 I-1 J0.2 K0.9 R2 Q29.5 H1 E1 L2", "g76.ngc"],
+        thread::thread,
+    ),
     g(800, Group::Motion, (NONE, ""), ["end of the motion mode", "G80", "g80.ngc"], modes::no_motion),
     g(810, Group::Motion, (NEEDS, "RLPQ"), ["drill", "G81 X1 Z-9 R1", "g81.ngc"], cycles::cycle),
     g(820, Group::Motion, (NEEDS, "RLPQ"), ["drill with dwell", "G82 X1 Z-9 R1 P0.5", "g82.ngc"], cycles::cycle),
@@ -69,6 +92,7 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(840, Group::Motion, (NEEDS, "RLPQ"), ["tap, right-handed", "G84 X1 Z-9 R1", "g84.ngc"], cycles::cycle),
     g(850, Group::Motion, (NEEDS, "RLPQ"), ["bore, feed out", "G85 X1 Z-9 R1", "g85.ngc"], cycles::cycle),
     g(860, Group::Motion, (NEEDS, "RLPQ"), ["bore, stop, rapid out", "G86 X1 Z-9 R1 P0.5", "g86.ngc"], cycles::cycle),
+    g(870, Group::Motion, (NEEDS, "RLPQIJK"), ["bore from behind", "G87 X1 Z-9 R1 I1 J0 K-7", "g87.ngc"], cycles::cycle),
     g(880, Group::Motion, (NEEDS, "RLPQ"), ["bore, stop, manual out", "G88 X1 Z-9 R1 P0.5", "g88.ngc"], cycles::cycle),
     g(890, Group::Motion, (NEEDS, "RLPQ"), ["bore, dwell, feed out", "G89 X1 Z-9 R1 P0.5", "g89.ngc"], cycles::cycle),
     g(900, Group::Distance, (NONE, ""), ["absolute coordinates", "G90", "g90.ngc"], modes::distance),
@@ -82,6 +106,8 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(930, Group::FeedMode, (NONE, ""), ["F in moves per minute", "G93", "g93.ngc"], modes::feed_mode),
     g(940, Group::FeedMode, (NONE, ""), ["F in units per minute", "G94", "g94.ngc"], modes::feed_mode),
     g(950, Group::FeedMode, (NONE, ""), ["F in units per revolution", "G95", "g95.ngc"], modes::feed_mode),
+    g(960, Group::SpindleMode, (NONE, "D"), ["constant surface speed", "G96 S100 D2500", "g96.ngc"], spindle::surface_speed),
+    g(970, Group::SpindleMode, (NONE, ""), ["S in rev/min", "G97 S500", "g97.ngc"], spindle::constant_speed),
     g(980, Group::Retract, (NONE, ""), ["cycles end where they began", "G98", "g98.ngc"], cycles::retract),
     g(990, Group::Retract, (NONE, ""), ["cycles end at R", "G99", "g99.ngc"], cycles::retract),
 ];

@@ -27,7 +27,14 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let center = exec.center(from, to, clockwise)?;
     let turns = if clockwise { -turns } else { turns };
     exec.inverse_time(length(from, to, center, turns, end[normal] - start[normal]));
-    exec.emit(CanonicalOp::ArcFeed(arc_feed(plane, &end, center, turns)));
+    let feed = arc_feed(plane, &end, center, turns);
+    if exec.state.arc_not_allowed {
+        return Err(Problem::Compensation { message: "the first move after cutter compensation has to be straight" });
+    }
+    if exec.state.compensation.as_ref().is_some_and(|compensation| compensation.acts()) {
+        return exec.compensated_arc(&start, feed);
+    }
+    exec.emit(CanonicalOp::ArcFeed(feed));
     Ok(())
 }
 

@@ -7,7 +7,7 @@ use crate::syntax::evaluate::whole;
 
 impl Exec<'_> {
     /// The spindle that `$` names; -1 means all, of which there is one.
-    fn spindle_number(&self, code: Code) -> Result<u8, Problem> {
+    pub(crate) fn spindle_number(&self, code: Code) -> Result<u8, Problem> {
         let Some(value) = self.word(b'$') else { return Ok(0) };
         match whole(value).filter(|number| (-1.0..8.0).contains(number)) {
             Some(number) => Ok(number.max(0.0) as u8),

@@ -26,7 +26,7 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
         }
     }
     if let Some(row) = words.motion {
-        taken |= row.takes | AXIS_BITS;
+        taken |= row.takes | AXIS_BITS | POLAR;
     }
     let unused = words.mask & !taken;
     if unused == 0 {
@@ -34,18 +34,18 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
     }
     let letter = (b'@'..=b'^').chain([b'$']).find(|&letter| unused & bit(letter) != 0).unwrap_or(b'?');
     let value = words.get(letter).unwrap_or_default();
-    if unused & POLAR != 0 {
-        return Err((Problem::Unsupported { what: "polar coordinates (@ and ^)".to_owned() }, Some(words.text(letter))));
-    }
     let letter_char = char::from(letter);
     Err((Problem::UnusedWord { letter: letter_char, value, users: users(letter_char) }, Some(words.text(letter))))
 }
 
 fn find_motion(words: &mut Words, state: &State) -> Result<(), Placed> {
-    let has_axes = words.mask & AXIS_BITS != 0;
+    let has_axes = words.mask & (AXIS_BITS | POLAR) != 0;
     let explicit = words.codes().iter().find(|used| used.row.group == Group::Motion).copied();
     let other = words.codes().iter().find(|used| used.row.group != Group::Motion && used.row.axes != AxisUse::None).copied();
     if let Some(other) = other {
+        if words.mask & POLAR != 0 {
+            return Err((Problem::PolarWithoutMotion { code: other.row.code }, Some(other.text)));
+        }
         check_user(other, has_axes)?;
     }
     match (explicit, other) {
@@ -79,11 +79,12 @@ fn modal_motion(words: &Words, state: &State, has_axes: bool) -> Result<Option<&
     let modal = state.motion.and_then(find);
     let is_arc = matches!(state.motion, Some(Code { letter: 'G', tenths: 20 | 30 }));
     if has_axes {
-        let axis = super::words::AXIS_LETTERS.into_iter().find(|&letter| words.has(letter));
+        let axis = super::words::AXIS_LETTERS.into_iter().chain(*b"@^").find(|&letter| words.has(letter));
         return match modal {
-            Some(row) => Ok(Some(row)),
-            None if state.motion_unknown => Ok(None),
-            None => Err((Problem::AxisWithoutCode, axis.map(|letter| words.text(letter)))),
+            // Splines have to be named on each line.
+            Some(row) if !matches!(row.code.tenths, 50 | 51) => Ok(Some(row)),
+            _ if state.motion_unknown => Ok(None),
+            _ => Err((Problem::AxisWithoutCode, axis.map(|letter| words.text(letter)))),
         };
     }
     Ok(if is_arc && words.mask & ARC_OFFSETS != 0 { modal } else { None })

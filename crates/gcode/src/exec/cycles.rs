@@ -2,7 +2,7 @@
 
 use super::Exec;
 use super::holes::Hole;
-use crate::ops::{CanonicalOp, PathControl, Plane, Position};
+use crate::ops::{CanonicalOp, PathControl, Position};
 use crate::problem::{Code, Problem};
 use crate::state::{CycleWords, FeedMode};
 use crate::syntax::evaluate::whole;
@@ -15,11 +15,9 @@ pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     if exec.state.motion != Some(code) {
         // Words stick only within the same cycle, the level where cycles began until another motion.
         let in_cycle = exec.state.motion.is_some_and(|mode| matches!(mode.tenths, 730 | 740 | 810..=890));
-        exec.state.cycle = CycleWords { level: exec.state.cycle.level.filter(|_| in_cycle), ..CycleWords::default() };
+        exec.state.cycle =
+            CycleWords { level: exec.state.cycle.level.filter(|_| in_cycle), last_p: exec.state.cycle.last_p, ..CycleWords::default() };
         exec.state.motion = Some(code);
-    }
-    if matches!(code.tenths, 740 | 840) && exec.state.plane != Plane::Xy {
-        return Err(Problem::Unsupported { what: "tapping outside the XY plane (G17)".to_owned() });
     }
     exec.check_feed(code)?;
     if exec.state.feed_mode == FeedMode::InverseTime {
@@ -53,6 +51,7 @@ impl Exec<'_> {
             r: self.word(b'R').or(kept.r),
             bottom: self.axis_word(normal).or(kept.bottom),
             p: self.word(b'P').or(kept.p),
+            last_p: self.word(b'P').unwrap_or(kept.last_p),
             q: self.word(b'Q').or(kept.q),
             ijk: std::array::from_fn(|index| self.word(b"IJK"[index]).or(kept.ijk[index])),
         };
@@ -72,7 +71,8 @@ impl Exec<'_> {
             return Err(Problem::Cycle { message: "R is below the bottom of the hole" });
         }
         let clear = if self.state.retract_to_start { began.max(r) } else { r };
-        let hole = Hole { code, normal, r, bottom, clear, p: words.p, q: words.q };
+        let hole =
+            Hole { code, plane: self.state.plane, normal, r, bottom, clear, p: words.p, last_p: words.last_p, q: words.q, ijk: words.ijk };
         self.check_moves(&hole, repeats)?;
         let target = self.target()?;
         if began.min(start[normal]) < r {
@@ -82,8 +82,15 @@ impl Exec<'_> {
         if saved != PathControl::ExactPath {
             self.emit(CanonicalOp::SetMotionControlMode(PathControl::ExactPath));
         }
+        let incremental_polar = !self.state.absolute && (self.words.has(b'@') || self.words.has(b'^'));
         for round in 1..=repeats {
             let ahead = if self.state.absolute { 1.0 } else { f64::from(round) };
+            if incremental_polar {
+                // An angle leads on from where the last hole was.
+                let place = self.target()?;
+                self.hole(&hole, &place)?;
+                continue;
+            }
             self.hole(&hole, &std::array::from_fn(|axis| start[axis] + ahead * (target[axis] - start[axis])))?;
         }
         if saved != PathControl::ExactPath {

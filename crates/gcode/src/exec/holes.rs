@@ -1,7 +1,7 @@
 //! What canned cycles do at a hole.
 
 use super::Exec;
-use crate::ops::{CanonicalOp, Units};
+use crate::ops::{CanonicalOp, Plane, Position, Units};
 use crate::problem::{Code, Problem};
 
 /// How far above the last depth a peck's rapid move stops (LinuxCNC: 0.010 in, 0.254 mm).
@@ -11,6 +11,7 @@ const PECK_CLEARANCE_MM: f64 = 0.254;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hole {
     pub(crate) code: Code,
+    pub(crate) plane: Plane,
     /// Index of the axis that is drilled along.
     pub(crate) normal: usize,
     /// Where feed begins.
@@ -20,6 +21,10 @@ pub(crate) struct Hole {
     pub(crate) clear: f64,
     /// Dwell, s.
     pub(crate) p: Option<f64>,
+    /// Dwell of the last cycle that had one, s.
+    pub(crate) last_p: f64,
+    /// I, J and K.
+    pub(crate) ijk: [Option<f64>; 3],
     /// Depth of a peck.
     pub(crate) q: Option<f64>,
 }
@@ -36,16 +41,20 @@ impl Exec<'_> {
                 self.level(hole, hole.clear, false);
                 Ok(())
             }
-            850 | 890 => {
+            850 => {
                 self.level(hole, hole.bottom, true);
-                if hole.code.tenths == 890 {
-                    self.hole_dwell(hole)?;
-                }
                 self.level(hole, hole.r, true);
                 self.level(hole, hole.clear, false);
                 Ok(())
             }
+            890 => {
+                self.level(hole, hole.bottom, true);
+                self.hole_dwell(hole)?;
+                self.level(hole, hole.clear, true);
+                Ok(())
+            }
             860 | 880 => self.bore(hole),
+            870 => self.back_bore(hole),
             _ => {
                 self.level(hole, hole.bottom, true);
                 self.level(hole, hole.clear, false);
@@ -104,13 +113,69 @@ impl Exec<'_> {
         let (feed, speed) = (self.state.feed_override, self.state.speed_override);
         self.emit(CanonicalOp::FeedOverride(false));
         self.emit(CanonicalOp::SpeedOverride(false));
-        self.level(hole, hole.bottom, true);
+        self.tap_level(hole, hole.bottom);
         self.turn(!clockwise);
-        self.pause(hole.p.unwrap_or(0.0))?;
-        self.level(hole, hole.clear, true);
+        self.pause(hole.last_p)?;
+        self.tap_level(hole, hole.clear);
         self.turn(clockwise);
         self.emit(CanonicalOp::FeedOverride(feed));
         self.emit(CanonicalOp::SpeedOverride(speed));
+        Ok(())
+    }
+
+    /// A tapping move along the hole's axis.
+    fn tap_level(&mut self, hole: &Hole, level: f64) {
+        let mut end = self.state.current;
+        end[hole.normal] = level;
+        let asked = end;
+        if self.config.rs274_tapping && hole.plane != Plane::Xy {
+            // As recorded: the stand-alone interpreter takes the plane's axes one too far.
+            let [first, second, normal] = hole.plane.axes();
+            (end[0], end[1], end[2]) = if hole.plane == Plane::Zx {
+                (asked[normal], asked[first], asked[second])
+            } else {
+                (asked[second], asked[normal], asked[first])
+            };
+        }
+        self.move_to(end, true);
+        self.state.current = asked;
+    }
+
+    /// G87 lowers the tool beside the hole's centre line with the spindle held, bores upwards to the middle level, and
+    /// comes out the same way.
+    fn back_bore(&mut self, hole: &Hole) -> Result<(), Problem> {
+        let Some(clockwise) = self.state.spindle.clockwise else {
+            return Err(Problem::Cycle { message: "the cycle needs the spindle to turn" });
+        };
+        let [first, second, normal] = hole.plane.axes();
+        let offset = |axis: usize| hole.ijk[axis].ok_or(Problem::WordMissing { code: hole.code, what: "I, J and K" });
+        let (along_first, along_second, middle) = (offset(first)?, offset(second)?, offset(normal)?);
+        let middle = if self.state.absolute { middle } else { middle + hole.bottom };
+        let center = self.state.current;
+        let mut beside = center;
+        beside[first] += along_first;
+        beside[second] += along_second;
+        let at = |place: &Position, level: f64| {
+            let mut end = *place;
+            end[normal] = level;
+            end
+        };
+        let orient = CanonicalOp::OrientSpindle { spindle: 0, degrees: 0.0, way: if clockwise { 2 } else { 3 } };
+        let start = CanonicalOp::StartSpindle { spindle: 0, clockwise };
+        self.move_to(beside, false);
+        self.emit(CanonicalOp::StopSpindle { spindle: 0 });
+        self.emit(orient.clone());
+        self.move_to(at(&beside, hole.bottom), false);
+        self.move_to(at(&center, hole.bottom), false);
+        self.emit(start.clone());
+        self.move_to(at(&center, middle), true);
+        self.move_to(at(&center, hole.bottom), true);
+        self.emit(CanonicalOp::StopSpindle { spindle: 0 });
+        self.emit(orient);
+        self.move_to(at(&beside, hole.bottom), false);
+        self.move_to(at(&beside, hole.clear), false);
+        self.move_to(at(&center, hole.clear), false);
+        self.emit(start);
         Ok(())
     }
 
@@ -124,6 +189,8 @@ impl Exec<'_> {
         self.emit(CanonicalOp::StopSpindle { spindle: 0 });
         if hole.code.tenths == 880 {
             self.emit(CanonicalOp::ProgramStop);
+            // By hand.
+            self.state.current[hole.normal] = hole.clear;
         } else {
             self.level(hole, hole.clear, false);
         }

@@ -5,6 +5,9 @@ pub(crate) mod arc_geometry;
 pub(crate) mod auxiliary;
 pub(crate) mod check;
 pub(crate) mod comments;
+pub(crate) mod compensation;
+pub(crate) mod context;
+pub(crate) mod curves;
 pub(crate) mod cycles;
 pub(crate) mod dwell;
 pub(crate) mod g10;
@@ -12,9 +15,14 @@ pub(crate) mod holes;
 pub(crate) mod home;
 pub(crate) mod modes;
 pub(crate) mod offsets;
+pub(crate) mod outputs;
+pub(crate) mod polar;
+pub(crate) mod probe;
 pub(crate) mod run;
+pub(crate) mod spindle;
 pub(crate) mod stop;
 pub(crate) mod straight;
+pub(crate) mod thread;
 pub(crate) mod tool;
 pub(crate) mod words;
 
@@ -44,6 +52,8 @@ pub struct Exec<'a> {
     pub(crate) config: &'a InterpreterConfig,
     pub(crate) tools: &'a mut Option<ToolTable>,
     pub(crate) jump: &'a mut Option<Jump>,
+    /// What M70 and M73 have saved, the last one at this level of calls.
+    pub(crate) saved: &'a mut Vec<context::Saved>,
     pub(crate) words: &'a Words,
     pub(crate) block: BlockRef,
     pub(crate) out: &'a mut Vec<SourcedOp>,
@@ -52,6 +62,9 @@ pub struct Exec<'a> {
 
 impl Exec<'_> {
     pub(crate) fn emit(&mut self, op: CanonicalOp) {
+        if self.state.compensation.is_some() {
+            return self.hold(op);
+        }
         self.out.push(SourcedOp { op, block: self.block });
     }
 
@@ -62,7 +75,9 @@ impl Exec<'_> {
 
     /// The value of the word of an axis index.
     pub(crate) fn axis_word(&self, axis: usize) -> Option<f64> {
-        self.words.get(words::AXIS_LETTERS[axis])
+        let value = self.words.get(words::AXIS_LETTERS[axis]);
+        // X is a diameter in G7.
+        if axis == 0 && self.state.diameter { value.map(|x| 0.5 * x) } else { value }
     }
 
     /// A position with the axes that the block names.

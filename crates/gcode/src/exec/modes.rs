@@ -12,6 +12,9 @@ pub(crate) fn plane(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         190 => Plane::Yz,
         _ => Plane::Xy,
     };
+    if plane != exec.state.plane && exec.state.compensation.is_some() {
+        return Err(Problem::Compensation { message: "the plane cannot change under cutter compensation" });
+    }
     exec.state.plane = plane;
     exec.emit(CanonicalOp::SelectPlane(plane));
     Ok(())
@@ -23,15 +26,20 @@ pub(crate) fn units(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.emit(CanonicalOp::UseLengthUnits(units));
     let state = &mut *exec.state;
     if units != state.units {
-        let from = state.units;
+        if state.compensation.is_some() {
+            return Err(Problem::Compensation { message: "the units cannot change under cutter compensation" });
+        }
         if exec.words.has(b'F') && state.feed_mode != FeedMode::InverseTime {
-            exec.warnings.push(Problem::FeedBeforeUnits { code, unit: from.name() });
+            exec.warnings.push(Problem::FeedBeforeUnits { code, unit: state.units.name() });
         }
-        for position in [&mut state.current, &mut state.offsets.g5x, &mut state.offsets.g92, &mut state.offsets.tool] {
-            *position = convert(position, from, units);
-        }
-        state.units = units;
+        exec.change_units(units);
     }
+    Ok(())
+}
+
+/// G7 and G8.
+pub(crate) fn diameter(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    exec.state.diameter = code.tenths == 70;
     Ok(())
 }
 
@@ -54,16 +62,7 @@ pub(crate) fn feed_mode(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> 
         950 => FeedMode::PerRevolution,
         _ => FeedMode::PerMinute,
     };
-    exec.state.feed_mode = mode;
-    exec.emit(CanonicalOp::SetFeedMode { per_revolution: mode == FeedMode::PerRevolution });
-    if mode != FeedMode::InverseTime {
-        exec.set_feed(0.0, None);
-    }
-    Ok(())
-}
-
-/// G40: there is no compensation to end.
-pub(crate) fn no_compensation(_: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    exec.set_feed_mode(mode);
     Ok(())
 }
 
@@ -101,6 +100,25 @@ pub(crate) fn continuous(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem>
 }
 
 impl Exec<'_> {
+    /// Puts what has lengths into other units; the machine stays where it is.
+    pub(crate) fn change_units(&mut self, units: Units) {
+        let state = &mut *self.state;
+        let from = state.units;
+        for position in [&mut state.current, &mut state.offsets.g5x, &mut state.offsets.g92, &mut state.offsets.tool] {
+            *position = convert(position, from, units);
+        }
+        state.units = units;
+    }
+
+    /// Puts a feed mode into force.
+    pub(crate) fn set_feed_mode(&mut self, mode: FeedMode) {
+        self.state.feed_mode = mode;
+        self.emit(CanonicalOp::SetFeedMode { per_revolution: mode == FeedMode::PerRevolution });
+        if mode != FeedMode::InverseTime {
+            self.set_feed(0.0, None);
+        }
+    }
+
     pub(crate) fn set_path_control(&mut self, control: PathControl) {
         self.state.path_control = control;
         self.emit(CanonicalOp::SetMotionControlMode(control));

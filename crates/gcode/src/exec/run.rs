@@ -1,8 +1,8 @@
 //! The order of a block: by phase, whatever the order on the line.
 
 use super::Exec;
-use crate::codes::Group;
 use crate::codes::row::{PHASE_F, PHASE_MOTION, PHASE_S, PHASE_T};
+use crate::codes::{CodeRow, Group};
 use crate::ops::CanonicalOp;
 use crate::problem::Problem;
 use crate::state::FeedMode;
@@ -25,7 +25,7 @@ impl Exec<'_> {
                 moved = true;
                 self.state.motion_unknown = false;
             }
-            (used.row.action)(self, used.row.code).map_err(|problem| (problem, Some(used.text)))?;
+            self.act(used.row).map_err(|problem| (problem, Some(used.text)))?;
         }
         self.words_before(&mut next, u8::MAX)?;
         if !moved {
@@ -34,10 +34,17 @@ impl Exec<'_> {
         Ok(())
     }
 
+    fn act(&mut self, row: &'static CodeRow) -> Result<(), Problem> {
+        if self.state.compensation.is_some() {
+            self.under_compensation(row.code)?;
+        }
+        (row.action)(self, row.code)
+    }
+
     /// The motion that a mode of an earlier block makes.
     fn modal_motion(&mut self) -> Result<(), (Problem, Option<Text>)> {
         match self.words.motion {
-            Some(row) => (row.action)(self, row.code).map_err(|problem| (problem, None)),
+            Some(row) => self.act(row).map_err(|problem| (problem, None)),
             None => Ok(()),
         }
     }

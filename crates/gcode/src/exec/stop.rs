@@ -44,33 +44,42 @@ pub(crate) fn back(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 
 /// M2 and M30: G54, G17, G90, G94, M48, M5, M9; the units stay.
 pub(crate) fn end(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
-    exec.load_system(1);
-    exec.emit(CanonicalOp::SetXyRotation(exec.state.offsets.rotation_deg));
-    if exec.state.plane != Plane::Xy {
-        exec.state.plane = Plane::Xy;
-        exec.emit(CanonicalOp::SelectPlane(Plane::Xy));
-    }
-    exec.state.absolute = true;
-    exec.state.feed_mode = FeedMode::PerMinute;
-    exec.emit(CanonicalOp::SetFeedMode { per_revolution: false });
-    exec.set_feed(0.0, None);
-    for (allowed, op) in
-        [(exec.state.feed_override, CanonicalOp::FeedOverride(true)), (exec.state.speed_override, CanonicalOp::SpeedOverride(true))]
-    {
-        if !allowed {
-            exec.emit(op);
+    exec.end_program()
+}
+
+impl Exec<'_> {
+    pub(crate) fn end_program(&mut self) -> Result<(), Problem> {
+        self.end_compensation()?;
+        self.state.arc_not_allowed = false;
+        self.state.nurbs = None;
+        self.load_system(1);
+        self.emit(CanonicalOp::SetXyRotation(self.state.offsets.rotation_deg));
+        if self.state.plane != Plane::Xy {
+            self.state.plane = Plane::Xy;
+            self.emit(CanonicalOp::SelectPlane(Plane::Xy));
         }
+        self.state.absolute = true;
+        self.state.feed_mode = FeedMode::PerMinute;
+        self.emit(CanonicalOp::SetFeedMode { per_revolution: false });
+        self.set_feed(0.0, None);
+        for (allowed, op) in
+            [(self.state.feed_override, CanonicalOp::FeedOverride(true)), (self.state.speed_override, CanonicalOp::SpeedOverride(true))]
+        {
+            if !allowed {
+                self.emit(op);
+            }
+        }
+        (self.state.feed_override, self.state.speed_override) = (true, true);
+        self.state.spindle.clockwise = None;
+        self.state.spindle.surface_limit = None;
+        self.emit(CanonicalOp::StopSpindle { spindle: 0 });
+        self.emit(CanonicalOp::SetSpindleMode { spindle: 0, highest: 0.0 });
+        if self.state.mist || self.state.flood {
+            self.coolant_off();
+        }
+        self.state.motion = crate::codes::rows().find(|row| row.group == Group::Motion && row.code.tenths == 10).map(|row| row.code);
+        self.state.ended = true;
+        self.emit(CanonicalOp::ProgramEnd);
+        Ok(())
     }
-    (exec.state.feed_override, exec.state.speed_override) = (true, true);
-    exec.state.spindle.clockwise = None;
-    exec.state.spindle.surface_limit = None;
-    exec.emit(CanonicalOp::StopSpindle { spindle: 0 });
-    exec.emit(CanonicalOp::SetSpindleMode { spindle: 0, highest: 0.0 });
-    if exec.state.mist || exec.state.flood {
-        exec.coolant_off();
-    }
-    exec.state.motion = crate::codes::rows().find(|row| row.group == Group::Motion && row.code.tenths == 10).map(|row| row.code);
-    exec.state.ended = true;
-    exec.emit(CanonicalOp::ProgramEnd);
-    Ok(())
 }

@@ -12,9 +12,9 @@ const LEAST_RATE: f64 = 0.1;
 pub(crate) fn traverse(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.state.motion = Some(code);
     let end = exec.target()?;
-    exec.emit(CanonicalOp::StraightTraverse(end));
+    let start = exec.state.current;
     exec.state.current = end;
-    Ok(())
+    exec.straight(&start, end, false)
 }
 
 /// G1.
@@ -25,8 +25,7 @@ pub(crate) fn feed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.state.current = end;
     exec.check_feed(code)?;
     exec.inverse_time(straight_length(&start, &end));
-    exec.emit(CanonicalOp::StraightFeed(end));
-    Ok(())
+    exec.straight(&start, end, true)
 }
 
 /// G53: the motion itself asks for it; alone it means nothing.
@@ -55,11 +54,22 @@ impl Exec<'_> {
                 *coordinate = if absolute { value } else { *coordinate + value };
             }
         }
+        self.polar(&mut end)?;
         if in_machine {
             end = self.state.offsets.to_program(&end);
         }
         self.check_target(&end)?;
         Ok(end)
+    }
+
+    /// A straight move, compensated for the cutter if that is on.
+    fn straight(&mut self, start: &Position, end: Position, feed: bool) -> Result<(), Problem> {
+        self.state.arc_not_allowed = false;
+        if self.state.compensation.as_ref().is_some_and(|compensation| compensation.acts()) {
+            return self.compensated_line(start, end, feed);
+        }
+        self.emit(if feed { CanonicalOp::StraightFeed(end) } else { CanonicalOp::StraightTraverse(end) });
+        Ok(())
     }
 
     /// Refuses motion at a feed that is not known.

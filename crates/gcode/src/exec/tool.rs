@@ -16,7 +16,7 @@ impl Exec<'_> {
     }
 
     /// Refuses tools that the table does not have; 0 is no tool.
-    fn check_tool(&mut self, tool: i32) -> Result<(), Problem> {
+    pub(crate) fn check_tool(&mut self, tool: i32) -> Result<(), Problem> {
         match &*self.tools {
             Some(table) if tool != 0 && table.get(tool).is_none() => Err(Problem::NoSuchTool { tool: i64::from(tool) }),
             _ => Ok(()),
@@ -33,7 +33,7 @@ impl Exec<'_> {
         Ok(entry.map_or([0.0; 9], |tool| convert(&tool.offset, self.config.machine_units, self.state.units)))
     }
 
-    fn apply_tool_offset(&mut self, offset: Position) -> Result<(), Problem> {
+    pub(crate) fn apply_tool_offset(&mut self, offset: Position) -> Result<(), Problem> {
         self.check_target(&offset)?;
         self.state.rebase(|offsets| offsets.tool = offset);
         self.emit(CanonicalOp::UseToolLengthOffset(offset));

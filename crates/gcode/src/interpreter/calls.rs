@@ -5,6 +5,8 @@ use super::control::flow_error;
 use super::flow::{Frame, Record, Seek};
 use super::tape::Tape;
 use crate::exec::Jump;
+use crate::exec::context::Saved;
+use crate::ops::SourcedOp;
 use crate::problem::{Code, Problem};
 use crate::syntax::Keyword;
 use crate::syntax::evaluate::whole;
@@ -71,7 +73,17 @@ impl Interpreter {
             return Ok(());
         }
         let locals = arguments.map(|arguments| Box::new(self.parameters.enter(arguments)));
-        let frame = Frame { name, body, return_to: self.flow.at, opens: self.flow.opens.len(), locals, rounds: rounds - 1 };
+        let frame = Frame {
+            name,
+            body,
+            return_to: self.flow.at,
+            opens: self.flow.opens.len(),
+            locals,
+            caller: self.stack_index,
+            rounds: rounds - 1,
+        };
+        self.stack_index = self.stacks.enter(&frame.name, self.span, self.stack_index);
+        self.saved.push(Saved::default());
         self.flow.frames.push(frame);
         self.flow.at = 0;
         Ok(())
@@ -85,11 +97,12 @@ impl Interpreter {
     }
 
     /// Carries out what M98 or M99 asked for.
-    pub(crate) fn jump(&mut self) -> Result<(), Problem> {
+    pub(crate) fn jump(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
         match self.jump.take() {
             Some(Jump::Call { name, rounds }) => self.call(name, None, rounds),
             Some(Jump::Return) if self.flow.frames.is_empty() => {
-                Err(flow_error("M99 in the main program, which would run for ever: no subroutine is running"))
+                self.report(Problem::EndlessMain);
+                self.exec(out).end_program()
             }
             Some(Jump::Return) => {
                 self.leave();
@@ -103,6 +116,10 @@ impl Interpreter {
     pub(crate) fn look_for(&mut self, name: String) -> Result<(), Problem> {
         if self.missing_sub.as_ref() == Some(&name) {
             self.missing_sub = None;
+            if self.load_sub(&name)? {
+                self.flow.at -= 1;
+                return Ok(());
+            }
             return Err(Problem::NoSuchSub { name });
         }
         self.flow.at -= 1;
@@ -123,6 +140,8 @@ impl Interpreter {
                     self.parameters.leave(locals);
                 }
                 self.flow.at = frame.return_to;
+                self.stack_index = frame.caller;
+                self.leave_level();
             }
             self.flow.opens.truncate(base);
         }

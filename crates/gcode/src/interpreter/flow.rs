@@ -56,6 +56,8 @@ pub(crate) struct Frame {
     pub(crate) opens: usize,
     /// The caller's #1 to #30; none if the subroutine shares them (M98).
     pub(crate) locals: Option<Box<[f64; LOCALS]>>,
+    /// Index of the caller's own call.
+    pub(crate) caller: u32,
     /// Further rounds of the call (L of M98).
     pub(crate) rounds: u64,
 }

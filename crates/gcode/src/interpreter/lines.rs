@@ -20,13 +20,21 @@ impl Interpreter {
             return Step::Ended;
         }
         if !self.fetch() {
-            return if self.at_end { self.finish() } else { Step::NeedsLine };
+            return if self.at_end { self.finish(out) } else { Step::NeedsLine };
         }
         let before = out.len();
         self.executed += 1;
         if let Err((problem, text)) = self.line_step(out) {
             self.place_and_report(problem, text);
             self.salvage();
+        }
+        if self.returning.is_some()
+            && let Err(problem) = self.restore_left(out)
+        {
+            self.report(problem);
+        }
+        if self.state.ended {
+            self.let_go(out);
         }
         self.watch(out.get(before..).unwrap_or_default());
         if self.state.ended { Step::Ended } else { Step::Ran }
@@ -55,7 +63,15 @@ impl Interpreter {
             use CanonicalOp as O;
             matches!(
                 sourced.op,
-                O::StraightTraverse(_) | O::StraightFeed(_) | O::ArcFeed(_) | O::Dwell(_) | O::ProgramStop | O::OptionalProgramStop
+                O::StraightTraverse(_)
+                    | O::StraightFeed(_)
+                    | O::ArcFeed(_)
+                    | O::NurbsFeed(_)
+                    | O::StraightProbe(_)
+                    | O::RigidTap(_)
+                    | O::Dwell(_)
+                    | O::ProgramStop
+                    | O::OptionalProgramStop
             )
         };
         self.looped += 1;
@@ -196,17 +212,25 @@ impl Interpreter {
     }
 
     /// The source is at its end: what is still open, and whether the program ended.
-    fn finish(&mut self) -> Step {
+    fn finish(&mut self, out: &mut Vec<SourcedOp>) -> Step {
         if let Some(seek) = self.flow.seek.take() {
             self.flow.record = None;
             self.missing_sub = Some(seek.name);
             return Step::Ran;
         }
         self.check_open();
+        self.let_go(out);
         self.span = Span { column: 1, len: 0, ..self.span };
         self.report(if self.percent == Percent::Open { Problem::NoClosingPercent } else { Problem::NoProgramEnd });
         self.state.ended = true;
         Step::Ended
+    }
+
+    /// Moves that cutter compensation still holds go out as they are.
+    fn let_go(&mut self, out: &mut Vec<SourcedOp>) {
+        if let Err(problem) = self.exec(out).end_compensation() {
+            self.report(problem);
+        }
     }
 
     /// Reports structures that are not closed.

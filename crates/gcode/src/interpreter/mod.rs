@@ -4,18 +4,24 @@
 //! body of a subroutine.
 
 mod calls;
+mod context;
 mod control;
+mod files;
 mod flow;
 mod lines;
 mod run;
+mod stacks;
 mod tape;
 
+pub use stacks::{CallSite, CallStacks};
 pub use tape::Place;
 
 use crate::config::InterpreterConfig;
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::exec::Jump;
+use crate::exec::context::Saved;
 use crate::exec::words::Words;
+use crate::loader::SubroutineLoader;
 use crate::ops::{CanonicalOp, SourcedOp};
 use crate::parameters::{HIGHEST, Parameters, View};
 use crate::problem::Problem;
@@ -26,6 +32,7 @@ use crate::tool_table::ToolTable;
 use flow::Flow;
 use lostmotion_base::span::{BlockRef, Span};
 use lostmotion_base::units::deg;
+use std::sync::Arc;
 
 /// What a step left behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,8 +73,18 @@ pub struct Interpreter {
     stack: Vec<f64>,
     warnings: Vec<Problem>,
     jump: Option<Jump>,
+    loader: Option<Arc<dyn SubroutineLoader>>,
+    /// Names of the files of subroutines, from index 1.
+    files: Vec<String>,
+    stacks: CallStacks,
+    /// Index of the call that is running.
+    stack_index: u32,
+    /// What each level of calls has saved, the main program first.
+    saved: Vec<Saved>,
+    /// Modes to be brought back because a level has been left.
+    returning: Option<Box<State>>,
     percent: Percent,
-    /// Whether a block with words or settings has been seen.
+    /// Whether a block with words has been seen.
     begun: bool,
     at_end: bool,
     executed: u64,
@@ -113,6 +130,12 @@ impl Interpreter {
             stack: Vec::new(),
             warnings: Vec::new(),
             jump: None,
+            loader: None,
+            files: Vec::new(),
+            stacks: CallStacks::default(),
+            stack_index: 0,
+            saved: vec![Saved::default()],
+            returning: None,
             percent: Percent::Unknown,
             begun: false,
             at_end: false,
@@ -133,6 +156,23 @@ impl Interpreter {
             CanonicalOp::SetXyRotation(offsets.rotation_deg),
         ];
         out.extend(ops.map(|op| SourcedOp { op, block: BlockRef::default() }));
+    }
+
+    /// Takes subroutines that the program does not define from files.
+    #[must_use]
+    pub fn with_loader(mut self, loader: Arc<dyn SubroutineLoader>) -> Interpreter {
+        self.loader = Some(loader);
+        self
+    }
+
+    /// The calls that [`BlockRef::call_stack`] points to.
+    pub fn call_stacks(&self) -> &CallStacks {
+        &self.stacks
+    }
+
+    /// Name of the file of an index in a span; none for the program itself, which is 0.
+    pub fn file_name(&self, index: u32) -> Option<&str> {
+        self.files.get((index as usize).checked_sub(1)?).map(String::as_str)
     }
 
     /// The modes, offsets and position after the blocks run so far.
@@ -179,7 +219,7 @@ impl Interpreter {
 
     /// Reports something about the source as a whole or about the place given.
     pub(crate) fn report_at(&mut self, problem: Problem, span: Span) {
-        self.diagnostics.push(Diagnostic { problem, place: BlockRef { span, call_stack: 0 } });
+        self.diagnostics.push(Diagnostic { problem, place: BlockRef { span, call_stack: self.stack_index } });
     }
 
     fn report(&mut self, problem: Problem) {

@@ -17,15 +17,16 @@ impl Interpreter {
         self.line = inside;
     }
 
-    fn exec<'a>(&'a mut self, out: &'a mut Vec<SourcedOp>) -> Exec<'a> {
+    pub(crate) fn exec<'a>(&'a mut self, out: &'a mut Vec<SourcedOp>) -> Exec<'a> {
         Exec {
             state: &mut self.state,
             parameters: &mut self.parameters,
             config: &self.config,
             tools: &mut self.tools,
             jump: &mut self.jump,
+            saved: &mut self.saved,
             words: &self.words,
-            block: BlockRef { span: self.span, call_stack: 0 },
+            block: BlockRef { span: self.span, call_stack: self.stack_index },
             out,
             warnings: &mut self.warnings,
         }
@@ -33,7 +34,7 @@ impl Interpreter {
 
     /// A line of words, settings and comments.
     pub(crate) fn plain_line(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
-        self.begun |= !self.block.words.is_empty() || !self.block.settings.is_empty();
+        self.begun |= !self.block.words.is_empty();
         self.collect_words()?;
         self.apply_settings()?;
         self.warn();
@@ -49,7 +50,7 @@ impl Interpreter {
         let result = self.exec(out).run();
         self.warn();
         result?;
-        self.jump().map_err(|problem| (problem, None))
+        self.jump(out).map_err(|problem| (problem, None))
     }
 
     fn collect_words(&mut self) -> Result<(), (Problem, Option<Text>)> {

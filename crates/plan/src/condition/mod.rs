@@ -9,7 +9,7 @@ mod joint;
 mod piece;
 mod run;
 
-pub(crate) use blend::Blend;
+pub(crate) use blend::{Blend, size};
 pub(crate) use piece::{Piece, Programmed, Step, Stop};
 
 use crate::PlannerConfig;
@@ -23,8 +23,8 @@ const RUN_KEPT: usize = 32;
 
 /// Decides between a blend and a stop.
 pub(crate) trait Judge {
-    /// Whether the blend is faster than coming to rest at the corner.
-    fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed) -> bool;
+    /// Whether the blend is faster than coming to rest at the corner, whose tolerance is given in mm.
+    fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed, tolerance: f64) -> bool;
 }
 
 /// Turns moves into steps, holding back what the next move may change.
@@ -100,7 +100,7 @@ impl Conditioner {
         let Some(&before) = self.chain.last() else { return 0.0 };
         let longest = (before.length - self.spent).min(0.5 * next.length);
         let piece = blend::blend(&before.curve, &next.curve, tolerance, longest).map(|blend| (blend.half, join(&blend, &before, next)));
-        match piece.filter(|(_, piece)| judge.is_faster(piece, &before, next)) {
+        match piece.filter(|(_, piece)| judge.is_faster(piece, &before, next, tolerance)) {
             Some((half, piece)) => {
                 if before.length - half > self.spent {
                     out.push(Step::Piece(Box::new(before.part(self.spent, before.length - half))));
@@ -110,7 +110,8 @@ impl Conditioner {
             }
             None => {
                 self.end(out);
-                out.push(Step::Stop(Stop::default()));
+                let tolerance = (tolerance > self.config.exact_path_tolerance_mm).then_some(tolerance);
+                out.push(Step::Stop(Stop { tolerance, ..Stop::default() }));
                 0.0
             }
         }

@@ -41,6 +41,9 @@ impl Piece {
 pub(crate) struct Stop {
     /// How long to stand still, s.
     pub(crate) dwell_s: f64,
+    /// How far the tool may leave the path here, mm, to set out again before it has come to rest; none if it has to come to
+    /// rest.
+    pub(crate) tolerance: Option<f64>,
 }
 
 /// What the conditioner gives out.

@@ -1,6 +1,7 @@
 //! Spreads each interval's demands over the reach of a window around it.
 
 use super::{Interval, Task};
+use crate::machine::{Direction, NO_LIMIT};
 
 /// A stretch of path with everything whose window reaches it.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,7 +10,7 @@ pub(crate) struct Cell {
     pub(crate) end: f64,
     /// Largest steady speed.
     pub(crate) cap: f64,
-    /// Which intervals make demands here: first, and one past the last. Each by itself has to be met; their joint maximum
+    /// Where the list of intervals that make demands here begins and ends. Each by itself has to be met; their joint maximum
     /// would ask for the curvature of one and the slope of another at the same time.
     first: usize,
     past: usize,
@@ -18,36 +19,74 @@ pub(crate) struct Cell {
 }
 
 impl Cell {
-    /// Largest acceleration at a speed; never rises with it.
-    pub(crate) fn acceleration(&self, task: &Task<'_>, v: f64) -> f64 {
-        let bound = |interval: &Interval| task.machine.acceleration(&interval.demand, interval.cap, v, task.window_s);
-        task.intervals[self.first..self.past].iter().map(bound).fold(f64::INFINITY, f64::min)
+    /// Largest acceleration in a direction at a speed; never rises with it. `members` is what [`dilate`] gave with the cell.
+    pub(super) fn acceleration(&self, task: &Task<'_>, members: &[usize], direction: Direction, v: f64) -> f64 {
+        // What one interval leaves is all that the next one has to be asked about.
+        let bound = |most: f64, &index: &usize| {
+            let interval = &task.intervals[index];
+            task.machine.acceleration(&interval.demand, direction, interval.cap, v, task.window_s, most)
+        };
+        members[self.first..self.past].iter().fold(NO_LIMIT, bound)
+    }
+
+    /// Whether an acceleration is within the bound at a speed.
+    pub(super) fn allows(&self, task: &Task<'_>, members: &[usize], direction: Direction, v: f64, a: f64) -> bool {
+        members[self.first..self.past].iter().all(|&index| {
+            let interval = &task.intervals[index];
+            task.machine.allows(&interval.demand, direction, interval.cap, v, task.window_s, a)
+        })
     }
 }
 
 /// Boundaries nearer to each other than this part of a reach become one; the cell then takes in the demands of both sides.
 const MERGE: f64 = 0.02;
 
-/// Cells from `task.from` to the end, or to where demands not known yet may reach back.
-/// Also tells up to where the demands of each interval hold.
-pub(super) fn dilate(task: &Task<'_>) -> (Vec<Cell>, Vec<f64>) {
+/// What demands hold where.
+#[derive(Debug)]
+pub(super) struct Dilated {
+    /// Cells from `task.from` to the end, or to where demands not known yet may reach back.
+    pub(super) cells: Vec<Cell>,
+    /// The lists of intervals that make demands in the cells, one after the other.
+    pub(super) members: Vec<usize>,
+    /// Up to where the demands of each interval and of all before it hold.
+    pub(super) reach_ends: Vec<f64>,
+}
+
+/// Spreads the demands.
+pub(super) fn dilate(task: &Task<'_>) -> Dilated {
     let reaches = reaches(task);
     let end = settled_end(task);
     let marks = boundaries(task, &reaches, end);
+    let (begins, ends) = envelopes(&reaches);
     let mut cells = Vec::with_capacity(marks.len());
-    let mut first = 0;
+    let mut members = Vec::with_capacity(4 * marks.len());
+    let mut low = 0;
     for pair in marks.windows(2) {
         let (start, end) = (pair[0], pair[1]);
-        while first + 1 < reaches.len() && reaches[first].1 <= start {
-            first += 1;
+        while low + 1 < reaches.len() && ends[low] <= start {
+            low += 1;
         }
-        let past = first + reaches[first..].partition_point(|reach| reach.0 < end);
-        let here = &task.intervals[first..past];
-        let cap = here.iter().map(|interval| interval.cap).fold(f64::INFINITY, f64::min);
-        let straight = here.iter().all(|interval| interval.demand.is_straight());
-        cells.push(Cell { start, end, cap, first, past, straight });
+        let high = low + begins[low..].partition_point(|begin| *begin < end);
+        let first = members.len();
+        members.extend((low..high).filter(|&k| reaches[k].0 < end && reaches[k].1 > start));
+        let here = members[first..].iter().map(|&k| &task.intervals[k]);
+        let cap = here.clone().map(|interval| interval.cap).fold(f64::INFINITY, f64::min);
+        let straight = here.clone().all(|interval| interval.demand.is_straight());
+        cells.push(Cell { start, end, cap, first, past: members.len(), straight });
     }
-    (cells, reaches.into_iter().map(|reach| reach.1).collect())
+    Dilated { cells, members, reach_ends: ends }
+}
+
+/// Where the first of each interval and all after it begins to demand, and where the last of it and all before ends to.
+fn envelopes(reaches: &[(f64, f64)]) -> (Vec<f64>, Vec<f64>) {
+    let (mut begins, mut ends): (Vec<f64>, Vec<f64>) = reaches.iter().copied().unzip();
+    for k in 1..reaches.len() {
+        ends[k] = ends[k].max(ends[k - 1]);
+    }
+    for k in (1..reaches.len()).rev() {
+        begins[k - 1] = begins[k - 1].min(begins[k]);
+    }
+    (begins, ends)
 }
 
 /// How far the motion gets in a time from an interval's edge, over its neighbours, at no more than a speed.
@@ -66,24 +105,17 @@ fn outward<'a>(speed: f64, time_s: f64, neighbours: impl Iterator<Item = &'a Int
     distance
 }
 
-/// From where to where each interval's demands hold; both rise from one interval to the next.
+/// From where to where each interval's demands hold.
 fn reaches(task: &Task<'_>) -> Vec<(f64, f64)> {
     let (intervals, half) = (task.intervals, 0.5 * task.window_s);
-    let mut reaches: Vec<(f64, f64)> = intervals
+    intervals
         .iter()
         .enumerate()
         .map(|(k, interval)| {
             let low = interval.start - outward(interval.cap, half, intervals[..k].iter().rev());
             (low, interval.end + outward(interval.cap, half, intervals[k + 1..].iter()))
         })
-        .collect();
-    for k in 1..reaches.len() {
-        reaches[k].1 = reaches[k].1.max(reaches[k - 1].1);
-    }
-    for k in (1..reaches.len()).rev() {
-        reaches[k - 1].0 = reaches[k - 1].0.min(reaches[k].0);
-    }
-    reaches
+        .collect()
 }
 
 /// Up to where the demands cannot change any more by what comes after the last interval.

@@ -18,7 +18,9 @@ mod scan;
 
 pub(crate) use cut::last_cut;
 pub(crate) use dilate::Cell;
+use dilate::Dilated;
 pub(crate) use node::{Node, duration_s};
+use scan::Ground;
 
 use crate::machine::{Demand, Machine};
 
@@ -63,7 +65,7 @@ pub(crate) struct Plan {
 
 /// Plans from `task.from` to a stop: at the end of the path if it is known, else as far as the demands are settled.
 pub(crate) fn plan(task: &Task<'_>) -> Plan {
-    let (cells, reach_ends) = dilate::dilate(task);
-    let nodes = scan::scan(task, &cells);
+    let Dilated { cells, members, reach_ends } = dilate::dilate(task);
+    let nodes = scan::scan(&Ground { task, cells: &cells, members: &members });
     Plan { nodes: peaks::widen(&nodes, task.window_s), cells, reach_ends }
 }

@@ -1,6 +1,16 @@
 //! The highest speed profile below the caps that the acceleration allows.
 
 use super::{Cell, Node, Task};
+use crate::machine::Direction;
+
+/// What a profile is planned over.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ground<'a> {
+    pub(super) task: &'a Task<'a>,
+    pub(super) cells: &'a [Cell],
+    /// Intervals that make demands in the cells.
+    pub(super) members: &'a [usize],
+}
 
 /// An upper bound of the speed squared, linear on each piece and never rising within one.
 #[derive(Clone, Copy, Debug)]
@@ -11,9 +21,9 @@ struct Ceiling {
 }
 
 /// The profile from `task.from` to rest at the end of the cells.
-pub(super) fn scan(task: &Task<'_>, cells: &[Cell]) -> Vec<Node> {
-    let ceilings = backward(task, cells);
-    forward(task, cells, &ceilings)
+pub(super) fn scan(ground: &Ground<'_>) -> Vec<Node> {
+    let ceilings = backward(ground);
+    forward(ground, &ceilings)
 }
 
 /// In curved cells the speed squared rises by at most about this part of its cap per step, since the bound of the
@@ -32,22 +42,23 @@ struct Step {
 }
 
 /// The next step up from a speed, within a distance: as much as the bound allows at the speed that the step leads to.
-fn step(task: &Task<'_>, cell: &Cell, b: f64, distance: f64) -> Step {
+fn step(ground: &Ground<'_>, direction: Direction, cell: &Cell, b: f64, distance: f64) -> Step {
     let top = cell.cap * cell.cap;
-    let mut high = cell.acceleration(task, b.sqrt());
+    let mut high = cell.acceleration(ground.task, ground.members, direction, b.sqrt());
     if cell.straight {
         return Step { distance, a: high };
     }
     let distance = distance.min(SPEED_STEP * top / (2.0 * high).max(f64::MIN_POSITIVE));
-    let exit = |a: f64| cell.acceleration(task, (b + 2.0 * a * distance).min(top).sqrt());
+    let exit = |a: f64| (b + 2.0 * a * distance).min(top).sqrt();
+    let allows = |a: f64| cell.allows(ground.task, ground.members, direction, exit(a), a);
     // The bound never rises with the speed: what holds at a higher speed holds at all below.
-    let mut low = exit(high);
+    let mut low = cell.acceleration(ground.task, ground.members, direction, exit(high));
     for halving in 0..MAX_HALVINGS {
         if halving >= HALVINGS && low > 0.0 {
             break;
         }
         let middle = 0.5 * (low + high);
-        if middle <= exit(middle) {
+        if allows(middle) {
             low = middle;
         } else {
             high = middle;
@@ -57,14 +68,14 @@ fn step(task: &Task<'_>, cell: &Cell, b: f64, distance: f64) -> Step {
 }
 
 /// What still allows to stop at the end, from the end to the start; returned in rising order.
-fn backward(task: &Task<'_>, cells: &[Cell]) -> Vec<Ceiling> {
-    let mut ceilings = Vec::with_capacity(2 * cells.len());
+fn backward(ground: &Ground<'_>) -> Vec<Ceiling> {
+    let mut ceilings = Vec::with_capacity(2 * ground.cells.len());
     let mut b = 0.0_f64;
-    for (index, cell) in cells.iter().enumerate().rev() {
+    for (index, cell) in ground.cells.iter().enumerate().rev() {
         let top = cell.cap * cell.cap;
         let mut end = Node::new(cell.end, b.min(top));
         while end.s > cell.start {
-            let from = if end.b >= top { Node::new(cell.start, top) } else { fall(task, cell, end) };
+            let from = if end.b >= top { Node::new(cell.start, top) } else { fall(ground, cell, end) };
             ceilings.push(Ceiling { from, to: end, cell: index });
             end = from;
         }
@@ -75,9 +86,9 @@ fn backward(task: &Task<'_>, cells: &[Cell]) -> Vec<Ceiling> {
 }
 
 /// One step back from a node below the cap.
-fn fall(task: &Task<'_>, cell: &Cell, end: Node) -> Node {
+fn fall(ground: &Ground<'_>, cell: &Cell, end: Node) -> Node {
     let top = cell.cap * cell.cap;
-    let Step { distance, a } = step(task, cell, end.b, end.s - cell.start);
+    let Step { distance, a } = step(ground, Direction::Slower, cell, end.b, end.s - cell.start);
     let reached = end.b + 2.0 * a * distance;
     if reached >= top {
         let s = (end.s - (top - end.b) / (2.0 * a)).max(cell.start);
@@ -90,13 +101,13 @@ fn fall(task: &Task<'_>, cell: &Cell, end: Node) -> Node {
 }
 
 /// Speeds up from the start as far as the ceiling lets it.
-fn forward(task: &Task<'_>, cells: &[Cell], ceilings: &[Ceiling]) -> Vec<Node> {
+fn forward(ground: &Ground<'_>, ceilings: &[Ceiling]) -> Vec<Node> {
     let mut nodes = Vec::with_capacity(2 * ceilings.len() + 1);
-    let mut here = Node::new(task.from, task.speed_squared);
+    let mut here = Node::new(ground.task.from, ground.task.speed_squared);
     nodes.push(here);
     for ceiling in ceilings {
         while here.s < ceiling.to.s {
-            here = advance(task, &cells[ceiling.cell], ceiling, here);
+            here = advance(ground, &ground.cells[ceiling.cell], ceiling, here);
             nodes.push(here);
         }
     }
@@ -104,7 +115,7 @@ fn forward(task: &Task<'_>, cells: &[Cell], ceilings: &[Ceiling]) -> Vec<Node> {
 }
 
 /// One step ahead below a ceiling, or along it.
-fn advance(task: &Task<'_>, cell: &Cell, ceiling: &Ceiling, here: Node) -> Node {
+fn advance(ground: &Ground<'_>, cell: &Cell, ceiling: &Ceiling, here: Node) -> Node {
     let fall = (ceiling.from.b - ceiling.to.b).max(0.0) / (ceiling.to.s - ceiling.from.s);
     let gap = ceiling.from.b - fall * (here.s - ceiling.from.s) - here.b;
     let length = ceiling.to.s - here.s;
@@ -112,7 +123,7 @@ fn advance(task: &Task<'_>, cell: &Cell, ceiling: &Ceiling, here: Node) -> Node 
     if gap <= 1e-12 * ceiling.from.b {
         return ceiling.to;
     }
-    let Step { distance, a } = step(task, cell, here.b, length);
+    let Step { distance, a } = step(ground, Direction::Faster, cell, here.b, length);
     let way = gap / (2.0 * a + fall);
     if way < distance {
         let s = here.s + way;

@@ -1,0 +1,196 @@
+//! Cutter compensation: the tool keeps its radius to the left (G41) or right (G42) of the programmed path.
+//!
+//! Each move is held back until the next one is known, because an inside corner shortens it: the tool turns where the two
+//! offset paths cross. At an outside corner the tool rolls about the corner. A move that the tool would have to make
+//! backwards is a gouge, and an error. `State::current` stays the programmed place; only what is emitted is offset.
+
+mod geometry;
+mod path;
+
+use super::Exec;
+use crate::ops::{CanonicalOp, Plane, Position, SourcedOp};
+use crate::problem::{Code, Problem};
+use crate::syntax::evaluate::whole;
+use geometry::{Edge, Point};
+use serde::{Deserialize, Serialize};
+
+/// Moves without motion in the plane that may follow a held move.
+const MOST_HELD: usize = 100_000;
+
+/// Cutter compensation in force. Lengths in program units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Compensation {
+    /// Distance to the left of the path; negative is to the right.
+    left: f64,
+    /// Orientation of a lathe tool's nose, 0 to 9.
+    orientation: u8,
+    /// The last offset move and where it ends; none before the first.
+    last: Option<Edge>,
+    /// The last move has gone out: its end is fixed.
+    fixed: bool,
+    /// Operations that wait for the end of the last move; the first is that move.
+    held: Vec<Held>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Held {
+    sourced: SourcedOp,
+    /// Its end in the plane is that of the held move.
+    follows: bool,
+}
+
+/// G40: what is held goes out as it is.
+pub(crate) fn off(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    exec.end_compensation()
+}
+
+/// G41 and G42: the radius of tool D, or of the one in the spindle.
+pub(crate) fn on(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let number = match exec.word(b'D') {
+        None => exec.state.loaded_tool,
+        Some(value) => match whole(value).filter(|number| (0.0..1e9).contains(number)) {
+            Some(number) => number as i32,
+            None => return Err(Problem::WordOutOfRange { code, letter: 'D', value, allowed: "a tool number" }),
+        },
+    };
+    exec.check_tool(number)?;
+    if exec.tools.is_none() && number != 0 {
+        exec.warnings.push(Problem::NoToolTable { tool: number });
+    }
+    let tool = exec.tools.as_ref().and_then(|table| table.get(number)).copied().unwrap_or_default();
+    let diameter = exec.config.machine_units.convert(tool.diameter, exec.state.units);
+    exec.begin_compensation(code, diameter, tool.orientation.clamp(0, 9) as u8)
+}
+
+/// G41.1 and G42.1: D is the diameter, L the orientation of a lathe tool.
+pub(crate) fn dynamic(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let diameter = exec.need(b'D', code, "D, the tool's diameter")?;
+    let value = exec.word(b'L').unwrap_or(0.0);
+    let orientation = whole(value).filter(|number| (0.0..=9.0).contains(number));
+    let orientation = orientation.ok_or(Problem::WordOutOfRange { code, letter: 'L', value, allowed: "an orientation from 0 to 9" })?;
+    if orientation != 0.0 && exec.state.plane != Plane::Zx {
+        return Err(Problem::Compensation { message: "the orientation of a lathe tool (L) needs the ZX plane (G18)" });
+    }
+    exec.begin_compensation(code, diameter, orientation as u8)
+}
+
+impl Exec<'_> {
+    fn begin_compensation(&mut self, code: Code, diameter: f64, orientation: u8) -> Result<(), Problem> {
+        if self.state.compensation.is_some() {
+            return Err(Problem::Compensation { message: "cutter compensation is already on: G40 comes first" });
+        }
+        if self.state.plane == Plane::Yz {
+            return Err(Problem::Compensation { message: "cutter compensation needs the XY or ZX plane (G17 or G18)" });
+        }
+        let left = if code.tenths < 420 { 0.5 * diameter } else { -0.5 * diameter };
+        self.state.compensation = Some(Box::new(Compensation { left, orientation, last: None, fixed: false, held: Vec::new() }));
+        Ok(())
+    }
+
+    /// Refuses codes that would move the path away under the compensation, and lets go what is held before a stop.
+    #[cold]
+    pub(crate) fn under_compensation(&mut self, code: Code) -> Result<(), Problem> {
+        let message = match (code.letter, code.tenths) {
+            ('M', 0 | 10 | 600) => {
+                if let Some(compensation) = &mut self.state.compensation {
+                    let result = compensation.release(self.state.plane, None, self.out);
+                    compensation.fixed = true;
+                    return result;
+                }
+                return Ok(());
+            }
+            ('G', 280 | 281 | 300 | 301) => "G28 and G30 cannot be used under cutter compensation",
+            ('G', 382..=385) => "probing is not possible under cutter compensation",
+            ('G', 330 | 331 | 530 | 730..=760 | 810..=890) => "cycles, G33 and G53 cannot be used under cutter compensation",
+            ('G', 430..=490) => "the tool offset cannot change under cutter compensation",
+            ('G', 520 | 540..=593 | 920) => "the coordinate system cannot change under cutter compensation",
+            ('G', 610..=640) => "path control cannot change under cutter compensation",
+            ('M', 60 | 610) => "the tool cannot change under cutter compensation",
+            ('M', 620..=680) => "inputs and outputs cannot be used under cutter compensation",
+            ('G', 100) if self.changes_system_in_force() => "the coordinate system cannot change under cutter compensation",
+            _ => return Ok(()),
+        };
+        Err(Problem::Compensation { message })
+    }
+
+    /// Whether a G10 L2 or L20 is about the system in force.
+    fn changes_system_in_force(&self) -> bool {
+        let named = self.word(b'P').and_then(whole);
+        let is_current = named == Some(0.0) || named == Some(f64::from(self.state.system));
+        is_current && matches!(self.word(b'L').and_then(whole), Some(2.0 | 20.0))
+    }
+
+    /// Lets what is held go and turns the compensation off.
+    pub(crate) fn end_compensation(&mut self) -> Result<(), Problem> {
+        let Some(mut compensation) = self.state.compensation.take() else { return Ok(()) };
+        let moved = compensation.last.is_some();
+        let result = compensation.release(self.state.plane, None, self.out);
+        self.state.arc_not_allowed = moved;
+        result
+    }
+
+    /// Adds an operation to what waits for the held move; true if there is one.
+    #[cold]
+    pub(crate) fn hold(&mut self, op: CanonicalOp) {
+        let sourced = SourcedOp { op, block: self.block };
+        match &mut self.state.compensation {
+            Some(compensation) if compensation.last.is_some() && compensation.held.len() < MOST_HELD => {
+                compensation.held.push(Held { sourced, follows: false });
+            }
+            _ => self.out.push(sourced),
+        }
+    }
+}
+
+impl Compensation {
+    /// What `#<_ccomp>` shows.
+    pub(crate) fn code(&self) -> f64 {
+        if self.left > 0.0 { 410.0 } else { 420.0 }
+    }
+
+    /// Whether it moves the path at all.
+    pub(crate) fn acts(&self) -> bool {
+        self.left != 0.0
+    }
+
+    /// Fixes the end of the held move, if it is another than thought, and lets everything that is held go.
+    fn release(&mut self, plane: Plane, end: Option<Point>, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
+        let result = match (&self.last, end) {
+            (Some(edge), end) => edge.check(end.unwrap_or(edge.end), self.left.abs()),
+            _ => Ok(()),
+        };
+        let shift = self.nose(plane);
+        for (index, mut held) in self.held.drain(..).enumerate() {
+            if let Some(end) = end.filter(|_| index == 0 || held.follows) {
+                path::set_end(&mut held.sourced.op, plane, [end[0] + shift[0], end[1] + shift[1]]);
+            }
+            out.push(held.sourced);
+        }
+        result
+    }
+
+    /// From the centre of a lathe tool's nose to the point that the program controls.
+    fn nose(&self, plane: Plane) -> Point {
+        if plane != Plane::Zx {
+            return [0.0; 2];
+        }
+        let radius = self.left.abs();
+        let z = match self.orientation {
+            2 | 7 | 3 => -radius,
+            1 | 5 | 4 => radius,
+            _ => 0.0,
+        };
+        let x = match self.orientation {
+            2 | 6 | 1 => -radius,
+            3 | 8 | 4 => radius,
+            _ => 0.0,
+        };
+        [z, x]
+    }
+}
+
+/// A place in the plane.
+pub(crate) fn in_plane(plane: Plane, position: &Position) -> Point {
+    let [first, second, _] = plane.axes();
+    [position[first], position[second]]
+}

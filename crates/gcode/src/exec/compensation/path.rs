@@ -1,0 +1,172 @@
+//! Moves under cutter compensation.
+
+use super::geometry::{Edge, Joint, Point, Shape, along, crossing, direction, distance, dot, joint, left_of, minus};
+use super::{Compensation, Held, in_plane};
+use crate::exec::Exec;
+use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, SourcedOp};
+use crate::problem::Problem;
+
+const NO_ROOM: Problem = Problem::Compensation { message: "the tool does not fit between these two moves: it would gouge" };
+
+/// Puts the end in the plane into a move.
+pub(crate) fn set_end(op: &mut CanonicalOp, plane: Plane, end: Point) {
+    let [first, second, _] = plane.axes();
+    match op {
+        CanonicalOp::StraightTraverse(position) | CanonicalOp::StraightFeed(position) => {
+            (position[first], position[second]) = (end[0], end[1]);
+        }
+        CanonicalOp::ArcFeed(arc) => arc.end = end,
+        _ => {}
+    }
+}
+
+impl Exec<'_> {
+    /// A straight move from the programmed place to `end`.
+    #[cold]
+    pub(crate) fn compensated_line(&mut self, start: &Position, end: Position, feed: bool) -> Result<(), Problem> {
+        let op = if feed { CanonicalOp::StraightFeed(end) } else { CanonicalOp::StraightTraverse(end) };
+        let plane = self.state.plane;
+        let (from, to) = (in_plane(plane, start), in_plane(plane, &end));
+        let Some(mut compensation) = self.state.compensation.take() else { return Ok(()) };
+        let result = match direction(from, to) {
+            None if compensation.last.is_some() => {
+                compensation.across(self, op);
+                Ok(())
+            }
+            _ if compensation.last.is_none() && distance(from, to) <= compensation.left.abs() => {
+                let message = "the first move under cutter compensation has to be longer than the tool's radius";
+                Err(Problem::Compensation { message })
+            }
+            None => Ok(()),
+            Some(u) => {
+                let side = along([0.0; 2], left_of(u), compensation.left);
+                let edge =
+                    Edge { shape: Shape::Line(u), start: along(from, side, 1.0), end: along(to, side, 1.0), entry: false, leaves: u };
+                let entry = Edge { start: from, entry: true, ..edge };
+                let edge = if compensation.last.is_none() { entry } else { edge };
+                compensation.advance(self, start, u, edge, op)
+            }
+        };
+        self.state.compensation = Some(compensation);
+        result
+    }
+
+    /// An arc from the programmed place.
+    #[cold]
+    pub(crate) fn compensated_arc(&mut self, start: &Position, mut arc: ArcFeed) -> Result<(), Problem> {
+        let plane = self.state.plane;
+        let (from, to) = (in_plane(plane, start), arc.end);
+        let Some(mut compensation) = self.state.compensation.take() else { return Ok(()) };
+        let enters = tangent(minus(from, arc.center), arc.turns > 0);
+        let result = compensation.arc_edge(from, to, &arc).and_then(|edge| {
+            if let Shape::Arc { center, .. } = edge.shape {
+                arc.center = center;
+            }
+            let shift = compensation.nose(plane);
+            arc.center = along(arc.center, shift, 1.0);
+            let mut op = CanonicalOp::ArcFeed(arc);
+            if edge.entry && shift != [0.0; 2] {
+                // The start is not shifted as the end is: no arc with this tangent leads there.
+                op = CanonicalOp::StraightFeed(arc.position());
+            }
+            compensation.advance(self, start, enters, edge, op)
+        });
+        self.state.compensation = Some(compensation);
+        result
+    }
+}
+
+/// Direction of travel where a circle has the given radius vector.
+fn tangent(radius: Point, counter_clockwise: bool) -> Point {
+    let u = direction([0.0; 2], radius).unwrap_or([1.0, 0.0]);
+    let left = left_of(u);
+    if counter_clockwise { left } else { [-left[0], -left[1]] }
+}
+
+impl Compensation {
+    /// The offset of an arc; the first one leads from the path to its offset and is tangent to that at its end.
+    fn arc_edge(&self, from: Point, to: Point, arc: &ArcFeed) -> Result<Edge, Problem> {
+        let counter_clockwise = arc.turns > 0;
+        let outwards = if counter_clockwise { -self.left } else { self.left };
+        let radius = distance(arc.center, to) + outwards;
+        if radius <= 0.0 || distance(arc.center, from) + outwards <= 0.0 {
+            return Err(Problem::Compensation { message: "the tool's radius is not less than that of the arc it is inside of" });
+        }
+        let out = direction(arc.center, to).unwrap_or([1.0, 0.0]);
+        let end = along(arc.center, out, radius);
+        let leaves = tangent(out, counter_clockwise);
+        if self.last.is_some() {
+            let begins = direction(arc.center, from).unwrap_or([1.0, 0.0]);
+            let start = along(arc.center, begins, distance(arc.center, from) + outwards);
+            return Ok(Edge { shape: Shape::Arc { center: arc.center, radius, counter_clockwise }, start, end, entry: false, leaves });
+        }
+        // The centre is on the radius of the end and as far from the start as from the end.
+        let chord = minus(from, end);
+        let reach = dot(chord, chord);
+        let inwards = -dot(chord, out);
+        if inwards.abs() <= 1e-9 * reach.sqrt() {
+            return Err(Problem::Compensation { message: "the first arc under cutter compensation is too short" });
+        }
+        let radius = reach / (2.0 * inwards);
+        let center = along(end, out, -radius);
+        Ok(Edge { shape: Shape::Arc { center, radius: radius.abs(), counter_clockwise }, start: from, end, entry: true, leaves })
+    }
+
+    /// Goes from the held move to the next one, which is then held.
+    fn advance(&mut self, exec: &mut Exec<'_>, at: &Position, enters: Point, mut edge: Edge, mut op: CanonicalOp) -> Result<(), Problem> {
+        let plane = exec.state.plane;
+        let corner = in_plane(plane, at);
+        let shift = self.nose(plane);
+        let mut result = Ok(());
+        if let Some(last) = self.last {
+            let mut end = None;
+            let joint = joint(&last, enters, edge.shape, self.left);
+            match joint {
+                Joint::Inside if self.fixed => edge.start = last.end,
+                Joint::Inside => match crossing(last.shape, last.end, edge.shape, edge.start, self.left) {
+                    Some(point) => {
+                        edge.start = point;
+                        end = Some(point);
+                    }
+                    None => result = Err(NO_ROOM),
+                },
+                Joint::Smooth => edge.start = last.end,
+                Joint::Outside => {}
+            }
+            let released = self.release(plane, end, exec.out);
+            result = result.and(released);
+            if joint == Joint::Outside {
+                let end = along(edge.start, shift, 1.0);
+                if matches!(op, CanonicalOp::StraightTraverse(_)) {
+                    let mut across = CanonicalOp::StraightTraverse(*at);
+                    set_end(&mut across, plane, end);
+                    exec.out.push(SourcedOp { op: across, block: exec.block });
+                } else {
+                    self.roll(exec, at, end, along(corner, shift, 1.0));
+                }
+            }
+        }
+        set_end(&mut op, plane, along(edge.end, shift, 1.0));
+        self.held.push(Held { sourced: SourcedOp { op, block: exec.block }, follows: false });
+        self.last = Some(edge);
+        self.fixed = false;
+        result
+    }
+
+    /// The arc about an outside corner, at the height and the angles that the tool has.
+    fn roll(&self, exec: &mut Exec<'_>, at: &Position, end: Point, center: Point) {
+        let plane = exec.state.plane;
+        let [_, _, normal] = plane.axes();
+        let [_, _, _, others @ ..] = *at;
+        let turns = if self.left > 0.0 { -1 } else { 1 };
+        let arc = ArcFeed { plane, end, center, turns, axis_end: at[normal], others };
+        exec.out.push(SourcedOp { op: CanonicalOp::ArcFeed(arc), block: exec.block });
+    }
+
+    /// A move across the plane: it ends where the held move ends.
+    fn across(&mut self, exec: &mut Exec<'_>, mut op: CanonicalOp) {
+        let Some(last) = self.last else { return };
+        set_end(&mut op, exec.state.plane, along(last.end, self.nose(exec.state.plane), 1.0));
+        self.held.push(Held { sourced: SourcedOp { op, block: exec.block }, follows: true });
+    }
+}

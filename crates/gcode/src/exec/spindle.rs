@@ -1,0 +1,85 @@
+//! Speed modes of the spindle, its orientation, and moves in step with it.
+
+use super::Exec;
+use crate::ops::CanonicalOp;
+use crate::problem::{Code, Problem};
+use crate::syntax::evaluate::whole;
+
+/// Highest rev/min of constant surface speed where D does not say: none.
+const NO_LIMIT: f64 = 1e30;
+
+/// G96: S is a surface speed, D the highest rev/min.
+pub(crate) fn surface_speed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    exec.need(b'S', code, "S, the surface speed")?;
+    let highest = exec.word(b'D').map_or(NO_LIMIT, f64::abs);
+    exec.state.spindle.surface_limit = Some(highest);
+    exec.emit(CanonicalOp::SetSpindleMode { spindle: 0, highest });
+    Ok(())
+}
+
+/// G97: S is in rev/min.
+pub(crate) fn constant_speed(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    exec.state.spindle.surface_limit = None;
+    exec.emit(CanonicalOp::SetSpindleMode { spindle: 0, highest: 0.0 });
+    Ok(())
+}
+
+/// M19: R is the angle, P the way round, Q how long to wait for it.
+pub(crate) fn orient(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let spindle = exec.spindle_number(code)?;
+    let degrees = exec.word(b'R').unwrap_or(0.0);
+    if !(0.0..=360.0).contains(&degrees) {
+        return Err(Problem::WordOutOfRange { code, letter: 'R', value: degrees, allowed: "an angle from 0 to 360" });
+    }
+    let value = exec.word(b'P').unwrap_or(0.0);
+    let way = whole(value).filter(|way| (0.0..=2.0).contains(way));
+    let way = way.ok_or(Problem::WordOutOfRange { code, letter: 'P', value, allowed: "0, 1 or 2" })? as u8;
+    let turns = exec.word(b'R').is_some() || exec.word(b'P').is_some();
+    let wait = exec.word(b'Q');
+    if turns {
+        exec.emit(CanonicalOp::OrientSpindle { spindle, degrees, way });
+    }
+    match wait {
+        Some(seconds) if seconds <= 0.0 => Err(Problem::WordOutOfRange { code, letter: 'Q', value: seconds, allowed: "greater than zero" }),
+        Some(seconds) => {
+            exec.emit(CanonicalOp::WaitOrient { spindle, seconds });
+            Ok(())
+        }
+        None => Ok(()),
+    }
+}
+
+impl Exec<'_> {
+    /// K of a move in step with the spindle, which has to turn.
+    fn pitch(&self, code: Code) -> Result<f64, Problem> {
+        let pitch = self.need(b'K', code, "K, the distance per revolution")?;
+        match self.state.spindle.clockwise {
+            Some(_) => Ok(pitch),
+            None => Err(Problem::SpindleStopped { code }),
+        }
+    }
+}
+
+/// G33: a straight move in step with the spindle.
+pub(crate) fn synchronised(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    exec.state.motion = Some(code);
+    let end = exec.target()?;
+    exec.state.current = end;
+    let pitch = exec.pitch(code)?;
+    exec.emit(CanonicalOp::StartSpeedFeedSync(pitch));
+    exec.emit(CanonicalOp::StraightFeed(end));
+    exec.emit(CanonicalOp::StopSpeedFeedSync);
+    Ok(())
+}
+
+/// G33.1: there and back in step with the spindle, which is reversed at the end; the tool is then where it was.
+pub(crate) fn rigid_tap(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    exec.state.motion = Some(code);
+    let end = exec.target()?;
+    let pitch = exec.pitch(code)?;
+    let [x, y, z, ..] = end;
+    exec.emit(CanonicalOp::StartSpeedFeedSync(pitch));
+    exec.emit(CanonicalOp::RigidTap([x, y, z]));
+    exec.emit(CanonicalOp::StopSpeedFeedSync);
+    Ok(())
+}

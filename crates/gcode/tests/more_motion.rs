@@ -1,0 +1,166 @@
+//! Curves, probing, spindle-synchronous moves, saved modes, polar coordinates, and subroutines from files.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use lostmotion_gcode::{CanonicalOp, Feed, InterpreterConfig, MotionFold, MotionItem, NurbsFeed, Problem, Program, SourcedOp};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+fn ops(text: &str) -> Vec<SourcedOp> {
+    let mut program = Program::new(text.as_bytes(), InterpreterConfig::default());
+    let all = program.by_ref().collect();
+    assert_eq!(program.diagnostics().errors(), 0, "{:?}", program.diagnostics().kept());
+    all
+}
+
+fn first_error(text: &str) -> String {
+    let diagnostics = Program::new(text.as_bytes(), InterpreterConfig::default()).finish();
+    let found = diagnostics.kept().first().unwrap_or_else(|| panic!("{text}"));
+    format!("{} {}:{}", found.code(), found.place.span.line, found.place.span.column)
+}
+
+fn curves(text: &str) -> Vec<NurbsFeed> {
+    let curve = |op: SourcedOp| if let CanonicalOp::NurbsFeed(curve) = op.op { Some(*curve) } else { None };
+    ops(text).into_iter().filter_map(curve).collect()
+}
+
+fn traverses(text: &str) -> Vec<[f64; 3]> {
+    let place = |op: SourcedOp| if let CanonicalOp::StraightTraverse(end) = op.op { Some([end[0], end[1], end[2]]) } else { None };
+    ops(text).into_iter().filter_map(place).collect()
+}
+
+#[test]
+fn splines_keep_their_control_points() {
+    let all = curves("F100 G0 X1 Y1\nG5 X3 Y3 I0 J3 P1 Q-3\nG5 X5 Y5 P0 Q-3\nG5.1 X7 Y5 I1 J2\nM2\n");
+    let points = |curve: &NurbsFeed| curve.points.iter().map(|point| point.at).collect::<Vec<_>>();
+    assert_eq!(points(&all[0]), [[1.0, 1.0], [1.0, 4.0], [4.0, 0.0], [3.0, 3.0]]);
+    // The second goes on in the direction in which the first ended.
+    assert_eq!(points(&all[1]), [[3.0, 3.0], [2.0, 6.0], [5.0, 2.0], [5.0, 5.0]]);
+    assert_eq!(points(&all[2]), [[5.0, 5.0], [6.0, 7.0], [7.0, 5.0]]);
+    assert_eq!(all.iter().map(|curve| curve.order).collect::<Vec<_>>(), [4, 4, 3]);
+}
+
+#[test]
+fn a_nurbs_has_weights_and_an_order() {
+    let all = curves("F100 G5.2 P2 L4\nX1 Y1 P3\nX2 Y0 P1\nX3 Y0 P1\nG5.3\nM2\n");
+    assert_eq!((all.len(), all[0].order, all[0].end[0]), (1, 4, 3.0));
+    assert_eq!(all[0].points.iter().map(|point| point.weight).collect::<Vec<_>>(), [2.0, 3.0, 1.0, 1.0]);
+}
+
+#[test]
+fn what_is_wrong_with_a_curve_is_told() {
+    for (text, expected) in [
+        ("F100 G5.3", "curve 1:6"),
+        ("F100 G5.2 X1 Y1\nG5.3", "curve 2:1"),
+        ("F100 G5.2 X1\nG5.3", "word-missing 1:6"),
+        ("F100 G5.2 X1 Y1 P-1", "word-out-of-range 1:6"),
+        ("G5.1 X1 Y1 I1 J1", "no-feed 1:1"),
+        ("F100 G18 G5.1 X1 I1 J1", "curve 1:10"),
+        ("F100 G5 X1 Y1 I1 P1 Q1", "word-missing 1:6"),
+        ("F100 G5 X1 Y1 P1 Q1\nX2 P1 Q1", "axis-without-code 2:1"),
+        ("F100 G38.2 Z0", "probe-too-short 1:6"),
+        ("G33 Z1 K1", "spindle-stopped 1:1"),
+        ("S9 M3 G33 Z1", "word-missing 1:7"),
+        ("G18 G76 Z-1 P1 I1 J1 K2", "spindle-stopped 1:5"),
+        ("G18 S9 M3\nG76 Z-1 P1 I1 J2 K1", "cycle 2:1"),
+        ("G18 S9 M3\nG76 Z-1 P1 I1 J0.0000001 K1 R9", "cycle-too-long 2:1"),
+        ("G0 @1 X1", "polar 1:1"),
+        ("G91 G0 @1", "polar 1:5"),
+        ("G92 @1", "polar 1:1"),
+        ("M72", "nothing-saved 1:1"),
+        ("M70\nM71\nM71", "nothing-saved 3:1"),
+        ("M66 P1 E1", "word-missing 1:1"),
+        ("M66 P1 L3", "word-missing 1:1"),
+        ("M62 P999", "word-out-of-range 1:1"),
+        ("M19 R400", "word-out-of-range 1:1"),
+        ("G96", "word-missing 1:1"),
+    ] {
+        assert_eq!(first_error(&format!("{text}\nM2\n")), expected, "{text}");
+    }
+}
+
+#[test]
+fn what_is_not_motion_yet_is_an_error_that_says_so() {
+    for text in ["F100 G5.1 X1 Y1 I1 J0\nM2\n", "S100 M3\nG33.1 Z-1 K1\nM2\n"] {
+        let mut fold = MotionFold::new(InterpreterConfig::default().start);
+        let refused = ops(text).iter().filter_map(|op| fold.push(op).err()).collect::<Vec<_>>();
+        assert!(matches!(refused[..], [Problem::NoMotionFor { .. }]), "{refused:?}");
+    }
+}
+
+#[test]
+fn a_thread_is_fed_with_the_spindle() {
+    let mut fold = MotionFold::new(InterpreterConfig::default().start);
+    let items: Vec<_> = ops("G20 S300 M3\nG33 Z-1 K0.05\nM2\n").iter().filter_map(|op| fold.push(op).unwrap()).collect();
+    let MotionItem::Move(motion) = items[0] else { panic!("{items:?}") };
+    let Feed::MmPerMin(feed) = motion.feed else { panic!("{motion:?}") };
+    assert!((feed - 0.05 * 25.4 * 300.0).abs() < 1e-9);
+}
+
+#[test]
+fn the_last_pass_of_a_thread_is_at_full_depth() {
+    let text = "G18 S300 M3\nG0 X12 Z3\nG76 Z-20 P1.5 I-2 J0.2 K0.9 R2\nM2\n";
+    let feeds = ops(text).into_iter().filter_map(|op| if let CanonicalOp::StraightFeed(end) = op.op { Some(end[0]) } else { None });
+    let depths: Vec<f64> = feeds.map(|x| 10.0 - x).collect();
+    // Equal area: the depth grows with the root of the number of passes.
+    assert_eq!(depths.len(), 21);
+    for (index, depth) in depths.iter().enumerate().take(20) {
+        assert!((depth - 0.2 * (index as f64 + 1.0).sqrt()).abs() < 1e-12);
+    }
+    assert!((depths[20] - 0.9).abs() < 1e-12);
+}
+
+#[test]
+fn polar_coordinates_turn_about_the_origin() {
+    let places = traverses("G0 @10 ^90\nG0 ^0\nG91 G0 ^60 Z1\nG0 @10\nM2\n");
+    let root = 3.0_f64.sqrt() / 2.0;
+    for (place, expected) in places.iter().zip([[0.0, 10.0, 0.0], [10.0, 0.0, 0.0], [5.0, 10.0 * root, 1.0], [10.0, 20.0 * root, 1.0]]) {
+        assert!((0..3).all(|i| (place[i] - expected[i]).abs() < 1e-12), "{place:?} {expected:?}");
+    }
+    assert_eq!(places.len(), 4);
+}
+
+#[test]
+fn a_diameter_is_halved() {
+    assert_eq!(traverses("G7 G0 X10\nG91 X4\nG8 X1\nM2\n"), [[5.0, 0.0, 0.0], [7.0, 0.0, 0.0], [8.0, 0.0, 0.0]]);
+}
+
+#[test]
+fn subroutines_come_from_files_and_know_their_callers() {
+    let files = BTreeMap::from([
+        ("outer".to_owned(), b"o<outer> sub\no<inner> call [#1]\no<outer> endsub\nM2\n".to_vec()),
+        ("inner".to_owned(), b"(a file)\no<inner> sub\nG0 X#1\no<inner> endsub\n".to_vec()),
+        ("77".to_owned(), b"G0 Y1\nM99\n".to_vec()),
+    ]);
+    let text = "o<outer> call [5]\no<outer> call [6]\nM98 P77\nM2\n";
+    let mut program = Program::new(text.as_bytes(), InterpreterConfig::default()).with_loader(Arc::new(files));
+    let moves: Vec<SourcedOp> = program.by_ref().filter(|op| matches!(op.op, CanonicalOp::StraightTraverse(_))).collect();
+    assert_eq!(program.diagnostics().errors(), 0, "{:?}", program.diagnostics().kept());
+    assert_eq!(moves.len(), 3);
+    let interpreter = program.interpreter();
+    let trace = |index: usize| {
+        let sites = interpreter.call_stacks().trace(moves[index].block.call_stack);
+        sites.map(|site| format!("{} {}:{}", site.name, site.call.file, site.call.line)).collect::<Vec<_>>()
+    };
+    assert_eq!(trace(0), ["inner 1:2", "outer 0:1"]);
+    assert_eq!(trace(1), ["inner 1:2", "outer 0:2"]);
+    assert_eq!(trace(2), ["77 0:3"]);
+    assert_eq!((moves[0].block.span.file, moves[0].block.span.line), (2, 3));
+    assert_eq!(interpreter.file_name(2), Some("inner.ngc"));
+    assert_eq!(interpreter.file_name(0), None);
+}
+
+#[test]
+fn a_missing_file_is_told_once() {
+    let mut program = Program::new(&b"o<nowhere> call\nM2\n"[..], InterpreterConfig::default()).with_loader(Arc::new(BTreeMap::new()));
+    for _ in program.by_ref() {}
+    let found: Vec<_> = program.diagnostics().kept().iter().map(lostmotion_gcode::Diagnostic::code).collect();
+    assert_eq!(found, ["no-such-sub"]);
+}
+
+#[test]
+fn a_main_program_that_starts_over_ends() {
+    let mut program = Program::new(&b"G0 X1\nM99\n"[..], InterpreterConfig::default());
+    let last = program.by_ref().last().unwrap();
+    assert_eq!(last.op, CanonicalOp::ProgramEnd);
+    assert_eq!((program.diagnostics().errors(), program.diagnostics().warnings()), (0, 1));
+}

@@ -1,0 +1,171 @@
+//! Rounding a corner in time: the next stretch sets out before the one before has come to rest.
+//!
+//! Where two lines meet at an angle, a stop makes every joint that only one of them moves wait for the other. Letting the end
+//! of one motion and the start of the next add up for a time tau cuts the corner a little and saves tau. With the distance u
+//! still to go on the first line and the distance w gone on the second, the tool is w from the first line and u from the
+//! second, at most, so that it leaves the path by no more than min(u, w): the time for which both stay below the tolerance
+//! follows from the two motions alone, and the joints' limits are checked on the sum of both.
+
+use crate::condition::{Piece, size};
+use crate::machine::Machine;
+use crate::smooth::Smooth;
+use crate::stretch::Stretch;
+use lostmotion_base::{Coords, math};
+use lostmotion_path::Curve;
+
+/// Halvings in the search for the time at which a distance is reached.
+const TIME_HALVINGS: usize = 40;
+/// Halvings in the search for an overlap that keeps the limits.
+const FIT_HALVINGS: usize = 10;
+/// Shorter overlaps are not worth the trouble, s.
+const NEGLIGIBLE_S: f64 = 1e-4;
+/// Steps of the jerk nearer to each other are too near for a difference of accelerations between them.
+const INSTANT_S: f64 = 1e-7;
+/// Sums of two motions that both keep a limit exactly may pass it by rounding.
+const ROUNDING: f64 = 1.0 + 1e-7;
+
+/// One of the two motions at a corner, seen from the corner: distance from it by time from rest.
+#[derive(Clone, Debug)]
+pub(crate) struct Leg {
+    smooth: Smooth,
+    /// Derivative of the joints by the path, in the direction of travel.
+    direction: Coords,
+    /// Length of the straight line at the corner.
+    room: f64,
+    /// Longest overlap, s.
+    longest_s: f64,
+    /// Largest speed of the path parameter, 1/s.
+    feed: f64,
+}
+
+impl Leg {
+    /// The end of a stretch that comes to rest on a line.
+    pub(crate) fn end_of(stretch: &Stretch) -> Option<Leg> {
+        Leg::new(stretch.last()?, stretch.smooth.reversed(), stretch.longest_overlap_s())
+    }
+
+    /// The start of a stretch on a line.
+    pub(crate) fn start_of(stretch: &Stretch) -> Option<Leg> {
+        Leg::new(stretch.first()?, stretch.smooth.clone(), stretch.longest_overlap_s())
+    }
+
+    fn new(piece: &Piece, smooth: Smooth, longest_s: f64) -> Option<Leg> {
+        let Curve::Line(_) = piece.curve else { return None };
+        let direction = piece.curve.eval(0.0).d1;
+        Some(Leg { smooth, direction, room: piece.curve.length(), longest_s, feed: piece.feed })
+    }
+
+    /// Distance from the corner, speed and acceleration at a time from rest.
+    fn at(&self, t: f64) -> [f64; 3] {
+        let motion = self.smooth.motion(t);
+        [motion.s - self.smooth.from, motion.v, motion.a]
+    }
+
+    /// The latest time, up to the longest, at which it is no farther from the corner than a distance.
+    fn time_to(&self, distance: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.longest_s);
+        if self.at(high)[0] <= distance {
+            return high;
+        }
+        for _ in 0..TIME_HALVINGS {
+            let middle = 0.5 * (low + high);
+            if self.at(middle)[0] <= distance { low = middle } else { high = middle }
+        }
+        low
+    }
+}
+
+/// How far from the line along `other` a step along `d` leads at most, per unit of the step.
+fn sideways(d: &Coords, other: &Coords) -> f64 {
+    let along = (d.dot(other) / other.dot(other)).clamp(0.0, 1.0);
+    size(&(*d - *other * along)).min(size(d))
+}
+
+/// How long two motions may overlap at their corner without leaving the path by more than a tolerance, s.
+pub(crate) fn overlap_s(machine: &Machine, before: &Leg, after: &Leg, tolerance: f64) -> f64 {
+    let (a, b) = (&before.direction, &after.direction);
+    let off = sideways(b, a).max(sideways(a, b));
+    let reach = tolerance / off.max(f64::MIN_POSITIVE);
+    let longest = (before.time_to(reach) + after.time_to(reach)).min(before.longest_s).min(after.longest_s);
+    // With one motion's jerk after the other's, joints that both move have less to bear than while both have jerk.
+    let in_turn = before.smooth.window_s + after.smooth.window_s;
+    for overlap in [longest, in_turn] {
+        if overlap <= longest && fits(machine, before, after, overlap) {
+            return overlap;
+        }
+    }
+    let (mut low, mut high) = (0.0, longest.min(in_turn));
+    for _ in 0..FIT_HALVINGS {
+        let middle = 0.5 * (low + high);
+        if fits(machine, before, after, middle) { low = middle } else { high = middle }
+    }
+    if low > NEGLIGIBLE_S { low } else { 0.0 }
+}
+
+/// About how long the motions along two lines overlap at their corner, s, if both use the window T.
+pub(crate) fn usual_overlap_s(machine: &Machine, [a, b]: [&Coords; 2], tolerance: f64, window_s: f64) -> f64 {
+    let jerk = |d: &Coords| machine.joints().map(|(joint, [_, a, j])| j.min(a / window_s) / d.0[joint].abs()).fold(f64::INFINITY, f64::min);
+    let (first, second) = (jerk(a), jerk(b));
+    let reach = tolerance / sideways(b, a).max(sideways(a, b)).max(f64::MIN_POSITIVE);
+    // The jerk lasts one window, and the acceleration is constant from then on.
+    let time_to = |jerk: f64| {
+        let cubic = math::cbrt(6.0 * reach / jerk);
+        let later = 2.0 * reach / (jerk * window_s) - window_s * window_s / 12.0;
+        if cubic <= window_s { cubic } else { 0.5 * window_s + later.sqrt() }
+    };
+    let longest = time_to(first) + time_to(second);
+    let jerks = machine.joints().map(|(joint, [.., j])| [first * a.0[joint] / j, second * b.0[joint] / j]);
+    if jerks.clone().any(|[d, e]| (d + e).abs() > ROUNDING) {
+        // Not while both have jerk.
+        return if longest >= 2.0 * window_s { 2.0 * window_s } else { 0.0 };
+    }
+    if jerks.clone().any(|[d, e]| (d - e).abs() > ROUNDING) { longest.min(window_s) } else { longest }
+}
+
+/// Whether the sum of both motions keeps every limit over an overlap.
+fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
+    if before.at(overlap_s)[0] > before.room || after.at(overlap_s)[0] > after.room {
+        return false;
+    }
+    let mut times = Vec::new();
+    before.smooth.steps(overlap_s, &mut times);
+    times.iter_mut().for_each(|t| *t = overlap_s - *t);
+    after.smooth.steps(overlap_s, &mut times);
+    times.push(overlap_s);
+    times.sort_by(f64::total_cmp);
+    let states = |t: f64| (before.at(overlap_s - t), after.at(t));
+    let mut start = 0.0;
+    let mut left = states(0.0);
+    for t in times {
+        let step = t - start;
+        if step < INSTANT_S {
+            continue;
+        }
+        let right = states(t);
+        if !keeps(machine, before, after, &left, &right, step) {
+            return false;
+        }
+        (start, left) = (t, right);
+    }
+    true
+}
+
+type State = ([f64; 3], [f64; 3]);
+
+/// Whether the sum keeps every limit over a time without a step of the jerk, given the states at its ends.
+fn keeps(machine: &Machine, before: &Leg, after: &Leg, left: &State, right: &State, step: f64) -> bool {
+    // Between its ends a motion of constant jerk leaves the chord of its speed by at most j h^2 / 8.
+    let jerk = [(right.0[2] - left.0[2]) / -step, (right.1[2] - left.1[2]) / step];
+    let bulge = |k: usize| jerk[k].abs() * step * step / 8.0;
+    let fastest = left.0[1].max(right.0[1]) + bulge(0) + left.1[1].max(right.1[1]) + bulge(1);
+    let free = fastest <= before.feed.min(after.feed) * ROUNDING;
+    free && machine.joints().all(|(joint, [v, a, j])| {
+        let (d, e) = (before.direction.0[joint], after.direction.0[joint]);
+        let speed = |s: &State| (s.0[1] * d + s.1[1] * e).abs();
+        let acceleration = |s: &State| (s.1[2] * e - s.0[2] * d).abs();
+        let bulge = (jerk[0] * d + jerk[1] * e).abs() * step * step / 8.0;
+        speed(left).max(speed(right)) + bulge <= v * ROUNDING
+            && acceleration(left).max(acceleration(right)) <= a * ROUNDING
+            && (jerk[0] * d + jerk[1] * e).abs() <= j * ROUNDING
+    })
+}
