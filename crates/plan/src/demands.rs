@@ -5,7 +5,7 @@ use crate::machine::{Demand, Machine};
 use crate::profile::Interval;
 use lostmotion_base::{AXES, Coords, Jet};
 use lostmotion_kinematics::{Kinematics, KinematicsError};
-use lostmotion_path::Curve;
+use lostmotion_path::{Curve, CurveDerivs, Quintic};
 
 /// Stretches of arc over which the tangent turns by more are split, rad.
 const TURN: f64 = 0.1;
@@ -84,13 +84,46 @@ pub(crate) fn demands(piece: &Piece, kinematics: &dyn Kinematics) -> Result<Vec<
     for part in 0..parts {
         let (s0, s1) = (length * (part as f64 / parts as f64), length * ((part + 1) as f64 / parts as f64));
         if kinematics.is_affine() {
-            let (d1, d2, d3) = piece.curve.max_derivatives(s0, s1);
-            out.push((s1 - s0, Demand { d: [d1.0, d2.0, d3.0], feed: feed(piece, s0, s1, d1) }));
+            let mut demand = match &piece.curve {
+                Curve::Quintic(quintic) => signed(quintic, s0, s1),
+                curve => {
+                    let (d1, d2, d3) = curve.max_derivatives(s0, s1);
+                    Demand::new([d1.0, d2.0, d3.0], f64::INFINITY)
+                }
+            };
+            demand.feed = feed(piece, s0, s1, Coords(demand.d[0]));
+            out.push((s1 - s0, demand));
         } else {
             bend(piece, kinematics, (s0, s1), MAX_HALVINGS, &mut out)?;
         }
     }
     Ok(out)
+}
+
+/// Bounds of the derivatives over part of a quintic by their control points there, which follow from values and slopes.
+fn signed(quintic: &Quintic, s0: f64, s1: f64) -> Demand {
+    let third = (s1 - s0) / 3.0;
+    let quarter = (s1 - s0) / 4.0;
+    let [start, middle, end] = [s0, 0.5 * (s0 + s1), s1].map(|s| quintic.eval(s));
+    let mut demand = Demand::NONE;
+    for joint in 0..AXES {
+        let of = |d: fn(&CurveDerivs) -> Coords| [&start, &middle, &end].map(|derivs| d(derivs).0[joint]);
+        let (q1, q2, q3) = (of(|d| d.d1), of(|d| d.d2), of(|d| d.d3));
+        let (b1, b3) = (q1[0] + quarter * q2[0], q1[2] - quarter * q2[2]);
+        let b2 = (16.0 * q1[1] - q1[0] - 4.0 * (b1 + b3) - q1[2]) / 6.0;
+        let points1 = [q1[0], b1, b2, b3, q1[2]];
+        let points2 = [q2[0], q2[0] + third * q3[0], q2[2] - third * q3[2], q2[2]];
+        let points3 = [q3[0], 2.0 * q3[1] - 0.5 * (q3[0] + q3[2]), q3[2]];
+        demand.d[0][joint] = points1.into_iter().fold(0.0, |most: f64, b| most.max(b.abs()));
+        for (order, points) in [points2.as_slice(), &points3].into_iter().enumerate() {
+            let up = points.iter().fold(0.0, |most: f64, b| most.max(*b));
+            let down = points.iter().fold(0.0, |most: f64, b| most.max(-b));
+            demand.sides[order][0][joint] = up;
+            demand.sides[order][1][joint] = down;
+            demand.d[order + 1][joint] = up.max(down);
+        }
+    }
+    demand
 }
 
 fn parts(curve: &Curve) -> usize {
@@ -140,6 +173,7 @@ fn bend(
         }
     }
     if smooth || halvings == 0 {
+        demand = Demand::new(demand.d, demand.feed);
         let (d1, _, _) = piece.curve.max_derivatives(s0, s1);
         demand.feed = feed(piece, s0, s1, d1);
         out.push((s1 - s0, demand));
@@ -147,4 +181,38 @@ fn bend(
     }
     bend(piece, kinematics, (s0, middle), halvings - 1, out)?;
     bend(piece, kinematics, (middle, s1), halvings - 1, out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Dense samples of the derivatives lie within the bounds, and come near those that should be exact.
+    #[test]
+    fn signed_bounds_hold_everywhere() {
+        let height = [0.0, 0.3, -0.2, 0.9, 0.1, 0.5];
+        let mut points = [Coords::ZERO; 6];
+        for (k, point) in points.iter_mut().enumerate() {
+            *point = Coords::xyz(0.4 * k as f64, height[k], -height[5 - k]);
+        }
+        let quintic = Quintic::from_control_points(points, 2.0).ok();
+        let Some(quintic) = quintic else { return assert!(quintic.is_some()) };
+        for (s0, s1) in [(0.0, 2.0), (0.3, 0.7), (1.2, 1.25), (1.9, 2.0)] {
+            let demand = signed(&quintic, s0, s1);
+            let (mut second, mut third) = (0.0_f64, 0.0_f64);
+            for i in 0..=1000 {
+                let at = quintic.eval(s0 + (s1 - s0) * (f64::from(i) / 1000.0));
+                let within = |bounds: [&[f64; AXES]; 2], d: Coords| {
+                    bounds[0].iter().zip(bounds[1]).zip(d.0).all(|((up, down), d)| -down - 1e-9 <= d && d <= up + 1e-9)
+                };
+                assert!(within([&demand.d[0]; 2], at.d1));
+                assert!(within([&demand.sides[0][0], &demand.sides[0][1]], at.d2), "second from {s0} to {s1}");
+                assert!(within([&demand.sides[1][0], &demand.sides[1][1]], at.d3), "third from {s0} to {s1}");
+                (second, third) = (second.max(at.d2.0[1].abs()), third.max(at.d3.0[1].abs()));
+            }
+            if s1 - s0 < 0.1 {
+                assert!(demand.d[1][1] < 1.05 * second && demand.d[2][1] < 1.05 * third);
+            }
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use crate::condition::{Judge, Piece, Programmed};
 use crate::corner::usual_overlap_s;
 use crate::demands::demands;
-use crate::machine::{Demand, Machine};
+use crate::machine::{Demand, Direction, Machine, NO_LIMIT};
 use lostmotion_kinematics::Kinematics;
 use lostmotion_path::Curve;
 
@@ -24,9 +24,9 @@ impl Judge for TimeJudge<'_> {
             all.join(demand);
         }
         let pace = self.machine.speed_cap(&all);
-        let straight = Demand { d: [all.d[0], [0.0; 9], [0.0; 9]], feed: before.feed.min(next.feed) };
+        let straight = Demand::new([all.d[0], [0.0; 9], [0.0; 9]], before.feed.min(next.feed));
         let window = self.machine.window_s(&all);
-        let acceleration = self.machine.acceleration(&straight, f64::INFINITY, 0.0, window);
+        let acceleration = self.machine.acceleration(&straight, Direction::Faster, f64::INFINITY, 0.0, window, NO_LIMIT);
         let reachable = (acceleration * before.length.min(next.length)).sqrt();
         let speed = self.machine.speed_cap(&straight).min(reachable);
         if pace >= speed {

@@ -7,6 +7,10 @@
 //! 3. bounds of every joint's derivatives along the path say how fast it may go;
 //! 4. the look-ahead window plans a speed profile and gives out what later moves cannot change;
 //! 5. a moving average over time makes the profile jerk-limited, and the sampler reads it at every tick.
+//!
+//! Where the tolerance allows to cut a corner but no blend is faster than a stop, the next stretch sets out before the one
+//! before has come to rest, so that the two motions add up for a while. The tool then stays within the tolerance of the path
+//! and passes the corner itself within twice as much; where the path turns back by more than 175 degrees it comes to rest.
 
 mod admit;
 mod condition;

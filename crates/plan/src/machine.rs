@@ -10,13 +10,20 @@ use lostmotion_base::{AXES, AxisLimits, math};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Demand {
     pub(crate) d: [[f64; AXES]; 3],
+    /// Bounds of q'' and q''' upward and downward, for what is opposed: by order, then side.
+    pub(crate) sides: [[[f64; AXES]; 2]; 2],
     /// Largest speed of the path parameter that the feed allows, 1/s.
     pub(crate) feed: f64,
 }
 
 impl Demand {
     /// No demand at all.
-    pub(crate) const NONE: Demand = Demand { d: [[0.0; AXES]; 3], feed: f64::INFINITY };
+    pub(crate) const NONE: Demand = Demand { d: [[0.0; AXES]; 3], sides: [[[0.0; AXES]; 2]; 2], feed: f64::INFINITY };
+
+    /// From bounds of the magnitudes alone.
+    pub(crate) fn new(d: [[f64; AXES]; 3], feed: f64) -> Demand {
+        Demand { d, sides: [[d[1]; 2], [d[2]; 2]], feed }
+    }
 
     /// Takes in the demands of another stretch.
     pub(crate) fn join(&mut self, other: &Demand) {
@@ -25,12 +32,36 @@ impl Demand {
                 self.d[order][joint] = self.d[order][joint].max(other.d[order][joint]);
             }
         }
+        for (mine, others) in self.sides.iter_mut().flatten().zip(other.sides.iter().flatten()) {
+            for (mine, other) in mine.iter_mut().zip(others) {
+                *mine = mine.max(*other);
+            }
+        }
         self.feed = self.feed.min(other.feed);
     }
 
     /// Whether every joint is linear in the path parameter.
     pub(crate) fn is_straight(&self) -> bool {
         self.d[1] == [0.0; AXES] && self.d[2] == [0.0; AXES]
+    }
+}
+
+/// Which way the speed changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Direction {
+    Faster,
+    Slower,
+}
+
+/// Bounds of |q'| and of what of q'' and q''' pulls a joint's jerk to one side, then to the other: to either side q''' v3
+/// adds to 3 q'' v a of its own sign while speeding up, and to that of the other sign while slowing down. The window's mean
+/// of the acceleration may be anything from none to all of it, so that what pulls the other way is no help.
+fn sides(demand: &Demand, direction: Direction, joint: usize) -> [[f64; 3]; 2] {
+    let c1 = demand.d[0][joint];
+    let [[up2, down2], [up3, down3]] = demand.sides.map(|order| order.map(|side| side[joint]));
+    match direction {
+        Direction::Faster => [[c1, up2, up3], [c1, down2, down3]],
+        Direction::Slower => [[c1, down2, up3], [c1, up2, down3]],
     }
 }
 
@@ -44,6 +75,17 @@ struct Joint {
 }
 
 impl Joint {
+    /// By how much a window that begins at a speed and an acceleration may pass the jerk.
+    fn excess(&self, [c1, c2, c3]: [f64; 3], v: f64, window_s: f64, a: f64) -> f64 {
+        let mean = v + 0.5 * a * window_s;
+        (c3 * mean * mean + 3.0 * c2 * a) * mean + c1 * a / window_s - self.j
+    }
+
+    /// The largest acceleration that keeps the jerk at the mean speed `cap`.
+    fn at_cap(&self, [c1, c2, c3]: [f64; 3], cap: f64, window_s: f64) -> f64 {
+        (self.j - c3 * cap * cap * cap).max(0.0) / (3.0 * c2 * cap + c1 / window_s)
+    }
+
     /// The largest acceleration up to `a` that keeps the jerk.
     ///
     /// A window that begins at the speed v and the acceleration a has a mean speed of at most v + a T/2, so that the jerk is
@@ -51,10 +93,7 @@ impl Joint {
     /// then bounded from below by a chord. Its mean speed is at most `cap`, too, which may leave more room.
     fn jerk_room(&self, [c1, c2, c3]: [f64; 3], cap: f64, v: f64, window_s: f64, a: f64) -> f64 {
         let half = 0.5 * window_s;
-        let excess = |a: f64| {
-            let mean = v + a * half;
-            (c3 * mean * mean + 3.0 * c2 * a) * mean + c1 * a / window_s - self.j
-        };
+        let excess = |a: f64| self.excess([c1, c2, c3], v, window_s, a);
         let slope = |a: f64| {
             let mean = v + a * half;
             3.0 * (c3 * mean * mean * half + c2 * (mean + a * half)) + c1 / window_s
@@ -62,7 +101,7 @@ impl Joint {
         if excess(a) <= 0.0 {
             return a;
         }
-        let at_cap = (self.j - c3 * cap * cap * cap).max(0.0) / (3.0 * c2 * cap + c1 / window_s);
+        let at_cap = self.at_cap([c1, c2, c3], cap, window_s);
         let rest = excess(0.0);
         if rest >= 0.0 {
             return at_cap.min(a);
@@ -91,7 +130,7 @@ const NEWTON_STEPS: usize = 8;
 const CLOSE: f64 = 0.1;
 
 /// Largest path acceleration ever considered, 1/s2: stands for "no joint minds".
-const NO_LIMIT: f64 = 1e12;
+pub(crate) const NO_LIMIT: f64 = 1e12;
 
 /// The limits of all joints.
 #[derive(Clone, Debug)]
@@ -141,10 +180,10 @@ impl Machine {
         cap
     }
 
-    /// Largest acceleration at a speed, with the window over which it is averaged, where the speed never passes `cap`.
-    /// Never rises with the speed.
-    pub(crate) fn acceleration(&self, demand: &Demand, cap: f64, v: f64, window_s: f64) -> f64 {
-        let mut a = NO_LIMIT;
+    /// Largest acceleration up to `most` at a speed, with the window over which it is averaged, where the speed never
+    /// passes `cap`. Never rises with the speed.
+    pub(crate) fn acceleration(&self, demand: &Demand, direction: Direction, cap: f64, v: f64, window_s: f64, most: f64) -> f64 {
+        let mut a = most;
         for joint in &self.joints {
             let [c1, c2] = [0, 1].map(|order| demand.d[order][joint.index]);
             let room = joint.a - c2 * v * v;
@@ -156,12 +195,25 @@ impl Machine {
             }
         }
         for joint in &self.joints {
-            let derivatives = [0, 1, 2].map(|order| demand.d[order][joint.index]);
-            if derivatives[1] > 0.0 || derivatives[2] > 0.0 {
-                a = joint.jerk_room(derivatives, cap, v, window_s, a);
+            let [c2, c3] = [1, 2].map(|order| demand.d[order][joint.index]);
+            if c2 == 0.0 && c3 == 0.0 {
+                continue;
+            }
+            for side in sides(demand, direction, joint.index) {
+                a = joint.jerk_room(side, cap, v, window_s, a);
             }
         }
         a
+    }
+
+    /// Whether [`Machine::acceleration`] allows so much.
+    pub(crate) fn allows(&self, demand: &Demand, direction: Direction, cap: f64, v: f64, window_s: f64, a: f64) -> bool {
+        self.joints.iter().all(|joint| {
+            let [c1, c2, c3] = [0, 1, 2].map(|order| demand.d[order][joint.index]);
+            let side = |side| joint.excess(side, v, window_s, a) <= 0.0 || a <= joint.at_cap(side, cap, window_s);
+            (c1 == 0.0 || c2 * v * v + c1 * a <= joint.a && c1 * a <= joint.j * window_s)
+                && (c2 == 0.0 && c3 == 0.0 || sides(demand, direction, joint.index).into_iter().all(side))
+        })
     }
 
     /// The best window for a straight stretch from rest to rest: the time-optimal profile with limited jerk.

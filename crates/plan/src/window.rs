@@ -8,12 +8,12 @@ use crate::profile::{Interval, Node, Plan, Task, duration_s, last_cut, plan};
 use lostmotion_kinematics::{Kinematics, KinematicsError};
 use std::collections::VecDeque;
 
-/// Stretches that take less than this many windows are tried with shorter windows too.
-const SHORT_STRETCH: f64 = 24.0;
-/// Parts of the usual window that are tried.
-const SHORTER: [f64; 4] = [0.7, 0.5, 0.35, 0.2];
-/// Stretches of more intervals than this are not tried again.
-const FEW_INTERVALS: usize = 256;
+/// Parts of the usual window that are tried: on curves and short ways a shorter one may be faster.
+const SHORTER: [f64; 5] = [0.75, 0.6, 0.45, 0.3, 0.2];
+/// How much of the path the windows are compared on.
+const TRIED_INTERVALS: usize = 192;
+/// A window that takes longer than the best by this factor is followed by none that is better.
+const HOPELESS: f64 = 1.02;
 
 /// Path between two stops that is not planned for good yet.
 #[derive(Clone, Debug)]
@@ -93,7 +93,7 @@ impl Window {
     /// profile had to come to rest for want of look-ahead.
     pub(crate) fn settle(&mut self, machine: &Machine) -> Option<(Settled, bool)> {
         if self.from.b == 0.0 {
-            self.window_s = self.usual_window_s(machine);
+            self.window_s = self.best_window_s(machine);
         }
         let plan = plan(&self.task(machine, false, self.window_s));
         let full = self.intervals.len() >= self.max_intervals || self.pieces.len() >= self.max_pieces;
@@ -137,30 +137,35 @@ impl Window {
         settled
     }
 
-    /// The plan to the end; of a short stretch, that with the best window.
+    /// The plan to the end.
     fn final_plan(&mut self, machine: &Machine) -> Plan {
-        if self.from.b > 0.0 {
-            return plan(&self.task(machine, true, self.window_s));
+        if self.from.b == 0.0 {
+            self.window_s = self.best_window_s(machine);
         }
-        self.window_s = self.usual_window_s(machine);
+        plan(&self.task(machine, true, self.window_s))
+    }
+
+    /// The window with which the beginning of the path takes the least time.
+    fn best_window_s(&self, machine: &Machine) -> f64 {
+        let usual = self.usual_window_s(machine);
         if let [only] = self.intervals.as_slice()
             && only.demand.is_straight()
         {
-            self.window_s = self.window_s.min(machine.straight_window_s(&only.demand, only.end - self.from.s));
-            return plan(&self.task(machine, true, self.window_s));
+            return usual.min(machine.straight_window_s(&only.demand, only.end - self.from.s));
         }
-        let usual = self.window_s;
-        let mut best = plan(&self.task(machine, true, usual));
-        let mut time = duration_s(&best.nodes) + usual;
-        if self.intervals.len() > FEW_INTERVALS || time > SHORT_STRETCH * usual {
-            return best;
-        }
+        let intervals = &self.intervals[..self.intervals.len().min(TRIED_INTERVALS)];
+        let time = |window_s: f64| {
+            let task = Task { intervals, ..self.task(machine, true, window_s) };
+            duration_s(&plan(&task).nodes) + window_s
+        };
+        let (mut best, mut least) = (usual, time(usual));
         for part in SHORTER {
-            let window_s = part * usual;
-            let other = plan(&self.task(machine, true, window_s));
-            let other_time = duration_s(&other.nodes) + window_s;
-            if other_time < time {
-                (best, time, self.window_s) = (other, other_time, window_s);
+            let tried = time(part * usual);
+            if tried > HOPELESS * least {
+                break;
+            }
+            if tried < least {
+                (best, least) = (part * usual, tried);
             }
         }
         best

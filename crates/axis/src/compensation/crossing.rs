@@ -11,7 +11,8 @@
 //! `j T_g^3/12`, on one with friction nothing as long as it sticks longer than the traverse takes.
 //!
 //! Outputs while crossing: offset and its speed to the loops; `J_M` times its acceleration, motor viscous friction, and the change
-//! of the motor's Coulomb friction as torque, ahead by half the current loop's lag. A changed half gap is taken up in a glide.
+//! of the motor's Coulomb friction as torque, ahead by half the current loop's lag. A changed half gap is taken up by the next crossing: taking it
+//! up sooner would have to tear the load off its flank or push it.
 
 use super::traverse::{Offset, Traverse, ticks_for};
 use super::twin::{LoadModel, Twin, TwinState};
@@ -25,8 +26,6 @@ use serde::{Deserialize, Serialize};
 const LEAST_TICKS: u32 = 12;
 /// And no longer: 100 ms.
 const MOST_TICKS: u32 = 400;
-/// A new estimate of the gap is taken up over 50 ms.
-const GLIDE_TICKS: u32 = 200;
 /// Ticks by which a traverse sets out earlier: detection and the loops take about two.
 const EARLIER_TICKS: f64 = 2.0;
 /// Part of the rated torque below which the shaft carries nothing.
@@ -51,10 +50,21 @@ pub(super) struct CrossingState {
     pub(super) twin: TwinState,
     pub(super) side: i8,
     traverse: Traverse,
-    gliding: bool,
     /// Reference velocity and acceleration as the axis follows them.
     lagged: [f64; 2],
     wound: f64,
+}
+
+impl CrossingState {
+    /// Offset of the motor now, rad.
+    pub(super) fn offset(&self) -> f64 {
+        self.traverse.now()
+    }
+
+    /// Whether it is on its way from flank to flank.
+    pub(super) fn crossing(&self) -> bool {
+        self.traverse.moving()
+    }
 }
 
 impl Crossing {
@@ -76,7 +86,7 @@ impl Crossing {
 
     pub(super) fn initial(&self, motor_position: f64, load: &LoadModel) -> CrossingState {
         let twin = self.twin.initial(motor_position, load);
-        CrossingState { twin, side: 0, traverse: Traverse::default(), gliding: false, lagged: [0.0; 2], wound: 0.0 }
+        CrossingState { twin, side: 0, traverse: Traverse::default(), lagged: [0.0; 2], wound: 0.0 }
     }
 
     /// One servo tick with a load and half a gap as they are known now.
@@ -84,23 +94,19 @@ impl Crossing {
         let now = state.twin;
         self.twin.step(&mut state.twin, &signals.reference, &signals.next_reference, load);
         self.follow(state, signals);
-        if !state.traverse.moving() || state.gliding {
+        if !state.traverse.moving() {
             let ticks = ticks_for(2.0 * half_gap, self.acceleration, LEAST_TICKS, MOST_TICKS);
             let side = self.side_ahead(state, &now, signals, load, 0.5 * f64::from(ticks));
-            let to = f64::from(side) * half_gap;
             if side != state.side {
-                if half_gap > 0.0 {
+                state.side = side;
+                let to = f64::from(side) * half_gap;
+                if to != state.traverse.now() {
                     state.traverse.start(to, ticks);
                 }
-                (state.side, state.gliding) = (side, false);
-            } else if !state.gliding && to != state.traverse.target() {
-                state.traverse.start(to, GLIDE_TICKS);
-                state.gliding = true;
             }
         }
-        let crossing = state.traverse.moving() && !state.gliding;
+        let crossing = state.traverse.moving();
         let offset = state.traverse.step(self.torque_lead_ticks);
-        state.gliding &= state.traverse.moving();
         self.correction(state, &now, &offset, load, crossing)
     }
 

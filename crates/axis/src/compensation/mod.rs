@@ -3,13 +3,16 @@
 //! A compensator is a block that runs at the servo rate (250 us). Its configuration is immutable and shared, its state is
 //! small, cloneable and serialisable. It sees only what a drive has; [`MethodInfo::knows`] says what it needs beyond that.
 
+pub mod adaptive;
 mod crossing;
 pub mod fixed;
+mod learning;
 pub mod load_feedback;
 pub mod lookup;
 pub mod none;
 pub mod published;
 pub mod registry;
+mod replay;
 mod traverse;
 mod twin;
 

@@ -1,5 +1,6 @@
 //! The open set of compensators. Adding one is one file beside this and one line in [`METHODS`].
 
+use super::adaptive::Adaptive;
 use super::fixed::Fixed;
 use super::load_feedback::LoadFeedback;
 use super::lookup::Lookup;
@@ -41,6 +42,7 @@ pub static METHODS: &[Method] = &[
     Method::of::<Published<true>>(),
     Method::of::<LoadFeedback>(),
     Method::of::<Lookup>(),
+    Method::of::<Adaptive>(),
 ];
 
 /// The method of a name.

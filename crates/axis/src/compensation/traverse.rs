@@ -44,9 +44,9 @@ impl Traverse {
         self.tick < self.ticks
     }
 
-    /// Where it leads.
-    pub(super) fn target(&self) -> f64 {
-        self.to
+    /// Where it is, rad.
+    pub(super) fn now(&self) -> f64 {
+        self.position(f64::from(self.tick))
     }
 
     /// Takes one tick. The acceleration is that of a moment later: `lead_ticks` for whatever delays the torque.

@@ -111,15 +111,37 @@ impl Twin {
 
     /// One servo period.
     pub(super) fn step(&self, state: &mut TwinState, reference: &Reference, next: &Reference, load: &LoadModel) {
+        self.step_with_gap(state, reference, next, &Correction::NONE, load, 0.0);
+    }
+
+    /// One servo period of the axis with a gap and with what a compensator put out.
+    pub(super) fn step_with_gap(
+        &self,
+        state: &mut TwinState,
+        reference: &Reference,
+        next: &Reference,
+        correction: &Correction,
+        load: &LoadModel,
+        half_gap: f64,
+    ) {
         let measured = self.servo.measure(&mut state.servo, &state.plant);
-        self.servo.command(&mut state.servo, reference, next, &measured, &Correction::NONE);
+        self.servo.command(&mut state.servo, reference, next, &measured, correction);
         for _ in 0..self.servo.current_steps() {
             let input = self.servo.voltage(&mut state.servo, &state.plant);
-            self.advance(state, input.voltage_q, load);
+            self.advance(state, input.voltage_q, load, half_gap);
         }
     }
 
-    fn advance(&self, state: &mut TwinState, voltage: f64, load: &LoadModel) {
+    /// The same state on an axis with a gap whose motor stands off by an offset, on the flank that carries the torque.
+    pub(super) fn on_flank(&self, state: &TwinState, side: f64, half_gap: f64, offset: f64) -> TwinState {
+        let mut shifted = *state;
+        shifted.plant.gap_angle += side * half_gap;
+        shifted.plant.load_position += offset - side * half_gap;
+        shifted.servo.velocity.position += offset;
+        shifted
+    }
+
+    fn advance(&self, state: &mut TwinState, voltage: f64, load: &LoadModel, half_gap: f64) {
         let (x, h) = (&mut state.plant, self.period_s);
         let share = h / self.inductance;
         x.current_q = (x.current_q + share * (voltage - self.back_emf * x.motor_velocity)) / (1.0 + share * self.resistance);
@@ -130,7 +152,10 @@ impl Twin {
             (inverse(self.inertia, self.coulomb, x.motor_velocity), inverse(load.inertia, load.coulomb, x.load_velocity));
         let free = x.motor_velocity - x.load_velocity + h * (drive * of_motor - drag * of_load);
         let give = (h * h * load.stiffness + h * load.damping) * (of_motor + of_load);
-        let torque = (load.stiffness * (x.gap_angle + h * free) + load.damping * free) / (1.0 + give);
+        let lead = x.gap_angle + h * free;
+        let pressed = lead - lead.clamp(-half_gap, half_gap);
+        let touches = half_gap <= 0.0 || pressed != 0.0;
+        let torque = if touches { (load.stiffness * pressed + load.damping * free) / (1.0 + give) } else { 0.0 };
         let (motor, friction) = slide(x.motor_velocity, h * (drive - torque) / self.inertia, h * self.coulomb / self.inertia);
         let (slid, _) = slide(x.load_velocity, h * (torque + drag) / load.inertia, h * load.coulomb / load.inertia);
         x.motor_velocity = motor;
@@ -149,6 +174,11 @@ impl Twin {
     /// Viscous friction of the motor, N m s/rad.
     pub(super) fn motor_viscous(&self) -> f64 {
         self.viscous
+    }
+
+    /// Torque per current, N m/A.
+    pub(super) fn torque_constant(&self) -> f64 {
+        self.torque_constant
     }
 
     /// Inertia on the motor's side of the gap, kg m2.

@@ -106,6 +106,20 @@ impl Default for LookupSettings {
     }
 }
 
+/// Settings of `adaptive`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AdaptiveSettings {
+    /// Part of the drive's largest torque that a traverse of the gap may take, 0 to 1.
+    pub torque_share: f64,
+}
+
+impl Default for AdaptiveSettings {
+    fn default() -> AdaptiveSettings {
+        AdaptiveSettings { torque_share: 0.5 }
+    }
+}
+
 fn is_default<T: Default + PartialEq>(settings: &T) -> bool {
     *settings == T::default()
 }
@@ -123,6 +137,9 @@ pub struct CompensationConfig {
     /// Settings of `lookup`.
     #[serde(skip_serializing_if = "is_default")]
     pub lookup: LookupSettings,
+    /// Settings of `adaptive`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub adaptive: AdaptiveSettings,
 }
 
 impl Default for CompensationConfig {
@@ -132,6 +149,7 @@ impl Default for CompensationConfig {
             fixed: FixedSettings::default(),
             published: PublishedSettings::default(),
             lookup: LookupSettings::default(),
+            adaptive: AdaptiveSettings::default(),
         }
     }
 }
@@ -153,6 +171,7 @@ impl CompensationConfig {
             gap.check(transmission).map_err(|e| e.within("lookup.gap"))?;
         }
         between("lookup.torque_share", self.lookup.torque_share, 0.01, 1.0)?;
+        between("adaptive.torque_share", self.adaptive.torque_share, 0.01, 1.0)?;
         between("lookup.wind_up", self.lookup.wind_up, 0.0, 1.0)?;
         positive("published.p0", self.published.p0)?;
         not_negative("published.acceleration_zero_rad_s2", self.published.acceleration_zero_rad_s2)

@@ -1,6 +1,7 @@
 //! Spreads each interval's demands over the reach of a window around it.
 
 use super::{Interval, Task};
+use crate::machine::{Direction, NO_LIMIT};
 
 /// A stretch of path with everything whose window reaches it.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,13 +19,22 @@ pub(crate) struct Cell {
 }
 
 impl Cell {
-    /// Largest acceleration at a speed; never rises with it. `members` is what [`dilate`] gave with the cell.
-    pub(super) fn acceleration(&self, task: &Task<'_>, members: &[usize], v: f64) -> f64 {
-        let bound = |&index: &usize| {
+    /// Largest acceleration in a direction at a speed; never rises with it. `members` is what [`dilate`] gave with the cell.
+    pub(super) fn acceleration(&self, task: &Task<'_>, members: &[usize], direction: Direction, v: f64) -> f64 {
+        // What one interval leaves is all that the next one has to be asked about.
+        let bound = |most: f64, &index: &usize| {
             let interval = &task.intervals[index];
-            task.machine.acceleration(&interval.demand, interval.cap, v, task.window_s)
+            task.machine.acceleration(&interval.demand, direction, interval.cap, v, task.window_s, most)
         };
-        members[self.first..self.past].iter().map(bound).fold(f64::INFINITY, f64::min)
+        members[self.first..self.past].iter().fold(NO_LIMIT, bound)
+    }
+
+    /// Whether an acceleration is within the bound at a speed.
+    pub(super) fn allows(&self, task: &Task<'_>, members: &[usize], direction: Direction, v: f64, a: f64) -> bool {
+        members[self.first..self.past].iter().all(|&index| {
+            let interval = &task.intervals[index];
+            task.machine.allows(&interval.demand, direction, interval.cap, v, task.window_s, a)
+        })
     }
 }
 

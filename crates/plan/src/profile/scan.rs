@@ -1,6 +1,7 @@
 //! The highest speed profile below the caps that the acceleration allows.
 
 use super::{Cell, Node, Task};
+use crate::machine::Direction;
 
 /// What a profile is planned over.
 #[derive(Clone, Copy, Debug)]
@@ -41,22 +42,23 @@ struct Step {
 }
 
 /// The next step up from a speed, within a distance: as much as the bound allows at the speed that the step leads to.
-fn step(ground: &Ground<'_>, cell: &Cell, b: f64, distance: f64) -> Step {
+fn step(ground: &Ground<'_>, direction: Direction, cell: &Cell, b: f64, distance: f64) -> Step {
     let top = cell.cap * cell.cap;
-    let mut high = cell.acceleration(ground.task, ground.members, b.sqrt());
+    let mut high = cell.acceleration(ground.task, ground.members, direction, b.sqrt());
     if cell.straight {
         return Step { distance, a: high };
     }
     let distance = distance.min(SPEED_STEP * top / (2.0 * high).max(f64::MIN_POSITIVE));
-    let exit = |a: f64| cell.acceleration(ground.task, ground.members, (b + 2.0 * a * distance).min(top).sqrt());
+    let exit = |a: f64| (b + 2.0 * a * distance).min(top).sqrt();
+    let allows = |a: f64| cell.allows(ground.task, ground.members, direction, exit(a), a);
     // The bound never rises with the speed: what holds at a higher speed holds at all below.
-    let mut low = exit(high);
+    let mut low = cell.acceleration(ground.task, ground.members, direction, exit(high));
     for halving in 0..MAX_HALVINGS {
         if halving >= HALVINGS && low > 0.0 {
             break;
         }
         let middle = 0.5 * (low + high);
-        if middle <= exit(middle) {
+        if allows(middle) {
             low = middle;
         } else {
             high = middle;
@@ -86,7 +88,7 @@ fn backward(ground: &Ground<'_>) -> Vec<Ceiling> {
 /// One step back from a node below the cap.
 fn fall(ground: &Ground<'_>, cell: &Cell, end: Node) -> Node {
     let top = cell.cap * cell.cap;
-    let Step { distance, a } = step(ground, cell, end.b, end.s - cell.start);
+    let Step { distance, a } = step(ground, Direction::Slower, cell, end.b, end.s - cell.start);
     let reached = end.b + 2.0 * a * distance;
     if reached >= top {
         let s = (end.s - (top - end.b) / (2.0 * a)).max(cell.start);
@@ -121,7 +123,7 @@ fn advance(ground: &Ground<'_>, cell: &Cell, ceiling: &Ceiling, here: Node) -> N
     if gap <= 1e-12 * ceiling.from.b {
         return ceiling.to;
     }
-    let Step { distance, a } = step(ground, cell, here.b, length);
+    let Step { distance, a } = step(ground, Direction::Faster, cell, here.b, length);
     let way = gap / (2.0 * a + fall);
     if way < distance {
         let s = here.s + way;
