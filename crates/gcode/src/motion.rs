@@ -126,6 +126,8 @@ pub struct MotionFold {
     pitch_mm: Option<f64>,
     spindle_speed: f64,
     spindle_on: bool,
+    /// G96: the speed is along the surface, and revolutions depend on the radius.
+    surface_speed: bool,
     control: PathControl,
     merge: f64,
 }
@@ -145,6 +147,7 @@ impl MotionFold {
             pitch_mm: None,
             spindle_speed: 0.0,
             spindle_on: false,
+            surface_speed: false,
             control: PathControl::Continuous { tolerance: 0.0 },
             merge: 0.0,
         }
@@ -158,7 +161,8 @@ impl MotionFold {
     /// Takes one operation and gives what it makes the machine do, if anything.
     ///
     /// # Errors
-    /// Splines (G5, G5.1, G5.2) and rigid tapping (G33.1), which are not motion yet; feed per revolution without a turning spindle; an arc whose plane the rotation of the coordinate system turns.
+    /// Splines (G5, G5.1, G5.2), rigid tapping (G33.1) and feed per revolution at constant surface speed, which are not
+    /// motion yet; feed per revolution without a turning spindle; an arc whose plane the rotation of the coordinate system turns.
     pub fn push(&mut self, sourced: &SourcedOp) -> Result<Option<MotionItem>, Problem> {
         let block = sourced.block;
         Ok(Some(match &sourced.op {
@@ -233,6 +237,7 @@ impl MotionFold {
             CanonicalOp::StopSpeedFeedSync => self.pitch_mm = None,
             CanonicalOp::SetFeedMode { per_revolution } => self.per_revolution = *per_revolution,
             CanonicalOp::SetSpindleSpeed { spindle: 0, speed } => self.spindle_speed = *speed,
+            CanonicalOp::SetSpindleMode { spindle: 0, highest } => self.surface_speed = *highest > 0.0,
             CanonicalOp::StartSpindle { spindle: 0, .. } => self.spindle_on = true,
             CanonicalOp::StopSpindle { spindle: 0 } => self.spindle_on = false,
             CanonicalOp::SetMotionControlMode(PathControl::Continuous { tolerance }) => {
@@ -262,13 +267,21 @@ impl MotionFold {
     fn per_minute(&self, code: &'static str) -> Result<f64, Problem> {
         match self.per_revolution {
             false => Ok(1.0),
+            true if self.surface_speed => self.revolutions_are_known().map(|()| 0.0),
             true if self.spindle_on && self.spindle_speed > 0.0 => Ok(self.spindle_speed),
             true => Err(Problem::NoRevolutions { code }),
         }
     }
 
+    /// At constant surface speed the spindle's speed changes along the move.
+    fn revolutions_are_known(&self) -> Result<(), Problem> {
+        let what = "a feed per revolution at constant surface speed (G95 or G33 with G96)";
+        if self.surface_speed { Err(Problem::NoMotionFor { what }) } else { Ok(()) }
+    }
+
     fn feed(&self, end: &Coords, code: &'static str) -> Result<Feed, Problem> {
         if let Some(pitch_mm) = self.pitch_mm {
+            self.revolutions_are_known()?;
             return match self.spindle_on && self.spindle_speed > 0.0 && pitch_mm != 0.0 {
                 true => Ok(Feed::MmPerMin(pitch_mm.abs() * self.spindle_speed)),
                 false => Err(Problem::NoRevolutions { code: "G33" }),

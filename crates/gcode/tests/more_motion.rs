@@ -82,7 +82,7 @@ fn what_is_wrong_with_a_curve_is_told() {
 
 #[test]
 fn what_is_not_motion_yet_is_an_error_that_says_so() {
-    for text in ["F100 G5.1 X1 Y1 I1 J0\nM2\n", "S100 M3\nG33.1 Z-1 K1\nM2\n"] {
+    for text in ["F100 G5.1 X1 Y1 I1 J0\nM2\n", "S100 M3\nG33.1 Z-1 K1\nM2\n", "G96 S100 M3\nG95 F0.1 G1 X9\nM2\n"] {
         let mut fold = MotionFold::new(InterpreterConfig::default().start);
         let refused = ops(text).iter().filter_map(|op| fold.push(op).err()).collect::<Vec<_>>();
         assert!(matches!(refused[..], [Problem::NoMotionFor { .. }]), "{refused:?}");
