@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{machine, program, run};
+use common::{machine, part, program, run};
 use lostmotion::axis::AxisConfig;
 use lostmotion::axis::config::Load;
 use lostmotion::base::AxisId;
@@ -79,4 +79,12 @@ fn a_wider_gap_is_worse() {
     };
     let [narrow, middle, wide] = [5.0, 20.0, 80.0].map(rms);
     assert!(narrow < middle && middle < wide, "{narrow} {middle} {wide}");
+}
+
+#[test]
+fn a_curve_of_short_lines_is_not_driven_stop_and_go() {
+    // 360 chords of one to two millimetres, three to ten degrees between them, at 40 mm/s.
+    let comparison = run(&part("lissajous.ngc"), &machine("vmc3"), &["none"]).unwrap();
+    let at_the_feed_s = comparison.plan.cutting_mm / 40.0;
+    assert!(comparison.plan.duration_s < 1.15 * at_the_feed_s, "{} s against {at_the_feed_s} s", comparison.plan.duration_s);
 }

@@ -12,6 +12,11 @@
 //! What happens to a line: [`syntax`] makes it a block of words and postfix code; the [`interpreter`] evaluates the words,
 //! looks their codes up in the table of [`codes`], and carries them out in the order of their phases; the result is
 //! [`ops::SourcedOp`]s. [`motion`] folds those into moves in machine coordinates.
+//!
+//! Under cutter compensation (G41, G42) a move is held back until the next one is known. Curves (G5, G5.1, G5.2) keep their
+//! control points and rigid tapping (G33.1) its end, but [`motion`] refuses both with an error. Probing moves and inputs
+//! find nothing: see [`ops::StraightProbe`]. Subroutines in files come through a [`loader::SubroutineLoader`], and
+//! [`Interpreter::call_stacks`] tells which calls led to a block.
 
 pub mod canon;
 pub mod codes;

@@ -53,6 +53,8 @@ fn what_is_wrong_with_a_curve_is_told() {
         ("F100 G5.2 X1 Y1\nG5.3", "curve 2:1"),
         ("F100 G5.2 X1\nG5.3", "word-missing 1:6"),
         ("F100 G5.2 X1 Y1 P-1", "word-out-of-range 1:6"),
+        ("F100 G5.2 X1 Y1\nG1 X4", "curve 2:1"),
+        ("F100 G5.2 X1 Y1", "curve 2:1"),
         ("G5.1 X1 Y1 I1 J1", "no-feed 1:1"),
         ("F100 G18 G5.1 X1 I1 J1", "curve 1:10"),
         ("F100 G5 X1 Y1 I1 P1 Q1", "word-missing 1:6"),
@@ -147,6 +149,11 @@ fn subroutines_come_from_files_and_know_their_callers() {
     assert_eq!((moves[0].block.span.file, moves[0].block.span.line), (2, 3));
     assert_eq!(interpreter.file_name(2), Some("inner.ngc"));
     assert_eq!(interpreter.file_name(0), None);
+}
+
+#[test]
+fn a_line_that_calls_further_on_runs_once() {
+    assert_eq!(traverses("#1=1\n#1=[#1+1] M98 P5\nG0 X#1\nM2\no5\nG0 Y#1\nM99\n"), [[0.0, 2.0, 0.0], [2.0, 2.0, 0.0]]);
 }
 
 #[test]

@@ -102,8 +102,9 @@ pub(crate) fn overlap_s(machine: &Machine, before: &Leg, after: &Leg, tolerance:
     if low > NEGLIGIBLE_S { low } else { 0.0 }
 }
 
-/// About how long the motions along two lines overlap at their corner, s, if both use the window T.
-pub(crate) fn usual_overlap_s(machine: &Machine, [a, b]: [&Coords; 2], tolerance: f64, window_s: f64) -> f64 {
+/// About how long the motions along two lines overlap at their corner, s, if both use the window T and neither gives more than
+/// `most_s`.
+pub(crate) fn usual_overlap_s(machine: &Machine, [a, b]: [&Coords; 2], tolerance: f64, window_s: f64, most_s: f64) -> f64 {
     let jerk = |d: &Coords| machine.joints().map(|(joint, [_, a, j])| j.min(a / window_s) / d.0[joint].abs()).fold(f64::INFINITY, f64::min);
     let (first, second) = (jerk(a), jerk(b));
     let reach = tolerance / sideways(b, a).max(sideways(a, b)).max(f64::MIN_POSITIVE);
@@ -113,7 +114,7 @@ pub(crate) fn usual_overlap_s(machine: &Machine, [a, b]: [&Coords; 2], tolerance
         let later = 2.0 * reach / (jerk * window_s) - window_s * window_s / 12.0;
         if cubic <= window_s { cubic } else { 0.5 * window_s + later.sqrt() }
     };
-    let longest = time_to(first) + time_to(second);
+    let longest = (time_to(first) + time_to(second)).min(most_s);
     let jerks = machine.joints().map(|(joint, [.., j])| [first * a.0[joint] / j, second * b.0[joint] / j]);
     if jerks.clone().any(|[d, e]| (d + e).abs() > ROUNDING) {
         // Not while both have jerk.

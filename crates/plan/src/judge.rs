@@ -36,16 +36,18 @@ impl Judge for TimeJudge<'_> {
         let window = window.min(self.machine.straight_window_s(&straight, before.length.min(next.length)));
         let own = blend.curve.length() / pace;
         let saved = 2.0 * pace / acceleration + pace * (window + own) / speed - pace * pace / (acceleration * speed);
-        saved > own + self.overlap_s(before, next, tolerance, window)
+        // A stretch gives at most half of its time to an overlap.
+        let shorter = before.length.min(next.length) / speed + speed / acceleration + window;
+        saved > own + self.overlap_s(before, next, tolerance, window, 0.5 * shorter)
     }
 }
 
 impl TimeJudge<'_> {
     /// About how long the motions before and after a stop overlap, s.
-    fn overlap_s(&self, before: &Programmed, next: &Programmed, tolerance: f64, window_s: f64) -> f64 {
+    fn overlap_s(&self, before: &Programmed, next: &Programmed, tolerance: f64, window_s: f64, most_s: f64) -> f64 {
         match (&before.curve, &next.curve) {
             (Curve::Line(a), Curve::Line(b)) if self.kinematics.is_affine() => {
-                usual_overlap_s(self.machine, [&a.eval(0.0).d1, &b.eval(0.0).d1], tolerance, window_s)
+                usual_overlap_s(self.machine, [&a.eval(0.0).d1, &b.eval(0.0).d1], tolerance, window_s, most_s)
             }
             _ => 0.0,
         }

@@ -116,6 +116,11 @@ pub(crate) fn nurbs(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     Ok(())
 }
 
+/// A NURBS block that the program ends in.
+pub(crate) const fn unclosed() -> Problem {
+    Problem::Curve { code: Code { letter: 'G', tenths: 52 }, message: "without its G5.3: the curve is not run" }
+}
+
 /// G5.3: closes the NURBS block and makes the move.
 pub(crate) fn nurbs_end(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.state.motion = None;

@@ -4,7 +4,7 @@ use super::Exec;
 use crate::codes::row::{PHASE_F, PHASE_MOTION, PHASE_S, PHASE_T};
 use crate::codes::{CodeRow, Group};
 use crate::ops::CanonicalOp;
-use crate::problem::Problem;
+use crate::problem::{Code, Problem};
 use crate::state::FeedMode;
 use crate::syntax::Text;
 use crate::syntax::evaluate::whole;
@@ -37,6 +37,9 @@ impl Exec<'_> {
     fn act(&mut self, row: &'static CodeRow) -> Result<(), Problem> {
         if self.state.compensation.is_some() {
             self.under_compensation(row.code)?;
+        }
+        if self.state.nurbs.is_some() && row.group != Group::Stop && !matches!(row.code, Code { letter: 'G', tenths: 52 | 53 }) {
+            return Err(Problem::Curve { code: row.code, message: "cannot stand between G5.2 and G5.3" });
         }
         (row.action)(self, row.code)
     }

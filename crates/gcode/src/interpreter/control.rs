@@ -18,12 +18,12 @@ impl Interpreter {
         match keyword {
             Keyword::If => self.branch(label),
             Keyword::ElseIf | Keyword::Else => {
-                self.top(&label, "if", |kind| kind == OpenKind::If)?;
-                self.skip(label, Skip::EndIf);
-                Ok(())
+                let kind = self.top(&label, "if", |kind| !kind.is_loop())?;
+                self.skip(label.clone(), Skip::EndIf);
+                if kind == OpenKind::Else { Err(flow_error(format!("o{label} has had its else"))) } else { Ok(()) }
             }
             Keyword::EndIf => {
-                self.top(&label, "if", |kind| kind == OpenKind::If)?;
+                self.top(&label, "if", |kind| !kind.is_loop())?;
                 self.flow.opens.pop();
                 Ok(())
             }
@@ -166,7 +166,12 @@ impl Interpreter {
                 self.flow.skip = None;
                 self.flow.opens.pop();
             }
-            (Skip::Branch, Keyword::Else) => self.flow.skip = None,
+            (Skip::Branch, Keyword::Else) => {
+                self.flow.skip = None;
+                if let Some(open) = self.flow.opens.last_mut() {
+                    open.kind = OpenKind::Else;
+                }
+            }
             (Skip::Branch, Keyword::ElseIf) => {
                 let condition = self.condition();
                 if matches!(condition, Ok(true)) {

@@ -18,6 +18,8 @@ pub(crate) struct Open {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OpenKind {
     If,
+    /// The last branch of an `if`.
+    Else,
     /// Index of the `while` line.
     While(usize),
     /// Index of the `do` line.
@@ -28,7 +30,7 @@ pub(crate) enum OpenKind {
 
 impl OpenKind {
     pub(crate) const fn is_loop(self) -> bool {
-        !matches!(self, OpenKind::If)
+        !matches!(self, OpenKind::If | OpenKind::Else)
     }
 }
 

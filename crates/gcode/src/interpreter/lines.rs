@@ -226,8 +226,11 @@ impl Interpreter {
         Step::Ended
     }
 
-    /// Moves that cutter compensation still holds go out as they are.
+    /// Moves that cutter compensation still holds go out as they are; a curve that is not closed is told.
     fn let_go(&mut self, out: &mut Vec<SourcedOp>) {
+        if self.state.nurbs.take().is_some() {
+            self.report(crate::exec::curves::unclosed());
+        }
         if let Err(problem) = self.exec(out).end_compensation() {
             self.report(problem);
         }

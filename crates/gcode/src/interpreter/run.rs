@@ -36,6 +36,10 @@ impl Interpreter {
     pub(crate) fn plain_line(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
         self.begun |= !self.block.words.is_empty();
         self.collect_words()?;
+        // A subroutine that stands further on is looked for before anything is carried out, so that the line runs once.
+        if let Some(name) = self.wanted_sub() {
+            return self.look_for(name).map_err(|problem| (problem, None));
+        }
         self.apply_settings()?;
         self.warn();
         self.run_comment(out);
@@ -43,10 +47,6 @@ impl Interpreter {
             return Ok(());
         }
         check::check(&mut self.words, &self.state)?;
-        // A subroutine that stands further on is looked for before the line is carried out, so that it runs once.
-        if let Some(name) = self.wanted_sub() {
-            return self.look_for(name).map_err(|problem| (problem, None));
-        }
         let result = self.exec(out).run();
         self.warn();
         result?;

@@ -14,7 +14,7 @@ use crate::syntax::evaluate::whole;
 use geometry::{Edge, Point};
 use serde::{Deserialize, Serialize};
 
-/// Moves without motion in the plane that may follow a held move.
+/// Operations that may wait for the end of a move.
 const MOST_HELD: usize = 100_000;
 
 /// Cutter compensation in force. Lengths in program units.
@@ -136,6 +136,13 @@ impl Exec<'_> {
         match &mut self.state.compensation {
             Some(compensation) if compensation.last.is_some() && compensation.held.len() < MOST_HELD => {
                 compensation.held.push(Held { sourced, follows: false });
+            }
+            Some(compensation) if compensation.last.is_some() => {
+                let message = "too much happens between two moves under cutter compensation";
+                self.warnings.push(Problem::Compensation { message });
+                self.out.extend(compensation.held.drain(..).map(|held| held.sourced));
+                compensation.fixed = true;
+                self.out.push(sourced);
             }
             _ => self.out.push(sourced),
         }
