@@ -13,6 +13,7 @@ pub mod none;
 pub mod published;
 pub mod registry;
 mod replay;
+pub mod reversal_pulse;
 mod traverse;
 mod twin;
 

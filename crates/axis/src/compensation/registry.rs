@@ -6,6 +6,7 @@ use super::load_feedback::LoadFeedback;
 use super::lookup::Lookup;
 use super::none::Uncompensated;
 use super::published::Published;
+use super::reversal_pulse::ReversalPulse;
 use super::{Compensator, MethodInfo};
 use crate::config::AxisConfig;
 use crate::error::AxisError;
@@ -41,6 +42,7 @@ pub static METHODS: &[Method] = &[
     Method::of::<Published<false>>(),
     Method::of::<Published<true>>(),
     Method::of::<LoadFeedback>(),
+    Method::of::<ReversalPulse>(),
     Method::of::<Lookup>(),
     Method::of::<Adaptive>(),
 ];

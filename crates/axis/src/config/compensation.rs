@@ -106,6 +106,25 @@ impl Default for LookupSettings {
     }
 }
 
+/// Settings of `reversal-pulse`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReversalPulseSettings {
+    /// Speed at the start of the pulse, rad/s at the motor; if left out, so much that the pulse's area is the machine's true gap.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_rad_s: Option<f64>,
+    /// Time in which it falls to zero, ms.
+    pub time_ms: f64,
+    /// From the reversal of the reference to the pulse, ms.
+    pub delay_ms: f64,
+}
+
+impl Default for ReversalPulseSettings {
+    fn default() -> ReversalPulseSettings {
+        ReversalPulseSettings { speed_rad_s: None, time_ms: 20.0, delay_ms: 0.0 }
+    }
+}
+
 /// Settings of `adaptive`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -134,6 +153,9 @@ pub struct CompensationConfig {
     pub fixed: FixedSettings,
     /// Settings of `published` and `published-literal`.
     pub published: PublishedSettings,
+    /// Settings of `reversal-pulse`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub reversal_pulse: ReversalPulseSettings,
     /// Settings of `lookup`.
     #[serde(skip_serializing_if = "is_default")]
     pub lookup: LookupSettings,
@@ -148,6 +170,7 @@ impl Default for CompensationConfig {
             method: "none".to_owned(),
             fixed: FixedSettings::default(),
             published: PublishedSettings::default(),
+            reversal_pulse: ReversalPulseSettings::default(),
             lookup: LookupSettings::default(),
             adaptive: AdaptiveSettings::default(),
         }
@@ -171,6 +194,10 @@ impl CompensationConfig {
             gap.check(transmission).map_err(|e| e.within("lookup.gap"))?;
         }
         between("lookup.torque_share", self.lookup.torque_share, 0.01, 1.0)?;
+        let pulse = &self.reversal_pulse;
+        not_negative("reversal_pulse.speed_rad_s", pulse.speed_rad_s.unwrap_or(0.0))?;
+        between("reversal_pulse.time_ms", pulse.time_ms, 0.25, 1000.0)?;
+        between("reversal_pulse.delay_ms", pulse.delay_ms, 0.0, 1000.0)?;
         between("adaptive.torque_share", self.adaptive.torque_share, 0.01, 1.0)?;
         between("lookup.wind_up", self.lookup.wind_up, 0.0, 1.0)?;
         positive("published.p0", self.published.p0)?;

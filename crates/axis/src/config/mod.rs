@@ -11,7 +11,9 @@ mod reference;
 mod transmission;
 mod tuning;
 
-pub use compensation::{AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings};
+pub use compensation::{
+    AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings, ReversalPulseSettings,
+};
 pub use contact::{ContactLaw, StartInGap};
 pub use drive::{Drive, SERVO_PERIOD_US};
 pub use error::AxisConfigError;
