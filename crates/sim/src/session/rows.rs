@@ -46,7 +46,7 @@ pub(crate) fn reversal(row: &ReversalRow) -> ReversalResult {
         block: row.block,
         direction: row.reversal.direction,
         peak_um: row.peak_mm * UM_PER_MM,
-        backlash_um: row.peak_backlash_mm * UM_PER_MM,
+        backlash_um: row.peak_shares.backlash_mm * UM_PER_MM,
         rapid: row.rapid,
     }
 }
