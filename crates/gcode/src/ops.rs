@@ -3,6 +3,7 @@
 //! Numbers are as the program has them: lengths in the units in force (millimetres or inches), angles in degrees,
 //! positions without offsets. [`crate::motion`] turns them into machine coordinates in mm and rad.
 
+pub use lostmotion_base::Plane;
 use lostmotion_base::span::BlockRef;
 use lostmotion_base::units::MM_PER_INCH;
 use serde::{Deserialize, Serialize};
@@ -44,38 +45,6 @@ impl Units {
             (Units::Mm, Units::Inch) => length / MM_PER_INCH,
             (Units::Inch, Units::Mm) => length * MM_PER_INCH,
             _ => length,
-        }
-    }
-}
-
-/// The plane of arcs and the axis of cycles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Plane {
-    /// G17.
-    #[default]
-    Xy,
-    /// G18: Z is the first axis, X the second.
-    Zx,
-    /// G19.
-    Yz,
-}
-
-impl Plane {
-    /// Indices of the first and second axis and of the normal, right-handed.
-    pub const fn axes(self) -> [usize; 3] {
-        match self {
-            Plane::Xy => [0, 1, 2],
-            Plane::Zx => [2, 0, 1],
-            Plane::Yz => [1, 2, 0],
-        }
-    }
-
-    /// Name of the plane.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Plane::Xy => "XY",
-            Plane::Zx => "XZ",
-            Plane::Yz => "YZ",
         }
     }
 }

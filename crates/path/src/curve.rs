@@ -2,31 +2,8 @@
 
 use crate::derivs::{norm, within};
 use crate::{Arc, Bounds, CurveDerivs, Line, Quintic, extent};
-use lostmotion_base::{AXES, Coords, Jet};
+use lostmotion_base::{AXES, Coords, Jet, Plane};
 use serde::{Deserialize, Serialize};
-
-/// The plane in which arcs run and in which a contour error has a side.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Plane {
-    /// G17: X to Y, normal Z.
-    #[default]
-    Xy,
-    /// G18: Z to X, normal Y.
-    Zx,
-    /// G19: Y to Z, normal X.
-    Yz,
-}
-
-impl Plane {
-    /// Indices of the two axes in the plane and of its normal, in right-handed order.
-    pub const fn axes(self) -> [usize; 3] {
-        match self {
-            Plane::Xy => [0, 1, 2],
-            Plane::Zx => [2, 0, 1],
-            Plane::Yz => [1, 2, 0],
-        }
-    }
-}
 
 /// The point of a curve nearest to some point.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,8 +16,9 @@ mod nearest;
 pub mod quintic;
 
 pub use arc::{Arc, ArcSpec};
-pub use curve::{Curve, Foot, Plane};
+pub use curve::{Curve, Foot};
 pub use derivs::{Bounds, CurveDerivs};
 pub use error::PathError;
 pub use line::Line;
+pub use lostmotion_base::Plane;
 pub use quintic::{HermiteEnd, Quintic};

@@ -1,7 +1,7 @@
 //! The second pass: program in, samples of the plan out, with the programmed segments that they lie on.
 
 use super::check::{kinematics, planner_config};
-use super::lower::{lower, plane};
+use super::lower::lower;
 use super::reader::Reader;
 use crate::error::SimError;
 use crate::machine::Machine;
@@ -76,7 +76,7 @@ impl Feed {
             segments.push(ProgrammedSegment {
                 index: self.segments,
                 curve: item.curve,
-                plane: plane(in_force),
+                plane: in_force,
                 rapid: item.feed == FeedLimit::Rapid,
                 origin_mm: origin.linear(),
                 block: item.block,

@@ -3,7 +3,7 @@
 use crate::error::SimError;
 use lostmotion_base::units::deg;
 use lostmotion_gcode::{Feed, Motion, MotionItem, PathMode};
-use lostmotion_path::{Arc, ArcSpec, Curve, Plane};
+use lostmotion_path::{Arc, ArcSpec, Curve};
 use lostmotion_plan::{Dwell, FeedLimit, Halt, Move, PathControl, PlanItem};
 
 /// Seconds per minute.
@@ -28,13 +28,8 @@ fn lower_move(motion: &Motion) -> Result<Move, SimError> {
     let curve = match &motion.circle {
         None => Curve::line(motion.start, motion.end),
         Some(circle) => {
-            let spec = ArcSpec {
-                start: motion.start,
-                end: motion.end,
-                plane: plane(circle.plane),
-                center: circle.center_mm,
-                rotation: circle.turns,
-            };
+            let spec =
+                ArcSpec { start: motion.start, end: motion.end, plane: circle.plane, center: circle.center_mm, rotation: circle.turns };
             Curve::Arc(Arc::new(spec).map_err(|source| SimError::Path { block: motion.block, source })?)
         }
     };
@@ -51,13 +46,4 @@ fn lower_move(motion: &Motion) -> Result<Move, SimError> {
         PathMode::Continuous { tolerance_mm, merge_mm } => PathControl::Continuous { tolerance_mm, merge_tolerance_mm: Some(merge_mm) },
     };
     Ok(Move { curve, feed, control, tool_mm: motion.tool_offset.linear(), block: motion.block })
-}
-
-/// The front end's plane as a plane of curves.
-pub(crate) fn plane(plane: lostmotion_gcode::Plane) -> Plane {
-    match plane {
-        lostmotion_gcode::Plane::Xy => Plane::Xy,
-        lostmotion_gcode::Plane::Zx => Plane::Zx,
-        lostmotion_gcode::Plane::Yz => Plane::Yz,
-    }
 }
