@@ -8,6 +8,8 @@ use std::path::Path;
 
 /// Largest machine file, tool table or fit result.
 const MAX_TEXT_BYTES: u64 = 16 << 20;
+/// Largest part program from a pipe: it is held in memory.
+const MAX_PIPE_BYTES: u64 = 1 << 30;
 
 /// Opens a file for reading; a folder or a missing file is said to be one.
 pub(crate) fn open(path: &Path, what: &str) -> Result<File, Failure> {
@@ -43,11 +45,21 @@ pub(crate) fn text(path: &Path, what: &str) -> Result<String, Failure> {
     })
 }
 
-/// A part program that is there and not empty.
+/// A part program that is there and not empty. A run reads it more than once, so what can be read only once (a pipe) is taken
+/// into memory.
 pub(crate) fn program(path: &Path) -> Result<ProgramSource, Failure> {
-    let length = open(path, "part program")?.metadata().map(|meta| (meta.is_file(), meta.len()));
-    if let Ok((true, 0)) = length {
-        return Err(Failure::message(format!("part program {} is empty", path.display())));
+    let shown = path.display();
+    let failed = |error| Failure::message(format!("cannot read part program {shown}: {error}"));
+    let file = open(path, "part program")?;
+    let meta = file.metadata().map_err(failed)?;
+    let empty = || Failure::message(format!("part program {shown} is empty"));
+    if meta.is_file() {
+        return if meta.len() == 0 { Err(empty()) } else { Ok(ProgramSource::from_path(path)) };
     }
-    Ok(ProgramSource::from_path(path))
+    let mut bytes = Vec::new();
+    file.take(MAX_PIPE_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MAX_PIPE_BYTES {
+        return Err(Failure::message(format!("{shown} gives more than {MAX_PIPE_BYTES} bytes; a program of that size has to be a file")));
+    }
+    if bytes.is_empty() { Err(empty()) } else { Ok(ProgramSource::from_bytes(shown.to_string(), bytes)) }
 }

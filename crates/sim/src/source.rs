@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 /// A part program that can be read several times, from a file or from memory.
 ///
-/// A run reads it three times, each time from the start to the end without holding it: once to check it, once to
-/// simulate, once to fetch the text of the worst blocks.
+/// A run reads it several times, each time from the start on and without holding it: to check it, to count its lines, to
+/// simulate it, to fetch the text of the worst blocks. A pipe cannot be a program for that reason; read it into memory first.
 #[derive(Clone, Debug)]
 pub struct ProgramSource {
     name: String,
