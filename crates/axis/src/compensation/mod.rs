@@ -6,13 +6,11 @@
 pub mod adaptive;
 mod crossing;
 pub mod fixed;
-mod learning;
 pub mod load_feedback;
 pub mod lookup;
 pub mod none;
 pub mod published;
 pub mod registry;
-mod replay;
 pub mod reversal_pulse;
 mod traverse;
 mod twin;
@@ -57,6 +55,8 @@ pub struct Signals {
     pub motor_velocity: f64,
     /// Measured torque-forming current, A.
     pub current: f64,
+    /// Mean of the torque-forming current over the last servo period, from the samples of the current loop, A.
+    pub mean_current: f64,
     /// Whether the drive was at its current or voltage limit in the last period.
     pub saturated: bool,
     /// Load position from its scale, rad at the motor shaft; only for methods whose [`Knowledge::load_scale`] is set and machines that have one.
