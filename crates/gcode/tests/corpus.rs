@@ -1,6 +1,7 @@
 //! Replays the fuzzers' corpus, and all sample programs, through the functions that the fuzzers call.
 #![allow(clippy::unwrap_used)]
 
+#[allow(unreachable_pub, reason = "the fuzzers' crate publishes them")]
 #[path = "../../../fuzz/checks.rs"]
 mod checks;
 
