@@ -31,8 +31,10 @@ pub(super) const HALF_GAP: usize = 4;
 const WITH_TORQUES: usize = N + 2;
 /// Speed w_0 below which friction is steep, rad/s.
 const STICKING_RAD_S: f64 = 0.05;
+/// The half gap stays below so many standard deviations of what it was thought to be at the start.
+const MOST_SPREADS: f64 = 5.0;
 /// Encoder noise that is never undercut, rad: what the model itself is good to.
-const LEAST_NOISE: f64 = 2e-7;
+const LEAST_NOISE: f64 = 1.5e-6;
 
 /// Mean and covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,7 +94,7 @@ impl Filter {
             wandering: noises.wandering * noises.wandering * Clock::SERVO.period_s(),
             reading: count * count / 12.0 + LEAST_NOISE * LEAST_NOISE,
             first: noises.first,
-            most: 0.5 * TAU,
+            most: noises.first[0] + MOST_SPREADS * noises.first[1],
         }
     }
 

@@ -7,7 +7,8 @@
 //! The half gap is learned where the motor meets a flank sooner or later than the filter thought. It starts from zero and grows: a half gap
 //! that is thought too large is met too soon, which a filter that believes itself in the gap puts down to noise; it unlearns slowly.
 //!
-//! Use: after two crossings, and once its standard deviation is below a fifth of it, the half gap goes to the traverse of `crossing`.
+//! Use: once its standard deviation is below a fifth of it and it agreed within a fifth at the last three changes of flank, the half gap goes to the
+//! traverse of `crossing`.
 //! Signals: references, motor position (rad), current (A): motor side. It is told the load's inertia and friction and the shaft, **not the gap**.
 //! Tunables: noise of the torques (N m), standard deviation of the half gap at the start (as a total gap), how far it may wander (per square root of s).
 //!
@@ -19,15 +20,11 @@
 use super::crossing::{Crossing, CrossingState};
 use super::filter::{Belief, Filter, HALF_GAP};
 use super::registry::Registered;
+use super::trust::Trust;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use crate::signal::Engagement;
 use serde::{Deserialize, Serialize};
-
-/// Crossings before the half gap is used.
-const CROSSINGS: u32 = 2;
-/// Standard deviation over half gap, at most, for use.
-const SURE: f64 = 0.2;
 
 /// The method `kalman`.
 #[derive(Clone, Debug)]
@@ -42,8 +39,7 @@ pub struct KalmanState {
     belief: Belief,
     crossing: CrossingState,
     current: f64,
-    side: i8,
-    crossings: u32,
+    trust: Trust,
 }
 
 impl Registered for Kalman {
@@ -56,10 +52,7 @@ impl Registered for Kalman {
 
     fn from_axis(config: &AxisConfig) -> Kalman {
         let settings = &config.compensation.kalman;
-        Kalman {
-            filter: Filter::new(config, &settings.noises(config)),
-            crossing: Crossing::new(config, settings.torque_share, 0.0),
-        }
+        Kalman { filter: Filter::new(config, &settings.noises(config)), crossing: Crossing::new(config, settings.torque_share, 0.0) }
     }
 }
 
@@ -72,7 +65,7 @@ impl Compensator for Kalman {
 
     fn initial(&self, motor_position: f64) -> KalmanState {
         let crossing = self.crossing.initial(motor_position, self.filter.load());
-        KalmanState { belief: self.filter.initial(motor_position), crossing, current: 0.0, side: 0, crossings: 0 }
+        KalmanState { belief: self.filter.initial(motor_position), crossing, current: 0.0, trust: Trust::default() }
     }
 
     fn step(&self, state: &mut KalmanState, signals: &Signals) -> Correction {
@@ -85,14 +78,13 @@ impl Compensator for Kalman {
             state.belief = self.filter.initial(signals.motor_position);
         }
         let now = flank(&state.belief);
-        if now != 0 && now != state.side {
-            state.crossings = state.crossings.saturating_add(u32::from(state.side != 0));
-            state.side = now;
+        let half_gap = state.trust.step(now, state.belief.mean[HALF_GAP], state.belief.half_gap_spread());
+        let crossing = self.crossing.step(&mut state.crossing, signals, self.filter.load(), half_gap);
+        Correction {
+            gap_angle_estimate: state.belief.mean[super::filter::GAP_ANGLE],
+            engagement_estimate: Engagement::of_sign(now),
+            ..crossing
         }
-        let half_gap = state.belief.mean[HALF_GAP];
-        let sure = state.crossings >= CROSSINGS && state.belief.half_gap_spread() < SURE * half_gap;
-        let crossing = self.crossing.step(&mut state.crossing, signals, self.filter.load(), if sure { half_gap } else { 0.0 });
-        Correction { gap_angle_estimate: state.belief.mean[super::filter::GAP_ANGLE], engagement_estimate: Engagement::of_sign(now), ..crossing }
     }
 }
 

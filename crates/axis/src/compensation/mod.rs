@@ -24,6 +24,7 @@ pub mod registry;
 mod replay;
 pub mod reversal_pulse;
 mod traverse;
+mod trust;
 mod twin;
 
 pub(crate) use filter::Noises;

@@ -11,7 +11,7 @@
 //! G is needed because a linear spring also pulls: without it "pulled by the left flank" and "pushed by the right one" look alike. The output's half gap
 //! is unlike the extended filter's in that it is corrected in both directions, since the contact that comes early raises the flank's probability.
 //!
-//! Use: as `kalman`: after two changes of the likeliest flank and once its standard deviation is below a fifth of it, the half gap goes to the traverse.
+//! Use: as `kalman`, with changes of the likeliest flank.
 //! Signals: references, motor position (rad), current (A): motor side. It is told the load's inertia and friction and the shaft, **not the gap**.
 //! Tunables: noise of the torques (N m), half gap's spread at the start (as a total gap), its wandering, p (0 to 0.5 a tick).
 //! Fails: as `kalman`; and a chain that changes too readily makes every shake of the torque a change of flank.
@@ -20,6 +20,7 @@
 use super::crossing::{Crossing, CrossingState};
 use super::filter::{Belief, Filter, GAP_ANGLE, HALF_GAP, N};
 use super::registry::Registered;
+use super::trust::Trust;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use crate::signal::Engagement;
@@ -32,11 +33,6 @@ const SIDES: [i8; 3] = [-1, 0, 1];
 const LEAST: f64 = 1e-9;
 /// Roughness of a flank, rad: what the geometry is good to at best.
 const ROUGHNESS: f64 = 1e-6;
-/// Changes of flank before the half gap is used.
-const CROSSINGS: u32 = 2;
-/// Standard deviation over half gap, at most, for use.
-const SURE: f64 = 0.2;
-
 /// The method `multiple-models`.
 #[derive(Clone, Debug)]
 pub struct MultipleModels {
@@ -53,8 +49,7 @@ pub struct MultipleModelsState {
     probability: [f64; 3],
     crossing: CrossingState,
     current: f64,
-    side: i8,
-    crossings: u32,
+    trust: Trust,
 }
 
 impl Registered for MultipleModels {
@@ -143,8 +138,7 @@ impl Compensator for MultipleModels {
             probability: [0.25, 0.5, 0.25],
             crossing: self.crossing.initial(motor_position, self.filter.load()),
             current: 0.0,
-            side: 0,
-            crossings: 0,
+            trust: Trust::default(),
         }
     }
 
@@ -158,13 +152,8 @@ impl Compensator for MultipleModels {
         }
         let whole = mixture(&state.beliefs, &state.probability);
         let likeliest = SIDES.into_iter().zip(state.probability).fold((0, 0.5), |best, next| if next.1 > best.1 { next } else { best }).0;
-        if likeliest != 0 && likeliest != state.side {
-            state.crossings = state.crossings.saturating_add(u32::from(state.side != 0));
-            state.side = likeliest;
-        }
-        let half_gap = whole.mean[HALF_GAP];
-        let sure = state.crossings >= CROSSINGS && whole.half_gap_spread() < SURE * half_gap;
-        let crossing = self.crossing.step(&mut state.crossing, signals, self.filter.load(), if sure { half_gap } else { 0.0 });
+        let half_gap = state.trust.step(likeliest, whole.mean[HALF_GAP], whole.half_gap_spread());
+        let crossing = self.crossing.step(&mut state.crossing, signals, self.filter.load(), half_gap);
         Correction { gap_angle_estimate: whole.mean[GAP_ANGLE], engagement_estimate: Engagement::of_sign(likeliest), ..crossing }
     }
 }

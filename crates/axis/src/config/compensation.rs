@@ -4,8 +4,8 @@ use super::classic::{
     AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings, FixedLinuxcncSettings,
     ReversalPulseSettings,
 };
-use super::estimators::{KalmanSettings, MultipleModelsSettings};
 use super::error::{AxisConfigError, between, not_negative, positive};
+use super::estimators::{KalmanSettings, MultipleModelsSettings};
 use super::transmission::{AxisUnit, Transmission};
 use serde::{Deserialize, Serialize};
 

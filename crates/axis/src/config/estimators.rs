@@ -58,11 +58,11 @@ pub struct MultipleModelsSettings {
 impl Default for MultipleModelsSettings {
     fn default() -> MultipleModelsSettings {
         MultipleModelsSettings {
-            torque_noise_share: 2e-3,
+            torque_noise_share: 0.015,
             gap_spread: None,
             wandering_share: 1e-3,
             torque_share: 0.5,
-            change_per_tick: 0.01,
+            change_per_tick: 3e-4,
         }
     }
 }
