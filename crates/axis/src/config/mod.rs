@@ -5,10 +5,15 @@ mod contact;
 mod drift;
 mod drive;
 mod error;
+mod flanks;
+mod friction;
+mod gravity;
 mod load;
 mod motor;
 mod preset;
 mod reference;
+mod ripple;
+mod scale;
 mod transmission;
 mod tuning;
 
@@ -19,9 +24,14 @@ pub use contact::{ContactLaw, StartInGap};
 pub use drift::{Change, Drift, Shape};
 pub use drive::{Drive, SERVO_PERIOD_US};
 pub use error::AxisConfigError;
+pub use flanks::{Flanks, Wear};
+pub use friction::{FrictionLaw, Frictions, Lugre, Stribeck};
+pub use gravity::Gravity;
 pub use load::{Load, Reflected, Slide, Table};
 pub use motor::Motor;
 pub use reference::ReferenceSource;
+pub use ripple::{Harmonic, MAX_HARMONICS, Ripple};
+pub use scale::{Scale, ScaleError};
 pub use transmission::{AxisUnit, Linear, Rotary, Transmission};
 pub use tuning::Tuning;
 
@@ -52,6 +62,21 @@ pub struct AxisConfig {
     /// The compensator and its settings.
     #[serde(default)]
     pub compensation: CompensationConfig,
+    /// Laws of the Coulomb frictions.
+    #[serde(default, skip_serializing_if = "Frictions::is_plain")]
+    pub friction: Frictions,
+    /// Where the flanks of the gap are.
+    #[serde(default, skip_serializing_if = "Flanks::is_plain")]
+    pub flanks: Flanks,
+    /// Uneven torque of the motor.
+    #[serde(default, skip_serializing_if = "Ripple::is_none")]
+    pub ripple: Ripple,
+    /// Gravity on a load that turns.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Gravity>,
+    /// The load's scale.
+    #[serde(default, skip_serializing_if = "Scale::is_plain")]
+    pub scale: Scale,
     /// What changes while the axis runs.
     #[serde(default, skip_serializing_if = "Drift::is_none")]
     pub drift: Drift,
@@ -69,6 +94,13 @@ impl AxisConfig {
         self.drive.check().map_err(|e| e.within("drive"))?;
         between("start_in_gap", self.start_in_gap.0, -1.0, 1.0)?;
         self.compensation.check(&self.transmission).map_err(|e| e.within("compensation"))?;
+        self.friction.check().map_err(|e| e.within("friction"))?;
+        self.flanks
+            .check(self.gap_in_unit() * self.drift.gap.map_or(1.0, |change| change.factor.max(1.0)))
+            .map_err(|e| e.within("flanks"))?;
+        self.ripple.check().map_err(|e| e.within("ripple"))?;
+        self.gravity.map_or(Ok(()), |gravity| gravity.check(&self.transmission))?;
+        self.scale.check().map_err(|e| e.within("scale"))?;
         self.drift.check().map_err(|e| e.within("drift"))?;
         self.check_rates()
     }
