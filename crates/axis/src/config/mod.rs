@@ -1,29 +1,35 @@
 //! Description of an axis, as machine files hold it: every key carries its unit, unknown keys are refused.
 
+mod classic;
 mod compensation;
 mod contact;
 mod drift;
 mod drive;
 mod error;
+mod estimators;
 mod flanks;
 mod friction;
 mod gravity;
 mod load;
 mod motor;
 mod preset;
+mod rates;
 mod reference;
 mod ripple;
 mod scale;
 mod transmission;
 mod tuning;
 
-pub use compensation::{
-    AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings, ReversalPulseSettings,
+pub use classic::{
+    AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings, FixedLinuxcncSettings,
+    ReversalPulseSettings,
 };
+pub use compensation::{AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings};
 pub use contact::{ContactLaw, StartInGap};
 pub use drift::{Change, Drift, Shape};
 pub use drive::{Drive, SERVO_PERIOD_US};
 pub use error::AxisConfigError;
+pub use estimators::{KalmanSettings, MultipleModelsSettings};
 pub use flanks::{Flanks, Wear};
 pub use friction::{FrictionLaw, Frictions, Lugre, Stribeck};
 pub use gravity::Gravity;
@@ -105,28 +111,6 @@ impl AxisConfig {
         self.check_rates()
     }
 
-    /// Refuses parts so stiff, light or quick that a step of the current loop could not resolve them, at the start or by drift.
-    fn check_rates(&self) -> Result<(), AxisConfigError> {
-        let inertia = self.motor_side_inertia_kgm2();
-        let (mut motor, mut load) = (self.motor, self.reflected_load());
-        let reached = |change: Option<Change>| change.map_or(1.0, |change| change.factor);
-        load.inertia_kgm2 *= reached(self.drift.load_inertia).min(1.0);
-        load.viscous_nm_s_per_rad *= reached(self.drift.load_viscous).max(1.0);
-        load.stiffness_nm_per_rad *= reached(self.drift.stiffness).max(1.0);
-        motor.viscous_nm_s_per_rad *= reached(self.drift.motor_viscous).max(1.0);
-        let joint = 1.0 / inertia + 1.0 / load.inertia_kgm2;
-        let emf = motor.torque_constant_nm_per_a * motor.back_emf_v_s_per_rad() / (motor.phase_inductance_h() * inertia);
-        let rates = [
-            ("load: shaft resonance in rad/s (stiffness with both inertias)", (load.stiffness_nm_per_rad * joint).sqrt(), 1e5),
-            ("load: shaft damping in 1/s (damping with both inertias)", load.damping_nm_s_per_rad * joint, 1e6),
-            ("load: viscous friction over inertia in 1/s", load.viscous_nm_s_per_rad / load.inertia_kgm2, 1e5),
-            ("motor: viscous friction over inertia in 1/s", motor.viscous_nm_s_per_rad / inertia, 1e5),
-            ("motor: resistance over inductance in 1/s", motor.resistance_ohm / motor.inductance_h, 1e5),
-            ("motor: square root of K_t K_e/(L J) in rad/s", emf.sqrt(), 1e5),
-        ];
-        rates.into_iter().try_for_each(|(key, rate, highest)| between(key, rate, 0.0, highest))
-    }
-
     /// Unit of the axis' positions.
     pub fn unit(&self) -> AxisUnit {
         self.transmission.unit()
@@ -160,12 +144,16 @@ impl AxisConfig {
         AxisConfig { load: self.load.with_gap_motor_rad(gap_rad, &self.transmission), ..self.clone() }
     }
 
-    /// The same axis whose `fixed` and `lookup` compensators were told another total gap (a fit's result).
+    /// The same axis whose compensators that may know the gap were told another total gap (a fit's result): `fixed`, `fixed-linuxcnc`,
+    /// `fixed-fanuc` for cutting, `lookup`, `fitted-lookup`.
     #[must_use]
     pub fn with_told_gap(&self, gap: Gap) -> AxisConfig {
         let mut told = self.clone();
         told.compensation.fixed.gap = Some(gap);
+        told.compensation.fixed_linuxcnc.gap = Some(gap);
+        told.compensation.fixed_fanuc.cutting = Some(gap);
         told.compensation.lookup.gap = Some(gap);
+        told.compensation.fitted_lookup.gap = Some(gap);
         told
     }
 

@@ -23,6 +23,7 @@ mod matrix;
 mod mode;
 mod params;
 mod quiet;
+mod scale;
 mod series;
 mod state;
 mod table;
@@ -34,6 +35,7 @@ pub(crate) use drifting::Drifting;
 pub use friction::{Bristles, FrictionShape};
 pub use mode::{Contact, Friction, Mode, Side};
 pub use params::PlantParams;
+pub use scale::LoadScale;
 pub use state::PlantState;
 
 use dynamics::{Held, Vector};
