@@ -105,6 +105,7 @@ impl Twin {
             load_position: position - lead,
             mode: Mode { contact: Contact::Rigid, motor: Friction::None, load: Friction::None },
             events: 0,
+            bristles: [0.0; 2],
         };
         TwinState { servo: self.servo.initial(&plant, position), plant, torque: held, motor_friction: 0.0 }
     }
@@ -214,7 +215,7 @@ mod tests {
         }
         let at = |t: f64| {
             let (s, c) = math::sin_cos(6.0 * t);
-            Setpoint { position: 2.0 - 2.0 * c, velocity: Some(12.0 * s), acceleration: Some(72.0 * c) }
+            Setpoint::moving(2.0 - 2.0 * c, 12.0 * s, 72.0 * c)
         };
         let mut runner = build_runner(&config, "none", 0.0).unwrap();
         let mut out = AxisOutput::new(true);

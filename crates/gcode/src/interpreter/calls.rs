@@ -10,7 +10,6 @@ use crate::ops::SourcedOp;
 use crate::problem::{Code, Problem};
 use crate::syntax::Keyword;
 use crate::syntax::evaluate::whole;
-use std::sync::Arc;
 
 const M98: Code = Code { letter: 'M', tenths: 980 };
 
@@ -91,8 +90,12 @@ impl Interpreter {
 
     /// The subroutine of an M98 on the line, if it is not known yet.
     pub(crate) fn wanted_sub(&self) -> Option<String> {
-        let is_call = self.words.codes().iter().any(|used| used.row.code == M98);
-        let number = if is_call { self.words.get(b'P').and_then(whole) } else { None };
+        let letter = self.words.codes().iter().find_map(|used| match used.row.code {
+            M98 => Some(b'P'),
+            Code { letter: 'G', tenths: 700..=722 } => Some(b'Q'),
+            _ => None,
+        });
+        let number = letter.and_then(|letter| self.words.get(letter)).and_then(whole);
         number.map(|number| format!("{number}")).filter(|name| !self.flow.subs.contains_key(name))
     }
 
@@ -100,6 +103,12 @@ impl Interpreter {
     pub(crate) fn jump(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
         match self.jump.take() {
             Some(Jump::Call { name, rounds }) => self.call(name, None, rounds),
+            Some(Jump::Profile { name }) => {
+                if let Some(draft) = &mut self.state.profile {
+                    draft.depth = self.flow.frames.len();
+                }
+                self.call(name, Some(&[]), 1)
+            }
             Some(Jump::Return) if self.flow.frames.is_empty() => {
                 self.report(Problem::EndlessMain);
                 self.exec(out).end_program()
@@ -151,9 +160,9 @@ impl Interpreter {
     pub(crate) fn recording(&mut self, flow: Option<(&str, Keyword)>, ends_bare: bool) -> Result<bool, Problem> {
         let Some(record) = &mut self.flow.record else { return Ok(false) };
         let limit = self.config.limits.held_bytes;
-        if let Err(problem) = record.body.push(&self.line, self.place, limit) {
+        if record.body.push(&self.line, self.place, limit.saturating_sub(self.flow.held)).is_err() {
             self.flow.record = None;
-            return Err(problem);
+            return Err(Problem::TooMuchHeld { limit });
         }
         let name = &record.name;
         let ends = if record.bare { ends_bare } else { flow.is_some_and(|(label, keyword)| keyword == Keyword::EndSub && label == name) };
@@ -166,7 +175,7 @@ impl Interpreter {
             if self.flow.seek.as_ref().is_some_and(|seek| seek.name == record.name) {
                 self.flow.seek = None;
             }
-            self.flow.subs.insert(record.name, Arc::new(record.body));
+            self.flow.keep(record.name, record.body);
         }
         Ok(true)
     }

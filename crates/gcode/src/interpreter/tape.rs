@@ -1,6 +1,8 @@
 //! Source lines that are held because they may run again.
 
 use crate::problem::Problem;
+use crate::syntax::Text;
+use lostmotion_base::span::Span;
 
 /// Where a line stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -13,6 +15,16 @@ pub struct Place {
     pub start: u64,
 }
 
+impl Place {
+    /// The place of a part of the line.
+    pub fn span(self, text: Text) -> Span {
+        Span { file: self.file, line: self.line, column: text.start + 1, start: self.start + u64::from(text.start), len: text.len }
+    }
+}
+
+/// What a line takes beside its bytes.
+const LINE: usize = 32;
+
 /// Lines of source in one buffer.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tape {
@@ -22,13 +34,18 @@ pub(crate) struct Tape {
 
 impl Tape {
     pub(crate) fn push(&mut self, line: &[u8], place: Place, limit: usize) -> Result<(), Problem> {
-        if self.bytes.len() + line.len() > limit || self.lines.len() > limit / 8 {
+        if self.size() + line.len() > limit {
             return Err(Problem::TooMuchHeld { limit });
         }
         let from = self.bytes.len();
         self.bytes.extend_from_slice(line);
         self.lines.push((place, from, self.bytes.len()));
         Ok(())
+    }
+
+    /// Bytes held, with what it takes to find the lines.
+    pub(crate) fn size(&self) -> usize {
+        self.bytes.len() + LINE * self.lines.len()
     }
 
     pub(crate) fn clear(&mut self) {

@@ -6,6 +6,7 @@ use super::expression::{Code, expected, name, word_value};
 use super::fault::{Fault, Parsed, fail};
 use super::flow::flow_line;
 use super::number::skip;
+use super::plain;
 use crate::limits::Limits;
 use crate::problem::Problem;
 use nom::Err;
@@ -26,7 +27,7 @@ pub fn parse_block(line: &[u8], block: &mut Block, limits: &Limits) -> Result<()
 fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let (mut rest, ()) = head(line, block, limits)?;
     loop {
-        rest = skip(rest);
+        rest = if block.flow.is_some() { skip(rest) } else { plain::words(rest, line.len(), block, limits) };
         let Some(&first) = rest.first() else {
             return Ok((rest, ()));
         };
@@ -45,7 +46,9 @@ fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, (
             _ if block.flow.is_some() => return after_flow(rest, first),
             b'#' => setting(rest, at, block, limits)?.0,
             b'o' | b'O' if block.words.is_empty() && block.settings.is_empty() => {
-                flow_line(rest.get(1..).unwrap_or_default(), block, limits.expression_depth)?.0
+                let (after, ()) = flow_line(rest.get(1..).unwrap_or_default(), block, limits.expression_depth)?;
+                block.flow_text = between(line, rest, after);
+                after
             }
             _ => word(rest, at, block, limits)?.0,
         };
@@ -78,9 +81,16 @@ fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()
             Value::Number(number) => return fail(rest, Problem::BadWordValue { letter: 'N', value: number }),
             Value::Ops(..) => return expected(rest, "a plain number after N"),
         }
+        block.line_number_text = between(line, rest, after);
         rest = after;
     }
     Ok((rest, ()))
+}
+
+/// What lies between two ends of a line, without blanks at its end.
+fn between(line: &[u8], rest: &[u8], after: &[u8]) -> Text {
+    let taken = rest.get(..rest.len() - after.len()).unwrap_or_default();
+    Text { start: (line.len() - rest.len()) as u32, len: taken.trim_ascii_end().len() as u32 }
 }
 
 #[cold]
