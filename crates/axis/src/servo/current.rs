@@ -24,7 +24,16 @@ pub struct CurrentState {
 
 impl CurrentState {
     pub(super) fn new(voltage: f64, current: f64, periods: f64) -> CurrentState {
-        CurrentState { integral_d: 0.0, integral_q: voltage, pending: [0.0, voltage], electric_speed: 0.0, back_emf: 0.0, limited: false, first: current, sum: periods * current }
+        CurrentState {
+            integral_d: 0.0,
+            integral_q: voltage,
+            pending: [0.0, voltage],
+            electric_speed: 0.0,
+            back_emf: 0.0,
+            limited: false,
+            first: current,
+            sum: periods * current,
+        }
     }
 
     #[inline]

@@ -130,7 +130,13 @@ impl Progress {
         } else if self.next == WARM_UP {
             self.let_go(hypotheses, window, 0.0);
         }
-        let warmth = if self.next < CRITICAL { 1.0 } else if warm { 0.5 } else { 0.0 };
+        let warmth = if self.next < CRITICAL {
+            1.0
+        } else if warm {
+            0.5
+        } else {
+            0.0
+        };
         self.next += 1;
         let torque = self.load(hypotheses, (to.position - from.position) / span, span / STEPS as f64, warmth);
         let innovation = self.motor(known, hypotheses, &torque, from, to);

@@ -82,7 +82,17 @@ impl LearningState {
             row[i] = SPREAD[i] * SPREAD[i];
         }
         LearningState {
-            mean: MEAN, covariance, blocks: 0, spread: 1e-3, bias: 0.0, power: 0.0, known: false, calm: 0, twin_torque: 0.0, twin_speed: 0.0, block: Block::default(),
+            mean: MEAN,
+            covariance,
+            blocks: 0,
+            spread: 1e-3,
+            bias: 0.0,
+            power: 0.0,
+            known: false,
+            calm: 0,
+            twin_torque: 0.0,
+            twin_speed: 0.0,
+            block: Block::default(),
         }
     }
 

@@ -1,40 +1,40 @@
 //! The gap from one window: the hypothesis under which the motor's motion is least surprising, and how sure that is.
 //!
-//! Unknown are the half gap and, within what is known of them beforehand, load, stiffness and motor friction. First a grid of half gaps, eight in a pass;
-//! then Gauss-Newton steps, the derivatives by differences from seven more hypotheses in the same pass. The curvature at the end is the
-//! information that the window holds; its inverse, widened by what stays unexplained, is the variance of the half gap.
+//! 1. Onset: as if the gap had no end. Where the motor then does what its current does not explain, it met the far flank. A little after that the
+//!    window ends: what follows, the shaft's ringing, tells of the load but not of the gap.
+//! 2. Candidates: half gaps that would end there. The best is looked at closely (fine).
+//! 3. Gauss-Newton (`newton`) over gap, load, stiffness and motor friction; all but the gap are held by what is known of them (`prior`).
+//! 4. Where no hypothesis is good, a grid of half gaps and once more from there.
+//!
 //! The work is spread over servo ticks, a few samples in each, so that no tick takes longer than another.
 
-use super::super::twin::LoadModel;
-use super::lanes::{Hypotheses, Innovation, Known, LANES, Lanes, Progress, WARM_UP};
+use super::lanes::{Hypotheses, Innovation, Known, LANES, Progress, WARM_UP};
+use super::newton::{Accepted, Newton, Sums};
+use super::prior::{GAP, Prior, lanes_of, uniform};
 use super::window::Window;
+use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
 
 /// Samples taken in a tick.
 const SAMPLES_PER_TICK: usize = 8;
-/// Unknowns: half gap, Coulomb friction, constant torque, inertia, viscous friction, stiffness, motor's Coulomb friction.
-const N: usize = LANES - 1;
-const GAP: usize = 0;
-const INERTIA: usize = 3;
-const STIFFNESS: usize = 5;
-const MOTOR: usize = 6;
-/// Places of inertia, viscous friction, Coulomb friction and constant torque among the unknowns.
-const OF_LOAD: [usize; 4] = [INERTIA, 4, 1, 2];
-/// Half gaps of the grid: from, ratio, passes of eight.
+/// Half gaps of the grid: first, ratio, passes of eight.
 const GRID_FROM: f64 = 6e-5;
 const GRID_RATIO: f64 = 1.3;
 const GRID_PASSES: u32 = 4;
-/// Measurement noise that is supposed, one after the other, rad: with less of it the innovations are sharper.
+/// Spacing when a half gap is looked at closely, after candidates and after the grid.
+const CLOSE: f64 = 0.01;
+const CLOSE_TO_GRID: f64 = 0.05;
+/// Measurement noise that is supposed, rad: with less of it the innovations are sharper.
 const NOISE: [f64; 2] = [2e-6, 3e-7];
-/// Sum of squared innovations over their variance, without an end of the gap, at which enough of the contact has been seen, from attempt to
-/// attempt: with much noise supposed, with little, and at last for a contact that shows but faintly. And samples after that.
+/// Attempts to see an onset: index of the noise; and the sum of squared innovations over their variance that is enough. The last is for a contact
+/// that shows but faintly.
 const SEEN: [(usize, f64); 3] = [(0, 1e4), (1, 1e4), (1, 400.0)];
+/// Samples after the onset that are kept; squares that come without contact; part of a known half gap over which no contact is looked for, since
+/// a traverse sets out so hard that it may look like one.
 const AFTER: usize = 4;
-/// Part of a known half gap over which no contact is looked for.
-const LOOKED: f64 = 0.5;
-/// Squares that come without contact.
 const EXPECTED: f64 = 3.0;
-/// Innovations over their standard deviation that tell of contact.
+const LOOKED: f64 = 0.5;
+/// Innovations over their standard deviation that may be the first of a contact.
 const THRESHOLDS: [f64; 4] = [4.0, 8.0, 16.0, 32.0];
 /// A half gap that is never crossed, rad.
 const ENDLESS: f64 = 10.0;
@@ -42,95 +42,28 @@ const ENDLESS: f64 = 10.0;
 const TRIED: [(usize, f64); LANES] = [(0, 1.01), (0, 0.99), (0, 0.97), (0, 0.94), (0, 0.9), (1, 0.98), (2, 0.97), (3, 0.96)];
 /// Mean square of the innovations over their variance from which on a hypothesis is poor.
 const POOR: f64 = 10.0;
-/// Standard deviation over value at which a half gap is clear enough.
+/// Standard deviation over value at which a half gap is clear enough not to look with less noise.
 const CLEAR: f64 = 5e-3;
-/// Passes of Gauss-Newton at most.
-const MOST_STEPS: u32 = 6;
-
-type Vector = [f64; N];
-
-/// What a reading starts from: best guess and standard deviation of every unknown; the half gap has no prior.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Prior {
-    pub(super) load: LoadModel,
-    /// Covariance of the load's inertia, viscous friction, Coulomb friction and constant torque, SI.
-    pub(super) covariance: [[f64; 4]; 4],
-    pub(super) motor_coulomb: f64,
-    pub(super) rated_torque: f64,
-    /// Half gap near which to look, rad; 0 for anywhere.
-    pub(super) half_gap: f64,
-}
-
-impl Prior {
-    fn mean(&self) -> Vector {
-        let load = &self.load;
-        [self.half_gap, load.coulomb, load.constant, load.inertia, load.viscous, load.stiffness, self.motor_coulomb]
-    }
-
-    /// What is not said by the covariance: models are never quite right.
-    fn slack(&self) -> Vector {
-        let (load, rated) = (&self.load, self.rated_torque);
-        [
-            f64::INFINITY,
-            0.005 * load.coulomb + 2e-4 * rated,
-            3e-4 * rated,
-            0.02 * load.inertia,
-            0.02 * load.viscous + 1e-5 * rated,
-            0.1 * load.stiffness,
-            0.02 * self.motor_coulomb + 2e-4 * rated,
-        ]
-    }
-
-    fn spread(&self) -> Vector {
-        let mut spread = self.slack();
-        for (unknown, entry) in OF_LOAD.into_iter().enumerate() {
-            spread[entry] += self.covariance[unknown][unknown].max(0.0).sqrt();
-        }
-        spread[INERTIA] = spread[INERTIA].min(self.load.inertia);
-        spread
-    }
-
-    /// Information beforehand: the inverse of covariance and slack; none of the gap.
-    fn information(&self) -> [Vector; N] {
-        let slack = self.slack();
-        let mut information = [[0.0; N]; N];
-        for unknown in [STIFFNESS, MOTOR] {
-            information[unknown][unknown] = 1.0 / (slack[unknown] * slack[unknown]);
-        }
-        // in units of the slack, so that the numbers are of like size
-        let scaled: [[f64; 4]; 4] = std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                self.covariance[i][j] / (slack[OF_LOAD[i]] * slack[OF_LOAD[j]]) + if i == j { 1.0 } else { 0.0 }
-            })
-        });
-        let l = factor(&scaled);
-        for (j, column) in OF_LOAD.into_iter().enumerate() {
-            let unit: [f64; 4] = std::array::from_fn(|i| if i == j { 1.0 } else { 0.0 });
-            for (i, value) in solve(&l, &unit).into_iter().enumerate() {
-                information[OF_LOAD[i]][column] = value / (slack[OF_LOAD[i]] * slack[column]);
-            }
-        }
-        information
-    }
-
-    /// Differences for the derivatives.
-    fn step(&self, half_gap: f64) -> Vector {
-        let mut step = self.spread().map(|spread| 0.2 * spread);
-        step[GAP] = (0.01 * half_gap).max(1e-6);
-        step
-    }
-}
 
 /// Where the work is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// No gap, a gap without end, and some between.
     Onset(usize),
-    /// Gaps that end where the motor was first seen to meet something.
     Candidates,
     Grid(u32),
     Fine,
-    Newton(u32),
+    Newton,
+}
+
+/// What was seen of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Onset {
+    /// Sum of squares beyond what is expected.
+    met: f64,
+    /// Half of the way across the gap where each threshold was first exceeded, rad.
+    half_ways: [Option<f64>; THRESHOLDS.len()],
+    /// Samples up to where enough was seen.
+    end: Option<usize>,
 }
 
 /// A reading under way.
@@ -141,37 +74,17 @@ pub(super) struct Reading {
     phase: Phase,
     hypotheses: Hypotheses,
     progress: Progress,
-    /// Sums over the pass: squares of all lanes, normal equations.
-    cost: Lanes,
-    normal: [[f64; N]; N],
-    right: Vector,
-    /// Way across the gap at which the innovations without an end first exceeded each threshold, rad.
-    onset: [Option<f64>; THRESHOLDS.len()],
-    searched: bool,
-    /// Sum of squares without an end of the gap, and the samples up to where enough was seen.
-    met: f64,
-    end: Option<usize>,
-    count0: f64,
+    sums: Sums,
+    onset: Onset,
     faint: bool,
-    /// Index of the noise level.
+    searched: bool,
+    /// Index of the supposed noise, and what was found with more of it.
     level: usize,
-    before: Option<Accepted>,
-    /// Best half gap of the grid so far and its cost.
+    noisier: Option<Accepted>,
+    /// Best half gap so far and its cost; mean square of the innovations without a gap.
     best: (f64, f64),
-    /// Cost without a gap.
     without: f64,
-    /// The present point, the last accepted one with its cost, and the step taken from it.
-    at: Vector,
-    accepted: Option<Accepted>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Accepted {
-    at: Vector,
-    cost: f64,
-    misfit: f64,
-    step: Vector,
-    variance: f64,
+    newton: Newton,
 }
 
 /// What a window says.
@@ -180,10 +93,8 @@ pub(super) struct Said {
     pub(super) half_gap: f64,
     /// Variance of the half gap, rad2.
     pub(super) variance: f64,
-    pub(super) stiffness: f64,
     /// Whether the contact showed but faintly.
     pub(super) faint: bool,
-    pub(super) at: Vector,
     /// Mean square of the innovations over their variance: with the best hypothesis, and without a gap.
     pub(super) misfit: f64,
     pub(super) without: f64,
@@ -191,20 +102,29 @@ pub(super) struct Said {
 
 impl Said {
     /// No contact was seen.
-    const NOTHING: Said = Said { half_gap: 0.0, variance: f64::INFINITY, stiffness: 0.0, faint: true, at: [0.0; N], misfit: 0.0, without: 0.0 };
+    const NOTHING: Said = Said { half_gap: 0.0, variance: f64::INFINITY, faint: true, misfit: f64::INFINITY, without: 0.0 };
 }
 
 impl Reading {
     pub(super) fn new(window: Window, prior: Prior) -> Reading {
-        let near = prior.half_gap > 0.0;
-        let phase = Phase::Onset(0);
         let at = prior.mean();
         let hypotheses = uniform(&at, prior.load.damping);
         let progress = Progress::start(&window, &hypotheses);
         let mut reading = Reading {
-            window, prior, phase, hypotheses, progress,
-            cost: [0.0; LANES], normal: [[0.0; N]; N], right: [0.0; N],
-            onset: [None; THRESHOLDS.len()], searched: false, met: 0.0, end: None, count0: 1.0, faint: false, level: 0, before: None, best: (0.0, f64::INFINITY), without: f64::NAN, at, accepted: None,
+            window,
+            prior,
+            phase: Phase::Onset(0),
+            hypotheses,
+            progress,
+            sums: Sums::default(),
+            onset: Onset::default(),
+            faint: false,
+            searched: false,
+            level: 0,
+            noisier: None,
+            best: (0.0, f64::INFINITY),
+            without: 0.0,
+            newton: Newton::new(at),
         };
         reading.begin();
         reading
@@ -212,86 +132,70 @@ impl Reading {
 
     /// Sets out on a pass of the present phase.
     fn begin(&mut self) {
-        let mut lanes = uniform(&self.at, self.prior.load.damping);
-        match self.phase {
-            Phase::Onset(_) => lanes.half_gap = [0.0, ENDLESS, 2e-4, 6e-4, 2e-3, 6e-3, 2e-2, 6e-2],
-            Phase::Candidates => {
-                for (lane, gap) in lanes.half_gap.iter_mut().enumerate() {
-                    let (which, part) = TRIED[lane];
-                    *gap = self.onset[which].or(self.onset[0]).unwrap_or(self.best.0) * part;
-                    if lane + 1 == LANES && self.prior.half_gap > 0.0 {
-                        *gap = self.prior.half_gap;
-                    }
-                }
+        let mut lanes = uniform(&self.newton.at, self.prior.load.damping);
+        if self.phase == Phase::Newton {
+            let step = self.prior.step(self.newton.at[GAP]);
+            for (unknown, step) in step.into_iter().enumerate() {
+                lanes_of(&mut lanes, unknown)[unknown + 1] += step;
             }
-            Phase::Grid(pass) => {
-                let mut exponent = f64::from(pass * LANES as u32) - 1.0;
-                for gap in &mut lanes.half_gap {
-                    *gap = if exponent < 0.0 { 0.0 } else { GRID_FROM * lostmotion_base::math::exp(exponent * lostmotion_base::math::log(GRID_RATIO)) };
-                    exponent += 1.0;
-                }
-            }
-            Phase::Fine => {
-                for (lane, gap) in lanes.half_gap.iter_mut().enumerate() {
-                    *gap = self.best.0 * (1.0 + if self.searched { 0.05 } else { 0.01 } * (lane as f64 - 3.5));
-                }
-            }
-            Phase::Newton(_) => {
-                let step = self.prior.step(self.at[GAP]);
-                for unknown in 0..N {
-                    unknown_of(&mut lanes, unknown)[unknown + 1] += step[unknown];
-                }
-            }
+        } else {
+            lanes.half_gap = std::array::from_fn(|lane| self.half_gap_of(lane));
         }
         self.hypotheses = lanes;
         self.progress = Progress::start(&self.window, &self.hypotheses);
-        (self.cost, self.normal, self.right) = ([0.0; LANES], [[0.0; N]; N], [0.0; N]);
+        self.sums = Sums::default();
+    }
+
+    fn half_gap_of(&self, lane: usize) -> f64 {
+        match self.phase {
+            Phase::Onset(_) => [0.0, ENDLESS, 2e-4, 6e-4, 2e-3, 6e-3, 2e-2, 6e-2][lane],
+            Phase::Candidates if lane + 1 == LANES && self.prior.half_gap > 0.0 => self.prior.half_gap,
+            Phase::Candidates => {
+                let (which, part) = TRIED[lane];
+                part * self.onset.half_ways[which].or(self.onset.half_ways[0]).unwrap_or(GRID_FROM)
+            }
+            Phase::Grid(pass) => GRID_FROM * math::exp((f64::from(pass) * LANES as f64 + lane as f64) * math::log(GRID_RATIO)),
+            Phase::Fine | Phase::Newton => {
+                let close = if self.searched { CLOSE_TO_GRID } else { CLOSE };
+                self.best.0 * (1.0 + close * (lane as f64 - 0.5 * (LANES - 1) as f64))
+            }
+        }
     }
 
     /// Works for one tick. Returns what the window says once that is known.
     pub(super) fn work(&mut self, known: &Known) -> Option<Said> {
-        let known = &Known { noise: known.noise.max(NOISE[self.level]), ..*known };
+        let noise = known.noise.max(NOISE[self.level]);
+        let known = &Known { noise, ..*known };
         for _ in 0..SAMPLES_PER_TICK {
             match self.progress.step(known, &self.hypotheses, &self.window) {
-                Some(Some(innovation)) => self.add(&innovation),
+                Some(Some(innovation)) => {
+                    if let Phase::Onset(attempt) = self.phase {
+                        self.look(&innovation, SEEN[attempt].1);
+                    }
+                    self.sums.add(&innovation, self.phase == Phase::Newton);
+                }
                 Some(None) => {}
-                None => return self.pass_done(self.level + 1 >= NOISE.len() || known.noise > NOISE[self.level]),
+                None => return self.pass_done(noise > NOISE[self.level]),
             }
         }
         None
     }
 
-    fn add(&mut self, innovation: &Innovation) {
-        let weight = 1.0 / innovation.variance;
-        let e = &innovation.e;
-        if let Phase::Onset(attempt) = self.phase {
-            let side = f64::from(self.window.side);
-            let way = ENDLESS - self.progress.lead[1] * side;
-            let e = e[1] * side * weight.sqrt();
-            self.met = (self.met + if e > 0.0 { e * e } else { 0.0 } - EXPECTED).max(0.0);
-            // a traverse sets out so hard that it may look like a contact; so there is no looking for one over the first quarter of a gap that is known
-            if way < LOOKED * self.prior.half_gap {
-                self.met = 0.0;
-            }
-            if self.met > SEEN[attempt].1 && self.end.is_none() {
-                self.end = Some(self.progress.taken() + AFTER);
-            }
-            for (onset, threshold) in self.onset.iter_mut().zip(THRESHOLDS) {
-                if onset.is_none() && e > threshold && way > LOOKED * self.prior.half_gap {
-                    *onset = Some(0.5 * way);
-                }
-            }
+    /// Looks for a contact in the lane of the gap without an end.
+    fn look(&mut self, innovation: &Innovation, enough: f64) {
+        let (side, onset) = (f64::from(self.window.side), &mut self.onset);
+        let way = ENDLESS - self.progress.lead[1] * side;
+        if way < LOOKED * self.prior.half_gap {
+            return;
         }
-        for (sum, e) in self.cost.iter_mut().zip(e) {
-            *sum += weight * e * e;
+        let e = (innovation.e[1] * side / innovation.variance.sqrt()).max(0.0);
+        onset.met = (onset.met + e * e - EXPECTED).max(0.0);
+        if onset.met > enough && onset.end.is_none() {
+            onset.end = Some(self.progress.taken() + AFTER);
         }
-        if let Phase::Newton(_) = self.phase {
-            for i in 0..N {
-                let slope = e[i + 1] - e[0];
-                self.right[i] -= weight * slope * e[0];
-                for j in 0..=i {
-                    self.normal[i][j] += weight * slope * (e[j + 1] - e[0]);
-                }
+        for (half_way, threshold) in onset.half_ways.iter_mut().zip(THRESHOLDS) {
+            if half_way.is_none() && e > threshold && way > 0.0 {
+                *half_way = Some(0.5 * way);
             }
         }
     }
@@ -300,64 +204,27 @@ impl Reading {
         self.window.samples.len().saturating_sub(WARM_UP).max(1) as f64
     }
 
-    fn pass_done(&mut self, last: bool) -> Option<Said> {
+    /// `noisy`: the encoder is noisier than what is supposed, so that nothing changes with less.
+    fn pass_done(&mut self, noisy: bool) -> Option<Said> {
         match self.phase {
             Phase::Onset(attempt) => {
-                self.keep_best();
-                if self.end.is_none() && attempt + 1 < SEEN.len() {
-                    (self.met, self.onset) = (0.0, [None; THRESHOLDS.len()]);
-                    self.level = SEEN[attempt + 1].0;
-                    self.phase = Phase::Onset(attempt + 1);
-                    self.begin();
-                    return None;
-                }
-                self.without = self.cost[0];
-                self.count0 = self.count();
+                let Some(end) = self.onset.end else { return self.look_again(attempt + 1) };
+                self.without = self.sums.cost[0] / self.count();
                 self.faint = attempt > 0 || self.window.wavered;
-                let Some(end) = self.end else { return Some(Said::NOTHING) };
                 self.window.samples.truncate(end);
-                self.best = (0.0, f64::INFINITY);
                 self.phase = Phase::Candidates;
             }
-            Phase::Candidates => {
-                self.keep_best();
-                self.phase = Phase::Fine;
-            }
-            Phase::Grid(pass) => {
-                self.keep_best();
-                self.phase = if pass + 1 < GRID_PASSES { Phase::Grid(pass + 1) } else { Phase::Fine };
-                if self.best.0 <= 0.0 && pass + 1 >= GRID_PASSES {
-                    self.best.0 = GRID_FROM;
-                }
-            }
+            Phase::Candidates => self.keep_best(Phase::Fine),
+            Phase::Grid(pass) => self.keep_best(if pass + 1 < GRID_PASSES { Phase::Grid(pass + 1) } else { Phase::Fine }),
             Phase::Fine => {
-                self.keep_best();
-                self.at[GAP] = self.best.0;
-                self.phase = Phase::Newton(0);
+                self.keep_best(Phase::Newton);
+                self.newton.at[GAP] = self.best.0;
             }
-            Phase::Newton(steps) => {
-                if !self.newton(steps) {
-                    self.phase = Phase::Newton(steps + 1);
-                } else if !self.searched && self.accepted.is_none_or(|accepted| accepted.misfit > POOR) {
-                    // looked near a guess, or near an onset that was none: look on
-                    self.accepted = None;
-                    self.at = self.prior.mean();
-                    self.searched = self.best.1.is_finite();
-                    self.phase = if self.searched { Phase::Grid(0) } else { Phase::Candidates };
-                } else {
-                    let poor = self.accepted.is_none_or(|accepted| accepted.misfit > POOR);
-                    if poor && self.before.is_some() {
-                        self.accepted = self.before;
-                        return self.said();
-                    }
-                    let clear = self.accepted.is_some_and(|accepted| accepted.variance < CLEAR * CLEAR * accepted.at[GAP] * accepted.at[GAP]);
-                    if last || poor || clear && self.level > 0 {
-                        return self.said();
-                    }
-                    self.before = self.accepted.take();
-                    self.at = self.before.map_or(self.at, |before| before.at);
-                    self.level += 1;
-                    self.phase = Phase::Newton(0);
+            Phase::Newton => {
+                if self.newton.take(&self.sums, self.count(), &self.prior)
+                    && let Some(said) = self.settle(noisy)
+                {
+                    return Some(said);
                 }
             }
         }
@@ -365,121 +232,46 @@ impl Reading {
         None
     }
 
-    fn keep_best(&mut self) {
-        for (gap, cost) in self.hypotheses.half_gap.iter().zip(self.cost) {
-            if cost < self.best.1 && *gap < ENDLESS {
+    fn look_again(&mut self, attempt: usize) -> Option<Said> {
+        let Some((level, _)) = SEEN.get(attempt) else { return Some(Said::NOTHING) };
+        (self.level, self.onset, self.phase) = (*level, Onset::default(), Phase::Onset(attempt));
+        self.begin();
+        None
+    }
+
+    fn keep_best(&mut self, next: Phase) {
+        for (gap, cost) in self.hypotheses.half_gap.iter().zip(self.sums.cost) {
+            if cost < self.best.1 {
                 self.best = (*gap, cost);
             }
         }
+        self.phase = next;
     }
 
-    /// Takes up a pass of Gauss-Newton. Says whether it was the last.
-    fn newton(&mut self, steps: u32) -> bool {
-        let (mean, information) = (self.prior.mean(), self.prior.information());
-        let off: Vector = std::array::from_fn(|i| if i == GAP { 0.0 } else { self.at[i] - mean[i] });
-        let pull: Vector = information.map(|row| row.iter().zip(off).map(|(a, x)| a * x).sum());
-        let prior_cost: f64 = pull.iter().zip(off).map(|(a, x)| a * x).sum();
-        let cost = self.cost[0] + prior_cost;
-        let misfit = self.cost[0] / self.count();
-        if !cost.is_finite() && self.accepted.is_none() {
-            return true;
+    /// After Gauss-Newton: says what was found, or looks on.
+    fn settle(&mut self, noisy: bool) -> Option<Said> {
+        let found = self.newton.accepted.filter(|found| found.misfit <= POOR);
+        if found.is_none() && self.noisier.is_some() {
+            return self.said(self.noisier);
         }
-        if let Some(accepted) = &mut self.accepted
-            && !(cost <= accepted.cost)
-        {
-            // too far: half the way
-            for i in 0..N {
-                accepted.step[i] *= 0.5;
-                self.at[i] = accepted.at[i] + accepted.step[i];
-            }
-            return steps + 1 >= MOST_STEPS;
+        if found.is_none() && !self.searched {
+            (self.newton, self.searched, self.phase) = (Newton::new(self.prior.mean()), true, Phase::Grid(0));
+            return None;
         }
-        let step = self.prior.step(self.at[GAP]);
-        let (mut a, mut right) = (self.normal, self.right);
-        let scale = misfit.max(1.0);
-        for i in 0..N {
-            for j in 0..=i {
-                a[i][j] /= scale;
-            }
-            right[i] = right[i] / scale - pull[i] * step[i];
-            for j in 0..=i {
-                a[i][j] += information[i][j] * step[i] * step[j];
-            }
-            a[i][i] = a[i][i] * (1.0 + 1e-9) + 1e-12;
+        let clear = |found: Accepted| found.variance < CLEAR * CLEAR * found.at[GAP] * found.at[GAP];
+        let last = noisy || self.level + 1 >= NOISE.len() || self.level > 0 && found.is_some_and(clear);
+        if last || found.is_none() {
+            return self.said(self.newton.accepted);
         }
-        let l = factor(&a);
-        let x = solve(&l, &right);
-        let mut unit = [0.0; N];
-        unit[GAP] = 1.0;
-        let variance = solve(&l, &unit)[GAP] * step[GAP] * step[GAP];
-        let before = self.accepted.map_or(f64::INFINITY, |accepted| accepted.cost);
-        let mut moves: Vector = std::array::from_fn(|i| x[i] * step[i]);
-        moves[GAP] = moves[GAP].max(-0.3 * self.at[GAP]).min(0.3 * self.at[GAP]);
-        let at = self.at;
-        self.accepted = Some(Accepted { at, cost, misfit, step: moves, variance });
-        for i in 0..N {
-            let least = if i == 2 { f64::NEG_INFINITY } else if i == 3 || i == 5 { 0.1 * mean[i] } else { 0.0 };
-            self.at[i] = (at[i] + moves[i]).max(least);
-        }
-        let small = moves[GAP].abs() < (0.1 * variance.max(0.0).sqrt()).max(1e-3 * at[GAP]);
-        small || before - cost < 1e-3 * cost && steps > 1 || steps + 1 >= MOST_STEPS
+        self.noisier = found;
+        self.newton = Newton::new(found.map_or(self.newton.at, |found| found.at));
+        self.level += 1;
+        None
     }
 
-    fn said(&self) -> Option<Said> {
-        let Some(accepted) = &self.accepted else { return Some(Said::NOTHING) };
-        Some(Said {
-            half_gap: accepted.at[GAP],
-            variance: accepted.variance,
-            stiffness: accepted.at[5],
-            faint: self.faint,
-            at: accepted.at,
-            misfit: accepted.misfit,
-            without: self.without / self.count0,
-        })
+    fn said(&self, found: Option<Accepted>) -> Option<Said> {
+        let Some(found) = found else { return Some(Said::NOTHING) };
+        let Accepted { at, misfit, variance, .. } = found;
+        Some(Said { half_gap: at[GAP], variance, faint: self.faint, misfit, without: self.without })
     }
 }
-
-fn uniform(at: &Vector, damping: f64) -> Hypotheses {
-    let [half_gap, coulomb, constant, inertia, viscous, stiffness, motor_coulomb] = at.map(|value| [value; LANES]);
-    Hypotheses { half_gap, coulomb, constant, inertia, viscous, stiffness, damping: [damping; LANES], motor_coulomb }
-}
-
-fn unknown_of(lanes: &mut Hypotheses, unknown: usize) -> &mut Lanes {
-    match unknown {
-        0 => &mut lanes.half_gap,
-        1 => &mut lanes.coulomb,
-        2 => &mut lanes.constant,
-        3 => &mut lanes.inertia,
-        4 => &mut lanes.viscous,
-        5 => &mut lanes.stiffness,
-        _ => &mut lanes.motor_coulomb,
-    }
-}
-
-/// Cholesky's factor of a symmetric matrix given by its lower half.
-fn factor<const M: usize>(a: &[[f64; M]; M]) -> [[f64; M]; M] {
-    let mut l = [[0.0; M]; M];
-    for i in 0..M {
-        for j in 0..i {
-            let sum: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
-            l[i][j] = (a[i][j] - sum) / l[j][j];
-        }
-        let sum: f64 = (0..i).map(|k| l[i][k] * l[i][k]).sum();
-        l[i][i] = (a[i][i] - sum).max(1e-14).sqrt();
-    }
-    l
-}
-
-fn solve<const M: usize>(l: &[[f64; M]; M], right: &[f64; M]) -> [f64; M] {
-    let mut x = [0.0; M];
-    for i in 0..M {
-        let sum: f64 = (0..i).map(|k| l[i][k] * x[k]).sum();
-        x[i] = (right[i] - sum) / l[i][i];
-    }
-    for i in (0..M).rev() {
-        let sum: f64 = (i + 1..M).map(|k| l[k][i] * x[k]).sum();
-        x[i] = (x[i] - sum) / l[i][i];
-    }
-    x
-}
-

@@ -76,7 +76,7 @@ impl Window {
         let first = recent.ticks.front()?;
         let late = recent.ticks.get(LAG)?;
         let samples = recent.ticks.iter().map(|tick| tick.sample).collect();
-                Some(Window { side, torque: late.seen, stands: first.stands, wavered: false, samples, end: VecDeque::new(), stride: 1 })
+        Some(Window { side, torque: late.seen, stands: first.stands, wavered: false, samples, end: VecDeque::new(), stride: 1 })
     }
 
     /// Adds a tick. Says whether there was room for it.
@@ -110,7 +110,8 @@ impl Window {
             _ => self.samples.push(sample),
         }
         if self.samples.len() >= BEFORE + BETWEEN && self.samples.last().is_some_and(|last| last.ticks >= self.stride) {
-            let pairs: Vec<Sample> = self.samples.split_off(BEFORE).chunks(2).map(|pair| pair[1..].iter().fold(pair[0], |a, b| merged(&a, b))).collect();
+            let pairs: Vec<Sample> =
+                self.samples.split_off(BEFORE).chunks(2).map(|pair| pair[1..].iter().fold(pair[0], |a, b| merged(&a, b))).collect();
             self.samples.extend(pairs);
             self.stride *= 2;
         }
