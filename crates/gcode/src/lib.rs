@@ -24,7 +24,9 @@ pub mod catalog;
 pub mod codes;
 pub mod config;
 pub mod diagnostics;
+pub mod document;
 mod exec;
+pub mod explain;
 pub mod feeder;
 pub mod format;
 pub mod interpreter;
@@ -43,6 +45,7 @@ pub mod syntax;
 mod system_names;
 pub mod tool_table;
 pub mod trace;
+pub mod writer;
 
 pub use blocks::{Blocks, ParsedBlock};
 pub use config::InterpreterConfig;

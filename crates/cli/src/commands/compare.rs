@@ -1,20 +1,22 @@
 //! `lostmotion compare`.
 
-use super::{DONE, failure, prepare, show, text_options, to_json};
+use super::{DONE, accepted, failure, prepare, show, text_options, to_json};
 use crate::args::Compare;
 use crate::failure::Failure;
 use crate::output::stdout_has_color;
 use crate::record::{Answer, Record};
+use crate::voice::Voice;
 use lostmotion::axis::METHODS;
 use lostmotion::report::text;
 
 /// Runs a program with several methods. Exit code 0 whatever the verdicts are.
-pub(crate) fn run(args: &Compare, quiet: bool) -> Result<u8, Failure> {
+pub(crate) fn run(args: &Compare, voice: Voice) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(&args.run)?;
     let methods = methods(&args.methods)?;
-    let mut record = Record::new(&args.run, &methods, quiet)?;
+    let mut record = Record::new(&args.run, &methods, voice.quiet)?;
     let result = lostmotion::sim::compare(&program, &machine, &methods, &options, &mut record);
-    let comparison = result.map_err(|error| failure(&program, &error))?;
+    let comparison = result.map_err(|error| failure(&program, &error, voice))?;
+    accepted(&program, &machine, voice)?;
     let json = to_json(&comparison)?;
     let plain = text::comparison(&comparison, &text_options(false));
     record.finish(&Answer {

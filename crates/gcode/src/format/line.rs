@@ -40,22 +40,21 @@ impl Formatter<'_> {
             out.extend_from_slice(&number);
         }
         if self.block.flow.is_some() {
-            let rest = line.get(at..)?.trim_ascii();
+            let rest = line.get(at..)?.trim_ascii_start();
             separate(&mut out);
             let case = if self.options.case == Case::Upper { Case::Keep } else { self.options.case };
             put_text(&mut out, rest, case);
         } else {
             self.items(line, at, &mut out)?;
         }
-        let body = out.trim_ascii_end();
-        if body.is_empty() && !deletable {
+        if out.is_empty() && !deletable {
             return Some(Vec::new());
         }
         let mut whole = vec![b' '; indent];
         if deletable {
             whole.push(b'/');
         }
-        whole.extend_from_slice(body);
+        whole.extend_from_slice(&out);
         Some(whole)
     }
 
@@ -140,8 +139,8 @@ fn same(one: &Block, line: &[u8], other: &Block, formatted: &[u8]) -> bool {
     let comment = |block: &Block, line: &[u8]| {
         block.comment.and_then(|text| line.get(text.start as usize..(text.start + text.len) as usize).map(<[u8]>::to_vec))
     };
-    let words = one.words.len() == other.words.len()
-        && one.words.iter().zip(&other.words).all(|(a, b)| a.letter == b.letter && a.value == b.value);
+    let words =
+        one.words.len() == other.words.len() && one.words.iter().zip(&other.words).all(|(a, b)| a.letter == b.letter && a.value == b.value);
     let settings = one.settings.len() == other.settings.len()
         && one.settings.iter().zip(&other.settings).all(|(a, b)| a.target == b.target && a.value == b.value);
     words

@@ -94,8 +94,10 @@ fn nearly_half(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
         return;
     }
     let unit = event.after().units.name();
-    let message =
-        format!("an arc by radius of {:.4} degrees: rounding of R and of the ends moves its centre by up to {uncertain:.4} {unit}", deg(shape.sweep));
+    let message = format!(
+        "an arc by radius of {:.4} degrees: rounding of R and of the ends moves its centre by up to {uncertain:.4} {unit}",
+        deg(shape.sweep)
+    );
     let values = [("sweep_deg", deg(shape.sweep)), ("radius", shape.radius), ("center_uncertainty", uncertain)];
     found.add(&rules::ARC_NEARLY_HALF, event.place, message, &values, "give the centre with I, J, K");
 }
