@@ -49,7 +49,7 @@ fn every_diagnostic_is_documented_once() {
     let of_machine: BTreeSet<String> = ["no-axis", "path"].map(str::to_owned).into();
     let missing: Vec<&String> = used.difference(&documented).collect();
     let stale: Vec<&String> = documented.difference(&used).filter(|code| !of_machine.contains(*code)).collect();
-    assert!(missing.is_empty() && stale.is_empty(), "without a row in the catalog: {missing:?}; rows without a problem: {stale:?}");
+    assert!(missing.is_empty() && stale.is_empty(), "without a row in src/catalog: {missing:?}; rows without a problem: {stale:?}");
     assert!(lint::rules::all().all(|rule| !documented.contains(rule.code)), "a lint has the code of a diagnostic");
 }
 

@@ -69,6 +69,11 @@ pub(super) const ROWS: &[CatalogRow] = &[
         "Calls are nested deeper than the limit.",
         "Look for a subroutine that calls itself, or raise the limit `call_depth`.",
     ),
+    error(
+        "too-many-open",
+        "More branches and loops are open than the limit.",
+        "Look for an if or a loop that is never closed, or raise the limit.",
+    ),
     error("too-much-held", "Loops and subroutines hold more source than the limit.", "Raise the limit `held_bytes`."),
     error(
         "too-many-blocks",
