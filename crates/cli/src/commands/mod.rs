@@ -7,6 +7,7 @@ pub(crate) mod fit;
 mod machine;
 mod plan;
 mod simulate;
+mod study;
 
 use crate::args::{Cli, Command, Format, Run};
 use crate::diagnostics::{self, Finding};
@@ -33,6 +34,7 @@ pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Axis(args) => axis::run(args),
         Command::Fit(args) => fit::run(args, cli.quiet),
         Command::Machine(args) => machine::run(args),
+        Command::Study(args) => study::run(args, cli.quiet),
     }
 }
 
