@@ -29,13 +29,14 @@ fn run_short(threads: usize) -> Vec<CellResult> {
 #[test]
 fn a_slow_load_with_friction_lies_half_the_gap_behind() {
     // friction of 30 % winds the shaft up by 3.3/2400 rad = 4.4 um on either machine; what backlash adds is half the gap, all the time
-    let result = run_cell(&cell("circle10-f1000-ccw-g20-t30-v0-j1-ideal-steady"), &[], None).unwrap();
+    let result = run_cell(&cell("circle25-f300-ccw-g20-t30-v0-j1-ideal-steady"), &[], None).unwrap();
     for rms in result.methods[0].axis_rms_um {
         assert!((rms / 10.0 - 1.0).abs() < 0.02, "{rms}");
     }
     // both along the radius of a circle: half the gap times (|cos phi| - |sin phi|), whose RMS over a turn is half the gap times sqrt(1 - 2/pi)
+    // at this feed the time in the gap adds two parts in a hundred
     let expected = 10.0 * (1.0 - std::f64::consts::FRAC_2_PI).sqrt();
-    assert!((result.methods[0].rms_um / expected - 1.0).abs() < 0.02, "{} {expected}", result.methods[0].rms_um);
+    assert!((result.methods[0].rms_um / expected - 1.0).abs() < 0.03, "{} {expected}", result.methods[0].rms_um);
     assert!((result.methods[0].max_um / 10.0 - 1.0).abs() < 0.2, "{}", result.methods[0].max_um);
 }
 

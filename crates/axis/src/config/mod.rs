@@ -1,9 +1,12 @@
 //! Description of an axis, as machine files hold it: every key carries its unit, unknown keys are refused.
 
+mod classic;
 mod compensation;
 mod contact;
+mod drift;
 mod drive;
 mod error;
+mod estimators;
 mod load;
 mod motor;
 mod preset;
@@ -11,12 +14,16 @@ mod reference;
 mod transmission;
 mod tuning;
 
-pub use compensation::{
-    AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings, ReversalPulseSettings,
+pub use classic::{
+    AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings, FixedLinuxcncSettings,
+    ReversalPulseSettings,
 };
+pub use compensation::{AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings};
 pub use contact::{ContactLaw, StartInGap};
+pub use drift::{Change, Drift, Shape};
 pub use drive::{Drive, SERVO_PERIOD_US};
 pub use error::AxisConfigError;
+pub use estimators::{KalmanSettings, MultipleModelsSettings};
 pub use load::{Load, Reflected, Slide, Table};
 pub use motor::Motor;
 pub use reference::ReferenceSource;
@@ -50,6 +57,9 @@ pub struct AxisConfig {
     /// The compensator and its settings.
     #[serde(default)]
     pub compensation: CompensationConfig,
+    /// What changes while the axis runs.
+    #[serde(default, skip_serializing_if = "Drift::is_none")]
+    pub drift: Drift,
 }
 
 impl AxisConfig {
@@ -64,12 +74,19 @@ impl AxisConfig {
         self.drive.check().map_err(|e| e.within("drive"))?;
         between("start_in_gap", self.start_in_gap.0, -1.0, 1.0)?;
         self.compensation.check(&self.transmission).map_err(|e| e.within("compensation"))?;
+        self.drift.check().map_err(|e| e.within("drift"))?;
         self.check_rates()
     }
 
-    /// Refuses parts so stiff, light or quick that a step of the current loop could not resolve them.
+    /// Refuses parts so stiff, light or quick that a step of the current loop could not resolve them, at the start or by drift.
     fn check_rates(&self) -> Result<(), AxisConfigError> {
-        let (motor, load, inertia) = (&self.motor, self.reflected_load(), self.motor_side_inertia_kgm2());
+        let inertia = self.motor_side_inertia_kgm2();
+        let (mut motor, mut load) = (self.motor, self.reflected_load());
+        let reached = |change: Option<Change>| change.map_or(1.0, |change| change.factor);
+        load.inertia_kgm2 *= reached(self.drift.load_inertia).min(1.0);
+        load.viscous_nm_s_per_rad *= reached(self.drift.load_viscous).max(1.0);
+        load.stiffness_nm_per_rad *= reached(self.drift.stiffness).max(1.0);
+        motor.viscous_nm_s_per_rad *= reached(self.drift.motor_viscous).max(1.0);
         let joint = 1.0 / inertia + 1.0 / load.inertia_kgm2;
         let emf = motor.torque_constant_nm_per_a * motor.back_emf_v_s_per_rad() / (motor.phase_inductance_h() * inertia);
         let rates = [
@@ -116,12 +133,16 @@ impl AxisConfig {
         AxisConfig { load: self.load.with_gap_motor_rad(gap_rad, &self.transmission), ..self.clone() }
     }
 
-    /// The same axis whose `fixed` and `lookup` compensators were told another total gap (a fit's result).
+    /// The same axis whose compensators that may know the gap were told another total gap (a fit's result): `fixed`, `fixed-linuxcnc`,
+    /// `fixed-fanuc` for cutting, `lookup`, `fitted-lookup`.
     #[must_use]
     pub fn with_told_gap(&self, gap: Gap) -> AxisConfig {
         let mut told = self.clone();
         told.compensation.fixed.gap = Some(gap);
+        told.compensation.fixed_linuxcnc.gap = Some(gap);
+        told.compensation.fixed_fanuc.cutting = Some(gap);
         told.compensation.lookup.gap = Some(gap);
+        told.compensation.fitted_lookup.gap = Some(gap);
         told
     }
 

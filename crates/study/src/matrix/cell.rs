@@ -3,20 +3,21 @@
 use super::cycle::{Windows, step_um};
 use super::events::Watch;
 use super::factor::{Cell, ENCODER, GAP};
-use super::lane::Lane;
+use super::lane::{Lane, SETTLE_TICKS};
 use super::limit::Physics;
 use super::machine::{self, AXES};
 use super::motion;
 use super::result::CellResult;
 use super::tally::Tally;
 use crate::error::StudyError;
+use lostmotion_axis::config::Change;
 use lostmotion_axis::{AxisConfig, AxisSample, SAMPLES_PER_SETPOINT, Setpoint};
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{AxisId, Clock, Coords, Tick};
 use lostmotion_contour::{ContourConfig, ContourInput, ContourSample, ContourTracker, ProgrammedSegment};
 use lostmotion_plan::Sample;
 use lostmotion_report::number::round_to;
-use lostmotion_sim::{ProgramSource, SimulateOptions, plan_with_path};
+use lostmotion_sim::{ProgramSource, SimulateOptions, plan, plan_with_path};
 
 /// Reversals of each axis before measuring.
 const FIRST_REVERSALS: u32 = 4;
@@ -48,8 +49,10 @@ pub fn run_cell(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&T
 }
 
 fn run(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) -> Result<CellResult, StudyError> {
-    let (machine, config) = (machine::machine()?, machine::axis(cell)?);
+    let machine = machine::machine()?;
     let source = ProgramSource::from_bytes(cell.to_string(), motion::program(cell).into_bytes());
+    let length = plan(&source, &machine, &SimulateOptions::default(), &mut |_| Ok(()))?;
+    let config = AxisConfig { drift: machine::drift(cell, length.duration_s), ..machine::axis(cell)? };
     let mut bench = Bench::new(cell, &config, methods, &machine.start(), trace)?;
     let mut failed = None;
     let taken = plan_with_path(&source, &machine, &SimulateOptions::default(), &mut |samples, segments| {
@@ -94,6 +97,7 @@ struct Bench<'a> {
     frames: Vec<Frame>,
     setpoints: Vec<Setpoint>,
     physics: Physics,
+    gap_drift: Option<Change>,
     motor_rad_per_mm: f64,
     watches: [Watch; 2],
     events: [Windows; 2],
@@ -135,6 +139,7 @@ impl<'a> Bench<'a> {
             frames: Vec::new(),
             setpoints: Vec::new(),
             physics: Physics::of(config),
+            gap_drift: config.drift.gap,
             motor_rad_per_mm,
             watches: Default::default(),
             events: Default::default(),
@@ -226,7 +231,6 @@ impl<'a> Bench<'a> {
     fn measure(&mut self, variant: usize) -> Result<(), StudyError> {
         let Some((rigid, lanes)) = self.lanes.split_first_mut() else { return Ok(()) };
         let (Some(lane), Some(tally)) = (lanes.get_mut(variant), self.tallies.get_mut(variant)) else { return Ok(()) };
-        let half_gap = 0.5 * self.physics.gap_rad;
         let traced = variant + 1 == self.names.len();
         for frame in &self.frames {
             let load = lane.load(frame.servo_sample);
@@ -237,6 +241,8 @@ impl<'a> Bench<'a> {
             }
             if let Some(since) = frame.since {
                 let without = rigid.load(frame.servo_sample);
+                let time_s = Clock::SERVO.seconds(frame.tick) + Clock::CNC.seconds(SETTLE_TICKS as Tick);
+                let half_gap = 0.5 * self.physics.gap_rad * self.gap_drift.map_or(1.0, |change| change.at(time_s));
                 for axis in 0..AXES.len() {
                     let deviation = load.get(axis).zip(without.get(axis)).map_or(f64::NAN, |(with, without)| with - without);
                     tally.axis(axis, since, deviation, &lane.sample(axis, frame.servo_sample), half_gap);
@@ -263,8 +269,8 @@ impl<'a> Bench<'a> {
         let lanes = self.names.iter().zip(self.lanes.iter().skip(1));
         CellResult {
             cell: self.cell,
-            duration_s: Clock::CNC.seconds(self.ticks),
-            measured_from_s: Clock::CNC.seconds(from),
+            duration_s: round_to(Clock::CNC.seconds(self.ticks), 3),
+            measured_from_s: round_to(Clock::CNC.seconds(from), 3),
             samples: self.tallies.first().map_or(0, Tally::samples),
             reached_mm_min: round_to(self.reached_mm_s * 60.0, 3),
             reversals: self.reversals,

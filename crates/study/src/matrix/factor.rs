@@ -42,7 +42,8 @@ pub const DRIFT: usize = 8;
 /// Every factor, in the order of a cell's name.
 ///
 /// Feeds are in mm/min, total gaps in um at the slide, Coulomb friction in per cent of the motor's rated torque; viscous friction `v20` is 0.2 of the rated
-/// torque at the rated speed; the inertia is that of the load over that of the motor; encoders have so many bits a turn.
+/// torque at the rated speed; the inertia is that of the load over that of the motor; encoders have so many bits a turn. What
+/// `drift` is says [`super::machine`].
 pub const FACTORS: [Factor; COUNT] = [
     factor("motion", &["circle5", "circle10", "circle25", "circle50", "circle150", "square", "rounded", "lissajous", "zigzag", "pocket"]),
     factor("feed", &["f300", "f1000", "f3000", "f10000"]),
@@ -52,7 +53,7 @@ pub const FACTORS: [Factor; COUNT] = [
     factor("viscous", &["v0", "v20"]),
     factor("inertia", &["j0.5", "j1", "j2", "j4", "j8"]),
     factor("encoder", &["ideal", "e23", "e20", "e17"]),
-    factor("drift", &["steady"]),
+    factor("drift", &["steady", "drift"]),
 ];
 
 /// One level of each factor. Its text is the levels' names with `-` between: `circle25-f3000-ccw-g10-t10-v0-j2-e20-steady`.

@@ -8,7 +8,7 @@ use lostmotion_contour::FootState;
 use lostmotion_plan::Sample;
 
 /// How long the machine stands still before the program, CNC ticks, so that drives settle.
-const SETTLE_TICKS: usize = 500;
+pub(super) const SETTLE_TICKS: usize = 500;
 
 /// Both axes with one compensator.
 pub(super) struct Lane {
@@ -23,7 +23,7 @@ impl Lane {
         let runner = |axis: usize| -> Result<Box<dyn AxisRunner>, StudyError> {
             let at = AXES.get(axis).map_or(0.0, |id| start[*id]);
             let mut runner = build_runner(config, method, at)?;
-            let rest = Setpoint { position: at, velocity: Some(0.0), acceleration: Some(0.0) };
+            let rest = Setpoint::moving(at, 0.0, 0.0);
             runner.push(&[rest; SETTLE_TICKS], &mut AxisOutput::new(false))?;
             Ok(runner)
         };
@@ -35,11 +35,9 @@ impl Lane {
     pub(super) fn run(&mut self, samples: &[Sample], setpoints: &mut Vec<Setpoint>) -> Result<(), StudyError> {
         for ((id, runner), output) in AXES.iter().zip(&mut self.runners).zip(&mut self.outputs) {
             setpoints.clear();
-            setpoints.extend(samples.iter().map(|sample| Setpoint {
-                position: sample.position[*id],
-                velocity: Some(sample.velocity[*id]),
-                acceleration: Some(sample.acceleration[*id]),
-            }));
+            setpoints.extend(
+                samples.iter().map(|sample| Setpoint::moving(sample.position[*id], sample.velocity[*id], sample.acceleration[*id])),
+            );
             output.clear();
             runner.push(setpoints, output)?;
         }

@@ -3,11 +3,14 @@
 //! Rotor 0.00189 kg m2, rated torque 11 N m at 2000 1/min, at most 43 N m; screw of 20 mm lead, shaft of 2400 N m/rad with 5 % of critical damping. Gains follow
 //! from the inertias by the rule of [`Tuning`], as whoever commissions the axis would set them: 40 Hz, but so low that the loop
 //! is still stable when the motor turns alone in its gap.
+//!
+//! In half of the cells the machine changes while it runs, in a straight line over the length of the motion, or 30 s if that is more: the gap grows by a
+//! tenth, the load's friction by three tenths, its inertia by a fifth. Nobody is told.
 
-use super::factor::{Cell, ENCODER, FRICTION, GAP, INERTIA, VISCOUS};
+use super::factor::{Cell, DRIFT, ENCODER, FRICTION, GAP, INERTIA, VISCOUS};
 use crate::error::StudyError;
 use lostmotion_axis::AxisConfig;
-use lostmotion_axis::config::{Load, Reflected, Tuning};
+use lostmotion_axis::config::{Change, Drift, Load, Reflected, Shape, Tuning};
 use lostmotion_base::AxisId;
 use lostmotion_sim::Machine;
 use std::f64::consts::TAU;
@@ -23,6 +26,10 @@ const SHAFT_DAMPING: f64 = 0.05;
 const VELOCITY_HZ: f64 = 40.0;
 /// Highest gain crossover of the velocity loop with the motor alone, 1/s: 45 degrees for the delays of encoder difference, servo and current loop (0.5 ms in all).
 const ALONE_PER_S: f64 = 1600.0;
+/// What a drifting gap, friction and inertia are multiplied by in the end.
+const DRIFTED: [f64; 3] = [1.1, 1.3, 1.2];
+/// Shortest drift, s.
+const DRIFT_S: f64 = 30.0;
 const TEXT: &str = include_str!("machine.toml");
 
 /// The planner's side of the machine: limits only, the same for all cells.
@@ -33,7 +40,16 @@ pub fn machine() -> Result<Machine, StudyError> {
     Ok(Machine::from_toml("machine.toml", TEXT)?)
 }
 
-/// One axis of a cell; both are alike.
+/// How a cell's machine changes over a motion of some length, s.
+pub fn drift(cell: &Cell, motion_s: f64) -> Drift {
+    if cell.level_name(DRIFT) == "steady" {
+        return Drift::NONE;
+    }
+    let [gap, friction, inertia] = DRIFTED.map(|factor| Some(Change { factor, over_s: DRIFT_S.max(motion_s), shape: Shape::Ramp }));
+    Drift { gap, load_coulomb: friction, load_viscous: friction, load_inertia: inertia, ..Drift::NONE }
+}
+
+/// One axis of a cell, without its drift; both are alike.
 ///
 /// # Errors
 /// As [`machine`], and a description that makes no sense.
