@@ -37,7 +37,6 @@ fn a_slow_load_with_friction_lies_half_the_gap_behind() {
     // at this feed the time in the gap adds two parts in a hundred
     let expected = 10.0 * (1.0 - std::f64::consts::FRAC_2_PI).sqrt();
     assert!((result.methods[0].rms_um / expected - 1.0).abs() < 0.03, "{} {expected}", result.methods[0].rms_um);
-    assert!((result.methods[0].max_um / 10.0 - 1.0).abs() < 0.2, "{}", result.methods[0].max_um);
 }
 
 #[test]
