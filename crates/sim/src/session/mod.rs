@@ -21,11 +21,13 @@ mod rows;
 mod run;
 mod text;
 
+pub use reader::interpreter_config;
+
 use crate::error::{SimError, SinkError};
 use crate::machine::Machine;
 use crate::observer::Observer;
 use crate::options::SimulateOptions;
-use crate::results::{Comparison, PlanInfo, Simulation};
+use crate::results::{Comparison, PlanInfo, ProgramInfo, Simulation};
 use crate::source::ProgramSource;
 use lostmotion_axis::{METHODS, find_method};
 use lostmotion_base::Clock;
@@ -69,6 +71,14 @@ pub fn compare(
     let checked = check::check(source, machine, options)?;
     let tally = run::run(source, machine, methods, options, observer)?;
     Ok(collect::comparison(source, machine, methods, options, checked, &tally))
+}
+
+/// Reads a part program to its end and holds it against a machine, without moving anything.
+///
+/// # Errors
+/// As [`simulate`], apart from those of the method.
+pub fn check(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<ProgramInfo, SimError> {
+    Ok(check::check(source, machine, options)?.program)
 }
 
 /// Plans a part program and hands out the samples, chunk by chunk.

@@ -6,13 +6,14 @@ mod matrix;
 
 use crate::args::study::Study;
 use crate::failure::Failure;
+use crate::voice::Voice;
 use lostmotion::axis::{METHODS, find_method};
 use lostmotion::study::StudyError;
 
 /// Runs the study asked for.
-pub(crate) fn run(study: &Study, quiet: bool) -> Result<u8, Failure> {
+pub(crate) fn run(study: &Study, voice: Voice) -> Result<u8, Failure> {
     match study {
-        Study::Matrix(args) => matrix::run(args, quiet),
+        Study::Matrix(args) => matrix::run(args, voice.quiet),
         Study::Cell(args) => cell::run(args),
     }
 }
