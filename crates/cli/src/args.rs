@@ -1,5 +1,7 @@
 //! The arguments of the command line.
 
+pub(crate) mod study;
+
 use crate::voice::Voice;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -43,6 +45,9 @@ pub(crate) enum Command {
     /// List, show and check machines
     #[command(subcommand)]
     Machine(Machine),
+    /// Compare methods over many machines and motions
+    #[command(subcommand)]
+    Study(study::Study),
 }
 
 /// Form of the answer on stdout.

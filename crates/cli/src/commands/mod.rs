@@ -11,6 +11,7 @@ mod lint;
 mod machine;
 mod plan;
 mod simulate;
+mod study;
 mod write;
 
 use crate::args::{Cli, Command, Form, Format, Run};
@@ -44,6 +45,7 @@ pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Axis(args) => axis::run(args),
         Command::Fit(args) => fit::run(args, cli.voice),
         Command::Machine(args) => machine::run(args),
+        Command::Study(args) => study::run(args, cli.voice),
     }
 }
 
