@@ -3,7 +3,7 @@
 use lostmotion_axis::config::Gap;
 use serde::{Deserialize, Serialize};
 
-use crate::{error::NotExcited, solver::SolverStatus};
+use crate::{error::NotExcited, motor_only::FittedLoad, solver::SolverStatus};
 
 /// Half gap, compliance and offset of an axis, with what speaks for and against them. Motor side: rad, N m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,6 +62,9 @@ pub struct BacklashFit {
     pub excited: bool,
     /// If not, why.
     pub reason: Option<NotExcited>,
+    /// The load, where it had to be found along with the gap: in a fit from the motor alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load: Option<FittedLoad>,
     /// How the problem was solved.
     pub solver: SolverReport,
 }
