@@ -22,6 +22,10 @@ const HUBER: f64 = 1.345;
 const ROUNDS: usize = 3;
 /// Crossings of one kind that are too few beside others.
 const FEW: usize = 8;
+/// Standard errors that the compliance has to exceed to be told from the gap; and share of the gap that is allowed for where it does not, as in
+/// a log that repeats one stroke: what all crossings have in common scatter cannot show.
+const SURE: f64 = 3.0;
+const BLURRED: f64 = 1e-2;
 /// A crossing whose median residual exceeds so many times that of all was labelled wrongly.
 const ODD: f64 = 4.0;
 /// Share of the wind-up that the model is at best good to: on logs whose gap is known it came out a hundredth to a fiftieth too compliant,
@@ -83,9 +87,9 @@ pub fn fit_motor_only_with(log: &MotorLog, settings: &FitSettings, solver: &dyn 
     let breaks = segments.iter().flat_map(|segment| &segment.equations).any(|equation| equation.friction != 0.0);
     let rests = segments.iter().any(|segment| !segment.slides);
     match (slides, rests, breaks) {
-        (true, true, true) => job.fit(segments, [0, 1, 2, 3, 4, 5, 6, 7]),
-        (true, true, false) => job.fit(segments, [0, 1, 2, 3, 5, 6, 7]),
-        (true, false, _) => job.fit(segments, [0, 1, 2, 3, 5]),
+        (true, true, true) => job.fit(segments, [0, 1, 2, 3, 4, 5, 6, 7, 8]),
+        (true, true, false) => job.fit(segments, [0, 1, 2, 3, 5, 6, 7, 8]),
+        (true, false, _) => job.fit(segments, [0, 1, 2, 3, 5, 8]),
         (false, _, true) => job.fit(segments, [0, 1, 3, 4, 5, 6, 7]),
         (false, _, false) => job.fit(segments, [0, 1, 6, 7]),
     }
@@ -150,7 +154,9 @@ impl Job<'_> {
         let equations = || segments.iter().flat_map(|segment| &segment.equations);
         let count = equations().count().max(1) as f64;
         let wind_up = compliance * (equations().map(|e| e.torque * e.torque).sum::<f64>() / count).sqrt();
-        let allowance = RESOLVED * self.log.resolution_rad() + MODELLED * wind_up;
+        let told_apart = compliance > SURE * compliance_spread.standard_error;
+        let blurred = if told_apart { 0.0 } else { BLURRED * half_gap };
+        let allowance = RESOLVED * self.log.resolution_rad() + MODELLED * wind_up + blurred;
         let half_width = gap.half_width + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise { half_gap_rad: half_gap, upper_rad: interval[1] });

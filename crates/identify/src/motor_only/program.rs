@@ -64,7 +64,7 @@ fn project(values: &mut [f64], columns: &[[f64; LOCAL]]) {
 }
 
 impl<const P: usize> Projected<P> {
-    /// With these columns of [b, c, r, p, p dT_f, p e, tau, c e].
+    /// With these columns of [b, c, r, p, p dT_f, p e, tau, c e, p b_L].
     pub(super) fn new(segments: &[Segment], columns: [usize; P]) -> Self {
         let mut whole = Projected {
             regression: Regression { rows: vec![], targets: vec![], nonnegative: columns.map(|c| matches!(c, 0 | 1 | 3)) },
@@ -75,7 +75,7 @@ impl<const P: usize> Projected<P> {
         for (index, segment) in segments.iter().enumerate() {
             let local = basis(&segment.equations, segment.slides);
             let pick = |e: &Equation, column: usize| {
-                [e.side, e.torque, -e.sliding_rate, e.travel, e.friction, e.impulse, -e.slip, e.resting_rate][column]
+                [e.side, e.torque, -e.sliding_rate, e.travel, e.friction, e.impulse, -e.slip, e.resting_rate, -e.drag][column]
             };
             let mut columns: [Vec<f64>; P] = columns.map(|column| segment.equations.iter().map(|e| pick(e, column)).collect());
             let mut targets: Vec<f64> = segment.equations.iter().map(|equation| equation.motor).collect();

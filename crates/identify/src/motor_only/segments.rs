@@ -6,7 +6,8 @@
 //! ```
 //! or it **slides** through in one direction:
 //! ```text
-//! x_L = X + V t + Q t^2/2 + p G + p e L,   G = double integral of T,   L = single integral of K_t i
+//! x_L = X + V t + Q t^2/2 + p G - p b_L D + p e L,   G = double integral of T,   L = single integral of K_t i,
+//!                                                 D = double integral of w
 //! ```
 //! with p = 1/J_L, and X, V, Q of this crossing alone; Q takes up friction and constant torque. The contact torque T is data: the
 //! double integral of a triangular average over its own width is an exact second difference, so that the encoder's noise in
@@ -14,7 +15,7 @@
 //! a moment e later, which L takes up.
 
 use super::load::FittedLoad;
-use super::sides::Sides;
+use super::sides::{Sides, Stretch};
 use crate::window::WindowSample;
 
 /// Part of the friction up to which a load certainly rests.
@@ -33,7 +34,7 @@ const LEAST_SPEED: f64 = 0.1;
 const LONGEST_SLIDING: usize = 300;
 const LONGEST_RESTING: usize = 1000;
 
-/// One window in firm contact, as an equation: motor = offset(X, V, Q) + side b + torque c - sliding_rate r - slip tau + resting_rate c e + travel p + impulse p e + friction p dT_f.
+/// One window in firm contact, as an equation: motor = offset(X, V, Q) + side b + torque c - sliding_rate r - slip tau + resting_rate c e + travel p + impulse p e + friction p dT_f - drag p b_L.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Equation {
     pub(super) motor: f64,
@@ -50,6 +51,8 @@ pub(super) struct Equation {
     pub(super) travel: f64,
     /// Single integral of the motor's torque, beyond that at the break-away if there is one, N m s.
     pub(super) impulse: f64,
+    /// Double integral of the speed, rad s, where the load slides; zero where it rests.
+    pub(super) drag: f64,
     /// The load's travel against each N m of friction beyond the known, for p = 1, kg m2 rad.
     pub(super) friction: f64,
     /// Windows since the crossing's first.
@@ -86,9 +89,15 @@ impl Cutter<'_> {
     /// All crossings that can be used, and how many changes of side there were.
     pub(super) fn cut(&self) -> (Vec<Segment>, usize) {
         let stretches = self.sides.stretches();
-        let changes: Vec<_> = stretches.windows(2).filter(|pair| pair[0].0 != pair[1].0).collect();
-        let segments = changes.iter().filter_map(|pair| self.resting(pair[0], pair[1]).or_else(|| self.sliding(pair[0], pair[1])));
-        (segments.collect(), changes.len())
+        let changes = |stretches: &[Stretch]| -> Vec<[Stretch; 2]> {
+            stretches.windows(2).filter(|pair| pair[0].0 != pair[1].0).map(|pair| [pair[0], pair[1]]).collect()
+        };
+        // a landing may bounce: between two long stretches the short ones are part of the crossing
+        let long: Vec<Stretch> = stretches.iter().copied().filter(|stretch| stretch.2 - stretch.1 > self.settle).collect();
+        let (all, landed) = (changes(&stretches), changes(&long));
+        let resting = all.iter().filter_map(|[from, to]| self.resting(*from, *to));
+        let sliding = landed.iter().filter_map(|[from, to]| self.sliding(*from, *to));
+        (resting.chain(sliding).collect(), all.len())
     }
 
     fn rate(&self, n: usize) -> f64 {
@@ -104,7 +113,7 @@ impl Cutter<'_> {
         self.drive(n).abs() < RESTING * self.load.coulomb_nm
     }
 
-    fn resting(&self, from: (i8, usize, usize), to: (i8, usize, usize)) -> Option<Segment> {
+    fn resting(&self, from: Stretch, to: Stretch) -> Option<Segment> {
         let (old, new) = (f64::from(from.0), f64::from(to.0));
         let unloads = |n: usize| self.rests(n) && self.rate(n) * old < 0.0;
         let last = from.2;
@@ -126,7 +135,7 @@ impl Cutter<'_> {
         (before >= LEAST && after >= LEAST).then(|| self.segment(&chosen, false))
     }
 
-    fn sliding(&self, from: (i8, usize, usize), to: (i8, usize, usize)) -> Option<Segment> {
+    fn sliding(&self, from: Stretch, to: Stretch) -> Option<Segment> {
         let way = self.rate(from.2);
         let goes_on = |n: &usize| self.rate(*n) * way > 0.0 && self.rate(*n) / way > LEAST_SPEED;
         let first = (from.1.max(from.2.saturating_sub(MOST))..=from.2).rev().take_while(goes_on).last()?;
@@ -136,7 +145,7 @@ impl Cutter<'_> {
             return None;
         }
         let square = self.spacing_s * self.spacing_s;
-        let (mut before, mut now, mut impulse, mut speed) = (0.0, 0.0, 0.0, self.rate(first));
+        let (mut before, mut now, mut impulse, mut speed) = ([0.0; 2], [0.0; 2], 0.0, self.rate(first));
         let (mut chosen, mut counts) = (Vec::new(), [0, 0]);
         for n in first..=end {
             let window = &self.windows[n];
@@ -145,17 +154,16 @@ impl Cutter<'_> {
             }
             // the motor's own friction is constant as long as it goes one way: its part is a parabola's
             let drive = self.spacing_s * self.motor_torque(n);
+            let steps = [window.torque_nm, window.rate_rad_s];
             if self.sides.firm(n) && (n <= from.2 || n >= landed) {
-                chosen.push(Chosen {
-                    travel: now + square * window.torque_nm / 12.0,
-                    impulse: impulse + 0.5 * drive,
-                    ..Chosen::at_rest(n)
-                });
+                let [travel, drag] = std::array::from_fn(|i| now[i] + square * steps[i] / 12.0);
+                chosen.push(Chosen { travel, drag, impulse: impulse + 0.5 * drive, ..Chosen::at_rest(n) });
                 counts[usize::from(n >= landed)] += 1;
             }
-            (before, now) = (now, 2.0 * now - before + square * window.torque_nm);
+            (before, now) = (now, std::array::from_fn(|i| 2.0 * now[i] - before[i] + square * steps[i]));
             impulse += drive;
-            speed += self.spacing_s * (self.drive(n) - self.load.coulomb_nm * way.signum()) / self.load.inertia_kgm2;
+            let viscous = self.load.viscous_nm_s_per_rad * speed;
+            speed += self.spacing_s * (self.drive(n) - viscous - self.load.coulomb_nm * way.signum()) / self.load.inertia_kgm2;
         }
         // a straight line, a parabola and a step need more windows than a step
         (counts.iter().all(|count| *count >= 2 * LEAST)).then(|| self.segment(&chosen, true))
@@ -184,6 +192,7 @@ impl Cutter<'_> {
                 travel: chosen.travel,
                 impulse: chosen.impulse,
                 friction: chosen.friction,
+                drag: chosen.drag,
                 time: (n - start) as f64,
             }
         };
@@ -238,7 +247,7 @@ impl BrokenAway {
             }
         }
         let [travel, friction, impulse, speed] = sums;
-        Chosen { window, travel, friction, impulse, load_speed: speed / self.inertia }
+        Chosen { travel, friction, impulse, load_speed: speed / self.inertia, ..Chosen::at_rest(window) }
     }
 }
 
@@ -248,11 +257,12 @@ struct Chosen {
     travel: f64,
     impulse: f64,
     friction: f64,
+    drag: f64,
     load_speed: f64,
 }
 
 impl Chosen {
     fn at_rest(window: usize) -> Chosen {
-        Chosen { window, travel: 0.0, impulse: 0.0, friction: 0.0, load_speed: 0.0 }
+        Chosen { window, travel: 0.0, impulse: 0.0, friction: 0.0, drag: 0.0, load_speed: 0.0 }
     }
 }

@@ -12,6 +12,9 @@ const THRESHOLD_SHARE: f64 = 0.02;
 /// Standard deviations of the torque's noise that it has to exceed.
 const NOISE_FACTOR: f64 = 6.0;
 
+/// A side, and the first and the last window of a stretch of it.
+pub(super) type Stretch = (i8, usize, usize);
+
 /// Sides by the sign of the torque.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sides {
@@ -55,7 +58,7 @@ impl Sides {
     }
 
     /// Stretches of one side, first and last window, unsure ones left out.
-    pub(super) fn stretches(&self) -> Vec<(i8, usize, usize)> {
+    pub(super) fn stretches(&self) -> Vec<Stretch> {
         let mut stretches = Vec::new();
         let mut first = 0;
         for run in self.sides.chunk_by(|a, b| a == b) {
