@@ -14,7 +14,6 @@ pub mod fixed_fanuc;
 pub mod fixed_linuxcnc;
 pub mod iterative_learning;
 pub mod kalman;
-mod learning;
 pub mod load_feedback;
 pub mod lookup;
 pub mod multiple_models;
@@ -22,7 +21,6 @@ pub mod none;
 pub mod published;
 mod ramp;
 pub mod registry;
-mod replay;
 pub mod reversal_pulse;
 mod strokes;
 mod traverse;
@@ -71,6 +69,8 @@ pub struct Signals {
     pub motor_velocity: f64,
     /// Measured torque-forming current, A.
     pub current: f64,
+    /// Mean of the torque-forming current over the last servo period, from the samples of the current loop, A.
+    pub mean_current: f64,
     /// Whether the drive was at its current or voltage limit in the last period.
     pub saturated: bool,
     /// Load position from its scale, rad at the motor shaft; only for methods whose [`Knowledge::load_scale`] is set and machines that have one.
