@@ -340,3 +340,16 @@ fn a_cell_is_traced() {
     assert!(trace.lines().all(|line| line.split(',').count() == header.len()));
     bench.expect(0, &["canon", "cell.ngc"]);
 }
+
+#[test]
+fn the_paper_is_reproduced_into_a_folder() {
+    let bench = Bench::new();
+    bench.file("file", "x");
+    bench.refuses(&["reproduce", "paper", "--out", "file"], &["not a folder"]);
+    let text = bench.expect(0, &["reproduce", "paper", "--out", "paper"]);
+    assert!(text.contains("Not given, and chosen here"), "{text}");
+    let files = names(&bench.path("paper"));
+    for name in ["paper.md", "scan.csv", "figure_03.svg", "figure_11_inertia.svg", "scan_published.svg"] {
+        assert!(files.iter().any(|file| file == name), "{files:?}");
+    }
+}
