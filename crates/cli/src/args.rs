@@ -53,6 +53,26 @@ pub(crate) struct OnMachine {
     pub(crate) machine: Option<String>,
 }
 
+/// How a program is read.
+#[derive(Debug, Default, Args)]
+pub(crate) struct Reading {
+    /// Dialect of the program: linuxcnc, fanuc, haas, marlin, klipper or siemens; the machine's, if left out
+    #[arg(long, value_name = "NAME")]
+    pub(crate) dialect: Option<String>,
+    /// Accept, with a warning, what the dialect does not: the code of that warning; may be repeated
+    #[arg(long, value_name = "CODE")]
+    pub(crate) allow: Vec<String>,
+    /// Refuse what the dialect accepts with a warning: the code of that warning; may be repeated
+    #[arg(long, value_name = "CODE")]
+    pub(crate) deny: Vec<String>,
+    /// Folder with files of subroutines, besides the part's own; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub(crate) subroutines: Vec<PathBuf>,
+    /// Bound of the G-code front end, such as looped_blocks=1e6; may be repeated
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(crate) limit: Vec<String>,
+}
+
 /// What `simulate` and `compare` share.
 #[derive(Debug, Args)]
 pub(crate) struct Run {
@@ -60,6 +80,8 @@ pub(crate) struct Run {
     pub(crate) part: PathBuf,
     #[command(flatten)]
     pub(crate) on: OnMachine,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
     /// Tolerance of the contour error in micrometres; the machine's, if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) tolerance_um: Option<f64>,
@@ -108,6 +130,8 @@ pub(crate) struct Canon {
     /// Tool table in LinuxCNC's format
     #[arg(long, value_name = "FILE")]
     pub(crate) tool_table: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
 }
 
 /// `plan`.
@@ -117,6 +141,8 @@ pub(crate) struct Plan {
     pub(crate) part: PathBuf,
     #[command(flatten)]
     pub(crate) on: OnMachine,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
     /// CSV to write: t_s, a position per axis (x_mm ... c_deg), source line
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,

@@ -5,7 +5,7 @@ use crate::output::stderr_has_color;
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use lostmotion::base::Span;
-use lostmotion::gcode::{Diagnostic, Diagnostics, Severity};
+use lostmotion::gcode::{Diagnostic, Diagnostics, LoadedFile, Severity, SourceFiles};
 use lostmotion::sim::ProgramSource;
 
 /// One thing to say about a place in a program.
@@ -41,17 +41,35 @@ impl From<&Diagnostic> for Finding {
 /// Renders what the front end found, in its order, then how many there were.
 pub(crate) fn render(source: &ProgramSource, diagnostics: &Diagnostics) -> String {
     let findings: Vec<Finding> = diagnostics.kept().iter().map(Finding::from).collect();
-    format!("{}{}", render_all(source, &findings), count(diagnostics))
+    format!("{}{}", render_all(source, diagnostics.files(), &findings), count(diagnostics))
 }
 
 /// Renders findings in their order, a blank line after each.
-pub(crate) fn render_all(source: &ProgramSource, findings: &[Finding]) -> String {
-    let spans: Vec<Span> = findings.iter().map(|finding| finding.span).collect();
-    let lines = source.open().and_then(|mut reader| excerpts(&mut *reader, &spans)).unwrap_or_default();
+pub(crate) fn render_all(source: &ProgramSource, files: &SourceFiles, findings: &[Finding]) -> String {
+    let lines = lines(source, files, findings);
     let nothing = Excerpt::default();
     let renderer = if stderr_has_color() { Renderer::styled() } else { Renderer::plain() }.decor_style(DecorStyle::Ascii);
-    let one = |(index, finding)| one(&renderer, source.name(), finding, lines.get(index).unwrap_or(&nothing)) + "\n\n";
+    let one = |(index, finding): (usize, &Finding)| {
+        let name = file_of(files, finding.span).map_or(source.name(), |file| file.name.as_str());
+        one(&renderer, name, finding, lines.get(index).unwrap_or(&nothing)) + "\n\n"
+    };
     findings.iter().enumerate().map(one).collect()
+}
+
+/// The file of subroutines that a span is in; none for the program itself.
+fn file_of(files: &SourceFiles, span: Span) -> Option<&LoadedFile> {
+    files.get((span.file as usize).checked_sub(1)?).map(|file| &**file)
+}
+
+/// The lines that findings are about, in their order; empty where they cannot be read.
+fn lines(source: &ProgramSource, files: &SourceFiles, findings: &[Finding]) -> Vec<Excerpt> {
+    let own: Vec<Span> = findings.iter().map(|finding| finding.span).filter(|span| span.file == 0).collect();
+    let mut own = source.open().and_then(|mut reader| excerpts(&mut *reader, &own)).unwrap_or_default().into_iter();
+    let of_file = |span: Span| {
+        let mut text = file_of(files, span)?.text.as_slice();
+        excerpts(&mut text, &[span]).ok()?.pop()
+    };
+    findings.iter().map(|finding| if finding.span.file == 0 { own.next() } else { of_file(finding.span) }.unwrap_or_default()).collect()
 }
 
 fn one(renderer: &Renderer, name: &str, finding: &Finding, line: &Excerpt) -> String {
@@ -62,7 +80,7 @@ fn one(renderer: &Renderer, name: &str, finding: &Finding, line: &Excerpt) -> St
     let title = level.primary_title(finding.text.as_str());
     let title = if finding.code.is_empty() { title } else { title.id(finding.code) };
     let span = finding.span;
-    let group = if span.file == 0 && !line.text.is_empty() {
+    let group = if !line.text.is_empty() {
         let mark = AnnotationKind::Primary.span(line.range.clone());
         title.element(Snippet::source(line.text.as_str()).line_start(span.line as usize).path(name).annotation(mark))
     } else if span.line > 0 {

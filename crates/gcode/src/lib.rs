@@ -22,6 +22,7 @@ pub mod canon;
 pub mod codes;
 pub mod config;
 pub mod diagnostics;
+pub mod dialect;
 mod exec;
 pub mod interpreter;
 pub mod limits;
@@ -38,10 +39,11 @@ mod system_names;
 pub mod tool_table;
 
 pub use config::InterpreterConfig;
+pub use dialect::{Dialect, Leniencies, Leniency};
 pub use diagnostics::{Diagnostic, Diagnostics, Severity};
 pub use interpreter::{CallSite, CallStacks, Interpreter, Place, Step};
-pub use limits::Limits;
-pub use loader::{LoadedFile, SubroutineLoader};
+pub use limits::{LimitError, LimitRow, Limits};
+pub use loader::{LoadedFile, SourceFiles, SubroutineLoader};
 pub use motion::{Circle, Feed, Motion, MotionFold, MotionItem, PathMode};
 pub use ops::{
     ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, OutputValue, PathControl, Plane, Position, SourcedOp, StraightProbe, TextKind, Units,

@@ -142,6 +142,10 @@ pub enum Problem {
     ToolTable { line: u32, message: String },
     #[error("{axis} goes to {value}, beyond the limit of {limit}")]
     CoordinateTooLarge { axis: char, value: f64, limit: f64 },
+    #[error("an arc of radius {radius_mm} mm, beyond the limit of {limit} mm")]
+    RadiusTooLarge { radius_mm: f64, limit: f64 },
+    #[error("a feed rate of {rate} a minute, beyond the limit of {limit}")]
+    FeedTooLarge { rate: f64, limit: f64 },
     #[error("a dwell of {seconds} s is no dwell")]
     NegativeDwell { seconds: f64 },
     #[error("a dwell of {seconds} s, longer than the limit of {limit} s")]
@@ -191,6 +195,8 @@ pub enum Problem {
     TooMuchHeld { limit: usize },
     #[error("{limit} blocks have run; the program does not seem to end")]
     TooManyBlocks { limit: u64 },
+    #[error("loops and subroutines have made {limit} operations at a stretch; the program does not seem to end")]
+    TooManyOperations { limit: u64 },
     #[error("{limit} blocks in a row have run without any motion; the loop does not seem to end")]
     IdleLoop { limit: u64 },
 
@@ -273,6 +279,8 @@ impl Problem {
             P::NoToolSelected => "no-tool-selected",
             P::ToolTable { .. } => "tool-table",
             P::CoordinateTooLarge { .. } => "coordinate-too-large",
+            P::RadiusTooLarge { .. } => "radius-too-large",
+            P::FeedTooLarge { .. } => "feed-too-large",
             P::NegativeDwell { .. } => "negative-dwell",
             P::DwellTooLong { .. } => "dwell-too-long",
             P::RotatedArcPlane { .. } => "rotated-arc-plane",
@@ -295,6 +303,7 @@ impl Problem {
             P::CallsTooDeep { .. } => "calls-too-deep",
             P::TooMuchHeld { .. } => "too-much-held",
             P::TooManyBlocks { .. } => "too-many-blocks",
+            P::TooManyOperations { .. } => "too-many-operations",
             P::IdleLoop { .. } => "idle-loop",
             P::NoProgramEnd => "no-program-end",
             P::NoClosingPercent => "no-closing-percent",

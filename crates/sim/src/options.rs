@@ -1,7 +1,8 @@
 //! Settings of a run.
 
 use lostmotion_contour::ContourConfig;
-use lostmotion_gcode::{InterpreterConfig, Limits, ToolTable};
+use lostmotion_gcode::{Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable};
+use std::sync::Arc;
 
 /// Settings of a run: what to judge by, what to keep, and the bounds of every resource.
 #[derive(Clone, Debug)]
@@ -28,6 +29,12 @@ pub struct SimulateOptions {
     pub tool_table: Option<ToolTable>,
     /// Bounds of the G-code front end.
     pub limits: Limits,
+    /// Dialect of the program; the machine's own if none.
+    pub dialect: Option<Dialect>,
+    /// What is accepted with a warning; what the dialect accepts if none.
+    pub leniencies: Option<Leniencies>,
+    /// Where subroutines come from that the program does not define; from nowhere if none.
+    pub loader: Option<Arc<dyn SubroutineLoader>>,
 }
 
 impl Default for SimulateOptions {
@@ -45,6 +52,9 @@ impl Default for SimulateOptions {
             block_delete: interpreter.block_delete,
             tool_table: None,
             limits: interpreter.limits,
+            dialect: None,
+            leniencies: None,
+            loader: None,
         }
     }
 }

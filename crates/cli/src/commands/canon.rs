@@ -11,14 +11,14 @@ use std::io::Write;
 /// program has errors, the operations of the blocks without are printed, and the failure carries all that was found.
 pub(crate) fn run(args: &Canon, quiet: bool) -> Result<u8, Failure> {
     let source = input::program(&args.part)?;
-    let mut config = InterpreterConfig::like_rs274();
+    let mut config = args.reading.config(InterpreterConfig::like_rs274())?;
     if let Some(path) = &args.tool_table {
         let text = input::text(path, "tool table")?;
         let table = ToolTable::parse(&text).map_err(|problem| Failure::message(format!("{}: {problem}", path.display())))?;
         config.tool_table = Some(table);
     }
     let reader = source.open().map_err(|error| Failure::message(format!("cannot read {}: {error}", source.name())))?;
-    let mut program = Program::new(reader, config);
+    let mut program = Program::new(reader, config).with_loader(args.reading.loader(&args.part)?);
     let mut out = output::stdout();
     for sourced in program.by_ref() {
         if !output::go_on(writeln!(out, "{}", sourced.op))? {

@@ -13,6 +13,7 @@ use crate::diagnostics::{self, Finding};
 use crate::failure::Failure;
 use crate::machines;
 use lostmotion::base::units::deg;
+use lostmotion::gcode::SourceFiles;
 use lostmotion::plan::TravelViolation;
 use lostmotion::report::{json, number, text::TextOptions};
 use lostmotion::sim::{Machine, ProgramSource, SimError, SimulateOptions};
@@ -47,23 +48,24 @@ fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failu
         return Err(Failure::with_hint("--threads is 0", "leave it out to use all cores"));
     }
     let options = SimulateOptions { tolerance_um: run.tolerance_um, threads: run.threads.unwrap_or(0), ..SimulateOptions::default() };
+    let options = run.reading.options(&run.part, machine.dialect(), options)?;
     Ok((program, machine, options))
 }
 
 /// An error of the session, with the lines of the program it is about.
 fn failure(program: &ProgramSource, error: &SimError) -> Failure {
-    let one = |finding: Finding| Failure::Rendered(diagnostics::render_all(program, &[finding]));
+    let one = |files: &SourceFiles, finding: Finding| Failure::Rendered(diagnostics::render_all(program, files, &[finding]));
     match error {
         SimError::Program { diagnostics, .. } => Failure::Rendered(diagnostics::render(program, diagnostics)),
-        SimError::Travel { violations, .. } => {
+        SimError::Travel { violations, files, .. } => {
             let findings: Vec<Finding> = violations.iter().map(|v| Finding::error(v.block.span, travel(v), None)).collect();
-            Failure::Rendered(format!("{}error: {error}", diagnostics::render_all(program, &findings)))
+            Failure::Rendered(format!("{}error: {error}", diagnostics::render_all(program, files, &findings)))
         }
-        SimError::NoAxis { block, axis, machine } => {
+        SimError::NoAxis { block, axis, machine, files } => {
             let hint = "take a machine with that axis, see `lostmotion machine list`";
-            one(Finding::error(block.span, format!("machine \"{machine}\" has no axis {axis}"), Some(hint.to_owned())))
+            one(files, Finding::error(block.span, format!("machine \"{machine}\" has no axis {axis}"), Some(hint.to_owned())))
         }
-        SimError::Path { block, source } => one(Finding::error(block.span, source.to_string(), None)),
+        SimError::Path { block, source } => one(&SourceFiles::new(), Finding::error(block.span, source.to_string(), None)),
         _ => Failure::message(error.to_string()),
     }
 }

@@ -5,6 +5,7 @@ use super::arc_geometry::{Planar, center_from_radius, check_center, length};
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position};
 use crate::problem::{Code, Problem};
 use crate::syntax::evaluate::whole;
+use lostmotion_base::math;
 
 /// Letters of the centre by axis index.
 const OFFSETS: [u8; 3] = *b"IJK";
@@ -26,6 +27,7 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let (from, to) = ([start[first], start[second]], [end[first], end[second]]);
     let center = exec.center(from, to, clockwise)?;
     let turns = if clockwise { -turns } else { turns };
+    exec.check_radius(from, center)?;
     exec.inverse_time(length(from, to, center, turns, end[normal] - start[normal]));
     let feed = arc_feed(plane, &end, center, turns);
     if exec.state.arc_not_allowed {
@@ -45,6 +47,13 @@ fn arc_feed(plane: Plane, end: &Position, center: Planar, turns: i32) -> ArcFeed
 }
 
 impl Exec<'_> {
+    /// Refuses arcs beyond the limit of the radius.
+    fn check_radius(&self, from: Planar, center: Planar) -> Result<(), Problem> {
+        let radius_mm = math::hypot(from[0] - center[0], from[1] - center[1]) * self.state.units.mm();
+        let limit = self.config.limits.radius_mm;
+        if radius_mm <= limit { Ok(()) } else { Err(Problem::RadiusTooLarge { radius_mm, limit }) }
+    }
+
     /// P of an arc.
     fn turns(&self, code: Code) -> Result<i32, Problem> {
         let Some(value) = self.word(b'P') else { return Ok(1) };

@@ -69,6 +69,9 @@ impl Exec<'_> {
         let bad = Problem::BadWordValue { letter: char::from(letter), value };
         match letter {
             b'F' if value < 0.0 => Err(bad),
+            b'F' if value * self.state.units.mm() > self.config.limits.feed => {
+                Err(Problem::FeedTooLarge { rate: value, limit: self.config.limits.feed })
+            }
             b'F' => {
                 if self.state.feed_mode != FeedMode::InverseTime {
                     self.set_feed(value, None);

@@ -78,6 +78,7 @@ impl Interpreter {
             )
         };
         self.looped += 1;
+        self.made += ops.len() as u64;
         self.idle = if ops.iter().any(acts) { 0 } else { self.idle + 1 };
         let problem = if self.idle > limits.idle_blocks {
             Problem::IdleLoop { limit: limits.idle_blocks }
@@ -85,6 +86,8 @@ impl Interpreter {
             Problem::TooManyBlocks { limit: limits.executed_blocks }
         } else if self.looped > self.looped_limit() {
             Problem::TooManyBlocks { limit: self.looped_limit() }
+        } else if self.looped > 1 && self.made > limits.looped_operations {
+            Problem::TooManyOperations { limit: limits.looped_operations }
         } else {
             return;
         };

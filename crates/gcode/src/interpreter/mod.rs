@@ -74,8 +74,8 @@ pub struct Interpreter {
     warnings: Vec<Problem>,
     jump: Option<Jump>,
     loader: Option<Arc<dyn SubroutineLoader>>,
-    /// Names of the files of subroutines, from index 1.
-    files: Vec<String>,
+    /// Bytes of the files of subroutines.
+    loaded_bytes: usize,
     stacks: CallStacks,
     /// Index of the call that is running.
     stack_index: u32,
@@ -90,6 +90,7 @@ pub struct Interpreter {
     executed: u64,
     /// Blocks run since the last line was read, and those since the last motion.
     looped: u64,
+    made: u64,
     idle: u64,
     missing_sub: Option<String>,
 }
@@ -131,7 +132,7 @@ impl Interpreter {
             warnings: Vec::new(),
             jump: None,
             loader: None,
-            files: Vec::new(),
+            loaded_bytes: 0,
             stacks: CallStacks::default(),
             stack_index: 0,
             saved: vec![Saved::default()],
@@ -141,6 +142,7 @@ impl Interpreter {
             at_end: false,
             executed: 0,
             looped: 0,
+            made: 0,
             idle: 0,
             missing_sub: None,
         }
@@ -172,7 +174,7 @@ impl Interpreter {
 
     /// Name of the file of an index in a span; none for the program itself, which is 0.
     pub fn file_name(&self, index: u32) -> Option<&str> {
-        self.files.get((index as usize).checked_sub(1)?).map(String::as_str)
+        self.diagnostics.file(index).map(|file| file.name.as_str())
     }
 
     /// The modes, offsets and position after the blocks run so far.
@@ -203,7 +205,7 @@ impl Interpreter {
     /// Gives the next line of the program, without its terminator. To be called when a step asks for it.
     pub fn push_line(&mut self, line: &[u8], place: Place) {
         self.flow.forget();
-        (self.looped, self.idle) = (0, 0);
+        (self.looped, self.made, self.idle) = (0, 0, 0);
         if let Err(problem) = self.flow.main.push(line, place, self.config.limits.held_bytes.max(self.config.limits.line_bytes)) {
             self.place = place;
             self.span = Span { file: place.file, line: place.line, column: 1, start: place.start, len: 0 };

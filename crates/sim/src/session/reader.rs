@@ -9,6 +9,7 @@ use lostmotion_gcode::{
     CanonicalOp, Diagnostics, InterpreterConfig, MotionFold, MotionItem, Plane, Problem, Program, Tool, ToolTable, Units,
 };
 use std::io::BufRead;
+use std::sync::Arc;
 
 /// First parameters of the places of G28 and G30.
 const HOMES: [u16; 2] = [5161, 5181];
@@ -26,7 +27,10 @@ impl Reader {
         let read = |error| SimError::Read { name: source.name().to_owned(), source: error };
         source.len().map_err(read)?;
         let reader = source.open().map_err(read)?;
-        let program = Program::new(reader, interpreter_config(machine, options));
+        let mut program = Program::new(reader, interpreter_config(machine, options));
+        if let Some(loader) = &options.loader {
+            program = program.with_loader(Arc::clone(loader));
+        }
         Ok(Reader { program, fold: MotionFold::new(machine.start()), plane: Plane::Xy, bytes: 0 })
     }
 
@@ -58,7 +62,10 @@ impl Reader {
 }
 
 fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> InterpreterConfig {
+    let dialect = options.dialect.unwrap_or(machine.dialect());
     let mut config = InterpreterConfig {
+        dialect,
+        leniencies: options.leniencies.unwrap_or(dialect.leniencies()),
         block_delete: options.block_delete,
         tool_table: options.tool_table.clone().or_else(|| tool_table(machine)),
         start: machine.start(),
