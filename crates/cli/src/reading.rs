@@ -67,6 +67,7 @@ impl Reading {
 
 fn leniency(name: &str) -> Result<Leniency, Failure> {
     let known = || LENIENCIES.map(Leniency::name).join(", ");
-    Leniency::from_name(name)
-        .ok_or_else(|| Failure::with_hint(format!("\"{name}\" is nothing that can be allowed or denied"), format!("known codes: {}", known())))
+    Leniency::from_name(name).ok_or_else(|| {
+        Failure::with_hint(format!("\"{name}\" is nothing that can be allowed or denied"), format!("known codes: {}", known()))
+    })
 }

@@ -41,8 +41,8 @@ pub mod tool_table;
 
 pub use blocks::{Blocks, ParsedBlock};
 pub use config::InterpreterConfig;
-pub use dialect::{Dialect, Leniencies, Leniency};
 pub use diagnostics::{Diagnostic, Diagnostics, Severity};
+pub use dialect::{Dialect, Leniencies, Leniency};
 pub use interpreter::{CallSite, CallStacks, Interpreter, Place, Step};
 pub use limits::{LimitError, LimitRow, Limits};
 pub use loader::{LoadedFile, SourceFiles, SubroutineLoader};

@@ -1,6 +1,7 @@
 //! Everything that can be wrong with a program.
 
 use crate::diagnostics::Severity;
+use crate::dialect::Leniency;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -170,6 +171,8 @@ pub enum Problem {
     NothingSaved { code: Code },
     #[error("{what} cannot be turned into motion yet")]
     NoMotionFor { what: &'static str },
+    #[error("the move follows the spindle, which is taken to turn at its programmed speed all the time")]
+    SpindleAssumed,
     #[error("{message}")]
     Compensation { message: &'static str },
     #[error("M99 in the main program would start it again; it ends here")]
@@ -200,6 +203,18 @@ pub enum Problem {
     #[error("{limit} blocks in a row have run without any motion; the loop does not seem to end")]
     IdleLoop { limit: u64 },
 
+    #[error("line N{number} is not in the program")]
+    NoSuchLine { number: f64 },
+    #[error("the checksum is {found}, but the line adds up to {wanted}")]
+    Checksum { found: u8, wanted: u8 },
+    #[error("{what} is of Siemens (Sinumerik), whose programs are not read")]
+    Siemens { what: &'static str },
+    #[error("the corner {message}")]
+    Corner { message: &'static str },
+    #[error("{}", .leniency.meaning())]
+    Lenient { leniency: Leniency },
+    #[error("{}: that is not allowed here", .leniency.meaning())]
+    NotLenient { leniency: Leniency },
     #[error("the program ends without M2 or M30")]
     NoProgramEnd,
     #[error("the program ends without its closing %")]
@@ -291,6 +306,7 @@ impl Problem {
             P::Polar { .. } | P::PolarWithoutMotion { .. } => "polar",
             P::NothingSaved { .. } => "nothing-saved",
             P::NoMotionFor { .. } => "no-motion-for",
+            P::SpindleAssumed => "spindle-assumed",
             P::Compensation { .. } => "compensation",
             P::EndlessMain => "endless-main",
             P::Cycle { .. } => "cycle",
@@ -305,6 +321,11 @@ impl Problem {
             P::TooManyBlocks { .. } => "too-many-blocks",
             P::TooManyOperations { .. } => "too-many-operations",
             P::IdleLoop { .. } => "idle-loop",
+            P::NoSuchLine { .. } => "no-such-line",
+            P::Checksum { .. } => "wrong-checksum",
+            P::Siemens { .. } => "siemens",
+            P::Corner { .. } => "corner",
+            P::Lenient { leniency } | P::NotLenient { leniency } => leniency.name(),
             P::NoProgramEnd => "no-program-end",
             P::NoClosingPercent => "no-closing-percent",
             P::ByteOrderMark => "byte-order-mark",
@@ -323,6 +344,8 @@ impl Problem {
             | Problem::FeedBeforeUnits { .. }
             | Problem::NegativeDwell { .. }
             | Problem::EndlessMain
+            | Problem::Lenient { .. }
+            | Problem::SpindleAssumed
             | Problem::UnclosedSub { .. } => Severity::Warning,
             _ => Severity::Error,
         }
@@ -343,6 +366,8 @@ impl Problem {
             Problem::Nul => "the file may be damaged or not a text file",
             Problem::SpindleStopped { .. } => "start the spindle with M3 or M4",
             Problem::G53Incremental => "put G90 before it",
+            Problem::Siemens { .. } => "write it as RS274/NGC (G-code), or post-process the part for another control",
+            Problem::Checksum { .. } => "the line has been changed since the checksum was made",
             Problem::NoProgramEnd => "end the program with M2",
             Problem::NoClosingPercent => "a program that starts with % also ends with %",
             Problem::TwoAxisUsers { .. } => "put them on two lines",

@@ -1,6 +1,7 @@
 //! What an interpreter remembers from block to block.
 
 pub use crate::exec::compensation::Compensation;
+pub use crate::exec::corner::PendingCorner;
 pub use crate::exec::curves::NurbsDraft;
 pub use crate::exec::lathe::ProfileDraft;
 use crate::ops::{PathControl, Plane, Position, Units};
@@ -109,6 +110,10 @@ pub struct State {
     pub nurbs: Option<Box<NurbsDraft>>,
     /// The profile that a turning cycle (G70 to G72) notes.
     pub profile: Option<Box<ProfileDraft>>,
+    /// A corner to be rounded or chamfered when the next move is known.
+    pub corner: Option<Box<PendingCorner>>,
+    /// Where the corner before the present move ends, if there was one.
+    pub corner_exit: Option<Position>,
     /// Spindle 0.
     pub spindle: Spindle,
     /// Tool that T named.
@@ -187,6 +192,8 @@ impl State {
             spline_exit: [0.0; 2],
             nurbs: None,
             profile: None,
+            corner: None,
+            corner_exit: None,
             spindle: Spindle::default(),
             selected_tool: None,
             loaded_tool: 0,

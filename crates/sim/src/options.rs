@@ -1,6 +1,7 @@
 //! Settings of a run.
 
 use lostmotion_contour::ContourConfig;
+use lostmotion_gcode::motion::SPLINE_TOLERANCE_MM;
 use lostmotion_gcode::{Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable};
 use std::sync::Arc;
 
@@ -27,6 +28,8 @@ pub struct SimulateOptions {
     pub block_delete: bool,
     /// Tools, in place of the machine's own.
     pub tool_table: Option<ToolTable>,
+    /// How far the arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, mm.
+    pub spline_tolerance_mm: f64,
     /// Bounds of the G-code front end.
     pub limits: Limits,
     /// Dialect of the program; the machine's own if none.
@@ -51,6 +54,7 @@ impl Default for SimulateOptions {
             contour: ContourConfig::default(),
             block_delete: interpreter.block_delete,
             tool_table: None,
+            spline_tolerance_mm: SPLINE_TOLERANCE_MM,
             limits: interpreter.limits,
             dialect: None,
             leniencies: None,

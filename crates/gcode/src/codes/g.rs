@@ -1,8 +1,9 @@
 //! G codes.
 
 use super::row::{AxisUse, CodeRow, Group, Texts, row};
+use crate::dialect::Leniency;
 use crate::exec::{
-    Exec, arc, compensation, curves, cycles, dwell, g10, home, lathe, modes, offsets, probe, spindle, straight, thread, tool,
+    Exec, arc, compensation, curves, cycles, dwell, g10, haas, home, lathe, modes, offsets, probe, spindle, straight, thread, tool,
 };
 use crate::problem::{Code, Problem};
 
@@ -40,6 +41,10 @@ pub(crate) const ROWS: &[CodeRow] = &[
         ["coordinate systems (L2, L20) and tools (L1, L10, L11)", "G10 L2 P1 X10", "g10.ngc"],
         g10::g10,
     ),
+    g(120, Group::NonModal, (MAY, "IKQD"), ["circular pocket, clockwise (Haas)", "G12 I5 Z-2 F200", "g12.ngc"], haas::pocket)
+        .only_with(Leniency::CircularPockets),
+    g(130, Group::NonModal, (MAY, "IKQD"), ["circular pocket, counter-clockwise (Haas)", "G13 I2 K8 Q2 Z-2 F200", "g13.ngc"], haas::pocket)
+        .only_with(Leniency::CircularPockets),
     g(170, Group::Plane, (NONE, ""), ["arcs in the XY plane", "G17", "g17.ngc"], modes::plane),
     g(180, Group::Plane, (NONE, ""), ["arcs in the ZX plane", "G18", "g18.ngc"], modes::plane),
     g(190, Group::Plane, (NONE, ""), ["arcs in the YZ plane", "G19", "g19.ngc"], modes::plane),

@@ -30,8 +30,7 @@ pub enum Dialect {
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Dialect; 6] =
-        [Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Haas, Dialect::Marlin, Dialect::Klipper, Dialect::Siemens];
+    pub const ALL: [Dialect; 6] = [Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Haas, Dialect::Marlin, Dialect::Klipper, Dialect::Siemens];
 
     /// Its name on command lines and in machine files.
     pub const fn name(self) -> &'static str {

@@ -2,6 +2,7 @@
 
 use super::Exec;
 use super::arc_geometry::{Planar, center_from_radius, check_center, length};
+use crate::dialect::Leniency;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position};
 use crate::problem::{Code, Problem};
 use crate::syntax::evaluate::whole;
@@ -63,10 +64,11 @@ impl Exec<'_> {
         }
     }
 
-    fn center(&self, from: Planar, to: Planar, clockwise: bool) -> Result<Planar, Problem> {
+    fn center(&mut self, from: Planar, to: Planar, clockwise: bool) -> Result<Planar, Problem> {
         let plane = self.state.plane;
         let [first, second, normal] = plane.axes();
-        let offset = |axis: usize| self.word(OFFSETS[axis]);
+        let words = self.words;
+        let offset = |axis: usize| words.get(OFFSETS[axis]);
         let units = self.state.units;
         if let Some(radius) = self.word(b'R') {
             if let Some(letter) = OFFSETS.into_iter().find(|&letter| self.words.has(letter)) {
@@ -74,7 +76,10 @@ impl Exec<'_> {
             }
             return center_from_radius(from, to, radius, clockwise, units);
         }
-        if offset(normal).is_some() {
+        let off_plane = offset(normal);
+        if off_plane == Some(0.0) && self.config.leniencies.has(Leniency::OffPlaneZero) {
+            self.warnings.push(Problem::Lenient { leniency: Leniency::OffPlaneZero });
+        } else if off_plane.is_some() {
             return Err(Problem::ArcOffPlane { letter: char::from(OFFSETS[normal]), plane: plane.name() });
         }
         let center = match (offset(first), offset(second)) {

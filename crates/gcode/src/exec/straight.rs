@@ -1,12 +1,17 @@
 //! G0, G1 and G53.
 
 use super::Exec;
+use crate::codes::row::bit;
 use crate::ops::{CanonicalOp, Position};
 use crate::problem::{Code, Problem};
 use crate::state::FeedMode;
+use crate::syntax::special::{CORNER_CHAMFER, CORNER_RADIUS};
 
 /// Slowest feed that inverse time results in, units per minute (LinuxCNC).
 const LEAST_RATE: f64 = 0.1;
+
+/// Bits of `,R` and `,C`.
+pub(crate) const CORNERS: u32 = bit(CORNER_RADIUS) | bit(CORNER_CHAMFER);
 
 /// G0.
 pub(crate) fn traverse(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
@@ -25,6 +30,9 @@ pub(crate) fn feed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.state.current = end;
     exec.check_feed(code)?;
     exec.inverse_time(straight_length(&start, &end));
+    if exec.words.mask & CORNERS != 0 && exec.hold_corner(&start, end)? {
+        return Ok(());
+    }
     exec.straight(&start, end, true)
 }
 

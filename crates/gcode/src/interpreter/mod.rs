@@ -6,8 +6,10 @@
 mod calls;
 mod context;
 mod control;
+mod dialects;
 mod files;
 mod flow;
+mod goto;
 mod lines;
 mod run;
 mod stacks;
@@ -18,6 +20,7 @@ pub use tape::Place;
 
 use crate::config::InterpreterConfig;
 use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::dialect::{Dialect, Leniencies, Leniency};
 use crate::exec::Jump;
 use crate::exec::context::Saved;
 use crate::exec::words::Words;
@@ -84,6 +87,8 @@ pub struct Interpreter {
     /// Modes to be brought back because a level has been left.
     returning: Option<Box<State>>,
     percent: Percent,
+    /// Line of the opening percent sign.
+    opened: u32,
     /// Whether a block with words has been seen.
     begun: bool,
     at_end: bool,
@@ -93,6 +98,11 @@ pub struct Interpreter {
     made: u64,
     idle: u64,
     missing_sub: Option<String>,
+    /// Leniencies made use of so far.
+    told: Leniencies,
+    /// Lines have to be looked at for another dialect's sake.
+    special: bool,
+    modal_macro: Option<dialects::ModalMacro>,
 }
 
 impl Interpreter {
@@ -116,15 +126,18 @@ impl Interpreter {
             state.offsets.g92 = unit(parameters.position(crate::parameters::G92));
         }
         state.current = state.offsets.to_program(&convert(&start, crate::ops::Units::Mm, config.program_units));
+        let accepted = config.leniencies;
+        let special = config.dialect != Dialect::LinuxCnc || config.leniencies != Dialect::LinuxCnc.leniencies();
+        let keeps = [Leniency::MacroFlow, Leniency::LocalCalls].into_iter().any(|leniency| config.leniencies.has(leniency));
         Interpreter {
             diagnostics: Diagnostics::new(config.limits.diagnostics),
             tools: config.tool_table.clone(),
             config,
             state,
             parameters,
-            flow: Flow::default(),
+            flow: Flow { keeps, ..Flow::default() },
             block: Block::default(),
-            words: Words::default(),
+            words: Words::accepting(accepted),
             line: Vec::new(),
             place: Place::default(),
             span: Span::default(),
@@ -138,6 +151,7 @@ impl Interpreter {
             saved: vec![Saved::default()],
             returning: None,
             percent: Percent::Unknown,
+            opened: 0,
             begun: false,
             at_end: false,
             executed: 0,
@@ -145,6 +159,9 @@ impl Interpreter {
             made: 0,
             idle: 0,
             missing_sub: None,
+            told: Leniencies::default(),
+            special,
+            modal_macro: None,
         }
     }
 
@@ -222,6 +239,12 @@ impl Interpreter {
     /// Reports something about the source as a whole or about the place given.
     pub(crate) fn report_at(&mut self, problem: Problem, span: Span) {
         self.diagnostics.push(Diagnostic { problem, place: BlockRef { span, call_stack: self.stack_index } });
+    }
+
+    /// Reports a byte order mark.
+    pub(crate) fn report_mark(&mut self, span: Span) {
+        self.span = span;
+        self.forgive(Problem::ByteOrderMark, Leniency::ByteOrderMark);
     }
 
     fn report(&mut self, problem: Problem) {

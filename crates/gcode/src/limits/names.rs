@@ -113,7 +113,8 @@ impl Limits {
         };
         let condition = if row.whole { "a whole number from 1" } else { "a positive number" };
         let highest = if row.whole { 9e15 } else { f64::MAX };
-        let number = value.parse::<f64>().ok().filter(|number| *number > 0.0 && *number <= highest && (!row.whole || number.fract() == 0.0));
+        let number =
+            value.parse::<f64>().ok().filter(|number| *number > 0.0 && *number <= highest && (!row.whole || number.fract() == 0.0));
         let number = number.ok_or_else(|| LimitError::Value { name: row.name, value: value.to_owned(), condition })?;
         (row.set)(self, number);
         Ok(())

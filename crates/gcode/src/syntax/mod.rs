@@ -9,6 +9,7 @@ pub mod flow;
 pub mod number;
 pub mod parse;
 mod plain;
+pub(crate) mod special;
 
 pub use block::{Block, Keyword, Label, Op, Setting, Target, Text, Unary, Value, Word};
 pub use fault::Fault;

@@ -95,7 +95,11 @@ impl<'a> Reader<'a> {
         let parsed = word(rest, at, block, self.limits);
         let [letter, after @ ..] = rest else { return parsed };
         let alone = letter.is_ascii_alphabetic() && !matches!(letter.to_ascii_uppercase(), b'G' | b'M' | b'N' | b'O' | b'T');
-        if parsed.is_err() && alone && after.first().is_none_or(|byte| matches!(byte, b' ' | b'\t' | b';')) && self.take(Leniency::BareLetters) {
+        if parsed.is_err()
+            && alone
+            && after.first().is_none_or(|byte| matches!(byte, b' ' | b'\t' | b';'))
+            && self.take(Leniency::BareLetters)
+        {
             let text = Text { start: at as u32, len: 1 };
             block.words.push(Word { letter: letter.to_ascii_uppercase(), value: Value::Number(0.0), text });
             return Ok((after, ()));
@@ -119,7 +123,7 @@ impl<'a> Reader<'a> {
             return expected(rest, "= after the parameter");
         };
         let (rest, value) = if self.accepted.has(Leniency::BareArithmetic) {
-            let (rest, value, bare) = bare_value(rest, &mut code)?;
+            let (rest, (value, bare)) = bare_value(rest, &mut code)?;
             if bare {
                 self.take(Leniency::BareArithmetic);
             }

@@ -8,7 +8,7 @@ use crate::machine::Machine;
 use crate::options::SimulateOptions;
 use crate::results::{PlanInfo, ProgramInfo};
 use crate::source::ProgramSource;
-use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem, Severity, SourceFiles};
+use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem, Problem, Severity, SourceFiles};
 use lostmotion_kinematics::Kinematics;
 use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, TravelCheck, TravelViolation};
 use std::sync::Arc;
@@ -76,6 +76,9 @@ pub(crate) fn check(source: &ProgramSource, machine: &Machine, options: &Simulat
             break;
         }
     }
+    if let Some(place) = reader.synchronised() {
+        pass.problems.push(Diagnostic { problem: Problem::SpindleAssumed, place });
+    }
     pass.finish(reader.diagnostics(), options)
 }
 
@@ -89,7 +92,12 @@ impl Pass<'_> {
         }
         for axis in lostmotion_base::AxisId::ALL {
             if self.machine.axis(axis).is_none() && item.curve.end()[axis] != item.curve.start()[axis] {
-                return Err(SimError::NoAxis { block: item.block, axis, machine: self.machine.name().to_owned(), files: SourceFiles::new() });
+                return Err(SimError::NoAxis {
+                    block: item.block,
+                    axis,
+                    machine: self.machine.name().to_owned(),
+                    files: SourceFiles::new(),
+                });
             }
         }
         self.travel.push(&item)?;
@@ -168,5 +176,6 @@ fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
     }
     positive("the window after a reversal in s", options.reversal_window_s)?;
     positive("the longest duration in s", options.max_duration_s)?;
+    positive("the tolerance of splines in mm", options.spline_tolerance_mm)?;
     positive("the number of samples in a chunk", options.chunk_samples as f64)
 }

@@ -4,6 +4,12 @@
 //! offset, rotated about Z, plus the origin of the work coordinate system. The spindle is at that place plus the tool
 //! offset, which every motion carries.
 
+mod biarc;
+mod several;
+mod spline;
+
+pub use several::SPLINE_TOLERANCE_MM;
+
 use crate::ops::{ArcFeed, CanonicalOp, PathControl, Plane, Position, SourcedOp, Units};
 use crate::problem::Problem;
 use crate::state::{Offsets, convert, is_angle};
@@ -130,6 +136,7 @@ pub struct MotionFold {
     surface_speed: bool,
     control: PathControl,
     merge: f64,
+    spline_tolerance_mm: f64,
 }
 
 impl MotionFold {
@@ -150,7 +157,14 @@ impl MotionFold {
             surface_speed: false,
             control: PathControl::Continuous { tolerance: 0.0 },
             merge: 0.0,
+            spline_tolerance_mm: SPLINE_TOLERANCE_MM,
         }
+    }
+
+    /// How far the arcs may lie from the spline that they stand for, mm.
+    #[must_use]
+    pub fn with_spline_tolerance_mm(self, spline_tolerance_mm: f64) -> MotionFold {
+        MotionFold { spline_tolerance_mm, ..self }
     }
 
     /// Where the controlled point is, mm and rad.
@@ -158,11 +172,11 @@ impl MotionFold {
         self.at
     }
 
-    /// Takes one operation and gives what it makes the machine do, if anything.
+    /// Takes one operation and gives what it makes the machine do, if anything. What makes several moves (splines and rigid
+    /// tapping) needs [`MotionFold::push_all`].
     ///
     /// # Errors
-    /// Splines (G5, G5.1, G5.2), rigid tapping (G33.1) and feed per revolution at constant surface speed, which are not
-    /// motion yet; feed per revolution without a turning spindle; an arc whose plane the rotation of the coordinate system turns.
+    /// Operations of several moves; feed per revolution at constant surface speed, which is not motion yet; feed per revolution without a turning spindle; an arc whose plane the rotation of the coordinate system turns.
     pub fn push(&mut self, sourced: &SourcedOp) -> Result<Option<MotionItem>, Problem> {
         let block = sourced.block;
         Ok(Some(match &sourced.op {
@@ -181,8 +195,8 @@ impl MotionFold {
                 let feed = self.feed(&end, "G38")?;
                 self.advance(end, None, feed, block)
             }
-            CanonicalOp::NurbsFeed(_) => return Err(Problem::NoMotionFor { what: "a spline (G5, G5.1, G5.2)" }),
-            CanonicalOp::RigidTap(_) => return Err(Problem::NoMotionFor { what: "rigid tapping (G33.1)" }),
+            CanonicalOp::NurbsFeed(_) => return Err(Problem::NoMotionFor { what: "a spline (G5, G5.1, G5.2), as one move," }),
+            CanonicalOp::RigidTap(_) => return Err(Problem::NoMotionFor { what: "rigid tapping (G33.1), as one move," }),
             CanonicalOp::ArcFeed(arc) => {
                 let end = self.machine(&arc.position());
                 let feed = self.arc_feed()?;
