@@ -37,6 +37,7 @@ mod source;
 pub mod state;
 pub mod syntax;
 mod system_names;
+pub mod tilt;
 pub mod tool_table;
 
 pub use blocks::{Blocks, ParsedBlock};

@@ -209,6 +209,8 @@ pub enum Problem {
     Checksum { found: u8, wanted: u8 },
     #[error("{what} is of Siemens (Sinumerik), whose programs are not read")]
     Siemens { what: &'static str },
+    #[error("{message}")]
+    FiveAxis { message: &'static str },
     #[error("the corner {message}")]
     Corner { message: &'static str },
     #[error("{}", .leniency.meaning())]
@@ -324,6 +326,7 @@ impl Problem {
             P::NoSuchLine { .. } => "no-such-line",
             P::Checksum { .. } => "wrong-checksum",
             P::Siemens { .. } => "siemens",
+            P::FiveAxis { .. } => "five-axis-use",
             P::Corner { .. } => "corner",
             P::Lenient { leniency } | P::NotLenient { leniency } => leniency.name(),
             P::NoProgramEnd => "no-program-end",

@@ -4,7 +4,7 @@ use super::words::{AXIS_BITS, UsedCode, Words};
 use crate::codes::row::bit;
 use crate::codes::{AxisUse, Group, find, users};
 use crate::problem::{Code, Problem};
-use crate::state::State;
+use crate::state::{State, TipControl};
 use crate::syntax::Text;
 
 /// Words that need no code.
@@ -30,6 +30,9 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
         taken |= row.takes | AXIS_BITS | POLAR;
         if row.code.tenths == 10 {
             taken |= CORNERS;
+        }
+        if row.code.tenths <= 10 && state.tip_control == TipControl::WithVector {
+            taken |= ARC_OFFSETS;
         }
     }
     let unused = words.mask & !taken;

@@ -43,7 +43,7 @@ impl Exec<'_> {
     fn system_offsets(&self, system: u8) -> Offsets {
         let first = system_parameter(system);
         let g5x = convert(&self.parameters.position(first), self.config.machine_units, self.state.units);
-        Offsets { g5x, g92: self.state.offsets.g92, tool: [0.0; 9], rotation_deg: self.parameters.get(first + 9) }
+        Offsets { g5x, g92: self.state.offsets.g92, tool: [0.0; 9], rotation_deg: self.parameters.get(first + 9), tilt: None }
     }
 
     /// L2 gives the origin, L20 the coordinates that the present place is to have.

@@ -11,6 +11,7 @@ pub(crate) mod corner;
 pub(crate) mod curves;
 pub(crate) mod cycles;
 pub(crate) mod dwell;
+pub(crate) mod five_axis;
 pub(crate) mod g10;
 pub(crate) mod haas;
 pub(crate) mod holes;

@@ -4,7 +4,7 @@ use super::Exec;
 use crate::codes::row::bit;
 use crate::ops::{CanonicalOp, Position};
 use crate::problem::{Code, Problem};
-use crate::state::FeedMode;
+use crate::state::{FeedMode, TipControl};
 use crate::syntax::special::{CORNER_CHAMFER, CORNER_RADIUS};
 
 /// Slowest feed that inverse time results in, units per minute (LinuxCNC).
@@ -51,6 +51,9 @@ pub(crate) fn straight_length(start: &Position, end: &Position) -> f64 {
     [0, 6, 3].into_iter().map(norm).find(|length| *length > 0.0).unwrap_or(0.0)
 }
 
+/// Bits of the tool's direction (G43.5).
+const VECTOR: u32 = bit(b'I') | bit(b'J') | bit(b'K');
+
 impl Exec<'_> {
     /// Where the axis words lead to.
     pub(crate) fn target(&self) -> Result<Position, Problem> {
@@ -73,6 +76,9 @@ impl Exec<'_> {
     /// A straight move, compensated for the cutter if that is on.
     pub(crate) fn straight(&mut self, start: &Position, end: Position, feed: bool) -> Result<(), Problem> {
         self.state.arc_not_allowed = false;
+        if self.words.mask & VECTOR != 0 && self.state.tip_control == TipControl::WithVector {
+            self.tool_vector()?;
+        }
         if self.state.compensation.as_ref().is_some_and(|compensation| compensation.acts()) {
             return self.compensated_line(start, end, feed);
         }

@@ -15,7 +15,7 @@ use crate::problem::Problem;
 use crate::state::{Offsets, convert, is_angle};
 use lostmotion_base::Coords;
 use lostmotion_base::span::BlockRef;
-use lostmotion_base::units::rad;
+use lostmotion_base::units::{deg, rad};
 use serde::{Deserialize, Serialize};
 
 /// How fast a move is to be.
@@ -197,6 +197,14 @@ impl MotionFold {
             }
             CanonicalOp::NurbsFeed(_) => return Err(Problem::NoMotionFor { what: "a spline (G5, G5.1, G5.2), as one move," }),
             CanonicalOp::RigidTap(_) => return Err(Problem::NoMotionFor { what: "rigid tapping (G33.1), as one move," }),
+            CanonicalOp::OrientTool(_) => {
+                return Err(Problem::NoMotionFor {
+                    what: "a direction of the tool (G53.1, or I J K under G43.5), instead of angles of the rotary axes,",
+                });
+            }
+            CanonicalOp::ArcFeed(_) if self.tilts_plane() => {
+                return Err(Problem::NoMotionFor { what: "an arc in a tilted plane, as one move," });
+            }
             CanonicalOp::ArcFeed(arc) => {
                 let end = self.machine(&arc.position());
                 let feed = self.arc_feed()?;
@@ -237,6 +245,7 @@ impl MotionFold {
             CanonicalOp::UseLengthUnits(units) => self.units = *units,
             CanonicalOp::SetG5xOffset { offset, .. } => self.offsets.g5x = convert(offset, self.units, Units::Mm),
             CanonicalOp::SetG92Offset(offset) => self.offsets.g92 = convert(offset, self.units, Units::Mm),
+            CanonicalOp::SetTilt(tilt) => self.offsets.tilt = tilt.map(|tilt| tilt.convert(self.units, Units::Mm)),
             CanonicalOp::SetXyRotation(degrees) => self.offsets.rotation_deg = *degrees,
             CanonicalOp::UseToolLengthOffset(offset) => {
                 let tool = coords(&convert(offset, self.units, Units::Mm));
@@ -263,6 +272,11 @@ impl MotionFold {
         }
     }
 
+    /// Whether the circles of arcs do not lie in a plane of the machine.
+    pub(crate) fn tilts_plane(&self) -> bool {
+        self.offsets.tilt.is_some_and(|tilt| !tilt.keeps_plane())
+    }
+
     fn path(&self) -> PathMode {
         match self.control {
             PathControl::ExactPath => PathMode::ExactPath,
@@ -271,6 +285,12 @@ impl MotionFold {
                 PathMode::Continuous { tolerance_mm: if tolerance > 0.0 { Some(tolerance) } else { None }, merge_mm: self.merge }
             }
         }
+    }
+
+    /// Where the controlled point is, as the program has it.
+    fn program_place(&self) -> Position {
+        let at: Position = std::array::from_fn(|axis| if is_angle(axis) { deg(self.at.0[axis]) } else { self.at.0[axis] });
+        convert(&self.offsets.to_program(&at), Units::Mm, self.units)
     }
 
     fn machine(&self, program: &Position) -> Coords {
@@ -314,7 +334,7 @@ impl MotionFold {
 
     fn circle(&self, arc: &ArcFeed) -> Result<Circle, Problem> {
         let degrees = self.offsets.rotation_deg;
-        if arc.plane != Plane::Xy && degrees != 0.0 {
+        if arc.plane != Plane::Xy && (degrees != 0.0 || self.offsets.tilt.is_some()) {
             return Err(Problem::RotatedArcPlane { plane: arc.plane.name(), degrees });
         }
         let [first, second, _] = arc.plane.axes();
