@@ -1,7 +1,7 @@
 //! The program `lostmotion`: arguments in, a verdict out.
 //!
 //! Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance; 2 bad input, with a message on stderr and
-//! nothing written.
+//! nothing written. `lint`: 1 warnings, 2 errors. `format --check`: 1 the program would change.
 
 mod args;
 mod commands;
@@ -15,6 +15,7 @@ mod progress;
 mod reading;
 mod record;
 mod subroutines;
+mod voice;
 
 use clap::Parser;
 use std::process::ExitCode;

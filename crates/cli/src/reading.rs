@@ -18,13 +18,13 @@ impl Reading {
         found.map(Some).ok_or_else(|| Failure::with_hint(format!("there is no dialect \"{name}\""), format!("known dialects: {}", known())))
     }
 
-    /// What the dialect accepts, with what is allowed and denied besides.
+    /// What the dialect accepts, with what is accepted and refused besides.
     fn leniencies(&self, dialect: Dialect) -> Result<Leniencies, Failure> {
         let mut accepted = dialect.leniencies();
-        for name in &self.allow {
+        for name in &self.accept {
             accepted = accepted.with(leniency(name)?);
         }
-        for name in &self.deny {
+        for name in &self.refuse {
             accepted = accepted.without(leniency(name)?);
         }
         Ok(accepted)
@@ -47,7 +47,7 @@ impl Reading {
 
     /// An interpreter's settings with what was asked for.
     pub(crate) fn config(&self, config: InterpreterConfig) -> Result<InterpreterConfig, Failure> {
-        let dialect = self.dialect()?.unwrap_or_default();
+        let dialect = self.dialect()?.unwrap_or(config.dialect);
         let limits = self.limits(config.limits.clone())?;
         Ok(InterpreterConfig { dialect, leniencies: self.leniencies(dialect)?, limits, ..config })
     }
@@ -68,6 +68,6 @@ impl Reading {
 fn leniency(name: &str) -> Result<Leniency, Failure> {
     let known = || LENIENCIES.map(Leniency::name).join(", ");
     Leniency::from_name(name).ok_or_else(|| {
-        Failure::with_hint(format!("\"{name}\" is nothing that can be allowed or denied"), format!("known codes: {}", known()))
+        Failure::with_hint(format!("\"{name}\" is nothing that can be accepted or refused"), format!("known codes: {}", known()))
     })
 }

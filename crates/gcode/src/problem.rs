@@ -24,7 +24,7 @@ impl fmt::Display for Code {
 /// What is wrong, with the values that show it. Lengths are in the program's units unless a name says otherwise.
 ///
 /// [`Problem::code`] is stable across releases; the wording is not.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "each message names its fields")]
 pub enum Problem {
@@ -194,6 +194,8 @@ pub enum Problem {
     TooManyFiles { limit: usize },
     #[error("calls nested deeper than {limit}")]
     CallsTooDeep { limit: usize },
+    #[error("more than {limit} branches and loops are open at once")]
+    TooManyOpen { limit: usize },
     #[error("loops and subroutines hold more than {limit} bytes of source")]
     TooMuchHeld { limit: usize },
     #[error("{limit} blocks have run; the program does not seem to end")]
@@ -319,6 +321,7 @@ impl Problem {
             P::SubFile { .. } => "sub-file",
             P::TooManyFiles { .. } => "too-many-files",
             P::CallsTooDeep { .. } => "calls-too-deep",
+            P::TooManyOpen { .. } => "too-many-open",
             P::TooMuchHeld { .. } => "too-much-held",
             P::TooManyBlocks { .. } => "too-many-blocks",
             P::TooManyOperations { .. } => "too-many-operations",

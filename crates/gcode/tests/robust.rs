@@ -122,3 +122,26 @@ fn memory_does_not_grow_with_the_program() {
     let diagnostics = Program::new(repeat.as_bytes(), config).finish();
     assert!(diagnostics.kept().iter().any(|d| d.code() == "too-much-held"));
 }
+
+#[test]
+fn what_stays_open_is_bounded() {
+    let source: String = (0..5000).map(|label| format!("o{label} if [1]\n")).collect();
+    let diagnostics = Program::new(source.as_bytes(), config()).finish();
+    let codes: Vec<_> = diagnostics.kept().iter().map(|found| (found.code(), found.place.span.line)).collect();
+    assert_eq!(codes, [("too-many-open", 1001)]);
+}
+
+#[test]
+fn what_subroutines_hold_is_bounded_together() {
+    let limits = Limits { held_bytes: 100_000, ..Limits::default() };
+    let config = InterpreterConfig { limits, ..InterpreterConfig::default() };
+    let held = |source: &str| {
+        let diagnostics = Program::new(source.as_bytes(), config.clone()).finish();
+        diagnostics.kept().iter().any(|found| found.code() == "too-much-held")
+    };
+    let subs =
+        |count: usize, names: usize| -> String { (0..count).map(|i| format!("o{0} sub\nG0 X1\no{0} endsub\n", i % names)).collect() };
+    assert!(!held(&(subs(200, 200) + "M2\n")));
+    assert!(held(&(subs(400, 400) + "M2\n")));
+    assert!(!held(&(subs(2000, 1) + "M2\n")));
+}

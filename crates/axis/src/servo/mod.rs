@@ -24,7 +24,7 @@ pub use velocity::VelocityState;
 
 use crate::compensation::Correction;
 use crate::config::{AxisConfig, Drive};
-use crate::plant::{PlantInput, PlantState};
+use crate::plant::{LoadScale, PlantInput, PlantState};
 use crate::signal::Reference;
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
@@ -34,7 +34,7 @@ use serde::{Deserialize, Serialize};
 pub struct Servo {
     drive: Drive,
     encoder: Encoder,
-    scale: Encoder,
+    scale: LoadScale,
     servo_period_s: f64,
     current_period_s: f64,
     current_steps: u32,
@@ -75,7 +75,7 @@ impl Servo {
         Servo {
             drive,
             encoder: drive.encoder_counts_per_rev.map_or(Encoder::IDEAL, Encoder::with_counts),
-            scale: Encoder::with_step(load.scale_rad),
+            scale: LoadScale::new(config),
             servo_period_s: Clock::SERVO.period_s(),
             current_period_s,
             current_steps: crate::config::SERVO_PERIOD_US / drive.current_period_us.max(1),

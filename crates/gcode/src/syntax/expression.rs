@@ -160,7 +160,7 @@ fn operations<'a>(mut input: &'a [u8], code: &mut Code<'_>, depth: usize, least:
 }
 
 /// AND, OR and XOR share one precedence, and so do all comparisons.
-const fn precedence(operator: Binary) -> u8 {
+pub(crate) const fn precedence(operator: Binary) -> u8 {
     match operator {
         Binary::Power => 4,
         Binary::Times | Binary::Divide | Binary::Modulo => 3,

@@ -39,8 +39,8 @@ pub(crate) fn number(input: &[u8]) -> Parsed<'_, f64> {
 }
 
 /// A number without blanks whose digits and power of ten are exact in an f64, so that one division rounds it correctly.
-/// It may go on after what is returned.
-#[inline]
+/// It may go on after what is returned. Inlined because it is most of the time that reading words takes.
+#[inline(always)]
 pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
     let (negative, digits) = match input {
         [b'-', after @ ..] => (true, after),
@@ -64,7 +64,7 @@ pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
 }
 
 /// Appends digits to a mantissa, which wraps if there are too many.
-#[inline]
+#[inline(always)]
 fn integer(mut input: &[u8], mut mantissa: u64) -> (&[u8], u64) {
     while let [byte, after @ ..] = input {
         let digit = byte.wrapping_sub(b'0');

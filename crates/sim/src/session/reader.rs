@@ -77,7 +77,8 @@ impl Reader {
     }
 }
 
-fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> InterpreterConfig {
+/// The interpreter's settings for a machine: its tools, offsets, homes and place at the start.
+pub fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> InterpreterConfig {
     let dialect = options.dialect.unwrap_or(machine.dialect());
     let mut config = InterpreterConfig {
         dialect,
