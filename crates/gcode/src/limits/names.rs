@@ -75,7 +75,7 @@ macro_rules! real {
     };
 }
 
-const ROWS: [LimitRow; 18] = [
+const ROWS: [LimitRow; 19] = [
     whole!(line_bytes, usize, "bytes of one line"),
     whole!(source_bytes, u64, "bytes of the whole source"),
     whole!(words, usize, "words on one line"),
@@ -85,6 +85,7 @@ const ROWS: [LimitRow; 18] = [
     whole!(looped_operations, u64, "operations made without reading a further line"),
     whole!(idle_blocks, u64, "executed blocks in a row that neither move nor dwell, without reading a further line"),
     whole!(call_depth, usize, "nesting of subroutine calls"),
+    whole!(open_structures, usize, "branches and loops open at once"),
     whole!(held_bytes, usize, "bytes of source held for loops and subroutines"),
     real!(coordinate, "largest coordinate, mm or degrees"),
     real!(radius_mm, "largest radius of an arc, mm"),
