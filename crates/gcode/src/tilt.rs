@@ -42,8 +42,8 @@ impl Tilt {
     /// Coordinates of the workpiece to turned ones.
     pub fn undo(&self, position: &mut Position) {
         let away: [f64; 3] = std::array::from_fn(|axis| position[axis] - self.origin[axis]);
-        for axis in 0..3 {
-            position[axis] = (0..3).map(|row| self.rows[row][axis] * away[row]).sum();
+        for (axis, coordinate) in position.iter_mut().take(3).enumerate() {
+            *coordinate = (0..3).map(|row| self.rows[row][axis] * away[row]).sum();
         }
     }
 

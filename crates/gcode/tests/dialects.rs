@@ -1,6 +1,8 @@
 //! Programs of other controls: what they mean and what is said about them.
 #![allow(clippy::unwrap_used)]
 
+use lostmotion_base::math;
+use lostmotion_base::units::rad;
 use lostmotion_gcode::{Diagnostic, Dialect, InterpreterConfig, Leniency, MotionFold, MotionItem, Program, Severity, dialect::LENIENCIES};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -185,11 +187,8 @@ fn a_tilted_plane_tilts_everything_in_it() {
     // A full circle in a plane that leans over stays in it, and at its radius.
     let text = "G68.2 X0 Y0 Z0 I20 J35 K10\nG0 X8 Y0 Z1\nG3 X8 Y0 I-8 J0 F200\nG69\nM30\n";
     let circle = ends(text);
-    let normal = [
-        (35f64.to_radians()).sin() * (20f64.to_radians()).sin(),
-        -(35f64.to_radians()).sin() * (20f64.to_radians()).cos(),
-        (35f64.to_radians()).cos(),
-    ];
+    let ((tilt, upright), (sin, cos)) = (math::sin_cos(rad(35.0)), math::sin_cos(rad(20.0)));
+    let normal = [tilt * sin, -tilt * cos, upright];
     assert!(circle.len() > 100);
     for place in &circle {
         let height: f64 = (0..3).map(|i| place[i] * normal[i]).sum();
