@@ -117,6 +117,9 @@ pub(crate) fn name<'a>(input: &'a [u8], names: &mut Vec<u8>) -> Parsed<'a, Text>
     let start = names.len() as u32;
     names.extend(inside.iter().filter(|byte| !matches!(byte, b' ' | b'\t')).map(u8::to_ascii_lowercase));
     let text = Text { start, len: names.len() as u32 - start };
+    if text.len == 0 {
+        return expected(input, "a name");
+    }
     Ok((rest.get(1..).unwrap_or_default(), text))
 }
 
