@@ -48,6 +48,9 @@ pub(crate) enum Command {
     /// Compare methods over many machines and motions
     #[command(subcommand)]
     Study(study::Study),
+    /// Run experiments of the literature again
+    #[command(subcommand)]
+    Reproduce(study::Reproduce),
 }
 
 /// Form of the answer on stdout.

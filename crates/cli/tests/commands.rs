@@ -351,3 +351,16 @@ fn dialects_leniencies_and_limits_are_switched_on_the_command_line() {
     bench.refuses(&["canon", "part.nc", "--limit", "words"], &["NAME=VALUE"]);
     bench.refuses(&["canon", "part.nc", "--dialect", "fanuc", "--limit", "line_bytes=3"], &["line-too-long"]);
 }
+
+#[test]
+fn the_paper_is_reproduced_into_a_folder() {
+    let bench = Bench::new();
+    bench.file("file", "x");
+    bench.refuses(&["reproduce", "paper", "--out", "file"], &["not a folder"]);
+    let text = bench.expect(0, &["reproduce", "paper", "--out", "paper"]);
+    assert!(text.contains("Not given, and chosen here"), "{text}");
+    let files = names(&bench.path("paper"));
+    for name in ["paper.md", "scan.csv", "figure_03.svg", "figure_11_inertia.svg", "scan_published.svg"] {
+        assert!(files.iter().any(|file| file == name), "{files:?}");
+    }
+}

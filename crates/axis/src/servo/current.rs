@@ -17,15 +17,28 @@ pub struct CurrentState {
     pub(super) back_emf: f64,
     /// Whether the voltage was cut since the last servo tick.
     pub(super) limited: bool,
+    /// i_q at the last servo tick and its sum over the current periods since, A.
+    pub(super) first: f64,
+    pub(super) sum: f64,
 }
 
 impl CurrentState {
-    pub(super) fn new(voltage: f64) -> CurrentState {
-        CurrentState { integral_d: 0.0, integral_q: voltage, pending: [0.0, voltage], electric_speed: 0.0, back_emf: 0.0, limited: false }
+    pub(super) fn new(voltage: f64, current: f64, periods: f64) -> CurrentState {
+        CurrentState {
+            integral_d: 0.0,
+            integral_q: voltage,
+            pending: [0.0, voltage],
+            electric_speed: 0.0,
+            back_emf: 0.0,
+            limited: false,
+            first: current,
+            sum: periods * current,
+        }
     }
 
     #[inline]
     pub(super) fn voltage(&mut self, servo: &Servo, command: f64, plant: &PlantState) -> PlantInput {
+        self.sum += plant.current_q;
         let gain = servo.drive.current_gain_v_per_a;
         let share = servo.current_period_s / servo.drive.current_time_s;
         let cross = self.electric_speed * servo.inductance;
