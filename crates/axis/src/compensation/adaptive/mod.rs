@@ -66,6 +66,8 @@ const EXPLAINED_AT_MOST: f64 = 100.0;
 /// A reading so many times larger than what is known has to be clear: too large a gap does harm, too small a one does not.
 const LARGER: f64 = 1.5;
 const SHARP: f64 = 0.2;
+/// Half gaps are smaller, rad.
+const LARGEST: f64 = 0.3;
 /// Standard deviation over value that a faint contact adds.
 const FAINT: f64 = 0.04;
 /// Encoder noise (rad) through which the faint contacts of a load do not show that is held by less friction than this part of the rated torque.
@@ -168,7 +170,9 @@ impl Adaptive {
 }
 
 fn counts(said: &Said) -> bool {
-    said.misfit < EXPLAINED.max(EXPLAINED_PART * said.without).min(EXPLAINED_AT_MOST)
+    let possible = said.half_gap < LARGEST;
+    possible
+        && said.misfit < EXPLAINED.max(EXPLAINED_PART * said.without).min(EXPLAINED_AT_MOST)
         && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
 }
 
