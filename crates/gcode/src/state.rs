@@ -130,6 +130,8 @@ pub struct State {
     pub tip_control: TipControl,
     /// Spindle 0.
     pub spindle: Spindle,
+    /// Spindles 1 to 7 (`$`).
+    pub more_spindles: [Spindle; 7],
     /// Tool that T named.
     pub selected_tool: Option<i32>,
     /// Tool in the spindle.
@@ -210,6 +212,7 @@ impl State {
             corner_exit: None,
             tip_control: TipControl::default(),
             spindle: Spindle::default(),
+            more_spindles: [Spindle::default(); 7],
             selected_tool: None,
             loaded_tool: 0,
             system: 1,

@@ -220,3 +220,15 @@ fn five_axis_words_are_refused_where_they_cannot_be() {
         assert!(codes(text, config(Dialect::LinuxCnc)).contains(&"unsupported-code"), "{text}");
     }
 }
+
+#[test]
+fn a_return_can_name_its_line() {
+    let returns = moves("M98 P10\nG0 X1\nN50 G0 X2\nM30\nO10\nG0 Y3\nM99 P50\n", Dialect::Fanuc);
+    assert_eq!(returns, moves("G0 Y3\nG0 X2\nM30\n", Dialect::Fanuc));
+    // In the main program it is a jump; rounds that are left are not made.
+    assert_eq!(moves("M99 P7\nG0 X1\nN7 G0 X2\nM30\n", Dialect::Fanuc), moves("G0 X2\nM30\n", Dialect::Fanuc));
+    let packed = moves("M98 P30010\nN50 G0 X2\nM30\nO10\nG0 Y3\nM99 P50\n", Dialect::Fanuc);
+    assert_eq!(packed, returns);
+    assert!(codes("M98 P10\nM30\nO10\nM99 P77\n", config(Dialect::Fanuc)).contains(&"no-such-line"));
+    assert!(codes("M99 P7\nN7 M2\n", config(Dialect::LinuxCnc)).contains(&"unused-word"));
+}

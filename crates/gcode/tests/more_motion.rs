@@ -211,3 +211,25 @@ fn rigid_tapping_goes_down_and_comes_back_at_the_speed_of_the_spindle() {
         assert_eq!((motion.feed, motion.path), (Feed::MmPerMin(300.0), PathMode::ExactStop));
     }
 }
+
+#[test]
+fn a_dollar_sign_names_the_spindle() {
+    let text = "S500 $1\nS300\nM3 $1\nG96 D2000 S80 $2\nG97 S90 $2\nG33 Z-1 K1 $1\nM2\n";
+    let mut program = Program::new(text.as_bytes(), InterpreterConfig::default());
+    let ops: Vec<String> = program.by_ref().map(|sourced| sourced.op.to_string()).filter(|op| op.contains("SPINDLE")).collect();
+    assert_eq!(program.diagnostics().errors(), 0, "{:?}", program.diagnostics().kept());
+    let expected = [
+        "SET_SPINDLE_SPEED(1, 500.0000)",
+        "SET_SPINDLE_SPEED(0, 300.0000)",
+        "START_SPINDLE_CLOCKWISE(1)",
+        "SET_SPINDLE_MODE(2 2000.0000)",
+        "SET_SPINDLE_SPEED(2, 80.0000)",
+        "SET_SPINDLE_MODE(2 0.0000)",
+        "SET_SPINDLE_SPEED(2, 90.0000)",
+    ];
+    assert_eq!(ops[..expected.len()], expected);
+    assert!(ops.contains(&"STOP_SPINDLE_TURNING(1)".to_owned()), "{ops:?}");
+    for wrong in ["S100 $9\nM2\n", "G0 X1 $1\nM2\n", "M3 $1\nG33 Z-1 K1 F100\nM2\n"] {
+        assert!(Program::new(wrong.as_bytes(), InterpreterConfig::default()).finish().errors() > 0, "{wrong}");
+    }
+}

@@ -48,5 +48,5 @@ pub(crate) const ROWS: &[CodeRow] = &[
     m(72, Group::ModalState, "", ["bring the saved modes back", "M72", "m72.ngc"], context::bring_back),
     m(73, Group::ModalState, "", ["save the modes until the subroutine returns", "M73", "m73.ngc"], context::save),
     m(98, Group::Stop, "PL", ["call subroutine P, L times", "M98 P100 L2", "m98.ngc"], stop::call),
-    m(99, Group::Stop, "", ["return from a subroutine", "M99", "m99.ngc"], stop::back),
+    m(99, Group::Stop, "P", ["return from a subroutine", "M99", "m99.ngc"], stop::back),
 ];

@@ -3,16 +3,23 @@
 use super::Exec;
 use crate::ops::CanonicalOp;
 use crate::problem::{Code, Problem};
+use crate::state::Spindle;
 use crate::syntax::evaluate::whole;
 
 impl Exec<'_> {
-    /// The spindle that `$` names; -1 means all, of which there is one.
+    /// The spindle that `$` names, 0 without it; -1, which means all, is told as the first.
     pub(crate) fn spindle_number(&self, code: Code) -> Result<u8, Problem> {
         let Some(value) = self.word(b'$') else { return Ok(0) };
         match whole(value).filter(|number| (-1.0..8.0).contains(number)) {
             Some(number) => Ok(number.max(0.0) as u8),
             None => Err(Problem::WordOutOfRange { code, letter: '$', value, allowed: "a spindle from -1 (all) to 7" }),
         }
+    }
+
+    /// What is known of a spindle.
+    pub(crate) fn spindle_state(&mut self, spindle: u8) -> &mut Spindle {
+        let index = usize::from(spindle).wrapping_sub(1);
+        self.state.more_spindles.get_mut(index).unwrap_or(&mut self.state.spindle)
     }
 
     /// P of an override: on unless it is 0.
@@ -28,7 +35,7 @@ impl Exec<'_> {
 pub(crate) fn spindle_on(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let clockwise = code.tenths == 30;
     let spindle = exec.spindle_number(code)?;
-    exec.state.spindle.clockwise = Some(clockwise);
+    exec.spindle_state(spindle).clockwise = Some(clockwise);
     exec.emit(CanonicalOp::StartSpindle { spindle, clockwise });
     Ok(())
 }
@@ -36,7 +43,7 @@ pub(crate) fn spindle_on(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem>
 /// M5.
 pub(crate) fn spindle_off(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let spindle = exec.spindle_number(code)?;
-    exec.state.spindle.clockwise = None;
+    exec.spindle_state(spindle).clockwise = None;
     exec.emit(CanonicalOp::StopSpindle { spindle });
     Ok(())
 }

@@ -20,6 +20,10 @@ type Placed = (Problem, Option<Text>);
 pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
     find_motion(words, state)?;
     let mut taken = if state.motion_unknown { !0 } else { FREE };
+    if words.has(b'S') {
+        // Which spindle the speed is for.
+        taken |= bit(b'$');
+    }
     for used in words.codes() {
         taken |= used.row.takes;
         if used.row.axes != AxisUse::None {

@@ -47,6 +47,11 @@ pub(crate) enum Jump {
     Call { name: String, rounds: u64 },
     /// M99.
     Return,
+    /// M99 P: to the line of an N number.
+    ReturnTo {
+        /// P.
+        line: f64,
+    },
     /// The subroutine of a turning cycle (G70 to G72).
     Profile { name: String },
 }

@@ -11,16 +11,18 @@ const NO_LIMIT: f64 = 1e30;
 /// G96: S is a surface speed, D the highest rev/min.
 pub(crate) fn surface_speed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.need(b'S', code, "S, the surface speed")?;
+    let spindle = exec.spindle_number(code)?;
     let highest = exec.word(b'D').map_or(NO_LIMIT, f64::abs);
-    exec.state.spindle.surface_limit = Some(highest);
-    exec.emit(CanonicalOp::SetSpindleMode { spindle: 0, highest });
+    exec.spindle_state(spindle).surface_limit = Some(highest);
+    exec.emit(CanonicalOp::SetSpindleMode { spindle, highest });
     Ok(())
 }
 
 /// G97: S is in rev/min.
-pub(crate) fn constant_speed(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
-    exec.state.spindle.surface_limit = None;
-    exec.emit(CanonicalOp::SetSpindleMode { spindle: 0, highest: 0.0 });
+pub(crate) fn constant_speed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let spindle = exec.spindle_number(code)?;
+    exec.spindle_state(spindle).surface_limit = None;
+    exec.emit(CanonicalOp::SetSpindleMode { spindle, highest: 0.0 });
     Ok(())
 }
 
@@ -51,9 +53,10 @@ pub(crate) fn orient(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 
 impl Exec<'_> {
     /// K of a move in step with the spindle, which has to turn.
-    fn pitch(&self, code: Code) -> Result<f64, Problem> {
+    fn pitch(&mut self, code: Code) -> Result<f64, Problem> {
         let pitch = self.need(b'K', code, "K, the distance per revolution")?;
-        match self.state.spindle.clockwise {
+        let spindle = self.spindle_number(code)?;
+        match self.spindle_state(spindle).clockwise {
             Some(_) => Ok(pitch),
             None => Err(Problem::SpindleStopped { code }),
         }

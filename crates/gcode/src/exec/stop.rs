@@ -1,7 +1,8 @@
 //! M0, M1, M60, M2 and M30.
 
 use super::{Exec, Jump};
-use crate::codes::Group;
+use crate::codes::{Group, users};
+use crate::dialect::Leniency;
 use crate::ops::{CanonicalOp, Plane};
 use crate::problem::{Code, Problem};
 use crate::state::FeedMode;
@@ -36,9 +37,17 @@ pub(crate) fn call(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     Ok(())
 }
 
-/// M99.
+/// M99; with P, which Fanuc has, to a line of the caller, or of the main program itself.
 pub(crate) fn back(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
-    *exec.jump = Some(Jump::Return);
+    let Some(value) = exec.word(b'P') else {
+        *exec.jump = Some(Jump::Return);
+        return Ok(());
+    };
+    if !exec.config.leniencies.has(Leniency::PackedCalls) {
+        return Err(Problem::UnusedWord { letter: 'P', value, users: users('P') });
+    }
+    exec.warnings.push(Problem::Lenient { leniency: Leniency::PackedCalls });
+    *exec.jump = Some(Jump::ReturnTo { line: value });
     Ok(())
 }
 
@@ -73,6 +82,12 @@ impl Exec<'_> {
         (self.state.feed_override, self.state.speed_override) = (true, true);
         self.state.spindle.clockwise = None;
         self.state.spindle.surface_limit = None;
+        for number in 1..=self.state.more_spindles.len() as u8 {
+            let turned = std::mem::take(self.spindle_state(number)).clockwise.is_some();
+            if turned {
+                self.emit(CanonicalOp::StopSpindle { spindle: number });
+            }
+        }
         self.emit(CanonicalOp::StopSpindle { spindle: 0 });
         self.emit(CanonicalOp::SetSpindleMode { spindle: 0, highest: 0.0 });
         if self.state.mist || self.state.flood {

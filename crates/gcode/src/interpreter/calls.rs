@@ -117,6 +117,13 @@ impl Interpreter {
                 self.leave();
                 Ok(())
             }
+            Some(Jump::ReturnTo { line }) => {
+                if let Some(frame) = self.flow.frames.last_mut() {
+                    frame.rounds = 0;
+                    self.leave();
+                }
+                self.goto(line)
+            }
             None => Ok(()),
         }
     }

@@ -6,6 +6,9 @@ use crate::syntax::{Block, Keyword, Label, Op, Target, Text, Value, Word, parse_
 use lostmotion_base::span::{BlockRef, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// The P of a call may have its rounds before so many digits of the subroutine's number.
+const PACKED: f64 = 10_000.0;
+
 /// Names with the place of their first mention.
 pub(super) type Places = BTreeMap<String, BlockRef>;
 
@@ -131,14 +134,16 @@ impl Scan {
         }
     }
 
-    /// M98 calls the subroutine of its P; lathe cycles take the contour of their Q.
+    /// M98, G65 and G66 call the subroutine of their P, which may have rounds before it; lathe cycles take the contour of their Q.
     fn m98(&mut self, block: &Block) {
         let is = |letter: u8, number: f64| block.words.iter().any(|word| word.letter == letter && word.value == Value::Number(number));
-        let letter = if is(b'M', 98.0) { b'P' } else { b'Q' };
+        let calls = is(b'M', 98.0) || is(b'G', 65.0) || is(b'G', 66.0);
+        let letter = if calls { b'P' } else { b'Q' };
         if letter == b'P' || [70.0, 71.0, 71.1, 71.2, 72.0, 72.1, 72.2].into_iter().any(|number| is(b'G', number)) {
             match block.words.iter().find(|word| word.letter == letter).map(|word| word.value) {
                 Some(Value::Number(number)) => {
                     self.called.insert(format!("{}", number.round()));
+                    self.called.insert(format!("{}", number.round() % PACKED));
                 }
                 _ => self.calls_computed = true,
             }

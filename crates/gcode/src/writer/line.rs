@@ -67,6 +67,7 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
             }
             _ => one(word('S', *speed)),
         },
+        O::SetSpindleSpeed { spindle, speed } => one(format!("{} ${spindle}", word('S', *speed))),
         O::StartChange => change(rest).map(|ops| Line { text: "M6".to_owned(), ops: 1 + ops }),
         O::SelectTool(tool) if rest.first() == Some(&&O::StartChange) => {
             rest.get(1..).and_then(change).map(|ops| Line { text: format!("T{tool} M6"), ops: 2 + ops })
