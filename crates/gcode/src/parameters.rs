@@ -3,7 +3,7 @@
 use crate::ops::Position;
 use crate::problem::Problem;
 use crate::state::State;
-use crate::syntax::evaluate::{Lookup, whole};
+use crate::syntax::evaluate::{Lookup, valued, whole};
 use crate::system_names::system_name;
 use std::collections::BTreeMap;
 
@@ -38,6 +38,10 @@ pub struct Parameters {
     limit: usize,
     /// The last parameter that was read before it was set.
     pub(crate) unset_read: Option<u16>,
+    /// Parameters that have not been set are vacant, as `#0` is; otherwise they are 0.
+    pub(crate) vacants: bool,
+    /// A vacant parameter was read.
+    pub(crate) vacant_read: bool,
 }
 
 impl Parameters {
@@ -52,6 +56,8 @@ impl Parameters {
             names: 0,
             limit,
             unset_read: None,
+            vacants: false,
+            vacant_read: false,
         };
         parameters.put(SYSTEM, 1.0);
         parameters.put_global(b"_value", 0.0);
@@ -64,12 +70,12 @@ impl Parameters {
         self.numbered.get(usize::from(number)).copied().unwrap_or_default()
     }
 
-    /// Stores a value; numbers out of range are ignored.
+    /// Stores a value; NaN takes the value away. Numbers out of range are ignored.
     pub fn put(&mut self, number: u16, value: f64) {
         let index = usize::from(number);
         if let (Some(slot), Some(known)) = (self.numbered.get_mut(index), self.known.get_mut(index)) {
-            *slot = value;
-            *known = true;
+            *slot = valued(value);
+            *known = !value.is_nan();
         }
     }
 
@@ -128,9 +134,11 @@ impl Parameters {
     /// Opens a scope with new #1 to #30 and returns the old ones.
     pub(crate) fn enter(&mut self, arguments: &[f64]) -> [f64; LOCALS] {
         self.scopes.push(Names::new());
-        let old = std::array::from_fn(|index| self.get(index as u16 + 1));
+        let kept = |index: usize| if self.known.get(index + 1) == Some(&false) { f64::NAN } else { self.get(index as u16 + 1) };
+        let old = std::array::from_fn(kept);
+        let missing = if self.vacants { f64::NAN } else { 0.0 };
         for number in 1..=LOCALS {
-            self.put(number as u16, arguments.get(number - 1).copied().unwrap_or_default());
+            self.put(number as u16, arguments.get(number - 1).copied().unwrap_or(missing));
         }
         old
     }
@@ -161,6 +169,10 @@ pub(crate) struct View<'a> {
 
 impl Lookup for View<'_> {
     fn numbered(&mut self, number: f64) -> Result<f64, Problem> {
+        if number == 0.0 && self.parameters.vacants {
+            self.parameters.vacant_read = true;
+            return Ok(f64::NAN);
+        }
         let number = in_range(number)?;
         Ok(match number {
             5400 => f64::from(self.state.loaded_tool),
@@ -171,6 +183,10 @@ impl Lookup for View<'_> {
             5420..=5428 => self.state.current.get(usize::from(number - 5420)).copied().unwrap_or_default(),
             _ => {
                 if !self.parameters.known.get(usize::from(number)).copied().unwrap_or(true) {
+                    if self.parameters.vacants {
+                        self.parameters.vacant_read = true;
+                        return Ok(f64::NAN);
+                    }
                     self.parameters.unset_read = Some(number);
                 }
                 self.parameters.get(number)

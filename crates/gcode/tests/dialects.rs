@@ -56,7 +56,7 @@ fn every_sample_means_what_its_snapshot_says() {
 }
 
 /// A program that takes one leniency, and the dialect that has it.
-const TAKES: [(Leniency, Dialect, &str); 22] = [
+const TAKES: [(Leniency, Dialect, &str); 23] = [
     (Leniency::MissingEnd, Dialect::LinuxCnc, "G0 X1\n"),
     (Leniency::ByteOrderMark, Dialect::LinuxCnc, "\u{feff}G0 X1\nM2\n"),
     (Leniency::Exponents, Dialect::LinuxCnc, "G0 X1.5E-3\nM2\n"),
@@ -68,6 +68,7 @@ const TAKES: [(Leniency, Dialect, &str); 22] = [
     (Leniency::BareArithmetic, Dialect::Fanuc, "#1=2*3\nM30\n"),
     (Leniency::MacroFlow, Dialect::Fanuc, "GOTO 5\nN5 M30\n"),
     (Leniency::MacroCalls, Dialect::Fanuc, "G65 P10 A1.\nM30\nO10\nM99\n"),
+    (Leniency::Vacant, Dialect::Fanuc, "#1=#0\nM30\n"),
     (Leniency::PackedCalls, Dialect::Fanuc, "M98 P20010\nM30\nO10\nM99\n"),
     (Leniency::CornerWords, Dialect::Fanuc, "G1 X9 ,R1 F10\nY9\nM30\n"),
     (Leniency::LocalCalls, Dialect::Haas, "M97 P7\nM30\nN7 G0 X1\nM99\n"),
@@ -231,4 +232,28 @@ fn a_return_can_name_its_line() {
     assert_eq!(packed, returns);
     assert!(codes("M98 P10\nM30\nO10\nM99 P77\n", config(Dialect::Fanuc)).contains(&"no-such-line"));
     assert!(codes("M99 P7\nN7 M2\n", config(Dialect::LinuxCnc)).contains(&"unused-word"));
+}
+
+#[test]
+fn what_is_vacant_is_no_zero() {
+    let run = |text: &str| moves(text, Dialect::Fanuc);
+    // A word with a vacant parameter is left out; in a sum the parameter counts as 0.
+    assert_eq!(run("G0 X1 Y#5\nX[#5+2]\nM30\n"), run("G0 X1\nX2\nM30\n"));
+    // Equality tells it from 0, order does not.
+    let chosen = |condition: &str| run(&format!("#2=0\nIF [{condition}] GOTO 5\nG0 X1\nN5 G0 Y1\nM30\n")).len() == 1;
+    for (condition, holds) in [
+        ("#1 EQ #0", true),
+        ("#1 EQ 0", false),
+        ("#1 NE 0", true),
+        ("#2 EQ #0", false),
+        ("#2 NE #0", true),
+        ("#1 GE 0", true),
+        ("#1 LT #0", false),
+    ] {
+        assert_eq!(chosen(condition), holds, "{condition}");
+    }
+    // Assigned, passed as an argument, and taken away again.
+    assert_eq!(run("#3=4\n#3=#0\nG0 X1 Y#3\nM30\n"), run("G0 X1\nM30\n"));
+    let called = "G65 P10 A1.\nZ#1\nX9\nM30\nO10\nG0 X#1 Y#2\nM99\n";
+    assert_eq!(run(called), run("G0 X1\nX9\nM30\n"));
 }

@@ -38,6 +38,8 @@ pub enum Leniency {
     MacroFlow,
     /// G65, G66, G67: macros called with arguments by letter.
     MacroCalls,
+    /// `#0`, and parameters that have not been set: words with them are left out.
+    Vacant,
     /// `M98 P30100`: rounds and program in one number; M99 P.
     PackedCalls,
     /// `,R2` and `,C2`: corners rounded and chamfered.
@@ -63,7 +65,7 @@ pub enum Leniency {
 }
 
 /// All leniencies, in the order of their bits.
-pub const LENIENCIES: [Leniency; 23] = [
+pub const LENIENCIES: [Leniency; 24] = [
     Leniency::MissingEnd,
     Leniency::ByteOrderMark,
     Leniency::Exponents,
@@ -76,6 +78,7 @@ pub const LENIENCIES: [Leniency; 23] = [
     Leniency::BareArithmetic,
     Leniency::MacroFlow,
     Leniency::MacroCalls,
+    Leniency::Vacant,
     Leniency::PackedCalls,
     Leniency::CornerWords,
     Leniency::ToolMemory,
@@ -124,6 +127,7 @@ impl Leniency {
             Leniency::BareArithmetic => ("bare-arithmetic", "arithmetic without brackets after =", FANUC),
             Leniency::MacroFlow => ("macro-flow", "WHILE DO END, IF GOTO, IF THEN and GOTO of Macro B", FANUC),
             Leniency::MacroCalls => ("macro-call", "G65, G66 and G67 call macros with arguments by letter", FANUC),
+            Leniency::Vacant => ("vacant", "#0 and parameters without a value are vacant: words with them are left out", FANUC),
             Leniency::PackedCalls => ("packed-call", "rounds and program in the P of one M98, or a line in that of M99", FANUC),
             Leniency::CornerWords => ("corner-word", "a corner rounded by ,R or chamfered by ,C", FANUC),
             Leniency::ToolMemory => ("tool-memory", "G10 L10 to L13 with R set length and radius of a tool", FANUC),

@@ -152,11 +152,11 @@ impl Interpreter {
 
     /// G65 to G67.
     fn macro_line(&mut self) -> Result<(), Problem> {
-        let mut arguments = vec![0.0; HIGHEST_ARGUMENT];
+        let mut arguments = vec![if self.parameters.vacants { f64::NAN } else { 0.0 }; HIGHEST_ARGUMENT];
         let (mut code, mut name, mut rounds, mut triples) = (0.0, None, 1.0, 0_usize);
         for index in 0..self.block.words.len() {
             let Some(&word) = self.block.words.get(index) else { break };
-            let value = self.value(word.value)?;
+            let value = self.value_or_vacant(word.value)?;
             match word.letter {
                 b'G' => code = value,
                 b'P' => name = whole(value),

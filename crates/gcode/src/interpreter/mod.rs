@@ -30,7 +30,7 @@ use crate::ops::{CanonicalOp, SourcedOp};
 use crate::parameters::{HIGHEST, Parameters, View};
 use crate::problem::Problem;
 use crate::state::{State, convert};
-use crate::syntax::evaluate::evaluate;
+use crate::syntax::evaluate::{evaluate, valued};
 use crate::syntax::{Block, Value};
 use crate::tool_table::ToolTable;
 use flow::Flow;
@@ -110,6 +110,7 @@ impl Interpreter {
     /// An interpreter in its initial state.
     pub fn new(config: InterpreterConfig) -> Interpreter {
         let mut parameters = Parameters::new(config.limits.named_parameters);
+        parameters.vacants = config.leniencies.has(Leniency::Vacant);
         for &(number, value) in &config.parameters {
             if number <= HIGHEST && value.is_finite() {
                 parameters.put(number, value);
@@ -272,6 +273,11 @@ impl Interpreter {
     }
 
     fn value(&mut self, value: Value) -> Result<f64, Problem> {
+        self.value_or_vacant(value).map(valued)
+    }
+
+    /// A value, or NaN for a vacant parameter.
+    pub(crate) fn value_or_vacant(&mut self, value: Value) -> Result<f64, Problem> {
         let mut view = View { parameters: &mut self.parameters, state: &self.state };
         evaluate(&self.block, value, &mut view, &mut self.stack)
     }

@@ -3,9 +3,11 @@
 use super::Interpreter;
 use super::dialects::Line;
 use crate::diagnostics::Diagnostic;
+use crate::dialect::Leniency;
 use crate::exec::{Exec, check};
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
+use crate::syntax::evaluate::valued;
 use crate::syntax::{Setting, Target, Text};
 use lostmotion_base::span::BlockRef;
 
@@ -91,7 +93,10 @@ impl Interpreter {
         let mut first = Ok(());
         for index in 0..self.block.words.len() {
             let Some(&word) = self.block.words.get(index) else { break };
-            let value = self.value(word.value);
+            let value = self.value_or_vacant(word.value);
+            if value.as_ref().is_ok_and(|value| value.is_nan()) {
+                continue;
+            }
             let added = value.and_then(|value| self.words.add(word.letter, value, word.text));
             first = match (first, added) {
                 (Ok(()), Err(problem)) => Err((problem, Some(word.text))),
@@ -119,7 +124,7 @@ impl Interpreter {
         for (setting, (number, value)) in values {
             let result = match setting.target {
                 Target::Numbered(_) => self.parameters.set(number, value),
-                Target::Named(name) => self.parameters.set_name(self.block.name(name), value, &self.state),
+                Target::Named(name) => self.parameters.set_name(self.block.name(name), valued(value), &self.state),
             };
             result.map_err(|problem| (problem, Some(setting.text)))?;
         }
@@ -132,7 +137,7 @@ impl Interpreter {
             Target::Numbered(number) => self.value(number)?,
             Target::Named(_) => 0.0,
         };
-        Ok((number, self.value(setting.value)?))
+        Ok((number, self.value_or_vacant(setting.value)?))
     }
 
     /// Makes the turning cycle whose profile is complete.
@@ -148,6 +153,9 @@ impl Interpreter {
 
     /// Reports what the block only warns about.
     fn warn(&mut self) {
+        if std::mem::take(&mut self.parameters.vacant_read) {
+            self.tell(Leniency::Vacant);
+        }
         if let Some(number) = self.parameters.unset_read.take() {
             self.report(Problem::UnsetParameter { number });
         }

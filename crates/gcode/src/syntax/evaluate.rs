@@ -12,7 +12,7 @@ pub(crate) const WHOLE: f64 = 1e-4;
 
 /// What expressions read.
 pub(crate) trait Lookup {
-    /// The value of a numbered parameter.
+    /// The value of a numbered parameter; NaN for one that is vacant.
     fn numbered(&mut self, number: f64) -> Result<f64, Problem>;
     /// Whether there is a parameter of that number.
     fn numbered_exists(&self, number: f64) -> bool;
@@ -20,7 +20,7 @@ pub(crate) trait Lookup {
     fn named(&self, name: &[u8]) -> Option<f64>;
 }
 
-/// The value of a word, setting or argument. `stack` is scratch.
+/// The value of a word, setting or argument; NaN if it is a vacant parameter alone. `stack` is scratch.
 pub(crate) fn evaluate(block: &Block, value: Value, lookup: &mut impl Lookup, stack: &mut Vec<f64>) -> Result<f64, Problem> {
     let (from, to) = match value {
         Value::Number(number) => return Ok(number),
@@ -30,7 +30,12 @@ pub(crate) fn evaluate(block: &Block, value: Value, lookup: &mut impl Lookup, st
     for op in block.ops.get(from..to).unwrap_or_default() {
         step(block, *op, lookup, stack)?;
     }
-    finite(pop(stack))
+    Ok(pop(stack))
+}
+
+/// What a value counts for where it is computed with: 0 if it is vacant.
+pub(crate) const fn valued(value: f64) -> f64 {
+    if value.is_nan() { 0.0 } else { value }
 }
 
 fn pop(stack: &mut Vec<f64>) -> f64 {
@@ -44,22 +49,33 @@ fn finite(value: f64) -> Result<f64, Problem> {
 fn step(block: &Block, op: Op, lookup: &mut impl Lookup, stack: &mut Vec<f64>) -> Result<(), Problem> {
     let result = match op {
         Op::Push(number) => number,
-        Op::Parameter => lookup.numbered(pop(stack))?,
+        Op::Parameter => {
+            // The only value that may be vacant.
+            let value = lookup.numbered(valued(pop(stack)))?;
+            stack.push(value);
+            return Ok(());
+        }
         Op::Named(text) => {
             let name = block.name(text);
             lookup.named(name).ok_or_else(|| Problem::UnknownParameter { name: String::from_utf8_lossy(name).into_owned() })?
         }
         Op::Exists(text) => truth(lookup.named(block.name(text)).is_some()),
-        Op::ExistsNumber => truth(lookup.numbered_exists(pop(stack))),
-        Op::Negate => -pop(stack),
-        Op::Unary(function) => unary(function, pop(stack))?,
+        Op::ExistsNumber => truth(lookup.numbered_exists(valued(pop(stack)))),
+        Op::Negate => -valued(pop(stack)),
+        Op::Unary(function) => unary(function, valued(pop(stack)))?,
         Op::Atan => {
-            let x = pop(stack);
-            deg(math::atan2(pop(stack), x))
+            let x = valued(pop(stack));
+            deg(math::atan2(valued(pop(stack)), x))
         }
         Op::Binary(operator) => {
             let right = pop(stack);
-            binary(operator, pop(stack), right)?
+            let left = pop(stack);
+            match operator {
+                // What is vacant equals only what is vacant, not 0.
+                Binary::Equal if left.is_nan() || right.is_nan() => truth(left.is_nan() && right.is_nan()),
+                Binary::NotEqual if left.is_nan() || right.is_nan() => truth(left.is_nan() != right.is_nan()),
+                _ => binary(operator, valued(left), valued(right))?,
+            }
         }
     };
     stack.push(finite(result)?);
