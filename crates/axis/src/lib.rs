@@ -25,6 +25,7 @@
 //! # Ok::<(), lostmotion_axis::AxisError>(())
 //! ```
 
+pub mod analysis;
 pub mod compensation;
 pub mod config;
 pub mod error;

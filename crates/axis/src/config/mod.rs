@@ -4,7 +4,9 @@ mod compensation;
 mod contact;
 mod drive;
 mod error;
+mod filter;
 mod load;
+mod loops;
 mod motor;
 mod preset;
 mod reference;
@@ -17,7 +19,9 @@ pub use compensation::{
 pub use contact::{ContactLaw, StartInGap};
 pub use drive::{Drive, SERVO_PERIOD_US};
 pub use error::AxisConfigError;
+pub use filter::{LowPass, MAX_TORQUE_FILTERS, Notch, TorqueFilter, TorqueFilters};
 pub use load::{Load, Reflected, Slide, Table};
+pub use loops::{AntiWindup, FrictionFeedforward, LeastMargins};
 pub use motor::Motor;
 pub use reference::ReferenceSource;
 pub use transmission::{AxisUnit, Linear, Rotary, Transmission};
@@ -125,7 +129,7 @@ impl AxisConfig {
         told
     }
 
-    /// Position gain, velocity gain and all follow from the rule of [`Tuning`], limits and encoder stay.
+    /// The gains follow from the rule of [`Tuning`]; limits, encoder, delays, filters and what else the drive does stay.
     #[must_use]
     pub fn tuned(&self, tuning: &Tuning) -> AxisConfig {
         let old = self.drive;
@@ -134,6 +138,11 @@ impl AxisConfig {
             encoder_counts_per_rev: old.encoder_counts_per_rev,
             current_period_us: old.current_period_us,
             voltage_delay_periods: old.voltage_delay_periods,
+            command_delay_periods: old.command_delay_periods,
+            friction_feedforward: old.friction_feedforward,
+            torque_filter: old.torque_filter,
+            anti_windup: old.anti_windup,
+            least_margins: old.least_margins,
             ..new
         };
         AxisConfig { drive, ..self.clone() }

@@ -15,13 +15,23 @@ pub struct CurrentState {
     pub(super) electric_speed: f64,
     /// Back-EMF as the drive knows it, V; held over a servo period.
     pub(super) back_emf: f64,
+    /// Current periods since the last servo tick; counted where the command is delayed.
+    pub(super) periods: u32,
     /// Whether the voltage was cut since the last servo tick.
     pub(super) limited: bool,
 }
 
 impl CurrentState {
     pub(super) fn new(voltage: f64) -> CurrentState {
-        CurrentState { integral_d: 0.0, integral_q: voltage, pending: [0.0, voltage], electric_speed: 0.0, back_emf: 0.0, limited: false }
+        CurrentState {
+            integral_d: 0.0,
+            integral_q: voltage,
+            pending: [0.0, voltage],
+            electric_speed: 0.0,
+            back_emf: 0.0,
+            periods: 0,
+            limited: false,
+        }
     }
 
     #[inline]
