@@ -14,7 +14,7 @@ fn sine(amplitude: f64, rate: f64) -> Vec<Setpoint> {
     let at = |n: usize| {
         let (sin, cos) = math::sin_cos(rate * n as f64 * 1e-3);
         let (velocity, acceleration) = (amplitude * rate * cos, -amplitude * rate * rate * sin);
-        Setpoint { position: amplitude * sin, velocity: Some(velocity), acceleration: Some(acceleration) }
+        Setpoint::moving(amplitude * sin, velocity, acceleration)
     };
     (0..TICKS).map(at).collect()
 }

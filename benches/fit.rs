@@ -13,7 +13,7 @@ fn log(config: &AxisConfig) -> Vec<AxisSample> {
     let rate = 3.0;
     let at = |n: usize| {
         let (sin, cos) = math::sin_cos(rate * n as f64 * 1e-3);
-        Setpoint { position: 8.0 * sin, velocity: Some(8.0 * rate * cos), acceleration: Some(-8.0 * rate * rate * sin) }
+        Setpoint::moving(8.0 * sin, 8.0 * rate * cos, -8.0 * rate * rate * sin)
     };
     let setpoints: Vec<Setpoint> = (0..1000 * SECONDS).map(at).collect();
     let mut output = AxisOutput::new(true);

@@ -33,6 +33,16 @@ pub enum AxisError {
         /// The value given.
         value: f64,
     },
+    /// A force on the load that no machine has.
+    #[error("setpoint {tick}: its load_force is {value}; it has to be from -{highest} to {highest}")]
+    LoadForce {
+        /// Number of the setpoint since the start, from 0.
+        tick: u64,
+        /// The value given, N or N m.
+        value: f64,
+        /// The largest magnitude allowed.
+        highest: f64,
+    },
     /// A setpoint without velocity or acceleration where the reference needs them.
     #[error("setpoint {tick} comes without {what}; send it along, or set the axis' `reference` to \"differences\"")]
     SetpointIncomplete {

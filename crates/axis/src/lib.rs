@@ -16,7 +16,7 @@
 //!
 //! let mut axis = build_runner(&AxisConfig::paper(), "published", 0.0)?;
 //! let mut out = AxisOutput::new(false);
-//! let slow = |n: u32| Setpoint { position: 1e-3 * f64::from(n), velocity: Some(1.0), acceleration: Some(0.0) };
+//! let slow = |n: u32| Setpoint::moving(1e-3 * f64::from(n), 1.0, 0.0);
 //! for n in 0..100 {
 //!     out.clear();
 //!     axis.push(&[slow(n)], &mut out)?;

@@ -46,6 +46,13 @@ pub struct SplineState {
     tick: u64,
 }
 
+impl SplineState {
+    /// Setpoints taken so far.
+    pub fn ticks(&self) -> u64 {
+        self.tick
+    }
+}
+
 impl Spline {
     /// The spline of an axis.
     pub fn new(config: &AxisConfig) -> Spline {

@@ -3,7 +3,7 @@
 use crate::compensation::{Compensator, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use crate::error::AxisError;
-use crate::plant::{Plant, PlantParams, PlantState};
+use crate::plant::{Drifting, Plant, PlantInput, PlantParams, PlantState};
 use crate::reference::{Spline, SplineState};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{AxisSample, Setpoint};
@@ -13,6 +13,11 @@ use std::sync::Arc;
 
 /// Servo samples for every setpoint.
 pub const SAMPLES_PER_SETPOINT: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) as usize;
+
+pub use crate::plant::DRIFT_TICKS;
+
+/// The largest force on the load that a setpoint may bring, N or N m.
+const LARGEST_LOAD_FORCE: f64 = 1e7;
 
 /// What an axis did: appended to by every [`AxisRunner::push`], emptied by the caller.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,7 +58,7 @@ pub trait AxisRunner: Send {
     /// it belongs to the setpoint time `k * 250 us - delay`, setpoint n standing at n * 1 ms. Sample 0 is the start itself.
     ///
     /// # Errors
-    /// A setpoint that is not finite or incomplete. Those before it have been taken.
+    /// A setpoint that is not finite or incomplete, or a force on the load beyond 1e7. Those before it have been taken.
     fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError>;
 
     /// CNC periods by which the reference lags behind the setpoints.
@@ -76,6 +81,7 @@ struct Model<C> {
     plant: Plant,
     compensator: C,
     units_per_motor_rad: f64,
+    load_per_motor_rad: f64,
     has_scale: bool,
 }
 
@@ -97,11 +103,12 @@ pub struct AxisState<S> {
 pub struct AxisSim<C: Compensator> {
     model: Arc<Model<C>>,
     state: AxisState<C::State>,
+    drifting: Option<Drifting>,
 }
 
 impl<C: Compensator> Clone for AxisSim<C> {
     fn clone(&self) -> Self {
-        AxisSim { model: Arc::clone(&self.model), state: self.state.clone() }
+        AxisSim { model: Arc::clone(&self.model), state: self.state.clone(), drifting: self.drifting.clone() }
     }
 }
 
@@ -120,8 +127,11 @@ impl<C: Compensator> AxisSim<C> {
             compensator: compensator.initial(start_rad),
         };
         let has_scale = compensator.info().knows.load_scale;
-        let model = Model { spline, servo, plant: Plant::new(&params), compensator, units_per_motor_rad: 1.0 / factor, has_scale };
-        AxisSim { model: Arc::new(model), state }
+        let plant = Plant::new(&params);
+        let drifting = Drifting::new(&config.drift, &plant);
+        let (units_per_motor_rad, load_per_motor_rad) = (1.0 / factor, config.transmission.load_per_motor_rad());
+        let model = Model { spline, servo, plant, compensator, units_per_motor_rad, load_per_motor_rad, has_scale };
+        AxisSim { model: Arc::new(model), state, drifting }
     }
 
     /// The present state, to be kept.
@@ -135,8 +145,9 @@ impl<C: Compensator> AxisSim<C> {
     }
 
     #[inline]
-    fn servo_tick(&mut self, index: u32, out: &mut AxisOutput) {
+    fn servo_tick(&mut self, index: u32, load_torque: f64, out: &mut AxisOutput) {
         let (model, state) = (&*self.model, &mut self.state);
+        let plant_now = self.drifting.as_ref().map_or(&model.plant, Drifting::plant);
         let reference = model.spline.at(&state.spline, index, SAMPLES_PER_SETPOINT as u32);
         let next_reference = model.spline.at(&state.spline, index + 1, SAMPLES_PER_SETPOINT as u32);
         let measured = model.servo.measure(&mut state.servo, &state.plant);
@@ -171,20 +182,30 @@ impl<C: Compensator> AxisSim<C> {
         }
         model.servo.command(&mut state.servo, &reference, &next_reference, &measured, &correction);
         for _ in 0..model.servo.current_steps() {
-            let input = model.servo.voltage(&mut state.servo, &state.plant);
-            model.plant.step(&mut state.plant, &input);
+            let voltages = model.servo.voltage(&mut state.servo, &state.plant);
+            plant_now.step(&mut state.plant, &PlantInput { load_torque, ..voltages });
             out.peak_current_a = out.peak_current_a.max(state.plant.current_q.abs());
         }
         out.saturated_samples += u64::from(state.servo.saturated);
     }
 }
 
+fn load_force(tick: u64, setpoint: &Setpoint) -> Result<f64, AxisError> {
+    let value = setpoint.load_force.unwrap_or(0.0);
+    if value.abs() <= LARGEST_LOAD_FORCE { Ok(value) } else { Err(AxisError::LoadForce { tick, value, highest: LARGEST_LOAD_FORCE }) }
+}
+
 impl<C: Compensator> AxisRunner for AxisSim<C> {
     fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError> {
         for setpoint in setpoints {
+            let tick = self.state.spline.ticks();
+            let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
             self.model.spline.push(&mut self.state.spline, setpoint)?;
+            if let Some(drifting) = &mut self.drifting {
+                drifting.advance(tick, &mut self.state.plant);
+            }
             for index in 0..SAMPLES_PER_SETPOINT as u32 {
-                self.servo_tick(index, out);
+                self.servo_tick(index, load_torque, out);
             }
         }
         Ok(())

@@ -11,6 +11,16 @@ pub struct Setpoint {
     pub velocity: Option<f64>,
     /// Commanded acceleration per s2, where the control sends it along.
     pub acceleration: Option<f64>,
+    /// Force on the load against the positive direction besides what the axis' description has (cutting), N, or N m at a rotary load.
+    /// It acts over the period that the push of this setpoint simulates; none for a load that is left alone.
+    pub load_force: Option<f64>,
+}
+
+impl Setpoint {
+    /// A position with its velocity and acceleration, and no force on the load.
+    pub const fn moving(position: f64, velocity: f64, acceleration: f64) -> Setpoint {
+        Setpoint { position, velocity: Some(velocity), acceleration: Some(acceleration), load_force: None }
+    }
 }
 
 /// Reference of the servo loops at one servo tick (250 us): motor side, rad, rad/s, rad/s2.

@@ -35,11 +35,8 @@ fn config() -> impl Strategy<Value = AxisConfig> {
 
 fn setpoint() -> impl Strategy<Value = Setpoint> {
     let number = || prop_oneof![Just(0.0), -1.0..1.0_f64, -1e6..1e6_f64];
-    (prop_oneof![Just(0.0), -10.0..10.0_f64], number(), number()).prop_map(|(position, velocity, acceleration)| Setpoint {
-        position,
-        velocity: Some(velocity),
-        acceleration: Some(acceleration),
-    })
+    (prop_oneof![Just(0.0), -10.0..10.0_f64], number(), number())
+        .prop_map(|(position, velocity, acceleration)| Setpoint::moving(position, velocity, acceleration))
 }
 
 proptest! {

@@ -25,7 +25,7 @@ fn worst(spline: &Spline, motion: Motion, seconds: f64) -> [f64; 4] {
     let mut end: Option<Reference> = None;
     for n in 0..(seconds * 1e3) as usize {
         let (position, velocity, acceleration) = motion(n as f64 * 1e-3);
-        let sent = Setpoint { position, velocity: Some(velocity), acceleration: Some(acceleration) };
+        let sent = Setpoint::moving(position, velocity, acceleration);
         assert_eq!(spline.push(&mut state, &sent), Ok(()));
         let start = spline.at(&state, 0, 4);
         if let Some(end) = end {
@@ -94,7 +94,7 @@ fn constant_velocity_stays_constant() {
 fn incomplete_and_infinite_setpoints_are_refused_with_their_number() {
     let spline = millimetres(ReferenceSource::SentAlong);
     let mut state = spline.initial(0.0);
-    let good = Setpoint { position: 0.0, velocity: Some(0.0), acceleration: Some(0.0) };
+    let good = Setpoint::moving(0.0, 0.0, 0.0);
     spline.push(&mut state, &good).unwrap();
     let error = spline.push(&mut state, &Setpoint { velocity: None, ..good }).unwrap_err();
     assert_eq!(error, AxisError::SetpointIncomplete { tick: 1, what: "velocity" });

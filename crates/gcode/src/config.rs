@@ -20,9 +20,9 @@ pub struct InterpreterConfig {
     pub block_delete: bool,
     /// Tools. Without a table every tool is accepted, with a warning, and has no length.
     pub tool_table: Option<ToolTable>,
-    /// Taps outside the XY plane (G74 and G84 in G18 and G19) as LinuxCNC 2.9 does, along the wrong axes; for comparison
-    /// with its output only.
-    pub rs274_tapping: bool,
+    /// Does what LinuxCNC 2.9 does by mistake, for comparison with its output only: taps outside the XY plane (G74 and G84 in
+    /// G18 and G19) along the wrong axes, and begins G70 under cutter compensation at the end of the profile.
+    pub rs274_faults: bool,
     /// Parameters to start with, in machine units and degrees; numbers out of range are not used.
     pub parameters: Vec<(u16, f64)>,
     /// Where the machine stands at the start: machine coordinates of the spindle, mm and rad.
@@ -38,7 +38,7 @@ impl Default for InterpreterConfig {
             program_units: Units::Mm,
             block_delete: false,
             tool_table: None,
-            rs274_tapping: false,
+            rs274_faults: false,
             parameters: Vec::new(),
             start: Coords::ZERO,
             limits: Limits::default(),
@@ -49,7 +49,7 @@ impl Default for InterpreterConfig {
 impl InterpreterConfig {
     /// As LinuxCNC's stand-alone interpreter `rs274` is set up: machine units are inches, programs start in millimetres.
     pub fn like_rs274() -> InterpreterConfig {
-        InterpreterConfig { machine_units: Units::Inch, rs274_tapping: true, ..InterpreterConfig::default() }
+        InterpreterConfig { machine_units: Units::Inch, rs274_faults: true, ..InterpreterConfig::default() }
     }
 
     /// Sets the origin of a work coordinate system, 1 for G54 to 9 for G59.3, mm and rad. Other systems are ignored.

@@ -18,6 +18,7 @@
 //! find nothing: see [`ops::StraightProbe`]. Subroutines in files come through a [`loader::SubroutineLoader`], and
 //! [`Interpreter::call_stacks`] tells which calls led to a block.
 
+pub mod blocks;
 pub mod canon;
 pub mod codes;
 pub mod config;
@@ -37,6 +38,7 @@ pub mod syntax;
 mod system_names;
 pub mod tool_table;
 
+pub use blocks::{Blocks, ParsedBlock};
 pub use config::InterpreterConfig;
 pub use diagnostics::{Diagnostic, Diagnostics, Severity};
 pub use interpreter::{CallSite, CallStacks, Interpreter, Place, Step};

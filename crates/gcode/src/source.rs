@@ -1,5 +1,6 @@
 //! Lines from bytes: LF, CR LF or CR alone, a byte order mark skipped, bounded in length.
 
+use memchr::memchr2;
 use std::io::{self, BufRead};
 
 /// What a line was.
@@ -11,11 +12,16 @@ pub(crate) enum LineKind {
     TooLong(usize),
 }
 
-/// Splits a reader into lines.
+/// Splits a reader into lines. A line that lies whole in the reader's buffer stays there.
 #[derive(Debug)]
 pub(crate) struct Lines<R> {
     reader: R,
+    /// The last line, if it is not `in_place`.
     line: Vec<u8>,
+    /// Length of the last line at the beginning of the reader's buffer.
+    in_place: Option<usize>,
+    /// Bytes of the reader's buffer that the last line has used up.
+    used: usize,
     /// Offset of the next byte.
     offset: u64,
     /// Number of the last line.
@@ -30,12 +36,14 @@ const MARK: &[u8] = b"\xef\xbb\xbf";
 
 impl<R: BufRead> Lines<R> {
     pub(crate) fn new(reader: R, limit: usize) -> Lines<R> {
-        Lines { reader, line: Vec::new(), offset: 0, number: 0, after_cr: false, limit, marked: false }
+        Lines { reader, line: Vec::new(), in_place: None, used: 0, offset: 0, number: 0, after_cr: false, limit, marked: false }
     }
 
     /// The next line with its number and offset, none at the end.
     pub(crate) fn next(&mut self) -> io::Result<Option<(LineKind, u32, u64)>> {
+        self.reader.consume(std::mem::take(&mut self.used));
         self.line.clear();
+        self.in_place = None;
         let mut length = 0;
         let mut start = self.offset;
         loop {
@@ -52,17 +60,22 @@ impl<R: BufRead> Lines<R> {
                     continue;
                 }
             }
-            let end = buffer.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+            let end = memchr2(b'\n', b'\r', buffer);
             let piece = buffer.get(..end.unwrap_or(buffer.len())).unwrap_or_default();
+            let terminator = end.and_then(|at| buffer.get(at)).copied();
+            let used = piece.len() + usize::from(terminator.is_some());
+            self.offset += used as u64;
+            self.after_cr = terminator == Some(b'\r');
+            if terminator.is_some() && length == 0 && piece.len() <= self.limit && start > 0 {
+                (self.in_place, self.used) = (Some(piece.len()), used);
+                self.number = self.number.saturating_add(1);
+                return Ok(Some((LineKind::Whole, self.number, start)));
+            }
             let room = self.limit.saturating_sub(self.line.len()).min(piece.len());
             self.line.extend_from_slice(piece.get(..room).unwrap_or_default());
             length += piece.len();
-            let terminator = end.and_then(|at| buffer.get(at)).copied();
-            let used = piece.len() + usize::from(terminator.is_some());
             self.reader.consume(used);
-            self.offset += used as u64;
-            if let Some(terminator) = terminator {
-                self.after_cr = terminator == b'\r';
+            if terminator.is_some() {
                 return Ok(Some(self.finished(length, start)));
             }
         }
@@ -82,8 +95,12 @@ impl<R: BufRead> Lines<R> {
     }
 
     /// The bytes of the last line.
-    pub(crate) fn line(&self) -> &[u8] {
-        &self.line
+    pub(crate) fn line(&mut self) -> &[u8] {
+        match self.in_place {
+            // The buffer is not empty: nothing is read.
+            Some(length) => self.reader.fill_buf().ok().and_then(|buffer| buffer.get(..length)).unwrap_or_default(),
+            None => &self.line,
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub use crate::exec::compensation::Compensation;
 pub use crate::exec::curves::NurbsDraft;
+pub use crate::exec::lathe::ProfileDraft;
 use crate::ops::{PathControl, Plane, Position, Units};
 use crate::problem::Code;
 use lostmotion_base::math;
@@ -106,6 +107,8 @@ pub struct State {
     pub spline_exit: [f64; 2],
     /// The NURBS block that has begun (G5.2).
     pub nurbs: Option<Box<NurbsDraft>>,
+    /// The profile that a turning cycle (G70 to G72) notes.
+    pub profile: Option<Box<ProfileDraft>>,
     /// Spindle 0.
     pub spindle: Spindle,
     /// Tool that T named.
@@ -183,6 +186,7 @@ impl State {
             arc_not_allowed: false,
             spline_exit: [0.0; 2],
             nurbs: None,
+            profile: None,
             spindle: Spindle::default(),
             selected_tool: None,
             loaded_tool: 0,

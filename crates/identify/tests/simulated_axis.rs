@@ -14,7 +14,7 @@ fn setpoints(seconds: f64) -> Vec<Setpoint> {
         let position = parts.iter().map(|(a, w)| a * math::sin(w * t)).sum();
         let velocity = parts.iter().map(|(a, w)| a * w * math::cos(w * t)).sum();
         let acceleration = parts.iter().map(|(a, w)| -a * w * w * math::sin(w * t)).sum();
-        Setpoint { position, velocity: Some(velocity), acceleration: Some(acceleration) }
+        Setpoint::moving(position, velocity, acceleration)
     };
     (0..(seconds * 1e3) as u32).map(|n| at(f64::from(n) * 1e-3)).collect()
 }

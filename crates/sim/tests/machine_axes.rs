@@ -16,7 +16,7 @@ fn all_axes() -> Vec<(String, MachineAxis)> {
 fn run(config: &AxisConfig, seconds: f64, motion: &dyn Fn(f64) -> [f64; 3]) -> AxisOutput {
     let points: Vec<Setpoint> = (0..(seconds * 1e3) as u32)
         .map(|tick| motion(f64::from(tick) * 1e-3))
-        .map(|[position, v, a]| Setpoint { position, velocity: Some(v), acceleration: Some(a) })
+        .map(|[position, v, a]| Setpoint::moving(position, v, a))
         .collect();
     let mut out = AxisOutput::default();
     let mut runner = build_runner(config, "none", motion(0.0)[0]).unwrap_or_else(|error| panic!("{error}"));

@@ -214,7 +214,7 @@ mod tests {
         }
         let at = |t: f64| {
             let (s, c) = math::sin_cos(6.0 * t);
-            Setpoint { position: 2.0 - 2.0 * c, velocity: Some(12.0 * s), acceleration: Some(72.0 * c) }
+            Setpoint::moving(2.0 - 2.0 * c, 12.0 * s, 72.0 * c)
         };
         let mut runner = build_runner(&config, "none", 0.0).unwrap();
         let mut out = AxisOutput::new(true);

@@ -2,6 +2,7 @@
 
 mod compensation;
 mod contact;
+mod drift;
 mod drive;
 mod error;
 mod filter;
@@ -17,6 +18,7 @@ pub use compensation::{
     AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings, ReversalPulseSettings,
 };
 pub use contact::{ContactLaw, StartInGap};
+pub use drift::{Change, Drift, Shape};
 pub use drive::{Drive, SERVO_PERIOD_US};
 pub use error::AxisConfigError;
 pub use filter::{LowPass, MAX_TORQUE_FILTERS, Notch, TorqueFilter, TorqueFilters};
@@ -54,6 +56,9 @@ pub struct AxisConfig {
     /// The compensator and its settings.
     #[serde(default)]
     pub compensation: CompensationConfig,
+    /// What changes while the axis runs.
+    #[serde(default, skip_serializing_if = "Drift::is_none")]
+    pub drift: Drift,
 }
 
 impl AxisConfig {
@@ -68,12 +73,19 @@ impl AxisConfig {
         self.drive.check().map_err(|e| e.within("drive"))?;
         between("start_in_gap", self.start_in_gap.0, -1.0, 1.0)?;
         self.compensation.check(&self.transmission).map_err(|e| e.within("compensation"))?;
+        self.drift.check().map_err(|e| e.within("drift"))?;
         self.check_rates()
     }
 
-    /// Refuses parts so stiff, light or quick that a step of the current loop could not resolve them.
+    /// Refuses parts so stiff, light or quick that a step of the current loop could not resolve them, at the start or by drift.
     fn check_rates(&self) -> Result<(), AxisConfigError> {
-        let (motor, load, inertia) = (&self.motor, self.reflected_load(), self.motor_side_inertia_kgm2());
+        let inertia = self.motor_side_inertia_kgm2();
+        let (mut motor, mut load) = (self.motor, self.reflected_load());
+        let reached = |change: Option<Change>| change.map_or(1.0, |change| change.factor);
+        load.inertia_kgm2 *= reached(self.drift.load_inertia).min(1.0);
+        load.viscous_nm_s_per_rad *= reached(self.drift.load_viscous).max(1.0);
+        load.stiffness_nm_per_rad *= reached(self.drift.stiffness).max(1.0);
+        motor.viscous_nm_s_per_rad *= reached(self.drift.motor_viscous).max(1.0);
         let joint = 1.0 / inertia + 1.0 / load.inertia_kgm2;
         let emf = motor.torque_constant_nm_per_a * motor.back_emf_v_s_per_rad() / (motor.phase_inductance_h() * inertia);
         let rates = [

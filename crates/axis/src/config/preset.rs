@@ -3,6 +3,7 @@
 use super::AxisConfig;
 use super::compensation::CompensationConfig;
 use super::contact::{ContactLaw, StartInGap};
+use super::drift::Drift;
 use super::drive::Drive;
 use super::filter::TorqueFilters;
 use super::loops::{AntiWindup, LeastMargins};
@@ -67,6 +68,7 @@ impl AxisConfig {
             start_in_gap: StartInGap(0.0),
             reference: ReferenceSource::SentAlong,
             compensation: CompensationConfig::default(),
+            drift: Drift::NONE,
         }
     }
 }

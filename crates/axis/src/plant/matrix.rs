@@ -9,6 +9,9 @@ fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
     let mut out = [[0.0; N]; N];
     for (row, a_row) in out.iter_mut().zip(a) {
         for (k, &factor) in a_row.iter().enumerate() {
+            if factor == 0.0 {
+                continue;
+            }
             for (entry, &b_entry) in row.iter_mut().zip(&b[k]) {
                 *entry += factor * b_entry;
             }

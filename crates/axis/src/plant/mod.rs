@@ -11,6 +11,7 @@
 //! (`w_e L i`) and would make the equations bilinear are held over a period at their value at its start.
 
 mod crossing;
+mod drifting;
 mod dynamics;
 mod guard;
 mod matrix;
@@ -21,6 +22,8 @@ mod state;
 mod table;
 mod taylor;
 
+pub use drifting::DRIFT_TICKS;
+pub(crate) use drifting::Drifting;
 pub use mode::{Contact, Friction, Mode, Side};
 pub use params::PlantParams;
 pub use state::PlantState;

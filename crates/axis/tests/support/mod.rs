@@ -107,7 +107,7 @@ pub(crate) fn setpoints(motion: Motion, seconds: f64) -> Vec<Setpoint> {
     (0..count)
         .map(|n| {
             let (position, velocity, acceleration) = motion(n as f64 * 1e-3);
-            Setpoint { position, velocity: Some(velocity), acceleration: Some(acceleration) }
+            Setpoint::moving(position, velocity, acceleration)
         })
         .collect()
 }

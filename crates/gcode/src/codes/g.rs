@@ -1,7 +1,9 @@
 //! G codes.
 
 use super::row::{AxisUse, CodeRow, Group, Texts, row};
-use crate::exec::{Exec, arc, compensation, curves, cycles, dwell, g10, home, modes, offsets, probe, spindle, straight, thread, tool};
+use crate::exec::{
+    Exec, arc, compensation, curves, cycles, dwell, g10, home, lathe, modes, offsets, probe, spindle, straight, thread, tool,
+};
 use crate::problem::{Code, Problem};
 
 const NONE: AxisUse = AxisUse::None;
@@ -76,6 +78,13 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(610, Group::PathControl, (NONE, ""), ["exact path", "G61", "g61.ngc"], modes::exact_path),
     g(611, Group::PathControl, (NONE, ""), ["exact stop", "G61.1", "g61_1.ngc"], modes::exact_stop),
     g(640, Group::PathControl, (NONE, "PQ"), ["rounded corners within P", "G64 P0.05 Q0.01", "g64.ngc"], modes::continuous),
+    g(700, Group::Motion, (MAY, "QDEP"), ["finish a turned profile", "G70 Q100 X15 Z2 P1", "g70.ngc"], lathe::lathe),
+    g(710, Group::Motion, (MAY, "QDIR"), ["rough a profile along Z, with its pockets", "G71 Q100 X15 Z2 I1 R0.3", "g71.ngc"], lathe::lathe),
+    g(711, Group::Motion, (MAY, "QDIR"), ["the same without its pockets", "G71.1 Q100 X15 Z2 I1", "g71_1.ngc"], lathe::lathe),
+    g(712, Group::Motion, (MAY, "QDIR"), ["only the pockets", "G71.2 Q100 X15 Z2 I1", "g71_2.ngc"], lathe::lathe),
+    g(720, Group::Motion, (MAY, "QDIR"), ["rough a profile along X, with its pockets", "G72 Q100 X15 Z2 I1", "g72.ngc"], lathe::lathe),
+    g(721, Group::Motion, (MAY, "QDIR"), ["the same without its pockets", "G72.1 Q100 X15 Z2 I1", "g72_1.ngc"], lathe::lathe),
+    g(722, Group::Motion, (MAY, "QDIR"), ["only the pockets", "G72.2 Q100 X15 Z2 I1", "g72_2.ngc"], lathe::lathe),
     g(730, Group::Motion, (NEEDS, "RQLP"), ["drill with chip breaking", "G73 X1 Z-9 R1 Q2", "g73.ngc"], cycles::cycle),
     g(740, Group::Motion, (NEEDS, "RLP"), ["tap, left-handed", "G74 X1 Z-9 R1", "g74.ngc"], cycles::cycle),
     g(

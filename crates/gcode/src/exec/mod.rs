@@ -13,6 +13,7 @@ pub(crate) mod dwell;
 pub(crate) mod g10;
 pub(crate) mod holes;
 pub(crate) mod home;
+pub(crate) mod lathe;
 pub(crate) mod modes;
 pub(crate) mod offsets;
 pub(crate) mod outputs;
@@ -43,6 +44,8 @@ pub(crate) enum Jump {
     Call { name: String, rounds: u64 },
     /// M99.
     Return,
+    /// The subroutine of a turning cycle (G70 to G72).
+    Profile { name: String },
 }
 
 /// A block being carried out.

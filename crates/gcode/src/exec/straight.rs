@@ -63,7 +63,7 @@ impl Exec<'_> {
     }
 
     /// A straight move, compensated for the cutter if that is on.
-    fn straight(&mut self, start: &Position, end: Position, feed: bool) -> Result<(), Problem> {
+    pub(crate) fn straight(&mut self, start: &Position, end: Position, feed: bool) -> Result<(), Problem> {
         self.state.arc_not_allowed = false;
         if self.state.compensation.as_ref().is_some_and(|compensation| compensation.acts()) {
             return self.compensated_line(start, end, feed);

@@ -28,6 +28,9 @@ impl Interpreter {
             self.place_and_report(problem, text);
             self.salvage();
         }
+        if self.state.profile.is_some() && self.flow.seek.is_none() {
+            self.cut_profile(out);
+        }
         if self.returning.is_some()
             && let Err(problem) = self.restore_left(out)
         {
@@ -114,13 +117,7 @@ impl Interpreter {
     }
 
     pub(crate) fn place_and_report(&mut self, problem: Problem, text: Option<Text>) {
-        let span = text.map_or(self.span, |text| Span {
-            column: text.start + 1,
-            start: self.place.start + u64::from(text.start),
-            len: text.len,
-            ..self.span
-        });
-        self.report_at(problem, span);
+        self.report_at(problem, text.map_or(self.span, |text| self.place.span(text)));
     }
 
     /// Whether the current line is looked at only for O-words.

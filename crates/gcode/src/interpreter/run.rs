@@ -1,6 +1,7 @@
 //! Carrying out a line of words, settings and comments.
 
 use super::Interpreter;
+use crate::diagnostics::Diagnostic;
 use crate::exec::{Exec, check};
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
@@ -42,6 +43,10 @@ impl Interpreter {
         }
         self.apply_settings()?;
         self.warn();
+        if self.state.profile.is_some() {
+            self.exec(out).note_profile().map_err(|problem| (problem, None))?;
+            return self.jump(out).map_err(|problem| (problem, None));
+        }
         self.run_comment(out);
         if self.words.mask == 0 && self.words.codes().is_empty() {
             return Ok(());
@@ -100,6 +105,17 @@ impl Interpreter {
             Target::Named(_) => 0.0,
         };
         Ok((number, self.value(setting.value)?))
+    }
+
+    /// Makes the turning cycle whose profile is complete.
+    pub(crate) fn cut_profile(&mut self, out: &mut Vec<SourcedOp>) {
+        let depth = self.flow.frames.len();
+        if let Some(draft) = self.state.profile.take_if(|draft| depth <= draft.depth) {
+            let place = draft.block;
+            if let Err(problem) = self.exec(out).cut_profile(*draft) {
+                self.diagnostics.push(Diagnostic { problem, place });
+            }
+        }
     }
 
     /// Reports what the block only warns about.

@@ -1,6 +1,8 @@
 //! Source lines that are held because they may run again.
 
 use crate::problem::Problem;
+use crate::syntax::Text;
+use lostmotion_base::span::Span;
 
 /// Where a line stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,6 +13,13 @@ pub struct Place {
     pub line: u32,
     /// Offset of the line's first byte in the file.
     pub start: u64,
+}
+
+impl Place {
+    /// The place of a part of the line.
+    pub fn span(self, text: Text) -> Span {
+        Span { file: self.file, line: self.line, column: text.start + 1, start: self.start + u64::from(text.start), len: text.len }
+    }
 }
 
 /// Lines of source in one buffer.

@@ -8,6 +8,7 @@ pub mod fault;
 pub mod flow;
 pub mod number;
 pub mod parse;
+mod plain;
 
 pub use block::{Block, Keyword, Label, Op, Setting, Target, Text, Unary, Value, Word};
 pub use fault::Fault;

@@ -34,31 +34,49 @@ pub(crate) fn skip(input: &[u8]) -> &[u8] {
 /// The value is the f64 nearest to the decimal: up to 19 digits go through one exact integer and one exact power of ten,
 /// whose quotient IEEE 754 rounds correctly; others through the standard library.
 pub(crate) fn number(input: &[u8]) -> Parsed<'_, f64> {
-    let (mut at, negative) = match input.first() {
-        Some(b'-') => (1, true),
-        Some(b'+') => (1, false),
-        _ => (0, false),
+    if let Some((rest, value)) = literal(input) {
+        let continues = matches!(rest.first(), Some(b' ' | b'\t' | b'.')) && matches!(skip(rest).first(), Some(b'0'..=b'9' | b'.'));
+        if !continues {
+            return Ok((rest, value));
+        }
+    }
+    spread(input)
+}
+
+/// A number without blanks whose digits and power of ten are exact in an f64, so that one division rounds it correctly.
+/// It may go on after what is returned.
+pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
+    let (negative, digits) = match input {
+        [b'-', after @ ..] => (true, after),
+        [b'+', after @ ..] => (false, after),
+        _ => (false, input),
     };
-    let (mut mantissa, mut digits, mut point) = (0u64, 0usize, None);
-    while let Some(&byte) = input.get(at) {
-        if byte.is_ascii_digit() {
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
-            digits += 1;
-        } else if byte == b'.' && point.is_none() {
-            point = Some(digits);
-        } else {
+    let (mut rest, mut mantissa) = integer(digits, 0);
+    let mut count = digits.len() - rest.len();
+    let mut fraction = 0;
+    if let [b'.', after @ ..] = rest {
+        (rest, mantissa) = integer(after, mantissa);
+        fraction = after.len() - rest.len();
+        count += fraction;
+    }
+    if count == 0 || count > SAFE_DIGITS || mantissa > EXACT {
+        return None;
+    }
+    let value = mantissa as f64 / POWERS.get(fraction)?;
+    Some((rest, if negative { -value } else { value }))
+}
+
+/// Appends digits to a mantissa, which wraps if there are too many.
+fn integer(mut input: &[u8], mut mantissa: u64) -> (&[u8], u64) {
+    while let [byte, after @ ..] = input {
+        let digit = byte.wrapping_sub(b'0');
+        if digit > 9 {
             break;
         }
-        at += 1;
+        mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
+        input = after;
     }
-    let rest = input.get(at..).unwrap_or_default();
-    let fraction = point.map_or(0, |before| digits - before);
-    let continues = matches!(rest.first(), Some(b' ' | b'\t' | b'.')) && matches!(skip(rest).first(), Some(b'0'..=b'9' | b'.'));
-    if continues || digits == 0 || digits > SAFE_DIGITS || mantissa > EXACT {
-        return spread(input);
-    }
-    let value = POWERS.get(fraction).map_or(0.0, |power| mantissa as f64 / power);
-    Ok((rest, if negative { -value } else { value }))
+    (input, mantissa)
 }
 
 /// The long way: a number with blanks inside, many digits, or something wrong with it.
@@ -118,10 +136,30 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4000))]
+
         #[test]
         fn the_nearest_f64(text in "[+-]?[0-9]{1,25}(\\.[0-9]{0,25})?") {
             let expected: f64 = text.parse().unwrap();
             prop_assert_eq!(value(&text).map(f64::to_bits), Some(expected.to_bits()));
+        }
+
+        /// Where one division is just possible, and just not any more.
+        #[test]
+        fn the_nearest_f64_about_the_largest_exact_integer(near in -2000i64..2000, scale in 0u32..3, point in 0usize..20, zeros in 0usize..6) {
+            let digits = (((1i64 << 53) + near) * 10i64.pow(scale)).to_string();
+            let at = digits.len().saturating_sub(point);
+            let text = format!("{}{}.{}", "0".repeat(zeros), &digits[..at], &digits[at..]);
+            prop_assert_eq!(value(&text).map(f64::to_bits), Some(text.parse::<f64>().unwrap().to_bits()));
+        }
+
+        /// The decimal half way between two neighbours, and the decimals beside it.
+        #[test]
+        fn ties_go_to_the_even_one(mantissa in (1u64 << 52)..(1 << 53), below in prop::sample::select(vec!["", "0001", "00000000000000000001"])) {
+            // Multiples of 1/2 above 2^52 lie on or half way between neighbours.
+            let text = format!("{mantissa}.5{below}");
+            let up = !below.is_empty() || mantissa % 2 == 1;
+            prop_assert_eq!(value(&text), Some((mantissa + u64::from(up)) as f64));
         }
     }
 }

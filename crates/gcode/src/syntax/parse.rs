@@ -6,6 +6,7 @@ use super::expression::{Code, expected, name, word_value};
 use super::fault::{Fault, Parsed, fail};
 use super::flow::flow_line;
 use super::number::skip;
+use super::plain;
 use crate::limits::Limits;
 use crate::problem::Problem;
 use nom::Err;
@@ -26,7 +27,7 @@ pub fn parse_block(line: &[u8], block: &mut Block, limits: &Limits) -> Result<()
 fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let (mut rest, ()) = head(line, block, limits)?;
     loop {
-        rest = skip(rest);
+        rest = if block.flow.is_some() { skip(rest) } else { plain::words(rest, line.len(), block, limits) };
         let Some(&first) = rest.first() else {
             return Ok((rest, ()));
         };

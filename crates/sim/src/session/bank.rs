@@ -82,10 +82,9 @@ impl Bank {
     pub(crate) fn run(&mut self, samples: &[Sample]) -> Result<(), SimError> {
         for (info, setpoints) in self.outputs.axes.iter().zip(&mut self.setpoints) {
             setpoints.clear();
-            setpoints.extend(samples.iter().map(|sample| Setpoint {
-                position: sample.position[info.id] * info.units,
-                velocity: Some(sample.velocity[info.id] * info.units),
-                acceleration: Some(sample.acceleration[info.id] * info.units),
+            setpoints.extend(samples.iter().map(|sample| {
+                let id = info.id;
+                Setpoint::moving(sample.position[id] * info.units, sample.velocity[id] * info.units, sample.acceleration[id] * info.units)
             }));
         }
         let setpoints = &self.setpoints;
@@ -107,7 +106,7 @@ impl Bank {
 
 /// Lets an axis stand still at a place until it has come to rest; gives where its load then is.
 fn settle(runner: &mut dyn AxisRunner, at: f64) -> Result<f64, AxisError> {
-    let rest = Setpoint { position: at, velocity: Some(0.0), acceleration: Some(0.0) };
+    let rest = Setpoint::moving(at, 0.0, 0.0);
     let mut output = AxisOutput::new(false);
     runner.push(&[rest; SETTLE_TICKS], &mut output)?;
     Ok(output.load.last().copied().unwrap_or(at))
