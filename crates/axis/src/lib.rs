@@ -26,6 +26,7 @@
 //! ```
 
 pub mod analysis;
+pub mod batch;
 pub mod compensation;
 pub mod config;
 pub mod error;
@@ -35,9 +36,10 @@ pub mod runner;
 pub mod servo;
 pub mod signal;
 
+pub use batch::AxisBatch;
 pub use compensation::registry::{METHODS, Method, build_runner, find_method};
 pub use compensation::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 pub use config::{AxisConfig, AxisConfigError};
 pub use error::AxisError;
-pub use runner::{AxisOutput, AxisRunner, AxisSim, AxisState, SAMPLES_PER_SETPOINT};
+pub use runner::{AxisOutput, AxisRunner, AxisSim, AxisState, CurrentLoop, SAMPLES_PER_SETPOINT};
 pub use signal::{AxisSample, Engagement, Reference, Setpoint};

@@ -72,6 +72,51 @@ pub trait AxisRunner: Send {
 
     /// A copy that goes on from here on its own.
     fn boxed_clone(&self) -> Box<dyn AxisRunner>;
+
+    /// First part of what [`AxisRunner::push`] does with a setpoint: takes it. For a batch, which steps several axes side by side.
+    ///
+    /// # Errors
+    /// As for `push`; the axis is then as before.
+    fn begin_setpoint(&mut self, setpoint: &Setpoint) -> Result<(), AxisError>;
+
+    /// Then, for each of its [`SAMPLES_PER_SETPOINT`] servo ticks: measures, compensates, sets the current command, appends a sample.
+    fn begin_tick(&mut self, index: u32, out: &mut AxisOutput);
+
+    /// Then its [`CurrentLoop::periods`] periods of the current loop.
+    fn current_loop(&mut self) -> CurrentLoop<'_>;
+}
+
+/// What runs at the rate of the current loop: the drive's fast half and the plant.
+#[derive(Debug)]
+pub struct CurrentLoop<'a> {
+    pub(crate) servo: &'a Servo,
+    pub(crate) plant: &'a Plant,
+    pub(crate) servo_state: &'a mut ServoState,
+    pub(crate) plant_state: &'a mut PlantState,
+    pub(crate) load_torque: f64,
+    /// Whether the plant's parameters change from setpoint to setpoint.
+    pub(crate) drifting: bool,
+}
+
+impl CurrentLoop<'_> {
+    /// Periods in a servo tick.
+    pub fn periods(&self) -> u32 {
+        self.servo.current_steps()
+    }
+
+    /// One period; raises the peak of the current, A, to what it reaches.
+    #[inline]
+    pub fn period(&mut self, peak_current_a: &mut f64) {
+        let voltages = self.servo.voltage(self.servo_state, self.plant_state);
+        self.plant.step(self.plant_state, &PlantInput { load_torque: self.load_torque, ..voltages });
+        *peak_current_a = peak_current_a.max(self.plant_state.current_q.abs());
+    }
+
+    /// The end of a servo tick: counts it if the drive was at a limit.
+    #[inline]
+    pub fn finish(&self, out: &mut AxisOutput) {
+        out.saturated_samples += u64::from(self.servo_state.saturated);
+    }
 }
 
 #[derive(Debug)]
@@ -104,11 +149,13 @@ pub struct AxisSim<C: Compensator> {
     model: Arc<Model<C>>,
     state: AxisState<C::State>,
     drifting: Option<Drifting>,
+    /// Torque of the present setpoint's force on the load, N m at the motor.
+    load_torque: f64,
 }
 
 impl<C: Compensator> Clone for AxisSim<C> {
     fn clone(&self) -> Self {
-        AxisSim { model: Arc::clone(&self.model), state: self.state.clone(), drifting: self.drifting.clone() }
+        AxisSim { model: Arc::clone(&self.model), state: self.state.clone(), drifting: self.drifting.clone(), load_torque: self.load_torque }
     }
 }
 
@@ -131,7 +178,7 @@ impl<C: Compensator> AxisSim<C> {
         let drifting = Drifting::new(&config.drift, &plant);
         let (units_per_motor_rad, load_per_motor_rad) = (1.0 / factor, config.transmission.load_per_motor_rad());
         let model = Model { spline, servo, plant, compensator, units_per_motor_rad, load_per_motor_rad, has_scale };
-        AxisSim { model: Arc::new(model), state, drifting }
+        AxisSim { model: Arc::new(model), state, drifting, load_torque: 0.0 }
     }
 
     /// The present state, to be kept.
@@ -145,9 +192,8 @@ impl<C: Compensator> AxisSim<C> {
     }
 
     #[inline]
-    fn servo_tick(&mut self, index: u32, load_torque: f64, out: &mut AxisOutput) {
+    fn tick(&mut self, index: u32, out: &mut AxisOutput) {
         let (model, state) = (&*self.model, &mut self.state);
-        let plant_now = self.drifting.as_ref().map_or(&model.plant, Drifting::plant);
         let reference = model.spline.at(&state.spline, index, SAMPLES_PER_SETPOINT as u32);
         let next_reference = model.spline.at(&state.spline, index + 1, SAMPLES_PER_SETPOINT as u32);
         let measured = model.servo.measure(&mut state.servo, &state.plant);
@@ -181,12 +227,18 @@ impl<C: Compensator> AxisSim<C> {
             });
         }
         model.servo.command(&mut state.servo, &reference, &next_reference, &measured, &correction);
-        for _ in 0..model.servo.current_steps() {
-            let voltages = model.servo.voltage(&mut state.servo, &state.plant);
-            plant_now.step(&mut state.plant, &PlantInput { load_torque, ..voltages });
-            out.peak_current_a = out.peak_current_a.max(state.plant.current_q.abs());
+    }
+
+    #[inline]
+    fn fast_half(&mut self) -> CurrentLoop<'_> {
+        CurrentLoop {
+            servo: &self.model.servo,
+            plant: self.drifting.as_ref().map_or(&self.model.plant, Drifting::plant),
+            servo_state: &mut self.state.servo,
+            plant_state: &mut self.state.plant,
+            load_torque: self.load_torque,
+            drifting: self.drifting.is_some(),
         }
-        out.saturated_samples += u64::from(state.servo.saturated);
     }
 }
 
@@ -198,17 +250,36 @@ fn load_force(tick: u64, setpoint: &Setpoint) -> Result<f64, AxisError> {
 impl<C: Compensator> AxisRunner for AxisSim<C> {
     fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError> {
         for setpoint in setpoints {
-            let tick = self.state.spline.ticks();
-            let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
-            self.model.spline.push(&mut self.state.spline, setpoint)?;
-            if let Some(drifting) = &mut self.drifting {
-                drifting.advance(tick, &mut self.state.plant);
-            }
+            self.begin_setpoint(setpoint)?;
             for index in 0..SAMPLES_PER_SETPOINT as u32 {
-                self.servo_tick(index, load_torque, out);
+                self.tick(index, out);
+                let mut fast = self.fast_half();
+                for _ in 0..fast.periods() {
+                    fast.period(&mut out.peak_current_a);
+                }
+                fast.finish(out);
             }
         }
         Ok(())
+    }
+
+    fn begin_setpoint(&mut self, setpoint: &Setpoint) -> Result<(), AxisError> {
+        let tick = self.state.spline.ticks();
+        let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
+        self.model.spline.push(&mut self.state.spline, setpoint)?;
+        self.load_torque = load_torque;
+        if let Some(drifting) = &mut self.drifting {
+            drifting.advance(tick, &mut self.state.plant);
+        }
+        Ok(())
+    }
+
+    fn begin_tick(&mut self, index: u32, out: &mut AxisOutput) {
+        self.tick(index, out);
+    }
+
+    fn current_loop(&mut self) -> CurrentLoop<'_> {
+        self.fast_half()
     }
 
     fn delay_ticks(&self) -> u32 {

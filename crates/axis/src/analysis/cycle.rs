@@ -36,7 +36,16 @@ impl CycleDetector {
     /// For samples at a period, and swings (peak to peak) above a least one, in the unit of the positions.
     pub fn new(period_s: f64, least_swing: f64) -> CycleDetector {
         let nowhere = (0.0, 0);
-        CycleDetector { least_swing, period_s, reference: None, sample: 0, extreme: nowhere, rising: None, turns: [nowhere; TURNS], count: 0 }
+        CycleDetector {
+            least_swing,
+            period_s,
+            reference: None,
+            sample: 0,
+            extreme: nowhere,
+            rising: None,
+            turns: [nowhere; TURNS],
+            count: 0,
+        }
     }
 
     /// The next sample.

@@ -123,7 +123,9 @@ impl Fault {
             (Fault::Unstable(_), Some(factor)) => {
                 format!("{} has to be less than {factor:.3} times what it is; delays and filters cost phase, too", at.kind.gain_key())
             }
-            (Fault::Unstable(_), None) => "no gain of this loop makes it stable: look at the integral time, the delays and the filters".to_owned(),
+            (Fault::Unstable(_), None) => {
+                "no gain of this loop makes it stable: look at the integral time, the delays and the filters".to_owned()
+            }
             _ => format!("lower {}, or allow less in drive.least_margins", at.kind.gain_key()),
         }
     }
@@ -140,10 +142,18 @@ impl fmt::Display for Fault {
                 write!(f, "{}{}", gain.unwrap_or_default(), phase.unwrap_or_default())
             }
             Fault::Phase(_, least) => {
-                write!(f, "the {kind} has a phase margin of {:.1} deg {regime}; at least {least} deg are asked for", margins.phase_margin_deg.unwrap_or(0.0))
+                write!(
+                    f,
+                    "the {kind} has a phase margin of {:.1} deg {regime}; at least {least} deg are asked for",
+                    margins.phase_margin_deg.unwrap_or(0.0)
+                )
             }
             Fault::Gain(_, least) => {
-                write!(f, "the {kind} has a gain margin of {:.1} dB {regime}; at least {least} dB are asked for", margins.gain_margin_db.unwrap_or(0.0))
+                write!(
+                    f,
+                    "the {kind} has a gain margin of {:.1} dB {regime}; at least {least} dB are asked for",
+                    margins.gain_margin_db.unwrap_or(0.0)
+                )
             }
         }
     }

@@ -122,7 +122,8 @@ impl Model {
         let mut next = [0.0; 5];
         for (row, entry) in next.iter_mut().enumerate().take(self.plant) {
             let row = self.step.row(row);
-            *entry = row.iter().zip(x.iter()).take(self.plant).map(|(factor, state)| factor * state).sum::<f64>() + row[self.plant] * applied;
+            *entry =
+                row.iter().zip(x.iter()).take(self.plant).map(|(factor, state)| factor * state).sum::<f64>() + row[self.plant] * applied;
         }
         x[..self.plant].copy_from_slice(&next[..self.plant]);
     }

@@ -94,7 +94,8 @@ impl StateSpace {
     pub(super) fn at(&self, frequency_hz: f64) -> Complex {
         let z = Complex::turn(std::f64::consts::TAU * frequency_hz * self.period_s);
         let size = self.a.size();
-        let mut rows: Vec<Vec<Complex>> = (0..size).map(|i| self.a.row(i).iter().map(|entry| Complex { re: -entry, im: 0.0 }).collect()).collect();
+        let mut rows: Vec<Vec<Complex>> =
+            (0..size).map(|i| self.a.row(i).iter().map(|entry| Complex { re: -entry, im: 0.0 }).collect()).collect();
         for (i, row) in rows.iter_mut().enumerate() {
             row[i] = row[i].plus(z);
             row.push(Complex { re: self.b[i], im: 0.0 });

@@ -47,5 +47,6 @@ fn push(distance: f64, tick: u32) -> Setpoint {
         position: distance * u * u * u * (10.0 - 15.0 * u + 6.0 * u * u),
         velocity: Some(distance * 30.0 * u * u * v * v / duration),
         acceleration: Some(distance * 60.0 * u * v * (1.0 - 2.0 * u) / (duration * duration)),
+        ..Setpoint::default()
     }
 }

@@ -82,7 +82,9 @@ impl TorqueFilters {
     }
 
     pub(super) fn check(&self) -> Result<(), AxisConfigError> {
-        self.iter().enumerate().try_for_each(|(index, filter)| filter.check().map_err(|error| error.within(&format!("torque_filter[{index}]"))))
+        self.iter()
+            .enumerate()
+            .try_for_each(|(index, filter)| filter.check().map_err(|error| error.within(&format!("torque_filter[{index}]"))))
     }
 }
 

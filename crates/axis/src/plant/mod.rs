@@ -14,6 +14,7 @@ mod crossing;
 mod drifting;
 mod dynamics;
 mod guard;
+mod lane;
 mod matrix;
 mod mode;
 mod params;
@@ -24,6 +25,7 @@ mod taylor;
 
 pub use drifting::DRIFT_TICKS;
 pub(crate) use drifting::Drifting;
+pub(crate) use lane::Lane;
 pub use mode::{Contact, Friction, Mode, Side};
 pub use params::PlantParams;
 pub use state::PlantState;

@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 /// State of the current loops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurrentState {
-    integral_d: f64,
-    integral_q: f64,
+    pub(crate) integral_d: f64,
+    pub(crate) integral_q: f64,
     /// Voltages computed but not yet applied (d, q), V.
-    pending: [f64; 2],
+    pub(crate) pending: [f64; 2],
     /// Electric speed as the drive knows it, rad/s; held over a servo period.
-    pub(super) electric_speed: f64,
+    pub(crate) electric_speed: f64,
     /// Back-EMF as the drive knows it, V; held over a servo period.
-    pub(super) back_emf: f64,
+    pub(crate) back_emf: f64,
     /// Current periods since the last servo tick; counted where the command is delayed.
     pub(super) periods: u32,
     /// Whether the voltage was cut since the last servo tick.

@@ -157,4 +157,25 @@ impl Servo {
         let [last, before] = state.velocity.earlier_commands;
         [state.velocity.current_command, last, before].get(age as usize).copied().unwrap_or(before)
     }
+
+    /// Numbers of the current loops for a batch; none where the command changes within a servo period.
+    pub(crate) fn current_numbers(&self) -> Option<CurrentNumbers> {
+        (self.drive.command_delay_periods == 0).then(|| CurrentNumbers {
+            gain: self.drive.current_gain_v_per_a,
+            share: self.current_period_s / self.drive.current_time_s,
+            inductance: self.inductance,
+            limit_squared: self.voltage_limit * self.voltage_limit,
+            delayed: self.drive.voltage_delay_periods != 0,
+        })
+    }
+}
+
+/// What [`Servo::voltage`] computes with as long as no voltage is cut: see `current`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CurrentNumbers {
+    pub(crate) gain: f64,
+    pub(crate) share: f64,
+    pub(crate) inductance: f64,
+    pub(crate) limit_squared: f64,
+    pub(crate) delayed: bool,
 }

@@ -7,6 +7,7 @@ pub(crate) mod fit;
 mod machine;
 mod plan;
 mod simulate;
+mod tuning;
 
 use crate::args::{Cli, Command, Format, Run};
 use crate::diagnostics::{self, Finding};
