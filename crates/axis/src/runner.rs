@@ -155,7 +155,12 @@ pub struct AxisSim<C: Compensator> {
 
 impl<C: Compensator> Clone for AxisSim<C> {
     fn clone(&self) -> Self {
-        AxisSim { model: Arc::clone(&self.model), state: self.state.clone(), drifting: self.drifting.clone(), load_torque: self.load_torque }
+        AxisSim {
+            model: Arc::clone(&self.model),
+            state: self.state.clone(),
+            drifting: self.drifting.clone(),
+            load_torque: self.load_torque,
+        }
     }
 }
 

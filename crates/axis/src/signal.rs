@@ -47,6 +47,15 @@ pub enum Engagement {
 }
 
 impl Engagement {
+    /// The flank that a direction of motion against friction puts in contact.
+    pub const fn of_sign(sign: i8) -> Engagement {
+        match sign {
+            1 => Engagement::Positive,
+            -1 => Engagement::Negative,
+            _ => Engagement::Gap,
+        }
+    }
+
     /// -1, 0 or 1.
     pub const fn sign(self) -> i8 {
         match self {

@@ -16,7 +16,8 @@ fn single(config: &AxisConfig, method: &str, points: &[Setpoint]) -> AxisOutput 
 
 /// The same axes in a batch, in chunks.
 fn batched(axes: &[(AxisConfig, &str)], points: &[Vec<Setpoint>], chunk: usize) -> Vec<AxisOutput> {
-    let runners = axes.iter().zip(points).map(|((config, method), points)| build_runner(config, method, points[0].position).unwrap()).collect();
+    let runners =
+        axes.iter().zip(points).map(|((config, method), points)| build_runner(config, method, points[0].position).unwrap()).collect();
     let mut batch = AxisBatch::new(runners);
     let mut outputs = vec![AxisOutput::new(true); axes.len()];
     let longest = points.iter().map(Vec::len).max().unwrap();
@@ -32,7 +33,10 @@ fn assert_same(axes: &[(AxisConfig, &str)], points: &[Vec<Setpoint>], chunk: usi
         let alone = single(config, method, points);
         assert!(alone.load.iter().zip(&batched.load).all(|(a, b)| a.to_bits() == b.to_bits()), "{method}");
         assert_eq!(alone.reference, batched.reference);
-        assert_eq!((alone.saturated_samples, alone.peak_current_a.to_bits()), (batched.saturated_samples, batched.peak_current_a.to_bits()));
+        assert_eq!(
+            (alone.saturated_samples, alone.peak_current_a.to_bits()),
+            (batched.saturated_samples, batched.peak_current_a.to_bits())
+        );
         let bits = |out: &AxisOutput| -> Vec<[u64; 5]> {
             let all = out.trace.iter().flatten();
             all.map(|s| [s.motor_position, s.motor_velocity, s.load_velocity, s.current, s.gap_angle_estimate].map(f64::to_bits)).collect()
@@ -54,7 +58,8 @@ fn gaps_gains_contact_laws_and_frictions() {
     let points = setpoints(&|t| there_and_back(stroke, 0.1, t), 0.6);
     let mut axes = Vec::new();
     for (index, contact) in [ContactLaw::Linear, ContactLaw::Clamped, ContactLaw::Bounded].into_iter().cycle().take(19).enumerate() {
-        let mut config = if index % 2 == 0 { mill_x(0.02 * index as f64, 4.0 * index as f64, Some(1 << 20)) } else { mill(20.0 * index as f64, 0.0) };
+        let mut config =
+            if index % 2 == 0 { mill_x(0.02 * index as f64, 4.0 * index as f64, Some(1 << 20)) } else { mill(20.0 * index as f64, 0.0) };
         config.contact = contact;
         config.drive.position_gain_per_s += index as f64;
         config.motor.coulomb_nm = 0.05 * (index % 3) as f64;

@@ -77,7 +77,7 @@ fn letter_of(text: &str) -> Option<AxisId> {
     }
 }
 
-/// The machine whose `fixed` compensator was told the gaps of fits, each given as `AXIS=FILE.json`.
+/// The machine whose compensators that may know the gap were told those of fits, each given as `AXIS=FILE.json`.
 pub(crate) fn with_fits(mut machine: Machine, fits: &[String]) -> Result<Machine, Failure> {
     for fit in fits {
         let parts = fit.split_once('=').and_then(|(letter, file)| Some((letter_of(letter)?, file)));

@@ -8,9 +8,11 @@
 //! Fails: where the load does not follow the commanded direction. A load without friction coasts through the reversal and changes flanks
 //! where the acceleration changes sign, so the correction comes a quarter period late or early; an error of the told gap stays
 //! in full; the ramp adds its own error while the load still rests.
-//! Source: common practice, for instance LinuxCNC (BACKLASH in the INI file, with an acceleration-limited take-up), Heidenhain (backlash
-//! compensation in MP 710 and its successors, over an adjustable time); Kao et al. as cited by Gan, Wang, Huang (2023).
+//! Source: common practice: backlash in a machine parameter, taken up over a second one, a time (Heidenhain iTNC: MP 710 and MP 752; what curve
+//! it follows there is not published); Kao et al. as cited by Gan, Wang, Huang (2023). Take-up within limits of speed and acceleration is
+//! `fixed-linuxcnc`, two amounts are `fixed-fanuc`.
 
+use super::ramp::{Ramp, RampTime, direction};
 use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
@@ -18,14 +20,11 @@ use crate::signal::Engagement;
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
-/// A reference slower than this keeps the direction, rad/s.
-const STANDING_RAD_S: f64 = 1e-6;
-
 /// The method `fixed`.
 #[derive(Clone, Copy, Debug)]
 pub struct Fixed {
     half_gap: f64,
-    per_tick: f64,
+    time: RampTime,
     period_s: f64,
 }
 
@@ -33,8 +32,7 @@ pub struct Fixed {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FixedState {
     direction: i8,
-    from: f64,
-    progress: f64,
+    ramp: Ramp,
 }
 
 impl Registered for Fixed {
@@ -42,15 +40,14 @@ impl Registered for Fixed {
         name: "fixed",
         summary: "known half gap added at each reversal of the commanded velocity, with a ramp",
         knows: Knowledge { load_scale: false, gap: true, load: false },
-        source: "common practice: LinuxCNC, Heidenhain",
+        source: "common practice: Heidenhain and others",
     };
 
     fn from_axis(config: &AxisConfig) -> Fixed {
         let settings = &config.compensation.fixed;
         let gap = settings.gap.map_or(config.reflected_load().gap_rad, |told| told.motor_rad(&config.transmission));
         let period_s = Clock::SERVO.period_s();
-        let ramp_s = settings.ramp_ms * 1e-3;
-        Fixed { half_gap: 0.5 * gap, per_tick: if ramp_s > period_s { period_s / ramp_s } else { 1.0 }, period_s }
+        Fixed { half_gap: 0.5 * gap, time: RampTime::from_ms(settings.ramp_ms), period_s }
     }
 }
 
@@ -62,28 +59,24 @@ impl Compensator for Fixed {
     }
 
     fn initial(&self, _motor_position: f64) -> FixedState {
-        FixedState { direction: 0, from: 0.0, progress: 1.0 }
+        FixedState { direction: 0, ramp: Ramp::DONE }
     }
 
     #[inline]
     fn step(&self, state: &mut FixedState, signals: &Signals) -> Correction {
         let before = self.position(state);
-        let velocity = signals.reference.velocity;
-        let direction = if velocity > 0.0 { 1 } else { -1 };
-        if velocity.abs() > STANDING_RAD_S && direction != state.direction {
-            *state = FixedState { direction, from: before, progress: 0.0 };
+        let direction = direction(signals.reference.velocity, state.direction);
+        if direction != state.direction {
+            state.direction = direction;
+            state.ramp.start(before);
         }
-        state.progress = (state.progress + self.per_tick).min(1.0);
+        state.ramp.advance(self.time);
         let position = self.position(state);
         Correction {
             position,
             velocity: (position - before) / self.period_s,
             gap_angle_estimate: f64::from(state.direction) * self.half_gap,
-            engagement_estimate: match state.direction {
-                1 => Engagement::Positive,
-                -1 => Engagement::Negative,
-                _ => Engagement::Gap,
-            },
+            engagement_estimate: Engagement::of_sign(state.direction),
             ..Correction::NONE
         }
     }
@@ -91,8 +84,6 @@ impl Compensator for Fixed {
 
 impl Fixed {
     fn position(&self, state: &FixedState) -> f64 {
-        let u = state.progress;
-        let target = f64::from(state.direction) * self.half_gap;
-        state.from + (target - state.from) * (u * u * (3.0 - 2.0 * u))
+        state.ramp.towards(f64::from(state.direction) * self.half_gap)
     }
 }

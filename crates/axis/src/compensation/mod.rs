@@ -4,18 +4,30 @@
 //! small, cloneable and serialisable. It sees only what a drive has; [`MethodInfo::knows`] says what it needs beyond that.
 
 pub mod adaptive;
+pub mod adaptive_inverse;
 mod crossing;
+pub mod disturbance_observer;
+mod filter;
+pub mod fitted_lookup;
 pub mod fixed;
+pub mod fixed_fanuc;
+pub mod fixed_linuxcnc;
+pub mod kalman;
 mod learning;
 pub mod load_feedback;
 pub mod lookup;
+pub mod multiple_models;
 pub mod none;
 pub mod published;
+mod ramp;
 pub mod registry;
 mod replay;
 pub mod reversal_pulse;
 mod traverse;
+mod trust;
 mod twin;
+
+pub(crate) use filter::Noises;
 
 use crate::signal::{Engagement, Reference};
 use serde::{Deserialize, Serialize};

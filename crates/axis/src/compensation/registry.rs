@@ -1,9 +1,16 @@
 //! The open set of compensators. Adding one is one file beside this and one line in [`METHODS`].
 
 use super::adaptive::Adaptive;
+use super::adaptive_inverse::AdaptiveInverse;
+use super::disturbance_observer::DisturbanceObserver;
+use super::fitted_lookup::FittedLookup;
 use super::fixed::Fixed;
+use super::fixed_fanuc::FixedFanuc;
+use super::fixed_linuxcnc::FixedLinuxcnc;
+use super::kalman::Kalman;
 use super::load_feedback::LoadFeedback;
 use super::lookup::Lookup;
+use super::multiple_models::MultipleModels;
 use super::none::Uncompensated;
 use super::published::Published;
 use super::reversal_pulse::ReversalPulse;
@@ -44,6 +51,13 @@ pub static METHODS: &[Method] = &[
     Method::of::<LoadFeedback>(),
     Method::of::<ReversalPulse>(),
     Method::of::<Lookup>(),
+    Method::of::<FixedLinuxcnc>(),
+    Method::of::<FixedFanuc>(),
+    Method::of::<AdaptiveInverse>(),
+    Method::of::<DisturbanceObserver>(),
+    Method::of::<Kalman>(),
+    Method::of::<MultipleModels>(),
+    Method::of::<FittedLookup>(),
     Method::of::<Adaptive>(),
 ];
 

@@ -1,32 +1,31 @@
-//! A pulse at each reversal: extra speed for a short time that pushes the motor across the gap.
+//! A pulse at each reversal: extra speed or torque for a short time that pushes the motor across the gap.
 //!
 //! ```text
 //! at each change of sign of w_ref (|w_ref| <= 1e-6 rad/s keeps it), after the set delay:
-//! direction * a (1 - t/T) for 0 <= t < T is added to the velocity reference
+//! direction * a (1 - t/T) for 0 <= t < T is added to the velocity reference, direction * m (1 - t/T) to the torque
 //! ```
 //! Nothing holds the motor there afterwards: the position loop does not know of the gap and pulls it back. It shortens the time in which
 //! the load stands still after a reversal; the offset of half a gap stays.
 //!
-//! Signals: reference velocity, rad/s. Tunables: speed a (rad/s at the motor; if left out, so much that the pulse's area is the true gap), time T
-//! (ms), delay (ms). It knows the gap where the speed is left out. The same pulse put on the torque landed the motor so hard that peaks grew;
-//! it is not offered.
+//! Signals: reference velocity, rad/s. Tunables: speed a (rad/s at the motor; if left out, so much that the pulse's area is the true gap
+//! and no torque is given), torque m (N m), time T (ms), delay (ms). It knows the gap where neither is given.
+//! Against the velocity loop a torque pulse works only while it is shorter than the loop's own time (about 1/(2 pi f_v)), and it lands the motor hard.
 //! Fails: too strong, it makes a notch of the opposite sign; right at one feed and friction, it is wrong at others; on a load without friction it
 //! pushes at the wrong time.
 //! Source: common practice: backlash acceleration of Fanuc (servo function), stick-slip or friction injection pulse of Siemens and Heidenhain.
 
+use super::ramp::direction;
 use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
-/// A reference slower than this keeps the direction, rad/s.
-const STANDING_RAD_S: f64 = 1e-6;
-
 /// The method `reversal-pulse`.
 #[derive(Clone, Copy, Debug)]
 pub struct ReversalPulse {
     speed: f64,
+    torque: f64,
     ticks: f64,
     delay: f64,
 }
@@ -41,7 +40,7 @@ pub struct ReversalPulseState {
 impl Registered for ReversalPulse {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "reversal-pulse",
-        summary: "a short pulse of speed at each reversal of the commanded velocity",
+        summary: "a short pulse of speed or torque at each reversal of the commanded velocity",
         knows: Knowledge { load_scale: false, gap: true, load: false },
         source: "common practice: Fanuc backlash acceleration, Siemens and Heidenhain friction pulse",
     };
@@ -49,10 +48,11 @@ impl Registered for ReversalPulse {
     fn from_axis(config: &AxisConfig) -> ReversalPulse {
         let settings = &config.compensation.reversal_pulse;
         let per_ms = 1e-3 / Clock::SERVO.period_s();
-        let gap = config.reflected_load().gap_rad;
+        // a triangle of the gap's area
+        let of_gap = 2.0 * config.reflected_load().gap_rad / (settings.time_ms * 1e-3);
         ReversalPulse {
-            // a triangle of the gap's area
-            speed: settings.speed_rad_s.unwrap_or(2.0 * gap / (settings.time_ms * 1e-3)),
+            speed: settings.speed_rad_s.unwrap_or(if settings.torque_nm.is_none() { of_gap } else { 0.0 }),
+            torque: settings.torque_nm.unwrap_or(0.0),
             ticks: settings.time_ms * per_ms,
             delay: settings.delay_ms * per_ms,
         }
@@ -72,9 +72,8 @@ impl Compensator for ReversalPulse {
 
     #[inline]
     fn step(&self, state: &mut ReversalPulseState, signals: &Signals) -> Correction {
-        let velocity = signals.reference.velocity;
-        let direction = if velocity > 0.0 { 1 } else { -1 };
-        if velocity.abs() > STANDING_RAD_S && direction != state.direction {
+        let direction = direction(signals.reference.velocity, state.direction);
+        if direction != state.direction {
             *state = ReversalPulseState { direction, since: 0.0 };
         }
         let u = (state.since - self.delay) / self.ticks;
@@ -83,6 +82,6 @@ impl Compensator for ReversalPulse {
             return Correction::NONE;
         }
         let shape = f64::from(state.direction) * (1.0 - u);
-        Correction { velocity: self.speed * shape, ..Correction::NONE }
+        Correction { velocity: self.speed * shape, torque: self.torque * shape, ..Correction::NONE }
     }
 }

@@ -1,6 +1,11 @@
 //! Settings of the compensators: one table per method, every field with a default.
 
+use super::classic::{
+    AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings, FixedLinuxcncSettings,
+    ReversalPulseSettings,
+};
 use super::error::{AxisConfigError, between, not_negative, positive};
+use super::estimators::{KalmanSettings, MultipleModelsSettings};
 use super::transmission::{AxisUnit, Transmission};
 use serde::{Deserialize, Serialize};
 
@@ -106,25 +111,6 @@ impl Default for LookupSettings {
     }
 }
 
-/// Settings of `reversal-pulse`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ReversalPulseSettings {
-    /// Speed at the start of the pulse, rad/s at the motor; if left out, so much that the pulse's area is the machine's true gap.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub speed_rad_s: Option<f64>,
-    /// Time in which it falls to zero, ms.
-    pub time_ms: f64,
-    /// From the reversal of the reference to the pulse, ms.
-    pub delay_ms: f64,
-}
-
-impl Default for ReversalPulseSettings {
-    fn default() -> ReversalPulseSettings {
-        ReversalPulseSettings { speed_rad_s: None, time_ms: 20.0, delay_ms: 0.0 }
-    }
-}
-
 /// Settings of `adaptive`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -153,6 +139,27 @@ pub struct CompensationConfig {
     pub fixed: FixedSettings,
     /// Settings of `published` and `published-literal`.
     pub published: PublishedSettings,
+    /// Settings of `fixed-linuxcnc`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub fixed_linuxcnc: FixedLinuxcncSettings,
+    /// Settings of `fixed-fanuc`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub fixed_fanuc: FixedFanucSettings,
+    /// Settings of `adaptive-inverse`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub adaptive_inverse: AdaptiveInverseSettings,
+    /// Settings of `disturbance-observer`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub disturbance_observer: DisturbanceObserverSettings,
+    /// Settings of `kalman`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub kalman: KalmanSettings,
+    /// Settings of `multiple-models`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub multiple_models: MultipleModelsSettings,
+    /// Settings of `fitted-lookup`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub fitted_lookup: FittedLookupSettings,
     /// Settings of `reversal-pulse`.
     #[serde(skip_serializing_if = "is_default")]
     pub reversal_pulse: ReversalPulseSettings,
@@ -170,6 +177,13 @@ impl Default for CompensationConfig {
             method: "none".to_owned(),
             fixed: FixedSettings::default(),
             published: PublishedSettings::default(),
+            fixed_linuxcnc: FixedLinuxcncSettings::default(),
+            fixed_fanuc: FixedFanucSettings::default(),
+            adaptive_inverse: AdaptiveInverseSettings::default(),
+            disturbance_observer: DisturbanceObserverSettings::default(),
+            kalman: KalmanSettings::default(),
+            multiple_models: MultipleModelsSettings::default(),
+            fitted_lookup: FittedLookupSettings::default(),
             reversal_pulse: ReversalPulseSettings::default(),
             lookup: LookupSettings::default(),
             adaptive: AdaptiveSettings::default(),
@@ -194,10 +208,14 @@ impl CompensationConfig {
             gap.check(transmission).map_err(|e| e.within("lookup.gap"))?;
         }
         between("lookup.torque_share", self.lookup.torque_share, 0.01, 1.0)?;
-        let pulse = &self.reversal_pulse;
-        not_negative("reversal_pulse.speed_rad_s", pulse.speed_rad_s.unwrap_or(0.0))?;
-        between("reversal_pulse.time_ms", pulse.time_ms, 0.25, 1000.0)?;
-        between("reversal_pulse.delay_ms", pulse.delay_ms, 0.0, 1000.0)?;
+        self.fixed_linuxcnc.check(transmission).map_err(|e| e.within("fixed_linuxcnc"))?;
+        self.fixed_fanuc.check(transmission).map_err(|e| e.within("fixed_fanuc"))?;
+        self.adaptive_inverse.check(transmission).map_err(|e| e.within("adaptive_inverse"))?;
+        self.disturbance_observer.check().map_err(|e| e.within("disturbance_observer"))?;
+        self.kalman.check(transmission).map_err(|e| e.within("kalman"))?;
+        self.multiple_models.check(transmission).map_err(|e| e.within("multiple_models"))?;
+        self.fitted_lookup.check(transmission).map_err(|e| e.within("fitted_lookup"))?;
+        self.reversal_pulse.check().map_err(|e| e.within("reversal_pulse"))?;
         between("adaptive.torque_share", self.adaptive.torque_share, 0.01, 1.0)?;
         between("lookup.wind_up", self.lookup.wind_up, 0.0, 1.0)?;
         positive("published.p0", self.published.p0)?;

@@ -1,10 +1,12 @@
 //! Description of an axis, as machine files hold it: every key carries its unit, unknown keys are refused.
 
+mod classic;
 mod compensation;
 mod contact;
 mod drift;
 mod drive;
 mod error;
+mod estimators;
 mod filter;
 mod load;
 mod loops;
@@ -14,13 +16,16 @@ mod reference;
 mod transmission;
 mod tuning;
 
-pub use compensation::{
-    AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings, ReversalPulseSettings,
+pub use classic::{
+    AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings, FixedLinuxcncSettings,
+    ReversalPulseSettings,
 };
+pub use compensation::{AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings};
 pub use contact::{ContactLaw, StartInGap};
 pub use drift::{Change, Drift, Shape};
 pub use drive::{Drive, SERVO_PERIOD_US};
 pub use error::AxisConfigError;
+pub use estimators::{KalmanSettings, MultipleModelsSettings};
 pub use filter::{LowPass, MAX_TORQUE_FILTERS, Notch, TorqueFilter, TorqueFilters};
 pub use load::{Load, Reflected, Slide, Table};
 pub use loops::{AntiWindup, FrictionFeedforward, LeastMargins};
@@ -132,12 +137,16 @@ impl AxisConfig {
         AxisConfig { load: self.load.with_gap_motor_rad(gap_rad, &self.transmission), ..self.clone() }
     }
 
-    /// The same axis whose `fixed` and `lookup` compensators were told another total gap (a fit's result).
+    /// The same axis whose compensators that may know the gap were told another total gap (a fit's result): `fixed`, `fixed-linuxcnc`,
+    /// `fixed-fanuc` for cutting, `lookup`, `fitted-lookup`.
     #[must_use]
     pub fn with_told_gap(&self, gap: Gap) -> AxisConfig {
         let mut told = self.clone();
         told.compensation.fixed.gap = Some(gap);
+        told.compensation.fixed_linuxcnc.gap = Some(gap);
+        told.compensation.fixed_fanuc.cutting = Some(gap);
         told.compensation.lookup.gap = Some(gap);
+        told.compensation.fitted_lookup.gap = Some(gap);
         told
     }
 

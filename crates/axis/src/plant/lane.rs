@@ -82,11 +82,7 @@ impl Plant {
             look: Look {
                 third: margins.third(),
                 range,
-                push: if pushes {
-                    [params.stiffness_nm_per_rad * mode.contact.sign(), params.damping_nm_s_per_rad]
-                } else {
-                    [0.0; 2]
-                },
+                push: if pushes { [params.stiffness_nm_per_rad * mode.contact.sign(), params.damping_nm_s_per_rad] } else { [0.0; 2] },
                 push_margin: if pushes { margins.torque() } else { f64::NEG_INFINITY },
                 sliding: [motor.sign(), load.sign()],
                 speed_margin: [speed_margin(motor), speed_margin(load)],

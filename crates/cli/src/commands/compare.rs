@@ -1,17 +1,18 @@
 //! `lostmotion compare`.
 
-use super::{DONE, failure, prepare, show, text_options, to_json};
+use super::{DONE, FITTED, check_fit, failure, has_fit, prepare, show, text_options, to_json};
 use crate::args::Compare;
 use crate::failure::Failure;
-use crate::output::stdout_has_color;
+use crate::output::{remark, stdout_has_color};
 use crate::record::{Answer, Record};
 use lostmotion::axis::METHODS;
 use lostmotion::report::text;
+use lostmotion::sim::Machine;
 
 /// Runs a program with several methods. Exit code 0 whatever the verdicts are.
 pub(crate) fn run(args: &Compare, quiet: bool) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(&args.run)?;
-    let methods = methods(&args.methods)?;
+    let methods = methods(&args.methods, &machine, quiet)?;
     let mut record = Record::new(&args.run, &methods, quiet)?;
     let result = lostmotion::sim::compare(&program, &machine, &methods, &options, &mut record);
     let comparison = result.map_err(|error| failure(&program, &error))?;
@@ -32,8 +33,8 @@ pub(crate) fn run(args: &Compare, quiet: bool) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-/// The methods asked for, each once; all of them if none is named.
-fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
+/// The methods asked for, each once; if none is named, all of them, without the one for fits where there is no fit.
+fn methods(asked: &[String], machine: &Machine, quiet: bool) -> Result<Vec<String>, Failure> {
     let mut methods: Vec<String> = Vec::new();
     for name in asked.iter().map(|name| name.trim()).filter(|name| !name.is_empty()) {
         if methods.iter().any(|known| known == name) {
@@ -42,7 +43,12 @@ fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
         methods.push(name.to_owned());
     }
     if methods.is_empty() {
-        methods = METHODS.iter().map(|method| method.info.name.to_owned()).collect();
+        let fitted = has_fit(machine);
+        methods = METHODS.iter().map(|method| method.info.name).filter(|name| fitted || *name != FITTED).map(str::to_owned).collect();
+        if !fitted && !quiet {
+            remark(&format!("note: {FITTED} is left out: no axis was told a fitted gap (--fitted AXIS=FILE.json)"));
+        }
     }
+    methods.iter().try_for_each(|name| check_fit(name, machine))?;
     Ok(methods)
 }

@@ -51,6 +51,23 @@ fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failu
     Ok((program, machine, options))
 }
 
+/// The method that runs on the gap of a fit and on nothing else.
+const FITTED: &str = "fitted-lookup";
+
+/// Whether any axis was told the gap of a fit.
+fn has_fit(machine: &Machine) -> bool {
+    machine.axes().iter().any(|axis| axis.config.compensation.fitted_lookup.gap.is_some())
+}
+
+/// Refuses the method for fits where no axis has one: it would leave everything as it is.
+fn check_fit(method: &str, machine: &Machine) -> Result<(), Failure> {
+    if method != FITTED || has_fit(machine) {
+        return Ok(());
+    }
+    let hint = "give a result of `lostmotion fit` as --fitted AXIS=FILE.json, or set compensation.fitted_lookup.gap in the machine file";
+    Err(Failure::with_hint(format!("{FITTED} needs a fitted gap, and no axis was told one"), hint))
+}
+
 /// An error of the session, with the lines of the program it is about.
 fn failure(program: &ProgramSource, error: &SimError) -> Failure {
     let one = |finding: Finding| Failure::Rendered(diagnostics::render_all(program, &[finding]));
