@@ -2,11 +2,12 @@
 
 use crate::compensation::{Compensator, MethodInfo, Signals};
 use crate::config::AxisConfig;
+use crate::current_loop::CurrentLoop;
 use crate::error::AxisError;
-use crate::plant::{Drifting, Plant, PlantInput, PlantParams, PlantState};
+use crate::plant::{Drifting, Plant, PlantParams, PlantState};
 use crate::reference::{Spline, SplineState};
 use crate::servo::{Servo, ServoState};
-use crate::signal::{AxisSample, Setpoint};
+use crate::signal::{AxisSample, Reference, Setpoint};
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -86,39 +87,6 @@ pub trait AxisRunner: Send {
     fn current_loop(&mut self) -> CurrentLoop<'_>;
 }
 
-/// What runs at the rate of the current loop: the drive's fast half and the plant.
-#[derive(Debug)]
-pub struct CurrentLoop<'a> {
-    pub(crate) servo: &'a Servo,
-    pub(crate) plant: &'a Plant,
-    pub(crate) servo_state: &'a mut ServoState,
-    pub(crate) plant_state: &'a mut PlantState,
-    pub(crate) load_torque: f64,
-    /// Whether the plant's parameters change from setpoint to setpoint.
-    pub(crate) drifting: bool,
-}
-
-impl CurrentLoop<'_> {
-    /// Periods in a servo tick.
-    pub fn periods(&self) -> u32 {
-        self.servo.current_steps()
-    }
-
-    /// One period; raises the peak of the current, A, to what it reaches.
-    #[inline]
-    pub fn period(&mut self, peak_current_a: &mut f64) {
-        let voltages = self.servo.voltage(self.servo_state, self.plant_state);
-        self.plant.step(self.plant_state, &PlantInput { load_torque: self.load_torque, ..voltages });
-        *peak_current_a = peak_current_a.max(self.plant_state.current_q.abs());
-    }
-
-    /// The end of a servo tick: counts it if the drive was at a limit.
-    #[inline]
-    pub fn finish(&self, out: &mut AxisOutput) {
-        out.saturated_samples += u64::from(self.servo_state.saturated);
-    }
-}
-
 #[derive(Debug)]
 struct Model<C> {
     spline: Spline,
@@ -149,18 +117,21 @@ pub struct AxisSim<C: Compensator> {
     model: Arc<Model<C>>,
     state: AxisState<C::State>,
     drifting: Option<Drifting>,
-    /// Torque of the present setpoint's force on the load, N m at the motor.
+    setpoint: Taken,
+}
+
+/// What follows from the setpoint taken last.
+#[derive(Clone, Copy, Debug, Default)]
+struct Taken {
+    /// References at its servo ticks, and at the next setpoint's first.
+    references: [Reference; SAMPLES_PER_SETPOINT + 1],
+    /// Torque of its force on the load, N m at the motor.
     load_torque: f64,
 }
 
 impl<C: Compensator> Clone for AxisSim<C> {
     fn clone(&self) -> Self {
-        AxisSim {
-            model: Arc::clone(&self.model),
-            state: self.state.clone(),
-            drifting: self.drifting.clone(),
-            load_torque: self.load_torque,
-        }
+        AxisSim { model: Arc::clone(&self.model), state: self.state.clone(), drifting: self.drifting.clone(), setpoint: self.setpoint }
     }
 }
 
@@ -183,7 +154,7 @@ impl<C: Compensator> AxisSim<C> {
         let drifting = Drifting::new(&config.drift, &plant);
         let (units_per_motor_rad, load_per_motor_rad) = (1.0 / factor, config.transmission.load_per_motor_rad());
         let model = Model { spline, servo, plant, compensator, units_per_motor_rad, load_per_motor_rad, has_scale };
-        AxisSim { model: Arc::new(model), state, drifting, load_torque: 0.0 }
+        AxisSim { model: Arc::new(model), state, drifting, setpoint: Taken::default() }
     }
 
     /// The present state, to be kept.
@@ -199,8 +170,9 @@ impl<C: Compensator> AxisSim<C> {
     #[inline]
     fn tick(&mut self, index: u32, out: &mut AxisOutput) {
         let (model, state) = (&*self.model, &mut self.state);
-        let reference = model.spline.at(&state.spline, index, SAMPLES_PER_SETPOINT as u32);
-        let next_reference = model.spline.at(&state.spline, index + 1, SAMPLES_PER_SETPOINT as u32);
+        let [.., last] = self.setpoint.references;
+        let at = |index: usize| self.setpoint.references.get(index).copied().unwrap_or(last);
+        let (reference, next_reference) = (at(index as usize), at(index as usize + 1));
         let measured = model.servo.measure(&mut state.servo, &state.plant);
         let signals = Signals {
             reference,
@@ -241,7 +213,7 @@ impl<C: Compensator> AxisSim<C> {
             plant: self.drifting.as_ref().map_or(&self.model.plant, Drifting::plant),
             servo_state: &mut self.state.servo,
             plant_state: &mut self.state.plant,
-            load_torque: self.load_torque,
+            load_torque: self.setpoint.load_torque,
             drifting: self.drifting.is_some(),
         }
     }
@@ -272,7 +244,9 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         let tick = self.state.spline.ticks();
         let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
         self.model.spline.push(&mut self.state.spline, setpoint)?;
-        self.load_torque = load_torque;
+        let (spline, state) = (&self.model.spline, &self.state.spline);
+        let references = std::array::from_fn(|index| spline.at(state, index as u32, SAMPLES_PER_SETPOINT as u32));
+        self.setpoint = Taken { references, load_torque };
         if let Some(drifting) = &mut self.drifting {
             drifting.advance(tick, &mut self.state.plant);
         }

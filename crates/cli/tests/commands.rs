@@ -190,7 +190,7 @@ fn machines_are_listed_shown_and_checked() {
     let loops = bench.expect(0, &["machine", "check", "mine.toml"]);
     assert!(loops.contains("velocity loop") && loops.contains("in the gap") && loops.contains("none predicted, none simulated"), "{loops}");
     let gain = "velocity_gain_a_s_per_rad = ";
-    bench.file("wild.toml", shown.replacen(gain, &format!("{gain}1"), 1));
+    bench.file("wild.toml", shown.replacen(gain, &format!("{gain}3"), 1));
     bench.refuses(
         &["machine", "check", "wild.toml"],
         &["wild.toml:", "axis.x.drive.velocity_gain", "unstable", "gain margin -", "has to be less than"],

@@ -22,8 +22,9 @@ impl Group {
         Group { axes: vec![axis], periods, lanes: Lanes::new(), arch: Arch::new(), active: [false; WIDTH] }
     }
 
-    pub(super) fn takes(&self, periods: u32) -> bool {
-        self.axes.len() < WIDTH && self.periods == periods
+    /// Whether it has room for one more axis in a group of at most `size`.
+    pub(super) fn takes(&self, periods: u32, size: usize) -> bool {
+        self.axes.len() < size.min(WIDTH) && self.periods == periods
     }
 
     pub(super) fn add(&mut self, axis: Box<dyn AxisRunner>) {

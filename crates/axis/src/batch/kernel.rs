@@ -27,10 +27,12 @@ impl WithSimd for Periods<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<Stop> {
         let Periods { lanes, from, to, active } = self;
+        let used = active.iter().rposition(|active| *active).map_or(0, |last| last + 1);
+        let parts = used.div_ceil(S::F64_LANES);
         for period in from..to {
             let mut stopped = [false; WIDTH];
             let mut any = false;
-            for part in 0..WIDTH / S::F64_LANES {
+            for part in 0..parts {
                 any |= Kernel { simd, part }.period(lanes, &active, &mut stopped);
             }
             if any {
@@ -123,11 +125,12 @@ impl<S: Simd> Kernel<S> {
         let against = [self.get(&n.friction[0]), self.add(self.get(&n.friction[1]), held_load)];
         let sources = [before[0], before[1], before[2], before[3], held_voltage, against[0], against[1]];
         let (mut after, mut travel) = ([zero; 4], zero);
-        for ((column, along), source) in n.columns.iter().zip(&n.travel).zip(sources) {
-            for (sum, entry) in after.iter_mut().zip(column) {
-                *sum = self.add(*sum, self.mul(self.get(entry), source));
+        for (index, source) in sources.into_iter().enumerate() {
+            let column = &n.columns[index];
+            for row in 0..4 {
+                after[row] = self.add(after[row], self.mul(self.get(&column[row]), source));
             }
-            travel = self.add(travel, self.mul(self.get(along), source));
+            travel = self.add(travel, self.mul(self.get(&n.travel[index]), source));
         }
 
         // the look for events
@@ -146,26 +149,30 @@ impl<S: Simd> Kernel<S> {
         let next_gap = self.add(after[1], offset);
         let (peak, size) = (self.get(&s.peak), self.abs(after[0]));
         let next_peak = self.simd.select_f64s(self.less(peak, size), size, peak);
+        let keep = if any { Some(self.less(fine, one)) } else { None };
         let s = &mut lanes.states;
-        let next = [
-            (&mut s.current_q, after[0]),
-            (&mut s.current_d, next_d),
-            (&mut s.gap_angle, next_gap),
-            (&mut s.motor, after[2]),
-            (&mut s.load, after[3]),
-            (&mut s.position, next_position),
-            (&mut s.integral_d, next_integral_d),
-            (&mut s.integral_q, next_integral_q),
-            (&mut s.pending_d, free_d),
-            (&mut s.pending_q, free_q),
-            (&mut s.peak, next_peak),
-        ];
-        let keep = self.less(fine, one);
-        for (row, value) in next {
-            let value = if any { self.simd.select_f64s(keep, self.get(row), value) } else { value };
-            self.put(row, value);
-        }
+        self.store(keep, &mut s.current_q, after[0]);
+        self.store(keep, &mut s.current_d, next_d);
+        self.store(keep, &mut s.gap_angle, next_gap);
+        self.store(keep, &mut s.motor, after[2]);
+        self.store(keep, &mut s.load, after[3]);
+        self.store(keep, &mut s.position, next_position);
+        self.store(keep, &mut s.integral_d, next_integral_d);
+        self.store(keep, &mut s.integral_q, next_integral_q);
+        self.store(keep, &mut s.pending_d, free_d);
+        self.store(keep, &mut s.pending_q, free_q);
+        self.store(keep, &mut s.peak, next_peak);
         any
+    }
+
+    /// Stores a value but in the lanes that keep theirs.
+    #[inline(always)]
+    fn store(self, keep: Option<S::m64s>, row: &mut Row, value: S::f64s) {
+        let value = match keep {
+            Some(keep) => self.simd.select_f64s(keep, self.get(row), value),
+            None => value,
+        };
+        self.put(row, value);
     }
 
     /// Marks the active lanes that are not fine.
@@ -190,50 +197,67 @@ impl<S: Simd> Kernel<S> {
     #[inline(always)]
     fn contact(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
         let third = self.get(&n.third);
-        let slope = |x: &[S::f64s; 4]| self.mul(self.sub(x[2], x[3]), third);
-        let places = [before[1], after[1], self.add(before[1], slope(before)), self.sub(after[1], slope(after))];
+        let (rise, fall) = (self.mul(self.sub(before[2], before[3]), third), self.mul(self.sub(after[2], after[3]), third));
         let (low, high) = (self.get(&n.range[0]), self.get(&n.range[1]));
-        let inside = |x: S::f64s| self.both(self.simd.less_than_or_equal_f64s(low, x), self.simd.less_than_or_equal_f64s(x, high));
-        let [a, b, c, d] = places.map(inside);
-        self.both(self.both(a, b), self.both(c, d))
+        let ends = self.both(self.within(low, before[1], high), self.within(low, after[1], high));
+        let inner = self.both(self.within(low, self.add(before[1], rise), high), self.within(low, self.sub(after[1], fall), high));
+        self.both(ends, inner)
+    }
+
+    #[inline(always)]
+    fn within(self, low: S::f64s, x: S::f64s, high: S::f64s) -> S::m64s {
+        self.both(self.simd.less_than_or_equal_f64s(low, x), self.simd.less_than_or_equal_f64s(x, high))
     }
 
     /// Spring exceeds damping at both ends.
     #[inline(always)]
     fn pushing(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
-        let (stiffness, damping) = (self.get(&n.push[0]), self.get(&n.push[1]));
-        let spare = |x: &[S::f64s; 4]| self.sub(self.mul(stiffness, x[1]), self.mul(damping, self.abs(self.sub(x[2], x[3]))));
-        let (a, b) = (spare(before), spare(after));
+        let (a, b) = (self.spare(n, before), self.spare(n, after));
         let least = self.add(self.abs(self.sub(a, b)), self.get(&n.push_margin));
         self.both(self.less(least, a), self.less(least, b))
+    }
+
+    #[inline(always)]
+    fn spare(self, n: &Numbers, x: &[S::f64s; 4]) -> S::f64s {
+        let damping = self.mul(self.get(&n.push[1]), self.abs(self.sub(x[2], x[3])));
+        self.sub(self.mul(self.get(&n.push[0]), x[1]), damping)
     }
 
     /// No sliding mass comes near to rest.
     #[inline(always)]
     fn sliding(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
-        let [motor, load] = [0, 1].map(|mass| {
-            let (sign, from, to) = (self.get(&n.sliding[mass]), before[2 + mass], after[2 + mass]);
-            let least = self.add(self.abs(self.sub(to, from)), self.get(&n.speed_margin[mass]));
-            self.both(self.less(least, self.mul(sign, from)), self.less(least, self.mul(sign, to)))
-        });
-        self.both(motor, load)
+        self.both(self.slides(n, 0, before[2], after[2]), self.slides(n, 1, before[3], after[3]))
+    }
+
+    #[inline(always)]
+    fn slides(self, n: &Numbers, mass: usize, from: S::f64s, to: S::f64s) -> S::m64s {
+        let sign = self.get(&n.sliding[mass]);
+        let least = self.add(self.abs(self.sub(to, from)), self.get(&n.speed_margin[mass]));
+        self.both(self.less(least, self.mul(sign, from)), self.less(least, self.mul(sign, to)))
     }
 
     /// No standing mass comes near to breaking away.
     #[inline(always)]
     fn standing(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4], held_load: S::f64s) -> S::m64s {
-        let (stiffness, damping) = (self.get(&n.shaft[0]), self.get(&n.shaft[1]));
-        let (constant, margin) = (self.get(&n.torque_constant), self.get(&n.torque_margin));
-        let contact = |x: &[S::f64s; 4]| self.add(self.mul(stiffness, x[1]), self.mul(damping, self.sub(x[2], x[3])));
-        let motor = |x: &[S::f64s; 4]| self.sub(self.mul(constant, x[0]), contact(x));
-        let load = |x: &[S::f64s; 4]| self.sub(contact(x), held_load);
-        let holds = |a: S::f64s, b: S::f64s, limit: &Row| {
-            let (limit, change) = (self.get(limit), self.abs(self.sub(a, b)));
-            let below = |x: S::f64s| self.less(self.add(self.add(self.abs(x), change), margin), limit);
-            let same = self.both(self.simd.equal_f64s(a, b), self.less(self.abs(a), limit));
-            self.simd.or_m64s(self.both(below(a), below(b)), same)
-        };
-        let motor_holds = holds(motor(before), motor(after), &n.holding[0]);
-        self.both(motor_holds, holds(load(before), load(after), &n.holding[1]))
+        let constant = self.get(&n.torque_constant);
+        let (contact, then) = (self.contact_torque(n, before), self.contact_torque(n, after));
+        let motor = [self.sub(self.mul(constant, before[0]), contact), self.sub(self.mul(constant, after[0]), then)];
+        let load = [self.sub(contact, held_load), self.sub(then, held_load)];
+        self.both(self.holds(n, 0, motor[0], motor[1]), self.holds(n, 1, load[0], load[1]))
+    }
+
+    #[inline(always)]
+    fn contact_torque(self, n: &Numbers, x: &[S::f64s; 4]) -> S::f64s {
+        self.add(self.mul(self.get(&n.shaft[0]), x[1]), self.mul(self.get(&n.shaft[1]), self.sub(x[2], x[3])))
+    }
+
+    #[inline(always)]
+    fn holds(self, n: &Numbers, mass: usize, a: S::f64s, b: S::f64s) -> S::m64s {
+        let (limit, margin, change) = (self.get(&n.holding[mass]), self.get(&n.torque_margin), self.abs(self.sub(a, b)));
+        let (size, other) = (self.abs(a), self.abs(b));
+        let below = self.less(self.add(self.add(size, change), margin), limit);
+        let still = self.less(self.add(self.add(other, change), margin), limit);
+        let same = self.both(self.simd.equal_f64s(a, b), self.less(size, limit));
+        self.simd.or_m64s(self.both(below, still), same)
     }
 }

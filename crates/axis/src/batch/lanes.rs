@@ -1,10 +1,10 @@
 //! The numbers of a group of axes, quantity by quantity.
 
+use crate::current_loop::CurrentLoop;
 use crate::plant::Lane;
-use crate::runner::CurrentLoop;
 
-/// Axes in a group.
-pub const WIDTH: usize = 8;
+/// Axes in a group: two of the widest vectors, so that the processor has something to do while one waits for its own results.
+pub const WIDTH: usize = 16;
 
 /// One quantity of all lanes.
 #[derive(Clone, Copy, Debug)]

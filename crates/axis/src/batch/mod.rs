@@ -1,6 +1,6 @@
 //! Several variants of an axis side by side: methods, gaps, gains, or whole axes.
 //!
-//! Most of an axis' time goes into the periods of the current loop. A batch takes them for [`WIDTH`] axes at once with the widest vectors
+//! Most of an axis' time goes into the periods of the current loop. A batch takes them for up to [`WIDTH`] axes at once with the widest vectors
 //! the processor has (`kernel`), operation by operation in the order of the single axis, without contracting products and sums: so
 //! the results are those of single runs to the last bit. A lane in whose period something happens that is no plain product
 //! (a contact made or broken, friction that stops or breaks away, a voltage at its limit) takes that period by itself, as a single axis does. Position and velocity
@@ -26,11 +26,13 @@ pub struct AxisBatch {
 impl AxisBatch {
     /// Of axes that need not be alike. Those at the same periods of the current loop share vectors best if they are neighbours.
     pub fn new(axes: Vec<Box<dyn AxisRunner>>) -> AxisBatch {
+        // no thread idle while another has more than it needs
+        let size = axes.len().div_ceil(rayon::current_num_threads().max(1));
         let mut groups: Vec<Group> = Vec::new();
         for mut axis in axes {
             let periods = axis.current_loop().periods();
             match groups.last_mut() {
-                Some(group) if group.takes(periods) => group.add(axis),
+                Some(group) if group.takes(periods, size) => group.add(axis),
                 _ => groups.push(Group::new(axis, periods)),
             }
         }

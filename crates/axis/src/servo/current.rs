@@ -37,7 +37,7 @@ impl CurrentState {
     #[inline]
     pub(super) fn voltage(&mut self, servo: &Servo, command: f64, plant: &PlantState) -> PlantInput {
         let gain = servo.drive.current_gain_v_per_a;
-        let share = servo.current_period_s / servo.drive.current_time_s;
+        let share = servo.current_share;
         let cross = self.electric_speed * servo.inductance;
         let (error_d, error_q) = (-plant.current_d, command - plant.current_q);
         let free_d = gain * error_d + self.integral_d - cross * plant.current_q;

@@ -44,7 +44,10 @@ pub struct Servo {
     encoder: Encoder,
     scale: Encoder,
     servo_period_s: f64,
-    current_period_s: f64,
+    /// Servo period over integral time.
+    velocity_share: f64,
+    /// Current period over integral time.
+    current_share: f64,
     current_steps: u32,
     torque_constant: f64,
     told_inertia: f64,
@@ -86,7 +89,8 @@ impl Servo {
             encoder: drive.encoder_counts_per_rev.map_or(Encoder::IDEAL, Encoder::with_counts),
             scale: Encoder::with_step(load.scale_rad),
             servo_period_s: Clock::SERVO.period_s(),
-            current_period_s,
+            velocity_share: Clock::SERVO.period_s() / drive.velocity_time_s,
+            current_share: current_period_s / drive.current_time_s,
             current_steps: drive.current_periods(),
             torque_constant: motor.torque_constant_nm_per_a,
             told_inertia: drive.told_inertia_kgm2.unwrap_or(config.motor_side_inertia_kgm2() + load.inertia_kgm2),
@@ -162,7 +166,7 @@ impl Servo {
     pub(crate) fn current_numbers(&self) -> Option<CurrentNumbers> {
         (self.drive.command_delay_periods == 0).then(|| CurrentNumbers {
             gain: self.drive.current_gain_v_per_a,
-            share: self.current_period_s / self.drive.current_time_s,
+            share: self.current_share,
             inductance: self.inductance,
             limit_squared: self.voltage_limit * self.voltage_limit,
             delayed: self.drive.voltage_delay_periods != 0,

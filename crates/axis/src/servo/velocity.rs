@@ -71,7 +71,7 @@ impl VelocityState {
     /// The integral's step; `outward` says that the error asks for more of the torque that there is.
     #[inline]
     fn integrate(&mut self, servo: &Servo, push: f64, outward: bool, cut: f64, voltage_limited: bool) {
-        let share = servo.servo_period_s / servo.drive.velocity_time_s;
+        let share = servo.velocity_share;
         self.integral += match servo.drive.anti_windup {
             AntiWindup::BackCalculation => share * (if voltage_limited && outward { 0.0 } else { push } + cut),
             AntiWindup::Conditional if outward && (voltage_limited || cut != 0.0) => 0.0,
