@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a check fails by panicking")]
 
-use lostmotion_gcode::syntax::{Block, Value, parse_block};
+use lostmotion_gcode::syntax::{Block, PieceKind, Pieces, Value, parse_block};
 use lostmotion_gcode::{InterpreterConfig, Limits, MotionFold, Program};
 
 /// Lines of the data as blocks: words lie within their line, in its order and apart from each other, and every literal is
@@ -25,9 +25,29 @@ pub fn parser(data: &[u8]) {
             }
             end = to;
         }
+        tiled(line, &block, parsed.is_err());
         assert_eq!(parse_block(line, &mut again, &limits), parsed, "the same line gives the same answer");
         assert_eq!(again, block, "buffers that are used again change nothing");
     }
+}
+
+/// Every byte of a line belongs to exactly one piece, and every item of the block has one.
+fn tiled(line: &[u8], block: &Block, has_fault: bool) {
+    let (mut at, mut words, mut settings) = (0, 0, 0);
+    for piece in Pieces::new(line, block) {
+        assert_eq!(piece.text.start as usize, at);
+        assert!(piece.text.len > 0);
+        let bytes = &line[at..at + piece.text.len as usize];
+        at += bytes.len();
+        match piece.kind {
+            PieceKind::Blank => assert!(bytes.iter().all(|byte| matches!(byte, b' ' | b'\t'))),
+            PieceKind::Word(_) => words += 1,
+            PieceKind::Setting(_) => settings += 1,
+            PieceKind::Unread => assert!(has_fault, "{} of a line without a fault is not read", bytes.escape_ascii()),
+            _ => {}
+        }
+    }
+    assert_eq!((at, words, settings), (line.len(), block.words.len(), block.settings.len()));
 }
 
 /// Literals that the standard library reads, too, have the same bits.

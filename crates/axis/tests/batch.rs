@@ -3,7 +3,9 @@
 
 mod support;
 
-use lostmotion_axis::config::{AxisConfig, ContactLaw, Load};
+use lostmotion_axis::config::{
+    AxisConfig, Change, ContactLaw, FrictionLaw, Harmonic, Load, LowPass, Lugre, Shape, Stribeck, TorqueFilter, TorqueFilters,
+};
 use lostmotion_axis::{AxisBatch, AxisError, AxisOutput, METHODS, Setpoint, build_runner};
 use proptest::prelude::*;
 use support::{Move, circle, mill, mill_x, setpoints, there_and_back};
@@ -70,6 +72,34 @@ fn gaps_gains_contact_laws_and_frictions() {
         axes.push((config, "none"));
     }
     assert_same(&axes, &vec![points; axes.len()], 57);
+}
+
+/// What the kernel has no vectors for, among axes that it has.
+#[test]
+fn axes_that_step_by_themselves_among_others() {
+    let change = |factor| Some(Change { factor, over_s: 0.3, shape: Shape::Cycle });
+    let options: [fn(&mut AxisConfig, Option<Change>); 8] = [
+        |_, _| {},
+        |axis, _| axis.friction.load = FrictionLaw::Stribeck(Stribeck { static_factor: 1.5, speed: 8.0 }),
+        |axis, _| axis.friction.load = FrictionLaw::Lugre(Lugre { static_factor: 1.3, speed: 2.0, presliding: 1e-3, damping_s: 0.01 }),
+        |axis, _| axis.ripple.cogging = vec![Harmonic { amplitude: 0.1, per_turn: 24, phase_deg: 10.0 }],
+        |axis, change| axis.drift.gap = change,
+        |axis, change| axis.drift.load_inertia = change,
+        |axis, _| axis.drive.command_delay_periods = 4,
+        |axis, _| {
+            axis.drive.torque_filter =
+                TorqueFilters::try_from(vec![TorqueFilter::LowPass(LowPass { frequency_hz: 900.0, damping: 0.7 })]).unwrap()
+        },
+    ];
+    let points = setpoints(&|t| circle(3.0, 8.0, t), 0.7);
+    let axis = |option: &fn(&mut AxisConfig, Option<Change>)| {
+        let mut config = mill(200.0, 300.0);
+        config.motor.coulomb_nm = 0.1;
+        option(&mut config, change(1.5));
+        config
+    };
+    let axes: Vec<(AxisConfig, &str)> = options.iter().map(|option| (axis(option), "none")).collect();
+    assert_same(&axes, &vec![points; axes.len()], 100);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::interpreter::Place;
 use crate::limits::Limits;
 use crate::problem::Problem;
 use crate::source::{LineKind, Lines};
-use crate::syntax::{Block, Fault, Text, parse_block};
+use crate::syntax::{Block, Fault, Pieces, Text, parse_block};
 use lostmotion_base::span::Span;
 use std::io::{self, BufRead};
 
@@ -33,13 +33,20 @@ pub struct Blocks<R> {
 pub struct ParsedBlock<'a> {
     /// Where the line stands.
     pub place: Place,
+    /// The line without its terminator; its beginning if it is too long.
+    pub line: &'a [u8],
     /// Its words; those before the fault if it has one.
     pub block: &'a Block,
     /// Why it could not be parsed.
     pub fault: Option<Fault>,
 }
 
-impl ParsedBlock<'_> {
+impl<'a> ParsedBlock<'a> {
+    /// The line in pieces that lie side by side.
+    pub fn pieces(&self) -> Pieces<'a> {
+        Pieces::new(self.line, self.block)
+    }
+
     /// The place of a word, setting or comment of the block in the source.
     pub fn span(&self, text: Text) -> Span {
         self.place.span(text)
@@ -58,13 +65,14 @@ impl<R: BufRead> Blocks<R> {
     /// Those of the reader.
     pub fn read(&mut self) -> io::Result<Option<ParsedBlock<'_>>> {
         let Some((kind, line, start)) = self.lines.next()? else { return Ok(None) };
+        let line_bytes = self.lines.line();
         let fault = match kind {
-            LineKind::Whole => parse_block(self.lines.line(), &mut self.block, &self.limits).err(),
+            LineKind::Whole => parse_block(line_bytes, &mut self.block, &self.limits).err(),
             LineKind::TooLong(bytes) => {
                 self.block.clear();
                 Some(Fault { rest: bytes, problem: Box::new(Problem::LineTooLong { bytes, limit: self.limits.line_bytes }) })
             }
         };
-        Ok(Some(ParsedBlock { place: Place { file: 0, line, start }, block: &self.block, fault }))
+        Ok(Some(ParsedBlock { place: Place { file: 0, line, start }, line: line_bytes, block: &self.block, fault }))
     }
 }

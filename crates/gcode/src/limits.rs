@@ -22,7 +22,10 @@ pub struct Limits {
     pub idle_blocks: u64,
     /// Nesting of subroutine calls.
     pub call_depth: usize,
+    /// Branches and loops open at once.
+    pub open_structures: usize,
     /// Bytes of source held for loops and subroutines.
+    /// Every line counts 32 bytes more than it has, every subroutine 256.
     pub held_bytes: usize,
     /// Largest absolute coordinate, in mm or degrees.
     pub coordinate: f64,
@@ -49,6 +52,7 @@ impl Default for Limits {
             looped_blocks: 5_000_000,
             idle_blocks: 1_000_000,
             call_depth: 30,
+            open_structures: 1000,
             held_bytes: 64 << 20,
             coordinate: 1e9,
             dwell_s: 1e6,

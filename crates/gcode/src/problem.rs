@@ -187,6 +187,8 @@ pub enum Problem {
     TooManyFiles { limit: usize },
     #[error("calls nested deeper than {limit}")]
     CallsTooDeep { limit: usize },
+    #[error("more than {limit} branches and loops are open at once")]
+    TooManyOpen { limit: usize },
     #[error("loops and subroutines hold more than {limit} bytes of source")]
     TooMuchHeld { limit: usize },
     #[error("{limit} blocks have run; the program does not seem to end")]
@@ -293,6 +295,7 @@ impl Problem {
             P::SubFile { .. } => "sub-file",
             P::TooManyFiles { .. } => "too-many-files",
             P::CallsTooDeep { .. } => "calls-too-deep",
+            P::TooManyOpen { .. } => "too-many-open",
             P::TooMuchHeld { .. } => "too-much-held",
             P::TooManyBlocks { .. } => "too-many-blocks",
             P::IdleLoop { .. } => "idle-loop",

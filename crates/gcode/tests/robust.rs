@@ -1,6 +1,9 @@
 //! No input makes the interpreter panic, hang or lose its place.
 #![allow(clippy::unwrap_used)]
 
+mod generate;
+
+use generate::line;
 use lostmotion_gcode::{Diagnostics, Interpreter, InterpreterConfig, Limits, MotionFold, Place, Program, Step};
 use proptest::prelude::*;
 use std::io::BufReader;
@@ -25,16 +28,6 @@ fn run(source: &[u8]) -> Diagnostics {
         assert!(span.start + u64::from(span.len) <= source.len() as u64, "{diagnostic}");
     }
     program.finish()
-}
-
-/// A line made of pieces that mean something.
-fn line() -> impl Strategy<Value = String> {
-    const PIECES: &str = "G0|G1|G2|G3|G4|G17|G18|G19|G20|G21|G28|G43|G43.1|G49|G52|G53|G54|G59.3|G64|G80|G81|G83|G90|G91|G90.1|G92|G93|G94|\
-        G41.1 D2|G42.1 D-1 L3|G42|G40|G5|G5.1|G5.2|G5.3|G7|G8|G33|G33.1|G38.2|G38.5|G76|G87|G96|G97|M19|M62|M66|M68|M70|M71|M72|M73|J-1|K0.5|E1|D9|\
-        G98|G10 L2|L20|M2|M3|M6|M98|M99|X1|Y-2.5|Z[1/0]|I5|J0|K1|R3|P1|Q0.5|F100|S200|T1|H2|#1=2|#<a>=[#1+1]|X#<a>|Y##1|(msg,x)|(|;c|\
-        o1 sub|o1 endsub|o1 call [1]|o2 if [#1 gt 0]|o2 endif|o2 else|o3 while [#1 lt 5]|o3 endwhile|o4 repeat [3]|o4 endrepeat|o3 break|\
-        o5 do|o5 while [0]|o1|A90|1e3|%|/|N5|$1|@3|^45|[|]|**|--3|ATAN[1]/[2]|\u{e9}|\0";
-    prop::collection::vec(prop::sample::select(PIECES.split('|').collect::<Vec<_>>()), 0..5).prop_map(|pieces| pieces.join(" "))
 }
 
 proptest! {
@@ -85,40 +78,6 @@ proptest! {
         prop_assert_eq!(ops, expected);
         prop_assert_eq!(interpreter.into_diagnostics(), program.finish());
     }
-
-    #[test]
-    fn inch_and_millimetre_twins_move_alike(points in prop::collection::vec([-50i32..50, -50..50, -50..50], 1..10), incremental in any::<bool>()) {
-        let program = |unit: &str, scale: f64| {
-            let mut text = format!("{unit}\nF{} {}\n", 100.0 * scale, if incremental { "G91" } else { "G90" });
-            for [x, y, z] in &points {
-                text += &format!("G1 X{} Y{} Z{}\n", f64::from(*x) * scale, f64::from(*y) * scale, f64::from(*z) * scale);
-            }
-            text + "M2\n"
-        };
-        let (mm, inch) = (places(&program("G21", 25.4)), places(&program("G20", 1.0)));
-        prop_assert_eq!(mm.len(), inch.len());
-        for (a, b) in mm.iter().zip(&inch) {
-            prop_assert!((*a - *b).linear_norm() < 1e-9);
-        }
-    }
-
-    #[test]
-    fn absolute_and_incremental_twins_move_alike(points in prop::collection::vec([-50i32..50, -50..50], 1..10)) {
-        let absolute: String = points.iter().map(|[x, y]| format!("G0 X{x} Y{y}\n")).collect();
-        let mut at = [0, 0];
-        let mut incremental = "G91\n".to_owned();
-        for [x, y] in &points {
-            incremental += &format!("G0 X{} Y{}\n", x - at[0], y - at[1]);
-            at = [*x, *y];
-        }
-        prop_assert_eq!(places(&absolute), places(&incremental));
-    }
-}
-
-/// Where each move ends.
-fn places(text: &str) -> Vec<lostmotion_base::Coords> {
-    let mut fold = MotionFold::new(config().start);
-    Program::new(text.as_bytes(), config()).filter_map(|op| fold.push(&op).unwrap().map(|_| fold.position())).collect()
 }
 
 #[test]
@@ -162,4 +121,27 @@ fn memory_does_not_grow_with_the_program() {
     let repeat = "o1 repeat [2]\n".to_owned() + &"G0 X1 Y2\n".repeat(5000) + "o1 endrepeat\nM2\n";
     let diagnostics = Program::new(repeat.as_bytes(), config).finish();
     assert!(diagnostics.kept().iter().any(|d| d.code() == "too-much-held"));
+}
+
+#[test]
+fn what_stays_open_is_bounded() {
+    let source: String = (0..5000).map(|label| format!("o{label} if [1]\n")).collect();
+    let diagnostics = Program::new(source.as_bytes(), config()).finish();
+    let codes: Vec<_> = diagnostics.kept().iter().map(|found| (found.code(), found.place.span.line)).collect();
+    assert_eq!(codes, [("too-many-open", 1001)]);
+}
+
+#[test]
+fn what_subroutines_hold_is_bounded_together() {
+    let limits = Limits { held_bytes: 100_000, ..Limits::default() };
+    let config = InterpreterConfig { limits, ..InterpreterConfig::default() };
+    let held = |source: &str| {
+        let diagnostics = Program::new(source.as_bytes(), config.clone()).finish();
+        diagnostics.kept().iter().any(|found| found.code() == "too-much-held")
+    };
+    let subs =
+        |count: usize, names: usize| -> String { (0..count).map(|i| format!("o{0} sub\nG0 X1\no{0} endsub\n", i % names)).collect() };
+    assert!(!held(&(subs(200, 200) + "M2\n")));
+    assert!(held(&(subs(400, 400) + "M2\n")));
+    assert!(!held(&(subs(2000, 1) + "M2\n")));
 }

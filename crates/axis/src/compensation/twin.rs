@@ -105,6 +105,7 @@ impl Twin {
             load_position: position - lead,
             mode: Mode { contact: Contact::Rigid, motor: Friction::None, load: Friction::None },
             events: 0,
+            bristles: [0.0; 2],
         };
         TwinState { servo: self.servo.initial(&plant, position), plant, torque: held, motor_friction: 0.0 }
     }

@@ -8,11 +8,17 @@ mod drive;
 mod error;
 mod estimators;
 mod filter;
+mod flanks;
+mod friction;
+mod gravity;
 mod load;
 mod loops;
 mod motor;
 mod preset;
+mod rates;
 mod reference;
+mod ripple;
+mod scale;
 mod transmission;
 mod tuning;
 
@@ -27,10 +33,15 @@ pub use drive::{Drive, SERVO_PERIOD_US};
 pub use error::AxisConfigError;
 pub use estimators::{KalmanSettings, MultipleModelsSettings};
 pub use filter::{LowPass, MAX_TORQUE_FILTERS, Notch, TorqueFilter, TorqueFilters};
+pub use flanks::{Flanks, Wear};
+pub use friction::{FrictionLaw, Frictions, Lugre, Stribeck};
+pub use gravity::Gravity;
 pub use load::{Load, Reflected, Slide, Table};
 pub use loops::{AntiWindup, FrictionFeedforward, LeastMargins};
 pub use motor::Motor;
 pub use reference::ReferenceSource;
+pub use ripple::{Harmonic, MAX_HARMONICS, Ripple};
+pub use scale::{Scale, ScaleError};
 pub use transmission::{AxisUnit, Linear, Rotary, Transmission};
 pub use tuning::Tuning;
 
@@ -61,6 +72,21 @@ pub struct AxisConfig {
     /// The compensator and its settings.
     #[serde(default)]
     pub compensation: CompensationConfig,
+    /// Laws of the Coulomb frictions.
+    #[serde(default, skip_serializing_if = "Frictions::is_plain")]
+    pub friction: Frictions,
+    /// Where the flanks of the gap are.
+    #[serde(default, skip_serializing_if = "Flanks::is_plain")]
+    pub flanks: Flanks,
+    /// Uneven torque of the motor.
+    #[serde(default, skip_serializing_if = "Ripple::is_none")]
+    pub ripple: Ripple,
+    /// Gravity on a load that turns.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Gravity>,
+    /// The load's scale.
+    #[serde(default, skip_serializing_if = "Scale::is_plain")]
+    pub scale: Scale,
     /// What changes while the axis runs.
     #[serde(default, skip_serializing_if = "Drift::is_none")]
     pub drift: Drift,
@@ -78,30 +104,15 @@ impl AxisConfig {
         self.drive.check().map_err(|e| e.within("drive"))?;
         between("start_in_gap", self.start_in_gap.0, -1.0, 1.0)?;
         self.compensation.check(&self.transmission).map_err(|e| e.within("compensation"))?;
+        self.friction.check().map_err(|e| e.within("friction"))?;
+        self.flanks
+            .check(self.gap_in_unit() * self.drift.gap.map_or(1.0, |change| change.factor.max(1.0)))
+            .map_err(|e| e.within("flanks"))?;
+        self.ripple.check().map_err(|e| e.within("ripple"))?;
+        self.gravity.map_or(Ok(()), |gravity| gravity.check(&self.transmission))?;
+        self.scale.check().map_err(|e| e.within("scale"))?;
         self.drift.check().map_err(|e| e.within("drift"))?;
         self.check_rates()
-    }
-
-    /// Refuses parts so stiff, light or quick that a step of the current loop could not resolve them, at the start or by drift.
-    fn check_rates(&self) -> Result<(), AxisConfigError> {
-        let inertia = self.motor_side_inertia_kgm2();
-        let (mut motor, mut load) = (self.motor, self.reflected_load());
-        let reached = |change: Option<Change>| change.map_or(1.0, |change| change.factor);
-        load.inertia_kgm2 *= reached(self.drift.load_inertia).min(1.0);
-        load.viscous_nm_s_per_rad *= reached(self.drift.load_viscous).max(1.0);
-        load.stiffness_nm_per_rad *= reached(self.drift.stiffness).max(1.0);
-        motor.viscous_nm_s_per_rad *= reached(self.drift.motor_viscous).max(1.0);
-        let joint = 1.0 / inertia + 1.0 / load.inertia_kgm2;
-        let emf = motor.torque_constant_nm_per_a * motor.back_emf_v_s_per_rad() / (motor.phase_inductance_h() * inertia);
-        let rates = [
-            ("load: shaft resonance in rad/s (stiffness with both inertias)", (load.stiffness_nm_per_rad * joint).sqrt(), 1e5),
-            ("load: shaft damping in 1/s (damping with both inertias)", load.damping_nm_s_per_rad * joint, 1e6),
-            ("load: viscous friction over inertia in 1/s", load.viscous_nm_s_per_rad / load.inertia_kgm2, 1e5),
-            ("motor: viscous friction over inertia in 1/s", motor.viscous_nm_s_per_rad / inertia, 1e5),
-            ("motor: resistance over inductance in 1/s", motor.resistance_ohm / motor.inductance_h, 1e5),
-            ("motor: square root of K_t K_e/(L J) in rad/s", emf.sqrt(), 1e5),
-        ];
-        rates.into_iter().try_for_each(|(key, rate, highest)| between(key, rate, 0.0, highest))
     }
 
     /// Unit of the axis' positions.

@@ -6,10 +6,14 @@ use super::contact::{ContactLaw, StartInGap};
 use super::drift::Drift;
 use super::drive::Drive;
 use super::filter::TorqueFilters;
+use super::flanks::Flanks;
+use super::friction::Frictions;
 use super::load::{Load, Reflected};
 use super::loops::{AntiWindup, LeastMargins};
 use super::motor::Motor;
 use super::reference::ReferenceSource;
+use super::ripple::Ripple;
+use super::scale::Scale;
 use super::transmission::{AxisUnit, Rotary, Transmission};
 
 impl AxisConfig {
@@ -68,6 +72,11 @@ impl AxisConfig {
             start_in_gap: StartInGap(0.0),
             reference: ReferenceSource::SentAlong,
             compensation: CompensationConfig::default(),
+            friction: Frictions::default(),
+            flanks: Flanks::default(),
+            ripple: Ripple::default(),
+            gravity: None,
+            scale: Scale::default(),
             drift: Drift::NONE,
         }
     }

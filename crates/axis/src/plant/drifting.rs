@@ -1,6 +1,6 @@
 //! A plant whose parameters change with time.
 
-use super::mode::{Contact, Side};
+use super::mode::{Contact, Mass, Side};
 use super::{Plant, PlantParams, PlantState};
 use crate::config::{Change, Drift};
 use lostmotion_base::Clock;
@@ -39,16 +39,27 @@ impl Drifting {
     /// Makes the plant of setpoint `tick`, and gives a state that was reached under other parameters the contact that it has now.
     pub(crate) fn advance(&mut self, tick: u64, state: &mut PlantState) {
         let epoch = tick / DRIFT_TICKS;
-        if epoch != self.epoch && self.drift.changes_steps() {
-            self.plant = Plant::new(&self.slow(epoch * DRIFT_TICKS));
+        let renewed = epoch * DRIFT_TICKS;
+        if epoch != self.epoch && (self.drift.changes_steps() || self.creeps(Mass::Motor) || self.creeps(Mass::Load)) {
+            self.plant = Plant::new(&self.slow(renewed));
         }
         self.epoch = epoch;
-        let (drift, start, time_s) = (&self.drift, &self.start, seconds(tick));
-        let params = &mut self.plant.params;
-        params.half_gap_rad = start.half_gap_rad * factor(drift.gap, time_s);
-        params.load_coulomb_nm = start.load_coulomb_nm * factor(drift.load_coulomb, time_s);
-        params.motor_coulomb_nm = start.motor_coulomb_nm * factor(drift.motor_coulomb, time_s);
+        let (drift, start) = (&self.drift, &self.start);
+        let friction_time = |mass| seconds(if self.creeps(mass) { renewed } else { tick });
+        let load_coulomb_nm = start.load_coulomb_nm * factor(drift.load_coulomb, friction_time(Mass::Load));
+        let motor_coulomb_nm = start.motor_coulomb_nm * factor(drift.motor_coulomb, friction_time(Mass::Motor));
+        let half_gap_rad = start.half_gap_rad * factor(drift.gap, seconds(tick));
+        self.plant.params = PlantParams { half_gap_rad, load_coulomb_nm, motor_coulomb_nm, ..self.plant.params };
         self.plant.touch(state);
+    }
+
+    /// Whether a friction that drifts is part of the exact steps.
+    fn creeps(&self, mass: Mass) -> bool {
+        let drifts = match mass {
+            Mass::Motor => self.drift.motor_coulomb.is_some(),
+            Mass::Load => self.drift.load_coulomb.is_some(),
+        };
+        drifts && self.start.friction(mass).creeps()
     }
 
     fn slow(&self, tick: u64) -> PlantParams {
@@ -57,6 +68,8 @@ impl Drifting {
             load_viscous_nm_s_per_rad: start.load_viscous_nm_s_per_rad * factor(drift.load_viscous, time_s),
             load_inertia_kgm2: start.load_inertia_kgm2 * factor(drift.load_inertia, time_s),
             motor_viscous_nm_s_per_rad: start.motor_viscous_nm_s_per_rad * factor(drift.motor_viscous, time_s),
+            load_coulomb_nm: start.load_coulomb_nm * factor(drift.load_coulomb, time_s),
+            motor_coulomb_nm: start.motor_coulomb_nm * factor(drift.motor_coulomb, time_s),
             stiffness_nm_per_rad: start.stiffness_nm_per_rad * factor(drift.stiffness, time_s),
             ..*start
         }
@@ -70,12 +83,13 @@ fn seconds(tick: u64) -> f64 {
 impl Plant {
     /// A flank that has moved may touch, or be left, where nothing else has moved.
     fn touch(&self, state: &mut PlantState) {
-        let b = self.params.half_gap_rad;
-        let contact = &mut state.mode.contact;
-        *contact = match *contact {
-            Contact::Gap if state.gap_angle.abs() > b => Contact::Spring(Side::of(state.gap_angle)),
-            Contact::Spring(side) | Contact::Doubled(side) | Contact::Lifted(side) if side.sign() * state.gap_angle < b => Contact::Gap,
+        let past = |side: Side| side.sign() * (state.gap_angle - self.params.flank_at(side.sign(), state.load_position));
+        let contact = match state.mode.contact {
+            Contact::Gap if past(Side::Positive) > 0.0 => Contact::Spring(Side::Positive),
+            Contact::Gap if past(Side::Negative) > 0.0 => Contact::Spring(Side::Negative),
+            Contact::Spring(side) | Contact::Doubled(side) | Contact::Lifted(side) if past(side) < 0.0 => Contact::Gap,
             same => same,
         };
+        state.mode.contact = contact;
     }
 }

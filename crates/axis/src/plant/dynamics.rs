@@ -8,8 +8,9 @@
 //! J_L dw_L/dt = T_c - b_L w_L - sigma_L F_L - T_ext        (0 if the load is stuck)
 //! T_c        = 0 | k p + d (w_M - w_L) | 2 k p
 //! ```
+//! While a mass creeps (Stribeck), its F is the breakaway friction and its b less by `(F_s - F_c)/v_s`.
 
-use super::mode::{Coupling, Mode};
+use super::mode::{Coupling, Mass, Mode};
 use super::params::PlantParams;
 
 /// Current, penetration, motor speed, load speed.
@@ -49,8 +50,8 @@ impl PlantParams {
     /// The homogeneous part of the derivative.
     pub(super) fn linear(&self, mode: Mode, x: &Vector) -> Vector {
         let torque = self.contact_torque(mode, x);
-        let motor = self.torque_constant_nm_per_a * x[CURRENT] - self.motor_viscous_nm_s_per_rad * x[MOTOR] - torque;
-        let load = torque - self.load_viscous_nm_s_per_rad * x[LOAD];
+        let motor = self.torque_constant_nm_per_a * x[CURRENT] - self.viscous(Mass::Motor, mode.motor) * x[MOTOR] - torque;
+        let load = torque - self.viscous(Mass::Load, mode.load) * x[LOAD];
         [
             (-self.resistance_ohm * x[CURRENT] - self.back_emf_v_s_per_rad * x[MOTOR]) / self.inductance_h,
             x[MOTOR] - x[LOAD],
@@ -61,8 +62,8 @@ impl PlantParams {
 
     /// The held part of the derivative.
     pub(super) fn forcing(&self, mode: Mode, held: &Held) -> Vector {
-        let motor = self.motor_coulomb_nm * mode.motor.sign();
-        let load = self.load_coulomb_nm * mode.load.sign() + held.load_torque;
+        let motor = self.sliding_torque(Mass::Motor, mode.motor);
+        let load = self.sliding_torque(Mass::Load, mode.load) + held.load_torque;
         [
             held.voltage / self.inductance_h,
             0.0,

@@ -3,7 +3,7 @@
 //! A guard is a linear function of the states that is not negative as long as its mode lasts.
 
 use super::dynamics::{CURRENT, Held, LOAD, MOTOR, PENETRATION, Vector};
-use super::mode::{Contact, Coupling, Friction, Mode, Side};
+use super::mode::{Contact, Coupling, Friction, Mass, Mode, Side};
 use super::params::PlantParams;
 use crate::config::ContactLaw;
 
@@ -25,14 +25,16 @@ pub(super) enum Event {
     Saturate,
     /// It does not any more.
     Desaturate,
-    /// A sliding motor stops.
-    MotorStop,
-    /// A stuck motor breaks away.
-    MotorBreak(Side),
-    /// A sliding load stops.
-    LoadStop,
-    /// A stuck load breaks away.
-    LoadBreak(Side),
+    /// A sliding mass stops.
+    Stop(Mass),
+    /// A stuck mass breaks away.
+    Break(Mass, Side),
+    /// A sliding mass becomes so slow that its friction rises.
+    Slow(Mass),
+    /// A creeping mass becomes so fast that its friction falls no more.
+    Fast(Mass),
+    /// A mass on bristles turns round.
+    Turn(Mass),
 }
 
 /// `offset + row . x`, not negative while the mode lasts.
@@ -58,8 +60,8 @@ impl Guards {
         let none = Guard { event: Event::Open, offset: 0.0, row: [0.0; 4] };
         let mut guards = Guards { list: [none; MAX_GUARDS], len: 0 };
         guards.contact(params, mode);
-        guards.motor(params, mode);
-        guards.load(params, mode, held);
+        guards.mass(params, mode, Mass::Motor, held);
+        guards.mass(params, mode, Mass::Load, held);
         guards
     }
 
@@ -102,33 +104,46 @@ impl Guards {
         }
     }
 
-    fn motor(&mut self, params: &PlantParams, mode: Mode) {
-        match mode.motor {
-            Friction::None => {}
-            Friction::Sliding(side) => self.push(Event::MotorStop, 0.0, [0.0, 0.0, side.sign(), 0.0]),
+    fn mass(&mut self, params: &PlantParams, mode: Mode, mass: Mass, held: &Held) {
+        let speed = match mass {
+            Mass::Motor => MOTOR,
+            Mass::Load => LOAD,
+        };
+        let along = |side: Side| {
+            let mut row = [0.0; 4];
+            row[speed] = side.sign();
+            row
+        };
+        match mode.friction(mass) {
+            Friction::None | Friction::Bristles(_) => {}
+            Friction::Sliding(side) if params.friction(mass).creeps() => {
+                self.push(Event::Slow(mass), -params.friction(mass).speed_rad_s, along(side));
+            }
+            Friction::Sliding(side) => self.push(Event::Stop(mass), 0.0, along(side)),
+            Friction::Creeping(side) => {
+                self.push(Event::Stop(mass), 0.0, along(side));
+                self.push(Event::Fast(mass), params.friction(mass).speed_rad_s, along(side).map(|entry| -entry));
+            }
             Friction::Stuck => {
-                let (k, d) = params.shaft(mode.contact.coupling());
-                let mut need = [0.0, -k, -d, d];
-                need[CURRENT] = params.torque_constant_nm_per_a;
-                let limit = params.motor_coulomb_nm;
-                self.push(Event::MotorBreak(Side::Positive), limit, need.map(|entry| -entry));
-                self.push(Event::MotorBreak(Side::Negative), limit, need);
+                let (need, against) = need_row(params, mode, mass, held);
+                let limit = params.breakaway(mass);
+                self.push(Event::Break(mass, Side::Positive), limit + against, need.map(|entry| -entry));
+                self.push(Event::Break(mass, Side::Negative), limit - against, need);
             }
         }
     }
+}
 
-    fn load(&mut self, params: &PlantParams, mode: Mode, held: &Held) {
-        match mode.load {
-            Friction::None => {}
-            Friction::Sliding(side) => self.push(Event::LoadStop, 0.0, [0.0, 0.0, 0.0, side.sign()]),
-            Friction::Stuck => {
-                let (k, d) = params.shaft(mode.contact.coupling());
-                let need = [0.0, k, d, -d];
-                let (limit, against) = (params.load_coulomb_nm, held.load_torque);
-                self.push(Event::LoadBreak(Side::Positive), limit + against, need.map(|entry| -entry));
-                self.push(Event::LoadBreak(Side::Negative), limit - against, need);
-            }
+/// What the friction of a standing mass has to hold: a row of the states, less a constant.
+fn need_row(params: &PlantParams, mode: Mode, mass: Mass, held: &Held) -> (Vector, f64) {
+    let (k, d) = params.shaft(mode.contact.coupling());
+    match mass {
+        Mass::Motor => {
+            let mut need = [0.0, -k, -d, d];
+            need[CURRENT] = params.torque_constant_nm_per_a;
+            (need, 0.0)
         }
+        Mass::Load => ([0.0, k, d, -d], held.load_torque),
     }
 }
 
@@ -136,8 +151,9 @@ impl Guards {
 pub(super) type Vanishing = Option<(Event, usize)>;
 
 impl PlantParams {
-    /// Puts the states exactly on the event's boundary and returns the mode that follows, with what vanishes in it.
-    pub(super) fn switch(&self, event: Event, mode: Mode, x: &mut Vector, held: &Held) -> (Mode, Vanishing) {
+    /// Puts the states exactly on the event's boundary and returns the mode that follows, with what vanishes in it. `need` is the torque that
+    /// the friction of a standing mass has to hold.
+    pub(super) fn switch(&self, event: Event, mode: Mode, x: &mut Vector, need: impl Fn(Mass, &Vector) -> f64) -> (Mode, Vanishing) {
         let mut next = mode;
         let vanishing = match event {
             Event::Close(side) => {
@@ -150,45 +166,54 @@ impl PlantParams {
             Event::Open => {
                 x[PENETRATION] = mode.contact.sign() * self.half_gap_rad;
                 next.contact = Contact::Gap;
-                None
+                Some((Event::Close(Side::of(mode.contact.sign())), 1))
             }
             Event::Release => stay_on_flank(&mut next, Contact::Lifted, Event::Reload),
             Event::Reload => stay_on_flank(&mut next, Contact::Spring, Event::Release),
             Event::Saturate => stay_on_flank(&mut next, Contact::Doubled, Event::Desaturate),
             Event::Desaturate => stay_on_flank(&mut next, Contact::Spring, Event::Saturate),
-            Event::MotorStop => {
-                x[MOTOR] = 0.0;
-                let (friction, vanishing) = stop(self.motor_need(mode, x), self.motor_coulomb_nm, Event::MotorStop, Event::MotorBreak);
-                next.motor = friction;
+            Event::Stop(mass) => {
+                match mass {
+                    Mass::Motor => x[MOTOR] = 0.0,
+                    Mass::Load => x[LOAD] = 0.0,
+                }
+                let (friction, vanishing) = self.stop(mass, need(mass, x));
+                next.set_friction(mass, friction);
                 vanishing
             }
-            Event::LoadStop => {
-                x[LOAD] = 0.0;
-                let (friction, vanishing) = stop(self.load_need(mode, x, held), self.load_coulomb_nm, Event::LoadStop, Event::LoadBreak);
-                next.load = friction;
-                vanishing
+            Event::Break(mass, side) => {
+                next.set_friction(mass, self.starting(mass, side));
+                smooth_start(need(mass, x), self.breakaway(mass), Event::Stop(mass))
             }
-            Event::MotorBreak(side) => {
-                next.motor = Friction::Sliding(side);
-                smooth_start(self.motor_need(mode, x), self.motor_coulomb_nm, Event::MotorStop)
+            Event::Slow(mass) => {
+                next.set_friction(mass, Friction::Creeping(side_of(mode.friction(mass))));
+                Some((Event::Fast(mass), 1))
             }
-            Event::LoadBreak(side) => {
-                next.load = Friction::Sliding(side);
-                smooth_start(self.load_need(mode, x, held), self.load_coulomb_nm, Event::LoadStop)
+            Event::Fast(mass) => {
+                next.set_friction(mass, Friction::Sliding(side_of(mode.friction(mass))));
+                Some((Event::Slow(mass), 1))
+            }
+            Event::Turn(mass) => {
+                next.set_friction(mass, Friction::Bristles(Side::of(-mode.friction(mass).sign())));
+                Some((event, 1))
             }
         };
         (next, vanishing)
     }
+
+    /// What a mass does whose speed has come to zero under a torque: stands if its friction can hold it, else slides with the torque.
+    fn stop(&self, mass: Mass, need: f64) -> (Friction, Vanishing) {
+        let (side, limit) = (Side::of(need), self.breakaway(mass));
+        if need.abs() > limit {
+            (self.starting(mass, side), smooth_start(need, limit, Event::Stop(mass)))
+        } else {
+            (Friction::Stuck, at_border(need, limit).then_some((Event::Break(mass, side), 1)))
+        }
+    }
 }
 
-/// What a mass does whose speed has come to zero under a torque: stands if its friction can hold it, else slides with the torque.
-fn stop(need: f64, limit: f64, stops: Event, breaks: fn(Side) -> Event) -> (Friction, Vanishing) {
-    let side = Side::of(need);
-    if need.abs() > limit {
-        (Friction::Sliding(side), smooth_start(need, limit, stops))
-    } else {
-        (Friction::Stuck, at_border(need, limit).then_some((breaks(side), 1)))
-    }
+fn side_of(friction: Friction) -> Side {
+    Side::of(friction.sign())
 }
 
 fn at_border(need: f64, limit: f64) -> bool {

@@ -4,7 +4,7 @@
 //! and including the look for events, operation by operation; where that look finds that something may happen, the plant itself steps.
 
 use super::Plant;
-use super::mode::{Contact, Friction, Mode};
+use super::mode::{Contact, Friction, Mass, Mode};
 use crate::config::ContactLaw;
 
 /// Numbers of a plant in a mode.
@@ -50,22 +50,15 @@ pub(crate) struct Look {
 }
 
 impl Plant {
-    /// The numbers of a mode; none where a step of this plant is not such a product.
+    /// The numbers of a mode; none where a step of this plant is not such a product. In a mode whose look for events is a different one the range of
+    /// the penetration is empty, so that something may happen at every step.
     pub(crate) fn lane(&self, mode: Mode) -> Option<Lane> {
-        let (params, margins) = (&self.params, &self.margins);
-        let (columns, travel) = self.tables.get(mode.matrix())?.numbers();
+        let (params, table) = (&self.params, self.tables.get(mode.matrix())?);
+        if self.curved {
+            return None;
+        }
+        let (columns, travel) = table.numbers();
         let (stiffness, damping) = params.shaft(mode.contact.coupling());
-        let range = match mode.contact {
-            Contact::Rigid => [f64::NEG_INFINITY, f64::INFINITY],
-            Contact::Gap => [-params.half_gap_rad, params.half_gap_rad],
-            Contact::Spring(side) if side.sign() > 0.0 => [0.0, f64::INFINITY],
-            Contact::Spring(_) => [f64::NEG_INFINITY, 0.0],
-            Contact::Doubled(_) | Contact::Lifted(_) => [f64::INFINITY, f64::NEG_INFINITY],
-        };
-        let pushes = matches!(mode.contact, Contact::Spring(_)) && params.contact != ContactLaw::Linear;
-        let [motor, load] = [mode.motor, mode.load];
-        let speed_margin = |friction: Friction| if matches!(friction, Friction::Sliding(_)) { margins.speed() } else { f64::NEG_INFINITY };
-        let holding = |friction: Friction, coulomb: f64| if friction.stuck() { coulomb } else { f64::INFINITY };
         Some(Lane {
             mode,
             columns,
@@ -76,19 +69,40 @@ impl Plant {
             inductance: params.inductance_h,
             torque_constant: params.torque_constant_nm_per_a,
             load_constant: params.load_constant_nm,
-            offset: mode.contact.sign() * params.half_gap_rad,
-            friction: [params.motor_coulomb_nm * motor.sign(), params.load_coulomb_nm * load.sign()],
+            offset: params.flank(mode.contact.sign()),
+            friction: [params.sliding_torque(Mass::Motor, mode.motor), params.sliding_torque(Mass::Load, mode.load)],
             shaft: [stiffness, damping],
-            look: Look {
-                third: margins.third(),
-                range,
-                push: if pushes { [params.stiffness_nm_per_rad * mode.contact.sign(), params.damping_nm_s_per_rad] } else { [0.0; 2] },
-                push_margin: if pushes { margins.torque() } else { f64::NEG_INFINITY },
-                sliding: [motor.sign(), load.sign()],
-                speed_margin: [speed_margin(motor), speed_margin(load)],
-                holding: [holding(motor, params.motor_coulomb_nm), holding(load, params.load_coulomb_nm)],
-                torque_margin: margins.torque(),
-            },
+            look: self.look(mode),
         })
+    }
+
+    fn look(&self, mode: Mode) -> Look {
+        let (params, margins) = (&self.params, &self.margins);
+        let other = |friction: Friction| !matches!(friction, Friction::None | Friction::Sliding(_) | Friction::Stuck);
+        let range = match mode.contact {
+            _ if other(mode.motor) || other(mode.load) => [f64::INFINITY, f64::NEG_INFINITY],
+            Contact::Rigid => [f64::NEG_INFINITY, f64::INFINITY],
+            Contact::Gap => [-params.half_gap_rad, params.half_gap_rad],
+            Contact::Spring(side) if side.sign() > 0.0 => [0.0, f64::INFINITY],
+            Contact::Spring(_) => [f64::NEG_INFINITY, 0.0],
+            Contact::Doubled(_) | Contact::Lifted(_) => [f64::INFINITY, f64::NEG_INFINITY],
+        };
+        let pushes = matches!(mode.contact, Contact::Spring(_)) && params.contact != ContactLaw::Linear;
+        let sign = mode.contact.sign();
+        let speed_margin = |mass: Mass| match mode.friction(mass) {
+            Friction::Sliding(_) => margins.speed() + params.friction(mass).slow_rad_s(),
+            _ => f64::NEG_INFINITY,
+        };
+        let holding = |mass: Mass| if mode.friction(mass).stuck() { params.breakaway(mass) } else { f64::INFINITY };
+        Look {
+            third: margins.third(),
+            range,
+            push: if pushes { [params.stiffness_nm_per_rad * sign, params.damping_nm_s_per_rad] } else { [0.0; 2] },
+            push_margin: if pushes { margins.torque() } else { f64::NEG_INFINITY },
+            sliding: [mode.motor.sign(), mode.load.sign()],
+            speed_margin: [speed_margin(Mass::Motor), speed_margin(Mass::Load)],
+            holding: [holding(Mass::Motor), holding(Mass::Load)],
+            torque_margin: margins.torque(),
+        }
     }
 }

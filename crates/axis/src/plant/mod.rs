@@ -10,30 +10,41 @@
 //! as sharp as at the origin; i_q; both speeds. i_d has an exact step of its own. The voltages that couple d and q
 //! (`w_e L i`) and would make the equations bilinear are held over a period at their value at its start.
 
+mod bristles;
 mod crossing;
+mod curved;
+mod curved_step;
 mod drifting;
 mod dynamics;
+mod expansion;
+mod friction;
 mod guard;
 mod lane;
 mod matrix;
 mod mode;
 mod params;
 mod quiet;
+mod scale;
+mod series;
 mod state;
 mod table;
 mod taylor;
 
+pub use curved::{Bell, Curved, Wave, Waves};
 pub use drifting::DRIFT_TICKS;
 pub(crate) use drifting::Drifting;
+pub use friction::{Bristles, FrictionShape};
 pub(crate) use lane::Lane;
 pub use mode::{Contact, Friction, Mode, Side};
 pub use params::PlantParams;
+pub use scale::LoadScale;
 pub use state::PlantState;
 
 use dynamics::{Held, Vector};
+use expansion::Expansion;
 use guard::{Event, Guards, Vanishing};
 use lostmotion_base::math;
-use mode::MATRICES;
+use mode::{MATRICES, Mass};
 use quiet::Margins;
 use table::StepTable;
 use taylor::Taylor;
@@ -61,6 +72,7 @@ pub struct Plant {
     params: PlantParams,
     tables: [StepTable; MATRICES],
     margins: Margins,
+    curved: bool,
     pieces: u32,
     decay_d: f64,
     gain_d: f64,
@@ -78,6 +90,7 @@ impl Plant {
             params: *params,
             tables: StepTable::all(params),
             margins: Margins::new(params),
+            curved: params.is_curved(),
             pieces,
             decay_d: math::exp(-electric),
             gain_d: -math::expm1(-electric) / params.resistance_ohm,
@@ -91,6 +104,10 @@ impl Plant {
 
     /// Torque of the shaft on the load, N m.
     pub fn contact_torque(&self, state: &PlantState) -> f64 {
+        if self.curved {
+            let held = Held::default();
+            return Expansion::new(&self.params, state, &held, self.params.period_s).contact_torque();
+        }
         self.params.contact_torque(state.mode, &state.vector(&self.params))
     }
 
@@ -102,6 +119,10 @@ impl Plant {
         let held =
             Held { voltage: input.voltage_q - cross * state.current_d, load_torque: self.params.load_constant_nm + input.load_torque };
         state.current_d = self.decay_d * state.current_d + self.gain_d * (input.voltage_d + cross * state.current_q);
+        if self.curved {
+            self.curved_step(state, &held);
+            return;
+        }
         let before = state.vector(&self.params);
         let (after, travel) = self.tables[state.mode.matrix()].step(&self.params, state.mode, &before, &held);
         if self.margins.quiet(&self.params, state.mode, &held, &before, &after) {
@@ -122,8 +143,11 @@ impl Plant {
         for _ in 0..self.pieces {
             let mut left = piece;
             while let Some((span, event)) = self.advance(state, held, left, vanishing, events < MAX_EVENTS) {
-                let mut x = state.vector(&self.params);
-                let (mode, next) = self.params.switch(event, state.mode, &mut x, held);
+                let (mut x, before) = (state.vector(&self.params), state.mode);
+                let (mode, next) = self.params.switch(event, state.mode, &mut x, |mass, x| match mass {
+                    Mass::Motor => self.params.motor_need(before, x),
+                    Mass::Load => self.params.load_need(before, x, held),
+                });
                 state.mode = mode;
                 state.store(&self.params, &x, 0.0);
                 state.events += 1;

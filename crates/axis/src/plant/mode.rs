@@ -93,6 +93,17 @@ pub enum Friction {
     Stuck,
     /// Sliding in a direction, against it.
     Sliding(Side),
+    /// Sliding so slowly that its friction still falls with speed (Stribeck).
+    Creeping(Side),
+    /// Moving in a direction on bristles (LuGre).
+    Bristles(Side),
+}
+
+/// One of the two masses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mass {
+    Motor,
+    Load,
 }
 
 impl Friction {
@@ -100,8 +111,22 @@ impl Friction {
     pub(super) const fn sign(self) -> f64 {
         match self {
             Friction::None | Friction::Stuck => 0.0,
-            Friction::Sliding(side) => side.sign(),
+            Friction::Sliding(side) | Friction::Creeping(side) | Friction::Bristles(side) => side.sign(),
         }
+    }
+
+    /// What it makes of the equations: 0 sliding or none, 1 stuck, 2 creeping.
+    #[inline]
+    const fn kind(self) -> usize {
+        match self {
+            Friction::None | Friction::Sliding(_) | Friction::Bristles(_) => 0,
+            Friction::Stuck => 1,
+            Friction::Creeping(_) => 2,
+        }
+    }
+
+    pub(super) const fn creeps(self) -> bool {
+        matches!(self, Friction::Creeping(_))
     }
 
     #[inline]
@@ -121,30 +146,49 @@ pub struct Mode {
     pub load: Friction,
 }
 
-/// Number of different system matrices: three couplings, each mass sliding or stuck.
-pub(super) const MATRICES: usize = 12;
+/// Number of different system matrices: three couplings, each mass sliding, stuck or creeping.
+pub(super) const MATRICES: usize = 27;
 
 impl Mode {
+    #[inline]
+    pub(super) const fn friction(self, mass: Mass) -> Friction {
+        match mass {
+            Mass::Motor => self.motor,
+            Mass::Load => self.load,
+        }
+    }
+
+    pub(super) fn set_friction(&mut self, mass: Mass, friction: Friction) {
+        match mass {
+            Mass::Motor => self.motor = friction,
+            Mass::Load => self.load = friction,
+        }
+    }
+
     /// Index of the mode's system matrix.
     #[inline]
     pub(super) const fn matrix(self) -> usize {
-        self.contact.coupling() as usize * 4 + self.motor.stuck() as usize * 2 + self.load.stuck() as usize
+        self.contact.coupling() as usize * 9 + self.motor.kind() * 3 + self.load.kind()
     }
 
     /// A mode that has the matrix of an index, for building the tables.
     #[inline]
     pub(super) const fn with_matrix(index: usize) -> Mode {
-        let contact = match index / 4 {
+        let contact = match index / 9 {
             0 => Contact::Gap,
             1 => Contact::Rigid,
             _ => Contact::Doubled(Side::Positive),
         };
-        Mode { contact, motor: friction_of(index / 2 % 2 == 1), load: friction_of(index % 2 == 1) }
+        Mode { contact, motor: friction_of(index / 3 % 3), load: friction_of(index % 3) }
     }
 }
 
-const fn friction_of(stuck: bool) -> Friction {
-    if stuck { Friction::Stuck } else { Friction::None }
+const fn friction_of(kind: usize) -> Friction {
+    match kind {
+        0 => Friction::None,
+        1 => Friction::Stuck,
+        _ => Friction::Creeping(Side::Positive),
+    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,8 @@
 //! Numbers of the plant, all at the motor's shaft.
 
+use super::curved::Curved;
+use super::friction::FrictionShape;
+use super::mode::Mass;
 use crate::config::{AxisConfig, ContactLaw};
 
 /// What the plant is made of. SI units, angles in rad at the motor's shaft.
@@ -35,8 +38,16 @@ pub struct PlantParams {
     pub damping_nm_s_per_rad: f64,
     /// Half gap b, rad.
     pub half_gap_rad: f64,
+    /// Where the middle of the gap is, in parts of the half gap.
+    pub gap_middle: f64,
     /// Law of the contact torque.
     pub contact: ContactLaw,
+    /// Law of the motor's Coulomb friction.
+    pub motor_friction: FrictionShape,
+    /// Law of the load's Coulomb friction.
+    pub load_friction: FrictionShape,
+    /// What is not linear.
+    pub curved: Curved,
     /// Largest current the drive allows, A; only scales the margins of the event search.
     pub current_limit_a: f64,
     /// Length of a step: the current loop's period, s.
@@ -63,10 +74,20 @@ impl PlantParams {
             stiffness_nm_per_rad: load.stiffness_nm_per_rad,
             damping_nm_s_per_rad: load.damping_nm_s_per_rad,
             half_gap_rad: load.half_gap_rad(),
+            gap_middle: config.flanks.middle,
             contact: config.contact,
+            motor_friction: FrictionShape::new(&config.friction.motor),
+            load_friction: FrictionShape::new(&config.friction.load_at_motor(&config.transmission)),
+            curved: Curved::new(config),
             current_limit_a: config.drive.current_limit_a,
             period_s: f64::from(config.drive.current_period_us) * 1e-6,
         }
+    }
+
+    /// Gap angle at which a flank of a sign begins; the middle of the gap for 0. Rad.
+    #[inline]
+    pub(super) fn flank(&self, sign: f64) -> f64 {
+        (self.gap_middle + sign) * self.half_gap_rad
     }
 
     /// An upper bound of how fast any mode of the plant moves, 1/s: the norm of its system matrix in balanced units.
@@ -77,7 +98,8 @@ impl PlantParams {
             (self.torque_constant_nm_per_a * self.back_emf_v_s_per_rad / (self.inductance_h * self.motor_inertia_kgm2)).sqrt();
         // twice the stiffness: bounded damping doubles the spring
         let spring = (2.0 * self.stiffness_nm_per_rad * joint).sqrt();
-        let friction = self.motor_viscous_nm_s_per_rad / self.motor_inertia_kgm2 + self.load_viscous_nm_s_per_rad / self.load_inertia_kgm2;
+        let friction = (self.motor_viscous_nm_s_per_rad + self.fall(Mass::Motor)) / self.motor_inertia_kgm2
+            + (self.load_viscous_nm_s_per_rad + self.fall(Mass::Load)) / self.load_inertia_kgm2;
         electric + electromechanic + spring + self.damping_nm_s_per_rad * joint + friction
     }
 }

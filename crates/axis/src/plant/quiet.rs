@@ -3,7 +3,7 @@
 //! Nearly every step meets none. The look may only err towards "perhaps"; [`super::Plant::step`] then searches in earnest.
 
 use super::dynamics::{Held, LOAD, MOTOR, PENETRATION, Vector};
-use super::mode::{Contact, Friction, Mode};
+use super::mode::{Contact, Friction, Mass, Mode};
 use super::params::PlantParams;
 use crate::config::ContactLaw;
 
@@ -45,10 +45,10 @@ impl Margins {
     #[inline]
     pub(super) fn quiet(&self, params: &PlantParams, mode: Mode, held: &Held, before: &Vector, after: &Vector) -> bool {
         self.contact(params, mode, before, after)
-            && self.friction(mode.motor, before[MOTOR], after[MOTOR], params.motor_coulomb_nm, || {
+            && self.friction(params, Mass::Motor, mode.motor, [before[MOTOR], after[MOTOR]], || {
                 (params.motor_need(mode, before), params.motor_need(mode, after))
             })
-            && self.friction(mode.load, before[LOAD], after[LOAD], params.load_coulomb_nm, || {
+            && self.friction(params, Mass::Load, mode.load, [before[LOAD], after[LOAD]], || {
                 (params.load_need(mode, before, held), params.load_need(mode, after, held))
             })
     }
@@ -82,15 +82,22 @@ impl Margins {
     }
 
     #[inline]
-    fn friction(&self, state: Friction, before: f64, after: f64, limit: f64, need: impl FnOnce() -> (f64, f64)) -> bool {
+    fn friction(&self, params: &PlantParams, mass: Mass, state: Friction, speed: [f64; 2], need: impl FnOnce() -> (f64, f64)) -> bool {
+        let [before, after] = speed;
+        let spare = (after - before).abs() + self.speed;
         match state {
             Friction::None => true,
             Friction::Sliding(side) => {
                 let s = side.sign();
-                (s * before).min(s * after) > (after - before).abs() + self.speed
+                (s * before).min(s * after) > spare + params.friction(mass).slow_rad_s()
             }
+            Friction::Creeping(side) => {
+                let s = side.sign();
+                (s * before).min(s * after) > spare && (s * before).max(s * after) + spare < params.friction(mass).speed_rad_s
+            }
+            Friction::Bristles(_) => false,
             Friction::Stuck => {
-                let (a, b) = need();
+                let ((a, b), limit) = (need(), params.breakaway(mass));
                 a.abs().max(b.abs()) + (a - b).abs() + self.torque < limit || a == b && a.abs() < limit
             }
         }

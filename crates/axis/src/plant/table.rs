@@ -2,8 +2,9 @@
 
 use super::dynamics::{CURRENT, Held, LOAD, MOTOR, PENETRATION, Vector};
 use super::matrix::{Matrix, exponential};
-use super::mode::{MATRICES, Mode};
+use super::mode::{Coupling, MATRICES, Mass, Mode};
 use super::params::PlantParams;
+use crate::config::ContactLaw;
 
 /// States, load travel, then the inputs: voltage, motor friction torque, load torque.
 const SIZE: usize = 8;
@@ -43,9 +44,23 @@ impl StepTable {
         }
     }
 
-    /// All tables of a plant, by [`Mode::matrix`].
+    /// All tables of a plant, by [`Mode::matrix`]. Modes that the plant cannot come to have those of the mode nearest to them.
     pub(super) fn all(params: &PlantParams) -> [StepTable; MATRICES] {
-        std::array::from_fn(|index| StepTable::new(params, Mode::with_matrix(index)))
+        let bounded = params.contact == ContactLaw::Bounded;
+        let mut tables: Vec<StepTable> = Vec::with_capacity(MATRICES);
+        for index in 0..MATRICES {
+            let mode = Mode::with_matrix(index);
+            let idle = |mass| mode.friction(mass).creeps() && !params.friction(mass).creeps();
+            let like = match (idle(Mass::Motor), idle(Mass::Load)) {
+                (true, _) => index.checked_sub(6),
+                (_, true) => index.checked_sub(2),
+                _ if mode.contact.coupling() == Coupling::Doubled && !bounded => index.checked_sub(9),
+                _ => None,
+            };
+            let table = like.and_then(|like| tables.get(like).cloned()).unwrap_or_else(|| StepTable::new(params, mode));
+            tables.push(table);
+        }
+        std::array::from_fn(|index| tables[index].clone())
     }
 
     /// Its columns, and the row of the load's travel.
@@ -56,8 +71,8 @@ impl StepTable {
     /// States after the period, and how far the load went.
     #[inline]
     pub(super) fn step(&self, params: &PlantParams, mode: Mode, x: &Vector, held: &Held) -> (Vector, f64) {
-        let motor = params.motor_coulomb_nm * mode.motor.sign();
-        let load = params.load_coulomb_nm * mode.load.sign() + held.load_torque;
+        let motor = params.sliding_torque(Mass::Motor, mode.motor);
+        let load = params.sliding_torque(Mass::Load, mode.load) + held.load_torque;
         let inputs = [x[0], x[1], x[2], x[3], held.voltage, motor, load];
         let mut out = [0.0; 4];
         let mut travel = 0.0;

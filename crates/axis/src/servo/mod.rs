@@ -31,7 +31,7 @@ pub use velocity::VelocityState;
 
 use crate::compensation::Correction;
 use crate::config::{AxisConfig, Drive};
-use crate::plant::{PlantInput, PlantState};
+use crate::plant::{LoadScale, PlantInput, PlantState};
 use crate::signal::Reference;
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
@@ -42,7 +42,7 @@ pub struct Servo {
     drive: Drive,
     filters: Filters,
     encoder: Encoder,
-    scale: Encoder,
+    scale: LoadScale,
     servo_period_s: f64,
     /// Servo period over integral time.
     velocity_share: f64,
@@ -87,7 +87,7 @@ impl Servo {
             drive,
             filters: Filters::new(&drive.torque_filter, Clock::SERVO.period_s()),
             encoder: drive.encoder_counts_per_rev.map_or(Encoder::IDEAL, Encoder::with_counts),
-            scale: Encoder::with_step(load.scale_rad),
+            scale: LoadScale::new(config),
             servo_period_s: Clock::SERVO.period_s(),
             velocity_share: Clock::SERVO.period_s() / drive.velocity_time_s,
             current_share: current_period_s / drive.current_time_s,

@@ -10,7 +10,6 @@ use crate::ops::SourcedOp;
 use crate::problem::{Code, Problem};
 use crate::syntax::Keyword;
 use crate::syntax::evaluate::whole;
-use std::sync::Arc;
 
 const M98: Code = Code { letter: 'M', tenths: 980 };
 
@@ -161,9 +160,9 @@ impl Interpreter {
     pub(crate) fn recording(&mut self, flow: Option<(&str, Keyword)>, ends_bare: bool) -> Result<bool, Problem> {
         let Some(record) = &mut self.flow.record else { return Ok(false) };
         let limit = self.config.limits.held_bytes;
-        if let Err(problem) = record.body.push(&self.line, self.place, limit) {
+        if record.body.push(&self.line, self.place, limit.saturating_sub(self.flow.held)).is_err() {
             self.flow.record = None;
-            return Err(problem);
+            return Err(Problem::TooMuchHeld { limit });
         }
         let name = &record.name;
         let ends = if record.bare { ends_bare } else { flow.is_some_and(|(label, keyword)| keyword == Keyword::EndSub && label == name) };
@@ -176,7 +175,7 @@ impl Interpreter {
             if self.flow.seek.as_ref().is_some_and(|seek| seek.name == record.name) {
                 self.flow.seek = None;
             }
-            self.flow.subs.insert(record.name, Arc::new(record.body));
+            self.flow.keep(record.name, record.body);
         }
         Ok(true)
     }

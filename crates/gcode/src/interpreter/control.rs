@@ -35,10 +35,7 @@ impl Interpreter {
                 }
                 Ok(())
             }
-            Keyword::Do => {
-                self.open(label, OpenKind::Do(self.flow.at - 1));
-                Ok(())
-            }
+            Keyword::Do => self.open(label, OpenKind::Do(self.flow.at - 1)),
             Keyword::Repeat => self.repeat(label),
             Keyword::EndRepeat => {
                 if let OpenKind::Repeat(line, rounds) = self.top(&label, "repeat", |kind| matches!(kind, OpenKind::Repeat(..)))? {
@@ -51,8 +48,15 @@ impl Interpreter {
         }
     }
 
-    fn open(&mut self, label: String, kind: OpenKind) {
+    /// Opens a structure. One too many ends the program: nothing after it would be where it belongs.
+    fn open(&mut self, label: String, kind: OpenKind) -> Result<(), Problem> {
+        let limit = self.config.limits.open_structures;
+        if self.flow.opens.len() >= limit {
+            self.state.ended = true;
+            return Err(Problem::TooManyOpen { limit });
+        }
         self.flow.opens.push(Open { label, kind, span: self.span });
+        Ok(())
     }
 
     fn skip(&mut self, label: String, to: Skip) {
@@ -77,7 +81,7 @@ impl Interpreter {
 
     fn branch(&mut self, label: String) -> Result<(), Problem> {
         let condition = self.condition();
-        self.open(label.clone(), OpenKind::If);
+        self.open(label.clone(), OpenKind::If)?;
         if !matches!(condition, Ok(true)) {
             self.skip(label, Skip::Branch);
         }
@@ -96,7 +100,7 @@ impl Interpreter {
                     self.flow.opens.pop();
                 }
             }
-            _ if holds => self.open(label, OpenKind::While(self.flow.at - 1)),
+            _ if holds => self.open(label, OpenKind::While(self.flow.at - 1))?,
             _ => self.skip(label, Skip::LoopEnd),
         }
         condition.map(|_| ())
@@ -106,7 +110,7 @@ impl Interpreter {
         let rounds = self.argument(0).and_then(|rounds| rounds.ok_or_else(|| flow_error("the number of repetitions is missing")));
         match rounds {
             Ok(rounds) if rounds.round() >= 1.0 => {
-                self.open(label, OpenKind::Repeat(self.flow.at - 1, rounds.round().min(MOST_ROUNDS) as u64 - 1));
+                self.open(label, OpenKind::Repeat(self.flow.at - 1, rounds.round().min(MOST_ROUNDS) as u64 - 1))?;
             }
             _ => self.skip(label, Skip::LoopEnd),
         }

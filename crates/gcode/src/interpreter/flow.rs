@@ -82,6 +82,9 @@ pub(crate) struct Record {
     pub(crate) span: Span,
 }
 
+/// What a subroutine takes beside its name and lines, in bytes.
+const SUBROUTINE: usize = 256;
+
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Flow {
     /// Lines of the main program that are held.
@@ -94,6 +97,8 @@ pub(crate) struct Flow {
     pub(crate) seek: Option<Seek>,
     pub(crate) record: Option<Record>,
     pub(crate) subs: BTreeMap<String, Arc<Tape>>,
+    /// What the bodies of `subs` hold, in bytes.
+    pub(crate) held: usize,
 }
 
 impl Flow {
@@ -108,6 +113,15 @@ impl Flow {
         if !may_return && self.at >= self.main.len() {
             self.main.clear();
             self.at = 0;
+        }
+    }
+
+    /// Keeps a subroutine; an earlier one of the same name is forgotten.
+    pub(crate) fn keep(&mut self, name: String, body: Tape) {
+        let beside = SUBROUTINE + name.len();
+        self.held += beside + body.size();
+        if let Some(old) = self.subs.insert(name, Arc::new(body)) {
+            self.held = self.held.saturating_sub(beside + old.size());
         }
     }
 

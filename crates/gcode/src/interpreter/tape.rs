@@ -22,6 +22,9 @@ impl Place {
     }
 }
 
+/// What a line takes beside its bytes.
+const LINE: usize = 32;
+
 /// Lines of source in one buffer.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tape {
@@ -31,13 +34,18 @@ pub(crate) struct Tape {
 
 impl Tape {
     pub(crate) fn push(&mut self, line: &[u8], place: Place, limit: usize) -> Result<(), Problem> {
-        if self.bytes.len() + line.len() > limit || self.lines.len() > limit / 8 {
+        if self.size() + line.len() > limit {
             return Err(Problem::TooMuchHeld { limit });
         }
         let from = self.bytes.len();
         self.bytes.extend_from_slice(line);
         self.lines.push((place, from, self.bytes.len()));
         Ok(())
+    }
+
+    /// Bytes held, with what it takes to find the lines.
+    pub(crate) fn size(&self) -> usize {
+        self.bytes.len() + LINE * self.lines.len()
     }
 
     pub(crate) fn clear(&mut self) {

@@ -154,12 +154,16 @@ pub struct Block {
     pub percent: bool,
     /// Its N number.
     pub line_number: Option<f64>,
+    /// Where N with its number stands; empty without.
+    pub line_number_text: Text,
     /// Words in the order of the line, without N and O.
     pub words: Vec<Word>,
     /// Settings in the order of the line.
     pub settings: Vec<Setting>,
     /// Label and keyword of an O-line.
     pub flow: Option<(Label, Keyword)>,
+    /// Where it stands, with its arguments; empty without.
+    pub flow_text: Text,
     /// Arguments of an O-line.
     pub arguments: Vec<Value>,
     /// The inside of the last comment.
@@ -177,6 +181,8 @@ impl Block {
         self.percent = false;
         self.line_number = None;
         self.flow = None;
+        self.line_number_text = Text::default();
+        self.flow_text = Text::default();
         self.comment = None;
         self.words.clear();
         self.settings.clear();

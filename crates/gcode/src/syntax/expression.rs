@@ -6,10 +6,10 @@ use super::block::{Binary, Op, Text, Unary, Value};
 use super::fault::{Parsed, fail};
 use super::number::{number, skip};
 use crate::problem::Problem;
-use nom::Parser;
 use nom::branch::alt;
 use nom::bytes::complete::{tag, tag_no_case, take_while1};
 use nom::combinator::value;
+use nom::{IResult, Parser};
 
 /// Where expressions put their code and names, and how deep they may nest.
 pub(crate) struct Code<'a> {
@@ -161,7 +161,10 @@ const fn precedence(operator: Binary) -> u8 {
     }
 }
 
-fn binary(input: &[u8]) -> Parsed<'_, Binary> {
+/// An alternative that was tried: why it is none is not asked for, and costs nothing.
+type Tried<'a, T> = IResult<&'a [u8], T, ()>;
+
+fn binary(input: &[u8]) -> Tried<'_, Binary> {
     alt((
         alt((
             value(Binary::Power, tag(&b"**"[..])),
@@ -188,7 +191,7 @@ fn binary(input: &[u8]) -> Parsed<'_, Binary> {
     .parse(input)
 }
 
-fn function(input: &[u8]) -> Parsed<'_, Unary> {
+fn function(input: &[u8]) -> Tried<'_, Unary> {
     alt((
         alt((
             value(Unary::Abs, tag_no_case(&b"abs"[..])),
@@ -232,7 +235,7 @@ fn call<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a, ()
     Ok((rest, ()))
 }
 
-fn keyword<'a>(input: &'a [u8], word: &'static [u8]) -> Parsed<'a, &'a [u8]> {
+fn keyword<'a>(input: &'a [u8], word: &'static [u8]) -> Tried<'a, &'a [u8]> {
     tag_no_case(word)(input)
 }
 

@@ -8,8 +8,10 @@ pub mod fault;
 pub mod flow;
 pub mod number;
 pub mod parse;
+pub mod pieces;
 mod plain;
 
 pub use block::{Block, Keyword, Label, Op, Setting, Target, Text, Unary, Value, Word};
 pub use fault::Fault;
 pub use parse::parse_block;
+pub use pieces::{Piece, PieceKind, Pieces};

@@ -2,7 +2,6 @@
 
 use super::fault::{Parsed, fail};
 use crate::problem::Problem;
-use nom::bytes::complete::take_while;
 
 /// Powers of ten that are exact in an f64.
 const POWERS: [f64; 23] =
@@ -16,17 +15,16 @@ const fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t')
 }
 
-/// Skips blanks.
-pub(crate) fn blanks(input: &[u8]) -> Parsed<'_, &[u8]> {
-    take_while(is_blank)(input)
-}
-
 /// The input after its blanks.
-pub(crate) fn skip(input: &[u8]) -> &[u8] {
-    match input {
-        [first, ..] if is_blank(*first) => blanks(input).map_or(input, |(rest, _)| rest),
-        _ => input,
+#[inline]
+pub(crate) fn skip(mut input: &[u8]) -> &[u8] {
+    while let [first, rest @ ..] = input {
+        if !is_blank(*first) {
+            break;
+        }
+        input = rest;
     }
+    input
 }
 
 /// A number: sign, digits with at most one point, no exponent. Blanks may stand between its characters.
@@ -34,17 +32,15 @@ pub(crate) fn skip(input: &[u8]) -> &[u8] {
 /// The value is the f64 nearest to the decimal: up to 19 digits go through one exact integer and one exact power of ten,
 /// whose quotient IEEE 754 rounds correctly; others through the standard library.
 pub(crate) fn number(input: &[u8]) -> Parsed<'_, f64> {
-    if let Some((rest, value)) = literal(input) {
-        let continues = matches!(rest.first(), Some(b' ' | b'\t' | b'.')) && matches!(skip(rest).first(), Some(b'0'..=b'9' | b'.'));
-        if !continues {
-            return Ok((rest, value));
-        }
+    match literal(input) {
+        Some((rest, value)) if !matches!(skip(rest).first(), Some(b'0'..=b'9' | b'.')) => Ok((rest, value)),
+        _ => spread(input),
     }
-    spread(input)
 }
 
 /// A number without blanks whose digits and power of ten are exact in an f64, so that one division rounds it correctly.
-/// It may go on after what is returned.
+/// It may go on after what is returned. Inlined because it is most of the time that reading words takes.
+#[inline(always)]
 pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
     let (negative, digits) = match input {
         [b'-', after @ ..] => (true, after),
@@ -63,10 +59,12 @@ pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
         return None;
     }
     let value = mantissa as f64 / POWERS.get(fraction)?;
-    Some((rest, if negative { -value } else { value }))
+    // Without a branch: signs are as good as random.
+    Some((rest, f64::from_bits(value.to_bits() | u64::from(negative) << 63)))
 }
 
 /// Appends digits to a mantissa, which wraps if there are too many.
+#[inline(always)]
 fn integer(mut input: &[u8], mut mantissa: u64) -> (&[u8], u64) {
     while let [byte, after @ ..] = input {
         let digit = byte.wrapping_sub(b'0');

@@ -46,7 +46,9 @@ fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, (
             _ if block.flow.is_some() => return after_flow(rest, first),
             b'#' => setting(rest, at, block, limits)?.0,
             b'o' | b'O' if block.words.is_empty() && block.settings.is_empty() => {
-                flow_line(rest.get(1..).unwrap_or_default(), block, limits.expression_depth)?.0
+                let (after, ()) = flow_line(rest.get(1..).unwrap_or_default(), block, limits.expression_depth)?;
+                block.flow_text = between(line, rest, after);
+                after
             }
             _ => word(rest, at, block, limits)?.0,
         };
@@ -79,9 +81,16 @@ fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()
             Value::Number(number) => return fail(rest, Problem::BadWordValue { letter: 'N', value: number }),
             Value::Ops(..) => return expected(rest, "a plain number after N"),
         }
+        block.line_number_text = between(line, rest, after);
         rest = after;
     }
     Ok((rest, ()))
+}
+
+/// What lies between two ends of a line, without blanks at its end.
+fn between(line: &[u8], rest: &[u8], after: &[u8]) -> Text {
+    let taken = rest.get(..rest.len() - after.len()).unwrap_or_default();
+    Text { start: (line.len() - rest.len()) as u32, len: taken.trim_ascii_end().len() as u32 }
 }
 
 #[cold]
