@@ -88,7 +88,7 @@ fn axes_that_step_by_themselves_among_others() {
         |axis, _| axis.drive.command_delay_periods = 4,
         |axis, _| {
             axis.drive.torque_filter =
-                TorqueFilters::try_from(vec![TorqueFilter::LowPass(LowPass { frequency_hz: 900.0, damping: 0.7 })]).unwrap()
+                TorqueFilters::try_from(vec![TorqueFilter::LowPass(LowPass { frequency_hz: 900.0, damping: 0.7 })]).unwrap();
         },
     ];
     let points = setpoints(&|t| circle(3.0, 8.0, t), 0.7);

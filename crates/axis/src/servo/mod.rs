@@ -164,7 +164,7 @@ impl Servo {
 
     /// Numbers of the current loops for a batch; none where the command changes within a servo period.
     pub(crate) fn current_numbers(&self) -> Option<CurrentNumbers> {
-        (self.drive.command_delay_periods == 0).then(|| CurrentNumbers {
+        (self.drive.command_delay_periods == 0).then_some(CurrentNumbers {
             gain: self.drive.current_gain_v_per_a,
             share: self.current_share,
             inductance: self.inductance,
