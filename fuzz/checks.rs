@@ -2,8 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a check fails by panicking")]
 
+use lostmotion_gcode::document::block_text;
 use lostmotion_gcode::syntax::{Block, PieceKind, Pieces, Value, parse_block};
-use lostmotion_gcode::{InterpreterConfig, Limits, MotionFold, Program};
+use lostmotion_gcode::writer::{Frame, Resolver, write_program};
+use lostmotion_gcode::{CanonicalOp, InterpreterConfig, Limits, MotionFold, Program};
 
 /// Lines of the data as blocks: words lie within their line, in its order and apart from each other, and every literal is
 /// the f64 nearest to its decimal.
@@ -59,7 +61,7 @@ fn nearest(text: &[u8], number: f64) {
     }
 }
 
-/// Words written with the fewest digits that tell their f64 apart are read as the same words.
+/// Blocks written as text are read as blocks that are written as the same text; words with literals keep them to the bit.
 pub fn round_trip(data: &[u8]) {
     let (mut block, mut again) = (Block::default(), Block::default());
     let limits = Limits::default();
@@ -67,27 +69,56 @@ pub fn round_trip(data: &[u8]) {
         if parse_block(line, &mut block, &limits).is_err() {
             continue;
         }
-        let mut text = String::new();
-        let mut expected = Vec::new();
-        for word in &block.words {
-            if let Value::Number(number) = word.value {
-                text += &format!("{}{number} ", char::from(word.letter));
-                expected.push((word.letter, number.to_bits()));
-            }
+        let text = block_text(&block, None);
+        if text.len() > limits.line_bytes {
+            continue;
         }
         parse_block(text.as_bytes(), &mut again, &limits).unwrap_or_else(|fault| panic!("{text}: {fault:?}"));
-        let bits = |value| if let Value::Number(number) = value { number.to_bits() } else { panic!("{text}: a literal is one") };
-        let found: Vec<_> = again.words.iter().map(|word| (word.letter, bits(word.value))).collect();
-        assert_eq!(found, expected, "{text}");
+        assert_eq!(block_text(&again, None), text);
+        assert_eq!(literals(&again), literals(&block), "{text}");
     }
+}
+
+/// Words with a literal.
+fn literals(block: &Block) -> Vec<(u8, Option<u64>)> {
+    let bits = |value| if let Value::Number(number) = value { Some(number.to_bits()) } else { None };
+    block.words.iter().map(|word| (word.letter, bits(word.value))).collect()
+}
+
+fn config() -> InterpreterConfig {
+    let limits = Limits { looped_blocks: 100, idle_blocks: 50, cycle_moves: 50, curve_points: 50, ..Limits::default() };
+    InterpreterConfig { limits, ..InterpreterConfig::default() }
+}
+
+/// A program that can be written gives a program without an error, which does the same.
+pub fn writer(data: &[u8]) {
+    let mut out = Vec::new();
+    if write_program(&mut Program::new(data, config()), &config(), 1, &mut out).is_ok() {
+        let (expected, mut found) = (resolved(data), resolved(&out));
+        // The remark that the writer begins with.
+        assert!(matches!(found.remove(0), CanonicalOp::Text { .. }));
+        assert_eq!(found, expected, "{}", out.escape_ascii());
+    }
+}
+
+/// What a program does, in one frame.
+fn resolved(text: &[u8]) -> Vec<CanonicalOp> {
+    let frame = Frame::of(&config(), 1).expect("the first system always is");
+    let mut resolver = Resolver::new(&config(), frame);
+    let mut program = Program::new(text, config());
+    let mut ops = Vec::new();
+    for sourced in program.by_ref() {
+        ops.extend(resolver.push(&sourced.op).expect("it has been written"));
+    }
+    ops.extend(resolver.finish());
+    assert_eq!(program.diagnostics().errors(), 0);
+    ops
 }
 
 /// The data as a program: it ends, its spans lie within it, the machine stays at a finite place.
 pub fn interpreter(data: &[u8]) {
-    let limits = Limits { looped_blocks: 100, idle_blocks: 50, cycle_moves: 50, curve_points: 50, ..Limits::default() };
-    let config = InterpreterConfig { limits, ..InterpreterConfig::default() };
-    let mut fold = MotionFold::new(config.start);
-    let mut program = Program::new(data, config);
+    let mut fold = MotionFold::new(config().start);
+    let mut program = Program::new(data, config());
     for op in program.by_ref() {
         let span = op.block.span;
         assert!(span.start + u64::from(span.len) <= data.len() as u64, "a span lies within the source");

@@ -32,3 +32,4 @@ pub use lostmotion_path as path;
 pub use lostmotion_plan as plan;
 pub use lostmotion_report as report;
 pub use lostmotion_sim as sim;
+pub use lostmotion_study as study;

@@ -17,7 +17,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("lostmotion-identify", &["base", "axis"]),
     ("lostmotion-sim", &["base", "gcode", "path", "kinematics", "plan", "axis", "contour"]),
     ("lostmotion-report", &["base", "axis", "contour", "plan", "gcode", "sim"]),
-    ("lostmotion", &["base", "gcode", "path", "kinematics", "plan", "axis", "contour", "identify", "sim", "report"]),
+    ("lostmotion-study", &["base", "plan", "axis", "contour", "sim", "report"]),
+    ("lostmotion", &["base", "gcode", "path", "kinematics", "plan", "axis", "contour", "identify", "sim", "report", "study"]),
     ("lostmotion-cli", &[""]),
 ];
 

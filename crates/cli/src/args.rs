@@ -1,16 +1,20 @@
 //! The arguments of the command line.
 
+pub(crate) mod study;
+
+use crate::voice::Voice;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// How far a real machine leaves the programmed contour, and what each way of compensating backlash does about it.
 #[derive(Debug, Parser)]
 #[command(name = "lostmotion", version, max_term_width = 100, arg_required_else_help = true, subcommand_required = true)]
-#[command(after_help = "Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance; 2 bad input.")]
+#[command(
+    after_help = "Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance, warnings of lint, or unformatted; 2 bad input."
+)]
 pub(crate) struct Cli {
-    /// Print no progress and no warnings
-    #[arg(long, short, global = true)]
-    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -24,6 +28,14 @@ pub(crate) enum Command {
     Compare(Compare),
     /// Print the canonical operations of a part program, one a line
     Canon(Canon),
+    /// Look for what is allowed and may still break a tool, a part or a machine. Exit code 0 nothing, 1 warnings, 2 errors
+    Lint(Lint),
+    /// Put a part program into one style without changing what it does
+    Format(FormatPart),
+    /// Say what a line does, with the modes and the position before and after
+    Explain(Explain),
+    /// Write a program with everything computed: no parameters, loops, calls, cycles, offsets; lines and arcs with coordinates
+    Write(WritePart),
     /// Write the planned motion of every axis as CSV, a row a millisecond
     Plan(Plan),
     /// Run one axis alone on setpoints from a CSV
@@ -33,6 +45,9 @@ pub(crate) enum Command {
     /// List, show and check machines
     #[command(subcommand)]
     Machine(Machine),
+    /// Compare methods over many machines and motions
+    #[command(subcommand)]
+    Study(study::Study),
 }
 
 /// Form of the answer on stdout.
@@ -43,6 +58,18 @@ pub(crate) enum Format {
     Text,
     /// Versioned JSON for programs
     Json,
+}
+
+/// Form of findings about a part program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Form {
+    /// With the lines they are about
+    #[default]
+    Text,
+    /// Versioned JSON
+    Json,
+    /// SARIF 2.1.0
+    Sarif,
 }
 
 /// The machine to run on.
@@ -108,6 +135,101 @@ pub(crate) struct Canon {
     /// Tool table in LinuxCNC's format
     #[arg(long, value_name = "FILE")]
     pub(crate) tool_table: Option<PathBuf>,
+}
+
+/// `lint`.
+#[derive(Debug, Args)]
+pub(crate) struct Lint {
+    /// Part program
+    pub(crate) part: PathBuf,
+    /// Hold it against the travel, tools and offsets of a machine too: a name from `machine list`, or a machine file
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    pub(crate) machine: Option<String>,
+    /// Tool table in LinuxCNC's format
+    #[arg(long, value_name = "FILE", conflicts_with = "machine")]
+    pub(crate) tool_table: Option<PathBuf>,
+    /// Switch a lint off; may be repeated. `all` stands for every lint, and a code beats `all`
+    #[arg(long, value_name = "CODE")]
+    pub(crate) allow: Vec<String>,
+    /// Report a lint as a warning
+    #[arg(long, value_name = "CODE")]
+    pub(crate) warn: Vec<String>,
+    /// Report a lint as an error
+    #[arg(long, value_name = "CODE")]
+    pub(crate) deny: Vec<String>,
+    /// Form of the answer on stdout
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Form,
+}
+
+/// `format`.
+#[derive(Debug, Args)]
+pub(crate) struct FormatPart {
+    /// Part program
+    pub(crate) part: PathBuf,
+    /// Change nothing and say what would be changed; exit code 1 if there is something
+    #[arg(long, conflicts_with = "write")]
+    pub(crate) check: bool,
+    /// Write the file in place instead of stdout
+    #[arg(long)]
+    pub(crate) write: bool,
+    /// Case of letters outside comments
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) case: LetterCase,
+    /// Blanks for each level of O-words
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub(crate) indent: usize,
+    /// Line numbers: keep, remove, or the step to number anew by
+    #[arg(long, value_name = "keep|remove|STEP", default_value = "keep")]
+    pub(crate) line_numbers: String,
+}
+
+/// Case of letters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LetterCase {
+    /// G1 X10; O-words stay as they are
+    #[default]
+    Upper,
+    /// g1 x10
+    Lower,
+    /// As it is
+    Keep,
+}
+
+/// `explain`.
+#[derive(Debug, Args)]
+pub(crate) struct Explain {
+    /// Part program and line
+    #[arg(value_name = "PART:LINE")]
+    pub(crate) place: String,
+    /// Take tools, offsets and the place at the start from a machine: a name from `machine list`, or a machine file
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    pub(crate) machine: Option<String>,
+    /// Tool table in LinuxCNC's format
+    #[arg(long, value_name = "FILE", conflicts_with = "machine")]
+    pub(crate) tool_table: Option<PathBuf>,
+    /// Form of the answer
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+/// `write`.
+#[derive(Debug, Args)]
+pub(crate) struct WritePart {
+    /// Part program
+    pub(crate) part: PathBuf,
+    /// Take tools, offsets and the place at the start from a machine: a name from `machine list`, or a machine file
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    pub(crate) machine: Option<String>,
+    /// Tool table in LinuxCNC's format
+    #[arg(long, value_name = "FILE", conflicts_with = "machine")]
+    pub(crate) tool_table: Option<PathBuf>,
+    /// Work coordinate system, 1 for G54 to 9 for G59.3, that the coordinates of the new program are in
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) system: u8,
+    /// File to write; stdout, if left out
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 /// `plan`.

@@ -1,68 +1,103 @@
-//! Findings about a part program, each with the line it is about.
+//! Findings about a part program: with the lines they are about for people, as documents for programs.
 
+use crate::args::Form;
 use crate::excerpt::{Excerpt, excerpts};
-use crate::output::stderr_has_color;
+use crate::failure::Failure;
+use crate::output::{remark, stderr_has_color};
+use crate::voice::Voice;
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use lostmotion::base::Span;
-use lostmotion::gcode::{Diagnostic, Diagnostics, Severity};
+use lostmotion::gcode::{Diagnostics, Interpreter, Severity};
+use lostmotion::report::findings::{Counts, Finding, Origin, write_json, write_sarif};
 use lostmotion::sim::ProgramSource;
 
-/// One thing to say about a place in a program.
-#[derive(Clone, Debug)]
-pub(crate) struct Finding {
-    severity: Severity,
-    /// Stable name of the kind of finding; empty for none.
-    code: &'static str,
-    text: String,
-    span: Span,
-    hint: Option<String>,
+/// What has been found in a program.
+pub(crate) struct Findings<'a> {
+    source: &'a ProgramSource,
+    pub(crate) list: Vec<Finding>,
+    pub(crate) counts: Counts,
 }
 
-impl Finding {
-    /// An error at a place.
-    pub(crate) fn error(span: Span, text: String, hint: Option<String>) -> Finding {
-        Finding { severity: Severity::Error, code: "", text, span, hint }
+impl<'a> Findings<'a> {
+    /// Nothing yet.
+    pub(crate) fn none(source: &'a ProgramSource) -> Findings<'a> {
+        Findings { source, list: Vec::new(), counts: Counts::default() }
     }
-}
 
-impl From<&Diagnostic> for Finding {
-    fn from(diagnostic: &Diagnostic) -> Finding {
-        Finding {
-            severity: diagnostic.severity(),
-            code: diagnostic.code(),
-            text: diagnostic.problem.to_string(),
-            span: diagnostic.place.span,
-            hint: diagnostic.hint(),
+    /// Everything the front end has found; with the interpreter that ran the program, calls and files are named.
+    pub(crate) fn of(source: &'a ProgramSource, diagnostics: &Diagnostics, interpreter: Option<&Interpreter>) -> Findings<'a> {
+        let origin = Origin { program: source.name(), interpreter };
+        let list = diagnostics.kept().iter().map(|diagnostic| Finding::from_diagnostic(diagnostic, &origin)).collect();
+        Findings { source, list, counts: Counts { errors: diagnostics.errors(), warnings: diagnostics.warnings() } }
+    }
+
+    /// Adds a finding at a place.
+    pub(crate) fn add(&mut self, severity: Severity, code: &str, span: Span, message: String, hint: Option<String>) {
+        let (values, calls) = (serde_json::Map::new(), Vec::new());
+        let file = self.source.name().to_owned();
+        self.list.push(Finding { code: code.to_owned(), severity, message, file, span, values, hint, calls });
+        match severity {
+            Severity::Error => self.counts.errors += 1,
+            Severity::Warning => self.counts.warnings += 1,
         }
     }
+
+    /// The findings in the form asked for.
+    pub(crate) fn render(&self, form: Form) -> Result<String, Failure> {
+        let mut out = Vec::new();
+        match form {
+            Form::Text => return Ok(self.text()),
+            Form::Json => write_json(&mut out, &self.list, self.counts),
+            Form::Sarif => write_sarif(&mut out, &self.list),
+        }
+        .map_err(|error| Failure::message(format!("cannot write the findings: {error}")))?;
+        Ok(String::from_utf8_lossy(&out).into_owned())
+    }
+
+    /// The failure of a program that was refused for these.
+    pub(crate) fn failure(&self, voice: Voice) -> Failure {
+        self.render(voice.diagnostics).map_or_else(|failure| failure, Failure::Rendered)
+    }
+
+    /// Tells what has been found in a program that was accepted. A document is written even if it is empty.
+    pub(crate) fn remark(&self, voice: Voice) -> Result<(), Failure> {
+        if voice.diagnostics != Form::Text || (!self.list.is_empty() && !voice.quiet) {
+            remark(&self.render(voice.diagnostics)?);
+        }
+        Ok(())
+    }
+
+    fn text(&self) -> String {
+        let spans: Vec<Span> = self.list.iter().map(|finding| finding.span).collect();
+        let lines = self.source.open().and_then(|mut reader| excerpts(&mut *reader, &spans)).unwrap_or_default();
+        let nothing = Excerpt::default();
+        let renderer = if stderr_has_color() { Renderer::styled() } else { Renderer::plain() }.decor_style(DecorStyle::Ascii);
+        let one = |(index, finding)| one(&renderer, finding, lines.get(index).unwrap_or(&nothing)) + "\n\n";
+        let shown: String = self.list.iter().enumerate().map(one).collect();
+        format!("{shown}{}", self.count())
+    }
+
+    fn count(&self) -> String {
+        let number = |n: u64, what: &str| (n > 0).then(|| format!("{n} {what}{}", if n == 1 { "" } else { "s" }));
+        let Counts { errors, warnings } = self.counts;
+        let dropped = (errors + warnings).saturating_sub(self.list.len() as u64);
+        let not_shown = (dropped > 0).then(|| format!("{dropped} of them not shown"));
+        let parts = [number(errors, "error"), number(warnings, "warning"), not_shown];
+        let text = parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
+        if text.is_empty() { text } else { text + "\n" }
+    }
 }
 
-/// Renders what the front end found, in its order, then how many there were.
-pub(crate) fn render(source: &ProgramSource, diagnostics: &Diagnostics) -> String {
-    let findings: Vec<Finding> = diagnostics.kept().iter().map(Finding::from).collect();
-    format!("{}{}", render_all(source, &findings), count(diagnostics))
-}
-
-/// Renders findings in their order, a blank line after each.
-pub(crate) fn render_all(source: &ProgramSource, findings: &[Finding]) -> String {
-    let spans: Vec<Span> = findings.iter().map(|finding| finding.span).collect();
-    let lines = source.open().and_then(|mut reader| excerpts(&mut *reader, &spans)).unwrap_or_default();
-    let nothing = Excerpt::default();
-    let renderer = if stderr_has_color() { Renderer::styled() } else { Renderer::plain() }.decor_style(DecorStyle::Ascii);
-    let one = |(index, finding)| one(&renderer, source.name(), finding, lines.get(index).unwrap_or(&nothing)) + "\n\n";
-    findings.iter().enumerate().map(one).collect()
-}
-
-fn one(renderer: &Renderer, name: &str, finding: &Finding, line: &Excerpt) -> String {
+fn one(renderer: &Renderer, finding: &Finding, line: &Excerpt) -> String {
     let level = match finding.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let title = level.primary_title(finding.text.as_str());
-    let title = if finding.code.is_empty() { title } else { title.id(finding.code) };
     let span = finding.span;
-    let group = if span.file == 0 && !line.text.is_empty() {
+    let name = finding.file.as_str();
+    let title = level.primary_title(finding.message.as_str()).id(finding.code.as_str());
+    let mut group = if span.file == 0 && !line.text.is_empty() {
         let mark = AnnotationKind::Primary.span(line.range.clone());
         title.element(Snippet::source(line.text.as_str()).line_start(span.line as usize).path(name).annotation(mark))
     } else if span.line > 0 {
@@ -70,19 +105,11 @@ fn one(renderer: &Renderer, name: &str, finding: &Finding, line: &Excerpt) -> St
     } else {
         title.element(Level::NOTE.message(name))
     };
-    let group = match &finding.hint {
-        Some(hint) => group.element(Level::HELP.message(hint.as_str())),
-        None => group,
-    };
+    for call in &finding.calls {
+        group = group.element(Level::NOTE.message(format!("in {}, called from {}, line {}", call.sub, call.file, call.span.line)));
+    }
+    if let Some(hint) = &finding.hint {
+        group = group.element(Level::HELP.message(hint.as_str()));
+    }
     renderer.render(&[group])
-}
-
-fn count(diagnostics: &Diagnostics) -> String {
-    let number = |n: u64, what: &str| (n > 0).then(|| format!("{n} {what}{}", if n == 1 { "" } else { "s" }));
-    let parts = [
-        number(diagnostics.errors(), "error"),
-        number(diagnostics.warnings(), "warning"),
-        (diagnostics.dropped() > 0).then(|| format!("{} of them not shown", diagnostics.dropped())),
-    ];
-    format!("{}\n", parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
 }

@@ -1,7 +1,7 @@
 //! The program `lostmotion`: arguments in, a verdict out.
 //!
 //! Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance; 2 bad input, with a message on stderr and
-//! nothing written.
+//! nothing written. `lint`: 1 warnings, 2 errors. `format --check`: 1 the program would change.
 
 mod args;
 mod commands;
@@ -13,6 +13,7 @@ mod machines;
 mod output;
 mod progress;
 mod record;
+mod voice;
 
 use clap::Parser;
 use std::process::ExitCode;

@@ -58,6 +58,8 @@ pub struct Diagnostics {
     limit: usize,
     errors: u64,
     warnings: u64,
+    /// Findings that were kept and have been taken out.
+    taken: u64,
 }
 
 impl Diagnostics {
@@ -94,6 +96,12 @@ impl Diagnostics {
         &self.kept
     }
 
+    /// Takes the kept findings out, so that as many again can be kept. The counts go on.
+    pub fn take_kept(&mut self) -> Vec<Diagnostic> {
+        self.taken += self.kept.len() as u64;
+        std::mem::take(&mut self.kept)
+    }
+
     /// How many errors there were.
     pub fn errors(&self) -> u64 {
         self.errors
@@ -106,6 +114,6 @@ impl Diagnostics {
 
     /// How many findings were counted but not kept.
     pub fn dropped(&self) -> u64 {
-        self.errors + self.warnings - self.kept.len() as u64
+        self.errors + self.warnings - self.taken - self.kept.len() as u64
     }
 }

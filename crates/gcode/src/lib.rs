@@ -20,27 +20,37 @@
 
 pub mod blocks;
 pub mod canon;
+pub mod catalog;
 pub mod codes;
 pub mod config;
 pub mod diagnostics;
+pub mod document;
 mod exec;
+pub mod explain;
+pub mod feeder;
+pub mod format;
 pub mod interpreter;
 pub mod limits;
+pub mod lint;
 pub mod loader;
 pub mod motion;
 pub mod ops;
 pub mod parameters;
 pub mod problem;
 pub mod program;
+mod raw_lines;
 mod source;
 pub mod state;
 pub mod syntax;
 mod system_names;
 pub mod tool_table;
+pub mod trace;
+pub mod writer;
 
 pub use blocks::{Blocks, ParsedBlock};
 pub use config::InterpreterConfig;
 pub use diagnostics::{Diagnostic, Diagnostics, Severity};
+pub use feeder::{Fed, Feeder};
 pub use interpreter::{CallSite, CallStacks, Interpreter, Place, Step};
 pub use limits::Limits;
 pub use loader::{LoadedFile, SubroutineLoader};

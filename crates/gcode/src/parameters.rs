@@ -19,6 +19,8 @@ pub(crate) const G92_ACTIVE: u16 = 5210;
 pub(crate) const G92: u16 = 5211;
 /// Number of the work coordinate system in force.
 pub(crate) const SYSTEM: u16 = 5220;
+/// Origin of G54; those of the other systems follow 20 apart, each with its rotation after the nine axes.
+pub(crate) const SYSTEM_ORIGINS: u16 = 5221;
 /// Parameters that a program cannot set.
 const READ_ONLY: std::ops::RangeInclusive<u16> = 5400..=5428;
 

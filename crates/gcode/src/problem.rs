@@ -23,7 +23,7 @@ impl fmt::Display for Code {
 /// What is wrong, with the values that show it. Lengths are in the program's units unless a name says otherwise.
 ///
 /// [`Problem::code`] is stable across releases; the wording is not.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "each message names its fields")]
 pub enum Problem {

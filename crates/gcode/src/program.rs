@@ -52,6 +52,36 @@ impl<R: BufRead> Program<R> {
         &self.interpreter
     }
 
+    /// Takes the operations that are not fetched yet; before the first block, those that tell the initial state.
+    pub fn take_pending(&mut self) -> Vec<SourcedOp> {
+        let mut ops = std::mem::take(&mut self.pending);
+        ops.reverse();
+        ops
+    }
+
+    /// Runs the next block, appending its operations to `out`; false at the end of the program. Not to be mixed with the
+    /// iterator while that has operations pending.
+    pub fn run_block(&mut self, out: &mut Vec<SourcedOp>) -> bool {
+        while !self.over {
+            match self.interpreter.step(out) {
+                Step::Ran => return true,
+                Step::NeedsLine => self.read(),
+                Step::Ended => {
+                    self.over = true;
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// A line that the interpreter has not been given, because the program ended before it.
+    pub fn next_line(&mut self) -> Option<(&[u8], Span)> {
+        let (_, line, start) = self.lines.next().ok()??;
+        let text = self.lines.line();
+        Some((text, Span { file: 0, line, column: 1, start, len: text.len() as u32 }))
+    }
+
     /// Runs to the end and gives all findings.
     pub fn finish(mut self) -> Diagnostics {
         for _ in self.by_ref() {}
@@ -99,13 +129,11 @@ impl<R: BufRead> Iterator for Program<R> {
             if let Some(op) = self.pending.pop() {
                 return Some(op);
             }
-            if self.over {
+            let mut ops = std::mem::take(&mut self.pending);
+            let ran = self.run_block(&mut ops);
+            self.pending = ops;
+            if !ran {
                 return None;
-            }
-            match self.interpreter.step(&mut self.pending) {
-                Step::Ran => {}
-                Step::NeedsLine => self.read(),
-                Step::Ended => self.over = true,
             }
             self.pending.reverse();
         }

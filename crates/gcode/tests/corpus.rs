@@ -38,3 +38,8 @@ fn round_trip() {
 fn interpreter() {
     replay("interpreter", checks::interpreter);
 }
+
+#[test]
+fn writer() {
+    replay("interpreter", checks::writer);
+}

@@ -145,3 +145,11 @@ fn what_subroutines_hold_is_bounded_together() {
     assert!(held(&(subs(400, 400) + "M2\n")));
     assert!(!held(&(subs(2000, 1) + "M2\n")));
 }
+
+#[test]
+fn a_name_of_blanks_is_none() {
+    for line in ["o< > sub", "#< >=1", "G0 X#< >"] {
+        let diagnostics = Program::new(format!("{line}\nM2\n").as_bytes(), config()).finish();
+        assert_eq!(diagnostics.kept().first().map(lostmotion_gcode::Diagnostic::code), Some("syntax"), "{line}");
+    }
+}

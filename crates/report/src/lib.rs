@@ -7,6 +7,7 @@
 pub mod atomic;
 pub mod csv;
 pub mod error;
+pub mod findings;
 pub mod json;
 pub mod number;
 pub mod svg;

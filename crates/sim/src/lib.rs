@@ -16,5 +16,5 @@ pub use machine::{Machine, presets};
 pub use observer::{ContourPoint, Observer, Unobserved};
 pub use options::SimulateOptions;
 pub use results::{Comparison, Simulation};
-pub use session::{compare, plan, simulate};
+pub use session::{PathSink, check, compare, interpreter_config, plan, plan_with_path, simulate};
 pub use source::ProgramSource;

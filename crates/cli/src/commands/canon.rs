@@ -1,24 +1,20 @@
 //! `lostmotion canon`.
 
-use super::DONE;
+use super::{DONE, interpreter};
 use crate::args::Canon;
+use crate::diagnostics::Findings;
 use crate::failure::Failure;
-use crate::{diagnostics, input, output};
-use lostmotion::gcode::{InterpreterConfig, Program, ToolTable};
+use crate::voice::Voice;
+use crate::{input, output};
+use lostmotion::gcode::InterpreterConfig;
 use std::io::Write;
 
 /// Prints canonical operations with the settings of LinuxCNC's stand-alone interpreter, whose machine units are inches. If the
 /// program has errors, the operations of the blocks without are printed, and the failure carries all that was found.
-pub(crate) fn run(args: &Canon, quiet: bool) -> Result<u8, Failure> {
+pub(crate) fn run(args: &Canon, voice: Voice) -> Result<u8, Failure> {
     let source = input::program(&args.part)?;
-    let mut config = InterpreterConfig::like_rs274();
-    if let Some(path) = &args.tool_table {
-        let text = input::text(path, "tool table")?;
-        let table = ToolTable::parse(&text).map_err(|problem| Failure::message(format!("{}: {problem}", path.display())))?;
-        config.tool_table = Some(table);
-    }
-    let reader = source.open().map_err(|error| Failure::message(format!("cannot read {}: {error}", source.name())))?;
-    let mut program = Program::new(reader, config);
+    let tool_table = args.tool_table.as_deref().map(interpreter::tools).transpose()?;
+    let mut program = interpreter::open(&source, InterpreterConfig { tool_table, ..InterpreterConfig::like_rs274() })?;
     let mut out = output::stdout();
     for sourced in program.by_ref() {
         if !output::go_on(writeln!(out, "{}", sourced.op))? {
@@ -26,12 +22,10 @@ pub(crate) fn run(args: &Canon, quiet: bool) -> Result<u8, Failure> {
         }
     }
     output::go_on(out.flush())?;
-    let found = program.diagnostics();
-    if found.errors() > 0 {
-        return Err(Failure::Rendered(diagnostics::render(&source, found)));
+    let findings = Findings::of(&source, program.diagnostics(), Some(program.interpreter()));
+    if findings.counts.errors > 0 {
+        return Err(findings.failure(voice));
     }
-    if found.warnings() > 0 && !quiet {
-        output::remark(&diagnostics::render(&source, found));
-    }
+    findings.remark(voice)?;
     Ok(DONE)
 }

@@ -1,21 +1,23 @@
 //! `lostmotion compare`.
 
-use super::{DONE, FITTED, check_fit, failure, has_fit, prepare, show, text_options, to_json};
-use crate::args::Compare;
+use super::{DONE, FITTED, accepted, check_fit, failure, has_fit, prepare, show, text_options, to_json};
+use crate::args::{Compare, Form};
 use crate::failure::Failure;
 use crate::output::{remark, stdout_has_color};
 use crate::record::{Answer, Record};
+use crate::voice::Voice;
 use lostmotion::axis::METHODS;
 use lostmotion::report::text;
 use lostmotion::sim::Machine;
 
 /// Runs a program with several methods. Exit code 0 whatever the verdicts are.
-pub(crate) fn run(args: &Compare, quiet: bool) -> Result<u8, Failure> {
+pub(crate) fn run(args: &Compare, voice: Voice) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(&args.run)?;
-    let methods = methods(&args.methods, &machine, quiet)?;
-    let mut record = Record::new(&args.run, &methods, quiet)?;
+    let methods = methods(&args.methods, &machine, voice.quiet || voice.diagnostics != Form::Text)?;
+    let mut record = Record::new(&args.run, &methods, voice.quiet)?;
     let result = lostmotion::sim::compare(&program, &machine, &methods, &options, &mut record);
-    let comparison = result.map_err(|error| failure(&program, &error))?;
+    let comparison = result.map_err(|error| failure(&program, &error, voice))?;
+    accepted(&program, &machine, voice)?;
     let json = to_json(&comparison)?;
     let plain = text::comparison(&comparison, &text_options(false));
     record.finish(&Answer {

@@ -3,6 +3,7 @@
 use super::DONE;
 use crate::args::Fit;
 use crate::failure::Failure;
+use crate::voice::Voice;
 use crate::{input, machines, output};
 use lostmotion::axis::AxisConfig;
 use lostmotion::axis::config::AxisUnit;
@@ -39,7 +40,7 @@ struct FitResult {
 }
 
 /// Fits the gap of a log and writes it as JSON.
-pub(crate) fn run(args: &Fit, quiet: bool) -> Result<u8, Failure> {
+pub(crate) fn run(args: &Fit, voice: Voice) -> Result<u8, Failure> {
     let axis = args.axis.as_deref().map(machines::axis).transpose()?;
     let name = args.log.display().to_string();
     let log = read_log(input::open(&args.log, "log")?, &name)?;
@@ -61,7 +62,7 @@ pub(crate) fn run(args: &Fit, quiet: bool) -> Result<u8, Failure> {
         fit,
     };
     write(&args.out, &result)?;
-    if !quiet {
+    if !voice.quiet {
         output::print(&summary(&result))?;
     }
     Ok(DONE)

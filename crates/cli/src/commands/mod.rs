@@ -3,17 +3,25 @@
 mod axis;
 mod canon;
 mod compare;
+mod explain;
 pub(crate) mod fit;
+mod format;
+mod interpreter;
+mod lint;
 mod machine;
 mod plan;
 mod simulate;
+mod study;
 mod tuning;
+mod write;
 
-use crate::args::{Cli, Command, Format, Run};
-use crate::diagnostics::{self, Finding};
+use crate::args::{Cli, Command, Form, Format, Run};
+use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::machines;
+use crate::voice::Voice;
 use lostmotion::base::units::deg;
+use lostmotion::gcode::Severity;
 use lostmotion::plan::TravelViolation;
 use lostmotion::report::{json, number, text::TextOptions};
 use lostmotion::sim::{Machine, ProgramSource, SimError, SimulateOptions};
@@ -27,13 +35,18 @@ pub(crate) const OUTSIDE: u8 = 1;
 /// Runs the command asked for; gives its exit code.
 pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
     match &cli.command {
-        Command::Simulate(args) => simulate::run(args, cli.quiet),
-        Command::Compare(args) => compare::run(args, cli.quiet),
-        Command::Canon(args) => canon::run(args, cli.quiet),
-        Command::Plan(args) => plan::run(args, cli.quiet),
+        Command::Simulate(args) => simulate::run(args, cli.voice),
+        Command::Compare(args) => compare::run(args, cli.voice),
+        Command::Canon(args) => canon::run(args, cli.voice),
+        Command::Lint(args) => lint::run(args, cli.voice),
+        Command::Format(args) => format::run(args, cli.voice),
+        Command::Explain(args) => explain::run(args, cli.voice),
+        Command::Write(args) => write::run(args, cli.voice),
+        Command::Plan(args) => plan::run(args, cli.voice),
         Command::Axis(args) => axis::run(args),
-        Command::Fit(args) => fit::run(args, cli.quiet),
+        Command::Fit(args) => fit::run(args, cli.voice),
         Command::Machine(args) => machine::run(args),
+        Command::Study(args) => study::run(args, cli.voice),
     }
 }
 
@@ -69,21 +82,48 @@ fn check_fit(method: &str, machine: &Machine) -> Result<(), Failure> {
 }
 
 /// An error of the session, with the lines of the program it is about.
-fn failure(program: &ProgramSource, error: &SimError) -> Failure {
-    let one = |finding: Finding| Failure::Rendered(diagnostics::render_all(program, &[finding]));
+fn failure(program: &ProgramSource, error: &SimError, voice: Voice) -> Failure {
+    let mut findings = Findings::none(program);
     match error {
-        SimError::Program { diagnostics, .. } => Failure::Rendered(diagnostics::render(program, diagnostics)),
-        SimError::Travel { violations, .. } => {
-            let findings: Vec<Finding> = violations.iter().map(|v| Finding::error(v.block.span, travel(v), None)).collect();
-            Failure::Rendered(format!("{}error: {error}", diagnostics::render_all(program, &findings)))
-        }
+        SimError::Program { diagnostics, .. } => return Findings::of(program, diagnostics, None).failure(voice),
+        SimError::Travel { violations, .. } => add_travel(&mut findings, Severity::Error, violations),
         SimError::NoAxis { block, axis, machine } => {
             let hint = "take a machine with that axis, see `lostmotion machine list`";
-            one(Finding::error(block.span, format!("machine \"{machine}\" has no axis {axis}"), Some(hint.to_owned())))
+            findings.add(
+                Severity::Error,
+                "no-axis",
+                block.span,
+                format!("machine \"{machine}\" has no axis {axis}"),
+                Some(hint.to_owned()),
+            );
         }
-        SimError::Path { block, source } => one(Finding::error(block.span, source.to_string(), None)),
-        _ => Failure::message(error.to_string()),
+        SimError::Path { block, source } => findings.add(Severity::Error, "path", block.span, source.to_string(), None),
+        _ => return Failure::message(error.to_string()),
     }
+    match (error, findings.failure(voice)) {
+        (SimError::Travel { .. }, Failure::Rendered(text)) if voice.diagnostics == Form::Text => {
+            Failure::Rendered(format!("{text}error: {error}"))
+        }
+        (_, failure) => failure,
+    }
+}
+
+/// Moves beyond the travel as findings.
+fn add_travel(findings: &mut Findings<'_>, severity: Severity, violations: &[TravelViolation]) {
+    for violation in violations {
+        findings.add(severity, "outside-travel", violation.block.span, travel(violation), None);
+    }
+}
+
+/// What the front end found in a program that was accepted, for those who want a document.
+fn accepted(program: &ProgramSource, machine: &Machine, voice: Voice) -> Result<(), Failure> {
+    if voice.diagnostics == Form::Text {
+        return Ok(());
+    }
+    let config = lostmotion::sim::interpreter_config(machine, &SimulateOptions::default());
+    let mut reading = interpreter::open(program, config)?;
+    for _ in reading.by_ref() {}
+    Findings::of(program, reading.diagnostics(), Some(reading.interpreter())).remark(voice)
 }
 
 /// How far a move leaves the travel, in the units that people use.

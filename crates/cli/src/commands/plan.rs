@@ -1,8 +1,9 @@
 //! `lostmotion plan`.
 
-use super::{DONE, failure};
+use super::{DONE, accepted, failure};
 use crate::args::Plan;
 use crate::failure::Failure;
+use crate::voice::Voice;
 use crate::{input, machines};
 use lostmotion::base::Clock;
 use lostmotion::plan::Sample;
@@ -12,7 +13,7 @@ use lostmotion::report::{WriteError, number};
 use lostmotion::sim::{SimError, SimulateOptions};
 
 /// Writes the plan of a program as CSV.
-pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
+pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
     let program = input::program(&args.part)?;
     let machine = machines::load(args.on.machine.as_deref())?;
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
@@ -20,10 +21,11 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
     let info = lostmotion::sim::plan(&program, &machine, &SimulateOptions::default(), &mut sink).map_err(|error| match error {
         SimError::Sink(why) => Failure::message(format!("cannot write {}: {why}", args.out.display())),
-        other => failure(&program, &other),
+        other => failure(&program, &other, voice),
     })?;
+    accepted(&program, &machine, voice)?;
     writer.finish().map_err(unwritten)?.commit()?;
-    if !quiet {
+    if !voice.quiet {
         crate::output::print(&format!(
             "{}: {}, {} mm cutting, {} mm rapid\n",
             args.out.display(),

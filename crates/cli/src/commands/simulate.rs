@@ -1,19 +1,21 @@
 //! `lostmotion simulate`.
 
-use super::{DONE, OUTSIDE, check_fit, failure, prepare, show, text_options, to_json};
+use super::{DONE, OUTSIDE, accepted, check_fit, failure, prepare, show, text_options, to_json};
 use crate::args::Simulate;
 use crate::failure::Failure;
 use crate::output::stdout_has_color;
 use crate::record::{Answer, Record};
+use crate::voice::Voice;
 use lostmotion::report::text;
 
 /// Runs a program with one method. Exit code 0 within tolerance, 1 outside.
-pub(crate) fn run(args: &Simulate, quiet: bool) -> Result<u8, Failure> {
+pub(crate) fn run(args: &Simulate, voice: Voice) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(&args.run)?;
     check_fit(&args.method, &machine)?;
-    let mut record = Record::new(&args.run, std::slice::from_ref(&args.method), quiet)?;
+    let mut record = Record::new(&args.run, std::slice::from_ref(&args.method), voice.quiet)?;
     let result = lostmotion::sim::simulate(&program, &machine, &args.method, &options, &mut record);
-    let simulation = result.map_err(|error| failure(&program, &error))?;
+    let simulation = result.map_err(|error| failure(&program, &error, voice))?;
+    accepted(&program, &machine, voice)?;
     let json = to_json(&simulation)?;
     let plain = text::simulation(&simulation, &text_options(false));
     record.finish(&Answer {

@@ -4,8 +4,10 @@
 
 mod g;
 mod m;
+mod page;
 pub mod row;
 
+pub use page::page;
 pub use row::{AxisUse, CodeRow, Group};
 
 use crate::problem::Code;

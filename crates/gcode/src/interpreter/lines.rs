@@ -121,7 +121,7 @@ impl Interpreter {
     }
 
     /// Whether the current line is looked at only for O-words.
-    fn is_passing(&self) -> bool {
+    pub(crate) fn is_passing(&self) -> bool {
         self.flow.skip.is_some() || self.flow.seek.is_some() || self.flow.record.is_some()
     }
 

@@ -12,6 +12,7 @@ mod lines;
 mod run;
 mod stacks;
 mod tape;
+mod view;
 
 pub use stacks::{CallSite, CallStacks};
 pub use tape::Place;
@@ -193,6 +194,11 @@ impl Interpreter {
     /// What has been found so far.
     pub fn diagnostics(&self) -> &Diagnostics {
         &self.diagnostics
+    }
+
+    /// Takes the kept findings out and goes on: as many again can be kept.
+    pub fn take_diagnostics(&mut self) -> Vec<Diagnostic> {
+        self.diagnostics.take_kept()
     }
 
     /// Takes the findings out.

@@ -108,6 +108,9 @@ pub(crate) fn name<'a>(input: &'a [u8], names: &mut Vec<u8>) -> Parsed<'a, Text>
     let start = names.len() as u32;
     names.extend(inside.iter().filter(|byte| !matches!(byte, b' ' | b'\t')).map(u8::to_ascii_lowercase));
     let text = Text { start, len: names.len() as u32 - start };
+    if text.len == 0 {
+        return expected(input, "a name");
+    }
     Ok((rest.get(1..).unwrap_or_default(), text))
 }
 
@@ -151,7 +154,7 @@ fn operations<'a>(mut input: &'a [u8], code: &mut Code<'_>, depth: usize, least:
 }
 
 /// AND, OR and XOR share one precedence, and so do all comparisons.
-const fn precedence(operator: Binary) -> u8 {
+pub(crate) const fn precedence(operator: Binary) -> u8 {
     match operator {
         Binary::Power => 4,
         Binary::Times | Binary::Divide | Binary::Modulo => 3,

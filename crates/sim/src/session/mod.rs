@@ -21,14 +21,17 @@ mod rows;
 mod run;
 mod text;
 
+pub use reader::interpreter_config;
+
 use crate::error::{SimError, SinkError};
 use crate::machine::Machine;
 use crate::observer::Observer;
 use crate::options::SimulateOptions;
-use crate::results::{Comparison, PlanInfo, Simulation};
+use crate::results::{Comparison, PlanInfo, ProgramInfo, Simulation};
 use crate::source::ProgramSource;
 use lostmotion_axis::{METHODS, find_method};
 use lostmotion_base::Clock;
+use lostmotion_contour::ProgrammedSegment;
 use lostmotion_plan::Sample;
 
 /// Runs a part program on a machine with one compensator and judges its contour error.
@@ -70,6 +73,14 @@ pub fn compare(
     Ok(collect::comparison(source, machine, methods, options, checked, &tally))
 }
 
+/// Reads a part program to its end and holds it against a machine, without moving anything.
+///
+/// # Errors
+/// As [`simulate`], apart from those of the method.
+pub fn check(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<ProgramInfo, SimError> {
+    Ok(check::check(source, machine, options)?.program)
+}
+
 /// Plans a part program and hands out the samples, chunk by chunk.
 ///
 /// # Errors
@@ -80,13 +91,30 @@ pub fn plan(
     options: &SimulateOptions,
     sink: &mut dyn FnMut(&[Sample]) -> Result<(), SinkError>,
 ) -> Result<PlanInfo, SimError> {
+    plan_with_path(source, machine, options, &mut |samples, _| sink(samples))
+}
+
+/// Takes a chunk of samples and the programmed segments read for it.
+pub type PathSink<'a> = dyn FnMut(&[Sample], &[ProgrammedSegment]) -> Result<(), SinkError> + 'a;
+
+/// As [`plan`], with the programmed path: beside each chunk of samples come the segments read for it, each once, in order and no later than
+/// the first sample that names it. So a caller can measure contour errors of machines that are not described by a [`Machine`].
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_with_path(
+    source: &ProgramSource,
+    machine: &Machine,
+    options: &SimulateOptions,
+    sink: &mut PathSink<'_>,
+) -> Result<PlanInfo, SimError> {
     let checked = check::check(source, machine, options)?;
     let mut feed = feed::Feed::new(source, machine, options)?;
     let (mut samples, mut segments) = (Vec::new(), Vec::new());
     let mut count = 0;
     loop {
-        feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
         segments.clear();
+        feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
         if samples.is_empty() {
             return Ok(PlanInfo { duration_s: Clock::CNC.seconds(count), ..checked.plan });
         }
@@ -94,7 +122,7 @@ pub fn plan(
         if Clock::CNC.seconds(count) > options.max_duration_s {
             return Err(SimError::TooLong { limit_s: options.max_duration_s });
         }
-        sink(&samples).map_err(SimError::Sink)?;
+        sink(&samples, &segments).map_err(SimError::Sink)?;
     }
 }
 

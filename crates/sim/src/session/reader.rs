@@ -57,7 +57,8 @@ impl Reader {
     }
 }
 
-fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> InterpreterConfig {
+/// The interpreter's settings for a machine: its tools, offsets, homes and place at the start.
+pub fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> InterpreterConfig {
     let mut config = InterpreterConfig {
         block_delete: options.block_delete,
         tool_table: options.tool_table.clone().or_else(|| tool_table(machine)),

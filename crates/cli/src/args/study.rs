@@ -1,0 +1,59 @@
+//! `study` and `reproduce`.
+
+use super::Format;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// What to study.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Study {
+    /// Run the test matrix: motions, gaps, friction, inertia and encoders, with every method
+    Matrix(Matrix),
+    /// Run one cell of the matrix and write its trace
+    Cell(Cell),
+}
+
+/// `study matrix`.
+#[derive(Debug, Args)]
+pub(crate) struct Matrix {
+    /// Number of cells sampled
+    #[arg(long, value_name = "N", default_value_t = 120, conflicts_with = "full")]
+    pub(crate) cells: usize,
+    /// Seed of the sample
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Every cell there is: takes days
+    #[arg(long)]
+    pub(crate) full: bool,
+    /// Compensation methods, separated by commas; all, if left out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) methods: Vec<String>,
+    /// Folder for the tables, and for the results so far: run again, a stopped study goes on
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Forget the results so far in the folder
+    #[arg(long, requires = "out")]
+    pub(crate) fresh: bool,
+    /// Form of the answer
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+    /// Threads to use at most; all cores, if left out. The answer does not depend on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<usize>,
+}
+
+/// `study cell`.
+#[derive(Debug, Args)]
+pub(crate) struct Cell {
+    /// Name of the cell, from a table of the matrix
+    pub(crate) cell: String,
+    /// Compensation method
+    #[arg(long, value_name = "NAME", default_value = "none")]
+    pub(crate) method: String,
+    /// CSV to write: error and both axes, a row every 250 us
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: Option<PathBuf>,
+    /// Write the cell's part program, too
+    #[arg(long, value_name = "FILE.ngc")]
+    pub(crate) program: Option<PathBuf>,
+}

@@ -1,0 +1,36 @@
+//! The front end alone, for commands that need no machine.
+
+use crate::failure::Failure;
+use crate::{input, machines};
+use lostmotion::gcode::{InterpreterConfig, Program, ToolTable};
+use lostmotion::sim::{Machine, ProgramSource, SimulateOptions};
+use std::io::BufRead;
+use std::path::Path;
+
+/// A program that is read by the interpreter.
+pub(crate) type Reading = Program<Box<dyn BufRead + Send>>;
+
+/// Opens a program.
+pub(crate) fn open(source: &ProgramSource, config: InterpreterConfig) -> Result<Reading, Failure> {
+    let reader = source.open().map_err(|error| Failure::message(format!("cannot read {}: {error}", source.name())))?;
+    Ok(Program::new(reader, config))
+}
+
+/// The tool table of a file.
+pub(crate) fn tools(path: &Path) -> Result<ToolTable, Failure> {
+    let text = input::text(path, "tool table")?;
+    ToolTable::parse(&text).map_err(|problem| Failure::message(format!("{}: {problem}", path.display())))
+}
+
+/// Settings of the interpreter: those of the machine, if one is named.
+pub(crate) fn config(machine: Option<&str>, tool_table: Option<&Path>) -> Result<(InterpreterConfig, Option<Machine>), Failure> {
+    let machine = machine.map(|name| machines::load(Some(name))).transpose()?;
+    let mut config = match &machine {
+        Some(machine) => lostmotion::sim::interpreter_config(machine, &SimulateOptions::default()),
+        None => InterpreterConfig::default(),
+    };
+    if let Some(path) = tool_table {
+        config.tool_table = Some(tools(path)?);
+    }
+    Ok((config, machine))
+}

@@ -1,0 +1,43 @@
+//! `lostmotion study`.
+
+mod cell;
+mod journal;
+mod matrix;
+
+use crate::args::study::Study;
+use crate::failure::Failure;
+use crate::voice::Voice;
+use lostmotion::axis::{METHODS, find_method};
+use lostmotion::study::StudyError;
+
+/// Runs the study asked for.
+pub(crate) fn run(study: &Study, voice: Voice) -> Result<u8, Failure> {
+    match study {
+        Study::Matrix(args) => matrix::run(args, voice.quiet),
+        Study::Cell(args) => cell::run(args),
+    }
+}
+
+fn failure(error: &StudyError) -> Failure {
+    Failure::message(error.to_string())
+}
+
+/// The methods asked for, each known and once, without `none`; all of them if none is named.
+fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
+    let mut methods: Vec<String> = Vec::new();
+    let mut named = false;
+    for name in asked.iter().map(|name| name.trim()).filter(|name| !name.is_empty()) {
+        find_method(name).map_err(|error| Failure::message(error.to_string()))?;
+        if methods.iter().any(|known| known == name) {
+            return Err(Failure::message(format!("--methods names \"{name}\" twice")));
+        }
+        named = true;
+        if name != "none" {
+            methods.push(name.to_owned());
+        }
+    }
+    if !named {
+        methods = METHODS.iter().map(|method| method.info.name.to_owned()).filter(|name| name != "none").collect();
+    }
+    Ok(methods)
+}

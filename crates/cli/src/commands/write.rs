@@ -1,0 +1,47 @@
+//! `lostmotion write`.
+
+use super::{DONE, interpreter};
+use crate::args::WritePart;
+use crate::diagnostics::Findings;
+use crate::failure::Failure;
+use crate::voice::Voice;
+use crate::{input, output};
+use lostmotion::gcode::writer::{WriterError, Written, write_program};
+use lostmotion::report::atomic::AtomicFile;
+use std::io::ErrorKind;
+
+/// Writes the resolved program to a file, which appears complete or not at all, or to stdout.
+pub(crate) fn run(args: &WritePart, voice: Voice) -> Result<u8, Failure> {
+    let source = input::program(&args.part)?;
+    let (config, _) = interpreter::config(args.machine.as_deref(), args.tool_table.as_deref())?;
+    // Nothing is written of a program that is refused.
+    let mut program = interpreter::open(&source, config.clone())?;
+    for _ in program.by_ref() {}
+    let findings = Findings::of(&source, program.diagnostics(), Some(program.interpreter()));
+    if findings.counts.errors > 0 {
+        return Err(findings.failure(voice));
+    }
+    let mut program = interpreter::open(&source, config.clone())?;
+    let result = match &args.out {
+        Some(path) => {
+            let mut file = AtomicFile::create(path)?;
+            let result = write_program(&mut program, &config, args.system, &mut file);
+            if result.is_ok() {
+                file.commit()?;
+            }
+            result
+        }
+        None => write_program(&mut program, &config, args.system, &mut output::stdout()),
+    };
+    match result {
+        Ok(Written { blocks, .. }) => {
+            findings.remark(voice)?;
+            if let Some(path) = args.out.as_ref().filter(|_| !voice.quiet) {
+                output::print(&format!("{}: {blocks} blocks\n", path.display()))?;
+            }
+            Ok(DONE)
+        }
+        Err(WriterError::Io(error)) if error.kind() == ErrorKind::BrokenPipe => Ok(DONE),
+        Err(error) => Err(Failure::message(format!("{}: {error}", source.name()))),
+    }
+}

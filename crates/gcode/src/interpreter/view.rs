@@ -1,0 +1,39 @@
+//! What a reader of the interpreter can see of the block that has just run.
+
+use super::Interpreter;
+use crate::codes::CodeRow;
+use crate::syntax::{Block, Text, Word};
+use lostmotion_base::span::BlockRef;
+
+impl Interpreter {
+    /// The last block, as it was parsed. After a block that could not be parsed, what stood before the fault.
+    pub fn block(&self) -> &Block {
+        &self.block
+    }
+
+    /// The bytes of the last block's line.
+    pub fn line(&self) -> &[u8] {
+        &self.line
+    }
+
+    /// Where the last block stands, with the call that is running now.
+    pub fn place(&self) -> BlockRef {
+        BlockRef { span: self.span, call_stack: self.stack_index }
+    }
+
+    /// Whether the next line will only be looked at: it lies in a branch that is not taken, in the definition of a
+    /// subroutine, or is passed on the way to one.
+    pub fn passes_over(&self) -> bool {
+        self.is_passing()
+    }
+
+    /// The value that a word of the last block had, where it has been evaluated and is not a code.
+    pub fn value_of(&self, word: &Word) -> Option<f64> {
+        self.words.get(word.letter).filter(|_| self.words.text(word.letter) == word.text)
+    }
+
+    /// The codes of the last block in the order in which they are carried out, with their places on the line.
+    pub fn codes(&self) -> impl Iterator<Item = (&'static CodeRow, Text)> + '_ {
+        self.words.codes().iter().map(|used| (used.row, used.text))
+    }
+}

@@ -1,0 +1,184 @@
+//! A look at every line of the file, whether it runs or not: names that are set, read, defined and called.
+
+use crate::limits::Limits;
+use crate::syntax::evaluate::whole;
+use crate::syntax::{Block, Keyword, Label, Op, Target, Text, Value, Word, parse_block};
+use lostmotion_base::span::{BlockRef, Span};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Names with the place of their first mention.
+pub(super) type Places = BTreeMap<String, BlockRef>;
+
+/// What the lines mention.
+#[derive(Debug)]
+pub(super) struct Scan {
+    limits: Limits,
+    block: Block,
+    /// Lines up to here have been looked at.
+    last: u32,
+    pub(super) set: Places,
+    pub(super) read: BTreeSet<String>,
+    /// Parameters are read by a computed number.
+    pub(super) reads_computed: bool,
+    pub(super) subs: Places,
+    pub(super) called: BTreeSet<String>,
+    /// A call computes its name.
+    pub(super) calls_computed: bool,
+    /// The subroutine that the lines belong to.
+    inside: Option<String>,
+    /// There are words outside subroutines.
+    pub(super) has_main: bool,
+    ended: bool,
+    begun: bool,
+    pub(super) after_end: Option<BlockRef>,
+}
+
+impl Scan {
+    pub(super) fn new(limits: Limits) -> Scan {
+        Scan {
+            limits,
+            block: Block::default(),
+            last: 0,
+            set: Places::new(),
+            read: BTreeSet::new(),
+            reads_computed: false,
+            subs: Places::new(),
+            called: BTreeSet::new(),
+            calls_computed: false,
+            inside: None,
+            has_main: false,
+            ended: false,
+            begun: false,
+            after_end: None,
+        }
+    }
+
+    /// Says that the lines that follow come after the end of the program.
+    pub(super) fn program_ended(&mut self, ended: bool) {
+        self.ended = ended;
+    }
+
+    /// Looks at a line; one that has been looked at is not looked at again.
+    pub(super) fn line(&mut self, line: &[u8], span: Span) {
+        if span.line <= self.last {
+            return;
+        }
+        self.last = span.line;
+        let mut block = std::mem::take(&mut self.block);
+        if parse_block(line, &mut block, &self.limits).is_ok() && !block.percent {
+            self.block(&block, line, BlockRef { span, call_stack: 0 });
+        }
+        self.block = block;
+    }
+
+    fn block(&mut self, block: &Block, line: &[u8], place: BlockRef) {
+        self.reads(&block.ops, block);
+        self.comment_reads(line);
+        for setting in &block.settings {
+            match setting.target {
+                Target::Numbered(Value::Number(number)) => {
+                    self.set.entry(format!("#{number}")).or_insert(place);
+                }
+                Target::Numbered(Value::Ops(..)) => {}
+                Target::Named(name) => {
+                    self.set.entry(named(block, name)).or_insert(place);
+                }
+            }
+        }
+        self.m98(block);
+        match block.flow {
+            Some((label, keyword)) => self.flow(block, label, keyword, place),
+            None => self.words(block, place),
+        }
+        self.begun |= !block.is_blank();
+    }
+
+    fn words(&mut self, block: &Block, place: BlockRef) {
+        if block.words.is_empty() {
+            return;
+        }
+        if self.inside.is_none() {
+            // A file of subroutines often ends with M2 all the same.
+            let is_end = |word: &Word| word.letter == b'M' && matches!(word.value, Value::Number(2.0 | 30.0));
+            self.has_main |= !block.words.iter().all(is_end);
+            if self.ended {
+                self.after_end.get_or_insert(place);
+            }
+        }
+    }
+
+    fn flow(&mut self, block: &Block, label: Label, keyword: Keyword, place: BlockRef) {
+        let name = match label {
+            Label::Name(text) => Some(String::from_utf8_lossy(block.name(text)).into_owned()),
+            Label::Number(Value::Number(number)) => whole(number).map(|number| format!("{number}")),
+            Label::Number(Value::Ops(..)) => None,
+        };
+        match (keyword, name) {
+            (Keyword::Sub, Some(name)) => {
+                self.subs.entry(name.clone()).or_insert(place);
+                self.inside = Some(name);
+            }
+            (Keyword::Bare, Some(name)) if self.begun => {
+                self.subs.entry(name.clone()).or_insert(place);
+                self.inside = Some(name);
+            }
+            (Keyword::EndSub, Some(name)) if self.inside.as_ref() == Some(&name) => self.inside = None,
+            (Keyword::Call, Some(name)) => {
+                self.called.insert(name);
+            }
+            (Keyword::Call, None) => self.calls_computed = true,
+            _ => {}
+        }
+    }
+
+    /// M98 calls the subroutine of its P; lathe cycles take the contour of their Q.
+    fn m98(&mut self, block: &Block) {
+        let is = |letter: u8, number: f64| block.words.iter().any(|word| word.letter == letter && word.value == Value::Number(number));
+        let letter = if is(b'M', 98.0) { b'P' } else { b'Q' };
+        if letter == b'P' || [70.0, 71.0, 71.1, 71.2, 72.0, 72.1, 72.2].into_iter().any(|number| is(b'G', number)) {
+            match block.words.iter().find(|word| word.letter == letter).map(|word| word.value) {
+                Some(Value::Number(number)) => {
+                    self.called.insert(format!("{}", number.round()));
+                }
+                _ => self.calls_computed = true,
+            }
+        }
+    }
+
+    fn reads(&mut self, ops: &[Op], block: &Block) {
+        for (index, op) in ops.iter().enumerate() {
+            match op {
+                Op::Parameter => match index.checked_sub(1).and_then(|before| ops.get(before)) {
+                    Some(Op::Push(number)) => {
+                        self.read.insert(format!("#{number}"));
+                    }
+                    _ => self.reads_computed = true,
+                },
+                Op::Named(name) | Op::Exists(name) => {
+                    self.read.insert(named(block, *name));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Parameters in comments such as `(DEBUG, #1)`.
+    fn comment_reads(&mut self, line: &[u8]) {
+        let text = String::from_utf8_lossy(line).to_lowercase();
+        if !["debug,", "print,", "log,"].iter().any(|active| text.contains(active)) {
+            return;
+        }
+        for piece in text.split('#').skip(1) {
+            let digits = piece.bytes().take_while(u8::is_ascii_digit).count();
+            let name = match piece.find('>') {
+                Some(end) if piece.starts_with('<') => piece.get(..=end).map(|name| name.replace([' ', '\t'], "")),
+                _ => piece.get(..digits).map(str::to_owned),
+            };
+            self.read.extend(name.map(|name| format!("#{name}")));
+        }
+    }
+}
+
+fn named(block: &Block, name: Text) -> String {
+    format!("#<{}>", String::from_utf8_lossy(block.name(name)))
+}

@@ -1,0 +1,114 @@
+//! What was found in a part program, for other programs: JSON and SARIF 2.1.0.
+
+mod json;
+mod sarif;
+
+pub use json::write as write_json;
+pub use sarif::write as write_sarif;
+
+use lostmotion_base::span::Span;
+use lostmotion_gcode::lint::{Level, LintFinding};
+use lostmotion_gcode::{Diagnostic, Interpreter, Severity};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+/// One finding, free of the interpreter that made it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// Stable name of the kind of finding.
+    pub code: String,
+    /// Whether it refuses the program.
+    pub severity: Severity,
+    /// What has been found here.
+    pub message: String,
+    /// Name of the file.
+    pub file: String,
+    /// Where in the file. Line 0: the file as a whole.
+    pub span: Span,
+    /// The values in the message by name.
+    pub values: Map<String, Value>,
+    /// What to do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hint: Option<String>,
+    /// The calls that led here, innermost first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub calls: Vec<Call>,
+}
+
+/// A call of a subroutine.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Call {
+    /// The subroutine.
+    pub sub: String,
+    /// File of the block that calls it.
+    pub file: String,
+    /// That block.
+    pub span: Span,
+}
+
+/// Names of files and the calls that led to a block, from the interpreter that ran the program.
+#[derive(Clone, Copy, Debug)]
+pub struct Origin<'a> {
+    /// Name of the program itself.
+    pub program: &'a str,
+    /// The interpreter; none if there is none any more, and the program is all there is.
+    pub interpreter: Option<&'a Interpreter>,
+}
+
+impl Origin<'_> {
+    /// Name of the file of an index.
+    pub fn file(&self, index: u32) -> String {
+        let loaded = self.interpreter.and_then(|interpreter| interpreter.file_name(index));
+        loaded.unwrap_or(self.program).to_owned()
+    }
+
+    /// The calls that led to a place, innermost first.
+    pub fn calls(&self, call_stack: u32) -> Vec<Call> {
+        let Some(interpreter) = self.interpreter else { return Vec::new() };
+        let call = |site: &lostmotion_gcode::CallSite| Call { sub: site.name.clone(), file: self.file(site.call.file), span: site.call };
+        interpreter.call_stacks().trace(call_stack).map(call).collect()
+    }
+}
+
+impl Finding {
+    /// A finding of the front end.
+    pub fn from_diagnostic(diagnostic: &Diagnostic, origin: &Origin<'_>) -> Finding {
+        let values = match serde_json::to_value(&diagnostic.problem) {
+            Ok(Value::Object(variant)) => variant.into_iter().next().map(|(_, values)| values),
+            _ => None,
+        };
+        Finding {
+            code: diagnostic.code().to_owned(),
+            severity: diagnostic.severity(),
+            message: diagnostic.problem.to_string(),
+            file: origin.file(diagnostic.place.span.file),
+            span: diagnostic.place.span,
+            values: if let Some(Value::Object(values)) = values { values } else { Map::new() },
+            hint: diagnostic.hint(),
+            calls: origin.calls(diagnostic.place.call_stack),
+        }
+    }
+
+    /// A finding of a lint. One that is denied is an error.
+    pub fn from_lint(finding: &LintFinding, origin: &Origin<'_>) -> Finding {
+        Finding {
+            code: finding.rule.code.to_owned(),
+            severity: if finding.level == Level::Deny { Severity::Error } else { Severity::Warning },
+            message: finding.message.clone(),
+            file: origin.file(finding.place.span.file),
+            span: finding.place.span,
+            values: finding.values.iter().map(|(name, value)| ((*name).to_owned(), Value::from(*value))).collect(),
+            hint: Some(finding.hint.clone()).filter(|hint| !hint.is_empty()),
+            calls: origin.calls(finding.place.call_stack),
+        }
+    }
+}
+
+/// How many findings there were; more than are listed, if some were not kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Errors.
+    pub errors: u64,
+    /// Warnings.
+    pub warnings: u64,
+}

@@ -1,0 +1,12 @@
+//! Studies of compensators: many machines and motions, one table.
+//!
+//! [`matrix`] is the wide one: cells of motion, feed, gap, friction, inertia and encoder, each run through the real chain from G-code to
+//! contour error with every registered method, each held against the same machine without a gap.
+//!
+//! Everything here computes; files are written by whoever calls.
+
+pub mod error;
+pub mod matrix;
+mod random;
+
+pub use error::StudyError;

@@ -1,0 +1,298 @@
+//! One cell: its program through the chain, all methods side by side.
+
+use super::cycle::{Windows, step_um};
+use super::events::Watch;
+use super::factor::{Cell, ENCODER, GAP};
+use super::lane::{Lane, SETTLE_TICKS};
+use super::limit::Physics;
+use super::machine::{self, AXES};
+use super::motion;
+use super::result::CellResult;
+use super::tally::Tally;
+use crate::error::StudyError;
+use lostmotion_axis::config::Change;
+use lostmotion_axis::{AxisConfig, AxisSample, SAMPLES_PER_SETPOINT, Setpoint};
+use lostmotion_base::units::UM_PER_MM;
+use lostmotion_base::{AxisId, Clock, Coords, Tick};
+use lostmotion_contour::{ContourConfig, ContourInput, ContourSample, ContourTracker, ProgrammedSegment};
+use lostmotion_plan::Sample;
+use lostmotion_report::number::round_to;
+use lostmotion_sim::{ProgramSource, SimulateOptions, plan, plan_with_path};
+
+/// Reversals of each axis before measuring.
+const FIRST_REVERSALS: u32 = 4;
+/// Time after the last of them, CNC ticks.
+const AFTER: Tick = 100;
+/// Decimals kept of times, limits and speeds.
+const DECIMALS: usize = 6;
+
+/// A servo tick of the method that is looked at closely.
+#[derive(Clone, Copy, Debug)]
+pub struct Traced {
+    /// Servo tick since the start of the program.
+    pub tick: Tick,
+    /// Signed contour error, um, and that of the machine without a gap.
+    pub error_um: [f64; 2],
+    /// Whether it counts for the figures.
+    pub measured: bool,
+    /// X and Y.
+    pub axes: [AxisSample; 2],
+}
+
+/// Runs a cell with `none` and these methods. `trace` sees every servo tick of the last of them.
+///
+/// # Errors
+/// An unknown method; whatever stops the chain.
+pub fn run_cell(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) -> Result<CellResult, StudyError> {
+    let inside = |source| StudyError::Cell { id: cell.to_string(), source: Box::new(source) };
+    run(cell, methods, trace).map_err(inside)
+}
+
+fn run(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) -> Result<CellResult, StudyError> {
+    let machine = machine::machine()?;
+    let source = ProgramSource::from_bytes(cell.to_string(), motion::program(cell).into_bytes());
+    let length = plan(&source, &machine, &SimulateOptions::default(), &mut |_| Ok(()))?;
+    let config = AxisConfig { drift: machine::drift(cell, length.duration_s), ..machine::axis(cell)? };
+    let mut bench = Bench::new(cell, &config, methods, &machine.start(), trace)?;
+    let mut failed = None;
+    let taken = plan_with_path(&source, &machine, &SimulateOptions::default(), &mut |samples, segments| {
+        bench.chunk(samples, segments).map_err(|error| {
+            failed = Some(error);
+            "stopped".into()
+        })
+    });
+    match (failed, taken) {
+        (Some(error), _) => Err(error),
+        (None, Err(error)) => Err(error.into()),
+        (None, Ok(_)) => Ok(bench.finish()),
+    }
+}
+
+/// What all methods of a cell share at one servo tick.
+#[derive(Clone, Copy)]
+struct Frame {
+    servo_sample: usize,
+    tick: Tick,
+    command: Sample,
+    commanded_tip_mm: [f64; 3],
+    without_gap: ContourSample,
+    /// Servo ticks since measuring began, if it has.
+    since: Option<usize>,
+}
+
+impl Frame {
+    /// Whether it counts for the figures: a cutting move, after the first reversals.
+    fn measured(&self) -> bool {
+        self.since.is_some() && self.command.path_speed > 0.0 && !self.without_gap.rapid
+    }
+}
+
+struct Bench<'a> {
+    cell: Cell,
+    names: Vec<String>,
+    /// The machine without a gap, then the methods.
+    lanes: Vec<Lane>,
+    tallies: Vec<Tally>,
+    tracker: ContourTracker,
+    frames: Vec<Frame>,
+    setpoints: Vec<Setpoint>,
+    physics: Physics,
+    gap_drift: Option<Change>,
+    motor_rad_per_mm: f64,
+    watches: [Watch; 2],
+    events: [Windows; 2],
+    reversals: [u32; 2],
+    measured_from: Option<Tick>,
+    previous: Option<Sample>,
+    ticks: Tick,
+    reached_mm_s: f64,
+    limit_max_rad: f64,
+    limit_squares: f64,
+    trace: Option<&'a mut dyn FnMut(&Traced)>,
+}
+
+impl<'a> Bench<'a> {
+    fn new(
+        cell: &Cell,
+        config: &AxisConfig,
+        methods: &[String],
+        start: &Coords,
+        trace: Option<&'a mut dyn FnMut(&Traced)>,
+    ) -> Result<Bench<'a>, StudyError> {
+        let mut names = vec!["none".to_owned()];
+        names.extend(methods.iter().filter(|name| *name != "none").cloned());
+        let mut lanes = vec![Lane::new(&config.without_gap(), "none", start)?];
+        for name in &names {
+            lanes.push(Lane::new(config, name, start)?);
+        }
+        let motor_rad_per_mm = config.transmission.motor_rad_per_unit();
+        let count_um = match cell.number(ENCODER) as i32 {
+            0 => 0.0,
+            bits => UM_PER_MM * std::f64::consts::TAU / motor_rad_per_mm / f64::from(1_u32 << bits),
+        };
+        Ok(Bench {
+            cell: *cell,
+            tallies: vec![Tally::new(step_um(count_um, cell.number(GAP))); names.len()],
+            names,
+            lanes,
+            tracker: ContourTracker::new(ContourConfig::default()),
+            frames: Vec::new(),
+            setpoints: Vec::new(),
+            physics: Physics::of(config),
+            gap_drift: config.drift.gap,
+            motor_rad_per_mm,
+            watches: Default::default(),
+            events: Default::default(),
+            reversals: [0; 2],
+            measured_from: None,
+            previous: None,
+            ticks: 0,
+            reached_mm_s: 0.0,
+            limit_max_rad: 0.0,
+            limit_squares: 0.0,
+            trace,
+        })
+    }
+
+    fn chunk(&mut self, samples: &[Sample], segments: &[ProgrammedSegment]) -> Result<(), StudyError> {
+        for segment in segments {
+            self.tracker.push(*segment)?;
+        }
+        for lane in &mut self.lanes {
+            lane.run(samples, &mut self.setpoints)?;
+        }
+        self.frame(samples)?;
+        for variant in 0..self.tallies.len() {
+            self.measure(variant)?;
+        }
+        if let Some(last) = samples.last() {
+            self.tracker.release(last.segment, last.s);
+        }
+        self.ticks += samples.len() as Tick;
+        Ok(())
+    }
+
+    /// Pairs each servo sample with the command that it answers to, one CNC tick before, and measures the machine without a gap.
+    fn frame(&mut self, samples: &[Sample]) -> Result<(), StudyError> {
+        self.frames.clear();
+        for (n, sample) in samples.iter().enumerate() {
+            let command = self.previous.replace(*sample);
+            let Some(command) = command else { continue };
+            let tick = self.ticks + n as Tick - 1;
+            self.watch(tick, &command);
+            for part in 0..SAMPLES_PER_SETPOINT {
+                let servo_sample = n * SAMPLES_PER_SETPOINT + part;
+                let Some(lane) = self.lanes.first_mut() else { continue };
+                let ([x, y], z) = (lane.reference(servo_sample), command.position[AxisId::Z]);
+                let since = self.measured_from.and_then(|from| tick.checked_sub(from));
+                let mut frame = Frame {
+                    servo_sample,
+                    tick: tick * SAMPLES_PER_SETPOINT as Tick + part as Tick,
+                    command,
+                    commanded_tip_mm: [x, y, z],
+                    without_gap: ContourSample::default(),
+                    since: since.map(|ticks| ticks as usize * SAMPLES_PER_SETPOINT + part),
+                };
+                let load = lane.load(servo_sample);
+                frame.without_gap = self.tracker.measure(&mut lane.foot, &contour_input(&frame, load))?;
+                if frame.measured() {
+                    self.reached_mm_s = self.reached_mm_s.max(command.path_speed);
+                }
+                self.frames.push(frame);
+            }
+        }
+        Ok(())
+    }
+
+    /// Counts reversals and changes of flank, and what they cost at least.
+    fn watch(&mut self, tick: Tick, command: &Sample) {
+        let since = self.measured_from.and_then(|from| tick.checked_sub(from));
+        for axis in 0..AXES.len() {
+            let (Some(id), Some(watch)) = (AXES.get(axis), self.watches.get_mut(axis)) else { continue };
+            let factor = self.motor_rad_per_mm;
+            let event = watch.step(&self.physics, command.velocity[*id] * factor, command.acceleration[*id] * factor);
+            if let (true, Some(count)) = (event.reversal, self.reversals.get_mut(axis)) {
+                *count += 1;
+            }
+            let (Some(since), Some(events)) = (since, self.events.get_mut(axis)) else { continue };
+            if event.reversal || event.flank_rad.is_some() {
+                events.count(since as usize * SAMPLES_PER_SETPOINT);
+            }
+            if let Some(least) = event.flank_rad {
+                self.limit_max_rad = self.limit_max_rad.max(least);
+                self.limit_squares += least * least;
+            }
+        }
+        if self.measured_from.is_none() && self.reversals.iter().all(|count| *count >= FIRST_REVERSALS) {
+            self.measured_from = Some(tick + AFTER);
+        }
+    }
+
+    fn measure(&mut self, variant: usize) -> Result<(), StudyError> {
+        let Some((rigid, lanes)) = self.lanes.split_first_mut() else { return Ok(()) };
+        let (Some(lane), Some(tally)) = (lanes.get_mut(variant), self.tallies.get_mut(variant)) else { return Ok(()) };
+        let traced = variant + 1 == self.names.len();
+        for frame in &self.frames {
+            let load = lane.load(frame.servo_sample);
+            let error = self.tracker.measure(&mut lane.foot, &contour_input(frame, load))?;
+            let measured = frame.measured();
+            if measured {
+                tally.contour(error.error_mm - frame.without_gap.error_mm);
+            }
+            if let Some(since) = frame.since {
+                let without = rigid.load(frame.servo_sample);
+                let time_s = Clock::SERVO.seconds(frame.tick) + Clock::CNC.seconds(SETTLE_TICKS as Tick);
+                let half_gap = 0.5 * self.physics.gap_rad * self.gap_drift.map_or(1.0, |change| change.at(time_s));
+                for axis in 0..AXES.len() {
+                    let deviation = load.get(axis).zip(without.get(axis)).map_or(f64::NAN, |(with, without)| with - without);
+                    tally.axis(axis, since, deviation, &lane.sample(axis, frame.servo_sample), half_gap);
+                }
+            }
+            if let (true, Some(trace)) = (traced, &mut self.trace) {
+                let axes = [0, 1].map(|axis| lane.sample(axis, frame.servo_sample));
+                let error_um = [error.error_mm, frame.without_gap.error_mm].map(|mm| mm * UM_PER_MM);
+                trace(&Traced { tick: frame.tick, error_um, measured, axes });
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> CellResult {
+        let um_per_rad = UM_PER_MM / self.motor_rad_per_mm;
+        let ticks = self.ticks * SAMPLES_PER_SETPOINT as Tick;
+        let from = self.measured_from.unwrap_or(self.ticks);
+        let measured_s = Clock::CNC.seconds(self.ticks.saturating_sub(from)).max(Clock::CNC.period_s());
+        let limit_rms = (self.limit_squares * self.physics.traverse_s / measured_s).sqrt();
+        let figures = |(tally, (name, lane)): (&Tally, (&String, &Lane))| {
+            Some(tally.figures(name, self.tallies.first()?, &self.events, lane.saturated(ticks)))
+        };
+        let lanes = self.names.iter().zip(self.lanes.iter().skip(1));
+        CellResult {
+            cell: self.cell,
+            duration_s: round_to(Clock::CNC.seconds(self.ticks), 3),
+            measured_from_s: round_to(Clock::CNC.seconds(from), 3),
+            samples: self.tallies.first().map_or(0, Tally::samples),
+            reached_mm_min: round_to(self.reached_mm_s * 60.0, 3),
+            reversals: self.reversals,
+            traverse_ms: round_to(self.physics.traverse_s * 1e3, DECIMALS),
+            limit_max_um: round_to(self.limit_max_rad * um_per_rad, DECIMALS),
+            limit_rms_um: round_to(limit_rms * um_per_rad, DECIMALS),
+            methods: self.tallies.iter().zip(lanes).filter_map(figures).collect(),
+        }
+    }
+}
+
+fn contour_input(frame: &Frame, load_mm: [f64; 2]) -> ContourInput {
+    let [x, y] = load_mm;
+    let [_, _, z] = frame.commanded_tip_mm;
+    let axis = [0.0, 0.0, 1.0];
+    ContourInput {
+        tick: frame.tick,
+        segment: frame.command.segment,
+        s: frame.command.s,
+        actual_tip_mm: [x, y, z],
+        commanded_tip_mm: frame.commanded_tip_mm,
+        actual_axis: axis,
+        commanded_axis: axis,
+    }
+}

@@ -1,0 +1,77 @@
+//! What physics allows at best: the load moves on its own while the motor crosses the gap.
+//!
+//! A motor of inertia J_M that gives tau at most needs `T = 2 sqrt(g J_M/tau)` from rest to rest across the gap g. Meanwhile the load coasts:
+//! - where the velocity's sign changes the flank (friction T_f, acceleration a there, rho = a J_L/T_f <= 1): `e = (a T^2/8) max(1 - rho, rho)`;
+//! - elsewhere, at a jerk j: `e = j T^3/12`, the traverse centred on the change.
+//!
+//! Neither is more than the gap itself. These hold for a traverse that is timed and aimed perfectly; no compensator on the motor can do better.
+
+use lostmotion_axis::AxisConfig;
+
+/// The time of a traverse of the whole gap from rest to rest with the drive's largest torque, s.
+pub fn traverse_s(config: &AxisConfig) -> f64 {
+    let torque = config.motor.torque_constant_nm_per_a * config.drive.current_limit_a;
+    2.0 * (config.reflected_load().gap_rad * config.motor_side_inertia_kgm2() / torque).sqrt()
+}
+
+/// An axis as the limits see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Physics {
+    /// Inertia of the load, kg m2.
+    pub load_inertia_kgm2: f64,
+    /// Viscous friction of the load, N m s/rad.
+    pub viscous_nm_s_per_rad: f64,
+    /// Coulomb friction of the load, N m.
+    pub coulomb_nm: f64,
+    /// Total gap, rad.
+    pub gap_rad: f64,
+    /// Shortest traverse, s.
+    pub traverse_s: f64,
+}
+
+impl Physics {
+    /// Of an axis.
+    pub fn of(config: &AxisConfig) -> Physics {
+        let load = config.reflected_load();
+        Physics {
+            load_inertia_kgm2: load.inertia_kgm2,
+            viscous_nm_s_per_rad: load.viscous_nm_s_per_rad,
+            coulomb_nm: load.coulomb_nm,
+            gap_rad: load.gap_rad,
+            traverse_s: traverse_s(config),
+        }
+    }
+
+    /// The torque that the load needs, N m, moving in a direction (1 or -1) at rad/s and rad/s2.
+    pub fn need_nm(&self, direction: f64, velocity: f64, acceleration: f64) -> f64 {
+        self.load_inertia_kgm2 * acceleration + self.viscous_nm_s_per_rad * velocity + self.coulomb_nm * direction
+    }
+
+    /// Least error of a change of flank at a reversal of the velocity with some acceleration (rad/s2), rad.
+    pub fn at_reversal_rad(&self, acceleration: f64) -> f64 {
+        let a = acceleration.abs();
+        let ratio = if self.coulomb_nm > 0.0 { (a * self.load_inertia_kgm2 / self.coulomb_nm).min(1.0) } else { 1.0 };
+        (a * self.traverse_s * self.traverse_s / 8.0 * ratio.max(1.0 - ratio)).min(self.gap_rad)
+    }
+
+    /// Least error of a change of flank elsewhere, at some jerk (rad/s3), rad.
+    pub fn elsewhere_rad(&self, jerk: f64) -> f64 {
+        (jerk.abs() * self.traverse_s * self.traverse_s * self.traverse_s / 12.0).min(self.gap_rad)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_published_examples() {
+        // R50, F3000 mm/min with rho = 0 for traverses of 5, 10 and 20 ms: 0.16, 0.63, 2.5 um
+        let acceleration = 50.0 * 50.0 / 50.0;
+        for (traverse_s, um) in [(0.005, 0.16), (0.010, 0.63), (0.020, 2.5)] {
+            let physics = Physics { load_inertia_kgm2: 1e-12, viscous_nm_s_per_rad: 0.0, coulomb_nm: 1.0, gap_rad: 1.0, traverse_s };
+            let e_um = 1e3 * physics.at_reversal_rad(acceleration);
+            assert!((e_um / um - 1.0).abs() < 0.03, "{e_um} {um}");
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! The test matrix: how much of the contour error that backlash causes does each method leave?
+//!
+//! ```text
+//! factor   what is varied, its levels, a cell and its name
+//! sample   which cells: each level equally often, pairs of levels as evenly as can be
+//! motion   cell -> part program          machine  cell -> machine
+//! cell     program -> plan -> all methods side by side -> contour errors      (lane, events, tally)
+//! limit    what physics allows at best   cycle    does it hunt?
+//! run      cells on all cores            journal  results as lines, to go on from
+//! summary  distribution per method and regime      table  Markdown and CSV
+//! ```
+//!
+//! Figure of merit: the signed contour error of the machine with its gap minus that of the same machine without a gap and without
+//! compensator, servo tick by servo tick, on cutting moves, from 0.1 s after each axis has reversed four times. RMS and largest
+//! magnitude of it, as parts of what `none` leaves.
+
+mod cell;
+mod cycle;
+mod events;
+pub mod factor;
+pub mod journal;
+mod lane;
+mod limit;
+pub mod machine;
+pub mod motion;
+pub mod result;
+mod run;
+pub mod sample;
+pub mod summary;
+pub mod table;
+mod tally;
+
+pub use cell::{Traced, run_cell};
+pub use factor::{Cell, FACTORS, Factor};
+pub use limit::{Physics, traverse_s};
+pub use result::{CellResult, MethodFigures};
+pub use run::{Progress, run_cells};
+pub use sample::{MOST_CELLS, all_cells, sample};

@@ -1,0 +1,73 @@
+//! What a cell answers.
+
+use super::factor::Cell;
+use serde::{Deserialize, Serialize};
+
+/// One method in one cell. Micrometres at the slide; all figures after the fourth reversal of each axis.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MethodFigures {
+    /// Registered name.
+    pub method: String,
+    /// RMS of the contour error that backlash causes, um.
+    pub rms_um: f64,
+    /// Its largest magnitude, um.
+    pub max_um: f64,
+    /// RMS of what backlash adds to the position of the loads of X and Y, um.
+    pub axis_rms_um: [f64; 2],
+    /// Mean magnitude of the relative error of the estimated half gap while load and motor are in contact, the worse axis; none if the method
+    /// estimates none.
+    pub gap_error: Option<f64>,
+    /// Whether an axis hunts where without compensation it does not.
+    pub hunts: bool,
+    /// Part of the time for which a drive was at its current or voltage limit, the worse axis.
+    pub saturated: f64,
+}
+
+/// A cell's figures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellResult {
+    /// Which.
+    pub cell: Cell,
+    /// Length of the motion, s.
+    pub duration_s: f64,
+    /// Start of measuring, s: 0.1 s after the fourth reversal of the axis that is later to have it.
+    pub measured_from_s: f64,
+    /// Servo ticks measured: cutting moves only.
+    pub samples: u64,
+    /// Highest path speed on a cutting move, mm/min.
+    pub reached_mm_min: f64,
+    /// Reversals of X and Y in all.
+    pub reversals: [u32; 2],
+    /// Shortest possible traverse of the gap, ms.
+    pub traverse_ms: f64,
+    /// Least possible largest error, um, by the formulae of the module `limit`.
+    pub limit_max_um: f64,
+    /// Least possible RMS, um, taking every unavoidable error at its largest for the whole traverse.
+    pub limit_rms_um: f64,
+    /// One row a method; the first is `none`.
+    pub methods: Vec<MethodFigures>,
+}
+
+/// What `none` leaves has to be more than this for a ratio to mean something, um RMS.
+pub const RATIO_FROM_UM: f64 = 0.02;
+/// A method is worse than none if it leaves more than none by this, um.
+pub const WORSE_UM: f64 = 0.1;
+
+impl CellResult {
+    /// The figures of a method.
+    pub fn of(&self, method: &str) -> Option<&MethodFigures> {
+        self.methods.iter().find(|figures| figures.method == method)
+    }
+
+    /// RMS and largest error of a method as parts of those of `none`; none if `none` leaves next to nothing.
+    pub fn ratios(&self, method: &str) -> Option<[f64; 2]> {
+        let (none, figures) = (self.of("none")?, self.of(method)?);
+        (none.rms_um > RATIO_FROM_UM).then(|| [figures.rms_um / none.rms_um, figures.max_um / none.max_um])
+    }
+
+    /// Whether RMS and largest error of a method are worse than those of `none` by more than [`WORSE_UM`].
+    pub fn worse(&self, method: &str) -> [bool; 2] {
+        let (Some(none), Some(figures)) = (self.of("none"), self.of(method)) else { return [false; 2] };
+        [figures.rms_um > none.rms_um + WORSE_UM, figures.max_um > none.max_um + WORSE_UM]
+    }
+}

@@ -1,0 +1,132 @@
+//! The matrix for people (Markdown) and for other programs (CSV, JSON).
+
+use super::factor::{COUNT, FACTORS};
+use super::result::CellResult;
+use super::summary::{MethodSummary, Spread, Summary, summary};
+use crate::error::StudyError;
+use lostmotion_report::number::percent;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Writing to a `String` cannot fail.
+macro_rules! put {
+    ($out:expr, $($arg:tt)*) => { let _ = writeln!($out, $($arg)*); };
+}
+
+fn three(spread: Option<Spread>) -> String {
+    spread.map_or("- | - | -".to_owned(), |s| format!("{} | {} | {}", percent(s.median), percent(s.p95), percent(s.worst)))
+}
+
+fn two(spread: Option<Spread>) -> String {
+    spread.map_or("-".to_owned(), |s| format!("{} / {}", percent(s.median), percent(s.p95)))
+}
+
+/// The summary as Markdown: a table of all methods, one by regime, the worst cells.
+pub fn markdown(results: &[CellResult], what: &str) -> String {
+    let sum = summary(results);
+    let mut out = String::new();
+    put!(out, "# Test matrix of the compensators\n");
+    put!(
+        out,
+        "{} cells ({what}), {:.0} s of machine time with each method. Made by `lostmotion study matrix`; do not edit.\n",
+        sum.cells,
+        sum.simulated_s
+    );
+    put!(
+        out,
+        "The figure: signed contour error with the gap minus that of the same machine without a gap, on cutting moves, after the first four"
+    );
+    put!(
+        out,
+        "reversals of each axis, in parts of what `none` leaves. Worse: by more than 0.1 um. Hunting: an oscillation that neither the motion nor `none` explains."
+    );
+    put!(out, "Gap: mean error of the estimated half gap while in contact (0 where the method was told the gap).\n");
+    overview(&mut out, &sum);
+    by_regime(&mut out, &sum);
+    put!(out, "\n## Worst cells\n");
+    put!(out, "| method | cell | RMS ratio | max ratio |\n|---|---|--:|--:|");
+    for worst in &sum.worst {
+        let [rms, max] = worst.ratios;
+        put!(out, "| `{}` | `{}` | {} | {} |", worst.method, worst.cell, percent(rms), percent(max));
+    }
+    out
+}
+
+fn overview(out: &mut String, sum: &Summary) {
+    put!(
+        out,
+        "| method | RMS: median | 95 % | worst | max: median | 95 % | worst | worse RMS | worse max | hunting | at a limit | gap: median / 95 % |"
+    );
+    put!(out, "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
+    for row in &sum.methods {
+        let MethodSummary { method, worse_rms, worse_max, hunts, saturated, .. } = row;
+        let (rms, max, gap) = (three(row.rms_ratio), three(row.max_ratio), two(row.gap_error));
+        put!(out, "| `{method}` | {rms} | {max} | {worse_rms} | {worse_max} | {hunts} | {saturated} | {gap} |");
+    }
+    put!(out, "| least possible | {} | {} | | | | | |", three(sum.limit_rms_ratio), three(sum.limit_max_ratio));
+}
+
+fn by_regime(out: &mut String, sum: &Summary) {
+    put!(out, "\n## By regime\n\nRMS ratio, median / 95 %.\n");
+    let mut header = "| factor | level | cells |".to_owned();
+    let mut rule = "|---|---|--:|".to_owned();
+    for method in sum.methods.iter().skip(1) {
+        let _ = write!(header, " `{}` |", method.method);
+        rule.push_str("--:|");
+    }
+    put!(out, "{header}\n{rule}");
+    for regime in &sum.regimes {
+        let cells = regime.methods.first().and_then(|none| none.rms_ratio).map_or(0, |spread| spread.cells);
+        let row: Vec<String> = regime.methods.iter().skip(1).map(|method| two(method.rms_ratio)).collect();
+        put!(out, "| {} | {} | {cells} | {} |", regime.factor, regime.level, row.join(" | "));
+    }
+}
+
+/// A row a cell and method.
+pub fn csv(results: &[CellResult]) -> String {
+    let mut out = "cell,".to_owned();
+    out.push_str(&FACTORS.map(|factor| factor.name).join(","));
+    out.push_str(
+        ",duration_s,measured_from_s,reached_mm_min,traverse_ms,limit_max_um,limit_rms_um,method,rms_um,max_um,rms_ratio,max_ratio,worse_rms,worse_max,x_rms_um,y_rms_um,gap_error,hunts,saturated\n",
+    );
+    for cell in results {
+        for figures in &cell.methods {
+            let levels: Vec<&str> = (0..COUNT).map(|factor| cell.cell.level_name(factor)).collect();
+            let CellResult { duration_s, measured_from_s, reached_mm_min, traverse_ms, limit_max_um, limit_rms_um, .. } = cell;
+            let _ = write!(out, "{},{},{duration_s},{measured_from_s},{reached_mm_min}", cell.cell, levels.join(","));
+            let _ = write!(out, ",{traverse_ms},{limit_max_um},{limit_rms_um},{},{},{}", figures.method, figures.rms_um, figures.max_um);
+            let _ = match cell.ratios(&figures.method) {
+                Some([rms, max]) => write!(out, ",{rms:.5},{max:.5}"),
+                None => write!(out, ",,"),
+            };
+            let ([worse_rms, worse_max], [x, y]) = (cell.worse(&figures.method), figures.axis_rms_um);
+            let gap = figures.gap_error.map_or(String::new(), |error| error.to_string());
+            put!(out, ",{worse_rms},{worse_max},{x},{y},{gap},{},{}", figures.hunts, figures.saturated);
+        }
+    }
+    out
+}
+
+/// The whole answer as data.
+#[derive(Clone, Debug, Serialize)]
+pub struct Matrix<'a> {
+    /// Version of this form.
+    pub schema: u32,
+    /// Which cells.
+    pub what: &'a str,
+    /// Distribution per method and regime.
+    pub summary: Summary,
+    /// Every cell.
+    pub results: &'a [CellResult],
+}
+
+/// Summary and cells as JSON.
+///
+/// # Errors
+/// None for the types of this crate.
+pub fn json(results: &[CellResult], what: &str) -> Result<String, StudyError> {
+    let matrix = Matrix { schema: 1, what, summary: summary(results), results };
+    let mut text = serde_json::to_string_pretty(&matrix).map_err(|error| StudyError::Sink(error.to_string()))?;
+    text.push('\n');
+    Ok(text)
+}
