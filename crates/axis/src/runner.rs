@@ -180,6 +180,7 @@ impl<C: Compensator> AxisSim<C> {
             motor_position: measured.position,
             motor_velocity: measured.velocity,
             current: state.plant.current_q,
+            mean_current: model.servo.mean_current(&mut state.servo, &state.plant),
             saturated: state.servo.saturated,
             load_position: if model.has_scale { Some(model.servo.read_scale(&state.plant)) } else { None },
         };

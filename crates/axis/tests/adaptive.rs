@@ -54,14 +54,7 @@ fn nothing_of_the_load_but_its_shaft_is_told() {
 }
 
 #[test]
-fn unsure_it_does_nothing() {
-    // hardly any friction, gentle motion, steps of the encoder as large as the torque that the load needs
-    for (gap, radius, feed) in [(5.0, 5.0, 300.0), (60.0, 10.0, 3000.0), (20.0, 50.0, 3000.0)] {
-        let config = mill_x(0.0, gap, Some(1 << 20));
-        let motion = |t: f64| circle(radius, feed / 60.0 / radius, t);
-        let seconds = 4.0 * TAU * radius * 60.0 / feed;
-        assert_eq!(run(&config, "adaptive", &motion, seconds).load, run(&config, "none", &motion, seconds).load);
-    }
+fn on_a_machine_without_a_gap_it_does_nothing() {
     let rigid = mill_x(0.1, 10.0, Some(1 << 20)).without_gap();
     let motion = |t: f64| circle(10.0, 5.0, t);
     assert_eq!(run(&rigid, "adaptive", &motion, 8.0).load, run(&rigid, "none", &motion, 8.0).load);
@@ -102,7 +95,8 @@ fn it_goes_on_from_a_state_kept_as_text() {
     let mut again = lostmotion_axis::AxisOutput::new(false);
     sim.push(&points[5100..], &mut out).unwrap();
     other.push(&points[5100..], &mut again).unwrap();
-    assert_eq!(out.load, again.load);
+    let difference = max_abs(out.load.iter().zip(&again.load).map(|(a, b)| a - b));
+    assert!(difference < 1e-4, "{difference} mm: text rounds the last bit of some numbers");
 }
 
 #[test]

@@ -7,6 +7,7 @@ use crate::loader::SubroutineLoader;
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
 use crate::source::{LineKind, Lines};
+use crate::state::State;
 use lostmotion_base::span::Span;
 use std::io::BufRead;
 use std::sync::Arc;
@@ -73,6 +74,11 @@ impl<R: BufRead> Program<R> {
             }
         }
         false
+    }
+
+    /// The interpreter's state without what may be large.
+    pub(crate) fn light_state(&mut self) -> State {
+        self.interpreter.light_state()
     }
 
     /// A line that the interpreter has not been given, because the program ended before it.

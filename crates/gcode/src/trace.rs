@@ -13,16 +13,20 @@ use std::io::BufRead;
 pub struct Event<'a> {
     /// Where it stands, and the call it ran in.
     pub place: BlockRef,
-    /// The modes and the position before it.
+    /// The modes and the position before it, without what cutter compensation and curves hold.
     pub before: &'a State,
+    /// Cutter compensation was in force before it.
+    pub compensated: bool,
+    /// The same after it.
+    pub after: &'a State,
+    /// Cutter compensation is in force after it.
+    pub compensates: bool,
     /// The operations it gave out. Under cutter compensation those of the block before may come with it.
     pub ops: &'a [SourcedOp],
     /// Errors that it has.
     pub errors: u64,
     /// It was only looked at: a branch not taken, or the definition of a subroutine.
     pub passed: bool,
-    /// The program is over; what this event tells may be that of the end of the source.
-    pub ended: bool,
     /// The interpreter after it.
     pub interpreter: &'a Interpreter,
 }
@@ -31,11 +35,6 @@ impl Event<'_> {
     /// The block as it was parsed.
     pub fn block(&self) -> &Block {
         self.interpreter.block()
-    }
-
-    /// The modes and the position after it.
-    pub fn after(&self) -> &State {
-        self.interpreter.state()
     }
 
     /// Whether it is a line of words that was carried out without an error.
@@ -48,24 +47,29 @@ impl Event<'_> {
 pub fn watch<R: BufRead>(program: &mut Program<R>, mut see: impl FnMut(&Event<'_>)) {
     program.take_pending();
     let mut ops = Vec::new();
+    let mut before = program.light_state();
     loop {
         let interpreter = program.interpreter();
-        let before = interpreter.state().clone();
+        let compensated = interpreter.state().compensation.is_some();
         let (passed, call_stack) = (interpreter.passes_over(), interpreter.place().call_stack);
         let errors = interpreter.diagnostics().errors();
         ops.clear();
         if !program.run_block(&mut ops) {
             return;
         }
+        let after = program.light_state();
         let interpreter = program.interpreter();
         see(&Event {
             place: BlockRef { call_stack, ..interpreter.place() },
             before: &before,
+            compensated,
+            after: &after,
+            compensates: interpreter.state().compensation.is_some(),
             ops: &ops,
             errors: interpreter.diagnostics().errors() - errors,
             passed,
-            ended: interpreter.state().ended,
             interpreter,
         });
+        before = after;
     }
 }

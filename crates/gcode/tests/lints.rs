@@ -115,3 +115,17 @@ fn findings_are_bounded_and_counted() {
     let source = format!("{HEAD}o1 repeat [50]\nG0 Z5\nG0 Z-1\no1 endrepeat\nM2\n");
     assert_eq!(linted(&source, Levels::default()), ["rapid-plunge 4"]);
 }
+
+#[test]
+fn programs_that_hold_much_are_watched_all_the_same() {
+    let held = "F100 G41.1 D2\no1 repeat [20000]\nG4 P0\no1 endrepeat\nG1 X5\nX9\nM2\n".to_owned();
+    let curve = format!("F100\n{}G5.3\nM2\n", "G5.2 X1 Y1 P1\nG5.2 X2 Y1 P1\n".repeat(10_000));
+    for source in [held, curve] {
+        let mut levels = Levels::default();
+        levels.set("all", Level::Allow);
+        let mut program = Program::new(source.as_bytes(), InterpreterConfig::default());
+        assert!(lint(&mut program, levels).kept().is_empty());
+        assert_eq!(program.diagnostics().errors(), 0, "{:?}", program.diagnostics().kept());
+        assert!(program.interpreter().state().ended);
+    }
+}

@@ -145,6 +145,7 @@ impl<S: Simd> Kernel<S> {
         let fine = self.simd.select_f64s(limited, zero, self.simd.select_f64s(quiet, one, zero));
         let any = self.stop(fine, active, stopped);
 
+        let next_sum = self.add(self.get(&s.sum), current_q);
         let next_position = self.add(self.get(&s.position), travel);
         let next_gap = self.add(after[1], offset);
         let (peak, size) = (self.get(&s.peak), self.abs(after[0]));
@@ -161,6 +162,7 @@ impl<S: Simd> Kernel<S> {
         self.store(keep, &mut s.integral_q, next_integral_q);
         self.store(keep, &mut s.pending_d, free_d);
         self.store(keep, &mut s.pending_q, free_q);
+        self.store(keep, &mut s.sum, next_sum);
         self.store(keep, &mut s.peak, next_peak);
         any
     }

@@ -28,6 +28,8 @@ pub(super) struct States {
     pub(super) integral_q: Row,
     pub(super) pending_d: Row,
     pub(super) pending_q: Row,
+    /// Sum of i_q for the drive's mean.
+    pub(super) sum: Row,
     pub(super) peak: Row,
 }
 
@@ -98,6 +100,7 @@ impl Lanes {
             integral_q: z,
             pending_d: z,
             pending_q: z,
+            sum: z,
             peak: z,
         };
         let numbers = Numbers {
@@ -199,6 +202,7 @@ impl Lanes {
         s.integral_q.0[lane] = current.integral_q;
         s.pending_d.0[lane] = current.pending[0];
         s.pending_q.0[lane] = current.pending[1];
+        s.sum.0[lane] = current.sum;
     }
 
     /// Gives an axis its state back.
@@ -213,6 +217,7 @@ impl Lanes {
         current.integral_d = s.integral_d.0[lane];
         current.integral_q = s.integral_q.0[lane];
         current.pending = [s.pending_d.0[lane], s.pending_q.0[lane]];
+        current.sum = s.sum.0[lane];
     }
 }
 

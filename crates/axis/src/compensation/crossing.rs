@@ -56,11 +56,6 @@ pub(super) struct CrossingState {
 }
 
 impl CrossingState {
-    /// Offset of the motor now, rad.
-    pub(super) fn offset(&self) -> f64 {
-        self.traverse.now()
-    }
-
     /// Whether it is on its way from flank to flank.
     pub(super) fn crossing(&self) -> bool {
         self.traverse.moving()

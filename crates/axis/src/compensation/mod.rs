@@ -13,7 +13,6 @@ pub mod fixed;
 pub mod fixed_fanuc;
 pub mod fixed_linuxcnc;
 pub mod kalman;
-mod learning;
 pub mod load_feedback;
 pub mod lookup;
 pub mod multiple_models;
@@ -21,7 +20,6 @@ pub mod none;
 pub mod published;
 mod ramp;
 pub mod registry;
-mod replay;
 pub mod reversal_pulse;
 mod traverse;
 mod trust;
@@ -69,6 +67,8 @@ pub struct Signals {
     pub motor_velocity: f64,
     /// Measured torque-forming current, A.
     pub current: f64,
+    /// Mean of the torque-forming current over the last servo period, from the samples of the current loop, A.
+    pub mean_current: f64,
     /// Whether the drive was at its current or voltage limit in the last period.
     pub saturated: bool,
     /// Load position from its scale, rad at the motor shaft; only for methods whose [`Knowledge::load_scale`] is set and machines that have one.

@@ -133,15 +133,6 @@ impl Twin {
         }
     }
 
-    /// The same state on an axis with a gap whose motor stands off by an offset, on the flank that carries the torque.
-    pub(super) fn on_flank(&self, state: &TwinState, side: f64, half_gap: f64, offset: f64) -> TwinState {
-        let mut shifted = *state;
-        shifted.plant.gap_angle += side * half_gap;
-        shifted.plant.load_position += offset - side * half_gap;
-        shifted.servo.velocity.position += offset;
-        shifted
-    }
-
     fn advance(&self, state: &mut TwinState, voltage: f64, load: &LoadModel, half_gap: f64) {
         let (x, h) = (&mut state.plant, self.period_s);
         let share = h / self.inductance;

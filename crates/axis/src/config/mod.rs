@@ -1,4 +1,40 @@
-//! Description of an axis, as machine files hold it: every key carries its unit, unknown keys are refused.
+//! Description of an axis, as machine files hold it: keys carry their unit, those that do not are in the axis' own; unknown keys are refused.
+//!
+//! What a file may add to an axis, all of it optional and off where left out (in a machine file the tables are `[axis.x.friction]` and so on):
+//!
+//! ```
+//! # use lostmotion_axis::AxisConfig;
+//! # let options = r#"
+//! [friction.load.stribeck]    # or: [friction.load.lugre] static_factor, speed, presliding, damping_s
+//! static_factor = 1.5         # breakaway over Coulomb friction, 1 to 10
+//! speed = 2.0                 # axis units per s from which it is Coulomb friction; at the motor rad/s
+//!
+//! [flanks]
+//! middle = -1.0               # of the gap, in half gaps: pushed forwards the load is where it is told, -1 to 1
+//! wear = { factor = 1.8, at = 250.0, width = 80.0 }           # gap at the worst place over elsewhere; axis units
+//!
+//! [ripple]
+//! cogging = [{ amplitude = 0.05, per_turn = 60 }]             # N m
+//! torque = [{ amplitude = 0.01, per_turn = 24, phase_deg = 30.0 }]    # parts of the torque constant
+//!
+//! [gravity]                   # a joint: rotary transmissions alone
+//! torque_nm = 20.0            # m g l at the load
+//! hangs_at_deg = -90.0        # where the load hangs straight down
+//!
+//! [scale]
+//! index = 12.5                # axis units; counts are whole from here
+//! slope_ppm = 8.0
+//! errors = [{ amplitude = 0.0005, period = 0.02 }]            # axis units
+//!
+//! [drift]                     # gap, load_coulomb, load_viscous, load_inertia, motor_coulomb, motor_viscous, stiffness
+//! gap = { factor = 1.5, over_s = 60.0 }
+//! load_inertia = { factor = 2.0, over_s = 30.0, shape = "cycle" }
+//! # "#;
+//! # let axis = toml::to_string(&AxisConfig::paper())?;
+//! # let config: AxisConfig = toml::from_str(&format!("{axis}{options}"))?;
+//! # assert!(config.gravity.is_some() && config.flanks.wear.is_some() && config.drift.load_inertia.is_some());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod classic;
 mod compensation;

@@ -20,6 +20,8 @@ use super::state::PlantState;
 use super::taylor::COEFFICIENTS;
 use crate::config::MAX_HARMONICS;
 
+/// Order before which no series counts as settled: what acts on the motor shows in the load four orders later.
+const FEWEST: usize = 6;
 /// How small the last two coefficients have to be beside the largest.
 const SETTLED: f64 = 2e-16;
 
@@ -49,6 +51,7 @@ pub(super) struct Expansion<'a> {
     /// Torque on each mass that its friction has to hold if it stands.
     pub(super) need: [Series; 2],
     contact: Series,
+    settled: bool,
 }
 
 impl<'a> Expansion<'a> {
@@ -86,12 +89,17 @@ impl<'a> Expansion<'a> {
             closing: NOTHING,
             need: [NOTHING; 2],
             contact: NOTHING,
+            settled: false,
         };
         for n in 0..COEFFICIENTS {
             all.contact_at(n);
             all.torques_at(n);
             if n + 1 < COEFFICIENTS {
                 all.integrate(n);
+            }
+            if n >= FEWEST && all.has_come_down(n) {
+                all.settled = true;
+                break;
             }
         }
         all
@@ -166,13 +174,19 @@ impl<'a> Expansion<'a> {
         }
     }
 
-    /// Whether the series have come down to rounding.
-    pub(super) fn is_settled(&self) -> bool {
+    /// Whether coefficients n and n + 1 of all states are down to rounding (n and n - 1 at the end).
+    fn has_come_down(&self, n: usize) -> bool {
+        let last = (n + 1).min(COEFFICIENTS - 1);
         let states = [&self.current, &self.angle, &self.speed[0], &self.speed[1], &self.place, &self.bristles[0], &self.bristles[1]];
         states.iter().all(|series| {
-            let largest = series.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-            series.iter().rev().take(2).all(|c| c.abs() <= SETTLED * largest)
+            let largest = series[..=last].iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+            series[last].abs().max(series[last - 1].abs()) <= SETTLED * largest
         })
+    }
+
+    /// Whether the series have come down to rounding; else the span is too long.
+    pub(super) fn is_settled(&self) -> bool {
+        self.settled
     }
 
     /// Contact torque at the start, N m.

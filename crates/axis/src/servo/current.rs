@@ -19,10 +19,13 @@ pub struct CurrentState {
     pub(super) periods: u32,
     /// Whether the voltage was cut since the last servo tick.
     pub(super) limited: bool,
+    /// i_q at the last servo tick and its sum over the current periods since, A.
+    pub(super) first: f64,
+    pub(crate) sum: f64,
 }
 
 impl CurrentState {
-    pub(super) fn new(voltage: f64) -> CurrentState {
+    pub(super) fn new(voltage: f64, current: f64, periods: f64) -> CurrentState {
         CurrentState {
             integral_d: 0.0,
             integral_q: voltage,
@@ -31,11 +34,14 @@ impl CurrentState {
             back_emf: 0.0,
             periods: 0,
             limited: false,
+            first: current,
+            sum: periods * current,
         }
     }
 
     #[inline]
     pub(super) fn voltage(&mut self, servo: &Servo, command: f64, plant: &PlantState) -> PlantInput {
+        self.sum += plant.current_q;
         let gain = servo.drive.current_gain_v_per_a;
         let share = servo.current_share;
         let cross = self.electric_speed * servo.inductance;

@@ -106,7 +106,7 @@ impl Servo {
     pub fn initial(&self, plant: &PlantState, reference: f64) -> ServoState {
         ServoState {
             velocity: VelocityState::new(self, self.encoder.read(plant.motor_position()), reference, plant.current_q),
-            current: CurrentState::new(self.resistance * plant.current_q),
+            current: CurrentState::new(self.resistance * plant.current_q, plant.current_q, f64::from(self.current_steps)),
             saturated: false,
         }
     }
@@ -127,6 +127,14 @@ impl Servo {
     /// Reads the load's scale, rad at the motor's shaft.
     pub fn read_scale(&self, plant: &PlantState) -> f64 {
         self.scale.read(plant.load_position)
+    }
+
+    /// Mean i_q over the servo period that ends now, by the trapezoidal rule over the samples of the current loop, A.
+    pub fn mean_current(&self, state: &mut ServoState, plant: &PlantState) -> f64 {
+        let current = &mut state.current;
+        let mean = (current.sum + 0.5 * (plant.current_q - current.first)) / f64::from(self.current_steps);
+        (current.first, current.sum) = (plant.current_q, 0.0);
+        mean
     }
 
     /// Position and velocity loop: sets the current command for the coming servo period.

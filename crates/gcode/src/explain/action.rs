@@ -6,11 +6,11 @@ use lostmotion_base::math;
 
 const LETTERS: [char; 9] = ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'];
 
-/// Describes an operation; motion goes from `at`, which becomes its end.
-pub(super) fn describe(op: &CanonicalOp, at: &mut Position, units: Units) -> String {
+/// Describes an operation; motion goes from `at`.
+pub(super) fn describe(op: &CanonicalOp, at: &Position, units: Units) -> String {
     use CanonicalOp as O;
     let unit = units.name();
-    let text = match op {
+    match op {
         O::StraightTraverse(end) => straight("rapid", at, end, unit),
         O::StraightFeed(end) => straight("feed", at, end, unit),
         O::ArcFeed(feed) => arc(feed, at, unit),
@@ -29,15 +29,18 @@ pub(super) fn describe(op: &CanonicalOp, at: &mut Position, units: Units) -> Str
         O::ProgramStop => "stop until told to go on".to_owned(),
         O::ProgramEnd => "end the program".to_owned(),
         other => other.to_string(),
-    };
+    }
+}
+
+/// Moves a place to the end of an operation.
+pub(super) fn advance(op: &CanonicalOp, at: &mut Position) {
     match op {
-        O::StraightTraverse(end) | O::StraightFeed(end) => *at = *end,
-        O::ArcFeed(feed) => *at = feed.position(),
-        O::NurbsFeed(curve) => *at = curve.end,
-        O::StraightProbe(probe) => *at = probe.stop,
+        CanonicalOp::StraightTraverse(end) | CanonicalOp::StraightFeed(end) => *at = *end,
+        CanonicalOp::ArcFeed(feed) => *at = feed.position(),
+        CanonicalOp::NurbsFeed(curve) => *at = curve.end,
+        CanonicalOp::StraightProbe(probe) => *at = probe.stop,
         _ => {}
     }
-    text
 }
 
 /// Axes that move with their ends.

@@ -2,23 +2,21 @@
 
 mod action;
 mod modes;
+mod seen;
 mod text;
 mod word;
 
 pub use modes::Mode;
 
-use crate::interpreter::Interpreter;
-use crate::ops::{Position, SourcedOp};
+use crate::ops::Position;
 use crate::program::Program;
 use crate::state::State;
 use crate::syntax::{Block, parse_block};
-use crate::trace::{Event, watch};
+use crate::trace::watch;
 use lostmotion_base::span::Span;
+use seen::Seen;
 use serde::Serialize;
 use std::io::BufRead;
-
-/// Most actions that are listed for one execution.
-const ACTIONS: usize = 100;
 
 /// A line explained.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -94,36 +92,36 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    fn of(state: &State) -> Snapshot {
-        Snapshot { modes: modes::modes(state), position: state.current, machine_position: state.machine() }
+    fn of(state: &State, compensated: bool) -> Snapshot {
+        Snapshot { modes: modes::modes(state, compensated), position: state.current, machine_position: state.machine() }
     }
 }
 
 /// Runs a program to its end and explains a line of it; none if the program does not have the line.
 pub fn explain<R: BufRead>(program: &mut Program<R>, line: u32) -> Option<Explanation> {
     let mut explanation = Explanation { line, ..Explanation::default() };
-    let mut known = false;
+    let (mut first, mut last) = (None::<Seen>, None::<Seen>);
     watch(program, |event| {
         let span = event.place.span;
-        let is_here = (span.file, span.line) == (0, line);
-        if is_here && !event.passed {
-            if !known {
+        if (span.file, span.line) == (0, line) && !event.passed {
+            if explanation.executions == 0 {
                 explanation.text = String::from_utf8_lossy(event.interpreter.line()).into_owned();
                 explanation.parts = word::parts(event.interpreter.block(), event.interpreter.line(), Some(event));
-                known = true;
             }
             explanation.executions += 1;
-            *slot(&mut explanation) = Some(execution(event));
-        } else if is_here {
+            *(if first.is_none() { &mut first } else { &mut last }) = Some(Seen::of(event));
+        } else if (span.file, span.line) == (0, line) {
             explanation.passed_over += 1;
             if explanation.text.is_empty() {
                 unseen(&mut explanation, event.interpreter.line());
             }
         }
-        if explanation.executions > 0 {
-            add_actions(&mut explanation, event, line);
+        if let Some(seen) = last.as_mut().or(first.as_mut()) {
+            seen.take(event, line);
         }
     });
+    explanation.first = first.map(|seen| seen.execution(program.interpreter()));
+    explanation.last = last.map(|seen| seen.execution(program.interpreter()));
     while let Some((text, Span { line: number, .. })) = program.next_line() {
         if number == line {
             unseen(&mut explanation, text);
@@ -140,51 +138,11 @@ pub fn explain<R: BufRead>(program: &mut Program<R>, line: u32) -> Option<Explan
     Some(explanation)
 }
 
-/// The execution that an event belongs to.
-fn slot(explanation: &mut Explanation) -> &mut Option<Execution> {
-    if explanation.executions > 1 { &mut explanation.last } else { &mut explanation.first }
-}
-
 /// A line that was not carried out.
 fn unseen(explanation: &mut Explanation, text: &[u8]) {
     let mut block = Block::default();
     explanation.text = String::from_utf8_lossy(text).into_owned();
     if parse_block(text, &mut block, &crate::Limits::default()).is_ok() {
         explanation.parts = word::parts(&block, text, None);
-    }
-}
-
-fn execution(event: &Event<'_>) -> Execution {
-    Execution {
-        calls: calls(event.interpreter, event.place.call_stack),
-        refused: event.errors > 0,
-        before: Snapshot::of(event.before),
-        after: Snapshot::of(event.after()),
-        actions: Vec::new(),
-        action_count: 0,
-    }
-}
-
-fn calls(interpreter: &Interpreter, call_stack: u32) -> Vec<Call> {
-    let call = |site: &crate::CallSite| Call {
-        sub: site.name.clone(),
-        line: site.call.line,
-        file: interpreter.file_name(site.call.file).map(str::to_owned),
-    };
-    interpreter.call_stacks().trace(call_stack).map(call).collect()
-}
-
-/// Actions of the line, which under cutter compensation come with later blocks.
-fn add_actions(explanation: &mut Explanation, event: &Event<'_>, line: u32) {
-    let Some(execution) = slot(explanation) else { return };
-    let mut at = event.before.current;
-    for SourcedOp { op, block } in event.ops {
-        let text = action::describe(op, &mut at, event.after().units);
-        if (block.span.file, block.span.line) == (0, line) {
-            execution.action_count += 1;
-            if execution.actions.len() < ACTIONS {
-                execution.actions.push(text);
-            }
-        }
     }
 }

@@ -56,7 +56,7 @@ fn spindle(state: &State) -> String {
 }
 
 /// All modes of a state.
-pub(super) fn modes(state: &State) -> Vec<Mode> {
+pub(super) fn modes(state: &State, compensated: bool) -> Vec<Mode> {
     let mode = |name, value: String| Mode { name, value };
     let plane = match state.plane {
         Plane::Xy => "XY (G17)",
@@ -65,7 +65,7 @@ pub(super) fn modes(state: &State) -> Vec<Mode> {
     };
     let offsets = &state.offsets;
     let system = SYSTEMS.get(usize::from(state.system).wrapping_sub(1)).copied().unwrap_or("?");
-    let compensation = if state.compensation.is_some() { "on (G41, G42)" } else { "off (G40)" };
+    let compensation = if compensated { "on (G41, G42)" } else { "off (G40)" };
     vec![
         mode("motion", state.motion.map_or("none (G80)".to_owned(), |code| code.to_string())),
         mode("units", if state.units == Units::Mm { "mm (G21)" } else { "inch (G20)" }.to_owned()),

@@ -90,7 +90,7 @@ fn meaning(word: &Word, block: &Block, event: Option<&Event<'_>>) -> String {
         (_, value) => value,
     };
     let shown = value.map_or("a computed value".to_owned(), |value| value.to_string());
-    let state = event.map(Event::after);
+    let state = event.map(|event| event.after);
     let user = user(word, block, state);
     match letter {
         'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' | 'U' | 'V' | 'W' => axis(letter, &shown, state, user),

@@ -2,6 +2,7 @@
 
 use super::Interpreter;
 use crate::codes::CodeRow;
+use crate::state::State;
 use crate::syntax::{Block, Text, Word};
 use lostmotion_base::span::BlockRef;
 
@@ -9,6 +10,14 @@ impl Interpreter {
     /// The last block, as it was parsed. After a block that could not be parsed, what stood before the fault.
     pub fn block(&self) -> &Block {
         &self.block
+    }
+
+    /// The state without what may be large: the moves that cutter compensation holds, the points of an open curve.
+    pub(crate) fn light_state(&mut self) -> State {
+        let (compensation, nurbs) = (self.state.compensation.take(), self.state.nurbs.take());
+        let light = self.state.clone();
+        (self.state.compensation, self.state.nurbs) = (compensation, nurbs);
+        light
     }
 
     /// The bytes of the last block's line.

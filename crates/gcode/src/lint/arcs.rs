@@ -1,6 +1,6 @@
 //! Arcs whose shape hangs on the last digit.
 
-use super::moves::legs;
+use super::moves::Leg;
 use super::{Check, LintFindings, rules};
 use crate::ops::{ArcFeed, CanonicalOp, Position};
 use crate::syntax::{Value, Word};
@@ -61,7 +61,7 @@ fn last_place(decimals: i32) -> f64 {
 
 impl Arcs {
     fn centers(&mut self, event: &Event<'_>, found: &mut LintFindings) {
-        let absolute = event.after().arc_absolute;
+        let absolute = event.after.arc_absolute;
         let [relative_seen, absolute_seen] = &mut self.centers;
         let (this, other) = if absolute { (absolute_seen, relative_seen) } else { (relative_seen, absolute_seen) };
         if *other && !*this {
@@ -78,7 +78,7 @@ fn nearly_full(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
     if shape.chord == 0.0 || shape.chord > limit || shape.chord > 0.1 * shape.radius {
         return;
     }
-    let (unit, sweep) = (event.after().units.name(), deg(shape.sweep));
+    let (unit, sweep) = (event.after.units.name(), deg(shape.sweep));
     let message = format!("start and end are {:.6} {unit} apart, and the arc goes {sweep:.4} degrees round", shape.chord);
     let values = [("distance", shape.chord), ("sweep_deg", sweep), ("radius", shape.radius)];
     let hint = "a control that rounds differently makes a full circle of nothing, or nothing of a full circle";
@@ -90,10 +90,10 @@ fn nearly_half(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
     let uncertain = (shape.radius * last_place(decimals(event))).sqrt();
     // Exactly half a circle is what somebody wanted.
     let exact = (shape.radius - 0.5 * shape.chord).abs() <= 1e-9 * shape.radius;
-    if exact || off > HALF_DEG || uncertain * event.after().units.mm() < CENTER_MM {
+    if exact || off > HALF_DEG || uncertain * event.after.units.mm() < CENTER_MM {
         return;
     }
-    let unit = event.after().units.name();
+    let unit = event.after.units.name();
     let message = format!(
         "an arc by radius of {:.4} degrees: rounding of R and of the ends moves its centre by up to {uncertain:.4} {unit}",
         deg(shape.sweep)
@@ -103,10 +103,10 @@ fn nearly_half(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
 }
 
 impl Check for Arcs {
-    fn block(&mut self, event: &Event<'_>, found: &mut LintFindings) {
+    fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
         let has = |letters: &[u8]| event.block().words.iter().any(|word| letters.contains(&word.letter));
         let by_center = has(b"IJK");
-        for leg in legs(event) {
+        for leg in legs {
             let CanonicalOp::ArcFeed(arc) = leg.op else { continue };
             let shape = shape(&leg.start, arc);
             if has(b"R") {

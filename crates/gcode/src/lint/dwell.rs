@@ -1,5 +1,6 @@
 //! Dwells that never seem to end.
 
+use super::moves::Leg;
 use super::{Check, LintFindings, rules};
 use crate::ops::CanonicalOp;
 use crate::trace::Event;
@@ -12,7 +13,7 @@ const MILLISECONDS_S: f64 = 100.0;
 pub(super) struct Dwell;
 
 impl Check for Dwell {
-    fn block(&mut self, event: &Event<'_>, found: &mut LintFindings) {
+    fn block(&mut self, event: &Event<'_>, _: &[Leg<'_>], found: &mut LintFindings) {
         for sourced in event.ops {
             let CanonicalOp::Dwell(seconds) = sourced.op else { continue };
             let values = [("seconds", seconds)];

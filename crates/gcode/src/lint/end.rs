@@ -1,6 +1,6 @@
 //! What a program leaves behind.
 
-use super::moves::has_g;
+use super::moves::{Leg, has_g};
 use super::{Check, LintFindings, rules};
 use crate::ops::CanonicalOp;
 use crate::trace::Event;
@@ -27,8 +27,8 @@ fn keep(slot: &mut Option<BlockRef>, on: bool, place: BlockRef) {
 }
 
 impl Check for End {
-    fn block(&mut self, event: &Event<'_>, _: &mut LintFindings) {
-        let state = event.after();
+    fn block(&mut self, event: &Event<'_>, _: &[Leg<'_>], _: &mut LintFindings) {
+        let state = event.after;
         let offset_set = has_g(event, 920) || has_g(event, 520) || self.offset.is_some();
         keep(&mut self.offset, offset_set && state.offsets.g92 != [0.0; 9], event.place);
         if event.ops.iter().any(|sourced| sourced.op == CanonicalOp::ProgramEnd) {
@@ -38,7 +38,7 @@ impl Check for End {
             }
             return;
         }
-        keep(&mut self.compensation, state.compensation.is_some(), event.place);
+        keep(&mut self.compensation, event.compensates, event.place);
         keep(&mut self.spindle, state.spindle.clockwise.is_some(), event.place);
         keep(&mut self.coolant, state.flood || state.mist, event.place);
     }

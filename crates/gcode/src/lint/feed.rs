@@ -1,5 +1,6 @@
 //! Feed rates that look like those of other units.
 
+use super::moves::Leg;
 use super::{Check, LintFindings, rules};
 use crate::ops::{CanonicalOp, Units};
 use crate::state::FeedMode;
@@ -21,8 +22,8 @@ pub(super) struct Feed {
 }
 
 impl Check for Feed {
-    fn block(&mut self, event: &Event<'_>, found: &mut LintFindings) {
-        let state = event.after();
+    fn block(&mut self, event: &Event<'_>, _: &[Leg<'_>], found: &mut LintFindings) {
+        let state = event.after;
         for sourced in event.ops {
             let CanonicalOp::SetFeedRate { rate, inverse_time: None } = sourced.op else { continue };
             if rate <= 0.0 {

@@ -1,19 +1,19 @@
 //! G28 and G30 by way of a point that was not meant.
 
-use super::moves::{has_g, legs};
+use super::moves::{Leg, has_g};
 use super::{Check, LintFindings, rules};
 use crate::trace::Event;
 
 pub(super) struct Home;
 
 impl Check for Home {
-    fn block(&mut self, event: &Event<'_>, found: &mut LintFindings) {
+    fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
         let code = if has_g(event, 280) { "G28" } else { "G30" };
-        if !event.after().absolute || !(has_g(event, 280) || has_g(event, 300)) {
+        if !event.after.absolute || !(has_g(event, 280) || has_g(event, 300)) {
             return;
         }
-        let Some(by_way) = legs(event).into_iter().next() else { return };
-        let (z, to_z, unit) = (by_way.start[2], by_way.end[2], event.after().units.name());
+        let Some(by_way) = legs.first() else { return };
+        let (z, to_z, unit) = (by_way.start[2], by_way.end[2], event.after.units.name());
         let sideways = by_way.start.iter().zip(&by_way.end).enumerate().any(|(axis, (from, to))| axis != 2 && from != to);
         let values = [("from_z", z), ("to_z", to_z)];
         if to_z < z {

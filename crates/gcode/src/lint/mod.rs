@@ -27,12 +27,13 @@ use crate::ops::CanonicalOp;
 use crate::program::Program;
 use crate::trace::{Event, watch};
 use lostmotion_base::span::BlockRef;
+use moves::Leg;
 use std::io::BufRead;
 
 /// A lint, or a few that share what they remember.
 trait Check {
-    /// A block that was carried out without an error.
-    fn block(&mut self, event: &Event<'_>, found: &mut LintFindings);
+    /// A block that was carried out without an error, and its moves.
+    fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings);
 
     /// The program is over; `last` is its last block.
     fn end(&mut self, _last: BlockRef, _found: &mut LintFindings) {}
@@ -62,8 +63,9 @@ pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFinding
             last = event.place;
         }
         if event.is_plain() {
+            let legs = moves::legs(event);
             for check in &mut checks {
-                check.block(event, &mut found);
+                check.block(event, &legs, &mut found);
             }
         }
     });

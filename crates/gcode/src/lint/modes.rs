@@ -1,6 +1,6 @@
 //! Modes that are relied on and were never set.
 
-use super::moves::{in_cycle, in_machine, legs, sets};
+use super::moves::{Leg, in_cycle, in_machine, sets};
 use super::rules::{self, LintRule};
 use super::{Check, LintFindings, is_feed};
 use crate::codes::Group;
@@ -26,11 +26,10 @@ impl Modes {
 }
 
 impl Check for Modes {
-    fn block(&mut self, event: &Event<'_>, found: &mut LintFindings) {
+    fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
         for (group, settled) in GROUPS.into_iter().zip(&mut self.settled) {
             *settled |= sets(event, group);
         }
-        let legs = legs(event);
         if legs.is_empty() {
             return;
         }

@@ -14,7 +14,7 @@ pub(super) struct Leg<'a> {
 
 /// The moves that a block gave out, in order. Under cutter compensation they belong to the block before: none then.
 pub(super) fn legs<'a>(event: &'a Event<'_>) -> Vec<Leg<'a>> {
-    if event.before.compensation.is_some() || event.after().compensation.is_some() {
+    if event.compensated || event.compensates {
         return Vec::new();
     }
     let mut at = event.before.current;
@@ -49,7 +49,7 @@ pub(super) fn in_machine(event: &Event<'_>) -> bool {
 
 /// Whether a block runs a canned cycle.
 pub(super) fn in_cycle(event: &Event<'_>) -> bool {
-    event.after().motion.is_some_and(|code| (730..=899).contains(&code.tenths) && code.tenths != 800)
+    event.after.motion.is_some_and(|code| (730..=899).contains(&code.tenths) && code.tenths != 800)
 }
 
 /// Whether a state looks like that of a lathe, where Z below zero says nothing about material.

@@ -1,6 +1,6 @@
 //! Rapids below the surface of the work.
 
-use super::moves::{Leg, in_cycle, in_machine, is_lathe, legs};
+use super::moves::{Leg, in_cycle, in_machine, is_lathe};
 use super::{Check, LintFindings, is_feed, rules};
 use crate::ops::CanonicalOp;
 use crate::trace::Event;
@@ -21,7 +21,7 @@ fn moves_sideways(leg: &Leg<'_>) -> bool {
 impl Rapid {
     fn traverse(&self, leg: &Leg<'_>, event: &Event<'_>, found: &mut LintFindings) {
         let ([.., from, _, _, _, _, _, _], [.., to, _, _, _, _, _, _]) = (leg.start, leg.end);
-        let unit = event.after().units.name();
+        let unit = event.after.units.name();
         let into_own_hole = !moves_sideways(leg) && self.cut_z.is_some_and(|cut| to >= cut - EQUAL);
         if to < -EQUAL && to < from - EQUAL && !into_own_hole {
             let message = format!("a rapid goes down from Z{from} to Z{to} {unit}, below Z0");
@@ -34,13 +34,13 @@ impl Rapid {
 }
 
 impl Check for Rapid {
-    fn block(&mut self, event: &Event<'_>, found: &mut LintFindings) {
-        let judged = !(in_machine(event) || in_cycle(event) || is_lathe(event.after()));
-        for leg in legs(event) {
+    fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
+        let judged = !(in_machine(event) || in_cycle(event) || is_lathe(event.after));
+        for leg in legs {
             if judged && matches!(leg.op, CanonicalOp::StraightTraverse(_)) {
-                self.traverse(&leg, event, found);
+                self.traverse(leg, event, found);
             }
-            if moves_sideways(&leg) {
+            if moves_sideways(leg) {
                 self.cut_z = None;
             }
             if is_feed(leg.op) {

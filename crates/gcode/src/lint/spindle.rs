@@ -1,6 +1,6 @@
 //! Cutting with a spindle that stands still.
 
-use super::moves::{in_machine, is_lathe, legs};
+use super::moves::{Leg, in_machine, is_lathe};
 use super::{Check, LintFindings, is_feed, rules};
 use crate::ops::CanonicalOp;
 use crate::trace::Event;
@@ -31,8 +31,8 @@ impl Spindles {
 }
 
 impl Check for Spindles {
-    fn block(&mut self, event: &Event<'_>, found: &mut LintFindings) {
-        self.speed |= event.after().spindle.speed > 0.0;
+    fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
+        self.speed |= event.after.spindle.speed > 0.0;
         if event.ops.iter().any(|sourced| matches!(sourced.op, CanonicalOp::StartSpindle { .. })) {
             if !self.speed {
                 let hint = "put S on this line or before it";
@@ -40,10 +40,10 @@ impl Check for Spindles {
             }
             (self.started, self.speed, self.off) = (true, true, false);
         }
-        let turns = event.after().spindle.clockwise.is_some() || event.before.spindle.clockwise.is_some();
+        let turns = event.after.spindle.clockwise.is_some() || event.before.spindle.clockwise.is_some();
         if turns {
             self.off = false;
-        } else if !in_machine(event) && !is_lathe(event.after()) && legs(event).iter().any(|leg| is_feed(leg.op) && leg.end[2] < 0.0) {
+        } else if !in_machine(event) && !is_lathe(event.after) && legs.iter().any(|leg| is_feed(leg.op) && leg.end[2] < 0.0) {
             self.cut(event.place);
         }
     }

@@ -1,6 +1,6 @@
 //! Tool changes and tool lengths.
 
-use super::moves::{has_g, in_machine, is_lathe, legs};
+use super::moves::{Leg, has_g, in_machine, is_lathe};
 use super::{Check, LintFindings, rules};
 use crate::ops::CanonicalOp;
 use crate::trace::Event;
@@ -22,8 +22,8 @@ impl Tools {
     fn change(&mut self, event: &Event<'_>, tool: i32, found: &mut LintFindings) {
         let z = event.before.current[2];
         self.changed = (tool != 0).then_some((tool, event.place.span.line));
-        if z < 0.0 && !is_lathe(event.after()) {
-            let message = format!("the tool is changed at Z{z} {}, below Z0", event.after().units.name());
+        if z < 0.0 && !is_lathe(event.after) {
+            let message = format!("the tool is changed at Z{z} {}, below Z0", event.after.units.name());
             found.add(&rules::TOOL_CHANGE_LOW, event.place, message, &[("z", z)], "retract before M6");
         }
     }
@@ -34,7 +34,7 @@ impl Tools {
         }
         (self.applied, self.changed) = (true, None);
         let h = event.block().words.iter().find(|word| word.letter == b'H').and_then(|word| event.interpreter.value_of(word));
-        let loaded = f64::from(event.after().loaded_tool);
+        let loaded = f64::from(event.after.loaded_tool);
         if let Some(h) = h.filter(|h| has_g(event, 430) && *h != 0.0 && loaded != 0.0 && *h != loaded) {
             let message = format!("H{h} is the length of tool {h}, but tool {loaded} is in the spindle");
             found.add(&rules::TOOL_LENGTH_OTHER, event.place, message, &[("h", h), ("tool", loaded)], &format!("H{loaded}?"));
@@ -43,7 +43,7 @@ impl Tools {
 }
 
 impl Check for Tools {
-    fn block(&mut self, event: &Event<'_>, found: &mut LintFindings) {
+    fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
         for sourced in event.ops {
             match sourced.op {
                 CanonicalOp::ChangeTool(tool) => self.change(event, tool, found),
@@ -51,7 +51,7 @@ impl Check for Tools {
                 _ => {}
             }
         }
-        let moves_z = || !in_machine(event) && legs(event).iter().any(|leg| leg.start[2] != leg.end[2]);
+        let moves_z = || !in_machine(event) && legs.iter().any(|leg| leg.start[2] != leg.end[2]);
         if let Some((tool, line)) = self.changed.filter(|_| moves_z()) {
             self.changed = None;
             if self.missing.len() < MOST {

@@ -29,12 +29,14 @@ pub enum WriterError {
         block: BlockRef,
     },
     /// An arc outside the XY plane while the coordinates are rotated.
-    #[error("an arc in the {plane} plane cannot be rotated by {degrees} degrees about Z")]
+    #[error("{}: an arc in the {plane} plane cannot be rotated by {degrees} degrees about Z", block.span)]
     RotatedArc {
         /// Its plane.
         plane: &'static str,
         /// The rotation.
         degrees: f64,
+        /// The block that asked for it.
+        block: BlockRef,
     },
     /// The frame asked for is rotated.
     #[error("work coordinate system {system} is rotated by {degrees} degrees; take one that is not")]
@@ -62,6 +64,14 @@ pub enum WriterError {
 }
 
 impl WriterError {
+    /// The same at a block.
+    pub(super) fn at(self, place: BlockRef) -> WriterError {
+        match self {
+            WriterError::RotatedArc { plane, degrees, .. } => WriterError::RotatedArc { plane, degrees, block: place },
+            other => other,
+        }
+    }
+
     pub(super) fn not_writable(expected: Option<&SourcedOp>, got: Option<&CanonicalOp>, text: &str) -> WriterError {
         WriterError::NotWritable {
             op: expected.map_or("nothing".to_owned(), |sourced| sourced.op.to_string()),

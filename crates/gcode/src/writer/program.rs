@@ -54,7 +54,7 @@ fn write_in<R: BufRead>(
     let mut written = Written::default();
     let mut last = SourcedOp { op: crate::CanonicalOp::ProgramEnd, block: lostmotion_base::span::BlockRef::default() };
     for sourced in program.by_ref() {
-        for op in resolver.push(&sourced.op)? {
+        for op in resolver.push(&sourced.op).map_err(|error| error.at(sourced.block))? {
             written.operations += 1;
             writer.push(SourcedOp { op, block: sourced.block }, &mut text)?;
         }

@@ -6,6 +6,7 @@ use crate::config::InterpreterConfig;
 use crate::ops::{ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, Plane, Position, StraightProbe, Units};
 use crate::parameters::SYSTEM_ORIGINS;
 use crate::state::{Offsets, add, convert, rotate, subtract};
+use lostmotion_base::span::BlockRef;
 
 /// A work coordinate system whose origin stays where it is: what the coordinates of a written program are about.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,7 +137,7 @@ impl Resolver {
     fn arc(&self, arc: &ArcFeed) -> Result<ArcFeed, WriterError> {
         let degrees = self.offsets.rotation_deg;
         if arc.plane != Plane::Xy && degrees != 0.0 {
-            return Err(WriterError::RotatedArc { plane: arc.plane.name(), degrees });
+            return Err(WriterError::RotatedArc { plane: arc.plane.name(), degrees, block: BlockRef::default() });
         }
         let [first, second, normal] = arc.plane.axes();
         let mut center = arc.position();

@@ -1,0 +1,227 @@
+//! The load behind a motor whose motion is known, and the motor as its current should have moved it: eight hypotheses side by side.
+//!
+//! Over each sample, with the motor going from one measured position to the next at a steady speed `u`:
+//! ```text
+//! load    D  = -b_L w_L - T_c - T_f sign(w_L)              all that drags it; it stands as long as T_f can hold the rest
+//!         r  = u - w_L - h D/J_L                           speed across the gap without the shaft
+//!         T  = (k p + d r) / (1 + (h^2 k + h d)/J_L)       p: lead x + h r past the flank, 0 within the gap
+//!         w_L += h (T + D)/J_L                             to rest at most
+//! motor   w  += H (K_t i - T - b_v w - F_M sign)/J_M       theta += H w
+//!         e   = theta measured - theta;  theta += alpha e, w += beta e/H
+//! ```
+//! `e` is the innovation: what the hypothesis did not foresee. alpha and beta are those of the steady Kalman filter for the encoder's rounding
+//! against a torque that nobody models; the sum of `e^2` over its variance is what the true parameters make least (prediction error method).
+
+use super::window::{Sample, Window};
+use lostmotion_base::Clock;
+use serde::{Deserialize, Serialize};
+
+/// Hypotheses side by side.
+pub(super) const LANES: usize = 8;
+/// Steps of the load in a sample.
+const STEPS: usize = 4;
+
+/// One number for each hypothesis.
+pub(super) type Lanes = [f64; LANES];
+
+/// What the shaft, the load and the motor's friction may be. Motor side, SI.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Hypotheses {
+    pub(super) half_gap: Lanes,
+    pub(super) coulomb: Lanes,
+    pub(super) constant: Lanes,
+    pub(super) inertia: Lanes,
+    pub(super) viscous: Lanes,
+    pub(super) stiffness: Lanes,
+    pub(super) damping: Lanes,
+    pub(super) motor_coulomb: Lanes,
+}
+
+/// What is known of the motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Known {
+    pub(super) torque_constant: f64,
+    pub(super) inertia: f64,
+    pub(super) viscous: f64,
+    /// Standard deviation of a measured position, rad.
+    pub(super) noise: f64,
+    /// Standard deviation of the torque that nothing models, over a servo tick, N m.
+    pub(super) unmodelled: f64,
+}
+
+/// Where the hypotheses are in a window.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Progress {
+    next: usize,
+    pub(super) lead: Lanes,
+    pub(super) load_speed: Lanes,
+    off: Lanes,
+    pub(super) speed: Lanes,
+    filter: Filter,
+}
+
+/// Samples at the start in which a large damping brings the load into step with the motor, critical at first, then half of it.
+pub(super) const WARM_UP: usize = 140;
+const CRITICAL: usize = 80;
+
+/// Samples on both sides from which the motor's speed at the end of the warm-up is taken.
+const AROUND: usize = 16;
+
+/// Critical damping of the load on a motor that is held.
+fn warm_damping(p: &Hypotheses, lane: usize) -> f64 {
+    2.0 * (p.stiffness[lane] * p.inertia[lane]).sqrt()
+}
+
+/// Innovations of one sample, and their variance, rad and rad2.
+pub(super) struct Innovation {
+    pub(super) e: Lanes,
+    pub(super) variance: f64,
+}
+
+/// Gains and variance of the steady filter for samples of a length.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Filter {
+    ticks: u32,
+    span: f64,
+    alpha: f64,
+    beta: f64,
+    variance: f64,
+}
+
+impl Known {
+    /// The filter for samples of so many ticks (tracking index of Kalata, 1984).
+    fn filter(&self, stride: u32) -> Filter {
+        let span = f64::from(stride) * Clock::SERVO.period_s();
+        let index = self.unmodelled / self.inertia * span * span / (f64::from(stride).sqrt() * self.noise);
+        let r = 0.25 * (4.0 + index - (8.0 * index + index * index).sqrt());
+        let alpha = 1.0 - r * r;
+        let beta = 2.0 * (2.0 - alpha) - 4.0 * (1.0 - alpha).sqrt();
+        Filter { ticks: stride, span, alpha, beta, variance: self.noise * self.noise / (1.0 - alpha) }
+    }
+}
+
+impl Progress {
+    /// At the start of a window: the load on its flank, both moving as the motor does over the first samples.
+    pub(super) fn start(window: &Window, hypotheses: &Hypotheses) -> Progress {
+        let mean = |to: usize| window.mean_speed(0, to);
+        let speed = 2.0 * mean(AROUND / 2) - mean(AROUND);
+        let side = f64::from(window.side);
+        let lead = std::array::from_fn(|lane| side * hypotheses.half_gap[lane] + window.torque / hypotheses.stiffness[lane]);
+        // a load at rest stands; one on the way must not stick in the transient of the start
+        let load_speed = [if window.stands { 0.0 } else { speed }; LANES];
+        Progress { next: 1, lead, load_speed, off: [0.0; LANES], speed: [speed; LANES], filter: Filter::default() }
+    }
+
+    /// How many samples have been taken.
+    pub(super) fn taken(&self) -> usize {
+        self.next
+    }
+
+    /// Takes one more sample of the window; says what it did not foresee once load and filter are in step.
+    pub(super) fn step(&mut self, known: &Known, hypotheses: &Hypotheses, window: &Window) -> Option<Option<Innovation>> {
+        let [from, to] = [window.samples.get(self.next - 1)?, window.samples.get(self.next)?];
+        if to.ticks != self.filter.ticks {
+            self.filter = known.filter(to.ticks);
+        }
+        let span = self.filter.span;
+        let warm = self.next < WARM_UP;
+        if self.next == CRITICAL {
+            self.let_go(hypotheses, window, 0.5);
+        } else if self.next == WARM_UP {
+            self.let_go(hypotheses, window, 0.0);
+        }
+        let warmth = if self.next < CRITICAL {
+            1.0
+        } else if warm {
+            0.5
+        } else {
+            0.0
+        };
+        self.next += 1;
+        let torque = self.load(hypotheses, (to.position - from.position) / span, span / STEPS as f64, warmth);
+        let innovation = self.motor(known, hypotheses, &torque, from, to);
+        Some((!warm).then_some(innovation))
+    }
+
+    /// The warm-up's damping ends: the spring takes over what it carried, so that the torque stays.
+    fn let_go(&mut self, p: &Hypotheses, window: &Window, left: f64) {
+        // the mean over twice the time has four times the error
+        let mean = |around: usize| window.mean_speed(self.next - 1 - around, self.next - 1 + around);
+        let motor_speed = (4.0 * mean(AROUND / 2) - mean(AROUND)) / 3.0;
+        for lane in 0..LANES {
+            let before = if left > 0.0 { 1.0 } else { 0.5 };
+            let surplus = (before * warm_damping(p, lane)).max(p.damping[lane]) - (left * warm_damping(p, lane)).max(p.damping[lane]);
+            self.lead[lane] += surplus * (motor_speed - self.load_speed[lane]) / p.stiffness[lane];
+        }
+    }
+
+    /// Moves the load; returns the mean torque of the shaft.
+    #[inline]
+    fn load(&mut self, p: &Hypotheses, motor_speed: f64, h: f64, warmth: f64) -> Lanes {
+        let warm = warmth > 0.0;
+        let mut sum = [0.0; LANES];
+        let damping: Lanes = std::array::from_fn(|lane| (warmth * warm_damping(p, lane)).max(p.damping[lane]));
+        for _ in 0..STEPS {
+            for lane in 0..LANES {
+                let (speed, lead, gap) = (self.load_speed[lane], self.lead[lane], p.half_gap[lane]);
+                let (inverse, coulomb) = (1.0 / p.inertia[lane], p.coulomb[lane]);
+                let drag = -p.constant[lane] - p.viscous[lane] * speed;
+                // what would act if the load stood
+                let held_damping = if warm { 0.0 } else { p.damping[lane] * (motor_speed - speed) };
+                let held = shaft(lead + h * (motor_speed - speed), gap, p.stiffness[lane], held_damping) + drag;
+                let moves = speed.abs() > 0.0;
+                let sign = if moves { speed.signum() } else { held.signum() };
+                let sticks = !moves && held.abs() <= coulomb;
+                let mobility = if sticks { 0.0 } else { inverse };
+                let drag = drag - sign * coulomb;
+                let free = motor_speed - speed - h * drag * mobility;
+                let give = (h * h * p.stiffness[lane] + h * damping[lane]) * mobility;
+                let torque = shaft(lead + h * free, gap, p.stiffness[lane], damping[lane] * free) / (1.0 + give);
+                let slid = speed + h * (torque + drag) * mobility;
+                let slid = if slid * sign < 0.0 { 0.0 } else { slid };
+                self.lead[lane] = lead + h * (motor_speed - slid);
+                self.load_speed[lane] = slid;
+                sum[lane] += torque;
+            }
+        }
+        sum.map(|torque| torque / STEPS as f64)
+    }
+
+    #[inline]
+    fn motor(&mut self, known: &Known, p: &Hypotheses, torque: &Lanes, from: &Sample, to: &Sample) -> Innovation {
+        let filter = self.filter;
+        let (span, inverse) = (filter.span, 1.0 / known.inertia);
+        let drive = known.torque_constant * to.current;
+        // a parabola through the current's ends and mean: what it falls comes early and moves the motor farther
+        let way = to.position - from.position - span * span * inverse * known.torque_constant * to.fall / 12.0;
+        let mut e = [0.0; LANES];
+        for lane in 0..LANES {
+            let speed = self.speed[lane];
+            let gain = span * inverse * (drive - torque[lane] - known.viscous * speed);
+            let next = slide(speed, gain, span * inverse * p.motor_coulomb[lane]);
+            // off: the hypothesis' position less the measured one
+            let off = self.off[lane] + 0.5 * span * (speed + next) - way;
+            e[lane] = -off;
+            self.off[lane] = off + filter.alpha * e[lane];
+            self.speed[lane] = next + filter.beta / span * e[lane];
+        }
+        // what the parabola does not tell
+        let untold = span * span * inverse * known.torque_constant * to.fall / 12.0;
+        Innovation { e, variance: filter.variance + untold * untold }
+    }
+}
+
+/// Torque of the shaft at a lead, nothing within the gap.
+#[inline]
+fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f64) -> f64 {
+    let pressed = lead - lead.max(-half_gap).min(half_gap);
+    if pressed.abs() > 0.0 { stiffness * pressed + damping_torque } else { 0.0 }
+}
+
+/// Speed after a gain of speed with friction that takes at most `most`, and never more than to rest.
+#[inline]
+fn slide(speed: f64, gain: f64, most: f64) -> f64 {
+    let free = speed + gain;
+    let left = free - free.max(-most).min(most);
+    if speed * left < 0.0 { 0.0 } else { left }
+}

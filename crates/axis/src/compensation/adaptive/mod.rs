@@ -1,0 +1,199 @@
+//! Ours: learns load and gap from the motor alone, predicts the flank, crosses the gap on a planned traverse.
+//!
+//! 1. Load: inertia, viscous and Coulomb friction and constant torque from what the motor gives beyond its own need (`learning`).
+//! 2. Flank: the sign of the torque in the shaft of a gapless twin that carries this load (`twin`, `crossing`).
+//! 3. Crossings: where the flank changes, the motor's measured motion and its current are kept (`watch`, `window`).
+//! 4. Gap: with the motor's motion known, the load behind it follows from its own equations for any gap, and so does the torque that the motor
+//!    feels (`lanes`). The gap that foresees the motor's motion best up to just after it met the far flank is read from the window, with its
+//!    variance (`reading`, `newton`, `prior`). Load, stiffness and motor friction are free within what is known of them.
+//! 5. Readings are joined by a scalar Kalman filter whose value may drift (`knowledge`).
+//! 6. Crossing: on the planned traverse of `crossing`, as `lookup` does that is told everything.
+//!
+//! It does nothing until it is sure: one reading of a contact that shows clearly is enough, two otherwise, three where the contact showed but faintly.
+//! Servo, references and cutting forces before the crossing do not enter a reading; only the motor's own equation and its data sheet do.
+//!
+//! Signals: references, motor position (rad), current and its mean over the servo period (A). It knows what a drive is set up with: its own loops,
+//! the motor's data sheet (K_t, R, L, rated torque, rotor inertia and friction, screw or pinion with it), stiffness and damping of the shaft within a
+//! tenth or so. It is told neither gap nor load inertia nor load friction; the inertia that the drive uses for its feed-forward, right or wrong,
+//! enters only as that gain.
+//! Tunables: part of the drive's torque for a traverse (0 to 1).
+//!
+//! Fails: where a load without friction is accelerated so gently, or seen through so coarse an encoder, that its contacts do not show: it then does
+//! nothing, or knows the gap to a tenth. A crossing that takes longer than some 4 s is not read. Where a drive that is tuned for a heavy load
+//! chatters with the motor alone in the gap, readings scatter. A cutting force that turns the torque around is not foreseen. Its state holds
+//! windows of up to 60 kB.
+//! Source: this project; the question (gap, load inertia and friction unknown, motor signals only) is that of Gan, Wang, Huang, Machines 2023, 11(2), 193;
+//! prediction error method: Ljung, *System Identification*, 1999.
+
+mod disturbance;
+mod knowledge;
+mod lanes;
+mod learning;
+mod linear;
+mod newton;
+mod prior;
+mod reading;
+mod watch;
+mod window;
+
+use super::crossing::{Crossing, CrossingState};
+use super::registry::Registered;
+use super::twin::LoadModel;
+use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+use crate::config::AxisConfig;
+use knowledge::Readings;
+use lanes::Known;
+use learning::LearningState;
+use prior::Prior;
+use reading::{Reading, Said};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+use watch::{Motor, Watch};
+use window::Window;
+
+/// Encoder noise that is never undercut, rad.
+const LEAST_NOISE: f64 = 3e-7;
+/// Torque that nothing models, part of the rated one.
+const UNMODELLED: f64 = 3e-3;
+/// Part of the rated torque below which the load may hang between the flanks; then there is nothing to learn of it.
+const HANGS: f64 = 3e-3;
+/// A reading counts where the innovations with its gap have no more than this mean square over their variance, or this part of that without a gap,
+/// and where its standard deviation is below this part of its value.
+const EXPLAINED: f64 = 10.0;
+const EXPLAINED_PART: f64 = 0.03;
+const SHARP: f64 = 0.2;
+/// Standard deviation over value that a faint contact adds.
+const FAINT: f64 = 0.04;
+/// A contact that shows clearly: misfit and standard deviation over value.
+const CLEAR_MISFIT: f64 = 3.0;
+const CLEAR: f64 = 0.03;
+/// The gap is used below this standard deviation over value.
+const SURE: f64 = 0.1;
+
+/// The method `adaptive`.
+#[derive(Clone, Debug)]
+pub struct Adaptive {
+    crossing: Crossing,
+    first: LoadModel,
+    known: Known,
+    motor: Motor,
+    motor_coulomb: f64,
+}
+
+/// What it has learned.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AdaptiveState {
+    crossing: CrossingState,
+    load: LoadModel,
+    learning: LearningState,
+    watch: Watch,
+    reading: Option<Reading>,
+    gap: Readings,
+    /// Readings that are needed before the gap is used.
+    needed: u32,
+    used: f64,
+}
+
+impl Registered for Adaptive {
+    const INFO: &'static MethodInfo = &MethodInfo {
+        name: "adaptive",
+        summary: "learns load and gap from the motor alone and crosses the gap on a planned traverse",
+        knows: Knowledge { load_scale: false, gap: false, load: false },
+        source: "this project",
+    };
+
+    fn from_axis(config: &AxisConfig) -> Adaptive {
+        let inertia = config.motor_side_inertia_kgm2();
+        let count = config.drive.encoder_counts_per_rev.map_or(0.0, |counts| TAU / f64::from(counts));
+        let (torque_constant, viscous) = (config.motor.torque_constant_nm_per_a, config.motor.viscous_nm_s_per_rad);
+        let rated_torque = config.motor.rated_torque_nm;
+        Adaptive {
+            crossing: Crossing::new(config, config.compensation.adaptive.torque_share, 0.0),
+            first: LoadModel { inertia, viscous: 0.0, coulomb: 0.0, constant: 0.0, ..LoadModel::told(config) },
+            known: Known {
+                torque_constant,
+                inertia,
+                viscous,
+                noise: (count / 12.0_f64.sqrt()).max(LEAST_NOISE),
+                unmodelled: UNMODELLED * rated_torque,
+            },
+            motor: Motor { torque_constant, inertia, viscous, rated_torque },
+            motor_coulomb: config.motor.coulomb_nm,
+        }
+    }
+}
+
+impl Adaptive {
+    /// Sets out to read a window, unless there is one under way or it says less than is known.
+    fn begin_reading(&self, state: &mut AdaptiveState, window: Window) {
+        let superfluous = window.wavered && state.gap.count > 0;
+        if !state.learning.known || state.reading.is_some() || superfluous {
+            return;
+        }
+        let prior = Prior {
+            load: state.load,
+            covariance: state.learning.covariance(self.motor.inertia, self.motor.rated_torque),
+            motor_coulomb: self.motor_coulomb,
+            rated_torque: self.motor.rated_torque,
+            half_gap: if state.gap.doubt() < SURE { state.gap.value } else { 0.0 },
+            side: f64::from(window.side),
+        };
+        state.reading = Some(Reading::new(window, prior));
+    }
+
+    /// Goes on reading and takes up what is found.
+    fn read(&self, state: &mut AdaptiveState) {
+        let Some(said) = state.reading.as_mut().and_then(|reading| reading.work(&self.known)) else { return };
+        state.reading = None;
+        if counts(&said) {
+            let faint = if said.faint { FAINT * said.half_gap } else { 0.0 };
+            state.gap.take(said.half_gap, said.variance + faint * faint);
+            let clear = said.misfit < CLEAR_MISFIT && said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
+            state.needed = if said.faint { 3 } else { state.needed.min(if clear { 1 } else { 2 }) };
+        }
+        let sure = state.gap.doubt() < SURE && state.gap.count >= state.needed;
+        state.used = if sure { state.gap.value } else { 0.0 };
+    }
+}
+
+fn counts(said: &Said) -> bool {
+    said.misfit < EXPLAINED.max(EXPLAINED_PART * said.without) && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
+}
+
+impl Compensator for Adaptive {
+    type State = AdaptiveState;
+
+    fn info(&self) -> &'static MethodInfo {
+        Self::INFO
+    }
+
+    fn initial(&self, motor_position: f64) -> AdaptiveState {
+        AdaptiveState {
+            crossing: self.crossing.initial(motor_position, &self.first),
+            load: self.first,
+            learning: LearningState::new(),
+            watch: Watch::default(),
+            reading: None,
+            gap: Readings::default(),
+            needed: 3,
+            used: 0.0,
+        }
+    }
+
+    fn step(&self, state: &mut AdaptiveState, signals: &Signals) -> Correction {
+        let (start, side) = (state.crossing.twin, state.crossing.side);
+        state.watch.observe(&self.motor, signals, &start);
+        let disturbed = state.crossing.crossing() || state.watch.seen().abs() < HANGS * self.motor.rated_torque;
+        state.learning.step(&self.crossing.twin, &start, signals, disturbed, &mut state.load, self.motor.rated_torque);
+        let mut correction = self.crossing.step(&mut state.crossing, signals, &state.load, state.used);
+        if let Some(window) = state.watch.step(&self.motor, side, state.crossing.side, start.torque) {
+            self.begin_reading(state, window);
+        }
+        self.read(state);
+        correction.gap_angle_estimate = if state.gap.count == 0 { f64::NAN } else { f64::from(state.crossing.side) * state.gap.value };
+        if state.learning.known {
+            correction.inertia_estimate = self.crossing.twin.motor_inertia() + state.load.inertia;
+        }
+        correction
+    }
+}

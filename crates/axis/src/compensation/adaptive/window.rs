@@ -1,0 +1,129 @@
+//! What the motor did around one crossing of the gap: its measured position and the current that drove it.
+//!
+//! Nothing else is kept: with the motor's motion known, the load behind it follows from its own equations, and what the servo, the
+//! references and the compensator did meanwhile is all in that motion. Leaving and reaching a flank are kept tick by tick. Of the
+//! way between, on which the motor is alone, samples are merged in pairs when they become many; so a crossing of any
+//! length fits into the same memory and takes the same time to read.
+
+use lostmotion_base::Clock;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// Ticks kept from before a crossing (50 ms), and from its end (100 ms).
+const BEFORE: usize = 200;
+const END: usize = 400;
+/// Ticks by which the torque seen behind the motor lags.
+const LAG: usize = 21;
+/// Samples of the way between at most.
+const BETWEEN: usize = 128;
+/// Ticks in a sample at most: 32 ms, so a window of 4 s. A longer crossing shows nothing.
+const LONGEST: u32 = 128;
+
+/// The motor at the end of a sample: position (rad); the current over the sample (A); its length in servo ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sample {
+    pub(super) position: f64,
+    pub(super) current: f64,
+    /// Current at the start less that at the end, A.
+    pub(super) fall: f64,
+    pub(super) ticks: u32,
+}
+
+/// A tick as it was: sample, and torque seen behind the motor (N m).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Tick {
+    pub(super) sample: Sample,
+    pub(super) seen: f64,
+    /// Whether the load should stand.
+    pub(super) stands: bool,
+}
+
+/// The last ticks, from which a window begins.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Recent {
+    ticks: VecDeque<Tick>,
+}
+
+impl Recent {
+    pub(super) fn push(&mut self, tick: Tick) {
+        if self.ticks.len() >= BEFORE {
+            self.ticks.pop_front();
+        }
+        self.ticks.push_back(tick);
+    }
+}
+
+/// Samples around a crossing from one flank.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Window {
+    /// Flank that carried the load at the start, -1 or 1.
+    pub(super) side: i8,
+    /// Torque that the shaft carried at the start, N m.
+    pub(super) torque: f64,
+    /// Whether the load stood at the start.
+    pub(super) stands: bool,
+    /// Whether the flank that should carry the load changed again before it did.
+    pub(super) wavered: bool,
+    /// Before the crossing and the way between; with `close` all of it.
+    pub(super) samples: Vec<Sample>,
+    end: VecDeque<Sample>,
+    stride: u32,
+}
+
+impl Window {
+    /// Begins with what has just been.
+    pub(super) fn new(recent: &Recent, side: i8) -> Option<Window> {
+        let first = recent.ticks.front()?;
+        let late = recent.ticks.get(LAG)?;
+        let samples = recent.ticks.iter().map(|tick| tick.sample).collect();
+        Some(Window { side, torque: late.seen, stands: first.stands, wavered: false, samples, end: VecDeque::new(), stride: 1 })
+    }
+
+    /// Adds a tick. Says whether there was room for it.
+    pub(super) fn push(&mut self, sample: Sample) -> bool {
+        self.end.push_back(sample);
+        if self.end.len() > END
+            && let Some(old) = self.end.pop_front()
+        {
+            self.between(old);
+        }
+        self.stride <= LONGEST
+    }
+
+    /// No more follows.
+    pub(super) fn close(&mut self) {
+        self.samples.extend(self.end.drain(..));
+    }
+
+    /// Mean speed of the motor between two single ticks, rad/s; 0 where there are none.
+    pub(super) fn mean_speed(&self, from: usize, to: usize) -> f64 {
+        match (self.samples.get(from), self.samples.get(to)) {
+            (Some(a), Some(b)) if to > from => (b.position - a.position) / ((to - from) as f64 * Clock::SERVO.period_s()),
+            _ => 0.0,
+        }
+    }
+
+    fn between(&mut self, sample: Sample) {
+        let between = self.samples.len() > BEFORE;
+        match self.samples.last_mut() {
+            Some(last) if between && last.ticks < self.stride => *last = merged(last, &sample),
+            _ => self.samples.push(sample),
+        }
+        if self.samples.len() >= BEFORE + BETWEEN && self.samples.last().is_some_and(|last| last.ticks >= self.stride) {
+            let pairs: Vec<Sample> =
+                self.samples.split_off(BEFORE).chunks(2).map(|pair| pair[1..].iter().fold(pair[0], |a, b| merged(&a, b))).collect();
+            self.samples.extend(pairs);
+            self.stride *= 2;
+        }
+    }
+}
+
+fn merged(first: &Sample, second: &Sample) -> Sample {
+    let [a, b] = [first.ticks, second.ticks].map(f64::from);
+    Sample {
+        position: second.position,
+        current: (a * first.current + b * second.current) / (a + b),
+        fall: first.fall + second.fall,
+        ticks: first.ticks + second.ticks,
+    }
+}
