@@ -48,6 +48,9 @@ pub(crate) enum Command {
     /// Compare methods over many machines and motions
     #[command(subcommand)]
     Study(study::Study),
+    /// Run experiments of the literature again
+    #[command(subcommand)]
+    Reproduce(study::Reproduce),
 }
 
 /// Form of the answer on stdout.
@@ -269,6 +272,9 @@ pub(crate) struct Axis {
 pub(crate) struct Fit {
     /// CSV with the columns t_s, motor_U, load_U (U: mm, deg or rad) and current_a
     pub(crate) log: PathBuf,
+    /// Use motor position and current alone: for a log without load_U (needs --axis for the motor's inertia)
+    #[arg(long, requires = "axis")]
+    pub(crate) motor_only: bool,
     /// The axis that was logged: motor data and transmission make the fit sharper
     #[arg(long, value_name = "FILE.toml|PRESET")]
     pub(crate) axis: Option<String>,

@@ -139,6 +139,13 @@ fn plan_writes_a_row_a_millisecond() {
     assert_eq!(bench.names(), ["circle.ngc", "plan.csv"]);
 }
 
+/// A line of a trace without the column of the load's position.
+fn without_load(trace: &str, line: &str) -> String {
+    let column = trace.lines().next().unwrap().split(',').position(|name| name == "load_mm").unwrap();
+    let cells: Vec<&str> = line.split(',').enumerate().filter(|(n, _)| *n != column).map(|(_, cell)| cell).collect();
+    cells.join(",") + "\n"
+}
+
 #[test]
 fn axis_runs_a_plan_and_fit_finds_its_gap() {
     let bench = Bench::new();
@@ -160,9 +167,22 @@ fn axis_runs_a_plan_and_fit_finds_its_gap() {
     let fit: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(bench.path("fit.json")).unwrap()).unwrap();
     let gap = fit["gap"].as_f64().unwrap();
     assert!((gap - 0.010).abs() < 0.000_05, "{gap}");
+    // the same without the load's column
+    let motor: String = trace.lines().map(|line| without_load(&trace, line)).collect();
+    bench.file("motor.csv", &motor);
+    bench.expect(0, &["fit", "motor.csv", "--motor-only", "--axis", "vmc3:x", "--out", "motor.json"]);
+    let found: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(bench.path("motor.json")).unwrap()).unwrap();
+    let gap = found["gap"].as_f64().unwrap();
+    assert!((gap - 0.010).abs() < 0.000_2 && found["motor_only"] == true, "{gap}");
+    bench.refuses(&["fit", "motor.csv", "--axis", "vmc3:x", "--out", "x.json"], &["no column `load_mm`"]);
+    bench.refuses(&["fit", "motor.csv", "--motor-only", "--out", "x.json"], &["--axis"]);
     bench.file("circle.ngc", CIRCLE);
     let told = ["compare", "circle.ngc", "--methods", "none,fixed", "--fitted", "x=fit.json"];
     assert!(bench.expect(0, &told).contains("fixed"));
+    let told = ["compare", "circle.ngc", "--methods", "fitted-lookup", "--fitted", "x=motor.json"];
+    assert!(bench.expect(0, &told).contains("fitted-lookup"));
+    bench.refuses(&["compare", "circle.ngc", "--methods", "fitted-lookup"], &["needs a fitted gap", "--fitted AXIS=FILE.json"]);
+    bench.refuses(&["simulate", "circle.ngc", "--method", "fitted-lookup"], &["needs a fitted gap"]);
     bench.refuses(&["compare", "circle.ngc", "--methods", "none,fixed", "--fitted", "c=fit.json"], &["has no axis C"]);
     bench.refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "paper", "--out", "x.csv"], &["are in mm", "is in rad"]);
     bench.refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "vmc3:q", "--out", "x.csv"], &["no axis \"vmc3:q\"", "paper"]);
@@ -327,4 +347,17 @@ fn a_cell_is_traced() {
     assert!(header.contains(&"x_gap_estimate_rad") && header.contains(&"y_engagement"));
     assert!(trace.lines().all(|line| line.split(',').count() == header.len()));
     bench.expect(0, &["canon", "cell.ngc"]);
+}
+
+#[test]
+fn the_paper_is_reproduced_into_a_folder() {
+    let bench = Bench::new();
+    bench.file("file", "x");
+    bench.refuses(&["reproduce", "paper", "--out", "file"], &["not a folder"]);
+    let text = bench.expect(0, &["reproduce", "paper", "--out", "paper"]);
+    assert!(text.contains("Not given, and chosen here"), "{text}");
+    let files = names(&bench.path("paper"));
+    for name in ["paper.md", "scan.csv", "figure_03.svg", "figure_11_inertia.svg", "scan_published.svg"] {
+        assert!(files.iter().any(|file| file == name), "{files:?}");
+    }
 }

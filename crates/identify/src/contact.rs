@@ -110,7 +110,7 @@ fn episodes(windows: &[WindowSample], sides: &[i8], settle: usize, threshold_nm:
 
 /// Robust standard deviation of the part of a signal that changes from value to value: median absolute second difference,
 /// scaled as for white noise. Signals that vary slowly leave it small.
-fn noise(signal: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn noise(signal: impl Iterator<Item = f64>) -> f64 {
     let signal: Vec<f64> = signal.collect();
     let bends = signal.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
     quantile(bends, 0.5) / (0.6745 * 6.0_f64.sqrt())

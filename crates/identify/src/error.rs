@@ -35,6 +35,18 @@ pub enum NotExcited {
         /// Changes asked for.
         needed: usize,
     },
+    /// Seen from the motor alone, too few crossings show a load that certainly rests or certainly slides on.
+    #[error(
+        "of {seen} changes of side, {usable} show a load that certainly rests or slides on; at least {needed} are needed: log more reversals, some gentle, some brisk"
+    )]
+    CrossingsUnclear {
+        /// Crossings that can be used.
+        usable: usize,
+        /// Changes of side in the log.
+        seen: usize,
+        /// Crossings asked for.
+        needed: usize,
+    },
     /// The contact torque has one and the same size everywhere, so that gap and wind-up look alike.
     #[error(
         "the contact torque keeps nearly one size (it varies by {variation:.4} of its mean), so that gap and wind-up cannot be told apart: vary the acceleration, or give the stiffness"

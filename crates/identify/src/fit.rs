@@ -123,6 +123,7 @@ impl Estimate {
             effective_samples: self.gap_spread.effective_samples,
             excited: reason.is_none(),
             reason,
+            load: None,
             solver: self.solver,
         }
     }

@@ -22,8 +22,7 @@
 //! 4. [`huber`] solves the convex problem exactly, through a [`solver::QpSolver`].
 //! 5. [`spread`] gives the standard error from the scatter between whole blocks of the log.
 //!
-//! A fit that has the motor's signals alone (load position unknown) needs the load's motion as further unknowns. It reuses
-//! steps 1, 2, 4 and the solver trait, and belongs in a module of its own beside [`fit`].
+//! [`motor_only`] fits the gap from the motor's signals alone: the load's motion is what the contact torque makes of it.
 
 pub mod contact;
 pub mod error;
@@ -31,6 +30,7 @@ mod estimate;
 pub mod fit;
 pub mod huber;
 pub mod log;
+pub mod motor_only;
 pub mod result;
 pub mod settings;
 pub mod solver;
@@ -39,6 +39,7 @@ pub mod window;
 
 pub use error::{FitError, NotExcited};
 pub use fit::{fit_backlash, fit_backlash_with};
-pub use log::BacklashLog;
+pub use log::{BacklashLog, MotorLog};
+pub use motor_only::{FittedLoad, fit_motor_only, fit_motor_only_with};
 pub use result::{BacklashFit, SolverReport};
 pub use settings::FitSettings;

@@ -86,3 +86,50 @@ impl BacklashLog {
         (square(&self.motor) + square(&self.load)).sqrt()
     }
 }
+
+/// Motor position and current of one axis, sampled together at a fixed period.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotorLog {
+    /// The load's column is zero.
+    log: BacklashLog,
+}
+
+impl MotorLog {
+    /// A log from its columns: motor position in rad, torque-forming current in A.
+    ///
+    /// # Errors
+    /// As [`BacklashLog::new`].
+    pub fn new(period_s: f64, motor: Vec<f64>, current: Vec<f64>) -> Result<Self, FitError> {
+        let load = vec![0.0; motor.len()];
+        Ok(Self { log: BacklashLog::new(period_s, motor, load, current)? })
+    }
+
+    /// Time between samples, s.
+    pub fn period_s(&self) -> f64 {
+        self.log.period_s
+    }
+
+    /// Samples in the log, at least one.
+    #[allow(clippy::len_without_is_empty)]
+    pub fn len(&self) -> usize {
+        self.log.len()
+    }
+
+    /// Standard deviation of the quantisation error of the motor's position, rad.
+    pub fn resolution_rad(&self) -> f64 {
+        self.log.resolution_rad()
+    }
+
+    /// The same with a load that stands at zero, so that what is the position difference there is the motor's position here.
+    pub(crate) fn as_backlash_log(&self) -> &BacklashLog {
+        &self.log
+    }
+}
+
+impl From<BacklashLog> for MotorLog {
+    /// The motor's part of a log.
+    fn from(mut log: BacklashLog) -> Self {
+        log.load.fill(0.0);
+        Self { log }
+    }
+}

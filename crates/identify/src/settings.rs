@@ -77,6 +77,12 @@ impl FitSettings {
         }
     }
 
+    /// The same with windows short enough for a fit from the motor alone: what it sees of a resting load lasts milliseconds.
+    #[must_use]
+    pub fn motor_only(self) -> Self {
+        Self { half_window_s: 1e-3, ..self }
+    }
+
     /// Checks every setting.
     ///
     /// # Errors

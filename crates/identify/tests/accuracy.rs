@@ -17,6 +17,10 @@ fn half_gap_within_a_tenth_of_a_percent() {
             let error = fit.half_gap_rad / half_gap - 1.0;
             assert!(error.abs() < 1e-3, "gap {half_gap}, friction {share}: {error:+.2e}");
             assert!((fit.offset_rad - 0.003).abs() < 1e-6, "{}", fit.offset_rad);
+            // two half gaps of different size, seen from the zero of the log
+            let [negative, positive] = fit.flanks_rad();
+            assert!((negative - (0.003 - half_gap)).abs() < 1e-3 * half_gap + 1e-6, "{negative}");
+            assert!((positive - (0.003 + half_gap)).abs() < 1e-3 * half_gap + 1e-6, "{positive}");
             assert!((fit.compliance_rad_per_nm * rig.stiffness - 1.0).abs() < 1e-3, "{}", fit.compliance_rad_per_nm);
             assert!((fit.damping_time_s / (rig.damping / rig.stiffness) - 1.0).abs() < 0.1, "{}", fit.damping_time_s);
             assert!(fit.excited && fit.reason.is_none());

@@ -7,6 +7,7 @@ use super::fitted_lookup::FittedLookup;
 use super::fixed::Fixed;
 use super::fixed_fanuc::FixedFanuc;
 use super::fixed_linuxcnc::FixedLinuxcnc;
+use super::iterative_learning::IterativeLearning;
 use super::kalman::Kalman;
 use super::load_feedback::LoadFeedback;
 use super::lookup::Lookup;
@@ -57,6 +58,7 @@ pub static METHODS: &[Method] = &[
     Method::of::<DisturbanceObserver>(),
     Method::of::<Kalman>(),
     Method::of::<MultipleModels>(),
+    Method::of::<IterativeLearning>(),
     Method::of::<FittedLookup>(),
     Method::of::<Adaptive>(),
 ];

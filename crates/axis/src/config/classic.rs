@@ -168,3 +168,32 @@ impl ReversalPulseSettings {
         between("delay_ms", self.delay_ms, 0.0, 1000.0)
     }
 }
+
+/// Settings of `iterative-learning`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct IterativeLearningSettings {
+    /// Part of the error that a repetition takes up, 0 to 1.
+    pub rate: f64,
+    /// How far ahead of the error its correction comes, ms.
+    pub lead_ms: f64,
+    /// Half the width of the filter's running mean, whole ms.
+    pub filter_ms: f64,
+    /// Strokes that are remembered, s of motion.
+    pub memory_s: f64,
+}
+
+impl Default for IterativeLearningSettings {
+    fn default() -> IterativeLearningSettings {
+        IterativeLearningSettings { rate: 0.5, lead_ms: 4.0, filter_ms: 2.0, memory_s: 60.0 }
+    }
+}
+
+impl IterativeLearningSettings {
+    pub(super) fn check(&self) -> Result<(), AxisConfigError> {
+        between("rate", self.rate, 0.0, 1.0)?;
+        between("lead_ms", self.lead_ms, 0.0, 100.0)?;
+        between("filter_ms", self.filter_ms, 0.0, 100.0)?;
+        between("memory_s", self.memory_s, 0.0, 3600.0)
+    }
+}

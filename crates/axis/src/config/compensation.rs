@@ -2,7 +2,7 @@
 
 use super::classic::{
     AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings, FixedLinuxcncSettings,
-    ReversalPulseSettings,
+    IterativeLearningSettings, ReversalPulseSettings,
 };
 use super::error::{AxisConfigError, between, not_negative, positive};
 use super::estimators::{KalmanSettings, MultipleModelsSettings};
@@ -151,6 +151,9 @@ pub struct CompensationConfig {
     /// Settings of `disturbance-observer`.
     #[serde(skip_serializing_if = "is_default")]
     pub disturbance_observer: DisturbanceObserverSettings,
+    /// Settings of `iterative-learning`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub iterative_learning: IterativeLearningSettings,
     /// Settings of `kalman`.
     #[serde(skip_serializing_if = "is_default")]
     pub kalman: KalmanSettings,
@@ -181,6 +184,7 @@ impl Default for CompensationConfig {
             fixed_fanuc: FixedFanucSettings::default(),
             adaptive_inverse: AdaptiveInverseSettings::default(),
             disturbance_observer: DisturbanceObserverSettings::default(),
+            iterative_learning: IterativeLearningSettings::default(),
             kalman: KalmanSettings::default(),
             multiple_models: MultipleModelsSettings::default(),
             fitted_lookup: FittedLookupSettings::default(),
@@ -212,6 +216,7 @@ impl CompensationConfig {
         self.fixed_fanuc.check(transmission).map_err(|e| e.within("fixed_fanuc"))?;
         self.adaptive_inverse.check(transmission).map_err(|e| e.within("adaptive_inverse"))?;
         self.disturbance_observer.check().map_err(|e| e.within("disturbance_observer"))?;
+        self.iterative_learning.check().map_err(|e| e.within("iterative_learning"))?;
         self.kalman.check(transmission).map_err(|e| e.within("kalman"))?;
         self.multiple_models.check(transmission).map_err(|e| e.within("multiple_models"))?;
         self.fitted_lookup.check(transmission).map_err(|e| e.within("fitted_lookup"))?;

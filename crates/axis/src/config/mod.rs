@@ -60,7 +60,7 @@ mod tuning;
 
 pub use classic::{
     AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings, FixedLinuxcncSettings,
-    ReversalPulseSettings,
+    IterativeLearningSettings, ReversalPulseSettings,
 };
 pub use compensation::{AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings};
 pub use contact::{ContactLaw, StartInGap};

@@ -96,10 +96,8 @@ impl PlantParams {
     /// The part of a sliding mass' friction torque that does not change with speed, N m.
     #[inline]
     pub(super) fn sliding_torque(&self, mass: Mass, state: Friction) -> f64 {
-        match state {
-            Friction::Creeping(side) => self.breakaway(mass) * side.sign(),
-            other => self.coulomb(mass) * other.sign(),
-        }
+        let torque = self.coulomb(mass) * state.sign();
+        if state.creeps() { torque * self.friction(mass).static_factor } else { torque }
     }
 
     /// Moving from rest in a direction.

@@ -118,13 +118,10 @@ impl Friction {
     /// What it makes of the equations: 0 sliding or none, 1 stuck, 2 creeping.
     #[inline]
     const fn kind(self) -> usize {
-        match self {
-            Friction::None | Friction::Sliding(_) | Friction::Bristles(_) => 0,
-            Friction::Stuck => 1,
-            Friction::Creeping(_) => 2,
-        }
+        self.stuck() as usize + 2 * self.creeps() as usize
     }
 
+    #[inline]
     pub(super) const fn creeps(self) -> bool {
         matches!(self, Friction::Creeping(_))
     }

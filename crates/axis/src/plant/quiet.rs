@@ -11,6 +11,8 @@ use crate::config::ContactLaw;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Margins {
     speed: f64,
+    /// Speeds at which motor and load begin to creep.
+    slow: [f64; 2],
     torque: f64,
     third: f64,
 }
@@ -23,7 +25,8 @@ impl Margins {
         let dip = params.period_s * params.period_s / 8.0 * acceleration;
         let rate = params.rate();
         let damping = params.damping_nm_s_per_rad * rate;
-        Margins { speed: dip * rate, torque: dip * (params.stiffness_nm_per_rad + damping), third: params.period_s / 3.0 }
+        let slow = [params.motor_friction.slow_rad_s(), params.load_friction.slow_rad_s()];
+        Margins { slow, speed: dip * rate, torque: dip * (params.stiffness_nm_per_rad + damping), third: params.period_s / 3.0 }
     }
 
     /// Dip of a speed, rad/s.
@@ -89,7 +92,7 @@ impl Margins {
             Friction::None => true,
             Friction::Sliding(side) => {
                 let s = side.sign();
-                (s * before).min(s * after) > spare + params.friction(mass).slow_rad_s()
+                (s * before).min(s * after) > spare + self.slow[mass as usize]
             }
             Friction::Creeping(side) => {
                 let s = side.sign();

@@ -17,11 +17,6 @@ impl Encoder {
         Encoder { step_rad: TAU / f64::from(counts_per_rev) }
     }
 
-    /// An encoder of a step in rad; ideal for zero.
-    pub fn with_step(step_rad: f64) -> Encoder {
-        Encoder { step_rad }
-    }
-
     /// What it shows at a position, rad.
     #[inline]
     pub fn read(&self, position: f64) -> f64 {

@@ -25,7 +25,7 @@ pub(crate) struct Matrix {
     /// Every cell there is: takes days
     #[arg(long)]
     pub(crate) full: bool,
-    /// Compensation methods, separated by commas; all, if left out
+    /// Compensation methods, separated by commas; all but `fitted-lookup`, if left out
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) methods: Vec<String>,
     /// Folder for the tables, and for the results so far: run again, a stopped study goes on
@@ -56,4 +56,19 @@ pub(crate) struct Cell {
     /// Write the cell's part program, too
     #[arg(long, value_name = "FILE.ngc")]
     pub(crate) program: Option<PathBuf>,
+}
+
+/// What to reproduce.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Reproduce {
+    /// The experiments of Gan, Wang, Huang, Machines 2023, 11(2), 193: figures 3 and 7 to 11, and what the paper does not say, scanned
+    Paper(Paper),
+}
+
+/// `reproduce paper`.
+#[derive(Debug, Args)]
+pub(crate) struct Paper {
+    /// Folder for table, scan and figures; made if it does not exist
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
 }

@@ -7,9 +7,9 @@ use crate::voice::Voice;
 use crate::{input, machines, output};
 use lostmotion::axis::AxisConfig;
 use lostmotion::axis::config::AxisUnit;
-use lostmotion::identify::{BacklashFit, BacklashLog, FitSettings, fit_backlash};
+use lostmotion::identify::{BacklashFit, BacklashLog, FitSettings, MotorLog, fit_backlash, fit_motor_only};
 use lostmotion::report::atomic::AtomicFile;
-use lostmotion::report::csv::{AxisLog, read_log};
+use lostmotion::report::csv::{read_log, read_motor_log};
 use lostmotion::report::{WriteError, json, number};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -35,6 +35,9 @@ struct FitResult {
     /// Radian of the motor for one unit of the log, where the axis was given; otherwise the figures below are in the log's
     /// unit instead of rad, and per A instead of N m.
     motor_rad_per_unit: Option<f64>,
+    /// Whether the load's positions were left out of it.
+    #[serde(default)]
+    motor_only: bool,
     /// The fit itself.
     fit: BacklashFit,
 }
@@ -43,14 +46,20 @@ struct FitResult {
 pub(crate) fn run(args: &Fit, voice: Voice) -> Result<u8, Failure> {
     let axis = args.axis.as_deref().map(machines::axis).transpose()?;
     let name = args.log.display().to_string();
-    let log = read_log(input::open(&args.log, "log")?, &name)?;
+    let input = input::open(&args.log, "log")?;
+    let log = if args.motor_only { read_motor_log(input, &name)? } else { read_log(input, &name)? };
     let unit = log.unit;
     let (scale, settings) = match &axis {
         Some(config) => (rad_per_unit(config, unit, &name)?, settings(config)),
         None => (1.0, FitSettings::default()),
     };
-    let columns = in_rad(log, scale).map_err(|error| Failure::message(format!("{name}: {error}")))?;
-    let fit = fit_backlash(&columns, &settings).map_err(|error| Failure::message(format!("{name}: {error}")))?;
+    let fitted = if args.motor_only {
+        MotorLog::new(log.period_s, scaled(log.motor, scale), log.current_a).and_then(|log| fit_motor_only(&log, &settings.motor_only()))
+    } else {
+        BacklashLog::new(log.period_s, scaled(log.motor, scale), scaled(log.load, scale), log.current_a)
+            .and_then(|log| fit_backlash(&log, &settings))
+    };
+    let fit = fitted.map_err(|error| Failure::message(format!("{name}: {error}")))?;
     let result = FitResult {
         schema: SCHEMA,
         log: name,
@@ -59,6 +68,7 @@ pub(crate) fn run(args: &Fit, voice: Voice) -> Result<u8, Failure> {
         gap_interval: fit.half_gap_interval_rad.map(|half| 2.0 * half / scale),
         excited: fit.excited,
         motor_rad_per_unit: axis.map(|_| scale),
+        motor_only: args.motor_only,
         fit,
     };
     write(&args.out, &result)?;
@@ -89,9 +99,8 @@ fn settings(config: &AxisConfig) -> FitSettings {
     settings
 }
 
-fn in_rad(log: AxisLog, scale: f64) -> Result<BacklashLog, lostmotion::identify::FitError> {
-    let scaled = |values: Vec<f64>| values.into_iter().map(|value| value * scale).collect();
-    BacklashLog::new(log.period_s, scaled(log.motor), scaled(log.load), log.current_a)
+fn scaled(values: Vec<f64>, scale: f64) -> Vec<f64> {
+    values.into_iter().map(|value| value * scale).collect()
 }
 
 fn write(path: &Path, result: &FitResult) -> Result<(), Failure> {

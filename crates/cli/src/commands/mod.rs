@@ -10,6 +10,7 @@ mod interpreter;
 mod lint;
 mod machine;
 mod plan;
+mod reproduce;
 mod simulate;
 mod study;
 mod tuning;
@@ -46,6 +47,7 @@ pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Axis(args) => axis::run(args),
         Command::Fit(args) => fit::run(args, cli.voice),
         Command::Machine(args) => machine::run(args),
+        Command::Reproduce(what) => reproduce::run(what),
         Command::Study(args) => study::run(args, cli.voice),
     }
 }

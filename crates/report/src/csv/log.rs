@@ -20,7 +20,7 @@ pub struct AxisLog {
     pub unit: AxisUnit,
     /// Motor positions in `unit`, at the load.
     pub motor: Vec<f64>,
-    /// Load positions in `unit`.
+    /// Load positions in `unit`; none if only the motor was read.
     pub load: Vec<f64>,
     /// Torque-forming current, A.
     pub current_a: Vec<f64>,
@@ -32,12 +32,26 @@ pub struct AxisLog {
 /// # Errors
 /// An empty file, one that is no table, a missing column, a cell that is not a finite number, rows that are not evenly spaced in time.
 pub fn read_log(input: impl Read, name: &str) -> Result<AxisLog, ReadError> {
+    read(input, name, true)
+}
+
+/// As [`read_log`] without the column `load_<u>`, whether it is there or not.
+///
+/// # Errors
+/// As [`read_log`].
+pub fn read_motor_log(input: impl Read, name: &str) -> Result<AxisLog, ReadError> {
+    read(input, name, false)
+}
+
+fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadError> {
     let mut cells = Cells::new(input, name)?;
     let time = cells.column("t_s")?;
     let (motor, unit) = cells.column_with_unit("motor", "motor position")?;
-    let (load, load_unit) = cells.column_with_unit("load", "load position")?;
-    if unit != load_unit {
-        return Err(cells.mixed_units(&motor, &load));
+    let load = if with_load { Some(cells.column_with_unit("load", "load position")?) } else { None };
+    if let Some((load, load_unit)) = &load
+        && unit != *load_unit
+    {
+        return Err(cells.mixed_units(&motor, load));
     }
     let current = cells.column("current_a")?;
     let mut log = AxisLog { period_s: 0.0, unit, motor: Vec::new(), load: Vec::new(), current_a: Vec::new() };
@@ -59,7 +73,9 @@ pub fn read_log(input: impl Read, name: &str) -> Result<AxisLog, ReadError> {
         }
         before_s = time_s;
         log.motor.push(cells.number(&motor)?);
-        log.load.push(cells.number(&load)?);
+        if let Some((load, _)) = &load {
+            log.load.push(cells.number(load)?);
+        }
         log.current_a.push(cells.number(&current)?);
     }
     if log.motor.len() < FEWEST {

@@ -15,7 +15,7 @@ mod setpoints;
 pub use axis_trace::AxisTraceWriter;
 pub use blocks::BlockWriter;
 pub use contour::ContourWriter;
-pub use log::{AxisLog, read_log};
+pub use log::{AxisLog, read_log, read_motor_log};
 pub use plan::PlanWriter;
 pub use reversals::ReversalWriter;
 pub use setpoints::{SetpointReader, SetpointSource};

@@ -22,7 +22,10 @@ fn failure(error: &StudyError) -> Failure {
     Failure::message(error.to_string())
 }
 
-/// The methods asked for, each known and once, without `none`; all of them if none is named.
+/// Needs a gap fitted beforehand, which nobody has in a study.
+const FITTED: &str = "fitted-lookup";
+
+/// The methods asked for, each known and once, without `none`; all but `fitted-lookup` if none is named.
 fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
     let mut methods: Vec<String> = Vec::new();
     let mut named = false;
@@ -37,7 +40,8 @@ fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
         }
     }
     if !named {
-        methods = METHODS.iter().map(|method| method.info.name.to_owned()).filter(|name| name != "none").collect();
+        methods =
+            METHODS.iter().map(|method| method.info.name.to_owned()).filter(|name| !["none", FITTED].contains(&name.as_str())).collect();
     }
     Ok(methods)
 }

@@ -1,0 +1,224 @@
+//! Strokes that were seen, with what was learned for each; a memory with a bound.
+//!
+//! A stroke goes from one reversal of the reference to the next. It is known again by its beginning, and stays known as long as its reference
+//! stays where the stored one was.
+
+use serde::{Deserialize, Serialize};
+
+/// Cells of a stroke that is worth remembering: 20 ms.
+const SHORTEST: usize = 20;
+/// What a stroke takes beside its cells, in cells.
+const OVERHEAD: usize = 8;
+/// How near a reference has to be to count as the same: rad, and part of the way since the reversal.
+const NEAR_RAD: f64 = 5e-4;
+const NEAR_SHARE: f64 = 1e-4;
+/// How near the accelerations at the reversal, over the larger.
+const ALIKE: f64 = 0.02;
+/// An error this much above that without correction ends a correction.
+const WORSE: f64 = 1.1;
+
+/// How a stroke begins: position (rad), acceleration (rad/s2) and direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Beginning {
+    pub(super) position: f64,
+    pub(super) acceleration: f64,
+    pub(super) direction: i8,
+}
+
+impl Beginning {
+    fn is_like(&self, other: &Beginning) -> bool {
+        let larger = self.acceleration.abs().max(other.acceleration.abs());
+        self.direction == other.direction
+            && (self.position - other.position).abs() <= NEAR_RAD
+            && (self.acceleration - other.acceleration).abs() <= ALIKE * larger
+    }
+}
+
+/// A stroke under way or done: per cell of 1 ms the way of the reference, what was added, and the load's error, rad.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Run {
+    pub(super) beginning: Beginning,
+    pub(super) ways: Vec<f64>,
+    pub(super) applied: Vec<f64>,
+    pub(super) errors: Vec<f64>,
+}
+
+/// A remembered stroke.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Stroke {
+    beginning: Beginning,
+    ways: Vec<f64>,
+    correction: Vec<f64>,
+    /// RMS of the error when it was first seen, rad.
+    first: f64,
+    rate: f64,
+    used: u64,
+}
+
+/// All strokes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Strokes {
+    strokes: Vec<Stroke>,
+    clock: u64,
+}
+
+/// How learning goes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Law {
+    pub(super) rate: f64,
+    pub(super) lead_cells: f64,
+    pub(super) filter_cells: usize,
+    pub(super) most_cells: usize,
+    pub(super) largest: f64,
+}
+
+fn near(way: f64, stored: f64) -> bool {
+    (way - stored).abs() <= NEAR_RAD + NEAR_SHARE * stored.abs()
+}
+
+/// Value between cells; the last one beyond the end.
+fn between(cells: &[f64], at: f64) -> f64 {
+    let Some(last) = cells.last() else { return 0.0 };
+    let n = at.max(0.0) as usize;
+    match cells.get(n..n.saturating_add(2)) {
+        Some([here, next]) => here + (next - here) * (at.max(0.0) - n as f64),
+        _ => *last,
+    }
+}
+
+impl Strokes {
+    /// A stroke that begins so and whose ways so far are these, the one used last first.
+    pub(super) fn find(&mut self, beginning: &Beginning, ways: &[f64]) -> Option<usize> {
+        let same = |stroke: &Stroke| {
+            stroke.beginning.is_like(beginning)
+                && stroke.ways.len() >= ways.len()
+                && stroke.ways.iter().zip(ways).all(|(stored, way)| near(*way, *stored))
+        };
+        let found = (0..self.strokes.len()).filter(|&n| same(&self.strokes[n])).max_by_key(|&n| self.strokes[n].used)?;
+        self.clock += 1;
+        self.strokes[found].used = self.clock;
+        Some(found)
+    }
+
+    /// Correction of a stroke at a time in cells since its beginning, rad.
+    pub(super) fn correction(&self, stroke: usize, cells: f64) -> f64 {
+        self.strokes.get(stroke).map_or(0.0, |stroke| between(&stroke.correction, cells))
+    }
+
+    /// Whether a stroke goes on as the stored one does.
+    pub(super) fn goes_on(&self, stroke: usize, cell: usize, way: f64) -> bool {
+        self.strokes.get(stroke).and_then(|stroke| stroke.ways.get(cell)).is_some_and(|stored| near(way, *stored))
+    }
+
+    /// Learns from a run, of a stroke that is known or of a new one.
+    pub(super) fn learn(&mut self, run: &mut Run, known: Option<usize>, law: &Law) {
+        let cells = run.ways.len();
+        let rms = (run.errors.iter().map(|error| error * error).sum::<f64>() / cells.max(1) as f64).sqrt();
+        if cells < SHORTEST || cells + OVERHEAD > law.most_cells || !rms.is_finite() {
+            return;
+        }
+        self.clock += 1;
+        match known.and_then(|n| self.strokes.get_mut(n)) {
+            Some(stroke) if rms > WORSE * stroke.first => {
+                stroke.rate *= 0.5;
+                stroke.correction.fill(0.0);
+            }
+            Some(stroke) => {
+                let next = law.next(run, stroke.rate);
+                stroke.correction = next;
+                stroke.ways.clone_from(&run.ways);
+            }
+            None => {
+                self.make_room(cells + OVERHEAD, law.most_cells);
+                let correction = law.next(run, law.rate);
+                let ways = std::mem::take(&mut run.ways);
+                self.strokes.push(Stroke { beginning: run.beginning, ways, correction, first: rms, rate: law.rate, used: self.clock });
+            }
+        }
+    }
+
+    /// Forgets strokes that were not used for the longest time.
+    fn make_room(&mut self, wanted: usize, most: usize) {
+        let mut taken: usize = self.strokes.iter().map(|stroke| stroke.ways.len() + OVERHEAD).sum();
+        while taken + wanted > most {
+            let Some(oldest) = (0..self.strokes.len()).min_by_key(|&n| self.strokes[n].used) else { return };
+            taken -= self.strokes.swap_remove(oldest).ways.len() + OVERHEAD;
+        }
+    }
+}
+
+impl Law {
+    /// `Q (u + rate e(n + lead))`.
+    fn next(&self, run: &Run, rate: f64) -> Vec<f64> {
+        let raw = |n: usize| run.applied[n] + rate * between(&run.errors, n as f64 + self.lead_cells);
+        let mut cells: Vec<f64> = (0..run.ways.len()).map(raw).collect();
+        (0..3).for_each(|_| cells = self.mean(&cells));
+        cells.iter_mut().for_each(|cell| *cell = cell.clamp(-self.largest, self.largest));
+        cells
+    }
+
+    /// Running mean, narrower towards the ends.
+    fn mean(&self, cells: &[f64]) -> Vec<f64> {
+        let last = cells.len().saturating_sub(1);
+        (0..cells.len())
+            .map(|n| {
+                let reach = self.filter_cells.min(n).min(last - n);
+                cells[n - reach..=n + reach].iter().sum::<f64>() / (2 * reach + 1) as f64
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: Law = Law { rate: 0.5, lead_cells: 2.0, filter_cells: 0, most_cells: 200, largest: 1.0 };
+
+    fn run(position: f64, cells: usize, error: impl Fn(usize) -> f64) -> Run {
+        Run {
+            beginning: Beginning { position, acceleration: 10.0, direction: 1 },
+            ways: (0..cells).map(|n| 1e-3 * (n * n) as f64).collect(),
+            applied: vec![0.0; cells],
+            errors: (0..cells).map(error).collect(),
+        }
+    }
+
+    #[test]
+    fn it_learns_the_error_ahead_of_its_time() {
+        let mut strokes = Strokes::default();
+        strokes.learn(&mut run(1.0, 50, |n| n as f64 * 1e-3), None, &LAW);
+        let found = strokes.find(&run(1.0, 0, |_| 0.0).beginning, &[]).unwrap();
+        assert!((strokes.correction(found, 10.5) - 0.5 * 12.5e-3).abs() < 1e-15);
+        assert!(strokes.goes_on(found, 20, 0.4) && !strokes.goes_on(found, 20, 0.41) && !strokes.goes_on(found, 50, 2.5));
+        assert_eq!(strokes.find(&Beginning { position: 1.01, acceleration: 10.0, direction: 1 }, &[]), None);
+        assert_eq!(strokes.find(&Beginning { position: 1.0, acceleration: 10.0, direction: -1 }, &[]), None);
+    }
+
+    #[test]
+    fn the_oldest_goes_when_the_memory_is_full_and_what_is_too_long_is_not_taken() {
+        let mut strokes = Strokes::default();
+        for position in 0..4 {
+            strokes.learn(&mut run(f64::from(position), 50, |_| 1e-3), None, &LAW);
+        }
+        let known: Vec<bool> = (0..4).map(|p| strokes.find(&run(f64::from(p), 0, |_| 0.0).beginning, &[]).is_some()).collect();
+        assert_eq!(known, [false, true, true, true]);
+        strokes.learn(&mut run(9.0, 300, |_| 1e-3), None, &LAW);
+        assert_eq!(strokes.find(&run(9.0, 0, |_| 0.0).beginning, &[]), None);
+    }
+
+    #[test]
+    fn a_correction_that_does_harm_is_dropped() {
+        let mut strokes = Strokes::default();
+        strokes.learn(&mut run(1.0, 50, |_| 1e-3), None, &LAW);
+        strokes.learn(&mut run(1.0, 50, |_| 2e-3), Some(0), &LAW);
+        assert!(strokes.correction(0, 10.0).abs() < 1e-300);
+    }
+
+    #[test]
+    fn the_filter_has_no_lag_and_keeps_a_straight_line() {
+        let law = Law { filter_cells: 3, ..LAW };
+        let line: Vec<f64> = (0..40).map(f64::from).collect();
+        assert!(law.mean(&line).iter().zip(&line).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+}

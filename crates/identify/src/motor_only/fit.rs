@@ -1,0 +1,219 @@
+//! From a log to the gap.
+
+use crate::{
+    contact::quantile,
+    error::{FitError, NotExcited},
+    estimate::RESOLVED,
+    log::MotorLog,
+    result::BacklashFit,
+    settings::FitSettings,
+    solver::{Clarabel, QpSolver, SolveOptions},
+    spread, window,
+};
+
+use super::load::FittedLoad;
+use super::program::{Projected, Solved};
+use super::segments::{Cutter, Segment};
+use super::sides::Sides;
+
+/// Huber's constant.
+const HUBER: f64 = 1.345;
+/// Rounds in which delta and the crossings' choice settle.
+const ROUNDS: usize = 3;
+/// Crossings of one kind that are too few beside others.
+const FEW: usize = 8;
+/// Standard errors that the compliance has to exceed to be told from the gap; and share of the gap that is allowed for where it does not, as in
+/// a log that repeats one stroke: what all crossings have in common scatter cannot show.
+const SURE: f64 = 3.0;
+const BLURRED: f64 = 1e-2;
+/// A crossing whose median residual exceeds so many times that of all was labelled wrongly.
+const ODD: f64 = 4.0;
+/// Share of the wind-up that the model is at best good to: on logs whose gap is known it came out a hundredth to a fiftieth too compliant,
+/// because masses that slide together are taken for rigid, and what is alike on both flanks of that falls out.
+const MODELLED: f64 = 3e-3;
+
+/// Fits the gap of an axis from the motor's signals alone, with [`Clarabel`].
+///
+/// The motor's inertia has to be given.
+///
+/// # Errors
+/// Settings out of range, a log shorter than a window, a log that does not excite the gap, or a solver that fails. A gap that
+/// was fitted but cannot be told from zero is no error: see [`BacklashFit::excited`].
+pub fn fit_motor_only(log: &MotorLog, settings: &FitSettings) -> Result<BacklashFit, FitError> {
+    fit_motor_only_with(log, settings, &Clarabel)
+}
+
+/// As [`fit_motor_only`], with a solver of one's own.
+///
+/// # Errors
+/// As [`fit_motor_only`].
+pub fn fit_motor_only_with(log: &MotorLog, settings: &FitSettings, solver: &dyn QpSolver) -> Result<BacklashFit, FitError> {
+    settings.check()?;
+    let inertia = settings.motor_inertia_kgm2.ok_or(FitError::Setting {
+        name: "motor_inertia_kgm2",
+        value: 0.0,
+        expected: "given, for a fit from the motor alone",
+    })?;
+    let half = window::half_width(settings, log.period_s());
+    let windows = window::averages(log.as_backlash_log(), settings, inertia, half);
+    if windows.len() < 3 {
+        return Err(FitError::TooShort { samples: log.len(), needed: half.saturating_mul(4).saturating_add(1) });
+    }
+    let spacing_s = half as f64 * log.period_s();
+    let settle = ((settings.settle_s / spacing_s).ceil() as usize).max(1);
+    let sides = Sides::new(&windows, settings)?;
+    let needed = settings.min_traversals.max(2);
+    let thin = |usable, seen| FitError::NotExcited(NotExcited::CrossingsUnclear { usable, seen, needed });
+    let load = FittedLoad::find(&windows, &sides, settle, settings, solver)?.ok_or_else(|| thin(0, sides.changes()))?;
+    let samples = window::averages(log.as_backlash_log(), settings, inertia, 1);
+    let cutter = Cutter {
+        windows: &windows,
+        samples: &samples,
+        sides: &sides,
+        load: &load,
+        spacing_s,
+        period_s: log.period_s(),
+        half,
+        settle,
+        motor_inertia_kgm2: inertia,
+    };
+    let (segments, changes) = cutter.cut();
+    let segments = of_kinds_seen_often(segments);
+    if segments.len() < needed {
+        return Err(thin(segments.len(), changes));
+    }
+    let job = Job { log, settings, solver, load, changes, half, threshold_nm: sides.threshold_nm };
+    let slides = segments.iter().any(|segment| segment.slides);
+    let breaks = segments.iter().flat_map(|segment| &segment.equations).any(|equation| equation.friction != 0.0);
+    let rests = segments.iter().any(|segment| !segment.slides);
+    match (slides, rests, breaks) {
+        (true, true, true) => job.fit(segments, [0, 1, 2, 3, 4, 5, 6, 7, 8]),
+        (true, true, false) => job.fit(segments, [0, 1, 2, 3, 5, 6, 7, 8]),
+        (true, false, _) => job.fit(segments, [0, 1, 2, 3, 5, 8]),
+        (false, _, true) => job.fit(segments, [0, 1, 3, 4, 5, 6, 7]),
+        (false, _, false) => job.fit(segments, [0, 1, 6, 7]),
+    }
+}
+
+struct Job<'a> {
+    log: &'a MotorLog,
+    settings: &'a FitSettings,
+    solver: &'a dyn QpSolver,
+    load: FittedLoad,
+    changes: usize,
+    half: usize,
+    threshold_nm: f64,
+}
+
+impl Job<'_> {
+    fn fit<const P: usize>(&self, mut segments: Vec<Segment>, columns: [usize; P]) -> Result<BacklashFit, FitError> {
+        let options = SolveOptions { tolerance: self.settings.solver_tolerance, iterations: self.settings.solver_iterations };
+        let floor = (RESOLVED * self.log.resolution_rad()).max(1e-12);
+        let mut scale = None;
+        for round in 1.. {
+            let data = Projected::new(&segments, columns);
+            let robust = |residuals: Vec<f64>| (quantile(residuals, 0.5) / 0.6745).max(floor);
+            let start = data.regression.least_squares();
+            let first = || robust((0..data.local.len()).map(|k| data.regression.residual(k, &start).abs()).collect());
+            let delta = self.settings.huber_delta_rad.unwrap_or_else(|| HUBER * scale.unwrap_or_else(first));
+            let solved = data.solve(delta, self.solver, &options)?;
+            let residuals: Vec<f64> = solved.residuals.iter().map(|r| r.abs()).collect();
+            scale = Some(robust(residuals.clone()));
+            if round == ROUNDS {
+                return self.report(&data, columns, &segments, &solved, delta, scale.unwrap_or(floor));
+            }
+            let usual = quantile(residuals, 0.5);
+            segments = keep(segments, &data, &solved, ODD * usual);
+            if segments.len() < self.settings.min_traversals.max(2) {
+                break;
+            }
+        }
+        Err(self.unclear(segments.len()).into())
+    }
+
+    fn unclear(&self, usable: usize) -> NotExcited {
+        NotExcited::CrossingsUnclear { usable, seen: self.changes, needed: self.settings.min_traversals.max(usable + 1) }
+    }
+
+    fn report<const P: usize>(
+        &self,
+        data: &Projected<P>,
+        columns: [usize; P],
+        segments: &[Segment],
+        solved: &Solved<P>,
+        delta: f64,
+        scale: f64,
+    ) -> Result<BacklashFit, FitError> {
+        let profiled = data.profiled(solved, delta);
+        let blocks = spread::blocks(&data.segment);
+        let thin = || self.unclear(segments.len());
+        let spread = |which| spread::spread(&profiled, &solved.x, delta, &blocks, which).ok_or_else(thin);
+        let (gap, compliance_spread) = (spread(0)?, spread(1)?);
+        let at = |which: usize| columns.iter().position(|&column| column == which).map_or(0.0, |index| solved.x[index]);
+        let (half_gap, compliance) = (at(0), at(1));
+        let equations = || segments.iter().flat_map(|segment| &segment.equations);
+        let count = equations().count().max(1) as f64;
+        let wind_up = compliance * (equations().map(|e| e.torque * e.torque).sum::<f64>() / count).sqrt();
+        let told_apart = compliance > SURE * compliance_spread.standard_error;
+        let blurred = if told_apart { 0.0 } else { BLURRED * half_gap };
+        let allowance = RESOLVED * self.log.resolution_rad() + MODELLED * wind_up + blurred;
+        let half_width = gap.half_width + allowance;
+        let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
+        let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise { half_gap_rad: half_gap, upper_rad: interval[1] });
+        let positive = equations().filter(|equation| equation.side > 0.0).count();
+        let load = FittedLoad { inertia_kgm2: if at(3) > 0.0 { 1.0 / at(3) } else { self.load.inertia_kgm2 }, ..self.load };
+        Ok(BacklashFit {
+            half_gap_rad: half_gap,
+            half_gap_interval_rad: interval,
+            half_gap_error_rad: gap.standard_error,
+            half_gap_allowance_rad: allowance,
+            compliance_rad_per_nm: compliance,
+            compliance_error_rad_per_nm: compliance_spread.standard_error,
+            stiffness_nm_per_rad: (compliance > 0.0).then(|| 1.0 / compliance),
+            offset_rad: 0.0,
+            damping_time_s: if at(6) != 0.0 || compliance <= 0.0 { at(6) } else { at(2) / compliance },
+            motor_inertia_kgm2: self.settings.motor_inertia_kgm2.unwrap_or(0.0),
+            residual_rms_rad: (solved.residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt(),
+            residual_scale_rad: scale,
+            huber_delta_rad: delta,
+            outliers: solved.residuals.iter().filter(|r| r.abs() > delta).count(),
+            torque_threshold_nm: self.threshold_nm,
+            samples_logged: self.log.len(),
+            window_samples: self.half,
+            samples_used: solved.residuals.len(),
+            samples_positive: positive,
+            samples_negative: solved.residuals.len() - positive,
+            traversals: self.changes,
+            blocks: gap.blocks,
+            effective_samples: gap.effective_samples,
+            excited: reason.is_none(),
+            reason,
+            load: Some(load),
+            solver: solved.report.clone(),
+        })
+    }
+}
+
+/// Without the kind of crossing that the log has too few of to find that kind's own coefficients.
+fn of_kinds_seen_often(segments: Vec<Segment>) -> Vec<Segment> {
+    let sliding = segments.iter().filter(|segment| segment.slides).count();
+    let counts = [segments.len() - sliding, sliding];
+    if counts.iter().all(|count| *count < FEW) {
+        return segments;
+    }
+    segments.into_iter().filter(|segment| counts[usize::from(segment.slides)] >= FEW).collect()
+}
+
+/// The crossings whose median residual is not odd.
+fn keep<const P: usize>(segments: Vec<Segment>, data: &Projected<P>, solved: &Solved<P>, most: f64) -> Vec<Segment> {
+    let mut medians = vec![Vec::new(); segments.len()];
+    for (index, residual) in data.segment.iter().zip(&solved.residuals) {
+        medians[*index].push(residual.abs());
+    }
+    segments
+        .into_iter()
+        .zip(medians)
+        .filter(|(_, residuals)| quantile(residuals.clone(), 0.5) <= most)
+        .map(|(segment, _)| segment)
+        .collect()
+}

@@ -1,0 +1,268 @@
+//! Crossings of the gap during which the load's motion is known but for a few constants.
+//!
+//! Two kinds. The load **rests**, held by its friction while the torque passes from one flank to the other:
+//! ```text
+//! x_L = X,   and from where it breaks away   x_L = X + p G,   G = double integral of T - T_0 - b_L w - T_f s
+//! ```
+//! or it **slides** through in one direction:
+//! ```text
+//! x_L = X + V t + Q t^2/2 + p G - p b_L D + p e L,   G = double integral of T,   L = single integral of K_t i,
+//!                                                 D = double integral of w
+//! ```
+//! with p = 1/J_L, and X, V, Q of this crossing alone; Q takes up friction and constant torque. The contact torque T is data: the
+//! double integral of a triangular average over its own width is an exact second difference, so that the encoder's noise in
+//! `J_M alpha` comes out of the sum as it went in. The current between two samples is not their mean; to first order it is the current of
+//! a moment e later, which L takes up.
+
+use super::load::FittedLoad;
+use super::sides::{Sides, Stretch};
+use crate::window::WindowSample;
+
+/// Part of the friction up to which a load certainly rests.
+const RESTING: f64 = 0.85;
+/// Windows of each side that a crossing takes at most.
+const MOST: usize = 24;
+/// Windows after the break-away of a resting load.
+const AFTER: usize = 10;
+/// Windows between the motor's turning and the load's certain rest.
+const TURNED: usize = 5;
+/// Windows of each side that make a crossing worth while.
+const LEAST: usize = 2;
+/// Least speed of a load that slides through, over that at the start.
+const LEAST_SPEED: f64 = 0.1;
+/// Longest crossing of a load that slides, and of one that rests, in windows.
+const LONGEST_SLIDING: usize = 300;
+const LONGEST_RESTING: usize = 1000;
+
+/// One window in firm contact, as an equation: motor = offset(X, V, Q) + side b + torque c - sliding_rate r - slip tau + resting_rate c e + travel p + impulse p e + friction p dT_f - drag p b_L.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Equation {
+    pub(super) motor: f64,
+    pub(super) side: f64,
+    /// Torque of the contact, N m; where the load slides without what is constant, and free of the encoder's noise.
+    pub(super) torque: f64,
+    /// Rate of the motor's torque, N m/s, where the load slides; zero where it rests. In contact that of the contact follows it, and it is
+    /// free of the encoder's noise.
+    pub(super) sliding_rate: f64,
+    /// Speed of the motor against the load, rad/s, where the load rests or breaks away; zero where it slides.
+    pub(super) slip: f64,
+    /// Rate of the motor's torque, N m/s, where the load rests or breaks away; zero where it slides.
+    pub(super) resting_rate: f64,
+    pub(super) travel: f64,
+    /// Single integral of the motor's torque, beyond that at the break-away if there is one, N m s.
+    pub(super) impulse: f64,
+    /// Double integral of the speed, rad s, where the load slides; zero where it rests.
+    pub(super) drag: f64,
+    /// The load's travel against each N m of friction beyond the known, for p = 1, kg m2 rad.
+    pub(super) friction: f64,
+    /// Windows since the crossing's first.
+    pub(super) time: f64,
+}
+
+/// One crossing.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Segment {
+    /// Whether the load slides through: then it has a speed and an acceleration of its own.
+    pub(super) slides: bool,
+    pub(super) equations: Vec<Equation>,
+}
+
+/// What segments are cut from.
+pub(super) struct Cutter<'a> {
+    pub(super) windows: &'a [WindowSample],
+    pub(super) sides: &'a Sides,
+    pub(super) load: &'a FittedLoad,
+    /// Time between windows, s.
+    pub(super) spacing_s: f64,
+    /// The same log, one window a sample.
+    pub(super) samples: &'a [WindowSample],
+    /// Samples between windows, and time between samples, s.
+    pub(super) half: usize,
+    pub(super) period_s: f64,
+    /// Windows until a landing has settled.
+    pub(super) settle: usize,
+    /// Inertia of the motor, kg m2.
+    pub(super) motor_inertia_kgm2: f64,
+}
+
+impl Cutter<'_> {
+    /// All crossings that can be used, and how many changes of side there were.
+    pub(super) fn cut(&self) -> (Vec<Segment>, usize) {
+        let stretches = self.sides.stretches();
+        let changes = |stretches: &[Stretch]| -> Vec<[Stretch; 2]> {
+            stretches.windows(2).filter(|pair| pair[0].0 != pair[1].0).map(|pair| [pair[0], pair[1]]).collect()
+        };
+        // a landing may bounce: between two long stretches the short ones are part of the crossing
+        let long: Vec<Stretch> = stretches.iter().copied().filter(|stretch| stretch.2 - stretch.1 > self.settle).collect();
+        let (all, landed) = (changes(&stretches), changes(&long));
+        let resting = all.iter().filter_map(|[from, to]| self.resting(*from, *to));
+        let sliding = landed.iter().filter_map(|[from, to]| self.sliding(*from, *to));
+        (resting.chain(sliding).collect(), all.len())
+    }
+
+    fn rate(&self, n: usize) -> f64 {
+        self.windows[n].rate_rad_s
+    }
+
+    /// Torque on the load beyond the constant one, N m.
+    fn drive(&self, n: usize) -> f64 {
+        self.windows[n].torque_nm - self.load.constant_nm
+    }
+
+    fn rests(&self, n: usize) -> bool {
+        self.drive(n).abs() < RESTING * self.load.coulomb_nm
+    }
+
+    fn resting(&self, from: Stretch, to: Stretch) -> Option<Segment> {
+        let (old, new) = (f64::from(from.0), f64::from(to.0));
+        let unloads = |n: usize| self.rests(n) && self.rate(n) * old < 0.0;
+        let last = from.2;
+        let backed = (from.1..=last).rev().take(LONGEST_RESTING).take_while(|&n| unloads(n)).count();
+        // the load came to rest where the motor turned round; without that turn it may slide backwards, braked
+        let turn = (last + 1).checked_sub(backed + 1).filter(|&n| n >= from.1 && self.rate(n) * old >= 0.0)?;
+        let first = (turn + 1 + TURNED).max(last.saturating_sub(MOST));
+        if (last..to.1).any(|n| !self.rests(n)) || to.1 - last > LONGEST_RESTING {
+            return None;
+        }
+        let firm = |n: &usize| self.sides.firm(*n);
+        let mut chosen: Vec<Chosen> = (first..=last).filter(firm).map(Chosen::at_rest).collect();
+        let before = chosen.len();
+        let held = (to.1..=to.2).take_while(|&n| self.rests(n)).count().min(MOST);
+        let end = (to.1 + held + AFTER).min(to.2);
+        let away = BrokenAway::new(self, to.1 + held, end, new);
+        chosen.extend((to.1..end).filter(firm).map(|n| away.chosen(n, self.half)));
+        let after = chosen.len() - before;
+        (before >= LEAST && after >= LEAST).then(|| self.segment(&chosen, false))
+    }
+
+    fn sliding(&self, from: Stretch, to: Stretch) -> Option<Segment> {
+        let way = self.rate(from.2);
+        let goes_on = |n: &usize| self.rate(*n) * way > 0.0 && self.rate(*n) / way > LEAST_SPEED;
+        let first = (from.1.max(from.2.saturating_sub(MOST))..=from.2).rev().take_while(goes_on).last()?;
+        let landed = to.1 + self.settle;
+        let end = to.2.min(landed + MOST);
+        if end <= landed || landed - from.2 > LONGEST_SLIDING {
+            return None;
+        }
+        let square = self.spacing_s * self.spacing_s;
+        let (mut before, mut now, mut impulse, mut speed) = ([0.0; 2], [0.0; 2], 0.0, self.rate(first));
+        let (mut chosen, mut counts) = (Vec::new(), [0, 0]);
+        for n in first..=end {
+            let window = &self.windows[n];
+            if speed / way < LEAST_SPEED {
+                break;
+            }
+            // the motor's own friction is constant as long as it goes one way: its part is a parabola's
+            let drive = self.spacing_s * self.motor_torque(n);
+            let steps = [window.torque_nm, window.rate_rad_s];
+            if self.sides.firm(n) && (n <= from.2 || n >= landed) {
+                let [travel, drag] = std::array::from_fn(|i| now[i] + square * steps[i] / 12.0);
+                chosen.push(Chosen { travel, drag, impulse: impulse + 0.5 * drive, ..Chosen::at_rest(n) });
+                counts[usize::from(n >= landed)] += 1;
+            }
+            (before, now) = (now, std::array::from_fn(|i| 2.0 * now[i] - before[i] + square * steps[i]));
+            impulse += drive;
+            let viscous = self.load.viscous_nm_s_per_rad * speed;
+            speed += self.spacing_s * (self.drive(n) - viscous - self.load.coulomb_nm * way.signum()) / self.load.inertia_kgm2;
+        }
+        // a straight line, a parabola and a step need more windows than a step
+        (counts.iter().all(|count| *count >= 2 * LEAST)).then(|| self.segment(&chosen, true))
+    }
+
+    /// What the motor gives beyond its own friction, N m.
+    fn motor_torque(&self, n: usize) -> f64 {
+        self.windows[n].torque_nm + self.motor_inertia_kgm2 * self.windows[n].acceleration_rad_s2
+    }
+
+    fn segment(&self, chosen: &[Chosen], slides: bool) -> Segment {
+        let start = chosen.first().map_or(0, |first| first.window);
+        let origin = self.windows[start].difference_rad;
+        // while both masses slide together the contact carries the load's part of the motor's torque, and a constant of the crossing's own
+        let clean = self.load.inertia_kgm2 / (self.load.inertia_kgm2 + self.motor_inertia_kgm2);
+        let equation = |chosen: &Chosen| {
+            let n = chosen.window;
+            let rate = (self.motor_torque(n + 1) - self.motor_torque(n - 1)) / (2.0 * self.spacing_s);
+            Equation {
+                motor: self.windows[n].difference_rad - origin,
+                side: f64::from(self.sides.of(n)),
+                torque: if slides { clean * self.motor_torque(n) } else { self.windows[n].torque_nm },
+                sliding_rate: if slides { rate } else { 0.0 },
+                resting_rate: if slides { 0.0 } else { rate },
+                slip: if slides { 0.0 } else { self.rate(n) - chosen.load_speed },
+                travel: chosen.travel,
+                impulse: chosen.impulse,
+                friction: chosen.friction,
+                drag: chosen.drag,
+                time: (n - start) as f64,
+            }
+        };
+        Segment { slides, equations: chosen.iter().map(equation).collect() }
+    }
+}
+
+/// The motion of a load from where it breaks away, sample by sample, for p = 1.
+struct BrokenAway {
+    /// Sample at which it starts.
+    first: usize,
+    /// Travel, travel per N m of friction, impulse of the motor beyond that at the start, and speed.
+    motion: Vec<[f64; 4]>,
+    inertia: f64,
+}
+
+impl BrokenAway {
+    /// `start`: first window whose torque exceeds the certain rest; `end`: last window that is asked for.
+    fn new(cutter: &Cutter, start: usize, end: usize, side: f64) -> BrokenAway {
+        let load = cutter.load;
+        let at = |sample: usize| &cutter.samples[(sample - 1).min(cutter.samples.len() - 1)];
+        let beyond = |sample: usize| {
+            side * (at(sample).torque_nm - load.constant_nm - load.viscous_nm_s_per_rad * at(sample).rate_rad_s) - load.coulomb_nm
+        };
+        let (earliest, last) = (start * cutter.half, (end + 2) * cutter.half);
+        let first = (earliest..last).find(|&sample| beyond(sample) > 0.0 && beyond(sample + 1) > 0.0).unwrap_or(last);
+        let motor = |sample: usize| at(sample).torque_nm + cutter.motor_inertia_kgm2 * at(sample).acceleration_rad_s2;
+        let (period, square) = (cutter.period_s, cutter.period_s * cutter.period_s);
+        let (mut before, mut now, mut impulse, mut speed) = ([0.0; 2], [0.0; 2], 0.0, 0.0);
+        let mut motion = Vec::new();
+        for sample in first..last {
+            let steps = [side * beyond(sample), -side];
+            let late = period * (motor(sample) - motor(first));
+            motion.push([now[0], now[1], impulse + 0.5 * late, speed + 0.5 * period * steps[0]]);
+            let next = std::array::from_fn(|i| 2.0 * now[i] - before[i] + square * steps[i]);
+            (before, now) = (now, next);
+            impulse += late;
+            speed += period * steps[0];
+        }
+        BrokenAway { first, motion, inertia: load.inertia_kgm2 }
+    }
+
+    /// Averages over a window's triangle.
+    fn chosen(&self, window: usize, half: usize) -> Chosen {
+        let centre = (window + 1) * half;
+        let mut sums = [0.0; 4];
+        for sample in centre - half..=centre + half {
+            let weight = (half - sample.abs_diff(centre)) as f64 / (half * half) as f64;
+            let motion = sample.checked_sub(self.first).and_then(|n| self.motion.get(n));
+            if let Some(motion) = motion {
+                sums.iter_mut().zip(motion).for_each(|(sum, value)| *sum += weight * value);
+            }
+        }
+        let [travel, friction, impulse, speed] = sums;
+        Chosen { travel, friction, impulse, load_speed: speed / self.inertia, ..Chosen::at_rest(window) }
+    }
+}
+
+/// A window of a crossing with what the load's travel in it consists of.
+struct Chosen {
+    window: usize,
+    travel: f64,
+    impulse: f64,
+    friction: f64,
+    drag: f64,
+    load_speed: f64,
+}
+
+impl Chosen {
+    fn at_rest(window: usize) -> Chosen {
+        Chosen { window, travel: 0.0, impulse: 0.0, friction: 0.0, drag: 0.0, load_speed: 0.0 }
+    }
+}

@@ -1,0 +1,108 @@
+//! One run of the paper's axis, and what became of it.
+
+use super::motion::Move;
+use crate::error::StudyError;
+use lostmotion_axis::config::PublishedSettings;
+use lostmotion_axis::{AxisConfig, AxisOutput, AxisSample, build_runner};
+use lostmotion_base::Clock;
+
+/// What is chosen for a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// The move.
+    pub motion: Move,
+    /// Initial covariance of the least squares.
+    pub p0: f64,
+    /// Threshold of the inertia, as the paper's lambda.
+    pub lambda: f64,
+}
+
+impl Trial {
+    /// What we take for the paper's conditions.
+    pub const CHOSEN: Trial = Trial { motion: Move::CHOSEN, p0: 300.0, lambda: 0.60 };
+
+    fn axis(&self) -> AxisConfig {
+        let mut axis = AxisConfig::paper();
+        let published = axis.compensation.published;
+        axis.compensation.published = PublishedSettings { p0: self.p0, lambda: Some(self.lambda), ..published };
+        axis
+    }
+
+    /// Runs the axis; one sample a servo tick.
+    fn run(&self, method: &str, without_gap: bool) -> Result<Vec<AxisSample>, StudyError> {
+        let axis = if without_gap { self.axis().without_gap() } else { self.axis() };
+        let mut runner = build_runner(&axis, method, 0.0)?;
+        let mut out = AxisOutput::new(true);
+        runner.push(&self.motion.setpoints(), &mut out)?;
+        Ok(out.trace.unwrap_or_default())
+    }
+}
+
+/// What became of a method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Reference minus load at the end of both rests, rad.
+    pub offset_rad: [f64; 2],
+    /// Estimated minus true backlash angle there, rad; NaN where the method estimates none.
+    pub estimate_error_rad: [f64; 2],
+    /// RMS over the whole run of what the gap adds to the load's position, over that of `none`.
+    pub rms_ratio: f64,
+    /// Largest of what the gap adds, over that of `none`.
+    pub max_ratio: f64,
+}
+
+impl Outcome {
+    /// The larger settled offset as a part of half the gap.
+    pub fn worst_offset(&self, half_gap_rad: f64) -> f64 {
+        self.offset_rad.iter().map(|offset| offset.abs() / half_gap_rad).fold(0.0, f64::max)
+    }
+
+    /// The larger error of the estimate at rest as a part of half the gap.
+    pub fn worst_estimate(&self, half_gap_rad: f64) -> f64 {
+        self.estimate_error_rad.iter().map(|error| error.abs() / half_gap_rad).fold(0.0, f64::max)
+    }
+}
+
+/// All methods under the same conditions.
+#[derive(Clone, Debug)]
+pub struct Trials {
+    /// The conditions.
+    pub trial: Trial,
+    /// Half the gap, rad.
+    pub half_gap_rad: f64,
+    /// Methods with what became of them and every servo tick; the first is `none`.
+    pub runs: Vec<(String, Outcome, Vec<AxisSample>)>,
+}
+
+/// Runs `none` and these methods under the same conditions.
+///
+/// # Errors
+/// An unknown method; settings that make no sense.
+pub fn trials(trial: &Trial, methods: &[&str]) -> Result<Trials, StudyError> {
+    let (rigid, none) = (trial.run("none", true)?, trial.run("none", false)?);
+    let of_none = deviation(&none, &rigid);
+    let outcome = |samples: &[AxisSample]| {
+        let [squares, max] = deviation(samples, &rigid);
+        let at = trial.motion.settled_s().map(|time| samples.get((time / Clock::SERVO.period_s()) as usize).copied().unwrap_or_default());
+        Outcome {
+            offset_rad: at.map(|sample| sample.reference.position - sample.load_position),
+            estimate_error_rad: at.map(|sample| sample.gap_angle_estimate - (sample.motor_position - sample.load_position)),
+            rms_ratio: (squares / of_none[0]).sqrt(),
+            max_ratio: max / of_none[1],
+        }
+    };
+    let mut runs = vec![("none".to_owned(), outcome(&none), none)];
+    for method in methods {
+        let samples = trial.run(method, false)?;
+        runs.push(((*method).to_owned(), outcome(&samples), samples));
+    }
+    Ok(Trials { trial: *trial, half_gap_rad: trial.axis().reflected_load().half_gap_rad(), runs })
+}
+
+/// Sum of squares and largest magnitude of what the gap adds to the load's position.
+fn deviation(samples: &[AxisSample], rigid: &[AxisSample]) -> [f64; 2] {
+    samples.iter().zip(rigid).fold([0.0, 0.0], |[squares, max], (with, without)| {
+        let off = with.load_position - without.load_position;
+        [squares + off * off, max.max(off.abs())]
+    })
+}
