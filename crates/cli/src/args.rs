@@ -83,6 +83,26 @@ pub(crate) struct OnMachine {
     pub(crate) machine: Option<String>,
 }
 
+/// How a program is read.
+#[derive(Debug, Default, Args)]
+pub(crate) struct Reading {
+    /// Dialect of the program: linuxcnc, fanuc, haas, marlin, klipper or siemens; the machine's, if left out
+    #[arg(long, value_name = "NAME")]
+    pub(crate) dialect: Option<String>,
+    /// Accept, with a warning, what the dialect does not: the code of that warning; may be repeated
+    #[arg(long, value_name = "CODE")]
+    pub(crate) accept: Vec<String>,
+    /// Refuse what the dialect accepts with a warning: the code of that warning; may be repeated
+    #[arg(long, value_name = "CODE")]
+    pub(crate) refuse: Vec<String>,
+    /// Folder with files of subroutines, besides the part's own; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub(crate) subroutines: Vec<PathBuf>,
+    /// Bound of the G-code front end, such as looped_blocks=1e6; may be repeated
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(crate) limit: Vec<String>,
+}
+
 /// What `simulate` and `compare` share.
 #[derive(Debug, Args)]
 pub(crate) struct Run {
@@ -90,6 +110,8 @@ pub(crate) struct Run {
     pub(crate) part: PathBuf,
     #[command(flatten)]
     pub(crate) on: OnMachine,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
     /// Tolerance of the contour error in micrometres; the machine's, if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) tolerance_um: Option<f64>,
@@ -138,6 +160,8 @@ pub(crate) struct Canon {
     /// Tool table in LinuxCNC's format
     #[arg(long, value_name = "FILE")]
     pub(crate) tool_table: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
 }
 
 /// `lint`.
@@ -151,6 +175,8 @@ pub(crate) struct Lint {
     /// Tool table in LinuxCNC's format
     #[arg(long, value_name = "FILE", conflicts_with = "machine")]
     pub(crate) tool_table: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
     /// Switch a lint off; may be repeated. `all` stands for every lint, and a code beats `all`
     #[arg(long, value_name = "CODE")]
     pub(crate) allow: Vec<String>,
@@ -211,6 +237,8 @@ pub(crate) struct Explain {
     /// Tool table in LinuxCNC's format
     #[arg(long, value_name = "FILE", conflicts_with = "machine")]
     pub(crate) tool_table: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
     /// Form of the answer
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
@@ -227,6 +255,8 @@ pub(crate) struct WritePart {
     /// Tool table in LinuxCNC's format
     #[arg(long, value_name = "FILE", conflicts_with = "machine")]
     pub(crate) tool_table: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
     /// Work coordinate system, 1 for G54 to 9 for G59.3, that the coordinates of the new program are in
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) system: u8,
@@ -242,6 +272,8 @@ pub(crate) struct Plan {
     pub(crate) part: PathBuf,
     #[command(flatten)]
     pub(crate) on: OnMachine,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
     /// CSV to write: t_s, a position per axis (x_mm ... c_deg), source line
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,

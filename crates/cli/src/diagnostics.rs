@@ -8,7 +8,7 @@ use crate::voice::Voice;
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use lostmotion::base::Span;
-use lostmotion::gcode::{Diagnostics, Interpreter, Severity};
+use lostmotion::gcode::{Diagnostics, Interpreter, LoadedFile, Severity, SourceFiles};
 use lostmotion::report::findings::{Counts, Finding, Origin, write_json, write_sarif};
 use lostmotion::sim::ProgramSource;
 
@@ -17,25 +17,52 @@ pub(crate) struct Findings<'a> {
     source: &'a ProgramSource,
     pub(crate) list: Vec<Finding>,
     pub(crate) counts: Counts,
+    /// Files of subroutines that findings may be about.
+    files: SourceFiles,
 }
 
 impl<'a> Findings<'a> {
     /// Nothing yet.
     pub(crate) fn none(source: &'a ProgramSource) -> Findings<'a> {
-        Findings { source, list: Vec::new(), counts: Counts::default() }
+        Findings { source, list: Vec::new(), counts: Counts::default(), files: SourceFiles::new() }
+    }
+
+    /// The same with files of subroutines that findings may be about.
+    pub(crate) fn with_files(self, files: &SourceFiles) -> Findings<'a> {
+        Findings { files: files.clone(), ..self }
+    }
+
+    /// The file of subroutines that a span is in; none for the program itself.
+    fn file_of(&self, span: Span) -> Option<&LoadedFile> {
+        self.files.get((span.file as usize).checked_sub(1)?).map(|file| &**file)
+    }
+
+    /// The lines that the findings are about, in their order; empty where they cannot be read.
+    fn lines(&self) -> Vec<Excerpt> {
+        let own: Vec<Span> = self.list.iter().map(|finding| finding.span).filter(|span| span.file == 0).collect();
+        let mut own = self.source.open().and_then(|mut reader| excerpts(&mut *reader, &own)).unwrap_or_default().into_iter();
+        let of_file = |span: Span| excerpts(&mut self.file_of(span)?.text.as_slice(), &[span]).ok()?.pop();
+        let line = |finding: &Finding| if finding.span.file == 0 { own.next() } else { of_file(finding.span) };
+        self.list.iter().map(line).map(Option::unwrap_or_default).collect()
     }
 
     /// Everything the front end has found; with the interpreter that ran the program, calls and files are named.
     pub(crate) fn of(source: &'a ProgramSource, diagnostics: &Diagnostics, interpreter: Option<&Interpreter>) -> Findings<'a> {
         let origin = Origin { program: source.name(), interpreter };
-        let list = diagnostics.kept().iter().map(|diagnostic| Finding::from_diagnostic(diagnostic, &origin)).collect();
-        Findings { source, list, counts: Counts { errors: diagnostics.errors(), warnings: diagnostics.warnings() } }
+        let mut list: Vec<Finding> = diagnostics.kept().iter().map(|diagnostic| Finding::from_diagnostic(diagnostic, &origin)).collect();
+        for finding in &mut list {
+            if let Some(file) = diagnostics.file(finding.span.file) {
+                finding.file.clone_from(&file.name);
+            }
+        }
+        let counts = Counts { errors: diagnostics.errors(), warnings: diagnostics.warnings() };
+        Findings { source, list, counts, files: diagnostics.files().clone() }
     }
 
     /// Adds a finding at a place.
     pub(crate) fn add(&mut self, severity: Severity, code: &str, span: Span, message: String, hint: Option<String>) {
         let (values, calls) = (serde_json::Map::new(), Vec::new());
-        let file = self.source.name().to_owned();
+        let file = self.file_of(span).map_or(self.source.name(), |file| file.name.as_str()).to_owned();
         self.list.push(Finding { code: code.to_owned(), severity, message, file, span, values, hint, calls });
         match severity {
             Severity::Error => self.counts.errors += 1,
@@ -69,8 +96,7 @@ impl<'a> Findings<'a> {
     }
 
     fn text(&self) -> String {
-        let spans: Vec<Span> = self.list.iter().map(|finding| finding.span).collect();
-        let lines = self.source.open().and_then(|mut reader| excerpts(&mut *reader, &spans)).unwrap_or_default();
+        let lines = self.lines();
         let nothing = Excerpt::default();
         let renderer = if stderr_has_color() { Renderer::styled() } else { Renderer::plain() }.decor_style(DecorStyle::Ascii);
         let one = |(index, finding)| one(&renderer, finding, lines.get(index).unwrap_or(&nothing)) + "\n\n";
@@ -97,7 +123,7 @@ fn one(renderer: &Renderer, finding: &Finding, line: &Excerpt) -> String {
     let span = finding.span;
     let name = finding.file.as_str();
     let title = level.primary_title(finding.message.as_str()).id(finding.code.as_str());
-    let mut group = if span.file == 0 && !line.text.is_empty() {
+    let mut group = if !line.text.is_empty() {
         let mark = AnnotationKind::Primary.span(line.range.clone());
         title.element(Snippet::source(line.text.as_str()).line_start(span.line as usize).path(name).annotation(mark))
     } else if span.line > 0 {

@@ -12,7 +12,9 @@ mod input;
 mod machines;
 mod output;
 mod progress;
+mod reading;
 mod record;
+mod subroutines;
 mod voice;
 
 use clap::Parser;

@@ -350,6 +350,37 @@ fn a_cell_is_traced() {
 }
 
 #[test]
+fn subroutines_come_from_the_part_s_folder_and_those_named_and_mistakes_show_their_file() {
+    let bench = Bench::new();
+    std::fs::create_dir(bench.path("lib")).unwrap();
+    bench.file("lib/hole.ngc", "o<hole> sub\nG0 X#1\no<hole> endsub\n").file("part.ngc", "o<hole> call [5]\nM2\n");
+    bench.refuses(&["canon", "part.ngc"], &["no-such-sub"]);
+    assert!(bench.expect(0, &["canon", "part.ngc", "--subroutines", "lib"]).contains("STRAIGHT_TRAVERSE(5.0000"));
+    bench.file("lib/hole.ngc", "o<hole> sub\nG0 X[1/0]\no<hole> endsub\n");
+    let output = bench.run(&["canon", "part.ngc", "--subroutines", "lib"]);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr.contains("hole.ngc:2:4") && stderr.contains("G0 X[1/0]"), "{stderr}");
+    bench.file("part.ngc", "o<../secret> call\nM2\n").file("secret.ngc", "o<../secret> sub\no<../secret> endsub\n");
+    bench.refuses(&["canon", "part.ngc"], &["sub-file"]);
+}
+
+#[test]
+fn dialects_leniencies_and_limits_are_switched_on_the_command_line() {
+    let bench = Bench::new();
+    bench.file("part.nc", "%\nO1\n#1=2+3\nG0 X#1\nM30\n%\n");
+    bench.refuses(&["canon", "part.nc"], &["error"]);
+    assert!(bench.expect(0, &["canon", "part.nc", "--dialect", "fanuc"]).contains("STRAIGHT_TRAVERSE(5.0000"));
+    bench.expect(0, &["canon", "part.nc", "--accept", "bare-arithmetic"]);
+    assert_eq!(bench.run(&["canon", "part.nc", "--dialect", "fanuc", "--refuse", "bare-arithmetic"]).status.code(), Some(2));
+    bench.refuses(&["canon", "part.nc", "--dialect", "heidenhain"], &["known dialects", "fanuc"]);
+    bench.refuses(&["canon", "part.nc", "--accept", "anything"], &["known codes", "five-axis"]);
+    bench.refuses(&["canon", "part.nc", "--limit", "word=3"], &["there is no limit `word`"]);
+    bench.refuses(&["canon", "part.nc", "--limit", "words"], &["NAME=VALUE"]);
+    bench.refuses(&["canon", "part.nc", "--dialect", "fanuc", "--limit", "line_bytes=3"], &["line-too-long"]);
+}
+
+#[test]
 fn the_paper_is_reproduced_into_a_folder() {
     let bench = Bench::new();
     bench.file("file", "x");

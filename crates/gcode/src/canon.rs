@@ -79,6 +79,13 @@ impl Display for CanonicalOp {
             O::SetMotionControlMode(control) => path_control(f, *control),
             O::SetNaiveCamTolerance(tolerance) => write!(f, "SET_NAIVECAM_TOLERANCE({tolerance:.4})"),
             O::UseToolLengthOffset(offset) => tool_offset(f, offset),
+            O::SetTilt(None) => f.write_str("SET_TILT()"),
+            O::SetTilt(Some(tilt)) => {
+                let numbers = tilt.origin.into_iter().chain(tilt.rows.into_iter().flatten()).map(|number| format!("{number:.4}"));
+                write!(f, "SET_TILT({})", numbers.collect::<Vec<_>>().join(", "))
+            }
+            O::ToolTipControl(on) => write!(f, "TOOL_TIP_CONTROL({})", u8::from(*on)),
+            O::OrientTool([i, j, k]) => write!(f, "ORIENT_TOOL({i:.4}, {j:.4}, {k:.4})"),
             O::Text { kind, text: content } => text(f, *kind, content),
             _ => state_change(f, self),
         }

@@ -1,5 +1,6 @@
 //! What an interpreter is told before it starts.
 
+use crate::dialect::{Dialect, Leniencies};
 use crate::limits::Limits;
 use crate::ops::Units;
 use crate::tool_table::ToolTable;
@@ -16,6 +17,10 @@ pub struct InterpreterConfig {
     pub machine_units: Units,
     /// Units a program starts in.
     pub program_units: Units,
+    /// How words are meant that controls disagree about.
+    pub dialect: Dialect,
+    /// What is accepted, with a warning, beyond RS274/NGC: [`Dialect::leniencies`], more or less.
+    pub leniencies: Leniencies,
     /// Whether lines that begin with `/` are skipped.
     pub block_delete: bool,
     /// Tools. Without a table every tool is accepted, with a warning, and has no length.
@@ -36,6 +41,8 @@ impl Default for InterpreterConfig {
         InterpreterConfig {
             machine_units: Units::Mm,
             program_units: Units::Mm,
+            dialect: Dialect::default(),
+            leniencies: Dialect::default().leniencies(),
             block_delete: false,
             tool_table: None,
             rs274_faults: false,
@@ -50,6 +57,12 @@ impl InterpreterConfig {
     /// As LinuxCNC's stand-alone interpreter `rs274` is set up: machine units are inches, programs start in millimetres.
     pub fn like_rs274() -> InterpreterConfig {
         InterpreterConfig { machine_units: Units::Inch, rs274_faults: true, ..InterpreterConfig::default() }
+    }
+
+    /// In a dialect, with all that it accepts.
+    #[must_use]
+    pub fn with_dialect(self, dialect: Dialect) -> InterpreterConfig {
+        InterpreterConfig { dialect, leniencies: dialect.leniencies(), ..self }
     }
 
     /// Sets the origin of a work coordinate system, 1 for G54 to 9 for G59.3, mm and rad. Other systems are ignored.

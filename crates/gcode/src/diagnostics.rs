@@ -1,8 +1,10 @@
 //! What the front end has to say about a program.
 
+use crate::loader::{LoadedFile, SourceFiles};
 use crate::problem::Problem;
 use lostmotion_base::span::BlockRef;
 use serde::Serialize;
+use std::sync::Arc;
 
 /// How bad a diagnostic is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -58,6 +60,7 @@ pub struct Diagnostics {
     limit: usize,
     errors: u64,
     warnings: u64,
+    files: SourceFiles,
     /// Findings that were kept and have been taken out.
     taken: u64,
 }
@@ -85,6 +88,20 @@ impl Diagnostics {
             self.kept.remove(index);
             self.kept.push(diagnostic);
         }
+    }
+
+    /// The files of subroutines that were read: what spans with a file other than 0 are about.
+    pub fn files(&self) -> &SourceFiles {
+        &self.files
+    }
+
+    /// The file of a span's index; none for the program itself, which is 0.
+    pub fn file(&self, index: u32) -> Option<&LoadedFile> {
+        self.files.get((index as usize).checked_sub(1)?).map(|file| &**file)
+    }
+
+    pub(crate) fn add_file(&mut self, file: Arc<LoadedFile>) {
+        self.files.push(file);
     }
 
     fn last_warning(&self) -> Option<usize> {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
+use std::sync::Arc;
 
 /// Gives the text of a file that holds a subroutine. All access to files is behind this trait.
 pub trait SubroutineLoader: Debug + Send + Sync {
@@ -21,6 +22,9 @@ pub struct LoadedFile {
     /// What it contains.
     pub text: Vec<u8>,
 }
+
+/// The files of a run: index 0 of the list is file 1 of spans, file 0 being the program itself.
+pub type SourceFiles = Vec<Arc<LoadedFile>>;
 
 /// Files held in memory, by the name of their subroutine.
 impl SubroutineLoader for BTreeMap<String, Vec<u8>> {

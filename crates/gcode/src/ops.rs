@@ -3,6 +3,7 @@
 //! Numbers are as the program has them: lengths in the units in force (millimetres or inches), angles in degrees,
 //! positions without offsets. [`crate::motion`] turns them into machine coordinates in mm and rad.
 
+use crate::tilt::Tilt;
 pub use lostmotion_base::Plane;
 use lostmotion_base::span::BlockRef;
 use lostmotion_base::units::MM_PER_INCH;
@@ -218,6 +219,13 @@ pub enum CanonicalOp {
     SetMotionControlMode(PathControl),
     /// Tolerance for merging short collinear moves, program units; 0 is off.
     SetNaiveCamTolerance(f64),
+    /// Turned coordinates (G68, G68.2); none with G69.
+    SetTilt(Option<Tilt>),
+    /// Whether X Y Z are the tool's tip, whatever the rotary axes do (G43.4, G43.5).
+    ToolTipControl(bool),
+    /// The tool turns to a direction, a unit vector from its tip to the spindle in the workpiece's coordinates (G53.1), or in
+    /// those of the program with the next move (G43.5).
+    OrientTool([f64; 3]),
     /// Offset of the tool in force.
     UseToolLengthOffset(Position),
     /// The tool that the next change will bring.

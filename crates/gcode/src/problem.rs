@@ -1,6 +1,7 @@
 //! Everything that can be wrong with a program.
 
 use crate::diagnostics::Severity;
+use crate::dialect::Leniency;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -142,6 +143,10 @@ pub enum Problem {
     ToolTable { line: u32, message: String },
     #[error("{axis} goes to {value}, beyond the limit of {limit}")]
     CoordinateTooLarge { axis: char, value: f64, limit: f64 },
+    #[error("an arc of radius {radius_mm} mm, beyond the limit of {limit} mm")]
+    RadiusTooLarge { radius_mm: f64, limit: f64 },
+    #[error("a feed rate of {rate} a minute, beyond the limit of {limit}")]
+    FeedTooLarge { rate: f64, limit: f64 },
     #[error("a dwell of {seconds} s is no dwell")]
     NegativeDwell { seconds: f64 },
     #[error("a dwell of {seconds} s, longer than the limit of {limit} s")]
@@ -166,6 +171,8 @@ pub enum Problem {
     NothingSaved { code: Code },
     #[error("{what} cannot be turned into motion yet")]
     NoMotionFor { what: &'static str },
+    #[error("the move follows the spindle, which is taken to turn at its programmed speed all the time")]
+    SpindleAssumed,
     #[error("{message}")]
     Compensation { message: &'static str },
     #[error("M99 in the main program would start it again; it ends here")]
@@ -193,9 +200,25 @@ pub enum Problem {
     TooMuchHeld { limit: usize },
     #[error("{limit} blocks have run; the program does not seem to end")]
     TooManyBlocks { limit: u64 },
+    #[error("loops and subroutines have made {limit} operations at a stretch; the program does not seem to end")]
+    TooManyOperations { limit: u64 },
     #[error("{limit} blocks in a row have run without any motion; the loop does not seem to end")]
     IdleLoop { limit: u64 },
 
+    #[error("line N{number} is not in the program")]
+    NoSuchLine { number: f64 },
+    #[error("the checksum is {found}, but the line adds up to {wanted}")]
+    Checksum { found: u8, wanted: u8 },
+    #[error("{what} is of Siemens (Sinumerik), whose programs are not read")]
+    Siemens { what: &'static str },
+    #[error("{message}")]
+    FiveAxis { message: &'static str },
+    #[error("the corner {message}")]
+    Corner { message: &'static str },
+    #[error("{}", .leniency.meaning())]
+    Lenient { leniency: Leniency },
+    #[error("{}: that is not allowed here", .leniency.meaning())]
+    NotLenient { leniency: Leniency },
     #[error("the program ends without M2 or M30")]
     NoProgramEnd,
     #[error("the program ends without its closing %")]
@@ -275,6 +298,8 @@ impl Problem {
             P::NoToolSelected => "no-tool-selected",
             P::ToolTable { .. } => "tool-table",
             P::CoordinateTooLarge { .. } => "coordinate-too-large",
+            P::RadiusTooLarge { .. } => "radius-too-large",
+            P::FeedTooLarge { .. } => "feed-too-large",
             P::NegativeDwell { .. } => "negative-dwell",
             P::DwellTooLong { .. } => "dwell-too-long",
             P::RotatedArcPlane { .. } => "rotated-arc-plane",
@@ -285,6 +310,7 @@ impl Problem {
             P::Polar { .. } | P::PolarWithoutMotion { .. } => "polar",
             P::NothingSaved { .. } => "nothing-saved",
             P::NoMotionFor { .. } => "no-motion-for",
+            P::SpindleAssumed => "spindle-assumed",
             P::Compensation { .. } => "compensation",
             P::EndlessMain => "endless-main",
             P::Cycle { .. } => "cycle",
@@ -298,7 +324,14 @@ impl Problem {
             P::TooManyOpen { .. } => "too-many-open",
             P::TooMuchHeld { .. } => "too-much-held",
             P::TooManyBlocks { .. } => "too-many-blocks",
+            P::TooManyOperations { .. } => "too-many-operations",
             P::IdleLoop { .. } => "idle-loop",
+            P::NoSuchLine { .. } => "no-such-line",
+            P::Checksum { .. } => "wrong-checksum",
+            P::Siemens { .. } => "siemens",
+            P::FiveAxis { .. } => "five-axis-use",
+            P::Corner { .. } => "corner",
+            P::Lenient { leniency } | P::NotLenient { leniency } => leniency.name(),
             P::NoProgramEnd => "no-program-end",
             P::NoClosingPercent => "no-closing-percent",
             P::ByteOrderMark => "byte-order-mark",
@@ -317,6 +350,8 @@ impl Problem {
             | Problem::FeedBeforeUnits { .. }
             | Problem::NegativeDwell { .. }
             | Problem::EndlessMain
+            | Problem::Lenient { .. }
+            | Problem::SpindleAssumed
             | Problem::UnclosedSub { .. } => Severity::Warning,
             _ => Severity::Error,
         }
@@ -337,6 +372,8 @@ impl Problem {
             Problem::Nul => "the file may be damaged or not a text file",
             Problem::SpindleStopped { .. } => "start the spindle with M3 or M4",
             Problem::G53Incremental => "put G90 before it",
+            Problem::Siemens { .. } => "write it as RS274/NGC (G-code), or post-process the part for another control",
+            Problem::Checksum { .. } => "the line has been changed since the checksum was made",
             Problem::NoProgramEnd => "end the program with M2",
             Problem::NoClosingPercent => "a program that starts with % also ends with %",
             Problem::TwoAxisUsers { .. } => "put them on two lines",

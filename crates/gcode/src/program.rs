@@ -112,7 +112,7 @@ impl<R: BufRead> Program<R> {
         let limit = limits.source_bytes;
         let longest = limits.line_bytes;
         if line == 1 && self.lines.marked {
-            self.interpreter.report_at(Problem::ByteOrderMark, Span { len: 3, ..span });
+            self.interpreter.report_mark(Span { len: 3, ..span });
         }
         if start + self.lines.line().len() as u64 > limit {
             self.interpreter.report_at(Problem::SourceTooLong { limit }, span);

@@ -1,10 +1,13 @@
 //! What an interpreter remembers from block to block.
 
 pub use crate::exec::compensation::Compensation;
+pub use crate::exec::corner::PendingCorner;
 pub use crate::exec::curves::NurbsDraft;
+pub use crate::exec::five_axis::TipControl;
 pub use crate::exec::lathe::ProfileDraft;
 use crate::ops::{PathControl, Plane, Position, Units};
 use crate::problem::Code;
+use crate::tilt::Tilt;
 use lostmotion_base::math;
 use lostmotion_base::units::rad;
 use serde::{Deserialize, Serialize};
@@ -31,12 +34,18 @@ pub struct Offsets {
     pub tool: Position,
     /// Rotation about Z in degrees.
     pub rotation_deg: f64,
+    /// Turned coordinates (G68, G68.2) in those of the workpiece.
+    pub tilt: Option<Tilt>,
 }
 
 impl Offsets {
     /// Program coordinates to machine coordinates of the spindle: the work coordinates are turned, then shifted.
     pub fn to_machine(&self, program: &Position) -> Position {
-        let mut work = add(program, &self.g92);
+        let mut work = *program;
+        if let Some(tilt) = &self.tilt {
+            tilt.apply(&mut work);
+        }
+        work = add(&work, &self.g92);
         rotate(&mut work, self.rotation_deg);
         add(&work, &add(&self.g5x, &self.tool))
     }
@@ -45,7 +54,11 @@ impl Offsets {
     pub fn to_program(&self, machine: &Position) -> Position {
         let mut work = subtract(machine, &add(&self.g5x, &self.tool));
         rotate(&mut work, -self.rotation_deg);
-        subtract(&work, &self.g92)
+        work = subtract(&work, &self.g92);
+        if let Some(tilt) = &self.tilt {
+            tilt.undo(&mut work);
+        }
+        work
     }
 }
 
@@ -109,6 +122,12 @@ pub struct State {
     pub nurbs: Option<Box<NurbsDraft>>,
     /// The profile that a turning cycle (G70 to G72) notes.
     pub profile: Option<Box<ProfileDraft>>,
+    /// A corner to be rounded or chamfered when the next move is known.
+    pub corner: Option<Box<PendingCorner>>,
+    /// Where the corner before the present move ends, if there was one.
+    pub corner_exit: Option<Position>,
+    /// G43.4, G43.5.
+    pub tip_control: TipControl,
     /// Spindle 0.
     pub spindle: Spindle,
     /// Tool that T named.
@@ -187,6 +206,9 @@ impl State {
             spline_exit: [0.0; 2],
             nurbs: None,
             profile: None,
+            corner: None,
+            corner_exit: None,
+            tip_control: TipControl::default(),
             spindle: Spindle::default(),
             selected_tool: None,
             loaded_tool: 0,

@@ -41,7 +41,7 @@ fn each_mistake_has_its_code_and_place() {
         ("M777", "unsupported-code 2:1"),
         ("G-1", "not-a-code 2:1"),
         ("G1.23", "not-a-code 2:1"),
-        ("G0 G28 Z0", "two-axis-users 2:1"),
+        ("G2 G28 Z0", "two-axis-users 2:1"),
         ("G80 X1", "axes-not-allowed 2:1"),
         ("X1", "axis-without-code 2:1"),
         ("G92", "axes-missing 2:1"),

@@ -1,7 +1,10 @@
 //! Curves, probing, spindle-synchronous moves, saved modes, polar coordinates, and subroutines from files.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use lostmotion_gcode::{CanonicalOp, Feed, InterpreterConfig, MotionFold, MotionItem, NurbsFeed, Problem, Program, SourcedOp};
+use lostmotion_base::AxisId;
+use lostmotion_gcode::{
+    CanonicalOp, Feed, InterpreterConfig, Motion, MotionFold, MotionItem, NurbsFeed, PathMode, Problem, Program, SourcedOp,
+};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -82,7 +85,7 @@ fn what_is_wrong_with_a_curve_is_told() {
 
 #[test]
 fn what_is_not_motion_yet_is_an_error_that_says_so() {
-    for text in ["F100 G5.1 X1 Y1 I1 J0\nM2\n", "S100 M3\nG33.1 Z-1 K1\nM2\n", "G96 S100 M3\nG95 F0.1 G1 X9\nM2\n"] {
+    for text in ["G96 S100 M3\nG95 F0.1 G1 X9\nM2\n", "G96 S100 M3\nG33 Z-9 K1\nM2\n"] {
         let mut fold = MotionFold::new(InterpreterConfig::default().start);
         let refused = ops(text).iter().filter_map(|op| fold.push(op).err()).collect::<Vec<_>>();
         assert!(matches!(refused[..], [Problem::NoMotionFor { .. }]), "{refused:?}");
@@ -170,4 +173,41 @@ fn a_main_program_that_starts_over_ends() {
     let last = program.by_ref().last().unwrap();
     assert_eq!(last.op, CanonicalOp::ProgramEnd);
     assert_eq!((program.diagnostics().errors(), program.diagnostics().warnings()), (0, 1));
+}
+
+/// The moves of a program, folded.
+fn moves(text: &str) -> Vec<Motion> {
+    let mut fold = MotionFold::new(InterpreterConfig::default().start);
+    let mut items = Vec::new();
+    for op in ops(text) {
+        fold.push_all(&op, &mut items).unwrap();
+    }
+    items.into_iter().filter_map(|item| if let MotionItem::Move(motion) = item { Some(motion) } else { None }).collect()
+}
+
+#[test]
+fn a_spline_is_moved_as_arcs_that_begin_and_end_with_its_tangents() {
+    let moves = moves("G20\nF10 G0 X1\nG5 X3 Y1 I1 J0 P0 Q-1\nM2\n");
+    let (first, last) = (moves[1], moves[moves.len() - 1]);
+    assert!(moves.len() > 4);
+    assert_eq!((first.start[AxisId::X], first.start[AxisId::Y]), (25.4, 0.0));
+    assert!((last.end[AxisId::X] - 76.2).abs() < 1e-9 && (last.end[AxisId::Y] - 25.4).abs() < 1e-9);
+    // It sets out along X: the centre of the first arc is straight above its start.
+    let center = first.circle.unwrap().center_mm;
+    assert!((center[0] - 25.4).abs() < 1e-9 && center[1] > 0.0);
+    // It comes in along Y: the centre of the last one lies beside its end.
+    let center = last.circle.unwrap().center_mm;
+    assert!((center[1] - 25.4).abs() < 1e-6, "{center:?}");
+    assert!(moves[1..].iter().all(|motion| motion.feed == Feed::MmPerMin(254.0)));
+}
+
+#[test]
+fn rigid_tapping_goes_down_and_comes_back_at_the_speed_of_the_spindle() {
+    let moves = moves("S600 M3\nG0 X5 Z2\nG33.1 Z-10 K0.5\nM2\n");
+    assert_eq!(moves.len(), 3);
+    assert_eq!(moves[1].end[AxisId::Z], -10.0);
+    assert_eq!(moves[2].end, moves[1].start);
+    for motion in &moves[1..] {
+        assert_eq!((motion.feed, motion.path), (Feed::MmPerMin(300.0), PathMode::ExactStop));
+    }
 }

@@ -1,7 +1,9 @@
 //! Settings of a run.
 
 use lostmotion_contour::ContourConfig;
-use lostmotion_gcode::{InterpreterConfig, Limits, ToolTable};
+use lostmotion_gcode::motion::SPLINE_TOLERANCE_MM;
+use lostmotion_gcode::{Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable};
+use std::sync::Arc;
 
 /// Settings of a run: what to judge by, what to keep, and the bounds of every resource.
 #[derive(Clone, Debug)]
@@ -26,8 +28,16 @@ pub struct SimulateOptions {
     pub block_delete: bool,
     /// Tools, in place of the machine's own.
     pub tool_table: Option<ToolTable>,
+    /// How far the arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, mm.
+    pub spline_tolerance_mm: f64,
     /// Bounds of the G-code front end.
     pub limits: Limits,
+    /// Dialect of the program; the machine's own if none.
+    pub dialect: Option<Dialect>,
+    /// What is accepted with a warning; what the dialect accepts if none.
+    pub leniencies: Option<Leniencies>,
+    /// Where subroutines come from that the program does not define; from nowhere if none.
+    pub loader: Option<Arc<dyn SubroutineLoader>>,
 }
 
 impl Default for SimulateOptions {
@@ -44,7 +54,11 @@ impl Default for SimulateOptions {
             contour: ContourConfig::default(),
             block_delete: interpreter.block_delete,
             tool_table: None,
+            spline_tolerance_mm: SPLINE_TOLERANCE_MM,
             limits: interpreter.limits,
+            dialect: None,
+            leniencies: None,
+            loader: None,
         }
     }
 }

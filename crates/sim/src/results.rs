@@ -149,6 +149,9 @@ pub struct ProgramInfo {
     pub moves: u64,
     /// Warnings of the front end, rendered.
     pub warnings: Vec<String>,
+    /// Files of subroutines that were read: blocks name them by their place in this list, from 1.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<String>,
 }
 
 /// The plan, common to all methods.

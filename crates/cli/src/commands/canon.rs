@@ -14,7 +14,8 @@ use std::io::Write;
 pub(crate) fn run(args: &Canon, voice: Voice) -> Result<u8, Failure> {
     let source = input::program(&args.part)?;
     let tool_table = args.tool_table.as_deref().map(interpreter::tools).transpose()?;
-    let mut program = interpreter::open(&source, InterpreterConfig { tool_table, ..InterpreterConfig::like_rs274() })?;
+    let config = args.reading.config(InterpreterConfig { tool_table, ..InterpreterConfig::like_rs274() })?;
+    let mut program = interpreter::open(&source, config)?.with_loader(args.reading.loader(&args.part)?);
     let mut out = output::stdout();
     for sourced in program.by_ref() {
         if !output::go_on(writeln!(out, "{}", sourced.op))? {

@@ -17,7 +17,7 @@ pub(crate) fn run(args: &Compare, voice: Voice) -> Result<u8, Failure> {
     let mut record = Record::new(&args.run, &methods, voice.quiet)?;
     let result = lostmotion::sim::compare(&program, &machine, &methods, &options, &mut record);
     let comparison = result.map_err(|error| failure(&program, &error, voice))?;
-    accepted(&program, &machine, voice)?;
+    accepted(&program, &machine, &options, voice)?;
     let json = to_json(&comparison)?;
     let plain = text::comparison(&comparison, &text_options(false));
     record.finish(&Answer {

@@ -14,7 +14,8 @@ pub(crate) fn run(args: &Explain, voice: Voice) -> Result<u8, Failure> {
     let (part, line) = place(&args.place)?;
     let source = input::program(Path::new(part))?;
     let (config, _) = interpreter::config(args.machine.as_deref(), args.tool_table.as_deref())?;
-    let mut program = interpreter::open(&source, config)?;
+    let config = args.reading.config(config)?;
+    let mut program = interpreter::open(&source, config)?.with_loader(args.reading.loader(Path::new(part))?);
     let Some(explanation) = explain(&mut program, line) else {
         return Err(Failure::message(format!("{part} has no line {line}")));
     };

@@ -22,7 +22,8 @@ pub(crate) fn run(args: &Lint, voice: Voice) -> Result<u8, Failure> {
     let source = input::program(&args.part)?;
     let (config, machine) = interpreter::config(args.machine.as_deref(), args.tool_table.as_deref())?;
     let travel = rules::find("outside-travel").map_or(Level::Warn, |rule| levels.of(rule));
-    let mut program = interpreter::open(&source, config)?;
+    let config = args.reading.config(config)?;
+    let mut program = interpreter::open(&source, config)?.with_loader(args.reading.loader(&args.part)?);
     let found = lint(&mut program, levels);
     let mut findings = Findings::of(&source, program.diagnostics(), Some(program.interpreter()));
     let origin = Origin { program: source.name(), interpreter: Some(program.interpreter()) };
@@ -30,7 +31,8 @@ pub(crate) fn run(args: &Lint, voice: Voice) -> Result<u8, Failure> {
     findings.counts.errors += found.denied();
     findings.counts.warnings += found.warned();
     if let Some(machine) = machine.filter(|_| findings.counts.errors == 0) {
-        on_machine(&source, &machine, travel, &mut findings, voice)?;
+        let options = args.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
+        on_machine((&source, &machine, &options), travel, &mut findings, voice)?;
     }
     findings.list.sort_by_key(|finding| (finding.span.file, finding.span.start));
     output::print(&findings.render(args.format)?)?;
@@ -42,11 +44,16 @@ pub(crate) fn run(args: &Lint, voice: Voice) -> Result<u8, Failure> {
 }
 
 /// Holds the program against a machine's axes and travel.
-fn on_machine(source: &ProgramSource, machine: &Machine, level: Level, findings: &mut Findings<'_>, voice: Voice) -> Result<(), Failure> {
+fn on_machine(
+    (source, machine, options): (&ProgramSource, &Machine, &SimulateOptions),
+    level: Level,
+    findings: &mut Findings<'_>,
+    voice: Voice,
+) -> Result<(), Failure> {
     if level == Level::Allow {
         return Ok(());
     }
-    match lostmotion::sim::check(source, machine, &SimulateOptions::default()) {
+    match lostmotion::sim::check(source, machine, options) {
         Ok(_) | Err(SimError::Empty { .. }) => Ok(()),
         Err(SimError::Travel { violations, .. }) => {
             add_travel(findings, if level == Level::Deny { Severity::Error } else { Severity::Warning }, &violations);

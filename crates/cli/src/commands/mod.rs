@@ -63,6 +63,7 @@ fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failu
         return Err(Failure::with_hint("--threads is 0", "leave it out to use all cores"));
     }
     let options = SimulateOptions { tolerance_um: run.tolerance_um, threads: run.threads.unwrap_or(0), ..SimulateOptions::default() };
+    let options = run.reading.options(&run.part, machine.dialect(), options)?;
     Ok((program, machine, options))
 }
 
@@ -88,8 +89,12 @@ fn failure(program: &ProgramSource, error: &SimError, voice: Voice) -> Failure {
     let mut findings = Findings::none(program);
     match error {
         SimError::Program { diagnostics, .. } => return Findings::of(program, diagnostics, None).failure(voice),
-        SimError::Travel { violations, .. } => add_travel(&mut findings, Severity::Error, violations),
-        SimError::NoAxis { block, axis, machine } => {
+        SimError::Travel { violations, files, .. } => {
+            findings = findings.with_files(files);
+            add_travel(&mut findings, Severity::Error, violations);
+        }
+        SimError::NoAxis { block, axis, machine, files } => {
+            findings = findings.with_files(files);
             let hint = "take a machine with that axis, see `lostmotion machine list`";
             findings.add(
                 Severity::Error,
@@ -118,12 +123,14 @@ fn add_travel(findings: &mut Findings<'_>, severity: Severity, violations: &[Tra
 }
 
 /// What the front end found in a program that was accepted, for those who want a document.
-fn accepted(program: &ProgramSource, machine: &Machine, voice: Voice) -> Result<(), Failure> {
+fn accepted(program: &ProgramSource, machine: &Machine, options: &SimulateOptions, voice: Voice) -> Result<(), Failure> {
     if voice.diagnostics == Form::Text {
         return Ok(());
     }
-    let config = lostmotion::sim::interpreter_config(machine, &SimulateOptions::default());
-    let mut reading = interpreter::open(program, config)?;
+    let mut reading = interpreter::open(program, lostmotion::sim::interpreter_config(machine, options))?;
+    if let Some(loader) = &options.loader {
+        reading = reading.with_loader(std::sync::Arc::clone(loader));
+    }
     for _ in reading.by_ref() {}
     Findings::of(program, reading.diagnostics(), Some(reading.interpreter())).remark(voice)
 }

@@ -19,11 +19,12 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
     let mut writer = PlanWriter::new(AtomicFile::create(&args.out)?, machine.axis_set(), Clock::CNC).map_err(unwritten)?;
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
-    let info = lostmotion::sim::plan(&program, &machine, &SimulateOptions::default(), &mut sink).map_err(|error| match error {
+    let options = args.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
+    let info = lostmotion::sim::plan(&program, &machine, &options, &mut sink).map_err(|error| match error {
         SimError::Sink(why) => Failure::message(format!("cannot write {}: {why}", args.out.display())),
         other => failure(&program, &other, voice),
     })?;
-    accepted(&program, &machine, voice)?;
+    accepted(&program, &machine, &options, voice)?;
     writer.finish().map_err(unwritten)?.commit()?;
     if !voice.quiet {
         crate::output::print(&format!(

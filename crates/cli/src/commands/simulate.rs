@@ -15,7 +15,7 @@ pub(crate) fn run(args: &Simulate, voice: Voice) -> Result<u8, Failure> {
     let mut record = Record::new(&args.run, std::slice::from_ref(&args.method), voice.quiet)?;
     let result = lostmotion::sim::simulate(&program, &machine, &args.method, &options, &mut record);
     let simulation = result.map_err(|error| failure(&program, &error, voice))?;
-    accepted(&program, &machine, voice)?;
+    accepted(&program, &machine, &options, voice)?;
     let json = to_json(&simulation)?;
     let plain = text::simulation(&simulation, &text_options(false));
     record.finish(&Answer {

@@ -14,14 +14,16 @@ use std::io::ErrorKind;
 pub(crate) fn run(args: &WritePart, voice: Voice) -> Result<u8, Failure> {
     let source = input::program(&args.part)?;
     let (config, _) = interpreter::config(args.machine.as_deref(), args.tool_table.as_deref())?;
+    let config = args.reading.config(config)?;
+    let loader = args.reading.loader(&args.part)?;
     // Nothing is written of a program that is refused.
-    let mut program = interpreter::open(&source, config.clone())?;
+    let mut program = interpreter::open(&source, config.clone())?.with_loader(std::sync::Arc::clone(&loader));
     for _ in program.by_ref() {}
     let findings = Findings::of(&source, program.diagnostics(), Some(program.interpreter()));
     if findings.counts.errors > 0 {
         return Err(findings.failure(voice));
     }
-    let mut program = interpreter::open(&source, config.clone())?;
+    let mut program = interpreter::open(&source, config.clone())?.with_loader(loader);
     let result = match &args.out {
         Some(path) => {
             let mut file = AtomicFile::create(path)?;

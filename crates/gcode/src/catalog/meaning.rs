@@ -66,4 +66,25 @@ pub(super) const ROWS: &[CatalogRow] = &[
     ),
     error("path", "A move has no geometry.", "See the message."),
     error("cycle-too-long", "A cycle makes more moves than the limit.", "Check Q and L, or raise the limit `cycle_moves`."),
+    error("radius-too-large", "An arc has a radius beyond the limit.", "Check I, J, K or R; the limit can be raised."),
+    error("feed-too-large", "A feed rate is beyond the limit.", "Check F and the units; the limit can be raised."),
+    error(
+        "too-many-operations",
+        "Loops and subroutines make more operations at a stretch than the limit.",
+        "Check what ends the loop; the limit can be raised.",
+    ),
+    error("no-such-line", "A jump or a local call leads to a line number that is not there.", "Give the line its N number."),
+    error(
+        "wrong-checksum",
+        "The checksum of a line does not fit it.",
+        "The line has been changed or damaged; make the checksum anew or remove it.",
+    ),
+    error("siemens", "A block is of Siemens (Sinumerik), whose programs are not read.", "Post-process the part for another control."),
+    error("corner", "A corner (`,R` or `,C`) cannot be made.", "It needs two straight moves in the plane, both long enough."),
+    error("five-axis-use", "A five-axis code cannot be used here.", "See the message for what has to come before it."),
+    warning(
+        "spindle-assumed",
+        "A move follows the spindle, which is taken to turn at its programmed speed.",
+        "Nothing: real spindles slow down where they reverse, which the plan does not know.",
+    ),
 ];

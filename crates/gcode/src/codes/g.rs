@@ -1,8 +1,10 @@
 //! G codes.
 
 use super::row::{AxisUse, CodeRow, Group, Texts, row};
+use crate::dialect::Leniency;
 use crate::exec::{
-    Exec, arc, compensation, curves, cycles, dwell, g10, home, lathe, modes, offsets, probe, spindle, straight, thread, tool,
+    Exec, arc, compensation, curves, cycles, dwell, five_axis, g10, haas, home, lathe, modes, offsets, probe, spindle, straight, thread,
+    tool,
 };
 use crate::problem::{Code, Problem};
 
@@ -40,6 +42,10 @@ pub(crate) const ROWS: &[CodeRow] = &[
         ["coordinate systems (L2, L20) and tools (L1, L10, L11)", "G10 L2 P1 X10", "g10.ngc"],
         g10::g10,
     ),
+    g(120, Group::NonModal, (MAY, "IKQD"), ["circular pocket, clockwise (Haas)", "G12 I5 Z-2 F200", "g12.ngc"], haas::pocket)
+        .only_with(Leniency::CircularPockets),
+    g(130, Group::NonModal, (MAY, "IKQD"), ["circular pocket, counter-clockwise (Haas)", "G13 I2 K8 Q2 Z-2 F200", "g13.ngc"], haas::pocket)
+        .only_with(Leniency::CircularPockets),
     g(170, Group::Plane, (NONE, ""), ["arcs in the XY plane", "G17", "g17.ngc"], modes::plane),
     g(180, Group::Plane, (NONE, ""), ["arcs in the ZX plane", "G18", "g18.ngc"], modes::plane),
     g(190, Group::Plane, (NONE, ""), ["arcs in the YZ plane", "G19", "g19.ngc"], modes::plane),
@@ -63,9 +69,21 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(430, Group::ToolLength, (NONE, "H"), ["tool offset from the table", "G43 H3", "g43.ngc"], tool::length),
     g(431, Group::ToolLength, (MAY, ""), ["tool offset from the line", "G43.1 Z12.5", "g43_1.ngc"], tool::dynamic_length),
     g(432, Group::ToolLength, (MAY, "H"), ["one more tool offset on top", "G43.2 H4", "g43_2.ngc"], tool::added_length),
+    g(
+        434,
+        Group::ToolLength,
+        (NONE, "H"),
+        ["X Y Z are the tool's tip, whatever the rotary axes do", "G43.4 H3", "g43_4.ngc"],
+        five_axis::tip,
+    )
+    .only_with(Leniency::FiveAxis),
+    g(435, Group::ToolLength, (NONE, "H"), ["the same, I J K being the tool's direction", "G43.5 H3", "g43_5.ngc"], five_axis::tip)
+        .only_with(Leniency::FiveAxis),
     g(490, Group::ToolLength, (NONE, ""), ["no tool offset", "G49", "g49.ngc"], tool::no_length),
     g(520, Group::NonModal, (NEEDS, ""), ["shift of all coordinate systems", "G52 X5", "g52.ngc"], offsets::local),
     g(530, Group::NonModal, (NONE, ""), ["this move in machine coordinates", "G53 G0 Z0", "g53.ngc"], straight::machine_coordinates),
+    g(531, Group::NonModal, (NONE, ""), ["the tool stands upright on the tilted plane", "G53.1", "g53_1.ngc"], five_axis::orient)
+        .only_with(Leniency::FiveAxis),
     g(540, Group::CoordinateSystem, (NONE, ""), ["coordinate system 1", "G54", "g54.ngc"], offsets::select),
     g(550, Group::CoordinateSystem, (NONE, ""), ["coordinate system 2", "G55", "g55.ngc"], offsets::select),
     g(560, Group::CoordinateSystem, (NONE, ""), ["coordinate system 3", "G56", "g56.ngc"], offsets::select),
@@ -78,6 +96,12 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(610, Group::PathControl, (NONE, ""), ["exact path", "G61", "g61.ngc"], modes::exact_path),
     g(611, Group::PathControl, (NONE, ""), ["exact stop", "G61.1", "g61_1.ngc"], modes::exact_stop),
     g(640, Group::PathControl, (NONE, "PQ"), ["rounded corners within P", "G64 P0.05 Q0.01", "g64.ngc"], modes::continuous),
+    g(680, Group::NonModal, (MAY, "R"), ["coordinates turned by R about X Y", "G68 X5 Y5 R30", "g68.ngc"], five_axis::rotate)
+        .only_with(Leniency::FiveAxis),
+    g(682, Group::NonModal, (MAY, "IJK"), ["tilted plane", "G68.2 X0 Y0 Z10 I0 J30 K0", "g68_2.ngc"], five_axis::tilt)
+        .only_with(Leniency::FiveAxis),
+    g(690, Group::NonModal, (NONE, ""), ["coordinates not turned any more", "G69", "g69.ngc"], five_axis::untilt)
+        .only_with(Leniency::FiveAxis),
     g(700, Group::Motion, (MAY, "QDEP"), ["finish a turned profile", "G70 Q100 X15 Z2 P1", "g70.ngc"], lathe::lathe),
     g(710, Group::Motion, (MAY, "QDIR"), ["rough a profile along Z, with its pockets", "G71 Q100 X15 Z2 I1 R0.3", "g71.ngc"], lathe::lathe),
     g(711, Group::Motion, (MAY, "QDIR"), ["the same without its pockets", "G71.1 Q100 X15 Z2 I1", "g71_1.ngc"], lathe::lathe),

@@ -1,5 +1,6 @@
 //! What is known about a code.
 
+use crate::dialect::Leniency;
 use crate::exec::Exec;
 use crate::problem::{Code, Problem};
 
@@ -88,6 +89,8 @@ pub struct CodeRow {
     pub words: &'static str,
     /// The same as bits.
     pub(crate) takes: u32,
+    /// What has to be accepted for it; none if it is of RS274/NGC.
+    pub leniency: Option<Leniency>,
     /// What it does.
     pub meaning: &'static str,
     /// A line that uses it.
@@ -145,6 +148,9 @@ pub(crate) const fn bit(letter: u8) -> u32 {
         b'@' => 1 << 26,
         b'^' => 1 << 27,
         b'$' => 1 << 28,
+        // `,R` and `,C` of other dialects.
+        b'r' => 1 << 29,
+        b'c' => 1 << 30,
         _ => 0,
     }
 }
@@ -157,6 +163,13 @@ const fn bits(letters: &str) -> u32 {
         at += 1;
     }
     mask
+}
+
+impl CodeRow {
+    /// The same for a code of other dialects.
+    pub(crate) const fn only_with(self, leniency: Leniency) -> CodeRow {
+        CodeRow { leniency: Some(leniency), ..self }
+    }
 }
 
 /// Texts of a row: meaning, example, sample.
@@ -173,6 +186,7 @@ pub(crate) const fn row(letter: char, tenths: u16, group: Group, uses: (AxisUse,
         axes: uses.0,
         words: uses.1,
         takes: bits(uses.1),
+        leniency: None,
         meaning,
         example,
         sample,

@@ -149,6 +149,8 @@ const fn keyword_text(keyword: Keyword) -> &'static str {
         Keyword::EndRepeat => "endrepeat",
         Keyword::Break => "break",
         Keyword::Continue => "continue",
+        Keyword::Goto => "goto",
+        Keyword::Then => "then",
         Keyword::Bare => "",
     }
 }

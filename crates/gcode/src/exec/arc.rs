@@ -2,9 +2,11 @@
 
 use super::Exec;
 use super::arc_geometry::{Planar, center_from_radius, check_center, length};
+use crate::dialect::Leniency;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position};
 use crate::problem::{Code, Problem};
 use crate::syntax::evaluate::whole;
+use lostmotion_base::math;
 
 /// Letters of the centre by axis index.
 const OFFSETS: [u8; 3] = *b"IJK";
@@ -26,6 +28,7 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let (from, to) = ([start[first], start[second]], [end[first], end[second]]);
     let center = exec.center(from, to, clockwise)?;
     let turns = if clockwise { -turns } else { turns };
+    exec.check_radius(from, center)?;
     exec.inverse_time(length(from, to, center, turns, end[normal] - start[normal]));
     let feed = arc_feed(plane, &end, center, turns);
     if exec.state.arc_not_allowed {
@@ -45,6 +48,13 @@ fn arc_feed(plane: Plane, end: &Position, center: Planar, turns: i32) -> ArcFeed
 }
 
 impl Exec<'_> {
+    /// Refuses arcs beyond the limit of the radius.
+    fn check_radius(&self, from: Planar, center: Planar) -> Result<(), Problem> {
+        let radius_mm = math::hypot(from[0] - center[0], from[1] - center[1]) * self.state.units.mm();
+        let limit = self.config.limits.radius_mm;
+        if radius_mm <= limit { Ok(()) } else { Err(Problem::RadiusTooLarge { radius_mm, limit }) }
+    }
+
     /// P of an arc.
     fn turns(&self, code: Code) -> Result<i32, Problem> {
         let Some(value) = self.word(b'P') else { return Ok(1) };
@@ -54,10 +64,11 @@ impl Exec<'_> {
         }
     }
 
-    fn center(&self, from: Planar, to: Planar, clockwise: bool) -> Result<Planar, Problem> {
+    fn center(&mut self, from: Planar, to: Planar, clockwise: bool) -> Result<Planar, Problem> {
         let plane = self.state.plane;
         let [first, second, normal] = plane.axes();
-        let offset = |axis: usize| self.word(OFFSETS[axis]);
+        let words = self.words;
+        let offset = |axis: usize| words.get(OFFSETS[axis]);
         let units = self.state.units;
         if let Some(radius) = self.word(b'R') {
             if let Some(letter) = OFFSETS.into_iter().find(|&letter| self.words.has(letter)) {
@@ -65,7 +76,10 @@ impl Exec<'_> {
             }
             return center_from_radius(from, to, radius, clockwise, units);
         }
-        if offset(normal).is_some() {
+        let off_plane = offset(normal);
+        if off_plane == Some(0.0) && self.config.leniencies.has(Leniency::OffPlaneZero) {
+            self.warnings.push(Problem::Lenient { leniency: Leniency::OffPlaneZero });
+        } else if off_plane.is_some() {
             return Err(Problem::ArcOffPlane { letter: char::from(OFFSETS[normal]), plane: plane.name() });
         }
         let center = match (offset(first), offset(second)) {

@@ -4,12 +4,13 @@ use super::words::{AXIS_BITS, UsedCode, Words};
 use crate::codes::row::bit;
 use crate::codes::{AxisUse, Group, find, users};
 use crate::problem::{Code, Problem};
-use crate::state::State;
+use crate::state::{State, TipControl};
 use crate::syntax::Text;
 
 /// Words that need no code.
 const FREE: u32 = bit(b'F') | bit(b'S') | bit(b'T');
 const ARC_OFFSETS: u32 = bit(b'I') | bit(b'J') | bit(b'K');
+const CORNERS: u32 = bit(b'r') | bit(b'c');
 const POLAR: u32 = bit(b'@') | bit(b'^');
 
 /// A problem with the place of the word that has it.
@@ -27,12 +28,18 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
     }
     if let Some(row) = words.motion {
         taken |= row.takes | AXIS_BITS | POLAR;
+        if row.code.tenths == 10 {
+            taken |= CORNERS;
+        }
+        if row.code.tenths <= 10 && state.tip_control == TipControl::WithVector {
+            taken |= ARC_OFFSETS;
+        }
     }
     let unused = words.mask & !taken;
     if unused == 0 {
         return Ok(());
     }
-    let letter = (b'@'..=b'^').chain([b'$']).find(|&letter| unused & bit(letter) != 0).unwrap_or(b'?');
+    let letter = (b'@'..=b'^').chain(*b"$rc").find(|&letter| unused & bit(letter) != 0).unwrap_or(b'?');
     let value = words.get(letter).unwrap_or_default();
     let letter_char = char::from(letter);
     Err((Problem::UnusedWord { letter: letter_char, value, users: users(letter_char) }, Some(words.text(letter))))

@@ -100,6 +100,22 @@ impl Exec<'_> {
         Ok(())
     }
 
+    /// The cycle in force at a place, with the words that it has kept.
+    pub(crate) fn cycle_at(&mut self, code: Code, place: Position) -> Result<(), Problem> {
+        let normal = self.state.plane.axes()[2];
+        let words = self.state.cycle;
+        let (Some(r), Some(bottom)) = (words.r, words.bottom) else {
+            return Err(Problem::WordMissing { code, what: "R and the bottom of the hole from a cycle before the pattern" });
+        };
+        let began = words.level.unwrap_or(self.state.current[normal]);
+        let (r, bottom) = if self.state.absolute { (r, bottom) } else { (r + began, r + began + bottom) };
+        let clear = if self.state.retract_to_start { began.max(r) } else { r };
+        let hole =
+            Hole { code, plane: self.state.plane, normal, r, bottom, clear, p: words.p, last_p: words.last_p, q: words.q, ijk: words.ijk };
+        self.check_moves(&hole, 1)?;
+        self.hole(&hole, &place)
+    }
+
     /// One hole: across to it at the present level, down to R, and what the cycle does.
     fn hole(&mut self, hole: &Hole, place: &Position) -> Result<(), Problem> {
         let mut above = *place;

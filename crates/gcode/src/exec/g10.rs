@@ -2,6 +2,7 @@
 
 use super::Exec;
 use super::offsets::system_parameter;
+use crate::dialect::Leniency;
 use crate::ops::{CanonicalOp, Position};
 use crate::problem::{Code, Problem};
 use crate::state::{Offsets, convert, rotate, subtract};
@@ -15,6 +16,12 @@ const FIXTURE_SYSTEM: u8 = 9;
 pub(crate) fn g10(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let selector = exec.need(b'L', code, "L, what it sets")?;
     let number = exec.need(b'P', code, "P, the coordinate system or tool")?;
+    if let Some(memory @ 10.0..=13.0) = whole(selector)
+        && exec.config.leniencies.has(Leniency::ToolMemory)
+        && !(0..9).any(|axis| exec.axis_word(axis).is_some())
+    {
+        return exec.set_memory(code, memory, number);
+    }
     match whole(selector) {
         Some(2.0) => exec.set_system(code, number, false),
         Some(20.0) => exec.set_system(code, number, true),
@@ -36,7 +43,7 @@ impl Exec<'_> {
     fn system_offsets(&self, system: u8) -> Offsets {
         let first = system_parameter(system);
         let g5x = convert(&self.parameters.position(first), self.config.machine_units, self.state.units);
-        Offsets { g5x, g92: self.state.offsets.g92, tool: [0.0; 9], rotation_deg: self.parameters.get(first + 9) }
+        Offsets { g5x, g92: self.state.offsets.g92, tool: [0.0; 9], rotation_deg: self.parameters.get(first + 9), tilt: None }
     }
 
     /// L2 gives the origin, L20 the coordinates that the present place is to have.
@@ -86,6 +93,26 @@ impl Exec<'_> {
         let mut change = subtract(&here, &self.with_axis_words(&here));
         rotate(&mut change, without.rotation_deg);
         std::array::from_fn(|axis| tool[axis] + change[axis])
+    }
+
+    /// A tool memory of Fanuc: L10 and L12 give length and radius, L11 and L13 what their wear adds.
+    fn set_memory(&mut self, code: Code, memory: f64, number: f64) -> Result<(), Problem> {
+        let value = self.need(b'R', code, "R, the value of the tool memory")?;
+        self.warnings.push(Problem::Lenient { leniency: Leniency::ToolMemory });
+        let allowed = "a tool number";
+        let number = whole(number).filter(|number| (1.0..1e9).contains(number));
+        let number = number.ok_or(Problem::WordOutOfRange { code, letter: 'P', value, allowed })? as i32;
+        let value = self.state.units.convert(value, self.config.machine_units);
+        let table = self.tools.get_or_insert_with(ToolTable::default);
+        let mut tool = table.get(number).copied().unwrap_or(Tool { number, ..Tool::default() });
+        match memory as u8 {
+            10 => tool.offset[2] = value,
+            11 => tool.offset[2] += value,
+            12 => tool.diameter = 2.0 * value,
+            _ => tool.diameter += 2.0 * value,
+        }
+        table.insert(tool);
+        Ok(())
     }
 
     /// Changes a tool's offset, radius (R), angles (I, J) and orientation (Q). In force with the next G43.

@@ -107,6 +107,7 @@ impl Exec<'_> {
         for position in [&mut state.current, &mut state.offsets.g5x, &mut state.offsets.g92, &mut state.offsets.tool] {
             *position = convert(position, from, units);
         }
+        state.offsets.tilt = state.offsets.tilt.map(|tilt| tilt.convert(from, units));
         state.units = units;
     }
 

@@ -1,6 +1,7 @@
 //! The order of a block: by phase, whatever the order on the line.
 
 use super::Exec;
+use super::straight::CORNERS;
 use crate::codes::row::{PHASE_F, PHASE_MOTION, PHASE_S, PHASE_T};
 use crate::codes::{CodeRow, Group};
 use crate::ops::CanonicalOp;
@@ -13,6 +14,10 @@ impl Exec<'_> {
     /// Carries the block out.
     pub(crate) fn run(&mut self) -> Result<(), (Problem, Option<Text>)> {
         let words = self.words;
+        if self.state.corner.is_some() {
+            self.turn_corner().map_err(|problem| (problem, None))?;
+        }
+        self.state.corner_exit = self.state.corner_exit.take().filter(|_| words.mask & CORNERS != 0);
         let mut next = 0;
         let mut moved = false;
         for used in words.codes() {
@@ -69,6 +74,9 @@ impl Exec<'_> {
         let bad = Problem::BadWordValue { letter: char::from(letter), value };
         match letter {
             b'F' if value < 0.0 => Err(bad),
+            b'F' if value * self.state.units.mm() > self.config.limits.feed => {
+                Err(Problem::FeedTooLarge { rate: value, limit: self.config.limits.feed })
+            }
             b'F' => {
                 if self.state.feed_mode != FeedMode::InverseTime {
                     self.set_feed(value, None);

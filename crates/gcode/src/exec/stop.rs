@@ -51,6 +51,8 @@ impl Exec<'_> {
     pub(crate) fn end_program(&mut self) -> Result<(), Problem> {
         self.end_compensation()?;
         self.state.arc_not_allowed = false;
+        self.end_tip_control();
+        self.set_tilt(None)?;
         self.load_system(1);
         self.emit(CanonicalOp::SetXyRotation(self.state.offsets.rotation_deg));
         if self.state.plane != Plane::Xy {

@@ -1,12 +1,17 @@
 //! G0, G1 and G53.
 
 use super::Exec;
+use crate::codes::row::bit;
 use crate::ops::{CanonicalOp, Position};
 use crate::problem::{Code, Problem};
-use crate::state::FeedMode;
+use crate::state::{FeedMode, TipControl};
+use crate::syntax::special::{CORNER_CHAMFER, CORNER_RADIUS};
 
 /// Slowest feed that inverse time results in, units per minute (LinuxCNC).
 const LEAST_RATE: f64 = 0.1;
+
+/// Bits of `,R` and `,C`.
+pub(crate) const CORNERS: u32 = bit(CORNER_RADIUS) | bit(CORNER_CHAMFER);
 
 /// G0.
 pub(crate) fn traverse(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
@@ -25,6 +30,9 @@ pub(crate) fn feed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.state.current = end;
     exec.check_feed(code)?;
     exec.inverse_time(straight_length(&start, &end));
+    if exec.words.mask & CORNERS != 0 && exec.hold_corner(&start, end)? {
+        return Ok(());
+    }
     exec.straight(&start, end, true)
 }
 
@@ -42,6 +50,9 @@ pub(crate) fn straight_length(start: &Position, end: &Position) -> f64 {
     let norm = |from: usize| (from..from + 3).map(|i| (end[i] - start[i]) * (end[i] - start[i])).sum::<f64>().sqrt();
     [0, 6, 3].into_iter().map(norm).find(|length| *length > 0.0).unwrap_or(0.0)
 }
+
+/// Bits of the tool's direction (G43.5).
+const VECTOR: u32 = bit(b'I') | bit(b'J') | bit(b'K');
 
 impl Exec<'_> {
     /// Where the axis words lead to.
@@ -65,6 +76,9 @@ impl Exec<'_> {
     /// A straight move, compensated for the cutter if that is on.
     pub(crate) fn straight(&mut self, start: &Position, end: Position, feed: bool) -> Result<(), Problem> {
         self.state.arc_not_allowed = false;
+        if self.words.mask & VECTOR != 0 && self.state.tip_control == TipControl::WithVector {
+            self.tool_vector()?;
+        }
         if self.state.compensation.as_ref().is_some_and(|compensation| compensation.acts()) {
             return self.compensated_line(start, end, feed);
         }

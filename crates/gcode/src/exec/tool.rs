@@ -107,5 +107,6 @@ pub(crate) fn added_length(exec: &mut Exec<'_>, code: Code) -> Result<(), Proble
 
 /// G49.
 pub(crate) fn no_length(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    exec.end_tip_control();
     exec.apply_tool_offset([0.0; 9])
 }

@@ -2,6 +2,7 @@
 
 use crate::codes::row::bit;
 use crate::codes::{CodeRow, Group, find};
+use crate::dialect::{Leniencies, Leniency};
 use crate::problem::{Code, Problem};
 use crate::syntax::Text;
 use crate::syntax::evaluate::whole;
@@ -26,11 +27,15 @@ pub(crate) struct UsedCode {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Words {
     pub(crate) mask: u32,
-    values: [f64; 29],
-    texts: [Text; 29],
+    values: [f64; 31],
+    texts: [Text; 31],
     codes: Vec<UsedCode>,
     /// Row of the motion that the block makes.
     pub(crate) motion: Option<&'static CodeRow>,
+    /// What is accepted beyond RS274/NGC.
+    pub(crate) accepted: Leniencies,
+    /// A leniency that a code of the block takes.
+    pub(crate) taken: Option<Leniency>,
 }
 
 /// The code of a letter and number; none for numbers that no code has.
@@ -44,10 +49,16 @@ fn slot(letter: u8) -> usize {
 }
 
 impl Words {
+    /// No words yet, with what is accepted beyond RS274/NGC.
+    pub(crate) fn accepting(accepted: Leniencies) -> Words {
+        Words { accepted, ..Words::default() }
+    }
+
     pub(crate) fn clear(&mut self) {
         self.mask = 0;
         self.codes.clear();
         self.motion = None;
+        self.taken = None;
     }
 
     /// Whether a letter is there.
@@ -75,6 +86,24 @@ impl Words {
         self.codes.iter().any(|used| used.row.code == Code { letter: 'G', tenths })
     }
 
+    /// Sets the value of a letter.
+    pub(crate) fn put(&mut self, letter: u8, value: f64) {
+        self.mask |= bit(letter);
+        if let Some(kept) = self.values.get_mut(slot(letter)) {
+            *kept = value;
+        }
+    }
+
+    /// Takes a letter out.
+    pub(crate) fn drop_word(&mut self, letter: u8) {
+        self.mask &= !bit(letter);
+    }
+
+    /// Takes the motion code out.
+    pub(crate) fn drop_motion(&mut self) {
+        self.codes.retain(|used| used.row.group != Group::Motion);
+    }
+
     /// Adds a word.
     pub(crate) fn add(&mut self, letter: u8, value: f64, text: Text) -> Result<(), Problem> {
         if letter == b'G' || letter == b'M' {
@@ -96,6 +125,12 @@ impl Words {
         let letter = char::from(letter);
         let code = code_of(letter, value).ok_or(Problem::NotACode { letter, value })?;
         let row = find(code).ok_or(Problem::UnsupportedCode { code })?;
+        if let Some(leniency) = row.leniency {
+            if !self.accepted.has(leniency) {
+                return Err(Problem::UnsupportedCode { code });
+            }
+            self.taken = Some(leniency);
+        }
         if row.group == Group::Motion && self.replaces_motion(row) {
             return Ok(());
         }

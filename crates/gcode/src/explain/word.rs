@@ -57,6 +57,8 @@ const fn flow(keyword: Keyword) -> &'static str {
         Keyword::EndRepeat => "goes back to the repeat",
         Keyword::Break => "leaves the loop",
         Keyword::Continue => "goes on with the next round of the loop",
+        Keyword::Goto => "goes on at a line number, if there is a condition only where it is not 0",
+        Keyword::Then => "sets a parameter if the condition is not 0",
         Keyword::Bare => "the program's number, or the start of a subroutine that ends with M99",
     }
 }

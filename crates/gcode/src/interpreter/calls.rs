@@ -132,7 +132,9 @@ impl Interpreter {
             return Err(Problem::NoSuchSub { name });
         }
         self.flow.at -= 1;
-        let at = self.flow.frames.first().map_or(self.flow.at + 1, |frame| frame.return_to);
+        let after = self.flow.frames.first().map_or(self.flow.at + 1, |frame| frame.return_to);
+        // A local subroutine may stand before its call.
+        let at = if self.flow.keeps { 0 } else { after };
         self.flow.seek = Some(Seek { name, at });
         Ok(())
     }

@@ -15,19 +15,25 @@ impl Interpreter {
     /// Asks the loader for a subroutine; true if it is defined now.
     pub(crate) fn load_sub(&mut self, name: &str) -> Result<bool, Problem> {
         let Some(loader) = self.loader.clone() else { return Ok(false) };
-        if self.files.len() >= MOST_FILES {
+        if self.diagnostics.files().len() >= MOST_FILES {
             return Err(Problem::TooManyFiles { limit: MOST_FILES });
         }
         let failed = |message| Problem::SubFile { name: name.to_owned(), message };
         let Some(file) = loader.load(name).map_err(failed)? else { return Ok(false) };
-        self.files.push(file.name);
+        let limit = self.config.limits.held_bytes;
+        self.loaded_bytes = self.loaded_bytes.saturating_add(file.text.len());
+        if self.loaded_bytes > limit {
+            return Err(Problem::TooMuchHeld { limit });
+        }
+        let file = Arc::new(file);
+        self.diagnostics.add_file(Arc::clone(&file));
         self.define_from(&file.text, name)?;
         if self.flow.subs.contains_key(name) { Ok(true) } else { Err(failed(format!("it does not define o<{name}>"))) }
     }
 
     /// Takes the definitions out of a file; a file without any is a subroutine of its own that ends with M99.
     fn define_from(&mut self, text: &[u8], wanted: &str) -> Result<(), Problem> {
-        let file = self.files.len() as u32;
+        let file = self.diagnostics.files().len() as u32;
         let limits = &self.config.limits;
         let mut lines = Lines::new(text, limits.line_bytes);
         let mut block = Block::default();

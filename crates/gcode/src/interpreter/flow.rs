@@ -1,10 +1,14 @@
 //! Where the program is: open loops and branches, calls, and lines to be skipped.
 
+use super::goto::Goto;
 use super::tape::Tape;
 use crate::parameters::LOCALS;
 use lostmotion_base::span::Span;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// Bytes of the main program that are kept for jumps back.
+const KEPT_BYTES: usize = 16 << 20;
 
 /// An open branch or loop.
 #[derive(Clone, Debug)]
@@ -96,6 +100,10 @@ pub(crate) struct Flow {
     pub(crate) skip: Option<(String, Skip, Span)>,
     pub(crate) seek: Option<Seek>,
     pub(crate) record: Option<Record>,
+    /// A jump whose target has not been read yet.
+    pub(crate) goto: Option<Goto>,
+    /// Lines of the main program are kept, as far as there is room, because a jump may come back to them.
+    pub(crate) keeps: bool,
     pub(crate) subs: BTreeMap<String, Arc<Tape>>,
     /// What the bodies of `subs` hold, in bytes.
     pub(crate) held: usize,
@@ -110,7 +118,8 @@ impl Flow {
     /// Forgets main program lines that cannot run again.
     pub(crate) fn forget(&mut self) {
         let may_return = self.seek.is_some() || !self.frames.is_empty() || self.opens.iter().any(|open| open.kind.is_loop());
-        if !may_return && self.at >= self.main.len() {
+        let keeps = self.keeps && self.main.bytes() < KEPT_BYTES;
+        if !may_return && !keeps && self.at >= self.main.len() {
             self.main.clear();
             self.at = 0;
         }

@@ -1,8 +1,10 @@
 //! One step: fetch a line, parse it, carry it out.
 
-use super::flow::Skip;
+use super::flow::{Record, Skip};
+use super::tape::Tape;
 use super::{Interpreter, Percent, Step};
 use crate::codes::{self, AxisUse, Group};
+use crate::dialect::Leniency;
 use crate::exec::words::code_of;
 use crate::ops::{CanonicalOp, SourcedOp};
 use crate::problem::Problem;
@@ -78,6 +80,7 @@ impl Interpreter {
             )
         };
         self.looped += 1;
+        self.made += ops.len() as u64;
         self.idle = if ops.iter().any(acts) { 0 } else { self.idle + 1 };
         let problem = if self.idle > limits.idle_blocks {
             Problem::IdleLoop { limit: limits.idle_blocks }
@@ -85,6 +88,8 @@ impl Interpreter {
             Problem::TooManyBlocks { limit: limits.executed_blocks }
         } else if self.looped > self.looped_limit() {
             Problem::TooManyBlocks { limit: self.looped_limit() }
+        } else if self.looped > 1 && self.made > limits.looped_operations {
+            Problem::TooManyOperations { limit: limits.looped_operations }
         } else {
             return;
         };
@@ -120,18 +125,29 @@ impl Interpreter {
         self.report_at(problem, text.map_or(self.span, |text| self.place.span(text)));
     }
 
+    /// Whether the line is the one that a local subroutine (M97) begins with.
+    fn seeks_line(&self) -> bool {
+        let Some(seek) = self.flow.seek.as_ref().filter(|_| self.flow.record.is_none()) else { return false };
+        let wanted = seek.name.strip_prefix('n').and_then(|number| number.parse::<f64>().ok());
+        wanted.is_some() && wanted == self.block.line_number
+    }
+
     /// Whether the current line is looked at only for O-words.
     pub(crate) fn is_passing(&self) -> bool {
         self.flow.skip.is_some() || self.flow.seek.is_some() || self.flow.record.is_some()
     }
 
     fn line_step(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
-        if self.is_passing() && !may_matter(&self.line) {
+        if self.is_passing() && !self.flow.keeps && !may_matter(&self.line) {
             self.recording(None, false).map_err(|problem| (problem, None))?;
             return Ok(());
         }
+        if self.passes_goto() {
+            return Ok(());
+        }
         self.state.line = self.place.line;
-        if let Err(fault) = parse_block(&self.line, &mut self.block, &self.config.limits) {
+        let parsed = parse_block(&self.line, &mut self.block, &self.config.limits).or_else(|fault| self.parse_specially(fault));
+        if let Err(fault) = parsed {
             if self.is_passing() {
                 return self.recording(None, false).map(|_| ()).map_err(|problem| (problem, None));
             }
@@ -149,6 +165,12 @@ impl Interpreter {
         }
         match self.block.flow {
             Some((label, keyword)) => self.flow_line(label, keyword, out).map_err(|problem| (problem, None)),
+            None if self.seeks_line() => {
+                let name = self.flow.seek.as_ref().map(|seek| seek.name.clone()).unwrap_or_default();
+                self.flow.record = Some(Record { name, bare: true, body: Tape::default(), span: self.span });
+                let ends_bare = has_code(&self.block, b'M', 99.0);
+                self.recording(None, ends_bare).map(|_| ()).map_err(|problem| (problem, None))
+            }
             None if self.is_passing() => {
                 let ends_bare = has_code(&self.block, b'M', 99.0);
                 self.recording(None, ends_bare).map(|_| ()).map_err(|problem| (problem, None))
@@ -159,7 +181,12 @@ impl Interpreter {
 
     fn percent_line(&mut self) -> Result<(), Problem> {
         match self.percent {
-            Percent::Unknown => self.percent = Percent::Open,
+            Percent::Unknown => {
+                self.percent = Percent::Open;
+                self.opened = self.place.line;
+            }
+            // The search for a subroutine goes through the program from its first line.
+            Percent::Open if self.flow.seek.is_some() && self.flow.frames.is_empty() => self.at_end |= self.place.line != self.opened,
             Percent::Open if self.flow.frames.is_empty() => {
                 self.check_open();
                 self.state.ended = true;
@@ -192,6 +219,7 @@ impl Interpreter {
         }
         self.run_comment(out);
         match keyword {
+            Keyword::Goto | Keyword::Then => self.macro_flow(&label, keyword),
             Keyword::Sub | Keyword::EndSub | Keyword::Call | Keyword::Return | Keyword::Bare => self.subroutine(label, keyword),
             _ => self.control(label, keyword),
         }
@@ -210,6 +238,9 @@ impl Interpreter {
 
     /// The source is at its end: what is still open, and whether the program ended.
     fn finish(&mut self, out: &mut Vec<SourcedOp>) -> Step {
+        if self.goto_failed() {
+            return Step::Ran;
+        }
         if let Some(seek) = self.flow.seek.take() {
             self.flow.record = None;
             self.missing_sub = Some(seek.name);
@@ -218,7 +249,7 @@ impl Interpreter {
         self.check_open();
         self.let_go(out);
         self.span = Span { column: 1, len: 0, ..self.span };
-        self.report(if self.percent == Percent::Open { Problem::NoClosingPercent } else { Problem::NoProgramEnd });
+        self.forgive(if self.percent == Percent::Open { Problem::NoClosingPercent } else { Problem::NoProgramEnd }, Leniency::MissingEnd);
         self.state.ended = true;
         Step::Ended
     }

@@ -6,8 +6,10 @@
 mod calls;
 mod context;
 mod control;
+mod dialects;
 mod files;
 mod flow;
+mod goto;
 mod lines;
 mod run;
 mod stacks;
@@ -19,6 +21,7 @@ pub use tape::Place;
 
 use crate::config::InterpreterConfig;
 use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::dialect::{Dialect, Leniencies, Leniency};
 use crate::exec::Jump;
 use crate::exec::context::Saved;
 use crate::exec::words::Words;
@@ -75,8 +78,8 @@ pub struct Interpreter {
     warnings: Vec<Problem>,
     jump: Option<Jump>,
     loader: Option<Arc<dyn SubroutineLoader>>,
-    /// Names of the files of subroutines, from index 1.
-    files: Vec<String>,
+    /// Bytes of the files of subroutines.
+    loaded_bytes: usize,
     stacks: CallStacks,
     /// Index of the call that is running.
     stack_index: u32,
@@ -85,14 +88,22 @@ pub struct Interpreter {
     /// Modes to be brought back because a level has been left.
     returning: Option<Box<State>>,
     percent: Percent,
+    /// Line of the opening percent sign.
+    opened: u32,
     /// Whether a block with words has been seen.
     begun: bool,
     at_end: bool,
     executed: u64,
     /// Blocks run since the last line was read, and those since the last motion.
     looped: u64,
+    made: u64,
     idle: u64,
     missing_sub: Option<String>,
+    /// Leniencies made use of so far.
+    told: Leniencies,
+    /// Lines have to be looked at for another dialect's sake.
+    special: bool,
+    modal_macro: Option<dialects::ModalMacro>,
 }
 
 impl Interpreter {
@@ -116,15 +127,18 @@ impl Interpreter {
             state.offsets.g92 = unit(parameters.position(crate::parameters::G92));
         }
         state.current = state.offsets.to_program(&convert(&start, crate::ops::Units::Mm, config.program_units));
+        let accepted = config.leniencies;
+        let special = config.dialect != Dialect::LinuxCnc || config.leniencies != Dialect::LinuxCnc.leniencies();
+        let keeps = [Leniency::MacroFlow, Leniency::LocalCalls].into_iter().any(|leniency| config.leniencies.has(leniency));
         Interpreter {
             diagnostics: Diagnostics::new(config.limits.diagnostics),
             tools: config.tool_table.clone(),
             config,
             state,
             parameters,
-            flow: Flow::default(),
+            flow: Flow { keeps, ..Flow::default() },
             block: Block::default(),
-            words: Words::default(),
+            words: Words::accepting(accepted),
             line: Vec::new(),
             place: Place::default(),
             span: Span::default(),
@@ -132,18 +146,23 @@ impl Interpreter {
             warnings: Vec::new(),
             jump: None,
             loader: None,
-            files: Vec::new(),
+            loaded_bytes: 0,
             stacks: CallStacks::default(),
             stack_index: 0,
             saved: vec![Saved::default()],
             returning: None,
             percent: Percent::Unknown,
+            opened: 0,
             begun: false,
             at_end: false,
             executed: 0,
             looped: 0,
+            made: 0,
             idle: 0,
             missing_sub: None,
+            told: Leniencies::default(),
+            special,
+            modal_macro: None,
         }
     }
 
@@ -173,7 +192,7 @@ impl Interpreter {
 
     /// Name of the file of an index in a span; none for the program itself, which is 0.
     pub fn file_name(&self, index: u32) -> Option<&str> {
-        self.files.get((index as usize).checked_sub(1)?).map(String::as_str)
+        self.diagnostics.file(index).map(|file| file.name.as_str())
     }
 
     /// The modes, offsets and position after the blocks run so far.
@@ -209,7 +228,7 @@ impl Interpreter {
     /// Gives the next line of the program, without its terminator. To be called when a step asks for it.
     pub fn push_line(&mut self, line: &[u8], place: Place) {
         self.flow.forget();
-        (self.looped, self.idle) = (0, 0);
+        (self.looped, self.made, self.idle) = (0, 0, 0);
         if let Err(problem) = self.flow.main.push(line, place, self.config.limits.held_bytes.max(self.config.limits.line_bytes)) {
             self.place = place;
             self.span = Span { file: place.file, line: place.line, column: 1, start: place.start, len: 0 };
@@ -226,6 +245,12 @@ impl Interpreter {
     /// Reports something about the source as a whole or about the place given.
     pub(crate) fn report_at(&mut self, problem: Problem, span: Span) {
         self.diagnostics.push(Diagnostic { problem, place: BlockRef { span, call_stack: self.stack_index } });
+    }
+
+    /// Reports a byte order mark.
+    pub(crate) fn report_mark(&mut self, span: Span) {
+        self.span = span;
+        self.forgive(Problem::ByteOrderMark, Leniency::ByteOrderMark);
     }
 
     fn report(&mut self, problem: Problem) {

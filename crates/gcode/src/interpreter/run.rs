@@ -1,6 +1,7 @@
 //! Carrying out a line of words, settings and comments.
 
 use super::Interpreter;
+use super::dialects::Line;
 use crate::diagnostics::Diagnostic;
 use crate::exec::{Exec, check};
 use crate::ops::SourcedOp;
@@ -36,9 +37,19 @@ impl Interpreter {
     /// A line of words, settings and comments.
     pub(crate) fn plain_line(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
         self.begun |= !self.block.words.is_empty();
-        self.collect_words()?;
+        if self.special && matches!(self.dialect_line(out)?, Line::Done) {
+            return Ok(());
+        }
+        let mut collected = self.collect_words();
+        if self.words.has(b'E') && self.merge_exponents() {
+            collected = self.collect_words();
+        }
+        collected?;
+        if self.special {
+            self.special_words();
+        }
         // A subroutine that stands further on is looked for before anything is carried out, so that the line runs once.
-        if let Some(name) = self.wanted_sub() {
+        if let Some(name) = self.wanted_sub().or_else(|| self.wanted_macro()) {
             return self.look_for(name).map_err(|problem| (problem, None));
         }
         self.apply_settings()?;
@@ -51,14 +62,31 @@ impl Interpreter {
         if self.words.mask == 0 && self.words.codes().is_empty() {
             return Ok(());
         }
-        check::check(&mut self.words, &self.state)?;
+        if let Err((problem, place)) = check::check(&mut self.words, &self.state) {
+            if !self.reconcile(&problem) {
+                return Err((problem, place));
+            }
+            check::check(&mut self.words, &self.state)?;
+        }
         let result = self.exec(out).run();
         self.warn();
         result?;
-        self.jump(out).map_err(|problem| (problem, None))
+        self.jump(out).map_err(|problem| (problem, None))?;
+        if self.modal_macro.is_some() { self.call_modal_macro().map_err(|problem| (problem, None)) } else { Ok(()) }
     }
 
-    fn collect_words(&mut self) -> Result<(), (Problem, Option<Text>)> {
+    /// Words that other dialects mean otherwise.
+    fn special_words(&mut self) {
+        if let Some(leniency) = self.words.taken.take() {
+            self.tell(leniency);
+        }
+        self.unpack_call();
+        if self.config.dialect.is_fanuc() {
+            self.fanuc_dwell();
+        }
+    }
+
+    pub(crate) fn collect_words(&mut self) -> Result<(), (Problem, Option<Text>)> {
         self.words.clear();
         let mut first = Ok(());
         for index in 0..self.block.words.len() {
@@ -78,7 +106,7 @@ impl Interpreter {
     }
 
     /// Settings take effect together, after everything on the line has been read.
-    fn apply_settings(&mut self) -> Result<(), (Problem, Option<Text>)> {
+    pub(crate) fn apply_settings(&mut self) -> Result<(), (Problem, Option<Text>)> {
         if self.block.settings.is_empty() {
             return Ok(());
         }
@@ -124,7 +152,10 @@ impl Interpreter {
             self.report(Problem::UnsetParameter { number });
         }
         while let Some(problem) = self.warnings.pop() {
-            self.report(problem);
+            match problem {
+                Problem::Lenient { leniency } => self.tell(leniency),
+                problem => self.report(problem),
+            }
         }
     }
 }

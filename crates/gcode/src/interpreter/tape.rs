@@ -53,6 +53,11 @@ impl Tape {
         self.lines.clear();
     }
 
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.bytes.len()
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.lines.len()
     }

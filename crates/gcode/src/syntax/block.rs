@@ -141,6 +141,10 @@ pub enum Keyword {
     EndRepeat,
     Break,
     Continue,
+    /// GOTO of Macro B; with an argument, if that holds.
+    Goto,
+    /// `IF [..] THEN #1=..` of Macro B.
+    Then,
     /// A bare label: the start of a subroutine that ends with M99.
     Bare,
 }

@@ -42,6 +42,15 @@ pub(crate) fn bracket_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<
     Ok((rest, Value::Ops(from, code.ops.len() as u32)))
 }
 
+/// An expression with or without brackets around it, and whether an operator stood outside brackets.
+pub(crate) fn bare_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a, (Value, bool)> {
+    let from = code.ops.len();
+    let (rest, ()) = operand(input, code, code.depth)?;
+    let first = code.ops.len();
+    let (rest, ()) = operations(rest, code, code.depth, 0)?;
+    Ok((rest, (Value::Ops(from as u32, code.ops.len() as u32), code.ops.len() > first)))
+}
+
 fn deeper<T>(input: &[u8], code: &Code<'_>, depth: usize) -> Result<usize, nom::Err<super::Fault>> {
     match depth.checked_sub(1) {
         Some(left) => Ok(left),

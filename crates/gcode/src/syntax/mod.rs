@@ -10,6 +10,7 @@ pub mod number;
 pub mod parse;
 pub mod pieces;
 mod plain;
+pub(crate) mod special;
 
 pub use block::{Block, Keyword, Label, Op, Setting, Target, Text, Unary, Value, Word};
 pub use fault::Fault;

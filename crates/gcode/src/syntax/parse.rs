@@ -59,7 +59,7 @@ fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, (
 }
 
 /// Block delete, line number, percent sign.
-fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
+pub(crate) fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let mut rest = skip(line);
     if let [b'%', after @ ..] = rest {
         let after = skip(after);
@@ -123,7 +123,7 @@ fn setting<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -
 }
 
 /// A letter with its value.
-fn word<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
+pub(crate) fn word<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let (letter, after) = match input {
         [letter, after @ ..] if letter.is_ascii_alphabetic() || matches!(letter, b'@' | b'^' | b'$') => {
             (letter.to_ascii_uppercase(), after)

@@ -75,7 +75,14 @@ pub(crate) fn method(name: &str, cutting: f64, backlash: f64) -> MethodResult {
 }
 
 fn program() -> ProgramInfo {
-    ProgramInfo { name: "circle.ngc".to_owned(), bytes: 123, lines: 9, moves: 4, warnings: vec!["line 9: no M2 at the end".to_owned()] }
+    ProgramInfo {
+        name: "circle.ngc".to_owned(),
+        bytes: 123,
+        lines: 9,
+        moves: 4,
+        warnings: vec!["line 9: no M2 at the end".to_owned()],
+        files: Vec::new(),
+    }
 }
 
 fn plan() -> PlanInfo {

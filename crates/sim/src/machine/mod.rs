@@ -28,6 +28,7 @@ use lostmotion_axis::AxisConfig;
 use lostmotion_axis::config::AxisUnit;
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisLimits, AxisSet, Coords};
+use lostmotion_gcode::Dialect;
 use lostmotion_kinematics::KinematicsSpec;
 use serde::Serialize;
 
@@ -60,6 +61,8 @@ impl MachineAxis {
 struct General {
     name: String,
     description: String,
+    #[serde(skip_serializing_if = "is_default")]
+    dialect: Dialect,
     kinematics: KinematicsSpec,
     planner: PlannerSettings,
     simulate: SimulateSettings,
@@ -67,6 +70,10 @@ struct General {
     work_offset: WorkOffsets,
     home: Homes,
     tool: Vec<ToolEntry>,
+}
+
+fn is_default(dialect: &Dialect) -> bool {
+    *dialect == Dialect::default()
 }
 
 /// A checked machine.
@@ -85,6 +92,11 @@ impl Machine {
     /// One line for people.
     pub fn description(&self) -> &str {
         &self.general.description
+    }
+
+    /// The dialect that its programs are in.
+    pub fn dialect(&self) -> Dialect {
+        self.general.dialect
     }
 
     /// Which kinematics, with its measures; [`lostmotion_kinematics::build`] makes it and does not fail for a checked machine.

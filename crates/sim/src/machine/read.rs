@@ -8,6 +8,7 @@ use super::section::{join, read};
 use super::{General, Homes, Machine, MachineAxis, PlannerSettings, SimulateSettings, ToolEntry, WorkOffsets};
 use lostmotion_axis::AxisConfig;
 use lostmotion_base::AxisId;
+use lostmotion_gcode::Dialect;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
@@ -23,6 +24,8 @@ struct Head {
     name: String,
     #[serde(default)]
     description: String,
+    #[serde(default)]
+    dialect: Dialect,
 }
 
 impl Machine {
@@ -94,6 +97,7 @@ fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<
     Some(General {
         name: head.name,
         description: head.description,
+        dialect: head.dialect,
         kinematics: kinematics?,
         planner: planner?,
         simulate: simulate?,

@@ -8,7 +8,7 @@ use crate::machine::Machine;
 use crate::options::SimulateOptions;
 use crate::results::{PlanInfo, ProgramInfo};
 use crate::source::ProgramSource;
-use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem, Severity};
+use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem, Problem, Severity, SourceFiles};
 use lostmotion_kinematics::Kinematics;
 use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, TravelCheck, TravelViolation};
 use std::sync::Arc;
@@ -22,6 +22,8 @@ pub(crate) struct Checked {
     pub(crate) program: ProgramInfo,
     /// Lengths only.
     pub(crate) plan: PlanInfo,
+    /// Files of subroutines that were read.
+    pub(crate) files: SourceFiles,
 }
 
 /// The planner's settings for a machine.
@@ -67,12 +69,15 @@ pub(crate) fn check(source: &ProgramSource, machine: &Machine, options: &Simulat
     let mut pass = Pass { source, machine, travel, violations: Vec::new(), violated: 0, problems: Vec::new(), moves: 0, plan };
     while let Some(item) = reader.next() {
         match item {
-            Ok((item, _)) => pass.item(&item)?,
+            Ok((item, _)) => pass.item(&item).map_err(|error| with_files(error, reader.diagnostics().files()))?,
             Err((problem, place)) => pass.problems.push(Diagnostic { problem, place }),
         }
         if pass.problems.len() >= options.limits.diagnostics {
             break;
         }
+    }
+    if let Some(place) = reader.synchronised() {
+        pass.problems.push(Diagnostic { problem: Problem::SpindleAssumed, place });
     }
     pass.finish(reader.diagnostics(), options)
 }
@@ -87,7 +92,12 @@ impl Pass<'_> {
         }
         for axis in lostmotion_base::AxisId::ALL {
             if self.machine.axis(axis).is_none() && item.curve.end()[axis] != item.curve.start()[axis] {
-                return Err(SimError::NoAxis { block: item.block, axis, machine: self.machine.name().to_owned() });
+                return Err(SimError::NoAxis {
+                    block: item.block,
+                    axis,
+                    machine: self.machine.name().to_owned(),
+                    files: SourceFiles::new(),
+                });
             }
         }
         self.travel.push(&item)?;
@@ -113,7 +123,8 @@ impl Pass<'_> {
         }
         if self.violated > 0 {
             let machine = self.machine.name().to_owned();
-            return Err(SimError::Travel { name, machine, count: self.violated, violations: self.violations });
+            let files = diagnostics.files().clone();
+            return Err(SimError::Travel { name, machine, count: self.violated, violations: self.violations, files });
         }
         let bytes = self.source.len().map_err(|source| SimError::Read { name: name.clone(), source })?;
         let lines = count_lines(self.source).map_err(|source| SimError::Read { name: name.clone(), source })?;
@@ -122,8 +133,18 @@ impl Pass<'_> {
         }
         let warning = |d: &&Diagnostic| d.severity() == Severity::Warning;
         let warnings = diagnostics.kept().iter().filter(warning).take(options.limits.diagnostics).map(ToString::to_string).collect();
-        Ok(Checked { program: ProgramInfo { name, bytes, lines, moves: self.moves, warnings }, plan: self.plan })
+        let files = diagnostics.files().clone();
+        let names = files.iter().map(|file| file.name.clone()).collect();
+        Ok(Checked { program: ProgramInfo { name, bytes, lines, moves: self.moves, warnings, files: names }, plan: self.plan, files })
     }
+}
+
+/// Tells an error about a block the files that it may stand in.
+fn with_files(mut error: SimError, read: &SourceFiles) -> SimError {
+    if let SimError::NoAxis { files, .. } = &mut error {
+        files.clone_from(read);
+    }
+    error
 }
 
 /// Path of the tip, mm.
@@ -155,5 +176,6 @@ fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
     }
     positive("the window after a reversal in s", options.reversal_window_s)?;
     positive("the longest duration in s", options.max_duration_s)?;
+    positive("the tolerance of splines in mm", options.spline_tolerance_mm)?;
     positive("the number of samples in a chunk", options.chunk_samples as f64)
 }

@@ -27,7 +27,7 @@ pub(crate) fn comparison(
     let tolerance_um = options.tolerance_um.unwrap_or(machine.simulate().tolerance_um);
     let mut results: Vec<MethodResult> =
         methods.iter().enumerate().map(|(index, method)| method_result(machine, method, index + 1, tolerance_um, tally)).collect();
-    super::text::fill(source, results.iter_mut().flat_map(|result| &mut result.worst_blocks).collect());
+    super::text::fill(source, &checked.files, results.iter_mut().flat_map(|result| &mut result.worst_blocks).collect());
     note_harm(&mut results);
     Comparison {
         schema: SCHEMA_VERSION,

@@ -4,11 +4,13 @@ use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
 use crate::source::ProgramSource;
-use lostmotion_base::Coords;
+use lostmotion_base::{BlockRef, Coords};
 use lostmotion_gcode::{
     CanonicalOp, Diagnostics, InterpreterConfig, MotionFold, MotionItem, Plane, Problem, Program, Tool, ToolTable, Units,
 };
+use std::collections::VecDeque;
 use std::io::BufRead;
+use std::sync::Arc;
 
 /// First parameters of the places of G28 and G30.
 const HOMES: [u16; 2] = [5161, 5181];
@@ -17,7 +19,11 @@ const HOMES: [u16; 2] = [5161, 5181];
 pub(crate) struct Reader {
     program: Program<Box<dyn BufRead + Send>>,
     fold: MotionFold,
+    /// What the last operation has made the machine do, and the plane in force.
+    pending: VecDeque<MotionItem>,
     plane: Plane,
+    /// The first move that follows the spindle.
+    synchronised: Option<BlockRef>,
     bytes: u64,
 }
 
@@ -26,24 +32,38 @@ impl Reader {
         let read = |error| SimError::Read { name: source.name().to_owned(), source: error };
         source.len().map_err(read)?;
         let reader = source.open().map_err(read)?;
-        let program = Program::new(reader, interpreter_config(machine, options));
-        Ok(Reader { program, fold: MotionFold::new(machine.start()), plane: Plane::Xy, bytes: 0 })
+        let mut program = Program::new(reader, interpreter_config(machine, options));
+        if let Some(loader) = &options.loader {
+            program = program.with_loader(Arc::clone(loader));
+        }
+        let fold = MotionFold::new(machine.start()).with_spline_tolerance_mm(options.spline_tolerance_mm);
+        Ok(Reader { program, fold, pending: VecDeque::new(), plane: Plane::Xy, synchronised: None, bytes: 0 })
     }
 
     /// The next motion and the plane in force. A problem in folding is the motion's own and does not end the program.
     pub(crate) fn next(&mut self) -> Option<Result<(MotionItem, Plane), (Problem, lostmotion_base::BlockRef)>> {
-        for sourced in self.program.by_ref() {
-            self.bytes = self.bytes.max(sourced.block.span.start);
-            if let CanonicalOp::SelectPlane(plane) = sourced.op {
-                self.plane = plane;
+        loop {
+            if let Some(item) = self.pending.pop_front() {
+                return Some(Ok((item, self.plane)));
             }
-            match self.fold.push(&sourced) {
-                Ok(Some(item)) => return Some(Ok((item, self.plane))),
-                Ok(None) => {}
-                Err(problem) => return Some(Err((problem, sourced.block))),
+            let sourced = self.program.next()?;
+            if sourced.block.span.file == 0 {
+                self.bytes = self.bytes.max(sourced.block.span.start);
+            }
+            match sourced.op {
+                CanonicalOp::SelectPlane(plane) => self.plane = plane,
+                CanonicalOp::StartSpeedFeedSync(_) => self.synchronised = self.synchronised.or(Some(sourced.block)),
+                _ => {}
+            }
+            if let Err(problem) = self.fold.push_all(&sourced, &mut self.pending) {
+                return Some(Err((problem, sourced.block)));
             }
         }
-        None
+    }
+
+    /// The first move that follows the spindle, if there has been one.
+    pub(crate) fn synchronised(&self) -> Option<BlockRef> {
+        self.synchronised
     }
 
     /// How far into the program it is, bytes.
@@ -59,7 +79,10 @@ impl Reader {
 
 /// The interpreter's settings for a machine: its tools, offsets, homes and place at the start.
 pub fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> InterpreterConfig {
+    let dialect = options.dialect.unwrap_or(machine.dialect());
     let mut config = InterpreterConfig {
+        dialect,
+        leniencies: options.leniencies.unwrap_or(dialect.leniencies()),
         block_delete: options.block_delete,
         tool_table: options.tool_table.clone().or_else(|| tool_table(machine)),
         start: machine.start(),

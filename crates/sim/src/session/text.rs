@@ -2,6 +2,7 @@
 
 use crate::results::BlockResult;
 use crate::source::ProgramSource;
+use lostmotion_gcode::SourceFiles;
 use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
 
@@ -9,7 +10,14 @@ use std::io::{BufRead, Read};
 const LONGEST: usize = 80;
 
 /// Fills in the texts; those that cannot be read again stay empty.
-pub(crate) fn fill(source: &ProgramSource, mut blocks: Vec<&mut BlockResult>) {
+pub(crate) fn fill(source: &ProgramSource, files: &SourceFiles, mut blocks: Vec<&mut BlockResult>) {
+    let own = |block: &&mut BlockResult| block.block.span.file == 0;
+    for block in blocks.iter_mut().filter(|block| !own(block)) {
+        let file = (block.block.span.file as usize).checked_sub(1).and_then(|index| files.get(index));
+        let rest = file.and_then(|file| file.text.get(block.block.span.start as usize..)).unwrap_or_default();
+        block.text = first_line(rest);
+    }
+    blocks.retain(own);
     let mut texts: BTreeMap<u64, String> = blocks.iter().map(|block| (block.block.span.start, String::new())).collect();
     if source.open().is_ok_and(|reader| read(reader, &mut texts).is_ok()) {
         for block in &mut blocks {
@@ -37,10 +45,14 @@ fn read(mut reader: Box<dyn BufRead + Send>, texts: &mut BTreeMap<u64, String>) 
         held_at = start;
         let missing = longest.saturating_sub(held.len() as u64);
         reader.by_ref().take(missing).read_to_end(&mut held)?;
-        let line = held.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
-        *text = String::from_utf8_lossy(line).trim().chars().take(LONGEST).collect();
+        *text = first_line(&held);
     }
     Ok(())
+}
+
+fn first_line(bytes: &[u8]) -> String {
+    let line = bytes.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
+    String::from_utf8_lossy(line.get(..line.len().min(4 * LONGEST)).unwrap_or_default()).trim().chars().take(LONGEST).collect()
 }
 
 #[cfg(test)]

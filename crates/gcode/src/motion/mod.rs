@@ -4,12 +4,18 @@
 //! offset, rotated about Z, plus the origin of the work coordinate system. The spindle is at that place plus the tool
 //! offset, which every motion carries.
 
+mod biarc;
+mod several;
+mod spline;
+
+pub use several::SPLINE_TOLERANCE_MM;
+
 use crate::ops::{ArcFeed, CanonicalOp, PathControl, Plane, Position, SourcedOp, Units};
 use crate::problem::Problem;
 use crate::state::{Offsets, convert, is_angle};
 use lostmotion_base::Coords;
 use lostmotion_base::span::BlockRef;
-use lostmotion_base::units::rad;
+use lostmotion_base::units::{deg, rad};
 use serde::{Deserialize, Serialize};
 
 /// How fast a move is to be.
@@ -130,6 +136,7 @@ pub struct MotionFold {
     surface_speed: bool,
     control: PathControl,
     merge: f64,
+    spline_tolerance_mm: f64,
 }
 
 impl MotionFold {
@@ -150,7 +157,14 @@ impl MotionFold {
             surface_speed: false,
             control: PathControl::Continuous { tolerance: 0.0 },
             merge: 0.0,
+            spline_tolerance_mm: SPLINE_TOLERANCE_MM,
         }
+    }
+
+    /// How far the arcs may lie from the spline that they stand for, mm.
+    #[must_use]
+    pub fn with_spline_tolerance_mm(self, spline_tolerance_mm: f64) -> MotionFold {
+        MotionFold { spline_tolerance_mm, ..self }
     }
 
     /// Where the controlled point is, mm and rad.
@@ -158,11 +172,11 @@ impl MotionFold {
         self.at
     }
 
-    /// Takes one operation and gives what it makes the machine do, if anything.
+    /// Takes one operation and gives what it makes the machine do, if anything. What makes several moves (splines and rigid
+    /// tapping) needs [`MotionFold::push_all`].
     ///
     /// # Errors
-    /// Splines (G5, G5.1, G5.2), rigid tapping (G33.1) and feed per revolution at constant surface speed, which are not
-    /// motion yet; feed per revolution without a turning spindle; an arc whose plane the rotation of the coordinate system turns.
+    /// Operations of several moves; feed per revolution at constant surface speed, which is not motion yet; feed per revolution without a turning spindle; an arc whose plane the rotation of the coordinate system turns.
     pub fn push(&mut self, sourced: &SourcedOp) -> Result<Option<MotionItem>, Problem> {
         let block = sourced.block;
         Ok(Some(match &sourced.op {
@@ -181,8 +195,16 @@ impl MotionFold {
                 let feed = self.feed(&end, "G38")?;
                 self.advance(end, None, feed, block)
             }
-            CanonicalOp::NurbsFeed(_) => return Err(Problem::NoMotionFor { what: "a spline (G5, G5.1, G5.2)" }),
-            CanonicalOp::RigidTap(_) => return Err(Problem::NoMotionFor { what: "rigid tapping (G33.1)" }),
+            CanonicalOp::NurbsFeed(_) => return Err(Problem::NoMotionFor { what: "a spline (G5, G5.1, G5.2), as one move," }),
+            CanonicalOp::RigidTap(_) => return Err(Problem::NoMotionFor { what: "rigid tapping (G33.1), as one move," }),
+            CanonicalOp::OrientTool(_) => {
+                return Err(Problem::NoMotionFor {
+                    what: "a direction of the tool (G53.1, or I J K under G43.5), instead of angles of the rotary axes,",
+                });
+            }
+            CanonicalOp::ArcFeed(_) if self.tilts_plane() => {
+                return Err(Problem::NoMotionFor { what: "an arc in a tilted plane, as one move," });
+            }
             CanonicalOp::ArcFeed(arc) => {
                 let end = self.machine(&arc.position());
                 let feed = self.arc_feed()?;
@@ -223,6 +245,7 @@ impl MotionFold {
             CanonicalOp::UseLengthUnits(units) => self.units = *units,
             CanonicalOp::SetG5xOffset { offset, .. } => self.offsets.g5x = convert(offset, self.units, Units::Mm),
             CanonicalOp::SetG92Offset(offset) => self.offsets.g92 = convert(offset, self.units, Units::Mm),
+            CanonicalOp::SetTilt(tilt) => self.offsets.tilt = tilt.map(|tilt| tilt.convert(self.units, Units::Mm)),
             CanonicalOp::SetXyRotation(degrees) => self.offsets.rotation_deg = *degrees,
             CanonicalOp::UseToolLengthOffset(offset) => {
                 let tool = coords(&convert(offset, self.units, Units::Mm));
@@ -249,6 +272,11 @@ impl MotionFold {
         }
     }
 
+    /// Whether the circles of arcs do not lie in a plane of the machine.
+    pub(crate) fn tilts_plane(&self) -> bool {
+        self.offsets.tilt.is_some_and(|tilt| !tilt.keeps_plane())
+    }
+
     fn path(&self) -> PathMode {
         match self.control {
             PathControl::ExactPath => PathMode::ExactPath,
@@ -257,6 +285,12 @@ impl MotionFold {
                 PathMode::Continuous { tolerance_mm: if tolerance > 0.0 { Some(tolerance) } else { None }, merge_mm: self.merge }
             }
         }
+    }
+
+    /// Where the controlled point is, as the program has it.
+    fn program_place(&self) -> Position {
+        let at: Position = std::array::from_fn(|axis| if is_angle(axis) { deg(self.at.0[axis]) } else { self.at.0[axis] });
+        convert(&self.offsets.to_program(&at), Units::Mm, self.units)
     }
 
     fn machine(&self, program: &Position) -> Coords {
@@ -300,7 +334,7 @@ impl MotionFold {
 
     fn circle(&self, arc: &ArcFeed) -> Result<Circle, Problem> {
         let degrees = self.offsets.rotation_deg;
-        if arc.plane != Plane::Xy && degrees != 0.0 {
+        if arc.plane != Plane::Xy && (degrees != 0.0 || self.offsets.tilt.is_some()) {
             return Err(Problem::RotatedArcPlane { plane: arc.plane.name(), degrees });
         }
         let [first, second, _] = arc.plane.axes();

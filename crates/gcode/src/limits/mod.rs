@@ -1,5 +1,8 @@
 //! Bounds that keep any input from taking unbounded time or memory.
 
+mod names;
+
+pub use names::{LimitError, LimitRow};
 use serde::{Deserialize, Serialize};
 
 /// What a program may use. Every bound is settable; exceeding one is an error that names it.
@@ -18,6 +21,8 @@ pub struct Limits {
     pub executed_blocks: u64,
     /// Executed blocks without reading a further line: what loops and subroutines may do at a stretch.
     pub looped_blocks: u64,
+    /// Operations that they may make at a stretch: a canned cycle can make many with one block.
+    pub looped_operations: u64,
     /// Of those, blocks in a row that neither move nor dwell.
     pub idle_blocks: u64,
     /// Nesting of subroutine calls.
@@ -29,6 +34,10 @@ pub struct Limits {
     pub held_bytes: usize,
     /// Largest absolute coordinate, in mm or degrees.
     pub coordinate: f64,
+    /// Largest radius of an arc, in mm.
+    pub radius_mm: f64,
+    /// Largest feed rate, in mm or degrees per minute (or per revolution).
+    pub feed: f64,
     /// Largest dwell in seconds.
     pub dwell_s: f64,
     /// Moves that one canned cycle block may make.
@@ -50,11 +59,14 @@ impl Default for Limits {
             expression_depth: 64,
             executed_blocks: 1_000_000_000,
             looped_blocks: 5_000_000,
+            looped_operations: 5_000_000,
             idle_blocks: 1_000_000,
             call_depth: 30,
             open_structures: 1000,
             held_bytes: 64 << 20,
             coordinate: 1e9,
+            radius_mm: 1e9,
+            feed: 1e9,
             dwell_s: 1e6,
             cycle_moves: 1_000_000,
             curve_points: 100_000,

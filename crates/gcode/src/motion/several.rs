@@ -1,0 +1,127 @@
+//! Operations that make several moves: splines as arcs, and rigid tapping there and back.
+
+use super::biarc::{Stroke, strokes};
+use super::spline::Spline;
+use super::{Circle, MotionFold, MotionItem, PathMode};
+use crate::ops::{ArcFeed, CanonicalOp, NurbsFeed, Plane, Position, SourcedOp};
+use crate::problem::Problem;
+use lostmotion_base::span::BlockRef;
+use lostmotion_base::{Coords, math};
+use std::f64::consts::TAU;
+
+/// How far the arcs may lie from the spline that they stand for, unless told otherwise.
+pub const SPLINE_TOLERANCE_MM: f64 = 0.001;
+
+/// Most lines that stand for one arc of a tilted plane.
+const MOST_LINES: f64 = 1e6;
+
+impl MotionFold {
+    /// Takes one operation and adds what it makes the machine do.
+    ///
+    /// A spline becomes arcs that keep its ends and its tangents there and stay within the tolerance of
+    /// [`MotionFold::with_spline_tolerance_mm`]. Rigid tapping goes down and comes back at the programmed spindle speed, with a
+    /// stop at either end, where the spindle is taken to reverse.
+    ///
+    /// # Errors
+    /// As [`MotionFold::push`], but for splines and rigid tapping.
+    pub fn push_all(&mut self, sourced: &SourcedOp, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
+        match &sourced.op {
+            CanonicalOp::NurbsFeed(curve) => self.curve(curve, sourced.block, out),
+            CanonicalOp::ArcFeed(arc) if self.tilts_plane() => self.tilted_arc(arc, sourced.block, out),
+            CanonicalOp::RigidTap(end) => self.tap(*end, sourced.block, out),
+            _ => {
+                out.extend(self.push(sourced)?);
+                Ok(())
+            }
+        }
+    }
+
+    fn curve(&mut self, curve: &NurbsFeed, block: BlockRef, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
+        let mut place = curve.end;
+        let points = curve.points.iter().map(|point| {
+            (place[0], place[1]) = (point.at[0], point.at[1]);
+            let machine = self.machine(&place);
+            ([machine.0[0], machine.0[1]], point.weight)
+        });
+        let order = curve.order as usize;
+        let points: Vec<_> = points.collect();
+        let spline =
+            Spline::new(points.into_iter(), order).ok_or(Problem::CurvePoints { points: curve.points.len(), order: curve.order })?;
+        let end = self.machine(&curve.end);
+        let feed = self.arc_feed()?;
+        let mut arcs: Vec<Stroke> = Vec::new();
+        for span in 0..spline.spans() {
+            strokes(&spline, span as f64, (span + 1) as f64, self.spline_tolerance_mm, 0, &mut arcs);
+        }
+        let whole: f64 = arcs.iter().map(Stroke::length).sum();
+        let count = arcs.len();
+        for (index, arc) in arcs.into_iter().enumerate() {
+            let mut to: Coords = end;
+            // The last one ends exactly where the curve does.
+            if index + 1 < count {
+                (to.0[0], to.0[1]) = (arc.end[0], arc.end[1]);
+            }
+            let circle = arc.round.map(|(center_mm, ccw)| Circle { plane: Plane::Xy, center_mm, turns: if ccw { 1 } else { -1 } });
+            let mut item = self.advance(to, circle, feed, block);
+            if let MotionItem::Move(motion) = &mut item {
+                motion.duration_s = motion.duration_s.map(|seconds| seconds * arc.length() / whole);
+            }
+            out.extend([item]);
+        }
+        Ok(())
+    }
+
+    /// An arc in a tilted plane, as lines within the tolerance of splines.
+    fn tilted_arc(&mut self, arc: &ArcFeed, block: BlockRef, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
+        let start = self.program_place();
+        let end = arc.position();
+        let [first, second, _] = arc.plane.axes();
+        let from = [start[first] - arc.center[0], start[second] - arc.center[1]];
+        let to = [end[first] - arc.center[0], end[second] - arc.center[1]];
+        let radii = [math::hypot(from[0], from[1]), math::hypot(to[0], to[1])];
+        let way = if arc.turns > 0 { 1.0 } else { -1.0 };
+        let turn = way * math::atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1]);
+        let turn = if turn <= 0.0 { turn + TAU } else { turn };
+        let sweep = turn + TAU * f64::from(arc.turns.unsigned_abs().saturating_sub(1));
+        let largest = radii[0].max(radii[1]) * self.units.mm();
+        // The sagitta of a chord over an angle a is r (1 - cos(a / 2)).
+        let share = (self.spline_tolerance_mm / largest).min(1.0);
+        let pieces = (sweep / (2.0 * math::acos(1.0 - share))).ceil().clamp(1.0, MOST_LINES);
+        let feed = self.arc_feed()?;
+        let angle = math::atan2(from[1], from[0]);
+        for piece in 1..=(pieces as u64) {
+            let part = piece as f64 / pieces;
+            let mut place: Position = std::array::from_fn(|axis| start[axis] + part * (end[axis] - start[axis]));
+            if part < 1.0 {
+                let radius = radii[0] + part * (radii[1] - radii[0]);
+                let (sin, cos) = math::sin_cos(angle + way * part * sweep);
+                (place[first], place[second]) = (arc.center[0] + radius * cos, arc.center[1] + radius * sin);
+            }
+            let to = self.machine(&place);
+            let mut item = self.advance(to, None, feed, block);
+            if let MotionItem::Move(motion) = &mut item {
+                motion.duration_s = motion.duration_s.map(|seconds| seconds / pieces);
+            }
+            out.extend([item]);
+        }
+        Ok(())
+    }
+
+    fn tap(&mut self, end: [f64; 3], block: BlockRef, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
+        let top = self.at;
+        let mut place = [0.0; 9];
+        place[..3].copy_from_slice(&end);
+        let machine = self.machine(&place);
+        let mut bottom = top;
+        bottom.0[..3].copy_from_slice(&machine.0[..3]);
+        for to in [bottom, top] {
+            let feed = self.feed(&to, "G33.1")?;
+            let mut item = self.advance(to, None, feed, block);
+            if let MotionItem::Move(motion) = &mut item {
+                motion.path = PathMode::ExactStop;
+            }
+            out.extend([item]);
+        }
+        Ok(())
+    }
+}

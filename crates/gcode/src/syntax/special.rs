@@ -1,0 +1,282 @@
+//! Lines that RS274/NGC does not have: Macro B of Fanuc, and what printers read. Looked at only when a line is a fault otherwise.
+
+use super::block::{Block, Keyword, Label, Setting, Target, Text, Value, Word};
+use super::comment;
+use super::expression::{Code, bare_value, bracket_value, expected, name, word_value};
+use super::fault::{Fault, Parsed, fail};
+use super::number::skip;
+use super::parse::{head, word};
+use crate::dialect::{Leniencies, Leniency};
+use crate::limits::Limits;
+use crate::problem::Problem;
+use nom::Err;
+
+/// What stands for `,R` and `,C` among the letters of words.
+pub(crate) const CORNER_RADIUS: u8 = b'r';
+/// See [`CORNER_RADIUS`].
+pub(crate) const CORNER_CHAMFER: u8 = b'c';
+
+/// Parses a line with the given leniencies, and says which of them it took.
+///
+/// # Errors
+/// The first fault of the line.
+pub(crate) fn parse_special(line: &[u8], block: &mut Block, limits: &Limits, accepted: Leniencies) -> Result<Vec<Leniency>, Fault> {
+    block.clear();
+    let mut taken = Vec::new();
+    let (line, checked) = if accepted.has(Leniency::Checksums) { checksum(line)? } else { (line, false) };
+    if checked {
+        taken.push(Leniency::Checksums);
+    }
+    let mut reader = Reader { line, limits, accepted, taken };
+    match reader.items(block) {
+        Ok(_) => Ok(reader.taken),
+        Err(Err::Error(fault) | Err::Failure(fault)) => Err(fault),
+        Err(Err::Incomplete(_)) => Err(Fault { rest: 0, problem: Box::new(Problem::Expected { expected: "more" }) }),
+    }
+}
+
+/// The line without its checksum, which is the exclusive or of the bytes before its `*`.
+fn checksum(line: &[u8]) -> Result<(&[u8], bool), Fault> {
+    let comment = line.iter().position(|byte| matches!(byte, b'(' | b';')).unwrap_or(line.len());
+    let Some(at) = line.iter().take(comment).rposition(|byte| *byte == b'*') else { return Ok((line, false)) };
+    let (before, after) = (line.get(..at).unwrap_or_default(), line.get(at + 1..comment).unwrap_or_default());
+    let digits = std::str::from_utf8(after).ok().and_then(|text| text.trim().parse::<u8>().ok());
+    let Some(found) = digits else { return Ok((line, false)) };
+    let wanted = before.iter().fold(0, |sum, byte| sum ^ byte);
+    if found == wanted {
+        return Ok((before, true));
+    }
+    Err(Fault { rest: line.len() - at, problem: Box::new(Problem::Checksum { found, wanted }) })
+}
+
+struct Reader<'a> {
+    line: &'a [u8],
+    limits: &'a Limits,
+    accepted: Leniencies,
+    taken: Vec<Leniency>,
+}
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, leniency: Leniency) -> bool {
+        let accepted = self.accepted.has(leniency);
+        if accepted && !self.taken.contains(&leniency) {
+            self.taken.push(leniency);
+        }
+        accepted
+    }
+
+    fn items(&mut self, block: &mut Block) -> Parsed<'a, ()> {
+        let (mut rest, ()) = head(self.line, block, self.limits)?;
+        if let Some(result) = self.flow(skip(rest), block) {
+            return result;
+        }
+        if let Some(result) = self.text(skip(rest), block) {
+            return result;
+        }
+        loop {
+            rest = skip(rest);
+            let Some(&first) = rest.first() else { return Ok((rest, ())) };
+            let at = self.line.len() - rest.len();
+            rest = match first {
+                b'(' => comment::parenthesis(rest)?.0,
+                b';' => comment::semicolon(rest)?.0,
+                b'#' => self.setting(rest, at, block)?.0,
+                b',' => self.corner(rest, at, block)?.0,
+                _ => self.word(rest, at, block)?.0,
+            };
+            if block.words.len() + block.settings.len() > self.limits.words {
+                return fail(rest, Problem::TooManyWords { limit: self.limits.words });
+            }
+        }
+    }
+
+    /// A word; in printers' programs its number may be missing.
+    fn word(&mut self, rest: &'a [u8], at: usize, block: &mut Block) -> Parsed<'a, ()> {
+        let parsed = word(rest, at, block, self.limits);
+        let [letter, after @ ..] = rest else { return parsed };
+        let alone = letter.is_ascii_alphabetic() && !matches!(letter.to_ascii_uppercase(), b'G' | b'M' | b'N' | b'O' | b'T');
+        if parsed.is_err()
+            && alone
+            && after.first().is_none_or(|byte| matches!(byte, b' ' | b'\t' | b';'))
+            && self.take(Leniency::BareLetters)
+        {
+            let text = Text { start: at as u32, len: 1 };
+            block.words.push(Word { letter: letter.to_ascii_uppercase(), value: Value::Number(0.0), text });
+            return Ok((after, ()));
+        }
+        parsed
+    }
+
+    /// `#5 = expression`, the expression with or without brackets.
+    fn setting(&mut self, input: &'a [u8], at: usize, block: &mut Block) -> Parsed<'a, ()> {
+        let Block { ops, names, .. } = block;
+        let mut code = Code { ops, names, depth: self.limits.expression_depth };
+        let after = skip(input.get(1..).unwrap_or_default());
+        let (rest, target) = if after.first() == Some(&b'<') {
+            let (rest, text) = name(after, code.names)?;
+            (rest, Target::Named(text))
+        } else {
+            let (rest, value) = word_value(after, &mut code)?;
+            (rest, Target::Numbered(value))
+        };
+        let Some((b'=', rest)) = skip(rest).split_first() else {
+            return expected(rest, "= after the parameter");
+        };
+        let (rest, value) = if self.accepted.has(Leniency::BareArithmetic) {
+            let (rest, (value, bare)) = bare_value(rest, &mut code)?;
+            if bare {
+                self.take(Leniency::BareArithmetic);
+            }
+            (rest, value)
+        } else {
+            word_value(rest, &mut code)?
+        };
+        let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
+        block.settings.push(Setting { target, value, text });
+        Ok((rest, ()))
+    }
+
+    /// `,R` and `,C`.
+    fn corner(&mut self, input: &'a [u8], at: usize, block: &mut Block) -> Parsed<'a, ()> {
+        let after = skip(input.get(1..).unwrap_or_default());
+        let letter = match after.first().map(u8::to_ascii_uppercase) {
+            Some(b'R') => CORNER_RADIUS,
+            Some(b'C') => CORNER_CHAMFER,
+            _ => return fail(input, Problem::BadCharacter { byte: b',' }),
+        };
+        if !self.take(Leniency::CornerWords) {
+            return fail(input, Problem::BadCharacter { byte: b',' });
+        }
+        let Block { ops, names, .. } = block;
+        let mut code = Code { ops, names, depth: self.limits.expression_depth };
+        let (rest, value) = word_value(after.get(1..).unwrap_or_default(), &mut code)?;
+        let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
+        block.words.push(Word { letter, value, text });
+        Ok((rest, ()))
+    }
+
+    /// Control flow of Macro B.
+    fn flow(&mut self, input: &'a [u8], block: &mut Block) -> Option<Parsed<'a, ()>> {
+        if !self.accepted.has(Leniency::MacroFlow) {
+            return None;
+        }
+        let (keyword, rest) = [
+            (&b"while"[..], Keyword::While),
+            (b"goto", Keyword::Goto),
+            (b"end", Keyword::EndWhile),
+            (b"do", Keyword::Do),
+            (b"if", Keyword::If),
+        ]
+        .into_iter()
+        .find_map(|(text, keyword)| starts_with(input, text).map(|rest| (keyword, rest)))?;
+        if matches!(keyword, Keyword::While | Keyword::If) && skip(rest).first() != Some(&b'[') {
+            return None;
+        }
+        self.take(Leniency::MacroFlow);
+        Some(self.flow_rest(keyword, rest, block))
+    }
+
+    fn flow_rest(&mut self, keyword: Keyword, rest: &'a [u8], block: &mut Block) -> Parsed<'a, ()> {
+        let mut rest = rest;
+        if matches!(keyword, Keyword::While | Keyword::If) {
+            let Block { ops, names, arguments, .. } = block;
+            let mut code = Code { ops, names, depth: self.limits.expression_depth };
+            let (after, condition) = bracket_value(rest, &mut code)?;
+            arguments.push(condition);
+            rest = skip(after);
+        }
+        let keyword = match keyword {
+            Keyword::While => match starts_with(rest, b"do") {
+                Some(after) => (Keyword::While, after),
+                None => return expected(rest, "DO and its number"),
+            },
+            Keyword::If => match (starts_with(rest, b"goto"), starts_with(rest, b"then")) {
+                (Some(after), _) => (Keyword::Goto, after),
+                (_, Some(after)) => (Keyword::Then, after),
+                _ => return expected(rest, "GOTO or THEN"),
+            },
+            Keyword::Do => {
+                block.arguments.push(Value::Number(1.0));
+                (Keyword::While, rest)
+            }
+            other => (other, rest),
+        };
+        let (keyword, rest) = keyword;
+        if keyword == Keyword::Then {
+            block.flow = Some((Label::Number(Value::Number(0.0)), keyword));
+            let at = self.line.len() - skip(rest).len();
+            let (rest, ()) = self.setting(skip(rest), at, block)?;
+            return self.flow_end(rest);
+        }
+        let Block { ops, names, .. } = block;
+        let (rest, label) = word_value(rest, &mut Code { ops, names, depth: self.limits.expression_depth })?;
+        block.flow = Some((Label::Number(label), keyword));
+        self.flow_end(rest)
+    }
+
+    fn flow_end(&self, rest: &'a [u8]) -> Parsed<'a, ()> {
+        match skip(rest).first() {
+            None | Some(b'(' | b';') => Ok((&[], ())),
+            Some(&byte) => fail(skip(rest), Problem::BadCharacter { byte }),
+        }
+    }
+
+    /// Commands with text: `M117 Hello`, and names of more than one letter as Klipper has them.
+    fn text(&mut self, input: &'a [u8], block: &mut Block) -> Option<Parsed<'a, ()>> {
+        if !self.accepted.has(Leniency::StringCommands) {
+            return None;
+        }
+        let is_name = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
+        let letters = input.iter().take_while(|byte| byte.is_ascii_alphabetic() || **byte == b'_').count();
+        let name = input.iter().take_while(|byte| is_name(byte)).count();
+        let is_extended = letters >= 2 && matches!(input.get(name), None | Some(b' ' | b'\t' | b';' | b'='));
+        let is_text = matches!(input, [b'M' | b'm', b'0'..=b'9', ..]);
+        if !(is_extended || is_text) {
+            return None;
+        }
+        self.take(Leniency::StringCommands);
+        block.words.clear();
+        Some(Ok((&[], ())))
+    }
+}
+
+/// The rest after a keyword, in any case.
+fn starts_with<'a>(input: &'a [u8], text: &[u8]) -> Option<&'a [u8]> {
+    let head = input.get(..text.len())?;
+    if head.eq_ignore_ascii_case(text) { input.get(text.len()..) } else { None }
+}
+
+/// What a line has that only Sinumerik controls know; none if it has nothing of the kind.
+pub(crate) fn siemens_word(line: &[u8]) -> Option<&'static str> {
+    const WORDS: [&str; 27] = [
+        "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "CYCLE", "POCKET", "SLOT", "HOLES", "LONGHOLE", "MCALL",
+        "EXTCALL", "MSG", "DEF", "PROC", "TRAORI", "TRAFOOF", "ORIWKS", "SUPA", "CIP", "GOTOF", "GOTOB", "STOPRE", "COMPON",
+    ];
+    let text = line.trim_ascii();
+    let text = match text {
+        [b'N' | b'n', rest @ ..] => rest.trim_ascii_start().trim_start_digits(),
+        _ => text,
+    };
+    let letters = text.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+    let name = text.get(..letters).unwrap_or_default();
+    let matches = |word: &&&str| name.eq_ignore_ascii_case(word.as_bytes());
+    if let Some(word) = WORDS.iter().find(matches) {
+        return Some(word);
+    }
+    let comment = text.iter().position(|byte| *byte == b';').unwrap_or(text.len());
+    let code = text.get(..comment).unwrap_or_default();
+    let address = |pair: &[u8]| matches!(pair, [b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9', b'=']);
+    let is_parameter = code.contains(&b'#') || code.first() == Some(&b'(');
+    if !is_parameter && code.windows(2).any(address) { Some("an address with =") } else { None }
+}
+
+trait Digits {
+    fn trim_start_digits(&self) -> &[u8];
+}
+
+impl Digits for [u8] {
+    fn trim_start_digits(&self) -> &[u8] {
+        let digits = self.iter().take_while(|byte| byte.is_ascii_digit()).count();
+        self.get(digits..).unwrap_or_default().trim_ascii_start()
+    }
+}

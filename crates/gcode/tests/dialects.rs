@@ -1,0 +1,220 @@
+//! Programs of other controls: what they mean and what is said about them.
+#![allow(clippy::unwrap_used)]
+
+use lostmotion_base::math;
+use lostmotion_base::units::rad;
+use lostmotion_gcode::{Diagnostic, Dialect, InterpreterConfig, Leniency, MotionFold, MotionItem, Program, Severity, dialect::LENIENCIES};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../gcode_samples/dialects")
+}
+
+fn run(text: &[u8], config: InterpreterConfig) -> (Vec<String>, Vec<String>, u64) {
+    let mut program = Program::new(text, config);
+    let ops = program.by_ref().skip(4).map(|sourced| format!("{:>3} {}", sourced.block.span.line, sourced.op)).collect();
+    let told = program.diagnostics().kept().iter().map(ToString::to_string).collect();
+    (ops, told, program.diagnostics().errors())
+}
+
+fn config(dialect: Dialect) -> InterpreterConfig {
+    InterpreterConfig::default().with_dialect(dialect)
+}
+
+/// Only the moves, without zeros at the end.
+fn moves(text: &str, dialect: Dialect) -> Vec<String> {
+    let (ops, told, errors) = run(text.as_bytes(), config(dialect));
+    assert_eq!(errors, 0, "{text}\n{told:?}");
+    let motion = |op: &String| op.contains("STRAIGHT") || op.contains("ARC") || op.contains("DWELL");
+    ops.into_iter().filter(motion).map(|op| op.trim_start().split_once(' ').unwrap().1.to_owned()).collect()
+}
+
+fn codes(text: &str, config: InterpreterConfig) -> Vec<&'static str> {
+    let mut program = Program::new(text.as_bytes(), config);
+    for _ in program.by_ref() {}
+    program.diagnostics().kept().iter().map(Diagnostic::code).collect()
+}
+
+#[test]
+fn every_sample_means_what_its_snapshot_says() {
+    let mut names: Vec<String> = fs::read_dir(folder()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert!(names.len() >= 10);
+    let mut settings = insta::Settings::clone_current();
+    settings.set_prepend_module_to_snapshot(false);
+    settings.set_omit_expression(true);
+    settings.bind(|| {
+        for name in names {
+            let dialect = Dialect::ALL.into_iter().find(|dialect| name.starts_with(dialect.name())).unwrap_or_default();
+            let text = fs::read(folder().join(&name)).unwrap();
+            let (ops, told, _) = run(&text, config(dialect));
+            let shown = format!("{}\n---\n{}\n---\n{}\n", String::from_utf8(text).unwrap().trim_end(), ops.join("\n"), told.join("\n"));
+            insta::assert_snapshot!(format!("dialect_{}", name.split('.').next().unwrap()), shown);
+        }
+    });
+}
+
+/// A program that takes one leniency, and the dialect that has it.
+const TAKES: [(Leniency, Dialect, &str); 20] = [
+    (Leniency::MissingEnd, Dialect::LinuxCnc, "G0 X1\n"),
+    (Leniency::ByteOrderMark, Dialect::LinuxCnc, "\u{feff}G0 X1\nM2\n"),
+    (Leniency::Exponents, Dialect::LinuxCnc, "G0 X1.5E-3\nM2\n"),
+    (Leniency::ExtraMotion, Dialect::LinuxCnc, "G0 G28 Z0\nM2\n"),
+    (Leniency::OffPlaneZero, Dialect::LinuxCnc, "G2 X2 I1 K0 F100\nM2\n"),
+    (Leniency::LowerCase, Dialect::Fanuc, "g0 X1\nM30\n"),
+    (Leniency::BareArithmetic, Dialect::Fanuc, "#1=2*3\nM30\n"),
+    (Leniency::MacroFlow, Dialect::Fanuc, "GOTO 5\nN5 M30\n"),
+    (Leniency::MacroCalls, Dialect::Fanuc, "G65 P10 A1.\nM30\nO10\nM99\n"),
+    (Leniency::PackedCalls, Dialect::Fanuc, "M98 P20010\nM30\nO10\nM99\n"),
+    (Leniency::CornerWords, Dialect::Fanuc, "G1 X9 ,R1 F10\nY9\nM30\n"),
+    (Leniency::LocalCalls, Dialect::Haas, "M97 P7\nM30\nN7 G0 X1\nM99\n"),
+    (Leniency::CircularPockets, Dialect::Haas, "G12 I5 F100\nM30\n"),
+    (Leniency::HolePatterns, Dialect::Haas, "G81 Z-1 R1 F100\nG70 I5 L3\nM30\n"),
+    (Leniency::ExtruderWords, Dialect::Marlin, "G1 X1 E1 F100\nM2\n"),
+    (Leniency::PrinterCodes, Dialect::Marlin, "M104 S200\nM30\n"),
+    (Leniency::StringCommands, Dialect::Klipper, "M117 Hello there\nM30\n"),
+    (Leniency::Checksums, Dialect::Marlin, "N1G0*8\nM30\n"),
+    (Leniency::BareLetters, Dialect::Marlin, "G28 X Y\nM30\n"),
+    (Leniency::ToolMemory, Dialect::Fanuc, "G10 L10 P1 R25.\nM30\n"),
+];
+
+#[test]
+fn every_leniency_has_its_own_warning_and_its_own_switch() {
+    for (leniency, dialect, text) in TAKES {
+        let accepted = config(dialect);
+        assert!(accepted.leniencies.has(leniency), "{leniency:?}");
+        let mut program = Program::new(text.as_bytes(), accepted.clone());
+        for _ in program.by_ref() {}
+        let found = program.diagnostics();
+        assert_eq!(found.errors(), 0, "{leniency:?}: {:?}", found.kept());
+        let told: Vec<_> = found.kept().iter().filter(|one| one.code() == leniency.name()).collect();
+        assert!(told.len() == 1 && told[0].severity() == Severity::Warning, "{leniency:?}: {:?}", found.kept());
+        let refused = InterpreterConfig { leniencies: accepted.leniencies.without(leniency), ..accepted };
+        // These mean something else without it.
+        if !matches!(leniency, Leniency::LowerCase | Leniency::ToolMemory) {
+            let mut program = Program::new(text.as_bytes(), refused);
+            for _ in program.by_ref() {}
+            assert!(program.diagnostics().errors() > 0, "{leniency:?} cannot be denied");
+        }
+    }
+    assert_eq!(TAKES.len() + 1, LENIENCIES.len(), "G43.4 and the like have tests of their own");
+}
+
+#[test]
+fn a_program_in_macro_b_moves_as_the_same_one_in_o_words() {
+    let fanuc = "#1=0\nWHILE [#1 LT 4] DO 1\n#2=#1*#1+1\nG1 X#2 F100\n#1=#1+1\nEND 1\nM30\n";
+    let words = "#1=0\no1 while [#1 lt 4]\n#2=[#1*#1+1]\nG1 X#2 F100\n#1=[#1+1]\no1 endwhile\nM30\n";
+    assert_eq!(moves(fanuc, Dialect::Fanuc), moves(words, Dialect::LinuxCnc));
+}
+
+#[test]
+fn a_rounded_corner_touches_both_sides() {
+    let expected = moves("G1 X8 F100\nG3 X10 Y2 I0 J2\nG1 Y10\nM30\n", Dialect::LinuxCnc);
+    assert_eq!(moves("G1 X10 ,R2 F100\nY10\nM30\n", Dialect::Fanuc), expected);
+    let chamfered = moves("G1 X8 F100\nX10 Y2\nY10\nM30\n", Dialect::LinuxCnc);
+    assert_eq!(moves("G1 X10 ,C2 F100\nY10\nM30\n", Dialect::Fanuc), chamfered);
+    // A blunt corner in incremental distances.
+    let sixty = moves("G91 G1 X10 ,R1 F100\nX5 Y8.660254\nM30\n", Dialect::Fanuc);
+    let distance = 10.0 - 1.0 / 3f64.sqrt();
+    assert!(sixty[0].contains(&format!("{distance:.4}")), "{sixty:?}");
+    assert!(sixty[2].contains("15.0000, 8.6603"), "{sixty:?}");
+}
+
+#[test]
+fn corners_that_cannot_be_are_refused() {
+    for text in ["G1 X1 ,R5 F100\nY1\nM30\n", "G1 X9 ,R1 F100\nM3\nM30\n", "G1 X9 ,R1 F100\nX18\nM30\n", "G1 X9 Z1 ,R1 F100\nY9\nM30\n"] {
+        assert!(codes(text, config(Dialect::Fanuc)).contains(&"corner"), "{text}");
+    }
+}
+
+#[test]
+fn jumps_to_lines_that_are_not_there_are_told_and_jumping_forever_ends() {
+    assert_eq!(codes("GOTO 77\nM30\n", config(Dialect::Fanuc)), ["macro-flow", "no-such-line", "no-program-end"]);
+    assert!(codes("N1 #1=1\nGOTO 1\nM30\n", config(Dialect::Fanuc)).contains(&"idle-loop"));
+}
+
+#[test]
+fn siemens_is_refused_by_name_in_every_dialect() {
+    for line in ["R1=5", "G1 X=10 F100", "TRANS X10", "CYCLE83(1,2,3)", "N10 MCALL CYCLE81(1,2)"] {
+        for dialect in Dialect::ALL {
+            if dialect.is_printer() {
+                continue;
+            }
+            let text = format!("{line}\nM30\n");
+            assert_eq!(codes(&text, config(dialect))[0], "siemens", "{line} in {dialect}");
+        }
+    }
+}
+
+#[test]
+fn the_base_refuses_what_other_dialects_accept() {
+    for (leniency, dialect, text) in TAKES {
+        let other = matches!(leniency, Leniency::LowerCase | Leniency::HolePatterns | Leniency::ToolMemory);
+        if !Dialect::LinuxCnc.leniencies().has(leniency) && !other {
+            let (_, told, errors) = run(text.as_bytes(), config(Dialect::LinuxCnc));
+            assert!(errors > 0, "{leniency:?} of {dialect}: {told:?}");
+        }
+    }
+}
+
+/// Ends of the moves in machine coordinates, mm.
+fn ends(text: &str) -> Vec<[f64; 3]> {
+    let mut program = Program::new(text.as_bytes(), config(Dialect::Fanuc));
+    let mut fold = MotionFold::new(InterpreterConfig::default().start);
+    let mut items = Vec::new();
+    for op in program.by_ref() {
+        fold.push_all(&op, &mut items).unwrap();
+    }
+    assert_eq!(program.diagnostics().errors(), 0, "{:?}", program.diagnostics().kept());
+    items.into_iter().filter_map(|item| if let MotionItem::Move(motion) = item { Some(motion.end.linear()) } else { None }).collect()
+}
+
+fn near(a: [f64; 3], b: [f64; 3]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9)
+}
+
+#[test]
+fn turned_coordinates_turn_lines_and_arcs_and_are_left_without_moving() {
+    let turned = ends("G0 X5 Y5\nG68 X5 Y5 R90\nG1 X15 F200\nG3 X20 Y10 I0 J5\nG69\nG0 X0 Y0\nM30\n");
+    assert!(near(turned[1], [5.0, 15.0, 0.0]) && near(turned[2], [0.0, 20.0, 0.0]) && near(turned[3], [0.0; 3]), "{turned:?}");
+}
+
+#[test]
+fn a_tilted_plane_tilts_everything_in_it() {
+    let tilted = ends("G68.2 X10 Y0 Z20 I0 J90 K0\nG1 X1 Y2 Z3 F200\nG69\nG0 X0\nM30\n");
+    assert!(near(tilted[0], [11.0, -3.0, 22.0]) && near(tilted[1], [0.0, -3.0, 22.0]), "{tilted:?}");
+    // A full circle in a plane that leans over stays in it, and at its radius.
+    let text = "G68.2 X0 Y0 Z0 I20 J35 K10\nG0 X8 Y0 Z1\nG3 X8 Y0 I-8 J0 F200\nG69\nM30\n";
+    let circle = ends(text);
+    let ((tilt, upright), (sin, cos)) = (math::sin_cos(rad(35.0)), math::sin_cos(rad(20.0)));
+    let normal = [tilt * sin, -tilt * cos, upright];
+    assert!(circle.len() > 100);
+    for place in &circle {
+        let height: f64 = (0..3).map(|i| place[i] * normal[i]).sum();
+        let square: f64 = place.iter().map(|v| v * v).sum();
+        assert!((height - 1.0).abs() < 1e-9 && (square - 65.0).abs() < 1e-9);
+    }
+    assert!(near(circle[0], circle[circle.len() - 1]));
+    for pair in circle[1..].windows(2) {
+        let half: f64 = 0.5 * (0..3).map(|i| (pair[0][i] - pair[1][i]) * (pair[0][i] - pair[1][i])).sum::<f64>().sqrt();
+        assert!(8.0 - (64.0 - half * half).sqrt() <= 0.001);
+    }
+}
+
+#[test]
+fn five_axis_words_are_refused_where_they_cannot_be() {
+    for (text, code) in [
+        ("G68 X0 Y0 R10\nG68 X0 Y0 R10\nM30\n", "five-axis-use"),
+        ("G18 G68 X0 R10\nM30\n", "five-axis-use"),
+        ("G43.4 H1\nG68.2 J30\nM30\n", "five-axis-use"),
+        ("G53.1\nM30\n", "five-axis-use"),
+        ("G41.1 D1\nG68 X0 Y0 R10\nM30\n", "compensation"),
+        ("G41.1 D1\nG43.4 H1\nM30\n", "compensation"),
+        ("G43.5 H1\nG1 X1 I0 J0 K0 F9\nM30\n", "five-axis-use"),
+        ("G43.4 H1\nG1 X1 I1 F9\nM30\n", "unused-word"),
+    ] {
+        assert!(codes(text, config(Dialect::Fanuc)).contains(&code), "{text}: {:?}", codes(text, config(Dialect::Fanuc)));
+        assert!(codes(text, config(Dialect::LinuxCnc)).contains(&"unsupported-code"), "{text}");
+    }
+}
