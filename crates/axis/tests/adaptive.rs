@@ -141,3 +141,34 @@ fn where_it_learns_slowly_or_not_at_all_it_is_not_worse_than_nothing() {
         assert!(rms < 1.01 && max < 1.01, "gap {:?} A {radius} w {w}: {rms} {max}", config.gap_in_unit());
     }
 }
+
+#[test]
+fn two_turns_are_enough_and_a_gap_that_grows_is_followed() {
+    use lostmotion_axis::config::{Change, Shape};
+    let steady = mill_x(0.1, 20.0, Some(1 << 20));
+    let mut growing = steady.clone();
+    growing.drift.gap = Some(Change { factor: 1.2, over_s: 6.0, shape: Shape::Ramp });
+    let (radius, w) = (10.0, 5.0);
+    let motion = |t: f64| circle(radius, w, t);
+    for config in [&steady, &growing] {
+        let seconds = 5.0 * TAU / w;
+        let rigid = run(&config.without_gap(), "none", &motion, seconds);
+        let [with, without] = ["adaptive", "none"].map(|method| {
+            let out = run(config, method, &motion, seconds);
+            // after the fourth reversal: two turns
+            support::rms(out.load.iter().zip(&rigid.load).skip(out.load.len() * 9 / 20).map(|(a, b)| a - b))
+        });
+        assert!(with < 0.06 * without, "{}", with / without);
+    }
+}
+
+#[test]
+fn a_stiffness_that_is_wrong_by_three_tenths_does_little() {
+    use lostmotion_axis::config::{Change, Shape};
+    for factor in [0.7, 1.3] {
+        let mut config = mill_x(0.1, 20.0, Some(1 << 20));
+        config.drift.stiffness = Some(Change { factor, over_s: 1e-3, shape: Shape::Ramp });
+        let [rms, _] = ratio_on_a_sine(&config, "adaptive", 10.0, 5.0, TURNS);
+        assert!(rms < 0.1, "{factor}: {rms}");
+    }
+}

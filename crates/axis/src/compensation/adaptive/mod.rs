@@ -57,16 +57,25 @@ const LEAST_NOISE: f64 = 3e-7;
 const UNMODELLED: f64 = 3e-3;
 /// Part of the rated torque below which the load may hang between the flanks; then there is nothing to learn of it.
 const HANGS: f64 = 3e-3;
-/// A reading counts where the innovations with its gap have no more than this mean square over their variance, or this part of that without a gap,
+/// A reading counts where the innovations with its gap have no more than this mean square over their variance, or this part of that without a gap
+/// up to a limit,
 /// and where its standard deviation is below this part of its value.
 const EXPLAINED: f64 = 10.0;
 const EXPLAINED_PART: f64 = 0.03;
+const EXPLAINED_AT_MOST: f64 = 100.0;
+/// A reading so many times larger than what is known has to be clear: too large a gap does harm, too small a one does not.
+const LARGER: f64 = 1.5;
 const SHARP: f64 = 0.2;
 /// Standard deviation over value that a faint contact adds.
 const FAINT: f64 = 0.04;
+/// Encoder noise (rad) through which the faint contacts of a load do not show that is held by less friction than this part of the rated torque.
+const COARSE: f64 = 5e-6;
+const HELD: f64 = 0.01;
 /// A contact that shows clearly: misfit and standard deviation over value.
 const CLEAR_MISFIT: f64 = 3.0;
 const CLEAR: f64 = 0.03;
+/// Readings that are enough where contacts show but faintly.
+const ENOUGH: u32 = 3;
 /// The gap is used below this standard deviation over value.
 const SURE: f64 = 0.1;
 
@@ -126,7 +135,7 @@ impl Registered for Adaptive {
 impl Adaptive {
     /// Sets out to read a window, unless there is one under way or it says less than is known.
     fn begin_reading(&self, state: &mut AdaptiveState, window: Window) {
-        let superfluous = window.wavered && state.gap.count > 0;
+        let superfluous = window.wavered && state.gap.count >= ENOUGH;
         if !state.learning.known || state.reading.is_some() || superfluous {
             return;
         }
@@ -145,11 +154,13 @@ impl Adaptive {
     fn read(&self, state: &mut AdaptiveState) {
         let Some(said) = state.reading.as_mut().and_then(|reading| reading.work(&self.known)) else { return };
         state.reading = None;
-        if counts(&said) {
-            let faint = if said.faint { FAINT * said.half_gap } else { 0.0 };
+        let clear = said.misfit < CLEAR_MISFIT && said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
+        let suspicious = said.wavered || state.gap.count > 0 && said.half_gap > LARGER * state.gap.value;
+        let blind = said.faint && self.known.noise > COARSE && state.load.coulomb < HELD * self.motor.rated_torque;
+        if counts(&said) && !blind && (clear || !suspicious) {
+            let faint = if said.faint || said.wavered { FAINT * said.half_gap } else { 0.0 };
             state.gap.take(said.half_gap, said.variance + faint * faint);
-            let clear = said.misfit < CLEAR_MISFIT && said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
-            state.needed = if said.faint { 3 } else { state.needed.min(if clear { 1 } else { 2 }) };
+            state.needed = if said.faint || said.wavered { ENOUGH } else { state.needed.min(if clear { 1 } else { 2 }) };
         }
         let sure = state.gap.doubt() < SURE && state.gap.count >= state.needed;
         state.used = if sure { state.gap.value } else { 0.0 };
@@ -157,7 +168,8 @@ impl Adaptive {
 }
 
 fn counts(said: &Said) -> bool {
-    said.misfit < EXPLAINED.max(EXPLAINED_PART * said.without) && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
+    said.misfit < EXPLAINED.max(EXPLAINED_PART * said.without).min(EXPLAINED_AT_MOST)
+        && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
 }
 
 impl Compensator for Adaptive {
@@ -175,7 +187,7 @@ impl Compensator for Adaptive {
             watch: Watch::default(),
             reading: None,
             gap: Readings::default(),
-            needed: 3,
+            needed: ENOUGH,
             used: 0.0,
         }
     }

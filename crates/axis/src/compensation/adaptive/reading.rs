@@ -95,6 +95,8 @@ pub(super) struct Said {
     pub(super) variance: f64,
     /// Whether the contact showed but faintly.
     pub(super) faint: bool,
+    /// Whether the flank wavered.
+    pub(super) wavered: bool,
     /// Mean square of the innovations over their variance: with the best hypothesis, and without a gap.
     pub(super) misfit: f64,
     pub(super) without: f64,
@@ -102,7 +104,7 @@ pub(super) struct Said {
 
 impl Said {
     /// No contact was seen.
-    const NOTHING: Said = Said { half_gap: 0.0, variance: f64::INFINITY, faint: true, misfit: f64::INFINITY, without: 0.0 };
+    const NOTHING: Said = Said { half_gap: 0.0, variance: f64::INFINITY, faint: true, wavered: true, misfit: f64::INFINITY, without: 0.0 };
 }
 
 impl Reading {
@@ -210,7 +212,7 @@ impl Reading {
             Phase::Onset(attempt) => {
                 let Some(end) = self.onset.end else { return self.look_again(attempt + 1) };
                 self.without = self.sums.cost[0] / self.count();
-                self.faint = attempt > 0 || self.window.wavered;
+                self.faint = attempt > 0;
                 self.window.samples.truncate(end);
                 self.phase = Phase::Candidates;
             }
@@ -272,6 +274,6 @@ impl Reading {
     fn said(&self, found: Option<Accepted>) -> Option<Said> {
         let Some(found) = found else { return Some(Said::NOTHING) };
         let Accepted { at, misfit, variance, .. } = found;
-        Some(Said { half_gap: at[GAP], variance, faint: self.faint, misfit, without: self.without })
+        Some(Said { half_gap: at[GAP], variance, faint: self.faint, wavered: self.window.wavered, misfit, without: self.without })
     }
 }
