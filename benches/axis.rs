@@ -2,7 +2,7 @@
 
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use lostmotion::axis::{AxisBatch, AxisConfig, AxisOutput, AxisRunner, METHODS, Setpoint, build_runner};
 use lostmotion::base::math;
 use lostmotion::sim::machine::axis_preset;
@@ -69,13 +69,15 @@ fn batch(criterion: &mut Criterion) {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
                 let label = if threads == 1 { "one thread" } else { "all threads" };
                 group.bench_function(format!("{name} {method}, batch, {label}"), |bencher| {
-                    pool.install(|| {
-                        bencher.iter(|| {
-                            let mut batch = AxisBatch::new(singles.iter().map(|runner| runner.boxed_clone()).collect());
+                    let fresh = || AxisBatch::new(singles.iter().map(|runner| runner.boxed_clone()).collect());
+                    bencher.iter_batched(
+                        fresh,
+                        |mut batch| {
                             outputs.iter_mut().for_each(AxisOutput::clear);
-                            batch.push(&[setpoints.as_slice(); VARIANTS], &mut outputs)
-                        });
-                    });
+                            pool.install(|| batch.push(&[setpoints.as_slice(); VARIANTS], &mut outputs))
+                        },
+                        BatchSize::LargeInput,
+                    );
                 });
             }
         }

@@ -64,7 +64,7 @@ impl Bank {
                 datums.push(datum(&config, at).map_err(error)?);
             }
         }
-        let delay_ticks = runners.iter().map(|runner: &Box<dyn AxisRunner>| runner.delay_ticks()).max().unwrap_or(0);
+        let delay_ticks = runners.iter().map(|runner| runner.delay_ticks()).max().unwrap_or(0);
         let outputs = Outputs { lanes: runners.iter().map(|_| AxisOutput::new(false)).collect(), axes, datums };
         Ok(Bank { setpoints: vec![Vec::new(); outputs.axes.len()], batch: AxisBatch::new(runners), axis_of, delay_ticks, outputs })
     }
