@@ -5,7 +5,7 @@
 use lostmotion_gcode::document::block_text;
 use lostmotion_gcode::syntax::{Block, PieceKind, Pieces, Value, parse_block};
 use lostmotion_gcode::writer::{Frame, Resolver, write_program};
-use lostmotion_gcode::{CanonicalOp, InterpreterConfig, Limits, MotionFold, Program};
+use lostmotion_gcode::{CanonicalOp, Dialect, InterpreterConfig, Limits, MotionFold, Program};
 
 /// Lines of the data as blocks: words lie within their line, in its order and apart from each other, and every literal is
 /// the f64 nearest to its decimal.
@@ -117,8 +117,20 @@ fn resolved(text: &[u8]) -> Vec<CanonicalOp> {
 
 /// The data as a program: it ends, its spans lie within it, the machine stays at a finite place.
 pub fn interpreter(data: &[u8]) {
-    let mut fold = MotionFold::new(config().start);
-    let mut program = Program::new(data, config());
+    runs(data, config());
+}
+
+/// The same in the dialect that the first byte chooses.
+pub fn dialects(data: &[u8]) {
+    if let Some((first, text)) = data.split_first() {
+        let dialect = Dialect::ALL[usize::from(*first) % Dialect::ALL.len()];
+        runs(text, config().with_dialect(dialect));
+    }
+}
+
+fn runs(data: &[u8], config: InterpreterConfig) {
+    let mut fold = MotionFold::new(config.start);
+    let mut program = Program::new(data, config);
     for op in program.by_ref() {
         let span = op.block.span;
         assert!(span.start + u64::from(span.len) <= data.len() as u64, "a span lies within the source");

@@ -115,6 +115,9 @@ pub(crate) struct Run {
     /// Tolerance of the contour error in micrometres; the machine's, if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) tolerance_um: Option<f64>,
+    /// How far arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) spline_tolerance_mm: Option<f64>,
     /// Form of the answer
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
@@ -274,6 +277,9 @@ pub(crate) struct Plan {
     pub(crate) on: OnMachine,
     #[command(flatten)]
     pub(crate) reading: Reading,
+    /// How far arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) spline_tolerance_mm: Option<f64>,
     /// CSV to write: t_s, a position per axis (x_mm ... c_deg), source line
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,

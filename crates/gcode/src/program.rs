@@ -23,6 +23,8 @@ pub struct Program<R> {
     /// Operations of the last step, in reverse order.
     pending: Vec<SourcedOp>,
     over: bool,
+    /// Line ends of CR alone have been reported.
+    told_return: bool,
 }
 
 impl<R: BufRead> Program<R> {
@@ -33,7 +35,7 @@ impl<R: BufRead> Program<R> {
         let mut pending = Vec::new();
         interpreter.begin(&mut pending);
         pending.reverse();
-        Program { lines, interpreter, pending, over: false }
+        Program { lines, interpreter, pending, over: false, told_return: false }
     }
 
     /// Takes subroutines that the program does not define from files.
@@ -113,6 +115,10 @@ impl<R: BufRead> Program<R> {
         let longest = limits.line_bytes;
         if line == 1 && self.lines.marked {
             self.interpreter.report_mark(Span { len: 3, ..span });
+        }
+        if self.lines.bare_return && !self.told_return {
+            self.told_return = true;
+            self.interpreter.report_returns(span);
         }
         if start + self.lines.line().len() as u64 > limit {
             self.interpreter.report_at(Problem::SourceTooLong { limit }, span);

@@ -30,13 +30,26 @@ pub(crate) struct Lines<R> {
     limit: usize,
     /// A byte order mark was skipped.
     pub(crate) marked: bool,
+    /// A line has ended with CR alone.
+    pub(crate) bare_return: bool,
 }
 
 const MARK: &[u8] = b"\xef\xbb\xbf";
 
 impl<R: BufRead> Lines<R> {
     pub(crate) fn new(reader: R, limit: usize) -> Lines<R> {
-        Lines { reader, line: Vec::new(), in_place: None, used: 0, offset: 0, number: 0, after_cr: false, limit, marked: false }
+        Lines {
+            reader,
+            line: Vec::new(),
+            in_place: None,
+            used: 0,
+            offset: 0,
+            number: 0,
+            after_cr: false,
+            limit,
+            marked: false,
+            bare_return: false,
+        }
     }
 
     /// The next line with its number and offset, none at the end.
@@ -59,6 +72,7 @@ impl<R: BufRead> Lines<R> {
                     start = self.offset;
                     continue;
                 }
+                self.bare_return = true;
             }
             let end = memchr2(b'\n', b'\r', buffer);
             let piece = buffer.get(..end.unwrap_or(buffer.len())).unwrap_or_default();

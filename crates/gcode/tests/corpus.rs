@@ -43,3 +43,16 @@ fn interpreter() {
 fn writer() {
     replay("interpreter", checks::writer);
 }
+
+#[test]
+fn dialects() {
+    let corpus = files("fuzz/corpus/dialects");
+    assert!(corpus.len() > 20, "the corpus of dialects is missing");
+    corpus.iter().for_each(|path| checks::dialects(&fs::read(path).unwrap()));
+    for path in files("gcode_samples/dialects").iter().chain(&files("gcode_samples/hostile")) {
+        let text = fs::read(path).unwrap();
+        for dialect in 0..6 {
+            checks::dialects(&[&[dialect], text.as_slice()].concat());
+        }
+    }
+}

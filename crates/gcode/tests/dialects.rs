@@ -56,12 +56,14 @@ fn every_sample_means_what_its_snapshot_says() {
 }
 
 /// A program that takes one leniency, and the dialect that has it.
-const TAKES: [(Leniency, Dialect, &str); 20] = [
+const TAKES: [(Leniency, Dialect, &str); 22] = [
     (Leniency::MissingEnd, Dialect::LinuxCnc, "G0 X1\n"),
     (Leniency::ByteOrderMark, Dialect::LinuxCnc, "\u{feff}G0 X1\nM2\n"),
     (Leniency::Exponents, Dialect::LinuxCnc, "G0 X1.5E-3\nM2\n"),
     (Leniency::ExtraMotion, Dialect::LinuxCnc, "G0 G28 Z0\nM2\n"),
     (Leniency::OffPlaneZero, Dialect::LinuxCnc, "G2 X2 I1 K0 F100\nM2\n"),
+    (Leniency::PeckDwell, Dialect::LinuxCnc, "G83 X1 Z-1 R1 Q1 P5 F100\nM2\n"),
+    (Leniency::BareReturns, Dialect::LinuxCnc, "G0 X1\rG0 X2\rM2\r"),
     (Leniency::LowerCase, Dialect::Fanuc, "g0 X1\nM30\n"),
     (Leniency::BareArithmetic, Dialect::Fanuc, "#1=2*3\nM30\n"),
     (Leniency::MacroFlow, Dialect::Fanuc, "GOTO 5\nN5 M30\n"),

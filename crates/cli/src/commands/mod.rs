@@ -64,7 +64,13 @@ fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failu
     }
     let options = SimulateOptions { tolerance_um: run.tolerance_um, threads: run.threads.unwrap_or(0), ..SimulateOptions::default() };
     let options = run.reading.options(&run.part, machine.dialect(), options)?;
-    Ok((program, machine, options))
+    Ok((program, machine, with_spline_tolerance(options, run.spline_tolerance_mm)))
+}
+
+/// The options with another tolerance of splines, if one was given; the run refuses one that is not positive.
+fn with_spline_tolerance(options: SimulateOptions, tolerance_mm: Option<f64>) -> SimulateOptions {
+    let spline_tolerance_mm = tolerance_mm.unwrap_or(options.spline_tolerance_mm);
+    SimulateOptions { spline_tolerance_mm, ..options }
 }
 
 /// The method that runs on the gap of a fit and on nothing else.

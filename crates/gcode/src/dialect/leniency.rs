@@ -24,6 +24,10 @@ pub enum Leniency {
     ExtraMotion,
     /// `G17 G2 ... K0`: an offset of zero along the plane's normal.
     OffPlaneZero,
+    /// P in G73 and G83.
+    PeckDwell,
+    /// Lines that end with CR alone.
+    BareReturns,
     /// `g1 x10` where controls want capitals.
     LowerCase,
     /// G43.4, G43.5, G53.1, G68, G68.2, G69.
@@ -59,12 +63,14 @@ pub enum Leniency {
 }
 
 /// All leniencies, in the order of their bits.
-pub const LENIENCIES: [Leniency; 21] = [
+pub const LENIENCIES: [Leniency; 23] = [
     Leniency::MissingEnd,
     Leniency::ByteOrderMark,
     Leniency::Exponents,
     Leniency::ExtraMotion,
     Leniency::OffPlaneZero,
+    Leniency::PeckDwell,
+    Leniency::BareReturns,
     Leniency::LowerCase,
     Leniency::FiveAxis,
     Leniency::BareArithmetic,
@@ -111,6 +117,8 @@ impl Leniency {
             Leniency::Exponents => ("exponent", "a number with an exponent", CONTROLS),
             Leniency::ExtraMotion => ("extra-motion", "a motion code beside a code that takes its axis words only sets the mode", CONTROLS),
             Leniency::OffPlaneZero => ("off-plane-zero", "an arc offset of zero along the plane's normal is ignored", EVERY),
+            Leniency::PeckDwell => ("peck-dwell", "P in G73 and G83, which do not dwell", CONTROLS),
+            Leniency::BareReturns => ("bare-return", "lines that end with CR alone", EVERY),
             Leniency::LowerCase => ("lower-case", "letters in lower case", FANUC),
             Leniency::FiveAxis => ("five-axis", "five-axis codes of other controls", FANUC),
             Leniency::BareArithmetic => ("bare-arithmetic", "arithmetic without brackets after =", FANUC),

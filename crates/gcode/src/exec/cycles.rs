@@ -2,6 +2,8 @@
 
 use super::Exec;
 use super::holes::Hole;
+use crate::codes::users;
+use crate::dialect::Leniency;
 use crate::ops::{CanonicalOp, PathControl, Position};
 use crate::problem::{Code, Problem};
 use crate::state::{CycleWords, FeedMode};
@@ -23,6 +25,9 @@ pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     if exec.state.feed_mode == FeedMode::InverseTime {
         return Err(Problem::Cycle { message: "a canned cycle in inverse time feed (G93)" });
     }
+    if matches!(code.tenths, 730 | 830) && exec.words.has(b'P') {
+        exec.forgive_dwell()?;
+    }
     let repeats = exec.repeats(code)?;
     exec.holes(code, repeats)
 }
@@ -34,6 +39,16 @@ pub(crate) fn retract(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 }
 
 impl Exec<'_> {
+    /// P in a cycle that has no dwell.
+    fn forgive_dwell(&mut self) -> Result<(), Problem> {
+        if !self.config.leniencies.has(Leniency::PeckDwell) {
+            let value = self.word(b'P').unwrap_or_default();
+            return Err(Problem::UnusedWord { letter: 'P', value, users: users('P') });
+        }
+        self.warnings.push(Problem::Lenient { leniency: Leniency::PeckDwell });
+        Ok(())
+    }
+
     /// L.
     fn repeats(&self, code: Code) -> Result<u32, Problem> {
         let Some(value) = self.word(b'L') else { return Ok(1) };

@@ -253,6 +253,12 @@ impl Interpreter {
         self.forgive(Problem::ByteOrderMark, Leniency::ByteOrderMark);
     }
 
+    /// Reports lines that end with CR alone.
+    pub(crate) fn report_returns(&mut self, span: Span) {
+        self.span = span;
+        self.forgive(Problem::Lenient { leniency: Leniency::BareReturns }, Leniency::BareReturns);
+    }
+
     fn report(&mut self, problem: Problem) {
         self.report_at(problem, self.span);
     }

@@ -66,11 +66,15 @@ const EXPLAINED_AT_MOST: f64 = 100.0;
 /// A reading so many times larger than what is known has to be clear: too large a gap does harm, too small a one does not.
 const LARGER: f64 = 1.5;
 const SHARP: f64 = 0.2;
+/// Half gaps are smaller, rad.
+const LARGEST: f64 = 0.3;
 /// Standard deviation over value that a faint contact adds.
 const FAINT: f64 = 0.04;
 /// Encoder noise (rad) through which the faint contacts of a load do not show that is held by less friction than this part of the rated torque.
 const COARSE: f64 = 5e-6;
 const HELD: f64 = 0.01;
+/// And below this part no single contact is trusted through it.
+const GRIPPED: f64 = 0.05;
 /// A contact that shows clearly: misfit and standard deviation over value.
 const CLEAR_MISFIT: f64 = 3.0;
 const CLEAR: f64 = 0.03;
@@ -156,11 +160,12 @@ impl Adaptive {
         state.reading = None;
         let clear = said.misfit < CLEAR_MISFIT && said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
         let suspicious = said.wavered || state.gap.count > 0 && said.half_gap > LARGER * state.gap.value;
-        let blind = said.faint && self.known.noise > COARSE && state.load.coulomb < HELD * self.motor.rated_torque;
+        let coarse = self.known.noise > COARSE && state.load.coulomb < GRIPPED * self.motor.rated_torque;
+        let blind = said.faint && coarse && state.load.coulomb < HELD * self.motor.rated_torque;
         if counts(&said) && !blind && (clear || !suspicious) {
             let faint = if said.faint || said.wavered { FAINT * said.half_gap } else { 0.0 };
             state.gap.take(said.half_gap, said.variance + faint * faint);
-            state.needed = if said.faint || said.wavered { ENOUGH } else { state.needed.min(if clear { 1 } else { 2 }) };
+            state.needed = if said.faint || said.wavered || coarse { ENOUGH } else { state.needed.min(if clear { 1 } else { 2 }) };
         }
         let sure = state.gap.doubt() < SURE && state.gap.count >= state.needed;
         state.used = if sure { state.gap.value } else { 0.0 };
@@ -168,7 +173,9 @@ impl Adaptive {
 }
 
 fn counts(said: &Said) -> bool {
-    said.misfit < EXPLAINED.max(EXPLAINED_PART * said.without).min(EXPLAINED_AT_MOST)
+    let possible = said.half_gap < LARGEST;
+    possible
+        && said.misfit < EXPLAINED.max(EXPLAINED_PART * said.without).min(EXPLAINED_AT_MOST)
         && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
 }
 
