@@ -25,8 +25,11 @@
 //! # Ok::<(), lostmotion_axis::AxisError>(())
 //! ```
 
+pub mod analysis;
+pub mod batch;
 pub mod compensation;
 pub mod config;
+mod current_loop;
 pub mod error;
 pub mod plant;
 pub mod reference;
@@ -34,9 +37,11 @@ pub mod runner;
 pub mod servo;
 pub mod signal;
 
+pub use batch::AxisBatch;
 pub use compensation::registry::{METHODS, Method, build_runner, find_method};
 pub use compensation::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 pub use config::{AxisConfig, AxisConfigError};
+pub use current_loop::CurrentLoop;
 pub use error::AxisError;
 pub use runner::{AxisOutput, AxisRunner, AxisSim, AxisState, SAMPLES_PER_SETPOINT};
 pub use signal::{AxisSample, Engagement, Reference, Setpoint};

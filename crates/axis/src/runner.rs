@@ -2,11 +2,12 @@
 
 use crate::compensation::{Compensator, MethodInfo, Signals};
 use crate::config::AxisConfig;
+use crate::current_loop::CurrentLoop;
 use crate::error::AxisError;
-use crate::plant::{Drifting, Plant, PlantInput, PlantParams, PlantState};
+use crate::plant::{Drifting, Plant, PlantParams, PlantState};
 use crate::reference::{Spline, SplineState};
 use crate::servo::{Servo, ServoState};
-use crate::signal::{AxisSample, Setpoint};
+use crate::signal::{AxisSample, Reference, Setpoint};
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -72,6 +73,18 @@ pub trait AxisRunner: Send {
 
     /// A copy that goes on from here on its own.
     fn boxed_clone(&self) -> Box<dyn AxisRunner>;
+
+    /// First part of what [`AxisRunner::push`] does with a setpoint: takes it. For a batch, which steps several axes side by side.
+    ///
+    /// # Errors
+    /// As for `push`; the axis is then as before.
+    fn begin_setpoint(&mut self, setpoint: &Setpoint) -> Result<(), AxisError>;
+
+    /// Then, for each of its [`SAMPLES_PER_SETPOINT`] servo ticks: measures, compensates, sets the current command, appends a sample.
+    fn begin_tick(&mut self, index: u32, out: &mut AxisOutput);
+
+    /// Then its [`CurrentLoop::periods`] periods of the current loop.
+    fn current_loop(&mut self) -> CurrentLoop<'_>;
 }
 
 #[derive(Debug)]
@@ -104,11 +117,21 @@ pub struct AxisSim<C: Compensator> {
     model: Arc<Model<C>>,
     state: AxisState<C::State>,
     drifting: Option<Drifting>,
+    setpoint: Taken,
+}
+
+/// What follows from the setpoint taken last.
+#[derive(Clone, Copy, Debug, Default)]
+struct Taken {
+    /// References at its servo ticks, and at the next setpoint's first.
+    references: [Reference; SAMPLES_PER_SETPOINT + 1],
+    /// Torque of its force on the load, N m at the motor.
+    load_torque: f64,
 }
 
 impl<C: Compensator> Clone for AxisSim<C> {
     fn clone(&self) -> Self {
-        AxisSim { model: Arc::clone(&self.model), state: self.state.clone(), drifting: self.drifting.clone() }
+        AxisSim { model: Arc::clone(&self.model), state: self.state.clone(), drifting: self.drifting.clone(), setpoint: self.setpoint }
     }
 }
 
@@ -131,7 +154,7 @@ impl<C: Compensator> AxisSim<C> {
         let drifting = Drifting::new(&config.drift, &plant);
         let (units_per_motor_rad, load_per_motor_rad) = (1.0 / factor, config.transmission.load_per_motor_rad());
         let model = Model { spline, servo, plant, compensator, units_per_motor_rad, load_per_motor_rad, has_scale };
-        AxisSim { model: Arc::new(model), state, drifting }
+        AxisSim { model: Arc::new(model), state, drifting, setpoint: Taken::default() }
     }
 
     /// The present state, to be kept.
@@ -145,11 +168,11 @@ impl<C: Compensator> AxisSim<C> {
     }
 
     #[inline]
-    fn servo_tick(&mut self, index: u32, load_torque: f64, out: &mut AxisOutput) {
+    fn tick(&mut self, index: u32, out: &mut AxisOutput) {
         let (model, state) = (&*self.model, &mut self.state);
-        let plant_now = self.drifting.as_ref().map_or(&model.plant, Drifting::plant);
-        let reference = model.spline.at(&state.spline, index, SAMPLES_PER_SETPOINT as u32);
-        let next_reference = model.spline.at(&state.spline, index + 1, SAMPLES_PER_SETPOINT as u32);
+        let [.., last] = self.setpoint.references;
+        let at = |index: usize| self.setpoint.references.get(index).copied().unwrap_or(last);
+        let (reference, next_reference) = (at(index as usize), at(index as usize + 1));
         let measured = model.servo.measure(&mut state.servo, &state.plant);
         let signals = Signals {
             reference,
@@ -182,12 +205,18 @@ impl<C: Compensator> AxisSim<C> {
             });
         }
         model.servo.command(&mut state.servo, &reference, &next_reference, &measured, &correction);
-        for _ in 0..model.servo.current_steps() {
-            let voltages = model.servo.voltage(&mut state.servo, &state.plant);
-            plant_now.step(&mut state.plant, &PlantInput { load_torque, ..voltages });
-            out.peak_current_a = out.peak_current_a.max(state.plant.current_q.abs());
+    }
+
+    #[inline]
+    fn fast_half(&mut self) -> CurrentLoop<'_> {
+        CurrentLoop {
+            servo: &self.model.servo,
+            plant: self.drifting.as_ref().map_or(&self.model.plant, Drifting::plant),
+            servo_state: &mut self.state.servo,
+            plant_state: &mut self.state.plant,
+            load_torque: self.setpoint.load_torque,
+            drifting: self.drifting.is_some(),
         }
-        out.saturated_samples += u64::from(state.servo.saturated);
     }
 }
 
@@ -199,17 +228,38 @@ fn load_force(tick: u64, setpoint: &Setpoint) -> Result<f64, AxisError> {
 impl<C: Compensator> AxisRunner for AxisSim<C> {
     fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError> {
         for setpoint in setpoints {
-            let tick = self.state.spline.ticks();
-            let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
-            self.model.spline.push(&mut self.state.spline, setpoint)?;
-            if let Some(drifting) = &mut self.drifting {
-                drifting.advance(tick, &mut self.state.plant);
-            }
+            self.begin_setpoint(setpoint)?;
             for index in 0..SAMPLES_PER_SETPOINT as u32 {
-                self.servo_tick(index, load_torque, out);
+                self.tick(index, out);
+                let mut fast = self.fast_half();
+                for _ in 0..fast.periods() {
+                    fast.period(&mut out.peak_current_a);
+                }
+                fast.finish(out);
             }
         }
         Ok(())
+    }
+
+    fn begin_setpoint(&mut self, setpoint: &Setpoint) -> Result<(), AxisError> {
+        let tick = self.state.spline.ticks();
+        let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
+        self.model.spline.push(&mut self.state.spline, setpoint)?;
+        let (spline, state) = (&self.model.spline, &self.state.spline);
+        let references = std::array::from_fn(|index| spline.at(state, index as u32, SAMPLES_PER_SETPOINT as u32));
+        self.setpoint = Taken { references, load_torque };
+        if let Some(drifting) = &mut self.drifting {
+            drifting.advance(tick, &mut self.state.plant);
+        }
+        Ok(())
+    }
+
+    fn begin_tick(&mut self, index: u32, out: &mut AxisOutput) {
+        self.tick(index, out);
+    }
+
+    fn current_loop(&mut self) -> CurrentLoop<'_> {
+        self.fast_half()
     }
 
     fn delay_ticks(&self) -> u32 {

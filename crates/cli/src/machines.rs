@@ -6,7 +6,7 @@ use lostmotion::axis::AxisConfig;
 use lostmotion::axis::config::Gap;
 use lostmotion::base::AxisId;
 use lostmotion::sim::Machine;
-use lostmotion::sim::machine::{DEFAULT_MACHINE, MachineError, axis_from_toml, axis_preset, axis_presets, presets};
+use lostmotion::sim::machine::{AxisTuning, DEFAULT_MACHINE, MachineError, axis_from_toml, axis_preset, axis_presets, presets};
 use std::path::Path;
 
 /// Whether an argument means a file rather than a name.
@@ -35,6 +35,12 @@ pub(crate) fn load(name: Option<&str>) -> Result<Machine, Failure> {
 pub(crate) fn read(path: &Path) -> Result<Machine, Failure> {
     let text = input::text(path, "machine file")?;
     Machine::from_toml(&path.display().to_string(), &text).map_err(|error| failure(&error))
+}
+
+/// The machine of a file, with its tuning; refused if that is not good enough.
+pub(crate) fn check(path: &Path) -> Result<(Machine, Vec<AxisTuning>), Failure> {
+    let text = input::text(path, "machine file")?;
+    Machine::check_toml(&path.display().to_string(), &text).map_err(|error| failure(&error))
 }
 
 fn failure(error: &MachineError) -> Failure {

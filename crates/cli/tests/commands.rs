@@ -207,6 +207,14 @@ fn machines_are_listed_shown_and_checked() {
     bench.refuses(&["machine", "check", "bad.toml"], &["bad.toml:", "gap_umm", "did you mean `gap_um`?"]);
     bench.file("nan.toml", shown.replacen("tolerance_um = 20.0", "tolerance_um = nan", 1));
     bench.refuses(&["simulate", "circle.ngc", "--machine", "nan.toml"], &["nan.toml:", "simulate.tolerance_um", "nan"]);
+    let loops = bench.expect(0, &["machine", "check", "mine.toml"]);
+    assert!(loops.contains("velocity loop") && loops.contains("in the gap") && loops.contains("none predicted, none simulated"), "{loops}");
+    let gain = "velocity_gain_a_s_per_rad = ";
+    bench.file("wild.toml", shown.replacen(gain, &format!("{gain}3"), 1));
+    bench.refuses(
+        &["machine", "check", "wild.toml"],
+        &["wild.toml:", "axis.x.drive.velocity_gain", "unstable", "gain margin -", "has to be less than"],
+    );
     bench.refuses(&["machine", "show", "vmc9"], &["no machine \"vmc9\"", "vmc3-worn"]);
 }
 

@@ -1,5 +1,6 @@
 //! The machines that come with the library hold together physically.
 
+use lostmotion_axis::analysis::LimitCycle;
 use lostmotion_axis::config::{Drive, Tuning};
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_sim::machine::{DEFAULT_MACHINE, Machine, axis_preset, axis_presets, presets};
@@ -100,4 +101,18 @@ fn axes_come_by_name() {
         axis_preset("VMC3:x").is_none() && axis_preset("vmc3:b").is_none() && axis_preset("vmc3:xx").is_none() && axis_preset("").is_none()
     );
     assert!(Machine::preset(DEFAULT_MACHINE).is_some());
+}
+
+#[test]
+fn every_loop_has_the_margins_of_a_good_tuning_and_no_axis_swings() {
+    for machine in machines() {
+        for tuning in machine.tuning() {
+            for at in &tuning.loops.loops {
+                let who = format!("{} {} {} {}: {:?}", machine.name(), tuning.axis, at.kind, at.regime, at.margins);
+                assert!(at.margins.stable() && at.margins.phase_margin_deg.is_some_and(|deg| deg > 45.0), "{who}");
+                assert!(at.margins.gain_margin_db.is_some_and(|db| db > 8.0), "{who}");
+            }
+            assert_eq!((tuning.predicted, tuning.simulated), (LimitCycle::None, None), "{} {}", machine.name(), tuning.axis);
+        }
+    }
 }

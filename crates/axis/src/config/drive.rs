@@ -1,12 +1,15 @@
 //! The drive: loops, limits, encoder.
 
 use super::error::{AxisConfigError, between, not_negative, positive};
+use super::filter::TorqueFilters;
+use super::loops::{AntiWindup, FrictionFeedforward, LeastMargins};
 use serde::{Deserialize, Serialize};
 
 /// Settings of the cascade: position P and velocity PI every 250 us, current PI every [`Drive::current_period_us`].
 ///
-/// Delays: position, velocity and current command are computed from the encoder at a servo tick and take effect at the same
-/// tick; a voltage takes effect `voltage_delay_periods` current periods after the current it was computed from.
+/// Delays: position, velocity and current command are computed from the encoder at a servo tick and take effect
+/// `command_delay_periods` current periods after it; a voltage takes effect `voltage_delay_periods` current periods after the current
+/// it was computed from.
 /// The velocity is the encoder's difference over the last servo period, 125 us old on average; the velocity feed-forward is
 /// the difference of the reference over the same period, so the two match.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,6 +47,26 @@ pub struct Drive {
     /// Current periods between a current measurement and the voltage computed from it, 0 or 1.
     #[serde(default)]
     pub voltage_delay_periods: u32,
+    /// Current periods between the encoder's reading and the current command computed from it, up to two servo periods.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub command_delay_periods: u32,
+    /// Friction fed forward; none if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction_feedforward: Option<FrictionFeedforward>,
+    /// Filters on the current command, in series; none if left out.
+    #[serde(default, skip_serializing_if = "TorqueFilters::is_empty")]
+    pub torque_filter: TorqueFilters,
+    /// What the velocity loop's integral does at a limit.
+    #[serde(default, skip_serializing_if = "AntiWindup::is_default")]
+    pub anti_windup: AntiWindup,
+    /// Margins that the loops have to keep when the machine is checked.
+    #[serde(default, skip_serializing_if = "LeastMargins::is_default")]
+    pub least_margins: LeastMargins,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_zero(number: &u32) -> bool {
+    *number == 0
 }
 
 /// Period of the position and velocity loops, us.
@@ -83,6 +106,15 @@ impl Drive {
                 allowed: format!("a whole fraction of the servo's {SERVO_PERIOD_US} us: 1, 2, 5, 10, 25, 50, 125 or 250"),
             });
         }
-        Ok(())
+        let longest = 2 * self.current_periods();
+        between("command_delay_periods", f64::from(self.command_delay_periods), 0.0, f64::from(longest))?;
+        self.friction_feedforward.map_or(Ok(()), |friction| friction.check())?;
+        self.torque_filter.check()?;
+        self.least_margins.check()
+    }
+
+    /// Current periods in a servo period.
+    pub fn current_periods(&self) -> u32 {
+        SERVO_PERIOD_US / self.current_period_us.max(1)
     }
 }

@@ -43,10 +43,12 @@ mod drift;
 mod drive;
 mod error;
 mod estimators;
+mod filter;
 mod flanks;
 mod friction;
 mod gravity;
 mod load;
+mod loops;
 mod motor;
 mod preset;
 mod rates;
@@ -66,10 +68,12 @@ pub use drift::{Change, Drift, Shape};
 pub use drive::{Drive, SERVO_PERIOD_US};
 pub use error::AxisConfigError;
 pub use estimators::{KalmanSettings, MultipleModelsSettings};
+pub use filter::{LowPass, MAX_TORQUE_FILTERS, Notch, TorqueFilter, TorqueFilters};
 pub use flanks::{Flanks, Wear};
 pub use friction::{FrictionLaw, Frictions, Lugre, Stribeck};
 pub use gravity::Gravity;
 pub use load::{Load, Reflected, Slide, Table};
+pub use loops::{AntiWindup, FrictionFeedforward, LeastMargins};
 pub use motor::Motor;
 pub use reference::ReferenceSource;
 pub use ripple::{Harmonic, MAX_HARMONICS, Ripple};
@@ -193,7 +197,7 @@ impl AxisConfig {
         told
     }
 
-    /// Position gain, velocity gain and all follow from the rule of [`Tuning`], limits and encoder stay.
+    /// The gains follow from the rule of [`Tuning`]; limits, encoder, delays, filters and what else the drive does stay.
     #[must_use]
     pub fn tuned(&self, tuning: &Tuning) -> AxisConfig {
         let old = self.drive;
@@ -202,6 +206,11 @@ impl AxisConfig {
             encoder_counts_per_rev: old.encoder_counts_per_rev,
             current_period_us: old.current_period_us,
             voltage_delay_periods: old.voltage_delay_periods,
+            command_delay_periods: old.command_delay_periods,
+            friction_feedforward: old.friction_feedforward,
+            torque_filter: old.torque_filter,
+            anti_windup: old.anti_windup,
+            least_margins: old.least_margins,
             ..new
         };
         AxisConfig { drive, ..self.clone() }

@@ -5,9 +5,11 @@ use super::compensation::CompensationConfig;
 use super::contact::{ContactLaw, StartInGap};
 use super::drift::Drift;
 use super::drive::Drive;
+use super::filter::TorqueFilters;
 use super::flanks::Flanks;
 use super::friction::Frictions;
 use super::load::{Load, Reflected};
+use super::loops::{AntiWindup, LeastMargins};
 use super::motor::Motor;
 use super::reference::ReferenceSource;
 use super::ripple::Ripple;
@@ -60,6 +62,11 @@ impl AxisConfig {
                 encoder_counts_per_rev: None,
                 current_period_us: 50,
                 voltage_delay_periods: 0,
+                command_delay_periods: 0,
+                friction_feedforward: None,
+                torque_filter: TorqueFilters::default(),
+                anti_windup: AntiWindup::default(),
+                least_margins: LeastMargins::default(),
             },
             contact: ContactLaw::Linear,
             start_in_gap: StartInGap(0.0),

@@ -1,7 +1,9 @@
 //! A stated rule for a drive's gains, so that every machine of a catalogue is tuned the same way.
 
 use super::drive::Drive;
+use super::filter::TorqueFilters;
 use super::load::Reflected;
+use super::loops::{AntiWindup, LeastMargins};
 use super::motor::Motor;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -72,6 +74,11 @@ impl Drive {
             encoder_counts_per_rev: None,
             current_period_us: 50,
             voltage_delay_periods: 1,
+            command_delay_periods: 0,
+            friction_feedforward: None,
+            torque_filter: TorqueFilters::default(),
+            anti_windup: AntiWindup::default(),
+            least_margins: LeastMargins::default(),
         }
     }
 }

@@ -29,6 +29,21 @@ impl Margins {
         Margins { slow, speed: dip * rate, torque: dip * (params.stiffness_nm_per_rad + damping), third: params.period_s / 3.0 }
     }
 
+    /// Dip of a speed, rad/s.
+    pub(super) fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Dip of a torque, N m.
+    pub(super) fn torque(&self) -> f64 {
+        self.torque
+    }
+
+    /// A third of the step, s.
+    pub(super) fn third(&self) -> f64 {
+        self.third
+    }
+
     /// Whether no guard of the mode can have become negative between two ends of a step.
     #[inline]
     pub(super) fn quiet(&self, params: &PlantParams, mode: Mode, held: &Held, before: &Vector, after: &Vector) -> bool {

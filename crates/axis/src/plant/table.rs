@@ -63,6 +63,11 @@ impl StepTable {
         std::array::from_fn(|index| tables[index].clone())
     }
 
+    /// Its columns, and the row of the load's travel.
+    pub(super) fn numbers(&self) -> ([Vector; 7], [f64; 7]) {
+        (self.columns, self.travel)
+    }
+
     /// States after the period, and how far the load went.
     #[inline]
     pub(super) fn step(&self, params: &PlantParams, mode: Mode, x: &Vector, held: &Held) -> (Vector, f64) {

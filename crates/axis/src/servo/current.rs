@@ -7,19 +7,21 @@ use serde::{Deserialize, Serialize};
 /// State of the current loops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurrentState {
-    integral_d: f64,
-    integral_q: f64,
+    pub(crate) integral_d: f64,
+    pub(crate) integral_q: f64,
     /// Voltages computed but not yet applied (d, q), V.
-    pending: [f64; 2],
+    pub(crate) pending: [f64; 2],
     /// Electric speed as the drive knows it, rad/s; held over a servo period.
-    pub(super) electric_speed: f64,
+    pub(crate) electric_speed: f64,
     /// Back-EMF as the drive knows it, V; held over a servo period.
-    pub(super) back_emf: f64,
+    pub(crate) back_emf: f64,
+    /// Current periods since the last servo tick; counted where the command is delayed.
+    pub(super) periods: u32,
     /// Whether the voltage was cut since the last servo tick.
     pub(super) limited: bool,
     /// i_q at the last servo tick and its sum over the current periods since, A.
     pub(super) first: f64,
-    pub(super) sum: f64,
+    pub(crate) sum: f64,
 }
 
 impl CurrentState {
@@ -30,6 +32,7 @@ impl CurrentState {
             pending: [0.0, voltage],
             electric_speed: 0.0,
             back_emf: 0.0,
+            periods: 0,
             limited: false,
             first: current,
             sum: periods * current,
@@ -40,7 +43,7 @@ impl CurrentState {
     pub(super) fn voltage(&mut self, servo: &Servo, command: f64, plant: &PlantState) -> PlantInput {
         self.sum += plant.current_q;
         let gain = servo.drive.current_gain_v_per_a;
-        let share = servo.current_period_s / servo.drive.current_time_s;
+        let share = servo.current_share;
         let cross = self.electric_speed * servo.inductance;
         let (error_d, error_q) = (-plant.current_d, command - plant.current_q);
         let free_d = gain * error_d + self.integral_d - cross * plant.current_q;

@@ -4,22 +4,29 @@
 //! ```text
 //! w     = (theta(k) - theta(k-1)) / T
 //! w_ref = Kv (theta_ref + c_pos - theta + c_fb) + f_v (theta_ref(k) - theta_ref(k-1))/T + c_vel
-//! i_ff  = (f_a J_told (w_ref'(k+1) - w_ref'(k))/T + c_torque) / K_t        (w_ref' the spline's velocity)
-//! i_ref = clamp(Kp (w_ref - w) + I + i_ff)
+//! i_ff  = (f_a J_told (w_ref'(k+1) - w_ref'(k))/T + c_torque + T_f((theta_ref(k+1) - theta_ref(k))/T)) / K_t   (w_ref' the spline's velocity)
+//! i_ref = clamp(F(z) (Kp (w_ref - w) + I + i_ff))
 //! ```
+//! with the friction T_f that the drive was told ([`crate::config::FrictionFeedforward`]) and the filters F(z) (`filter`), both none by default,
 //! and every 50 us, from the currents at that instant (`current`, [`Servo::voltage`]) the voltages in d and q. The velocity
 //! fed forward is the reference's mean over the same period as the encoder's difference, and the acceleration the mean over
 //! the coming period, in which the torque acts: so neither leaves a following error of its own.
 //!
-//! Anti-windup is by back-calculation: an output that was cut by `delta` moves its integral by `delta` times period over integral time. While the voltage is
-//! at its limit the velocity integral takes up no error that asks for still more torque.
+//! Anti-windup of the velocity loop is selectable ([`crate::config::AntiWindup`]); the current loops always use back-calculation: an output
+//! that was cut by `delta` moves its integral by `delta` times period over integral time.
+//!
+//! Delays: the command takes effect `command_delay_periods` current periods after the encoder was read, a voltage
+//! `voltage_delay_periods` after the current was; [`crate::analysis`] lists them and what they cost in phase.
 
 mod current;
 mod encoder;
+mod filter;
 mod velocity;
 
 pub use current::CurrentState;
 pub use encoder::Encoder;
+pub use filter::FilterState;
+pub(crate) use filter::Filters;
 pub use velocity::VelocityState;
 
 use crate::compensation::Correction;
@@ -33,10 +40,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug)]
 pub struct Servo {
     drive: Drive,
+    filters: Filters,
     encoder: Encoder,
     scale: LoadScale,
     servo_period_s: f64,
-    current_period_s: f64,
+    /// Servo period over integral time.
+    velocity_share: f64,
+    /// Current period over integral time.
+    current_share: f64,
     current_steps: u32,
     torque_constant: f64,
     told_inertia: f64,
@@ -74,11 +85,13 @@ impl Servo {
         let current_period_s = f64::from(drive.current_period_us) * 1e-6;
         Servo {
             drive,
+            filters: Filters::new(&drive.torque_filter, Clock::SERVO.period_s()),
             encoder: drive.encoder_counts_per_rev.map_or(Encoder::IDEAL, Encoder::with_counts),
             scale: LoadScale::new(config),
             servo_period_s: Clock::SERVO.period_s(),
-            current_period_s,
-            current_steps: crate::config::SERVO_PERIOD_US / drive.current_period_us.max(1),
+            velocity_share: Clock::SERVO.period_s() / drive.velocity_time_s,
+            current_share: current_period_s / drive.current_time_s,
+            current_steps: drive.current_periods(),
             torque_constant: motor.torque_constant_nm_per_a,
             told_inertia: drive.told_inertia_kgm2.unwrap_or(config.motor_side_inertia_kgm2() + load.inertia_kgm2),
             inductance: motor.phase_inductance_h(),
@@ -92,7 +105,7 @@ impl Servo {
     /// State of a drive that stands still, holding whatever current flows.
     pub fn initial(&self, plant: &PlantState, reference: f64) -> ServoState {
         ServoState {
-            velocity: VelocityState::new(self.encoder.read(plant.motor_position()), reference, plant.current_q),
+            velocity: VelocityState::new(self, self.encoder.read(plant.motor_position()), reference, plant.current_q),
             current: CurrentState::new(self.resistance * plant.current_q, plant.current_q, f64::from(self.current_steps)),
             saturated: false,
         }
@@ -129,6 +142,7 @@ impl Servo {
         let voltage_limited = state.current.limited;
         let limited = state.velocity.command(self, reference, next, measured, correction, voltage_limited);
         state.current.limited = false;
+        state.current.periods = 0;
         state.current.electric_speed = self.pole_pairs * measured.velocity;
         state.current.back_emf = self.back_emf * measured.velocity;
         state.saturated = limited;
@@ -137,8 +151,43 @@ impl Servo {
     /// Current loops: the voltages for the coming current period.
     #[inline]
     pub fn voltage(&self, state: &mut ServoState, plant: &PlantState) -> PlantInput {
-        let input = state.current.voltage(self, state.velocity.current_command, plant);
+        let command = self.command_in_force(state);
+        let input = state.current.voltage(self, command, plant);
         state.saturated |= state.current.limited;
         input
     }
+
+    /// The current command that holds in the coming current period: the newest one that has taken effect.
+    #[inline]
+    fn command_in_force(&self, state: &mut ServoState) -> f64 {
+        let delay = self.drive.command_delay_periods;
+        if delay == 0 {
+            return state.velocity.current_command;
+        }
+        let age = delay.saturating_sub(state.current.periods).div_ceil(self.current_steps);
+        state.current.periods += 1;
+        let [last, before] = state.velocity.earlier_commands;
+        [state.velocity.current_command, last, before].get(age as usize).copied().unwrap_or(before)
+    }
+
+    /// Numbers of the current loops for a batch; none where the command changes within a servo period.
+    pub(crate) fn current_numbers(&self) -> Option<CurrentNumbers> {
+        (self.drive.command_delay_periods == 0).then_some(CurrentNumbers {
+            gain: self.drive.current_gain_v_per_a,
+            share: self.current_share,
+            inductance: self.inductance,
+            limit_squared: self.voltage_limit * self.voltage_limit,
+            delayed: self.drive.voltage_delay_periods != 0,
+        })
+    }
+}
+
+/// What [`Servo::voltage`] computes with as long as no voltage is cut: see `current`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CurrentNumbers {
+    pub(crate) gain: f64,
+    pub(crate) share: f64,
+    pub(crate) inductance: f64,
+    pub(crate) limit_squared: f64,
+    pub(crate) delayed: bool,
 }

@@ -197,6 +197,7 @@ pub(crate) fn mill_x(friction_share: f64, gap_um: f64, counts: Option<u32>) -> A
         encoder_counts_per_rev: counts,
         current_period_us: 50,
         voltage_delay_periods: 1,
+        ..AxisConfig::paper().drive
     };
     AxisConfig { transmission: Transmission::Linear(Linear { lead_mm: 16.0, gear: 1.0 }), motor, load, drive, ..AxisConfig::paper() }
 }

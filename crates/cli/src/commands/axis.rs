@@ -3,7 +3,8 @@
 use super::DONE;
 use crate::args::Axis;
 use crate::failure::Failure;
-use crate::{input, machines};
+use crate::{input, machines, output};
+use lostmotion::axis::analysis::CycleDetector;
 use lostmotion::axis::config::ReferenceSource;
 use lostmotion::axis::{AxisConfig, AxisOutput, AxisRunner, Setpoint, build_runner};
 use lostmotion::base::Clock;
@@ -15,7 +16,10 @@ use std::io::Read;
 /// Setpoints that go to the axis at once.
 const CHUNK: usize = 1024;
 
-/// Runs an axis alone and writes its trace.
+/// Smallest swing (peak to peak) of a standing load that counts as a limit cycle, in parts of the gap.
+const LEAST_SWING: f64 = 0.02;
+
+/// Runs an axis alone and writes its trace; says so if its load does not come to rest at the end.
 pub(crate) fn run(args: &Axis) -> Result<u8, Failure> {
     // The table has positions alone, so velocity and acceleration come from their differences.
     let config = AxisConfig { reference: ReferenceSource::Differences, ..machines::axis(&args.axis)? };
@@ -29,6 +33,7 @@ pub(crate) fn run(args: &Axis) -> Result<u8, Failure> {
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
     let mut writer = AxisTraceWriter::new(AtomicFile::create(&args.out)?, config.unit(), units_per_rad, Clock::SERVO).map_err(unwritten)?;
     let mut out = AxisOutput::new(true);
+    let mut detector = CycleDetector::new(Clock::SERVO.period_s(), LEAST_SWING * config.reflected_load().gap_rad);
     let mut tick = 0;
     let mut chunk = vec![Setpoint { position: first, ..Setpoint::default() }];
     loop {
@@ -36,6 +41,7 @@ pub(crate) fn run(args: &Axis) -> Result<u8, Failure> {
         push(&mut *runner, &chunk, &mut out)?;
         for sample in out.trace.iter().flatten() {
             writer.push(tick, sample).map_err(unwritten)?;
+            detector.push(sample.reference.position, sample.load_position);
             tick += 1;
         }
         out.clear();
@@ -45,6 +51,10 @@ pub(crate) fn run(args: &Axis) -> Result<u8, Failure> {
         }
     }
     writer.finish().map_err(unwritten)?.commit()?;
+    if let Some(cycle) = detector.cycle() {
+        let (amplitude, unit) = (cycle.amplitude * units_per_rad, config.unit().symbol());
+        output::remark(&format!("limit cycle: at the end the load swings by +-{amplitude:.3e} {unit} at {:.1} Hz", cycle.frequency_hz));
+    }
     Ok(DONE)
 }
 

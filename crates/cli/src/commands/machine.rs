@@ -1,6 +1,6 @@
 //! `lostmotion machine`.
 
-use super::DONE;
+use super::{DONE, tuning};
 use crate::args::Machine as Arguments;
 use crate::failure::Failure;
 use crate::{machines, output};
@@ -15,8 +15,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<u8, Failure> {
         Arguments::List => list(),
         Arguments::Show { name } => show(name)?,
         Arguments::Check { file } => {
-            let machine = machines::read(file)?;
-            format!("{}: machine \"{}\" is sound\n\n{}", file.display(), machine.name(), review(&machine))
+            let (machine, tuning) = machines::check(file)?;
+            let (figures, loops) = (review(&machine), tuning::table(&machine, &tuning));
+            format!("{}: machine \"{}\" is sound\n\n{figures}\n{loops}", file.display(), machine.name())
         }
     };
     output::print(&text)?;
@@ -32,15 +33,23 @@ fn list() -> String {
     format!("{}\naxes for `axis` and `fit`: {}\n", table.render(), axis_presets().join(", "))
 }
 
-/// The file of a preset as it came, with its comments.
+/// The file of a preset as it came, with its comments; then, as comments too, how its loops are tuned.
 fn show(name: &str) -> Result<String, Failure> {
     match presets().iter().find(|preset| preset.name == name) {
-        Some(preset) => Ok(preset.toml.to_owned()),
+        Some(preset) => Ok(format!("{}{}", preset.toml, tuned(name))),
         None => {
             let known: Vec<&str> = presets().iter().map(|preset| preset.name).collect();
             Err(Failure::with_hint(format!("there is no machine \"{name}\""), format!("known machines: {}", known.join(", "))))
         }
     }
+}
+
+/// Comments at the end of a preset's file.
+fn tuned(name: &str) -> String {
+    let Some(machine) = Machine::preset(name) else { return String::new() };
+    let table = tuning::table(&machine, &machine.tuning());
+    let lines: Vec<String> = table.lines().map(|line| format!("# {line}").trim_end().to_owned()).collect();
+    format!("\n# The loops as they are tuned here; `lostmotion machine check FILE` says it for a file.\n{}\n", lines.join("\n"))
 }
 
 /// What the machine's figures mean.

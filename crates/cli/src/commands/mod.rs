@@ -13,6 +13,7 @@ mod plan;
 mod reproduce;
 mod simulate;
 mod study;
+mod tuning;
 mod write;
 
 use crate::args::{Cli, Command, Form, Format, Run};

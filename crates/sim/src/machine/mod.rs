@@ -13,6 +13,7 @@ mod read;
 mod review;
 mod section;
 mod settings;
+mod tuning;
 mod write;
 
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
@@ -21,6 +22,7 @@ pub use problem::{MachineError, Problem};
 pub use read::axis_from_toml;
 pub use review::AxisReview;
 pub use settings::{Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets};
+pub use tuning::AxisTuning;
 
 use lostmotion_axis::AxisConfig;
 use lostmotion_axis::config::AxisUnit;

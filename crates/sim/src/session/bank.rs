@@ -2,24 +2,19 @@
 
 use crate::error::SimError;
 use crate::machine::{Machine, MachineAxis};
-use lostmotion_axis::{AxisConfig, AxisError, AxisOutput, AxisRunner, Setpoint, build_runner};
+use lostmotion_axis::{AxisBatch, AxisConfig, AxisError, AxisOutput, AxisRunner, Setpoint, build_runner};
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_plan::Sample;
-use rayon::prelude::*;
 
 /// How long the machine stands still before the program, CNC ticks: gravity pulls loads to their flank, drives settle.
 const SETTLE_TICKS: usize = 500;
 
-/// The runner of one axis of one variant.
-struct Lane {
-    axis: usize,
-    runner: Box<dyn AxisRunner>,
-}
-
 /// The machine in several variants (without a gap, and with each method), all on the same setpoints.
 pub(crate) struct Bank {
     /// Variant by variant, each with one lane an axis.
-    lanes: Vec<Lane>,
+    batch: AxisBatch,
+    /// The axis of each lane.
+    axis_of: Vec<usize>,
     setpoints: Vec<Vec<Setpoint>>,
     delay_ticks: u32,
     pub(crate) outputs: Outputs,
@@ -56,7 +51,7 @@ impl Bank {
     /// Every axis at rest at `start` (joint positions).
     pub(crate) fn new(machine: &Machine, variants: &[Variant], start: &Coords) -> Result<Bank, SimError> {
         let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
-        let (mut lanes, mut datums) = (Vec::new(), Vec::new());
+        let (mut runners, mut axis_of, mut datums) = (Vec::new(), Vec::new(), Vec::new());
         for variant in variants {
             for (index, axis) in machine.axes().iter().enumerate() {
                 let error = |source| SimError::Axis { axis: axis.id, source };
@@ -64,13 +59,14 @@ impl Bank {
                 let at = start[axis.id] * axis.axis_units_per_joint_unit();
                 let mut runner = build_runner(&config, &variant.method, at).map_err(error)?;
                 settle(runner.as_mut(), at).map_err(error)?;
-                lanes.push(Lane { axis: index, runner });
+                runners.push(runner);
+                axis_of.push(index);
                 datums.push(datum(&config, at).map_err(error)?);
             }
         }
-        let delay_ticks = lanes.iter().map(|lane| lane.runner.delay_ticks()).max().unwrap_or(0);
-        let outputs = Outputs { lanes: lanes.iter().map(|_| AxisOutput::new(false)).collect(), axes, datums };
-        Ok(Bank { setpoints: vec![Vec::new(); outputs.axes.len()], lanes, delay_ticks, outputs })
+        let delay_ticks = runners.iter().map(|runner| runner.delay_ticks()).max().unwrap_or(0);
+        let outputs = Outputs { lanes: runners.iter().map(|_| AxisOutput::new(false)).collect(), axes, datums };
+        Ok(Bank { setpoints: vec![Vec::new(); outputs.axes.len()], batch: AxisBatch::new(runners), axis_of, delay_ticks, outputs })
     }
 
     /// CNC periods by which references lag behind setpoints; the largest of all axes.
@@ -87,18 +83,11 @@ impl Bank {
                 Setpoint::moving(sample.position[id] * info.units, sample.velocity[id] * info.units, sample.acceleration[id] * info.units)
             }));
         }
-        let setpoints = &self.setpoints;
-        let results: Vec<Result<(), AxisError>> = self
-            .lanes
-            .par_iter_mut()
-            .zip(&mut self.outputs.lanes)
-            .map(|(lane, output)| {
-                output.clear();
-                lane.runner.push(&setpoints[lane.axis], output)
-            })
-            .collect();
-        for (lane, result) in self.lanes.iter().zip(results) {
-            result.map_err(|source| SimError::Axis { axis: self.outputs.axes[lane.axis].id, source })?;
+        let setpoints: Vec<&[Setpoint]> = self.axis_of.iter().map(|axis| self.setpoints[*axis].as_slice()).collect();
+        self.outputs.lanes.iter_mut().for_each(AxisOutput::clear);
+        let results = self.batch.push(&setpoints, &mut self.outputs.lanes);
+        for (axis, result) in self.axis_of.iter().zip(results) {
+            result.map_err(|source| SimError::Axis { axis: self.outputs.axes[*axis].id, source })?;
         }
         Ok(())
     }

@@ -1,0 +1,120 @@
+//! Limit cycles in a simulation: does a load that should stand still swing, how far and how fast?
+
+use serde::Serialize;
+
+/// A swing around a standing reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Cycle {
+    /// Half of peak to peak, in the unit of the positions given.
+    pub amplitude: f64,
+    /// Swings a second, Hz.
+    pub frequency_hz: f64,
+}
+
+/// Turning points that are remembered: four whole swings.
+const TURNS: usize = 9;
+
+/// Watches a load while its reference stands still.
+///
+/// Constant memory. A turning point counts where the load has come back from it by more than `least_swing`. A limit cycle is told from
+/// what dies away by the last four swings: none may be smaller than nine tenths of the one before (ringing), and the last two may not
+/// take longer than the first two by more than a twentieth (a load that bounces between its flanks, ever slower).
+#[derive(Clone, Debug, PartialEq)]
+pub struct CycleDetector {
+    least_swing: f64,
+    period_s: f64,
+    reference: Option<f64>,
+    sample: u64,
+    /// The furthest place since the last turning point, with its sample.
+    extreme: (f64, u64),
+    rising: Option<bool>,
+    turns: [(f64, u64); TURNS],
+    count: usize,
+}
+
+impl CycleDetector {
+    /// For samples at a period, and swings (peak to peak) above a least one, in the unit of the positions.
+    pub fn new(period_s: f64, least_swing: f64) -> CycleDetector {
+        let nowhere = (0.0, 0);
+        CycleDetector {
+            least_swing,
+            period_s,
+            reference: None,
+            sample: 0,
+            extreme: nowhere,
+            rising: None,
+            turns: [nowhere; TURNS],
+            count: 0,
+        }
+    }
+
+    /// The next sample.
+    pub fn push(&mut self, reference: f64, load: f64) {
+        self.sample += 1;
+        if self.reference != Some(reference) {
+            self.reference = Some(reference);
+            (self.rising, self.count, self.extreme) = (None, 0, (load, self.sample));
+            return;
+        }
+        let (furthest, _) = self.extreme;
+        match self.rising {
+            None if (load - furthest).abs() > self.least_swing => {
+                self.rising = Some(load > furthest);
+                self.extreme = (load, self.sample);
+            }
+            None => {}
+            Some(rising) if (load > furthest) == rising => self.extreme = (load, self.sample),
+            Some(rising) if (load - furthest).abs() > self.least_swing => {
+                self.turns.rotate_left(1);
+                self.turns[TURNS - 1] = self.extreme;
+                self.count += 1;
+                self.rising = Some(!rising);
+                self.extreme = (load, self.sample);
+            }
+            Some(_) => {}
+        }
+    }
+
+    /// The limit cycle at the end of what was seen, if there is one.
+    pub fn cycle(&self) -> Option<Cycle> {
+        if self.count < TURNS {
+            return None;
+        }
+        let (first, last) = (self.turns[0].1, self.turns[TURNS - 1].1);
+        let period_s = (last - first) as f64 * self.period_s / (TURNS / 2) as f64;
+        // a swing that has come to rest makes no more turns
+        let since = (self.sample - last) as f64 * self.period_s;
+        let swings: Vec<f64> = self.turns.windows(2).map(|pair| (pair[1].0 - pair[0].0).abs()).collect();
+        let keeps = swings.windows(2).all(|pair| pair[1] > 0.9 * pair[0]);
+        let middle = self.turns[TURNS / 2].1;
+        let steady = (last - middle) as f64 <= 1.05 * (middle - first) as f64;
+        let mean = swings.iter().sum::<f64>() / swings.len() as f64;
+        (keeps && steady && since < 2.0 * period_s).then(|| Cycle { amplitude: 0.5 * mean, frequency_hz: 1.0 / period_s })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lostmotion_base::math;
+
+    fn watch(load: impl Fn(f64) -> f64) -> Option<Cycle> {
+        let mut detector = CycleDetector::new(250e-6, 1e-3);
+        for n in 0..8000 {
+            let t = f64::from(n) * 250e-6;
+            detector.push(if t < 0.3 { t } else { 0.3 }, load(t));
+        }
+        detector.cycle()
+    }
+
+    #[test]
+    fn a_swing_is_seen_and_ringing_is_not() {
+        let found = watch(|t| 0.02 * math::sin(std::f64::consts::TAU * 8.0 * t)).unwrap();
+        assert!((found.frequency_hz / 8.0 - 1.0).abs() < 1e-2 && (found.amplitude / 0.02 - 1.0).abs() < 1e-3, "{found:?}");
+        assert_eq!(watch(|t| 0.02 * math::exp(-2.0 * t) * math::sin(50.0 * t)), None);
+        assert_eq!(watch(|t| if t < 1.5 { 0.02 * math::sin(50.0 * t) } else { 0.0 }), None);
+        // ever slower
+        assert_eq!(watch(|t| 0.02 * math::sin(40.0 * math::log(1.0 + 2.0 * t))), None);
+        assert_eq!(watch(|t| 2e-4 * math::sin(50.0 * t)), None);
+    }
+}

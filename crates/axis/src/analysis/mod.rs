@@ -1,0 +1,24 @@
+//! What linear theory says of an axis: margins of its loops, stability, limit cycles through the gap.
+//!
+//! - [`analyse`]: gain and phase margin, crossover and bandwidth of current, velocity and position loop, on a flank and in the gap, from the
+//!   exact model in discrete time (`model`), with every delay of the drive; and which loop is unstable or has too little margin.
+//! - [`limit_cycle`]: the oscillation through the gap that the describing function predicts.
+//! - [`simulated_cycle`]: the oscillation that the simulated axis shows after a push; [`CycleDetector`] finds it in any run.
+//!
+//! Nothing here runs while an axis is simulated, but for the detector where somebody asks for it.
+
+mod cycle;
+mod describing;
+mod loops;
+mod margins;
+mod matrix;
+mod model;
+mod response;
+mod simulated;
+
+pub use cycle::{Cycle, CycleDetector};
+pub use describing::{LimitCycle, limit_cycle};
+pub use loops::{AxisAnalysis, Fault, LoopAnalysis, LoopDelays, LoopKind, Regime, analyse};
+pub use margins::Margins;
+pub use model::Feedback;
+pub use simulated::simulated_cycle;

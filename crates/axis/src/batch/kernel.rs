@@ -1,0 +1,265 @@
+//! One period of the current loop for all lanes: what `servo::current` and `plant::step` do, operation by operation.
+//!
+//! Every expression has the operands and the order of its scalar original, and products and sums stay apart, so each lane's bits are those
+//! of the single axis. A lane that is reported back has been left as it was.
+
+use super::lanes::{Lanes, Numbers, Row, WIDTH};
+use pulp::{Simd, WithSimd};
+
+/// Takes periods from `from` until one in which a lane has to step by itself.
+pub(super) struct Periods<'a> {
+    pub(super) lanes: &'a mut Lanes,
+    pub(super) from: u32,
+    pub(super) to: u32,
+    /// Lanes that are stepped here; others are computed along and ignored.
+    pub(super) active: [bool; WIDTH],
+}
+
+/// A period in which some lanes have to step by themselves.
+pub(super) struct Stop {
+    pub(super) period: u32,
+    pub(super) lanes: [bool; WIDTH],
+}
+
+impl WithSimd for Periods<'_> {
+    type Output = Option<Stop>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<Stop> {
+        let Periods { lanes, from, to, active } = self;
+        let used = active.iter().rposition(|active| *active).map_or(0, |last| last + 1);
+        let parts = used.div_ceil(S::F64_LANES);
+        for period in from..to {
+            let mut stopped = [false; WIDTH];
+            let mut any = false;
+            for part in 0..parts {
+                any |= Kernel { simd, part }.period(lanes, &active, &mut stopped);
+            }
+            if any {
+                return Some(Stop { period, lanes: stopped });
+            }
+        }
+        None
+    }
+}
+
+/// Arithmetic on one vector of the rows.
+#[derive(Clone, Copy)]
+struct Kernel<S: Simd> {
+    simd: S,
+    part: usize,
+}
+
+impl<S: Simd> Kernel<S> {
+    #[inline(always)]
+    fn get(self, row: &Row) -> S::f64s {
+        S::as_simd_f64s(&row.0).0[self.part]
+    }
+
+    #[inline(always)]
+    fn put(self, row: &mut Row, value: S::f64s) {
+        S::as_mut_simd_f64s(&mut row.0).0[self.part] = value;
+    }
+
+    #[inline(always)]
+    fn add(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.simd.add_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn sub(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.simd.sub_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn mul(self, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.simd.mul_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn abs(self, a: S::f64s) -> S::f64s {
+        self.simd.abs_f64s(a)
+    }
+
+    #[inline(always)]
+    fn less(self, a: S::f64s, b: S::f64s) -> S::m64s {
+        self.simd.less_than_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn both(self, a: S::m64s, b: S::m64s) -> S::m64s {
+        self.simd.and_m64s(a, b)
+    }
+
+    /// One period; whether a lane has to step by itself, and which.
+    #[inline(always)]
+    fn period(self, lanes: &mut Lanes, active: &[bool; WIDTH], stopped: &mut [bool; WIDTH]) -> bool {
+        let (s, inputs, n) = (&lanes.states, &lanes.inputs, &lanes.numbers);
+        let zero = self.simd.splat_f64s(0.0);
+        let (current_q, current_d, motor) = (self.get(&s.current_q), self.get(&s.current_d), self.get(&s.motor));
+
+        // the current loops
+        let (gain, share, cross) = (self.get(&n.gain), self.get(&n.share), self.get(&inputs.cross));
+        let error_d = self.simd.neg_f64s(current_d);
+        let error_q = self.sub(self.get(&inputs.command), current_q);
+        let (push_d, push_q) = (self.mul(gain, error_d), self.mul(gain, error_q));
+        let (integral_d, integral_q) = (self.get(&s.integral_d), self.get(&s.integral_q));
+        let free_d = self.sub(self.add(push_d, integral_d), self.mul(cross, current_q));
+        let free_q = self.add(self.add(self.add(push_q, integral_q), self.mul(cross, current_d)), self.get(&inputs.back_emf));
+        let size = self.add(self.mul(free_d, free_d), self.mul(free_q, free_q));
+        let limited = self.less(self.get(&n.limit_squared), size);
+        let delayed = self.less(zero, self.get(&n.delayed));
+        let voltage_d = self.simd.select_f64s(delayed, self.get(&s.pending_d), free_d);
+        let voltage_q = self.simd.select_f64s(delayed, self.get(&s.pending_q), free_q);
+        let next_integral_d = self.add(integral_d, self.mul(share, self.add(push_d, self.sub(free_d, free_d))));
+        let next_integral_q = self.add(integral_q, self.mul(share, self.add(push_q, self.sub(free_q, free_q))));
+
+        // the plant
+        let coupling = self.mul(self.mul(self.get(&n.pole_pairs), motor), self.get(&n.inductance));
+        let held_voltage = self.sub(voltage_q, self.mul(coupling, current_d));
+        let held_load = self.get(&inputs.load_torque);
+        let drive_d = self.add(voltage_d, self.mul(coupling, current_q));
+        let next_d = self.add(self.mul(self.get(&n.decay_d), current_d), self.mul(self.get(&n.gain_d), drive_d));
+        let offset = self.get(&n.offset);
+        let before = [current_q, self.sub(self.get(&s.gap_angle), offset), motor, self.get(&s.load)];
+        let against = [self.get(&n.friction[0]), self.add(self.get(&n.friction[1]), held_load)];
+        let sources = [before[0], before[1], before[2], before[3], held_voltage, against[0], against[1]];
+        let (mut after, mut travel) = ([zero; 4], zero);
+        for (index, source) in sources.into_iter().enumerate() {
+            let column = &n.columns[index];
+            for row in 0..4 {
+                after[row] = self.add(after[row], self.mul(self.get(&column[row]), source));
+            }
+            travel = self.add(travel, self.mul(self.get(&n.travel[index]), source));
+        }
+
+        // the look for events
+        let mut quiet = self.both(self.contact(n, &before, &after), self.sliding(n, &before, &after));
+        if lanes.any_pushing {
+            quiet = self.both(quiet, self.pushing(n, &before, &after));
+        }
+        if lanes.any_stuck {
+            quiet = self.both(quiet, self.standing(n, &before, &after, held_load));
+        }
+        let one = self.simd.splat_f64s(1.0);
+        let fine = self.simd.select_f64s(limited, zero, self.simd.select_f64s(quiet, one, zero));
+        let any = self.stop(fine, active, stopped);
+
+        let next_sum = self.add(self.get(&s.sum), current_q);
+        let next_position = self.add(self.get(&s.position), travel);
+        let next_gap = self.add(after[1], offset);
+        let (peak, size) = (self.get(&s.peak), self.abs(after[0]));
+        let next_peak = self.simd.select_f64s(self.less(peak, size), size, peak);
+        let keep = if any { Some(self.less(fine, one)) } else { None };
+        let s = &mut lanes.states;
+        self.store(keep, &mut s.current_q, after[0]);
+        self.store(keep, &mut s.current_d, next_d);
+        self.store(keep, &mut s.gap_angle, next_gap);
+        self.store(keep, &mut s.motor, after[2]);
+        self.store(keep, &mut s.load, after[3]);
+        self.store(keep, &mut s.position, next_position);
+        self.store(keep, &mut s.integral_d, next_integral_d);
+        self.store(keep, &mut s.integral_q, next_integral_q);
+        self.store(keep, &mut s.pending_d, free_d);
+        self.store(keep, &mut s.pending_q, free_q);
+        self.store(keep, &mut s.sum, next_sum);
+        self.store(keep, &mut s.peak, next_peak);
+        any
+    }
+
+    /// Stores a value but in the lanes that keep theirs.
+    #[inline(always)]
+    fn store(self, keep: Option<S::m64s>, row: &mut Row, value: S::f64s) {
+        let value = match keep {
+            Some(keep) => self.simd.select_f64s(keep, self.get(row), value),
+            None => value,
+        };
+        self.put(row, value);
+    }
+
+    /// Marks the active lanes that are not fine.
+    #[inline(always)]
+    fn stop(self, fine: S::f64s, active: &[bool; WIDTH], stopped: &mut [bool; WIDTH]) -> bool {
+        let one = self.simd.splat_f64s(1.0);
+        if self.simd.first_true_m64s(self.less(fine, one)) == S::F64_LANES {
+            return false;
+        }
+        let mut row = Row([1.0; WIDTH]);
+        self.put(&mut row, fine);
+        let mut any = false;
+        for ((stop, fine), active) in stopped.iter_mut().zip(row.0).zip(active) {
+            let stops = *active && fine < 1.0;
+            *stop |= stops;
+            any |= stops;
+        }
+        any
+    }
+
+    /// See `plant::quiet`: the penetration's cubic stays in its range.
+    #[inline(always)]
+    fn contact(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
+        let third = self.get(&n.third);
+        let (rise, fall) = (self.mul(self.sub(before[2], before[3]), third), self.mul(self.sub(after[2], after[3]), third));
+        let (low, high) = (self.get(&n.range[0]), self.get(&n.range[1]));
+        let ends = self.both(self.within(low, before[1], high), self.within(low, after[1], high));
+        let inner = self.both(self.within(low, self.add(before[1], rise), high), self.within(low, self.sub(after[1], fall), high));
+        self.both(ends, inner)
+    }
+
+    #[inline(always)]
+    fn within(self, low: S::f64s, x: S::f64s, high: S::f64s) -> S::m64s {
+        self.both(self.simd.less_than_or_equal_f64s(low, x), self.simd.less_than_or_equal_f64s(x, high))
+    }
+
+    /// Spring exceeds damping at both ends.
+    #[inline(always)]
+    fn pushing(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
+        let (a, b) = (self.spare(n, before), self.spare(n, after));
+        let least = self.add(self.abs(self.sub(a, b)), self.get(&n.push_margin));
+        self.both(self.less(least, a), self.less(least, b))
+    }
+
+    #[inline(always)]
+    fn spare(self, n: &Numbers, x: &[S::f64s; 4]) -> S::f64s {
+        let damping = self.mul(self.get(&n.push[1]), self.abs(self.sub(x[2], x[3])));
+        self.sub(self.mul(self.get(&n.push[0]), x[1]), damping)
+    }
+
+    /// No sliding mass comes near to rest.
+    #[inline(always)]
+    fn sliding(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
+        self.both(self.slides(n, 0, before[2], after[2]), self.slides(n, 1, before[3], after[3]))
+    }
+
+    #[inline(always)]
+    fn slides(self, n: &Numbers, mass: usize, from: S::f64s, to: S::f64s) -> S::m64s {
+        let sign = self.get(&n.sliding[mass]);
+        let least = self.add(self.abs(self.sub(to, from)), self.get(&n.speed_margin[mass]));
+        self.both(self.less(least, self.mul(sign, from)), self.less(least, self.mul(sign, to)))
+    }
+
+    /// No standing mass comes near to breaking away.
+    #[inline(always)]
+    fn standing(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4], held_load: S::f64s) -> S::m64s {
+        let constant = self.get(&n.torque_constant);
+        let (contact, then) = (self.contact_torque(n, before), self.contact_torque(n, after));
+        let motor = [self.sub(self.mul(constant, before[0]), contact), self.sub(self.mul(constant, after[0]), then)];
+        let load = [self.sub(contact, held_load), self.sub(then, held_load)];
+        self.both(self.holds(n, 0, motor[0], motor[1]), self.holds(n, 1, load[0], load[1]))
+    }
+
+    #[inline(always)]
+    fn contact_torque(self, n: &Numbers, x: &[S::f64s; 4]) -> S::f64s {
+        self.add(self.mul(self.get(&n.shaft[0]), x[1]), self.mul(self.get(&n.shaft[1]), self.sub(x[2], x[3])))
+    }
+
+    #[inline(always)]
+    fn holds(self, n: &Numbers, mass: usize, a: S::f64s, b: S::f64s) -> S::m64s {
+        let (limit, margin, change) = (self.get(&n.holding[mass]), self.get(&n.torque_margin), self.abs(self.sub(a, b)));
+        let (size, other) = (self.abs(a), self.abs(b));
+        let below = self.less(self.add(self.add(size, change), margin), limit);
+        let still = self.less(self.add(self.add(other, change), margin), limit);
+        let same = self.both(self.simd.equal_f64s(a, b), self.less(size, limit));
+        self.simd.or_m64s(self.both(below, still), same)
+    }
+}

@@ -1,0 +1,76 @@
+//! Several variants of an axis side by side: methods, gaps, gains, or whole axes.
+//!
+//! Most of an axis' time goes into the periods of the current loop. A batch takes them for up to [`WIDTH`] axes at once with the widest vectors
+//! the processor has (`kernel`), operation by operation in the order of the single axis, without contracting products and sums: so
+//! the results are those of single runs to the last bit. A lane in whose period something happens that is no plain product
+//! (a contact made or broken, friction that stops or breaks away, a voltage at its limit) takes that period by itself, as a single axis does. Position and velocity
+//! loop and compensator run lane by lane. Groups of lanes run on all threads of the rayon pool in force.
+
+mod group;
+mod kernel;
+mod lanes;
+
+use crate::error::AxisError;
+use crate::runner::{AxisOutput, AxisRunner};
+use crate::signal::Setpoint;
+use group::Group;
+use rayon::prelude::*;
+
+pub use lanes::WIDTH;
+
+/// Axes that are stepped side by side.
+pub struct AxisBatch {
+    groups: Vec<Group>,
+}
+
+impl AxisBatch {
+    /// Of axes that need not be alike. Those at the same periods of the current loop share vectors best if they are neighbours.
+    pub fn new(axes: Vec<Box<dyn AxisRunner>>) -> AxisBatch {
+        // no thread idle while another has more than it needs
+        let size = axes.len().div_ceil(rayon::current_num_threads().max(1));
+        let mut groups: Vec<Group> = Vec::new();
+        for mut axis in axes {
+            let periods = axis.current_loop().periods();
+            match groups.last_mut() {
+                Some(group) if group.takes(periods, size) => group.add(axis),
+                _ => groups.push(Group::new(axis, periods)),
+            }
+        }
+        AxisBatch { groups }
+    }
+
+    /// Number of axes.
+    pub fn len(&self) -> usize {
+        self.groups.iter().map(Group::len).sum()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.groups.is_empty()
+    }
+
+    /// The axes in their order.
+    pub fn axes(&self) -> impl Iterator<Item = &dyn AxisRunner> {
+        self.groups.iter().flat_map(Group::axes)
+    }
+
+    /// Gives each axis its setpoints and an output to append to, as [`AxisRunner::push`] does; `setpoints` and `outputs` are in the order of the
+    /// axes, and what is missing in one of them leaves its axis where it is.
+    ///
+    /// # Errors
+    /// Those of each axis, in their order. The setpoints before the faulty one have been taken; other axes go on.
+    pub fn push(&mut self, setpoints: &[&[Setpoint]], outputs: &mut [AxisOutput]) -> Vec<Result<(), AxisError>> {
+        let mut tasks = Vec::with_capacity(self.groups.len());
+        let (mut setpoints, mut outputs) = (setpoints, outputs);
+        for group in &mut self.groups {
+            let count = group.len().min(setpoints.len()).min(outputs.len());
+            let (mine, others) = setpoints.split_at(count);
+            let (my_outputs, other_outputs) = outputs.split_at_mut(count);
+            (setpoints, outputs) = (others, other_outputs);
+            tasks.push((group, mine, my_outputs));
+        }
+        let results: Vec<Vec<Result<(), AxisError>>> =
+            tasks.into_par_iter().map(|(group, setpoints, outputs)| group.push(setpoints, outputs)).collect();
+        results.into_iter().flatten().collect()
+    }
+}

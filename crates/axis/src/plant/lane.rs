@@ -1,0 +1,108 @@
+//! The plant's fast step as plain numbers: what a batch needs to take it for several axes at once.
+//!
+//! A lane holds the numbers of one plant in one mode. [`crate::batch`] computes with them exactly what [`super::Plant::step`] does up to
+//! and including the look for events, operation by operation; where that look finds that something may happen, the plant itself steps.
+
+use super::Plant;
+use super::mode::{Contact, Friction, Mass, Mode};
+use crate::config::ContactLaw;
+
+/// Numbers of a plant in a mode.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lane {
+    pub(crate) mode: Mode,
+    /// Columns of the step's matrix, then the row of the load's travel: see [`super::table::StepTable`].
+    pub(crate) columns: [[f64; 4]; 7],
+    pub(crate) travel: [f64; 7],
+    pub(crate) decay_d: f64,
+    pub(crate) gain_d: f64,
+    pub(crate) pole_pairs: f64,
+    pub(crate) inductance: f64,
+    pub(crate) torque_constant: f64,
+    pub(crate) load_constant: f64,
+    /// Gap angle at which the penetration is zero.
+    pub(crate) offset: f64,
+    /// Coulomb friction of motor and load against their sliding, N m.
+    pub(crate) friction: [f64; 2],
+    /// Stiffness and damping of the shaft in this mode.
+    pub(crate) shaft: [f64; 2],
+    pub(crate) look: Look,
+}
+
+/// Bounds of the look for events; infinite where a mode has no such event.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Look {
+    /// A third of the period.
+    pub(crate) third: f64,
+    /// Range of the penetration.
+    pub(crate) range: [f64; 2],
+    /// Stiffness with the flank's sign, and damping, of a contact that may not pull; 0 elsewhere.
+    pub(crate) push: [f64; 2],
+    /// What is asked for between spring and damper.
+    pub(crate) push_margin: f64,
+    /// Signs of sliding of motor and load.
+    pub(crate) sliding: [f64; 2],
+    /// What is asked for between speed and its change.
+    pub(crate) speed_margin: [f64; 2],
+    /// Friction that holds motor and load.
+    pub(crate) holding: [f64; 2],
+    pub(crate) torque_margin: f64,
+}
+
+impl Plant {
+    /// The numbers of a mode; none where a step of this plant is not such a product. In a mode whose look for events is a different one the range of
+    /// the penetration is empty, so that something may happen at every step.
+    pub(crate) fn lane(&self, mode: Mode) -> Option<Lane> {
+        let (params, table) = (&self.params, self.tables.get(mode.matrix())?);
+        if self.curved {
+            return None;
+        }
+        let (columns, travel) = table.numbers();
+        let (stiffness, damping) = params.shaft(mode.contact.coupling());
+        Some(Lane {
+            mode,
+            columns,
+            travel,
+            decay_d: self.decay_d,
+            gain_d: self.gain_d,
+            pole_pairs: params.pole_pairs,
+            inductance: params.inductance_h,
+            torque_constant: params.torque_constant_nm_per_a,
+            load_constant: params.load_constant_nm,
+            offset: params.flank(mode.contact.sign()),
+            friction: [params.sliding_torque(Mass::Motor, mode.motor), params.sliding_torque(Mass::Load, mode.load)],
+            shaft: [stiffness, damping],
+            look: self.look(mode),
+        })
+    }
+
+    fn look(&self, mode: Mode) -> Look {
+        let (params, margins) = (&self.params, &self.margins);
+        let other = |friction: Friction| !matches!(friction, Friction::None | Friction::Sliding(_) | Friction::Stuck);
+        let range = match mode.contact {
+            _ if other(mode.motor) || other(mode.load) => [f64::INFINITY, f64::NEG_INFINITY],
+            Contact::Rigid => [f64::NEG_INFINITY, f64::INFINITY],
+            Contact::Gap => [-params.half_gap_rad, params.half_gap_rad],
+            Contact::Spring(side) if side.sign() > 0.0 => [0.0, f64::INFINITY],
+            Contact::Spring(_) => [f64::NEG_INFINITY, 0.0],
+            Contact::Doubled(_) | Contact::Lifted(_) => [f64::INFINITY, f64::NEG_INFINITY],
+        };
+        let pushes = matches!(mode.contact, Contact::Spring(_)) && params.contact != ContactLaw::Linear;
+        let sign = mode.contact.sign();
+        let speed_margin = |mass: Mass| match mode.friction(mass) {
+            Friction::Sliding(_) => margins.speed() + params.friction(mass).slow_rad_s(),
+            _ => f64::NEG_INFINITY,
+        };
+        let holding = |mass: Mass| if mode.friction(mass).stuck() { params.breakaway(mass) } else { f64::INFINITY };
+        Look {
+            third: margins.third(),
+            range,
+            push: if pushes { [params.stiffness_nm_per_rad * sign, params.damping_nm_s_per_rad] } else { [0.0; 2] },
+            push_margin: if pushes { margins.torque() } else { f64::NEG_INFINITY },
+            sliding: [mode.motor.sign(), mode.load.sign()],
+            speed_margin: [speed_margin(Mass::Motor), speed_margin(Mass::Load)],
+            holding: [holding(Mass::Motor), holding(Mass::Load)],
+            torque_margin: margins.torque(),
+        }
+    }
+}
