@@ -1,7 +1,7 @@
 //! A tenth of a second of one axis in its closed loop, its plant stepped by the library and by a general-purpose solver with location of events.
 //!
-//! Spline, drive and inputs are the same; the solver's tolerance is set so that its load stays within 1e-4 of the gap of the library's, which is far
-//! coarser than the library's own error. Prints both, the deviation and the ratio. Elements are CNC periods.
+//! Spline, drive and inputs are the same; the solver's tolerances and the load's deviation from the library's are printed with both times and the
+//! ratio. Elements are CNC periods.
 
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
 

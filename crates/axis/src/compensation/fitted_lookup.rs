@@ -2,7 +2,8 @@
 //!
 //! As `lookup`, whose equations it shares (`crossing`, `traverse`, `twin`), with one difference: the gap is never the machine's true
 //! one. It is what a fit of a log told (`compare --fitted AXIS=FILE.json`, or `fitted_lookup.gap` of the machine file), so the result holds what the fit got
-//! wrong. The load's inertia, friction and the shaft are those of the description; a fit from the motor alone finds the load's, too, and where it told them they are used.
+//! wrong. The load's inertia, friction and the shaft are those of the
+//! description, whatever a fit says of them.
 //!
 //! **An axis that no fit was given for is left as it is.** `compare` says so.
 //!

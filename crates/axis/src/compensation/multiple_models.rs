@@ -8,8 +8,7 @@
 //! chain:       mu_j = c_j L_j G_j / sum;   p: stays with 1 - p, from flank to gap p, from the gap to either flank p/2
 //! output:      x, P = moments of the mixture with weights mu_j
 //! ```
-//! G is needed because a linear spring also pulls: without it "pulled by the left flank" and "pushed by the right one" look alike. The output's half gap
-//! is unlike the extended filter's in that it is corrected in both directions, since the contact that comes early raises the flank's probability.
+//! G is needed because a linear spring also pulls: without it "pulled by the left flank" and "pushed by the right one" look alike.
 //!
 //! Use: as `kalman`, with changes of the likeliest flank.
 //! Signals: references, motor position (rad), current (A): motor side. It is told the load's inertia and friction and the shaft, **not the gap**.
