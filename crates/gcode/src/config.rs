@@ -25,9 +25,9 @@ pub struct InterpreterConfig {
     pub block_delete: bool,
     /// Tools. Without a table every tool is accepted, with a warning, and has no length.
     pub tool_table: Option<ToolTable>,
-    /// Does what LinuxCNC 2.9 does by mistake, for comparison with its output only: taps outside the XY plane (G74 and G84 in
-    /// G18 and G19) along the wrong axes, and begins G70 under cutter compensation at the end of the profile.
-    pub rs274_faults: bool,
+    /// Taps outside the XY plane (G74 and G84 in G18 and G19) as LinuxCNC 2.9 does, along the wrong axes; for comparison
+    /// with its output only.
+    pub rs274_tapping: bool,
     /// Parameters to start with, in machine units and degrees; numbers out of range are not used.
     pub parameters: Vec<(u16, f64)>,
     /// Where the machine stands at the start: machine coordinates of the spindle, mm and rad.
@@ -45,7 +45,7 @@ impl Default for InterpreterConfig {
             leniencies: Dialect::default().leniencies(),
             block_delete: false,
             tool_table: None,
-            rs274_faults: false,
+            rs274_tapping: false,
             parameters: Vec::new(),
             start: Coords::ZERO,
             limits: Limits::default(),
@@ -56,7 +56,7 @@ impl Default for InterpreterConfig {
 impl InterpreterConfig {
     /// As LinuxCNC's stand-alone interpreter `rs274` is set up: machine units are inches, programs start in millimetres.
     pub fn like_rs274() -> InterpreterConfig {
-        InterpreterConfig { machine_units: Units::Inch, rs274_faults: true, ..InterpreterConfig::default() }
+        InterpreterConfig { machine_units: Units::Inch, rs274_tapping: true, ..InterpreterConfig::default() }
     }
 
     /// In a dialect, with all that it accepts.

@@ -4,7 +4,6 @@ pub use crate::exec::compensation::Compensation;
 pub use crate::exec::corner::PendingCorner;
 pub use crate::exec::curves::NurbsDraft;
 pub use crate::exec::five_axis::TipControl;
-pub use crate::exec::lathe::ProfileDraft;
 use crate::ops::{PathControl, Plane, Position, Units};
 use crate::problem::Code;
 use crate::tilt::Tilt;
@@ -120,8 +119,6 @@ pub struct State {
     pub spline_exit: [f64; 2],
     /// The NURBS block that has begun (G5.2).
     pub nurbs: Option<Box<NurbsDraft>>,
-    /// The profile that a turning cycle (G70 to G72) notes.
-    pub profile: Option<Box<ProfileDraft>>,
     /// A corner to be rounded or chamfered when the next move is known.
     pub corner: Option<Box<PendingCorner>>,
     /// Where the corner before the present move ends, if there was one.
@@ -207,7 +204,6 @@ impl State {
             arc_not_allowed: false,
             spline_exit: [0.0; 2],
             nurbs: None,
-            profile: None,
             corner: None,
             corner_exit: None,
             tip_control: TipControl::default(),

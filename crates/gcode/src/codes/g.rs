@@ -3,8 +3,7 @@
 use super::row::{AxisUse, CodeRow, Group, Texts, row};
 use crate::dialect::Leniency;
 use crate::exec::{
-    Exec, arc, compensation, curves, cycles, dwell, five_axis, g10, haas, home, lathe, modes, offsets, probe, spindle, straight, thread,
-    tool,
+    Exec, arc, compensation, curves, cycles, dwell, five_axis, g10, haas, home, modes, offsets, probe, spindle, straight, thread, tool,
 };
 use crate::problem::{Code, Problem};
 
@@ -102,13 +101,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
         .only_with(Leniency::FiveAxis),
     g(690, Group::NonModal, (NONE, ""), ["coordinates not turned any more", "G69", "g69.ngc"], five_axis::untilt)
         .only_with(Leniency::FiveAxis),
-    g(700, Group::Motion, (MAY, "QDEP"), ["finish a turned profile", "G70 Q100 X15 Z2 P1", "g70.ngc"], lathe::lathe),
-    g(710, Group::Motion, (MAY, "QDIR"), ["rough a profile along Z, with its pockets", "G71 Q100 X15 Z2 I1 R0.3", "g71.ngc"], lathe::lathe),
-    g(711, Group::Motion, (MAY, "QDIR"), ["the same without its pockets", "G71.1 Q100 X15 Z2 I1", "g71_1.ngc"], lathe::lathe),
-    g(712, Group::Motion, (MAY, "QDIR"), ["only the pockets", "G71.2 Q100 X15 Z2 I1", "g71_2.ngc"], lathe::lathe),
-    g(720, Group::Motion, (MAY, "QDIR"), ["rough a profile along X, with its pockets", "G72 Q100 X15 Z2 I1", "g72.ngc"], lathe::lathe),
-    g(721, Group::Motion, (MAY, "QDIR"), ["the same without its pockets", "G72.1 Q100 X15 Z2 I1", "g72_1.ngc"], lathe::lathe),
-    g(722, Group::Motion, (MAY, "QDIR"), ["only the pockets", "G72.2 Q100 X15 Z2 I1", "g72_2.ngc"], lathe::lathe),
     g(730, Group::Motion, (NEEDS, "RQLP"), ["drill with chip breaking", "G73 X1 Z-9 R1 Q2", "g73.ngc"], cycles::cycle),
     g(740, Group::Motion, (NEEDS, "RLP"), ["tap, left-handed", "G74 X1 Z-9 R1", "g74.ngc"], cycles::cycle),
     g(

@@ -15,7 +15,7 @@ pub(crate) struct Saved {
 
 /// M70 and M73.
 pub(crate) fn save(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let modes = Some(Box::new(State { nurbs: None, profile: None, corner: None, corner_exit: None, ..exec.state.clone() }));
+    let modes = Some(Box::new(State { nurbs: None, corner: None, corner_exit: None, ..exec.state.clone() }));
     if let Some(level) = exec.saved.last_mut() {
         *level = Saved { modes, automatic: code.tenths == 730 };
     }

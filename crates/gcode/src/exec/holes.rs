@@ -128,7 +128,7 @@ impl Exec<'_> {
         let mut end = self.state.current;
         end[hole.normal] = level;
         let asked = end;
-        if self.config.rs274_faults && hole.plane != Plane::Xy {
+        if self.config.rs274_tapping && hole.plane != Plane::Xy {
             // As recorded: the stand-alone interpreter takes the plane's axes one too far.
             let [first, second, normal] = hole.plane.axes();
             (end[0], end[1], end[2]) = if hole.plane == Plane::Zx {

@@ -16,7 +16,6 @@ pub(crate) mod g10;
 pub(crate) mod haas;
 pub(crate) mod holes;
 pub(crate) mod home;
-pub(crate) mod lathe;
 pub(crate) mod modes;
 pub(crate) mod offsets;
 pub(crate) mod outputs;
@@ -52,8 +51,6 @@ pub(crate) enum Jump {
         /// P.
         line: f64,
     },
-    /// The subroutine of a turning cycle (G70 to G72).
-    Profile { name: String },
 }
 
 /// A block being carried out.

@@ -90,12 +90,8 @@ impl Interpreter {
 
     /// The subroutine of an M98 on the line, if it is not known yet.
     pub(crate) fn wanted_sub(&self) -> Option<String> {
-        let letter = self.words.codes().iter().find_map(|used| match used.row.code {
-            M98 => Some(b'P'),
-            Code { letter: 'G', tenths: 700..=722 } => Some(b'Q'),
-            _ => None,
-        });
-        let number = letter.and_then(|letter| self.words.get(letter)).and_then(whole);
+        let is_call = self.words.codes().iter().any(|used| used.row.code == M98);
+        let number = if is_call { self.words.get(b'P').and_then(whole) } else { None };
         number.map(|number| format!("{number}")).filter(|name| !self.flow.subs.contains_key(name))
     }
 
@@ -103,12 +99,6 @@ impl Interpreter {
     pub(crate) fn jump(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
         match self.jump.take() {
             Some(Jump::Call { name, rounds }) => self.call(name, None, rounds),
-            Some(Jump::Profile { name }) => {
-                if let Some(draft) = &mut self.state.profile {
-                    draft.depth = self.flow.frames.len();
-                }
-                self.call(name, Some(&[]), 1)
-            }
             Some(Jump::Return) if self.flow.frames.is_empty() => {
                 self.report(Problem::EndlessMain);
                 self.exec(out).end_program()

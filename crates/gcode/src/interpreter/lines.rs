@@ -30,9 +30,6 @@ impl Interpreter {
             self.place_and_report(problem, text);
             self.salvage();
         }
-        if self.state.profile.is_some() && self.flow.seek.is_none() {
-            self.cut_profile(out);
-        }
         if self.returning.is_some()
             && let Err(problem) = self.restore_left(out)
         {

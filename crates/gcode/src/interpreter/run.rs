@@ -2,7 +2,6 @@
 
 use super::Interpreter;
 use super::dialects::Line;
-use crate::diagnostics::Diagnostic;
 use crate::dialect::Leniency;
 use crate::exec::{Exec, check};
 use crate::ops::SourcedOp;
@@ -56,10 +55,6 @@ impl Interpreter {
         }
         self.apply_settings()?;
         self.warn();
-        if self.state.profile.is_some() {
-            self.exec(out).note_profile().map_err(|problem| (problem, None))?;
-            return self.jump(out).map_err(|problem| (problem, None));
-        }
         self.run_comment(out);
         if self.words.mask == 0 && self.words.codes().is_empty() {
             return Ok(());
@@ -138,17 +133,6 @@ impl Interpreter {
             Target::Named(_) => 0.0,
         };
         Ok((number, self.value_or_vacant(setting.value)?))
-    }
-
-    /// Makes the turning cycle whose profile is complete.
-    pub(crate) fn cut_profile(&mut self, out: &mut Vec<SourcedOp>) {
-        let depth = self.flow.frames.len();
-        if let Some(draft) = self.state.profile.take_if(|draft| depth <= draft.depth) {
-            let place = draft.block;
-            if let Err(problem) = self.exec(out).cut_profile(*draft) {
-                self.diagnostics.push(Diagnostic { problem, place });
-            }
-        }
     }
 
     /// Reports what the block only warns about.

@@ -93,7 +93,9 @@ impl Exec<'_> {
         let message = match (code.letter, code.tenths) {
             ('M', 0 | 10 | 600) => {
                 if let Some(compensation) = &mut self.state.compensation {
-                    return compensation.let_go(self.state.plane, self.out);
+                    let result = compensation.release(self.state.plane, None, self.out);
+                    compensation.fixed = true;
+                    return result;
                 }
                 return Ok(());
             }
@@ -159,12 +161,6 @@ impl Compensation {
         self.left != 0.0
     }
 
-    /// Lets everything that is held go, as it is.
-    pub(crate) fn let_go(&mut self, plane: Plane, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
-        self.fixed = true;
-        self.release(plane, None, out)
-    }
-
     /// Fixes the end of the held move, if it is another than thought, and lets everything that is held go.
     fn release(&mut self, plane: Plane, end: Option<Point>, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
         let result = match (&self.last, end) {
@@ -182,7 +178,7 @@ impl Compensation {
     }
 
     /// From the centre of a lathe tool's nose to the point that the program controls.
-    pub(crate) fn nose(&self, plane: Plane) -> Point {
+    fn nose(&self, plane: Plane) -> Point {
         if plane != Plane::Zx {
             return [0.0; 2];
         }
