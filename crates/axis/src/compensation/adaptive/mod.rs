@@ -139,7 +139,8 @@ impl Registered for Adaptive {
 impl Adaptive {
     /// Sets out to read a window, unless there is one under way or it says less than is known.
     fn begin_reading(&self, state: &mut AdaptiveState, window: Window) {
-        let superfluous = window.wavered && state.gap.count >= ENOUGH;
+        // A flank that wavers reads as a gap many times too large, and readings of it agree with each other.
+        let superfluous = window.wavered;
         if !state.learning.known || state.reading.is_some() || superfluous {
             return;
         }
