@@ -2,6 +2,7 @@
 
 use super::{General, LimitsTable, Machine};
 use lostmotion_axis::AxisConfig;
+use lostmotion_axis::config::Cycles;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -9,7 +10,7 @@ use std::collections::BTreeMap;
 struct AxisTable<'a> {
     limits: &'a LimitsTable,
     #[serde(flatten)]
-    config: &'a AxisConfig,
+    config: AxisConfig,
 }
 
 #[derive(Serialize)]
@@ -27,7 +28,11 @@ impl Machine {
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         let mut axis = BTreeMap::new();
         for part in &self.axes {
-            axis.insert(part.id.letter().to_ascii_lowercase().to_string(), AxisTable { limits: &part.table, config: &part.config });
+            // the machine's own table has the cycles
+            axis.insert(
+                part.id.letter().to_ascii_lowercase().to_string(),
+                AxisTable { limits: &part.table, config: AxisConfig { cycles: Cycles::default(), ..part.config.clone() } },
+            );
         }
         toml::to_string_pretty(&File { general: &self.general, axis })
     }

@@ -6,8 +6,8 @@ use lostmotion_axis::{AxisBatch, AxisConfig, AxisError, AxisOutput, AxisRunner, 
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_plan::Sample;
 
-/// How long the machine stands still before the program, CNC ticks: gravity pulls loads to their flank, drives settle.
-const SETTLE_TICKS: usize = 500;
+/// How long the machine stands still before the program, s: gravity pulls loads to their flank, drives settle.
+const SETTLE_S: f64 = 0.5;
 
 /// The machine in several variants (without a gap, and with each method), all on the same setpoints.
 pub(crate) struct Bank {
@@ -58,7 +58,7 @@ impl Bank {
                 let config = if variant.without_gap { axis.config.without_gap() } else { axis.config.clone() };
                 let at = start[axis.id] * axis.axis_units_per_joint_unit();
                 let mut runner = build_runner(&config, &variant.method, at).map_err(error)?;
-                settle(runner.as_mut(), at).map_err(error)?;
+                settle(runner.as_mut(), &config, at).map_err(error)?;
                 runners.push(runner);
                 axis_of.push(index);
                 datums.push(datum(&config, at).map_err(error)?);
@@ -69,7 +69,7 @@ impl Bank {
         Ok(Bank { setpoints: vec![Vec::new(); outputs.axes.len()], batch: AxisBatch::new(runners), axis_of, delay_ticks, outputs })
     }
 
-    /// CNC periods by which references lag behind setpoints; the largest of all axes.
+    /// Command cycles by which references lag behind setpoints; the largest of all axes.
     pub(crate) fn delay_ticks(&self) -> u32 {
         self.delay_ticks
     }
@@ -94,10 +94,11 @@ impl Bank {
 }
 
 /// Lets an axis stand still at a place until it has come to rest; gives where its load then is.
-fn settle(runner: &mut dyn AxisRunner, at: f64) -> Result<f64, AxisError> {
+fn settle(runner: &mut dyn AxisRunner, config: &AxisConfig, at: f64) -> Result<f64, AxisError> {
     let rest = Setpoint::moving(at, 0.0, 0.0);
     let mut output = AxisOutput::new(false);
-    runner.push(&[rest; SETTLE_TICKS], &mut output)?;
+    let ticks = (SETTLE_S / config.cycles.command().period_s()).round() as usize;
+    runner.push(&vec![rest; ticks], &mut output)?;
     Ok(output.load.last().copied().unwrap_or(at))
 }
 
@@ -108,7 +109,7 @@ fn datum(config: &AxisConfig, at: f64) -> Result<f64, AxisError> {
         return Ok(0.0);
     }
     let mut runner = build_runner(config, "none", at)?;
-    Ok(settle(runner.as_mut(), at)? - at)
+    Ok(settle(runner.as_mut(), config, at)? - at)
 }
 
 impl AxisInfo {

@@ -34,6 +34,7 @@ pub(crate) fn planner_config(machine: &Machine) -> PlannerConfig {
     }
     let settings = machine.planner();
     PlannerConfig {
+        clock: machine.cycles().command(),
         default_tolerance_mm: settings.default_tolerance_mm,
         exact_path_tolerance_mm: settings.exact_path_tolerance_mm,
         exact_path_angle_deg: settings.exact_path_angle_deg,

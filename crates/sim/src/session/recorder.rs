@@ -4,7 +4,7 @@ use super::bank::Outputs;
 use super::frame::{Frame, contour_input};
 use crate::error::SimError;
 use crate::options::SimulateOptions;
-use lostmotion_base::Clock;
+use lostmotion_axis::config::Cycles;
 use lostmotion_contour::{
     BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place, ReversalConfig, ReversalLedger, ReversalRow,
     ReversalState, Shares, Statistics,
@@ -34,8 +34,8 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    pub(crate) fn new(variant: usize, axes: usize, options: &SimulateOptions, with_records: bool) -> Recorder {
-        let window = (options.reversal_window_s / Clock::SERVO.period_s()).round() as u64;
+    pub(crate) fn new(variant: usize, axes: usize, cycles: Cycles, options: &SimulateOptions, with_records: bool) -> Recorder {
+        let window = (options.reversal_window_s / cycles.servo().period_s()).round() as u64;
         Recorder {
             variant,
             foot: FootState::default(),
