@@ -72,6 +72,14 @@ pub(super) fn config(document: &Document<'_>, key: &str, config: &AxisConfig, pr
     }
 }
 
+/// Two motors on one axis move in the same unit.
+pub(super) fn transmissions(document: &Document<'_>, first: &AxisConfig, second: &AxisConfig, problems: &mut Vec<Problem>) {
+    if first.unit() != second.unit() {
+        let message = format!("moves in {}, but the first end in {}", second.unit().symbol(), first.unit().symbol());
+        problems.push(document.problem("gantry.second.transmission", message, "both ends of a gantry move in one unit"));
+    }
+}
+
 fn kind_of_motion(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut Vec<Problem>) {
     let rotary = matches!(axis.config.transmission, Transmission::Rotary(_));
     if rotary != axis.id.is_rotary() {

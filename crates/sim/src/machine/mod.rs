@@ -6,6 +6,7 @@
 
 mod check;
 mod document;
+mod gantry;
 mod limits;
 mod preset;
 mod problem;
@@ -16,6 +17,7 @@ mod settings;
 mod tuning;
 mod write;
 
+pub use gantry::Gantry;
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
 pub use preset::{DEFAULT_MACHINE, PresetInfo, axis_preset, axis_presets, presets};
 pub use problem::{MachineError, Problem};
@@ -83,6 +85,7 @@ fn is_default(dialect: &Dialect) -> bool {
 pub struct Machine {
     general: General,
     axes: Vec<MachineAxis>,
+    gantry: Option<Gantry>,
 }
 
 impl Machine {
@@ -156,6 +159,11 @@ impl Machine {
         &self.axes
     }
 
+    /// The axis that two motors drive, if there is one; [`Machine::axes`] has its first motor.
+    pub fn gantry(&self) -> Option<&Gantry> {
+        self.gantry.as_ref()
+    }
+
     /// The letters of all axes.
     pub fn axis_set(&self) -> AxisSet {
         self.axes.iter().map(|axis| axis.id).collect()
@@ -171,7 +179,7 @@ impl Machine {
     #[must_use]
     pub fn with_cycles(&self, cycles: Cycles) -> Machine {
         let general = General { cycles, ..self.general.clone() };
-        Machine { general, axes: self.axes.clone() }.map_axes(AxisConfig::clone)
+        Machine { general, ..self.clone() }.map_axes(AxisConfig::clone)
     }
 
     /// An axis keeps the machine's cycles.
@@ -179,11 +187,13 @@ impl Machine {
         AxisConfig { cycles: self.general.cycles, ..config.clone() }
     }
 
-    /// The same machine with every axis through a function; cycles stay the machine's. The caller checks what comes out ([`AxisConfig::check`]).
+    /// The same machine with every axis, and the second motor of a gantry, through a function; cycles stay the machine's. The caller checks what comes out ([`AxisConfig::check`]).
     #[must_use]
     pub fn map_axes(&self, change: impl Fn(&AxisConfig) -> AxisConfig) -> Machine {
-        let change = |axis: &MachineAxis| MachineAxis { config: self.in_step(&change(&axis.config)), ..axis.clone() };
-        Machine { general: self.general.clone(), axes: self.axes.iter().map(change).collect() }
+        let change = |config: &AxisConfig| self.in_step(&change(config));
+        let of_axis = |axis: &MachineAxis| MachineAxis { config: change(&axis.config), ..axis.clone() };
+        let gantry = self.gantry.as_ref().map(|gantry| gantry.map(change));
+        Machine { general: self.general.clone(), axes: self.axes.iter().map(of_axis).collect(), gantry }
     }
 
     /// The same machine with another axis description for one letter. The caller checks it ([`AxisConfig::check`]).
@@ -191,6 +201,6 @@ impl Machine {
     pub fn with_axis_config(&self, id: AxisId, config: &AxisConfig) -> Machine {
         let config = self.in_step(config);
         let put = |axis: &MachineAxis| if axis.id == id { MachineAxis { config: config.clone(), ..axis.clone() } } else { axis.clone() };
-        Machine { general: self.general.clone(), axes: self.axes.iter().map(put).collect() }
+        Machine { axes: self.axes.iter().map(put).collect(), ..self.clone() }
     }
 }

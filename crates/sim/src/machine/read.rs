@@ -1,11 +1,11 @@
 //! From the text of a machine file to a machine, or to all that is wrong with it.
 
-use super::check;
 use super::document::{Document, not_finite};
 use super::limits::{LimitsTable, LinearLimits, RotaryLimits};
 use super::problem::{MachineError, Problem, did_you_mean};
 use super::section::{join, read};
 use super::{General, Homes, Machine, MachineAxis, PlannerSettings, SimulateSettings, ToolEntry, WorkOffsets};
+use super::{check, gantry};
 use lostmotion_axis::AxisConfig;
 use lostmotion_axis::config::Cycles;
 use lostmotion_base::AxisId;
@@ -16,7 +16,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Tables of a machine file that are read on their own.
-const TABLES: [&str; 9] = ["cycles", "kinematics", "planner", "simulate", "start", "work_offset", "home", "tool", "axis"];
+const TABLES: [&str; 10] = ["cycles", "gantry", "kinematics", "planner", "simulate", "start", "work_offset", "home", "tool", "axis"];
 
 /// Keys of a machine file outside any table.
 #[derive(Deserialize)]
@@ -45,11 +45,12 @@ impl Machine {
             axis.config.cycles = cycles.unwrap_or_default();
         }
         check::axes(&document, &axes, &mut problems);
+        let gantry = gantry::read(&document, &axes, cycles.unwrap_or_default(), &mut problems);
         if let Some(general) = &general {
             check::general(&document, general, &axes, &mut problems);
         }
         match general {
-            Some(general) if problems.is_empty() => Ok(Machine { general, axes }),
+            Some(general) if problems.is_empty() => Ok(Machine { general, axes, gantry }),
             _ => Err(MachineError::new(name, problems)),
         }
     }

@@ -1,6 +1,6 @@
 //! A machine as a TOML file.
 
-use super::{General, LimitsTable, Machine};
+use super::{Gantry, General, LimitsTable, Machine};
 use lostmotion_axis::AxisConfig;
 use lostmotion_axis::config::Cycles;
 use serde::Serialize;
@@ -14,9 +14,11 @@ struct AxisTable<'a> {
 }
 
 #[derive(Serialize)]
-struct File<'a> {
+struct File<'a, G: Serialize> {
     #[serde(flatten)]
     general: &'a General,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gantry: Option<G>,
     axis: BTreeMap<String, AxisTable<'a>>,
 }
 
@@ -34,6 +36,6 @@ impl Machine {
                 AxisTable { limits: &part.table, config: AxisConfig { cycles: Cycles::default(), ..part.config.clone() } },
             );
         }
-        toml::to_string_pretty(&File { general: &self.general, axis })
+        toml::to_string_pretty(&File { general: &self.general, gantry: self.gantry.as_ref().map(Gantry::table), axis })
     }
 }

@@ -6,7 +6,7 @@ use super::rows;
 use super::run::{Tally, WITHOUT_GAP};
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
-use crate::results::{AxisResult, BlockResult, Comparison, MethodResult, PlanInfo, SCHEMA_VERSION, Simulation};
+use crate::results::{AxisResult, BlockResult, Comparison, GantryResult, MethodResult, PlanInfo, SCHEMA_VERSION, Simulation};
 use crate::source::ProgramSource;
 use lostmotion_axis::find_method;
 use lostmotion_base::Clock;
@@ -76,6 +76,7 @@ fn method_result(machine: &Machine, method: &str, variant: usize, tolerance_um: 
         reversals: recorder.turns.worst().map(|row| rows::reversal(row, servo)).collect(),
         reversal_count: recorder.turns.counts().iter().sum(),
         axes,
+        gantry: gantry(variant, tally),
         within_tolerance: cutting.max <= tolerance_um,
         notes: Vec::new(),
     };
@@ -105,9 +106,22 @@ fn notes(result: &MethodResult, servo: Clock, not_finite: u64) -> Vec<String> {
     notes
 }
 
+fn gantry(variant: usize, tally: &Tally) -> Option<GantryResult> {
+    let (recorder, outputs) = (&tally.recorders[variant], &tally.bank.outputs);
+    let axis = outputs.axes().get(outputs.gantry_axis()?)?.id;
+    let summary = recorder.skew.summary();
+    Some(GantryResult {
+        axis,
+        skew_um: rows::stats(&recorder.skew, UM_PER_MM),
+        peak_um: summary.max * UM_PER_MM,
+        time_s: tally.cycles.servo().seconds(summary.max_at.tick),
+        block: recorder.skew_peak.1,
+    })
+}
+
 fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
     let info = &tally.bank.outputs.axes()[axis];
-    let output = tally.bank.outputs.of(variant, axis);
+    let (output, second) = (tally.bank.outputs.of(variant, axis), tally.bank.outputs.second_of(variant, axis));
     let id = info.id;
     let unit = if id.is_rotary() { "mdeg" } else { "um" };
     // Following errors are in the axis' own unit (mm or deg, or rad on axes described in rad): a joint unit is mm or rad.
@@ -121,8 +135,9 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
         following: rows::stats(&tally.recorders[variant].following[axis], factor),
         following_without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].following[axis], factor),
         reversals: tally.recorders[variant].turns.counts()[id.index()],
-        peak_current_ratio: output.peak_current_a / info.current_limit_a,
-        saturated_samples: output.saturated_samples,
+        peak_current_ratio: second.map_or(output.peak_current_a, |second| output.peak_current_a.max(second.peak_current_a))
+            / info.current_limit_a,
+        saturated_samples: output.saturated_samples + second.map_or(0, |second| second.saturated_samples),
         peak_velocity: tally.peak_velocity[id] * large,
         range: [tally.range[0][id] * large, tally.range[1][id] * large],
     }
