@@ -58,7 +58,7 @@ impl Feed {
         Ok(Feed {
             name: source.name().to_owned(),
             reader: Reader::new(source, machine, options)?,
-            planner: Planner::new(change.of_machine(planner_config(machine)), Arc::clone(&kinematics), start)?,
+            planner: Planner::new(change.of_machine(planner_config(machine, options.quality)), Arc::clone(&kinematics), start)?,
             start_joints: kinematics.inverse(&start, &[0.0; 3])?,
             kinematics,
             segments: 0,

@@ -8,7 +8,7 @@ use crate::session::{Note, planner_config};
 use lostmotion_base::BlockRef;
 use lostmotion_kinematics::Kinematics;
 use lostmotion_path::Curve;
-use lostmotion_plan::{FeedLimit, Move, PathControl, Sample};
+use lostmotion_plan::{FeedLimit, Move, PathControl, Quality, Sample};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ pub(super) struct Watch {
 
 impl Watch {
     pub(super) fn new(machine: &Machine, kinematics: Arc<dyn Kinematics>, keep: usize) -> Watch {
-        let config = planner_config(machine);
+        let config = planner_config(machine, Quality::default());
         let clock = machine.cycles().command();
         Watch {
             kinematics,
