@@ -92,7 +92,7 @@ pub(super) fn read(document: &Document<'_>, axes: &[MachineAxis], cycles: Cycles
         problems.push(document.problem("gantry.along", "is the beam's own axis", "name the axis that moves the tool along the beam"));
     }
     let at_mm = [table.first_at_mm, table.second_at_mm];
-    if (at_mm[1] - at_mm[0]).abs() < LEAST_BEAM_MM || at_mm.iter().any(|at| !(at.abs() <= 1e6)) {
+    if (at_mm[1] - at_mm[0]).abs() < LEAST_BEAM_MM || at_mm.iter().any(|at| !at.is_finite() || at.abs() > 1e6) {
         let message = format!("is {}; the ends of the beam have to lie {LEAST_BEAM_MM} mm apart at least", table.second_at_mm);
         problems.push(document.problem("gantry.second_at_mm", message, ""));
     }
