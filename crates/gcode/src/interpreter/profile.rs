@@ -155,7 +155,9 @@ impl Interpreter {
     /// A or C.
     fn profile_corner(&self) -> Result<Option<Corner>, Placed> {
         let corner = match (self.words.get(b'A'), self.words.get(b'C')) {
-            (Some(_), Some(value)) => return Err((Problem::ProfileCorner { letter: 'C', size: value, two: true }, Some(self.words.text(b'C')))),
+            (Some(_), Some(value)) => {
+                return Err((Problem::ProfileCorner { letter: 'C', size: value, two: true }, Some(self.words.text(b'C'))));
+            }
             (Some(radius), None) => Corner::Fillet(radius),
             (None, Some(length)) => Corner::Chamfer(length),
             (None, None) => return Ok(None),

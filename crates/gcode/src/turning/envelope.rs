@@ -4,7 +4,7 @@ use super::crossing::crossings;
 use super::piece::{Piece, Point, Stretch, cross, distance, dot};
 
 /// Comparisons that one profile may take.
-const MOST_WORK: usize = 10_000_000;
+const MOST_WORK: usize = 1_000_000;
 
 /// The pieces at a distance above the profile, cut where they cross each other, without those parts that come nearer to it.
 /// None if what is left has gaps, or the profile is too long.
@@ -12,17 +12,16 @@ pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<
     let raw = candidates(profile, by);
     let scale = 1.0 + by + raw.iter().map(|piece| piece.end[0].abs().max(piece.end[1].abs())).fold(0.0, f64::max);
     let close = 1e-9 * scale;
+    let reaches: Vec<[f64; 2]> = raw.iter().map(|piece| piece.reach(0)).collect();
     let mut work = 0;
     let mut kept: Vec<(usize, Piece)> = Vec::new();
-    for (index, piece) in raw.iter().enumerate() {
+    for (index, (piece, &[low, high])) in raw.iter().zip(&reaches).enumerate() {
         let mut cuts = vec![0.0, 1.0];
-        let [low, high] = piece.reach(0);
-        for (other, with) in raw.iter().enumerate() {
-            work += 1;
-            let [from, to] = with.reach(0);
+        for (other, (with, &[from, to])) in raw.iter().zip(&reaches).enumerate() {
             if other == index || from > high + close || to < low - close {
                 continue;
             }
+            work += 1;
             let places = crossings(piece, with, close).into_iter().flatten();
             cuts.extend(places.filter_map(|place| share(piece, place, close).filter(|_| share(with, place, close).is_some())));
         }
@@ -42,7 +41,7 @@ pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<
         let [u, v] = [a, b].map(|piece| 0.5 * (piece.start[0] + piece.end[0]));
         if (u - v).abs() > close { u.total_cmp(&v) } else { i.cmp(j) }
     });
-    chain(kept, 2.0 * forgiven + 1e3 * close)
+    chain(kept, close, 10.0 * forgiven + 1e3 * close)
 }
 
 /// All pieces moved, and the corners that stick out rounded.
@@ -69,7 +68,13 @@ fn share(piece: &Piece, place: Point, close: f64) -> Option<f64> {
         let turned = piece.turned(place);
         let sweep = piece.sweep();
         let over = close / piece.radius().unwrap_or(1.0).max(close);
-        if std::f64::consts::TAU - turned <= over { 0.0 } else if turned <= sweep + over { turned / sweep } else { return None }
+        if std::f64::consts::TAU - turned <= over {
+            0.0
+        } else if turned <= sweep + over {
+            turned / sweep
+        } else {
+            return None;
+        }
     } else {
         let way = [piece.end[0] - piece.start[0], piece.end[1] - piece.start[1]];
         let length = dot(way, way).max(f64::MIN_POSITIVE);
@@ -125,13 +130,19 @@ fn push(kept: &mut Vec<(usize, Piece)>, index: usize, part: Piece, close: f64) {
     kept.push((index, part));
 }
 
-/// The parts in their order, joined; none if there is a gap.
-fn chain(kept: Vec<(usize, Piece)>, gap: f64) -> Option<Vec<Piece>> {
+/// The parts in their order, joined; none if there is a gap. Parts that nearly touch are joined where they cross.
+fn chain(kept: Vec<(usize, Piece)>, close: f64, gap: f64) -> Option<Vec<Piece>> {
     let mut chain: Vec<Piece> = Vec::with_capacity(kept.len());
     for (_, mut piece) in kept {
-        if let Some(before) = chain.last() {
-            if distance(before.end, piece.start) > gap {
+        if let Some(before) = chain.last_mut() {
+            let apart = distance(before.end, piece.start);
+            if apart > gap {
                 return None;
+            }
+            if apart > close {
+                let places = crossings(before, &piece, 0.0).into_iter().flatten();
+                let near = places.min_by(|a, b| distance(*a, piece.start).total_cmp(&distance(*b, piece.start)));
+                before.end = near.filter(|place| distance(*place, piece.start) <= gap).unwrap_or(piece.start);
             }
             piece.start = before.end;
         }

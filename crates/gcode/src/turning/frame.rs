@@ -35,10 +35,13 @@ impl Frame {
         Piece { start: self.to(piece.start), end: self.to(piece.end), circle }
     }
 
-    /// Which way the profile travels along Z or X.
-    pub(crate) fn travelling(along_z: bool, first: Point, last: Point) -> Frame {
+    /// The frame in which a profile goes forwards and up. Recorded: one that comes inwards is an inside one, wherever the tool is.
+    /// `start` is where the cycle begins.
+    pub(crate) fn of(along_z: bool, [start, first, last]: [Point; 3]) -> Frame {
         let axis = usize::from(!along_z);
-        let sign = if last[axis] < first[axis] { -1.0 } else { 1.0 };
-        Frame { along_z, signs: [sign, 1.0] }
+        let level = 1 - axis;
+        let back = last[axis] < first[axis] || (last[axis] == first[axis] && first[axis] < start[axis]);
+        let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
+        Frame { along_z, signs: [sign(back), sign(last[level] < first[level])] }
     }
 }

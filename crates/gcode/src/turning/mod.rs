@@ -69,15 +69,9 @@ pub(crate) fn rough(
     words: &Roughing,
     forgiven: f64,
 ) -> Result<(Frame, Vec<Move>), Trouble> {
-    let mut frame = monotone(profile, along_z, forgiven)?;
-    let level = usize::from(along_z);
-    let [start, first, last] = ends(profile)?.map(|place| place[level]);
-    // Recorded: a profile that comes inwards is cut from inside if the tool stands there.
-    if last < first && start < first {
-        frame.signs[1] = -1.0;
-    }
+    let frame = monotone(profile, along_z, forgiven)?;
     let laid = lay(profile, frame)?;
-    let moved = moved(&laid, distance, forgiven)?;
+    let moved = laid.moved(distance, forgiven)?;
     let (Some(begin), Some(end)) = (moved.first().map(|piece| piece.start), moved.last().map(|piece| piece.end)) else {
         return Err(Trouble::Empty);
     };
@@ -93,20 +87,12 @@ pub(crate) fn rough(
 
 /// The moves of G70.
 pub(crate) fn finish(profile: &[ProfileMove], words: &Finishing, forgiven: f64) -> Result<(Frame, Vec<Move>), Trouble> {
-    let mut frame = monotone(profile, true, forgiven).or_else(|trouble| monotone(profile, false, forgiven).map_err(|_| trouble))?;
-    let [_, first, last] = ends(profile)?.map(|place| frame.to(place));
-    let laid = lay(profile, frame)?;
-    let side = laid.pieces.get(1).map_or(0.0, |piece| cross(piece.heading(piece.start), minus(laid.from, piece.start)));
-    // Distances are towards where the tool is. On the line of the first move (recorded): away from the axis of a profile that
-    // goes outwards.
-    if side < -1e-9 || (side < 1e-9 && last[1] < first[1]) {
-        frame.signs[1] = -1.0;
-    }
+    let frame = monotone(profile, true, forgiven).or_else(|trouble| monotone(profile, false, forgiven).map_err(|_| trouble))?;
     let laid = lay(profile, frame)?;
     let mut moves = vec![Move::Rapid(laid.from)];
     for pass in (0..words.passes).rev() {
         let distance = f64::from(pass) * (words.first - words.last) / f64::from(words.passes) + words.last;
-        let pieces = moved(&laid, distance, forgiven)?;
+        let pieces = laid.moved(distance, forgiven)?;
         if pass + 1 < words.passes {
             moves.push(Move::Rapid(laid.from));
         }
@@ -132,8 +118,7 @@ fn ends(profile: &[ProfileMove]) -> Result<[Point; 3], Trouble> {
 
 /// A frame in which the profile never turns back.
 fn monotone(profile: &[ProfileMove], along_z: bool, forgiven: f64) -> Result<Frame, Trouble> {
-    let [_, first, last] = ends(profile)?;
-    let frame = Frame::travelling(along_z, first, last);
+    let frame = Frame::of(along_z, ends(profile)?);
     let back = |entry: &ProfileMove| !frame.piece(&entry.piece).advances(forgiven);
     match profile.iter().skip(1).position(back) {
         Some(index) => Err(Trouble::TurnsBack { index: index + 1, along_z }),
@@ -166,7 +151,22 @@ fn lay(profile: &[ProfileMove], frame: Frame) -> Result<Laid, Trouble> {
     Ok(Laid { from, pieces })
 }
 
-fn moved(laid: &Laid, distance: f64, forgiven: f64) -> Result<Vec<Piece>, Trouble> {
-    let profile = laid.pieces.get(1..).unwrap_or_default();
-    offset::offset(profile, distance, forgiven).ok_or(Trouble::Distance { distance })
+impl Laid {
+    /// The profile at a distance, towards where the tool is: below it only if the tool is below the profile's start and on the
+    /// lower side of its first move, as recorded.
+    fn moved(&self, distance: f64, forgiven: f64) -> Result<Vec<Piece>, Trouble> {
+        let profile = self.pieces.get(1..).unwrap_or_default();
+        let below = profile.first().is_some_and(|piece| {
+            let to_tool = minus(self.from, piece.start);
+            to_tool[1] < 0.0 && cross(minus(piece.end, piece.start), to_tool) < -1e-9
+        });
+        let moved = if !below {
+            offset::offset(profile, distance, forgiven)
+        } else {
+            let mirrored: Vec<Piece> = profile.iter().map(Piece::mirrored).collect();
+            let moved = offset::offset(&mirrored, distance, forgiven);
+            moved.map(|pieces| pieces.iter().map(Piece::mirrored).collect())
+        };
+        moved.ok_or(Trouble::Distance { distance })
+    }
 }

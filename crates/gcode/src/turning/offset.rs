@@ -6,6 +6,11 @@ use super::piece::{Piece, Point, cross, distance, dot};
 
 /// Directions that differ by less than this, rad, go on without a corner.
 const STRAIGHT_ON: f64 = 1e-3;
+/// Rounded corners that would be shorter than this along the travel are left as points, where the moves prolonged meet: recorded
+/// at all directions and distances tried.
+const SHORT_ROUNDING: f64 = 0.01;
+/// Cosine of the turn up to which that is done.
+const BLUNT: f64 = 0.5;
 /// By how much of its length a touching joint may lie away from where the pieces meet.
 const JOINT_REACH: f64 = 0.1;
 
@@ -70,14 +75,16 @@ fn joint(before: &Piece, held: &Piece, piece: &Piece, next: &Piece, forgiven: f6
     if onwards && turn.abs() < STRAIGHT_ON {
         return Joint::At(touching(held, next, forgiven));
     }
-    if turn < 0.0 || (turn.abs() < STRAIGHT_ON && leaves[1] > 0.0) {
-        return Joint::Rounded;
-    }
     let near = |places: [Point; 2]| {
         let [first, second] = places;
         if distance(first, before.end) <= distance(second, before.end) { first } else { second }
     };
-    joints(held, next, 0.0).map(near).map_or(Joint::None, Joint::At)
+    let met = joints(held, next, 0.0).map(near);
+    if turn < 0.0 || (turn.abs() < STRAIGHT_ON && leaves[1] > 0.0) {
+        let short = (next.start[0] - held.end[0]).abs() < SHORT_ROUNDING && dot(leaves, enters) > BLUNT;
+        return met.filter(|_| short).map_or(Joint::Rounded, Joint::At);
+    }
+    met.map_or(Joint::None, Joint::At)
 }
 
 /// Where pieces that go on in the same direction meet. They miss each other by the rounding of the program; of two

@@ -71,6 +71,13 @@ impl Piece {
         Piece { start, end, circle: Some(Circle { center, ccw }) }
     }
 
+    /// The piece upside down.
+    pub(crate) fn mirrored(&self) -> Piece {
+        let flip = |place: Point| [place[0], -place[1]];
+        let circle = self.circle.map(|circle| Circle { center: flip(circle.center), ccw: !circle.ccw });
+        Piece { start: flip(self.start), end: flip(self.end), circle }
+    }
+
     /// Radius at the start; none for a line.
     pub(crate) fn radius(&self) -> Option<f64> {
         self.circle.map(|circle| distance(circle.center, self.start))

@@ -61,7 +61,11 @@ pub(crate) fn rough(path: &[Piece], words: &Roughing) -> Option<Vec<Move>> {
         let (stretches, count) = piece.stretches();
         let mut from = piece.start;
         for (at, stretch) in stretches.iter().take(count).enumerate() {
-            falling = falling && (!stretch.rises || index == 0);
+            // Recorded: a place from which an arc falls at once does not end the first pocket.
+            if falling && distance(stretch.from, stretch.to) < CLOSE {
+                continue;
+            }
+            falling = falling && !stretch.rises;
             if words.pockets == Pockets::First && !falling {
                 rougher.over(piece, stretch, &mut bridge);
                 continue;
@@ -94,6 +98,11 @@ impl Rougher<'_> {
             self.rise(stretch.to[1]);
         }
         let rapid = is_rapid(at.0, piece);
+        // Recorded: an arc is divided at its highest place, not at its lowest.
+        if stretch.rises && piece.circle.is_some() && stretch.to != piece.end {
+            self.along(piece, from, stretch.to, rapid);
+            from = stretch.to;
+        }
         while stretch.to[1] < self.level() - CLOSE {
             let level = self.level();
             let place = if level >= stretch.from[1] { stretch.from } else { piece.at_level(stretch, level) };
@@ -112,7 +121,11 @@ impl Rougher<'_> {
     /// it rises in.
     fn rise(&mut self, to: f64) {
         if to > self.top {
-            (self.top, self.cuts) = (to, 0.0);
+            // Recorded: above where the cycle begins there is nothing to cut.
+            if self.words.pockets == Pockets::Later {
+                self.top = to;
+            }
+            self.cuts = 0.0;
         } else if to > self.level() {
             self.cuts = ((self.top - to) / self.words.depth - CLOSE).ceil().max(0.0);
         }
@@ -132,6 +145,9 @@ impl Rougher<'_> {
     /// degrees, but no further than half way, back along the level and down to the path.
     fn cut(&mut self, (index, stretch): (usize, usize), from: Point, rapid: bool) {
         let to = self.end_of_level(index, stretch, from);
+        if to - from[0] < CLOSE {
+            return;
+        }
         let away = self.words.retract.min(0.5 * (to - from[0]));
         let level = from[1];
         self.moves.push(Move::Feed([to, level]));
