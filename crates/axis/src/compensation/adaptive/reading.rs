@@ -8,7 +8,7 @@
 //!
 //! The work is spread over servo ticks, a few samples in each, so that no tick takes longer than another.
 
-use super::lanes::{Hypotheses, Innovation, Known, LANES, Progress, WARM_UP};
+use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
 use super::onset::{ENDLESS, Onset};
 use super::prior::{GAP, Prior, lanes_of, uniform};
