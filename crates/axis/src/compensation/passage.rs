@@ -4,7 +4,6 @@
 //! extrapolates it sees a change of flank that never comes, and a load that is let go there floats. The reference does not tell beforehand. What it
 //! did the last time is expected again, for the ends of speeding up and of slowing down each; at first, that it ends.
 
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
 /// Part of the acceleration that was extrapolated from which on it has gone through.
@@ -29,10 +28,10 @@ struct Awaited {
 }
 
 impl Passage {
-    /// Speed and acceleration some ticks ahead (rad/s, rad/s2) from those now and the change of acceleration in a tick. To be asked every tick.
-    pub(super) fn ahead(&mut self, speed: f64, acceleration: f64, step: f64, lead_ticks: f64) -> [f64; 2] {
+    /// Speed and acceleration some ticks ahead (rad/s, rad/s2) from those now and the change of acceleration in a tick; `period`: of a tick, s.
+    /// To be asked every tick.
+    pub(super) fn ahead(&mut self, speed: f64, acceleration: f64, step: f64, lead_ticks: f64, period: f64) -> [f64; 2] {
         self.look(acceleration);
-        let period = Clock::SERVO.period_s();
         let free = acceleration + step * lead_ticks;
         let speed_there = speed + (acceleration + 0.5 * step * lead_ticks) * lead_ticks * period;
         if free * acceleration >= 0.0 {
@@ -64,7 +63,7 @@ impl Passage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lostmotion_base::math;
+    use lostmotion_base::{Clock, math};
 
     const LEAD: f64 = 8.0;
 
@@ -75,7 +74,7 @@ mod tests {
         for tick in 0..2500_u32 {
             let at = |tick: u32| w * f64::from(tick) * Clock::SERVO.period_s();
             let step = math::cos(at(tick + 1)) - math::cos(at(tick));
-            let [_, ahead] = passage.ahead(math::sin(at(tick)) / w, math::cos(at(tick)), step, LEAD);
+            let [_, ahead] = passage.ahead(math::sin(at(tick)) / w, math::cos(at(tick)), step, LEAD, Clock::SERVO.period_s());
             // half a turn holds one end of speeding up and one of slowing down
             if ahead * math::cos(at(tick + LEAD as u32)) <= 0.0 {
                 wrong[(tick / 628) as usize] += 1;
@@ -91,11 +90,11 @@ mod tests {
             // braking to rest with a constant jerk
             for left in (1..40_u32).rev() {
                 let (n, period) = (f64::from(left), Clock::SERVO.period_s());
-                let ahead = passage.ahead(0.5 * n * n * period, -n, 1.0, LEAD);
+                let ahead = passage.ahead(0.5 * n * n * period, -n, 1.0, LEAD, period);
                 assert!(ahead[0] >= -1e-12 && ahead[1] <= 0.0, "{left} {ahead:?}");
             }
             for _ in 0..20 {
-                assert_eq!(passage.ahead(0.0, 0.0, 0.0, LEAD), [0.0, 0.0]);
+                assert_eq!(passage.ahead(0.0, 0.0, 0.0, LEAD, Clock::SERVO.period_s()), [0.0, 0.0]);
             }
         }
     }
