@@ -34,7 +34,12 @@ pub(crate) fn comparison(
         program: checked.program,
         machine: machine.name().to_owned(),
         tolerance_um,
-        plan: PlanInfo { duration_s: Clock::CNC.seconds(tally.samples), command: rows::stats(&tally.command, UM_PER_MM), ..checked.plan },
+        plan: PlanInfo {
+            duration_s: Clock::CNC.seconds(tally.samples),
+            command: rows::stats(&tally.command, UM_PER_MM),
+            cutting_force_n: options.cutting_force_n.unwrap_or(machine.simulate().cutting_force_n),
+            ..checked.plan
+        },
         without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].cutting, UM_PER_MM),
         recommended: recommended(&results),
         results,
