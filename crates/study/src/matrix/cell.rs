@@ -141,7 +141,7 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Pairs each servo sample with the command that it answers to, one CNC tick before, and measures the machine without a gap.
+    /// Pairs each servo sample with the command it answers to, one CNC tick before, and measures the machine without a gap.
     fn frame(&mut self, samples: &[Sample]) -> Result<(), StudyError> {
         self.frames.clear();
         for (n, sample) in samples.iter().enumerate() {
@@ -217,9 +217,8 @@ impl<'a> Bench<'a> {
                 }
             }
             if let (true, Some(trace)) = (traced, &mut self.trace) {
-                let axes = [0, 1].map(|axis| lane.sample(axis, frame.servo_sample));
                 let error_um = [error.error_mm, frame.without_gap.error_mm].map(|mm| mm * UM_PER_MM);
-                trace(&Traced { tick: frame.tick, error_um, measured, axes });
+                trace(&Traced { tick: frame.tick, error_um, measured, axes: [0, 1].map(|axis| lane.sample(axis, frame.servo_sample)) });
             }
         }
         Ok(())
