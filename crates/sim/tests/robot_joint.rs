@@ -37,10 +37,11 @@ fn sweep(direction: f64) -> Vec<AxisSample> {
     out.trace.unwrap()
 }
 
-/// Angle of the joint, deg, at which a flank is met first.
-fn met(samples: &[AxisSample], flank: Engagement) -> f64 {
+/// Angles of the joint, deg, at which the first flank is left and the other one is met.
+fn change(samples: &[AxisSample], to: Engagement) -> [f64; 2] {
     let ratio = joint().transmission.load_per_motor_rad();
-    (samples.iter().find(|sample| sample.engagement == flank).unwrap().load_position * ratio).to_degrees()
+    let first = |engagement| samples.iter().find(|sample| sample.engagement == engagement).unwrap().load_position;
+    [first(Engagement::Gap), first(to)].map(|angle: f64| (angle * ratio).to_degrees())
 }
 
 #[test]
@@ -50,10 +51,12 @@ fn the_flank_changes_where_weight_and_friction_balance() {
     // torque_nm sin(q) + friction = 0 on the way up; mirrored on the way back
     let friction = arm.coulomb_nm + arm.viscous_nm_s_per_rad * SPEED.to_radians();
     let expected = -lostmotion_base::math::asin(friction / config.gravity.unwrap().torque_nm).to_degrees();
-    let up = met(&sweep(1.0), Engagement::Positive);
-    let down = met(&sweep(-1.0), Engagement::Negative);
-    assert!((up - expected).abs() < 0.4, "{up} deg against {expected} deg");
-    assert!((down + expected).abs() < 0.4, "{down} deg against {} deg", -expected);
+    let [left, met] = change(&sweep(1.0), Engagement::Positive);
+    assert!((left - expected).abs() < 0.1, "{left} deg against {expected} deg");
+    // the arm falls through the gap, slowly at first: in docs/study/robot_joint.md, half a degree
+    assert!((0.2..0.8).contains(&(met - left)), "{met} deg after {left} deg");
+    let [back, _] = change(&sweep(-1.0), Engagement::Negative);
+    assert!((back + expected).abs() < 0.1, "{back} deg against {} deg", -expected);
 }
 
 #[test]
