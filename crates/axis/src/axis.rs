@@ -6,7 +6,7 @@ use crate::current_loop::CurrentLoop;
 use crate::error::AxisError;
 use crate::plant::{Drifting, Plant, PlantParams, PlantState};
 use crate::reference::{Spline, SplineState};
-use crate::runner::{AxisOutput, AxisRunner, SAMPLES_PER_SETPOINT, Seen};
+use crate::runner::{AxisOutput, AxisRunner, Seen};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{AxisSample, Reference, Setpoint};
 use serde::{Deserialize, Serialize};
@@ -18,6 +18,7 @@ const LARGEST_LOAD_FORCE: f64 = 1e7;
 #[derive(Debug)]
 struct Model<C> {
     spline: Spline,
+    servo_ticks: u32,
     servo: Servo,
     plant: Plant,
     compensator: C,
@@ -68,10 +69,10 @@ pub struct AxisSim<C: Compensator> {
 }
 
 /// What follows from the setpoint taken last.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Taken {
     /// References at its servo ticks, and at the next setpoint's first.
-    references: [Reference; SAMPLES_PER_SETPOINT + 1],
+    references: Vec<Reference>,
     /// Torque of its force on the load, N m at the motor.
     load_torque: f64,
 }
@@ -79,16 +80,20 @@ struct Taken {
 impl Taken {
     /// The reference at a servo tick, and the next one.
     #[inline]
-    fn at(&self, index: u32) -> (Reference, Reference) {
-        let [.., last] = self.references;
-        let at = |index: usize| self.references.get(index).copied().unwrap_or(last);
-        (at(index as usize), at(index as usize + 1))
+    fn at(&self, index: u32, spline: &SplineState) -> (Reference, Reference) {
+        let at = |index: u32| self.references.get(index as usize).copied().unwrap_or(spline.end());
+        (at(index), at(index + 1))
     }
 }
 
 impl<C: Compensator> Clone for AxisSim<C> {
     fn clone(&self) -> Self {
-        AxisSim { model: Arc::clone(&self.model), state: self.state.clone(), drifting: self.drifting.clone(), setpoint: self.setpoint }
+        AxisSim {
+            model: Arc::clone(&self.model),
+            state: self.state.clone(),
+            drifting: self.drifting.clone(),
+            setpoint: self.setpoint.clone(),
+        }
     }
 }
 
@@ -108,9 +113,10 @@ impl<C: Compensator> AxisSim<C> {
         };
         let has_scale = compensator.info().knows.load_scale;
         let plant = Plant::new(&params);
-        let drifting = Drifting::new(&config.drift, &plant);
+        let drifting = Drifting::new(&config.drift, &config.cycles, &plant);
         let (units_per_motor_rad, load_per_motor_rad) = (1.0 / factor, config.transmission.load_per_motor_rad());
-        let model = Model { spline, servo, plant, compensator, units_per_motor_rad, load_per_motor_rad, has_scale };
+        let servo_ticks = config.cycles.servo_ticks() as u32;
+        let model = Model { spline, servo_ticks, servo, plant, compensator, units_per_motor_rad, load_per_motor_rad, has_scale };
         AxisSim { model: Arc::new(model), state, drifting, setpoint: Taken::default() }
     }
 
@@ -127,7 +133,7 @@ impl<C: Compensator> AxisSim<C> {
     #[inline]
     fn tick(&mut self, index: u32, out: &mut AxisOutput) {
         let (model, state) = (&*self.model, &mut self.state);
-        let (reference, next_reference) = self.setpoint.at(index);
+        let (reference, next_reference) = self.setpoint.at(index, &state.spline);
         let measured = model.servo.measure(&mut state.servo, &state.plant);
         let seen = Seen {
             motor_position: measured.position,
@@ -184,7 +190,7 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
     fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError> {
         for setpoint in setpoints {
             self.begin_setpoint(setpoint)?;
-            for index in 0..SAMPLES_PER_SETPOINT as u32 {
+            for index in 0..self.model.servo_ticks {
                 self.tick(index, out);
                 let mut fast = self.fast_half();
                 for _ in 0..fast.periods() {
@@ -201,8 +207,10 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
         self.model.spline.push(&mut self.state.spline, setpoint)?;
         let (spline, state) = (&self.model.spline, &self.state.spline);
-        let references = std::array::from_fn(|index| spline.at(state, index as u32, SAMPLES_PER_SETPOINT as u32));
-        self.setpoint = Taken { references, load_torque };
+        let count = self.model.servo_ticks;
+        self.setpoint.load_torque = load_torque;
+        self.setpoint.references.clear();
+        self.setpoint.references.extend((0..=count).map(|index| spline.at(state, index, count)));
         if let Some(drifting) = &mut self.drifting {
             drifting.advance(tick, &mut self.state.plant);
         }
@@ -214,7 +222,7 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
     }
 
     fn compensate(&mut self, index: u32, seen: &Seen) -> Correction {
-        let (reference, next) = self.setpoint.at(index);
+        let (reference, next) = self.setpoint.at(index, &self.state.spline);
         self.model.correct(&mut self.state.compensator, [reference, next], seen)
     }
 
@@ -224,6 +232,10 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
 
     fn delay_ticks(&self) -> u32 {
         self.model.spline.delay_ticks()
+    }
+
+    fn servo_ticks(&self) -> usize {
+        self.model.servo_ticks as usize
     }
 
     fn info(&self) -> &'static MethodInfo {

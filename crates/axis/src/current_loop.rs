@@ -1,7 +1,7 @@
 //! The fast half of an axis.
 
 use crate::plant::{Plant, PlantInput, PlantState};
-use crate::runner::{AxisOutput, SAMPLES_PER_SETPOINT};
+use crate::runner::AxisOutput;
 use crate::servo::{Servo, ServoState};
 use crate::signal::Reference;
 
@@ -18,7 +18,7 @@ pub struct CurrentLoop<'a> {
     /// Whether the compensator never does anything.
     pub(crate) passive: bool,
     /// References at the servo ticks of the setpoint taken last, and at the next one's first.
-    pub(crate) references: &'a [Reference; SAMPLES_PER_SETPOINT + 1],
+    pub(crate) references: &'a [Reference],
     pub(crate) units_per_motor_rad: f64,
 }
 

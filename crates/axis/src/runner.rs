@@ -5,12 +5,8 @@ use crate::current_loop::CurrentLoop;
 use crate::error::AxisError;
 use crate::plant::PlantState;
 use crate::signal::{AxisSample, Setpoint};
-use lostmotion_base::Clock;
 
-/// Servo samples for every setpoint.
-pub const SAMPLES_PER_SETPOINT: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) as usize;
-
-pub use crate::plant::DRIFT_TICKS;
+pub use crate::plant::DRIFT_MS;
 
 /// What an axis did: appended to by every [`AxisRunner::push`], emptied by the caller.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -45,17 +41,20 @@ impl AxisOutput {
 
 /// An axis with whatever compensator, driven by chunks of setpoints.
 pub trait AxisRunner: Send {
-    /// Takes one setpoint per CNC period and appends [`SAMPLES_PER_SETPOINT`] servo samples for each.
+    /// Takes one setpoint per command cycle and appends [`AxisRunner::servo_ticks`] samples for each.
     ///
     /// Sample k (counted from the start) shows the axis at servo tick k, before that tick's command has had any effect; the reference in
-    /// it belongs to the setpoint time `k * 250 us - delay`, setpoint n standing at n * 1 ms. Sample 0 is the start itself.
+    /// it belongs to the setpoint time `k * servo cycle - delay`, setpoint n standing at n command cycles. Sample 0 is the start itself.
     ///
     /// # Errors
     /// A setpoint that is not finite or incomplete, or a force on the load beyond 1e7. Those before it have been taken.
     fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError>;
 
-    /// CNC periods by which the reference lags behind the setpoints.
+    /// Command cycles by which the reference lags behind the setpoints.
     fn delay_ticks(&self) -> u32;
+
+    /// Servo ticks in a command cycle.
+    fn servo_ticks(&self) -> usize;
 
     /// The compensator.
     fn info(&self) -> &'static MethodInfo;
@@ -72,7 +71,7 @@ pub trait AxisRunner: Send {
     /// As for `push`; the axis is then as before.
     fn begin_setpoint(&mut self, setpoint: &Setpoint) -> Result<(), AxisError>;
 
-    /// Then, for each of its [`SAMPLES_PER_SETPOINT`] servo ticks: measures, compensates, sets the current command, appends a sample.
+    /// Then, for each of its [`AxisRunner::servo_ticks`]: measures, compensates, sets the current command, appends a sample.
     fn begin_tick(&mut self, index: u32, out: &mut AxisOutput);
 
     /// What the compensator answers at such a tick to what the drive has seen. For a batch that measures and sets the command itself.

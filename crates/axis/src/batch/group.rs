@@ -4,13 +4,14 @@ use super::kernel::{Periods, Stop};
 use super::lanes::{Lanes, WIDTH};
 use super::tick::{Command, Measure};
 use crate::error::AxisError;
-use crate::runner::{AxisOutput, AxisRunner, SAMPLES_PER_SETPOINT};
+use crate::runner::{AxisOutput, AxisRunner};
 use crate::signal::Setpoint;
 use pulp::Arch;
 
-/// Up to [`WIDTH`] axes with the same number of current periods in a servo tick.
+/// Up to [`WIDTH`] axes with the same number of servo ticks in a command cycle and of current periods in a servo tick.
 pub(super) struct Group {
     axes: Vec<Box<dyn AxisRunner>>,
+    servo_ticks: u32,
     periods: u32,
     lanes: Box<Lanes>,
     arch: Arch,
@@ -32,12 +33,14 @@ struct Marks {
 
 impl Group {
     pub(super) fn new(axis: Box<dyn AxisRunner>, periods: u32) -> Group {
-        Group { axes: vec![axis], periods, lanes: Box::new(Lanes::new()), arch: Arch::new(), marks: Marks::default() }
+        let servo_ticks = axis.servo_ticks() as u32;
+        let lanes = Box::new(Lanes::new(servo_ticks as usize));
+        Group { axes: vec![axis], servo_ticks, periods, lanes, arch: Arch::new(), marks: Marks::default() }
     }
 
     /// Whether it has room for one more axis in a group of at most `size`.
-    pub(super) fn takes(&self, periods: u32, size: usize) -> bool {
-        self.axes.len() < size.min(WIDTH) && self.periods == periods
+    pub(super) fn takes(&self, axis: &dyn AxisRunner, periods: u32, size: usize) -> bool {
+        self.axes.len() < size.min(WIDTH) && self.periods == periods && self.servo_ticks as usize == axis.servo_ticks()
     }
 
     pub(super) fn add(&mut self, axis: Box<dyn AxisRunner>) {
@@ -69,7 +72,7 @@ impl Group {
                 self.marks.running[lane] = result.is_ok();
             }
             self.take_up(&mut described, outputs);
-            for index in 0..SAMPLES_PER_SETPOINT as u32 {
+            for index in 0..self.servo_ticks {
                 self.servo_tick(index, outputs);
             }
             self.show(outputs);
@@ -109,7 +112,7 @@ impl Group {
     }
 
     fn servo_tick(&mut self, index: u32, outputs: &mut [AxisOutput]) {
-        let Group { axes, periods, lanes, arch, marks } = self;
+        let Group { axes, periods, lanes, arch, marks, .. } = self;
         let (lanes, resident) = (&mut **lanes, marks.resident);
         arch.dispatch(Measure { lanes, index: index as usize, resident });
         for (lane, axis) in axes.iter_mut().enumerate().filter(|(lane, _)| marks.asked[*lane]) {

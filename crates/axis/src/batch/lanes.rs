@@ -91,7 +91,7 @@ pub(super) struct Lanes {
 
 impl Lanes {
     /// Lanes of zeros, in which nothing ever happens.
-    pub(super) fn new() -> Lanes {
+    pub(super) fn new(servo_ticks: usize) -> Lanes {
         let (low, high) = (Row([f64::NEG_INFINITY; WIDTH]), Row([f64::INFINITY; WIDTH]));
         let numbers = Numbers {
             limit_squared: high,
@@ -105,7 +105,7 @@ impl Lanes {
             states: States::default(),
             inputs: Inputs::default(),
             numbers,
-            loops: Loops::default(),
+            loops: Loops::new(servo_ticks),
             any_pushing: false,
             any_stuck: false,
             modes: [None; WIDTH],

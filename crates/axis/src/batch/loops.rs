@@ -6,11 +6,11 @@
 use super::lanes::{Row, WIDTH};
 use crate::compensation::Correction;
 use crate::current_loop::CurrentLoop;
-use crate::runner::SAMPLES_PER_SETPOINT;
 
 /// Numbers of the drive: see `servo::numbers`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DriveNumbers {
+    pub(super) period: Row,
     pub(super) encoder_step: Row,
     pub(super) current_steps: Row,
     pub(super) position_gain: Row,
@@ -49,23 +49,31 @@ pub(super) struct Loops {
     pub(super) numbers: DriveNumbers,
     pub(super) states: DriveStates,
     /// Position and velocity references of the present setpoint.
-    pub(super) references: [[Row; 2]; SAMPLES_PER_SETPOINT + 1],
+    pub(super) references: Vec<[Row; 2]>,
     /// Measured speed, and the mean current.
     pub(super) velocity: Row,
     pub(super) mean_current: Row,
     /// Position, velocity, torque and feedback of the corrections.
     pub(super) correction: [Row; 4],
     /// Load and reference in the axis' unit at each tick.
-    pub(super) shown: [[Row; 2]; SAMPLES_PER_SETPOINT],
+    pub(super) shown: Vec<[Row; 2]>,
     /// Ticks at a limit.
     pub(super) saturated_ticks: Row,
 }
 
 impl Loops {
+    /// For so many servo ticks in a setpoint.
+    pub(super) fn new(servo_ticks: usize) -> Loops {
+        let none = || [Row::default(), Row::default()];
+        let (references, shown) = ((0..=servo_ticks).map(|_| none()).collect(), (0..servo_ticks).map(|_| none()).collect());
+        Loops { references, shown, ..Loops::default() }
+    }
+
     /// Takes up an axis; false if its drive is not a plain one.
     pub(super) fn take_up(&mut self, lane: usize, axis: &CurrentLoop<'_>) -> bool {
         let Some(numbers) = axis.servo.tick_numbers() else { return false };
         let n = &mut self.numbers;
+        n.period.0[lane] = numbers.period;
         n.encoder_step.0[lane] = numbers.encoder_step;
         n.current_steps.0[lane] = numbers.current_steps;
         n.position_gain.0[lane] = numbers.position_gain;

@@ -2,7 +2,6 @@
 
 use super::lanes::{Lanes, WIDTH};
 use super::vector::Vector;
-use lostmotion_base::Clock;
 use pulp::{Simd, WithSimd};
 
 /// Reads the encoders, and writes down where loads and references are.
@@ -55,7 +54,7 @@ impl<S: Simd> Vector<S> {
         let place = self.add(load, self.get(&x.gap_angle));
         let counted = self.mul(self.round(self.div(place, step)), step);
         let position = self.choose(self.less(self.all(0.0), step), counted, place);
-        let velocity = self.div(self.sub(position, self.get(&s.seen)), self.all(Clock::SERVO.period_s()));
+        let velocity = self.div(self.sub(position, self.get(&s.seen)), self.get(&n.period));
         let change = self.mul(self.all(0.5), self.sub(current, self.get(&s.first)));
         let mean = self.div(self.add(self.get(&x.sum), change), self.get(&n.current_steps));
         let units = self.get(&n.units);
@@ -73,7 +72,7 @@ impl<S: Simd> Vector<S> {
     fn command(self, lanes: &mut Lanes, index: usize) {
         let (inputs, loops) = (&mut lanes.inputs, &mut lanes.loops);
         let (n, s, c) = (&loops.numbers, &mut loops.states, &loops.correction);
-        let (zero, one, period) = (self.all(0.0), self.all(1.0), self.all(Clock::SERVO.period_s()));
+        let (zero, one, period) = (self.all(0.0), self.all(1.0), self.get(&n.period));
         let [position, velocity] = [0, 1].map(|which: usize| self.get(&loops.references[index][which]));
         let next_velocity = self.get(&loops.references[index + 1][1]);
         let measured = self.get(&loops.velocity);

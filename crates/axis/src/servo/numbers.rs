@@ -16,6 +16,8 @@ pub(crate) struct CurrentNumbers {
 /// What [`Servo::measure`], [`Servo::mean_current`] and [`Servo::command`] compute with in a plain drive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TickNumbers {
+    /// Servo period, s.
+    pub(crate) period: f64,
     /// Of the encoder, rad; 0 if it reads the position itself.
     pub(crate) encoder_step: f64,
     pub(crate) current_steps: f64,
@@ -52,6 +54,7 @@ impl Servo {
             && drive.friction_feedforward.is_none()
             && matches!(drive.anti_windup, AntiWindup::BackCalculation);
         plain.then_some(TickNumbers {
+            period: self.servo_period_s,
             encoder_step: self.encoder.step_rad(),
             current_steps: f64::from(self.current_steps),
             position_gain: drive.position_gain_per_s,
