@@ -8,7 +8,7 @@ use common::{machine, part, program, run};
 use lostmotion::axis::AxisConfig;
 use lostmotion::axis::config::Load;
 use lostmotion::base::AxisId;
-use lostmotion::sim::Machine;
+use lostmotion::sim::{Machine, SimulateOptions, Unobserved, simulate};
 
 /// A machine whose axes are as rigid and frictionless as the model goes: what is left is the servo alone.
 fn ideal(velocity_feedforward: f64, acceleration_feedforward: f64) -> Machine {
@@ -87,4 +87,42 @@ fn a_curve_of_short_lines_is_not_driven_stop_and_go() {
     let comparison = run(&part("lissajous.ngc"), &machine("vmc3"), &["none"]).unwrap();
     let at_the_feed_s = comparison.plan.cutting_mm / 40.0;
     assert!(comparison.plan.duration_s < 1.15 * at_the_feed_s, "{} s against {at_the_feed_s} s", comparison.plan.duration_s);
+}
+
+/// The motor holds its place, so the load gives by what the shaft winds up: force over stiffness.
+#[test]
+fn a_cutting_force_pushes_the_load_back_by_force_over_stiffness() {
+    let machine = machine("vmc3");
+    let lag = |way: &str, cutting_force_n: f64| {
+        let source = program(&format!("G21 G90 G94 G64 P0.001\nG0 X0 Y0 Z10\nG1 {way} F600\nM2\n"));
+        let options = SimulateOptions { cutting_force_n: Some(cutting_force_n), ..SimulateOptions::default() };
+        let result = simulate(&source, &machine, "none", &options, &mut Unobserved).unwrap();
+        result.result.axes[0].following.p50
+    };
+    let stiffness = |index: usize| match &machine.axes()[index].config.load {
+        Load::Slide(slide) => slide.stiffness_n_per_um,
+        other => panic!("{other:?}"),
+    };
+    for (way, share) in [("X60", 1.0), ("X60 Y60", std::f64::consts::FRAC_1_SQRT_2), ("Y60", 0.0)] {
+        let added = lag(way, 500.0) - lag(way, 0.0);
+        let expected = share * 500.0 / stiffness(0);
+        assert!((added - expected).abs() < 0.03, "{way}: {added} um against {expected} um");
+    }
+}
+
+#[test]
+fn no_force_is_no_force_and_a_senseless_one_is_refused() {
+    let source = program("G21 G90 G94\nG0 X0 Y0 Z10\nG1 X20 F600\nM2\n");
+    let with = |machine: &Machine, cutting_force_n| {
+        let options = SimulateOptions { cutting_force_n, ..SimulateOptions::default() };
+        simulate(&source, machine, "none", &options, &mut Unobserved)
+    };
+    let machine = machine("vmc3");
+    assert_eq!(with(&machine, Some(0.0)).unwrap(), with(&machine, None).unwrap());
+    for force in [-1.0, f64::NAN, 1e7] {
+        assert!(with(&machine, Some(force)).unwrap_err().to_string().contains("cutting force"), "{force}");
+    }
+    let text = format!("{}\n", machine.to_toml().unwrap()).replace("tolerance_um = 20.0", "tolerance_um = 20.0\ncutting_force_n = 300.0");
+    let pushed = Machine::from_toml("pushed.toml", &text).unwrap();
+    assert_eq!(with(&pushed, None).unwrap(), with(&machine, Some(300.0)).unwrap());
 }

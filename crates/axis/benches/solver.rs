@@ -103,8 +103,8 @@ fn best_of(rounds: u32, mut work: impl FnMut()) -> f64 {
 fn solver(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("solver");
     group.throughput(Throughput::Elements(u64::from(TICKS))).sample_size(10);
-    let stribeck = FrictionLaw::Stribeck(Stribeck { static_factor: 1.4, speed: 1.0 });
-    let lugre = FrictionLaw::Lugre(Lugre { static_factor: 1.4, speed: 1.0, presliding: 2e-3, damping_s: 1e-3 });
+    let stribeck = FrictionLaw::Stribeck(Stribeck { static_factor: 1.4, speed_units_s: 1.0 });
+    let lugre = FrictionLaw::Lugre(Lugre { static_factor: 1.4, speed_units_s: 1.0, presliding_units: 2e-3, damping_s: 1e-3 });
     let laws = [("coulomb", FrictionLaw::Coulomb), ("stribeck", stribeck), ("lugre", lugre)];
     for (name, law) in laws {
         let config = axis(Frictions { motor: FrictionLaw::Coulomb, load: law });

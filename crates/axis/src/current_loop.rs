@@ -3,6 +3,7 @@
 use crate::plant::{Plant, PlantInput, PlantState};
 use crate::runner::AxisOutput;
 use crate::servo::{Servo, ServoState};
+use crate::signal::Reference;
 
 /// What runs at the rate of the current loop: the drive's fast half and the plant.
 #[derive(Debug)]
@@ -14,6 +15,11 @@ pub struct CurrentLoop<'a> {
     pub(crate) load_torque: f64,
     /// Whether the plant's parameters change from setpoint to setpoint.
     pub(crate) drifting: bool,
+    /// Whether the compensator never does anything.
+    pub(crate) passive: bool,
+    /// References at the servo ticks of the setpoint taken last, and at the next one's first.
+    pub(crate) references: &'a [Reference],
+    pub(crate) units_per_motor_rad: f64,
 }
 
 impl CurrentLoop<'_> {
@@ -23,7 +29,7 @@ impl CurrentLoop<'_> {
     }
 
     /// One period; raises the peak of the current, A, to what it reaches.
-    #[inline]
+    #[inline(always)]
     pub fn period(&mut self, peak_current_a: &mut f64) {
         let voltages = self.servo.voltage(self.servo_state, self.plant_state);
         self.plant.step(self.plant_state, &PlantInput { load_torque: self.load_torque, ..voltages });

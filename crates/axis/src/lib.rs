@@ -26,6 +26,7 @@
 //! ```
 
 pub mod analysis;
+mod axis;
 pub mod batch;
 pub mod compensation;
 pub mod config;
@@ -37,11 +38,12 @@ pub mod runner;
 pub mod servo;
 pub mod signal;
 
+pub use axis::{AxisSim, AxisState};
 pub use batch::AxisBatch;
 pub use compensation::registry::{METHODS, Method, build_runner, find_method};
 pub use compensation::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 pub use config::{AxisConfig, AxisConfigError};
 pub use current_loop::CurrentLoop;
 pub use error::AxisError;
-pub use runner::{AxisOutput, AxisRunner, AxisSim, AxisState};
+pub use runner::{AxisOutput, AxisRunner, Seen};
 pub use signal::{AxisSample, Engagement, Reference, Setpoint};

@@ -183,7 +183,6 @@ fn load_feedback_swings_through_the_papers_gap() {
     // stiff flanks with lossy contact: the true swing is far from a sine, and slower than predicted
     let config = AxisConfig::paper();
     let (predicted, simulated) = (swing(limit_cycle(&config, Feedback::Load)), simulated_cycle(&config, Feedback::Load).unwrap());
-    println!("predicted {predicted:?}, simulated {simulated:?}");
     assert!((simulated.frequency_hz - 8.4).abs() < 0.2, "{simulated:?}");
     assert!((1.0..2.3).contains(&(predicted.frequency_hz / simulated.frequency_hz)));
     assert!((predicted.amplitude / simulated.amplitude - 1.0).abs() < 0.3);
@@ -193,7 +192,6 @@ fn load_feedback_swings_through_the_papers_gap() {
 fn on_soft_flanks_the_prediction_is_near_the_simulation() {
     let soft = with_load(AxisConfig::paper(), |load| (load.stiffness_nm_per_rad, load.damping_nm_s_per_rad) = (200.0, 0.05));
     let (predicted, simulated) = (swing(limit_cycle(&soft, Feedback::Load)), simulated_cycle(&soft, Feedback::Load).unwrap());
-    println!("predicted {predicted:?}, simulated {simulated:?}");
     assert!((predicted.frequency_hz / simulated.frequency_hz - 1.0).abs() < 0.08);
     assert!((predicted.amplitude / simulated.amplitude - 1.0).abs() < 0.2);
 }

@@ -10,18 +10,18 @@ use lostmotion_axis::{AxisBatch, AxisError, AxisOutput, METHODS, Setpoint, build
 use proptest::prelude::*;
 use support::{Move, circle, mill, mill_x, setpoints, there_and_back};
 
-fn single(config: &AxisConfig, method: &str, points: &[Setpoint]) -> AxisOutput {
-    let mut out = AxisOutput::new(true);
+fn single(config: &AxisConfig, method: &str, points: &[Setpoint], traced: bool) -> AxisOutput {
+    let mut out = AxisOutput::new(traced);
     build_runner(config, method, points[0].position).unwrap().push(points, &mut out).unwrap();
     out
 }
 
-/// The same axes in a batch, in chunks.
-fn batched(axes: &[(AxisConfig, &str)], points: &[Vec<Setpoint>], chunk: usize) -> Vec<AxisOutput> {
+/// The same axes in a batch, in chunks; `traced` says which of them keep a trace.
+fn batched(axes: &[(AxisConfig, &str)], points: &[Vec<Setpoint>], chunk: usize, traced: impl Fn(usize) -> bool) -> Vec<AxisOutput> {
     let runners =
         axes.iter().zip(points).map(|((config, method), points)| build_runner(config, method, points[0].position).unwrap()).collect();
     let mut batch = AxisBatch::new(runners);
-    let mut outputs = vec![AxisOutput::new(true); axes.len()];
+    let mut outputs: Vec<AxisOutput> = (0..axes.len()).map(|lane| AxisOutput::new(traced(lane))).collect();
     let longest = points.iter().map(Vec::len).max().unwrap();
     for start in (0..longest).step_by(chunk) {
         let parts: Vec<&[Setpoint]> = points.iter().map(|list| &list[start.min(list.len())..(start + chunk).min(list.len())]).collect();
@@ -30,9 +30,17 @@ fn batched(axes: &[(AxisConfig, &str)], points: &[Vec<Setpoint>], chunk: usize) 
     outputs
 }
 
+/// Lanes with a trace have their servo tick to themselves, lanes without one in vectors: each, and both among each other.
 fn assert_same(axes: &[(AxisConfig, &str)], points: &[Vec<Setpoint>], chunk: usize) {
-    for (((config, method), points), batched) in axes.iter().zip(points).zip(batched(axes, points, chunk)) {
-        let alone = single(config, method, points);
+    same(axes, points, chunk, |_| true);
+    same(axes, points, chunk, |_| false);
+    same(axes, points, chunk, |lane| lane % 3 == 1);
+}
+
+fn same(axes: &[(AxisConfig, &str)], points: &[Vec<Setpoint>], chunk: usize, traced: impl Fn(usize) -> bool) {
+    let outputs = batched(axes, points, chunk, &traced);
+    for (lane, (((config, method), points), batched)) in axes.iter().zip(points).zip(outputs).enumerate() {
+        let alone = single(config, method, points, traced(lane));
         assert!(alone.load.iter().zip(&batched.load).all(|(a, b)| a.to_bits() == b.to_bits()), "{method}");
         assert_eq!(alone.reference, batched.reference);
         assert_eq!(
@@ -80,8 +88,11 @@ fn axes_that_step_by_themselves_among_others() {
     let change = |factor| Some(Change { factor, over_s: 0.3, shape: Shape::Cycle });
     let options: [fn(&mut AxisConfig, Option<Change>); 8] = [
         |_, _| {},
-        |axis, _| axis.friction.load = FrictionLaw::Stribeck(Stribeck { static_factor: 1.5, speed: 8.0 }),
-        |axis, _| axis.friction.load = FrictionLaw::Lugre(Lugre { static_factor: 1.3, speed: 2.0, presliding: 1e-3, damping_s: 0.01 }),
+        |axis, _| axis.friction.load = FrictionLaw::Stribeck(Stribeck { static_factor: 1.5, speed_units_s: 8.0 }),
+        |axis, _| {
+            axis.friction.load =
+                FrictionLaw::Lugre(Lugre { static_factor: 1.3, speed_units_s: 2.0, presliding_units: 1e-3, damping_s: 0.01 })
+        },
         |axis, _| axis.ripple.cogging = vec![Harmonic { amplitude: 0.1, per_turn: 24, phase_deg: 10.0 }],
         |axis, change| axis.drift.gap = change,
         |axis, change| axis.drift.load_inertia = change,

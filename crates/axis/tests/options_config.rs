@@ -55,7 +55,7 @@ fn a_moving_arm_needs_gravity_and_inertia() {
 #[test]
 fn motion_is_lost_where_the_screw_is_worn_and_on_the_side_of_the_middle() {
     let mut config = mill(800.0, 0.0);
-    config.flanks = Flanks { middle: -1.0, wear: Some(Wear { factor: 3.0, at: 0.0, width: 20.0 }) };
+    config.flanks = Flanks { middle: -1.0, wear: Some(Wear { factor: 3.0, at_units: 0.0, width_units: 20.0 }) };
     let lost = |place: f64| {
         let slow = |t: f64| {
             let (p, v, a) = circle(0.5, 3.0, t);
@@ -88,40 +88,41 @@ fn a_scale_counts_from_its_index_and_errs_as_told() {
     let read = |config: &AxisConfig, at: f64| LoadScale::new(config).read(at * unit) / unit;
     let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} against {b}");
     close(read(&config, 0.0123), 0.010);
-    config.scale.index = 7.003;
+    config.scale.index_units = 7.003;
     close(read(&config, 0.0123), 0.013);
     close(read(&config, 7.003), 7.003);
     if let lostmotion_axis::config::Load::Slide(slide) = &mut config.load {
         slide.scale_um = 0.0;
     }
-    let errors = vec![ScaleError { amplitude: 0.002, period: 20.0, phase_deg: 90.0 }];
-    config.scale = Scale { index: 100.0, slope_ppm: 20.0, errors };
+    let errors = vec![ScaleError { amplitude_units: 0.002, period_units: 20.0, phase_deg: 90.0 }];
+    config.scale = Scale { index_units: 100.0, slope_ppm: 20.0, errors };
     config.check().unwrap();
     close(read(&config, 110.0), 110.0 + 20e-6 * 10.0 + 0.002 * math::cos(TAU * 110.0 / 20.0));
 }
 
 #[test]
 fn what_makes_no_sense_is_refused_with_key_and_value() {
-    let stribeck = |static_factor, speed| FrictionLaw::Stribeck(Stribeck { static_factor, speed });
-    let lugre = |presliding| FrictionLaw::Lugre(Lugre { static_factor: 1.2, speed: 1.0, presliding, damping_s: 0.0 });
+    let stribeck = |static_factor, speed| FrictionLaw::Stribeck(Stribeck { static_factor, speed_units_s: speed });
+    let lugre =
+        |presliding| FrictionLaw::Lugre(Lugre { static_factor: 1.2, speed_units_s: 1.0, presliding_units: presliding, damping_s: 0.0 });
     let load = |law| Frictions { load: law, ..Frictions::default() };
     let message = refused(|c| c.friction = load(stribeck(0.5, 1.0)));
     assert_eq!(message, "friction.load.stribeck.static_factor is 0.5; it has to be from 1 to 10");
-    assert!(refused(|c| c.friction.motor = stribeck(1.5, 0.0)).starts_with("friction.motor.stribeck.speed is 0;"));
+    assert!(refused(|c| c.friction.motor = stribeck(1.5, 0.0)).starts_with("friction.motor.stribeck.speed_units_s is 0;"));
     assert!(refused(|c| c.friction = load(stribeck(1.5, 1e-9))).starts_with("friction.load: fall of friction over inertia"));
-    assert!(refused(|c| c.friction = load(lugre(0.0))).starts_with("friction.load.lugre.presliding is 0;"));
+    assert!(refused(|c| c.friction = load(lugre(0.0))).starts_with("friction.load.lugre.presliding_units is 0;"));
     assert!(refused(|c| c.friction = load(lugre(1e-9))).starts_with("friction.load: motor's no-load speed over presliding"));
     assert!(refused(|c| c.flanks.middle = 1.5).starts_with("flanks.middle is 1.5;"));
-    let wear = |factor, width| Some(Wear { factor, at: 0.0, width });
+    let wear = |factor, width| Some(Wear { factor, at_units: 0.0, width_units: width });
     assert!(refused(|c| c.flanks.wear = wear(0.0, 1.0)).starts_with("flanks.wear.factor is 0;"));
-    assert!(refused(|c| c.flanks.wear = wear(100.0, 1.0)).starts_with("flanks.wear.width: slope of the flanks is "));
+    assert!(refused(|c| c.flanks.wear = wear(100.0, 1.0)).starts_with("flanks.wear.width_units: slope of the flanks is "));
     let harmonic = Harmonic { amplitude: 0.3, per_turn: 6, phase_deg: 0.0 };
     assert!(refused(|c| c.ripple.torque = vec![harmonic]).starts_with("ripple.torque[0].amplitude is 0.3;"));
     assert!(refused(|c| c.ripple.cogging = vec![harmonic; 5]).starts_with("ripple.cogging: number of harmonics is 5;"));
     assert!(refused(|c| c.gravity = Some(Gravity { torque_nm: 1.0, hangs_at_deg: 0.0 })).contains("needs a rotary transmission"));
     assert!(refused(|c| c.scale.slope_ppm = 1e4).starts_with("scale.slope_ppm is 10000;"));
-    let steep = ScaleError { amplitude: 1.0, period: 2.0, phase_deg: 0.0 };
-    assert!(refused(|c| c.scale.errors = vec![steep]).starts_with("scale.errors[0].amplitude is 1;"));
+    let steep = ScaleError { amplitude_units: 1.0, period_units: 2.0, phase_deg: 0.0 };
+    assert!(refused(|c| c.scale.errors = vec![steep]).starts_with("scale.errors[0].amplitude_units is 1;"));
 }
 
 #[test]
@@ -134,21 +135,21 @@ fn every_option_is_kept_through_text_and_left_out_when_plain() {
         "{plain}
 [friction.motor.lugre]
 static_factor = 1.2
-speed = 0.5
-presliding = 0.01
+speed_units_s = 0.5
+presliding_units = 0.01
 damping_s = 0.001
 [friction.load.stribeck]
 static_factor = 1.5
-speed = 2.0
+speed_units_s = 2.0
 [flanks]
 middle = -1.0
-wear = {{ factor = 1.8, at = 250.0, width = 80.0 }}
+wear = {{ factor = 1.8, at_units = 250.0, width_units = 80.0 }}
 [ripple]
 cogging = [{{ amplitude = 0.05, per_turn = 60 }}]
 torque = [{{ amplitude = 0.01, per_turn = 24, phase_deg = 30.0 }}]
 [scale]
-index = 12.5
-errors = [{{ amplitude = 0.0005, period = 0.02 }}]
+index_units = 12.5
+errors = [{{ amplitude_units = 0.0005, period_units = 0.02 }}]
 "
     );
     let config: AxisConfig = toml::from_str(&text).unwrap();
@@ -160,6 +161,6 @@ errors = [{{ amplitude = 0.0005, period = 0.02 }}]
             torque: vec![Harmonic { amplitude: 0.01, per_turn: 24, phase_deg: 30.0 }],
         }
     );
-    assert_eq!(config.flanks, Flanks { middle: -1.0, wear: Some(Wear { factor: 1.8, at: 250.0, width: 80.0 }) });
+    assert_eq!(config.flanks, Flanks { middle: -1.0, wear: Some(Wear { factor: 1.8, at_units: 250.0, width_units: 80.0 }) });
     assert_eq!(toml::from_str::<AxisConfig>(&toml::to_string(&config).unwrap()).unwrap(), config);
 }

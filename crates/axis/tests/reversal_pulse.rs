@@ -3,7 +3,8 @@
 
 mod support;
 
-use support::{circle, mill_x, ratio_on_a_sine, run};
+use lostmotion_axis::AxisConfig;
+use support::{circle, max_abs, mill_x, ratio_on_a_sine, run};
 
 #[test]
 fn it_lowers_the_peak_and_leaves_the_offset() {
@@ -31,4 +32,30 @@ fn it_waits_for_its_delay() {
     let first = with.load.iter().zip(&without.load).position(|(a, b)| a != b).unwrap();
     let tick = first as f64 * 0.25;
     assert!(tick > 100.0 && tick < 104.0, "{tick} ms");
+}
+
+/// The paper's motor in the middle of its gap, without friction, its loops all but off: what turns it is the pulse alone.
+fn loose() -> AxisConfig {
+    let mut config = AxisConfig::paper();
+    config.motor.viscous_nm_s_per_rad = 0.0;
+    config.drive.position_gain_per_s = 0.0;
+    config.drive.velocity_gain_a_s_per_rad *= 1e-9;
+    config
+}
+
+#[test]
+fn a_pulse_of_torque_gives_the_motor_its_momentum() {
+    for (torque_nm, time_ms) in [(2.0, 10.0), (0.5, 10.0), (3.0, 4.0)] {
+        let mut config = loose();
+        let pulse = &mut config.compensation.reversal_pulse;
+        (pulse.torque_nm, pulse.time_ms) = (Some(torque_nm), time_ms);
+        // 3 rad/s at most: the load stays behind in the gap of 0.2 rad
+        let out = run(&config, "reversal-pulse", &|t| circle(10.0, 5.0, t), 0.02);
+        let speeds = out.trace.unwrap();
+        let reached = max_abs(speeds.iter().take_while(|s| s.load_velocity == 0.0).map(|s| s.motor_velocity));
+        // a triangle that falls to zero, held over servo ticks: T + 250 us of half its height
+        let expected = 0.5 * torque_nm * (time_ms + 0.25) * 1e-3 / config.motor.inertia_kgm2;
+        assert!((reached / expected - 1.0).abs() < 0.01, "{torque_nm} N m for {time_ms} ms: {reached} rad/s against {expected}");
+        assert!(speeds[20..60].iter().all(|s| s.motor_velocity > 0.0), "the first way is the positive one");
+    }
 }

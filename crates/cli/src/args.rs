@@ -124,6 +124,9 @@ pub(crate) struct Run {
     /// How far arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) spline_tolerance_mm: Option<f64>,
+    /// Size of a cutting force in newton, against the tool's way through the part on every feed move; the machine's (mostly none), if left out
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) cutting_force_n: Option<f64>,
     /// Form of the answer
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,

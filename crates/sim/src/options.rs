@@ -11,6 +11,8 @@ use std::sync::Arc;
 pub struct SimulateOptions {
     /// Tolerance of the verdict, um; the machine's own if none.
     pub tolerance_um: Option<f64>,
+    /// Size of the cutting force on feed moves, N; the machine's own if none.
+    pub cutting_force_n: Option<f64>,
     /// Threads; 0 takes one per core. The result does not depend on it.
     pub threads: usize,
     /// How many of the worst blocks a result lists.
@@ -48,6 +50,7 @@ impl Default for SimulateOptions {
         let interpreter = InterpreterConfig::default();
         SimulateOptions {
             tolerance_um: None,
+            cutting_force_n: None,
             threads: 0,
             keep_blocks: 10,
             keep_reversals: 20,

@@ -183,6 +183,13 @@ pub struct PlanInfo {
     pub rapid_mm: f64,
     /// Deviation of the command itself from the programmed path on cutting moves, um.
     pub command: ErrorStats,
+    /// Size of the cutting force on feed moves, N.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub cutting_force_n: f64,
+}
+
+fn is_zero(value: &f64) -> bool {
+    value.to_bits() == 0
 }
 
 /// Answer of one `simulate`.

@@ -9,6 +9,7 @@
 
 mod cycle;
 mod describing;
+mod fault;
 mod loops;
 mod margins;
 mod matrix;
@@ -18,7 +19,8 @@ mod simulated;
 
 pub use cycle::{Cycle, CycleDetector};
 pub use describing::{LimitCycle, limit_cycle};
-pub use loops::{AxisAnalysis, Fault, LoopAnalysis, LoopDelays, LoopKind, Regime, analyse};
+pub use fault::Fault;
+pub use loops::{AxisAnalysis, LoopAnalysis, LoopDelays, LoopKind, Regime, analyse};
 pub use margins::Margins;
 pub use model::Feedback;
 pub use simulated::simulated_cycle;

@@ -2,10 +2,11 @@
 
 use super::cycle::{Cycle, CycleDetector};
 use super::model::Feedback;
+use crate::axis::AxisSim;
 use crate::compensation::load_feedback::LoadFeedback;
 use crate::compensation::none::Uncompensated;
 use crate::config::{AxisConfig, Interpolator};
-use crate::runner::{AxisOutput, AxisRunner, AxisSim};
+use crate::runner::{AxisOutput, AxisRunner};
 use crate::signal::Setpoint;
 
 /// Length of the run, s.

@@ -1,7 +1,8 @@
-//! A group of axes: lane by lane the servo tick, then all lanes the periods of the current loop.
+//! A group of axes: the servo tick of those with plain drives and the periods of the current loop in vectors, everything else lane by lane.
 
 use super::kernel::{Periods, Stop};
 use super::lanes::{Lanes, WIDTH};
+use super::tick::{Command, Measure};
 use crate::error::AxisError;
 use crate::runner::{AxisOutput, AxisRunner};
 use crate::signal::Setpoint;
@@ -12,16 +13,29 @@ pub(super) struct Group {
     axes: Vec<Box<dyn AxisRunner>>,
     servo_ticks: u32,
     periods: u32,
-    lanes: Lanes,
+    lanes: Box<Lanes>,
     arch: Arch,
-    /// Lanes that the kernel steps.
+    marks: Marks,
+}
+
+/// What is done with each lane.
+#[derive(Clone, Copy, Default)]
+struct Marks {
+    /// It has a setpoint.
+    running: [bool; WIDTH],
+    /// Its current loop and plant are stepped in vectors.
     active: [bool; WIDTH],
+    /// So is its servo tick, and it is up to date in the lanes alone.
+    resident: [bool; WIDTH],
+    /// Resident, and its compensator has to be asked.
+    asked: [bool; WIDTH],
 }
 
 impl Group {
     pub(super) fn new(axis: Box<dyn AxisRunner>, periods: u32) -> Group {
         let servo_ticks = axis.servo_ticks() as u32;
-        Group { axes: vec![axis], servo_ticks, periods, lanes: Lanes::new(), arch: Arch::new(), active: [false; WIDTH] }
+        let lanes = Box::new(Lanes::new(servo_ticks as usize));
+        Group { axes: vec![axis], servo_ticks, periods, lanes, arch: Arch::new(), marks: Marks::default() }
     }
 
     /// Whether it has room for one more axis in a group of at most `size`.
@@ -51,44 +65,68 @@ impl Group {
         // whoever has a runner may have changed its state since the last push
         let mut described = [false; WIDTH];
         for tick in 0..longest {
-            let mut running = [false; WIDTH];
             for (lane, (axis, list)) in self.axes.iter_mut().zip(setpoints).enumerate() {
+                self.marks.running[lane] = false;
                 let (Some(setpoint), Some(result @ Ok(()))) = (list.get(tick), results.get_mut(lane)) else { continue };
                 *result = axis.begin_setpoint(setpoint);
-                running[lane] = result.is_ok();
+                self.marks.running[lane] = result.is_ok();
             }
-            self.describe(&running, &mut described);
+            self.take_up(&mut described, outputs);
             for index in 0..self.servo_ticks {
-                self.servo_tick(index, &running, outputs);
+                self.servo_tick(index, outputs);
             }
+            self.show(outputs);
         }
+        self.marks.running = [false; WIDTH];
+        self.take_up(&mut described, outputs);
         for (lane, output) in outputs.iter_mut().enumerate() {
             output.peak_current_a = self.lanes.states.peak.0[lane];
         }
         results
     }
 
-    /// Takes up the numbers of the axes where they may have changed.
-    fn describe(&mut self, running: &[bool; WIDTH], described: &mut [bool; WIDTH]) {
-        for (lane, axis) in self.axes.iter_mut().enumerate() {
-            let fast = axis.current_loop();
-            if !described[lane] || fast.drifting {
-                self.active[lane] = self.lanes.describe(lane, &fast);
+    /// Takes up the axes that begin and those whose numbers may have changed, the setpoints of all, and gives back those that do not go on.
+    fn take_up(&mut self, described: &mut [bool; WIDTH], outputs: &mut [AxisOutput]) {
+        let Group { axes, lanes, marks, .. } = self;
+        for (lane, (axis, output)) in axes.iter_mut().zip(outputs).enumerate() {
+            let mut axis = axis.current_loop();
+            if !marks.running[lane] {
+                if marks.resident[lane] {
+                    lanes.release(lane, &mut axis);
+                    output.saturated_samples += lanes.loops.saturated_ticks.0[lane] as u64;
+                }
+                (marks.active[lane], marks.resident[lane], marks.asked[lane]) = (false, false, false);
+                continue;
+            }
+            if !described[lane] || axis.drifting {
+                marks.active[lane] = lanes.describe(lane, &axis);
+                let plain = marks.active[lane] && !axis.drifting && output.trace.is_none();
+                marks.resident[lane] = plain && lanes.settle(lane, &axis);
+                marks.asked[lane] = marks.resident[lane] && !axis.passive;
                 described[lane] = true;
             }
-            self.active[lane] &= running[lane];
+            if marks.resident[lane] {
+                lanes.refer(lane, &axis);
+            }
         }
     }
 
-    fn servo_tick(&mut self, index: u32, running: &[bool; WIDTH], outputs: &mut [AxisOutput]) {
-        let Group { axes, periods, lanes, arch, active, .. } = self;
+    fn servo_tick(&mut self, index: u32, outputs: &mut [AxisOutput]) {
+        let Group { axes, periods, lanes, arch, marks, .. } = self;
+        let (lanes, resident) = (&mut **lanes, marks.resident);
+        arch.dispatch(Measure { lanes, index: index as usize, resident });
+        for (lane, axis) in axes.iter_mut().enumerate().filter(|(lane, _)| marks.asked[*lane]) {
+            let correction = axis.compensate(index, &lanes.seen(lane));
+            lanes.loops.correct(lane, &correction);
+        }
+        arch.dispatch(Command { lanes, index: index as usize, resident });
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
-            if !running[lane] {
+            if !marks.running[lane] || resident[lane] {
                 continue;
             }
             axis.begin_tick(index, output);
             let mut fast = axis.current_loop();
-            if active[lane] {
+            if marks.active[lane] {
                 lanes.hold(lane, &fast);
                 lanes.gather(lane, &fast);
             } else {
@@ -97,29 +135,45 @@ impl Group {
             }
         }
         let mut from = 0;
-        while let Some(stop) = arch.dispatch(Periods { lanes, from, to: *periods, active: *active }) {
-            by_themselves(axes, lanes, &stop);
+        while let Some(stop) = arch.dispatch(Periods { lanes, from, to: *periods, active: marks.active }) {
+            by_themselves(axes, lanes, &stop, &resident);
             from = stop.period + 1;
         }
+        lanes.loops.count();
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
-            if running[lane] {
+            if marks.running[lane] && !resident[lane] {
                 let mut fast = axis.current_loop();
-                if active[lane] {
+                if marks.active[lane] {
                     lanes.scatter(lane, &mut fast);
                 }
                 fast.finish(output);
             }
         }
     }
+
+    /// Appends what the resident lanes showed during a setpoint.
+    fn show(&self, outputs: &mut [AxisOutput]) {
+        for (lane, output) in outputs.iter_mut().enumerate().filter(|(lane, _)| self.marks.resident[*lane]) {
+            output.load.extend(self.lanes.loops.shown.iter().map(|[load, _]| load.0[lane]));
+            output.reference.extend(self.lanes.loops.shown.iter().map(|[_, reference]| reference.0[lane]));
+        }
+    }
 }
 
 /// The period of the lanes that the kernel has left as they were.
-fn by_themselves(axes: &mut [Box<dyn AxisRunner>], lanes: &mut Lanes, stop: &Stop) {
+fn by_themselves(axes: &mut [Box<dyn AxisRunner>], lanes: &mut Lanes, stop: &Stop, resident: &[bool; WIDTH]) {
     for (lane, axis) in axes.iter_mut().enumerate().filter(|(lane, _)| stop.lanes[*lane]) {
         let mut fast = axis.current_loop();
-        lanes.scatter(lane, &mut fast);
+        if resident[lane] {
+            lanes.hand_over(lane, &mut fast);
+        } else {
+            lanes.scatter(lane, &mut fast);
+        }
         fast.period(&mut lanes.states.peak.0[lane]);
         lanes.gather(lane, &fast);
+        if resident[lane] {
+            lanes.loops.note_limits(lane, &fast);
+        }
         if !lanes.knows(lane, &fast) {
             lanes.describe(lane, &fast);
         }

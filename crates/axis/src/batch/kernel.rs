@@ -4,6 +4,8 @@
 //! of the single axis. A lane that is reported back has been left as it was.
 
 use super::lanes::{Lanes, Numbers, Row, WIDTH};
+use super::tick::parts;
+use super::vector::Vector;
 use pulp::{Simd, WithSimd};
 
 /// Takes periods from `from` until one in which a lane has to step by itself.
@@ -27,13 +29,12 @@ impl WithSimd for Periods<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<Stop> {
         let Periods { lanes, from, to, active } = self;
-        let used = active.iter().rposition(|active| *active).map_or(0, |last| last + 1);
-        let parts = used.div_ceil(S::F64_LANES);
+        let parts = parts::<S>(&active);
         for period in from..to {
             let mut stopped = [false; WIDTH];
             let mut any = false;
             for part in 0..parts {
-                any |= Kernel { simd, part }.period(lanes, &active, &mut stopped);
+                any |= Vector { simd, part }.period(lanes, &active, &mut stopped);
             }
             if any {
                 return Some(Stop { period, lanes: stopped });
@@ -43,54 +44,7 @@ impl WithSimd for Periods<'_> {
     }
 }
 
-/// Arithmetic on one vector of the rows.
-#[derive(Clone, Copy)]
-struct Kernel<S: Simd> {
-    simd: S,
-    part: usize,
-}
-
-impl<S: Simd> Kernel<S> {
-    #[inline(always)]
-    fn get(self, row: &Row) -> S::f64s {
-        S::as_simd_f64s(&row.0).0[self.part]
-    }
-
-    #[inline(always)]
-    fn put(self, row: &mut Row, value: S::f64s) {
-        S::as_mut_simd_f64s(&mut row.0).0[self.part] = value;
-    }
-
-    #[inline(always)]
-    fn add(self, a: S::f64s, b: S::f64s) -> S::f64s {
-        self.simd.add_f64s(a, b)
-    }
-
-    #[inline(always)]
-    fn sub(self, a: S::f64s, b: S::f64s) -> S::f64s {
-        self.simd.sub_f64s(a, b)
-    }
-
-    #[inline(always)]
-    fn mul(self, a: S::f64s, b: S::f64s) -> S::f64s {
-        self.simd.mul_f64s(a, b)
-    }
-
-    #[inline(always)]
-    fn abs(self, a: S::f64s) -> S::f64s {
-        self.simd.abs_f64s(a)
-    }
-
-    #[inline(always)]
-    fn less(self, a: S::f64s, b: S::f64s) -> S::m64s {
-        self.simd.less_than_f64s(a, b)
-    }
-
-    #[inline(always)]
-    fn both(self, a: S::m64s, b: S::m64s) -> S::m64s {
-        self.simd.and_m64s(a, b)
-    }
-
+impl<S: Simd> Vector<S> {
     /// One period; whether a lane has to step by itself, and which.
     #[inline(always)]
     fn period(self, lanes: &mut Lanes, active: &[bool; WIDTH], stopped: &mut [bool; WIDTH]) -> bool {

@@ -1,7 +1,9 @@
 //! The numbers of a group of axes, quantity by quantity.
 
+use super::loops::Loops;
 use crate::current_loop::CurrentLoop;
 use crate::plant::Lane;
+use crate::runner::Seen;
 
 /// Axes in a group: two of the widest vectors, so that the processor has something to do while one waits for its own results.
 pub const WIDTH: usize = 16;
@@ -11,12 +13,14 @@ pub const WIDTH: usize = 16;
 #[repr(align(64))]
 pub(super) struct Row(pub(super) [f64; WIDTH]);
 
-impl Row {
-    const ZERO: Row = Row([0.0; WIDTH]);
+impl Default for Row {
+    fn default() -> Row {
+        Row([0.0; WIDTH])
+    }
 }
 
 /// States of the current loops and the plants.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct States {
     pub(super) current_q: Row,
     pub(super) current_d: Row,
@@ -34,7 +38,7 @@ pub(super) struct States {
 }
 
 /// What is held over a servo tick.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Inputs {
     pub(super) command: Row,
     pub(super) cross: Row,
@@ -42,8 +46,8 @@ pub(super) struct Inputs {
     pub(super) load_torque: Row,
 }
 
-/// What stays as long as a lane's mode does: see [`Lane`] and [`crate::servo::CurrentNumbers`].
-#[derive(Clone, Debug)]
+/// What stays as long as a lane's mode does: see [`Lane`] and `servo::numbers`.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Numbers {
     pub(super) gain: Row,
     pub(super) share: Row,
@@ -76,6 +80,7 @@ pub(super) struct Lanes {
     pub(super) states: States,
     pub(super) inputs: Inputs,
     pub(super) numbers: Numbers,
+    pub(super) loops: Loops,
     /// Whether a lane may not pull, or stands: the kernel looks for that only then.
     pub(super) any_pushing: bool,
     pub(super) any_stuck: bool,
@@ -86,51 +91,21 @@ pub(super) struct Lanes {
 
 impl Lanes {
     /// Lanes of zeros, in which nothing ever happens.
-    pub(super) fn new() -> Lanes {
-        let z = Row::ZERO;
+    pub(super) fn new(servo_ticks: usize) -> Lanes {
         let (low, high) = (Row([f64::NEG_INFINITY; WIDTH]), Row([f64::INFINITY; WIDTH]));
-        let states = States {
-            current_q: z,
-            current_d: z,
-            gap_angle: z,
-            motor: z,
-            load: z,
-            position: z,
-            integral_d: z,
-            integral_q: z,
-            pending_d: z,
-            pending_q: z,
-            sum: z,
-            peak: z,
-        };
         let numbers = Numbers {
-            gain: z,
-            share: z,
             limit_squared: high,
-            delayed: z,
-            columns: [[z; 4]; 7],
-            travel: [z; 7],
-            decay_d: z,
-            gain_d: z,
-            pole_pairs: z,
-            inductance: z,
-            torque_constant: z,
-            offset: z,
-            friction: [z; 2],
-            shaft: [z; 2],
-            third: z,
             range: [low, high],
-            push: [z; 2],
             push_margin: low,
-            sliding: [z; 2],
             speed_margin: [low; 2],
             holding: [high; 2],
-            torque_margin: z,
+            ..Numbers::default()
         };
         Lanes {
-            states,
-            inputs: Inputs { command: z, cross: z, back_emf: z, load_torque: z },
+            states: States::default(),
+            inputs: Inputs::default(),
             numbers,
+            loops: Loops::new(servo_ticks),
             any_pushing: false,
             any_stuck: false,
             modes: [None; WIDTH],
@@ -187,6 +162,45 @@ impl Lanes {
         self.inputs.cross.0[lane] = current.electric_speed * self.inductance[lane];
         self.inputs.back_emf.0[lane] = current.back_emf;
         self.inputs.load_torque.0[lane] = self.load_constant[lane] + axis.load_torque;
+    }
+
+    /// Takes up the whole drive of an axis; false if it is not a plain one.
+    pub(super) fn settle(&mut self, lane: usize, axis: &CurrentLoop<'_>) -> bool {
+        self.loops.numbers.inductance.0[lane] = self.inductance[lane];
+        self.inputs.back_emf.0[lane] = axis.servo_state.current.back_emf;
+        self.gather(lane, axis);
+        self.loops.take_up(lane, axis)
+    }
+
+    /// Takes up a setpoint of a resident lane.
+    pub(super) fn refer(&mut self, lane: usize, axis: &CurrentLoop<'_>) {
+        self.inputs.load_torque.0[lane] = self.load_constant[lane] + axis.load_torque;
+        self.loops.refer(lane, axis);
+    }
+
+    /// Brings a resident axis up to date for a period of its own.
+    pub(super) fn hand_over(&self, lane: usize, axis: &mut CurrentLoop<'_>) {
+        self.loops.hand_over(lane, self.inputs.back_emf.0[lane], axis);
+        self.scatter(lane, axis);
+    }
+
+    /// Gives a resident axis everything back.
+    pub(super) fn release(&self, lane: usize, axis: &mut CurrentLoop<'_>) {
+        self.hand_over(lane, axis);
+        self.loops.give_back(lane, axis);
+    }
+
+    /// What the drive of a resident lane has seen.
+    pub(super) fn seen(&self, lane: usize) -> Seen {
+        let (s, drive) = (&self.states, &self.loops.states);
+        Seen {
+            motor_position: drive.seen.0[lane],
+            motor_velocity: self.loops.velocity.0[lane],
+            current: s.current_q.0[lane],
+            mean_current: self.loops.mean_current.0[lane],
+            saturated: drive.saturated.0[lane] > 0.0,
+            load_position: s.position.0[lane],
+        }
     }
 
     /// Takes up an axis' state.

@@ -3,12 +3,16 @@
 //! Most of an axis' time goes into the periods of the current loop. A batch takes them for up to [`WIDTH`] axes at once with the widest vectors
 //! the processor has (`kernel`), operation by operation in the order of the single axis, without contracting products and sums: so
 //! the results are those of single runs to the last bit. A lane in whose period something happens that is no plain product
-//! (a contact made or broken, friction that stops or breaks away, a voltage at its limit) takes that period by itself, as a single axis does. Position and velocity
-//! loop and compensator run lane by lane. Groups of lanes run on all threads of the rayon pool in force.
+//! (a contact made or broken, friction that stops or breaks away, a voltage at its limit) takes that period by itself, as a single axis does. Measuring, position and
+//! velocity loop are vectors, too (`tick`), for drives without filters, friction feed-forward and delayed commands whose axes neither drift nor
+//! keep a trace; the others do them lane by lane, and so do all compensators but `none`, which is not asked. Groups of lanes run on all threads of the rayon pool in force.
 
 mod group;
 mod kernel;
 mod lanes;
+mod loops;
+mod tick;
+mod vector;
 
 use crate::error::AxisError;
 use crate::runner::{AxisOutput, AxisRunner};

@@ -130,6 +130,9 @@ pub trait Compensator: Send + Sync + 'static {
     /// What it carries from tick to tick.
     type State: Clone + Send + Sync + Serialize + for<'de> Deserialize<'de>;
 
+    /// Whether it answers [`Correction::NONE`] to whatever it sees, so that nobody needs to ask.
+    const PASSIVE: bool = false;
+
     /// What it says of itself.
     fn info(&self) -> &'static MethodInfo;
 

@@ -26,6 +26,8 @@ impl Registered for Uncompensated {
 impl Compensator for Uncompensated {
     type State = ();
 
+    const PASSIVE: bool = true;
+
     fn info(&self) -> &'static MethodInfo {
         Self::INFO
     }

@@ -16,9 +16,10 @@ use super::none::Uncompensated;
 use super::published::Published;
 use super::reversal_pulse::ReversalPulse;
 use super::{Compensator, MethodInfo};
+use crate::axis::AxisSim;
 use crate::config::{AxisConfig, AxisConfigError};
 use crate::error::AxisError;
-use crate::runner::{AxisRunner, AxisSim};
+use crate::runner::AxisRunner;
 use lostmotion_base::Clock;
 
 /// A compensator that the registry can build from an axis' description.

@@ -5,16 +5,16 @@ use serde::{Deserialize, Serialize};
 
 /// A gap that is wider (or narrower) around one place of the travel than elsewhere.
 ///
-/// The gap at load position x is `gap (1 + (factor - 1) exp(-((x - at)/width)^2))`, the load's `gap_*` being the one far from there.
+/// The gap at load position x is `gap (1 + (factor - 1) exp(-((x - at_units)/width_units)^2))`, the load's `gap_*` being the one far from there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wear {
     /// The gap at the worst place over the gap elsewhere; 0.1 to 100.
     pub factor: f64,
     /// The worst place, in the axis' unit.
-    pub at: f64,
+    pub at_units: f64,
     /// Distance at which e^-1 of the wear is left, in the axis' unit; above 0, and so wide that the flanks are nowhere steeper than 1:10.
-    pub width: f64,
+    pub width_units: f64,
 }
 
 /// Flanks that are not even or not about the middle. In a file: a table `flanks`; left out, positions count from the middle of an even gap.
@@ -46,11 +46,11 @@ impl Flanks {
         let Some(wear) = self.wear else { return Ok(()) };
         let check = || {
             between("factor", wear.factor, 0.1, 100.0)?;
-            finite("at", wear.at)?;
-            positive("width", wear.width)?;
+            finite("at_units", wear.at_units)?;
+            positive("width_units", wear.width_units)?;
             // a flank is 0.5 gap (1 + |middle|), and exp(-u^2) nowhere steeper than sqrt(2/e) = 0.858
-            let slope = 0.5 * gap * (1.0 + self.middle.abs()) * (wear.factor - 1.0).abs() * 0.858 / wear.width;
-            between("width: slope of the flanks", slope, 0.0, 0.1)
+            let slope = 0.5 * gap * (1.0 + self.middle.abs()) * (wear.factor - 1.0).abs() * 0.858 / wear.width_units;
+            between("width_units: slope of the flanks", slope, 0.0, 0.1)
         };
         check().map_err(|e| e.within("wear"))
     }

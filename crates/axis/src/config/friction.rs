@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 /// More friction at rest than in motion, falling in a straight line up to a speed.
 ///
 /// `F(v) = F_c + (F_s - F_c) max(0, 1 - |v|/v_s)` while it slides; at rest it holds up to `F_s`. In a file:
-/// `friction.load.stribeck = { static_factor = 1.5, speed = 2.0 }`.
+/// `friction.load.stribeck = { static_factor = 1.5, speed_units_s = 2.0 }`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stribeck {
     /// Breakaway over Coulomb friction, F_s/F_c; 1 to 10.
     pub static_factor: f64,
     /// Speed v_s from which Coulomb friction alone is left: axis units per s at the load, rad/s at the motor; above 0.
-    pub speed: f64,
+    pub speed_units_s: f64,
 }
 
 /// Bristles that bend before they slip: the model of Canudas de Wit, Olsson, Astrom, Lischinsky, *A New Model for Control of Systems
@@ -30,9 +30,9 @@ pub struct Lugre {
     /// Breakaway over Coulomb friction, F_s/F_c; 1 to 10.
     pub static_factor: f64,
     /// Stribeck speed v_s: axis units per s at the load, rad/s at the motor; above 0.
-    pub speed: f64,
+    pub speed_units_s: f64,
     /// Deflection at which the bristles carry the Coulomb friction, F_c/s0: axis units at the load, rad at the motor; above 0.
-    pub presliding: f64,
+    pub presliding_units: f64,
     /// Damping of the bristles over their stiffness, s1/s0, s; 0 to 1.
     #[serde(default)]
     pub damping_s: f64,
@@ -83,8 +83,12 @@ impl Frictions {
         let factor = transmission.motor_rad_per_unit();
         match self.load {
             FrictionLaw::Coulomb => FrictionLaw::Coulomb,
-            FrictionLaw::Stribeck(law) => FrictionLaw::Stribeck(Stribeck { speed: law.speed * factor, ..law }),
-            FrictionLaw::Lugre(law) => FrictionLaw::Lugre(Lugre { speed: law.speed * factor, presliding: law.presliding * factor, ..law }),
+            FrictionLaw::Stribeck(law) => FrictionLaw::Stribeck(Stribeck { speed_units_s: law.speed_units_s * factor, ..law }),
+            FrictionLaw::Lugre(law) => FrictionLaw::Lugre(Lugre {
+                speed_units_s: law.speed_units_s * factor,
+                presliding_units: law.presliding_units * factor,
+                ..law
+            }),
         }
     }
 }
@@ -94,7 +98,8 @@ impl FrictionLaw {
         match self {
             FrictionLaw::Coulomb => Ok(()),
             FrictionLaw::Stribeck(law) => {
-                let check = || between("static_factor", law.static_factor, 1.0, 10.0).and_then(|()| positive("speed", law.speed));
+                let check =
+                    || between("static_factor", law.static_factor, 1.0, 10.0).and_then(|()| positive("speed_units_s", law.speed_units_s));
                 check().map_err(|e| e.within("stribeck"))
             }
             FrictionLaw::Lugre(law) => law.check().map_err(|e| e.within("lugre")),
@@ -105,8 +110,8 @@ impl FrictionLaw {
 impl Lugre {
     fn check(&self) -> Result<(), AxisConfigError> {
         between("static_factor", self.static_factor, 1.0, 10.0)?;
-        positive("speed", self.speed)?;
-        positive("presliding", self.presliding)?;
+        positive("speed_units_s", self.speed_units_s)?;
+        positive("presliding_units", self.presliding_units)?;
         between("damping_s", self.damping_s, 0.0, 1.0)
     }
 }

@@ -5,13 +5,13 @@
 //! ```
 //! # use lostmotion_axis::AxisConfig;
 //! # let options = r#"
-//! [friction.load.stribeck]    # or: [friction.load.lugre] static_factor, speed, presliding, damping_s
+//! [friction.load.stribeck]    # or: [friction.load.lugre] static_factor, speed_units_s, presliding_units, damping_s
 //! static_factor = 1.5         # breakaway over Coulomb friction, 1 to 10
-//! speed = 2.0                 # axis units per s from which it is Coulomb friction; at the motor rad/s
+//! speed_units_s = 2.0         # axis units per s from which it is Coulomb friction; at the motor rad/s
 //!
 //! [flanks]
 //! middle = -1.0               # of the gap, in half gaps: pushed forwards the load is where it is told, -1 to 1
-//! wear = { factor = 1.8, at = 250.0, width = 80.0 }           # gap at the worst place over elsewhere; axis units
+//! wear = { factor = 1.8, at_units = 250.0, width_units = 80.0 }    # gap at the worst place over elsewhere; axis units
 //!
 //! [ripple]
 //! cogging = [{ amplitude = 0.05, per_turn = 60 }]             # N m
@@ -22,9 +22,9 @@
 //! hangs_at_deg = -90.0        # where the load hangs straight down
 //!
 //! [scale]
-//! index = 12.5                # axis units; counts are whole from here
+//! index_units = 12.5          # axis units; counts are whole from here
 //! slope_ppm = 8.0
-//! errors = [{ amplitude = 0.0005, period = 0.02 }]            # axis units
+//! errors = [{ amplitude_units = 0.0005, period_units = 0.02 }]    # axis units
 //!
 //! [drift]                     # gap, load_coulomb, load_viscous, load_inertia, motor_coulomb, motor_viscous, stiffness
 //! gap = { factor = 1.5, over_s = 60.0 }

@@ -37,13 +37,13 @@ impl AxisConfig {
         match law {
             FrictionLaw::Coulomb => Ok(()),
             FrictionLaw::Stribeck(law) => {
-                rate("fall of friction over inertia in 1/s", deceleration * (law.static_factor - 1.0) / law.speed, 1e5)
+                rate("fall of friction over inertia in 1/s", deceleration * (law.static_factor - 1.0) / law.speed_units_s, 1e5)
             }
             FrictionLaw::Lugre(law) => {
                 let fastest = self.drive.bus_voltage_v / 3.0_f64.sqrt() / self.motor.back_emf_v_s_per_rad();
-                rate("motor's no-load speed over presliding in 1/s", fastest / law.presliding, 1e6)?;
-                rate("bristle resonance in rad/s", (deceleration / law.presliding).sqrt(), 1e5)?;
-                rate("bristle damping over inertia in 1/s", deceleration / law.presliding * law.damping_s, 1e5)
+                rate("motor's no-load speed over presliding in 1/s", fastest / law.presliding_units, 1e6)?;
+                rate("bristle resonance in rad/s", (deceleration / law.presliding_units).sqrt(), 1e5)?;
+                rate("bristle damping over inertia in 1/s", deceleration / law.presliding_units * law.damping_s, 1e5)
             }
         }
     }

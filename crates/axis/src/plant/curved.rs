@@ -102,8 +102,11 @@ impl Curved {
             per_rad: ratio,
             phase_rad: -gravity.hangs_at_deg * (TAU / 360.0),
         });
-        let wear =
-            config.flanks.wear.map(|wear| Bell { excess: wear.factor - 1.0, at_rad: wear.at * factor, width_rad: wear.width * factor });
+        let wear = config.flanks.wear.map(|wear| Bell {
+            excess: wear.factor - 1.0,
+            at_rad: wear.at_units * factor,
+            width_rad: wear.width_units * factor,
+        });
         Curved {
             cogging: Waves::over_turn(&config.ripple.cogging),
             ripple: Waves::over_turn(&config.ripple.torque),

@@ -32,11 +32,13 @@ impl FrictionShape {
     pub(super) fn new(law: &FrictionLaw) -> FrictionShape {
         match *law {
             FrictionLaw::Coulomb => FrictionShape::PLAIN,
-            FrictionLaw::Stribeck(law) => FrictionShape { static_factor: law.static_factor, speed_rad_s: law.speed, bristles: None },
+            FrictionLaw::Stribeck(law) => {
+                FrictionShape { static_factor: law.static_factor, speed_rad_s: law.speed_units_s, bristles: None }
+            }
             FrictionLaw::Lugre(law) => FrictionShape {
                 static_factor: law.static_factor,
-                speed_rad_s: law.speed,
-                bristles: Some(Bristles { presliding_rad: law.presliding, damping_s: law.damping_s }),
+                speed_rad_s: law.speed_units_s,
+                bristles: Some(Bristles { presliding_rad: law.presliding_units, damping_s: law.damping_s }),
             },
         }
     }

@@ -20,13 +20,13 @@ impl LoadScale {
     pub fn new(config: &AxisConfig) -> LoadScale {
         let (scale, factor) = (&config.scale, config.transmission.motor_rad_per_unit());
         let errors = scale.errors.iter().map(|error| Wave {
-            amplitude: error.amplitude * factor,
-            per_rad: TAU / (error.period * factor),
+            amplitude: error.amplitude_units * factor,
+            per_rad: TAU / (error.period_units * factor),
             phase_rad: error.phase_deg * (TAU / 360.0),
         });
         LoadScale {
             step_rad: config.reflected_load().scale_rad,
-            index_rad: scale.index * factor,
+            index_rad: scale.index_units * factor,
             slope: scale.slope_ppm * 1e-6,
             errors: Waves::new(errors),
         }

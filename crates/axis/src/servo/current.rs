@@ -18,9 +18,9 @@ pub struct CurrentState {
     /// Current periods since the last servo tick; counted where the command is delayed.
     pub(super) periods: u32,
     /// Whether the voltage was cut since the last servo tick.
-    pub(super) limited: bool,
+    pub(crate) limited: bool,
     /// i_q at the last servo tick and its sum over the current periods since, A.
-    pub(super) first: f64,
+    pub(crate) first: f64,
     pub(crate) sum: f64,
 }
 

@@ -17,6 +17,11 @@ impl Encoder {
         Encoder { step_rad: TAU / f64::from(counts_per_rev) }
     }
 
+    /// Its step, rad; 0 if it reads the position itself.
+    pub(crate) fn step_rad(&self) -> f64 {
+        self.step_rad
+    }
+
     /// What it shows at a position, rad.
     #[inline]
     pub fn read(&self, position: f64) -> f64 {

@@ -21,6 +21,7 @@
 mod current;
 mod encoder;
 mod filter;
+mod numbers;
 mod velocity;
 
 pub use current::CurrentState;
@@ -124,8 +125,8 @@ impl Servo {
     }
 
     /// Reads the load's scale, rad at the motor's shaft.
-    pub fn read_scale(&self, plant: &PlantState) -> f64 {
-        self.scale.read(plant.load_position)
+    pub fn read_scale(&self, load_position: f64) -> f64 {
+        self.scale.read(load_position)
     }
 
     /// Mean i_q over the servo period that ends now, by the trapezoidal rule over the samples of the current loop, A.
@@ -168,25 +169,4 @@ impl Servo {
         let [last, before] = state.velocity.earlier_commands;
         [state.velocity.current_command, last, before].get(age as usize).copied().unwrap_or(before)
     }
-
-    /// Numbers of the current loops for a batch; none where the command changes within a servo period.
-    pub(crate) fn current_numbers(&self) -> Option<CurrentNumbers> {
-        (self.drive.command_delay_periods == 0).then_some(CurrentNumbers {
-            gain: self.drive.current_gain_v_per_a,
-            share: self.current_share,
-            inductance: self.inductance,
-            limit_squared: self.voltage_limit * self.voltage_limit,
-            delayed: self.drive.voltage_delay_periods != 0,
-        })
-    }
-}
-
-/// What [`Servo::voltage`] computes with as long as no voltage is cut: see `current`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CurrentNumbers {
-    pub(crate) gain: f64,
-    pub(crate) share: f64,
-    pub(crate) inductance: f64,
-    pub(crate) limit_squared: f64,
-    pub(crate) delayed: bool,
 }

@@ -11,6 +11,8 @@ pub(crate) enum Study {
     Matrix(Matrix),
     /// Run one cell of the matrix and write its trace
     Cell(Cell),
+    /// Two motors back to back, a coupler with a known gap and stiffness: what the fits and `adaptive` find of it
+    Bench(Bench),
 }
 
 /// `study matrix`.
@@ -56,6 +58,17 @@ pub(crate) struct Cell {
     /// Write the cell's part program, too
     #[arg(long, value_name = "FILE.ngc")]
     pub(crate) program: Option<PathBuf>,
+}
+
+/// `study bench`.
+#[derive(Debug, Args)]
+pub(crate) struct Bench {
+    /// Total gap of the coupler in radian; five couplers, if left out
+    #[arg(long, value_name = "N", requires = "stiffness_nm_per_rad")]
+    pub(crate) gap_rad: Option<f64>,
+    /// Its stiffness in N m/rad
+    #[arg(long, value_name = "N", requires = "gap_rad")]
+    pub(crate) stiffness_nm_per_rad: Option<f64>,
 }
 
 /// What to reproduce.

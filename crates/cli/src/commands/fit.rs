@@ -91,7 +91,8 @@ fn rad_per_unit(config: &AxisConfig, unit: AxisUnit, name: &str) -> Result<f64, 
     }
 }
 
-fn settings(config: &AxisConfig) -> FitSettings {
+/// What a fit is told of the motor of an axis.
+pub(crate) fn settings(config: &AxisConfig) -> FitSettings {
     let motor = &config.motor;
     let mut settings = FitSettings::new(motor.torque_constant_nm_per_a, Some(config.motor_side_inertia_kgm2()));
     settings.motor_viscous_nm_s_per_rad = motor.viscous_nm_s_per_rad;

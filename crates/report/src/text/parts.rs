@@ -1,7 +1,7 @@
 //! Pieces that both kinds of result share.
 
 use super::table::{Align, Cell, Table};
-use crate::number::{duration, fixed};
+use crate::number::{duration, fixed, plain};
 use lostmotion_base::BlockRef;
 use lostmotion_sim::results::{Cause, ErrorStats, PlanInfo, ProgramInfo};
 
@@ -10,9 +10,9 @@ pub(super) fn count(number: u64, singular: &str) -> String {
     if number == 1 { format!("1 {singular}") } else { format!("{number} {singular}s") }
 }
 
-/// What was run, in two lines.
+/// What was run, in two lines, and one more if the tool was pushed.
 pub(super) fn program(program: &ProgramInfo, plan: &PlanInfo) -> String {
-    format!(
+    let mut out = format!(
         "program: {}, {}, {}\nplan: {}, {} mm cutting, {} mm rapid\n",
         count(program.lines, "line"),
         count(program.bytes, "byte"),
@@ -20,7 +20,11 @@ pub(super) fn program(program: &ProgramInfo, plan: &PlanInfo) -> String {
         duration(plan.duration_s),
         fixed(plan.cutting_mm, 1),
         fixed(plan.rapid_mm, 1),
-    )
+    );
+    if plan.cutting_force_n > 0.0 {
+        out.push_str(&format!("cutting force: {} N against every feed move\n", plain(plan.cutting_force_n)));
+    }
+    out
 }
 
 /// Warnings of the front end, at most `limit`.

@@ -1,6 +1,6 @@
 //! Machines that come with the library, as files that a user could have written, and their axes.
 
-use super::Machine;
+use super::{Machine, axis_from_toml};
 use lostmotion_axis::AxisConfig;
 
 /// Name of the machine that is taken if none is named.
@@ -43,13 +43,18 @@ impl Machine {
     }
 }
 
-/// Name of the one axis that is not part of a machine.
+/// Name of the axis of the paper, which is not part of a machine.
 const PAPER: &str = "paper";
+/// Name of a robot's joint, and its file.
+const JOINT: (&str, &str) = ("robot-joint", include_str!("../../presets/axes/robot-joint.toml"));
 
-/// An axis that comes with the library: `paper`, or an axis of a machine as `vmc3:x`; none if there is none of that name.
+/// An axis that comes with the library: `paper`, `robot-joint`, or an axis of a machine as `vmc3:x`; none if there is none of that name.
 pub fn axis_preset(name: &str) -> Option<AxisConfig> {
     if name == PAPER {
         return Some(AxisConfig::paper());
+    }
+    if name == JOINT.0 {
+        return axis_from_toml(JOINT.0, JOINT.1).ok();
     }
     let (machine, letter) = name.split_once(':')?;
     let machine = Machine::preset(machine)?;
@@ -65,5 +70,5 @@ pub fn axis_presets() -> Vec<String> {
         let axes = machine.as_ref().map(Machine::axes).unwrap_or_default();
         axes.iter().map(|axis| format!("{}:{}", info.name, axis.id.letter().to_ascii_lowercase())).collect::<Vec<_>>()
     };
-    std::iter::once(PAPER.to_owned()).chain(presets().iter().flat_map(of)).collect()
+    [PAPER, JOINT.0].map(str::to_owned).into_iter().chain(presets().iter().flat_map(of)).collect()
 }

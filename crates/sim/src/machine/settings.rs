@@ -133,10 +133,13 @@ impl Default for PlannerSettings {
 pub struct SimulateSettings {
     /// Tolerance of the verdict on the contour error, um.
     pub tolerance_um: f64,
+    /// Size of the cutting force, N: on every feed move, against the tool's way through the part. 0: none.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub cutting_force_n: f64,
 }
 
 impl Default for SimulateSettings {
     fn default() -> SimulateSettings {
-        SimulateSettings { tolerance_um: 20.0 }
+        SimulateSettings { tolerance_um: 20.0, cutting_force_n: 0.0 }
     }
 }

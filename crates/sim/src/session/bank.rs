@@ -93,13 +93,18 @@ impl Bank {
         self.delay_ticks
     }
 
-    /// Steps every lane through a chunk of samples; the outputs of the chunk before are gone.
-    pub(crate) fn run(&mut self, samples: &[Sample]) -> Result<(), SimError> {
+    /// Steps every lane through a chunk of samples, with a force on each joint's load (N or N m) for each, or with none; the outputs of the chunk before
+    /// are gone.
+    pub(crate) fn run(&mut self, samples: &[Sample], forces: &[Coords]) -> Result<(), SimError> {
         for (info, setpoints) in self.outputs.axes.iter().zip(&mut self.setpoints) {
+            // the motors of a gantry share it
+            let motors = self.outputs.axes.iter().filter(|other| other.id == info.id).count() as f64;
             setpoints.clear();
-            setpoints.extend(samples.iter().map(|sample| {
-                let id = info.id;
-                Setpoint::moving(sample.position[id] * info.units, sample.velocity[id] * info.units, sample.acceleration[id] * info.units)
+            setpoints.extend(samples.iter().enumerate().map(|(n, sample)| {
+                let (id, units) = (info.id, info.units);
+                let load_force = forces.get(n).map(|force| force[id] / motors);
+                let moving = Setpoint::moving(sample.position[id] * units, sample.velocity[id] * units, sample.acceleration[id] * units);
+                Setpoint { load_force, ..moving }
             }));
         }
         let setpoints: Vec<&[Setpoint]> = self.axis_of.iter().map(|axis| self.setpoints[*axis].as_slice()).collect();

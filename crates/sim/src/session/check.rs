@@ -1,6 +1,7 @@
 //! The first pass: the whole program is read and held against the machine before anything is simulated, so that all its errors
 //! are told in one go and nothing is half done.
 
+use super::cutting::LARGEST_N;
 use super::lower::lower;
 use super::reader::Reader;
 use crate::error::SimError;
@@ -175,6 +176,9 @@ fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
     };
     if let Some(tolerance_um) = options.tolerance_um {
         positive("the tolerance in um", tolerance_um)?;
+    }
+    if let Some(force) = options.cutting_force_n.filter(|force| !(0.0..=LARGEST_N).contains(force)) {
+        return Err(SimError::Option { what: "the cutting force in N", value: force, condition: "a number from 0 to 1e6" });
     }
     positive("the window after a reversal in s", options.reversal_window_s)?;
     positive("the longest duration in s", options.max_duration_s)?;

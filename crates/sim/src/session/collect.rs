@@ -38,6 +38,7 @@ pub(crate) fn comparison(
         plan: PlanInfo {
             duration_s: tally.cycles.command().seconds(tally.samples),
             command: rows::stats(&tally.command, UM_PER_MM),
+            cutting_force_n: options.cutting_force_n.unwrap_or(machine.simulate().cutting_force_n),
             ..checked.plan
         },
         without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].cutting, UM_PER_MM),

@@ -3,6 +3,7 @@
 //! ```text
 //! check    read everything once: diagnostics, travel            (check.rs, reader.rs, lower.rs)
 //! feed     read again: motion -> moves -> samples, segments     (feed.rs)
+//! cutting  samples -> forces on the loads                       (cutting.rs)
 //! bank     samples -> load positions, every axis, every variant (bank.rs)
 //! frame    servo ticks paired with the commands they answer to  (frame.rs)
 //! recorder load positions -> contour errors, added up           (recorder.rs)
@@ -12,6 +13,7 @@
 mod bank;
 mod check;
 mod collect;
+mod cutting;
 mod feed;
 mod frame;
 mod lower;

@@ -1,6 +1,7 @@
 //! The loop: a chunk of plan, all axes of all variants, all contour errors, and again.
 
 use super::bank::{Bank, Variant};
+use super::cutting::Cutting;
 use super::feed::Feed;
 use super::frame::{Aligner, Frame, contour_input};
 use super::recorder::Recorder;
@@ -40,6 +41,7 @@ pub(crate) struct Tally {
 /// A run on its way.
 pub(crate) struct Run {
     kinematics: Arc<dyn Kinematics>,
+    cutting: Option<Cutting>,
     tracker: ContourTracker,
     aligner: Aligner,
     command_foot: FootState,
@@ -96,7 +98,9 @@ impl Run {
         let bank = Bank::new(machine, &variants, &start)?;
         let (axes, cycles) = (bank.outputs.axes().len(), machine.cycles());
         let recorder = |variant| Recorder::new(variant, axes, cycles, options, with_records && variant != WITHOUT_GAP);
+        let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Run {
+            cutting: Cutting::new(options.cutting_force_n.unwrap_or(machine.simulate().cutting_force_n), feed.kinematics(), letters),
             kinematics: feed.kinematics(),
             tracker: ContourTracker::new(options.contour),
             aligner: Aligner::new(bank.delay_ticks(), cycles.servo_ticks()),
@@ -123,7 +127,8 @@ impl Run {
 
     fn chunk(&mut self, samples: &[Sample]) -> Result<(), SimError> {
         self.note_commands(samples);
-        self.tally.bank.run(samples)?;
+        let forces = self.cutting.as_ref().map_or(Vec::new(), |cutting| cutting.forces(samples, &self.tracker));
+        self.tally.bank.run(samples, &forces)?;
         let outputs = &self.tally.bank.outputs;
         self.aligner.frames(samples, self.kinematics.as_ref(), |at| outputs.reference(at), &mut self.frames);
         self.measure_references()?;

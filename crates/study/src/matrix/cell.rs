@@ -3,6 +3,7 @@
 use super::cycle::{Windows, step_um};
 use super::events::Watch;
 use super::factor::{Cell, ENCODER, GAP};
+use super::frame::{Frame, Traced, contour_input};
 use super::lane::{Lane, SETTLE_TICKS};
 use super::limit::Physics;
 use super::machine::{self, AXES};
@@ -11,10 +12,10 @@ use super::result::CellResult;
 use super::tally::Tally;
 use crate::error::StudyError;
 use lostmotion_axis::config::Change;
-use lostmotion_axis::{AxisConfig, AxisSample, Setpoint};
+use lostmotion_axis::{AxisConfig, Setpoint};
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{AxisId, Clock, Coords, Tick};
-use lostmotion_contour::{ContourConfig, ContourInput, ContourSample, ContourTracker, ProgrammedSegment};
+use lostmotion_contour::{ContourConfig, ContourSample, ContourTracker, ProgrammedSegment};
 use lostmotion_plan::Sample;
 use lostmotion_report::number::round_to;
 use lostmotion_sim::{ProgramSource, SimulateOptions, plan, plan_with_path};
@@ -25,21 +26,7 @@ const SERVO_TICKS: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) a
 const FIRST_REVERSALS: u32 = 4;
 /// Time after the last of them, CNC ticks.
 const AFTER: Tick = 100;
-/// Decimals kept of times, limits and speeds.
 const DECIMALS: usize = 6;
-
-/// A servo tick of the method that is looked at closely.
-#[derive(Clone, Copy, Debug)]
-pub struct Traced {
-    /// Servo tick since the start of the program.
-    pub tick: Tick,
-    /// Signed contour error, um, and that of the machine without a gap.
-    pub error_um: [f64; 2],
-    /// Whether it counts for the figures.
-    pub measured: bool,
-    /// X and Y.
-    pub axes: [AxisSample; 2],
-}
 
 /// Runs a cell with `none` and these methods. `trace` sees every servo tick of the last of them.
 ///
@@ -67,25 +54,6 @@ fn run(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) 
         (Some(error), _) => Err(error),
         (None, Err(error)) => Err(error.into()),
         (None, Ok(_)) => Ok(bench.finish()),
-    }
-}
-
-/// What all methods of a cell share at one servo tick.
-#[derive(Clone, Copy)]
-struct Frame {
-    servo_sample: usize,
-    tick: Tick,
-    command: Sample,
-    commanded_tip_mm: [f64; 3],
-    without_gap: ContourSample,
-    /// Servo ticks since measuring began, if it has.
-    since: Option<usize>,
-}
-
-impl Frame {
-    /// Whether it counts for the figures: a cutting move, after the first reversals.
-    fn measured(&self) -> bool {
-        self.since.is_some() && self.command.path_speed > 0.0 && !self.without_gap.rapid
     }
 }
 
@@ -123,9 +91,10 @@ impl<'a> Bench<'a> {
     ) -> Result<Bench<'a>, StudyError> {
         let mut names = vec!["none".to_owned()];
         names.extend(methods.iter().filter(|name| *name != "none").cloned());
-        let mut lanes = vec![Lane::new(&config.without_gap(), "none", start)?];
+        let with_z = motion::moves_z(cell);
+        let mut lanes = vec![Lane::new(&config.without_gap(), "none", start, with_z)?];
         for name in &names {
-            lanes.push(Lane::new(config, name, start)?);
+            lanes.push(Lane::new(config, name, start, with_z)?);
         }
         let motor_rad_per_mm = config.transmission.motor_rad_per_unit();
         let count_um = match cell.number(ENCODER) as i32 {
@@ -174,7 +143,7 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Pairs each servo sample with the command that it answers to, one CNC tick before, and measures the machine without a gap.
+    /// Pairs each servo sample with the command it answers to, one CNC tick before, and measures the machine without a gap.
     fn frame(&mut self, samples: &[Sample]) -> Result<(), StudyError> {
         self.frames.clear();
         for (n, sample) in samples.iter().enumerate() {
@@ -185,17 +154,16 @@ impl<'a> Bench<'a> {
             for part in 0..SERVO_TICKS {
                 let servo_sample = n * SERVO_TICKS + part;
                 let Some(lane) = self.lanes.first_mut() else { continue };
-                let ([x, y], z) = (lane.reference(servo_sample), command.position[AxisId::Z]);
                 let since = self.measured_from.and_then(|from| tick.checked_sub(from));
                 let mut frame = Frame {
                     servo_sample,
                     tick: tick * SERVO_TICKS as Tick + part as Tick,
                     command,
-                    commanded_tip_mm: [x, y, z],
+                    commanded_tip_mm: lane.reference(servo_sample, command.position[AxisId::Z]),
                     without_gap: ContourSample::default(),
                     since: since.map(|ticks| ticks as usize * SERVO_TICKS + part),
                 };
-                let load = lane.load(servo_sample);
+                let load = lane.load(servo_sample, frame.ideal_z_mm());
                 frame.without_gap = self.tracker.measure(&mut lane.foot, &contour_input(&frame, load))?;
                 if frame.measured() {
                     self.reached_mm_s = self.reached_mm_s.max(command.path_speed);
@@ -235,14 +203,14 @@ impl<'a> Bench<'a> {
         let (Some(lane), Some(tally)) = (lanes.get_mut(variant), self.tallies.get_mut(variant)) else { return Ok(()) };
         let traced = variant + 1 == self.names.len();
         for frame in &self.frames {
-            let load = lane.load(frame.servo_sample);
+            let load = lane.load(frame.servo_sample, frame.ideal_z_mm());
             let error = self.tracker.measure(&mut lane.foot, &contour_input(frame, load))?;
             let measured = frame.measured();
             if measured {
                 tally.contour(error.error_mm - frame.without_gap.error_mm);
             }
             if let Some(since) = frame.since {
-                let without = rigid.load(frame.servo_sample);
+                let without = rigid.load(frame.servo_sample, frame.ideal_z_mm());
                 let time_s = Clock::SERVO.seconds(frame.tick) + Clock::CNC.seconds(SETTLE_TICKS as Tick);
                 let half_gap = 0.5 * self.physics.gap_rad * self.gap_drift.map_or(1.0, |change| change.at(time_s));
                 for axis in 0..AXES.len() {
@@ -251,9 +219,8 @@ impl<'a> Bench<'a> {
                 }
             }
             if let (true, Some(trace)) = (traced, &mut self.trace) {
-                let axes = [0, 1].map(|axis| lane.sample(axis, frame.servo_sample));
                 let error_um = [error.error_mm, frame.without_gap.error_mm].map(|mm| mm * UM_PER_MM);
-                trace(&Traced { tick: frame.tick, error_um, measured, axes });
+                trace(&Traced { tick: frame.tick, error_um, measured, axes: [0, 1].map(|axis| lane.sample(axis, frame.servo_sample)) });
             }
         }
         Ok(())
@@ -281,20 +248,5 @@ impl<'a> Bench<'a> {
             limit_rms_um: round_to(limit_rms * um_per_rad, DECIMALS),
             methods: self.tallies.iter().zip(lanes).filter_map(figures).collect(),
         }
-    }
-}
-
-fn contour_input(frame: &Frame, load_mm: [f64; 2]) -> ContourInput {
-    let [x, y] = load_mm;
-    let [_, _, z] = frame.commanded_tip_mm;
-    let axis = [0.0, 0.0, 1.0];
-    ContourInput {
-        tick: frame.tick,
-        segment: frame.command.segment,
-        s: frame.command.s,
-        actual_tip_mm: [x, y, z],
-        commanded_tip_mm: frame.commanded_tip_mm,
-        actual_axis: axis,
-        commanded_axis: axis,
     }
 }

@@ -4,7 +4,7 @@
 //! factor   what is varied, its levels, a cell and its name
 //! sample   which cells: each level equally often, pairs of levels as evenly as can be
 //! motion   cell -> part program          machine  cell -> machine
-//! cell     program -> plan -> all methods side by side -> contour errors      (lane, events, tally)
+//! cell     program -> plan -> all methods side by side -> contour errors      (frame, lane, events, tally)
 //! limit    what physics allows at best   cycle    does it hunt?
 //! run      cells on all cores            journal  results as lines, to go on from
 //! summary  distribution per method and regime      table  Markdown and CSV
@@ -18,6 +18,7 @@ mod cell;
 mod cycle;
 mod events;
 pub mod factor;
+mod frame;
 pub mod journal;
 mod lane;
 mod limit;
@@ -30,8 +31,9 @@ pub mod summary;
 pub mod table;
 mod tally;
 
-pub use cell::{Traced, run_cell};
+pub use cell::run_cell;
 pub use factor::{Cell, FACTORS, Factor};
+pub use frame::Traced;
 pub use limit::{Physics, traverse_s};
 pub use result::{CellResult, MethodFigures};
 pub use run::{Progress, run_cells};

@@ -34,6 +34,11 @@ pub fn program(cell: &Cell) -> String {
     if cell.level_name(WAY) == "cw" { mirrored(&text) } else { text }
 }
 
+/// Whether the program moves Z, which is then an axis like the others.
+pub fn moves_z(cell: &Cell) -> bool {
+    cell.level_name(SHAPE) == "pocket"
+}
+
 /// How often a figure of some length is gone round.
 fn turns(length_mm: f64, feed: f64) -> u32 {
     (SECONDS * feed / 60.0 / length_mm).ceil().clamp(TURNS.0, TURNS.1) as u32

@@ -60,6 +60,8 @@ pub struct Regime {
     pub level: String,
     /// A row a method.
     pub methods: Vec<MethodSummary>,
+    /// What physics leaves at least, over what `none` leaves: RMS.
+    pub limit_rms_ratio: Option<Spread>,
 }
 
 /// A cell that is among a method's worst.
@@ -101,20 +103,24 @@ const WORST: usize = 5;
 pub fn summary(results: &[CellResult]) -> Summary {
     let all: Vec<&CellResult> = results.iter().collect();
     let names: Vec<&str> = results.first().map_or(Vec::new(), |cell| cell.methods.iter().map(|figures| figures.method.as_str()).collect());
-    let limit = |value: fn(&CellResult) -> f64, index: usize| {
-        let of_none = |cell: &CellResult| cell.of("none").and_then(|none| [none.rms_um, none.max_um].get(index).copied());
-        let usable = results.iter().filter(|cell| cell.ratios("none").is_some());
-        Spread::of(usable.filter_map(|cell| Some(value(cell) / of_none(cell)?)))
-    };
     Summary {
         cells: results.len(),
         simulated_s: results.iter().map(|cell| cell.duration_s).sum(),
-        limit_rms_ratio: limit(|cell| cell.limit_rms_um, 0),
-        limit_max_ratio: limit(|cell| cell.limit_max_um, 1),
+        limit_rms_ratio: limit(&all, 0),
+        limit_max_ratio: limit(&all, 1),
         methods: names.iter().map(|name| method(&all, name)).collect(),
         regimes: regimes(results, &names),
         worst: names.iter().skip(1).flat_map(|name| worst(results, name)).collect(),
     }
+}
+
+/// What physics leaves at least, over what `none` leaves: RMS (0) or largest error (1).
+fn limit(cells: &[&CellResult], which: usize) -> Option<Spread> {
+    let usable = cells.iter().filter(|cell| cell.ratios("none").is_some());
+    Spread::of(usable.filter_map(|cell| {
+        let (least, none) = ([cell.limit_rms_um, cell.limit_max_um], cell.of("none")?);
+        Some(least.get(which)? / [none.rms_um, none.max_um].get(which)?)
+    }))
 }
 
 fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
@@ -139,7 +145,8 @@ fn regimes(results: &[CellResult], names: &[&str]) -> Vec<Regime> {
             let cells: Vec<&CellResult> = results.iter().filter(|result| result.cell.level_name(index) == *level).collect();
             if !cells.is_empty() {
                 let methods = names.iter().map(|name| method(&cells, name)).collect();
-                regimes.push(Regime { factor: factor.name.to_owned(), level: (*level).to_owned(), methods });
+                let limit_rms_ratio = limit(&cells, 0);
+                regimes.push(Regime { factor: factor.name.to_owned(), level: (*level).to_owned(), methods, limit_rms_ratio });
             }
         }
     }

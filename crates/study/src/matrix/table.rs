@@ -13,12 +13,23 @@ macro_rules! put {
     ($out:expr, $($arg:tt)*) => { let _ = writeln!($out, $($arg)*); };
 }
 
+/// A ratio beyond this has run away; how far says nothing.
+const RUNAWAY: f64 = 10.0;
+/// Median RMS ratio above which a method does nothing worth having in a regime.
+const IDLE: f64 = 0.9;
+/// Part of a regime's cells in which a method is worse than none, from which it does harm there.
+const HARMFUL: f64 = 0.1;
+
+fn capped(ratio: f64) -> String {
+    if ratio > RUNAWAY { "> 1000 %".to_owned() } else { percent(ratio) }
+}
+
 fn three(spread: Option<Spread>) -> String {
-    spread.map_or("- | - | -".to_owned(), |s| format!("{} | {} | {}", percent(s.median), percent(s.p95), percent(s.worst)))
+    spread.map_or("- | - | -".to_owned(), |s| format!("{} | {} | {}", capped(s.median), capped(s.p95), capped(s.worst)))
 }
 
 fn two(spread: Option<Spread>) -> String {
-    spread.map_or("-".to_owned(), |s| format!("{} / {}", percent(s.median), percent(s.p95)))
+    spread.map_or("-".to_owned(), |s| format!("{} / {}", capped(s.median), capped(s.p95)))
 }
 
 /// The summary as Markdown: a table of all methods, one by regime, the worst cells.
@@ -43,11 +54,12 @@ pub fn markdown(results: &[CellResult], what: &str) -> String {
     put!(out, "Gap: mean error of the estimated half gap while in contact (0 where the method was told the gap).\n");
     overview(&mut out, &sum);
     by_regime(&mut out, &sum);
+    failures(&mut out, &sum);
     put!(out, "\n## Worst cells\n");
     put!(out, "| method | cell | RMS ratio | max ratio |\n|---|---|--:|--:|");
     for worst in &sum.worst {
         let [rms, max] = worst.ratios;
-        put!(out, "| `{}` | `{}` | {} | {} |", worst.method, worst.cell, percent(rms), percent(max));
+        put!(out, "| `{}` | `{}` | {} | {} |", worst.method, worst.cell, capped(rms), capped(max));
     }
     out
 }
@@ -67,9 +79,9 @@ fn overview(out: &mut String, sum: &Summary) {
 }
 
 fn by_regime(out: &mut String, sum: &Summary) {
-    put!(out, "\n## By regime\n\nRMS ratio, median / 95 %.\n");
-    let mut header = "| factor | level | cells |".to_owned();
-    let mut rule = "|---|---|--:|".to_owned();
+    put!(out, "\n## By regime\n\nRMS ratio, median / 95 %. Least: what physics leaves whatever the method.\n");
+    let mut header = "| factor | level | cells | least |".to_owned();
+    let mut rule = "|---|---|--:|--:|".to_owned();
     for method in sum.methods.iter().skip(1) {
         let _ = write!(header, " `{}` |", method.method);
         rule.push_str("--:|");
@@ -78,7 +90,29 @@ fn by_regime(out: &mut String, sum: &Summary) {
     for regime in &sum.regimes {
         let cells = regime.methods.first().and_then(|none| none.rms_ratio).map_or(0, |spread| spread.cells);
         let row: Vec<String> = regime.methods.iter().skip(1).map(|method| two(method.rms_ratio)).collect();
-        put!(out, "| {} | {} | {cells} | {} |", regime.factor, regime.level, row.join(" | "));
+        put!(out, "| {} | {} | {cells} | {} | {} |", regime.factor, regime.level, two(regime.limit_rms_ratio), row.join(" | "));
+    }
+}
+
+/// Where each method cannot work, from the figures.
+fn failures(out: &mut String, sum: &Summary) {
+    put!(out, "\n## Where a method does not work\n");
+    put!(
+        out,
+        "Levels (of gap, friction, inertia and encoder, and motions) at which a method leaves more than 90 % of what `none` leaves in half of the"
+    );
+    put!(out, "cells, and at which it is worse than `none` in more than a tenth of them.\n");
+    put!(out, "| method | does next to nothing | does harm |\n|---|---|---|");
+    for (index, method) in sum.methods.iter().enumerate().skip(1) {
+        let levels = |fails: &dyn Fn(&MethodSummary) -> bool| -> String {
+            let regimes =
+                sum.regimes.iter().filter(|regime| ["gap", "friction", "inertia", "encoder", "motion"].contains(&regime.factor.as_str()));
+            let all: Vec<&str> = regimes.filter(|r| r.methods.get(index).is_some_and(fails)).map(|r| r.level.as_str()).collect();
+            if all.is_empty() { "-".to_owned() } else { all.join(", ") }
+        };
+        let idle = levels(&|m| m.rms_ratio.is_some_and(|spread| spread.median > IDLE));
+        let harmful = levels(&|m| m.rms_ratio.is_some_and(|spread| m.worse_rms as f64 > HARMFUL * spread.cells as f64));
+        put!(out, "| `{}` | {idle} | {harmful} |", method.method);
     }
 }
 

@@ -28,6 +28,10 @@ struct Plot {
     zoom: Option<[f64; 2]>,
 }
 
+/// Inertias of the paper's Tables 2 and 3.
+const MOTOR_KGM2: f64 = 0.00189;
+const LOAD_KGM2: f64 = 0.0065;
+
 const NONE: usize = 0;
 const PUBLISHED: usize = 1;
 const LITERAL: usize = 2;
@@ -36,7 +40,7 @@ fn plots() -> Vec<Plot> {
     let plot = |file, title, y_label, curves: &[Curve], zoom| Plot { file, title, y_label, curves: curves.to_vec(), zoom };
     let position = |run| [("reference", run, REFERENCE), ("motor", run, MOTOR), ("load", run, LOAD)];
     let velocity = |run| -> [Curve; 3] {
-        [("motor", run, |s| s.motor_velocity), ("load", run, |s| s.load_velocity), ("reference", run, |s| s.reference.velocity)]
+        [("reference", run, |s| s.reference.velocity), ("motor", run, |s| s.motor_velocity), ("load", run, |s| s.load_velocity)]
     };
     let current = |run| -> [Curve; 1] { [("i_q", run, |s| s.current)] };
     let near = Some([0.0, 0.4]);
@@ -78,15 +82,19 @@ fn plots() -> Vec<Plot> {
         ),
         plot(
             "figure_11_inertia.svg",
-            "Figure 11, upper: estimated inertia at the motor",
+            "Figure 11, upper: estimated inertia at the motor (cut off at -0.005 and 0.020)",
             "inertia, kg m\u{b2}",
-            &[("published", PUBLISHED, |s| s.inertia_estimate.clamp(-0.005, 0.02))],
+            &[
+                ("published", PUBLISHED, |s| s.inertia_estimate.clamp(-0.005, 0.02)),
+                ("true: motor alone", PUBLISHED, |_| MOTOR_KGM2),
+                ("true: motor and load", PUBLISHED, |_| MOTOR_KGM2 + LOAD_KGM2),
+            ],
             None,
         ),
         plot(
             "figure_11_engagement.svg",
             "Figure 11, lower: engagement, true and estimated",
-            "engagement",
+            "flank (0 in the gap)",
             &[
                 ("true", PUBLISHED, |s| f64::from(s.engagement.sign())),
                 ("estimated", PUBLISHED, |s| f64::from(s.engagement_estimate.sign())),
@@ -131,7 +139,7 @@ fn scan_figure(scan: &Scan, form: &str) -> String {
     };
     let picture = SeriesPicture {
         title: format!("{form}: settled offset of the load over P0 (cut off at {HIGHEST} %)"),
-        x_label: "log10 P0".to_owned(),
+        x_label: "P0, as a power of ten".to_owned(),
         y_label: "offset, % of half the gap".to_owned(),
     };
     let mut curves: Vec<Series> = DRAWN.map(curve).into();

@@ -1,5 +1,6 @@
 //! `lostmotion study`.
 
+mod bench;
 mod cell;
 mod journal;
 mod matrix;
@@ -15,6 +16,7 @@ pub(crate) fn run(study: &Study, voice: Voice) -> Result<u8, Failure> {
     match study {
         Study::Matrix(args) => matrix::run(args, voice.quiet),
         Study::Cell(args) => cell::run(args),
+        Study::Bench(args) => bench::run(args),
     }
 }
 

@@ -1,0 +1,70 @@
+//! Prints how well the fit from the motor alone does on simulated logs: errors over friction, coverage of the interval.
+//!
+//! `cargo run --release -p lostmotion-identify --example motor_only_accuracy [first seed] [logs]`
+
+#[path = "../tests/rig/mod.rs"]
+#[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
+mod rig;
+
+use lostmotion_base::math;
+use lostmotion_identify::{BacklashFit, FitError, MotorLog, fit_motor_only};
+use rig::{RATED_TORQUE, Random, Rig};
+
+/// Length of a log, s.
+const SECONDS: f64 = 15.0;
+
+fn main() {
+    let mut arguments = std::env::args().skip(1).filter_map(|text| text.parse().ok());
+    let first: u64 = arguments.next().unwrap_or(1);
+    let logs: u64 = arguments.next().unwrap_or(100);
+    for share in [0.0, 0.02, 0.05, 0.1, 0.2, 0.3] {
+        for half_gap in [1e-1, 6.283e-3, 6.283e-4] {
+            let rig = Rig { half_gap, friction: share * RATED_TORQUE, offset: 0.003, seed: first, ..Rig::default() };
+            println!("friction {share:.2}, half gap {half_gap:.3e} rad: {}", told(&rig, &fit(&rig, 2.0 * SECONDS)));
+        }
+    }
+    let (mut covered, mut refused, mut errors) = (0, 0, Vec::new());
+    for seed in first..first + logs {
+        let rig = random(seed);
+        match fit(&rig, SECONDS) {
+            Ok(fit) => {
+                covered += u32::from((fit.half_gap_interval_rad[0]..=fit.half_gap_interval_rad[1]).contains(&rig.half_gap));
+                errors.push((fit.half_gap_rad / rig.half_gap - 1.0).abs());
+            }
+            Err(error) => {
+                refused += 1;
+                println!("seed {seed}: {error}");
+            }
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let at = |part: f64| errors.get((part * errors.len() as f64) as usize).or(errors.last()).map_or(f64::NAN, |error| 100.0 * error);
+    let within = errors.iter().filter(|error| **error <= 5e-3).count();
+    println!("{logs} random logs from seed {first}: the interval covers the truth in {covered}, {refused} refused");
+    println!("error: median {:.3} %, 95 of 100 {:.3} %, worst {:.3} %; within 0.5 %: {within}", at(0.5), at(0.95), at(1.0));
+}
+
+fn fit(rig: &Rig, seconds: f64) -> Result<BacklashFit, FitError> {
+    fit_motor_only(&MotorLog::from(rig.run(seconds)), &rig.settings().motor_only())
+}
+
+fn told(rig: &Rig, fit: &Result<BacklashFit, FitError>) -> String {
+    match fit {
+        Ok(fit) => format!("error {:+.3} %", 100.0 * (fit.half_gap_rad / rig.half_gap - 1.0)),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// An axis of any gap, friction, inertia and noise; 2^20 counts.
+fn random(seed: u64) -> Rig {
+    let mut random = Random(seed);
+    Rig {
+        half_gap: 6e-4 * math::pow(100.0, random.unit()),
+        friction: RATED_TORQUE * random.between(0.0, 0.3),
+        load_inertia: 0.00189 * random.between(0.5, 8.0),
+        current_noise: random.between(0.0, 0.02),
+        pulls: random.unit() < 0.5,
+        seed: seed + 5000,
+        ..Rig::default()
+    }
+}
