@@ -184,6 +184,8 @@ pub struct CycleWords {
     pub last_p: f64,
     /// Peck depth.
     pub q: Option<f64>,
+    /// Spindle that taps (`$`).
+    pub spindle: u8,
     /// I, J and K.
     pub ijk: [Option<f64>; 3],
 }

@@ -103,7 +103,7 @@ fn endless_loops_end_with_their_line() {
         ("o1 while [1]\no1 endwhile\nM2\n", "idle-loop"),
         ("o1 while [1]\n#1=[#1+1]\no1 endwhile\nM2\n", "idle-loop"),
         ("o1 sub\no1 call\no1 endsub\no1 call\nM2\n", "calls-too-deep"),
-        ("o1 while [1]\nG0 X1\no1 endwhile\nM2\n", "too-many-blocks"),
+        ("o1 while [1]\nG0 X1\no1 endwhile\nM2\n", "too-many-looped-blocks"),
     ] {
         let diagnostics = Program::new(source.as_bytes(), config()).finish();
         let found = diagnostics.kept().iter().find(|d| d.code() == code).unwrap();

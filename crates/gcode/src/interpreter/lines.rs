@@ -39,7 +39,11 @@ impl Interpreter {
             self.let_go(out);
         }
         self.watch(out.get(before..).unwrap_or_default());
-        if self.state.ended { Step::Ended } else { Step::Ran }
+        if self.state.ended {
+            self.settle_habits();
+            return Step::Ended;
+        }
+        Step::Ran
     }
 
     /// Takes the motion mode from a refused block, so that the blocks after it are judged as they were meant.
@@ -84,7 +88,7 @@ impl Interpreter {
         } else if self.executed > limits.executed_blocks {
             Problem::TooManyBlocks { limit: limits.executed_blocks }
         } else if self.looped > self.looped_limit() {
-            Problem::TooManyBlocks { limit: self.looped_limit() }
+            Problem::TooManyLoopedBlocks { limit: self.looped_limit() }
         } else if self.looped > 1 && self.made > limits.looped_operations {
             Problem::TooManyOperations { limit: limits.looped_operations }
         } else {
@@ -247,6 +251,7 @@ impl Interpreter {
         self.let_go(out);
         self.span = Span { column: 1, len: 0, ..self.span };
         self.forgive(if self.percent == Percent::Open { Problem::NoClosingPercent } else { Problem::NoProgramEnd }, Leniency::MissingEnd);
+        self.settle_habits();
         self.state.ended = true;
         Step::Ended
     }

@@ -10,6 +10,7 @@ mod dialects;
 mod files;
 mod flow;
 mod goto;
+mod habits;
 mod lines;
 mod run;
 mod stacks;
@@ -80,7 +81,6 @@ pub struct Interpreter {
     loader: Option<Arc<dyn SubroutineLoader>>,
     /// Bytes of the files of subroutines.
     loaded_bytes: usize,
-    stacks: CallStacks,
     /// Index of the call that is running.
     stack_index: u32,
     /// What each level of calls has saved, the main program first.
@@ -101,6 +101,7 @@ pub struct Interpreter {
     missing_sub: Option<String>,
     /// Leniencies made use of so far.
     told: Leniencies,
+    habits: habits::Habits,
     /// Lines have to be looked at for another dialect's sake.
     special: bool,
     modal_macro: Option<dialects::ModalMacro>,
@@ -148,7 +149,6 @@ impl Interpreter {
             jump: None,
             loader: None,
             loaded_bytes: 0,
-            stacks: CallStacks::default(),
             stack_index: 0,
             saved: vec![Saved::default()],
             returning: None,
@@ -162,6 +162,7 @@ impl Interpreter {
             idle: 0,
             missing_sub: None,
             told: Leniencies::default(),
+            habits: habits::Habits::default(),
             special,
             modal_macro: None,
         }
@@ -188,7 +189,7 @@ impl Interpreter {
 
     /// The calls that [`BlockRef::call_stack`] points to.
     pub fn call_stacks(&self) -> &CallStacks {
-        &self.stacks
+        self.diagnostics.provenance().call_stacks()
     }
 
     /// Name of the file of an index in a span; none for the program itself, which is 0.
@@ -252,12 +253,6 @@ impl Interpreter {
     pub(crate) fn report_mark(&mut self, span: Span) {
         self.span = span;
         self.forgive(Problem::ByteOrderMark, Leniency::ByteOrderMark);
-    }
-
-    /// Reports lines that end with CR alone.
-    pub(crate) fn report_returns(&mut self, span: Span) {
-        self.span = span;
-        self.forgive(Problem::Lenient { leniency: Leniency::BareReturns }, Leniency::BareReturns);
     }
 
     fn report(&mut self, problem: Problem) {

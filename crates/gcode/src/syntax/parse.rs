@@ -141,6 +141,8 @@ pub(crate) fn word<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &L
     let (rest, value) =
         word_value(after, &mut Code { ops, names, depth: limits.expression_depth }).map_err(|fault| missing(fault, letter))?;
     let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
+    block.lower_case |= input.first().is_some_and(u8::is_ascii_lowercase);
+    block.glued |= block.words.last().is_some_and(|last| last.text.start + last.text.len == text.start);
     block.words.push(Word { letter, value, text });
     Ok((rest, ()))
 }
