@@ -7,6 +7,7 @@ mod calls;
 mod context;
 mod control;
 mod dialects;
+mod ending;
 mod files;
 mod flow;
 mod goto;
@@ -16,6 +17,7 @@ mod run;
 mod stacks;
 mod tape;
 mod view;
+mod watch;
 
 pub use stacks::{CallSite, CallStacks};
 pub use tape::Place;
@@ -185,46 +187,6 @@ impl Interpreter {
     pub fn with_loader(mut self, loader: Arc<dyn SubroutineLoader>) -> Interpreter {
         self.loader = Some(loader);
         self
-    }
-
-    /// The calls that [`BlockRef::call_stack`] points to.
-    pub fn call_stacks(&self) -> &CallStacks {
-        self.diagnostics.provenance().call_stacks()
-    }
-
-    /// Name of the file of an index in a span; none for the program itself, which is 0.
-    pub fn file_name(&self, index: u32) -> Option<&str> {
-        self.diagnostics.file(index).map(|file| file.name.as_str())
-    }
-
-    /// The modes, offsets and position after the blocks run so far.
-    pub fn state(&self) -> &State {
-        &self.state
-    }
-
-    /// All parameters.
-    pub fn parameters(&self) -> &Parameters {
-        &self.parameters
-    }
-
-    /// The bounds it runs under.
-    pub fn limits(&self) -> &crate::limits::Limits {
-        &self.config.limits
-    }
-
-    /// What has been found so far.
-    pub fn diagnostics(&self) -> &Diagnostics {
-        &self.diagnostics
-    }
-
-    /// Takes the kept findings out and goes on: as many again can be kept.
-    pub fn take_diagnostics(&mut self) -> Vec<Diagnostic> {
-        self.diagnostics.take_kept()
-    }
-
-    /// Takes the findings out.
-    pub fn into_diagnostics(self) -> Diagnostics {
-        self.diagnostics
     }
 
     /// Gives the next line of the program, without its terminator. To be called when a step asks for it.

@@ -46,6 +46,10 @@ impl Problem {
             Problem::NoProgramEnd => "end the program with M2",
             Problem::NoClosingPercent => "a program that starts with % also ends with %",
             Problem::TwoAxisUsers { .. } => "put them on two lines",
+            Problem::NoSuchSub { .. } => {
+                "define it in the program, or put its file into the part's folder or one that subroutines are taken from (--subroutines)"
+            }
+            Problem::Heidenhain => "post-process the part for a control that reads G-code",
             Problem::NoSuchTool { .. } => "check the tool table",
             Problem::UnusedWord { users, .. } if !users.is_empty() => return Some(format!("it belongs to {users}")),
             Problem::ControlCycle { hint, .. } => hint,

@@ -202,6 +202,8 @@ pub enum Problem {
     Checksum { found: u8, wanted: u8 },
     #[error("{what} is of Siemens (Sinumerik), whose programs are not read")]
     Siemens { what: &'static str },
+    #[error("conversational text of Heidenhain, which is not read")]
+    Heidenhain,
     #[error("{message}")]
     FiveAxis { message: &'static str },
     #[error("the corner {message}")]

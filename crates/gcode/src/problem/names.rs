@@ -102,6 +102,7 @@ impl Problem {
             P::NoSuchLine { .. } => "no-such-line",
             P::Checksum { .. } => "wrong-checksum",
             P::Siemens { .. } => "siemens",
+            P::Heidenhain => "heidenhain",
             P::FiveAxis { .. } => "five-axis-use",
             P::Corner { .. } => "corner",
             P::Lenient { leniency } | P::Habit { leniency, .. } | P::NotLenient { leniency } => leniency.name(),

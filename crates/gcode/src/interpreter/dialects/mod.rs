@@ -10,7 +10,8 @@ use crate::dialect::{Dialect, Leniency};
 use crate::exec::corner::is_straight;
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
-use crate::syntax::special::{parse_special, siemens_word};
+use crate::syntax::siemens::{is_heidenhain, siemens_word};
+use crate::syntax::special::parse_special;
 use crate::syntax::{Fault, Text, Value};
 pub(crate) use macros::ModalMacro;
 
@@ -49,6 +50,10 @@ impl Interpreter {
             }
             Err(Fault { rest, problem }) if matches!(*problem, Problem::Checksum { .. }) => return Err(Fault { rest, problem }),
             _ => {}
+        }
+        if is_heidenhain(&self.line) {
+            self.state.ended = true;
+            return Err(Fault { problem: Box::new(Problem::Heidenhain), ..fault });
         }
         match siemens_word(&self.line) {
             Some(what) => Err(Fault { problem: Box::new(Problem::Siemens { what }), ..fault }),
