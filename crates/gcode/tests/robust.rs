@@ -153,3 +153,12 @@ fn a_name_of_blanks_is_none() {
         assert_eq!(diagnostics.kept().first().map(lostmotion_gcode::Diagnostic::code), Some("syntax"), "{line}");
     }
 }
+
+#[test]
+fn jumps_that_search_a_long_program_again_and_again_end() {
+    let lines = 20_000;
+    let source: String = (1..=lines).map(|line| format!("N{line} GOTO {}\n", lines + 1 - line)).collect();
+    let config = InterpreterConfig::default().with_dialect(lostmotion_gcode::Dialect::Fanuc);
+    let diagnostics = Program::new(source.as_bytes(), config).finish();
+    assert!(diagnostics.kept().iter().any(|d| d.code() == "too-many-looped-blocks"), "{:?}", diagnostics.kept());
+}
