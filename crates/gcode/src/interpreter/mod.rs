@@ -13,6 +13,7 @@ mod flow;
 mod goto;
 mod habits;
 mod lines;
+mod profile;
 mod run;
 mod stacks;
 mod tape;
@@ -107,6 +108,8 @@ pub struct Interpreter {
     /// Lines have to be looked at for another dialect's sake.
     special: bool,
     modal_macro: Option<dialects::ModalMacro>,
+    /// The profile of a turning cycle that is being read.
+    profile: Option<Box<profile::Collecting>>,
 }
 
 impl Interpreter {
@@ -167,6 +170,7 @@ impl Interpreter {
             habits: habits::Habits::default(),
             special,
             modal_macro: None,
+            profile: None,
         }
     }
 

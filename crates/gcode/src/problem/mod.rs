@@ -171,6 +171,21 @@ pub enum Problem {
     #[error("the cycle makes more than {limit} moves")]
     CycleTooLong { limit: u32 },
 
+    #[error("{code} needs the ZX plane (G18); the {plane} plane is selected")]
+    TurningPlane { code: Code, plane: &'static str },
+    #[error("the profile of {code}, subroutine o{name}, has no move after the one that leads to its start")]
+    ProfileEmpty { code: Code, name: String },
+    #[error("the profile of {code} turns back in {axis}: this move goes from {from} to {to}")]
+    ProfileTurnsBack { code: Code, axis: char, from: f64, to: f64 },
+    #[error("{code} cannot stand in a profile")]
+    ProfileCode { code: Code },
+    #[error("the corner {letter}{size} of the profile {}", if *.two { "is given with both A and C" } else { "cannot be made between its moves" })]
+    ProfileCorner { letter: char, size: f64, two: bool },
+    #[error("{letter} in a profile while coordinates are incremental (G91)")]
+    ProfileIncrement { letter: char },
+    #[error("there is no room for the profile of {code} at a distance of {distance}")]
+    ProfileDistance { code: Code, distance: f64 },
+
     #[error("{message}")]
     Flow { message: String },
     #[error("subroutine o{name} is not closed; it is never called")]
