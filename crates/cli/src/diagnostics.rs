@@ -7,8 +7,8 @@ use crate::output::{remark, stderr_has_color};
 use crate::voice::Voice;
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
-use lostmotion::base::Span;
-use lostmotion::gcode::{Diagnostics, Interpreter, LoadedFile, Severity, SourceFiles};
+use lostmotion::base::{BlockRef, Span};
+use lostmotion::gcode::{Diagnostics, Provenance, Severity};
 use lostmotion::report::findings::{Counts, Finding, Origin, write_json, write_sarif};
 use lostmotion::sim::ProgramSource;
 
@@ -17,56 +17,48 @@ pub(crate) struct Findings<'a> {
     source: &'a ProgramSource,
     pub(crate) list: Vec<Finding>,
     pub(crate) counts: Counts,
-    /// Files of subroutines that findings may be about.
-    files: SourceFiles,
+    /// Files of subroutines that findings may be about, and the calls that led there.
+    provenance: Provenance,
 }
 
 impl<'a> Findings<'a> {
     /// Nothing yet.
     pub(crate) fn none(source: &'a ProgramSource) -> Findings<'a> {
-        Findings { source, list: Vec::new(), counts: Counts::default(), files: SourceFiles::new() }
+        Findings { source, list: Vec::new(), counts: Counts::default(), provenance: Provenance::default() }
     }
 
-    /// The same with files of subroutines that findings may be about.
-    pub(crate) fn with_files(self, files: &SourceFiles) -> Findings<'a> {
-        Findings { files: files.clone(), ..self }
-    }
-
-    /// The file of subroutines that a span is in; none for the program itself.
-    fn file_of(&self, span: Span) -> Option<&LoadedFile> {
-        self.files.get((span.file as usize).checked_sub(1)?).map(|file| &**file)
+    /// The same with what the places of findings point into.
+    pub(crate) fn with_provenance(self, provenance: &Provenance) -> Findings<'a> {
+        Findings { provenance: provenance.clone(), ..self }
     }
 
     /// The lines that the findings are about, in their order; empty where they cannot be read.
     fn lines(&self) -> Vec<Excerpt> {
         let own: Vec<Span> = self.list.iter().map(|finding| finding.span).filter(|span| span.file == 0).collect();
         let mut own = self.source.open().and_then(|mut reader| excerpts(&mut *reader, &own)).unwrap_or_default().into_iter();
-        let of_file = |span: Span| excerpts(&mut self.file_of(span)?.text.as_slice(), &[span]).ok()?.pop();
+        let of_file = |span: Span| excerpts(&mut self.provenance.file(span.file)?.text.as_slice(), &[span]).ok()?.pop();
         let line = |finding: &Finding| if finding.span.file == 0 { own.next() } else { of_file(finding.span) };
         self.list.iter().map(line).map(Option::unwrap_or_default).collect()
     }
 
-    /// Everything the front end has found; with the interpreter that ran the program, calls and files are named.
-    pub(crate) fn of(source: &'a ProgramSource, diagnostics: &Diagnostics, interpreter: Option<&Interpreter>) -> Findings<'a> {
-        let origin = Origin { program: source.name(), interpreter };
-        let mut list: Vec<Finding> = diagnostics.kept().iter().map(|diagnostic| Finding::from_diagnostic(diagnostic, &origin)).collect();
-        for finding in &mut list {
-            if let Some(file) = diagnostics.file(finding.span.file) {
-                finding.file.clone_from(&file.name);
-            }
-        }
-        let counts = Counts { errors: diagnostics.errors(), warnings: diagnostics.warnings() };
-        Findings { source, list, counts, files: diagnostics.files().clone() }
+    /// Everything the front end has found.
+    pub(crate) fn of(source: &'a ProgramSource, diagnostics: &Diagnostics) -> Findings<'a> {
+        let origin = Origin { program: source.name(), provenance: diagnostics.provenance() };
+        let list = diagnostics.kept().iter().map(|diagnostic| Finding::from_diagnostic(diagnostic, &origin)).collect();
+        let counts = Counts { errors: diagnostics.errors(), warnings: diagnostics.warnings(), notes: diagnostics.notes() };
+        Findings { source, list, counts, provenance: diagnostics.provenance().clone() }
     }
 
     /// Adds a finding at a place.
-    pub(crate) fn add(&mut self, severity: Severity, code: &str, span: Span, message: String, hint: Option<String>) {
-        let (values, calls) = (serde_json::Map::new(), Vec::new());
-        let file = self.file_of(span).map_or(self.source.name(), |file| file.name.as_str()).to_owned();
-        self.list.push(Finding { code: code.to_owned(), severity, message, file, span, values, hint, calls });
+    pub(crate) fn add(&mut self, severity: Severity, code: &str, block: BlockRef, message: String, hint: Option<String>) {
+        let origin = Origin { program: self.source.name(), provenance: &self.provenance };
+        let (file, calls) = (origin.file(block.span.file), origin.calls(block.call_stack));
+        let (code, values, excerpt) = (code.to_owned(), serde_json::Map::new(), String::new());
+        self.list.push(Finding { code, severity, message, file, span: block.span, values, excerpt, hint, calls });
         match severity {
             Severity::Error => self.counts.errors += 1,
             Severity::Warning => self.counts.warnings += 1,
+            Severity::Note => self.counts.notes += 1,
         }
     }
 
@@ -75,11 +67,17 @@ impl<'a> Findings<'a> {
         let mut out = Vec::new();
         match form {
             Form::Text => return Ok(self.text()),
-            Form::Json => write_json(&mut out, &self.list, self.counts),
-            Form::Sarif => write_sarif(&mut out, &self.list),
+            Form::Json => write_json(&mut out, &self.with_excerpts(), self.counts),
+            Form::Sarif => write_sarif(&mut out, &self.with_excerpts()),
         }
         .map_err(|error| Failure::message(format!("cannot write the findings: {error}")))?;
         Ok(String::from_utf8_lossy(&out).into_owned())
+    }
+
+    /// The findings with the lines that they are about.
+    fn with_excerpts(&self) -> Vec<Finding> {
+        let text = |line: Excerpt| line.text.trim_end().to_owned();
+        self.list.iter().zip(self.lines()).map(|(finding, line)| Finding { excerpt: text(line), ..finding.clone() }).collect()
     }
 
     /// The failure of a program that was refused for these.
@@ -106,19 +104,24 @@ impl<'a> Findings<'a> {
 
     fn count(&self) -> String {
         let number = |n: u64, what: &str| (n > 0).then(|| format!("{n} {what}{}", if n == 1 { "" } else { "s" }));
-        let Counts { errors, warnings } = self.counts;
-        let dropped = (errors + warnings).saturating_sub(self.list.len() as u64);
+        let Counts { errors, warnings, notes } = self.counts;
+        let dropped = (errors + warnings + notes).saturating_sub(self.list.len() as u64);
         let not_shown = (dropped > 0).then(|| format!("{dropped} of them not shown"));
-        let parts = [number(errors, "error"), number(warnings, "warning"), not_shown];
+        let parts = [number(errors, "error"), number(warnings, "warning"), number(notes, "note"), not_shown];
         let text = parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
         if text.is_empty() { text } else { text + "\n" }
     }
 }
 
 fn one(renderer: &Renderer, finding: &Finding, line: &Excerpt) -> String {
+    if finding.severity == Severity::Note {
+        // A habit of the file, told in a line.
+        let hint = finding.hint.as_ref().map(|hint| format!(" ({hint})")).unwrap_or_default();
+        return format!("note[{}]: {}, {}: {}{hint}", finding.code, finding.file, finding.span, finding.message);
+    }
     let level = match finding.severity {
         Severity::Error => Level::ERROR,
-        Severity::Warning => Level::WARNING,
+        _ => Level::WARNING,
     };
     let span = finding.span;
     let name = finding.file.as_str();

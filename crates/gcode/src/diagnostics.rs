@@ -1,15 +1,18 @@
 //! What the front end has to say about a program.
 
+use crate::dialect::Leniency;
 use crate::loader::{LoadedFile, SourceFiles};
 use crate::problem::Problem;
+use crate::provenance::Provenance;
 use lostmotion_base::span::BlockRef;
 use serde::Serialize;
-use std::sync::Arc;
 
 /// How bad a diagnostic is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
+    /// A habit of the program's text, told once with how often it occurs; nothing needs to be done.
+    Note,
     /// The program is accepted; what it does may not be what was meant.
     Warning,
     /// The block is not executed and the program is refused.
@@ -31,7 +34,7 @@ impl Diagnostic {
         self.problem.code()
     }
 
-    /// Error or warning.
+    /// Error, warning or note.
     pub fn severity(&self) -> Severity {
         self.problem.severity()
     }
@@ -45,6 +48,7 @@ impl Diagnostic {
 impl std::fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let severity = match self.severity() {
+            Severity::Note => "note",
             Severity::Warning => "warning",
             Severity::Error => "error",
         };
@@ -60,7 +64,8 @@ pub struct Diagnostics {
     limit: usize,
     errors: u64,
     warnings: u64,
-    files: SourceFiles,
+    notes: u64,
+    provenance: Provenance,
     /// Findings that were kept and have been taken out.
     taken: u64,
 }
@@ -71,20 +76,20 @@ impl Diagnostics {
         Diagnostics { limit, ..Diagnostics::default() }
     }
 
-    /// Adds a finding; one that a loop repeats at the same place is only counted. Errors displace kept warnings when the limit is reached.
+    /// Adds a finding; one that a loop repeats at the same place is only counted. Errors displace what is none when the limit is reached.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let is_error = diagnostic.severity() == Severity::Error;
-        if is_error {
-            self.errors += 1;
-        } else {
-            self.warnings += 1;
+        match diagnostic.severity() {
+            Severity::Error => self.errors += 1,
+            Severity::Warning => self.warnings += 1,
+            Severity::Note => self.notes += 1,
         }
         if self.kept.iter().any(|kept| kept.place == diagnostic.place && kept.code() == diagnostic.code()) {
             return;
         }
         if self.kept.len() < self.limit {
             self.kept.push(diagnostic);
-        } else if let (true, Some(index)) = (is_error, self.last_warning()) {
+        } else if let (true, Some(index)) = (is_error, self.last_mild()) {
             self.kept.remove(index);
             self.kept.push(diagnostic);
         }
@@ -92,20 +97,43 @@ impl Diagnostics {
 
     /// The files of subroutines that were read: what spans with a file other than 0 are about.
     pub fn files(&self) -> &SourceFiles {
-        &self.files
+        self.provenance.files()
     }
 
     /// The file of a span's index; none for the program itself, which is 0.
     pub fn file(&self, index: u32) -> Option<&LoadedFile> {
-        self.files.get((index as usize).checked_sub(1)?).map(|file| &**file)
+        self.provenance.file(index)
     }
 
-    pub(crate) fn add_file(&mut self, file: Arc<LoadedFile>) {
-        self.files.push(file);
+    /// What the places of the findings point into.
+    pub fn provenance(&self) -> &Provenance {
+        &self.provenance
     }
 
-    fn last_warning(&self) -> Option<usize> {
-        self.kept.iter().rposition(|kept| kept.severity() == Severity::Warning)
+    pub(crate) fn provenance_mut(&mut self) -> &mut Provenance {
+        &mut self.provenance
+    }
+
+    /// The same, for findings about the blocks of a reading.
+    #[must_use]
+    pub fn with_provenance(self, provenance: Provenance) -> Diagnostics {
+        Diagnostics { provenance, ..self }
+    }
+
+    /// The kept finding that an error displaces: the last of the mildest.
+    fn last_mild(&self) -> Option<usize> {
+        let last = |severity| self.kept.iter().rposition(|kept| kept.severity() == severity);
+        last(Severity::Note).or_else(|| last(Severity::Warning))
+    }
+
+    /// Says how often a habit has occurred by now; nothing if its finding is not kept any more.
+    pub(crate) fn recount(&mut self, file: u32, leniency: Leniency, times: u64) {
+        for kept in self.kept.iter_mut().filter(|kept| kept.place.span.file == file) {
+            match &mut kept.problem {
+                Problem::Habit { leniency: habit, count } if *habit == leniency => *count = times,
+                _ => {}
+            }
+        }
     }
 
     /// The findings that were kept, in the order they were made.
@@ -129,8 +157,13 @@ impl Diagnostics {
         self.warnings
     }
 
+    /// How many notes there were.
+    pub fn notes(&self) -> u64 {
+        self.notes
+    }
+
     /// How many findings were counted but not kept.
     pub fn dropped(&self) -> u64 {
-        self.errors + self.warnings - self.taken - self.kept.len() as u64
+        self.errors + self.warnings + self.notes - self.taken - self.kept.len() as u64
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::config::InterpreterConfig;
 use crate::diagnostics::Diagnostic;
+use crate::dialect::Leniency;
 use crate::interpreter::{Interpreter, Place, Step};
 use crate::limits::Limits;
 use crate::loader::SubroutineLoader;
@@ -63,10 +64,14 @@ impl Feeder {
         self.line = self.line.saturating_add(1);
         self.offset += line.len() as u64;
         let content = line.strip_suffix(b"\n").unwrap_or(line);
+        let span = Span { file: 0, line: self.line, column: 1, start, len: 0 };
         let content = content.strip_suffix(b"\r").unwrap_or(content);
+        if line.ends_with(b"\r\n") {
+            self.interpreter.habit_at(Leniency::CrLf, span);
+        }
         if content.len() > self.limits.line_bytes {
             let problem = Problem::LineTooLong { bytes: content.len(), limit: self.limits.line_bytes };
-            self.interpreter.report_at(problem, Span { file: 0, line: self.line, column: 1, start, len: 0 });
+            self.interpreter.report_at(problem, span);
         } else if !self.interpreter.state().ended {
             self.interpreter.push_line(content, Place { file: 0, line: self.line, start });
         }

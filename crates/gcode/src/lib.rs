@@ -39,6 +39,7 @@ pub mod ops;
 pub mod parameters;
 pub mod problem;
 pub mod program;
+pub mod provenance;
 mod raw_lines;
 mod source;
 pub mod state;
@@ -65,4 +66,5 @@ pub use ops::{
 };
 pub use problem::{Code, Problem};
 pub use program::Program;
+pub use provenance::Provenance;
 pub use tool_table::{Tool, ToolTable};

@@ -2,11 +2,12 @@
 
 use crate::config::InterpreterConfig;
 use crate::diagnostics::Diagnostics;
+use crate::dialect::Leniency;
 use crate::interpreter::{Interpreter, Place, Step};
 use crate::loader::SubroutineLoader;
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
-use crate::source::{LineKind, Lines};
+use crate::source::{LineEnd, LineKind, Lines};
 use crate::state::State;
 use lostmotion_base::span::Span;
 use std::io::BufRead;
@@ -23,8 +24,8 @@ pub struct Program<R> {
     /// Operations of the last step, in reverse order.
     pending: Vec<SourcedOp>,
     over: bool,
-    /// Line ends of CR alone have been reported.
-    told_return: bool,
+    /// Where the last line begins.
+    last: Span,
 }
 
 impl<R: BufRead> Program<R> {
@@ -35,7 +36,7 @@ impl<R: BufRead> Program<R> {
         let mut pending = Vec::new();
         interpreter.begin(&mut pending);
         pending.reverse();
-        Program { lines, interpreter, pending, over: false, told_return: false }
+        Program { lines, interpreter, pending, over: false, last: Span::default() }
     }
 
     /// Takes subroutines that the program does not define from files.
@@ -98,7 +99,11 @@ impl<R: BufRead> Program<R> {
 
     /// Reads one line into the interpreter.
     fn read(&mut self) {
-        match self.lines.next() {
+        let next = self.lines.next();
+        if let Some(end) = self.lines.end {
+            self.interpreter.habit_at(if end == LineEnd::Cr { Leniency::BareReturns } else { Leniency::CrLf }, self.last);
+        }
+        match next {
             Ok(Some((kind, number, start))) => self.take_line(kind, number, start),
             Ok(None) => self.interpreter.end_of_source(),
             Err(error) => {
@@ -116,10 +121,7 @@ impl<R: BufRead> Program<R> {
         if line == 1 && self.lines.marked {
             self.interpreter.report_mark(Span { len: 3, ..span });
         }
-        if self.lines.bare_return && !self.told_return {
-            self.told_return = true;
-            self.interpreter.report_returns(span);
-        }
+        self.last = span;
         if start + self.lines.line().len() as u64 > limit {
             self.interpreter.report_at(Problem::SourceTooLong { limit }, span);
             self.interpreter.end_of_source();

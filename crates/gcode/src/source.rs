@@ -12,6 +12,15 @@ pub(crate) enum LineKind {
     TooLong(usize),
 }
 
+/// Ends of lines other than LF.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LineEnd {
+    /// CR alone.
+    Cr,
+    /// CR LF.
+    CrLf,
+}
+
 /// Splits a reader into lines. A line that lies whole in the reader's buffer stays there.
 #[derive(Debug)]
 pub(crate) struct Lines<R> {
@@ -30,26 +39,15 @@ pub(crate) struct Lines<R> {
     limit: usize,
     /// A byte order mark was skipped.
     pub(crate) marked: bool,
-    /// A line has ended with CR alone.
-    pub(crate) bare_return: bool,
+    /// How the line before the last one ended, where not with LF alone.
+    pub(crate) end: Option<LineEnd>,
 }
 
 const MARK: &[u8] = b"\xef\xbb\xbf";
 
 impl<R: BufRead> Lines<R> {
     pub(crate) fn new(reader: R, limit: usize) -> Lines<R> {
-        Lines {
-            reader,
-            line: Vec::new(),
-            in_place: None,
-            used: 0,
-            offset: 0,
-            number: 0,
-            after_cr: false,
-            limit,
-            marked: false,
-            bare_return: false,
-        }
+        Lines { reader, line: Vec::new(), in_place: None, used: 0, offset: 0, number: 0, after_cr: false, limit, marked: false, end: None }
     }
 
     /// The next line with its number and offset, none at the end.
@@ -57,11 +55,15 @@ impl<R: BufRead> Lines<R> {
         self.reader.consume(std::mem::take(&mut self.used));
         self.line.clear();
         self.in_place = None;
+        self.end = None;
         let mut length = 0;
         let mut start = self.offset;
         loop {
             let buffer = self.reader.fill_buf()?;
             if buffer.is_empty() {
+                if std::mem::take(&mut self.after_cr) {
+                    self.end = Some(LineEnd::Cr);
+                }
                 return Ok(if length == 0 { None } else { Some(self.finished(length, start)) });
             }
             if self.after_cr {
@@ -70,9 +72,10 @@ impl<R: BufRead> Lines<R> {
                     self.reader.consume(1);
                     self.offset += 1;
                     start = self.offset;
+                    self.end = Some(LineEnd::CrLf);
                     continue;
                 }
-                self.bare_return = true;
+                self.end = Some(LineEnd::Cr);
             }
             let end = memchr2(b'\n', b'\r', buffer);
             let piece = buffer.get(..end.unwrap_or(buffer.len())).unwrap_or_default();

@@ -1,16 +1,17 @@
 //! What is wrong is named by code, line and column, all of it in one run.
 #![allow(clippy::unwrap_used)]
 
-use lostmotion_gcode::{InterpreterConfig, Program, Tool, ToolTable};
+use lostmotion_gcode::{InterpreterConfig, Leniency, Program, Severity, Tool, ToolTable};
 
-/// Codes with line and column of everything found in a program, after a head line that sets units and feed.
+/// Codes with line and column of everything but notes found in a program, after a head line that sets units and feed.
 fn found(body: &str) -> Vec<String> {
     let mut tools = ToolTable::default();
     tools.insert(Tool { number: 1, ..Tool::default() });
     let config = InterpreterConfig { tool_table: Some(tools), ..InterpreterConfig::default() };
     let source = format!("G21 F100\n{body}\nM2\n");
     let diagnostics = Program::new(source.as_bytes(), config).finish();
-    diagnostics.kept().iter().map(|d| format!("{} {}:{}", d.code(), d.place.span.line, d.place.span.column)).collect()
+    let told = diagnostics.kept().iter().filter(|d| d.severity() > Severity::Note);
+    told.map(|d| format!("{} {}:{}", d.code(), d.place.span.line, d.place.span.column)).collect()
 }
 
 #[test]
@@ -124,4 +125,33 @@ fn block_delete_can_be_switched() {
         Program::new(source, config).filter(|op| op.op.to_string().starts_with("STRAIGHT")).count()
     };
     assert_eq!((count(false), count(true)), (3, 1));
+}
+
+#[test]
+fn habits_are_told_once_with_their_count_and_refuse_nothing() {
+    let source = "g21 g90\r\no<a> sub\r\n  g1x1f100\r\no<a> endsub\r\no<a> call\r\no<a> call\r\nG1 W2 U3\r\nM2\r\n";
+    let told = |source: &str, config: InterpreterConfig| {
+        let diagnostics = Program::new(source.as_bytes(), config).finish();
+        let notes: Vec<String> = diagnostics.kept().iter().map(|d| format!("{} {}: {}", d.code(), d.place.span.line, d.problem)).collect();
+        ((diagnostics.errors(), diagnostics.warnings(), diagnostics.notes()), notes)
+    };
+    let (counts, notes) = told(source, InterpreterConfig::default());
+    assert_eq!(counts, (0, 0, 4));
+    assert_eq!(
+        notes,
+        [
+            "lower-case 1: letters of words in lower case (3 times)",
+            "crlf 1: lines that end with CR LF (7 times)",
+            "no-blanks 3: words without blanks between them (2 times)",
+            "uvw-axes 7: axes U, V and W, which most machines do not have",
+        ]
+    );
+    let plain = source.replace('\r', "").replace("g21 g90", "G21 G90").replace("g1x1f100", "G1 X1 F100").replace("W2 U3", "Y2 Z3");
+    assert_eq!(told(&plain, InterpreterConfig::default()), ((0, 0, 0), Vec::new()));
+    for leniency in [Leniency::LowerCase, Leniency::CrLf, Leniency::NoBlanks, Leniency::SecondaryAxes] {
+        let usual = InterpreterConfig::default();
+        let refusing = InterpreterConfig { leniencies: usual.leniencies.without(leniency), ..usual };
+        let ((errors, ..), notes) = told(source, refusing);
+        assert!(errors == 1 && notes.iter().any(|note| note.contains("not allowed")), "{leniency:?}: {notes:?}");
+    }
 }

@@ -3,7 +3,7 @@
 
 use lostmotion_base::math;
 use lostmotion_base::units::rad;
-use lostmotion_gcode::{Diagnostic, Dialect, InterpreterConfig, Leniency, MotionFold, MotionItem, Program, Severity, dialect::LENIENCIES};
+use lostmotion_gcode::{Diagnostic, Dialect, InterpreterConfig, Leniency, MotionFold, MotionItem, Program, dialect::LENIENCIES};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -55,8 +55,11 @@ fn every_sample_means_what_its_snapshot_says() {
     });
 }
 
+/// A line of 300 bytes.
+const LONG_LINE: &str = "G0 X1 (................................................................................................................................................................................................................................................................................................)\nM30\n";
+
 /// A program that takes one leniency, and the dialect that has it.
-const TAKES: [(Leniency, Dialect, &str); 23] = [
+const TAKES: [(Leniency, Dialect, &str); 28] = [
     (Leniency::MissingEnd, Dialect::LinuxCnc, "G0 X1\n"),
     (Leniency::ByteOrderMark, Dialect::LinuxCnc, "\u{feff}G0 X1\nM2\n"),
     (Leniency::Exponents, Dialect::LinuxCnc, "G0 X1.5E-3\nM2\n"),
@@ -65,6 +68,11 @@ const TAKES: [(Leniency, Dialect, &str); 23] = [
     (Leniency::PeckDwell, Dialect::LinuxCnc, "G83 X1 Z-1 R1 Q1 P5 F100\nM2\n"),
     (Leniency::BareReturns, Dialect::LinuxCnc, "G0 X1\rG0 X2\rM2\r"),
     (Leniency::LowerCase, Dialect::Fanuc, "g0 X1\nM30\n"),
+    (Leniency::NoBlanks, Dialect::LinuxCnc, "G0X1\nG0 Y1Z1\nM30\n"),
+    (Leniency::CrLf, Dialect::LinuxCnc, "G0 X1\r\nM30\r\n"),
+    (Leniency::SecondaryAxes, Dialect::LinuxCnc, "G0 X1 W2\nM30\n"),
+    (Leniency::LongLines, Dialect::LinuxCnc, LONG_LINE),
+    (Leniency::IgnoredCodes, Dialect::Fanuc, "G5.1 Q1\nG0 X1\nM30\n"),
     (Leniency::BareArithmetic, Dialect::Fanuc, "#1=2*3\nM30\n"),
     (Leniency::MacroFlow, Dialect::Fanuc, "GOTO 5\nN5 M30\n"),
     (Leniency::MacroCalls, Dialect::Fanuc, "G65 P10 A1.\nM30\nO10\nM99\n"),
@@ -92,10 +100,10 @@ fn every_leniency_has_its_own_warning_and_its_own_switch() {
         let found = program.diagnostics();
         assert_eq!(found.errors(), 0, "{leniency:?}: {:?}", found.kept());
         let told: Vec<_> = found.kept().iter().filter(|one| one.code() == leniency.name()).collect();
-        assert!(told.len() == 1 && told[0].severity() == Severity::Warning, "{leniency:?}: {:?}", found.kept());
+        assert!(told.len() == 1 && told[0].severity() == leniency.severity(), "{leniency:?}: {:?}", found.kept());
         let refused = InterpreterConfig { leniencies: accepted.leniencies.without(leniency), ..accepted };
         // These mean something else without it.
-        if !matches!(leniency, Leniency::LowerCase | Leniency::ToolMemory) {
+        if leniency != Leniency::ToolMemory {
             let mut program = Program::new(text.as_bytes(), refused);
             for _ in program.by_ref() {}
             assert!(program.diagnostics().errors() > 0, "{leniency:?} cannot be denied");

@@ -103,7 +103,7 @@ fn endless_loops_end_with_their_line() {
         ("o1 while [1]\no1 endwhile\nM2\n", "idle-loop"),
         ("o1 while [1]\n#1=[#1+1]\no1 endwhile\nM2\n", "idle-loop"),
         ("o1 sub\no1 call\no1 endsub\no1 call\nM2\n", "calls-too-deep"),
-        ("o1 while [1]\nG0 X1\no1 endwhile\nM2\n", "too-many-blocks"),
+        ("o1 while [1]\nG0 X1\no1 endwhile\nM2\n", "too-many-looped-blocks"),
     ] {
         let diagnostics = Program::new(source.as_bytes(), config()).finish();
         let found = diagnostics.kept().iter().find(|d| d.code() == code).unwrap();
@@ -152,4 +152,13 @@ fn a_name_of_blanks_is_none() {
         let diagnostics = Program::new(format!("{line}\nM2\n").as_bytes(), config()).finish();
         assert_eq!(diagnostics.kept().first().map(lostmotion_gcode::Diagnostic::code), Some("syntax"), "{line}");
     }
+}
+
+#[test]
+fn jumps_that_search_a_long_program_again_and_again_end() {
+    let lines = 20_000;
+    let source: String = (1..=lines).map(|line| format!("N{line} GOTO {}\n", lines + 1 - line)).collect();
+    let config = InterpreterConfig::default().with_dialect(lostmotion_gcode::Dialect::Fanuc);
+    let diagnostics = Program::new(source.as_bytes(), config).finish();
+    assert!(diagnostics.kept().iter().any(|d| d.code() == "too-many-looped-blocks"), "{:?}", diagnostics.kept());
 }

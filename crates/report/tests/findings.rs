@@ -13,11 +13,11 @@ const PART: &str = "G21 G90\no<bad> sub\n  G2 X10.06 I5 F100\no<bad> endsub\no<b
 fn findings(text: &[u8], name: &str) -> (Vec<Finding>, Counts) {
     let mut program = Program::new(text, InterpreterConfig::default());
     let found = lint(&mut program, Levels::default());
-    let origin = Origin { program: name, interpreter: Some(program.interpreter()) };
+    let origin = Origin { program: name, provenance: program.diagnostics().provenance() };
     let diagnostics = program.diagnostics();
     let mut list: Vec<Finding> = diagnostics.kept().iter().map(|diagnostic| Finding::from_diagnostic(diagnostic, &origin)).collect();
     list.extend(found.kept().iter().map(|finding| Finding::from_lint(finding, &origin)));
-    (list, Counts { errors: diagnostics.errors(), warnings: diagnostics.warnings() + found.warned() })
+    (list, Counts { errors: diagnostics.errors(), warnings: diagnostics.warnings() + found.warned(), notes: diagnostics.notes() })
 }
 
 fn sarif(findings: &[Finding]) -> Value {
@@ -57,7 +57,8 @@ fn check_sarif(log: &Value) {
         assert!(rules.iter().take(index).all(|other| other["id"] != id), "{id} is listed twice");
         assert!(rule["shortDescription"]["text"].as_str().is_some_and(|text| !text.is_empty()), "{id}");
         assert!(
-            rule["help"]["text"].is_string() && ["warning", "error"].contains(&rule["defaultConfiguration"]["level"].as_str().unwrap())
+            rule["help"]["text"].is_string()
+                && ["note", "warning", "error"].contains(&rule["defaultConfiguration"]["level"].as_str().unwrap())
         );
     }
     for result in run["results"].as_array().unwrap() {

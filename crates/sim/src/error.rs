@@ -4,7 +4,7 @@ use crate::machine::MachineError;
 use lostmotion_axis::AxisError;
 use lostmotion_base::{AxisId, BlockRef};
 use lostmotion_contour::ContourError;
-use lostmotion_gcode::{Diagnostics, SourceFiles};
+use lostmotion_gcode::{Diagnostics, Provenance};
 use lostmotion_kinematics::KinematicsError;
 use lostmotion_path::PathError;
 use lostmotion_plan::{PlanError, TravelViolation};
@@ -55,8 +55,8 @@ pub enum SimError {
         count: u64,
         /// The first of them.
         violations: Vec<TravelViolation>,
-        /// Files that their blocks may stand in.
-        files: SourceFiles,
+        /// The files that their blocks stand in, and the calls that led there.
+        provenance: Box<Provenance>,
     },
     /// The program moves an axis that the machine does not have.
     #[error("{}: the program moves axis {axis}, which the machine `{machine}` does not have; take a machine with that axis", block.span)]
@@ -67,8 +67,8 @@ pub enum SimError {
         axis: AxisId,
         /// Name of the machine.
         machine: String,
-        /// Files that the block may stand in.
-        files: SourceFiles,
+        /// The file that the block stands in, and the calls that led there.
+        provenance: Box<Provenance>,
     },
     /// The program runs longer than allowed.
     #[error("the program runs longer than {limit_s} s; raise the limit on the duration if that is meant")]
@@ -112,6 +112,8 @@ pub enum SimError {
         block: BlockRef,
         /// What is wrong.
         source: PathError,
+        /// The file that the block stands in, and the calls that led there.
+        provenance: Box<Provenance>,
     },
     /// The planner refuses.
     #[error(transparent)]

@@ -23,7 +23,7 @@ pub(crate) fn run(args: &Canon, voice: Voice) -> Result<u8, Failure> {
         }
     }
     output::go_on(out.flush())?;
-    let findings = Findings::of(&source, program.diagnostics(), Some(program.interpreter()));
+    let findings = Findings::of(&source, program.diagnostics());
     if findings.counts.errors > 0 {
         return Err(findings.failure(voice));
     }

@@ -21,7 +21,7 @@ pub(crate) fn run(args: &Explain, voice: Voice) -> Result<u8, Failure> {
     };
     let json = if args.format == Format::Json { to_json(&explanation)? } else { String::new() };
     show(args.format, &json, &explanation.to_string())?;
-    Findings::of(&source, program.diagnostics(), Some(program.interpreter())).remark(voice)?;
+    Findings::of(&source, program.diagnostics()).remark(voice)?;
     Ok(DONE)
 }
 

@@ -25,8 +25,8 @@ pub(crate) fn run(args: &Lint, voice: Voice) -> Result<u8, Failure> {
     let config = args.reading.config(config)?;
     let mut program = interpreter::open(&source, config)?.with_loader(args.reading.loader(&args.part)?);
     let found = lint(&mut program, levels);
-    let mut findings = Findings::of(&source, program.diagnostics(), Some(program.interpreter()));
-    let origin = Origin { program: source.name(), interpreter: Some(program.interpreter()) };
+    let mut findings = Findings::of(&source, program.diagnostics());
+    let origin = Origin { program: source.name(), provenance: program.diagnostics().provenance() };
     findings.list.extend(found.kept().iter().map(|finding| Finding::from_lint(finding, &origin)));
     findings.counts.errors += found.denied();
     findings.counts.warnings += found.warned();

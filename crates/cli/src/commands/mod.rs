@@ -98,23 +98,20 @@ fn check_fit(method: &str, machine: &Machine) -> Result<(), Failure> {
 fn failure(program: &ProgramSource, error: &SimError, voice: Voice) -> Failure {
     let mut findings = Findings::none(program);
     match error {
-        SimError::Program { diagnostics, .. } => return Findings::of(program, diagnostics, None).failure(voice),
-        SimError::Travel { violations, files, .. } => {
-            findings = findings.with_files(files);
+        SimError::Program { diagnostics, .. } => return Findings::of(program, diagnostics).failure(voice),
+        SimError::Travel { violations, provenance, .. } => {
+            findings = findings.with_provenance(provenance);
             add_travel(&mut findings, Severity::Error, violations);
         }
-        SimError::NoAxis { block, axis, machine, files } => {
-            findings = findings.with_files(files);
+        SimError::NoAxis { block, axis, machine, provenance } => {
+            findings = findings.with_provenance(provenance);
             let hint = "take a machine with that axis, see `lostmotion machine list`";
-            findings.add(
-                Severity::Error,
-                "no-axis",
-                block.span,
-                format!("machine \"{machine}\" has no axis {axis}"),
-                Some(hint.to_owned()),
-            );
+            findings.add(Severity::Error, "no-axis", *block, format!("machine \"{machine}\" has no axis {axis}"), Some(hint.to_owned()));
         }
-        SimError::Path { block, source } => findings.add(Severity::Error, "path", block.span, source.to_string(), None),
+        SimError::Path { block, source, provenance } => {
+            findings = findings.with_provenance(provenance);
+            findings.add(Severity::Error, "path", *block, source.to_string(), None);
+        }
         _ => return Failure::message(error.to_string()),
     }
     match (error, findings.failure(voice)) {
@@ -128,7 +125,7 @@ fn failure(program: &ProgramSource, error: &SimError, voice: Voice) -> Failure {
 /// Moves beyond the travel as findings.
 fn add_travel(findings: &mut Findings<'_>, severity: Severity, violations: &[TravelViolation]) {
     for violation in violations {
-        findings.add(severity, "outside-travel", violation.block.span, travel(violation), None);
+        findings.add(severity, "outside-travel", violation.block, travel(violation), None);
     }
 }
 
@@ -142,7 +139,7 @@ fn accepted(program: &ProgramSource, machine: &Machine, options: &SimulateOption
         reading = reading.with_loader(std::sync::Arc::clone(loader));
     }
     for _ in reading.by_ref() {}
-    Findings::of(program, reading.diagnostics(), Some(reading.interpreter())).remark(voice)
+    Findings::of(program, reading.diagnostics()).remark(voice)
 }
 
 /// How far a move leaves the travel, in the units that people use.

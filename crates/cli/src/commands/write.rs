@@ -19,7 +19,7 @@ pub(crate) fn run(args: &WritePart, voice: Voice) -> Result<u8, Failure> {
     // Nothing is written of a program that is refused.
     let mut program = interpreter::open(&source, config.clone())?.with_loader(std::sync::Arc::clone(&loader));
     for _ in program.by_ref() {}
-    let findings = Findings::of(&source, program.diagnostics(), Some(program.interpreter()));
+    let findings = Findings::of(&source, program.diagnostics());
     if findings.counts.errors > 0 {
         return Err(findings.failure(voice));
     }

@@ -99,6 +99,11 @@ pub(super) const ROWS: &[CatalogRow] = &[
         "The line has been changed or damaged; make the checksum anew or remove it.",
     ),
     error("siemens", "A block is of Siemens (Sinumerik), whose programs are not read.", "Post-process the part for another control."),
+    error(
+        "heidenhain",
+        "The program is in Heidenhain's conversational language.",
+        "Post-process the part for a control that reads G-code.",
+    ),
     error("corner", "A corner (`,R` or `,C`) cannot be made.", "It needs two straight moves in the plane, both long enough."),
     error("five-axis-use", "A five-axis code cannot be used here.", "See the message for what has to come before it."),
     warning(

@@ -10,11 +10,15 @@ pub fn page() -> String {
     let mut page = String::from(
         "# Diagnostics\n\nEvery code that lostmotion reports about a part program. Codes are stable; the wording of messages is not.\n\
          This page is made from the tables in `crates/gcode`; a test keeps it in step.\n\n\
-         ## Errors and warnings of the front end\n\nAn error refuses its block and the program; a warning does not.\n\n\
+         ## Errors, warnings and notes of the front end\n\nAn error refuses its block and the program; a warning or a note does not, and notes change no exit code.\n\n\
          | code | | what has been found | what to do |\n|---|---|---|---|\n",
     );
     for row in rows() {
-        let severity = if row.severity == Severity::Error { "error" } else { "warning" };
+        let severity = match row.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+            Severity::Note => "note",
+        };
         // Writing to a String cannot fail.
         let _ = writeln!(page, "| `{}` | {severity} | {} | {} |", row.code, cell(row.summary), cell(row.advice));
     }

@@ -110,7 +110,7 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(721, Group::Motion, (MAY, "QDIR"), ["the same without pockets", "G72.1 Q100 X20 Z2 D0.5 I1 R0.5", "g72_1.ngc"], turning::cycle),
     g(722, Group::Motion, (MAY, "QDIR"), ["the same, only later pockets", "G72.2 Q100 X20 Z2 D0.3 I1 R0.5", "g72_2.ngc"], turning::cycle),
     g(730, Group::Motion, (NEEDS, "RQLP"), ["drill with chip breaking", "G73 X1 Z-9 R1 Q2", "g73.ngc"], cycles::cycle),
-    g(740, Group::Motion, (NEEDS, "RLP"), ["tap, left-handed", "G74 X1 Z-9 R1", "g74.ngc"], cycles::cycle),
+    g(740, Group::Motion, (NEEDS, "RLP$"), ["tap, left-handed", "G74 X1 Z-9 R1", "g74.ngc"], cycles::cycle),
     g(
         760,
         Group::Motion,
@@ -122,7 +122,7 @@ pub(crate) const ROWS: &[CodeRow] = &[
     g(810, Group::Motion, (NEEDS, "RLPQ"), ["drill", "G81 X1 Z-9 R1", "g81.ngc"], cycles::cycle),
     g(820, Group::Motion, (NEEDS, "RLPQ"), ["drill with dwell", "G82 X1 Z-9 R1 P0.5", "g82.ngc"], cycles::cycle),
     g(830, Group::Motion, (NEEDS, "RLPQ"), ["drill in pecks", "G83 X1 Z-9 R1 Q2", "g83.ngc"], cycles::cycle),
-    g(840, Group::Motion, (NEEDS, "RLPQ"), ["tap, right-handed", "G84 X1 Z-9 R1", "g84.ngc"], cycles::cycle),
+    g(840, Group::Motion, (NEEDS, "RLPQ$"), ["tap, right-handed", "G84 X1 Z-9 R1", "g84.ngc"], cycles::cycle),
     g(850, Group::Motion, (NEEDS, "RLPQ"), ["bore, feed out", "G85 X1 Z-9 R1", "g85.ngc"], cycles::cycle),
     g(860, Group::Motion, (NEEDS, "RLPQ"), ["bore, stop, rapid out", "G86 X1 Z-9 R1 P0.5", "g86.ngc"], cycles::cycle),
     g(870, Group::Motion, (NEEDS, "RLPQIJK"), ["bore from behind", "G87 X1 Z-9 R1 I1 J0 K-7", "g87.ngc"], cycles::cycle),

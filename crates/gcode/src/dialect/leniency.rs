@@ -2,6 +2,7 @@
 
 use super::Dialect;
 use super::Dialect::{Fanuc, Haas, Klipper, LinuxCnc, Marlin, Siemens};
+use crate::diagnostics::Severity;
 use serde::{Deserialize, Serialize};
 
 const EVERY: &[Dialect] = &[LinuxCnc, Fanuc, Haas, Marlin, Klipper, Siemens];
@@ -62,10 +63,21 @@ pub enum Leniency {
     Checksums,
     /// `G28 X Y`: letters without numbers.
     BareLetters,
+    /// `G1X10Y5`: words without blanks between them.
+    NoBlanks,
+    /// Lines that end with CR LF.
+    CrLf,
+    /// U, V and W: axes beside X, Y and Z.
+    SecondaryAxes,
+    /// Lines longer than LinuxCNC reads.
+    LongLines,
+    /// Codes of controls that change no path: high-speed modes (G5.1 Q1, G8 P1, G187), look-ahead (G103), the ends of modes that never began
+    /// (G15, G50, G50.1).
+    IgnoredCodes,
 }
 
 /// All leniencies, in the order of their bits.
-pub const LENIENCIES: [Leniency; 24] = [
+pub const LENIENCIES: [Leniency; 29] = [
     Leniency::MissingEnd,
     Leniency::ByteOrderMark,
     Leniency::Exponents,
@@ -90,6 +102,11 @@ pub const LENIENCIES: [Leniency; 24] = [
     Leniency::StringCommands,
     Leniency::Checksums,
     Leniency::BareLetters,
+    Leniency::NoBlanks,
+    Leniency::CrLf,
+    Leniency::SecondaryAxes,
+    Leniency::LongLines,
+    Leniency::IgnoredCodes,
 ];
 
 impl Leniency {
@@ -108,6 +125,23 @@ impl Leniency {
         self.row().2
     }
 
+    /// How the use of it is told: habits of writing that controls agree about are notes.
+    pub const fn severity(self) -> Severity {
+        match self {
+            Leniency::LowerCase | Leniency::NoBlanks | Leniency::CrLf | Leniency::SecondaryAxes => Severity::Note,
+            _ => Severity::Warning,
+        }
+    }
+
+    /// What makes a habit go away; none for those that are not to be mended.
+    pub(crate) const fn remedy(self) -> Option<&'static str> {
+        match self {
+            Leniency::LowerCase | Leniency::NoBlanks => Some("`lostmotion format` puts it right"),
+            Leniency::LongLines => Some("LinuxCNC refuses it: split it, or shorten its comment"),
+            _ => None,
+        }
+    }
+
     /// The leniency of a name.
     pub fn from_name(name: &str) -> Option<Leniency> {
         LENIENCIES.into_iter().find(|leniency| leniency.name() == name)
@@ -122,7 +156,7 @@ impl Leniency {
             Leniency::OffPlaneZero => ("off-plane-zero", "an arc offset of zero along the plane's normal is ignored", EVERY),
             Leniency::PeckDwell => ("peck-dwell", "P in G73 and G83, which do not dwell", CONTROLS),
             Leniency::BareReturns => ("bare-return", "lines that end with CR alone", EVERY),
-            Leniency::LowerCase => ("lower-case", "letters in lower case", FANUC),
+            Leniency::LowerCase => ("lower-case", "letters of words in lower case", EVERY),
             Leniency::FiveAxis => ("five-axis", "five-axis codes of other controls", FANUC),
             Leniency::BareArithmetic => ("bare-arithmetic", "arithmetic without brackets after =", FANUC),
             Leniency::MacroFlow => ("macro-flow", "WHILE DO END, IF GOTO, IF THEN and GOTO of Macro B", FANUC),
@@ -139,6 +173,11 @@ impl Leniency {
             Leniency::StringCommands => ("string-command", "commands with text are skipped", PRINTERS),
             Leniency::Checksums => ("checksum", "checksums are verified and left out", PRINTERS),
             Leniency::BareLetters => ("bare-letter", "an axis letter without a number counts as 0", PRINTERS),
+            Leniency::NoBlanks => ("no-blanks", "words without blanks between them", EVERY),
+            Leniency::CrLf => ("crlf", "lines that end with CR LF", EVERY),
+            Leniency::SecondaryAxes => ("uvw-axes", "axes U, V and W, which most machines do not have", EVERY),
+            Leniency::LongLines => ("long-line", "a line of more than 255 bytes", EVERY),
+            Leniency::IgnoredCodes => ("ignored-code", "a code of the control that changes no path is skipped", FANUC),
         }
     }
 }

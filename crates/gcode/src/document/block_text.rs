@@ -1,7 +1,7 @@
 //! Blocks as text.
 
 use crate::syntax::block::{Binary, Unary};
-use crate::syntax::expression::precedence;
+use crate::syntax::operators::precedence;
 use crate::syntax::{Block, Keyword, Label, Op, Target, Text, Value};
 
 /// A block as a line that is parsed to the same block. Its comment is not part of a block and has to be given with it.

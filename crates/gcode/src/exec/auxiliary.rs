@@ -7,12 +7,25 @@ use crate::state::Spindle;
 use crate::syntax::evaluate::whole;
 
 impl Exec<'_> {
-    /// The spindle that `$` names, 0 without it; -1, which means all, is told as the first.
+    /// The spindle that `$` names for a move in step with it, 0 without the word.
     pub(crate) fn spindle_number(&self, code: Code) -> Result<u8, Problem> {
         let Some(value) = self.word(b'$') else { return Ok(0) };
-        match whole(value).filter(|number| (-1.0..8.0).contains(number)) {
-            Some(number) => Ok(number.max(0.0) as u8),
-            None => Err(Problem::WordOutOfRange { code, letter: '$', value, allowed: "a spindle from -1 (all) to 7" }),
+        match whole(value).filter(|number| (0.0..8.0).contains(number)) {
+            Some(number) => Ok(number as u8),
+            None => Err(Problem::WordOutOfRange { code, letter: '$', value, allowed: "a spindle from 0 to 7" }),
+        }
+    }
+
+    /// The spindles that `$` names, as bits: one of them, or with -1 all that the program has used so far.
+    pub(crate) fn spindles(&self) -> Result<Spindles, Problem> {
+        let number = self.word(b'$').unwrap_or(0.0);
+        match whole(number).filter(|number| (-1.0..8.0).contains(number)) {
+            Some(-1.0) => {
+                let used = self.state.more_spindles.iter().enumerate().filter(|(_, spindle)| **spindle != Spindle::default());
+                Ok(Spindles(used.fold(1, |bits, (index, _)| bits | 2 << index)))
+            }
+            Some(number) => Ok(Spindles(1 << number as u8)),
+            None => Err(Problem::BadWordValue { letter: '$', value: number }),
         }
     }
 
@@ -31,20 +44,36 @@ impl Exec<'_> {
     }
 }
 
+/// Spindles by the bits of their numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spindles(u8);
+
+impl Iterator for Spindles {
+    type Item = u8;
+
+    fn next(&mut self) -> Option<u8> {
+        let lowest = self.0.trailing_zeros();
+        self.0 &= self.0.wrapping_sub(1);
+        (lowest < 8).then_some(lowest as u8)
+    }
+}
+
 /// M3 and M4.
 pub(crate) fn spindle_on(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let clockwise = code.tenths == 30;
-    let spindle = exec.spindle_number(code)?;
-    exec.spindle_state(spindle).clockwise = Some(clockwise);
-    exec.emit(CanonicalOp::StartSpindle { spindle, clockwise });
+    for spindle in exec.spindles()? {
+        exec.spindle_state(spindle).clockwise = Some(clockwise);
+        exec.emit(CanonicalOp::StartSpindle { spindle, clockwise });
+    }
     Ok(())
 }
 
 /// M5.
-pub(crate) fn spindle_off(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let spindle = exec.spindle_number(code)?;
-    exec.spindle_state(spindle).clockwise = None;
-    exec.emit(CanonicalOp::StopSpindle { spindle });
+pub(crate) fn spindle_off(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    for spindle in exec.spindles()? {
+        exec.spindle_state(spindle).clockwise = None;
+        exec.emit(CanonicalOp::StopSpindle { spindle });
+    }
     Ok(())
 }
 
@@ -90,7 +119,7 @@ pub(crate) fn feed_override(exec: &mut Exec<'_>, code: Code) -> Result<(), Probl
 
 /// M51.
 pub(crate) fn speed_override(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    exec.spindle_number(code)?;
+    exec.spindles()?;
     exec.state.speed_override = exec.switched_on(code)?;
     exec.emit(CanonicalOp::SpeedOverride(exec.state.speed_override));
     Ok(())

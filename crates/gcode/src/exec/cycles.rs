@@ -59,8 +59,9 @@ impl Exec<'_> {
     }
 
     /// The cycle's words: from the block, or kept from an earlier one.
-    fn cycle_words(&mut self, normal: usize) -> CycleWords {
+    fn cycle_words(&mut self, code: Code, normal: usize) -> Result<CycleWords, Problem> {
         let kept = self.state.cycle;
+        let spindle = if self.words.has(b'$') { self.spindle_number(code)? } else { kept.spindle };
         let words = CycleWords {
             level: kept.level.or(Some(self.state.current[normal])),
             r: self.word(b'R').or(kept.r),
@@ -69,14 +70,15 @@ impl Exec<'_> {
             last_p: self.word(b'P').unwrap_or(kept.last_p),
             q: self.word(b'Q').or(kept.q),
             ijk: std::array::from_fn(|index| self.word(b"IJK"[index]).or(kept.ijk[index])),
+            spindle,
         };
         self.state.cycle = words;
-        words
+        Ok(words)
     }
 
     fn holes(&mut self, code: Code, repeats: u32) -> Result<(), Problem> {
         let normal = self.state.plane.axes()[2];
-        let words = self.cycle_words(normal);
+        let words = self.cycle_words(code, normal)?;
         let r = words.r.ok_or(Problem::WordMissing { code, what: "R, the clearance plane" })?;
         let bottom = words.bottom.ok_or(Problem::WordMissing { code, what: BOTTOM[normal] })?;
         let start = self.state.current;
@@ -86,8 +88,19 @@ impl Exec<'_> {
             return Err(Problem::Cycle { message: "R is below the bottom of the hole" });
         }
         let clear = if self.state.retract_to_start { began.max(r) } else { r };
-        let hole =
-            Hole { code, plane: self.state.plane, normal, r, bottom, clear, p: words.p, last_p: words.last_p, q: words.q, ijk: words.ijk };
+        let hole = Hole {
+            code,
+            plane: self.state.plane,
+            normal,
+            r,
+            bottom,
+            clear,
+            p: words.p,
+            last_p: words.last_p,
+            q: words.q,
+            ijk: words.ijk,
+            spindle: words.spindle,
+        };
         self.check_moves(&hole, repeats)?;
         let target = self.target()?;
         if began.min(start[normal]) < r {
@@ -125,8 +138,19 @@ impl Exec<'_> {
         let began = words.level.unwrap_or(self.state.current[normal]);
         let (r, bottom) = if self.state.absolute { (r, bottom) } else { (r + began, r + began + bottom) };
         let clear = if self.state.retract_to_start { began.max(r) } else { r };
-        let hole =
-            Hole { code, plane: self.state.plane, normal, r, bottom, clear, p: words.p, last_p: words.last_p, q: words.q, ijk: words.ijk };
+        let hole = Hole {
+            code,
+            plane: self.state.plane,
+            normal,
+            r,
+            bottom,
+            clear,
+            p: words.p,
+            last_p: words.last_p,
+            q: words.q,
+            ijk: words.ijk,
+            spindle: words.spindle,
+        };
         self.check_moves(&hole, 1)?;
         self.hole(&hole, &place)
     }

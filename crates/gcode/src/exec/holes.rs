@@ -27,6 +27,8 @@ pub(crate) struct Hole {
     pub(crate) ijk: [Option<f64>; 3],
     /// Depth of a peck.
     pub(crate) q: Option<f64>,
+    /// Spindle that taps.
+    pub(crate) spindle: u8,
 }
 
 impl Exec<'_> {
@@ -96,16 +98,16 @@ impl Exec<'_> {
         Ok(())
     }
 
-    fn turn(&mut self, clockwise: bool) {
-        self.emit(CanonicalOp::StopSpindle { spindle: 0 });
-        self.state.spindle.clockwise = Some(clockwise);
-        self.emit(CanonicalOp::StartSpindle { spindle: 0, clockwise });
+    fn turn(&mut self, spindle: u8, clockwise: bool) {
+        self.emit(CanonicalOp::StopSpindle { spindle });
+        self.spindle_state(spindle).clockwise = Some(clockwise);
+        self.emit(CanonicalOp::StartSpindle { spindle, clockwise });
     }
 
     /// G84 taps right-handed, G74 left-handed.
     fn tap(&mut self, hole: &Hole) -> Result<(), Problem> {
         let clockwise = hole.code.tenths == 840;
-        if self.state.spindle.clockwise != Some(clockwise) {
+        if self.spindle_state(hole.spindle).clockwise != Some(clockwise) {
             let message =
                 if clockwise { "G84 needs the spindle to turn clockwise" } else { "G74 needs the spindle to turn counter-clockwise" };
             return Err(Problem::Cycle { message });
@@ -114,10 +116,10 @@ impl Exec<'_> {
         self.emit(CanonicalOp::FeedOverride(false));
         self.emit(CanonicalOp::SpeedOverride(false));
         self.tap_level(hole, hole.bottom);
-        self.turn(!clockwise);
+        self.turn(hole.spindle, !clockwise);
         self.pause(hole.last_p)?;
         self.tap_level(hole, hole.clear);
-        self.turn(clockwise);
+        self.turn(hole.spindle, clockwise);
         self.emit(CanonicalOp::FeedOverride(feed));
         self.emit(CanonicalOp::SpeedOverride(speed));
         Ok(())

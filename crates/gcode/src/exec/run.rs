@@ -85,11 +85,10 @@ impl Exec<'_> {
             }
             b'S' if value < 0.0 => Err(bad),
             b'S' => {
-                let number = self.word(b'$').unwrap_or(0.0);
-                let spindle = whole(number).filter(|number| (-1.0..8.0).contains(number));
-                let spindle = spindle.ok_or(Problem::BadWordValue { letter: '$', value: number })?.max(0.0) as u8;
-                self.spindle_state(spindle).speed = value;
-                self.emit(CanonicalOp::SetSpindleSpeed { spindle, speed: value });
+                for spindle in self.spindles()? {
+                    self.spindle_state(spindle).speed = value;
+                    self.emit(CanonicalOp::SetSpindleSpeed { spindle, speed: value });
+                }
                 Ok(())
             }
             _ => match whole(value).filter(|number| (0.0..1e9).contains(number)) {

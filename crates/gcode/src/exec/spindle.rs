@@ -11,24 +11,26 @@ const NO_LIMIT: f64 = 1e30;
 /// G96: S is a surface speed, D the highest rev/min.
 pub(crate) fn surface_speed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.need(b'S', code, "S, the surface speed")?;
-    let spindle = exec.spindle_number(code)?;
     let highest = exec.word(b'D').map_or(NO_LIMIT, f64::abs);
-    exec.spindle_state(spindle).surface_limit = Some(highest);
-    exec.emit(CanonicalOp::SetSpindleMode { spindle, highest });
+    for spindle in exec.spindles()? {
+        exec.spindle_state(spindle).surface_limit = Some(highest);
+        exec.emit(CanonicalOp::SetSpindleMode { spindle, highest });
+    }
     Ok(())
 }
 
 /// G97: S is in rev/min.
-pub(crate) fn constant_speed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let spindle = exec.spindle_number(code)?;
-    exec.spindle_state(spindle).surface_limit = None;
-    exec.emit(CanonicalOp::SetSpindleMode { spindle, highest: 0.0 });
+pub(crate) fn constant_speed(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    for spindle in exec.spindles()? {
+        exec.spindle_state(spindle).surface_limit = None;
+        exec.emit(CanonicalOp::SetSpindleMode { spindle, highest: 0.0 });
+    }
     Ok(())
 }
 
 /// M19: R is the angle, P the way round, Q how long to wait for it.
 pub(crate) fn orient(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let spindle = exec.spindle_number(code)?;
+    let spindles = exec.spindles()?;
     let degrees = exec.word(b'R').unwrap_or(0.0);
     if !(0.0..=360.0).contains(&degrees) {
         return Err(Problem::WordOutOfRange { code, letter: 'R', value: degrees, allowed: "an angle from 0 to 360" });
@@ -38,13 +40,15 @@ pub(crate) fn orient(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let way = way.ok_or(Problem::WordOutOfRange { code, letter: 'P', value, allowed: "0, 1 or 2" })? as u8;
     let turns = exec.word(b'R').is_some() || exec.word(b'P').is_some();
     let wait = exec.word(b'Q');
-    if turns {
+    for spindle in spindles.filter(|_| turns) {
         exec.emit(CanonicalOp::OrientSpindle { spindle, degrees, way });
     }
     match wait {
         Some(seconds) if seconds <= 0.0 => Err(Problem::WordOutOfRange { code, letter: 'Q', value: seconds, allowed: "greater than zero" }),
         Some(seconds) => {
-            exec.emit(CanonicalOp::WaitOrient { spindle, seconds });
+            for spindle in spindles {
+                exec.emit(CanonicalOp::WaitOrient { spindle, seconds });
+            }
             Ok(())
         }
         None => Ok(()),

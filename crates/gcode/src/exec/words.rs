@@ -11,6 +11,8 @@ use crate::syntax::evaluate::whole;
 pub(crate) const AXIS_LETTERS: [u8; 9] = *b"XYZABCUVW";
 /// Bits of the axes.
 pub(crate) const AXIS_BITS: u32 = bit(b'X') | bit(b'Y') | bit(b'Z') | bit(b'A') | bit(b'B') | bit(b'C') | bit(b'U') | bit(b'V') | bit(b'W');
+/// Bits of U, V and W.
+pub(crate) const SECONDARY_BITS: u32 = bit(b'U') | bit(b'V') | bit(b'W');
 /// Most codes that one line can have without two of a group.
 const CODES: usize = 24;
 

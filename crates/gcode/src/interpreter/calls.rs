@@ -81,7 +81,7 @@ impl Interpreter {
             caller: self.stack_index,
             rounds: rounds - 1,
         };
-        self.stack_index = self.stacks.enter(&frame.name, self.span, self.stack_index);
+        self.stack_index = self.diagnostics.provenance_mut().call_stacks_mut().enter(&frame.name, self.span, self.stack_index);
         self.saved.push(Saved::default());
         self.flow.frames.push(frame);
         self.flow.at = 0;

@@ -26,7 +26,7 @@ impl Interpreter {
             return Err(Problem::TooMuchHeld { limit });
         }
         let file = Arc::new(file);
-        self.diagnostics.add_file(Arc::clone(&file));
+        self.diagnostics.provenance_mut().add_file(Arc::clone(&file));
         self.define_from(&file.text, name)?;
         if self.flow.subs.contains_key(name) { Ok(true) } else { Err(failed(format!("it does not define o<{name}>"))) }
     }

@@ -6,6 +6,9 @@ use crate::problem::Problem;
 use crate::syntax::Keyword;
 use crate::syntax::evaluate::whole;
 
+/// Lines that can be searched in the time of a block.
+const LINES_A_BLOCK: usize = 16;
+
 /// A search for a line further on than what has been read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Goto {
@@ -42,6 +45,8 @@ impl Interpreter {
     /// Goes to a line: first among those that are held after this one, then before it, then further on in the program.
     pub(crate) fn goto(&mut self, number: f64) -> Result<(), Problem> {
         let number = whole(number).filter(|number| *number >= 0.0).ok_or(Problem::NoSuchLine { number })?;
+        // Searching takes time too: so many lines count as a block.
+        self.looped += (self.flow.tape().len() / LINES_A_BLOCK) as u64;
         let (at, tape) = (self.flow.at, self.flow.tape());
         let is_it = |index: &usize| tape.get(*index).is_some_and(|(_, line)| line_number(line) == Some(number));
         if let Some(target) = (at..tape.len()).find(is_it).or_else(|| (0..at.min(tape.len())).find(is_it)) {

@@ -1,19 +1,15 @@
 //! One step: fetch a line, parse it, carry it out.
 
-use super::flow::{Record, Skip};
+use super::flow::Record;
 use super::tape::Tape;
 use super::{Interpreter, Percent, Step};
 use crate::codes::{self, AxisUse, Group};
-use crate::dialect::Leniency;
 use crate::exec::words::code_of;
-use crate::ops::{CanonicalOp, SourcedOp};
+use crate::ops::SourcedOp;
 use crate::problem::Problem;
 use crate::syntax::evaluate::whole;
 use crate::syntax::{Block, Keyword, Label, Text, Value, parse_block};
 use lostmotion_base::span::Span;
-
-/// Blocks that a loop may run at a stretch once the program has an error.
-const LOOPED_AFTER_ERROR: u64 = 300_000;
 
 impl Interpreter {
     /// Carries the next block out, appending its operations to `out`.
@@ -43,7 +39,11 @@ impl Interpreter {
             self.let_go(out);
         }
         self.watch(out.get(before..).unwrap_or_default());
-        if self.state.ended { Step::Ended } else { Step::Ran }
+        if self.state.ended {
+            self.settle_habits();
+            return Step::Ended;
+        }
+        Step::Ran
     }
 
     /// Takes the motion mode from a refused block, so that the blocks after it are judged as they were meant.
@@ -60,48 +60,6 @@ impl Interpreter {
                 _ => {}
             }
         }
-    }
-
-    /// Ends programs that run too long.
-    fn watch(&mut self, ops: &[SourcedOp]) {
-        let limits = &self.config.limits;
-        let acts = |sourced: &SourcedOp| {
-            use CanonicalOp as O;
-            matches!(
-                sourced.op,
-                O::StraightTraverse(_)
-                    | O::StraightFeed(_)
-                    | O::ArcFeed(_)
-                    | O::NurbsFeed(_)
-                    | O::StraightProbe(_)
-                    | O::RigidTap(_)
-                    | O::Dwell(_)
-                    | O::ProgramStop
-                    | O::OptionalProgramStop
-            )
-        };
-        self.looped += 1;
-        self.made += ops.len() as u64;
-        self.idle = if ops.iter().any(acts) { 0 } else { self.idle + 1 };
-        let problem = if self.idle > limits.idle_blocks {
-            Problem::IdleLoop { limit: limits.idle_blocks }
-        } else if self.executed > limits.executed_blocks {
-            Problem::TooManyBlocks { limit: limits.executed_blocks }
-        } else if self.looped > self.looped_limit() {
-            Problem::TooManyBlocks { limit: self.looped_limit() }
-        } else if self.looped > 1 && self.made > limits.looped_operations {
-            Problem::TooManyOperations { limit: limits.looped_operations }
-        } else {
-            return;
-        };
-        self.report(problem);
-        self.state.ended = true;
-    }
-
-    /// A loop of a program that is refused anyway often runs on because of its errors.
-    fn looped_limit(&self) -> u64 {
-        let limit = self.config.limits.looped_blocks;
-        if self.diagnostics.errors() > 0 { limit.min(LOOPED_AFTER_ERROR) } else { limit }
     }
 
     /// Brings the next line into `self.line`.
@@ -234,48 +192,6 @@ impl Interpreter {
                 let value = self.value(value)?;
                 whole(value).map(|number| format!("{number}")).ok_or(Problem::BadWordValue { letter: 'O', value })
             }
-        }
-    }
-
-    /// The source is at its end: what is still open, and whether the program ended.
-    fn finish(&mut self, out: &mut Vec<SourcedOp>) -> Step {
-        if self.goto_failed() {
-            return Step::Ran;
-        }
-        if let Some(seek) = self.flow.seek.take() {
-            self.flow.record = None;
-            self.missing_sub = Some(seek.name);
-            return Step::Ran;
-        }
-        self.check_open();
-        self.let_go(out);
-        self.span = Span { column: 1, len: 0, ..self.span };
-        self.forgive(if self.percent == Percent::Open { Problem::NoClosingPercent } else { Problem::NoProgramEnd }, Leniency::MissingEnd);
-        self.state.ended = true;
-        Step::Ended
-    }
-
-    /// Moves that cutter compensation still holds go out as they are; a curve that is not closed is told.
-    fn let_go(&mut self, out: &mut Vec<SourcedOp>) {
-        if self.state.nurbs.take().is_some() {
-            self.report(crate::exec::curves::unclosed());
-        }
-        if let Err(problem) = self.exec(out).end_compensation() {
-            self.report(problem);
-        }
-    }
-
-    /// Reports structures that are not closed.
-    fn check_open(&mut self) {
-        if let Some(record) = self.flow.record.take() {
-            self.report_at(Problem::UnclosedSub { name: record.name }, record.span);
-        }
-        if let Some((label, skip, span)) = self.flow.skip.take() {
-            let what = if matches!(skip, Skip::Branch | Skip::EndIf) { "if" } else { "loop" };
-            self.report_at(super::control::flow_error(format!("the {what} o{label} is not closed")), span);
-        } else if let Some(open) = self.flow.opens.pop() {
-            let what = if open.kind.is_loop() { "loop" } else { "if" };
-            self.report_at(super::control::flow_error(format!("the {what} o{} is not closed", open.label)), open.span);
         }
     }
 }

@@ -7,15 +7,18 @@ mod calls;
 mod context;
 mod control;
 mod dialects;
+mod ending;
 mod files;
 mod flow;
 mod goto;
+mod habits;
 mod lines;
 mod profile;
 mod run;
 mod stacks;
 mod tape;
 mod view;
+mod watch;
 
 pub use stacks::{CallSite, CallStacks};
 pub use tape::Place;
@@ -81,7 +84,6 @@ pub struct Interpreter {
     loader: Option<Arc<dyn SubroutineLoader>>,
     /// Bytes of the files of subroutines.
     loaded_bytes: usize,
-    stacks: CallStacks,
     /// Index of the call that is running.
     stack_index: u32,
     /// What each level of calls has saved, the main program first.
@@ -102,6 +104,7 @@ pub struct Interpreter {
     missing_sub: Option<String>,
     /// Leniencies made use of so far.
     told: Leniencies,
+    habits: habits::Habits,
     /// Lines have to be looked at for another dialect's sake.
     special: bool,
     modal_macro: Option<dialects::ModalMacro>,
@@ -151,7 +154,6 @@ impl Interpreter {
             jump: None,
             loader: None,
             loaded_bytes: 0,
-            stacks: CallStacks::default(),
             stack_index: 0,
             saved: vec![Saved::default()],
             returning: None,
@@ -165,6 +167,7 @@ impl Interpreter {
             idle: 0,
             missing_sub: None,
             told: Leniencies::default(),
+            habits: habits::Habits::default(),
             special,
             modal_macro: None,
             profile: None,
@@ -188,46 +191,6 @@ impl Interpreter {
     pub fn with_loader(mut self, loader: Arc<dyn SubroutineLoader>) -> Interpreter {
         self.loader = Some(loader);
         self
-    }
-
-    /// The calls that [`BlockRef::call_stack`] points to.
-    pub fn call_stacks(&self) -> &CallStacks {
-        &self.stacks
-    }
-
-    /// Name of the file of an index in a span; none for the program itself, which is 0.
-    pub fn file_name(&self, index: u32) -> Option<&str> {
-        self.diagnostics.file(index).map(|file| file.name.as_str())
-    }
-
-    /// The modes, offsets and position after the blocks run so far.
-    pub fn state(&self) -> &State {
-        &self.state
-    }
-
-    /// All parameters.
-    pub fn parameters(&self) -> &Parameters {
-        &self.parameters
-    }
-
-    /// The bounds it runs under.
-    pub fn limits(&self) -> &crate::limits::Limits {
-        &self.config.limits
-    }
-
-    /// What has been found so far.
-    pub fn diagnostics(&self) -> &Diagnostics {
-        &self.diagnostics
-    }
-
-    /// Takes the kept findings out and goes on: as many again can be kept.
-    pub fn take_diagnostics(&mut self) -> Vec<Diagnostic> {
-        self.diagnostics.take_kept()
-    }
-
-    /// Takes the findings out.
-    pub fn into_diagnostics(self) -> Diagnostics {
-        self.diagnostics
     }
 
     /// Gives the next line of the program, without its terminator. To be called when a step asks for it.
@@ -256,12 +219,6 @@ impl Interpreter {
     pub(crate) fn report_mark(&mut self, span: Span) {
         self.span = span;
         self.forgive(Problem::ByteOrderMark, Leniency::ByteOrderMark);
-    }
-
-    /// Reports lines that end with CR alone.
-    pub(crate) fn report_returns(&mut self, span: Span) {
-        self.span = span;
-        self.forgive(Problem::Lenient { leniency: Leniency::BareReturns }, Leniency::BareReturns);
     }
 
     fn report(&mut self, problem: Problem) {

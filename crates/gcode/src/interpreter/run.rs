@@ -38,6 +38,7 @@ impl Interpreter {
     /// A line of words, settings and comments.
     pub(crate) fn plain_line(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
         self.begun |= !self.block.words.is_empty();
+        self.note_habits();
         if self.special && matches!(self.dialect_line(out)?, Line::Done) {
             return Ok(());
         }
@@ -49,6 +50,7 @@ impl Interpreter {
         if self.special {
             self.special_words();
         }
+        self.note_axes();
         // A subroutine that stands further on is looked for before anything is carried out, so that the line runs once.
         if let Some(name) = self.wanted_sub().or_else(|| self.wanted_macro()).or_else(|| self.wanted_profile()) {
             return self.look_for(name).map_err(|problem| (problem, None));
@@ -95,7 +97,8 @@ impl Interpreter {
             if value.as_ref().is_ok_and(|value| value.is_nan()) {
                 continue;
             }
-            let added = value.and_then(|value| self.words.add(word.letter, value, word.text));
+            let added =
+                value.and_then(|value| self.words.add(word.letter, value, word.text)).map_err(|problem| self.control_cycle(problem));
             first = match (first, added) {
                 (Ok(()), Err(problem)) => Err((problem, Some(word.text))),
                 (Err((earlier, place)), Err(problem)) => {

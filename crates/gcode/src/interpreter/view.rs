@@ -1,12 +1,55 @@
 //! What a reader of the interpreter can see of the block that has just run.
 
-use super::Interpreter;
+use super::{CallStacks, Interpreter};
 use crate::codes::CodeRow;
+use crate::diagnostics::{Diagnostic, Diagnostics};
+use crate::limits::Limits;
+use crate::parameters::Parameters;
 use crate::state::State;
 use crate::syntax::{Block, Text, Word};
 use lostmotion_base::span::BlockRef;
 
 impl Interpreter {
+    /// The calls that [`BlockRef::call_stack`] points to.
+    pub fn call_stacks(&self) -> &CallStacks {
+        self.diagnostics.provenance().call_stacks()
+    }
+
+    /// Name of the file of an index in a span; none for the program itself, which is 0.
+    pub fn file_name(&self, index: u32) -> Option<&str> {
+        self.diagnostics.file(index).map(|file| file.name.as_str())
+    }
+
+    /// The modes, offsets and position after the blocks run so far.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// All parameters.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The bounds it runs under.
+    pub fn limits(&self) -> &Limits {
+        &self.config.limits
+    }
+
+    /// What has been found so far.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.diagnostics
+    }
+
+    /// Takes the kept findings out and goes on: as many again can be kept.
+    pub fn take_diagnostics(&mut self) -> Vec<Diagnostic> {
+        self.diagnostics.take_kept()
+    }
+
+    /// Takes the findings out.
+    pub fn into_diagnostics(self) -> Diagnostics {
+        self.diagnostics
+    }
+
     /// The last block, as it was parsed. After a block that could not be parsed, what stood before the fault.
     pub fn block(&self) -> &Block {
         &self.block

@@ -17,7 +17,9 @@ mod rapid;
 pub mod rules;
 mod scan;
 mod spindle;
+mod tap;
 mod tool;
+mod units;
 
 pub use findings::{LintFinding, LintFindings};
 pub use level::{Level, Levels};
@@ -53,6 +55,8 @@ pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFinding
         Box::new(tool::Tools::default()),
         Box::new(home::Home),
         Box::new(end::End::default()),
+        Box::new(tap::Taps),
+        Box::new(units::UnitChanges::default()),
     ];
     let limits = program.interpreter().limits().clone();
     let mut scan = scan::Scan::new(limits);

@@ -7,6 +7,10 @@ use super::{LintFindings, rules};
 const OWN_PARAMETERS: f64 = 5000.0;
 
 pub(super) fn report(scan: &Scan, found: &mut LintFindings) {
+    for (number, line, place) in &scan.twice {
+        let message = format!("N{number} is also the number of line {line}");
+        found.add(&rules::LINE_NUMBER_TWICE, *place, message, &[("number", *number as f64)], "number the lines anew");
+    }
     parameters(scan, found);
     if scan.has_main && !scan.calls_computed {
         for (name, place) in scan.subs.iter().filter(|(name, _)| !scan.called.contains(*name)) {

@@ -44,6 +44,9 @@ rules! {
     SPINDLE_OFF: "spindle-off", "A feed below Z0 while the spindle stands still, in a program that starts it elsewhere.", "M6, M5 and M2 stop the spindle: start it again with M3 S.";
     SPINDLE_NEVER_STARTED: "spindle-never-started", "The program cuts below Z0 and never starts the spindle.", "Add M3 S; if the spindle is switched by hand, switch this lint off.";
     SPINDLE_NO_SPEED: "spindle-no-speed", "The spindle is started before any S.", "It turns at whatever speed was set last. Put S on the line of M3 or before it.";
+    TAP_FEED: "tap-feed", "The feed and the speed of a tapping cycle make a pitch that no usual tap has.", "The tap breaks or strips the thread. F has to be the pitch times S. Compared with ISO 261 and the inch series, within 1 %.";
+    UNITS_CHANGED: "units-changed", "G20 or G21 changes the units after the program has moved.", "F, cycle words and parameters keep their numbers and mean something else. Change units only at the start.";
+    LINE_NUMBER_TWICE: "line-number-twice", "Two lines have the same N number.", "A jump or an operator who searches for it may end up at the other one. Numbers that begin anew (after N9000 and beyond, or from a subroutine's start) are not reported; of a row of such lines the first is.";
     TOOL_LENGTH_MISSING: "tool-length-missing", "After a tool change Z moves without G43.", "The length of the tool before, or none, is still in force: put G43 H after M6.";
     TOOL_LENGTH_OTHER: "tool-length-other", "G43 takes the length of another tool than the one in the spindle.", "Check H against T.";
     TOOL_CHANGE_LOW: "tool-change-low", "A tool change below Z0.", "Retract before M6; some controls change the tool where it is.";

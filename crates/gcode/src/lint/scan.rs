@@ -9,6 +9,11 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The P of a call may have its rounds before so many digits of the subroutine's number.
 const PACKED: f64 = 10_000.0;
 
+/// Numbers of lines may begin anew after so high a one.
+const WRAPS: u64 = 9000;
+/// Most numbers that are remembered.
+const MOST_NUMBERS: usize = 100_000;
+
 /// Names with the place of their first mention.
 pub(super) type Places = BTreeMap<String, BlockRef>;
 
@@ -34,6 +39,13 @@ pub(super) struct Scan {
     ended: bool,
     begun: bool,
     pub(super) after_end: Option<BlockRef>,
+    /// N numbers with their lines since they last began anew.
+    numbers: BTreeMap<u64, u32>,
+    last_number: u64,
+    /// The line before had a number that another has too.
+    repeats: bool,
+    /// Lines whose number another line before them has: the number, that line, and where they are.
+    pub(super) twice: Vec<(u64, u32, BlockRef)>,
 }
 
 impl Scan {
@@ -53,6 +65,10 @@ impl Scan {
             ended: false,
             begun: false,
             after_end: None,
+            numbers: BTreeMap::new(),
+            last_number: 0,
+            repeats: false,
+            twice: Vec::new(),
         }
     }
 
@@ -89,6 +105,7 @@ impl Scan {
             }
         }
         self.m98(block);
+        self.line_number(block, place);
         match block.flow {
             Some((label, keyword)) => self.flow(block, label, keyword, place),
             None => self.words(block, place),
@@ -119,10 +136,12 @@ impl Scan {
         match (keyword, name) {
             (Keyword::Sub, Some(name)) => {
                 self.subs.entry(name.clone()).or_insert(place);
+                self.numbers.clear();
                 self.inside = Some(name);
             }
             (Keyword::Bare, Some(name)) if self.begun => {
                 self.subs.entry(name.clone()).or_insert(place);
+                self.numbers.clear();
                 self.inside = Some(name);
             }
             (Keyword::EndSub, Some(name)) if self.inside.as_ref() == Some(&name) => self.inside = None,
@@ -131,6 +150,23 @@ impl Scan {
             }
             (Keyword::Call, None) => self.calls_computed = true,
             _ => {}
+        }
+    }
+
+    /// Whether the N number of a line has been there.
+    fn line_number(&mut self, block: &Block, place: BlockRef) {
+        let Some(number) = block.line_number.map(|number| number as u64) else { return };
+        if number < self.last_number && self.last_number >= WRAPS {
+            self.numbers.clear();
+        }
+        self.last_number = number;
+        let before = self.numbers.get(&number).copied();
+        if let (Some(line), false, true) = (before, self.repeats, self.twice.len() < MOST_NUMBERS) {
+            self.twice.push((number, line, place));
+        }
+        self.repeats = before.is_some();
+        if self.numbers.len() < MOST_NUMBERS {
+            self.numbers.insert(number, place.span.line);
         }
     }
 

@@ -174,6 +174,10 @@ pub struct Block {
     pub comment: Option<Text>,
     /// Postfix code of all values that are not literals.
     pub ops: Vec<Op>,
+    /// A word has its letter in lower case.
+    pub lower_case: bool,
+    /// A word begins where the one before it ends.
+    pub glued: bool,
     /// Names of parameters and labels, lower case without blanks.
     pub names: Vec<u8>,
 }
@@ -183,6 +187,8 @@ impl Block {
     pub fn clear(&mut self) {
         self.deletable = false;
         self.percent = false;
+        self.lower_case = false;
+        self.glued = false;
         self.line_number = None;
         self.flow = None;
         self.line_number_text = Text::default();

@@ -2,14 +2,13 @@
 //!
 //! A sign binds tighter than any operator (`-2**2` is 4); operators of equal precedence go from left to right.
 
-use super::block::{Binary, Op, Text, Unary, Value};
+use super::block::{Op, Target, Text, Value};
 use super::fault::{Parsed, fail};
 use super::number::{number, skip};
+use super::operators::{Tried, binary, function, precedence};
 use crate::problem::Problem;
-use nom::branch::alt;
+use nom::Parser;
 use nom::bytes::complete::{tag, tag_no_case, take_while1};
-use nom::combinator::value;
-use nom::{IResult, Parser};
 
 /// Where expressions put their code and names, and how deep they may nest.
 pub(crate) struct Code<'a> {
@@ -49,6 +48,22 @@ pub(crate) fn bare_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a,
     let first = code.ops.len();
     let (rest, ()) = operations(rest, code, code.depth, 0)?;
     Ok((rest, (Value::Ops(from as u32, code.ops.len() as u32), code.ops.len() > first)))
+}
+
+/// The target of a setting with its `#` and `=`: the rest is its value.
+pub(super) fn target<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a, Target> {
+    let after = skip(input.get(1..).unwrap_or_default());
+    let (rest, target) = if after.first() == Some(&b'<') {
+        let (rest, text) = name(after, code.names)?;
+        (rest, Target::Named(text))
+    } else {
+        let (rest, value) = word_value(after, code)?;
+        (rest, Target::Numbered(value))
+    };
+    match skip(rest).split_first() {
+        Some((b'=', rest)) => Ok((rest, target)),
+        _ => expected(rest, "= after the parameter"),
+    }
 }
 
 fn deeper<T>(input: &[u8], code: &Code<'_>, depth: usize) -> Result<usize, nom::Err<super::Fault>> {
@@ -160,69 +175,6 @@ fn operations<'a>(mut input: &'a [u8], code: &mut Code<'_>, depth: usize, least:
         code.ops.push(Op::Binary(operator));
         input = rest;
     }
-}
-
-/// AND, OR and XOR share one precedence, and so do all comparisons.
-pub(crate) const fn precedence(operator: Binary) -> u8 {
-    match operator {
-        Binary::Power => 4,
-        Binary::Times | Binary::Divide | Binary::Modulo => 3,
-        Binary::Plus | Binary::Minus => 2,
-        Binary::And | Binary::Or | Binary::Xor => 0,
-        _ => 1,
-    }
-}
-
-/// An alternative that was tried: why it is none is not asked for, and costs nothing.
-type Tried<'a, T> = IResult<&'a [u8], T, ()>;
-
-fn binary(input: &[u8]) -> Tried<'_, Binary> {
-    alt((
-        alt((
-            value(Binary::Power, tag(&b"**"[..])),
-            value(Binary::Times, tag(&b"*"[..])),
-            value(Binary::Divide, tag(&b"/"[..])),
-            value(Binary::Plus, tag(&b"+"[..])),
-            value(Binary::Minus, tag(&b"-"[..])),
-        )),
-        alt((
-            value(Binary::Modulo, tag_no_case(&b"mod"[..])),
-            value(Binary::And, tag_no_case(&b"and"[..])),
-            value(Binary::Xor, tag_no_case(&b"xor"[..])),
-            value(Binary::Or, tag_no_case(&b"or"[..])),
-        )),
-        alt((
-            value(Binary::Equal, tag_no_case(&b"eq"[..])),
-            value(Binary::NotEqual, tag_no_case(&b"ne"[..])),
-            value(Binary::GreaterEqual, tag_no_case(&b"ge"[..])),
-            value(Binary::Greater, tag_no_case(&b"gt"[..])),
-            value(Binary::LessEqual, tag_no_case(&b"le"[..])),
-            value(Binary::Less, tag_no_case(&b"lt"[..])),
-        )),
-    ))
-    .parse(input)
-}
-
-fn function(input: &[u8]) -> Tried<'_, Unary> {
-    alt((
-        alt((
-            value(Unary::Abs, tag_no_case(&b"abs"[..])),
-            value(Unary::Acos, tag_no_case(&b"acos"[..])),
-            value(Unary::Asin, tag_no_case(&b"asin"[..])),
-            value(Unary::Cos, tag_no_case(&b"cos"[..])),
-            value(Unary::Exp, tag_no_case(&b"exp"[..])),
-            value(Unary::Fix, tag_no_case(&b"fix"[..])),
-        )),
-        alt((
-            value(Unary::Fup, tag_no_case(&b"fup"[..])),
-            value(Unary::Ln, tag_no_case(&b"ln"[..])),
-            value(Unary::Round, tag_no_case(&b"round"[..])),
-            value(Unary::Sin, tag_no_case(&b"sin"[..])),
-            value(Unary::Sqrt, tag_no_case(&b"sqrt"[..])),
-            value(Unary::Tan, tag_no_case(&b"tan"[..])),
-        )),
-    ))
-    .parse(input)
 }
 
 /// A function with its argument in brackets.

@@ -7,9 +7,11 @@ pub mod expression;
 pub mod fault;
 pub mod flow;
 pub mod number;
+pub(crate) mod operators;
 pub mod parse;
 pub mod pieces;
 mod plain;
+pub(crate) mod siemens;
 pub(crate) mod special;
 
 pub use block::{Block, Keyword, Label, Op, Setting, Target, Text, Unary, Value, Word};

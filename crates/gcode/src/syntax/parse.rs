@@ -1,8 +1,8 @@
 //! A line to a block.
 
-use super::block::{Block, Setting, Target, Text, Value, Word};
+use super::block::{Block, Setting, Text, Value, Word};
 use super::comment;
-use super::expression::{Code, expected, name, word_value};
+use super::expression::{Code, expected, target, word_value};
 use super::fault::{Fault, Parsed, fail};
 use super::flow::flow_line;
 use super::number::skip;
@@ -105,17 +105,7 @@ fn after_flow(rest: &[u8], first: u8) -> Parsed<'_, ()> {
 fn setting<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let Block { ops, names, .. } = block;
     let mut code = Code { ops, names, depth: limits.expression_depth };
-    let after = skip(input.get(1..).unwrap_or_default());
-    let (rest, target) = if after.first() == Some(&b'<') {
-        let (rest, text) = name(after, code.names)?;
-        (rest, Target::Named(text))
-    } else {
-        let (rest, value) = word_value(after, &mut code)?;
-        (rest, Target::Numbered(value))
-    };
-    let Some((b'=', rest)) = skip(rest).split_first() else {
-        return expected(rest, "= after the parameter");
-    };
+    let (rest, target) = target(input, &mut code)?;
     let (rest, value) = word_value(rest, &mut code)?;
     let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
     block.settings.push(Setting { target, value, text });
@@ -141,6 +131,8 @@ pub(crate) fn word<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &L
     let (rest, value) =
         word_value(after, &mut Code { ops, names, depth: limits.expression_depth }).map_err(|fault| missing(fault, letter))?;
     let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
+    block.lower_case |= input.first().is_some_and(u8::is_ascii_lowercase);
+    block.glued |= block.words.last().is_some_and(|last| last.text.start + last.text.len == text.start);
     block.words.push(Word { letter, value, text });
     Ok((rest, ()))
 }

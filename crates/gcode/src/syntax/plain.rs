@@ -9,6 +9,7 @@ use crate::limits::Limits;
 /// Takes plain words off `input`, the end of a line of `length` bytes, up to the first item that is not one.
 pub(crate) fn words<'a>(input: &'a [u8], length: usize, block: &mut Block, limits: &Limits) -> &'a [u8] {
     let mut rest = skip(input);
+    let (mut lower, mut glued, mut touches) = (0, false, false);
     let mut room = limits.words.saturating_sub(block.words.len() + block.settings.len());
     while let [first, after @ ..] = rest {
         let letter = first & !0x20;
@@ -26,7 +27,12 @@ pub(crate) fn words<'a>(input: &'a [u8], length: usize, block: &mut Block, limit
         let text = Text { start: (length - rest.len()) as u32, len: (rest.len() - tail.len()) as u32 };
         block.words.push(Word { letter, value: Value::Number(value), text });
         room -= 1;
+        lower |= first & 0x20;
+        glued |= touches;
+        touches = next.len() == tail.len();
         rest = next;
     }
+    block.lower_case |= lower != 0;
+    block.glued |= glued;
     rest
 }

@@ -1,8 +1,8 @@
 //! Lines that RS274/NGC does not have: Macro B of Fanuc, and what printers read. Looked at only when a line is a fault otherwise.
 
-use super::block::{Block, Keyword, Label, Setting, Target, Text, Value, Word};
+use super::block::{Block, Keyword, Label, Setting, Text, Value, Word};
 use super::comment;
-use super::expression::{Code, bare_value, bracket_value, expected, name, word_value};
+use super::expression::{Code, bare_value, bracket_value, expected, target, word_value};
 use super::fault::{Fault, Parsed, fail};
 use super::number::skip;
 use super::parse::{head, word};
@@ -111,17 +111,7 @@ impl<'a> Reader<'a> {
     fn setting(&mut self, input: &'a [u8], at: usize, block: &mut Block) -> Parsed<'a, ()> {
         let Block { ops, names, .. } = block;
         let mut code = Code { ops, names, depth: self.limits.expression_depth };
-        let after = skip(input.get(1..).unwrap_or_default());
-        let (rest, target) = if after.first() == Some(&b'<') {
-            let (rest, text) = name(after, code.names)?;
-            (rest, Target::Named(text))
-        } else {
-            let (rest, value) = word_value(after, &mut code)?;
-            (rest, Target::Numbered(value))
-        };
-        let Some((b'=', rest)) = skip(rest).split_first() else {
-            return expected(rest, "= after the parameter");
-        };
+        let (rest, target) = target(input, &mut code)?;
         let (rest, value) = if self.accepted.has(Leniency::BareArithmetic) {
             let (rest, (value, bare)) = bare_value(rest, &mut code)?;
             if bare {
@@ -244,39 +234,4 @@ impl<'a> Reader<'a> {
 fn starts_with<'a>(input: &'a [u8], text: &[u8]) -> Option<&'a [u8]> {
     let head = input.get(..text.len())?;
     if head.eq_ignore_ascii_case(text) { input.get(text.len()..) } else { None }
-}
-
-/// What a line has that only Sinumerik controls know; none if it has nothing of the kind.
-pub(crate) fn siemens_word(line: &[u8]) -> Option<&'static str> {
-    const WORDS: [&str; 27] = [
-        "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "CYCLE", "POCKET", "SLOT", "HOLES", "LONGHOLE", "MCALL",
-        "EXTCALL", "MSG", "DEF", "PROC", "TRAORI", "TRAFOOF", "ORIWKS", "SUPA", "CIP", "GOTOF", "GOTOB", "STOPRE", "COMPON",
-    ];
-    let text = line.trim_ascii();
-    let text = match text {
-        [b'N' | b'n', rest @ ..] => rest.trim_ascii_start().trim_start_digits(),
-        _ => text,
-    };
-    let letters = text.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
-    let name = text.get(..letters).unwrap_or_default();
-    let matches = |word: &&&str| name.eq_ignore_ascii_case(word.as_bytes());
-    if let Some(word) = WORDS.iter().find(matches) {
-        return Some(word);
-    }
-    let comment = text.iter().position(|byte| *byte == b';').unwrap_or(text.len());
-    let code = text.get(..comment).unwrap_or_default();
-    let address = |pair: &[u8]| matches!(pair, [b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9', b'=']);
-    let is_parameter = code.contains(&b'#') || code.first() == Some(&b'(');
-    if !is_parameter && code.windows(2).any(address) { Some("an address with =") } else { None }
-}
-
-trait Digits {
-    fn trim_start_digits(&self) -> &[u8];
-}
-
-impl Digits for [u8] {
-    fn trim_start_digits(&self) -> &[u8] {
-        let digits = self.iter().take_while(|byte| byte.is_ascii_digit()).count();
-        self.get(digits..).unwrap_or_default().trim_ascii_start()
-    }
 }

@@ -8,7 +8,7 @@ pub use sarif::write as write_sarif;
 
 use lostmotion_base::span::Span;
 use lostmotion_gcode::lint::{Level, LintFinding};
-use lostmotion_gcode::{Diagnostic, Interpreter, Severity};
+use lostmotion_gcode::{CallSite, Diagnostic, Provenance, Severity};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -27,6 +27,9 @@ pub struct Finding {
     pub span: Span,
     /// The values in the message by name.
     pub values: Map<String, Value>,
+    /// The line, or the part of a long one around the place, without what cannot be printed.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub excerpt: String,
     /// What to do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hint: Option<String>,
@@ -46,27 +49,25 @@ pub struct Call {
     pub span: Span,
 }
 
-/// Names of files and the calls that led to a block, from the interpreter that ran the program.
+/// Names of files and the calls that led to a block, from the reading that made the findings.
 #[derive(Clone, Copy, Debug)]
 pub struct Origin<'a> {
     /// Name of the program itself.
     pub program: &'a str,
-    /// The interpreter; none if there is none any more, and the program is all there is.
-    pub interpreter: Option<&'a Interpreter>,
+    /// What the places of the findings point into.
+    pub provenance: &'a Provenance,
 }
 
 impl Origin<'_> {
     /// Name of the file of an index.
     pub fn file(&self, index: u32) -> String {
-        let loaded = self.interpreter.and_then(|interpreter| interpreter.file_name(index));
-        loaded.unwrap_or(self.program).to_owned()
+        self.provenance.file(index).map_or(self.program, |file| file.name.as_str()).to_owned()
     }
 
     /// The calls that led to a place, innermost first.
     pub fn calls(&self, call_stack: u32) -> Vec<Call> {
-        let Some(interpreter) = self.interpreter else { return Vec::new() };
-        let call = |site: &lostmotion_gcode::CallSite| Call { sub: site.name.clone(), file: self.file(site.call.file), span: site.call };
-        interpreter.call_stacks().trace(call_stack).map(call).collect()
+        let call = |site: &CallSite| Call { sub: site.name.clone(), file: self.file(site.call.file), span: site.call };
+        self.provenance.call_stacks().trace(call_stack).map(call).collect()
     }
 }
 
@@ -84,6 +85,7 @@ impl Finding {
             file: origin.file(diagnostic.place.span.file),
             span: diagnostic.place.span,
             values: if let Some(Value::Object(values)) = values { values } else { Map::new() },
+            excerpt: String::new(),
             hint: diagnostic.hint(),
             calls: origin.calls(diagnostic.place.call_stack),
         }
@@ -98,6 +100,7 @@ impl Finding {
             file: origin.file(finding.place.span.file),
             span: finding.place.span,
             values: finding.values.iter().map(|(name, value)| ((*name).to_owned(), Value::from(*value))).collect(),
+            excerpt: String::new(),
             hint: Some(finding.hint.clone()).filter(|hint| !hint.is_empty()),
             calls: origin.calls(finding.place.call_stack),
         }
@@ -111,4 +114,6 @@ pub struct Counts {
     pub errors: u64,
     /// Warnings.
     pub warnings: u64,
+    /// Notes.
+    pub notes: u64,
 }

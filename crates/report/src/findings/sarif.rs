@@ -29,6 +29,7 @@ pub fn write(out: &mut dyn Write, findings: &[Finding]) -> io::Result<()> {
 
 const fn level(severity: Severity) -> &'static str {
     match severity {
+        Severity::Note => "note",
         Severity::Warning => "warning",
         Severity::Error => "error",
     }
@@ -59,7 +60,7 @@ fn result(finding: &Finding, codes: &[&str]) -> Value {
         "ruleId": finding.code,
         "level": level(finding.severity),
         "message": { "text": text },
-        "locations": [location(&finding.file, &finding.span)],
+        "locations": [location(&finding.file, &finding.span, &finding.excerpt)],
         "properties": { "values": finding.values },
     });
     if let (Some(object), Ok(index)) = (result.as_object_mut(), codes.binary_search(&finding.code.as_str())) {
@@ -73,7 +74,7 @@ fn result(finding: &Finding, codes: &[&str]) -> Value {
 
 fn stack(calls: &[Call]) -> Value {
     let frame = |call: &Call| {
-        let mut location = location(&call.file, &call.span);
+        let mut location = location(&call.file, &call.span, "");
         if let Some(object) = location.as_object_mut() {
             object.insert("message".to_owned(), json!({ "text": format!("calls {}", call.sub) }));
         }
@@ -82,17 +83,20 @@ fn stack(calls: &[Call]) -> Value {
     json!({ "message": { "text": "calls, innermost first" }, "frames": calls.iter().map(frame).collect::<Vec<_>>() })
 }
 
-fn location(file: &str, span: &Span) -> Value {
+fn location(file: &str, span: &Span, excerpt: &str) -> Value {
     let mut place = Map::new();
     place.insert("artifactLocation".to_owned(), json!({ "uri": uri(file) }));
     if span.line > 0 {
-        let region = json!({
+        let mut region = json!({
             "startLine": span.line,
             "startColumn": span.column,
             "endColumn": u64::from(span.column) + u64::from(span.len),
             "byteOffset": span.start,
             "byteLength": span.len,
         });
+        if let (Some(object), false) = (region.as_object_mut(), excerpt.is_empty()) {
+            object.insert("snippet".to_owned(), json!({ "text": excerpt }));
+        }
         place.insert("region".to_owned(), region);
     }
     json!({ "physicalLocation": place })

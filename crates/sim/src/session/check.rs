@@ -72,7 +72,7 @@ pub(crate) fn check(source: &ProgramSource, machine: &Machine, options: &Simulat
     let mut pass = Pass { source, machine, travel, violations: Vec::new(), violated: 0, problems: Vec::new(), moves: 0, plan };
     while let Some(item) = reader.next() {
         match item {
-            Ok((item, _)) => pass.item(&item).map_err(|error| with_files(error, reader.diagnostics().files()))?,
+            Ok((item, _)) => pass.item(&item).map_err(|error| with_provenance(error, reader.diagnostics()))?,
             Err((problem, place)) => pass.problems.push(Diagnostic { problem, place }),
         }
         if pass.problems.len() >= options.limits.diagnostics {
@@ -99,7 +99,7 @@ impl Pass<'_> {
                     block: item.block,
                     axis,
                     machine: self.machine.name().to_owned(),
-                    files: SourceFiles::new(),
+                    provenance: Box::default(),
                 });
             }
         }
@@ -126,8 +126,8 @@ impl Pass<'_> {
         }
         if self.violated > 0 {
             let machine = self.machine.name().to_owned();
-            let files = diagnostics.files().clone();
-            return Err(SimError::Travel { name, machine, count: self.violated, violations: self.violations, files });
+            let provenance = Box::new(diagnostics.provenance().clone());
+            return Err(SimError::Travel { name, machine, count: self.violated, violations: self.violations, provenance });
         }
         let bytes = self.source.len().map_err(|source| SimError::Read { name: name.clone(), source })?;
         let lines = count_lines(self.source).map_err(|source| SimError::Read { name: name.clone(), source })?;
@@ -142,10 +142,10 @@ impl Pass<'_> {
     }
 }
 
-/// Tells an error about a block the files that it may stand in.
-fn with_files(mut error: SimError, read: &SourceFiles) -> SimError {
-    if let SimError::NoAxis { files, .. } = &mut error {
-        files.clone_from(read);
+/// Tells an error about a block where it comes from.
+pub(crate) fn with_provenance(mut error: SimError, found: &Diagnostics) -> SimError {
+    if let SimError::NoAxis { provenance, .. } | SimError::Path { provenance, .. } = &mut error {
+        **provenance = found.provenance().clone();
     }
     error
 }

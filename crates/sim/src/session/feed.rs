@@ -1,6 +1,6 @@
 //! The second pass: program in, samples of the plan out, with the programmed segments that they lie on.
 
-use super::check::{kinematics, planner_config};
+use super::check::{kinematics, planner_config, with_provenance};
 use super::lower::lower;
 use super::reader::Reader;
 use crate::error::SimError;
@@ -92,13 +92,14 @@ impl Feed {
             return Ok(self.planner.finish()?);
         };
         let (item, in_force) = item.map_err(|(problem, place)| {
-            let mut diagnostics = Diagnostics::new(1);
+            let mut diagnostics = Diagnostics::new(1).with_provenance(self.reader.diagnostics().provenance().clone());
             diagnostics.push(Diagnostic { problem, place });
             SimError::Program { name: self.name.clone(), diagnostics: Box::new(diagnostics) }
         })?;
         let origin = if let MotionItem::Move(motion) = &item { motion.origin } else { Coords::ZERO };
         self.note_stop(&item);
-        let Some(item) = lower(&item)?.map(|item| self.change.of_item(item)) else { return Ok(()) };
+        let item = lower(&item).map_err(|error| with_provenance(error, self.reader.diagnostics()))?;
+        let Some(item) = item.map(|item| self.change.of_item(item)) else { return Ok(()) };
         self.planner.push(item)?;
         if let PlanItem::Move(item) = item {
             segments.push(ProgrammedSegment {

@@ -30,7 +30,7 @@ fn lower_move(motion: &Motion) -> Result<Move, SimError> {
         Some(circle) => {
             let spec =
                 ArcSpec { start: motion.start, end: motion.end, plane: circle.plane, center: circle.center_mm, rotation: circle.turns };
-            Curve::Arc(Arc::new(spec).map_err(|source| SimError::Path { block: motion.block, source })?)
+            Curve::Arc(Arc::new(spec).map_err(|source| SimError::Path { block: motion.block, source, provenance: Box::default() })?)
         }
     };
     let feed = match (motion.feed, motion.duration_s) {

@@ -1,14 +1,15 @@
 //! What an interpreter remembers from block to block.
 
+mod offsets;
+
 pub use crate::exec::compensation::Compensation;
 pub use crate::exec::corner::PendingCorner;
 pub use crate::exec::curves::NurbsDraft;
 pub use crate::exec::five_axis::TipControl;
 use crate::ops::{PathControl, Plane, Position, Units};
 use crate::problem::Code;
-use crate::tilt::Tilt;
-use lostmotion_base::math;
-use lostmotion_base::units::rad;
+pub use offsets::Offsets;
+pub(crate) use offsets::{add, convert, is_angle, rotate, subtract};
 use serde::{Deserialize, Serialize};
 
 /// What F means.
@@ -20,65 +21,6 @@ pub enum FeedMode {
     PerMinute,
     /// G95.
     PerRevolution,
-}
-
-/// What G53, G54 and the like are about, and how far the tool reaches. Lengths in program units.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Offsets {
-    /// Origin of the work coordinate system.
-    pub g5x: Position,
-    /// G92 and G52 offset.
-    pub g92: Position,
-    /// Tool offset.
-    pub tool: Position,
-    /// Rotation about Z in degrees.
-    pub rotation_deg: f64,
-    /// Turned coordinates (G68, G68.2) in those of the workpiece.
-    pub tilt: Option<Tilt>,
-}
-
-impl Offsets {
-    /// Program coordinates to machine coordinates of the spindle: the work coordinates are turned, then shifted.
-    pub fn to_machine(&self, program: &Position) -> Position {
-        let mut work = *program;
-        if let Some(tilt) = &self.tilt {
-            tilt.apply(&mut work);
-        }
-        work = add(&work, &self.g92);
-        rotate(&mut work, self.rotation_deg);
-        add(&work, &add(&self.g5x, &self.tool))
-    }
-
-    /// Machine coordinates of the spindle to program coordinates.
-    pub fn to_program(&self, machine: &Position) -> Position {
-        let mut work = subtract(machine, &add(&self.g5x, &self.tool));
-        rotate(&mut work, -self.rotation_deg);
-        work = subtract(&work, &self.g92);
-        if let Some(tilt) = &self.tilt {
-            tilt.undo(&mut work);
-        }
-        work
-    }
-}
-
-/// Sum by axis.
-pub(crate) fn add(a: &Position, b: &Position) -> Position {
-    std::array::from_fn(|axis| a[axis] + b[axis])
-}
-
-/// Difference by axis.
-pub(crate) fn subtract(a: &Position, b: &Position) -> Position {
-    std::array::from_fn(|axis| a[axis] - b[axis])
-}
-
-/// Turns X and Y about the origin.
-pub(crate) fn rotate(position: &mut Position, degrees: f64) {
-    if degrees != 0.0 {
-        let (sin, cos) = math::sin_cos(rad(degrees));
-        let [x, y, ..] = *position;
-        position[0] = x * cos - y * sin;
-        position[1] = x * sin + y * cos;
-    }
 }
 
 /// A spindle's state.
@@ -184,6 +126,8 @@ pub struct CycleWords {
     pub last_p: f64,
     /// Peck depth.
     pub q: Option<f64>,
+    /// Spindle that taps (`$`).
+    pub spindle: u8,
     /// I, J and K.
     pub ijk: [Option<f64>; 3],
 }
@@ -242,20 +186,4 @@ impl State {
     pub fn machine(&self) -> Position {
         self.offsets.to_machine(&self.current)
     }
-}
-
-/// A position whose lengths are in other units.
-pub(crate) fn convert(position: &Position, from: Units, to: Units) -> Position {
-    let mut converted = *position;
-    for (index, coordinate) in converted.iter_mut().enumerate() {
-        if !is_angle(index) {
-            *coordinate = from.convert(*coordinate, to);
-        }
-    }
-    converted
-}
-
-/// Whether an axis index is one of A, B, C.
-pub(crate) const fn is_angle(index: usize) -> bool {
-    index >= 3 && index < 6
 }

@@ -1,25 +1,12 @@
 //! Everything that can be wrong with a program.
 
-use crate::diagnostics::Severity;
+mod code;
+mod judged;
+mod names;
+
 use crate::dialect::Leniency;
-use serde::{Deserialize, Serialize};
-use std::fmt;
-
-/// A G or M code as written: letter and number in tenths, `G59.1` is ('G', 591).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct Code {
-    /// 'G' or 'M'.
-    pub letter: char,
-    /// Ten times the number.
-    pub tenths: u16,
-}
-
-impl fmt::Display for Code {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", self.letter, self.tenths / 10)?;
-        if self.tenths.is_multiple_of(10) { Ok(()) } else { write!(f, ".{}", self.tenths % 10) }
-    }
-}
+pub use code::Code;
+use serde::Serialize;
 
 /// What is wrong, with the values that show it. Lengths are in the program's units unless a name says otherwise.
 ///
@@ -69,6 +56,8 @@ pub enum Problem {
     NotACode { letter: char, value: f64 },
     #[error("{} is not supported", .what)]
     Unsupported { what: String },
+    #[error("{code} is {what}, which is not read")]
+    ControlCycle { code: Code, what: &'static str, hint: &'static str },
     #[error("{first} and {second} exclude each other: both set the {group}")]
     ModalConflict { first: Code, second: Code, group: &'static str },
     #[error("no code on this line uses {letter}{value}")]
@@ -215,6 +204,8 @@ pub enum Problem {
     TooMuchHeld { limit: usize },
     #[error("{limit} blocks have run; the program does not seem to end")]
     TooManyBlocks { limit: u64 },
+    #[error("loops and subroutines have run {limit} blocks at a stretch; the program does not seem to end")]
+    TooManyLoopedBlocks { limit: u64 },
     #[error("loops and subroutines have made {limit} operations at a stretch; the program does not seem to end")]
     TooManyOperations { limit: u64 },
     #[error("{limit} blocks in a row have run without any motion; the loop does not seem to end")]
@@ -226,12 +217,16 @@ pub enum Problem {
     Checksum { found: u8, wanted: u8 },
     #[error("{what} is of Siemens (Sinumerik), whose programs are not read")]
     Siemens { what: &'static str },
+    #[error("conversational text of Heidenhain, which is not read")]
+    Heidenhain,
     #[error("{message}")]
     FiveAxis { message: &'static str },
     #[error("the corner {message}")]
     Corner { message: &'static str },
     #[error("{}", .leniency.meaning())]
     Lenient { leniency: Leniency },
+    #[error("{}{}", .leniency.meaning(), times(*.count))]
+    Habit { leniency: Leniency, count: u64 },
     #[error("{}: that is not allowed here", .leniency.meaning())]
     NotLenient { leniency: Leniency },
     #[error("the program ends without M2 or M30")]
@@ -246,173 +241,6 @@ fn show_byte(byte: u8) -> String {
     if byte.is_ascii_graphic() { format!("'{}'", char::from(byte)) } else { format!("byte 0x{byte:02x}") }
 }
 
-impl Problem {
-    /// Stable name, kebab case.
-    pub fn code(&self) -> &'static str {
-        use Problem as P;
-        match self {
-            P::LineTooLong { .. } => "line-too-long",
-            P::SourceTooLong { .. } => "source-too-long",
-            P::TooManyWords { .. } => "too-many-words",
-            P::TooDeep { .. } => "too-deep",
-            P::Unreadable { .. } => "unreadable",
-            P::Nul => "nul-byte",
-            P::BadCharacter { .. } => "bad-character",
-            P::MissingNumber { .. } => "missing-number",
-            P::BadNumber { .. } => "bad-number",
-            P::Expected { .. } => "syntax",
-            P::UnknownName { .. } => "unknown-name",
-            P::UnclosedComment => "unclosed-comment",
-            P::NestedComment => "nested-comment",
-            P::TextBeforePercent => "text-before-percent",
-            P::MisplacedLineNumber => "misplaced-line-number",
-            P::RepeatedWord { .. } => "repeated-word",
-            P::BadWordValue { .. } => "bad-word-value",
-            P::UnsupportedCode { .. } => "unsupported-code",
-            P::NotACode { .. } => "not-a-code",
-            P::Unsupported { .. } => "unsupported",
-            P::ModalConflict { .. } => "modal-conflict",
-            P::UnusedWord { .. } => "unused-word",
-            P::TwoAxisUsers { .. } => "two-axis-users",
-            P::AxisWithoutCode => "axis-without-code",
-            P::AxesMissing { .. } => "axes-missing",
-            P::AxesNotAllowed { .. } => "axes-not-allowed",
-            P::WordMissing { .. } => "word-missing",
-            P::WordOutOfRange { .. } => "word-out-of-range",
-            P::Domain { .. } => "outside-domain",
-            P::NotFinite => "not-finite",
-            P::DivisionByZero => "division-by-zero",
-            P::ParameterRange { .. } => "parameter-range",
-            P::ReadOnlyParameter { .. } | P::ReadOnlyName { .. } => "read-only-parameter",
-            P::UnknownParameter { .. } => "unknown-parameter",
-            P::TooManyParameters { .. } => "too-many-parameters",
-            P::UnsetParameter { .. } => "unset-parameter",
-            _ => self.code_of_meaning(),
-        }
-    }
-
-    fn code_of_meaning(&self) -> &'static str {
-        use Problem as P;
-        match self {
-            P::NoFeed { .. } => "no-feed",
-            P::FeedBeforeUnits { .. } => "feed-before-units",
-            P::NoInverseTimeFeed { .. } => "no-inverse-time-feed",
-            P::NoRevolutions { .. } => "no-revolutions",
-            P::ArcRadii { .. } => "arc-radii",
-            P::ArcTooSmall { .. } => "arc-too-small",
-            P::ArcRadiusShort { .. } => "arc-radius-short",
-            P::ArcSamePoint => "arc-same-point",
-            P::ArcWithoutCenter { .. } => "arc-without-center",
-            P::ArcTwoFormats { .. } => "arc-two-formats",
-            P::ArcOffPlane { .. } => "arc-off-plane",
-            P::ArcCenterWord { .. } => "arc-center-word",
-            P::G53WithoutMotion => "g53-without-motion",
-            P::G53Incremental => "g53-incremental",
-            P::NoSuchTool { .. } => "no-such-tool",
-            P::NoToolTable { .. } => "no-tool-table",
-            P::NoToolSelected => "no-tool-selected",
-            P::ToolTable { .. } => "tool-table",
-            P::CoordinateTooLarge { .. } => "coordinate-too-large",
-            P::RadiusTooLarge { .. } => "radius-too-large",
-            P::FeedTooLarge { .. } => "feed-too-large",
-            P::NegativeDwell { .. } => "negative-dwell",
-            P::DwellTooLong { .. } => "dwell-too-long",
-            P::RotatedArcPlane { .. } => "rotated-arc-plane",
-            P::SpindleStopped { .. } => "spindle-stopped",
-            P::ProbeTooShort { .. } => "probe-too-short",
-            P::Curve { .. } | P::CurvePoints { .. } => "curve",
-            P::CurveTooLong { .. } => "curve-too-long",
-            P::Polar { .. } | P::PolarWithoutMotion { .. } => "polar",
-            P::NothingSaved { .. } => "nothing-saved",
-            P::NoMotionFor { .. } => "no-motion-for",
-            P::SpindleAssumed => "spindle-assumed",
-            P::Compensation { .. } => "compensation",
-            P::EndlessMain => "endless-main",
-            P::Cycle { .. } => "cycle",
-            P::CycleTooLong { .. } => "cycle-too-long",
-            P::TurningPlane { .. } => "turning-plane",
-            P::ProfileEmpty { .. } => "profile-empty",
-            P::ProfileTurnsBack { .. } => "profile-turns-back",
-            P::ProfileCode { .. } => "profile-code",
-            P::ProfileCorner { .. } => "profile-corner",
-            P::ProfileIncrement { .. } => "profile-increment",
-            P::ProfileDistance { .. } => "profile-distance",
-            P::Flow { .. } => "flow",
-            P::UnclosedSub { .. } => "unclosed-sub",
-            P::NoSuchSub { .. } => "no-such-sub",
-            P::SubFile { .. } => "sub-file",
-            P::TooManyFiles { .. } => "too-many-files",
-            P::CallsTooDeep { .. } => "calls-too-deep",
-            P::TooManyOpen { .. } => "too-many-open",
-            P::TooMuchHeld { .. } => "too-much-held",
-            P::TooManyBlocks { .. } => "too-many-blocks",
-            P::TooManyOperations { .. } => "too-many-operations",
-            P::IdleLoop { .. } => "idle-loop",
-            P::NoSuchLine { .. } => "no-such-line",
-            P::Checksum { .. } => "wrong-checksum",
-            P::Siemens { .. } => "siemens",
-            P::FiveAxis { .. } => "five-axis-use",
-            P::Corner { .. } => "corner",
-            P::Lenient { leniency } | P::NotLenient { leniency } => leniency.name(),
-            P::NoProgramEnd => "no-program-end",
-            P::NoClosingPercent => "no-closing-percent",
-            P::ByteOrderMark => "byte-order-mark",
-            _ => "other",
-        }
-    }
-
-    /// Warnings leave the program accepted.
-    pub fn severity(&self) -> Severity {
-        match self {
-            Problem::NoProgramEnd
-            | Problem::NoClosingPercent
-            | Problem::ByteOrderMark
-            | Problem::UnsetParameter { .. }
-            | Problem::NoToolTable { .. }
-            | Problem::FeedBeforeUnits { .. }
-            | Problem::NegativeDwell { .. }
-            | Problem::EndlessMain
-            | Problem::Lenient { .. }
-            | Problem::SpindleAssumed
-            | Problem::UnclosedSub { .. } => Severity::Warning,
-            _ => Severity::Error,
-        }
-    }
-
-    /// What to try.
-    pub fn hint(&self) -> Option<String> {
-        let text = match self {
-            Problem::ArcRadii { center_absolute: false, .. } => "did you mean G90.1, absolute arc centres?",
-            Problem::ArcRadii { .. } => "did you mean G91.1, centres relative to the start?",
-            Problem::ArcRadiusShort { .. } => "check R, and whether the start is where it is meant to be",
-            Problem::ArcSamePoint => "write a full circle with I, J or K",
-            Problem::NoFeed { .. } => "set F first",
-            Problem::FeedBeforeUnits { .. } => "put F on the next line",
-            Problem::NoInverseTimeFeed { .. } => "G93 needs F on every G1, G2 and G3; G94 goes back to units per minute",
-            Problem::NoRevolutions { .. } => "start the spindle with M3 or M4 and S, or use G94",
-            Problem::AxisWithoutCode => "start the line with G0 or G1",
-            Problem::Nul => "the file may be damaged or not a text file",
-            Problem::SpindleStopped { .. } => "start the spindle with M3 or M4",
-            Problem::TurningPlane { .. } => "put G18 before it",
-            Problem::ProfileEmpty { .. } => "the first move leads to the profile, the others are the profile",
-            Problem::ProfileTurnsBack { .. } => "write it so that it never goes back, or cut it in two cycles",
-            Problem::ProfileCode { .. } => "a profile consists of G0, G1, G2 and G3",
-            Problem::ProfileCorner { two: false, .. } => "make it positive and smaller than the moves before and after it",
-            Problem::ProfileIncrement { .. } => "X and Z are incremental already; U and W are for G90",
-            Problem::ProfileDistance { .. } => "reduce D, or widen the grooves of the profile",
-            Problem::G53Incremental => "put G90 before it",
-            Problem::Siemens { .. } => "write it as RS274/NGC (G-code), or post-process the part for another control",
-            Problem::Checksum { .. } => "the line has been changed since the checksum was made",
-            Problem::NoProgramEnd => "end the program with M2",
-            Problem::NoClosingPercent => "a program that starts with % also ends with %",
-            Problem::TwoAxisUsers { .. } => "put them on two lines",
-            Problem::NoSuchTool { .. } => "check the tool table",
-            Problem::UnusedWord { users, .. } if !users.is_empty() => return Some(format!("it belongs to {users}")),
-            Problem::LineTooLong { .. } | Problem::TooManyWords { .. } | Problem::TooDeep { .. } | Problem::CoordinateTooLarge { .. } => {
-                "the limit can be raised"
-            }
-            _ => return None,
-        };
-        Some(text.to_owned())
-    }
+fn times(count: u64) -> String {
+    if count > 1 { format!(" ({count} times)") } else { String::new() }
 }

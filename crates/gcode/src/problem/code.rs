@@ -1,0 +1,20 @@
+//! A code as it stands in a program.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A G or M code as written: letter and number in tenths, `G59.1` is ('G', 591).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Code {
+    /// 'G' or 'M'.
+    pub letter: char,
+    /// Ten times the number.
+    pub tenths: u16,
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.letter, self.tenths / 10)?;
+        if self.tenths.is_multiple_of(10) { Ok(()) } else { write!(f, ".{}", self.tenths % 10) }
+    }
+}
