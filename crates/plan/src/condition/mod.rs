@@ -15,7 +15,7 @@ pub(crate) use piece::{Piece, Programmed, Step, Stop};
 
 use crate::PlannerConfig;
 use joint::Joint;
-use lostmotion_base::{Coords, math};
+use lostmotion_base::Coords;
 use run::{Chord, Knot};
 
 /// A run is worked off when it has this many chords ...
@@ -24,8 +24,8 @@ const RUN_BUFFER: usize = 96;
 const RUN_KEPT: usize = 32;
 /// So many vertices of what is kept are settled: a spline forgets what follows.
 const CARRIED: usize = 8;
-/// Fairing looks at most so many chords far.
-const FAIRED_CHORDS: f64 = 6.0;
+/// Fairing evens out what is shorter than so many mean chords.
+const FAIRED_CHORDS: f64 = 3.3;
 
 /// Decides between a blend and a stop.
 pub(crate) trait Judge {
@@ -156,14 +156,10 @@ impl Conditioner {
         tolerances.fold(f64::INFINITY, f64::min).min(1e3)
     }
 
-    /// What is longer than this stays in a run as it is, mm: the way at full feed in the time in which the jerk of the slowest
-    /// joint leads one tolerance away; as far as the run's part in hand allows.
+    /// What is longer than this stays in a run as it is, mm. It depends on the program alone, so that a machine that can do more
+    /// is not given a rougher path.
     fn fairing_length(&self) -> f64 {
-        let jerk = self.config.limits[..3].iter().flatten().map(|limits| limits.jerk).fold(f64::INFINITY, f64::min);
-        let speed = self.config.limits[..3].iter().flatten().map(|limits| limits.velocity).fold(0.0, f64::max);
-        let feed = self.chain.iter().map(|line| line.feed).fold(0.0, f64::max).min(speed);
-        let chord = self.chain.iter().map(|line| line.length).sum::<f64>() / self.chain.len().max(1) as f64;
-        (feed * math::cbrt(self.tolerance() / jerk)).min(FAIRED_CHORDS * chord)
+        FAIRED_CHORDS * self.chain.iter().map(|line| line.length).sum::<f64>() / self.chain.len().max(1) as f64
     }
 
     /// First knot and chords of the run: from the middle of the first move, where a run begins, to that of the last.
