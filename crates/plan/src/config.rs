@@ -1,7 +1,8 @@
 //! What the planner may do and how far it looks ahead.
 
 use crate::PlanError;
-use crate::profile::law::{Averaged, TimeLaw};
+use crate::profile::law::TimeLaw;
+use crate::profile::refined::Refined;
 use lostmotion_base::{AXES, AxisId, AxisLimits, Clock};
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +21,7 @@ impl Quality {
     /// What plans the time between states that the look-ahead is sure of.
     pub(crate) fn law(self) -> &'static dyn TimeLaw {
         match self {
-            Quality::Fast | Quality::Optimal => &Averaged,
+            Quality::Fast | Quality::Optimal => &Refined,
         }
     }
 }

@@ -5,6 +5,7 @@
 //! there for each of them: half of every move belongs to what happens at its either end.
 
 mod blend;
+mod fair;
 mod joint;
 mod piece;
 mod run;
@@ -14,12 +15,17 @@ pub(crate) use piece::{Piece, Programmed, Step, Stop};
 
 use crate::PlannerConfig;
 use joint::Joint;
+use lostmotion_base::Coords;
 use run::{Chord, Knot};
 
 /// A run is worked off when it has this many chords ...
 const RUN_BUFFER: usize = 96;
 /// ... all but so many; a spline forgets by a factor of 3.7 per vertex, so that the rest cannot move what is done.
 const RUN_KEPT: usize = 32;
+/// So many vertices of what is kept are settled: a spline forgets what follows.
+const CARRIED: usize = 8;
+/// Fairing evens out what is shorter than so many mean chords.
+const FAIRED_CHORDS: f64 = 3.3;
 
 /// Decides between a blend and a stop.
 pub(crate) trait Judge {
@@ -37,11 +43,13 @@ pub(crate) struct Conditioner {
     spent: f64,
     /// Where a run already partly worked off goes on: the knot at the start of the chain.
     knot: Option<Knot>,
+    /// Vertices after it that are settled, too.
+    carried: Vec<Coords>,
 }
 
 impl Conditioner {
     pub(crate) fn new(config: PlannerConfig) -> Conditioner {
-        Conditioner { config, chain: Vec::new(), spent: 0.0, knot: None }
+        Conditioner { config, chain: Vec::new(), spent: 0.0, knot: None, carried: Vec::new() }
     }
 
     /// Takes a move of positive length.
@@ -128,7 +136,7 @@ impl Conditioner {
             self.spent = spent;
         } else if self.knot.is_some() || self.chain.len() > 2 {
             let (first, chords) = self.chords();
-            let knots = run::knots(first, &chords, self.tolerance());
+            let knots = run::knots(first, &chords, &self.carried, self.tolerance(), self.fairing_length());
             if self.knot.is_none() {
                 self.lead_in(&chords, out);
             }
@@ -138,6 +146,7 @@ impl Conditioner {
             self.chain.clear();
             self.chain.extend(last);
             self.knot = None;
+            self.carried.clear();
         }
     }
 
@@ -145,6 +154,12 @@ impl Conditioner {
     fn tolerance(&self) -> f64 {
         let tolerances = self.chain.iter().filter_map(|line| joint::merge_tolerance(&self.config, line.control));
         tolerances.fold(f64::INFINITY, f64::min).min(1e3)
+    }
+
+    /// What is longer than this stays in a run as it is, mm. It depends on the program alone, so that a machine that can do more
+    /// is not given a rougher path.
+    fn fairing_length(&self) -> f64 {
+        FAIRED_CHORDS * self.chain.iter().map(|line| line.length).sum::<f64>() / self.chain.len().max(1) as f64
     }
 
     /// First knot and chords of the run: from the middle of the first move, where a run begins, to that of the last.
@@ -166,13 +181,14 @@ impl Conditioner {
     /// Gives out the older part of a long run.
     fn work_off(&mut self, out: &mut Vec<Step>) {
         let (first, chords) = self.chords();
-        let knots = run::knots(first, &chords, self.tolerance());
+        let knots = run::knots(first, &chords, &self.carried, self.tolerance(), self.fairing_length());
         let done = chords.len() - RUN_KEPT;
         if self.knot.is_none() {
             self.lead_in(&chords, out);
         }
         emit(&knots[..=done], &chords[..done], out);
         self.knot = knots.get(done).copied();
+        self.carried = knots.iter().skip(done + 1).take(CARRIED).map(|knot| knot.p).collect();
         self.chain.drain(..done);
         self.spent = 0.0;
     }

@@ -6,9 +6,16 @@
 //! where it leaves the tolerance its ends fall back to the direction of their longer chord, which cannot.
 
 use super::blend::size;
+use super::fair::{self, Point};
 use super::piece::{Piece, Programmed};
 use lostmotion_base::Coords;
 use lostmotion_path::{Curve, HermiteEnd, Quintic};
+
+/// Part of the tolerance by which a vertex may be moved.
+const FAIRED: f64 = 0.8;
+/// Tries, and the factor of the bounds near a piece that leaves the tolerance, before no vertex is moved.
+const FAIRINGS: usize = 4;
+const TIGHTER: f64 = 0.5;
 
 /// A vertex with the derivatives that the pieces on both sides share.
 pub(super) type Knot = HermiteEnd;
@@ -37,14 +44,58 @@ impl Chord {
 }
 
 /// Knots of a run from its first one, which is given, to the end of its last chord, whose direction it takes there.
-pub(super) fn knots(first: Knot, chords: &[Chord], tolerance: f64) -> Vec<Knot> {
-    let mut knots = vec![first];
+///
+/// The knots after the first one are `carried` over from the run's last part, the others are faired: see [`fair`].
+pub(super) fn knots(first: Knot, chords: &[Chord], carried: &[Coords], tolerance: f64, length: f64) -> Vec<Knot> {
+    let mut vertices = vec![first];
     for chord in chords {
-        knots.push(chord.knot(chord.to));
+        vertices.push(chord.knot(chord.to));
     }
-    smooth(&mut knots, chords);
-    settle(&mut knots, chords, tolerance);
-    knots
+    for (knot, p) in vertices.iter_mut().skip(1).zip(carried) {
+        knot.p = *p;
+    }
+    let mut bounds = vec![FAIRED * tolerance; vertices.len()];
+    bounds[..=carried.len().min(chords.len())].fill(0.0);
+    bounds[chords.len()] = 0.0;
+    for _ in 0..FAIRINGS {
+        let mut knots = faired(&vertices, chords, &bounds, length);
+        smooth(&mut knots, chords);
+        let mut kept = true;
+        for (j, chord) in chords.iter().enumerate() {
+            if !keeps(&knots[j], &knots[j + 1], chord, tolerance) {
+                kept = false;
+                bounds[j] *= TIGHTER;
+                bounds[j + 1] *= TIGHTER;
+            }
+        }
+        if kept {
+            return knots;
+        }
+    }
+    smooth(&mut vertices, chords);
+    settle(&mut vertices, chords, tolerance);
+    vertices
+}
+
+/// The vertices moved to where the curve through them bends evenly; it goes on as the first knot and the last chord say.
+fn faired(vertices: &[Knot], chords: &[Chord], bounds: &[f64], length: f64) -> Vec<Knot> {
+    let mut points = Vec::with_capacity(vertices.len() + 4);
+    let (Some(first), Some(last)) = (vertices.first(), vertices.last()) else { return Vec::new() };
+    let outside = |knot: &Knot, u: f64, x: f64| Point { p: knot.p + (knot.d1 + knot.d2 * (0.5 * x)) * x, u: u + x, bound: 0.0 };
+    let (h, g) = (chords.first().map_or(1.0, Chord::length), chords.last().map_or(1.0, Chord::length));
+    points.extend([-2.0, -1.0].map(|k| outside(first, 0.0, k * h)));
+    let mut u = 0.0;
+    for (k, (vertex, bound)) in vertices.iter().zip(bounds).enumerate() {
+        points.push(Point { p: vertex.p, u, bound: *bound });
+        u += chords.get(k).map_or(0.0, Chord::length);
+    }
+    points.extend([1.0, 2.0].map(|k| outside(last, u, k * g)));
+    let offsets = fair::offsets(&points, length);
+    vertices.iter().zip(&offsets[2..]).map(|(vertex, offset)| Knot { p: vertex.p + *offset, ..*vertex }).collect()
+}
+
+fn keeps(from: &Knot, to: &Knot, chord: &Chord, tolerance: f64) -> bool {
+    quintic(from, to, chord).is_some_and(|q| deviation(&q, chord) <= tolerance)
 }
 
 /// First and second derivatives of the cubic spline with given slopes at both ends.
@@ -77,16 +128,15 @@ fn settle(knots: &mut [Knot], chords: &[Chord], tolerance: f64) {
     while again {
         again = false;
         for (j, chord) in chords.iter().enumerate() {
-            if quintic(&knots[j], &knots[j + 1], chord).is_some_and(|q| deviation(&q, chord) <= tolerance) {
+            if keeps(&knots[j], &knots[j + 1], chord, tolerance) {
                 continue;
             }
             for k in [j, j + 1] {
-                if k > 0 && k < chords.len() && !fallen[k] {
+                if let Some(knot) = knots.get_mut(k).filter(|_| k > 0 && k < chords.len() && !fallen[k]) {
                     fallen[k] = true;
                     again = true;
                     let longer = if chords[k - 1].length() >= chords[k].length() { &chords[k - 1] } else { &chords[k] };
-                    knots[k].d1 = longer.direction();
-                    knots[k].d2 = Coords::ZERO;
+                    *knot = Knot { d1: longer.direction(), d2: Coords::ZERO, ..chords[k - 1].knot(chords[k - 1].to) };
                 }
             }
         }

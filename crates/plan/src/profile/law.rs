@@ -3,7 +3,6 @@
 use super::Interval;
 use crate::condition::Piece;
 use crate::machine::Machine;
-use lostmotion_base::AXES;
 use lostmotion_kinematics::Kinematics;
 use std::collections::VecDeque;
 
@@ -41,7 +40,6 @@ impl Knot {
 
 /// A section of path between two states that are both given: rest, or a steady speed where the look-ahead is sure of it.
 #[derive(Debug)]
-#[allow(dead_code, reason = "for laws that do not keep the base")]
 pub(crate) struct Section<'a> {
     pub(crate) machine: &'a Machine,
     pub(crate) kinematics: &'a dyn Kinematics,
@@ -53,24 +51,6 @@ pub(crate) struct Section<'a> {
     pub(crate) base: &'a [Knot],
 }
 
-impl Section<'_> {
-    /// First, second and third derivative of the joints by the path at a place, from exact values of the curve there, and the
-    /// speed of the path parameter that the feed allows, 1/s; none where the machine cannot be.
-    #[allow(dead_code, reason = "for laws that do not keep the base")]
-    pub(crate) fn at(&self, s: f64) -> Option<([[f64; AXES]; 3], f64)> {
-        let index = self.pieces.partition_point(|(start, _)| *start <= s).saturating_sub(1);
-        let (start, piece) = self.pieces.get(index)?;
-        let at = piece.curve.eval(s - start);
-        let tip = at.d1.linear_norm();
-        let feed = if tip > 1.0 { piece.feed / tip } else { piece.feed };
-        if self.kinematics.is_affine() {
-            return Some(([at.d1.0, at.d2.0, at.d3.0], feed));
-        }
-        let jets = self.kinematics.inverse_jet(&at.jets(), &piece.tool_mm).ok()?;
-        Some(([1, 2, 3].map(|order| jets.map(|jet| jet.0[order])), feed))
-    }
-}
-
 /// Plans the time over a section. Since both its ends are given, each section is planned for itself, and a program as it
 /// comes.
 pub(crate) trait TimeLaw: std::fmt::Debug + Sync {
@@ -78,13 +58,13 @@ pub(crate) trait TimeLaw: std::fmt::Debug + Sync {
     fn plan(&self, section: &Section<'_>) -> Vec<Knot>;
 }
 
-/// The base as it is.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Averaged;
-
-impl TimeLaw for Averaged {
-    fn plan(&self, section: &Section<'_>) -> Vec<Knot> {
-        section.base.to_vec()
+/// The state at a time; before the first knot and after the last one it rests in their states.
+pub(crate) fn state_at(knots: &[Knot], t: f64) -> Motion {
+    let index = knots.partition_point(|knot| knot.t <= t).saturating_sub(1);
+    match knots.get(index) {
+        Some(knot) if index + 1 < knots.len() && t >= knot.t => knot.at(t),
+        Some(knot) => Motion { s: knot.s, v: knot.v, a: knot.a },
+        None => Motion::default(),
     }
 }
 

@@ -13,12 +13,18 @@
 //! 5. [`law`]: between two states that cannot change any more, a time law may find a faster motion than that.
 
 mod average;
+mod band;
+mod barrier;
+mod course;
 mod cut;
 mod dilate;
 pub(crate) mod law;
 mod node;
 mod peaks;
+pub(crate) mod refined;
 mod scan;
+mod spline;
+mod usage;
 
 pub(crate) use average::average;
 pub(crate) use cut::last_cut;

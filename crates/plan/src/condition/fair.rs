@@ -1,0 +1,144 @@
+//! Fairing: moves the vertices of a run within a tolerance so that the curve through them bends evenly.
+//!
+//! Noise and rounding of the points are far below the tolerance, yet differences of third order blow them up. The offsets e
+//! minimise the integral of w e^2 + l^6 (x''')^2 over the run, in divided differences: what is longer than the length l stays
+//! as it is. Where an offset passes its bound, w grows. (Whittaker, Proc. Edinburgh Math. Soc. 41, 1923, with weights.)
+
+use super::blend::size;
+use lostmotion_base::Coords;
+
+/// Rounds of growing weights.
+const ROUNDS: usize = 8;
+/// By what a weight grows at least where an offset passes its bound.
+const GROWTH: f64 = 2.0;
+/// Points on either side of a vertex that its third differences reach.
+const REACH: usize = 3;
+
+/// Points along a run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    pub(super) p: Coords,
+    /// Distance along the run.
+    pub(super) u: f64,
+    /// How far it may be moved; 0 if it is not to be moved.
+    pub(super) bound: f64,
+}
+
+/// Offsets of the points; `length` is l.
+pub(super) fn offsets(points: &[Point], length: f64) -> Vec<Coords> {
+    let mut weights = vec![1.0; points.len()];
+    let (stiffness, pull) = stiffness(points, length);
+    let mut offsets = vec![Coords::ZERO; points.len()];
+    for _ in 0..ROUNDS {
+        offsets = solve(points, &weights, &stiffness, &pull);
+        let mut kept = true;
+        for ((point, offset), weight) in points.iter().zip(&offsets).zip(&mut weights) {
+            let part = size(offset) / point.bound.max(f64::MIN_POSITIVE);
+            if point.bound > 0.0 && part > 1.0 {
+                *weight *= GROWTH.max(part * part);
+                kept = false;
+            }
+        }
+        if kept {
+            return offsets;
+        }
+    }
+    for (point, offset) in points.iter().zip(&mut offsets) {
+        *offset = *offset * (point.bound / size(offset).max(f64::MIN_POSITIVE)).min(1.0);
+    }
+    offsets
+}
+
+/// The matrix of the bending, by rows from the diagonal on, and what it makes of the points.
+fn stiffness(points: &[Point], length: f64) -> (Vec<[f64; REACH + 1]>, Vec<Coords>) {
+    let (mut rows, mut pull) = (vec![[0.0; REACH + 1]; points.len()], vec![Coords::ZERO; points.len()]);
+    let cube = length * length * length;
+    for (k, four) in points.windows(REACH + 1).enumerate() {
+        let factor = cube * ((four[REACH].u - four[0].u) / 3.0).sqrt();
+        let mut d = [0.0; REACH + 1];
+        for (m, d) in d.iter_mut().enumerate() {
+            let product: f64 = (0..=REACH).filter(|l| *l != m).map(|l| four[m].u - four[l].u).product();
+            *d = 6.0 * factor / product;
+        }
+        let mut third = Coords::ZERO;
+        for (point, d) in four.iter().zip(d) {
+            third += (point.p - four[0].p) * d;
+        }
+        for (i, di) in d.iter().enumerate() {
+            pull[k + i] = pull[k + i] - third * *di;
+            for (j, dj) in d.iter().enumerate().skip(i) {
+                rows[k + i][j - i] += di * dj;
+            }
+        }
+    }
+    (rows, pull)
+}
+
+/// Offsets for given weights, by LDL' with three bands.
+fn solve(points: &[Point], weights: &[f64], stiffness: &[[f64; REACH + 1]], pull: &[Coords]) -> Vec<Coords> {
+    let n = points.len();
+    let mut rows = stiffness.to_vec();
+    let mut x = pull.to_vec();
+    for i in 0..n {
+        if points[i].bound > 0.0 {
+            let (before, after) = (points[i.saturating_sub(1)].u, points[(i + 1).min(n - 1)].u);
+            rows[i][0] += weights[i] * 0.5 * (after - before);
+        } else {
+            rows[i] = [1.0, 0.0, 0.0, 0.0];
+            x[i] = Coords::ZERO;
+            for back in 1..=REACH.min(i) {
+                rows[i - back][back] = 0.0;
+            }
+        }
+    }
+    for i in 0..n {
+        let row = rows[i];
+        let lower = [1, 2, 3].map(|k| row[k] / row[0]);
+        for k in 1..=REACH.min(n - 1 - i) {
+            for l in k..=REACH {
+                rows[i + k][l - k] -= lower[k - 1] * row[l];
+            }
+            x[i + k] = x[i + k] - x[i] * lower[k - 1];
+        }
+        rows[i] = [row[0], lower[0], lower[1], lower[2]];
+    }
+    for i in (0..n).rev() {
+        let mut value = x[i] * (1.0 / rows[i][0]);
+        for k in 1..=REACH.min(n - 1 - i) {
+            value = value - x[i + k] * rows[i][k];
+        }
+        x[i] = value;
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lostmotion_base::{AXES, math};
+
+    /// A noisy sine: what the noise does to the third differences goes, the sine stays, and no point moves too far.
+    #[test]
+    fn noise_goes_and_the_curve_stays() {
+        let (h, bound) = (0.2, 0.008);
+        let noise = |i: usize| 0.005 * math::sin(12.9898 * (i * i) as f64);
+        let exact = |i: usize| 2.0 * math::sin(0.314 * h * i as f64);
+        let points: Vec<Point> = (0..200)
+            .map(|i| Point {
+                p: Coords::xyz(h * i as f64, 0.0, exact(i) + noise(i)),
+                u: h * i as f64,
+                bound: if i % 199 < 3 { 0.0 } else { bound },
+            })
+            .collect();
+        let offsets = offsets(&points, 0.8);
+        let third = |z: &dyn Fn(usize) -> f64| {
+            (20..170).map(|i| ((z(i + 3) - 3.0 * z(i + 2) + 3.0 * z(i + 1) - z(i)) / (h * h * h)).abs()).fold(0.0, f64::max)
+        };
+        let faired = |i: usize| points[i].p.0[2] + offsets[i].0[2];
+        assert!(offsets.iter().zip(&points).all(|(e, point)| size(e) <= point.bound + 1e-15));
+        assert!((20..180).all(|i| (faired(i) - exact(i)).abs() < 0.006));
+        let (before, after, ideal) = (third(&|i| points[i].p.0[2]), third(&faired), third(&exact));
+        assert!(after < 2.0 * ideal && before > 10.0 * ideal, "{before} {after} {ideal}");
+        assert!(offsets.iter().all(|e| (0..AXES).all(|axis| axis == 2 || e.0[axis].abs() < 1e-9)));
+    }
+}

@@ -1,0 +1,201 @@
+//! The least time over a section by a primal-dual interior-point method.
+//!
+//! Unknown are the coefficients of the spline b(s), the square of the speed, and a slack for each bound, so that the start need
+//! not keep the bounds. Since a coefficient touches three intervals, the matrix has two bands on either side. The bound of the
+//! jerk is not convex in b; what comes out is judged by who asked for it. (Wright, Primal-Dual Interior-Point Methods, 1997.)
+
+use super::band;
+use super::spline::Grid;
+
+/// By what the complementarity is to fall in a step.
+const FALL: f64 = 0.25;
+/// Part of the way to the nearest bound that a step may go.
+const REACH: f64 = 0.95;
+/// Halvings of a step that leads to no speed.
+const HALVINGS: usize = 8;
+/// Least slack at first.
+const ROOM: f64 = 0.01;
+/// Excess of a bound that is good enough.
+const KEPT: f64 = 1e-4;
+
+/// What a row bounds, as an index of goals and rooms.
+pub(super) const ACCELERATION: usize = 0;
+pub(super) const JERK: usize = 1;
+
+/// A joint's acceleration or jerk to one side at an end of an interval, as a part of its limit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    /// Factors of b, b' and b'' in the middle of the interval.
+    pub(super) f: [f64; 3],
+    /// For jerk, which is the sum times the root of b there: the end, -1 or 1; 0 for acceleration.
+    pub(super) end: f64,
+}
+
+/// Slack and dual variable of a bound, or how they change.
+#[derive(Clone, Copy, Debug)]
+struct Bound {
+    slack: f64,
+    dual: f64,
+}
+
+/// What to solve: free are all coefficients but the first and the last two.
+#[derive(Debug)]
+pub(super) struct Problem<'a> {
+    grid: &'a Grid,
+    basis: Vec<[[f64; 3]; 3]>,
+    /// Largest b in the middle and at the end of each interval.
+    pub(super) caps: Vec<f64>,
+    /// Rows, `per` to an interval.
+    rows: Vec<Row>,
+    per: usize,
+    /// Parts of the limits of acceleration and jerk in each interval that the solution is to keep.
+    pub(super) goals: Vec<[f64; 2]>,
+    /// Of each interval's speed and rows.
+    bounds: Vec<Bound>,
+}
+
+impl<'a> Problem<'a> {
+    pub(super) fn new(grid: &'a Grid, caps: Vec<f64>, rows: Vec<Row>, goals: Vec<[f64; 2]>) -> Problem<'a> {
+        let n = grid.len();
+        let basis = (0..n).map(|interval| grid.basis(interval)).collect();
+        Problem { grid, basis, caps, per: rows.len() / n.max(1), rows, goals, bounds: Vec::new() }
+    }
+
+    /// b, b' and b'' in the middle of an interval.
+    fn middle(&self, c: &[f64], interval: usize) -> [f64; 3] {
+        let c = &c[interval..interval + 3];
+        self.basis[interval].map(|row| row[0] * c[0] + row[1] * c[1] + row[2] * c[2])
+    }
+
+    fn rows(&self, interval: usize) -> &[Row] {
+        &self.rows[interval * self.per..(interval + 1) * self.per]
+    }
+
+    /// What a row uses, and its gradient by b, b', b''.
+    fn row(&self, row: &Row, interval: usize, x: &[f64; 3]) -> (f64, [f64; 3]) {
+        let sum = row.f[0] * x[0] + row.f[1] * x[1] + row.f[2] * x[2];
+        if row.end == 0.0 {
+            return (sum, row.f);
+        }
+        let half = 0.5 * row.end * self.grid.width(interval);
+        let by = [1.0, half, 0.5 * half * half];
+        let b = (by[0] * x[0] + by[1] * x[1] + by[2] * x[2]).max(f64::MIN_POSITIVE);
+        let root = b.sqrt();
+        let slope = 0.5 * sum / root;
+        (sum * root, [0, 1, 2].map(|k| row.f[k] * root + slope * by[k]))
+    }
+
+    /// What is used of each bound in an interval, as a part of it, with the gradient: first twice of the speed, then of the rows.
+    fn used(&self, c: &[f64], interval: usize) -> impl Iterator<Item = (f64, [f64; 3])> + '_ {
+        let x = self.middle(c, interval);
+        let cap = 1.0 / self.caps[interval];
+        let goals = self.goals[interval].map(|goal| 1.0 / goal);
+        let rows = self.rows(interval).iter().map(move |row| {
+            let (used, d) = self.row(row, interval, &x);
+            let by = if row.end == 0.0 { goals[ACCELERATION] } else { goals[JERK] };
+            (used * by, d.map(|d| d * by))
+        });
+        let half = 0.5 * self.grid.width(interval);
+        let speed = [cap, half * cap, 0.5 * half * half * cap];
+        let end = (speed[0] * x[0] + speed[1] * x[1] + speed[2] * x[2], speed);
+        [(x[0] * cap, [cap, 0.0, 0.0]), end].into_iter().chain(rows)
+    }
+
+    /// Gradient and matrix of Newton's step.
+    fn system(&self, c: &[f64], weight: f64) -> (Vec<f64>, Vec<[f64; 3]>) {
+        let n = c.len();
+        let (mut right, mut bands) = (vec![0.0; n], vec![[0.0; 3]; n]);
+        let mut bounds = self.bounds.iter();
+        for interval in 0..self.grid.len() {
+            let b = self.middle(c, interval)[0];
+            let time = self.grid.width(interval) / b.sqrt();
+            let mut g = [-0.5 * time / b, 0.0, 0.0];
+            let mut h = [[0.75 * time / (b * b), 0.0, 0.0], [0.0; 3], [0.0; 3]];
+            for ((used, d), bound) in self.used(c, interval).zip(&mut bounds) {
+                let over = used + bound.slack - 1.0;
+                let (first, second) = ((weight + bound.dual * over) / bound.slack, bound.dual / bound.slack);
+                for i in 0..3 {
+                    g[i] += first * d[i];
+                    for k in i..3 {
+                        h[i][k] += second * d[i] * d[k];
+                    }
+                }
+            }
+            band::gather(&self.basis[interval], &g, &h, &mut right[interval..interval + 3], &mut bands[interval..interval + 3]);
+        }
+        (right, bands)
+    }
+
+    /// How slacks and duals change with a step of the coefficients, and how much of both changes is taken at most.
+    fn changes(&self, c: &[f64], step: &[f64], weight: f64) -> (Vec<Bound>, f64, f64) {
+        let (mut primal, mut dual) = (1.0_f64, 1.0_f64);
+        let mut changes = Vec::with_capacity(self.bounds.len());
+        for interval in 0..self.grid.len() {
+            let dx = self.middle(step, interval);
+            for (used, d) in self.used(c, interval) {
+                let old = self.bounds[changes.len()];
+                let slack = 1.0 - used - old.slack - (d[0] * dx[0] + d[1] * dx[1] + d[2] * dx[2]);
+                let change = (weight - old.dual * slack) / old.slack - old.dual;
+                if slack < -REACH * old.slack {
+                    primal = primal.min(-REACH * old.slack / slack);
+                }
+                if change < -REACH * old.dual {
+                    dual = dual.min(-REACH * old.dual / change);
+                }
+                changes.push(Bound { slack, dual: change });
+            }
+        }
+        (changes, primal, dual)
+    }
+
+    /// One step; the mean product of slacks and duals after it.
+    fn step(&mut self, c: &mut Vec<f64>, weight: f64) -> Option<f64> {
+        let (right, mut bands) = self.system(c, weight);
+        let mut step: Vec<f64> = right.iter().map(|g| -g).collect();
+        band::solve_inner(&mut bands, &mut step);
+        let (changes, mut primal, dual) = self.changes(c, &step, weight);
+        let mut tried = c.clone();
+        for _ in 0..HALVINGS {
+            tried.iter_mut().zip(c.iter()).zip(&step).for_each(|((tried, c), d)| *tried = c + primal * d);
+            if (0..self.grid.len()).all(|interval| self.middle(&tried, interval)[0] > 0.0) {
+                *c = tried;
+                let mut sum = 0.0;
+                for (bound, change) in self.bounds.iter_mut().zip(&changes) {
+                    bound.slack += primal * change.slack;
+                    bound.dual += dual * change.dual;
+                    sum += bound.slack * bound.dual;
+                }
+                return Some(sum / self.bounds.len() as f64);
+            }
+            primal *= 0.5;
+        }
+        None
+    }
+
+    /// Largest excess of a bound that the slacks hide, as a part of the bound.
+    fn excess(&self, c: &[f64]) -> f64 {
+        let used = (0..self.grid.len()).flat_map(|interval| self.used(c, interval));
+        used.map(|(used, _)| used - 1.0).fold(0.0, f64::max)
+    }
+
+    /// Lowers the time until the mean product of slacks and duals, which begins with `first`, is at most `last` and the bounds
+    /// are kept within a tolerance; at most so many steps.
+    pub(super) fn solve(&mut self, c: &mut Vec<f64>, first: f64, last: f64, steps: usize) {
+        let mut bounds = Vec::with_capacity(self.rows.len() + 2 * self.grid.len());
+        for interval in 0..self.grid.len() {
+            bounds.extend(self.used(c, interval).map(|(used, _)| {
+                let slack = (1.0 - used).max(ROOM);
+                Bound { slack, dual: first / slack }
+            }));
+        }
+        self.bounds = bounds;
+        let mut mean = first;
+        for _ in 0..steps {
+            let Some(reached) = self.step(c, FALL * mean) else { return };
+            mean = reached.max(last);
+            if reached <= last && self.excess(c) <= KEPT {
+                return;
+            }
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Derivatives of the joints along the pieces of a section.
+
+use super::Section;
+use lostmotion_base::AXES;
+
+/// Derivatives of the joints by the path at a place, and the largest speed of the path parameter that the feed allows, 1/s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub(crate) d: [[f64; AXES]; 3],
+    pub(crate) feed: f64,
+}
+
+/// Derivatives over a short stretch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    /// At either end.
+    pub(crate) ends: [Place; 2],
+    /// Least and largest third, which steps from piece to piece.
+    pub(crate) third: [[f64; AXES]; 2],
+    pub(crate) feed: f64,
+}
+
+/// Goes along a section; fast where the places asked for rise.
+#[derive(Debug)]
+pub(crate) struct Course<'a> {
+    section: &'a Section<'a>,
+    index: usize,
+}
+
+impl<'a> Course<'a> {
+    pub(crate) fn new(section: &'a Section<'a>) -> Course<'a> {
+        Course { section, index: 0 }
+    }
+
+    /// Finds the piece under a place.
+    fn find(&mut self, s: f64) {
+        let pieces = self.section.pieces;
+        while self.index > 0 && pieces.get(self.index).is_some_and(|(start, _)| *start > s) {
+            self.index -= 1;
+        }
+        while pieces.get(self.index + 1).is_some_and(|(start, _)| *start <= s) {
+            self.index += 1;
+        }
+    }
+
+    /// At a place on the piece in hand.
+    fn on_piece(&self, s: f64) -> Option<Place> {
+        let (start, piece) = self.section.pieces.get(self.index)?;
+        let at = piece.curve.eval(s - start);
+        let tip = at.d1.linear_norm();
+        let feed = if tip > 1.0 { piece.feed / tip } else { piece.feed };
+        if self.section.kinematics.is_affine() {
+            return Some(Place { d: [at.d1.0, at.d2.0, at.d3.0], feed });
+        }
+        let jets = self.section.kinematics.inverse_jet(&at.jets(), &piece.tool_mm).ok()?;
+        Some(Place { d: [1, 2, 3].map(|order| jets.map(|jet| jet.0[order])), feed })
+    }
+
+    /// At a place; none where the machine cannot be.
+    pub(crate) fn at(&mut self, s: f64) -> Option<Place> {
+        self.find(s);
+        self.on_piece(s)
+    }
+
+    /// Over a stretch: third derivatives at its ends, on both sides of where pieces meet in it, and halfway in between.
+    pub(crate) fn over(&mut self, from: f64, to: f64) -> Option<Span> {
+        self.find(from);
+        let first = self.on_piece(from)?;
+        let mut span = Span { ends: [first; 2], third: [first.d[2]; 2], feed: first.feed };
+        let mut here = from;
+        while let Some((next, _)) = self.section.pieces.get(self.index + 1).filter(|(next, _)| *next < to) {
+            span.take(&self.on_piece(0.5 * (here + next))?);
+            span.take(&self.on_piece(*next)?);
+            self.index += 1;
+            span.take(&self.on_piece(*next)?);
+            here = *next;
+        }
+        span.take(&self.on_piece(0.5 * (here + to))?);
+        span.ends[1] = self.on_piece(to)?;
+        let last = span.ends[1];
+        span.take(&last);
+        Some(span)
+    }
+}
+
+impl Span {
+    fn take(&mut self, place: &Place) {
+        for (joint, d3) in place.d[2].into_iter().enumerate() {
+            self.third[0][joint] = self.third[0][joint].min(d3);
+            self.third[1][joint] = self.third[1][joint].max(d3);
+        }
+        self.feed = self.feed.min(place.feed);
+    }
+}
