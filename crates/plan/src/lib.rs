@@ -21,6 +21,7 @@ pub mod error;
 pub mod item;
 mod judge;
 mod machine;
+mod optimal;
 pub mod planner;
 mod profile;
 pub mod sample;
@@ -30,7 +31,7 @@ mod stretch;
 pub mod travel;
 mod window;
 
-pub use config::PlannerConfig;
+pub use config::{PlannerConfig, Quality};
 pub use error::{PlanError, TravelViolation};
 pub use item::{Dwell, FeedLimit, Halt, Move, PathControl, PlanItem};
 pub use planner::Planner;

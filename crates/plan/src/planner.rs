@@ -8,7 +8,8 @@ use crate::machine::Machine;
 use crate::sampler::Sampler;
 use crate::stretch::Stretch;
 use crate::window::{Settled, Window};
-use crate::{Move, PlanError, PlanItem, PlannerConfig, Sample};
+use crate::optimal::{Point, Retimer, nominal_clock};
+use crate::{Move, PlanError, PlanItem, PlannerConfig, Quality, Sample};
 use lostmotion_base::Coords;
 use lostmotion_kinematics::Kinematics;
 use std::sync::Arc;
@@ -34,6 +35,8 @@ pub struct Planner {
     /// Tolerance of the corner at which the last stretch came to rest, if it may be rounded.
     corner: Option<f64>,
     finished: bool,
+    /// What makes the motion nearly optimal, if it should be.
+    retimer: Option<Box<Retimer>>,
 }
 
 impl Planner {
@@ -45,10 +48,12 @@ impl Planner {
         config.check()?;
         let joints = kinematics.inverse(&start, &[0.0; 3]).map_err(|source| PlanError::Start(Box::new(source)))?;
         let machine = Machine::new(&config.limits);
+        let retimer = (config.quality == Quality::Optimal).then(|| Box::new(Retimer::new(&config)));
+        let clock = if retimer.is_some() { nominal_clock(config.clock) } else { config.clock };
         Ok(Planner {
             conditioner: Conditioner::new(config.clone()),
             window: Window::new(&machine, config.window_intervals, config.window_pieces),
-            sampler: Sampler::new(config.clock, start, joints),
+            sampler: Sampler::new(clock, start, joints),
             here: Position { program: start, tool_mm: [0.0; 3] },
             config,
             kinematics,
@@ -57,6 +62,7 @@ impl Planner {
             forced_stops: 0,
             corner: None,
             finished: false,
+            retimer,
         })
     }
 
@@ -95,10 +101,24 @@ impl Planner {
     pub fn take(&mut self, max_samples: usize, out: &mut Vec<Sample>) -> usize {
         let before = out.len();
         while out.len() - before < max_samples {
-            let Some(sample) = self.sampler.next(self.kinematics.as_ref()) else { break };
+            let Some(sample) = self.next_sample() else { break };
             out.push(sample);
         }
         out.len() - before
+    }
+
+    fn next_sample(&mut self) -> Option<Sample> {
+        let Some(retimer) = &mut self.retimer else { return self.sampler.next(self.kinematics.as_ref()) };
+        loop {
+            if let Some(sample) = retimer.next() {
+                return Some(sample);
+            }
+            match self.sampler.next(self.kinematics.as_ref()) {
+                Some(sample) => retimer.push(Point { sample, feed_part: self.sampler.feed_part }),
+                None if self.finished && retimer.finish() => {}
+                None => return None,
+            }
+        }
     }
 
     /// How often the motion came to rest because the look-ahead window was too short for the path's detail.
