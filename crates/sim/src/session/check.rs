@@ -10,7 +10,7 @@ use crate::results::{PlanInfo, ProgramInfo};
 use crate::source::ProgramSource;
 use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem, Problem, Severity, SourceFiles};
 use lostmotion_kinematics::Kinematics;
-use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, TravelCheck, TravelViolation};
+use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, Quality, TravelCheck, TravelViolation};
 use std::sync::Arc;
 
 /// How many violations of the travel are kept.
@@ -27,13 +27,14 @@ pub(crate) struct Checked {
 }
 
 /// The planner's settings for a machine.
-pub(crate) fn planner_config(machine: &Machine) -> PlannerConfig {
+pub(crate) fn planner_config(machine: &Machine, quality: Quality) -> PlannerConfig {
     let mut limits = [None; lostmotion_base::AXES];
     for axis in machine.axes() {
         limits[axis.id.index()] = Some(axis.limits);
     }
     let settings = machine.planner();
     PlannerConfig {
+        quality,
         default_tolerance_mm: settings.default_tolerance_mm,
         exact_path_tolerance_mm: settings.exact_path_tolerance_mm,
         exact_path_angle_deg: settings.exact_path_angle_deg,
@@ -64,7 +65,7 @@ struct Pass<'a> {
 pub(crate) fn check(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Checked, SimError> {
     check_options(options)?;
     let mut reader = Reader::new(source, machine, options)?;
-    let travel = TravelCheck::new(&planner_config(machine), kinematics(machine)?);
+    let travel = TravelCheck::new(&planner_config(machine, options.quality), kinematics(machine)?);
     let plan = PlanInfo::default();
     let mut pass = Pass { source, machine, travel, violations: Vec::new(), violated: 0, problems: Vec::new(), moves: 0, plan };
     while let Some(item) = reader.next() {

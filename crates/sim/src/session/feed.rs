@@ -33,7 +33,7 @@ impl Feed {
         Ok(Feed {
             name: source.name().to_owned(),
             reader: Reader::new(source, machine, options)?,
-            planner: Planner::new(planner_config(machine), Arc::clone(&kinematics), start)?,
+            planner: Planner::new(planner_config(machine, options.quality), Arc::clone(&kinematics), start)?,
             start_joints: kinematics.inverse(&start, &[0.0; 3])?,
             kinematics,
             segments: 0,
