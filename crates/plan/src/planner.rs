@@ -5,10 +5,10 @@ use crate::condition::{Conditioner, Programmed, Step, Stop};
 use crate::corner::{Leg, overlap_s};
 use crate::judge::TimeJudge;
 use crate::machine::Machine;
+use crate::optimal::{self, Point, Retimer, nominal_clock};
 use crate::sampler::Sampler;
 use crate::stretch::Stretch;
 use crate::window::{Settled, Window};
-use crate::optimal::{Point, Retimer, nominal_clock};
 use crate::{Move, PlanError, PlanItem, PlannerConfig, Quality, Sample};
 use lostmotion_base::Coords;
 use lostmotion_kinematics::Kinematics;
@@ -26,6 +26,8 @@ pub struct Planner {
     config: PlannerConfig,
     kinematics: Arc<dyn Kinematics>,
     machine: Machine,
+    /// The limits that two motions which add up at a corner have to keep.
+    corner_machine: Machine,
     conditioner: Conditioner,
     window: Window,
     sampler: Sampler,
@@ -51,6 +53,7 @@ impl Planner {
         let retimer = (config.quality == Quality::Optimal).then(|| Box::new(Retimer::new(&config)));
         let clock = if retimer.is_some() { nominal_clock(config.clock) } else { config.clock };
         Ok(Planner {
+            corner_machine: if retimer.is_some() { Machine::new(&optimal::loosened(&config.limits)) } else { machine.clone() },
             conditioner: Conditioner::new(config.clone()),
             window: Window::new(&machine, &config),
             sampler: Sampler::new(clock, start, joints),
@@ -202,7 +205,7 @@ impl Planner {
         let Some(tolerance) = self.corner.take().filter(|_| self.kinematics.is_affine()) else { return 0.0 };
         let before = self.sampler.stretches.back().and_then(Leg::end_of);
         match (before, Leg::start_of(stretch)) {
-            (Some(before), Some(after)) => overlap_s(&self.machine, &before, &after, tolerance),
+            (Some(before), Some(after)) => overlap_s(&self.corner_machine, &before, &after, tolerance),
             _ => 0.0,
         }
     }

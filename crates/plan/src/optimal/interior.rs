@@ -6,43 +6,15 @@
 //! Each step solves one system with five diagonals.
 
 use super::banded::Banded;
+use super::ends;
+use super::problem::{Local, MIDDLE, Problem, dot};
 
-/// Value of a quadratic spline in the middle of an interval from its three coefficients there.
-pub(super) const MIDDLE: [f64; 3] = [0.125, 0.75, 0.125];
 /// How far a step goes to the nearest limit.
 const TO_LIMIT: f64 = 0.99;
 /// Bounds of the part by which a step lowers the barrier.
 const LOWER: [f64; 2] = [0.08, 0.6];
 /// The smallest slack given to a limit that the start does not keep.
 const SMALLEST_SLACK: f64 = 0.03;
-
-/// One joint's limits in one interval, divided by the limit: acceleration by the three coefficients, jerk over sqrt(beta) likewise.
-pub(super) type Rows = [[f64; 3]; 2];
-
-/// How a window meets what is around it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum End {
-    /// In a given state of motion: two coefficients stay as they are.
-    #[default]
-    Moving,
-    /// At rest: beta, which has no influence on the joints there, is constant over so many intervals.
-    Rest(usize),
-}
-
-/// A window of intervals.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Problem {
-    /// Nominal time of an interval, s.
-    pub(super) step_s: f64,
-    /// Joints with limits.
-    pub(super) joints: usize,
-    /// By interval, then joint.
-    pub(super) rows: Vec<Rows>,
-    /// By interval: one over the largest beta that velocities and feed allow.
-    pub(super) inverse_ceilings: Vec<f64>,
-    /// What the window begins and ends with.
-    pub(super) ends: [End; 2],
-}
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
@@ -52,14 +24,6 @@ pub(super) struct Goal {
     /// Gap to begin with: 1 far from the least time, less near it.
     pub(super) first_gap: f64,
     pub(super) max_steps: usize,
-}
-
-/// How it ended.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Outcome {
-    pub(super) steps: usize,
-    /// Duality gap as a part of the time, for the limits linearised at the last iterate.
-    pub(super) gap: f64,
 }
 
 /// Slacks and multipliers of a limit to both sides: slack up, slack down, multiplier up, multiplier down.
@@ -76,33 +40,6 @@ pub(super) struct Interior {
     ceiling_changes: Vec<[f64; 2]>,
 }
 
-/// beta in the middle of an interval and what the right side of the jerk's limit and its slope are there.
-#[derive(Clone, Copy)]
-struct Local {
-    x: [f64; 3],
-    beta: f64,
-    root: f64,
-    slope: f64,
-}
-
-impl Local {
-    fn at(x: &[f64], interval: usize) -> Local {
-        let x = [x[interval], x[interval + 1], x[interval + 2]];
-        let beta = dot(&MIDDLE, &x);
-        let root = 1.0 / beta.sqrt();
-        Local { x, beta, root, slope: -0.5 * root / beta }
-    }
-
-    /// The right side of a limit and its slope by beta: row 0 acceleration, row 1 jerk.
-    fn right(&self, kind: usize) -> (f64, f64) {
-        if kind == 0 { (1.0, 0.0) } else { (self.root, self.slope) }
-    }
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 /// Weight of each coefficient in the time: the integral of its basis function, in intervals.
 fn weight(index: usize, intervals: usize) -> f64 {
     match index.min(intervals + 1 - index) {
@@ -113,8 +50,9 @@ fn weight(index: usize, intervals: usize) -> f64 {
 }
 
 impl Interior {
-    /// Lowers the time from a start `x` (all positive). A start that keeps all limits leads to results that do.
-    pub(super) fn solve(&mut self, problem: &Problem, x: &mut [f64], goal: &Goal) -> Outcome {
+    /// Lowers the time from a start `x` (all positive). A start that keeps all limits leads to results that do. Returns the duality gap
+    /// as a part of the time, for the limits linearised at the last iterate; not a number where numbers went out of bounds.
+    pub(super) fn solve(&mut self, problem: &Problem, x: &mut [f64], goal: &Goal) -> f64 {
         let count = problem.rows.len() * 4 + problem.inverse_ceilings.len();
         let time = |x: &[f64]| {
             let n = problem.inverse_ceilings.len();
@@ -122,21 +60,21 @@ impl Interior {
         };
         let mut mu = goal.first_gap * time(x) / count as f64;
         self.start(problem, x, mu);
-        let mut outcome = Outcome::default();
-        for step in 1..=goal.max_steps {
+        let mut gap = f64::INFINITY;
+        for _ in 0..goal.max_steps {
             self.assemble(problem, x, mu);
             self.matrix.solve(&mut self.dx);
-            self.follow_ends(problem.ends);
+            ends::follow(problem.ends, &mut self.dx);
             let [primal, dual] = self.lengths(problem, x, mu);
             let sum = self.apply(problem, x, [primal, dual]);
-            outcome = Outcome { steps: step, gap: sum / time(x) };
-            if outcome.gap <= goal.gap && primal > 0.5 {
+            gap = sum / time(x);
+            if gap <= goal.gap && primal > 0.5 {
                 break;
             }
             let missed = 1.0 - primal.min(dual);
             mu = (missed * missed).clamp(LOWER[0], LOWER[1]) * sum / count as f64;
         }
-        outcome
+        gap
     }
 
     fn start(&mut self, problem: &Problem, x: &[f64], mu: f64) {
@@ -215,48 +153,7 @@ impl Interior {
                 self.dx[interval + k] += push + middle[1] * MIDDLE[k];
             }
         }
-        self.hold_ends(problem.ends, x.len() - 1);
-    }
-
-    fn hold_ends(&mut self, [start, end]: [End; 2], last: usize) {
-        match start {
-            End::Moving => [0, 1].into_iter().for_each(|index| self.hold(index)),
-            End::Rest(tied) => {
-                for index in 0..tied {
-                    self.matrix.tie_up(index);
-                    self.dx[index + 1] += self.dx[index];
-                    self.dx[index] = 0.0;
-                }
-            }
-        }
-        match end {
-            End::Moving => [last - 1, last].into_iter().for_each(|index| self.hold(index)),
-            End::Rest(tied) => {
-                for index in (last + 1 - tied..=last).rev() {
-                    self.matrix.tie_down(index);
-                    self.dx[index - 1] += self.dx[index];
-                    self.dx[index] = 0.0;
-                }
-            }
-        }
-    }
-
-    fn hold(&mut self, index: usize) {
-        self.matrix.isolate(index);
-        self.dx[index] = 0.0;
-    }
-
-    /// Gives tied unknowns the change of the one that they are tied to.
-    fn follow_ends(&mut self, [start, end]: [End; 2]) {
-        if let End::Rest(tied) = start {
-            let change = self.dx[tied];
-            self.dx[..tied].fill(change);
-        }
-        if let End::Rest(tied) = end {
-            let free = self.dx.len() - 1 - tied;
-            let change = self.dx[free];
-            self.dx[free + 1..].fill(change);
-        }
+        ends::hold(problem.ends, &mut self.matrix, &mut self.dx);
     }
 
     /// How far the step may go, for x with the slacks and for the multipliers.

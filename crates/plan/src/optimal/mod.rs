@@ -9,39 +9,67 @@
 //! that may come keeps its limits. What is given out lies far enough before that end not to feel it.
 
 mod banded;
+mod ends;
 mod interior;
 mod nominal;
+mod problem;
 mod tighten;
 mod warp;
 
 pub(crate) use nominal::Point;
 
 use crate::{PlannerConfig, Sample};
-use interior::{End, Goal, Interior};
-use lostmotion_base::{Clock, Tick};
-use nominal::{Joint, joints, problem};
+use ends::End;
+use interior::{Goal, Interior};
+use lostmotion_base::{AXES, AxisLimits, Clock, Tick};
+use nominal::{Joint, joints, limits};
+use problem::Problem;
 use std::collections::VecDeque;
-use tighten::Judge;
+use tighten::{Judge, REACH};
 use warp::{Walk, between};
 
 /// Steps of nominal time in a period of the samples.
 const STEPS_IN_PERIOD: u64 = 2;
 /// The pace, squared, at which a window ends that is not the last.
 const TAIL: f64 = 0.25;
+/// Part of the nominal limits at that pace that is used, so that some room is left.
+const LOOSE: f64 = 0.9;
 /// What is given out ends at least so many times before the end of its window as the slowest joint takes to stop.
 const STOPS: f64 = 2.0;
 /// A window by what of it is not given out yet.
 const WINDOW: usize = 4;
 /// Over how many steps at rest beta is constant.
 const TIED: usize = 8;
-/// Parts of the limits that are planned.
-const PARTS: [f64; 3] = [1.0 - 1e-6, 0.999, 0.998];
+/// Parts of the limits that are planned: within an interval the jerk passes its middle's by one or two per cent where the path is tightly curved.
+const PARTS: [f64; 3] = [1.0 - 1e-6, 0.999, 0.982];
 /// When a window is good enough.
 const GOAL: Goal = Goal { gap: 3e-4, first_gap: 1.0, max_steps: 60 };
 /// The same where only some room was taken away.
 const AGAIN: Goal = Goal { first_gap: 0.03, ..GOAL };
 /// How often room is taken away, at most.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 10;
+/// Where less than this part of a limit is left to an interval after all, the pace of the window's end may be better for all of it.
+const TOLERABLE: f64 = 0.9985;
+/// A gap that is not below this means that no better motion was found.
+const FAILED: f64 = 0.05;
+/// Intervals at the start of a window in which its given state leaves little choice, so that what was planned before may be done again.
+const GIVEN: usize = 60;
+/// Intervals behind those that are given out that are judged with them.
+const BEYOND: usize = 100;
+
+/// Limits that the nominal motion has to keep where it will be retimed: what it keeps of velocity, acceleration and jerk at the pace at which
+/// windows end.
+pub(crate) fn loosened(limits: &[Option<AxisLimits>; AXES]) -> [Option<AxisLimits>; AXES] {
+    let pace = TAIL.sqrt() / LOOSE;
+    limits.map(|limits| {
+        limits.map(|l| AxisLimits {
+            velocity: l.velocity / pace,
+            acceleration: l.acceleration / (pace * pace),
+            jerk: l.jerk / (pace * pace * pace),
+            ..l
+        })
+    })
+}
 
 /// Retimes a motion as it comes.
 #[derive(Clone, Debug)]
@@ -52,6 +80,8 @@ pub(crate) struct Retimer {
     points: Vec<Point>,
     /// Coefficients of beta over it, as far as it was planned.
     x: Vec<f64>,
+    /// Room that the joints' limits leave by interval: acceleration, jerk.
+    room: Vec<[f64; 2]>,
     /// Intervals that a window keeps back.
     margin: usize,
     /// Whether the points start at rest.
@@ -60,8 +90,24 @@ pub(crate) struct Retimer {
     solver: Interior,
     tick: Tick,
     ready: VecDeque<Sample>,
-    batch: Vec<(usize, Sample)>,
     judge: Judge,
+}
+
+/// Samples that a plan would give, each with its interval.
+struct Trial {
+    samples: Vec<(usize, Sample)>,
+    walk: Walk,
+    /// Intervals around what passes a limit, with the part of the limits of acceleration and jerk that is left to them.
+    excess: Vec<(usize, [f64; 2])>,
+    /// Whether the solver found something.
+    found: bool,
+}
+
+impl Trial {
+    /// The least part of a limit that is left to an interval.
+    fn least(&self) -> f64 {
+        self.excess.iter().flat_map(|(_, scale)| *scale).fold(1.0, f64::min)
+    }
 }
 
 /// The clock of the nominal motion.
@@ -79,13 +125,13 @@ impl Retimer {
             step_s,
             points: Vec::new(),
             x: Vec::new(),
+            room: Vec::new(),
             margin: ((STOPS * stop_s / step_s).ceil() as usize).max(4 * TIED),
             at_rest: true,
             walk: Walk { ahead_s: 0.0, period_s: config.clock.period_s() },
             solver: Interior::default(),
             tick: 0,
             ready: VecDeque::new(),
-            batch: Vec::new(),
             judge: Judge::new(config),
         }
     }
@@ -119,33 +165,73 @@ impl Retimer {
         if self.at_rest { End::Rest(TIED.min(self.points.len() / 4)) } else { End::Moving }
     }
 
-    /// Plans all that is there; what is checked and given out are the first `given` intervals.
+    /// Plans all that is there and gives out the first `given` intervals.
     fn plan(&mut self, ends: [End; 2], given: usize) {
         let intervals = self.points.len() - 1;
-        let mut room = vec![[1.0; 2]; intervals];
+        self.room.resize(intervals, [1.0; 2]);
+        let mut problem = limits(&self.points, &self.joints, self.step_s, &self.room, ends);
+        let known = self.x.clone();
+        let overlap = known.len().saturating_sub(2);
+        problem.ease(overlap, &known);
         self.x.resize(intervals + 2, TAIL);
-        let mut goal = GOAL;
-        let mut walk = self.walk;
-        for round in 0..=ROUNDS {
-            let problem = problem(&self.points, &self.joints, self.step_s, &room, ends);
-            let outcome = self.solver.solve(&problem, &mut self.x, &goal);
-            goal = AGAIN;
-            walk = self.walk;
-            self.batch.clear();
-            walk.go(&self.points[..=given], self.step_s, &self.x[..given + 2], &mut self.batch);
-            let found = self.judge.tighten(&self.batch, &mut room);
-            if std::env::var("TRACE").is_ok() { println!("window {intervals} round {round} {outcome:?} over {found:?}"); }
-            if found <= 0.0 {
+        let slow = self.x.clone();
+        let mut trial = self.improve(&problem, &GOAL, ends[1], given);
+        for _ in 0..ROUNDS {
+            if trial.excess.is_empty() || !trial.found {
                 break;
             }
+            for (interval, scale) in &trial.excess {
+                problem.tighten(*interval, *scale);
+                self.room[*interval] = [self.room[*interval][0] * scale[0], self.room[*interval][1] * scale[1]];
+            }
+            problem.ease(GIVEN.min(overlap), &known);
+            trial = self.improve(&problem, &AGAIN, ends[1], given);
         }
-        self.walk = walk;
-        self.judge.pass(&self.batch);
-        for (_, sample) in std::mem::take(&mut self.batch) {
-            self.name(sample);
+        if trial.least() < TOLERABLE {
+            let found = std::mem::replace(&mut self.x, slow);
+            let other = self.trial(ends[1], given, true);
+            if other.least() > trial.least() {
+                trial = other;
+            } else {
+                self.x = found;
+            }
         }
+        self.give(trial, given);
+    }
+
+    /// Lowers the time, if that can be done, and looks at what comes of it.
+    fn improve(&mut self, problem: &Problem, goal: &Goal, end: End, given: usize) -> Trial {
+        let before = self.x.clone();
+        let found = self.solver.solve(problem, &mut self.x, goal) < FAILED;
+        if !found {
+            self.x = before;
+        }
+        self.trial(end, given, found)
+    }
+
+    /// The samples of the first `given` intervals, and what of the limits they and a little more pass.
+    fn trial(&self, end: End, given: usize, found: bool) -> Trial {
+        let intervals = self.points.len() - 1;
+        let judged = (given + BEYOND).min(intervals);
+        let (mut walk, mut samples) = (self.walk, Vec::new());
+        walk.go(&self.points[..=given], self.step_s, &self.x[..given + 2], &mut samples);
+        let mut more = samples.clone();
+        let mut beyond = walk;
+        beyond.go(&self.points[given..=judged], self.step_s, &self.x[given..judged + 2], &mut more);
+        more[samples.len()..].iter_mut().for_each(|(interval, _)| *interval += given);
+        if let (End::Rest(_), Some(last)) = (end, self.points.last()) {
+            more.extend([(intervals - 1, last.sample); REACH]);
+        }
+        Trial { excess: self.judge.excess(&more, intervals), samples, walk, found }
+    }
+
+    fn give(&mut self, trial: Trial, given: usize) {
+        self.walk = trial.walk;
+        self.judge.pass(&trial.samples);
+        trial.samples.into_iter().for_each(|(_, sample)| self.name(sample));
         self.points.drain(..given);
         self.x.drain(..given);
+        self.room.drain(..given);
         self.at_rest = false;
     }
 

@@ -1,6 +1,7 @@
 //! From a motion at even steps of time to the limits of its retiming.
 
-use super::interior::{End, MIDDLE, Problem, Rows};
+use super::ends::End;
+use super::problem::{MIDDLE, Problem, Rows};
 use crate::Sample;
 use lostmotion_base::{AXES, AxisLimits, Coords};
 
@@ -41,7 +42,7 @@ pub(super) fn joints(limits: &[Option<AxisLimits>; AXES], parts: [f64; 3]) -> Ve
 }
 
 /// Makes the limits of beta between each two of the points. `room` scales those of acceleration and jerk by interval.
-pub(super) fn problem(points: &[Point], joints: &[Joint], step_s: f64, room: &[[f64; 2]], ends: [End; 2]) -> Problem {
+pub(super) fn limits(points: &[Point], joints: &[Joint], step_s: f64, room: &[[f64; 2]], ends: [End; 2]) -> Problem {
     let moving: Vec<Joint> = joints.iter().filter(|joint| moves(points, joint)).copied().collect();
     let intervals = points.len().saturating_sub(1);
     let mut problem = Problem {
@@ -84,9 +85,8 @@ impl Stencil {
     /// d sigma / dt is sqrt(beta), the second derivative beta' / 2, the third sqrt(beta) beta'' / 2, so that a joint's acceleration is
     /// a beta + v beta' / 2 and its jerk sqrt(beta) (j beta + 3/2 a beta' + v beta'' / 2).
     fn rows(&self, [v, a, j]: [f64; 3], [most_a, most_j]: [f64; 2]) -> Rows {
-        let row = |c: [f64; 3], limit: f64| {
-            std::array::from_fn(|k| (c[0] * self.0[0][k] + c[1] * self.0[1][k] + c[2] * self.0[2][k]) / limit)
-        };
+        let row =
+            |c: [f64; 3], limit: f64| std::array::from_fn(|k| (c[0] * self.0[0][k] + c[1] * self.0[1][k] + c[2] * self.0[2][k]) / limit);
         [row([a, 0.5 * v, 0.0], most_a), row([j, 1.5 * a, 0.5 * v], most_j)]
     }
 }

@@ -4,11 +4,11 @@ use crate::{PlannerConfig, Sample};
 use lostmotion_base::Coords;
 
 /// Differences reach over so many samples.
-const REACH: usize = 4;
+pub(super) const REACH: usize = 4;
 /// What passes a limit by no more than this part is rounding.
-const ROUNDING: f64 = 2e-4;
+const ROUNDING: f64 = 3e-4;
 /// Room is taken away by a little more than what was passed.
-const MORE: f64 = 2e-4;
+const MORE: f64 = 5e-4;
 
 /// Holds differences of the samples against the joints' limits.
 #[derive(Clone, Debug)]
@@ -28,35 +28,36 @@ impl Judge {
         Judge { joints: config.limits.iter().enumerate().filter_map(joint).collect(), before: Vec::new() }
     }
 
-    /// Takes room away from the intervals around what passes a limit; gives by which part the limits are passed at most.
-    pub(super) fn tighten(&self, batch: &[(usize, Sample)], room: &mut [[f64; 2]]) -> f64 {
-        let Some((_, first)) = batch.first() else { return 0.0 };
+    /// The intervals, out of so many, around what passes a limit, each with the part of its limits of acceleration and jerk that is left
+    /// to it.
+    pub(super) fn excess(&self, batch: &[(usize, Sample)], intervals: usize) -> Vec<(usize, [f64; 2])> {
+        let Some((_, first)) = batch.first() else { return Vec::new() };
         let before = if self.before.is_empty() { vec![first.position; REACH - 1] } else { self.before.clone() };
         let lead = before.len();
         let place = |index: usize| if index < lead { &before[index] } else { &batch[index - lead].1.position };
         let interval = |index: usize| batch[index.saturating_sub(lead).min(batch.len() - 1)].0;
-        let mut worst = 0.0_f64;
-        let mut scale = vec![[1.0_f64; 2]; room.len()];
-        for end in 3..lead + batch.len() {
-            let [p0, p1, p2, p3] = [3, 2, 1, 0].map(|back| place(end - back));
-            for (joint, limits) in &self.joints {
-                let [p0, p1, p2, p3] = [p0.0[*joint], p1.0[*joint], p2.0[*joint], p3.0[*joint]];
-                let second = (p3 - p2) - (p2 - p1);
-                let third = second - ((p2 - p1) - (p1 - p0));
-                for (kind, (value, from)) in [(second, 2), (third, 3)].into_iter().enumerate() {
-                    let part = value.abs() / limits[kind];
-                    if part > 1.0 + ROUNDING {
-                        worst = worst.max(part - 1.0);
-                        let around = interval(end - from).saturating_sub(1)..=(interval(end) + 1).min(room.len() - 1);
-                        scale[around].iter_mut().for_each(|scale| scale[kind] = scale[kind].min((1.0 - MORE) / part));
-                    }
-                }
+        let mut scales = vec![[1.0_f64; 2]; intervals];
+        for end in REACH - 1..lead + batch.len() {
+            let points = [3, 2, 1, 0].map(|back| place(end - back));
+            let parts = self.parts(points);
+            for (kind, part) in parts.into_iter().enumerate().filter(|(_, part)| *part > 1.0 + ROUNDING) {
+                let around = interval(end - 2 - kind).saturating_sub(1)..=(interval(end) + 1).min(intervals - 1);
+                scales[around].iter_mut().for_each(|scale| scale[kind] = scale[kind].min((1.0 - MORE) / part));
             }
         }
-        for (room, scale) in room.iter_mut().zip(scale) {
-            *room = [room[0] * scale[0], room[1] * scale[1]];
+        scales.into_iter().enumerate().filter(|(_, scale)| scale[0] < 1.0 || scale[1] < 1.0).collect()
+    }
+
+    /// Second and third differences of the last three and all four of the points as parts of what the joints' limits allow, the largest.
+    fn parts(&self, points: [&Coords; REACH]) -> [f64; 2] {
+        let mut parts = [0.0_f64; 2];
+        for (joint, limits) in &self.joints {
+            let [p0, p1, p2, p3] = points.map(|point| point.0[*joint]);
+            let second = (p3 - p2) - (p2 - p1);
+            let third = second - ((p2 - p1) - (p1 - p0));
+            parts = [parts[0].max(second.abs() / limits[0]), parts[1].max(third.abs() / limits[1])];
         }
-        worst
+        parts
     }
 
     /// Takes note of what is given out.

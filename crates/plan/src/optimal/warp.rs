@@ -79,9 +79,8 @@ pub(super) fn between(pair: &[Point], step_s: f64, part: f64, [pace, change]: [f
     let (a, b) = (&pair[0].sample, &pair[1].sample);
     let mut joints = [[0.0; 3]; AXES];
     for (index, joint) in joints.iter_mut().enumerate() {
-        let at = |sample: &Sample| {
-            [sample.position.0[index], sample.velocity.0[index] * step_s, sample.acceleration.0[index] * step_s * step_s]
-        };
+        let at =
+            |sample: &Sample| [sample.position.0[index], sample.velocity.0[index] * step_s, sample.acceleration.0[index] * step_s * step_s];
         *joint = quintic(at(a), at(b), part);
     }
     let velocity = joints.map(|joint| joint[1] / step_s);
