@@ -47,6 +47,7 @@ mod system_names;
 pub mod tilt;
 pub mod tool_table;
 pub mod trace;
+mod turning;
 pub mod writer;
 
 pub use blocks::{Blocks, ParsedBlock};

@@ -182,6 +182,21 @@ pub enum Problem {
     #[error("the cycle makes more than {limit} moves")]
     CycleTooLong { limit: u32 },
 
+    #[error("{code} needs the ZX plane (G18); the {plane} plane is selected")]
+    TurningPlane { code: Code, plane: &'static str },
+    #[error("the profile of {code}, subroutine o{name}, has no move after the one that leads to its start")]
+    ProfileEmpty { code: Code, name: String },
+    #[error("the profile of {code} turns back in {axis}: this move goes from {from} to {to}")]
+    ProfileTurnsBack { code: Code, axis: char, from: f64, to: f64 },
+    #[error("{code} cannot stand in a profile")]
+    ProfileCode { code: Code },
+    #[error("the corner {letter}{size} of the profile {}", if *.two { "is given with both A and C" } else { "cannot be made between its moves" })]
+    ProfileCorner { letter: char, size: f64, two: bool },
+    #[error("{letter} in a profile while coordinates are incremental (G91)")]
+    ProfileIncrement { letter: char },
+    #[error("there is no room for the profile of {code} at a distance of {distance}")]
+    ProfileDistance { code: Code, distance: f64 },
+
     #[error("{message}")]
     Flow { message: String },
     #[error("subroutine o{name} is not closed; it is never called")]
@@ -315,6 +330,13 @@ impl Problem {
             P::EndlessMain => "endless-main",
             P::Cycle { .. } => "cycle",
             P::CycleTooLong { .. } => "cycle-too-long",
+            P::TurningPlane { .. } => "turning-plane",
+            P::ProfileEmpty { .. } => "profile-empty",
+            P::ProfileTurnsBack { .. } => "profile-turns-back",
+            P::ProfileCode { .. } => "profile-code",
+            P::ProfileCorner { .. } => "profile-corner",
+            P::ProfileIncrement { .. } => "profile-increment",
+            P::ProfileDistance { .. } => "profile-distance",
             P::Flow { .. } => "flow",
             P::UnclosedSub { .. } => "unclosed-sub",
             P::NoSuchSub { .. } => "no-such-sub",
@@ -371,6 +393,13 @@ impl Problem {
             Problem::AxisWithoutCode => "start the line with G0 or G1",
             Problem::Nul => "the file may be damaged or not a text file",
             Problem::SpindleStopped { .. } => "start the spindle with M3 or M4",
+            Problem::TurningPlane { .. } => "put G18 before it",
+            Problem::ProfileEmpty { .. } => "the first move leads to the profile, the others are the profile",
+            Problem::ProfileTurnsBack { .. } => "write it so that it never goes back, or cut it in two cycles",
+            Problem::ProfileCode { .. } => "a profile consists of G0, G1, G2 and G3",
+            Problem::ProfileCorner { two: false, .. } => "make it positive and smaller than the moves before and after it",
+            Problem::ProfileIncrement { .. } => "X and Z are incremental already; U and W are for G90",
+            Problem::ProfileDistance { .. } => "reduce D, or widen the grooves of the profile",
             Problem::G53Incremental => "put G90 before it",
             Problem::Siemens { .. } => "write it as RS274/NGC (G-code), or post-process the part for another control",
             Problem::Checksum { .. } => "the line has been changed since the checksum was made",

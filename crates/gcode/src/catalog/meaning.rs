@@ -59,6 +59,25 @@ pub(super) const ROWS: &[CatalogRow] = &[
     ),
     warning("endless-main", "M99 in the main program would start it again.", "End the program with M2 or M30."),
     error("cycle", "A canned cycle is not as it has to be.", "See the message."),
+    error("turning-plane", "A turning cycle outside the ZX plane.", "Put G18 before it."),
+    error(
+        "profile-empty",
+        "The profile of a turning cycle has no moves.",
+        "The first move leads to the profile, the others are the profile.",
+    ),
+    error(
+        "profile-turns-back",
+        "The profile of a turning cycle goes back along its direction of travel.",
+        "It must not turn back in Z for G71, in X for G72, and in one of them for G70.",
+    ),
+    error("profile-code", "A code that moves in another way stands in a profile.", "A profile consists of G0, G1, G2 and G3."),
+    error("profile-corner", "A or C in a profile cannot be made.", "It has to be positive and smaller than the moves it stands between."),
+    error("profile-increment", "U or W in a profile while coordinates are incremental.", "X and Z are incremental already."),
+    error(
+        "profile-distance",
+        "A profile has no room for the distance that is to remain.",
+        "Reduce D, or widen the grooves of the profile.",
+    ),
     error(
         "no-axis",
         "The program moves an axis that the machine does not have.",

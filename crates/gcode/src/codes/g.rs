@@ -4,6 +4,7 @@ use super::row::{AxisUse, CodeRow, Group, Texts, row};
 use crate::dialect::Leniency;
 use crate::exec::{
     Exec, arc, compensation, curves, cycles, dwell, five_axis, g10, haas, home, modes, offsets, probe, spindle, straight, thread, tool,
+    turning,
 };
 use crate::problem::{Code, Problem};
 
@@ -101,6 +102,13 @@ pub(crate) const ROWS: &[CodeRow] = &[
         .only_with(Leniency::FiveAxis),
     g(690, Group::NonModal, (NONE, ""), ["coordinates not turned any more", "G69", "g69.ngc"], five_axis::untilt)
         .only_with(Leniency::FiveAxis),
+    g(700, Group::Motion, (MAY, "QDEP"), ["finish along a profile, subroutine Q", "G70 Q100 X20 Z2 D0.5 P2", "g70.ngc"], turning::cycle),
+    g(710, Group::Motion, (MAY, "QDIR"), ["rough a profile along Z", "G71 Q100 X20 Z2 D0.5 I1 R0.5", "g71.ngc"], turning::cycle),
+    g(711, Group::Motion, (MAY, "QDIR"), ["the same without pockets", "G71.1 Q100 X20 Z2 D0.5 I1 R0.5", "g71_1.ngc"], turning::cycle),
+    g(712, Group::Motion, (MAY, "QDIR"), ["the same, only later pockets", "G71.2 Q100 X20 Z2 D0.3 I1 R0.5", "g71_2.ngc"], turning::cycle),
+    g(720, Group::Motion, (MAY, "QDIR"), ["rough a profile along X", "G72 Q100 X20 Z2 D0.5 I1 R0.5", "g72.ngc"], turning::cycle),
+    g(721, Group::Motion, (MAY, "QDIR"), ["the same without pockets", "G72.1 Q100 X20 Z2 D0.5 I1 R0.5", "g72_1.ngc"], turning::cycle),
+    g(722, Group::Motion, (MAY, "QDIR"), ["the same, only later pockets", "G72.2 Q100 X20 Z2 D0.3 I1 R0.5", "g72_2.ngc"], turning::cycle),
     g(730, Group::Motion, (NEEDS, "RQLP"), ["drill with chip breaking", "G73 X1 Z-9 R1 Q2", "g73.ngc"], cycles::cycle),
     g(740, Group::Motion, (NEEDS, "RLP"), ["tap, left-handed", "G74 X1 Z-9 R1", "g74.ngc"], cycles::cycle),
     g(

@@ -64,7 +64,7 @@ impl Exec<'_> {
         }
     }
 
-    fn center(&mut self, from: Planar, to: Planar, clockwise: bool) -> Result<Planar, Problem> {
+    pub(crate) fn center(&mut self, from: Planar, to: Planar, clockwise: bool) -> Result<Planar, Problem> {
         let plane = self.state.plane;
         let [first, second, normal] = plane.axes();
         let words = self.words;

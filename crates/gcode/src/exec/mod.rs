@@ -27,6 +27,7 @@ pub(crate) mod stop;
 pub(crate) mod straight;
 pub(crate) mod thread;
 pub(crate) mod tool;
+pub(crate) mod turning;
 pub(crate) mod words;
 
 use crate::config::InterpreterConfig;
@@ -44,6 +45,8 @@ use words::Words;
 pub(crate) enum Jump {
     /// M98.
     Call { name: String, rounds: u64 },
+    /// G70 to G72.2: the profile is a subroutine.
+    Profile(Box<turning::Turning>),
     /// M99.
     Return,
     /// M99 P: to the line of an N number.

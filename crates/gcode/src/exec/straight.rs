@@ -74,7 +74,7 @@ impl Exec<'_> {
     }
 
     /// A straight move, compensated for the cutter if that is on.
-    fn straight(&mut self, start: &Position, end: Position, feed: bool) -> Result<(), Problem> {
+    pub(crate) fn straight(&mut self, start: &Position, end: Position, feed: bool) -> Result<(), Problem> {
         self.state.arc_not_allowed = false;
         if self.words.mask & VECTOR != 0 && self.state.tip_control == TipControl::WithVector {
             self.tool_vector()?;

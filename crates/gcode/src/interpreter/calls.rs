@@ -99,6 +99,7 @@ impl Interpreter {
     pub(crate) fn jump(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
         match self.jump.take() {
             Some(Jump::Call { name, rounds }) => self.call(name, None, rounds),
+            Some(Jump::Profile(turning)) => self.begin_profile(*turning),
             Some(Jump::Return) if self.flow.frames.is_empty() => {
                 self.report(Problem::EndlessMain);
                 self.exec(out).end_program()

@@ -29,6 +29,10 @@ impl Interpreter {
         if let Err((problem, text)) = self.line_step(out) {
             self.place_and_report(problem, text);
             self.salvage();
+            self.spoil_profile();
+        }
+        if self.profile.is_some() {
+            self.end_profile(out);
         }
         if self.returning.is_some()
             && let Err(problem) = self.restore_left(out)

@@ -11,6 +11,7 @@ mod files;
 mod flow;
 mod goto;
 mod lines;
+mod profile;
 mod run;
 mod stacks;
 mod tape;
@@ -104,6 +105,8 @@ pub struct Interpreter {
     /// Lines have to be looked at for another dialect's sake.
     special: bool,
     modal_macro: Option<dialects::ModalMacro>,
+    /// The profile of a turning cycle that is being read.
+    profile: Option<Box<profile::Collecting>>,
 }
 
 impl Interpreter {
@@ -164,6 +167,7 @@ impl Interpreter {
             told: Leniencies::default(),
             special,
             modal_macro: None,
+            profile: None,
         }
     }
 

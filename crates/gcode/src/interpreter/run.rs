@@ -50,11 +50,14 @@ impl Interpreter {
             self.special_words();
         }
         // A subroutine that stands further on is looked for before anything is carried out, so that the line runs once.
-        if let Some(name) = self.wanted_sub().or_else(|| self.wanted_macro()) {
+        if let Some(name) = self.wanted_sub().or_else(|| self.wanted_macro()).or_else(|| self.wanted_profile()) {
             return self.look_for(name).map_err(|problem| (problem, None));
         }
         self.apply_settings()?;
         self.warn();
+        if self.profile.is_some() {
+            return self.profile_line();
+        }
         self.run_comment(out);
         if self.words.mask == 0 && self.words.codes().is_empty() {
             return Ok(());

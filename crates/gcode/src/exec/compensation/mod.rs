@@ -101,6 +101,7 @@ impl Exec<'_> {
             }
             ('G', 280 | 281 | 300 | 301) => "G28 and G30 cannot be used under cutter compensation",
             ('G', 382..=385) => "probing is not possible under cutter compensation",
+            ('G', 710..=722) => "roughing cycles cannot be used under cutter compensation",
             ('G', 330 | 331 | 530 | 730..=760 | 810..=890) => "cycles, G33 and G53 cannot be used under cutter compensation",
             ('G', 531 | 680..=690) => "the coordinates cannot turn under cutter compensation",
             ('G', 430..=490) => "the tool offset cannot change under cutter compensation",

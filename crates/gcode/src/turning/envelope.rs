@@ -1,0 +1,152 @@
+//! The moved profile where pieces vanish: everything that keeps the distance from all of the profile.
+
+use super::crossing::crossings;
+use super::piece::{Piece, Point, Stretch, cross, distance, dot};
+
+/// Comparisons that one profile may take.
+const MOST_WORK: usize = 1_000_000;
+
+/// The pieces at a distance above the profile, cut where they cross each other, without those parts that come nearer to it.
+/// None if what is left has gaps, or the profile is too long.
+pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
+    let raw = candidates(profile, by);
+    let scale = 1.0 + by + raw.iter().map(|piece| piece.end[0].abs().max(piece.end[1].abs())).fold(0.0, f64::max);
+    let close = 1e-9 * scale;
+    let reaches: Vec<[f64; 2]> = raw.iter().map(|piece| piece.reach(0)).collect();
+    let mut work = 0;
+    let mut kept: Vec<(usize, Piece)> = Vec::new();
+    for (index, (piece, &[low, high])) in raw.iter().zip(&reaches).enumerate() {
+        let mut cuts = vec![0.0, 1.0];
+        for (other, (with, &[from, to])) in raw.iter().zip(&reaches).enumerate() {
+            if other == index || from > high + close || to < low - close {
+                continue;
+            }
+            work += 1;
+            let places = crossings(piece, with, close).into_iter().flatten();
+            cuts.extend(places.filter_map(|place| share(piece, place, close).filter(|_| share(with, place, close).is_some())));
+        }
+        cuts.sort_by(f64::total_cmp);
+        for pair in cuts.windows(2) {
+            let &[from, to] = pair else { continue };
+            work += profile.len();
+            if work > MOST_WORK {
+                return None;
+            }
+            if to - from > 1e-9 && is_free(profile, piece.at(0.5 * (from + to)), by - forgiven - close) {
+                push(&mut kept, index, Piece { start: piece.at(from), end: piece.at(to), circle: piece.circle }, close);
+            }
+        }
+    }
+    kept.sort_by(|(i, a), (j, b)| {
+        let [u, v] = [a, b].map(|piece| 0.5 * (piece.start[0] + piece.end[0]));
+        if (u - v).abs() > close { u.total_cmp(&v) } else { i.cmp(j) }
+    });
+    chain(kept, close, 10.0 * forgiven + 1e3 * close)
+}
+
+/// All pieces moved, and the corners that stick out rounded.
+fn candidates(profile: &[Piece], by: f64) -> Vec<Piece> {
+    let mut raw: Vec<Piece> = Vec::with_capacity(2 * profile.len());
+    for (index, piece) in profile.iter().enumerate() {
+        let next = piece.offset(by);
+        if let Some(before) = index.checked_sub(1).and_then(|before| profile.get(before)) {
+            let (leaves, enters) = (before.heading(before.end), piece.heading(piece.start));
+            let turn = cross(leaves, enters);
+            if turn < -1e-9 || (turn.abs() <= 1e-9 && dot(leaves, enters) < 0.0 && leaves[1] > 0.0) {
+                let out = |way: Point| [before.end[0] - by * way[1], before.end[1] + by * way[0]];
+                raw.push(Piece::arc(out(leaves), out(enters), before.end, false));
+            }
+        }
+        raw.extend(next);
+    }
+    raw
+}
+
+/// Where on a piece a place lies, from 0 to 1; none if it is beyond its ends.
+fn share(piece: &Piece, place: Point, close: f64) -> Option<f64> {
+    let share = if piece.circle.is_some() {
+        let turned = piece.turned(place);
+        let sweep = piece.sweep();
+        let over = close / piece.radius().unwrap_or(1.0).max(close);
+        if std::f64::consts::TAU - turned <= over {
+            0.0
+        } else if turned <= sweep + over {
+            turned / sweep
+        } else {
+            return None;
+        }
+    } else {
+        let way = [piece.end[0] - piece.start[0], piece.end[1] - piece.start[1]];
+        let length = dot(way, way).max(f64::MIN_POSITIVE);
+        let share = dot([place[0] - piece.start[0], place[1] - piece.start[1]], way) / length;
+        let over = close / length.sqrt();
+        if share < -over || share > 1.0 + over {
+            return None;
+        }
+        share
+    };
+    Some(share.clamp(0.0, 1.0))
+}
+
+/// Whether a place keeps the distance from the profile and lies above it.
+fn is_free(profile: &[Piece], place: Point, by: f64) -> bool {
+    let mut ground = f64::NEG_INFINITY;
+    for piece in profile {
+        if piece.away(place) < by {
+            return false;
+        }
+        let (stretches, count) = piece.stretches();
+        for stretch in stretches.iter().take(count) {
+            ground = ground.max(height(piece, stretch, place[0]));
+        }
+    }
+    place[1] > ground
+}
+
+/// How high a stretch is at a place along the travel; of an upright one the lower end.
+fn height(piece: &Piece, stretch: &Stretch, at: f64) -> f64 {
+    let [from, to] = [stretch.from, stretch.to];
+    if !(from[0].min(to[0])..=from[0].max(to[0])).contains(&at) {
+        return f64::NEG_INFINITY;
+    }
+    if let (Some(circle), Some(radius)) = (piece.circle, piece.radius()) {
+        let across = at - circle.center[0];
+        let half = (radius * radius - across * across).max(0.0).sqrt();
+        return circle.center[1] + if from[1] + to[1] > 2.0 * circle.center[1] { half } else { -half };
+    }
+    let run = to[0] - from[0];
+    if run.abs() < 1e-12 { from[1].min(to[1]) } else { from[1] + (at - from[0]) / run * (to[1] - from[1]) }
+}
+
+/// Adds a part, to the last one if it goes on with that.
+fn push(kept: &mut Vec<(usize, Piece)>, index: usize, part: Piece, close: f64) {
+    if let Some((last, before)) = kept.last_mut()
+        && *last == index
+        && distance(before.end, part.start) <= close
+    {
+        before.end = part.end;
+        return;
+    }
+    kept.push((index, part));
+}
+
+/// The parts in their order, joined; none if there is a gap. Parts that nearly touch are joined where they cross.
+fn chain(kept: Vec<(usize, Piece)>, close: f64, gap: f64) -> Option<Vec<Piece>> {
+    let mut chain: Vec<Piece> = Vec::with_capacity(kept.len());
+    for (_, mut piece) in kept {
+        if let Some(before) = chain.last_mut() {
+            let apart = distance(before.end, piece.start);
+            if apart > gap {
+                return None;
+            }
+            if apart > close {
+                let places = crossings(before, &piece, 0.0).into_iter().flatten();
+                let near = places.min_by(|a, b| distance(*a, piece.start).total_cmp(&distance(*b, piece.start)));
+                before.end = near.filter(|place| distance(*place, piece.start) <= gap).unwrap_or(piece.start);
+            }
+            piece.start = before.end;
+        }
+        chain.push(piece);
+    }
+    if chain.is_empty() { None } else { Some(chain) }
+}

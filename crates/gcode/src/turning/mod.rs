@@ -1,0 +1,172 @@
+//! The turning cycles G70 to G72.2: a profile is finished, or roughed by cuts along it (G71) or across it (G72).
+//!
+//! What the words mean is LinuxCNC's documentation. What it leaves open (the order of the moves, which of them are at rapid,
+//! how a level retracts, which moves of no length there are) follows recordings of its stand-alone interpreter, and the
+//! comments name what was recorded. No source of another interpreter was looked at.
+//!
+//! All geometry is in the plane of [`frame::Frame`]: the profile goes from left to right, the material lies above it.
+
+mod crossing;
+mod envelope;
+mod fillet;
+mod frame;
+mod offset;
+mod piece;
+mod rough;
+
+pub(crate) use fillet::Corner;
+pub(crate) use frame::Frame;
+pub(crate) use piece::{Circle, Piece, Point};
+pub(crate) use rough::{Move, Pockets, Roughing};
+
+use piece::{cross, distance, minus};
+
+/// One move of a profile, Z and X.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ProfileMove {
+    pub(crate) piece: Piece,
+    /// A or C.
+    pub(crate) corner: Option<Corner>,
+}
+
+/// What does not work with a profile. Moves are counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Trouble {
+    /// It has no move after the one that leads to its start.
+    Empty,
+    /// A move goes back.
+    TurnsBack { index: usize, along_z: bool },
+    /// A corner is larger than its moves.
+    Corner { index: usize },
+    /// The distance does not fit.
+    Distance { distance: f64 },
+    /// Too many moves come out.
+    TooLong,
+}
+
+/// The words of G70: distances of the first and last pass, and how many.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Finishing {
+    pub(crate) first: f64,
+    pub(crate) last: f64,
+    pub(crate) passes: u32,
+    pub(crate) most: usize,
+}
+
+/// A profile in its frame, and where the cycle begins.
+struct Laid {
+    /// Where the tool goes first: the start, or level with the profile's if that lies behind it.
+    from: Point,
+    /// The move that leads to the profile, and the profile.
+    pieces: Vec<Piece>,
+}
+
+/// The moves of G71 (along Z) or G72 (along X). `forgiven` is the rounding of a program, in its units.
+pub(crate) fn rough(
+    profile: &[ProfileMove],
+    along_z: bool,
+    distance: f64,
+    words: &Roughing,
+    forgiven: f64,
+) -> Result<(Frame, Vec<Move>), Trouble> {
+    let frame = monotone(profile, along_z, forgiven)?;
+    let laid = lay(profile, frame)?;
+    let moved = laid.moved(distance, forgiven)?;
+    let (Some(begin), Some(end)) = (moved.first().map(|piece| piece.start), moved.last().map(|piece| piece.end)) else {
+        return Err(Trouble::Empty);
+    };
+    let mut path = vec![Piece::line(laid.from, begin)];
+    path.extend(moved);
+    if laid.from[1] > end[1] {
+        path.push(Piece::line(end, [end[0], laid.from[1]]));
+    }
+    let mut moves = vec![Move::Rapid(laid.from)];
+    moves.extend(rough::rough(&path, words).ok_or(Trouble::TooLong)?);
+    Ok((frame, moves))
+}
+
+/// The moves of G70.
+pub(crate) fn finish(profile: &[ProfileMove], words: &Finishing, forgiven: f64) -> Result<(Frame, Vec<Move>), Trouble> {
+    let frame = monotone(profile, true, forgiven).or_else(|trouble| monotone(profile, false, forgiven).map_err(|_| trouble))?;
+    let laid = lay(profile, frame)?;
+    let mut moves = vec![Move::Rapid(laid.from)];
+    for pass in (0..words.passes).rev() {
+        let distance = f64::from(pass) * (words.first - words.last) / f64::from(words.passes) + words.last;
+        let pieces = laid.moved(distance, forgiven)?;
+        if pass + 1 < words.passes {
+            moves.push(Move::Rapid(laid.from));
+        }
+        moves.extend(pieces.first().map(|piece| Move::Rapid(piece.start)));
+        moves.extend(pieces.iter().map(|piece| match piece.circle {
+            Some(Circle { center, ccw }) => Move::Arc { end: piece.end, center, ccw },
+            None => Move::Feed(piece.end),
+        }));
+        if moves.len() > words.most {
+            return Err(Trouble::TooLong);
+        }
+    }
+    Ok((frame, moves))
+}
+
+/// Start of the cycle, start and end of the profile.
+fn ends(profile: &[ProfileMove]) -> Result<[Point; 3], Trouble> {
+    match profile {
+        [entry, .., last] => Ok([entry.piece.start, entry.piece.end, last.piece.end]),
+        _ => Err(Trouble::Empty),
+    }
+}
+
+/// A frame in which the profile never turns back.
+fn monotone(profile: &[ProfileMove], along_z: bool, forgiven: f64) -> Result<Frame, Trouble> {
+    let frame = Frame::of(along_z, ends(profile)?);
+    let back = |entry: &ProfileMove| !frame.piece(&entry.piece).advances(forgiven);
+    match profile.iter().skip(1).position(back) {
+        Some(index) => Err(Trouble::TurnsBack { index: index + 1, along_z }),
+        None => Ok(frame),
+    }
+}
+
+fn lay(profile: &[ProfileMove], frame: Frame) -> Result<Laid, Trouble> {
+    let mut pieces: Vec<Piece> = Vec::with_capacity(profile.len());
+    let mut open: Option<(usize, Corner)> = None;
+    for (index, entry) in profile.iter().enumerate() {
+        let mut piece = frame.piece(&entry.piece);
+        if index == 0 {
+            piece.start[0] = piece.start[0].min(piece.end[0]);
+        }
+        if let (Some((at, corner)), Some(before)) = (open.take(), pieces.last_mut()) {
+            let made = fillet::corner(before, &mut piece, corner).ok_or(Trouble::Corner { index: at })?;
+            pieces.extend(made);
+        }
+        pieces.push(piece);
+        open = entry.corner.map(|corner| (index, corner));
+    }
+    let from = pieces.first().map(|piece| piece.start).ok_or(Trouble::Empty)?;
+    // What a corner has taken whole is left out.
+    let mut kept = 0;
+    pieces.retain(|piece| {
+        kept += 1;
+        kept == 1 || distance(piece.start, piece.end) > 0.0
+    });
+    Ok(Laid { from, pieces })
+}
+
+impl Laid {
+    /// The profile at a distance, towards where the tool is: below it only if the tool is below the profile's start and on the
+    /// lower side of its first move, as recorded.
+    fn moved(&self, distance: f64, forgiven: f64) -> Result<Vec<Piece>, Trouble> {
+        let profile = self.pieces.get(1..).unwrap_or_default();
+        let below = profile.first().is_some_and(|piece| {
+            let to_tool = minus(self.from, piece.start);
+            to_tool[1] < 0.0 && cross(minus(piece.end, piece.start), to_tool) < -1e-9
+        });
+        let moved = if !below {
+            offset::offset(profile, distance, forgiven)
+        } else {
+            let mirrored: Vec<Piece> = profile.iter().map(Piece::mirrored).collect();
+            let moved = offset::offset(&mirrored, distance, forgiven);
+            moved.map(|pieces| pieces.iter().map(Piece::mirrored).collect())
+        };
+        moved.ok_or(Trouble::Distance { distance })
+    }
+}

@@ -1,0 +1,100 @@
+//! The profile at a distance above itself: what is left for finishing.
+
+use super::crossing::joints;
+use super::envelope::envelope;
+use super::piece::{Piece, Point, cross, distance, dot};
+
+/// Directions that differ by less than this, rad, go on without a corner.
+const STRAIGHT_ON: f64 = 1e-3;
+/// Rounded corners that would be shorter than this along the travel are left as points, where the moves prolonged meet: recorded
+/// at all directions and distances tried.
+const SHORT_ROUNDING: f64 = 0.01;
+/// Cosine of the turn up to which that is done.
+const BLUNT: f64 = 0.5;
+/// By how much of its length a touching joint may lie away from where the pieces meet.
+const JOINT_REACH: f64 = 0.1;
+
+/// How one piece goes on into the next.
+enum Joint {
+    /// Rounded about the corner.
+    Rounded,
+    /// Both end here.
+    At(Point),
+    /// They do not meet.
+    None,
+}
+
+/// The profile moved up by a distance, corners that stick out rounded. `forgiven` is by how much ends of arcs may miss one
+/// another, which they do by the rounding of the program. None if the distance does not fit into the profile.
+pub(crate) fn offset(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
+    if by == 0.0 {
+        return Some(profile.to_vec());
+    }
+    adjacent(profile, by, forgiven).or_else(|| envelope(profile, by, forgiven))
+}
+
+/// Each piece joined with its neighbour. None if a piece vanishes.
+fn adjacent(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
+    let mut moved: Vec<Piece> = Vec::with_capacity(2 * profile.len());
+    let mut last: Option<(&Piece, Piece)> = None;
+    for piece in profile {
+        let mut next = piece.offset(by)?;
+        if let Some((before, mut held)) = last.take() {
+            match joint(before, &held, piece, &next, forgiven) {
+                Joint::Rounded => {
+                    moved.push(held);
+                    moved.push(Piece::arc(held.end, next.start, before.end, false));
+                }
+                Joint::At(place) => {
+                    (held.end, next.start) = (place, place);
+                    moved.push(held);
+                }
+                Joint::None => return None,
+            }
+        }
+        last = Some((piece, next));
+    }
+    moved.extend(last.map(|(_, held)| held));
+    let forward = moved.iter().all(|piece| piece.advances(forgiven + 1e-9));
+    (forward && keeps_directions(profile, &moved)).then_some(moved)
+}
+
+/// Lines have to go the way they went: each one of the moved profile follows its original's direction.
+fn keeps_directions(profile: &[Piece], moved: &[Piece]) -> bool {
+    let lines = |pieces: &[Piece]| pieces.iter().filter(|piece| piece.circle.is_none()).copied().collect::<Vec<_>>();
+    lines(profile).iter().zip(&lines(moved)).all(|(was, is)| {
+        let way = [is.end[0] - is.start[0], is.end[1] - is.start[1]];
+        dot(was.heading(was.start), way) >= -1e-9
+    })
+}
+
+fn joint(before: &Piece, held: &Piece, piece: &Piece, next: &Piece, forgiven: f64) -> Joint {
+    let (leaves, enters) = (before.heading(before.end), piece.heading(piece.start));
+    let turn = cross(leaves, enters);
+    let onwards = dot(leaves, enters) > 0.0;
+    if onwards && turn.abs() < STRAIGHT_ON {
+        return Joint::At(touching(held, next, forgiven));
+    }
+    let near = |places: [Point; 2]| {
+        let [first, second] = places;
+        if distance(first, before.end) <= distance(second, before.end) { first } else { second }
+    };
+    let met = joints(held, next, 0.0).map(near);
+    if turn < 0.0 || (turn.abs() < STRAIGHT_ON && leaves[1] > 0.0) {
+        let short = (next.start[0] - held.end[0]).abs() < SHORT_ROUNDING && dot(leaves, enters) > BLUNT;
+        return met.filter(|_| short).map_or(Joint::Rounded, Joint::At);
+    }
+    met.map_or(Joint::None, Joint::At)
+}
+
+/// Where pieces that go on in the same direction meet. They miss each other by the rounding of the program; of two
+/// crossings the tool takes the first, as the recordings show where one arc turns into another.
+fn touching(held: &Piece, next: &Piece, forgiven: f64) -> Point {
+    if distance(held.end, next.start) < 1e-9 || (held.circle.is_none() && next.circle.is_none()) {
+        return held.end;
+    }
+    let reach = JOINT_REACH * distance(held.start, held.end).min(distance(next.start, next.end));
+    let places = joints(held, next, forgiven).into_iter().flatten();
+    let close = places.filter(|place| distance(*place, held.end) <= reach);
+    close.min_by(|a, b| a[0].total_cmp(&b[0])).unwrap_or(held.end)
+}
