@@ -44,7 +44,9 @@ pub enum AxisError {
         highest: f64,
     },
     /// A setpoint without velocity or acceleration where the reference needs them.
-    #[error("setpoint {tick} comes without {what}; send it along, or set the axis' `reference` to \"differences\"")]
+    #[error(
+        "setpoint {tick} comes without {what}; send it along, or set the axis' `interpolator` to one that takes positions alone, such as \"quintic-differences\""
+    )]
     SetpointIncomplete {
         /// Number of the setpoint since the start, from 0.
         tick: u64,

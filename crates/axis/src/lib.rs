@@ -1,8 +1,8 @@
 //! One axis of the machine: reference spline, servo, motor, shaft with a gap, friction, and the compensator.
 //!
 //! What happens to one setpoint, in order:
-//! 1. [`mod@reference`]: the 1 ms setpoint ends a quintic piece; four references of position, velocity and acceleration come out of it.
-//! 2. [`servo`]: at each of the four servo ticks the encoder is read,
+//! 1. [`mod@reference`]: the setpoint (every 1 ms) ends a quintic piece; four references of position, velocity and acceleration come out of it.
+//! 2. [`servo`]: at each of the four servo ticks (every 250 us) the encoder is read,
 //! 3. [`compensation`]: the compensator sees what a drive sees and answers with a correction,
 //! 4. [`servo`]: position and velocity loop turn reference, measurement and correction into a current command,
 //! 5. [`plant`]: for each of the five current periods the current loop sets a voltage and the plant takes an exact step.
@@ -43,5 +43,5 @@ pub use compensation::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 pub use config::{AxisConfig, AxisConfigError};
 pub use current_loop::CurrentLoop;
 pub use error::AxisError;
-pub use runner::{AxisOutput, AxisRunner, AxisSim, AxisState, SAMPLES_PER_SETPOINT};
+pub use runner::{AxisOutput, AxisRunner, AxisSim, AxisState};
 pub use signal::{AxisSample, Engagement, Reference, Setpoint};

@@ -8,14 +8,10 @@ use crate::plant::{Drifting, Plant, PlantParams, PlantState};
 use crate::reference::{Spline, SplineState};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{AxisSample, Reference, Setpoint};
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Servo samples for every setpoint.
-pub const SAMPLES_PER_SETPOINT: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) as usize;
-
-pub use crate::plant::DRIFT_TICKS;
+pub use crate::plant::DRIFT_MS;
 
 /// The largest force on the load that a setpoint may bring, N or N m.
 const LARGEST_LOAD_FORCE: f64 = 1e7;
@@ -53,17 +49,20 @@ impl AxisOutput {
 
 /// An axis with whatever compensator, driven by chunks of setpoints.
 pub trait AxisRunner: Send {
-    /// Takes one setpoint per CNC period and appends [`SAMPLES_PER_SETPOINT`] servo samples for each.
+    /// Takes one setpoint per command cycle and appends [`AxisRunner::servo_ticks`] samples for each.
     ///
     /// Sample k (counted from the start) shows the axis at servo tick k, before that tick's command has had any effect; the reference in
-    /// it belongs to the setpoint time `k * 250 us - delay`, setpoint n standing at n * 1 ms. Sample 0 is the start itself.
+    /// it belongs to the setpoint time `k * servo cycle - delay`, setpoint n standing at n command cycles. Sample 0 is the start itself.
     ///
     /// # Errors
     /// A setpoint that is not finite or incomplete, or a force on the load beyond 1e7. Those before it have been taken.
     fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError>;
 
-    /// CNC periods by which the reference lags behind the setpoints.
+    /// Command cycles by which the reference lags behind the setpoints.
     fn delay_ticks(&self) -> u32;
+
+    /// Servo ticks in a command cycle.
+    fn servo_ticks(&self) -> usize;
 
     /// The compensator.
     fn info(&self) -> &'static MethodInfo;
@@ -80,7 +79,7 @@ pub trait AxisRunner: Send {
     /// As for `push`; the axis is then as before.
     fn begin_setpoint(&mut self, setpoint: &Setpoint) -> Result<(), AxisError>;
 
-    /// Then, for each of its [`SAMPLES_PER_SETPOINT`] servo ticks: measures, compensates, sets the current command, appends a sample.
+    /// Then, for each of its [`AxisRunner::servo_ticks`]: measures, compensates, sets the current command, appends a sample.
     fn begin_tick(&mut self, index: u32, out: &mut AxisOutput);
 
     /// Then its [`CurrentLoop::periods`] periods of the current loop.
@@ -90,6 +89,7 @@ pub trait AxisRunner: Send {
 #[derive(Debug)]
 struct Model<C> {
     spline: Spline,
+    servo_ticks: u32,
     servo: Servo,
     plant: Plant,
     compensator: C,
@@ -121,17 +121,22 @@ pub struct AxisSim<C: Compensator> {
 }
 
 /// What follows from the setpoint taken last.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Taken {
     /// References at its servo ticks, and at the next setpoint's first.
-    references: [Reference; SAMPLES_PER_SETPOINT + 1],
+    references: Vec<Reference>,
     /// Torque of its force on the load, N m at the motor.
     load_torque: f64,
 }
 
 impl<C: Compensator> Clone for AxisSim<C> {
     fn clone(&self) -> Self {
-        AxisSim { model: Arc::clone(&self.model), state: self.state.clone(), drifting: self.drifting.clone(), setpoint: self.setpoint }
+        AxisSim {
+            model: Arc::clone(&self.model),
+            state: self.state.clone(),
+            drifting: self.drifting.clone(),
+            setpoint: self.setpoint.clone(),
+        }
     }
 }
 
@@ -151,9 +156,10 @@ impl<C: Compensator> AxisSim<C> {
         };
         let has_scale = compensator.info().knows.load_scale;
         let plant = Plant::new(&params);
-        let drifting = Drifting::new(&config.drift, &plant);
+        let drifting = Drifting::new(&config.drift, &config.cycles, &plant);
         let (units_per_motor_rad, load_per_motor_rad) = (1.0 / factor, config.transmission.load_per_motor_rad());
-        let model = Model { spline, servo, plant, compensator, units_per_motor_rad, load_per_motor_rad, has_scale };
+        let servo_ticks = config.cycles.servo_ticks() as u32;
+        let model = Model { spline, servo_ticks, servo, plant, compensator, units_per_motor_rad, load_per_motor_rad, has_scale };
         AxisSim { model: Arc::new(model), state, drifting, setpoint: Taken::default() }
     }
 
@@ -170,9 +176,8 @@ impl<C: Compensator> AxisSim<C> {
     #[inline]
     fn tick(&mut self, index: u32, out: &mut AxisOutput) {
         let (model, state) = (&*self.model, &mut self.state);
-        let [.., last] = self.setpoint.references;
-        let at = |index: usize| self.setpoint.references.get(index).copied().unwrap_or(last);
-        let (reference, next_reference) = (at(index as usize), at(index as usize + 1));
+        let at = |index: u32| self.setpoint.references.get(index as usize).copied().unwrap_or(state.spline.end());
+        let (reference, next_reference) = (at(index), at(index + 1));
         let measured = model.servo.measure(&mut state.servo, &state.plant);
         let signals = Signals {
             reference,
@@ -229,7 +234,7 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
     fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError> {
         for setpoint in setpoints {
             self.begin_setpoint(setpoint)?;
-            for index in 0..SAMPLES_PER_SETPOINT as u32 {
+            for index in 0..self.model.servo_ticks {
                 self.tick(index, out);
                 let mut fast = self.fast_half();
                 for _ in 0..fast.periods() {
@@ -246,8 +251,10 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
         self.model.spline.push(&mut self.state.spline, setpoint)?;
         let (spline, state) = (&self.model.spline, &self.state.spline);
-        let references = std::array::from_fn(|index| spline.at(state, index as u32, SAMPLES_PER_SETPOINT as u32));
-        self.setpoint = Taken { references, load_torque };
+        let count = self.model.servo_ticks;
+        self.setpoint.load_torque = load_torque;
+        self.setpoint.references.clear();
+        self.setpoint.references.extend((0..=count).map(|index| spline.at(state, index, count)));
         if let Some(drifting) = &mut self.drifting {
             drifting.advance(tick, &mut self.state.plant);
         }
@@ -264,6 +271,10 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
 
     fn delay_ticks(&self) -> u32 {
         self.model.spline.delay_ticks()
+    }
+
+    fn servo_ticks(&self) -> usize {
+        self.model.servo_ticks as usize
     }
 
     fn info(&self) -> &'static MethodInfo {

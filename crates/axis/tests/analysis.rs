@@ -162,7 +162,7 @@ fn delays_are_stated() {
     let mut config = mill(0.0, 0.0);
     config.drive.command_delay_periods = 2;
     let delays = LoopDelays::of(&config);
-    assert_eq!(delays, LoopDelays { current_us: 75, velocity_us: 350, position_us: 225 });
+    assert_eq!(delays, LoopDelays { current_us: 75.0, velocity_us: 350.0, position_us: 225.0 });
     assert_eq!(analyse(&config).delays, delays);
     // 100 us more at the crossover
     let lost = |config: &AxisConfig| margins(config, LoopKind::Velocity, Regime::Engaged);

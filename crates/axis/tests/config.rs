@@ -38,7 +38,7 @@ fn what_makes_no_sense_is_refused_with_key_and_value() {
     assert!(refused(|c| slide(c).mass_kg = f64::INFINITY).starts_with("load.slide.mass_kg is inf"));
     assert!(refused(|c| slide(c).stiffness_n_per_um = 1e12).contains("shaft resonance"));
     assert!(refused(|c| c.motor.inductance_h = 1e-9).contains("resistance over inductance"));
-    assert!(refused(|c| c.drive.current_period_us = 60).contains("a whole fraction"));
+    assert!(refused(|c| c.drive.current_period_us = Some(60.0)).contains("a whole fraction"));
     assert!(refused(|c| c.drive.velocity_feedforward = 1.5).starts_with("drive.velocity_feedforward is 1.5"));
     assert!(refused(|c| c.start_in_gap = StartInGap(f64::NAN)).starts_with("start_in_gap is NaN"));
     assert!(refused(|c| c.compensation.published.lambda = Some(1.0)).starts_with("compensation.published.lambda is 1"));

@@ -3,7 +3,7 @@
 
 mod support;
 
-use lostmotion_axis::config::{AxisConfig, Linear, ReferenceSource, Transmission};
+use lostmotion_axis::config::{AxisConfig, Interpolator, Linear, Transmission};
 use lostmotion_axis::reference::Spline;
 use lostmotion_axis::{AxisError, Reference, Setpoint};
 use lostmotion_base::math;
@@ -11,10 +11,10 @@ use support::{Motion, Move};
 
 const NM: f64 = 1e-6;
 
-fn millimetres(source: ReferenceSource) -> Spline {
+fn millimetres(interpolator: Interpolator) -> Spline {
     // a lead of 2 pi makes a motor rad a millimetre
     let transmission = Transmission::Linear(Linear { lead_mm: std::f64::consts::TAU, gear: 1.0 });
-    Spline::new(&AxisConfig { transmission, reference: source, ..AxisConfig::paper() })
+    Spline::new(&AxisConfig { transmission, interpolator, ..AxisConfig::paper() })
 }
 
 /// Largest error of position, velocity and acceleration at the servo ticks, and largest step of the acceleration between pieces.
@@ -63,7 +63,7 @@ const RAPID: Move = Move { distance: 500.0, velocity: 1000.0, acceleration: 6000
 
 #[test]
 fn with_derivatives_sent_along_the_error_is_below_a_tenth_of_a_nanometre() {
-    let spline = millimetres(ReferenceSource::SentAlong);
+    let spline = millimetres(Interpolator::QuinticHermite);
     let [p, v, a, step] = worst(&spline, &circle, 1.0);
     assert!(p < 1e-4 * NM && v < 1e-6 && a < 1e-3, "{p} {v} {a}");
     assert!(step < 1.0, "{step}");
@@ -73,7 +73,7 @@ fn with_derivatives_sent_along_the_error_is_below_a_tenth_of_a_nanometre() {
 
 #[test]
 fn positions_alone_are_good_to_a_few_nanometres() {
-    let spline = millimetres(ReferenceSource::Differences);
+    let spline = millimetres(Interpolator::QuinticDifferences);
     assert_eq!(spline.delay_ticks(), 3);
     let [p, v, a, step] = worst(&spline, &circle, 1.0);
     assert!(p < 1e-2 * NM && v < 1e-3 && a < 1.0, "{p} {v} {a}");
@@ -84,7 +84,7 @@ fn positions_alone_are_good_to_a_few_nanometres() {
 
 #[test]
 fn constant_velocity_stays_constant() {
-    for source in [ReferenceSource::SentAlong, ReferenceSource::Differences] {
+    for source in [Interpolator::QuinticHermite, Interpolator::QuinticDifferences] {
         let [p, v, a, _] = worst(&millimetres(source), &|t| (700.0 + 83.0 * t, 83.0, 0.0), 0.5);
         assert!(p < 1e-12 * 1e3 && v < 1e-8 && a < 1e-4, "{p} {v} {a}");
     }
@@ -92,7 +92,7 @@ fn constant_velocity_stays_constant() {
 
 #[test]
 fn incomplete_and_infinite_setpoints_are_refused_with_their_number() {
-    let spline = millimetres(ReferenceSource::SentAlong);
+    let spline = millimetres(Interpolator::QuinticHermite);
     let mut state = spline.initial(0.0);
     let good = Setpoint::moving(0.0, 0.0, 0.0);
     spline.push(&mut state, &good).unwrap();

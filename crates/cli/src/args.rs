@@ -1,6 +1,8 @@
 //! The arguments of the command line.
 
+pub(crate) mod drives;
 pub(crate) mod study;
+pub(crate) mod time;
 
 use crate::voice::Voice;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -36,8 +38,10 @@ pub(crate) enum Command {
     Explain(Explain),
     /// Write a program with everything computed: no parameters, loops, calls, cycles, offsets; lines and arcs with coordinates
     Write(WritePart),
-    /// Write the planned motion of every axis as CSV, a row a millisecond
+    /// Write the planned motion of every axis as CSV, a row a command cycle
     Plan(Plan),
+    /// Tell where the time of a part program goes: by block, by kind, by what limits it, and what better limits would save
+    Time(time::Time),
     /// Run one axis alone on setpoints from a CSV
     Axis(Axis),
     /// Fit the gap of an axis to a log of motor position, load position and current
@@ -111,6 +115,8 @@ pub(crate) struct Run {
     #[command(flatten)]
     pub(crate) on: OnMachine,
     #[command(flatten)]
+    pub(crate) drives: drives::Drives,
+    #[command(flatten)]
     pub(crate) reading: Reading,
     /// Tolerance of the contour error in micrometres; the machine's, if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -124,7 +130,7 @@ pub(crate) struct Run {
     /// Folder for result, tables and picture; made if it does not exist
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Also write every sample of the contour error (needs --out; 4000 rows a second of machine time)
+    /// Also write every sample of the contour error (needs --out; a row a servo tick)
     #[arg(long, requires = "out")]
     pub(crate) trace: bool,
     /// Tell the methods that may know it the gap of an axis from a result of `fit` (`fitted-lookup` needs one); may be repeated
@@ -290,6 +296,9 @@ pub(crate) struct Plan {
     /// How far arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) spline_tolerance_mm: Option<f64>,
+    /// Time from row to row, 0.25 to 8 ms; the machine's command cycle, if left out
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) command_ms: Option<f64>,
     /// How much trouble to take over the time
     #[arg(long, value_enum, default_value_t)]
     pub(crate) quality: Quality,
@@ -301,7 +310,7 @@ pub(crate) struct Plan {
 /// `axis`.
 #[derive(Debug, Args)]
 pub(crate) struct Axis {
-    /// CSV with the columns t_s and position, a row a millisecond
+    /// CSV with the columns t_s and position, a row a command cycle; velocity and acceleration where the interpolator needs them
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) setpoints: PathBuf,
     /// Axis: a name from `machine list`, or a file with the tables of one axis
@@ -313,7 +322,12 @@ pub(crate) struct Axis {
     /// Column of the setpoints that holds the position, such as x_mm of a plan
     #[arg(long, value_name = "NAME")]
     pub(crate) column: Option<String>,
-    /// CSV to write, a row every 250 us
+    /// How the drive goes from setpoint to setpoint; quintic-differences, or the axis' own where the setpoints bring velocity and acceleration
+    #[arg(long, value_name = "NAME")]
+    pub(crate) interpolator: Option<String>,
+    #[command(flatten)]
+    pub(crate) cycles: drives::Cycles,
+    /// CSV to write, a row a servo tick
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,
 }

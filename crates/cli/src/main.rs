@@ -6,6 +6,7 @@
 mod args;
 mod commands;
 mod diagnostics;
+mod drives;
 mod excerpt;
 mod failure;
 mod input;

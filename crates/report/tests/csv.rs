@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-use lostmotion_axis::config::AxisUnit;
-use lostmotion_axis::{AxisSample, Engagement, Reference};
+use lostmotion_axis::config::{AxisUnit, Interpolator};
+use lostmotion_axis::{AxisSample, Engagement, Reference, Setpoint};
 use lostmotion_base::{AxisId, AxisSet, BlockRef, Clock, Coords, Span};
 use lostmotion_plan::Sample;
 use lostmotion_report::ReadError;
@@ -95,7 +95,7 @@ fn a_trace_is_a_log() {
 }
 
 fn setpoints(text: &str) -> Result<Vec<f64>, ReadError> {
-    SetpointReader::new(text.as_bytes(), "in.csv", SetpointSource::Position, Clock::CNC)?.collect()
+    SetpointReader::new(text.as_bytes(), "in.csv", SetpointSource::Position, Clock::CNC)?.map(|setpoint| Ok(setpoint?.position)).collect()
 }
 
 #[test]
@@ -107,6 +107,18 @@ fn setpoints_with_extra_columns_marks_and_line_ends_are_read() {
     assert_eq!(reader.unit(), Some(AxisUnit::Rad));
     let reader = SetpointReader::new("t_s,x_mm\n0,1\n".as_bytes(), "in", SetpointSource::Column("x_mm"), Clock::CNC).unwrap();
     assert_eq!(reader.unit(), Some(AxisUnit::Mm));
+}
+
+#[test]
+fn setpoints_may_bring_velocity_and_acceleration() {
+    let text = "t_s,acceleration,position,velocity\n0,3,1,2\n0.00025,6,4,5\n";
+    let clock = Clock::from_nanos(250_000).unwrap();
+    let reader = SetpointReader::new(text.as_bytes(), "in", SetpointSource::Position, clock).unwrap();
+    assert!(reader.serves(Interpolator::QuinticHermite));
+    let read: Vec<Setpoint> = reader.map(Result::unwrap).collect();
+    assert_eq!(read, [Setpoint::moving(1.0, 2.0, 3.0), Setpoint::moving(4.0, 5.0, 6.0)]);
+    let positions = SetpointReader::new("t_s,position\n".as_bytes(), "in", SetpointSource::Position, clock).unwrap();
+    assert!(positions.serves(Interpolator::CatmullRom) && !positions.serves(Interpolator::CompensatedBSpline));
 }
 
 /// Every refusal, as people see it.
@@ -162,9 +174,9 @@ proptest! {
     fn plans_round_trip(positions in prop::collection::vec(-2000.0..2000.0_f64, 1..50), first in 0u64..10_000_000) {
         let samples: Vec<Sample> = positions.iter().zip(first..).map(|(x, tick)| sample(tick, *x, 0.0)).collect();
         let text = plan(&samples);
-        let read: Result<Vec<f64>, ReadError> =
+        let read: Result<Vec<Setpoint>, ReadError> =
             SetpointReader::new(text.as_bytes(), "plan", SetpointSource::Column("x_mm"), Clock::CNC).unwrap().collect();
-        for (read, written) in read.unwrap().iter().zip(&positions) {
+        for (read, written) in read.unwrap().iter().map(|setpoint| setpoint.position).zip(&positions) {
             prop_assert!((read - written).abs() < 1.5e-12);
         }
     }
@@ -175,7 +187,7 @@ proptest! {
         let mut input = if header { b"t_s,position\n".to_vec() } else { Vec::new() };
         input.extend(bytes);
         if let Ok(reader) = SetpointReader::new(input.as_slice(), "in", SetpointSource::Position, Clock::CNC) {
-            let _ = reader.collect::<Result<Vec<f64>, ReadError>>();
+            let _ = reader.collect::<Result<Vec<Setpoint>, ReadError>>();
         }
         let _ = read_log(input.as_slice(), "in");
     }

@@ -10,6 +10,7 @@ pub mod options;
 pub mod results;
 mod session;
 pub mod source;
+pub mod time;
 
 pub use error::{SimError, SinkError};
 pub use machine::{Machine, presets};
@@ -18,3 +19,4 @@ pub use options::SimulateOptions;
 pub use results::{Comparison, Simulation};
 pub use session::{PathSink, check, compare, interpreter_config, plan, plan_with_path, simulate};
 pub use source::ProgramSource;
+pub use time::time;

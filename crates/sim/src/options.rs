@@ -21,7 +21,7 @@ pub struct SimulateOptions {
     pub reversal_window_s: f64,
     /// Longest motion simulated, s; beyond it the run ends with an error.
     pub max_duration_s: f64,
-    /// Samples (1 ms each) that go through the stages at a time. The result does not depend on it.
+    /// Samples (a command cycle each) that go through the stages at a time. The result does not depend on it.
     pub chunk_samples: usize,
     /// How the foot point on the contour is searched.
     pub contour: ContourConfig,

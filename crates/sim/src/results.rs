@@ -109,6 +109,21 @@ pub struct AxisResult {
     pub range: [f64; 2],
 }
 
+/// Skew of an axis that two motors drive: how far its first end is ahead of the second while anything moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GantryResult {
+    /// The axis.
+    pub axis: AxisId,
+    /// Distribution of the skew's magnitude, um.
+    pub skew_um: ErrorStats,
+    /// The largest, um, signed: positive where the first end is ahead.
+    pub peak_um: f64,
+    /// When, s.
+    pub time_s: f64,
+    /// In which block.
+    pub block: BlockRef,
+}
+
 /// How one method did.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodResult {
@@ -130,6 +145,9 @@ pub struct MethodResult {
     pub reversal_count: u64,
     /// Per axis.
     pub axes: Vec<AxisResult>,
+    /// Skew of the gantry, on machines that have one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gantry: Option<GantryResult>,
     /// Largest error of cutting moves within the tolerance?
     pub within_tolerance: bool,
     /// Remarks for people: saturation, a limit cycle, a method that does harm.

@@ -3,7 +3,7 @@
 use super::margins::Margins;
 use super::model::{Coupling, Feedback, Model};
 use super::response::StateSpace;
-use crate::config::{AxisConfig, SERVO_PERIOD_US};
+use crate::config::AxisConfig;
 use serde::Serialize;
 use std::fmt;
 
@@ -73,27 +73,23 @@ pub struct LoopAnalysis {
 }
 
 /// Dead times of the drive, us.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LoopDelays {
     /// From a current's measurement to the middle of the period in which the voltage computed from it acts.
-    pub current_us: u32,
+    pub current_us: f64,
     /// From the middle of the encoder's difference to the middle of the period in which the command computed from it holds, without the
     /// current loop and the filters.
-    pub velocity_us: u32,
+    pub velocity_us: f64,
     /// From the encoder's reading to the middle of that period.
-    pub position_us: u32,
+    pub position_us: f64,
 }
 
 impl LoopDelays {
     /// The dead times of an axis.
     pub fn of(config: &AxisConfig) -> LoopDelays {
-        let (drive, half) = (&config.drive, SERVO_PERIOD_US / 2);
-        let position_us = drive.command_delay_periods * drive.current_period_us + half;
-        LoopDelays {
-            current_us: drive.voltage_delay_periods * drive.current_period_us + drive.current_period_us / 2,
-            velocity_us: position_us + half,
-            position_us,
-        }
+        let (drive, current_us, half) = (&config.drive, config.current_period_us(), 0.5 * config.cycles.servo_us);
+        let position_us = f64::from(drive.command_delay_periods) * current_us + half;
+        LoopDelays { current_us: (f64::from(drive.voltage_delay_periods) + 0.5) * current_us, velocity_us: position_us + half, position_us }
     }
 }
 

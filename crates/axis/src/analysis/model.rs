@@ -9,7 +9,6 @@ use super::matrix::Matrix;
 use super::response::StateSpace;
 use crate::config::{AxisConfig, Drive};
 use crate::servo::Filters;
-use lostmotion_base::Clock;
 
 const CURRENT: usize = 0;
 const MOTOR: usize = 1;
@@ -56,8 +55,8 @@ impl Model {
     pub(super) fn new(config: &AxisConfig, coupling: Coupling) -> Model {
         let drive = config.drive;
         let plant = if coupling.share > 0.0 { 5 } else { 3 };
-        let period_s = f64::from(drive.current_period_us) * 1e-6;
-        let servo_period_s = Clock::SERVO.period_s();
+        let period_s = config.current_period_us() * 1e-6;
+        let servo_period_s = config.servo_period_s();
         Model {
             step: equations(config, coupling, plant).scaled(period_s).exponential(),
             drive,
@@ -138,7 +137,7 @@ impl Model {
         x[integral] += self.servo_period_s / self.drive.velocity_time_s * push;
         let filters = x[integral + 1..integral + 1 + 2 * self.filters.len()].as_chunks_mut::<2>().0;
         let command = self.filters.step(filters, wanted);
-        let steps = self.drive.current_periods();
+        let steps = (self.servo_period_s / self.period_s).round() as u32;
         for period in 0..steps {
             let age = self.drive.command_delay_periods.saturating_sub(period).div_ceil(steps);
             let in_force = [command, x[commands], x[commands + 1]][age.min(2) as usize];

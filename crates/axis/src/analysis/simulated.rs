@@ -4,20 +4,19 @@ use super::cycle::{Cycle, CycleDetector};
 use super::model::Feedback;
 use crate::compensation::load_feedback::LoadFeedback;
 use crate::compensation::none::Uncompensated;
-use crate::config::{AxisConfig, ReferenceSource};
+use crate::config::{AxisConfig, Interpolator};
 use crate::runner::{AxisOutput, AxisRunner, AxisSim};
 use crate::signal::Setpoint;
-use lostmotion_base::Clock;
 
-/// Length of the run, CNC ticks.
-const TICKS: u32 = 4000;
-/// Length of the push, CNC ticks.
-const PUSH: u32 = 40;
+/// Length of the run, s.
+const RUN_S: f64 = 4.0;
+/// Length of the push, s.
+const PUSH_S: f64 = 0.04;
 
 /// What an axis that has been checked does after a quick move of one and a half gaps: the limit cycle it is in four seconds later, in its own
 /// unit, if it is in one. The position loop is closed on the motor or on the load.
 pub fn simulated_cycle(config: &AxisConfig, feedback: Feedback) -> Option<Cycle> {
-    let config = AxisConfig { reference: ReferenceSource::SentAlong, ..config.clone() };
+    let config = AxisConfig { interpolator: Interpolator::QuinticHermite, ..config.clone() };
     match feedback {
         Feedback::Motor => watch(&config, AxisSim::new(&config, Uncompensated, 0.0)),
         Feedback::Load => watch(&config, AxisSim::new(&config, LoadFeedback, 0.0)),
@@ -26,11 +25,12 @@ pub fn simulated_cycle(config: &AxisConfig, feedback: Feedback) -> Option<Cycle>
 
 fn watch(config: &AxisConfig, mut axis: impl AxisRunner) -> Option<Cycle> {
     let gap = config.gap_in_unit();
-    let mut detector = CycleDetector::new(Clock::SERVO.period_s(), 0.02 * gap);
+    let mut detector = CycleDetector::new(config.servo_period_s(), 0.02 * gap);
+    let period = config.cycles.command().period_s();
     let mut out = AxisOutput::new(false);
-    for tick in 0..TICKS {
+    for tick in 0..(RUN_S / period).round() as u32 {
         out.clear();
-        axis.push(&[push(1.5 * gap, tick)], &mut out).ok()?;
+        axis.push(&[push(1.5 * gap, tick, period)], &mut out).ok()?;
         for (reference, load) in out.reference.iter().zip(&out.load) {
             detector.push(*reference, *load);
         }
@@ -39,9 +39,10 @@ fn watch(config: &AxisConfig, mut axis: impl AxisRunner) -> Option<Cycle> {
 }
 
 /// A quintic from rest to rest.
-fn push(distance: f64, tick: u32) -> Setpoint {
-    let duration = f64::from(PUSH) * Clock::CNC.period_s();
-    let u = f64::from(tick.min(PUSH)) / f64::from(PUSH);
+fn push(distance: f64, tick: u32, period: f64) -> Setpoint {
+    let ticks = (PUSH_S / period).round() as u32;
+    let duration = f64::from(ticks) * period;
+    let u = f64::from(tick.min(ticks)) / f64::from(ticks);
     let v = 1.0 - u;
     Setpoint {
         position: distance * u * u * u * (10.0 - 15.0 * u + 6.0 * u * u),

@@ -3,13 +3,14 @@
 use super::kernel::{Periods, Stop};
 use super::lanes::{Lanes, WIDTH};
 use crate::error::AxisError;
-use crate::runner::{AxisOutput, AxisRunner, SAMPLES_PER_SETPOINT};
+use crate::runner::{AxisOutput, AxisRunner};
 use crate::signal::Setpoint;
 use pulp::Arch;
 
-/// Up to [`WIDTH`] axes with the same number of current periods in a servo tick.
+/// Up to [`WIDTH`] axes with the same number of servo ticks in a command cycle and of current periods in a servo tick.
 pub(super) struct Group {
     axes: Vec<Box<dyn AxisRunner>>,
+    servo_ticks: u32,
     periods: u32,
     lanes: Lanes,
     arch: Arch,
@@ -19,12 +20,13 @@ pub(super) struct Group {
 
 impl Group {
     pub(super) fn new(axis: Box<dyn AxisRunner>, periods: u32) -> Group {
-        Group { axes: vec![axis], periods, lanes: Lanes::new(), arch: Arch::new(), active: [false; WIDTH] }
+        let servo_ticks = axis.servo_ticks() as u32;
+        Group { axes: vec![axis], servo_ticks, periods, lanes: Lanes::new(), arch: Arch::new(), active: [false; WIDTH] }
     }
 
     /// Whether it has room for one more axis in a group of at most `size`.
-    pub(super) fn takes(&self, periods: u32, size: usize) -> bool {
-        self.axes.len() < size.min(WIDTH) && self.periods == periods
+    pub(super) fn takes(&self, axis: &dyn AxisRunner, periods: u32, size: usize) -> bool {
+        self.axes.len() < size.min(WIDTH) && self.periods == periods && self.servo_ticks as usize == axis.servo_ticks()
     }
 
     pub(super) fn add(&mut self, axis: Box<dyn AxisRunner>) {
@@ -56,7 +58,7 @@ impl Group {
                 running[lane] = result.is_ok();
             }
             self.describe(&running, &mut described);
-            for index in 0..SAMPLES_PER_SETPOINT as u32 {
+            for index in 0..self.servo_ticks {
                 self.servo_tick(index, &running, outputs);
             }
         }
@@ -79,7 +81,7 @@ impl Group {
     }
 
     fn servo_tick(&mut self, index: u32, running: &[bool; WIDTH], outputs: &mut [AxisOutput]) {
-        let Group { axes, periods, lanes, arch, active } = self;
+        let Group { axes, periods, lanes, arch, active, .. } = self;
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
             if !running[lane] {
                 continue;

@@ -24,7 +24,7 @@ pub struct AxisBatch {
 }
 
 impl AxisBatch {
-    /// Of axes that need not be alike. Those at the same periods of the current loop share vectors best if they are neighbours.
+    /// Of axes that need not be alike. Those with the same cycles share vectors best if they are neighbours.
     pub fn new(axes: Vec<Box<dyn AxisRunner>>) -> AxisBatch {
         // no thread idle while another has more than it needs
         let size = axes.len().div_ceil(rayon::current_num_threads().max(1));
@@ -32,7 +32,7 @@ impl AxisBatch {
         for mut axis in axes {
             let periods = axis.current_loop().periods();
             match groups.last_mut() {
-                Some(group) if group.takes(periods, size) => group.add(axis),
+                Some(group) if group.takes(&*axis, periods, size) => group.add(axis),
                 _ => groups.push(Group::new(axis, periods)),
             }
         }

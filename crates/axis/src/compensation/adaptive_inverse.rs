@@ -23,11 +23,10 @@ use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use crate::signal::Engagement;
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
-/// Ticks of a stroke that have to pass before it is learned from: 30 ms.
-const SETTLE: u32 = 120;
+/// Time of a stroke that has to pass before it is learned from, ms.
+const SETTLE_MS: f64 = 30.0;
 
 /// The method `adaptive-inverse`.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +35,7 @@ pub struct AdaptiveInverse {
     most: f64,
     time: RampTime,
     period_s: f64,
+    settle_ticks: u32,
     torque_constant: f64,
     inertia: f64,
     viscous: f64,
@@ -47,7 +47,7 @@ pub struct AdaptiveInverse {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AdaptiveInverseState {
     direction: i8,
-    /// Ticks of this stroke, up to [`SETTLE`].
+    /// Ticks of this stroke, up to [`SETTLE_MS`].
     ticks: u32,
     /// `c_l` and `c_r`, rad.
     learned: [f64; 2],
@@ -65,13 +65,14 @@ impl Registered for AdaptiveInverse {
 
     fn from_axis(config: &AxisConfig) -> AdaptiveInverse {
         let (settings, motor) = (&config.compensation.adaptive_inverse, &config.motor);
-        let period_s = Clock::SERVO.period_s();
+        let period_s = config.servo_period_s();
         let turn = std::f64::consts::TAU;
         AdaptiveInverse {
             gain: (settings.gain_per_s * period_s).min(1.0),
             most: 0.5 * settings.largest_gap.map_or(turn, |gap| gap.motor_rad(&config.transmission)),
-            time: RampTime::from_ms(settings.ramp_ms),
+            time: RampTime::from_ms(settings.ramp_ms, period_s),
             period_s,
+            settle_ticks: config.cycles.ticks(SETTLE_MS),
             torque_constant: motor.torque_constant_nm_per_a,
             inertia: config.motor_side_inertia_kgm2(),
             viscous: motor.viscous_nm_s_per_rad,
@@ -116,8 +117,8 @@ impl Compensator for AdaptiveInverse {
             state.ticks = 0;
             state.ramp.start(before);
         }
-        state.ticks = (state.ticks + 1).min(SETTLE);
-        if state.ticks >= SETTLE && state.ramp.done() && signals.reference.velocity.abs() > super::ramp::STANDING_RAD_S {
+        state.ticks = (state.ticks + 1).min(self.settle_ticks);
+        if state.ticks >= self.settle_ticks && state.ramp.done() && signals.reference.velocity.abs() > super::ramp::STANDING_RAD_S {
             self.learn(state, signals);
         }
         state.ramp.advance(self.time);

@@ -19,13 +19,10 @@ use super::twin::{LoadModel, Twin, TwinState};
 use super::{Correction, Signals};
 use crate::config::AxisConfig;
 use crate::signal::Engagement;
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
-/// A traverse is no shorter: 3 ms. A current loop cannot follow what is quicker.
-const LEAST_TICKS: u32 = 12;
-/// And no longer: 100 ms.
-const MOST_TICKS: u32 = 400;
+/// A traverse takes no less and no more, ms. A current loop cannot follow what is quicker.
+const TRAVERSE_MS: [f64; 2] = [3.0, 100.0];
 /// Ticks by which a traverse sets out earlier: detection and the loops take about two.
 const EARLIER_TICKS: f64 = 2.0;
 /// Part of the rated torque below which the shaft carries nothing.
@@ -42,6 +39,8 @@ pub(super) struct Crossing {
     torque_lead_ticks: f64,
     lag_per_tick: f64,
     wind_up: f64,
+    period: f64,
+    traverse_ticks: [u32; 2],
 }
 
 /// What the crossing carries along.
@@ -65,10 +64,10 @@ impl CrossingState {
 impl Crossing {
     /// `torque_share`: part of the drive's largest torque that a traverse may take; `wind_up`: part of the shaft's wind-up added to the reference.
     pub(super) fn new(config: &AxisConfig, torque_share: f64, wind_up: f64) -> Crossing {
-        let (motor, drive, period) = (&config.motor, &config.drive, Clock::SERVO.period_s());
+        let (motor, drive, period) = (&config.motor, &config.drive, config.servo_period_s());
         let missing = 1.0 - drive.velocity_feedforward;
         let current_lag = motor.phase_inductance_h() / drive.current_gain_v_per_a
-            + f64::from(drive.voltage_delay_periods * drive.current_period_us) * 1e-6;
+            + f64::from(drive.voltage_delay_periods) * config.current_period_us() * 1e-6;
         Crossing {
             twin: Twin::new(config),
             acceleration: torque_share * motor.torque_constant_nm_per_a * drive.current_limit_a / config.motor_side_inertia_kgm2(),
@@ -76,6 +75,8 @@ impl Crossing {
             torque_lead_ticks: (0.5 * current_lag / period).min(1.0),
             lag_per_tick: if missing > 0.0 { (period * drive.position_gain_per_s / missing).min(1.0) } else { 1.0 },
             wind_up,
+            period,
+            traverse_ticks: TRAVERSE_MS.map(|ms| config.cycles.ticks(ms)),
         }
     }
 
@@ -90,7 +91,7 @@ impl Crossing {
         self.twin.step(&mut state.twin, &signals.reference, &signals.next_reference, load);
         self.follow(state, signals);
         if !state.traverse.moving() {
-            let ticks = ticks_for(2.0 * half_gap, self.acceleration, LEAST_TICKS, MOST_TICKS);
+            let ticks = ticks_for(2.0 * half_gap, self.acceleration, self.period, self.traverse_ticks);
             let side = self.side_ahead(state, &now, signals, load, 0.5 * f64::from(ticks));
             if side != state.side {
                 state.side = side;
@@ -101,7 +102,7 @@ impl Crossing {
             }
         }
         let crossing = state.traverse.moving();
-        let offset = state.traverse.step(self.torque_lead_ticks);
+        let offset = state.traverse.step(self.torque_lead_ticks, self.period);
         self.correction(state, &now, &offset, load, crossing)
     }
 
@@ -117,7 +118,7 @@ impl Crossing {
         let [speed, acceleration] = state.lagged;
         // behind a lag the jerk of the reference says nothing about the axis' own
         let step = if self.lag_per_tick < 1.0 { 0.0 } else { signals.next_reference.acceleration - signals.reference.acceleration };
-        let speed = speed + acceleration * lead_ticks * Clock::SERVO.period_s();
+        let speed = speed + acceleration * lead_ticks * self.period;
         let need = load.need(speed, acceleration + step * lead_ticks, STANDING_RAD_S);
         if torque > self.nothing && need > 0.0 {
             1
@@ -130,7 +131,7 @@ impl Crossing {
 
     fn correction(&self, state: &mut CrossingState, now: &TwinState, offset: &Offset, load: &LoadModel, crossing: bool) -> Correction {
         let wound = self.wind_up * now.torque / load.stiffness;
-        let wind_speed = (wound - state.wound) / Clock::SERVO.period_s();
+        let wind_speed = (wound - state.wound) / self.period;
         state.wound = wound;
         let mut torque = self.twin.motor_inertia() * offset.acceleration + self.twin.motor_viscous() * offset.velocity;
         if crossing {

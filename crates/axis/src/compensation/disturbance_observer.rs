@@ -20,7 +20,7 @@
 use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
-use lostmotion_base::{Clock, math};
+use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -57,7 +57,7 @@ impl Registered for DisturbanceObserver {
         DisturbanceObserver {
             torque_constant: config.motor.torque_constant_nm_per_a,
             momentum_gain: rate * config.drive.told_inertia_kgm2.unwrap_or(all),
-            smoothing: -math::expm1(-rate * Clock::SERVO.period_s()),
+            smoothing: -math::expm1(-rate * config.servo_period_s()),
             share: settings.share,
             most: config.motor.rated_torque_nm,
         }

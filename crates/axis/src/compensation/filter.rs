@@ -14,7 +14,6 @@
 use super::Signals;
 use super::twin::LoadModel;
 use crate::config::AxisConfig;
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -91,7 +90,7 @@ impl Filter {
             torque_constant: config.motor.torque_constant_nm_per_a,
             motor_coulomb: config.motor.coulomb_nm,
             noise: [variance, variance],
-            wandering: noises.wandering * noises.wandering * Clock::SERVO.period_s(),
+            wandering: noises.wandering * noises.wandering * config.servo_period_s(),
             reading: count * count / 12.0 + LEAST_NOISE * LEAST_NOISE,
             first: noises.first,
             most: noises.first[0] + MOST_SPREADS * noises.first[1],
@@ -197,7 +196,7 @@ impl Belief {
 
 impl Step {
     fn new(config: &AxisConfig, load: &LoadModel, contact: bool, slides: bool) -> Step {
-        let (motor_inertia, period) = (config.motor_side_inertia_kgm2(), Clock::SERVO.period_s());
+        let (motor_inertia, period) = (config.motor_side_inertia_kgm2(), config.servo_period_s());
         let (stiffness, damping) = if contact { (load.stiffness, load.damping) } else { (0.0, 0.0) };
         let sticky = if slides { 0.0 } else { load.coulomb / STICKING_RAD_S };
         let mut rates = [[0.0; WITH_TORQUES]; WITH_TORQUES];

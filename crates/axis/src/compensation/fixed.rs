@@ -17,7 +17,6 @@ use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use crate::signal::Engagement;
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
 /// The method `fixed`.
@@ -46,8 +45,8 @@ impl Registered for Fixed {
     fn from_axis(config: &AxisConfig) -> Fixed {
         let settings = &config.compensation.fixed;
         let gap = settings.gap.map_or(config.reflected_load().gap_rad, |told| told.motor_rad(&config.transmission));
-        let period_s = Clock::SERVO.period_s();
-        Fixed { half_gap: 0.5 * gap, time: RampTime::from_ms(settings.ramp_ms), period_s }
+        let period_s = config.servo_period_s();
+        Fixed { half_gap: 0.5 * gap, time: RampTime::from_ms(settings.ramp_ms, period_s), period_s }
     }
 }
 

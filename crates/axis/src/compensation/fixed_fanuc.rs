@@ -20,7 +20,6 @@ use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use crate::signal::Engagement;
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
 /// The method `fixed-fanuc`.
@@ -56,8 +55,8 @@ impl Registered for FixedFanuc {
         FixedFanuc {
             half: [0.5 * cutting, 0.5 * rapid],
             rapid_above: settings.rapid_above_units_s * config.transmission.motor_rad_per_unit(),
-            time: RampTime::from_ms(settings.ramp_ms),
-            period_s: Clock::SERVO.period_s(),
+            time: RampTime::from_ms(settings.ramp_ms, config.servo_period_s()),
+            period_s: config.servo_period_s(),
         }
     }
 }

@@ -19,7 +19,6 @@ use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use crate::signal::Engagement;
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
 /// Part of the joint's limits that the take-up may use.
@@ -59,7 +58,7 @@ impl Registered for FixedLinuxcnc {
         let inertia = config.motor_side_inertia_kgm2() + config.reflected_load().inertia_kgm2;
         let rated = config.motor.rated_torque_nm / inertia;
         let acceleration = settings.acceleration_units_s2.map_or(rated, |limit| limit * per_unit);
-        let period_s = Clock::SERVO.period_s();
+        let period_s = config.servo_period_s();
         FixedLinuxcnc {
             half_gap: 0.5 * gap,
             velocity: PART_OF_LIMITS * settings.velocity_units_s.map_or(f64::MAX, |limit| limit * per_unit),

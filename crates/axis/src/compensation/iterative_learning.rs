@@ -27,14 +27,13 @@ use super::registry::Registered;
 use super::strokes::{Beginning, Law, Run, Strokes};
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Servo ticks of a cell: 1 ms.
-const CELL: f64 = 4.0;
-/// Ticks over which one correction is blended into the next.
-const BLEND: f64 = 16.0;
+/// Length of a cell, s.
+const CELL_S: f64 = 1e-3;
+/// Cells over which one correction is blended into the next: 4 ms.
+const BLEND: f64 = 4.0;
 /// Largest correction, rad.
 const LARGEST: f64 = TAU / 20.0;
 
@@ -43,6 +42,10 @@ const LARGEST: f64 = TAU / 20.0;
 pub struct IterativeLearning {
     law: Law,
     period_s: f64,
+    /// Servo ticks of a cell.
+    cell: f64,
+    /// Servo ticks of a blend.
+    blend: f64,
 }
 
 /// What has been learned, and the stroke under way.
@@ -77,7 +80,9 @@ impl Registered for IterativeLearning {
             most_cells: (settings.memory_s * 1e3) as usize,
             largest: LARGEST,
         };
-        IterativeLearning { law, period_s: Clock::SERVO.period_s() }
+        let period_s = config.servo_period_s();
+        let cell = CELL_S / period_s;
+        IterativeLearning { law, period_s, cell, blend: BLEND * cell }
     }
 }
 
@@ -98,23 +103,23 @@ impl IterativeLearning {
         state.run = run;
         state.age = since;
         let known = state.strokes.find(&state.run.beginning, &[]);
-        Self::switch(state, known);
+        self.switch(state, known);
     }
 
     /// Goes over to another stored stroke, or to none.
-    fn switch(state: &mut IterativeLearningState, known: Option<usize>) {
+    fn switch(&self, state: &mut IterativeLearningState, known: Option<usize>) {
         let last = state.before.map_or(0.0, |before| before[3]);
         state.known = known;
-        state.blend = [0.0, last - state.planned()];
+        state.blend = [0.0, last - state.planned(self.cell)];
     }
 
     /// Fills the cell that lies between the tick before and this one, if one does.
     fn record(&self, state: &mut IterativeLearningState, before: [f64; 4], position: f64, error: f64, correction: f64) {
         let cell = state.run.ways.len();
-        if cell > self.law.most_cells || state.age < CELL * cell as f64 {
+        if cell > self.law.most_cells || state.age < self.cell * cell as f64 {
             return;
         }
-        let share = (state.age - CELL * cell as f64).clamp(0.0, 1.0);
+        let share = (state.age - self.cell * cell as f64).clamp(0.0, 1.0);
         let at = |now: f64, before: f64| now + (before - now) * share;
         let way = at(position, before[0]) - state.run.beginning.position;
         state.run.ways.push(way);
@@ -122,15 +127,15 @@ impl IterativeLearning {
         state.run.applied.push(at(correction, before[3]));
         if state.known.is_some_and(|known| !state.strokes.goes_on(known, cell, way)) {
             let other = state.strokes.find(&state.run.beginning, &state.run.ways);
-            Self::switch(state, other);
+            self.switch(state, other);
         }
     }
 }
 
 impl IterativeLearningState {
-    /// Correction of the stored stroke at the present time, rad.
-    fn planned(&self) -> f64 {
-        self.known.map_or(0.0, |known| self.strokes.correction(known, self.age / CELL))
+    /// Correction of the stored stroke at the present time, rad; `cell` in ticks.
+    fn planned(&self, cell: f64) -> f64 {
+        self.known.map_or(0.0, |known| self.strokes.correction(known, self.age / cell))
     }
 }
 
@@ -147,7 +152,7 @@ impl Compensator for IterativeLearning {
             run: Run::default(),
             known: None,
             age: 0.0,
-            blend: [BLEND, 0.0],
+            blend: [self.blend, 0.0],
             before: None,
         }
     }
@@ -163,8 +168,8 @@ impl Compensator for IterativeLearning {
             let since = if before[1] * velocity < 0.0 { velocity / (velocity - before[1]) } else { 1.0 };
             self.turn(state, signals, now, since);
         }
-        state.blend[0] = (state.blend[0] + 1.0).min(BLEND);
-        let correction = (state.planned() + state.blend[1] * (1.0 - state.blend[0] / BLEND)).clamp(-LARGEST, LARGEST);
+        state.blend[0] = (state.blend[0] + 1.0).min(self.blend);
+        let correction = (state.planned(self.cell) + state.blend[1] * (1.0 - state.blend[0] / self.blend)).clamp(-LARGEST, LARGEST);
         let error = position - load;
         self.record(state, before, position, error, correction);
         state.before = Some([position, velocity, error, correction]);

@@ -38,7 +38,6 @@ use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use crate::signal::Engagement;
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
 const SOURCE: &str = "Gan, Wang, Huang, Machines 2023, 11(2), 193, equations (4) to (13)";
@@ -95,7 +94,7 @@ impl<const LITERAL: bool> Registered for Published<LITERAL> {
 impl<const LITERAL: bool> Published<LITERAL> {
     fn new(config: &AxisConfig) -> Self {
         let settings = &config.compensation.published;
-        let period = Clock::SERVO.period_s();
+        let period = config.servo_period_s();
         let motor_inertia = config.motor_side_inertia_kgm2();
         let load_inertia = config.reflected_load().inertia_kgm2;
         let lambda = settings.lambda.unwrap_or(PART_OF_BOUND * load_inertia / (motor_inertia + load_inertia));

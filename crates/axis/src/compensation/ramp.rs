@@ -1,6 +1,5 @@
 //! A way from one offset to another within a set time: `3 u^2 - 2 u^3`, at rest at both ends. And the direction of a reference.
 
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
 /// A reference slower than this keeps the direction, rad/s.
@@ -24,9 +23,9 @@ pub(super) struct RampTime {
 }
 
 impl RampTime {
-    /// A ramp of so many ms; a single tick if it is shorter than that.
-    pub(super) fn from_ms(ms: f64) -> RampTime {
-        let (period_s, ramp_s) = (Clock::SERVO.period_s(), ms * 1e-3);
+    /// A ramp of so many ms in ticks of `period_s`; a single tick if it is shorter than that.
+    pub(super) fn from_ms(ms: f64, period_s: f64) -> RampTime {
+        let ramp_s = ms * 1e-3;
         RampTime { per_tick: if ramp_s > period_s { period_s / ramp_s } else { 1.0 } }
     }
 }

@@ -16,9 +16,10 @@ use super::none::Uncompensated;
 use super::published::Published;
 use super::reversal_pulse::ReversalPulse;
 use super::{Compensator, MethodInfo};
-use crate::config::AxisConfig;
+use crate::config::{AxisConfig, AxisConfigError};
 use crate::error::AxisError;
 use crate::runner::{AxisRunner, AxisSim};
+use lostmotion_base::Clock;
 
 /// A compensator that the registry can build from an axis' description.
 pub trait Registered: Compensator + Sized {
@@ -81,8 +82,23 @@ pub fn find_method(name: &str) -> Result<&'static Method, AxisError> {
 pub fn build_runner(config: &AxisConfig, method: &str, start_position: f64) -> Result<Box<dyn AxisRunner>, AxisError> {
     let method = find_method(method)?;
     config.check()?;
+    if method.info.name == Adaptive::INFO.name {
+        usual_servo(config)?;
+    }
     if !start_position.is_finite() {
         return Err(AxisError::StartPosition { value: start_position });
     }
     Ok((method.build)(config, start_position))
+}
+
+/// The windows and filters of `adaptive` count in servo ticks of 250 us.
+fn usual_servo(config: &AxisConfig) -> Result<(), AxisConfigError> {
+    if config.cycles.servo() == Clock::SERVO {
+        return Ok(());
+    }
+    Err(AxisConfigError::Mismatch {
+        key: "cycles.servo_us".to_owned(),
+        reason: format!("it is {}, and `adaptive` works at 250 only", config.cycles.servo_us),
+        hint: "leave servo_us out, or take another method".to_owned(),
+    })
 }

@@ -18,7 +18,6 @@ use super::ramp::direction;
 use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
 /// The method `reversal-pulse`.
@@ -47,7 +46,7 @@ impl Registered for ReversalPulse {
 
     fn from_axis(config: &AxisConfig) -> ReversalPulse {
         let settings = &config.compensation.reversal_pulse;
-        let per_ms = 1e-3 / Clock::SERVO.period_s();
+        let per_ms = 1e-3 / config.servo_period_s();
         // a triangle of the gap's area
         let of_gap = 2.0 * config.reflected_load().gap_rad / (settings.time_ms * 1e-3);
         ReversalPulse {

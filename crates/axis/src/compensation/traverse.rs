@@ -3,7 +3,6 @@
 //! It starts and ends without speed and acceleration. Its peak acceleration is 10/sqrt(3) = 5.77 times way over time squared, so the
 //! torque that a drive may spend on it sets its time: `T_g = sqrt(5.77 J_M way/torque)`.
 
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
 /// A traverse under way, or done.
@@ -26,10 +25,10 @@ pub(super) struct Offset {
 /// Peak of the second derivative of the quintic: 10/sqrt(3).
 const PEAK: f64 = 5.773_502_691_896_258;
 
-/// Servo ticks for a way (rad) within a peak acceleration (rad/s2), within bounds.
-pub(super) fn ticks_for(way: f64, acceleration: f64, least: u32, most: u32) -> u32 {
+/// Servo ticks of `period` s for a way (rad) within a peak acceleration (rad/s2), within bounds.
+pub(super) fn ticks_for(way: f64, acceleration: f64, period: f64, [least, most]: [u32; 2]) -> u32 {
     let time = (PEAK * way.abs() / acceleration).sqrt();
-    let ticks = (time / Clock::SERVO.period_s()).ceil();
+    let ticks = (time / period).ceil();
     if ticks < f64::from(most) { (ticks as u32).max(least) } else { most }
 }
 
@@ -49,9 +48,8 @@ impl Traverse {
         self.position(f64::from(self.tick))
     }
 
-    /// Takes one tick. The acceleration is that of a moment later: `lead_ticks` for whatever delays the torque.
-    pub(super) fn step(&mut self, lead_ticks: f64) -> Offset {
-        let period = Clock::SERVO.period_s();
+    /// Takes one tick of `period` s. The acceleration is that of a moment later: `lead_ticks` for whatever delays the torque.
+    pub(super) fn step(&mut self, lead_ticks: f64, period: f64) -> Offset {
         let before = self.position(f64::from(self.tick));
         self.tick = (self.tick + 1).min(self.ticks);
         let now = f64::from(self.tick);
@@ -59,7 +57,7 @@ impl Traverse {
         Offset {
             position,
             velocity: (position - before) / period,
-            acceleration: (self.velocity(now + 1.0 + lead_ticks) - self.velocity(now + lead_ticks)) / period,
+            acceleration: (self.velocity(now + 1.0 + lead_ticks, period) - self.velocity(now + lead_ticks, period)) / period,
         }
     }
 
@@ -71,11 +69,11 @@ impl Traverse {
         self.from + (self.to - self.from) * (u * u * u * (10.0 - u * (15.0 - 6.0 * u)))
     }
 
-    fn velocity(&self, tick: f64) -> f64 {
+    fn velocity(&self, tick: f64, period: f64) -> f64 {
         if tick >= f64::from(self.ticks) {
             return 0.0;
         }
-        let (u, duration) = (tick / f64::from(self.ticks), f64::from(self.ticks) * Clock::SERVO.period_s());
+        let (u, duration) = (tick / f64::from(self.ticks), f64::from(self.ticks) * period);
         (self.to - self.from) * 30.0 * u * u * (1.0 - u) * (1.0 - u) / duration
     }
 }
@@ -86,28 +84,28 @@ mod tests {
 
     #[test]
     fn it_arrives_with_its_velocities_summing_to_the_way_and_its_peak_as_computed() {
-        let (way, limit) = (4e-3, 4000.0);
-        let ticks = ticks_for(way, limit, 1, 400);
+        let (way, limit, period) = (4e-3, 4000.0, 250e-6);
+        let ticks = ticks_for(way, limit, period, [1, 400]);
         let mut traverse = Traverse::default();
         traverse.start(way, ticks);
         let (mut sum, mut peak, mut last) = (0.0, 0.0_f64, Offset::default());
         while traverse.moving() {
-            last = traverse.step(0.0);
-            sum += last.velocity * Clock::SERVO.period_s();
+            last = traverse.step(0.0, period);
+            sum += last.velocity * period;
             peak = peak.max(last.acceleration.abs());
         }
         assert!((last.position - way).abs() < 1e-15 && (sum - way).abs() < 1e-15);
         // the mean over a tick is a little below the peak itself, and the next whole tick makes the way a little slower
         assert!(peak < limit && peak > 0.7 * limit, "{peak}");
-        assert_eq!(traverse.step(0.0), Offset { position: way, velocity: 0.0, acceleration: 0.0 });
+        assert_eq!(traverse.step(0.0, period), Offset { position: way, velocity: 0.0, acceleration: 0.0 });
     }
 
     #[test]
     fn its_time_follows_from_the_torque() {
         // 100 ms at 5.77 way/T^2
         let acceleration = 10.0 / 3.0_f64.sqrt() * 0.01 / 0.01;
-        assert_eq!(ticks_for(0.01, acceleration * (1.0 + 1e-12), 1, 1000), 400);
-        assert_eq!(ticks_for(0.01, 1e9, 12, 400), 12);
-        assert_eq!(ticks_for(0.01, 0.0, 12, 400), 400);
+        assert_eq!(ticks_for(0.01, acceleration * (1.0 + 1e-12), 250e-6, [1, 1000]), 400);
+        assert_eq!(ticks_for(0.01, 1e9, 250e-6, [12, 400]), 12);
+        assert_eq!(ticks_for(0.01, 0.0, 250e-6, [12, 400]), 400);
     }
 }

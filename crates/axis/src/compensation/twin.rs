@@ -81,7 +81,7 @@ impl Twin {
         let motor = &config.motor;
         Twin {
             servo: Servo::new(&ideal),
-            period_s: f64::from(config.drive.current_period_us) * 1e-6,
+            period_s: config.current_period_us() * 1e-6,
             torque_constant: motor.torque_constant_nm_per_a,
             resistance: motor.phase_resistance_ohm(),
             inductance: motor.phase_inductance_h(),

@@ -51,7 +51,7 @@ impl Change {
 /// Which parameters of the plant change while the axis runs, and how. The drive and the compensator are not told.
 ///
 /// Time counts from the start of the axis. Gap and Coulomb friction follow at every setpoint (1 ms); what the exact steps are
-/// made of (inertia, viscous friction, stiffness) follows every [`crate::runner::DRIFT_TICKS`] setpoints. Speeds do not jump
+/// made of (inertia, viscous friction, stiffness) follows every [`crate::runner::DRIFT_MS`] (100 ms). Speeds do not jump
 /// when the inertia changes: mass comes and goes with the speed that the load has.
 ///
 /// In a file: a table `drift`; a parameter that is left out stays as it is.

@@ -1,16 +1,18 @@
 //! The drive: loops, limits, encoder.
 
+use super::cycles::{Cycles, is_whole};
 use super::error::{AxisConfigError, between, not_negative, positive};
 use super::filter::TorqueFilters;
 use super::loops::{AntiWindup, FrictionFeedforward, LeastMargins};
 use serde::{Deserialize, Serialize};
 
-/// Settings of the cascade: position P and velocity PI every 250 us, current PI every [`Drive::current_period_us`].
+/// Settings of the cascade: position P and velocity PI every servo cycle (250 us unless [`Cycles`] say otherwise), current PI every
+/// [`Drive::current_period_us`].
 ///
 /// Delays: position, velocity and current command are computed from the encoder at a servo tick and take effect
 /// `command_delay_periods` current periods after it; a voltage takes effect `voltage_delay_periods` current periods after the current
 /// it was computed from.
-/// The velocity is the encoder's difference over the last servo period, 125 us old on average; the velocity feed-forward is
+/// The velocity is the encoder's difference over the last servo period, half a period old on average; the velocity feed-forward is
 /// the difference of the reference over the same period, so the two match.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -41,9 +43,9 @@ pub struct Drive {
     /// Counts of the motor's encoder for one turn, after interpolation; an ideal encoder if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub encoder_counts_per_rev: Option<u32>,
-    /// Period of the current loop, us: a whole fraction of the 250 us of the servo.
-    #[serde(default = "current_period_us")]
-    pub current_period_us: u32,
+    /// Period of the current loop, us: a whole fraction of the servo's cycle, 1 to 250. If left out, the longest up to 50 us.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current_period_us: Option<f64>,
     /// Current periods between a current measurement and the voltage computed from it, 0 or 1.
     #[serde(default)]
     pub voltage_delay_periods: u32,
@@ -69,19 +71,12 @@ fn is_zero(number: &u32) -> bool {
     *number == 0
 }
 
-/// Period of the position and velocity loops, us.
-pub const SERVO_PERIOD_US: u32 = 250;
-
-fn current_period_us() -> u32 {
-    50
-}
-
 impl Drive {
     /// Checks every value.
     ///
     /// # Errors
     /// The first value out of range.
-    pub fn check(&self) -> Result<(), AxisConfigError> {
+    pub fn check(&self, cycles: &Cycles) -> Result<(), AxisConfigError> {
         positive("current_gain_v_per_a", self.current_gain_v_per_a)?;
         positive("current_time_s", self.current_time_s)?;
         positive("velocity_gain_a_s_per_rad", self.velocity_gain_a_s_per_rad)?;
@@ -98,23 +93,32 @@ impl Drive {
             between("encoder_counts_per_rev", f64::from(counts), 16.0, f64::from(u32::MAX))?;
         }
         between("voltage_delay_periods", f64::from(self.voltage_delay_periods), 0.0, 1.0)?;
-        let period = self.current_period_us;
-        if period == 0 || !SERVO_PERIOD_US.is_multiple_of(period) {
-            return Err(AxisConfigError::Range {
-                key: "current_period_us".to_owned(),
-                value: f64::from(period),
-                allowed: format!("a whole fraction of the servo's {SERVO_PERIOD_US} us: 1, 2, 5, 10, 25, 50, 125 or 250"),
-            });
-        }
-        let longest = 2 * self.current_periods();
+        self.check_current_period(cycles)?;
+        let longest = 2 * self.current_periods(cycles);
         between("command_delay_periods", f64::from(self.command_delay_periods), 0.0, f64::from(longest))?;
         self.friction_feedforward.map_or(Ok(()), |friction| friction.check())?;
-        self.torque_filter.check()?;
+        self.torque_filter.check(cycles.servo().period_s())?;
         self.least_margins.check()
     }
 
+    fn check_current_period(&self, cycles: &Cycles) -> Result<(), AxisConfigError> {
+        let period = self.current_period_us(cycles);
+        between("current_period_us", period, 1.0, 250.0)?;
+        let parts = cycles.servo_us / period;
+        if is_whole(period, 1e3) && is_whole(parts, 1.0) {
+            return Ok(());
+        }
+        let allowed = format!("a whole fraction of the servo's {} us, such as {}", cycles.servo_us, cycles.usual_current_period_us());
+        Err(AxisConfigError::Range { key: "current_period_us".to_owned(), value: period, allowed })
+    }
+
+    /// Period of the current loop, us.
+    pub fn current_period_us(&self, cycles: &Cycles) -> f64 {
+        self.current_period_us.unwrap_or_else(|| cycles.usual_current_period_us())
+    }
+
     /// Current periods in a servo period.
-    pub fn current_periods(&self) -> u32 {
-        SERVO_PERIOD_US / self.current_period_us.max(1)
+    pub fn current_periods(&self, cycles: &Cycles) -> u32 {
+        (cycles.servo_us / self.current_period_us(cycles)).round() as u32
     }
 }

@@ -1,14 +1,13 @@
 //! Filters on a drive's torque command.
 
-use super::drive::SERVO_PERIOD_US;
 use super::error::{AxisConfigError, between};
 use serde::{Deserialize, Serialize};
 
 /// Most filters that a drive has in series.
 pub const MAX_TORQUE_FILTERS: usize = 4;
 
-/// Highest frequency of a filter, Hz: 0.45 of the servo's rate, below which warped and true frequency still have a finite ratio.
-const HIGHEST_HZ: f64 = 0.45e6 / SERVO_PERIOD_US as f64;
+/// Highest frequency of a filter over the servo's rate: below it warped and true frequency still have a finite ratio.
+const HIGHEST_SHARE: f64 = 0.45;
 
 /// One second-order filter on the current command, at the servo's rate.
 ///
@@ -50,15 +49,15 @@ fn butterworth() -> f64 {
 }
 
 impl TorqueFilter {
-    fn check(&self) -> Result<(), AxisConfigError> {
+    fn check(&self, highest_hz: f64) -> Result<(), AxisConfigError> {
         match self {
             TorqueFilter::Notch(notch) => {
-                between("notch.frequency_hz", notch.frequency_hz, 1.0, HIGHEST_HZ)?;
+                between("notch.frequency_hz", notch.frequency_hz, 1.0, highest_hz)?;
                 between("notch.width_hz", notch.width_hz, 0.01 * notch.frequency_hz, 10.0 * notch.frequency_hz)?;
                 between("notch.depth_db", notch.depth_db, 0.0, 200.0)
             }
             TorqueFilter::LowPass(low) => {
-                between("low-pass.frequency_hz", low.frequency_hz, 1.0, HIGHEST_HZ)?;
+                between("low-pass.frequency_hz", low.frequency_hz, 1.0, highest_hz)?;
                 between("low-pass.damping", low.damping, 0.05, 5.0)
             }
         }
@@ -81,10 +80,11 @@ impl TorqueFilters {
         self.0.iter().flatten()
     }
 
-    pub(super) fn check(&self) -> Result<(), AxisConfigError> {
+    pub(super) fn check(&self, servo_period_s: f64) -> Result<(), AxisConfigError> {
+        let highest_hz = HIGHEST_SHARE / servo_period_s;
         self.iter()
             .enumerate()
-            .try_for_each(|(index, filter)| filter.check().map_err(|error| error.within(&format!("torque_filter[{index}]"))))
+            .try_for_each(|(index, filter)| filter.check(highest_hz).map_err(|error| error.within(&format!("torque_filter[{index}]"))))
     }
 }
 

@@ -39,6 +39,7 @@
 mod classic;
 mod compensation;
 mod contact;
+mod cycles;
 mod drift;
 mod drive;
 mod error;
@@ -64,8 +65,9 @@ pub use classic::{
 };
 pub use compensation::{AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings};
 pub use contact::{ContactLaw, StartInGap};
+pub use cycles::Cycles;
 pub use drift::{Change, Drift, Shape};
-pub use drive::{Drive, SERVO_PERIOD_US};
+pub use drive::Drive;
 pub use error::AxisConfigError;
 pub use estimators::{KalmanSettings, MultipleModelsSettings};
 pub use filter::{LowPass, MAX_TORQUE_FILTERS, Notch, TorqueFilter, TorqueFilters};
@@ -75,7 +77,7 @@ pub use gravity::Gravity;
 pub use load::{Load, Reflected, Slide, Table};
 pub use loops::{AntiWindup, FrictionFeedforward, LeastMargins};
 pub use motor::Motor;
-pub use reference::ReferenceSource;
+pub use reference::Interpolator;
 pub use ripple::{Harmonic, MAX_HARMONICS, Ripple};
 pub use scale::{Scale, ScaleError};
 pub use transmission::{AxisUnit, Linear, Rotary, Transmission};
@@ -96,15 +98,18 @@ pub struct AxisConfig {
     pub load: Load,
     /// Loops and limits.
     pub drive: Drive,
+    /// Cycles of command and servo; on a machine those of the whole machine.
+    #[serde(default, skip_serializing_if = "Cycles::is_usual")]
+    pub cycles: Cycles,
     /// How the flanks of the gap push on each other.
     #[serde(default)]
     pub contact: ContactLaw,
     /// Where in its gap the axis stands at the start.
     #[serde(default)]
     pub start_in_gap: StartInGap,
-    /// Where the reference takes velocity and acceleration from.
-    #[serde(default)]
-    pub reference: ReferenceSource,
+    /// How the reference goes from setpoint to setpoint.
+    #[serde(default, alias = "reference")]
+    pub interpolator: Interpolator,
     /// The compensator and its settings.
     #[serde(default)]
     pub compensation: CompensationConfig,
@@ -137,7 +142,8 @@ impl AxisConfig {
         self.transmission.check().map_err(|e| e.within("transmission"))?;
         self.motor.check().map_err(|e| e.within("motor"))?;
         self.load.check(&self.transmission).map_err(|e| e.within("load"))?;
-        self.drive.check().map_err(|e| e.within("drive"))?;
+        self.cycles.check().map_err(|e| e.within("cycles"))?;
+        self.drive.check(&self.cycles).map_err(|e| e.within("drive"))?;
         between("start_in_gap", self.start_in_gap.0, -1.0, 1.0)?;
         self.compensation.check(&self.transmission).map_err(|e| e.within("compensation"))?;
         self.friction.check().map_err(|e| e.within("friction"))?;
@@ -149,6 +155,16 @@ impl AxisConfig {
         self.scale.check().map_err(|e| e.within("scale"))?;
         self.drift.check().map_err(|e| e.within("drift"))?;
         self.check_rates()
+    }
+
+    /// Period of the current loop, us: the drive's, or what follows from the servo's cycle.
+    pub fn current_period_us(&self) -> f64 {
+        self.drive.current_period_us(&self.cycles)
+    }
+
+    /// Period of position and velocity loop, s.
+    pub fn servo_period_s(&self) -> f64 {
+        self.cycles.servo().period_s()
     }
 
     /// Unit of the axis' positions.

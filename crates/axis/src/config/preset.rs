@@ -3,6 +3,7 @@
 use super::AxisConfig;
 use super::compensation::CompensationConfig;
 use super::contact::{ContactLaw, StartInGap};
+use super::cycles::Cycles;
 use super::drift::Drift;
 use super::drive::Drive;
 use super::filter::TorqueFilters;
@@ -11,7 +12,7 @@ use super::friction::Frictions;
 use super::load::{Load, Reflected};
 use super::loops::{AntiWindup, LeastMargins};
 use super::motor::Motor;
-use super::reference::ReferenceSource;
+use super::reference::Interpolator;
 use super::ripple::Ripple;
 use super::scale::Scale;
 use super::transmission::{AxisUnit, Rotary, Transmission};
@@ -60,7 +61,7 @@ impl AxisConfig {
                 current_limit_a: 60.0,
                 bus_voltage_v: 560.0,
                 encoder_counts_per_rev: None,
-                current_period_us: 50,
+                current_period_us: None,
                 voltage_delay_periods: 0,
                 command_delay_periods: 0,
                 friction_feedforward: None,
@@ -70,7 +71,8 @@ impl AxisConfig {
             },
             contact: ContactLaw::Linear,
             start_in_gap: StartInGap(0.0),
-            reference: ReferenceSource::SentAlong,
+            cycles: Cycles::default(),
+            interpolator: Interpolator::default(),
             compensation: CompensationConfig::default(),
             friction: Frictions::default(),
             flanks: Flanks::default(),

@@ -53,7 +53,7 @@ impl Drive {
     /// A drive whose gains follow from the motor and the load by the rule of [`Tuning`].
     ///
     /// The limits are the caller's: `current_limit_a` as i_q amplitude, `bus_voltage_v` as DC. The encoder is ideal, the current
-    /// loop has 50 us and one period of delay; all fields can be set afterwards.
+    /// loop has its usual period (50 us) and one period of delay; all fields can be set afterwards.
     pub fn tuned(motor: &Motor, load: &Reflected, tuning: &Tuning, current_limit_a: f64, bus_voltage_v: f64) -> Drive {
         let inductance = motor.phase_inductance_h();
         let inertia = motor.inertia_kgm2 + load.motor_side_inertia_kgm2 + load.inertia_kgm2;
@@ -72,7 +72,7 @@ impl Drive {
             current_limit_a,
             bus_voltage_v,
             encoder_counts_per_rev: None,
-            current_period_us: 50,
+            current_period_us: None,
             voltage_delay_periods: 1,
             command_delay_periods: 0,
             friction_feedforward: None,

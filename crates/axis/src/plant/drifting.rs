@@ -2,11 +2,11 @@
 
 use super::mode::{Contact, Mass, Side};
 use super::{Plant, PlantParams, PlantState};
-use crate::config::{Change, Drift};
+use crate::config::{Change, Cycles, Drift};
 use lostmotion_base::Clock;
 
-/// Setpoints between two renewals of what the exact steps of a drifting axis are made of: inertia, viscous friction, stiffness.
-pub const DRIFT_TICKS: u64 = 100;
+/// Time between two renewals of what the exact steps of a drifting axis are made of (inertia, viscous friction, stiffness), ms.
+pub const DRIFT_MS: f64 = 100.0;
 
 /// The plant of a drifting axis at one setpoint: a function of the setpoint's number alone, kept because it is costly to make.
 #[derive(Clone, Debug)]
@@ -14,6 +14,9 @@ pub(crate) struct Drifting {
     drift: Drift,
     start: PlantParams,
     plant: Plant,
+    /// The setpoints' clock, and their number from renewal to renewal.
+    clock: Clock,
+    renewal_ticks: u64,
     epoch: u64,
 }
 
@@ -23,11 +26,13 @@ fn factor(change: Option<Change>, time_s: f64) -> f64 {
 
 impl Drifting {
     /// None for an axis that does not drift.
-    pub(crate) fn new(drift: &Drift, plant: &Plant) -> Option<Drifting> {
+    pub(crate) fn new(drift: &Drift, cycles: &Cycles, plant: &Plant) -> Option<Drifting> {
         if drift.is_none() {
             return None;
         }
-        Some(Drifting { drift: *drift, start: *plant.params(), plant: plant.clone(), epoch: 0 })
+        let clock = cycles.command();
+        let renewal_ticks = ((DRIFT_MS / cycles.command_ms).round() as u64).max(1);
+        Some(Drifting { drift: *drift, start: *plant.params(), plant: plant.clone(), clock, renewal_ticks, epoch: 0 })
     }
 
     /// The plant as it was made last.
@@ -38,19 +43,23 @@ impl Drifting {
 
     /// Makes the plant of setpoint `tick`, and gives a state that was reached under other parameters the contact that it has now.
     pub(crate) fn advance(&mut self, tick: u64, state: &mut PlantState) {
-        let epoch = tick / DRIFT_TICKS;
-        let renewed = epoch * DRIFT_TICKS;
+        let epoch = tick / self.renewal_ticks;
+        let renewed = epoch * self.renewal_ticks;
         if epoch != self.epoch && (self.drift.changes_steps() || self.creeps(Mass::Motor) || self.creeps(Mass::Load)) {
             self.plant = Plant::new(&self.slow(renewed));
         }
         self.epoch = epoch;
         let (drift, start) = (&self.drift, &self.start);
-        let friction_time = |mass| seconds(if self.creeps(mass) { renewed } else { tick });
+        let friction_time = |mass| self.seconds(if self.creeps(mass) { renewed } else { tick });
         let load_coulomb_nm = start.load_coulomb_nm * factor(drift.load_coulomb, friction_time(Mass::Load));
         let motor_coulomb_nm = start.motor_coulomb_nm * factor(drift.motor_coulomb, friction_time(Mass::Motor));
-        let half_gap_rad = start.half_gap_rad * factor(drift.gap, seconds(tick));
+        let half_gap_rad = start.half_gap_rad * factor(drift.gap, self.seconds(tick));
         self.plant.params = PlantParams { half_gap_rad, load_coulomb_nm, motor_coulomb_nm, ..self.plant.params };
         self.plant.touch(state);
+    }
+
+    fn seconds(&self, tick: u64) -> f64 {
+        tick as f64 * self.clock.period_s()
     }
 
     /// Whether a friction that drifts is part of the exact steps.
@@ -63,7 +72,7 @@ impl Drifting {
     }
 
     fn slow(&self, tick: u64) -> PlantParams {
-        let (drift, start, time_s) = (&self.drift, &self.start, seconds(tick));
+        let (drift, start, time_s) = (&self.drift, &self.start, self.seconds(tick));
         PlantParams {
             load_viscous_nm_s_per_rad: start.load_viscous_nm_s_per_rad * factor(drift.load_viscous, time_s),
             load_inertia_kgm2: start.load_inertia_kgm2 * factor(drift.load_inertia, time_s),
@@ -74,10 +83,6 @@ impl Drifting {
             ..*start
         }
     }
-}
-
-fn seconds(tick: u64) -> f64 {
-    tick as f64 * Clock::CNC.period_s()
 }
 
 impl Plant {

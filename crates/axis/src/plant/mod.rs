@@ -31,7 +31,7 @@ mod table;
 mod taylor;
 
 pub use curved::{Bell, Curved, Wave, Waves};
-pub use drifting::DRIFT_TICKS;
+pub use drifting::DRIFT_MS;
 pub(crate) use drifting::Drifting;
 pub use friction::{Bristles, FrictionShape};
 pub(crate) use lane::Lane;

@@ -80,7 +80,7 @@ impl PlantParams {
             load_friction: FrictionShape::new(&config.friction.load_at_motor(&config.transmission)),
             curved: Curved::new(config),
             current_limit_a: config.drive.current_limit_a,
-            period_s: f64::from(config.drive.current_period_us) * 1e-6,
+            period_s: config.current_period_us() * 1e-6,
         }
     }
 

@@ -1,6 +1,6 @@
 //! The drive: field-oriented current control, velocity PI, position P.
 //!
-//! Every 250 us, from the encoder at that instant (`velocity`, [`Servo::command`]):
+//! Every servo cycle (250 us), from the encoder at that instant (`velocity`, [`Servo::command`]):
 //! ```text
 //! w     = (theta(k) - theta(k-1)) / T
 //! w_ref = Kv (theta_ref + c_pos - theta + c_fb) + f_v (theta_ref(k) - theta_ref(k-1))/T + c_vel
@@ -8,7 +8,7 @@
 //! i_ref = clamp(F(z) (Kp (w_ref - w) + I + i_ff))
 //! ```
 //! with the friction T_f that the drive was told ([`crate::config::FrictionFeedforward`]) and the filters F(z) (`filter`), both none by default,
-//! and every 50 us, from the currents at that instant (`current`, [`Servo::voltage`]) the voltages in d and q. The velocity
+//! and every period of the current loop (50 us), from the currents at that instant (`current`, [`Servo::voltage`]) the voltages in d and q. The velocity
 //! fed forward is the reference's mean over the same period as the encoder's difference, and the acceleration the mean over
 //! the coming period, in which the torque acts: so neither leaves a following error of its own.
 //!
@@ -33,7 +33,6 @@ use crate::compensation::Correction;
 use crate::config::{AxisConfig, Drive};
 use crate::plant::{LoadScale, PlantInput, PlantState};
 use crate::signal::Reference;
-use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
 /// The drive of one axis: immutable, shared.
@@ -82,16 +81,16 @@ impl Servo {
     /// The drive of an axis.
     pub fn new(config: &AxisConfig) -> Servo {
         let (drive, motor, load) = (config.drive, &config.motor, config.reflected_load());
-        let current_period_s = f64::from(drive.current_period_us) * 1e-6;
+        let (current_period_s, servo_period_s) = (config.current_period_us() * 1e-6, config.servo_period_s());
         Servo {
             drive,
-            filters: Filters::new(&drive.torque_filter, Clock::SERVO.period_s()),
+            filters: Filters::new(&drive.torque_filter, servo_period_s),
             encoder: drive.encoder_counts_per_rev.map_or(Encoder::IDEAL, Encoder::with_counts),
             scale: LoadScale::new(config),
-            servo_period_s: Clock::SERVO.period_s(),
-            velocity_share: Clock::SERVO.period_s() / drive.velocity_time_s,
+            servo_period_s,
+            velocity_share: servo_period_s / drive.velocity_time_s,
             current_share: current_period_s / drive.current_time_s,
-            current_steps: drive.current_periods(),
+            current_steps: drive.current_periods(&config.cycles),
             torque_constant: motor.torque_constant_nm_per_a,
             told_inertia: drive.told_inertia_kgm2.unwrap_or(config.motor_side_inertia_kgm2() + load.inertia_kgm2),
             inductance: motor.phase_inductance_h(),

@@ -195,7 +195,7 @@ pub(crate) fn mill_x(friction_share: f64, gap_um: f64, counts: Option<u32>) -> A
         current_limit_a: 28.0,
         bus_voltage_v: 560.0,
         encoder_counts_per_rev: counts,
-        current_period_us: 50,
+        current_period_us: None,
         voltage_delay_periods: 1,
         ..AxisConfig::paper().drive
     };

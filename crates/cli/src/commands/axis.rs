@@ -3,11 +3,10 @@
 use super::DONE;
 use crate::args::Axis;
 use crate::failure::Failure;
-use crate::{input, machines, output};
+use crate::{drives, input, machines, output};
 use lostmotion::axis::analysis::CycleDetector;
-use lostmotion::axis::config::ReferenceSource;
+use lostmotion::axis::config::Interpolator;
 use lostmotion::axis::{AxisConfig, AxisOutput, AxisRunner, Setpoint, build_runner};
-use lostmotion::base::Clock;
 use lostmotion::report::WriteError;
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::{AxisTraceWriter, SetpointReader, SetpointSource};
@@ -21,21 +20,23 @@ const LEAST_SWING: f64 = 0.02;
 
 /// Runs an axis alone and writes its trace; says so if its load does not come to rest at the end.
 pub(crate) fn run(args: &Axis) -> Result<u8, Failure> {
-    // The table has positions alone, so velocity and acceleration come from their differences.
-    let config = AxisConfig { reference: ReferenceSource::Differences, ..machines::axis(&args.axis)? };
+    let axis = machines::axis(&args.axis)?;
+    let cycles = drives::cycles(args.cycles, axis.cycles)?;
     let file = input::open(&args.setpoints, "setpoint file")?;
     let source = args.column.as_deref().map_or(SetpointSource::Position, SetpointSource::Column);
-    let mut setpoints = SetpointReader::new(file, &args.setpoints.display().to_string(), source, Clock::CNC)?;
+    let mut setpoints = SetpointReader::new(file, &args.setpoints.display().to_string(), source, cycles.command())?;
+    let config = AxisConfig { cycles, interpolator: interpolator(args, &axis, &setpoints)?, ..axis };
     check_unit(args, &config, &setpoints)?;
-    let first = setpoints.next().transpose()?.unwrap_or(0.0);
-    let mut runner = build_runner(&config, &args.method, first).map_err(|error| Failure::message(error.to_string()))?;
+    let first = setpoints.next().transpose()?.unwrap_or_default();
+    let mut runner = build_runner(&config, &args.method, first.position).map_err(|error| Failure::message(error.to_string()))?;
     let units_per_rad = 1.0 / config.transmission.motor_rad_per_unit();
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
-    let mut writer = AxisTraceWriter::new(AtomicFile::create(&args.out)?, config.unit(), units_per_rad, Clock::SERVO).map_err(unwritten)?;
+    let mut writer =
+        AxisTraceWriter::new(AtomicFile::create(&args.out)?, config.unit(), units_per_rad, cycles.servo()).map_err(unwritten)?;
     let mut out = AxisOutput::new(true);
-    let mut detector = CycleDetector::new(Clock::SERVO.period_s(), LEAST_SWING * config.reflected_load().gap_rad);
+    let mut detector = CycleDetector::new(cycles.servo().period_s(), LEAST_SWING * config.reflected_load().gap_rad);
     let mut tick = 0;
-    let mut chunk = vec![Setpoint { position: first, ..Setpoint::default() }];
+    let mut chunk = vec![first];
     loop {
         let full = fill(&mut chunk, &mut setpoints)?;
         push(&mut *runner, &chunk, &mut out)?;
@@ -58,11 +59,26 @@ pub(crate) fn run(args: &Axis) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
+/// The interpolator asked for; else the axis' own where the table has what it needs, else one for positions alone.
+fn interpolator(args: &Axis, axis: &AxisConfig, setpoints: &SetpointReader<impl Read>) -> Result<Interpolator, Failure> {
+    let Some(name) = &args.interpolator else {
+        let own = axis.interpolator;
+        return Ok(if setpoints.serves(own) { own } else { Interpolator::QuinticDifferences });
+    };
+    let wanted = drives::interpolator(name)?;
+    if setpoints.serves(wanted) {
+        return Ok(wanted);
+    }
+    let missing = if wanted.needs_velocity() && !setpoints.has_velocity() { "velocity" } else { "acceleration" };
+    let hint = "for positions alone: linear, cubic-differences, catmull-rom, b-spline, quintic-differences";
+    Err(Failure::with_hint(format!("{}: interpolator \"{name}\" needs a column `{missing}`", args.setpoints.display()), hint))
+}
+
 /// Fills a chunk; false at the end of the table.
 fn fill(chunk: &mut Vec<Setpoint>, setpoints: &mut SetpointReader<impl Read>) -> Result<bool, Failure> {
     while chunk.len() < CHUNK {
         match setpoints.next().transpose()? {
-            Some(position) => chunk.push(Setpoint { position, ..Setpoint::default() }),
+            Some(setpoint) => chunk.push(setpoint),
             None => return Ok(false),
         }
     }

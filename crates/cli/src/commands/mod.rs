@@ -13,14 +13,15 @@ mod plan;
 mod reproduce;
 mod simulate;
 mod study;
+mod time;
 mod tuning;
 mod write;
 
 use crate::args::{Cli, Command, Form, Format, Run};
 use crate::diagnostics::Findings;
 use crate::failure::Failure;
-use crate::machines;
 use crate::voice::Voice;
+use crate::{drives, machines};
 use lostmotion::base::units::deg;
 use lostmotion::gcode::Severity;
 use lostmotion::plan::TravelViolation;
@@ -48,6 +49,7 @@ pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Fit(args) => fit::run(args, cli.voice),
         Command::Machine(args) => machine::run(args),
         Command::Reproduce(what) => reproduce::run(what),
+        Command::Time(args) => time::run(args, cli.voice),
         Command::Study(args) => study::run(args, cli.voice),
     }
 }
@@ -55,7 +57,8 @@ pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
 /// What a run is given: the program, the machine, and how.
 fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failure> {
     let program = crate::input::program(&run.part)?;
-    let machine = machines::with_fits(machines::load(run.on.machine.as_deref())?, &run.fitted)?;
+    let machine = drives::with_drives(&machines::load(run.on.machine.as_deref())?, &run.drives)?;
+    let machine = machines::with_fits(machine, &run.fitted)?;
     if let Some(tolerance) = run.tolerance_um.filter(|um| !(um.is_finite() && *um > 0.0)) {
         return Err(Failure::message(format!("--tolerance-um is {tolerance}; it has to be a positive finite number")));
     }

@@ -2,22 +2,31 @@
 
 use super::{DONE, accepted, failure, with_spline_tolerance};
 use crate::args::Plan;
+use crate::args::drives::Cycles as Given;
 use crate::failure::Failure;
 use crate::voice::Voice;
-use crate::{args, input, machines};
-use lostmotion::base::Clock;
+use crate::{args, drives, input, machines};
+use lostmotion::axis::config::Cycles;
 use lostmotion::plan::{Quality, Sample};
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::PlanWriter;
 use lostmotion::report::{WriteError, number};
 use lostmotion::sim::{SimError, SimulateOptions};
 
+/// Cycles of a plan: that of the command counts alone, and any servo's that goes with it will do.
+fn planned(command_ms: Option<f64>, own: Cycles) -> Result<Cycles, Failure> {
+    let Some(command_ms) = command_ms else { return Ok(own) };
+    let servo_us = (0..4).map(|halves| command_ms * 1e3 / f64::from(1 << halves)).find(|us| *us <= 1000.0);
+    drives::cycles(Given { command_ms: Some(command_ms), servo_us }, own)
+}
+
 /// Writes the plan of a program as CSV.
 pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
     let program = input::program(&args.part)?;
     let machine = machines::load(args.on.machine.as_deref())?;
+    let machine = machine.with_cycles(planned(args.command_ms, machine.cycles())?);
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
-    let mut writer = PlanWriter::new(AtomicFile::create(&args.out)?, machine.axis_set(), Clock::CNC).map_err(unwritten)?;
+    let mut writer = PlanWriter::new(AtomicFile::create(&args.out)?, machine.axis_set(), machine.cycles().command()).map_err(unwritten)?;
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
     let options = args.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
     let quality = match args.quality {

@@ -11,6 +11,7 @@ mod plan;
 mod reversals;
 mod rows;
 mod setpoints;
+mod times;
 
 pub use axis_trace::AxisTraceWriter;
 pub use blocks::BlockWriter;
@@ -19,3 +20,4 @@ pub use log::{AxisLog, read_log, read_motor_log};
 pub use plan::PlanWriter;
 pub use reversals::ReversalWriter;
 pub use setpoints::{SetpointReader, SetpointSource};
+pub use times::TimeWriter;

@@ -1,8 +1,9 @@
-//! Setpoints of one axis: a row a millisecond.
+//! Setpoints of one axis: a row a command cycle.
 
 use super::cells::{Cells, Column, UNITS};
 use crate::error::ReadError;
-use lostmotion_axis::config::AxisUnit;
+use lostmotion_axis::Setpoint;
+use lostmotion_axis::config::{AxisUnit, Interpolator};
 use lostmotion_base::Clock;
 use std::io::Read;
 
@@ -18,13 +19,16 @@ pub enum SetpointSource<'a> {
     Column(&'a str),
 }
 
-/// Reads commanded positions, one row a period of the clock, in constant memory. Other columns are ignored.
+/// Reads setpoints, one row a period of the clock, in constant memory: positions, and where there are columns `velocity` (per s) and
+/// `acceleration` (per s2) these too. Other columns are ignored.
 ///
-/// Iterates over positions as they stand in the file, in the unit of the file. After an error it ends.
+/// Iterates over them as they stand in the file, in the unit of the file. After an error it ends.
 pub struct SetpointReader<R> {
     cells: Cells<R>,
     time: Column,
     position: Column,
+    velocity: Option<Column>,
+    acceleration: Option<Column>,
     unit: Option<AxisUnit>,
     clock: Clock,
     rows: u64,
@@ -47,7 +51,8 @@ impl<R: Read> SetpointReader<R> {
                 None => cells.column_with_unit("position", "position").map(|(column, unit)| (column, Some(unit)))?,
             },
         };
-        Ok(SetpointReader { cells, time, position, unit, clock, rows: 0, start_s: 0.0, failed: false })
+        let (velocity, acceleration) = (cells.find("velocity"), cells.find("acceleration"));
+        Ok(SetpointReader { cells, time, position, velocity, acceleration, unit, clock, rows: 0, start_s: 0.0, failed: false })
     }
 
     /// The unit that the position column's name states, if it does.
@@ -55,12 +60,22 @@ impl<R: Read> SetpointReader<R> {
         self.unit
     }
 
+    /// Whether there is a column of velocities.
+    pub fn has_velocity(&self) -> bool {
+        self.velocity.is_some()
+    }
+
+    /// Whether there are all columns that an interpolator needs.
+    pub fn serves(&self, interpolator: Interpolator) -> bool {
+        (self.velocity.is_some() || !interpolator.needs_velocity()) && (self.acceleration.is_some() || !interpolator.needs_acceleration())
+    }
+
     /// Rows read so far.
     pub fn rows(&self) -> u64 {
         self.rows
     }
 
-    fn read(&mut self) -> Result<Option<f64>, ReadError> {
+    fn read(&mut self) -> Result<Option<Setpoint>, ReadError> {
         if !self.cells.next_row()? {
             if self.rows == 0 {
                 return Err(ReadError::Empty { name: self.cells.name().to_owned(), needed: 1 });
@@ -69,12 +84,14 @@ impl<R: Read> SetpointReader<R> {
         }
         let time_s = self.cells.number(&self.time)?;
         let position = self.cells.number(&self.position)?;
+        let velocity = self.velocity.as_ref().map(|column| self.cells.number(column)).transpose()?;
+        let acceleration = self.acceleration.as_ref().map(|column| self.cells.number(column)).transpose()?;
         if self.rows == 0 {
             self.start_s = time_s;
         }
         self.check_time(time_s)?;
         self.rows += 1;
-        Ok(Some(position))
+        Ok(Some(Setpoint { position, velocity, acceleration, load_force: None }))
     }
 
     fn check_time(&self, time_s: f64) -> Result<(), ReadError> {
@@ -95,9 +112,9 @@ impl<R: Read> SetpointReader<R> {
 }
 
 impl<R: Read> Iterator for SetpointReader<R> {
-    type Item = Result<f64, ReadError>;
+    type Item = Result<Setpoint, ReadError>;
 
-    fn next(&mut self) -> Option<Result<f64, ReadError>> {
+    fn next(&mut self) -> Option<Result<Setpoint, ReadError>> {
         if self.failed {
             return None;
         }

@@ -2,8 +2,8 @@
 
 use super::parts::{cause, line, short};
 use super::table::{Align, Cell, Table};
-use crate::number::{fixed, percent};
-use lostmotion_sim::results::{AxisResult, BlockResult, ReversalResult};
+use crate::number::{error, fixed, percent};
+use lostmotion_sim::results::{AxisResult, BlockResult, GantryResult, ReversalResult};
 
 const LEFT: Align = Align::Left;
 const RIGHT: Align = Align::Right;
@@ -82,6 +82,15 @@ pub(super) fn axes(axes: &[AxisResult]) -> String {
         ]);
     }
     table.render()
+}
+
+/// One line for the gantry.
+pub(super) fn gantry(gantry: &GantryResult) -> String {
+    let ahead = if gantry.peak_um < 0.0 { "second" } else { "first" };
+    let figures = [gantry.peak_um.abs(), gantry.skew_um.rms].map(error);
+    let [peak, rms] = figures;
+    let (line, time) = (line(&gantry.block), fixed(gantry.time_s, 3));
+    format!("gantry {}: skew at most {peak} um, RMS {rms} um; most in line {line} at {time} s, the {ahead} end ahead\n", gantry.axis)
 }
 
 /// One line a reversal.

@@ -7,10 +7,12 @@ mod comparison;
 mod parts;
 mod simulation;
 mod table;
+mod time;
 
 pub use comparison::{Harm, comparison, harm};
 pub use simulation::simulation;
 pub use table::{Align, Cell, Table};
+pub use time::time;
 
 use lostmotion_axis::{Knowledge, find_method};
 

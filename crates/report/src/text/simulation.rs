@@ -25,6 +25,9 @@ pub fn simulation(simulation: &Simulation, options: &TextOptions) -> String {
         out.push_str("\naxes\n");
         out.push_str(&blocks::axes(&result.axes));
     }
+    if let Some(gantry) = &result.gantry {
+        out.push_str(&blocks::gantry(gantry));
+    }
     let reversals = &result.reversals[..result.reversals.len().min(options.reversals)];
     if !reversals.is_empty() {
         out.push_str(&format!("\nreversals, um (worst {} of {})\n", reversals.len(), result.reversal_count));

@@ -69,6 +69,7 @@ pub(crate) fn method(name: &str, cutting: f64, backlash: f64) -> MethodResult {
         reversals: vec![reversal(AxisId::X, -1, 3.25, -cutting), reversal(AxisId::Y, 1, 1.5, 4.0)],
         reversal_count: 8,
         axes: vec![axis(AxisId::X, 10.0), axis(AxisId::Y, 40.0)],
+        gantry: None,
         within_tolerance: cutting <= 10.0,
         notes: Vec::new(),
     }

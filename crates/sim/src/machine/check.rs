@@ -47,10 +47,11 @@ fn limits(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut
 /// The parts of an axis are checked one by one first, so that each can tell its own problem, then together.
 pub(super) fn config(document: &Document<'_>, key: &str, config: &AxisConfig, problems: &mut Vec<Problem>) {
     let parts = [
+        ("cycles", config.cycles.check()),
         ("transmission", config.transmission.check()),
         ("motor", config.motor.check()),
         ("load", config.load.check(&config.transmission)),
-        ("drive", config.drive.check()),
+        ("drive", config.drive.check(&config.cycles)),
         ("compensation", config.compensation.check(&config.transmission)),
     ];
     let before = problems.len();
@@ -68,6 +69,14 @@ pub(super) fn config(document: &Document<'_>, key: &str, config: &AxisConfig, pr
         let known: Vec<&str> = lostmotion_axis::METHODS.iter().map(|method| method.info.name).collect();
         let message = format!("there is no method `{}`", config.compensation.method);
         problems.push(document.problem(&join(key, "compensation.method"), message, did_you_mean(&config.compensation.method, &known)));
+    }
+}
+
+/// Two motors on one axis move in the same unit.
+pub(super) fn transmissions(document: &Document<'_>, first: &AxisConfig, second: &AxisConfig, problems: &mut Vec<Problem>) {
+    if first.unit() != second.unit() {
+        let message = format!("moves in {}, but the first end in {}", second.unit().symbol(), first.unit().symbol());
+        problems.push(document.problem("gantry.second.transmission", message, "both ends of a gantry move in one unit"));
     }
 }
 
@@ -106,6 +115,9 @@ pub(super) fn general(document: &Document<'_>, general: &General, axes: &[Machin
     for (index, tool) in general.tool.iter().enumerate() {
         range(&format!("tool[{index}].length_mm"), tool.length_mm, 0.0, 1e4);
         range(&format!("tool[{index}].diameter_mm"), tool.diameter_mm, 0.0, 1e4);
+    }
+    if let Err(error) = general.cycles.check() {
+        problems.push(axis_problem(document, "", &error.within("cycles")));
     }
     if general.name.trim().is_empty() {
         problems.push(document.problem("name", "is empty", "give the machine a name"));

@@ -6,6 +6,7 @@
 
 mod check;
 mod document;
+mod gantry;
 mod limits;
 mod preset;
 mod problem;
@@ -16,6 +17,7 @@ mod settings;
 mod tuning;
 mod write;
 
+pub use gantry::Gantry;
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
 pub use preset::{DEFAULT_MACHINE, PresetInfo, axis_preset, axis_presets, presets};
 pub use problem::{MachineError, Problem};
@@ -25,7 +27,7 @@ pub use settings::{Homes, PlannerSettings, Position, SimulateSettings, ToolEntry
 pub use tuning::AxisTuning;
 
 use lostmotion_axis::AxisConfig;
-use lostmotion_axis::config::AxisUnit;
+use lostmotion_axis::config::{AxisUnit, Cycles};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisLimits, AxisSet, Coords};
 use lostmotion_gcode::Dialect;
@@ -63,6 +65,8 @@ struct General {
     description: String,
     #[serde(skip_serializing_if = "is_default")]
     dialect: Dialect,
+    #[serde(skip_serializing_if = "Cycles::is_usual")]
+    cycles: Cycles,
     kinematics: KinematicsSpec,
     planner: PlannerSettings,
     simulate: SimulateSettings,
@@ -81,6 +85,7 @@ fn is_default(dialect: &Dialect) -> bool {
 pub struct Machine {
     general: General,
     axes: Vec<MachineAxis>,
+    gantry: Option<Gantry>,
 }
 
 impl Machine {
@@ -102,6 +107,11 @@ impl Machine {
     /// Which kinematics, with its measures; [`lostmotion_kinematics::build`] makes it and does not fail for a checked machine.
     pub fn kinematics(&self) -> &KinematicsSpec {
         &self.general.kinematics
+    }
+
+    /// Cycles of command and servo, those of every axis.
+    pub fn cycles(&self) -> Cycles {
+        self.general.cycles
     }
 
     /// What the planner is told.
@@ -149,6 +159,11 @@ impl Machine {
         &self.axes
     }
 
+    /// The axis that two motors drive, if there is one; [`Machine::axes`] has its first motor.
+    pub fn gantry(&self) -> Option<&Gantry> {
+        self.gantry.as_ref()
+    }
+
     /// The letters of all axes.
     pub fn axis_set(&self) -> AxisSet {
         self.axes.iter().map(|axis| axis.id).collect()
@@ -160,17 +175,32 @@ impl Machine {
         self.map_axes(AxisConfig::without_gap)
     }
 
-    /// The same machine with every axis through a function. The caller checks what comes out ([`AxisConfig::check`]).
+    /// The same machine with other cycles. The caller checks the axes ([`AxisConfig::check`]).
+    #[must_use]
+    pub fn with_cycles(&self, cycles: Cycles) -> Machine {
+        let general = General { cycles, ..self.general.clone() };
+        Machine { general, ..self.clone() }.map_axes(AxisConfig::clone)
+    }
+
+    /// An axis keeps the machine's cycles.
+    fn in_step(&self, config: &AxisConfig) -> AxisConfig {
+        AxisConfig { cycles: self.general.cycles, ..config.clone() }
+    }
+
+    /// The same machine with every axis, and the second motor of a gantry, through a function; cycles stay the machine's. The caller checks what comes out ([`AxisConfig::check`]).
     #[must_use]
     pub fn map_axes(&self, change: impl Fn(&AxisConfig) -> AxisConfig) -> Machine {
-        let axes = self.axes.iter().map(|axis| MachineAxis { config: change(&axis.config), ..axis.clone() }).collect();
-        Machine { general: self.general.clone(), axes }
+        let change = |config: &AxisConfig| self.in_step(&change(config));
+        let of_axis = |axis: &MachineAxis| MachineAxis { config: change(&axis.config), ..axis.clone() };
+        let gantry = self.gantry.as_ref().map(|gantry| gantry.map(change));
+        Machine { general: self.general.clone(), axes: self.axes.iter().map(of_axis).collect(), gantry }
     }
 
     /// The same machine with another axis description for one letter. The caller checks it ([`AxisConfig::check`]).
     #[must_use]
     pub fn with_axis_config(&self, id: AxisId, config: &AxisConfig) -> Machine {
+        let config = self.in_step(config);
         let put = |axis: &MachineAxis| if axis.id == id { MachineAxis { config: config.clone(), ..axis.clone() } } else { axis.clone() };
-        Machine { general: self.general.clone(), axes: self.axes.iter().map(put).collect() }
+        Machine { axes: self.axes.iter().map(put).collect(), ..self.clone() }
     }
 }

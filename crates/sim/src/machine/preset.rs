@@ -30,6 +30,7 @@ pub fn presets() -> &'static [PresetInfo] {
         preset!("vmc3-worn", "the same mill worn: 40 um gap, three times the friction"),
         preset!("vmc4", "the mill with a rotary table A, 30 arc seconds gap"),
         preset!("trunnion5", "5-axis mill with a tilting A/C table and tool-centre-point control"),
+        preset!("gantry3", "3-axis bridge mill, two motors on Y with gaps of 10 and 25 um"),
         preset!("bench3", "three equal axes of 100 mm/s, 1 m/s2, 30 m/s3, part zero in machine zero"),
     ]
 }

@@ -1,12 +1,13 @@
 //! From the text of a machine file to a machine, or to all that is wrong with it.
 
-use super::check;
 use super::document::{Document, not_finite};
 use super::limits::{LimitsTable, LinearLimits, RotaryLimits};
 use super::problem::{MachineError, Problem, did_you_mean};
 use super::section::{join, read};
 use super::{General, Homes, Machine, MachineAxis, PlannerSettings, SimulateSettings, ToolEntry, WorkOffsets};
+use super::{check, gantry};
 use lostmotion_axis::AxisConfig;
+use lostmotion_axis::config::Cycles;
 use lostmotion_base::AxisId;
 use lostmotion_gcode::Dialect;
 use serde::Deserialize;
@@ -15,7 +16,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Tables of a machine file that are read on their own.
-const TABLES: [&str; 8] = ["kinematics", "planner", "simulate", "start", "work_offset", "home", "tool", "axis"];
+const TABLES: [&str; 10] = ["cycles", "gantry", "kinematics", "planner", "simulate", "start", "work_offset", "home", "tool", "axis"];
 
 /// Keys of a machine file outside any table.
 #[derive(Deserialize)]
@@ -38,13 +39,18 @@ impl Machine {
         let document = Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
         let mut problems = non_finite_numbers(&document);
         let general = read_general(&document, &mut problems);
-        let axes = read_axes(&document, &mut problems);
+        let mut axes = read_axes(&document, &mut problems);
+        let cycles = general.as_ref().map(|general| general.cycles).filter(|cycles| cycles.check().is_ok());
+        for axis in &mut axes {
+            axis.config.cycles = cycles.unwrap_or_default();
+        }
         check::axes(&document, &axes, &mut problems);
+        let gantry = gantry::read(&document, &axes, cycles.unwrap_or_default(), &mut problems);
         if let Some(general) = &general {
             check::general(&document, general, &axes, &mut problems);
         }
         match general {
-            Some(general) if problems.is_empty() => Ok(Machine { general, axes }),
+            Some(general) if problems.is_empty() => Ok(Machine { general, axes, gantry }),
             _ => Err(MachineError::new(name, problems)),
         }
     }
@@ -87,6 +93,7 @@ fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<
     if !document.root.contains_key("kinematics") {
         problems.push(document.problem("kinematics", "missing", "add a table [kinematics] with kind = \"cartesian\""));
     }
+    let cycles: Option<Cycles> = table_or_default(document, "cycles", problems);
     let planner: Option<PlannerSettings> = table_or_default(document, "planner", problems);
     let simulate: Option<SimulateSettings> = table_or_default(document, "simulate", problems);
     let work_offset: Option<WorkOffsets> = table_or_default(document, "work_offset", problems);
@@ -98,6 +105,7 @@ fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<
         name: head.name,
         description: head.description,
         dialect: head.dialect,
+        cycles: cycles?,
         kinematics: kinematics?,
         planner: planner?,
         simulate: simulate?,
@@ -153,6 +161,10 @@ fn read_axis(document: &Document<'_>, name: &str, part: &Spanned<DeValue<'_>>, p
     };
     let mut rest = all.clone();
     let limits = rest.remove("limits");
+    if rest.remove("cycles").is_some() {
+        let hint = "all axes of a machine run in the same cycles: write a table [cycles] at the top of the file";
+        problems.push(document.problem(&join(&key, "cycles"), "is not an axis' own", hint));
+    }
     let config: Option<AxisConfig> = read(document, &key, &spanned(rest, part.span()), &["limits"], problems);
     let key = join(&key, "limits");
     let Some(limits) = limits else {

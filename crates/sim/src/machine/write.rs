@@ -1,7 +1,8 @@
 //! A machine as a TOML file.
 
-use super::{General, LimitsTable, Machine};
+use super::{Gantry, General, LimitsTable, Machine};
 use lostmotion_axis::AxisConfig;
+use lostmotion_axis::config::Cycles;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -9,13 +10,15 @@ use std::collections::BTreeMap;
 struct AxisTable<'a> {
     limits: &'a LimitsTable,
     #[serde(flatten)]
-    config: &'a AxisConfig,
+    config: AxisConfig,
 }
 
 #[derive(Serialize)]
-struct File<'a> {
+struct File<'a, G: Serialize> {
     #[serde(flatten)]
     general: &'a General,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gantry: Option<G>,
     axis: BTreeMap<String, AxisTable<'a>>,
 }
 
@@ -27,8 +30,12 @@ impl Machine {
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         let mut axis = BTreeMap::new();
         for part in &self.axes {
-            axis.insert(part.id.letter().to_ascii_lowercase().to_string(), AxisTable { limits: &part.table, config: &part.config });
+            // the machine's own table has the cycles
+            axis.insert(
+                part.id.letter().to_ascii_lowercase().to_string(),
+                AxisTable { limits: &part.table, config: AxisConfig { cycles: Cycles::default(), ..part.config.clone() } },
+            );
         }
-        toml::to_string_pretty(&File { general: &self.general, axis })
+        toml::to_string_pretty(&File { general: &self.general, gantry: self.gantry.as_ref().map(Gantry::table), axis })
     }
 }

@@ -1,17 +1,17 @@
 //! All axes of all variants of the machine, stepped side by side.
 
 use crate::error::SimError;
-use crate::machine::{Machine, MachineAxis};
+use crate::machine::{Gantry, Machine, MachineAxis};
 use lostmotion_axis::{AxisBatch, AxisConfig, AxisError, AxisOutput, AxisRunner, Setpoint, build_runner};
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_plan::Sample;
 
-/// How long the machine stands still before the program, CNC ticks: gravity pulls loads to their flank, drives settle.
-const SETTLE_TICKS: usize = 500;
+/// How long the machine stands still before the program, s: gravity pulls loads to their flank, drives settle.
+const SETTLE_S: f64 = 0.5;
 
 /// The machine in several variants (without a gap, and with each method), all on the same setpoints.
 pub(crate) struct Bank {
-    /// Variant by variant, each with one lane an axis.
+    /// Variant by variant, each with one lane an axis, and then one for the second motor of a gantry.
     batch: AxisBatch,
     /// The axis of each lane.
     axis_of: Vec<usize>,
@@ -27,6 +27,22 @@ pub(crate) struct Outputs {
     lanes: Vec<AxisOutput>,
     /// Where each lane's load stands when its command is 0, in the axis' unit.
     datums: Vec<f64>,
+    gantry: Option<Beam>,
+}
+
+/// A gantry among the lanes.
+#[derive(Debug)]
+struct Beam {
+    gantry: Gantry,
+    axis: usize,
+    along: usize,
+}
+
+impl Beam {
+    fn of(gantry: &Gantry, axes: &[AxisInfo]) -> Option<Beam> {
+        let index = |id| axes.iter().position(|axis| axis.id == id);
+        Some(Beam { gantry: gantry.clone(), axis: index(gantry.axis)?, along: index(gantry.along)? })
+    }
 }
 
 /// What the rest of the session needs to know of an axis.
@@ -51,25 +67,28 @@ impl Bank {
     /// Every axis at rest at `start` (joint positions).
     pub(crate) fn new(machine: &Machine, variants: &[Variant], start: &Coords) -> Result<Bank, SimError> {
         let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
+        let gantry = machine.gantry().and_then(|gantry| Beam::of(gantry, &axes));
         let (mut runners, mut axis_of, mut datums) = (Vec::new(), Vec::new(), Vec::new());
         for variant in variants {
-            for (index, axis) in machine.axes().iter().enumerate() {
+            let firsts = machine.axes().iter().enumerate().map(|(index, axis)| (index, axis, &axis.config));
+            let second = gantry.iter().filter_map(|beam| Some((beam.axis, machine.axes().get(beam.axis)?, &beam.gantry.second)));
+            for (index, axis, config) in firsts.chain(second) {
                 let error = |source| SimError::Axis { axis: axis.id, source };
-                let config = if variant.without_gap { axis.config.without_gap() } else { axis.config.clone() };
+                let config = if variant.without_gap { config.without_gap() } else { config.clone() };
                 let at = start[axis.id] * axis.axis_units_per_joint_unit();
                 let mut runner = build_runner(&config, &variant.method, at).map_err(error)?;
-                settle(runner.as_mut(), at).map_err(error)?;
+                settle(runner.as_mut(), &config, at).map_err(error)?;
                 runners.push(runner);
                 axis_of.push(index);
                 datums.push(datum(&config, at).map_err(error)?);
             }
         }
         let delay_ticks = runners.iter().map(|runner| runner.delay_ticks()).max().unwrap_or(0);
-        let outputs = Outputs { lanes: runners.iter().map(|_| AxisOutput::new(false)).collect(), axes, datums };
+        let outputs = Outputs { lanes: runners.iter().map(|_| AxisOutput::new(false)).collect(), axes, datums, gantry };
         Ok(Bank { setpoints: vec![Vec::new(); outputs.axes.len()], batch: AxisBatch::new(runners), axis_of, delay_ticks, outputs })
     }
 
-    /// CNC periods by which references lag behind setpoints; the largest of all axes.
+    /// Command cycles by which references lag behind setpoints; the largest of all axes.
     pub(crate) fn delay_ticks(&self) -> u32 {
         self.delay_ticks
     }
@@ -94,10 +113,11 @@ impl Bank {
 }
 
 /// Lets an axis stand still at a place until it has come to rest; gives where its load then is.
-fn settle(runner: &mut dyn AxisRunner, at: f64) -> Result<f64, AxisError> {
+fn settle(runner: &mut dyn AxisRunner, config: &AxisConfig, at: f64) -> Result<f64, AxisError> {
     let rest = Setpoint::moving(at, 0.0, 0.0);
     let mut output = AxisOutput::new(false);
-    runner.push(&[rest; SETTLE_TICKS], &mut output)?;
+    let ticks = (SETTLE_S / config.cycles.command().period_s()).round() as usize;
+    runner.push(&vec![rest; ticks], &mut output)?;
     Ok(output.load.last().copied().unwrap_or(at))
 }
 
@@ -108,7 +128,7 @@ fn datum(config: &AxisConfig, at: f64) -> Result<f64, AxisError> {
         return Ok(0.0);
     }
     let mut runner = build_runner(config, "none", at)?;
-    Ok(settle(runner.as_mut(), at)? - at)
+    Ok(settle(runner.as_mut(), config, at)? - at)
 }
 
 impl AxisInfo {
@@ -129,12 +149,42 @@ impl Outputs {
 
     /// Output of an axis of a variant for the last chunk.
     pub(crate) fn of(&self, variant: usize, axis: usize) -> &AxisOutput {
-        &self.lanes[variant * self.axes.len() + axis]
+        &self.lanes[self.lane(variant, axis)]
+    }
+
+    /// Lane of an axis of a variant; that of the second motor of a gantry follows those of the axes.
+    fn lane(&self, variant: usize, axis: usize) -> usize {
+        variant * (self.axes.len() + usize::from(self.gantry.is_some())) + axis
+    }
+
+    /// Output of the second motor of an axis of a variant, if it has one.
+    pub(crate) fn second_of(&self, variant: usize, axis: usize) -> Option<&AxisOutput> {
+        self.gantry.as_ref().filter(|beam| beam.axis == axis).map(|_| self.of(variant, self.axes.len()))
+    }
+
+    /// How far the first end of a gantry is ahead of the second, in its unit; and its axis.
+    pub(crate) fn skew(&self, variant: usize, servo_sample: usize) -> Option<f64> {
+        let beam = self.gantry.as_ref()?;
+        Some(self.end(variant, beam.axis, servo_sample) - self.end(variant, self.axes.len(), servo_sample))
+    }
+
+    /// The axis of a gantry.
+    pub(crate) fn gantry_axis(&self) -> Option<usize> {
+        self.gantry.as_ref().map(|beam| beam.axis)
+    }
+
+    /// Load position of one motor.
+    fn end(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
+        let lane = self.lane(variant, axis);
+        self.lanes[lane].load[servo_sample] - self.datums[lane]
     }
 
     /// Load position of an axis of a variant at a servo sample of the last chunk, in the axis' unit.
     pub(crate) fn load_of(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
-        self.of(variant, axis).load[servo_sample] - self.datums[variant * self.axes.len() + axis]
+        let first = self.end(variant, axis, servo_sample);
+        let Some(beam) = self.gantry.as_ref().filter(|beam| beam.axis == axis) else { return first };
+        let share = beam.gantry.share(self.end(variant, beam.along, servo_sample));
+        first + share * (self.end(variant, self.axes.len(), servo_sample) - first)
     }
 
     /// Joint positions of the loads of a variant at a servo sample of the last chunk.

@@ -34,6 +34,7 @@ pub(crate) fn planner_config(machine: &Machine, quality: Quality) -> PlannerConf
     }
     let settings = machine.planner();
     PlannerConfig {
+        clock: machine.cycles().command(),
         quality,
         default_tolerance_mm: settings.default_tolerance_mm,
         exact_path_tolerance_mm: settings.exact_path_tolerance_mm,

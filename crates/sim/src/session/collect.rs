@@ -6,7 +6,7 @@ use super::rows;
 use super::run::{Tally, WITHOUT_GAP};
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
-use crate::results::{AxisResult, BlockResult, Comparison, MethodResult, PlanInfo, SCHEMA_VERSION, Simulation};
+use crate::results::{AxisResult, BlockResult, Comparison, GantryResult, MethodResult, PlanInfo, SCHEMA_VERSION, Simulation};
 use crate::source::ProgramSource;
 use lostmotion_axis::find_method;
 use lostmotion_base::Clock;
@@ -27,14 +27,19 @@ pub(crate) fn comparison(
     let tolerance_um = options.tolerance_um.unwrap_or(machine.simulate().tolerance_um);
     let mut results: Vec<MethodResult> =
         methods.iter().enumerate().map(|(index, method)| method_result(machine, method, index + 1, tolerance_um, tally)).collect();
-    super::text::fill(source, &checked.files, results.iter_mut().flat_map(|result| &mut result.worst_blocks).collect());
+    let rows = results.iter_mut().flat_map(|result| &mut result.worst_blocks).map(|row| (row.block, &mut row.text));
+    super::text::fill(source, &checked.files, rows.collect());
     note_harm(&mut results);
     Comparison {
         schema: SCHEMA_VERSION,
         program: checked.program,
         machine: machine.name().to_owned(),
         tolerance_um,
-        plan: PlanInfo { duration_s: Clock::CNC.seconds(tally.samples), command: rows::stats(&tally.command, UM_PER_MM), ..checked.plan },
+        plan: PlanInfo {
+            duration_s: tally.cycles.command().seconds(tally.samples),
+            command: rows::stats(&tally.command, UM_PER_MM),
+            ..checked.plan
+        },
         without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].cutting, UM_PER_MM),
         recommended: recommended(&results),
         results,
@@ -56,7 +61,7 @@ pub(crate) fn simulation(comparison: Comparison) -> Option<Simulation> {
 }
 
 fn method_result(machine: &Machine, method: &str, variant: usize, tolerance_um: f64, tally: &Tally) -> MethodResult {
-    let recorder = &tally.recorders[variant];
+    let (recorder, servo) = (&tally.recorders[variant], tally.cycles.servo());
     let cutting = rows::stats(&recorder.cutting, UM_PER_MM);
     let rotary = machine.axes().iter().any(|axis| axis.id.is_rotary());
     let mdeg = lostmotion_base::units::deg(1e3);
@@ -67,30 +72,32 @@ fn method_result(machine: &Machine, method: &str, variant: usize, tolerance_um: 
         rapid: rows::stats(&recorder.rapid, UM_PER_MM),
         backlash: rows::stats(&recorder.backlash, UM_PER_MM),
         orientation_mdeg: rotary.then(|| rows::stats(&recorder.orientation, mdeg)),
-        worst_blocks: worst_blocks(recorder),
-        reversals: recorder.turns.worst().map(rows::reversal).collect(),
+        worst_blocks: worst_blocks(recorder, servo),
+        reversals: recorder.turns.worst().map(|row| rows::reversal(row, servo)).collect(),
         reversal_count: recorder.turns.counts().iter().sum(),
         axes,
+        gantry: gantry(variant, tally),
         within_tolerance: cutting.max <= tolerance_um,
         notes: Vec::new(),
     };
-    result.notes = notes(&result, recorder.cutting.not_finite());
+    result.notes = notes(&result, servo, recorder.cutting.not_finite());
     result
 }
 
 /// Cutting moves; G0 moves only where nothing is cut.
-fn worst_blocks(recorder: &Recorder) -> Vec<BlockResult> {
-    let cutting: Vec<BlockResult> = recorder.blocks.worst().map(rows::block).collect();
-    if cutting.is_empty() { recorder.blocks.worst_rapids().map(rows::block).collect() } else { cutting }
+fn worst_blocks(recorder: &Recorder, servo: Clock) -> Vec<BlockResult> {
+    let block = |row| rows::block(row, servo);
+    let cutting: Vec<BlockResult> = recorder.blocks.worst().map(block).collect();
+    if cutting.is_empty() { recorder.blocks.worst_rapids().map(block).collect() } else { cutting }
 }
 
-fn notes(result: &MethodResult, not_finite: u64) -> Vec<String> {
+fn notes(result: &MethodResult, servo: Clock, not_finite: u64) -> Vec<String> {
     let mut notes = Vec::new();
     if result.cutting.samples == 0 {
         notes.push("the program has no cutting moves (G1, G2, G3); the verdict says nothing".to_owned());
     }
     for axis in result.axes.iter().filter(|axis| axis.saturated_samples > 0) {
-        let seconds = Clock::SERVO.seconds(axis.saturated_samples);
+        let seconds = servo.seconds(axis.saturated_samples);
         notes.push(format!("axis {}: the drive was at its current or voltage limit for {seconds:.3} s", axis.axis));
     }
     if not_finite > 0 {
@@ -99,9 +106,22 @@ fn notes(result: &MethodResult, not_finite: u64) -> Vec<String> {
     notes
 }
 
+fn gantry(variant: usize, tally: &Tally) -> Option<GantryResult> {
+    let (recorder, outputs) = (&tally.recorders[variant], &tally.bank.outputs);
+    let axis = outputs.axes().get(outputs.gantry_axis()?)?.id;
+    let summary = recorder.skew.summary();
+    Some(GantryResult {
+        axis,
+        skew_um: rows::stats(&recorder.skew, UM_PER_MM),
+        peak_um: summary.max * UM_PER_MM,
+        time_s: tally.cycles.servo().seconds(summary.max_at.tick),
+        block: recorder.skew_peak.1,
+    })
+}
+
 fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
     let info = &tally.bank.outputs.axes()[axis];
-    let output = tally.bank.outputs.of(variant, axis);
+    let (output, second) = (tally.bank.outputs.of(variant, axis), tally.bank.outputs.second_of(variant, axis));
     let id = info.id;
     let unit = if id.is_rotary() { "mdeg" } else { "um" };
     // Following errors are in the axis' own unit (mm or deg, or rad on axes described in rad): a joint unit is mm or rad.
@@ -115,8 +135,9 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
         following: rows::stats(&tally.recorders[variant].following[axis], factor),
         following_without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].following[axis], factor),
         reversals: tally.recorders[variant].turns.counts()[id.index()],
-        peak_current_ratio: output.peak_current_a / info.current_limit_a,
-        saturated_samples: output.saturated_samples,
+        peak_current_ratio: second.map_or(output.peak_current_a, |second| output.peak_current_a.max(second.peak_current_a))
+            / info.current_limit_a,
+        saturated_samples: output.saturated_samples + second.map_or(0, |second| second.saturated_samples),
         peak_velocity: tally.peak_velocity[id] * large,
         range: [tally.range[0][id] * large, tally.range[1][id] * large],
     }

@@ -7,12 +7,25 @@ use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
 use crate::source::ProgramSource;
-use lostmotion_base::Coords;
+use crate::time::what_if::Change;
+use lostmotion_base::{BlockRef, Coords};
 use lostmotion_contour::ProgrammedSegment;
 use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem};
 use lostmotion_kinematics::Kinematics;
-use lostmotion_plan::{FeedLimit, PlanItem, Planner, Sample};
+use lostmotion_plan::{FeedLimit, Move, PlanItem, Planner, Sample};
 use std::sync::Arc;
+
+/// What was read, for those who want to know where time goes.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly all are moves")]
+pub(crate) enum Note {
+    /// A move with its running number.
+    Move { index: u64, item: Move },
+    /// A dwell after so many moves.
+    Dwell { after: u64, seconds: f64, block: BlockRef },
+    /// Another tool.
+    ToolChange,
+}
 
 /// A program on its way through the planner.
 pub(crate) struct Feed {
@@ -22,21 +35,35 @@ pub(crate) struct Feed {
     kinematics: Arc<dyn Kinematics>,
     start_joints: Coords,
     segments: u64,
+    change: Change,
+    notes: Option<Vec<Note>>,
     over: bool,
     last: Option<Sample>,
 }
 
 impl Feed {
     pub(crate) fn new(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Feed, SimError> {
+        Feed::changed(source, machine, options, Change::NONE)
+    }
+
+    /// With notes of what is read.
+    pub(crate) fn timed(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Feed, SimError> {
+        Ok(Feed { notes: Some(Vec::new()), ..Feed::new(source, machine, options)? })
+    }
+
+    /// On a machine, or of a program, with something changed.
+    pub(crate) fn changed(source: &ProgramSource, machine: &Machine, options: &SimulateOptions, change: Change) -> Result<Feed, SimError> {
         let kinematics = kinematics(machine)?;
         let start = machine.start();
         Ok(Feed {
             name: source.name().to_owned(),
             reader: Reader::new(source, machine, options)?,
-            planner: Planner::new(planner_config(machine, options.quality), Arc::clone(&kinematics), start)?,
+            planner: Planner::new(change.of_machine(planner_config(machine, options.quality)), Arc::clone(&kinematics), start)?,
             start_joints: kinematics.inverse(&start, &[0.0; 3])?,
             kinematics,
             segments: 0,
+            change,
+            notes: None,
             over: false,
             last: None,
         })
@@ -70,7 +97,8 @@ impl Feed {
             SimError::Program { name: self.name.clone(), diagnostics: Box::new(diagnostics) }
         })?;
         let origin = if let MotionItem::Move(motion) = &item { motion.origin } else { Coords::ZERO };
-        let Some(item) = lower(&item)? else { return Ok(()) };
+        self.note_stop(&item);
+        let Some(item) = lower(&item)?.map(|item| self.change.of_item(item)) else { return Ok(()) };
         self.planner.push(item)?;
         if let PlanItem::Move(item) = item {
             segments.push(ProgrammedSegment {
@@ -81,9 +109,31 @@ impl Feed {
                 origin_mm: origin.linear(),
                 block: item.block,
             });
+            if let Some(notes) = &mut self.notes {
+                notes.push(Note::Move { index: self.segments, item });
+            }
             self.segments += 1;
         }
         Ok(())
+    }
+
+    fn note_stop(&mut self, item: &MotionItem) {
+        let Some(notes) = &mut self.notes else { return };
+        match item {
+            MotionItem::Dwell { seconds, block } => notes.push(Note::Dwell { after: self.segments, seconds: *seconds, block: *block }),
+            MotionItem::ToolChange { .. } => notes.push(Note::ToolChange),
+            _ => {}
+        }
+    }
+
+    /// Notes since the last call.
+    pub(crate) fn notes(&mut self) -> Vec<Note> {
+        self.notes.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// How often the spindle has been told to start, stop or turn round.
+    pub(crate) fn spindle_events(&self) -> u64 {
+        self.reader.spindle_events()
     }
 
     /// The last sample given out.

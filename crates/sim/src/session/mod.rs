@@ -21,7 +21,10 @@ mod rows;
 mod run;
 mod text;
 
+pub(crate) use check::{Checked, check as check_program, planner_config};
+pub(crate) use feed::{Feed, Note};
 pub use reader::interpreter_config;
+pub(crate) use text::fill as fill_texts;
 
 use crate::error::{SimError, SinkError};
 use crate::machine::Machine;
@@ -30,7 +33,6 @@ use crate::options::SimulateOptions;
 use crate::results::{Comparison, PlanInfo, ProgramInfo, Simulation};
 use crate::source::ProgramSource;
 use lostmotion_axis::{METHODS, find_method};
-use lostmotion_base::Clock;
 use lostmotion_contour::ProgrammedSegment;
 use lostmotion_plan::Sample;
 
@@ -111,15 +113,15 @@ pub fn plan_with_path(
     let checked = check::check(source, machine, options)?;
     let mut feed = feed::Feed::new(source, machine, options)?;
     let (mut samples, mut segments) = (Vec::new(), Vec::new());
-    let mut count = 0;
+    let (mut count, command) = (0, machine.cycles().command());
     loop {
         segments.clear();
         feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
         if samples.is_empty() {
-            return Ok(PlanInfo { duration_s: Clock::CNC.seconds(count), ..checked.plan });
+            return Ok(PlanInfo { duration_s: command.seconds(count), ..checked.plan });
         }
         count += samples.len() as u64;
-        if Clock::CNC.seconds(count) > options.max_duration_s {
+        if command.seconds(count) > options.max_duration_s {
             return Err(SimError::TooLong { limit_s: options.max_duration_s });
         }
         sink(&samples, &segments).map_err(SimError::Sink)?;

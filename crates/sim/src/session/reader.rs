@@ -8,7 +8,7 @@ use lostmotion_base::{BlockRef, Coords};
 use lostmotion_gcode::{
     CanonicalOp, Diagnostics, InterpreterConfig, MotionFold, MotionItem, Plane, Problem, Program, Tool, ToolTable, Units,
 };
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::io::BufRead;
 use std::sync::Arc;
 
@@ -24,6 +24,9 @@ pub(crate) struct Reader {
     plane: Plane,
     /// The first move that follows the spindle.
     synchronised: Option<BlockRef>,
+    /// Whether each spindle that turns does so clockwise, and how often any has changed that.
+    spindles: BTreeMap<u8, bool>,
+    spindle_events: u64,
     bytes: u64,
 }
 
@@ -37,7 +40,16 @@ impl Reader {
             program = program.with_loader(Arc::clone(loader));
         }
         let fold = MotionFold::new(machine.start()).with_spline_tolerance_mm(options.spline_tolerance_mm);
-        Ok(Reader { program, fold, pending: VecDeque::new(), plane: Plane::Xy, synchronised: None, bytes: 0 })
+        Ok(Reader {
+            program,
+            fold,
+            pending: VecDeque::new(),
+            plane: Plane::Xy,
+            synchronised: None,
+            spindles: BTreeMap::new(),
+            spindle_events: 0,
+            bytes: 0,
+        })
     }
 
     /// The next motion and the plane in force. A problem in folding is the motion's own and does not end the program.
@@ -53,6 +65,8 @@ impl Reader {
             match sourced.op {
                 CanonicalOp::SelectPlane(plane) => self.plane = plane,
                 CanonicalOp::StartSpeedFeedSync(_) => self.synchronised = self.synchronised.or(Some(sourced.block)),
+                CanonicalOp::StartSpindle { spindle, clockwise } => self.turn(spindle, Some(clockwise)),
+                CanonicalOp::StopSpindle { spindle } => self.turn(spindle, None),
                 _ => {}
             }
             if let Err(problem) = self.fold.push_all(&sourced, &mut self.pending) {
@@ -64,6 +78,19 @@ impl Reader {
     /// The first move that follows the spindle, if there has been one.
     pub(crate) fn synchronised(&self) -> Option<BlockRef> {
         self.synchronised
+    }
+
+    fn turn(&mut self, spindle: u8, clockwise: Option<bool>) {
+        let before = match clockwise {
+            Some(clockwise) => self.spindles.insert(spindle, clockwise),
+            None => self.spindles.remove(&spindle),
+        };
+        self.spindle_events += u64::from(before != clockwise);
+    }
+
+    /// How often the spindle has been told to start, stop or turn round.
+    pub(crate) fn spindle_events(&self) -> u64 {
+        self.spindle_events
     }
 
     /// How far into the program it is, bytes.

@@ -4,7 +4,8 @@ use super::bank::Outputs;
 use super::frame::{Frame, contour_input};
 use crate::error::SimError;
 use crate::options::SimulateOptions;
-use lostmotion_base::Clock;
+use lostmotion_axis::config::Cycles;
+use lostmotion_base::BlockRef;
 use lostmotion_contour::{
     BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place, ReversalConfig, ReversalLedger, ReversalRow,
     ReversalState, Shares, Statistics,
@@ -24,6 +25,10 @@ pub(crate) struct Recorder {
     pub(crate) backlash: Statistics,
     pub(crate) orientation: Statistics,
     pub(crate) following: Vec<Statistics>,
+    /// How far the ends of a gantry are apart, in its unit.
+    pub(crate) skew: Statistics,
+    /// Magnitude and block of the largest.
+    pub(crate) skew_peak: (f64, BlockRef),
     pub(crate) blocks: BlockLedger,
     pub(crate) turns: ReversalLedger,
     /// Rows finished in the last chunk.
@@ -34,8 +39,8 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    pub(crate) fn new(variant: usize, axes: usize, options: &SimulateOptions, with_records: bool) -> Recorder {
-        let window = (options.reversal_window_s / Clock::SERVO.period_s()).round() as u64;
+    pub(crate) fn new(variant: usize, axes: usize, cycles: Cycles, options: &SimulateOptions, with_records: bool) -> Recorder {
+        let window = (options.reversal_window_s / cycles.servo().period_s()).round() as u64;
         Recorder {
             variant,
             foot: FootState::default(),
@@ -47,6 +52,8 @@ impl Recorder {
             backlash: Statistics::default(),
             orientation: Statistics::default(),
             following: vec![Statistics::default(); axes],
+            skew: Statistics::default(),
+            skew_peak: (0.0, BlockRef::default()),
             blocks: BlockLedger::new(options.keep_blocks),
             turns: ReversalLedger::new(window, options.keep_reversals),
             finished_blocks: Vec::new(),
@@ -106,6 +113,12 @@ impl Recorder {
         for (axis, statistics) in self.following.iter_mut().enumerate() {
             let reference = outputs.of(self.variant, axis).reference[frame.servo_sample];
             statistics.push(reference - outputs.load_of(self.variant, axis, frame.servo_sample), place);
+        }
+        if let Some(skew) = outputs.skew(self.variant, frame.servo_sample) {
+            self.skew.push(skew, place);
+            if skew.abs() > self.skew_peak.0 {
+                self.skew_peak = (skew.abs(), frame.sample.block);
+            }
         }
         self.blocks.record(record);
         if let Some(records) = &mut self.records {

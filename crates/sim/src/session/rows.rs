@@ -24,13 +24,13 @@ fn parts(shares: &Shares) -> ErrorParts {
     ErrorParts { command: shares.command_mm * UM_PER_MM, servo: shares.servo_mm * UM_PER_MM, backlash: shares.backlash_mm * UM_PER_MM }
 }
 
-pub(crate) fn block(row: &BlockRow) -> BlockResult {
+pub(crate) fn block(row: &BlockRow, servo: Clock) -> BlockResult {
     BlockResult {
         block: row.block,
         text: String::new(),
         segment: row.segment,
         rapid: row.rapid,
-        time_s: Clock::SERVO.seconds(row.worst.sample.tick),
+        time_s: servo.seconds(row.worst.sample.tick),
         max_um: row.max_mm() * UM_PER_MM,
         rms_um: row.rms_mm() * UM_PER_MM,
         parts_um: parts(&row.worst.shares),
@@ -39,10 +39,10 @@ pub(crate) fn block(row: &BlockRow) -> BlockResult {
     }
 }
 
-pub(crate) fn reversal(row: &ReversalRow) -> ReversalResult {
+pub(crate) fn reversal(row: &ReversalRow, servo: Clock) -> ReversalResult {
     ReversalResult {
         axis: row.reversal.axis,
-        time_s: Clock::SERVO.seconds(row.reversal.tick),
+        time_s: servo.seconds(row.reversal.tick),
         block: row.block,
         direction: row.reversal.direction,
         peak_um: row.peak_mm * UM_PER_MM,
@@ -52,10 +52,10 @@ pub(crate) fn reversal(row: &ReversalRow) -> ReversalResult {
 }
 
 /// A point for pictures; none if the tracker holds its segment no longer.
-pub(crate) fn contour_point(tracker: &ContourTracker, record: &ErrorRecord) -> Option<ContourPoint> {
+pub(crate) fn contour_point(tracker: &ContourTracker, record: &ErrorRecord, servo: Clock) -> Option<ContourPoint> {
     let place = tracker.place(&record.sample)?;
     Some(ContourPoint {
-        time_s: Clock::SERVO.seconds(record.sample.tick),
+        time_s: servo.seconds(record.sample.tick),
         foot_mm: place.foot_mm,
         normal: place.left,
         error_um: record.sample.error_mm * UM_PER_MM,

@@ -10,8 +10,8 @@ use crate::machine::Machine;
 use crate::observer::Observer;
 use crate::options::SimulateOptions;
 use crate::source::ProgramSource;
-use lostmotion_axis::SAMPLES_PER_SETPOINT;
-use lostmotion_base::{Clock, Coords, Tick};
+use lostmotion_axis::config::Cycles;
+use lostmotion_base::{Coords, Tick};
 use lostmotion_contour::{ContourTracker, FootState, Place, Statistics};
 use lostmotion_kinematics::Kinematics;
 use lostmotion_plan::Sample;
@@ -23,6 +23,7 @@ pub(crate) const WITHOUT_GAP: usize = 0;
 
 /// Everything that a run adds up.
 pub(crate) struct Tally {
+    pub(crate) cycles: Cycles,
     pub(crate) bank: Bank,
     /// The machine without a gap, then one per method.
     pub(crate) recorders: Vec<Recorder>,
@@ -59,7 +60,7 @@ pub(crate) fn run(
     let pool = pool.map_err(|why| SimError::Threads { threads: options.threads, why: why.to_string() })?;
     let mut feed = Feed::new(source, machine, options)?;
     let mut run = Run::new(machine, methods, options, observer.wants_contour(), &feed)?;
-    let total = source.len().unwrap_or(0);
+    let (total, command) = (source.len().unwrap_or(0), machine.cycles().command());
     let (mut samples, mut segments) = (Vec::new(), Vec::new());
     loop {
         feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
@@ -72,11 +73,11 @@ pub(crate) fn run(
         }
         pool.install(|| run.chunk(&samples))?;
         run.report(observer);
-        observer.progress(feed.bytes_done(), total, Clock::CNC.seconds(run.tally.samples));
+        observer.progress(feed.bytes_done(), total, command.seconds(run.tally.samples));
         if last {
             break;
         }
-        if Clock::CNC.seconds(run.tally.samples) > options.max_duration_s {
+        if command.seconds(run.tally.samples) > options.max_duration_s {
             return Err(SimError::TooLong { limit_s: options.max_duration_s });
         }
     }
@@ -93,16 +94,17 @@ impl Run {
         variants.extend(methods.iter().map(|method| Variant { method: method.clone(), without_gap: false }));
         let start = feed.start_joints();
         let bank = Bank::new(machine, &variants, &start)?;
-        let axes = bank.outputs.axes().len();
-        let recorder = |variant| Recorder::new(variant, axes, options, with_records && variant != WITHOUT_GAP);
+        let (axes, cycles) = (bank.outputs.axes().len(), machine.cycles());
+        let recorder = |variant| Recorder::new(variant, axes, cycles, options, with_records && variant != WITHOUT_GAP);
         Ok(Run {
             kinematics: feed.kinematics(),
             tracker: ContourTracker::new(options.contour),
-            aligner: Aligner::new(bank.delay_ticks(), SAMPLES_PER_SETPOINT),
+            aligner: Aligner::new(bank.delay_ticks(), cycles.servo_ticks()),
             command_foot: FootState::default(),
             without_gap_foot: FootState::default(),
             frames: Vec::new(),
             tally: Tally {
+                cycles,
                 recorders: (0..variants.len()).map(recorder).collect(),
                 bank,
                 command: Statistics::default(),
@@ -173,21 +175,23 @@ impl Run {
 
     fn report(&mut self, observer: &mut dyn Observer) {
         self.report_rows(observer);
+        let servo = self.tally.cycles.servo();
         for (method, recorder) in self.tally.recorders.iter().skip(1).enumerate() {
             if let Some(records) = &recorder.records {
-                let points: Vec<_> = records.iter().filter_map(|record| rows::contour_point(&self.tracker, record)).collect();
+                let points: Vec<_> = records.iter().filter_map(|record| rows::contour_point(&self.tracker, record, servo)).collect();
                 observer.contour(method, &points);
             }
         }
     }
 
     fn report_rows(&mut self, observer: &mut dyn Observer) {
+        let servo = self.tally.cycles.servo();
         for (method, recorder) in self.tally.recorders.iter().skip(1).enumerate() {
             if !recorder.finished_blocks.is_empty() {
-                observer.blocks(method, &recorder.finished_blocks.iter().map(rows::block).collect::<Vec<_>>());
+                observer.blocks(method, &recorder.finished_blocks.iter().map(|row| rows::block(row, servo)).collect::<Vec<_>>());
             }
             if !recorder.finished_turns.is_empty() {
-                observer.reversals(method, &recorder.finished_turns.iter().map(rows::reversal).collect::<Vec<_>>());
+                observer.reversals(method, &recorder.finished_turns.iter().map(|row| rows::reversal(row, servo)).collect::<Vec<_>>());
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The source lines of the blocks that a result names, read once more from the program.
 
-use crate::results::BlockResult;
 use crate::source::ProgramSource;
+use lostmotion_base::BlockRef;
 use lostmotion_gcode::SourceFiles;
 use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
@@ -10,19 +10,19 @@ use std::io::{BufRead, Read};
 const LONGEST: usize = 80;
 
 /// Fills in the texts; those that cannot be read again stay empty.
-pub(crate) fn fill(source: &ProgramSource, files: &SourceFiles, mut blocks: Vec<&mut BlockResult>) {
-    let own = |block: &&mut BlockResult| block.block.span.file == 0;
-    for block in blocks.iter_mut().filter(|block| !own(block)) {
-        let file = (block.block.span.file as usize).checked_sub(1).and_then(|index| files.get(index));
-        let rest = file.and_then(|file| file.text.get(block.block.span.start as usize..)).unwrap_or_default();
-        block.text = first_line(rest);
+pub(crate) fn fill(source: &ProgramSource, files: &SourceFiles, mut blocks: Vec<(BlockRef, &mut String)>) {
+    let own = |(block, _): &(BlockRef, &mut String)| block.span.file == 0;
+    for (block, text) in blocks.iter_mut().filter(|row| !own(row)) {
+        let file = (block.span.file as usize).checked_sub(1).and_then(|index| files.get(index));
+        let rest = file.and_then(|file| file.text.get(block.span.start as usize..)).unwrap_or_default();
+        **text = first_line(rest);
     }
     blocks.retain(own);
-    let mut texts: BTreeMap<u64, String> = blocks.iter().map(|block| (block.block.span.start, String::new())).collect();
+    let mut texts: BTreeMap<u64, String> = blocks.iter().map(|(block, _)| (block.span.start, String::new())).collect();
     if source.open().is_ok_and(|reader| read(reader, &mut texts).is_ok()) {
-        for block in &mut blocks {
-            if let Some(text) = texts.get(&block.block.span.start) {
-                block.text.clone_from(text);
+        for (block, text) in &mut blocks {
+            if let Some(found) = texts.get(&block.span.start) {
+                text.clone_from(found);
             }
         }
     }

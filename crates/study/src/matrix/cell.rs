@@ -11,7 +11,7 @@ use super::result::CellResult;
 use super::tally::Tally;
 use crate::error::StudyError;
 use lostmotion_axis::config::Change;
-use lostmotion_axis::{AxisConfig, AxisSample, SAMPLES_PER_SETPOINT, Setpoint};
+use lostmotion_axis::{AxisConfig, AxisSample, Setpoint};
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{AxisId, Clock, Coords, Tick};
 use lostmotion_contour::{ContourConfig, ContourInput, ContourSample, ContourTracker, ProgrammedSegment};
@@ -19,6 +19,8 @@ use lostmotion_plan::Sample;
 use lostmotion_report::number::round_to;
 use lostmotion_sim::{ProgramSource, SimulateOptions, plan, plan_with_path};
 
+/// Servo ticks in a command cycle: the study's machine has the usual cycles.
+const SERVO_TICKS: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) as usize;
 /// Reversals of each axis before measuring.
 const FIRST_REVERSALS: u32 = 4;
 /// Time after the last of them, CNC ticks.
@@ -180,18 +182,18 @@ impl<'a> Bench<'a> {
             let Some(command) = command else { continue };
             let tick = self.ticks + n as Tick - 1;
             self.watch(tick, &command);
-            for part in 0..SAMPLES_PER_SETPOINT {
-                let servo_sample = n * SAMPLES_PER_SETPOINT + part;
+            for part in 0..SERVO_TICKS {
+                let servo_sample = n * SERVO_TICKS + part;
                 let Some(lane) = self.lanes.first_mut() else { continue };
                 let ([x, y], z) = (lane.reference(servo_sample), command.position[AxisId::Z]);
                 let since = self.measured_from.and_then(|from| tick.checked_sub(from));
                 let mut frame = Frame {
                     servo_sample,
-                    tick: tick * SAMPLES_PER_SETPOINT as Tick + part as Tick,
+                    tick: tick * SERVO_TICKS as Tick + part as Tick,
                     command,
                     commanded_tip_mm: [x, y, z],
                     without_gap: ContourSample::default(),
-                    since: since.map(|ticks| ticks as usize * SAMPLES_PER_SETPOINT + part),
+                    since: since.map(|ticks| ticks as usize * SERVO_TICKS + part),
                 };
                 let load = lane.load(servo_sample);
                 frame.without_gap = self.tracker.measure(&mut lane.foot, &contour_input(&frame, load))?;
@@ -216,7 +218,7 @@ impl<'a> Bench<'a> {
             }
             let (Some(since), Some(events)) = (since, self.events.get_mut(axis)) else { continue };
             if event.reversal || event.flank_rad.is_some() {
-                events.count(since as usize * SAMPLES_PER_SETPOINT);
+                events.count(since as usize * SERVO_TICKS);
             }
             if let Some(least) = event.flank_rad {
                 self.limit_max_rad = self.limit_max_rad.max(least);
@@ -259,7 +261,7 @@ impl<'a> Bench<'a> {
 
     fn finish(self) -> CellResult {
         let um_per_rad = UM_PER_MM / self.motor_rad_per_mm;
-        let ticks = self.ticks * SAMPLES_PER_SETPOINT as Tick;
+        let ticks = self.ticks * SERVO_TICKS as Tick;
         let from = self.measured_from.unwrap_or(self.ticks);
         let measured_s = Clock::CNC.seconds(self.ticks.saturating_sub(from)).max(Clock::CNC.period_s());
         let limit_rms = (self.limit_squares * self.physics.traverse_s / measured_s).sqrt();

@@ -1,0 +1,99 @@
+//! Where the time of a program goes, as text.
+
+use super::parts::{line, short, warnings};
+use super::table::{Align, Cell, Table};
+use crate::number::{duration, fixed, percent};
+use lostmotion_sim::time::results::{CycleTime, KindTimes, LimitShare, TimeKind};
+
+/// Most warnings shown; the JSON form has all of them.
+const WARNINGS: usize = 3;
+/// Longest piece of a block's text in a table.
+const BLOCK_TEXT: usize = 40;
+/// What limits a block, so many at most.
+const BLOCK_LIMITS: usize = 3;
+
+const LEFT: Align = Align::Left;
+const RIGHT: Align = Align::Right;
+
+/// The whole answer: total, kinds, limits, blocks, what-if. Ends in a newline.
+pub fn time(time: &CycleTime) -> String {
+    let mut out = format!("{} on {}\ncycle time: {}\n", time.program.name, time.machine, duration(time.total_s));
+    out.push_str(&warnings(&time.program, WARNINGS));
+    out.push('\n');
+    out.push_str(&kinds(&time.kinds, time.total_s));
+    out.push_str("\nlimited by\n");
+    out.push_str(&limits(&time.limits));
+    let shown = time.blocks.len() as u64;
+    out.push_str(&format!("\nblocks that take longest ({shown} of {})\n", time.block_count));
+    out.push_str(&blocks(time));
+    if !time.what_if.is_empty() {
+        out.push_str("\nwhat if\n");
+        out.push_str(&what_if(time));
+    }
+    out
+}
+
+fn kinds(kinds: &KindTimes, total_s: f64) -> String {
+    let mut table = Table::new(&[("kind", LEFT), ("time s", RIGHT), ("share", RIGHT), ("", LEFT)]);
+    let mut row = |name: &str, time_s: f64, note: String| {
+        table.row([name.into(), fixed(time_s, 3).into(), percent(time_s / total_s.max(1e-9)).into(), note.into()]);
+    };
+    row("cutting", kinds.cutting_s, String::new());
+    row("rapid", kinds.rapid_s, String::new());
+    row("dwell", kinds.dwell_s, String::new());
+    for (name, count, each_s) in
+        [("tool change", kinds.tool_changes, kinds.tool_change_s), ("spindle", kinds.spindle_events, kinds.spindle_event_s)]
+    {
+        if count > 0 {
+            row(name, count as f64 * each_s, format!("{count} x {} s, as told", fixed(each_s, 1)));
+        }
+    }
+    table.render()
+}
+
+fn limits(limits: &[LimitShare]) -> String {
+    let mut table = Table::new(&[("limit", LEFT), ("time s", RIGHT), ("share", RIGHT)]);
+    for limit in limits {
+        table.row([limit.limit.as_str().into(), fixed(limit.time_s, 3).into(), percent(limit.share).into()]);
+    }
+    table.render()
+}
+
+fn blocks(time: &CycleTime) -> String {
+    let mut table = Table::new(&[
+        ("line", RIGHT),
+        ("time s", RIGHT),
+        ("share", RIGHT),
+        ("from s", RIGHT),
+        ("kind", LEFT),
+        ("limited by", LEFT),
+        ("block", LEFT),
+    ]);
+    for block in &time.blocks {
+        let kind = match block.kind {
+            TimeKind::Cutting => "cutting",
+            TimeKind::Rapid => "rapid",
+            TimeKind::Dwell => "dwell",
+        };
+        let limits: Vec<String> =
+            block.limits.iter().take(BLOCK_LIMITS).map(|limit| format!("{} {}", limit.limit, percent(limit.share))).collect();
+        table.row([
+            Cell::from(line(&block.block)),
+            fixed(block.time_s, 3).into(),
+            percent(block.time_s / time.plan_s.max(1e-9)).into(),
+            fixed(block.start_s, 3).into(),
+            kind.into(),
+            limits.join(", ").into(),
+            short(&block.text, BLOCK_TEXT).into(),
+        ]);
+    }
+    table.render()
+}
+
+fn what_if(time: &CycleTime) -> String {
+    let mut table = Table::new(&[("change", LEFT), ("plan s", RIGHT), ("saves s", RIGHT), ("share", RIGHT)]);
+    for row in &time.what_if {
+        table.row([row.change.as_str().into(), fixed(row.plan_s, 3).into(), fixed(row.saved_s, 3).into(), percent(row.saved_share).into()]);
+    }
+    table.render()
+}

@@ -1,0 +1,111 @@
+//! A beam that two motors carry: one axis, each of its ends with a screw, a servo, a gap and a compensator of its own.
+
+use super::check;
+use super::document::Document;
+use super::problem::Problem;
+use super::{MachineAxis, section};
+use lostmotion_axis::AxisConfig;
+use lostmotion_axis::config::Cycles;
+use lostmotion_base::AxisId;
+use serde::{Deserialize, Serialize};
+
+/// Least distance between the two ends of a beam, mm.
+const LEAST_BEAM_MM: f64 = 1.0;
+
+/// Table `gantry` of a machine file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    axis: char,
+    along: char,
+    first_at_mm: f64,
+    second_at_mm: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    second_gap_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    second: Option<AxisConfig>,
+}
+
+/// An axis that two motors drive.
+///
+/// Both get the same setpoints. Each moves its end of the beam, without a force from one on the other (a beam that yields in its plane); the tool sits on the beam
+/// like on a lever:
+/// ```text
+/// y = (1 - w) y1 + w y2        w = (x - x1)/(x2 - x1), x the place of the load of the axis `along` the beam
+/// ```
+/// In a file: a table `[gantry]` with `axis`, `along`, `first_at_mm` and `second_at_mm` (joint positions of `along` at which the tool is at either screw); the tables
+/// of the axis itself describe the first end. The second is like it, but for `second_gap_um`, or has tables of its own, `[gantry.second.motor]` and so on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gantry {
+    /// The axis.
+    pub axis: AxisId,
+    /// The axis that moves the tool along the beam.
+    pub along: AxisId,
+    /// Where along the beam the ends are, mm.
+    pub at_mm: [f64; 2],
+    /// The second end's drive, motor, shaft, load, compensator.
+    pub second: AxisConfig,
+}
+
+impl Gantry {
+    /// The second end's part of the tool's position with the load of the axis along the beam at a place.
+    pub fn share(&self, along_mm: f64) -> f64 {
+        (along_mm - self.at_mm[0]) / (self.at_mm[1] - self.at_mm[0])
+    }
+
+    /// The same beam with its second end through a function.
+    pub(super) fn map(&self, change: impl Fn(&AxisConfig) -> AxisConfig) -> Gantry {
+        Gantry { second: change(&self.second), ..self.clone() }
+    }
+
+    /// What a file says of it.
+    pub(super) fn table(&self) -> impl Serialize + use<> {
+        let letter = |axis: AxisId| axis.letter().to_ascii_lowercase();
+        Table {
+            axis: letter(self.axis),
+            along: letter(self.along),
+            first_at_mm: self.at_mm[0],
+            second_at_mm: self.at_mm[1],
+            second_gap_um: None,
+            // the machine's own table has the cycles
+            second: Some(AxisConfig { cycles: Cycles::default(), ..self.second.clone() }),
+        }
+    }
+}
+
+/// The gantry of a file, if it has one.
+pub(super) fn read(document: &Document<'_>, axes: &[MachineAxis], cycles: Cycles, problems: &mut Vec<Problem>) -> Option<Gantry> {
+    let part = document.root.get("gantry")?;
+    let table: Table = section::read(document, "gantry", part, &[], problems)?;
+    let before = problems.len();
+    let mut linear = |key: &str, letter: char| {
+        let axis = axes.iter().find(|axis| axis.id.letter().to_ascii_lowercase() == letter && !axis.id.is_rotary());
+        if axis.is_none() {
+            let message = format!("the machine has no linear axis `{letter}`");
+            problems.push(document.problem(&format!("gantry.{key}"), message, "name one of its axes, in lower case"));
+        }
+        axis
+    };
+    let (axis, along) = (linear("axis", table.axis), linear("along", table.along));
+    let (axis, along) = (axis?, along?);
+    if axis.id == along.id {
+        problems.push(document.problem("gantry.along", "is the beam's own axis", "name the axis that moves the tool along the beam"));
+    }
+    let at_mm = [table.first_at_mm, table.second_at_mm];
+    if (at_mm[1] - at_mm[0]).abs() < LEAST_BEAM_MM || at_mm.iter().any(|at| !at.is_finite() || at.abs() > 1e6) {
+        let message = format!("is {}; the ends of the beam have to lie {LEAST_BEAM_MM} mm apart at least", table.second_at_mm);
+        problems.push(document.problem("gantry.second_at_mm", message, ""));
+    }
+    let mut second = table.second.unwrap_or_else(|| axis.config.clone());
+    second.cycles = cycles;
+    if let Some(gap_um) = table.second_gap_um {
+        if !(0.0..=1e6).contains(&gap_um) {
+            problems.push(document.problem("gantry.second_gap_um", format!("is {gap_um}; it has to be from 0 to 1e6"), ""));
+            return None;
+        }
+        second = second.with_gap(gap_um * 1e-3);
+    }
+    check::config(document, "gantry.second", &second, problems);
+    check::transmissions(document, &axis.config, &second, problems);
+    (problems.len() == before).then_some(Gantry { axis: axis.id, along: along.id, at_mm, second })
+}

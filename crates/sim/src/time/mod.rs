@@ -1,0 +1,154 @@
+//! Cycle time of a program: by block, by kind, and what limits it.
+
+mod ledger;
+mod limiter;
+pub mod results;
+mod watch;
+pub(crate) mod what_if;
+
+use crate::error::SimError;
+use crate::machine::Machine;
+use crate::options::SimulateOptions;
+use crate::session::{Checked, Feed, check_program, fill_texts};
+use crate::source::ProgramSource;
+use lostmotion_base::Tick;
+use rayon::prelude::*;
+use results::{BlockTime, CycleTime, KindTimes, TIME_SCHEMA, WhatIf};
+use watch::Watch;
+use what_if::{CHANGES, Change};
+
+/// What is counted, and what is taken to last how long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeOptions {
+    /// How many of the blocks that take longest a result lists.
+    pub keep_blocks: usize,
+    /// What a tool change lasts, s.
+    pub tool_change_s: f64,
+    /// What it takes the spindle to start, stop or turn round, s.
+    pub spindle_event_s: f64,
+    /// Whether to plan the program again with each change of the machine.
+    pub what_if: bool,
+}
+
+impl Default for TimeOptions {
+    fn default() -> TimeOptions {
+        TimeOptions { keep_blocks: 10, tool_change_s: 0.0, spindle_event_s: 0.0, what_if: true }
+    }
+}
+
+/// Takes finished blocks, so that nobody has to hold them all.
+pub type BlockSink<'a> = dyn FnMut(&[BlockTime]) -> Result<(), crate::error::SinkError> + 'a;
+
+/// Plans a program and tells where its time goes; the changes of the what-if table are planned side by side on all threads.
+///
+/// Time is counted in command cycles, so that the parts sum to the whole; memory does not grow with the program.
+///
+/// # Errors
+/// As [`crate::simulate`], and whatever the sink answers.
+pub fn time(
+    source: &ProgramSource,
+    machine: &Machine,
+    options: &SimulateOptions,
+    time: &TimeOptions,
+    sink: &mut BlockSink<'_>,
+) -> Result<CycleTime, SimError> {
+    check_options(time)?;
+    let checked = check_program(source, machine, options)?;
+    let mut feed = Feed::timed(source, machine, options)?;
+    let mut watch = Watch::new(machine, feed.kinematics(), time.keep_blocks);
+    let command = machine.cycles().command();
+    let (mut samples, mut segments) = (Vec::new(), Vec::new());
+    loop {
+        segments.clear();
+        feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
+        if samples.is_empty() {
+            break;
+        }
+        watch.chunk(&samples, feed.notes());
+        sink(&watch.ledger.take_finished()).map_err(SimError::Sink)?;
+        if command.seconds(watch.ledger.ticks()) > options.max_duration_s {
+            return Err(SimError::TooLong { limit_s: options.max_duration_s });
+        }
+    }
+    watch.ledger.close();
+    sink(&watch.ledger.take_finished()).map_err(SimError::Sink)?;
+    let what_if = if time.what_if { what_if(source, machine, options, watch.ledger.ticks())? } else { Vec::new() };
+    Ok(answer(source, machine, time, checked, &watch, &feed, what_if))
+}
+
+fn answer(
+    source: &ProgramSource,
+    machine: &Machine,
+    time: &TimeOptions,
+    checked: Checked,
+    watch: &Watch,
+    feed: &Feed,
+    what_if: Vec<WhatIf>,
+) -> CycleTime {
+    let (ledger, command) = (&watch.ledger, machine.cycles().command());
+    let mut blocks = ledger.longest();
+    fill_texts(source, &checked.files, blocks.iter_mut().map(|row| (row.block, &mut row.text)).collect());
+    let [cutting_s, rapid_s, dwell_s] = ledger.kinds.map(|ticks| command.seconds(ticks));
+    let kinds = KindTimes {
+        cutting_s,
+        rapid_s,
+        dwell_s,
+        tool_changes: watch.tool_changes,
+        tool_change_s: time.tool_change_s,
+        spindle_events: feed.spindle_events(),
+        spindle_event_s: time.spindle_event_s,
+    };
+    let plan_s = command.seconds(ledger.ticks());
+    let assumed_s = kinds.tool_changes as f64 * kinds.tool_change_s + kinds.spindle_events as f64 * kinds.spindle_event_s;
+    CycleTime {
+        schema: TIME_SCHEMA,
+        program: checked.program,
+        machine: machine.name().to_owned(),
+        total_s: plan_s + assumed_s,
+        plan_s,
+        kinds,
+        limits: ledger::shares(&ledger.counts, ledger.ticks(), command),
+        blocks,
+        block_count: ledger.count,
+        what_if,
+    }
+}
+
+/// One pass a change, side by side.
+fn what_if(source: &ProgramSource, machine: &Machine, options: &SimulateOptions, ticks: Tick) -> Result<Vec<WhatIf>, SimError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
+    let pool = pool.map_err(|why| SimError::Threads { threads: options.threads, why: why.to_string() })?;
+    let command = machine.cycles().command();
+    let plan_s = command.seconds(ticks);
+    let row = |(name, change): &(&str, Change)| {
+        let changed_s = command.seconds(duration(source, machine, options, *change)?);
+        let saved_s = plan_s - changed_s;
+        Ok(WhatIf { change: (*name).to_owned(), plan_s: changed_s, saved_s, saved_share: saved_s / plan_s.max(command.period_s()) })
+    };
+    pool.install(|| CHANGES.par_iter().map(row).collect::<Vec<Result<WhatIf, SimError>>>()).into_iter().collect()
+}
+
+/// Command cycles that the plan takes.
+fn duration(source: &ProgramSource, machine: &Machine, options: &SimulateOptions, change: Change) -> Result<Tick, SimError> {
+    let mut feed = Feed::changed(source, machine, options, change)?;
+    let (mut samples, mut segments, mut count) = (Vec::new(), Vec::new(), 0);
+    loop {
+        segments.clear();
+        feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
+        if samples.is_empty() {
+            return Ok(Tick::saturating_sub(count, 1));
+        }
+        count += samples.len() as Tick;
+    }
+}
+
+fn check_options(time: &TimeOptions) -> Result<(), SimError> {
+    for (what, value) in
+        [("the time of a tool change in s", time.tool_change_s), ("the time of a spindle event in s", time.spindle_event_s)]
+    {
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(SimError::Option { what, value, condition: "a finite number, 0 or above" });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,126 @@
+//! Goes along the samples with the moves that they lie on, and tells the ledger what each interval is spent on.
+
+use super::ledger::Ledger;
+use super::limiter::{DWELL, Joints, stands};
+use super::results::TimeKind;
+use crate::machine::Machine;
+use crate::session::{Note, planner_config};
+use lostmotion_base::BlockRef;
+use lostmotion_kinematics::Kinematics;
+use lostmotion_path::Curve;
+use lostmotion_plan::{FeedLimit, Move, PathControl, Quality, Sample};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Part of the tolerance by which the command has to be off the path to be rounding a corner.
+const OFF_PATH: f64 = 0.02;
+
+/// A programmed move.
+struct Timed {
+    index: u64,
+    curve: Curve,
+    /// Path speed that the program allows, per s in the unit of s.
+    feed: Option<f64>,
+    off_mm: f64,
+    rapid: bool,
+}
+
+/// A dwell that has not been stood yet.
+struct Waiting {
+    /// Moves before it.
+    after: u64,
+    left_s: f64,
+    block: BlockRef,
+}
+
+/// Where the samples are.
+pub(super) struct Watch {
+    kinematics: Arc<dyn Kinematics>,
+    joints: Joints,
+    period_s: f64,
+    default_tolerance_mm: f64,
+    exact_tolerance_mm: f64,
+    moves: VecDeque<Timed>,
+    dwells: VecDeque<Waiting>,
+    last: Option<Sample>,
+    pub(super) tool_changes: u64,
+    pub(super) ledger: Ledger,
+}
+
+impl Watch {
+    pub(super) fn new(machine: &Machine, kinematics: Arc<dyn Kinematics>, keep: usize) -> Watch {
+        let config = planner_config(machine, Quality::default());
+        let clock = machine.cycles().command();
+        Watch {
+            kinematics,
+            joints: Joints::new(&config.limits, clock.period_s()),
+            period_s: clock.period_s(),
+            default_tolerance_mm: config.default_tolerance_mm,
+            exact_tolerance_mm: config.exact_path_tolerance_mm,
+            moves: VecDeque::new(),
+            dwells: VecDeque::new(),
+            last: None,
+            tool_changes: 0,
+            ledger: Ledger::new(clock, keep),
+        }
+    }
+
+    /// Takes a chunk of samples and what was read for it.
+    pub(super) fn chunk(&mut self, samples: &[Sample], notes: Vec<Note>) {
+        for note in notes {
+            match note {
+                Note::Move { index, item } => self.moves.push_back(self.timed(index, &item)),
+                Note::Dwell { after, seconds, block } => self.dwells.push_back(Waiting { after, left_s: seconds, block }),
+                Note::ToolChange => self.tool_changes += 1,
+            }
+        }
+        for sample in samples {
+            if let Some(last) = self.last.replace(*sample) {
+                self.interval(&last, sample);
+            }
+        }
+    }
+
+    fn timed(&self, index: u64, item: &Move) -> Timed {
+        let feed = match item.feed {
+            FeedLimit::Rapid => None,
+            FeedLimit::PerSecond(feed) => Some(feed),
+            FeedLimit::Duration(seconds) => Some(item.curve.length() / seconds),
+        };
+        let tolerance = match item.control {
+            PathControl::Continuous { tolerance_mm, .. } => tolerance_mm.unwrap_or(self.default_tolerance_mm),
+            PathControl::ExactPath | PathControl::ExactStop => self.exact_tolerance_mm,
+        };
+        Timed { index, curve: item.curve, feed, off_mm: OFF_PATH * tolerance, rapid: item.feed == FeedLimit::Rapid }
+    }
+
+    fn interval(&mut self, a: &Sample, b: &Sample) {
+        if stands(a) && stands(b) && self.stand(b.segment) {
+            return;
+        }
+        while self.moves.len() > 1 && self.moves.front().is_some_and(|first| first.index < b.segment) {
+            self.moves.pop_front();
+        }
+        let Some(first) = self.moves.front() else { return };
+        let kind = if first.rapid { TimeKind::Rapid } else { TimeKind::Cutting };
+        let off = || {
+            let (tip, place) = (self.kinematics.tool_pose(&b.position, &b.tool_mm).tip, first.curve.point(b.s).linear());
+            let square = |axis: usize| (tip[axis] - place[axis]) * (tip[axis] - place[axis]);
+            (square(0) + square(1) + square(2)).sqrt() > first.off_mm
+        };
+        let limiter = self.joints.limiter([a, b], first.feed, off);
+        self.ledger.add(b.block, kind, b.segment, limiter);
+    }
+
+    /// Gives an interval of rest to the dwell that it belongs to; says whether there is one.
+    fn stand(&mut self, segment: u64) -> bool {
+        let past = |dwell: &Waiting| segment > dwell.after || (segment == dwell.after && segment > 0);
+        while self.dwells.front().is_some_and(|dwell| past(dwell) || dwell.left_s < 0.5 * self.period_s) {
+            self.dwells.pop_front();
+        }
+        let Some(dwell) = self.dwells.front_mut() else { return false };
+        dwell.left_s -= self.period_s;
+        self.ledger.add(dwell.block, TimeKind::Dwell, segment, DWELL);
+        true
+    }
+}

@@ -1,0 +1,54 @@
+//! A machine or a program that is better in one thing.
+
+use lostmotion_plan::{FeedLimit, PathControl, PlanItem, PlannerConfig};
+
+/// By what factor each thing is changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Change {
+    velocity: f64,
+    acceleration: f64,
+    jerk: f64,
+    feed: f64,
+    tolerance: f64,
+}
+
+impl Change {
+    /// As it is.
+    pub(crate) const NONE: Change = Change { velocity: 1.0, acceleration: 1.0, jerk: 1.0, feed: 1.0, tolerance: 1.0 };
+
+    /// The planner's settings.
+    pub(crate) fn of_machine(&self, mut config: PlannerConfig) -> PlannerConfig {
+        for limits in config.limits.iter_mut().flatten() {
+            limits.velocity *= self.velocity;
+            limits.acceleration *= self.acceleration;
+            limits.jerk *= self.jerk;
+        }
+        config.default_tolerance_mm *= self.tolerance;
+        config
+    }
+
+    /// The program's words.
+    pub(crate) fn of_item(&self, mut item: PlanItem) -> PlanItem {
+        if let PlanItem::Move(item) = &mut item {
+            item.feed = match item.feed {
+                FeedLimit::Rapid => FeedLimit::Rapid,
+                FeedLimit::PerSecond(feed) => FeedLimit::PerSecond(feed * self.feed),
+                FeedLimit::Duration(seconds) => FeedLimit::Duration(seconds / self.feed),
+            };
+            if let PathControl::Continuous { tolerance_mm: Some(tolerance), .. } = &mut item.control {
+                *tolerance *= self.tolerance;
+            }
+        }
+        item
+    }
+}
+
+/// The changes that are tried, with their names.
+pub(super) const CHANGES: [(&str, Change); 6] = [
+    ("velocity limits +20 %", Change { velocity: 1.2, ..Change::NONE }),
+    ("acceleration limits +20 %", Change { acceleration: 1.2, ..Change::NONE }),
+    ("jerk limits +20 %", Change { jerk: 1.2, ..Change::NONE }),
+    ("all three limits +20 %", Change { velocity: 1.2, acceleration: 1.2, jerk: 1.2, ..Change::NONE }),
+    ("feed +20 %", Change { feed: 1.2, ..Change::NONE }),
+    ("tolerance of G64 x 2", Change { tolerance: 2.0, ..Change::NONE }),
+];
