@@ -9,6 +9,8 @@
 //! 5. a moving average over time makes the profile jerk-limited, a time law makes it faster where it can, and the sampler reads
 //!    it at every tick.
 //!
+//! Of quality `optimal`, the samples of all joints are then retimed as a whole to nearly the least time (module `optimal`).
+//!
 //! Where the tolerance allows to cut a corner but no blend is faster than a stop, the next stretch sets out before the one
 //! before has come to rest, so that the two motions add up for a while. The tool then stays within the tolerance of the path
 //! and passes the corner itself within twice as much; where the path turns back by more than 175 degrees it comes to rest.
@@ -22,6 +24,7 @@ pub mod error;
 pub mod item;
 mod judge;
 mod machine;
+mod optimal;
 pub mod planner;
 mod profile;
 pub mod sample;

@@ -5,10 +5,11 @@ use crate::condition::{Conditioner, Programmed, Step, Stop};
 use crate::corner::{Leg, overlap_s};
 use crate::judge::TimeJudge;
 use crate::machine::Machine;
+use crate::optimal::{self, Point, Retimer, nominal_clock};
 use crate::sampler::Sampler;
 use crate::stretch::Stretch;
 use crate::window::{Settled, Window};
-use crate::{Move, PlanError, PlanItem, PlannerConfig, Sample};
+use crate::{Move, PlanError, PlanItem, PlannerConfig, Quality, Sample};
 use lostmotion_base::Coords;
 use lostmotion_kinematics::Kinematics;
 use std::sync::Arc;
@@ -25,6 +26,8 @@ pub struct Planner {
     config: PlannerConfig,
     kinematics: Arc<dyn Kinematics>,
     machine: Machine,
+    /// The limits that two motions which add up at a corner have to keep.
+    corner_machine: Machine,
     conditioner: Conditioner,
     window: Window,
     sampler: Sampler,
@@ -34,6 +37,8 @@ pub struct Planner {
     /// Tolerance of the corner at which the last stretch came to rest, if it may be rounded.
     corner: Option<f64>,
     finished: bool,
+    /// What makes the motion nearly optimal, if it should be.
+    retimer: Option<Box<Retimer>>,
 }
 
 impl Planner {
@@ -45,10 +50,13 @@ impl Planner {
         config.check()?;
         let joints = kinematics.inverse(&start, &[0.0; 3]).map_err(|source| PlanError::Start(Box::new(source)))?;
         let machine = Machine::new(&config.limits);
+        let retimer = (config.quality == Quality::Optimal).then(|| Box::new(Retimer::new(&config)));
+        let clock = if retimer.is_some() { nominal_clock(config.clock) } else { config.clock };
         Ok(Planner {
+            corner_machine: if retimer.is_some() { Machine::new(&optimal::loosened(&config.limits)) } else { machine.clone() },
             conditioner: Conditioner::new(config.clone()),
             window: Window::new(&machine, &config),
-            sampler: Sampler::new(config.clock, start, joints),
+            sampler: Sampler::new(clock, start, joints),
             here: Position { program: start, tool_mm: [0.0; 3] },
             config,
             kinematics,
@@ -57,6 +65,7 @@ impl Planner {
             forced_stops: 0,
             corner: None,
             finished: false,
+            retimer,
         })
     }
 
@@ -95,10 +104,24 @@ impl Planner {
     pub fn take(&mut self, max_samples: usize, out: &mut Vec<Sample>) -> usize {
         let before = out.len();
         while out.len() - before < max_samples {
-            let Some(sample) = self.sampler.next(self.kinematics.as_ref()) else { break };
+            let Some(sample) = self.next_sample() else { break };
             out.push(sample);
         }
         out.len() - before
+    }
+
+    fn next_sample(&mut self) -> Option<Sample> {
+        let Some(retimer) = &mut self.retimer else { return self.sampler.next(self.kinematics.as_ref()) };
+        loop {
+            if let Some(sample) = retimer.next() {
+                return Some(sample);
+            }
+            match self.sampler.next(self.kinematics.as_ref()) {
+                Some(sample) => retimer.push(Point { sample, feed_part: self.sampler.feed_part }),
+                None if self.finished && retimer.finish() => {}
+                None => return None,
+            }
+        }
     }
 
     /// How often the motion came to rest because the look-ahead window was too short for the path's detail.
@@ -182,7 +205,7 @@ impl Planner {
         let Some(tolerance) = self.corner.take().filter(|_| self.kinematics.is_affine()) else { return 0.0 };
         let before = self.sampler.stretches.back().and_then(Leg::end_of);
         match (before, Leg::start_of(stretch)) {
-            (Some(before), Some(after)) => overlap_s(&self.machine, &before, &after, tolerance),
+            (Some(before), Some(after)) => overlap_s(&self.corner_machine, &before, &after, tolerance),
             _ => 0.0,
         }
     }

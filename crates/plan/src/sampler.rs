@@ -19,6 +19,8 @@ pub(crate) struct Sampler {
     /// End of the last motion or dwell, s; samples go on to the first tick at or after it.
     pub(crate) end_s: f64,
     pub(crate) finished: bool,
+    /// Path speed of the last sample as a part of what the feed allows.
+    pub(crate) feed_part: f64,
 }
 
 impl Sampler {
@@ -35,7 +37,7 @@ impl Sampler {
             tool_mm: [0.0; 3],
             block: lostmotion_base::BlockRef::default(),
         };
-        Sampler { clock, tick: 0, stretches: VecDeque::new(), rest, rest_program: program, end_s: 0.0, finished: false }
+        Sampler { clock, tick: 0, stretches: VecDeque::new(), rest, rest_program: program, end_s: 0.0, finished: false, feed_part: 0.0 }
     }
 
     /// The next sample, if its time is settled.
@@ -87,9 +89,11 @@ impl Sampler {
     /// The sample at a time: that of the first stretch, or rest before it; at a rounded corner that of the sum of two.
     fn at(&mut self, t: f64, kinematics: &dyn Kinematics) -> Sample {
         let mut sample = Sample { velocity: Coords::ZERO, acceleration: Coords::ZERO, path_speed: 0.0, ..self.rest };
+        self.feed_part = 0.0;
         let mut program = self.rest_program.0.map(|p| Jet::new(p, 0.0, 0.0, 0.0));
         if let Some(first) = self.stretches.front_mut().and_then(|stretch| follow(stretch, t, &mut sample)) {
             program = first.program;
+            self.feed_part = first.speed / first.feed;
             let second = self.stretches.get_mut(1).filter(|stretch| t > stretch.start_s);
             if let Some((stretch, corner)) = second.and_then(|stretch| stretch.corner.map(|corner| (stretch, corner))) {
                 let before = sample;
@@ -102,6 +106,7 @@ impl Sampler {
                         sample = before;
                     }
                     sample.path_speed = path_speed(&program);
+                    self.feed_part = sample.path_speed / first.feed.min(second.feed);
                 }
             }
         }
@@ -115,6 +120,9 @@ struct Place {
     program: [Jet; AXES],
     gone: f64,
     left: f64,
+    /// Speed of the parameter or the tip, whichever is larger, and what the feed allows of both.
+    speed: f64,
+    feed: f64,
 }
 
 /// Speed of the tip, mm/s, or where it stands still that of the other axes as the feed rule measures them.
@@ -135,7 +143,9 @@ fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<Place> {
     let named = Sample { segment: mark.segment, s, block: mark.block, path_speed: motion.v, tool_mm: piece.tool_mm, ..*sample };
     *sample = named;
     let program = piece.curve.jet(local).map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
-    Some(Place { program, gone: motion.s - stretch.from, left: stretch.profile.to() - motion.s })
+    let tip = Coords(program.map(|jet| jet.0[1])).linear_norm();
+    let (gone, left) = (motion.s - stretch.from, stretch.profile.to() - motion.s);
+    Some(Place { program, speed: tip.max(motion.v), feed: piece.feed, gone, left })
 }
 
 /// Joint position, velocity and acceleration from the program side's, both by time. Poses were checked when the move was

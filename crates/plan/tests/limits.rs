@@ -3,10 +3,11 @@
 
 mod common;
 
-use common::{LIMITS, Program, assert_limits, continuous, deviation};
+use common::{LIMITS, Program, assert_limits, continuous, deviation, optimal};
 use lostmotion_base::math;
 use lostmotion_plan::{FeedLimit, PathControl};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 #[derive(Clone, Debug)]
 enum Step {
@@ -89,5 +90,27 @@ proptest! {
         assert_limits(&samples, &[Some(LIMITS); 3]);
         let worst = deviation(&samples, &program.moves);
         prop_assert!(worst <= 0.01 + 1e-8, "deviation {worst}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, rng_seed: RngSeed::Fixed(5), ..ProptestConfig::default() })]
+
+    #[test]
+    fn limits_and_tolerance_hold_at_nearly_the_least_time(
+        steps in prop::collection::vec(step(), 1..14),
+        control in control(),
+        feed in 1.0..150.0,
+    ) {
+        let program = program(&steps, control, feed);
+        let samples = program.run_with(optimal());
+        let fast = program.run();
+        assert_limits(&samples, &[Some(LIMITS); 3]);
+        let worst = deviation(&samples, &program.moves);
+        prop_assert!(worst <= tolerance(control) + 1e-8, "deviation {worst} of {}", tolerance(control));
+        prop_assert!(samples.windows(2).all(|pair| pair[0].segment <= pair[1].segment));
+        prop_assert!((samples[samples.len() - 1].position - program.here).linear_norm() < 1e-8);
+        let (time, fast) = (samples.len() as f64, fast.len() as f64);
+        prop_assert!(time <= 1.002 * fast + 3.0, "{time} ms, fast {fast} ms");
     }
 }

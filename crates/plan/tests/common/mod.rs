@@ -4,7 +4,7 @@
 use lostmotion_base::{AxisLimits, BlockRef, Coords, math};
 use lostmotion_kinematics::{Kinematics, KinematicsSpec, build};
 use lostmotion_path::{Arc as PathArc, ArcSpec, Curve, Plane};
-use lostmotion_plan::{FeedLimit, Move, PathControl, PlanItem, Planner, PlannerConfig, Sample};
+use lostmotion_plan::{FeedLimit, Move, PathControl, PlanItem, Planner, PlannerConfig, Quality, Sample};
 use std::sync::Arc;
 
 pub(crate) const LIMITS: AxisLimits = AxisLimits { min: -1e4, max: 1e4, velocity: 100.0, acceleration: 1000.0, jerk: 30_000.0 };
@@ -17,6 +17,10 @@ pub(crate) fn three_axes() -> PlannerConfig {
     let mut config = PlannerConfig::new([None; 9]);
     config.limits[..3].fill(Some(LIMITS));
     config
+}
+
+pub(crate) fn optimal() -> PlannerConfig {
+    PlannerConfig { quality: Quality::Optimal, ..three_axes() }
 }
 
 pub(crate) fn continuous(tolerance_mm: f64) -> PathControl {
@@ -60,7 +64,11 @@ impl Program {
     }
 
     pub(crate) fn run(&self) -> Vec<Sample> {
-        run(three_axes(), cartesian(), Coords::ZERO, self.moves.iter().map(|m| PlanItem::Move(*m)))
+        self.run_with(three_axes())
+    }
+
+    pub(crate) fn run_with(&self, config: PlannerConfig) -> Vec<Sample> {
+        run(config, cartesian(), Coords::ZERO, self.moves.iter().map(|m| PlanItem::Move(*m)))
     }
 }
 
