@@ -7,6 +7,9 @@
 //! side   sign(ahead) where |ahead| > 1e-5 of the rated torque and need has the same sign, else as it was
 //! ```
 //! Both have to agree: `T` has the right time, and shakes for some milliseconds after each sticking of the motor; `need` does not shake.
+//! Whether an acceleration that runs towards zero goes through or ends there, nobody knows before; `passage` expects what it did the last time.
+//! At rest there is no need. The velocity loop's integral then goes on pulling at a load that sticks, until it slips or the position is reached: there `T`
+//! decides alone, once it is a quarter of the friction.
 //! Setting out half a traverse before the torque vanishes halves its effect twice over: what is left on a load without friction is
 //! `j T_g^3/12`, on one with friction nothing as long as it sticks longer than the traverse takes.
 //!
@@ -14,6 +17,7 @@
 //! of the motor's Coulomb friction as torque, ahead by half the current loop's lag. A changed half gap is taken up by the next crossing: taking it
 //! up sooner would have to tear the load off its flank or push it.
 
+use super::passage::Passage;
 use super::traverse::{Offset, Traverse, ticks_for};
 use super::twin::{LoadModel, Twin, TwinState};
 use super::{Correction, Signals};
@@ -29,6 +33,9 @@ const EARLIER_TICKS: f64 = 2.0;
 const NOTHING: f64 = 1e-5;
 /// A reference slower than this is at rest, rad/s.
 const STANDING_RAD_S: f64 = 1e-6;
+
+/// Part of the Coulomb friction with which the shaft of an axis at rest pulls at a load that sticks, for the flank to change.
+const STUCK: f64 = 0.25;
 
 /// Twin and traverse of an axis.
 #[derive(Clone, Debug)]
@@ -51,6 +58,7 @@ pub(super) struct CrossingState {
     traverse: Traverse,
     /// Reference velocity and acceleration as the axis follows them.
     lagged: [f64; 2],
+    passage: Passage,
     wound: f64,
 }
 
@@ -82,7 +90,7 @@ impl Crossing {
 
     pub(super) fn initial(&self, motor_position: f64, load: &LoadModel) -> CrossingState {
         let twin = self.twin.initial(motor_position, load);
-        CrossingState { twin, side: 0, traverse: Traverse::default(), lagged: [0.0; 2], wound: 0.0 }
+        CrossingState { twin, side: 0, traverse: Traverse::default(), lagged: [0.0; 2], passage: Passage::default(), wound: 0.0 }
     }
 
     /// One servo tick with a load and half a gap as they are known now.
@@ -113,20 +121,21 @@ impl Crossing {
         }
     }
 
-    fn side_ahead(&self, state: &CrossingState, now: &TwinState, signals: &Signals, load: &LoadModel, lead_ticks: f64) -> i8 {
+    fn side_ahead(&self, state: &mut CrossingState, now: &TwinState, signals: &Signals, load: &LoadModel, lead_ticks: f64) -> i8 {
         let torque = now.torque + (state.twin.torque - now.torque) * (lead_ticks + EARLIER_TICKS);
         let [speed, acceleration] = state.lagged;
         // behind a lag the jerk of the reference says nothing about the axis' own
         let step = if self.lag_per_tick < 1.0 { 0.0 } else { signals.next_reference.acceleration - signals.reference.acceleration };
-        let speed = speed + acceleration * lead_ticks * self.period;
-        let need = load.need(speed, acceleration + step * lead_ticks, STANDING_RAD_S);
-        if torque > self.nothing && need > 0.0 {
-            1
-        } else if torque < -self.nothing && need < 0.0 {
-            -1
+        let [ahead_speed, ahead_acceleration] = state.passage.ahead(speed, acceleration, step, lead_ticks, self.period);
+        let need = load.need(ahead_speed, ahead_acceleration, STANDING_RAD_S);
+        let stands = speed.abs() <= STANDING_RAD_S && acceleration == 0.0 && step == 0.0;
+        let side = if torque > 0.0 { 1 } else { -1 };
+        let sure = if stands {
+            torque.abs() > STUCK * load.coulomb && load.coulomb > self.nothing
         } else {
-            state.side
-        }
+            torque.abs() > self.nothing && need * torque > 0.0
+        };
+        if sure { side } else { state.side }
     }
 
     fn correction(&self, state: &mut CrossingState, now: &TwinState, offset: &Offset, load: &LoadModel, crossing: bool) -> Correction {

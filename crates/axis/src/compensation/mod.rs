@@ -18,6 +18,7 @@ pub mod load_feedback;
 pub mod lookup;
 pub mod multiple_models;
 pub mod none;
+mod passage;
 pub mod published;
 mod ramp;
 pub mod registry;

@@ -168,11 +168,6 @@ impl Twin {
         self.viscous
     }
 
-    /// Torque per current, N m/A.
-    pub(super) fn torque_constant(&self) -> f64 {
-        self.torque_constant
-    }
-
     /// Inertia on the motor's side of the gap, kg m2.
     pub(super) fn motor_inertia(&self) -> f64 {
         self.inertia

@@ -1,25 +1,31 @@
 //! Learning the load from the torque that the motor gives beyond its own need.
 //!
-//! Over blocks of 4 ms in which the axis moves steadily (30 ms after any reversal, change of flank or crossing):
+//! Over 8 ms at a time, each 4 ms, in which the axis moves steadily (15 ms after any reversal, change of flank or crossing), means weighted
+//! with a triangle, so that the mean acceleration is an exact second difference of positions and a shaft's ringing cancels:
 //! ```text
-//! T = K_t mean(i) - J_M alpha - b_v w - F_M sign(w)        measured, motor side
-//! T = J_L alpha_L + b_L w + T_f sign(w) + T_const          alpha_L from the gapless twin: free of encoder noise
+//! T = K_t i - J_M alpha - b_v w - F_M sign(w)              measured, motor side
+//! T = J_L alpha + b_L w + T_f sign(w) + T_const
 //! ```
+//! An acceleration that does not stand out of the encoder's steps by three standard deviations counts as none: as a regressor that is noise, it
+//! would make the inertia too small and too sure.
+//!
 //! A Kalman filter over the four unknowns, which drift: what a motion does not excite keeps its value and slowly becomes less sure. Before the
 //! first block stands what any axis may have. Blocks in which the load hangs between the flanks or bounces do not obey the second line; their
 //! weight 1/(1 + r^2/s^2)^2 falls with their residual r over the spread s of the others.
 
 use super::super::Signals;
 use super::super::twin::{LoadModel, Twin, TwinState};
+use super::block::{BLOCK, Block};
+use super::watch::Motor;
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 
-/// Ticks of a block: 4 ms.
-const BLOCK: u32 = 16;
-/// Ticks that have to pass after a reversal or a change of flank: 30 ms.
-const SETTLE: u32 = 120;
+/// Ticks that have to pass after a reversal or a change of flank: 15 ms, three periods of a shaft's ringing.
+const SETTLE: u32 = 60;
+/// Standard deviations by which an acceleration has to stand out.
+const CLEAR: f64 = 3.0;
 /// Blocks before the load is believed.
-const ENOUGH: u32 = 15;
+const ENOUGH: u32 = 8;
 /// Blocks follow each other with much the same disturbances: so many count as one.
 const ALIKE: f64 = 10.0;
 /// The spread of the residuals follows within a hundred blocks; a residual counts three times the spread at most.
@@ -39,10 +45,12 @@ const LEAST_INERTIA: f64 = 0.1;
 const MOST_INERTIA: f64 = 100.0;
 /// Unknowns: inertia (over that of the motor), viscous friction (over rated torque at 100 rad/s), Coulomb friction, constant torque (over the rated).
 const N: usize = 4;
-/// What any axis may have: mean and standard deviation, and the drift from block to block.
-const MEAN: Vector = [1.5, 0.01, 0.05, 0.0];
-const SPREAD: Vector = [2.0, 1.0, 0.3, 0.05];
-const DRIFT: Vector = [1e-3, 3e-4, 1e-4, 1e-4];
+/// What any axis may have: mean and standard deviation, and the drift from block to block. Viscous friction that takes more than a fifth of the rated
+/// torque at the rated speed of a motor is rare. Of what drifts, friction does most: were a constant torque as free, half of any change of the friction would
+/// be taken for one as long as the axis moves one way.
+const MEAN: Vector = [1.5, 0.03, 0.05, 0.0];
+const SPREAD: Vector = [3.0, 0.1, 0.3, 0.05];
+const DRIFT: Vector = [1e-3, 3e-5, 1e-4, 1e-5];
 const VISCOUS_SPEED: f64 = 100.0;
 
 type Vector = [f64; N];
@@ -61,18 +69,9 @@ pub(super) struct LearningState {
     /// Whether the load has been learned.
     pub(super) known: bool,
     calm: u32,
-    twin_torque: f64,
     twin_speed: f64,
     block: Block,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Block {
-    ticks: u32,
-    current_sum: f64,
-    position: f64,
-    velocity: f64,
-    load_velocity: f64,
+    before: Option<Block>,
 }
 
 impl LearningState {
@@ -90,9 +89,9 @@ impl LearningState {
             power: 0.0,
             known: false,
             calm: 0,
-            twin_torque: 0.0,
             twin_speed: 0.0,
             block: Block::default(),
+            before: None,
         }
     }
 
@@ -102,39 +101,43 @@ impl LearningState {
         std::array::from_fn(|i| std::array::from_fn(|j| self.covariance[i][j] * unit[i] * unit[j]))
     }
 
-    /// One tick; changes the load at the end of a block.
-    pub(super) fn step(&mut self, twin: &Twin, now: &TwinState, signals: &Signals, crossing: bool, load: &mut LoadModel, rated: f64) {
+    /// Standard deviation over value of the inertia.
+    pub(super) fn inertia_doubt(&self) -> f64 {
+        self.covariance[0][0].max(0.0).sqrt() / self.mean[0].max(LEAST_INERTIA)
+    }
+
+    /// One tick; changes the load at the end of a block. `disturbed`: the load may be between its flanks.
+    pub(super) fn step(&mut self, twin: &Twin, now: &TwinState, signals: &Signals, disturbed: bool, motor: &Motor, load: &mut LoadModel) {
         let speed = now.plant.load_velocity;
-        let reverses = speed * self.twin_speed < 0.0 || now.torque * self.twin_torque < 0.0;
-        let disturbed = crossing || speed.abs() < MOVING_RAD_S || reverses;
-        (self.twin_speed, self.twin_torque) = (speed, now.torque);
+        let disturbed = disturbed || speed.abs() < MOVING_RAD_S || speed * self.twin_speed < 0.0;
+        self.twin_speed = speed;
         self.calm = if disturbed { 0 } else { (self.calm + 1).min(SETTLE) };
+        let position = signals.motor_position;
         if self.calm < SETTLE {
-            self.block.ticks = 0;
+            (self.block, self.before) = (Block::start(position), None);
             return;
         }
-        if self.block.ticks == 0 {
-            let (position, velocity) = (signals.motor_position, signals.motor_velocity);
-            self.block = Block { ticks: 0, current_sum: 0.0, position, velocity, load_velocity: speed };
-        } else {
-            self.block.current_sum += signals.mean_current;
-        }
-        self.block.ticks += 1;
-        if self.block.ticks > BLOCK {
-            self.take_block(twin, speed, signals, load, rated);
-            self.block.ticks = 0;
+        self.block.push(signals);
+        if self.block.ticks >= BLOCK {
+            let last = std::mem::replace(&mut self.block, Block::start(position));
+            if let Some(before) = self.before.replace(last) {
+                self.take(twin, [&before, &last], position, motor, load);
+            }
         }
     }
 
-    fn take_block(&mut self, twin: &Twin, load_velocity: f64, signals: &Signals, load: &mut LoadModel, rated: f64) {
-        let span = f64::from(BLOCK) * Clock::SERVO.period_s();
-        let speed = (signals.motor_position - self.block.position) / span;
-        let acceleration = (signals.motor_velocity - self.block.velocity) / span;
-        let inertia = twin.motor_inertia();
-        let own = inertia * acceleration + twin.motor_viscous() * speed + twin.motor_coulomb() * speed.signum();
-        let torque = twin.torque_constant() * self.block.current_sum / f64::from(BLOCK) - own;
-        let row = [(load_velocity - self.block.load_velocity) / span * inertia / rated, speed / VISCOUS_SPEED, speed.signum(), 1.0];
-        self.update(&row, torque / rated);
+    /// Takes two blocks in a row, and where the motor is at their end.
+    fn take(&mut self, twin: &Twin, [first, second]: [&Block; 2], position: f64, motor: &Motor, load: &mut LoadModel) {
+        let (count, inertia, rated) = (f64::from(BLOCK), motor.inertia, motor.rated_torque);
+        let span = count * Clock::SERVO.period_s();
+        let speed = (second.position - first.position + (second.way - first.way) / count) / span;
+        let acceleration = ((position - second.position) - (second.position - first.position)) / (span * span);
+        let own = inertia * acceleration + motor.viscous * speed + twin.motor_coulomb() * speed.signum();
+        let torque = motor.torque_constant * (first.rising + second.falling) / count - own;
+        // the variance of a second difference is six times that of a position
+        let stands_out = acceleration * acceleration * span * span * span * span > 6.0 * CLEAR * CLEAR * motor.noise * motor.noise;
+        let seen = if stands_out { acceleration } else { 0.0 };
+        self.update(&[seen * inertia / rated, speed / VISCOUS_SPEED, speed.signum(), 1.0], torque / rated);
         self.blocks = self.blocks.saturating_add(1);
         if self.blocks >= ENOUGH {
             let (unit, mean) = (units(inertia, rated), self.possible());
@@ -215,8 +218,9 @@ mod tests {
         assert!((inertia - 3.0).abs() < 0.02 && (coulomb - 0.1).abs() < 1e-3 && (constant + 0.02).abs() < 1e-3, "{:?}", state.mean);
         assert!((viscous - MEAN[1]).abs() < 1e-9);
         for _ in 0..4000 {
-            state.update(&[0.0, 0.0, 1.0, 1.0], 0.08);
+            let row = [0.0, 0.0, 1.0, 1.0];
+            state.update(&row, 0.08);
         }
-        assert!((state.mean[0] - inertia).abs() < 1e-9 && (state.mean[2] - coulomb).abs() < 1e-3, "{:?}", state.mean);
+        assert!((state.mean[0] - inertia).abs() < 1e-6 && (state.mean[2] - coulomb).abs() < 1e-3, "{:?}", state.mean);
     }
 }

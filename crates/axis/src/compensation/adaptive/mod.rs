@@ -9,7 +9,8 @@
 //! 5. Readings are joined by a scalar Kalman filter whose value may drift (`knowledge`).
 //! 6. Crossing: on the planned traverse of `crossing`, as `lookup` does that is told everything.
 //!
-//! It does nothing until it is sure: one reading of a contact that shows clearly is enough, two otherwise, three where the contact showed but faintly.
+//! It does nothing until it is sure: one reading of a contact that shows clearly is enough, two that agree otherwise. Where nothing holds the load and it may
+//! float, it does nothing either (`floating`).
 //! Servo, references and cutting forces before the crossing do not enter a reading; only the motor's own equation and its data sheet do.
 //!
 //! Signals: references, motor position (rad), current and its mean over the servo period (A). It knows what a drive is set up with: its own loops,
@@ -19,18 +20,22 @@
 //! Tunables: part of the drive's torque for a traverse (0 to 1).
 //!
 //! Fails: where a load without friction is accelerated so gently, or seen through so coarse an encoder, that its contacts do not show: it then does
-//! nothing, or knows the gap to a tenth. A crossing that takes longer than some 4 s is not read. Where a drive that is tuned for a heavy load
+//! nothing, or knows the gap to a tenth. Where motion never shows the load's inertia but in its reversals (short ramps at a low feed), contacts are
+//! not explained and not used. Of two axes that make a contour it may know but one, and the contour is then worse than without. A crossing that takes longer than some 4 s is not read. Where a drive that is tuned for a heavy load
 //! chatters with the motor alone in the gap, readings scatter. A cutting force that turns the torque around is not foreseen. Its state holds
 //! windows of up to 60 kB.
 //! Source: this project; the question (gap, load inertia and friction unknown, motor signals only) is that of Gan, Wang, Huang, Machines 2023, 11(2), 193;
 //! prediction error method: Ljung, *System Identification*, 1999.
 
+mod block;
 mod disturbance;
+mod floating;
 mod knowledge;
 mod lanes;
 mod learning;
 mod linear;
 mod newton;
+mod onset;
 mod prior;
 mod reading;
 mod watch;
@@ -41,6 +46,7 @@ use super::registry::Registered;
 use super::twin::LoadModel;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
+use floating::Floating;
 use knowledge::Readings;
 use lanes::Known;
 use learning::LearningState;
@@ -58,8 +64,7 @@ const UNMODELLED: f64 = 3e-3;
 /// Part of the rated torque below which the load may hang between the flanks; then there is nothing to learn of it.
 const HANGS: f64 = 3e-3;
 /// A reading counts where the innovations with its gap have no more than this mean square over their variance, or this part of that without a gap
-/// up to a limit,
-/// and where its standard deviation is below this part of its value.
+/// up to a limit, and where its standard deviation is below this part of its value.
 const EXPLAINED: f64 = 10.0;
 const EXPLAINED_PART: f64 = 0.03;
 const EXPLAINED_AT_MOST: f64 = 100.0;
@@ -78,8 +83,10 @@ const GRIPPED: f64 = 0.05;
 /// A contact that shows clearly: misfit and standard deviation over value.
 const CLEAR_MISFIT: f64 = 3.0;
 const CLEAR: f64 = 0.03;
-/// Readings that are enough where contacts show but faintly.
-const ENOUGH: u32 = 3;
+/// Standard deviation over value of the inertia from which on a flank that wavers cannot be read.
+const UNSURE: f64 = 0.2;
+/// Readings that are enough where no contact shows clearly.
+const ENOUGH: u32 = 2;
 /// The gap is used below this standard deviation over value.
 const SURE: f64 = 0.1;
 
@@ -102,6 +109,7 @@ pub struct AdaptiveState {
     watch: Watch,
     reading: Option<Reading>,
     gap: Readings,
+    floating: Floating,
     /// Readings that are needed before the gap is used.
     needed: u32,
     used: f64,
@@ -120,28 +128,21 @@ impl Registered for Adaptive {
         let count = config.drive.encoder_counts_per_rev.map_or(0.0, |counts| TAU / f64::from(counts));
         let (torque_constant, viscous) = (config.motor.torque_constant_nm_per_a, config.motor.viscous_nm_s_per_rad);
         let rated_torque = config.motor.rated_torque_nm;
+        let noise = (count / 12.0_f64.sqrt()).max(LEAST_NOISE);
         Adaptive {
             crossing: Crossing::new(config, config.compensation.adaptive.torque_share, 0.0),
             first: LoadModel { inertia, viscous: 0.0, coulomb: 0.0, constant: 0.0, ..LoadModel::told(config) },
-            known: Known {
-                torque_constant,
-                inertia,
-                viscous,
-                noise: (count / 12.0_f64.sqrt()).max(LEAST_NOISE),
-                unmodelled: UNMODELLED * rated_torque,
-            },
-            motor: Motor { torque_constant, inertia, viscous, rated_torque },
+            known: Known { torque_constant, inertia, viscous, noise, unmodelled: UNMODELLED * rated_torque },
+            motor: Motor { torque_constant, inertia, viscous, rated_torque, noise },
             motor_coulomb: config.motor.coulomb_nm,
         }
     }
 }
 
 impl Adaptive {
-    /// Sets out to read a window, unless there is one under way or it says less than is known.
+    /// Sets out to read a window, unless there is one under way.
     fn begin_reading(&self, state: &mut AdaptiveState, window: Window) {
-        // A flank that wavers reads as a gap many times too large, and readings of it agree with each other.
-        let superfluous = window.wavered;
-        if !state.learning.known || state.reading.is_some() || superfluous {
+        if !state.learning.known || state.reading.is_some() {
             return;
         }
         let prior = Prior {
@@ -160,13 +161,16 @@ impl Adaptive {
         let Some(said) = state.reading.as_mut().and_then(|reading| reading.work(&self.known)) else { return };
         state.reading = None;
         let clear = said.misfit < CLEAR_MISFIT && said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
+        let unsure = said.wavered && state.learning.inertia_doubt() > UNSURE;
         let suspicious = said.wavered || state.gap.count > 0 && said.half_gap > LARGER * state.gap.value;
         let coarse = self.known.noise > COARSE && state.load.coulomb < GRIPPED * self.motor.rated_torque;
         let blind = said.faint && coarse && state.load.coulomb < HELD * self.motor.rated_torque;
-        if counts(&said) && !blind && (clear || !suspicious) {
+        if counts(&said) && !blind && !unsure && (clear || !suspicious) {
             let faint = if said.faint || said.wavered { FAINT * said.half_gap } else { 0.0 };
             state.gap.take(said.half_gap, said.variance + faint * faint);
-            state.needed = if said.faint || said.wavered || coarse { ENOUGH } else { state.needed.min(if clear { 1 } else { 2 }) };
+            if clear && !said.faint && !coarse {
+                state.needed = 1;
+            }
         }
         let sure = state.gap.doubt() < SURE && state.gap.count >= state.needed;
         state.used = if sure { state.gap.value } else { 0.0 };
@@ -174,10 +178,8 @@ impl Adaptive {
 }
 
 fn counts(said: &Said) -> bool {
-    let possible = said.half_gap < LARGEST;
-    possible
-        && said.misfit < EXPLAINED.max(EXPLAINED_PART * said.without).min(EXPLAINED_AT_MOST)
-        && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
+    let explained = if said.wavered { CLEAR_MISFIT } else { EXPLAINED.max(EXPLAINED_PART * said.without).min(EXPLAINED_AT_MOST) };
+    said.half_gap < LARGEST && said.misfit < explained && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
 }
 
 impl Compensator for Adaptive {
@@ -195,6 +197,7 @@ impl Compensator for Adaptive {
             watch: Watch::default(),
             reading: None,
             gap: Readings::default(),
+            floating: Floating::NEVER,
             needed: ENOUGH,
             used: 0.0,
         }
@@ -202,10 +205,16 @@ impl Compensator for Adaptive {
 
     fn step(&self, state: &mut AdaptiveState, signals: &Signals) -> Correction {
         let (start, side) = (state.crossing.twin, state.crossing.side);
+        let before = state.watch.seen();
         state.watch.observe(&self.motor, signals, &start);
-        let disturbed = state.crossing.crossing() || state.watch.seen().abs() < HANGS * self.motor.rated_torque;
-        state.learning.step(&self.crossing.twin, &start, signals, disturbed, &mut state.load, self.motor.rated_torque);
-        let mut correction = self.crossing.step(&mut state.crossing, signals, &state.load, state.used);
+        let seen = state.watch.seen();
+        let disturbed = state.crossing.crossing() || seen.abs() < HANGS * self.motor.rated_torque || seen * before < 0.0;
+        state.learning.step(&self.crossing.twin, &start, signals, disturbed, &self.motor, &mut state.load);
+        let used = if state.floating.floats() { 0.0 } else { state.used };
+        let mut correction = self.crossing.step(&mut state.crossing, signals, &state.load, used);
+        if state.learning.known {
+            state.floating.step(&signals.reference, &state.load, self.motor.rated_torque, state.crossing.side != side);
+        }
         if let Some(window) = state.watch.step(&self.motor, side, state.crossing.side, start.torque) {
             self.begin_reading(state, window);
         }

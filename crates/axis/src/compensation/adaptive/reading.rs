@@ -8,15 +8,16 @@
 //!
 //! The work is spread over servo ticks, a few samples in each, so that no tick takes longer than another.
 
-use super::lanes::{Hypotheses, Innovation, Known, LANES, Progress, WARM_UP};
+use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
+use super::onset::{ENDLESS, Onset};
 use super::prior::{GAP, Prior, lanes_of, uniform};
 use super::window::Window;
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
 
 /// Samples taken in a tick.
-const SAMPLES_PER_TICK: usize = 8;
+const SAMPLES_PER_TICK: usize = 32;
 /// Half gaps of the grid: first, ratio, passes of eight.
 const GRID_FROM: f64 = 6e-5;
 const GRID_RATIO: f64 = 1.3;
@@ -29,15 +30,6 @@ const NOISE: [f64; 2] = [2e-6, 3e-7];
 /// Attempts to see an onset: index of the noise; and the sum of squared innovations over their variance that is enough. The last is for a contact
 /// that shows but faintly.
 const SEEN: [(usize, f64); 3] = [(0, 1e4), (1, 1e4), (1, 400.0)];
-/// Samples after the onset that are kept; squares that come without contact; part of a known half gap over which no contact is looked for, since
-/// a traverse sets out so hard that it may look like one.
-const AFTER: usize = 4;
-const EXPECTED: f64 = 3.0;
-const LOOKED: f64 = 0.5;
-/// Innovations over their standard deviation that may be the first of a contact.
-const THRESHOLDS: [f64; 4] = [4.0, 8.0, 16.0, 32.0];
-/// A half gap that is never crossed, rad.
-const ENDLESS: f64 = 10.0;
 /// Half gaps that are tried: index of an onset and part of it. A soft contact is seen late.
 const TRIED: [(usize, f64); LANES] = [(0, 1.01), (0, 0.99), (0, 0.97), (0, 0.94), (0, 0.9), (1, 0.98), (2, 0.97), (3, 0.96)];
 /// Mean square of the innovations over their variance from which on a hypothesis is poor.
@@ -53,17 +45,6 @@ enum Phase {
     Grid(u32),
     Fine,
     Newton,
-}
-
-/// What was seen of a contact.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Onset {
-    /// Sum of squares beyond what is expected.
-    met: f64,
-    /// Half of the way across the gap where each threshold was first exceeded, rad.
-    half_ways: [Option<f64>; THRESHOLDS.len()],
-    /// Samples up to where enough was seen.
-    end: Option<usize>,
 }
 
 /// A reading under way.
@@ -172,7 +153,8 @@ impl Reading {
             match self.progress.step(known, &self.hypotheses, &self.window) {
                 Some(Some(innovation)) => {
                     if let Phase::Onset(attempt) = self.phase {
-                        self.look(&innovation, SEEN[attempt].1);
+                        let (side, known) = (f64::from(self.window.side), self.prior.half_gap);
+                        self.onset.look(&innovation, &self.progress, side, known, SEEN[attempt].1);
                     }
                     self.sums.add(&innovation, self.phase == Phase::Newton);
                 }
@@ -181,25 +163,6 @@ impl Reading {
             }
         }
         None
-    }
-
-    /// Looks for a contact in the lane of the gap without an end.
-    fn look(&mut self, innovation: &Innovation, enough: f64) {
-        let (side, onset) = (f64::from(self.window.side), &mut self.onset);
-        let way = ENDLESS - self.progress.lead[1] * side;
-        if way < LOOKED * self.prior.half_gap {
-            return;
-        }
-        let e = (innovation.e[1] * side / innovation.variance.sqrt()).max(0.0);
-        onset.met = (onset.met + e * e - EXPECTED).max(0.0);
-        if onset.met > enough && onset.end.is_none() {
-            onset.end = Some(self.progress.taken() + AFTER);
-        }
-        for (half_way, threshold) in onset.half_ways.iter_mut().zip(THRESHOLDS) {
-            if half_way.is_none() && e > threshold && way > 0.0 {
-                *half_way = Some(0.5 * way);
-            }
-        }
     }
 
     fn count(&self) -> f64 {

@@ -11,9 +11,12 @@ use serde::{Deserialize, Serialize};
 
 /// Part of the rated torque with which a flank is surely pressed.
 const PRESSED: f64 = 0.02;
-/// Ticks on the new flank after which the crossing is over, and from the change of flank on at least: 10 and 40 ms.
+/// Ticks on the new flank after which the crossing is over, and from the change of flank on at least: 10 and 40 ms; 100 ms where less is wanted of
+/// the flank than this part of the rated torque, so that one cannot tell whether it carries.
 const ARRIVED: u32 = 40;
 const AT_LEAST: u32 = 160;
+const AT_LEAST_FAINT: u32 = 400;
+const FAINT: f64 = 3e-3;
 
 /// What the drive knows of its motor.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +25,8 @@ pub(super) struct Motor {
     pub(super) inertia: f64,
     pub(super) viscous: f64,
     pub(super) rated_torque: f64,
+    /// Standard deviation of a measured position, rad.
+    pub(super) noise: f64,
 }
 
 /// The last ticks and the window under way.
@@ -68,7 +73,8 @@ impl Watch {
             self.window = None;
         }
         if now == before {
-            let over = self.since >= AT_LEAST && self.arrived >= ARRIVED;
+            let least = if wanted.abs() > FAINT * motor.rated_torque { AT_LEAST } else { AT_LEAST_FAINT };
+            let over = self.since >= least && self.arrived >= ARRIVED;
             return if over { self.close(now) } else { None };
         }
         let mut complete = None;

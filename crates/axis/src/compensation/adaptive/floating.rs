@@ -1,0 +1,66 @@
+//! Where nothing holds the load, nobody knows where it is.
+//!
+//! A load without friction that is neither accelerated nor held by any torque floats between the flanks at whatever speed its last contact left it,
+//! and the motor does not see it. A traverse that is right for a load on its flank then lets it go, or pushes it: worse than none. So after a rest of
+//! such a load, or steady travel without need of torque, the gap is not crossed until flanks have changed a few times without one, as on an arc.
+
+use super::super::twin::LoadModel;
+use crate::signal::Reference;
+use serde::{Deserialize, Serialize};
+
+/// Ticks of rest or steady travel after which the load floats: 20 ms.
+const LONG: u32 = 80;
+/// Changes of flank without such a stretch after which it is on its flanks again.
+const CHANGES: u32 = 3;
+/// Parts of the rated torque: friction below which nothing holds the load, and torque that does not press it on a flank.
+const HELD: f64 = 0.01;
+const PRESSED: f64 = 3e-3;
+/// An acceleration below this is none, and a speed, rad/s2 and rad/s.
+const STEADY: f64 = 1e-6;
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Floating {
+    steady: u32,
+    changes: u32,
+}
+
+impl Floating {
+    /// Nothing has floated yet.
+    pub(super) const NEVER: Floating = Floating { steady: 0, changes: CHANGES };
+
+    /// Takes the reference of a tick, the load as it is known, and whether the flank that has to carry it changed.
+    pub(super) fn step(&mut self, reference: &Reference, load: &LoadModel, rated_torque: f64, changed: bool) {
+        let need = load.need(reference.velocity, reference.acceleration, STEADY);
+        let free = load.coulomb < HELD * rated_torque && reference.acceleration.abs() < STEADY && need.abs() < PRESSED * rated_torque;
+        self.steady = if free { (self.steady + 1).min(LONG) } else { 0 };
+        self.changes = if self.steady >= LONG { 0 } else { (self.changes + u32::from(changed)).min(CHANGES) };
+    }
+
+    /// Whether the load may float.
+    pub(super) fn floats(&self) -> bool {
+        self.changes < CHANGES
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_load_without_friction_floats_after_a_rest_until_flanks_have_changed() {
+        let load = |coulomb: f64| LoadModel { inertia: 0.004, viscous: 0.0, coulomb, constant: 0.0, stiffness: 2400.0, damping: 0.2 };
+        let rest = Reference::default();
+        let moving = Reference { velocity: 5.0, acceleration: 20.0, ..rest };
+        for (coulomb, expected) in [(0.0, true), (0.5, false)] {
+            let mut floating = Floating::NEVER;
+            for _ in 0..200 {
+                floating.step(&rest, &load(coulomb), 11.0, false);
+            }
+            assert_eq!(floating.floats(), expected);
+            for change in 1..=3 {
+                floating.step(&moving, &load(coulomb), 11.0, true);
+                assert_eq!(floating.floats(), expected && change < 3);
+            }
+        }
+    }
+}
