@@ -4,7 +4,7 @@
 mod support;
 
 use lostmotion_axis::AxisConfig;
-use support::{circle, max_abs, mill_x, ratio_on_a_sine, run};
+use support::{circle, mill_x, ratio_on_a_sine, run};
 
 #[test]
 fn it_lowers_the_peak_and_leaves_the_offset() {
