@@ -12,8 +12,6 @@ use crate::syntax::{Text, Value, Word};
 const PACKED: f64 = 10_000.0;
 /// Codes in tenths that change no path: high-speed modes, look-ahead, and the ends of modes that cannot have begun.
 const IGNORED: [u16; 6] = [80, 150, 500, 501, 1030, 1870];
-/// The M code of rigid tapping.
-const RIGID: f64 = 29.0;
 const BOTH: &[Dialect] = &[Fanuc, Haas];
 const WRITE_OUT: &str = "have the CAM system write it out as moves";
 /// Codes in tenths that these controls have and this reader has not: whose they are, what they do, and what to do instead.
@@ -103,8 +101,8 @@ impl Interpreter {
         let ignored = |word: &Word| match (word.letter, word.value) {
             (b'G', Value::Number(5.1)) => !spline,
             (b'G', Value::Number(number)) => IGNORED.iter().any(|tenths| f64::from(*tenths) == number * 10.0),
-            // Rigid tapping: the cycle that follows taps in step anyway.
-            (b'M', Value::Number(number)) => number == RIGID,
+            // M29, rigid tapping: the cycle that follows taps in step anyway.
+            (b'M', Value::Number(29.0)) => true,
             _ => false,
         };
         if !self.block.words.iter().any(ignored) {
