@@ -16,7 +16,7 @@ pub const KIND: &str = "cartesian";
 pub struct Cartesian;
 
 /// Builds it from a machine file's description.
-pub(crate) fn build(spec: &KinematicsSpec) -> Result<Box<dyn Kinematics>, KinematicsError> {
+pub(crate) fn build(spec: &KinematicsSpec, _: &crate::Reach) -> Result<Box<dyn Kinematics>, KinematicsError> {
     check_parameters(spec, KIND, &[])?;
     Ok(Box::new(Cartesian))
 }

@@ -1,16 +1,27 @@
 //! Machine kinematics: from the tool in the part to the joints and back.
 //!
-//! One file per kind of machine, one line in [`registry`] for each.
+//! One file per kind of machine, one line in [`registry`] for each. Serial machines are one description, [`chain`].
 
-use lostmotion_base::{Coords, Jet};
+use lostmotion_base::{AXES, AxisId, Coords, Jet};
 
 pub mod cartesian;
+pub mod chain;
+pub mod corexy;
+pub mod delta;
+pub mod machine_tool;
+pub mod orient;
+mod pose;
 pub mod registry;
+pub mod scara;
 pub mod trunnion;
+mod turns;
+mod vector;
 
 pub use cartesian::Cartesian;
-pub use registry::{KinematicsSpec, RegistryEntry, build, entries};
-pub use trunnion::Trunnion;
+pub use chain::{Chain, ChainJoint, Family};
+pub use machine_tool::{MachineTool, bow_mm};
+pub use orient::{OrientError, Orientation};
+pub use registry::{KinematicsSpec, RegistryEntry, TipControl, Words, build, build_within, entries};
 
 /// Where the tool is and how it points, in the part's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +31,10 @@ pub struct ToolPose {
     /// Unit vector along the tool, from its tip to the spindle.
     pub axis: [f64; 3],
 }
+
+/// From where to where each joint may go, mm or rad, by axis; none where nothing is known.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reach(pub [Option<(f64, f64)>; AXES]);
 
 /// A pose that the machine cannot take.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -33,6 +48,24 @@ pub enum KinematicsError {
         /// What stands in the way.
         why: String,
     },
+    /// The joints cannot move the tool in every direction there.
+    #[error("the machine is singular at {pose:?}: {why}")]
+    Singular {
+        /// Program coordinates, mm and rad.
+        pose: Coords,
+        /// In which way.
+        why: &'static str,
+    },
+    /// Neighbouring poses of a move need joint positions that are far apart.
+    #[error("joint {joint} would have to jump by {by:.4} (mm or rad) near {pose:?}")]
+    Jump {
+        /// Program coordinates, mm and rad.
+        pose: Coords,
+        /// The joint.
+        joint: AxisId,
+        /// By how much, mm or rad.
+        by: f64,
+    },
     /// A machine description that does not fit the kind.
     #[error("kinematics `{kind}`: {why}")]
     Description {
@@ -41,6 +74,12 @@ pub enum KinematicsError {
         /// What is wrong, with values.
         why: String,
     },
+}
+
+impl KinematicsError {
+    pub(crate) fn singular(pose: &Coords, why: &'static str) -> KinematicsError {
+        KinematicsError::Singular { pose: *pose, why }
+    }
 }
 
 /// A machine's kinematics. Program coordinates (tool tip or axis values, as the machine's control takes them) on one
@@ -72,4 +111,14 @@ pub trait Kinematics: Send + Sync + std::fmt::Debug {
 
     /// The tool in the part's frame for joint positions.
     fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose;
+
+    /// The chain behind it, if it is one.
+    fn chain(&self) -> Option<&Chain> {
+        None
+    }
+
+    /// What turns directions of the tool into rotary words, for machines whose words are rotary joints.
+    fn orientation(&self) -> Option<&Orientation> {
+        None
+    }
 }

@@ -1,0 +1,90 @@
+//! What kind of machine a chain is.
+
+use super::{Chain, ChainJoint, Side};
+use crate::vector::{dot, norm, sub};
+
+/// Families of serial machines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Family {
+    /// Linear joints alone.
+    Linear,
+    /// One rotary joint under the workpiece.
+    RotaryTable,
+    /// One rotary joint over the tool.
+    RotaryHead,
+    /// Two rotary joints under the workpiece.
+    TableTable,
+    /// Two rotary joints over the tool.
+    HeadHead,
+    /// One of each.
+    HeadTable,
+    /// Two rotary joints, one of which leans against the axes (45 degrees, usually).
+    Nutating,
+    /// Six rotary joints, the last three of which meet in a point.
+    SphericalWristArm,
+    /// Anything else.
+    General,
+}
+
+impl Family {
+    /// Its name for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Family::Linear => "linear axes",
+            Family::RotaryTable => "rotary table",
+            Family::RotaryHead => "rotary head",
+            Family::TableTable => "table-table",
+            Family::HeadHead => "head-head",
+            Family::HeadTable => "head-table",
+            Family::Nutating => "nutating",
+            Family::SphericalWristArm => "six-axis arm with spherical wrist",
+            Family::General => "general chain",
+        }
+    }
+
+    pub(super) fn of(chain: &Chain) -> Family {
+        let rotary: Vec<&ChainJoint> = chain.joints.iter().filter(|joint| joint.rotary).collect();
+        let linear = chain.joints.len() - rotary.len();
+        match rotary.as_slice() {
+            [] => Family::Linear,
+            [joint] if linear >= 3 => match joint.side {
+                Side::Table => Family::RotaryTable,
+                Side::Head => Family::RotaryHead,
+            },
+            [first, second] if linear >= 3 => {
+                let leans = |joint: &ChainJoint| joint.direction().iter().all(|c| c.abs() < 0.999);
+                match (first.side, second.side) {
+                    _ if leans(first) || leans(second) => Family::Nutating,
+                    (Side::Table, Side::Table) => Family::TableTable,
+                    (Side::Head, Side::Head) => Family::HeadHead,
+                    _ => Family::HeadTable,
+                }
+            }
+            [_, _, _, _, _, _] if linear == 0 && wrist_center(chain).is_some() => Family::SphericalWristArm,
+            _ => Family::General,
+        }
+    }
+}
+
+/// Where the last three of six axes meet with all joints at zero, mm; none if they do not meet within a micrometre.
+pub(crate) fn wrist_center(chain: &Chain) -> Option<[f64; 3]> {
+    let [.., fourth, fifth, sixth] = chain.joints.as_slice() else { return None };
+    let (p, q) = (fourth.point, fifth.point);
+    let (u, v) = (fourth.direction(), fifth.direction());
+    // Nearest points of the two lines p + s u and q + r v.
+    let lean = dot(u, v);
+    let open = 1.0 - lean * lean;
+    if open < 1e-9 {
+        return None;
+    }
+    let way = sub(q, p);
+    let s = (dot(way, u) - lean * dot(way, v)) / open;
+    let center: [f64; 3] = std::array::from_fn(|i| p[i] + s * u[i]);
+    let off = |joint: &ChainJoint| {
+        let away = sub(center, joint.point);
+        let along = dot(away, joint.direction());
+        norm(std::array::from_fn(|i| away[i] - along * joint.direction()[i]))
+    };
+    (off(fifth) < 1e-3 && off(sixth) < 1e-3).then_some(center)
+}

@@ -1,0 +1,203 @@
+//! Machine tools as chains: X Y Z are the tool tip in the workpiece's frame, the rotary words are the rotary joints, and
+//! three linear joints named X, Y and Z carry the tip wherever the rotary ones turn it.
+//!
+//! With the rotary joints given the tip is affine in the three linear ones,
+//!
+//! tip = b(theta) + sum m_k(theta) l_k,
+//!
+//! so that the inverse is a 3 x 3 system, exact on jets too. Where no rotary joint lies between the three linear ones (nearly
+//! every machine: table-table, head-head, head-table, nutating, one rotary axis or none) its matrix is constant: the tip goes
+//! backward through the joints before them, the tool forward through those behind, and the difference is what they move.
+
+use crate::chain::{Chain, ChainJoint, JointSpec};
+use crate::orient::Orientation;
+use crate::registry::check_parameters;
+use crate::vector::{Vector, add, apply, constant, cross, dot, scale, sub};
+use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
+use lostmotion_base::{AXES, AxisId, Coords, Jet, Real};
+
+/// Registered name.
+pub const KIND: &str = "chain";
+
+/// Smallest volume that the three linear directions may span.
+const INDEPENDENT: f64 = 1e-3;
+
+/// A serial machine tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MachineTool {
+    kind: &'static str,
+    chain: Chain,
+    /// Places of X, Y, Z among the joints.
+    carriers: [usize; 3],
+    together: Option<Together>,
+    orientation: Option<Orientation>,
+}
+
+/// Carriers without a rotary joint between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Together {
+    first: usize,
+    last: usize,
+    /// From a way of the tip to ways of the carriers; none if they are the coordinate axes.
+    inverse: Option<[[f64; 3]; 3]>,
+}
+
+/// Builds it from a machine file's description.
+pub(crate) fn build(spec: &KinematicsSpec, reach: &Reach) -> Result<Box<dyn Kinematics>, KinematicsError> {
+    check_parameters(spec, KIND, &["words", "joint", "gauge", "tip_control", "orientation_tolerance_deg", "home"])?;
+    let chain = JointSpec::chain(&spec.joint, &spec.gauge.unwrap_or_default(), KIND)?;
+    if spec.words == Some(crate::Words::Pose) {
+        return crate::pose::build(chain, spec, reach);
+    }
+    if spec.home.is_some() {
+        let why = "it has no use for `home` unless `words` is `pose`".to_owned();
+        return Err(KinematicsError::Description { kind: KIND.to_owned(), why });
+    }
+    let tool = MachineTool::new(KIND, chain, reach, tolerance(spec)?);
+    Ok(Box::new(tool.map_err(|why| KinematicsError::Description { kind: KIND.to_owned(), why })?))
+}
+
+/// How far the direction of the tool may leave the programmed one, rad.
+pub(crate) fn tolerance(spec: &KinematicsSpec) -> Result<f64, KinematicsError> {
+    let tolerance_deg = spec.orientation_tolerance_deg.unwrap_or(DEFAULT_TOLERANCE_DEG);
+    if tolerance_deg > 0.0 && tolerance_deg <= 10.0 {
+        return Ok(lostmotion_base::units::rad(tolerance_deg));
+    }
+    let why = format!("`orientation_tolerance_deg` is {tolerance_deg}; it has to be above 0 and at most 10");
+    Err(KinematicsError::Description { kind: spec.kind.clone(), why })
+}
+
+/// Orientation tolerance of machines that do not say, degrees.
+const DEFAULT_TOLERANCE_DEG: f64 = 0.1;
+
+impl MachineTool {
+    /// From a chain with linear joints X, Y and Z.
+    ///
+    /// # Errors
+    /// A chain without them, or one whose three linear joints lie in a plane.
+    pub fn new(kind: &'static str, chain: Chain, reach: &Reach, tolerance_rad: f64) -> Result<MachineTool, String> {
+        let mut carriers = [0; 3];
+        for (slot, axis) in carriers.iter_mut().zip([AxisId::X, AxisId::Y, AxisId::Z]) {
+            let found = chain.joints.iter().position(|joint| joint.axis == axis && !joint.rotary);
+            *slot = found.ok_or_else(|| {
+                format!(
+                    "linear joint `{axis}` is missing; machines without linear joints X, Y and Z need `words = \"pose\"`",
+                    axis = axis.letter().to_ascii_lowercase()
+                )
+            })?;
+        }
+        let directions = carriers.map(|index| chain.joints[index].direction());
+        let volume = dot(directions[0], cross(directions[1], directions[2]));
+        if volume.abs() < INDEPENDENT {
+            return Err("the directions of the linear joints x, y and z lie in a plane".into());
+        }
+        let (first, last) = (*carriers.iter().min().unwrap_or(&0), *carriers.iter().max().unwrap_or(&0));
+        let apart = chain.joints[first..=last].iter().any(|joint| joint.rotary);
+        let plain = directions == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let rows = [cross(directions[1], directions[2]), cross(directions[2], directions[0]), cross(directions[0], directions[1])];
+        let inverse = (!plain).then(|| rows.map(|row| scale(row, 1.0 / volume)));
+        let together = (!apart).then_some(Together { first, last, inverse });
+        let orientation = Orientation::new(&chain, reach, tolerance_rad);
+        Ok(MachineTool { kind, chain, carriers, together, orientation })
+    }
+
+    /// Part to joints, for numbers and for jets alike.
+    fn joints<R: Real>(&self, program: &[R; AXES], tool: &[f64; 3]) -> [R; AXES] {
+        let target = [program[0], program[1], program[2]];
+        let tip = constant(self.chain.tip_at_zero(tool));
+        let ways = match &self.together {
+            Some(together) => self.ways_together(together, program, target, tip),
+            None => self.ways_apart(program, target, tip),
+        };
+        let mut joints = *program;
+        for (way, index) in ways.into_iter().zip(self.carriers) {
+            let joint = &self.chain.joints[index];
+            joints[joint.axis.index()] = joint.position(way);
+        }
+        joints
+    }
+
+    fn ways_together<R: Real>(&self, together: &Together, program: &[R; AXES], target: Vector<R>, tip: Vector<R>) -> Vector<R> {
+        let at = |joint: &ChainJoint| program[joint.axis.index()];
+        let joints = &self.chain.joints;
+        let target = joints[..together.first].iter().fold(target, |point, joint| joint.leave(point, at(joint)));
+        let carried = joints.iter().enumerate().skip(together.first).rev().filter(|(index, _)| !self.carriers.contains(index));
+        let tip = carried.fold(tip, |point, (_, joint)| joint.carry(point, at(joint)));
+        let way = sub(target, tip);
+        together.inverse.map_or(way, |rows| apply(&rows.map(constant), way))
+    }
+
+    fn ways_apart<R: Real>(&self, program: &[R; AXES], target: Vector<R>, tip: Vector<R>) -> Vector<R> {
+        let mut tip = tip;
+        let mut columns = [constant([0.0; 3]); 3];
+        for (index, joint) in self.chain.joints.iter().enumerate().rev() {
+            if let Some(carrier) = self.carriers.iter().position(|carrier| *carrier == index) {
+                columns[carrier] = constant(joint.direction());
+                continue;
+            }
+            let position = program[joint.axis.index()];
+            tip = joint.carry(tip, position);
+            columns = columns.map(|column| joint.carry_direction(column, position));
+        }
+        let way = sub(target, tip);
+        let [x, y, z] = columns;
+        let volume = dot(x, cross(y, z));
+        [dot(way, cross(y, z)) / volume, dot(way, cross(z, x)) / volume, dot(way, cross(x, y)) / volume]
+    }
+}
+
+impl Kinematics for MachineTool {
+    fn name(&self) -> &'static str {
+        self.kind
+    }
+
+    fn is_affine(&self) -> bool {
+        false
+    }
+
+    fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
+        let joints = Coords(self.joints(&program.0, tool));
+        if joints.is_finite() { Ok(joints) } else { Err(KinematicsError::singular(program, "the linear joints are in a plane there")) }
+    }
+
+    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3]) -> Result<[Jet; 9], KinematicsError> {
+        Ok(self.joints(program, tool))
+    }
+
+    fn forward(&self, joints: &Coords, tool: &[f64; 3]) -> Coords {
+        let mut program = *joints;
+        program.0[..3].copy_from_slice(&self.chain.tip(&joints.0, tool));
+        program
+    }
+
+    fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose {
+        ToolPose { tip: self.chain.tip(&joints.0, tool), axis: self.chain.axis(joints) }
+    }
+
+    fn chain(&self) -> Option<&Chain> {
+        Some(&self.chain)
+    }
+
+    fn orientation(&self) -> Option<&Orientation> {
+        self.orientation.as_ref()
+    }
+}
+
+/// How far the tip leaves the straight way when all joints go linearly from one place to another (a line without
+/// tool-centre-point control), mm: at most r (1 - cos(dtheta / 2)) for one rotary joint at a distance r.
+///
+/// The largest distance from the chord of the tip's places at 64 parts of the way; exact to the square of a part.
+pub fn bow_mm(chain: &Chain, from: &Coords, to: &Coords, tool: &[f64; 3]) -> f64 {
+    const PARTS: u32 = 64;
+    let [start, end] = [from, to].map(|joints| chain.tip(&joints.0, tool));
+    let way = sub(end, start);
+    let square = dot(way, way);
+    (1..PARTS)
+        .map(|part| {
+            let tip = chain.tip(&from.lerp(*to, f64::from(part) / f64::from(PARTS)).0, tool);
+            let away = sub(tip, start);
+            let along = if square > 0.0 { (dot(away, way) / square).clamp(0.0, 1.0) } else { 0.0 };
+            crate::vector::norm(add(away, scale(way, -along)))
+        })
+        .fold(0.0, f64::max)
+}
