@@ -2,7 +2,7 @@
 //!
 //! One file per kind of machine, one line in [`registry`] for each. Serial machines are one description, [`chain`].
 
-use lostmotion_base::{AXES, AxisId, Coords, Jet};
+use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Jet};
 
 pub mod cartesian;
 pub mod chain;
@@ -35,6 +35,15 @@ pub struct ToolPose {
 /// From where to where each joint may go, mm or rad, by axis; none where nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reach(pub [Option<(f64, f64)>; AXES]);
+
+/// Words and joints of a machine that does not name the ones after the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// The words that programs give.
+    pub words: AxisSet,
+    /// The joints that the machine has.
+    pub joints: AxisSet,
+}
 
 /// A pose that the machine cannot take.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -114,6 +123,11 @@ pub trait Kinematics: Send + Sync + std::fmt::Debug {
 
     /// The chain behind it, if it is one.
     fn chain(&self) -> Option<&Chain> {
+        None
+    }
+
+    /// Which words a program gives and which joints the machine has, where these are not the same letters; none where they are.
+    fn layout(&self) -> Option<Layout> {
         None
     }
 

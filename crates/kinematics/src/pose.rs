@@ -9,9 +9,9 @@ mod numeric;
 
 use crate::chain::Chain;
 use crate::vector::{Vector, angles_of, constant, roll_pitch_yaw};
-use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach};
+use crate::{Kinematics, KinematicsError, KinematicsSpec, Layout, Reach};
 use lostmotion_base::units::rad;
-use lostmotion_base::{AXES, AxisId, Coords, Real};
+use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Real};
 
 pub(crate) use arm::Arm;
 pub(crate) use numeric::Numeric;
@@ -75,6 +75,14 @@ pub(crate) fn words(chain: &Chain, joints: &Coords, tool: &[f64; 3]) -> Coords {
     words.0[3..6].copy_from_slice(&angles_of(&pose.columns));
     words.0[6..].copy_from_slice(&joints.0[6..]);
     words
+}
+
+/// Words and joints of a chain whose words are a pose.
+pub(crate) fn layout(chain: &Chain) -> Layout {
+    let joints: AxisSet = chain.joints.iter().map(|joint| joint.axis).collect();
+    let pose = AxisId::ALL.into_iter().take(6);
+    let extra = joints.iter().filter(|axis| axis.index() >= 6);
+    Layout { words: pose.chain(extra).collect(), joints }
 }
 
 /// Joint positions by axis from those in the chain's order.

@@ -11,7 +11,7 @@
 //! to leave out.
 
 use crate::registry::check_parameters;
-use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
+use crate::{Kinematics, KinematicsError, KinematicsSpec, Layout, Reach, ToolPose};
 use lostmotion_base::{AXES, AxisId, Coords, Jet, Real};
 use serde::{Deserialize, Serialize};
 
@@ -115,6 +115,12 @@ impl Kinematics for Scara {
         program.0[..3].copy_from_slice(&[elbow[0] + wrist[0] - offset[0], elbow[1] + wrist[1] - offset[1], joints.0[2] - tool[2]]);
         (program.0[A], program.0[B], program.0[C]) = (0.0, 0.0, c);
         program
+    }
+
+    fn layout(&self) -> Option<Layout> {
+        let words = [AxisId::X, AxisId::Y, AxisId::Z, AxisId::C].into_iter().collect();
+        let joints = [AxisId::Z, AxisId::A, AxisId::B, AxisId::C].into_iter().collect();
+        Some(Layout { words, joints })
     }
 
     fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose {

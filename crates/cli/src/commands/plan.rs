@@ -17,7 +17,8 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
     let program = input::program(&args.part)?;
     let machine = machines::load(args.on.machine.as_deref())?;
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
-    let mut writer = PlanWriter::new(AtomicFile::create(&args.out)?, machine.axis_set(), Clock::CNC).map_err(unwritten)?;
+    let mut writer =
+        PlanWriter::new(AtomicFile::create(&args.out)?, machine.axis_set(), machine.rotary_joints(), Clock::CNC).map_err(unwritten)?;
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
     let options = args.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
     let options = with_spline_tolerance(options, args.spline_tolerance_mm);

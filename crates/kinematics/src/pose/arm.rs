@@ -9,11 +9,11 @@
 //!
 //! Of the eight the one is taken that holds at home; it stays the same everywhere, so joints are continuous in the pose.
 
-use super::{Pose, in_order, turns_to, words};
+use super::{Pose, in_order, layout, turns_to, words};
 use crate::chain::{Chain, wrist_center};
 use crate::turns::{about, cosine, two};
 use crate::vector::{Vector, across, add, constant, dot, scale, sub};
-use crate::{Kinematics, KinematicsError, ToolPose};
+use crate::{Kinematics, KinematicsError, Layout, ToolPose};
 use lostmotion_base::{AXES, Coords, Jet, Real};
 
 /// Registered name.
@@ -165,5 +165,9 @@ impl Kinematics for Arm {
 
     fn chain(&self) -> Option<&Chain> {
         Some(&self.chain)
+    }
+
+    fn layout(&self) -> Option<Layout> {
+        Some(layout(&self.chain))
     }
 }

@@ -8,10 +8,10 @@
 //! Derivatives along a path come from the same step on jets: with J frozen at the solution, each step makes one more order
 //! exact, since what an order lacks depends on lower orders only. That is implicit differentiation of e(q(s), s) = 0.
 
-use super::{Pose, in_order, letters, turns_to, words};
+use super::{Pose, in_order, layout, letters, turns_to, words};
 use crate::chain::Chain;
 use crate::vector::{Vector, across, add, cross, dot, norm, scale, sub};
-use crate::{Kinematics, KinematicsError, Reach, ToolPose};
+use crate::{Kinematics, KinematicsError, Layout, Reach, ToolPose};
 use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Jet, Real};
 use nalgebra::{SMatrix, SVector};
 
@@ -295,5 +295,9 @@ impl Kinematics for Numeric {
 
     fn chain(&self) -> Option<&Chain> {
         Some(&self.chain)
+    }
+
+    fn layout(&self) -> Option<Layout> {
+        Some(layout(&self.chain))
     }
 }

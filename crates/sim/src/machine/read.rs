@@ -159,7 +159,9 @@ fn read_axis(document: &Document<'_>, name: &str, part: &Spanned<DeValue<'_>>, p
         problems.push(document.problem(&key, "missing", format!("add a table [{key}] with travel, velocity, acceleration and jerk")));
         return None;
     };
-    let table = if id.is_rotary() {
+    let rotary =
+        all.get("transmission").and_then(|part| part.get_ref().as_table()).map_or(id.is_rotary(), |table| table.contains_key("rotary"));
+    let table = if rotary {
         read::<RotaryLimits>(document, &key, &limits, &[], problems).map(LimitsTable::Rotary)
     } else {
         read::<LinearLimits>(document, &key, &limits, &[], problems).map(LimitsTable::Linear)

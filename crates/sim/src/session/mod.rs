@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! check    read everything once: diagnostics, travel            (check.rs, reader.rs, lower.rs)
-//! feed     read again: motion -> moves -> samples, segments     (feed.rs)
+//! feed     read again: motion -> moves -> samples, segments     (feed.rs, steer.rs, modes.rs)
 //! bank     samples -> load positions, every axis, every variant (bank.rs)
 //! frame    servo ticks paired with the commands they answer to  (frame.rs)
 //! recorder load positions -> contour errors, added up           (recorder.rs)
@@ -15,10 +15,12 @@ mod collect;
 mod feed;
 mod frame;
 mod lower;
+mod modes;
 mod reader;
 mod recorder;
 mod rows;
 mod run;
+mod steer;
 mod text;
 
 pub use reader::interpreter_config;
