@@ -268,6 +268,16 @@ pub(crate) struct WritePart {
     pub(crate) out: Option<PathBuf>,
 }
 
+/// How much trouble the planner takes over the time of a program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Quality {
+    /// As fast as programs are read
+    #[default]
+    Fast,
+    /// Nearly the shortest time that the limits allow
+    Optimal,
+}
+
 /// `plan`.
 #[derive(Debug, Args)]
 pub(crate) struct Plan {
@@ -280,6 +290,9 @@ pub(crate) struct Plan {
     /// How far arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) spline_tolerance_mm: Option<f64>,
+    /// How much trouble to take over the time
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) quality: Quality,
     /// CSV to write: t_s, a position per axis (x_mm ... c_deg), source line
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,

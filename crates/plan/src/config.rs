@@ -1,12 +1,36 @@
 //! What the planner may do and how far it looks ahead.
 
 use crate::PlanError;
+use crate::profile::law::{Averaged, TimeLaw};
 use lostmotion_base::{AXES, AxisId, AxisLimits, Clock};
 use serde::{Deserialize, Serialize};
+
+/// How much trouble the planner takes over the time of a program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quality {
+    /// As fast as programs are read, within a few per cent of the shortest time.
+    #[default]
+    Fast,
+    /// Nearly the shortest time that the limits allow.
+    Optimal,
+}
+
+impl Quality {
+    /// What plans the time between states that the look-ahead is sure of.
+    pub(crate) fn law(self) -> &'static dyn TimeLaw {
+        match self {
+            Quality::Fast | Quality::Optimal => &Averaged,
+        }
+    }
+}
 
 /// Settings of a [`crate::Planner`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannerConfig {
+    /// How much trouble to take over the time.
+    #[serde(default)]
+    pub quality: Quality,
     /// Rate of the samples.
     pub clock: Clock,
     /// Limits of each joint, by axis index; none for a joint that the machine does not have.
@@ -29,6 +53,7 @@ impl PlannerConfig {
     /// Usual settings for a machine with these limits.
     pub fn new(limits: [Option<AxisLimits>; AXES]) -> PlannerConfig {
         PlannerConfig {
+            quality: Quality::Fast,
             clock: Clock::CNC,
             limits,
             default_tolerance_mm: 0.01,

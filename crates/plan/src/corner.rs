@@ -8,7 +8,7 @@
 
 use crate::condition::{Piece, size};
 use crate::machine::Machine;
-use crate::smooth::Smooth;
+use crate::profile::Profile;
 use crate::stretch::Stretch;
 use lostmotion_base::{Coords, math};
 use lostmotion_path::Curve;
@@ -27,7 +27,9 @@ const ROUNDING: f64 = 1.0 + 1e-7;
 /// One of the two motions at a corner, seen from the corner: distance from it by time from rest.
 #[derive(Clone, Debug)]
 pub(crate) struct Leg {
-    smooth: Smooth,
+    profile: Profile,
+    /// Place of the corner.
+    from: f64,
     /// Derivative of the joints by the path, in the direction of travel.
     direction: Coords,
     /// Length of the straight line at the corner.
@@ -41,24 +43,24 @@ pub(crate) struct Leg {
 impl Leg {
     /// The end of a stretch that comes to rest on a line.
     pub(crate) fn end_of(stretch: &Stretch) -> Option<Leg> {
-        Leg::new(stretch.last()?, stretch.smooth.reversed(), stretch.longest_overlap_s())
+        Leg::new(stretch.last()?, stretch.profile.reversed(), 0.0, stretch.longest_overlap_s())
     }
 
     /// The start of a stretch on a line.
     pub(crate) fn start_of(stretch: &Stretch) -> Option<Leg> {
-        Leg::new(stretch.first()?, stretch.smooth.clone(), stretch.longest_overlap_s())
+        Leg::new(stretch.first()?, stretch.profile.clone(), stretch.from, stretch.longest_overlap_s())
     }
 
-    fn new(piece: &Piece, smooth: Smooth, longest_s: f64) -> Option<Leg> {
+    fn new(piece: &Piece, profile: Profile, from: f64, longest_s: f64) -> Option<Leg> {
         let Curve::Line(_) = piece.curve else { return None };
         let direction = piece.curve.eval(0.0).d1;
-        Some(Leg { smooth, direction, room: piece.curve.length(), longest_s, feed: piece.feed })
+        Some(Leg { profile, from, direction, room: piece.curve.length(), longest_s, feed: piece.feed })
     }
 
     /// Distance from the corner, speed and acceleration at a time from rest.
     fn at(&self, t: f64) -> [f64; 3] {
-        let motion = self.smooth.motion(t);
-        [motion.s - self.smooth.from, motion.v, motion.a]
+        let motion = self.profile.at(t);
+        [motion.s - self.from, motion.v, motion.a]
     }
 
     /// The latest time, up to the longest, at which it is no farther from the corner than a distance.
@@ -88,7 +90,7 @@ pub(crate) fn overlap_s(machine: &Machine, before: &Leg, after: &Leg, tolerance:
     let reach = tolerance / off.max(f64::MIN_POSITIVE);
     let longest = (before.time_to(reach) + after.time_to(reach)).min(before.longest_s).min(after.longest_s);
     // With one motion's jerk after the other's, joints that both move have less to bear than while both have jerk.
-    let in_turn = before.smooth.window_s + after.smooth.window_s;
+    let in_turn = before.profile.onset_s() + after.profile.onset_s();
     for overlap in [longest, in_turn] {
         if overlap <= longest && fits(machine, before, after, overlap) {
             return overlap;
@@ -129,9 +131,9 @@ fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
         return false;
     }
     let mut times = Vec::new();
-    before.smooth.steps(overlap_s, &mut times);
+    before.profile.steps(overlap_s, &mut times);
     times.iter_mut().for_each(|t| *t = overlap_s - *t);
-    after.smooth.steps(overlap_s, &mut times);
+    after.profile.steps(overlap_s, &mut times);
     times.push(overlap_s);
     times.sort_by(f64::total_cmp);
     let states = |t: f64| (before.at(overlap_s - t), after.at(t));

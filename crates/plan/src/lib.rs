@@ -6,7 +6,8 @@
 //!    or a stop, so that between two stops the path has a continuous second derivative;
 //! 3. bounds of every joint's derivatives along the path say how fast it may go;
 //! 4. the look-ahead window plans a speed profile and gives out what later moves cannot change;
-//! 5. a moving average over time makes the profile jerk-limited, and the sampler reads it at every tick.
+//! 5. a moving average over time makes the profile jerk-limited, a time law makes it faster where it can, and the sampler reads
+//!    it at every tick.
 //!
 //! Where the tolerance allows to cut a corner but no blend is faster than a stop, the next stretch sets out before the one
 //! before has come to rest, so that the two motions add up for a while. The tool then stays within the tolerance of the path
@@ -25,12 +26,11 @@ pub mod planner;
 mod profile;
 pub mod sample;
 mod sampler;
-mod smooth;
 mod stretch;
 pub mod travel;
 mod window;
 
-pub use config::PlannerConfig;
+pub use config::{PlannerConfig, Quality};
 pub use error::{PlanError, TravelViolation};
 pub use item::{Dwell, FeedLimit, Halt, Move, PathControl, PlanItem};
 pub use planner::Planner;

@@ -47,7 +47,7 @@ impl Planner {
         let machine = Machine::new(&config.limits);
         Ok(Planner {
             conditioner: Conditioner::new(config.clone()),
-            window: Window::new(&machine, config.window_intervals, config.window_pieces),
+            window: Window::new(&machine, &config),
             sampler: Sampler::new(config.clock, start, joints),
             here: Position { program: start, tool_mm: [0.0; 3] },
             config,
@@ -141,13 +141,13 @@ impl Planner {
                 Step::Piece(piece) => {
                     self.window.push(*piece, &self.machine, self.kinematics.as_ref())?;
                     while self.window.is_due() {
-                        let Some((settled, forced)) = self.window.settle(&self.machine) else { break };
+                        let Some((settled, forced)) = self.window.settle(&self.machine, self.kinematics.as_ref()) else { break };
                         self.commit(settled);
                         self.forced_stops += u64::from(forced);
                     }
                 }
                 Step::Stop(stop) => {
-                    if let Some(settled) = self.window.finish(&self.machine) {
+                    if let Some(settled) = self.window.finish(&self.machine, self.kinematics.as_ref()) {
                         self.commit(settled);
                     }
                     self.sampler.end_s += stop.dwell_s;
@@ -160,12 +160,12 @@ impl Planner {
 
     /// Adds a final part of a profile to the open stretch, or begins one with it.
     fn commit(&mut self, settled: Settled) {
-        let from = settled.nodes.first().map_or(0.0, |node| node.s);
+        let from = settled.knots.first().map_or(0.0, |knot| knot.s);
         let open = self.sampler.stretches.back().is_some_and(|stretch| !stretch.complete);
         let open = if open { self.sampler.stretches.pop_back() } else { None };
         let is_new = open.is_none();
-        let mut stretch = open.unwrap_or_else(|| Stretch::new(settled.window_s, from));
-        stretch.extend(settled.pieces.into_iter(), &settled.nodes);
+        let mut stretch = open.unwrap_or_else(|| Stretch::new(from));
+        stretch.extend(settled.pieces.into_iter(), &settled.knots);
         stretch.complete = settled.complete;
         if is_new {
             let overlap_s = self.overlap_s(&stretch);

@@ -66,7 +66,7 @@ impl Sampler {
     pub(crate) fn add(&mut self, stretch: Stretch) {
         if self.tick == 0
             && self.stretches.is_empty()
-            && let Some((piece, local)) = stretch.peek(stretch.smooth.from)
+            && let Some((piece, local)) = stretch.peek(stretch.from)
         {
             let (mark, s) = piece.programmed(local);
             self.rest = Sample { segment: mark.segment, s, block: mark.block, ..self.rest };
@@ -77,7 +77,7 @@ impl Sampler {
     /// Comes to rest at the end of the first stretch.
     fn leave(&mut self) {
         let Some(stretch) = self.stretches.pop_front() else { return };
-        if let Some((piece, local)) = stretch.peek(stretch.smooth.to()) {
+        if let Some((piece, local)) = stretch.peek(stretch.profile.to()) {
             let (mark, s) = piece.programmed(local);
             self.rest_program = piece.curve.point(local);
             self.rest = Sample { segment: mark.segment, s, block: mark.block, tool_mm: piece.tool_mm, ..self.rest };
@@ -135,7 +135,7 @@ fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<Place> {
     let named = Sample { segment: mark.segment, s, block: mark.block, path_speed: motion.v, tool_mm: piece.tool_mm, ..*sample };
     *sample = named;
     let program = piece.curve.jet(local).map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
-    Some(Place { program, gone: motion.s - stretch.smooth.from, left: stretch.smooth.to() - motion.s })
+    Some(Place { program, gone: motion.s - stretch.from, left: stretch.profile.to() - motion.s })
 }
 
 /// Joint position, velocity and acceleration from the program side's, both by time. Poses were checked when the move was

@@ -1,10 +1,10 @@
 //! The look-ahead: path that waits to be planned, and what of its plan is final.
 
-use crate::PlanError;
 use crate::condition::Piece;
 use crate::demands::Intervals;
 use crate::machine::{Demand, Machine};
-use crate::profile::{Interval, Node, Plan, Task, duration_s, last_cut, plan};
+use crate::profile::{Interval, Knot, Node, Plan, Section, Task, TimeLaw, average, duration_s, last_cut, plan};
+use crate::{PlanError, PlannerConfig};
 use lostmotion_kinematics::{Kinematics, KinematicsError};
 use std::collections::VecDeque;
 
@@ -20,6 +20,8 @@ const HOPELESS: f64 = 1.02;
 pub(crate) struct Window {
     builder: Intervals,
     pieces: VecDeque<(f64, Piece)>,
+    /// How many of them at the front are given out, and held because the next section begins on them.
+    given: usize,
     intervals: Vec<Interval>,
     /// Where the profile goes on, and the speed squared there.
     from: Node,
@@ -27,6 +29,7 @@ pub(crate) struct Window {
     window_s: f64,
     max_intervals: usize,
     max_pieces: usize,
+    law: &'static dyn TimeLaw,
     /// Number of intervals at which the next plan is made.
     due: usize,
 }
@@ -35,22 +38,25 @@ pub(crate) struct Window {
 #[derive(Debug)]
 pub(crate) struct Settled {
     pub(crate) pieces: Vec<(f64, Piece)>,
-    pub(crate) nodes: Vec<Node>,
-    pub(crate) window_s: f64,
+    /// Its corners, from the time 0.
+    pub(crate) knots: Vec<Knot>,
     /// Whether it ends at rest.
     pub(crate) complete: bool,
 }
 
 impl Window {
-    pub(crate) fn new(machine: &Machine, max_intervals: usize, max_pieces: usize) -> Window {
+    pub(crate) fn new(machine: &Machine, config: &PlannerConfig) -> Window {
+        let (max_intervals, max_pieces) = (config.window_intervals, config.window_pieces);
         Window {
             builder: Intervals::new(machine.longest_window_s()),
             pieces: VecDeque::new(),
+            given: 0,
             intervals: Vec::new(),
             from: Node::new(0.0, 0.0),
             window_s: 0.0,
             max_intervals,
             max_pieces,
+            law: config.quality.law(),
             due: max_intervals,
         }
     }
@@ -67,12 +73,12 @@ impl Window {
 
     /// Whether the window is as full as it may get before some of it is planned.
     pub(crate) fn is_due(&self) -> bool {
-        self.intervals.len() >= self.due || self.pieces.len() >= self.max_pieces
+        self.intervals.len() >= self.due || self.len() >= self.max_pieces
     }
 
     /// How many pieces wait.
     pub(crate) fn len(&self) -> usize {
-        self.pieces.len()
+        self.pieces.len() - self.given
     }
 
     fn task<'a>(&'a self, machine: &'a Machine, complete: bool, window_s: f64) -> Task<'a> {
@@ -91,16 +97,16 @@ impl Window {
 
     /// Plans what is there and gives out what is final; nothing if the window may still grow. The flag tells whether the
     /// profile had to come to rest for want of look-ahead.
-    pub(crate) fn settle(&mut self, machine: &Machine) -> Option<(Settled, bool)> {
+    pub(crate) fn settle(&mut self, machine: &Machine, kinematics: &dyn Kinematics) -> Option<(Settled, bool)> {
         if self.from.b == 0.0 {
             self.window_s = self.best_window_s(machine);
         }
         let plan = plan(&self.task(machine, false, self.window_s));
-        let full = self.intervals.len() >= self.max_intervals || self.pieces.len() >= self.max_pieces;
+        let full = self.intervals.len() >= self.max_intervals || self.len() >= self.max_pieces;
         match last_cut(&plan, self.window_s) {
-            Some(cut) if cut.s > self.from.s => Some((self.give(&plan, cut), false)),
+            Some(cut) if cut.s > self.from.s => Some((self.give(machine, kinematics, &plan, cut), false)),
             // The stop separates what is there from what will come, so that all of it can be planned.
-            _ if full => self.finish(machine).map(|settled| (settled, true)),
+            _ if full => self.finish(machine, kinematics).map(|settled| (settled, true)),
             _ => {
                 self.due = self.max_intervals;
                 None
@@ -109,32 +115,42 @@ impl Window {
     }
 
     /// Takes out what lies before a cut, and forgets the demands that do not reach beyond it.
-    fn give(&mut self, plan: &Plan, cut: Node) -> Settled {
+    fn give(&mut self, machine: &Machine, kinematics: &dyn Kinematics, plan: &Plan, cut: Node) -> Settled {
+        let nodes: Vec<Node> = plan.nodes.iter().copied().take_while(|node| node.s <= cut.s).collect();
+        let knots = self.timed(machine, kinematics, &nodes, false);
         let done = self.pieces.partition_point(|(start, _)| *start < cut.s);
+        let next = knots.last().map_or(0.0, |knot| knot.s);
         let past = plan.reach_ends.partition_point(|end| *end <= cut.s);
+        let pieces = self.pieces.range(self.given.min(done)..done).cloned().collect();
+        let past_pieces = self.pieces.partition_point(|(start, _)| *start <= next).saturating_sub(1).min(done);
+        self.pieces.drain(..past_pieces);
+        self.given = done - past_pieces;
         self.intervals.drain(..past);
         self.from = cut;
         self.due = self.max_intervals.min(self.intervals.len() + self.max_intervals / 2);
-        Settled {
-            pieces: self.pieces.drain(..done).collect(),
-            nodes: plan.nodes.iter().copied().take_while(|node| node.s <= cut.s).collect(),
-            window_s: self.window_s,
-            complete: false,
-        }
+        Settled { pieces, knots, complete: false }
     }
 
     /// Plans the rest, which ends at a stop; nothing if there is no path left.
-    pub(crate) fn finish(&mut self, machine: &Machine) -> Option<Settled> {
+    pub(crate) fn finish(&mut self, machine: &Machine, kinematics: &dyn Kinematics) -> Option<Settled> {
         self.builder.finish(&mut self.intervals);
         let settled = (!self.intervals.is_empty()).then(|| {
             let plan = self.final_plan(machine);
-            Settled { pieces: self.pieces.drain(..).collect(), nodes: plan.nodes, window_s: self.window_s, complete: true }
+            let knots = self.timed(machine, kinematics, &plan.nodes, true);
+            Settled { pieces: self.pieces.drain(..).skip(self.given).collect(), knots, complete: true }
         });
         self.pieces.clear();
+        self.given = 0;
         self.intervals.clear();
         self.from = Node::new(0.0, 0.0);
         self.due = self.max_intervals;
         settled
+    }
+
+    /// The motion over a final part of the profile.
+    fn timed(&self, machine: &Machine, kinematics: &dyn Kinematics, nodes: &[Node], complete: bool) -> Vec<Knot> {
+        let base = average(nodes, self.window_s, complete);
+        self.law.plan(&Section { machine, kinematics, pieces: &self.pieces, intervals: &self.intervals, base: &base })
     }
 
     /// The plan to the end.

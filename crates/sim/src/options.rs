@@ -3,6 +3,7 @@
 use lostmotion_contour::ContourConfig;
 use lostmotion_gcode::motion::SPLINE_TOLERANCE_MM;
 use lostmotion_gcode::{Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable};
+use lostmotion_plan::Quality;
 use std::sync::Arc;
 
 /// Settings of a run: what to judge by, what to keep, and the bounds of every resource.
@@ -30,6 +31,8 @@ pub struct SimulateOptions {
     pub tool_table: Option<ToolTable>,
     /// How far the arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, mm.
     pub spline_tolerance_mm: f64,
+    /// How much trouble the planner takes over the time.
+    pub quality: Quality,
     /// Bounds of the G-code front end.
     pub limits: Limits,
     /// Dialect of the program; the machine's own if none.
@@ -55,6 +58,7 @@ impl Default for SimulateOptions {
             block_delete: interpreter.block_delete,
             tool_table: None,
             spline_tolerance_mm: SPLINE_TOLERANCE_MM,
+            quality: Quality::default(),
             limits: interpreter.limits,
             dialect: None,
             leniencies: None,

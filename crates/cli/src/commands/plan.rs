@@ -4,9 +4,9 @@ use super::{DONE, accepted, failure, with_spline_tolerance};
 use crate::args::Plan;
 use crate::failure::Failure;
 use crate::voice::Voice;
-use crate::{input, machines};
+use crate::{args, input, machines};
 use lostmotion::base::Clock;
-use lostmotion::plan::Sample;
+use lostmotion::plan::{Quality, Sample};
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::PlanWriter;
 use lostmotion::report::{WriteError, number};
@@ -21,7 +21,11 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
         PlanWriter::new(AtomicFile::create(&args.out)?, machine.axis_set(), machine.rotary_joints(), Clock::CNC).map_err(unwritten)?;
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
     let options = args.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
-    let options = with_spline_tolerance(options, args.spline_tolerance_mm);
+    let quality = match args.quality {
+        args::Quality::Fast => Quality::Fast,
+        args::Quality::Optimal => Quality::Optimal,
+    };
+    let options = SimulateOptions { quality, ..with_spline_tolerance(options, args.spline_tolerance_mm) };
     let info = lostmotion::sim::plan(&program, &machine, &options, &mut sink).map_err(|error| match error {
         SimError::Sink(why) => Failure::message(format!("cannot write {}: {why}", args.out.display())),
         other => failure(&program, &other, voice),

@@ -9,16 +9,22 @@
 //! 2. [`scan`]: the highest speed below the caps, backward and forward, with the acceleration carried across.
 //! 3. [`peaks`]: between speeding up and slowing down lies at least one window, so that the acceleration in any window
 //!    changes by no more than its bound.
+//! 4. [`average`]: the moving average itself, as corners of piecewise constant jerk.
+//! 5. [`law`]: between two states that cannot change any more, a time law may find a faster motion than that.
 
+mod average;
 mod cut;
 mod dilate;
+pub(crate) mod law;
 mod node;
 mod peaks;
 mod scan;
 
+pub(crate) use average::average;
 pub(crate) use cut::last_cut;
 pub(crate) use dilate::Cell;
 use dilate::Dilated;
+pub(crate) use law::{Knot, Motion, Profile, Section, TimeLaw};
 pub(crate) use node::{Node, duration_s};
 use scan::Ground;
 

@@ -11,7 +11,7 @@ use crate::results::{PlanInfo, ProgramInfo};
 use crate::source::ProgramSource;
 use lostmotion_base::AxisSet;
 use lostmotion_gcode::{Diagnostic, Diagnostics, Problem, Severity, SourceFiles};
-use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, TravelCheck, TravelViolation};
+use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, Quality, TravelCheck, TravelViolation};
 use std::sync::Arc;
 
 /// How many violations of the travel are kept.
@@ -28,13 +28,14 @@ pub(crate) struct Checked {
 }
 
 /// The planner's settings for a machine.
-pub(crate) fn planner_config(machine: &Machine) -> PlannerConfig {
+pub(crate) fn planner_config(machine: &Machine, quality: Quality) -> PlannerConfig {
     let mut limits = [None; lostmotion_base::AXES];
     for axis in machine.axes() {
         limits[axis.id.index()] = Some(axis.limits);
     }
     let settings = machine.planner();
     PlannerConfig {
+        quality,
         default_tolerance_mm: settings.default_tolerance_mm,
         exact_path_tolerance_mm: settings.exact_path_tolerance_mm,
         exact_path_angle_deg: settings.exact_path_angle_deg,
@@ -63,7 +64,7 @@ pub(crate) fn check(source: &ProgramSource, machine: &Machine, options: &Simulat
     check_options(options)?;
     let mut reader = Reader::new(source, machine, options)?;
     let modes = Modes::new(machine)?;
-    let config = planner_config(machine);
+    let config = planner_config(machine, options.quality);
     let travel = [false, true].map(|tip| TravelCheck::new(&config, Arc::clone(modes.kinematics(tip))));
     let words = modes.kinematics(true).layout().map_or_else(|| machine.axis_set(), |layout| layout.words);
     let plan = PlanInfo::default();

@@ -37,7 +37,7 @@ impl Feed {
     pub(crate) fn new(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Feed, SimError> {
         let mut modes = Modes::new(machine)?;
         let start = machine.start();
-        let config = planner_config(machine);
+        let config = planner_config(machine, options.quality);
         let tip = machine.kinematics().tip_control() == TipControl::Always || modes.kinematics(true).orientation().is_none();
         modes.begin(0, tip);
         let kinematics = Arc::clone(modes.kinematics(tip));

@@ -1,0 +1,152 @@
+//! Place by time, and what makes a section of it faster.
+
+use super::Interval;
+use crate::condition::Piece;
+use crate::machine::Machine;
+use lostmotion_base::AXES;
+use lostmotion_kinematics::Kinematics;
+use std::collections::VecDeque;
+
+/// Place, speed and acceleration on the path.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Motion {
+    pub(crate) s: f64,
+    pub(crate) v: f64,
+    pub(crate) a: f64,
+}
+
+/// A corner of a profile: the state at a time, and the jerk from then to the next knot (0 in the last one). Between two knots
+/// the place is the cubic that this makes, which meets the state of the next one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Knot {
+    /// s since the start of the section or stretch.
+    pub(crate) t: f64,
+    pub(crate) s: f64,
+    pub(crate) v: f64,
+    pub(crate) a: f64,
+    pub(crate) j: f64,
+}
+
+impl Knot {
+    /// The state at a time before the next knot.
+    pub(crate) fn at(&self, t: f64) -> Motion {
+        let x = t - self.t;
+        Motion {
+            s: self.s + (self.v + (0.5 * self.a + self.j / 6.0 * x) * x) * x,
+            v: self.v + (self.a + 0.5 * self.j * x) * x,
+            a: self.a + self.j * x,
+        }
+    }
+}
+
+/// A section of path between two states that are both given: rest, or a steady speed where the look-ahead is sure of it.
+#[derive(Debug)]
+#[allow(dead_code, reason = "for laws that do not keep the base")]
+pub(crate) struct Section<'a> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) kinematics: &'a dyn Kinematics,
+    /// Pieces of path that hold the section, each with the place where it begins.
+    pub(crate) pieces: &'a VecDeque<(f64, Piece)>,
+    /// Consecutive intervals that hold the section; their demands bound the joints' derivatives all over each of them.
+    pub(crate) intervals: &'a [Interval],
+    /// A motion that keeps every limit, from the first state to the last; its times begin at 0.
+    pub(crate) base: &'a [Knot],
+}
+
+impl Section<'_> {
+    /// First, second and third derivative of the joints by the path at a place, from exact values of the curve there, and the
+    /// speed of the path parameter that the feed allows, 1/s; none where the machine cannot be.
+    #[allow(dead_code, reason = "for laws that do not keep the base")]
+    pub(crate) fn at(&self, s: f64) -> Option<([[f64; AXES]; 3], f64)> {
+        let index = self.pieces.partition_point(|(start, _)| *start <= s).saturating_sub(1);
+        let (start, piece) = self.pieces.get(index)?;
+        let at = piece.curve.eval(s - start);
+        let tip = at.d1.linear_norm();
+        let feed = if tip > 1.0 { piece.feed / tip } else { piece.feed };
+        if self.kinematics.is_affine() {
+            return Some(([at.d1.0, at.d2.0, at.d3.0], feed));
+        }
+        let jets = self.kinematics.inverse_jet(&at.jets(), &piece.tool_mm).ok()?;
+        Some(([1, 2, 3].map(|order| jets.map(|jet| jet.0[order])), feed))
+    }
+}
+
+/// Plans the time over a section. Since both its ends are given, each section is planned for itself, and a program as it
+/// comes.
+pub(crate) trait TimeLaw: std::fmt::Debug + Sync {
+    /// A motion with the base's first and last state, nowhere backward, that keeps every limit and takes no longer.
+    fn plan(&self, section: &Section<'_>) -> Vec<Knot>;
+}
+
+/// The base as it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Averaged;
+
+impl TimeLaw for Averaged {
+    fn plan(&self, section: &Section<'_>) -> Vec<Knot> {
+        section.base.to_vec()
+    }
+}
+
+/// Place by time over a stretch, as far as it is known.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Profile {
+    knots: VecDeque<Knot>,
+}
+
+impl Profile {
+    /// Adds a section that sets out from the state at the end so far.
+    pub(crate) fn extend(&mut self, section: &[Knot]) {
+        let end_s = self.end_s();
+        self.knots.pop_back();
+        self.knots.extend(section.iter().map(|knot| Knot { t: knot.t + end_s, ..*knot }));
+    }
+
+    /// The same motion backward in time, from its end: places are distances to go.
+    pub(crate) fn reversed(&self) -> Profile {
+        let (time, to) = (self.end_s(), self.to());
+        let mut knots = VecDeque::with_capacity(self.knots.len());
+        let before = self.knots.iter().rev().skip(1).map(|knot| knot.j).chain([0.0]);
+        for (knot, j) in self.knots.iter().rev().zip(before) {
+            knots.push_back(Knot { t: time - knot.t, s: to - knot.s, v: knot.v, a: -knot.a, j });
+        }
+        Profile { knots }
+    }
+
+    /// Time of the last state known, s since the start.
+    pub(crate) fn end_s(&self) -> f64 {
+        self.knots.back().map_or(0.0, |knot| knot.t)
+    }
+
+    /// Place of the last state known.
+    pub(crate) fn to(&self) -> f64 {
+        self.knots.back().map_or(0.0, |knot| knot.s)
+    }
+
+    /// How long the jerk lasts with which it sets out, s.
+    pub(crate) fn onset_s(&self) -> f64 {
+        self.knots.iter().zip(self.knots.iter().skip(1)).find(|(knot, _)| knot.j != 0.0).map_or(0.0, |(knot, next)| next.t - knot.t)
+    }
+
+    /// Times up to `until` at which the jerk steps, added to `out`.
+    pub(crate) fn steps(&self, until: f64, out: &mut Vec<f64>) {
+        out.extend(self.knots.iter().map(|knot| knot.t).filter(|t| 0.0 < *t && *t < until));
+    }
+
+    /// The state at a time; before its start and after its end it rests in the states there.
+    pub(crate) fn at(&self, t: f64) -> Motion {
+        let index = self.knots.partition_point(|knot| knot.t <= t).saturating_sub(1);
+        let Some(knot) = self.knots.get(index) else { return Motion::default() };
+        if index + 1 == self.knots.len() || t < knot.t {
+            return Motion { s: knot.s, v: knot.v, a: knot.a };
+        }
+        knot.at(t)
+    }
+
+    /// Forgets what lies before a time.
+    pub(crate) fn forget(&mut self, t: f64) {
+        while self.knots.get(1).is_some_and(|next| next.t <= t) {
+            self.knots.pop_front();
+        }
+    }
+}
