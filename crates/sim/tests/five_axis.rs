@@ -100,7 +100,7 @@ fn the_tool_stands_upright_on_a_dome() {
     let samples = planned(&part("swivel_dome.ngc"), &machine);
     let (mut on_top, mut worst) = (0, 0.0_f64);
     let mut c: Vec<f64> = Vec::new();
-    for sample in samples.iter().filter(|sample| (10..=42).contains(&sample.block.span.line)) {
+    for sample in samples.iter().filter(|sample| (13..=42).contains(&sample.block.span.line)) {
         let pose = kinematics.tool_pose(&sample.position, &sample.tool_mm);
         let from_center: [f64; 3] = std::array::from_fn(|i| pose.tip[i] - zero.0[i] + if i == 2 { 20.0 } else { 0.0 });
         let size = from_center.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -118,7 +118,7 @@ fn the_tool_stands_upright_on_a_dome() {
 #[test]
 fn without_tip_control_the_linear_joints_stand_still() {
     let machine = Machine::preset("swivel5").unwrap();
-    let samples = planned(&text("G21 G90 G54 G0 X10 Y20 Z50\nG1 B30 F600\nG43.4 H1\nG1 B-20 F600\nG49\nM30\n"), &machine);
+    let samples = planned(&text("G21 G90 G54 G61.1 G0 X10 Y20 Z50\nG1 B30 F600\nG43.4 H1\nG1 B-20 F600\nG49\nM30\n"), &machine);
     let at = |line: u32| samples.iter().filter(move |sample| sample.block.span.line == line).map(|sample| sample.position);
     let spread = |line: u32| {
         let first: Coords = at(line).next().unwrap();
@@ -154,4 +154,22 @@ fn an_arm_that_would_have_to_change_over_is_refused() {
     // Through the axis of joint 1 and out behind the arm.
     let refused = plan(&text("G21 G90 G54\nG1 X-1600 F3000\nM2\n"), &machine, &SimulateOptions::default(), &mut |_| Ok(()));
     assert!(refused.is_err());
+}
+
+#[test]
+fn a_tool_may_be_taken_up_while_it_leans() {
+    let machine = Machine::preset("trunnion5").unwrap();
+    let samples = planned(&text("G21 G90 G54 G61.1 G0 X10 Y20 Z50\nG0 A30 C40\nG43.1 Z60\nG1 X15 F900\nM2\n"), &machine);
+    judge("tool", &machine, &samples);
+    let kinematics = machine.build_kinematics().unwrap();
+    let tip = |line: u32| {
+        let sample = samples.iter().filter(|sample| sample.block.span.line == line).next_back().unwrap();
+        (kinematics.tool_pose(&sample.position, &sample.tool_mm), sample.tool_mm)
+    };
+    let ((before, _), (after, tool)) = (tip(2), tip(4));
+    assert_eq!(tool[2], 60.0);
+    // The tip comes 60 mm before the spindle along the leaning tool, and X goes where it was told.
+    let zero = machine.work_offsets()[0];
+    assert!((after.tip[0] - zero.0[0] - 15.0).abs() < 1e-6);
+    assert!((1..3).all(|i| (after.tip[i] - before.tip[i] + 60.0 * before.axis[i]).abs() < 1e-6), "{before:?} {after:?}");
 }

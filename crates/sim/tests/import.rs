@@ -85,7 +85,7 @@ fn freecad_machines() {
     assert!((machine.axis(AxisId::X).unwrap().limits.velocity - 200.0).abs() < 1e-9);
     assert!((machine.axis(AxisId::A).unwrap().limits.velocity - rad(60.0)).abs() < 1e-9);
     assert!(imported.rows.iter().any(|row| row.key == "machine.spindles" && row.fate == Fate::Ignored));
-    assert!(refused("router.fcm", "{\n\"machine\": \n").contains("router.fcm:2:1: error: not JSON"));
+    assert!(refused("router.fcm", "{\n\"machine\": \n").contains("error: not JSON"));
     assert!(
         refused("router.fcm", "{\"machine\": {\"axes\": {\"X\": {\"max_velocity\": -1}}}}").contains("machine.axes.X.max_velocity: is -1")
     );

@@ -47,8 +47,9 @@ fn every_sample_part_is_understood() {
         }
         let mut program = Program::new(&text[..], config);
         let cuts = program.by_ref().filter(|op| matches!(op.op, CanonicalOp::StraightFeed(_) | CanonicalOp::ArcFeed(_))).count();
-        // A leniency that the machine's dialect has is told, and no more.
-        let told = program.diagnostics().kept().iter().filter(|found| found.problem.code() != "five-axis").count();
+        // A leniency that the machine's dialect has is told, and H where the machine lists no tools; nothing else.
+        let told =
+            program.diagnostics().kept().iter().filter(|found| !["five-axis", "no-tool-table"].contains(&found.problem.code())).count();
         assert!(told == 0, "{name}: {:?}", program.diagnostics().kept());
         assert!(cuts >= 10, "{name} cuts {cuts} times");
     }

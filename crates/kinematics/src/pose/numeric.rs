@@ -8,17 +8,17 @@
 //! Derivatives along a path come from the same step on jets: with J frozen at the solution, each step makes one more order
 //! exact, since what an order lacks depends on lower orders only. That is implicit differentiation of e(q(s), s) = 0.
 
+mod task;
+
 use super::{Pose, in_order, layout, letters, turns_to, words};
 use crate::chain::Chain;
-use crate::vector::{Vector, across, add, cross, dot, norm, scale, sub};
 use crate::{Kinematics, KinematicsError, Layout, Reach, ToolPose};
-use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Jet, Real};
-use nalgebra::{SMatrix, SVector};
+use lostmotion_base::{AxisId, AxisSet, Coords, Jet, Real};
+use nalgebra::SVector;
+use task::{ARM_MM, SINGULAR, length};
 
 /// Registered name.
 const KIND: &str = "chain";
-/// What a radian counts for in the residual, mm: about the size of a tool.
-const ARM_MM: f64 = 100.0;
 /// Residual at which it is solved, mm.
 const SOLVED: f64 = 1e-11;
 /// Residual that is good enough where rounding allows no better, mm.
@@ -29,11 +29,6 @@ const STEPS: usize = 60;
 const LONGEST: f64 = 0.5;
 /// Parts in which a pose is approached that cannot be reached in one go.
 const PARTS: u32 = 24;
-/// Ratio of the smallest to the largest pivot of J J' below which the pose is singular.
-const SINGULAR: f64 = 1e-10;
-
-type Jacobian = SMatrix<f64, 6, AXES>;
-type Residual<R> = [R; 6];
 
 /// A chain solved numerically.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,98 +66,6 @@ impl Numeric {
             ));
         }
         Ok(numeric)
-    }
-
-    /// With five joints the turn about the tool's own axis is left out.
-    fn rows(&self) -> usize {
-        if self.free.len() == 5 { 5 } else { 6 }
-    }
-
-    /// Pivots of J J' in falling order: squares of how fast the tool can be moved, for the weakest directions left last.
-    fn pivots(&self, joints: &Coords, tool: &[f64; 3]) -> Vec<f64> {
-        let jacobian = self.jacobian(joints, tool);
-        let mut square = jacobian * jacobian.transpose();
-        let mut pivots = Vec::new();
-        for step in 0..6 {
-            let (mut at, mut largest) = (step, 0.0);
-            for row in step..6 {
-                if square[(row, row)] > largest {
-                    (at, largest) = (row, square[(row, row)]);
-                }
-            }
-            if largest <= 0.0 {
-                break;
-            }
-            pivots.push(largest);
-            square.swap_rows(step, at);
-            square.swap_columns(step, at);
-            for row in step + 1..6 {
-                let factor = square[(row, step)] / largest;
-                for column in step + 1..6 {
-                    square[(row, column)] -= factor * square[(step, column)];
-                }
-            }
-        }
-        pivots
-    }
-
-    fn jacobian(&self, joints: &Coords, tool: &[f64; 3]) -> Jacobian {
-        let mut matrix = Jacobian::zeros();
-        let frame = self.frame(joints);
-        for (joint, (linear, angular)) in self.chain.joints.iter().zip(self.chain.jacobian(joints, tool)) {
-            let column = joint.axis.index();
-            if !self.free.contains(joint.axis) {
-                continue;
-            }
-            for row in 0..3 {
-                matrix[(row, column)] = linear[row];
-                matrix[(3 + row, column)] = ARM_MM * dot(frame[row], angular);
-            }
-            if self.rows() == 5 {
-                matrix[(5, column)] = 0.0;
-            }
-        }
-        matrix
-    }
-
-    /// Directions in which turns are told: two across the tool and the tool's own.
-    fn frame(&self, joints: &Coords) -> [[f64; 3]; 3] {
-        let axis = self.chain.axis(joints);
-        let side = across(axis);
-        [side, cross(axis, side), axis]
-    }
-
-    /// The way still to go: of the tip in mm, of the tool's frame as a rotation vector (to first order) times an arm.
-    fn residual<R: Real>(&self, target: &Pose<R>, joints: &[R; AXES], frame: &[[f64; 3]; 3], tool: &[f64; 3]) -> Residual<R> {
-        let here = Pose::of_joints(&self.chain, joints, tool);
-        let way = sub(target.tip, here.tip);
-        let half = R::constant(0.5 * ARM_MM);
-        let turn: Vector<R> = if self.rows() == 5 {
-            scale(cross(here.columns[2], target.columns[2]), R::constant(ARM_MM))
-        } else {
-            let crosses = here.columns.iter().zip(&target.columns).map(|(here, there)| cross(*here, *there));
-            scale(crosses.fold([R::constant(0.0); 3], add), half)
-        };
-        let told = |row: usize| dot(frame[row].map(R::constant), turn);
-        let last = if self.rows() == 5 { R::constant(0.0) } else { told(2) };
-        [way[0], way[1], way[2], told(0), told(1), last]
-    }
-
-    /// Angle-like size of what is still to turn: the first-order turn vanishes at half a turn, too, which is told apart here.
-    fn is_turned_away(&self, target: &Pose<f64>, joints: &Coords, tool: &[f64; 3]) -> bool {
-        let here = Pose::of_joints(&self.chain, &joints.0, tool);
-        let count = if self.rows() == 5 { 2..3 } else { 0..3 };
-        count.into_iter().any(|i| dot(here.columns[i], target.columns[i]) < 0.0)
-    }
-
-    /// (J J' + lambda I)^-1, then J'.
-    fn inverse_of(jacobian: &Jacobian, damping: f64) -> Option<SMatrix<f64, AXES, 6>> {
-        let mut square = jacobian * jacobian.transpose();
-        let lambda = damping * square.trace() + f64::MIN_POSITIVE;
-        for i in 0..6 {
-            square[(i, i)] += lambda;
-        }
-        square.cholesky().map(|factor| jacobian.transpose() * factor.inverse())
     }
 
     /// From a start to a pose.
@@ -242,12 +145,6 @@ impl Numeric {
             self.search(&Pose::of_words(&on_the_way.0), tool, joints)
         })
     }
-}
-
-fn length(residual: &Residual<f64>) -> f64 {
-    let [x, y, z, a, b, c] = *residual;
-    let (linear, angular) = (norm([x, y, z]), norm([a, b, c]));
-    (linear * linear + angular * angular).sqrt()
 }
 
 impl Kinematics for Numeric {

@@ -6,17 +6,20 @@ use super::problem::{Problem, did_you_mean, number};
 use super::section::join;
 use super::settings::Position;
 use super::{General, MachineAxis, WorkOffsets, reach};
+use lostmotion_axis::config::Transmission;
 use lostmotion_axis::{AxisConfig, AxisConfigError};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisSet, Coords};
 use lostmotion_kinematics::Kinematics;
+use lostmotion_kinematics::chain::JointType;
 
 /// Checks every axis for itself.
-pub(super) fn axes(document: &Document<'_>, axes: &[MachineAxis], problems: &mut Vec<Problem>) {
+pub(super) fn axes(document: &Document<'_>, general: Option<&General>, axes: &[MachineAxis], problems: &mut Vec<Problem>) {
     for axis in axes {
         let key = format!("axis.{}", axis.id.letter().to_ascii_lowercase());
         limits(document, &key, axis, problems);
         config(document, &key, &axis.config, problems);
+        kind_of_motion(document, &key, axis, turns(general, axis.id), problems);
     }
 }
 
@@ -69,10 +72,21 @@ pub(super) fn config(document: &Document<'_>, key: &str, config: &AxisConfig, pr
     }
 }
 
-fn kind_of_motion(document: &Document<'_>, axis: &MachineAxis, meant: bool, problems: &mut Vec<Problem>) {
-    let key = format!("axis.{}", axis.id.letter().to_ascii_lowercase());
+/// Whether an axis has to turn: a chain says itself which of its joints do.
+fn turns(general: Option<&General>, axis: AxisId) -> bool {
+    let joints = general.map(|general| general.kinematics.joint.as_slice()).unwrap_or_default();
+    let told = joints.iter().find(|joint| joint.axis.starts_with(axis.letter().to_ascii_lowercase()));
+    told.map_or(axis.is_rotary(), |joint| joint.kind == JointType::Rotary)
+}
+
+fn kind_of_motion(document: &Document<'_>, key: &str, axis: &MachineAxis, meant: bool, problems: &mut Vec<Problem>) {
     if axis.is_rotary() != meant {
-        let (is, wants) = if axis.is_rotary() { ("rotary", "linear") } else { ("linear", "rotary") };
+        let message = format!("are in {}, but axis {} moves in {}", unit(axis.is_rotary()), axis.id, unit(meant));
+        problems.push(document.problem(&format!("{key}.limits"), message, "give travel and limits in that unit"));
+    }
+    let rotary = matches!(axis.config.transmission, Transmission::Rotary(_));
+    if rotary != meant {
+        let (is, wants) = if rotary { ("rotary", "linear") } else { ("linear", "rotary") };
         let message = format!("is {is}, but axis {} moves in {}", axis.id, unit(meant));
         problems.push(document.problem(&format!("{key}.transmission"), message, format!("describe it as {key}.transmission.{wants}")));
     }
@@ -159,11 +173,6 @@ fn kinematics(document: &Document<'_>, general: &General, axes: &[MachineAxis], 
     };
     let layout = kinematics.layout();
     positions(document, general, layout.map_or(set, |layout| layout.words), problems);
-    for axis in axes {
-        // A chain says itself which of its joints turn.
-        let told = kinematics.chain().and_then(|chain| chain.joints().iter().find(|joint| joint.axis == axis.id));
-        kind_of_motion(document, axis, told.map_or(axis.id.is_rotary(), |joint| joint.rotary), problems);
-    }
     let needed = layout.map_or_else(|| coupled(kinematics.as_ref()), |layout| layout.joints);
     for missing in needed.iter().filter(|axis| !set.contains(*axis)) {
         let message = format!("needs an axis {missing}, which the machine does not have");

@@ -39,7 +39,7 @@ impl Machine {
         let mut problems = non_finite_numbers(&document);
         let general = read_general(&document, &mut problems);
         let axes = read_axes(&document, &mut problems);
-        check::axes(&document, &axes, &mut problems);
+        check::axes(&document, general.as_ref(), &axes, &mut problems);
         if let Some(general) = &general {
             check::general(&document, general, &axes, &mut problems);
         }
@@ -159,9 +159,9 @@ fn read_axis(document: &Document<'_>, name: &str, part: &Spanned<DeValue<'_>>, p
         problems.push(document.problem(&key, "missing", format!("add a table [{key}] with travel, velocity, acceleration and jerk")));
         return None;
     };
-    let rotary =
-        all.get("transmission").and_then(|part| part.get_ref().as_table()).map_or(id.is_rotary(), |table| table.contains_key("rotary"));
-    let table = if rotary {
+    // Limits in degrees belong to a joint that turns, whatever its letter: those of arms have all of them.
+    let in_degrees = limits.get_ref().as_table().is_some_and(|table| table.keys().any(|key| key.get_ref().contains("_deg")));
+    let table = if in_degrees || id.is_rotary() {
         read::<RotaryLimits>(document, &key, &limits, &[], problems).map(LimitsTable::Rotary)
     } else {
         read::<LinearLimits>(document, &key, &limits, &[], problems).map(LimitsTable::Linear)

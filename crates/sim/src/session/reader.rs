@@ -100,6 +100,14 @@ impl Reader {
                 let Some((item, tip)) = turn else { return Ok(()) };
                 self.pending.push_back(Read { item, plane: self.plane, tip });
             }
+            CanonicalOp::UseToolLengthOffset(_) if self.steering.steers() => {
+                self.flush()?;
+                let joints = self.steering.joints(&self.fold)?;
+                self.fold.push(sourced)?;
+                if !self.steering.stand(&joints, &mut self.fold) {
+                    return Ok(());
+                }
+            }
             CanonicalOp::SetTilt(None) => {
                 self.flush()?;
                 self.fold.push(sourced)?;

@@ -12,6 +12,8 @@ use lostmotion_kinematics::{Cartesian, Kinematics, OrientError, TipControl};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+/// Places nearer than this are the same, mm or rad.
+const SAME: f64 = 1e-9;
 /// Moves with a direction that are looked at together when solutions are chosen.
 const LOOK_AHEAD: usize = 64;
 
@@ -95,6 +97,22 @@ impl Steering {
             self.on = on;
         }
         Ok(())
+    }
+
+    /// Where the joints are.
+    pub(crate) fn joints(&self, fold: &MotionFold) -> Result<Coords, Problem> {
+        self.kinematics(self.on).inverse(&fold.position(), &fold.tool_offset().linear()).map_err(|_| BEYOND)
+    }
+
+    /// After a change of the tool's offset, which the program takes to be along the machine's axes: the joints stand where they stood, also
+    /// where the tool leans. False if it was right.
+    pub(crate) fn stand(&self, joints: &Coords, fold: &mut MotionFold) -> bool {
+        let at = self.kinematics(self.on).forward(joints, &fold.tool_offset().linear());
+        let wrong = (at - fold.position()).0.iter().any(|away| away.abs() > SAME);
+        if wrong {
+            fold.moved_to(at);
+        }
+        wrong
     }
 
     /// A direction of the tool, in the machine's frame: for the moves that follow (G43.5), or now (G53.1), linear axes standing still.
