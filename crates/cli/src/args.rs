@@ -366,6 +366,20 @@ pub(crate) enum Machine {
         /// Machine file
         file: PathBuf,
     },
+    /// Make a machine file of another program's description: LinuxCNC INI, grbl `$$`, FreeCAD .fcm, URDF
+    Import {
+        /// The description
+        file: PathBuf,
+        /// Format: linuxcnc, grbl, freecad or urdf; recognised if left out
+        #[arg(long, value_name = "FORMAT")]
+        from: Option<String>,
+        /// Machine that lends what the description does not say: drives, loads, gaps, jerk
+        #[arg(long, value_name = "NAME", default_value = "vmc3")]
+        preset: String,
+        /// Write the machine file here, and the report of every key to stdout; without it the file goes to stdout and the report to stderr
+        #[arg(long, value_name = "FILE.toml")]
+        out: Option<PathBuf>,
+    },
 }
 
 #[cfg(test)]

@@ -56,6 +56,11 @@ impl<R: BufRead> Program<R> {
         &self.interpreter
     }
 
+    /// Somebody else has moved the controlled point: where it is in program coordinates and units.
+    pub fn moved_to(&mut self, place: crate::ops::Position) {
+        self.interpreter.moved_to(place);
+    }
+
     /// Takes the operations that are not fetched yet; before the first block, those that tell the initial state.
     pub fn take_pending(&mut self) -> Vec<SourcedOp> {
         let mut ops = std::mem::take(&mut self.pending);

@@ -15,6 +15,8 @@ const QUINTIC_PARTS: usize = 6;
 const MAX_PARTS: f64 = 4096.0;
 /// How often a stretch is halved, at most, while the joints' derivatives vary over it.
 const MAX_HALVINGS: u32 = 10;
+/// How often more, where a joint turns round between the places that were looked at (near a singular pose).
+const MORE_HALVINGS: u32 = 10;
 /// Halving goes on while the middle differs from the mean of the ends by more than this part of the largest value.
 const BEND: f64 = 0.02;
 /// Neighbouring intervals shorter together than this part of the way in one window become one.
@@ -94,7 +96,7 @@ pub(crate) fn demands(piece: &Piece, kinematics: &dyn Kinematics) -> Result<Vec<
             demand.feed = feed(piece, s0, s1, Coords(demand.d[0]));
             out.push((s1 - s0, demand));
         } else {
-            bend(piece, kinematics, (s0, s1), MAX_HALVINGS, &mut out)?;
+            bend(piece, kinematics, (s0, s1), MAX_HALVINGS + MORE_HALVINGS, &mut out)?;
         }
     }
     Ok(out)
@@ -146,6 +148,15 @@ fn feed(piece: &Piece, s0: f64, s1: f64, d1: Coords) -> f64 {
     piece.feed / fastest
 }
 
+/// Whether some joint goes farther between the ends of a stretch than its speeds there and in the middle say (Simpson's rule).
+fn hides_a_peak([first, second, third]: &[[Jet; AXES]; 3], length: f64) -> bool {
+    first.iter().zip(second).zip(third).any(|((a, m), b)| {
+        let fastest = a.0[1].abs().max(m.0[1].abs()).max(b.0[1].abs());
+        let told = (a.0[1] + 4.0 * m.0[1] + b.0[1]) * length / 6.0;
+        (b.0[0] - a.0[0] - told).abs() > BEND * fastest * length + 1e-9
+    })
+}
+
 /// Demands under kinematics that bend the path: from exact derivatives at the ends and the middle of a stretch, halved
 /// until the middle lies near the chord of the ends.
 fn bend(
@@ -163,6 +174,7 @@ fn bend(
     let mut demand = Demand::NONE;
     let mut smooth = true;
     let [first, second, third] = jets;
+    let hidden = hides_a_peak(&jets, s1 - s0);
     for (joint, ((first, second), third)) in first.iter().zip(&second).zip(&third).enumerate() {
         for order in 1..4 {
             let (a, m, b) = (first.0[order], second.0[order], third.0[order]);
@@ -172,7 +184,7 @@ fn bend(
             demand.d[order - 1][joint] = largest + sagitta;
         }
     }
-    if smooth || halvings == 0 {
+    if (smooth || halvings <= MORE_HALVINGS) && (!hidden || halvings == 0) {
         demand = Demand::new(demand.d, demand.feed);
         let (d1, _, _) = piece.curve.max_derivatives(s0, s1);
         demand.feed = feed(piece, s0, s1, d1);

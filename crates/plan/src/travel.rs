@@ -80,9 +80,38 @@ fn joint_bounds(kinematics: &dyn Kinematics, curve: &Curve, tool_mm: &[f64; 3]) 
     }
     let mut bounds = Bounds { min: start, max: start };
     let length = curve.length();
+    let mut before = (0.0, start);
     for point in 1..=POINTS {
-        let program: Coords = curve.point(length * (point as f64 / POINTS as f64));
-        bounds.include(kinematics.inverse(&program, tool_mm)?);
+        let s = length * (point as f64 / POINTS as f64);
+        let joints = kinematics.inverse(&curve.point(s), tool_mm)?;
+        is_continuous(kinematics, curve, tool_mm, before, (s, joints), HALVINGS)?;
+        bounds.include(joints);
+        before = (s, joints);
     }
     Ok(bounds)
+}
+
+/// Joints that are so far apart, mm or rad, have to come nearer where the places do.
+const FAR: [f64; 2] = [20.0, 0.3];
+/// How often a stretch is halved to see that: to a billionth of a move.
+const HALVINGS: u32 = 24;
+
+/// Refuses a move on which joints would jump from one solution to another.
+fn is_continuous(
+    kinematics: &dyn Kinematics,
+    curve: &Curve,
+    tool_mm: &[f64; 3],
+    (s0, start): (f64, Coords),
+    (s1, end): (f64, Coords),
+    halvings: u32,
+) -> Result<(), KinematicsError> {
+    let far = AxisId::ALL.into_iter().find(|axis| (end[*axis] - start[*axis]).abs() > FAR[usize::from(axis.is_rotary())]);
+    let Some(joint) = far else { return Ok(()) };
+    let middle = 0.5 * (s0 + s1);
+    if halvings == 0 || middle <= s0 || middle >= s1 {
+        return Err(KinematicsError::Jump { pose: curve.point(s0), joint, by: end[joint] - start[joint] });
+    }
+    let joints = kinematics.inverse(&curve.point(middle), tool_mm)?;
+    is_continuous(kinematics, curve, tool_mm, (s0, start), (middle, joints), halvings - 1)?;
+    is_continuous(kinematics, curve, tool_mm, (middle, joints), (s1, end), halvings - 1)
 }

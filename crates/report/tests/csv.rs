@@ -28,7 +28,7 @@ fn sample(tick: u64, x: f64, c: f64) -> Sample {
 
 fn plan(samples: &[Sample]) -> String {
     let axes: AxisSet = [AxisId::X, AxisId::C].into_iter().collect();
-    let mut writer = PlanWriter::new(Vec::new(), axes, Clock::CNC).unwrap();
+    let mut writer = PlanWriter::new(Vec::new(), axes, [AxisId::A, AxisId::B, AxisId::C].into_iter().collect(), Clock::CNC).unwrap();
     writer.push(samples).unwrap();
     String::from_utf8(writer.finish().unwrap()).unwrap()
 }

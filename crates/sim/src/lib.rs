@@ -4,6 +4,7 @@
 //! chunks of constant size, and answer with plain data ([`results`]); an [`Observer`] sees rows and points as they are finished.
 
 pub mod error;
+pub mod import;
 pub mod machine;
 pub mod observer;
 pub mod options;

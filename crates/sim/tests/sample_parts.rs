@@ -15,6 +15,11 @@ fn machine_for(name: &str) -> Option<Machine> {
     Machine::preset(match name {
         name if name.starts_with("trunnion") => "trunnion5",
         name if name.starts_with("rotary") => "vmc4",
+        name if name.starts_with("fork") => "fork5",
+        name if name.starts_with("swivel") => "swivel5",
+        name if name.starts_with("nutating") => "nutating5",
+        name if name.starts_with("scara") => "scara",
+        name if name.starts_with("arm") => "arm6",
         _ => "vmc3",
     })
 }
@@ -31,13 +36,21 @@ fn every_sample_part_is_understood() {
         let first = text.strip_prefix(b"%\n").unwrap_or(&text);
         assert!(first.starts_with(opening.as_bytes()), "{name} does not begin with what it shows");
         let Some(machine) = machine_for(&name) else { panic!("{name}: no machine") };
-        let mut config = InterpreterConfig { start: machine.start(), ..InterpreterConfig::default() };
+        let mut config = InterpreterConfig {
+            start: machine.start(),
+            dialect: machine.dialect(),
+            leniencies: machine.dialect().leniencies(),
+            ..InterpreterConfig::default()
+        };
         for (system, origin) in (1..).zip(machine.work_offsets()) {
             config = config.with_work_offset(system, origin);
         }
         let mut program = Program::new(&text[..], config);
         let cuts = program.by_ref().filter(|op| matches!(op.op, CanonicalOp::StraightFeed(_) | CanonicalOp::ArcFeed(_))).count();
-        assert!(program.diagnostics().kept().is_empty(), "{name}: {:?}", program.diagnostics().kept());
+        // A leniency that the machine's dialect has is told, and H where the machine lists no tools; nothing else.
+        let told =
+            program.diagnostics().kept().iter().filter(|found| !["five-axis", "no-tool-table"].contains(&found.problem.code())).count();
+        assert!(told == 0, "{name}: {:?}", program.diagnostics().kept());
         assert!(cuts >= 10, "{name} cuts {cuts} times");
     }
 }

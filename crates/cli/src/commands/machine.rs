@@ -1,6 +1,6 @@
 //! `lostmotion machine`.
 
-use super::{DONE, tuning};
+use super::{DONE, import, tuning};
 use crate::args::Machine as Arguments;
 use crate::failure::Failure;
 use crate::{machines, output};
@@ -14,6 +14,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<u8, Failure> {
     let text = match arguments {
         Arguments::List => list(),
         Arguments::Show { name } => show(name)?,
+        Arguments::Import { file, from, preset, out } => return import::run(file, from.as_deref(), preset, out.as_deref()),
         Arguments::Check { file } => {
             let (machine, tuning) = machines::check(file)?;
             let (figures, loops) = (review(&machine), tuning::table(&machine, &tuning));
@@ -68,7 +69,7 @@ fn review(machine: &Machine) -> String {
     ]);
     let mut remarks = String::new();
     for (axis, figures) in machine.axes().iter().zip(machine.review()) {
-        let unit = if axis.id.is_rotary() { "mdeg" } else { "um" };
+        let unit = if axis.is_rotary() { "mdeg" } else { "um" };
         table.row([
             axis.id.letter().to_string().into(),
             format!("{} {unit}", error(axis.config.gap_in_unit() * 1e3)).into(),

@@ -6,6 +6,7 @@ mod compare;
 mod explain;
 pub(crate) mod fit;
 mod format;
+mod import;
 mod interpreter;
 mod lint;
 mod machine;

@@ -26,7 +26,8 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
     let machine = machines::load(args.on.machine.as_deref())?;
     let machine = machine.with_cycles(planned(args.command_ms, machine.cycles())?);
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
-    let mut writer = PlanWriter::new(AtomicFile::create(&args.out)?, machine.axis_set(), machine.cycles().command()).map_err(unwritten)?;
+    let create = AtomicFile::create(&args.out)?;
+    let mut writer = PlanWriter::new(create, machine.axis_set(), machine.rotary_joints(), machine.cycles().command()).map_err(unwritten)?;
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
     let options = args.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
     let quality = match args.quality {

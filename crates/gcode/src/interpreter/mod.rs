@@ -174,6 +174,11 @@ impl Interpreter {
         }
     }
 
+    /// Somebody else has moved the controlled point: where it is in program coordinates and units.
+    pub(crate) fn moved_to(&mut self, place: crate::ops::Position) {
+        self.state.current = place;
+    }
+
     /// The operations that put the initial state into words: units and offsets in force before the first line.
     pub fn begin(&self, out: &mut Vec<SourcedOp>) {
         let offsets = &self.state.offsets;

@@ -78,6 +78,28 @@ impl MotionFold {
         self.at
     }
 
+    /// The tool offset in force, mm and rad.
+    pub fn tool_offset(&self) -> Coords {
+        self.tool
+    }
+
+    /// Somebody else has moved the controlled point, mm and rad.
+    pub fn moved_to(&mut self, at: Coords) {
+        self.at = at;
+    }
+
+    /// A direction of the program in the machine's frame: turned as its coordinates are.
+    pub fn turned(&self, direction: [f64; 3]) -> [f64; 3] {
+        let place = |[x, y, z]: [f64; 3]| self.machine(&[x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).linear();
+        let (from, to) = (place([0.0; 3]), place(direction.map(|c| c / self.units.mm())));
+        std::array::from_fn(|axis| to[axis] - from[axis])
+    }
+
+    /// A rapid move that no operation asks for by its coordinates.
+    pub fn rapid_to(&mut self, end: Coords, block: BlockRef) -> MotionItem {
+        self.advance(end, None, Feed::Rapid, block)
+    }
+
     /// Takes one operation and gives what it makes the machine do, if anything. What makes several moves (splines and rigid
     /// tapping) needs [`MotionFold::push_all`].
     ///
@@ -194,7 +216,7 @@ impl MotionFold {
     }
 
     /// Where the controlled point is, as the program has it.
-    fn program_place(&self) -> Position {
+    pub fn program_place(&self) -> Position {
         let at: Position = std::array::from_fn(|axis| if is_angle(axis) { deg(self.at.0[axis]) } else { self.at.0[axis] });
         convert(&self.offsets.to_program(&at), Units::Mm, self.units)
     }

@@ -65,7 +65,7 @@ pub(super) fn axes(axes: &[AxisResult]) -> String {
         ("at limit", RIGHT),
     ]);
     for axis in axes {
-        let unit = if axis.axis.is_rotary() { "deg" } else { "mm" };
+        let unit = if axis.unit == "mdeg" { "deg" } else { "mm" };
         table.row([
             axis.axis.letter().to_string().into(),
             axis.unit.as_str().into(),

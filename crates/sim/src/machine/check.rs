@@ -5,20 +5,21 @@ use super::limits::unit;
 use super::problem::{Problem, did_you_mean, number};
 use super::section::join;
 use super::settings::Position;
-use super::{General, MachineAxis, WorkOffsets};
+use super::{General, MachineAxis, WorkOffsets, reach};
 use lostmotion_axis::config::Transmission;
 use lostmotion_axis::{AxisConfig, AxisConfigError};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisSet, Coords};
 use lostmotion_kinematics::Kinematics;
+use lostmotion_kinematics::chain::JointType;
 
 /// Checks every axis for itself.
-pub(super) fn axes(document: &Document<'_>, axes: &[MachineAxis], problems: &mut Vec<Problem>) {
+pub(super) fn axes(document: &Document<'_>, general: Option<&General>, axes: &[MachineAxis], problems: &mut Vec<Problem>) {
     for axis in axes {
         let key = format!("axis.{}", axis.id.letter().to_ascii_lowercase());
         limits(document, &key, axis, problems);
         config(document, &key, &axis.config, problems);
-        kind_of_motion(document, &key, axis, problems);
+        kind_of_motion(document, &key, axis, turns(general, axis.id), problems);
     }
 }
 
@@ -35,7 +36,7 @@ fn limits(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut
     }
     let [(_, min, ..), (max_key, max, ..), ..] = bounded;
     if min >= max {
-        let message = format!("is {}, but the travel begins at {} {}", number(max), number(min), unit(axis.id));
+        let message = format!("is {}, but the travel begins at {} {}", number(max), number(min), unit(axis.is_rotary()));
         problems.push(document.problem(
             &format!("{key}.limits.{max_key}"),
             message,
@@ -80,11 +81,22 @@ pub(super) fn transmissions(document: &Document<'_>, first: &AxisConfig, second:
     }
 }
 
-fn kind_of_motion(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut Vec<Problem>) {
+/// Whether an axis has to turn: a chain says itself which of its joints do.
+fn turns(general: Option<&General>, axis: AxisId) -> bool {
+    let joints = general.map(|general| general.kinematics.joint.as_slice()).unwrap_or_default();
+    let told = joints.iter().find(|joint| joint.axis.starts_with(axis.letter().to_ascii_lowercase()));
+    told.map_or(axis.is_rotary(), |joint| joint.kind == JointType::Rotary)
+}
+
+fn kind_of_motion(document: &Document<'_>, key: &str, axis: &MachineAxis, meant: bool, problems: &mut Vec<Problem>) {
+    if axis.is_rotary() != meant {
+        let message = format!("are in {}, but axis {} moves in {}", unit(axis.is_rotary()), axis.id, unit(meant));
+        problems.push(document.problem(&format!("{key}.limits"), message, "give travel and limits in that unit"));
+    }
     let rotary = matches!(axis.config.transmission, Transmission::Rotary(_));
-    if rotary != axis.id.is_rotary() {
+    if rotary != meant {
         let (is, wants) = if rotary { ("rotary", "linear") } else { ("linear", "rotary") };
-        let message = format!("is {is}, but axis {} moves in {}", axis.id, unit(axis.id));
+        let message = format!("is {is}, but axis {} moves in {}", axis.id, unit(meant));
         problems.push(document.problem(&format!("{key}.transmission"), message, format!("describe it as {key}.transmission.{wants}")));
     }
 }
@@ -129,7 +141,6 @@ pub(super) fn general(document: &Document<'_>, general: &General, axes: &[Machin
         return;
     }
     let set: AxisSet = axes.iter().map(|axis| axis.id).collect();
-    positions(document, general, set, problems);
     kinematics(document, general, axes, set, problems);
 }
 
@@ -160,7 +171,7 @@ fn positions(document: &Document<'_>, general: &General, set: AxisSet, problems:
 }
 
 fn kinematics(document: &Document<'_>, general: &General, axes: &[MachineAxis], set: AxisSet, problems: &mut Vec<Problem>) {
-    let kinematics = match lostmotion_kinematics::build(&general.kinematics) {
+    let kinematics = match lostmotion_kinematics::build_within(&general.kinematics, &reach(axes)) {
         Ok(kinematics) => kinematics,
         Err(error) => {
             let kinds: Vec<&str> = lostmotion_kinematics::entries().iter().map(|entry| entry.kind).collect();
@@ -173,7 +184,10 @@ fn kinematics(document: &Document<'_>, general: &General, axes: &[MachineAxis], 
             return;
         }
     };
-    for missing in coupled(kinematics.as_ref()).iter().filter(|axis| !set.contains(*axis)) {
+    let layout = kinematics.layout();
+    positions(document, general, layout.map_or(set, |layout| layout.words), problems);
+    let needed = layout.map_or_else(|| coupled(kinematics.as_ref()), |layout| layout.joints);
+    for missing in needed.iter().filter(|axis| !set.contains(*axis)) {
         let message = format!("needs an axis {missing}, which the machine does not have");
         let hint = format!("add [axis.{}] or choose another kind", missing.letter().to_ascii_lowercase());
         problems.push(document.problem("kinematics.kind", message, hint));
@@ -219,9 +233,10 @@ fn in_travel(
         }
     };
     for axis in axes.iter().filter(|axis| !axis.limits.contains(joints[axis.id], 1e-9)) {
-        let shown = |value: f64| if axis.id.is_rotary() { deg(value) } else { value };
+        let shown = |value: f64| if axis.is_rotary() { deg(value) } else { value };
         let (position, min, max) = (shown(joints[axis.id]), shown(axis.limits.min), shown(axis.limits.max));
-        let message = format!("joint {} would stand at {position} {}, outside its travel from {min} to {max}", axis.id, unit(axis.id));
+        let message =
+            format!("joint {} would stand at {position} {}, outside its travel from {min} to {max}", axis.id, unit(axis.is_rotary()));
         let hint =
             if key == "start" { "set [start], or the origin of G54, which is where the machine stands if [start] is left out" } else { "" };
         problems.push(document.problem(&format!("{key}.{}", AxisId::column(axis.id)), message, hint));

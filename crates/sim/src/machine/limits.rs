@@ -1,7 +1,7 @@
 //! Travel and limits of an axis as the file holds them: mm for linear axes, degrees for rotary ones.
 
+use lostmotion_base::AxisLimits;
 use lostmotion_base::units::rad;
-use lostmotion_base::{AxisId, AxisLimits};
 use serde::{Deserialize, Serialize};
 
 /// Table `axis.x.limits` of a linear axis.
@@ -92,6 +92,6 @@ impl LimitsTable {
 }
 
 /// Unit of an axis for people: `mm` or `deg`.
-pub(super) const fn unit(axis: AxisId) -> &'static str {
-    if axis.is_rotary() { "deg" } else { "mm" }
+pub(super) const fn unit(rotary: bool) -> &'static str {
+    if rotary { "deg" } else { "mm" }
 }

@@ -31,7 +31,7 @@ use lostmotion_axis::config::{AxisUnit, Cycles};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisLimits, AxisSet, Coords};
 use lostmotion_gcode::Dialect;
-use lostmotion_kinematics::KinematicsSpec;
+use lostmotion_kinematics::{Kinematics, KinematicsError, KinematicsSpec, Reach, build_within};
 use serde::Serialize;
 
 /// One axis of a machine.
@@ -50,6 +50,11 @@ impl MachineAxis {
     /// Axis units ([`AxisConfig::unit`]) for one joint unit (mm or rad): 1, or 180/pi for a rotary axis described in degrees.
     pub fn axis_units_per_joint_unit(&self) -> f64 {
         if self.config.unit() == AxisUnit::Deg { deg(1.0) } else { 1.0 }
+    }
+
+    /// Whether its joint turns: A, B and C, and those of arms, whatever their letter.
+    pub fn is_rotary(&self) -> bool {
+        matches!(self.table, LimitsTable::Rotary(_))
     }
 
     /// Travel and limits as the file has them.
@@ -78,6 +83,15 @@ struct General {
 
 fn is_default(dialect: &Dialect) -> bool {
     *dialect == Dialect::default()
+}
+
+/// The travel of joints, as kinematics take it.
+fn reach(axes: &[MachineAxis]) -> Reach {
+    let mut reach = Reach::default();
+    for axis in axes {
+        reach.0[axis.id.index()] = Some((axis.limits.min, axis.limits.max));
+    }
+    reach
 }
 
 /// A checked machine.
@@ -112,6 +126,19 @@ impl Machine {
     /// Cycles of command and servo, those of every axis.
     pub fn cycles(&self) -> Cycles {
         self.general.cycles
+    }
+
+    /// The kinematics, with the travel of its joints.
+    ///
+    /// # Errors
+    /// None for a checked machine.
+    pub fn build_kinematics(&self) -> Result<Box<dyn Kinematics>, KinematicsError> {
+        build_within(&self.general.kinematics, &reach(&self.axes))
+    }
+
+    /// Joints that turn.
+    pub fn rotary_joints(&self) -> AxisSet {
+        self.axes.iter().filter(|axis| axis.is_rotary()).map(|axis| axis.id).collect()
     }
 
     /// What the planner is told.

@@ -31,6 +31,13 @@ pub fn presets() -> &'static [PresetInfo] {
         preset!("vmc4", "the mill with a rotary table A, 30 arc seconds gap"),
         preset!("trunnion5", "5-axis mill with a tilting A/C table and tool-centre-point control"),
         preset!("gantry3", "3-axis bridge mill, two motors on Y with gaps of 10 and 25 um"),
+        preset!("fork5", "5-axis mill with a C/B fork head (head-head), G43.4 and tilted planes"),
+        preset!("swivel5", "5-axis mill with a B head over a C table (head-table), G43.4 and tilted planes"),
+        preset!("nutating5", "5-axis mill with a 45 degree nutating table (B, C), G43.4 and tilted planes"),
+        preset!("corexy", "CoreXY gantry, 400 x 400 x 300 mm"),
+        preset!("delta", "linear delta, 300 mm across"),
+        preset!("scara", "SCARA arm of 400 + 300 mm, 200 mm quill"),
+        preset!("arm6", "six-axis arm with a spherical wrist, reach 1.3 m"),
         preset!("bench3", "three equal axes of 100 mm/s, 1 m/s2, 30 m/s3, part zero in machine zero"),
     ]
 }

@@ -44,7 +44,7 @@ impl Machine {
         for axis in &mut axes {
             axis.config.cycles = cycles.unwrap_or_default();
         }
-        check::axes(&document, &axes, &mut problems);
+        check::axes(&document, general.as_ref(), &axes, &mut problems);
         let gantry = gantry::read(&document, &axes, cycles.unwrap_or_default(), &mut problems);
         if let Some(general) = &general {
             check::general(&document, general, &axes, &mut problems);
@@ -171,7 +171,9 @@ fn read_axis(document: &Document<'_>, name: &str, part: &Spanned<DeValue<'_>>, p
         problems.push(document.problem(&key, "missing", format!("add a table [{key}] with travel, velocity, acceleration and jerk")));
         return None;
     };
-    let table = if id.is_rotary() {
+    // Limits in degrees belong to a joint that turns, whatever its letter: those of arms have all of them.
+    let in_degrees = limits.get_ref().as_table().is_some_and(|table| table.keys().any(|key| key.get_ref().contains("_deg")));
+    let table = if in_degrees || id.is_rotary() {
         read::<RotaryLimits>(document, &key, &limits, &[], problems).map(LimitsTable::Rotary)
     } else {
         read::<LinearLimits>(document, &key, &limits, &[], problems).map(LimitsTable::Linear)

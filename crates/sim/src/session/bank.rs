@@ -51,6 +51,8 @@ pub(crate) struct AxisInfo {
     pub(crate) id: AxisId,
     /// Axis units for one joint unit (mm or rad).
     pub(crate) units: f64,
+    /// Whether it turns.
+    pub(crate) rotary: bool,
     /// Total gap in axis units.
     pub(crate) gap: f64,
     pub(crate) current_limit_a: f64,
@@ -141,6 +143,7 @@ impl AxisInfo {
         AxisInfo {
             id: axis.id,
             units: axis.axis_units_per_joint_unit(),
+            rotary: axis.is_rotary(),
             gap: axis.config.gap_in_unit(),
             current_limit_a: axis.config.drive.current_limit_a,
         }

@@ -3,14 +3,15 @@
 
 use super::cutting::LARGEST_N;
 use super::lower::lower;
-use super::reader::Reader;
+use super::modes::Modes;
+use super::reader::{Read, Reader};
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
 use crate::results::{PlanInfo, ProgramInfo};
 use crate::source::ProgramSource;
-use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem, Problem, Severity, SourceFiles};
-use lostmotion_kinematics::Kinematics;
+use lostmotion_base::AxisSet;
+use lostmotion_gcode::{Diagnostic, Diagnostics, Problem, Severity, SourceFiles};
 use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, Quality, TravelCheck, TravelViolation};
 use std::sync::Arc;
 
@@ -44,15 +45,12 @@ pub(crate) fn planner_config(machine: &Machine, quality: Quality) -> PlannerConf
     }
 }
 
-/// The machine's kinematics.
-pub(crate) fn kinematics(machine: &Machine) -> Result<Arc<dyn Kinematics>, SimError> {
-    Ok(Arc::from(lostmotion_kinematics::build(machine.kinematics())?))
-}
-
 struct Pass<'a> {
     source: &'a ProgramSource,
     machine: &'a Machine,
-    travel: TravelCheck,
+    /// Without tool-centre-point control, and with it.
+    travel: [TravelCheck; 2],
+    words: AxisSet,
     violations: Vec<TravelViolation>,
     violated: u64,
     problems: Vec<Diagnostic>,
@@ -67,12 +65,15 @@ struct Pass<'a> {
 pub(crate) fn check(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Checked, SimError> {
     check_options(options)?;
     let mut reader = Reader::new(source, machine, options)?;
-    let travel = TravelCheck::new(&planner_config(machine, options.quality), kinematics(machine)?);
+    let modes = Modes::new(machine)?;
+    let config = planner_config(machine, options.quality);
+    let travel = [false, true].map(|tip| TravelCheck::new(&config, Arc::clone(modes.kinematics(tip))));
+    let words = modes.kinematics(true).layout().map_or_else(|| machine.axis_set(), |layout| layout.words);
     let plan = PlanInfo::default();
-    let mut pass = Pass { source, machine, travel, violations: Vec::new(), violated: 0, problems: Vec::new(), moves: 0, plan };
+    let mut pass = Pass { source, machine, travel, words, violations: Vec::new(), violated: 0, problems: Vec::new(), moves: 0, plan };
     while let Some(item) = reader.next() {
         match item {
-            Ok((item, _)) => pass.item(&item).map_err(|error| with_provenance(error, reader.diagnostics()))?,
+            Ok(read) => pass.item(&read).map_err(|error| with_provenance(error, reader.diagnostics()))?,
             Err((problem, place)) => pass.problems.push(Diagnostic { problem, place }),
         }
         if pass.problems.len() >= options.limits.diagnostics {
@@ -86,15 +87,15 @@ pub(crate) fn check(source: &ProgramSource, machine: &Machine, options: &Simulat
 }
 
 impl Pass<'_> {
-    fn item(&mut self, item: &MotionItem) -> Result<(), SimError> {
-        let Some(PlanItem::Move(item)) = lower(item)? else { return Ok(()) };
+    fn item(&mut self, read: &Read) -> Result<(), SimError> {
+        let Some(PlanItem::Move(item)) = lower(&read.item)? else { return Ok(()) };
         self.moves += 1;
         match item.feed {
             FeedLimit::Rapid => self.plan.rapid_mm += tip_length(&item),
             _ => self.plan.cutting_mm += tip_length(&item),
         }
         for axis in lostmotion_base::AxisId::ALL {
-            if self.machine.axis(axis).is_none() && item.curve.end()[axis] != item.curve.start()[axis] {
+            if !self.words.contains(axis) && item.curve.end()[axis] != item.curve.start()[axis] {
                 return Err(SimError::NoAxis {
                     block: item.block,
                     axis,
@@ -103,13 +104,14 @@ impl Pass<'_> {
                 });
             }
         }
-        self.travel.push(&item)?;
-        self.note_violations();
+        let travel = &mut self.travel[usize::from(read.tip)];
+        travel.push(&item)?;
+        let found = travel.take_violations();
+        self.note_violations(found);
         Ok(())
     }
 
-    fn note_violations(&mut self) {
-        let found = self.travel.take_violations();
+    fn note_violations(&mut self, found: Vec<TravelViolation>) {
         self.violated += found.len() as u64;
         let room = KEPT_VIOLATIONS - self.violations.len().min(KEPT_VIOLATIONS);
         self.violations.extend(found.into_iter().take(room));

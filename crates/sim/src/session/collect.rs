@@ -4,7 +4,7 @@ use super::check::Checked;
 use super::recorder::Recorder;
 use super::rows;
 use super::run::{Tally, WITHOUT_GAP};
-use crate::machine::Machine;
+use crate::machine::{Machine, MachineAxis};
 use crate::options::SimulateOptions;
 use crate::results::{AxisResult, BlockResult, Comparison, GantryResult, MethodResult, PlanInfo, SCHEMA_VERSION, Simulation};
 use crate::source::ProgramSource;
@@ -64,7 +64,7 @@ pub(crate) fn simulation(comparison: Comparison) -> Option<Simulation> {
 fn method_result(machine: &Machine, method: &str, variant: usize, tolerance_um: f64, tally: &Tally) -> MethodResult {
     let (recorder, servo) = (&tally.recorders[variant], tally.cycles.servo());
     let cutting = rows::stats(&recorder.cutting, UM_PER_MM);
-    let rotary = machine.axes().iter().any(|axis| axis.id.is_rotary());
+    let rotary = machine.axes().iter().any(MachineAxis::is_rotary);
     let mdeg = lostmotion_base::units::deg(1e3);
     let axes: Vec<AxisResult> = (0..machine.axes().len()).map(|axis| axis_result(variant, axis, tally)).collect();
     let mut result = MethodResult {
@@ -124,9 +124,9 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
     let info = &tally.bank.outputs.axes()[axis];
     let (output, second) = (tally.bank.outputs.of(variant, axis), tally.bank.outputs.second_of(variant, axis));
     let id = info.id;
-    let unit = if id.is_rotary() { "mdeg" } else { "um" };
+    let unit = if info.rotary { "mdeg" } else { "um" };
     // Following errors are in the axis' own unit (mm or deg, or rad on axes described in rad): a joint unit is mm or rad.
-    let per_joint_unit = if id.is_rotary() { lostmotion_base::units::deg(1e3) } else { UM_PER_MM };
+    let per_joint_unit = if info.rotary { lostmotion_base::units::deg(1e3) } else { UM_PER_MM };
     let factor = per_joint_unit / info.units;
     let large = per_joint_unit / 1e3;
     AxisResult {

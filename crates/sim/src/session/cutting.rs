@@ -3,12 +3,12 @@
 //! With p(q) the tip in the part's frame over the joints q and t the unit vector along `dp/dt`, the force on the tool is `-F t`, and by virtual work each
 //! joint's load takes `F t . dp/dq` against its positive direction: the direction's cosines on linear axes in N, moments about the rotary ones in N m.
 
+use super::modes::Modes;
 use lostmotion_base::units::UM_PER_MM;
-use lostmotion_base::{AxisId, Coords};
+use lostmotion_base::{AxisId, AxisSet, Coords};
 use lostmotion_contour::ContourTracker;
 use lostmotion_kinematics::Kinematics;
 use lostmotion_plan::Sample;
-use std::sync::Arc;
 
 /// The largest force, N.
 pub(crate) const LARGEST_N: f64 = 1e6;
@@ -21,24 +21,24 @@ const STANDING_MM_S: f64 = 1e-9;
 #[derive(Debug)]
 pub(crate) struct Cutting {
     force_n: f64,
-    kinematics: Arc<dyn Kinematics>,
+    rotary: AxisSet,
     axes: Vec<AxisId>,
 }
 
 impl Cutting {
     /// None for a force of 0.
-    pub(crate) fn new(force_n: f64, kinematics: Arc<dyn Kinematics>, axes: Vec<AxisId>) -> Option<Cutting> {
-        (force_n > 0.0).then_some(Cutting { force_n, kinematics, axes })
+    pub(crate) fn new(force_n: f64, rotary: AxisSet, axes: Vec<AxisId>) -> Option<Cutting> {
+        (force_n > 0.0).then_some(Cutting { force_n, rotary, axes })
     }
 
     /// The forces of a chunk of samples: on each joint's load against its positive direction, N or N m; 0 on rapids and at rest.
-    pub(crate) fn forces(&self, samples: &[Sample], tracker: &ContourTracker) -> Vec<Coords> {
+    pub(crate) fn forces(&self, samples: &[Sample], tracker: &ContourTracker, modes: &Modes) -> Vec<Coords> {
         let cuts = |sample: &Sample| tracker.segment(sample.segment).is_some_and(|segment| !segment.rapid);
-        samples.iter().map(|sample| if cuts(sample) { self.force(sample) } else { Coords::ZERO }).collect()
+        samples.iter().map(|sample| if cuts(sample) { self.force(sample, modes.at(sample.segment)) } else { Coords::ZERO }).collect()
     }
 
-    fn force(&self, sample: &Sample) -> Coords {
-        let ways: Vec<(AxisId, [f64; 3])> = self.axes.iter().map(|axis| (*axis, self.way(sample, *axis))).collect();
+    fn force(&self, sample: &Sample, kinematics: &dyn Kinematics) -> Coords {
+        let ways: Vec<(AxisId, [f64; 3])> = self.axes.iter().map(|axis| (*axis, self.way(sample, *axis, kinematics))).collect();
         let along = |n: usize| ways.iter().map(|(axis, way)| way[n] * sample.velocity[*axis]).sum::<f64>();
         let velocity = [along(0), along(1), along(2)];
         let speed = dot(&velocity, &velocity).sqrt();
@@ -47,19 +47,19 @@ impl Cutting {
             for (axis, way) in ways {
                 let per_joint = self.force_n * dot(&velocity, &way) / speed;
                 // mm of the tip for each rad of a rotary joint
-                forces[axis] = if axis.is_rotary() { per_joint / UM_PER_MM } else { per_joint };
+                forces[axis] = if self.rotary.contains(axis) { per_joint / UM_PER_MM } else { per_joint };
             }
         }
         forces
     }
 
     /// How the tip moves with a joint: mm for each mm or rad.
-    fn way(&self, sample: &Sample, axis: AxisId) -> [f64; 3] {
-        let reach = REACH[usize::from(axis.is_rotary())];
+    fn way(&self, sample: &Sample, axis: AxisId, kinematics: &dyn Kinematics) -> [f64; 3] {
+        let reach = REACH[usize::from(self.rotary.contains(axis))];
         let at = |by: f64| {
             let mut joints = sample.position;
             joints[axis] += by;
-            self.kinematics.tool_pose(&joints, &sample.tool_mm).tip
+            kinematics.tool_pose(&joints, &sample.tool_mm).tip
         };
         let (ahead, behind) = (at(reach), at(-reach));
         std::array::from_fn(|n| (ahead[n] - behind[n]) / (2.0 * reach))
@@ -81,41 +81,43 @@ mod tests {
         Sample { tick: 0, position, velocity, acceleration, segment: 0, s: 0.0, path_speed: 1.0, tool_mm: [0.0, 0.0, 80.0], block }
     }
 
-    fn cutting(machine: &str, force_n: f64) -> Cutting {
+    fn cutting(machine: &str, force_n: f64) -> (Cutting, Box<dyn Kinematics>) {
         let machine = Machine::preset(machine).unwrap();
-        let kinematics = Arc::from(lostmotion_kinematics::build(machine.kinematics()).unwrap());
-        Cutting::new(force_n, kinematics, machine.axes().iter().map(|axis| axis.id).collect()).unwrap()
+        let letters = machine.axes().iter().map(|axis| axis.id).collect();
+        (Cutting::new(force_n, machine.rotary_joints(), letters).unwrap(), machine.build_kinematics().unwrap())
     }
 
     #[test]
     fn on_linear_axes_it_is_the_force_times_the_directions_cosines() {
         let mut velocity = Coords::ZERO;
         (velocity[AxisId::X], velocity[AxisId::Y]) = (-30.0, 40.0);
-        let forces = cutting("vmc3", 500.0).force(&sample(Coords::ZERO, velocity));
+        let (cutting, kinematics) = cutting("vmc3", 500.0);
+        let force = |velocity| cutting.force(&sample(Coords::ZERO, velocity), kinematics.as_ref());
+        let forces = force(velocity);
         for (axis, expected) in [(AxisId::X, -300.0), (AxisId::Y, 400.0), (AxisId::Z, 0.0)] {
             assert!((forces[axis] - expected).abs() < 1e-6, "{axis}: {}", forces[axis]);
         }
-        assert_eq!(cutting("vmc3", 500.0).force(&sample(Coords::ZERO, Coords::ZERO)), Coords::ZERO);
+        assert_eq!(force(Coords::ZERO), Coords::ZERO);
     }
 
     /// What the drives give the force is what it takes along the tip's way.
     #[test]
     fn on_a_trunnion_its_power_is_that_at_the_tip() {
-        let cutting = cutting("trunnion5", 700.0);
+        let (cutting, kinematics) = cutting("trunnion5", 700.0);
         let (mut position, mut velocity) = (Coords::ZERO, Coords::ZERO);
         for (axis, at, speed) in
             [(AxisId::X, 30.0, 12.0), (AxisId::Y, -20.0, -7.0), (AxisId::Z, -60.0, 3.0), (AxisId::A, -0.4, 0.2), (AxisId::C, 1.1, -0.5)]
         {
             (position[axis], velocity[axis]) = (at, speed);
         }
-        let forces = cutting.force(&sample(position, velocity));
+        let forces = cutting.force(&sample(position, velocity), kinematics.as_ref());
         let per_mm = |axis: AxisId| if axis.is_rotary() { 1e3 } else { 1.0 };
         let power: f64 = cutting.axes.iter().map(|axis| forces[*axis] * per_mm(*axis) * velocity[*axis]).sum();
         // the tip's speed from where it is a moment before and after
         let tip = |t: f64| {
             let mut joints = position;
             AxisId::ALL.iter().for_each(|axis| joints[*axis] += velocity[*axis] * t);
-            cutting.kinematics.tool_pose(&joints, &[0.0, 0.0, 80.0]).tip
+            kinematics.tool_pose(&joints, &[0.0, 0.0, 80.0]).tip
         };
         let (a, b) = (tip(-1e-5), tip(1e-5));
         let way: [f64; 3] = std::array::from_fn(|n| (b[n] - a[n]) / 2e-5);

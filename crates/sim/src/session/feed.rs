@@ -1,18 +1,19 @@
 //! The second pass: program in, samples of the plan out, with the programmed segments that they lie on.
 
-use super::check::{kinematics, planner_config, with_provenance};
+use super::check::{planner_config, with_provenance};
 use super::lower::lower;
-use super::reader::Reader;
+use super::modes::Modes;
+use super::reader::{Read, Reader};
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
 use crate::source::ProgramSource;
 use crate::time::what_if::Change;
-use lostmotion_base::{BlockRef, Coords};
+use lostmotion_base::{BlockRef, Coords, Tick};
 use lostmotion_contour::ProgrammedSegment;
 use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem};
-use lostmotion_kinematics::Kinematics;
-use lostmotion_plan::{FeedLimit, Move, PlanItem, Planner, Sample};
+use lostmotion_kinematics::TipControl;
+use lostmotion_plan::{FeedLimit, Move, PlanItem, Planner, PlannerConfig, Sample};
 use std::sync::Arc;
 
 /// What was read, for those who want to know where time goes.
@@ -32,8 +33,14 @@ pub(crate) struct Feed {
     name: String,
     reader: Reader,
     planner: Planner,
-    kinematics: Arc<dyn Kinematics>,
+    config: PlannerConfig,
+    modes: Modes,
+    /// The first move in other coordinates, which begins when the planner has come to rest.
+    held: Option<Read>,
     start_joints: Coords,
+    /// Samples and segments before the planner at work.
+    before: (Tick, u64),
+    given: Tick,
     segments: u64,
     change: Change,
     notes: Option<Vec<Note>>,
@@ -53,14 +60,22 @@ impl Feed {
 
     /// On a machine, or of a program, with something changed.
     pub(crate) fn changed(source: &ProgramSource, machine: &Machine, options: &SimulateOptions, change: Change) -> Result<Feed, SimError> {
-        let kinematics = kinematics(machine)?;
+        let mut modes = Modes::new(machine)?;
         let start = machine.start();
+        let config = change.of_machine(planner_config(machine, options.quality));
+        let tip = machine.kinematics().tip_control() == TipControl::Always || modes.kinematics(true).orientation().is_none();
+        modes.begin(0, tip);
+        let kinematics = Arc::clone(modes.kinematics(tip));
         Ok(Feed {
             name: source.name().to_owned(),
             reader: Reader::new(source, machine, options)?,
-            planner: Planner::new(change.of_machine(planner_config(machine, options.quality)), Arc::clone(&kinematics), start)?,
             start_joints: kinematics.inverse(&start, &[0.0; 3])?,
-            kinematics,
+            planner: Planner::new(config.clone(), kinematics, start)?,
+            config,
+            modes,
+            held: None,
+            before: (0, 0),
+            given: 0,
             segments: 0,
             change,
             notes: None,
@@ -73,39 +88,57 @@ impl Feed {
     pub(crate) fn chunk(&mut self, most: usize, samples: &mut Vec<Sample>, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
         samples.clear();
         while samples.len() < most {
-            let taken = self.planner.take(most - samples.len(), samples);
+            let from = samples.len();
+            let taken = self.planner.take(most - from, samples);
+            for sample in samples.iter_mut().skip(from) {
+                sample.tick += self.before.0;
+                sample.segment += self.before.1;
+            }
+            self.given += taken as Tick;
+            self.last = samples.last().copied().or(self.last);
             if taken == 0 {
-                if self.over {
+                if let Some(read) = self.held.take() {
+                    self.change_over(&read)?;
+                    self.push(&read, segments)?;
+                } else if self.over {
                     break;
+                } else {
+                    self.read(segments)?;
                 }
-                self.read(segments)?;
             }
         }
-        self.last = samples.last().copied().or(self.last);
         Ok(())
     }
 
     /// Hands the planner one item more, or the end.
     fn read(&mut self, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
-        let Some(item) = self.reader.next() else {
+        let Some(read) = self.reader.next() else {
             self.over = true;
             return Ok(self.planner.finish()?);
         };
-        let (item, in_force) = item.map_err(|(problem, place)| {
+        let read = read.map_err(|(problem, place)| {
             let mut diagnostics = Diagnostics::new(1).with_provenance(self.reader.diagnostics().provenance().clone());
             diagnostics.push(Diagnostic { problem, place });
             SimError::Program { name: self.name.clone(), diagnostics: Box::new(diagnostics) }
         })?;
-        let origin = if let MotionItem::Move(motion) = &item { motion.origin } else { Coords::ZERO };
-        self.note_stop(&item);
-        let item = lower(&item).map_err(|error| with_provenance(error, self.reader.diagnostics()))?;
+        if matches!(read.item, MotionItem::Move(_)) && self.modes.begin(self.segments, read.tip) {
+            self.held = Some(read);
+            return Ok(self.planner.finish()?);
+        }
+        self.push(&read, segments)
+    }
+
+    fn push(&mut self, read: &Read, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
+        let origin = if let MotionItem::Move(motion) = &read.item { motion.origin } else { Coords::ZERO };
+        self.note_stop(&read.item);
+        let item = lower(&read.item).map_err(|error| with_provenance(error, self.reader.diagnostics()))?;
         let Some(item) = item.map(|item| self.change.of_item(item)) else { return Ok(()) };
         self.planner.push(item)?;
         if let PlanItem::Move(item) = item {
             segments.push(ProgrammedSegment {
                 index: self.segments,
                 curve: item.curve,
-                plane: in_force,
+                plane: read.plane,
                 rapid: item.feed == FeedLimit::Rapid,
                 origin_mm: origin.linear(),
                 block: item.block,
@@ -137,13 +170,24 @@ impl Feed {
         self.reader.spindle_events()
     }
 
+    /// Goes on from rest in other coordinates.
+    fn change_over(&mut self, read: &Read) -> Result<(), SimError> {
+        let kinematics = self.modes.kinematics(read.tip);
+        let joints = self.last.map_or(self.start_joints, |last| last.position);
+        let start = kinematics.forward(&joints, &[0.0; 3]);
+        self.planner = Planner::new(self.config.clone(), Arc::clone(kinematics), start)?;
+        self.before = (self.given, self.segments);
+        Ok(())
+    }
+
     /// The last sample given out.
     pub(crate) fn last(&self) -> Option<Sample> {
         self.last
     }
 
-    pub(crate) fn kinematics(&self) -> Arc<dyn Kinematics> {
-        Arc::clone(&self.kinematics)
+    /// Which kinematics each segment goes through, as far as it has been read.
+    pub(crate) fn modes(&self) -> &Modes {
+        &self.modes
     }
 
     /// Joints before the program.

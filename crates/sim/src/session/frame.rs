@@ -1,8 +1,9 @@
 //! One servo tick as every variant sees it: the command, and what the command itself and the machine without a gap make of it.
 
+use super::modes::Modes;
 use lostmotion_base::{Coords, Tick};
 use lostmotion_contour::{ContourInput, ContourSample};
-use lostmotion_kinematics::{Kinematics, ToolPose};
+use lostmotion_kinematics::ToolPose;
 use lostmotion_plan::Sample;
 use std::collections::VecDeque;
 
@@ -62,13 +63,7 @@ impl Aligner {
     }
 
     /// The frames of a chunk, without the errors of command and machine without a gap. Servo samples before the first command are left out.
-    pub(crate) fn frames(
-        &mut self,
-        samples: &[Sample],
-        kinematics: &dyn Kinematics,
-        reference: impl Fn(usize) -> Coords,
-        frames: &mut Vec<Frame>,
-    ) {
+    pub(crate) fn frames(&mut self, samples: &[Sample], modes: &Modes, reference: impl Fn(usize) -> Coords, frames: &mut Vec<Frame>) {
         frames.clear();
         let held = self.past.len() as u64;
         for servo_sample in 0..samples.len() as u64 * self.servo_per_cnc {
@@ -86,7 +81,7 @@ impl Aligner {
                 sample,
                 is_cnc_tick: part == 0,
                 moving: sample.velocity.0.iter().any(|v| v.abs() > STANDSTILL),
-                pose: kinematics.tool_pose(&joints, &sample.tool_mm),
+                pose: modes.at(sample.segment).tool_pose(&joints, &sample.tool_mm),
                 tip_mm: [0.0; 3],
                 command_mm: 0.0,
                 without_gap: ContourSample::default(),

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! check    read everything once: diagnostics, travel            (check.rs, reader.rs, lower.rs)
-//! feed     read again: motion -> moves -> samples, segments     (feed.rs)
+//! feed     read again: motion -> moves -> samples, segments     (feed.rs, steer.rs, modes.rs)
 //! cutting  samples -> forces on the loads                       (cutting.rs)
 //! bank     samples -> load positions, every axis, every variant (bank.rs)
 //! frame    servo ticks paired with the commands they answer to  (frame.rs)
@@ -17,14 +17,17 @@ mod cutting;
 mod feed;
 mod frame;
 mod lower;
+mod modes;
 mod reader;
 mod recorder;
 mod rows;
 mod run;
+mod steer;
 mod text;
 
 pub(crate) use check::{Checked, check as check_program, planner_config};
 pub(crate) use feed::{Feed, Note};
+pub(crate) use modes::Modes;
 pub use reader::interpreter_config;
 pub(crate) use text::fill as fill_texts;
 

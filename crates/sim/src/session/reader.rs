@@ -1,12 +1,13 @@
 //! The program as a stream of motion, with the plane in force.
 
+use super::steer::Steering;
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
 use crate::source::ProgramSource;
 use lostmotion_base::{BlockRef, Coords};
 use lostmotion_gcode::{
-    CanonicalOp, Diagnostics, InterpreterConfig, MotionFold, MotionItem, Plane, Problem, Program, Tool, ToolTable, Units,
+    CanonicalOp, Diagnostics, InterpreterConfig, MotionFold, MotionItem, Plane, Problem, Program, SourcedOp, Tool, ToolTable, Units,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::io::BufRead;
@@ -15,12 +16,23 @@ use std::sync::Arc;
 /// First parameters of the places of G28 and G30.
 const HOMES: [u16; 2] = [5161, 5181];
 
+/// One thing read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Read {
+    pub(crate) item: MotionItem,
+    /// Plane in force.
+    pub(crate) plane: Plane,
+    /// Whether its coordinates are the tip's; else those of the linear joints.
+    pub(crate) tip: bool,
+}
+
 /// Motion out of a program.
 pub(crate) struct Reader {
     program: Program<Box<dyn BufRead + Send>>,
     fold: MotionFold,
-    /// What the last operation has made the machine do, and the plane in force.
-    pending: VecDeque<MotionItem>,
+    steering: Steering,
+    /// What the last operations have made the machine do, and the plane in force.
+    pending: VecDeque<Read>,
     plane: Plane,
     /// The first move that follows the spindle.
     synchronised: Option<BlockRef>,
@@ -40,9 +52,11 @@ impl Reader {
             program = program.with_loader(Arc::clone(loader));
         }
         let fold = MotionFold::new(machine.start()).with_spline_tolerance_mm(options.spline_tolerance_mm);
+        let steering = Steering::new(Arc::from(machine.build_kinematics()?), machine.kinematics().tip_control());
         Ok(Reader {
             program,
             fold,
+            steering,
             pending: VecDeque::new(),
             plane: Plane::Xy,
             synchronised: None,
@@ -52,13 +66,19 @@ impl Reader {
         })
     }
 
-    /// The next motion and the plane in force. A problem in folding is the motion's own and does not end the program.
-    pub(crate) fn next(&mut self) -> Option<Result<(MotionItem, Plane), (Problem, lostmotion_base::BlockRef)>> {
+    /// The next motion. A problem in folding is the motion's own and does not end the program.
+    pub(crate) fn next(&mut self) -> Option<Result<Read, (Problem, BlockRef)>> {
         loop {
-            if let Some(item) = self.pending.pop_front() {
-                return Some(Ok((item, self.plane)));
+            if let Some(read) = self.pending.pop_front() {
+                return Some(Ok(read));
             }
-            let sourced = self.program.next()?;
+            let Some(sourced) = self.program.next() else {
+                match self.steering.flush(&mut self.fold, &mut self.pending) {
+                    Ok(true) => continue,
+                    Ok(false) => return None,
+                    Err(problem) => return Some(Err((problem, BlockRef::default()))),
+                }
+            };
             if sourced.block.span.file == 0 {
                 self.bytes = self.bytes.max(sourced.block.span.start);
             }
@@ -69,10 +89,66 @@ impl Reader {
                 CanonicalOp::StopSpindle { spindle } => self.turn(spindle, None),
                 _ => {}
             }
-            if let Err(problem) = self.fold.push_all(&sourced, &mut self.pending) {
+            if let Err(problem) = self.take(&sourced) {
                 return Some(Err((problem, sourced.block)));
             }
         }
+    }
+
+    fn take(&mut self, sourced: &SourcedOp) -> Result<(), Problem> {
+        let straight = matches!(sourced.op, CanonicalOp::StraightFeed(_) | CanonicalOp::StraightTraverse(_));
+        if straight && self.steering.directs() {
+            return match self.fold.push(sourced)? {
+                Some(MotionItem::Move(motion)) => self.steering.hold(motion, self.plane, &mut self.pending),
+                _ => Ok(()),
+            };
+        }
+        match sourced.op {
+            CanonicalOp::ToolTipControl(on) => {
+                self.flush()?;
+                self.steering.program(on, &mut self.fold)?;
+            }
+            CanonicalOp::OrientTool(direction) if self.steering.steers() => {
+                // G43.5 tells directions in the coordinates of the program, G53.1 in those of the workpiece.
+                let direction = if self.steering.follows_program() { self.fold.turned(direction) } else { direction };
+                let turn = self.steering.orient(direction, &mut self.fold, sourced.block)?;
+                let Some((item, tip)) = turn else { return Ok(()) };
+                self.pending.push_back(Read { item, plane: self.plane, tip });
+            }
+            CanonicalOp::UseToolLengthOffset(_) if self.steering.steers() => {
+                self.flush()?;
+                let joints = self.steering.joints(&self.fold)?;
+                self.fold.push(sourced)?;
+                if !self.steering.stand(&joints, &mut self.fold) {
+                    return Ok(());
+                }
+            }
+            CanonicalOp::SetTilt(None) => {
+                self.flush()?;
+                self.fold.push(sourced)?;
+                self.steering.level(&mut self.fold)?;
+            }
+            _ => {
+                let mut items = Vec::new();
+                self.fold.push_all(sourced, &mut items)?;
+                if !items.is_empty() {
+                    self.flush()?;
+                }
+                let (plane, tip) = (self.plane, self.steering.on);
+                self.pending.extend(items.into_iter().map(|item| Read { item, plane, tip }));
+                return Ok(());
+            }
+        }
+        self.program.moved_to(self.fold.program_place());
+        Ok(())
+    }
+
+    /// Gives out moves whose directions have waited for more.
+    fn flush(&mut self) -> Result<(), Problem> {
+        if self.steering.flush(&mut self.fold, &mut self.pending)? {
+            self.program.moved_to(self.fold.program_place());
+        }
+        Ok(())
     }
 
     /// The first move that follows the spindle, if there has been one.

@@ -2,6 +2,7 @@
 
 use super::bank::Outputs;
 use super::frame::{Frame, contour_input};
+use super::modes::Modes;
 use crate::error::SimError;
 use crate::options::SimulateOptions;
 use lostmotion_axis::config::Cycles;
@@ -10,7 +11,6 @@ use lostmotion_contour::{
     BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place, ReversalConfig, ReversalLedger, ReversalRow,
     ReversalState, Shares, Statistics,
 };
-use lostmotion_kinematics::Kinematics;
 
 /// One variant's records. Constant in size, whatever the length of the program.
 #[derive(Debug)]
@@ -63,13 +63,7 @@ impl Recorder {
     }
 
     /// Takes a chunk.
-    pub(crate) fn chunk(
-        &mut self,
-        frames: &[Frame],
-        outputs: &Outputs,
-        tracker: &ContourTracker,
-        kinematics: &dyn Kinematics,
-    ) -> Result<(), SimError> {
+    pub(crate) fn chunk(&mut self, frames: &[Frame], outputs: &Outputs, tracker: &ContourTracker, modes: &Modes) -> Result<(), SimError> {
         self.finished_blocks.clear();
         self.finished_turns.clear();
         if let Some(records) = &mut self.records {
@@ -80,7 +74,7 @@ impl Recorder {
                 self.watch_reversals(frame);
             }
             let joints = outputs.load(self.variant, frame.servo_sample);
-            let actual = kinematics.tool_pose(&joints, &frame.sample.tool_mm);
+            let actual = modes.at(frame.sample.segment).tool_pose(&joints, &frame.sample.tool_mm);
             let sample = tracker.measure(&mut self.foot, &contour_input(frame, &actual))?;
             let shares = Shares::of(frame.command_mm, frame.without_gap.error_mm, sample.error_mm);
             let cause = self.rule.cause(&shares, &sample, &self.reversals);

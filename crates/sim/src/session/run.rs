@@ -4,6 +4,7 @@ use super::bank::{Bank, Variant};
 use super::cutting::Cutting;
 use super::feed::Feed;
 use super::frame::{Aligner, Frame, contour_input};
+use super::modes::Modes;
 use super::recorder::Recorder;
 use super::rows;
 use crate::error::SimError;
@@ -14,10 +15,8 @@ use crate::source::ProgramSource;
 use lostmotion_axis::config::Cycles;
 use lostmotion_base::{Coords, Tick};
 use lostmotion_contour::{ContourTracker, FootState, Place, Statistics};
-use lostmotion_kinematics::Kinematics;
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
-use std::sync::Arc;
 
 /// The variant that runs beside every method: no gap, no compensator.
 pub(crate) const WITHOUT_GAP: usize = 0;
@@ -40,7 +39,7 @@ pub(crate) struct Tally {
 
 /// A run on its way.
 pub(crate) struct Run {
-    kinematics: Arc<dyn Kinematics>,
+    modes: Modes,
     cutting: Option<Cutting>,
     tracker: ContourTracker,
     aligner: Aligner,
@@ -69,6 +68,7 @@ pub(crate) fn run(
         for segment in segments.drain(..) {
             run.tracker.push(segment)?;
         }
+        run.modes.clone_from(feed.modes());
         let last = samples.is_empty();
         if last {
             run.drain(&mut samples, feed.last());
@@ -100,8 +100,8 @@ impl Run {
         let recorder = |variant| Recorder::new(variant, axes, cycles, options, with_records && variant != WITHOUT_GAP);
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Run {
-            cutting: Cutting::new(options.cutting_force_n.unwrap_or(machine.simulate().cutting_force_n), feed.kinematics(), letters),
-            kinematics: feed.kinematics(),
+            cutting: Cutting::new(options.cutting_force_n.unwrap_or(machine.simulate().cutting_force_n), machine.rotary_joints(), letters),
+            modes: feed.modes().clone(),
             tracker: ContourTracker::new(options.contour),
             aligner: Aligner::new(bank.delay_ticks(), cycles.servo_ticks()),
             command_foot: FootState::default(),
@@ -127,15 +127,15 @@ impl Run {
 
     fn chunk(&mut self, samples: &[Sample]) -> Result<(), SimError> {
         self.note_commands(samples);
-        let forces = self.cutting.as_ref().map_or(Vec::new(), |cutting| cutting.forces(samples, &self.tracker));
+        let forces = self.cutting.as_ref().map_or(Vec::new(), |cutting| cutting.forces(samples, &self.tracker, &self.modes));
         self.tally.bank.run(samples, &forces)?;
         let outputs = &self.tally.bank.outputs;
-        self.aligner.frames(samples, self.kinematics.as_ref(), |at| outputs.reference(at), &mut self.frames);
+        self.aligner.frames(samples, &self.modes, |at| outputs.reference(at), &mut self.frames);
         self.measure_references()?;
-        let (frames, tracker, kinematics) = (&self.frames, &self.tracker, self.kinematics.as_ref());
+        let (frames, tracker, modes) = (&self.frames, &self.tracker, &self.modes);
         let outputs = &self.tally.bank.outputs;
         let results: Vec<Result<(), SimError>> =
-            self.tally.recorders.par_iter_mut().map(|recorder| recorder.chunk(frames, outputs, tracker, kinematics)).collect();
+            self.tally.recorders.par_iter_mut().map(|recorder| recorder.chunk(frames, outputs, tracker, modes)).collect();
         results.into_iter().collect::<Result<(), SimError>>()?;
         if let Some(frame) = self.frames.last()
             && let Some(oldest) = self.tracker.release(frame.sample.segment, frame.sample.s)
@@ -165,7 +165,7 @@ impl Run {
         for frame in &mut self.frames {
             let command = self.tracker.measure(&mut self.command_foot, &contour_input(frame, &frame.pose))?;
             let joints = outputs.load(WITHOUT_GAP, frame.servo_sample);
-            let actual = self.kinematics.tool_pose(&joints, &frame.sample.tool_mm);
+            let actual = self.modes.at(frame.sample.segment).tool_pose(&joints, &frame.sample.tool_mm);
             frame.command_mm = command.error_mm;
             let origin = self.tracker.segment(frame.sample.segment).map_or([0.0; 3], |segment| segment.origin_mm);
             frame.tip_mm = std::array::from_fn(|axis| frame.pose.tip[axis] - origin[axis]);

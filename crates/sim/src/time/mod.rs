@@ -55,7 +55,7 @@ pub fn time(
     check_options(time)?;
     let checked = check_program(source, machine, options)?;
     let mut feed = Feed::timed(source, machine, options)?;
-    let mut watch = Watch::new(machine, feed.kinematics(), time.keep_blocks);
+    let mut watch = Watch::new(machine, feed.modes(), time.keep_blocks);
     let command = machine.cycles().command();
     let (mut samples, mut segments) = (Vec::new(), Vec::new());
     loop {
@@ -64,7 +64,8 @@ pub fn time(
         if samples.is_empty() {
             break;
         }
-        watch.chunk(&samples, feed.notes());
+        let notes = feed.notes();
+        watch.chunk(&samples, notes, feed.modes());
         sink(&watch.ledger.take_finished()).map_err(SimError::Sink)?;
         if command.seconds(watch.ledger.ticks()) > options.max_duration_s {
             return Err(SimError::TooLong { limit_s: options.max_duration_s });

@@ -4,13 +4,11 @@ use super::ledger::Ledger;
 use super::limiter::{DWELL, Joints, stands};
 use super::results::TimeKind;
 use crate::machine::Machine;
-use crate::session::{Note, planner_config};
+use crate::session::{Modes, Note, planner_config};
 use lostmotion_base::BlockRef;
-use lostmotion_kinematics::Kinematics;
 use lostmotion_path::Curve;
 use lostmotion_plan::{FeedLimit, Move, PathControl, Quality, Sample};
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 /// Part of the tolerance by which the command has to be off the path to be rounding a corner.
 const OFF_PATH: f64 = 0.02;
@@ -35,7 +33,7 @@ struct Waiting {
 
 /// Where the samples are.
 pub(super) struct Watch {
-    kinematics: Arc<dyn Kinematics>,
+    modes: Modes,
     joints: Joints,
     period_s: f64,
     default_tolerance_mm: f64,
@@ -48,11 +46,11 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub(super) fn new(machine: &Machine, kinematics: Arc<dyn Kinematics>, keep: usize) -> Watch {
+    pub(super) fn new(machine: &Machine, modes: &Modes, keep: usize) -> Watch {
         let config = planner_config(machine, Quality::default());
         let clock = machine.cycles().command();
         Watch {
-            kinematics,
+            modes: modes.clone(),
             joints: Joints::new(&config.limits, clock.period_s()),
             period_s: clock.period_s(),
             default_tolerance_mm: config.default_tolerance_mm,
@@ -66,7 +64,8 @@ impl Watch {
     }
 
     /// Takes a chunk of samples and what was read for it.
-    pub(super) fn chunk(&mut self, samples: &[Sample], notes: Vec<Note>) {
+    pub(super) fn chunk(&mut self, samples: &[Sample], notes: Vec<Note>, modes: &Modes) {
+        self.modes.clone_from(modes);
         for note in notes {
             match note {
                 Note::Move { index, item } => self.moves.push_back(self.timed(index, &item)),
@@ -104,7 +103,8 @@ impl Watch {
         let Some(first) = self.moves.front() else { return };
         let kind = if first.rapid { TimeKind::Rapid } else { TimeKind::Cutting };
         let off = || {
-            let (tip, place) = (self.kinematics.tool_pose(&b.position, &b.tool_mm).tip, first.curve.point(b.s).linear());
+            let pose = self.modes.at(b.segment).tool_pose(&b.position, &b.tool_mm);
+            let (tip, place) = (pose.tip, first.curve.point(b.s).linear());
             let square = |axis: usize| (tip[axis] - place[axis]) * (tip[axis] - place[axis]);
             (square(0) + square(1) + square(2)).sqrt() > first.off_mm
         };

@@ -1,0 +1,94 @@
+//! What was read, before what is missing is filled in.
+
+use lostmotion_base::AxisId;
+use lostmotion_kinematics::KinematicsSpec;
+
+/// What became of a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// Taken over.
+    Used,
+    /// Means nothing here.
+    Ignored,
+    /// Not in the file: from the preset.
+    Filled,
+}
+
+impl Fate {
+    /// For people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Fate::Used => "used",
+            Fate::Ignored => "ignored",
+            Fate::Filled => "filled in",
+        }
+    }
+}
+
+/// One line of the report.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Key in the file that was read, or in the machine file for what was filled in.
+    pub key: String,
+    /// Its value.
+    pub value: String,
+    /// What became of it.
+    pub fate: Fate,
+    /// What it is in the machine file, or where it came from.
+    pub note: String,
+}
+
+/// A value, with where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Told {
+    pub(super) value: f64,
+    pub(super) from: String,
+}
+
+/// An axis as far as it was told: mm or deg, and s.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct DraftAxis {
+    pub(super) id: AxisId,
+    pub(super) rotary: bool,
+    pub(super) min: Option<Told>,
+    pub(super) max: Option<Told>,
+    pub(super) velocity: Option<Told>,
+    pub(super) acceleration: Option<Told>,
+    pub(super) gap: Option<Told>,
+}
+
+impl DraftAxis {
+    pub(super) fn new(id: AxisId, rotary: bool) -> DraftAxis {
+        DraftAxis { id, rotary, min: None, max: None, velocity: None, acceleration: None, gap: None }
+    }
+}
+
+/// A machine as far as it was told.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Draft {
+    pub(super) name: String,
+    pub(super) source: &'static str,
+    pub(super) kinematics: KinematicsSpec,
+    pub(super) axes: Vec<DraftAxis>,
+    pub(super) rows: Vec<Row>,
+}
+
+impl Draft {
+    pub(super) fn row(&mut self, key: impl Into<String>, value: impl Into<String>, fate: Fate, note: impl Into<String>) {
+        self.rows.push(Row { key: key.into(), value: value.into(), fate, note: note.into() });
+    }
+
+    /// The axis of a letter, made if it is not there yet.
+    pub(super) fn axis(&mut self, id: AxisId, rotary: bool) -> &mut DraftAxis {
+        let index = self.axes.iter().position(|axis| axis.id == id).unwrap_or_else(|| {
+            self.axes.push(DraftAxis::new(id, rotary));
+            self.axes.len() - 1
+        });
+        &mut self.axes[index]
+    }
+}
+
+/// Numbers as a machine file has them: always with a point.
+pub(super) fn float(value: f64) -> String {
+    format!("{:?}", (value * 1e9).round() / 1e9)
+}

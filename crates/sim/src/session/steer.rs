@@ -1,0 +1,191 @@
+//! What only the kinematics can turn into motion: tool-centre-point control on and off, tilted planes, directions of the tool.
+//!
+//! With tool-centre-point control the words are the tip in the part's frame; without it they are the linear joints (less the
+//! tool's offset), and the tool follows a curve where rotary axes move along. Where the one gives way to the other nothing
+//! moves: the joints stay, and the program learns where it is in the new coordinates.
+
+use super::reader::Read;
+use lostmotion_base::{BlockRef, Coords};
+use lostmotion_gcode::{Motion, MotionFold, MotionItem, Plane, Problem};
+use lostmotion_kinematics::orient::Angles;
+use lostmotion_kinematics::{Cartesian, Kinematics, OrientError, TipControl};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Places nearer than this are the same, mm or rad.
+const SAME: f64 = 1e-9;
+/// Moves with a direction that are looked at together when solutions are chosen.
+const LOOK_AHEAD: usize = 64;
+
+/// The coordinates that programs are in, and moves whose directions wait for those behind them.
+#[derive(Debug)]
+pub(crate) struct Steering {
+    tip: Arc<dyn Kinematics>,
+    always: bool,
+    /// G43.4 or G43.5.
+    programmed: bool,
+    /// In a plane that G53.1 has turned to.
+    upright: bool,
+    /// Whether words are the tip now.
+    pub(crate) on: bool,
+    /// Direction in force under G43.5.
+    direction: Option<[f64; 3]>,
+    waiting: VecDeque<(Motion, [f64; 3], Plane)>,
+    /// Rotary joints at the start of the first of them.
+    from: Angles,
+}
+
+fn refuse(error: &OrientError) -> Problem {
+    let message = match error {
+        OrientError::Unreachable { .. } => "the machine's rotary axes cannot turn the tool to this direction",
+        OrientError::Travel { .. } => "the machine's rotary axes would leave their travel for this direction",
+        _ => "the tool cannot stay on its way to this direction: the rotary axes would have to change over",
+    };
+    Problem::FiveAxis { message }
+}
+
+const BEYOND: Problem = Problem::FiveAxis { message: "the machine cannot take the pose where tool-centre-point control begins or ends" };
+
+impl Steering {
+    pub(crate) fn new(tip: Arc<dyn Kinematics>, control: TipControl) -> Steering {
+        let always = control == TipControl::Always || tip.orientation().is_none();
+        Steering { tip, always, programmed: false, upright: false, on: always, direction: None, waiting: VecDeque::new(), from: [0.0; 2] }
+    }
+
+    /// Whether directions of the tool can be had at all.
+    pub(crate) fn steers(&self) -> bool {
+        self.tip.orientation().is_some()
+    }
+
+    /// Whether directions are those of moves (G43.5).
+    pub(crate) fn follows_program(&self) -> bool {
+        self.programmed
+    }
+
+    /// Whether moves take a direction along.
+    pub(crate) fn directs(&self) -> bool {
+        self.direction.is_some()
+    }
+
+    fn kinematics(&self, on: bool) -> &dyn Kinematics {
+        if on { self.tip.as_ref() } else { &Cartesian }
+    }
+
+    /// G43.4, G43.5 and G49.
+    pub(crate) fn program(&mut self, on: bool, fold: &mut MotionFold) -> Result<(), Problem> {
+        self.programmed = on;
+        self.direction = None;
+        self.settle(fold)
+    }
+
+    /// G69.
+    pub(crate) fn level(&mut self, fold: &mut MotionFold) -> Result<(), Problem> {
+        self.upright = false;
+        self.settle(fold)
+    }
+
+    fn settle(&mut self, fold: &mut MotionFold) -> Result<(), Problem> {
+        self.switch(self.always || self.programmed || self.upright, fold)
+    }
+
+    /// Takes other coordinates for the same joints.
+    fn switch(&mut self, on: bool, fold: &mut MotionFold) -> Result<(), Problem> {
+        if on != self.on {
+            let tool = fold.tool_offset().linear();
+            let joints = self.kinematics(self.on).inverse(&fold.position(), &tool).map_err(|_| BEYOND)?;
+            fold.moved_to(self.kinematics(on).forward(&joints, &tool));
+            self.on = on;
+        }
+        Ok(())
+    }
+
+    /// Where the joints are.
+    pub(crate) fn joints(&self, fold: &MotionFold) -> Result<Coords, Problem> {
+        self.kinematics(self.on).inverse(&fold.position(), &fold.tool_offset().linear()).map_err(|_| BEYOND)
+    }
+
+    /// After a change of the tool's offset, which the program takes to be along the machine's axes: the joints stand where they stood, also
+    /// where the tool leans. False if it was right.
+    pub(crate) fn stand(&self, joints: &Coords, fold: &mut MotionFold) -> bool {
+        let at = self.kinematics(self.on).forward(joints, &fold.tool_offset().linear());
+        let wrong = (at - fold.position()).0.iter().any(|away| away.abs() > SAME);
+        if wrong {
+            fold.moved_to(at);
+        }
+        wrong
+    }
+
+    /// A direction of the tool, in the machine's frame: for the moves that follow (G43.5), or now (G53.1), linear axes standing still.
+    pub(crate) fn orient(
+        &mut self,
+        direction: [f64; 3],
+        fold: &mut MotionFold,
+        block: BlockRef,
+    ) -> Result<Option<(MotionItem, bool)>, Problem> {
+        if self.programmed {
+            self.direction = Some(direction);
+            return Ok(None);
+        }
+        let tip = Arc::clone(&self.tip);
+        let Some(orientation) = tip.orientation() else { return Ok(None) };
+        let from = orientation.angles(&fold.position());
+        let angles = orientation.choose(from, &[direction]).map_err(|error| refuse(&error))?;
+        self.switch(false, fold)?;
+        let end = orientation.with(&fold.position(), angles.first().copied().unwrap_or(from));
+        let item = fold.rapid_to(end, block);
+        self.upright = true;
+        self.settle(fold)?;
+        Ok(Some((item, false)))
+    }
+
+    /// Keeps a move until those behind it are known; gives out what is settled.
+    pub(crate) fn hold(&mut self, motion: Motion, plane: Plane, out: &mut VecDeque<Read>) -> Result<(), Problem> {
+        let Some(direction) = self.direction else { return Ok(()) };
+        if self.waiting.is_empty() {
+            self.from = self.tip.orientation().map_or([0.0; 2], |orientation| orientation.angles(&motion.start));
+        }
+        self.waiting.push_back((motion, direction, plane));
+        if self.waiting.len() >= LOOK_AHEAD { self.release(LOOK_AHEAD / 2, out) } else { Ok(()) }
+    }
+
+    /// Gives out everything that waits; the joints stand where the last direction wants them.
+    pub(crate) fn flush(&mut self, fold: &mut MotionFold, out: &mut VecDeque<Read>) -> Result<bool, Problem> {
+        if self.waiting.is_empty() {
+            return Ok(false);
+        }
+        self.release(self.waiting.len(), out)?;
+        if let Some(orientation) = self.tip.orientation() {
+            fold.moved_to(orientation.with(&fold.position(), self.from));
+        }
+        Ok(true)
+    }
+
+    /// Turns the first moves that wait into steps, with solutions chosen over all that wait.
+    fn release(&mut self, count: usize, out: &mut VecDeque<Read>) -> Result<(), Problem> {
+        let tip = Arc::clone(&self.tip);
+        let Some(orientation) = tip.orientation() else { return Ok(()) };
+        let directions: Vec<[f64; 3]> = self.waiting.iter().map(|(_, direction, _)| *direction).collect();
+        let steps = orientation.follow(self.from, &directions);
+        let steps = match steps {
+            Ok(steps) => steps,
+            Err(error) => {
+                self.waiting.clear();
+                return Err(refuse(&error));
+            }
+        };
+        let mut before: Option<(usize, f64)> = None;
+        for step in steps.into_iter().take_while(|step| step.turn < count) {
+            let Some((motion, _, plane)) = self.waiting.get(step.turn) else { break };
+            let started = before.filter(|(turn, _)| *turn == step.turn).map_or(0.0, |(_, part)| part);
+            let place = |part: f64, angles: Angles| orientation.with(&motion.start.lerp(motion.end, part), angles);
+            let (start, end): (Coords, Coords) = (place(started, self.from), place(step.part, step.angles));
+            let duration_s = motion.duration_s.map(|seconds| seconds * (step.part - started));
+            let item = MotionItem::Move(Motion { start, end, duration_s, ..*motion });
+            out.push_back(Read { item, plane: *plane, tip: true });
+            self.from = step.angles;
+            before = Some((step.turn, step.part));
+        }
+        self.waiting.drain(..count.min(self.waiting.len()));
+        Ok(())
+    }
+}
