@@ -91,7 +91,7 @@ fn axes_that_step_by_themselves_among_others() {
         |axis, _| axis.friction.load = FrictionLaw::Stribeck(Stribeck { static_factor: 1.5, speed_units_s: 8.0 }),
         |axis, _| {
             axis.friction.load =
-                FrictionLaw::Lugre(Lugre { static_factor: 1.3, speed_units_s: 2.0, presliding_units: 1e-3, damping_s: 0.01 })
+                FrictionLaw::Lugre(Lugre { static_factor: 1.3, speed_units_s: 2.0, presliding_units: 1e-3, damping_s: 0.01 });
         },
         |axis, _| axis.ripple.cogging = vec![Harmonic { amplitude: 0.1, per_turn: 24, phase_deg: 10.0 }],
         |axis, change| axis.drift.gap = change,

@@ -48,7 +48,7 @@ fn program(seed: u64, control: PathControl, feed: f64) -> Program {
             program.line(x + length * cos, y + length * sin, z);
             program.line(x + length * cos, y + length * sin, z);
         } else {
-            heading += dice.between(-3.14, 3.14);
+            heading += dice.between(-std::f64::consts::PI, std::f64::consts::PI);
             let (sin, cos) = math::sin_cos(heading);
             program.line(x + 12.0 * cos, y + 12.0 * sin, z + dice.between(-4.0, 4.0));
         }

@@ -163,7 +163,7 @@ fn a_tool_may_be_taken_up_while_it_leans() {
     judge("tool", &machine, &samples);
     let kinematics = machine.build_kinematics().unwrap();
     let tip = |line: u32| {
-        let sample = samples.iter().filter(|sample| sample.block.span.line == line).next_back().unwrap();
+        let sample = samples.iter().rfind(|sample| sample.block.span.line == line).unwrap();
         (kinematics.tool_pose(&sample.position, &sample.tool_mm), sample.tool_mm)
     };
     let ((before, _), (after, tool)) = (tip(2), tip(4));

@@ -77,9 +77,9 @@ mod tests {
         let right: Vec<f64> = (0..7).map(|i| 1.0 - 0.3 * i as f64).collect();
         let mut x = right.clone();
         solve(&mut bands, &mut x);
-        for i in 0..7 {
+        for (i, right) in right.iter().enumerate() {
             let product: f64 = (0..7).map(|k| entry(i, k) * x[k]).sum();
-            assert!((product - right[i]).abs() < 1e-12);
+            assert!((product - right).abs() < 1e-12);
         }
     }
 }

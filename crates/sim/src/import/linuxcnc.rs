@@ -82,9 +82,9 @@ struct Units {
 
 fn kinematics(draft: &mut Draft, module: &str, line: usize) -> Result<(), Problem> {
     let spec = &mut draft.kinematics;
-    let trunnion = match module {
-        "trivkins" | "gentrivkins" => return Ok(spec.kind = "cartesian".into()),
-        "corexykins" => return Ok(spec.kind = "corexy".into()),
+    let kind = match module {
+        "trivkins" | "gentrivkins" => "cartesian",
+        "corexykins" => "corexy",
         "xyzac-trt-kins" => "trunnion-ac",
         "xyzbc-trt-kins" => "trunnion-bc",
         other => {
@@ -92,7 +92,10 @@ fn kinematics(draft: &mut Draft, module: &str, line: usize) -> Result<(), Proble
             return Err(problem(line, "KINS.KINEMATICS", format!("`{other}` is not known here"), hint));
         }
     };
-    spec.kind = trunnion.into();
+    spec.kind = kind.into();
+    if !kind.starts_with("trunnion") {
+        return Ok(());
+    }
     spec.rotation_point_mm = Some([0.0; 3]);
     spec.conventional_directions = Some(false);
     draft.row(

@@ -206,7 +206,7 @@ fn limits(draft: &mut Draft, joint: &Joint<'_>, axis: AxisId, rotary: bool) -> R
     let scale = if rotary { deg(1.0) } else { MM };
     draft.row(format!("joint {}", joint.name), joint.kind, Fate::Used, format!("axis {axis}"));
     draft.axis(axis, rotary);
-    for attribute in joint.limit.iter().flat_map(|limit| limit.attributes()) {
+    for attribute in joint.limit.iter().flat_map(roxmltree::Node::attributes) {
         let key = format!("joint {} limit {}", joint.name, attribute.name());
         let target = draft.axis(axis, rotary);
         let slot = match attribute.name() {
