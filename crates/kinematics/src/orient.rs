@@ -2,7 +2,7 @@
 //! turns least, stays in the travel, and never jumps.
 //!
 //! The direction of the tool in the workpiece's frame is R(u1, a) R(u2, b) t for two rotary joints in the order from the
-//! workpiece, whatever sits between them, so that one closed form ([`crate::turns::two`]) serves tables, heads and nutating
+//! workpiece, whatever sits between them, so that one closed form (`turns::two`) serves tables, heads and nutating
 //! ones alike. It has two solutions, and at the pole (the direction on u1) any angle of the first joint will do.
 
 mod branch;

@@ -3,7 +3,7 @@
 //! [`matrix`] is the wide one: cells of motion, feed, gap, friction, inertia and encoder, each run through the real chain from G-code to
 //! contour error with every registered method, each held against the same machine without a gap.
 //!
-//! [`paper`] runs the experiments of the paper again, [`bench`] two motors back to back with a coupler that is known.
+//! [`paper`] runs the experiments of the paper again, [`mod@bench`] two motors back to back with a coupler that is known.
 //!
 //! Everything here computes; files are written by whoever calls.
 
