@@ -82,7 +82,7 @@ fn plots() -> Vec<Plot> {
         ),
         plot(
             "figure_11_inertia.svg",
-            "Figure 11, upper: estimated inertia at the motor (cut off at -0.005 and 0.020)",
+            "Figure 11, upper: inertia at the motor, cut off at -0.005 and 0.020",
             "inertia, kg m\u{b2}",
             &[
                 ("published", PUBLISHED, |s| s.inertia_estimate.clamp(-0.005, 0.02)),
