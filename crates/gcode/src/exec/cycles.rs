@@ -83,24 +83,8 @@ impl Exec<'_> {
         let bottom = words.bottom.ok_or(Problem::WordMissing { code, what: BOTTOM[normal] })?;
         let start = self.state.current;
         let began = words.level.unwrap_or(start[normal]);
-        let (r, bottom) = if self.state.absolute { (r, bottom) } else { (r + began, r + began + bottom) };
-        if r < bottom {
-            return Err(Problem::Cycle { message: "R is below the bottom of the hole" });
-        }
-        let clear = if self.state.retract_to_start { began.max(r) } else { r };
-        let hole = Hole {
-            code,
-            plane: self.state.plane,
-            normal,
-            r,
-            bottom,
-            clear,
-            p: words.p,
-            last_p: words.last_p,
-            q: words.q,
-            ijk: words.ijk,
-            spindle: words.spindle,
-        };
+        let hole = self.resolve_hole(code, &words, began, [r, bottom])?;
+        let r = hole.r;
         self.check_moves(&hole, repeats)?;
         let target = self.target()?;
         if began.min(start[normal]) < r {
@@ -128,6 +112,27 @@ impl Exec<'_> {
         Ok(())
     }
 
+    /// A hole from R and bottom as programmed: under G91 they count from the level where the cycle began.
+    fn resolve_hole(&self, code: Code, words: &CycleWords, began: f64, [r, bottom]: [f64; 2]) -> Result<Hole, Problem> {
+        let (r, bottom) = if self.state.absolute { (r, bottom) } else { (r + began, r + began + bottom) };
+        if r < bottom {
+            return Err(Problem::Cycle { message: "R is below the bottom of the hole" });
+        }
+        Ok(Hole {
+            code,
+            plane: self.state.plane,
+            normal: self.state.plane.axes()[2],
+            r,
+            bottom,
+            clear: if self.state.retract_to_start { began.max(r) } else { r },
+            p: words.p,
+            last_p: words.last_p,
+            q: words.q,
+            ijk: words.ijk,
+            spindle: words.spindle,
+        })
+    }
+
     /// The cycle in force at a place, with the words that it has kept.
     pub(crate) fn cycle_at(&mut self, code: Code, place: Position) -> Result<(), Problem> {
         let normal = self.state.plane.axes()[2];
@@ -136,21 +141,7 @@ impl Exec<'_> {
             return Err(Problem::WordMissing { code, what: "R and the bottom of the hole from a cycle before the pattern" });
         };
         let began = words.level.unwrap_or(self.state.current[normal]);
-        let (r, bottom) = if self.state.absolute { (r, bottom) } else { (r + began, r + began + bottom) };
-        let clear = if self.state.retract_to_start { began.max(r) } else { r };
-        let hole = Hole {
-            code,
-            plane: self.state.plane,
-            normal,
-            r,
-            bottom,
-            clear,
-            p: words.p,
-            last_p: words.last_p,
-            q: words.q,
-            ijk: words.ijk,
-            spindle: words.spindle,
-        };
+        let hole = self.resolve_hole(code, &words, began, [r, bottom])?;
         self.check_moves(&hole, 1)?;
         self.hole(&hole, &place)
     }
