@@ -1,11 +1,12 @@
 //! How a program is read: dialect, leniencies, limits, folders of subroutines.
 
-use crate::args::Reading;
+use crate::args::part::{OnMachine, Reading};
 use crate::failure::Failure;
+use crate::machines;
 use crate::subroutines::Folders;
 use lostmotion::gcode::dialect::LENIENCIES;
 use lostmotion::gcode::{Dialect, InterpreterConfig, Leniencies, Leniency, Limits, SubroutineLoader};
-use lostmotion::sim::SimulateOptions;
+use lostmotion::sim::{Machine, SimulateOptions};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -62,6 +63,20 @@ impl Reading {
             loader: Some(self.loader(part)?),
             ..options
         })
+    }
+}
+
+impl OnMachine {
+    /// The machine asked for.
+    pub(crate) fn machine(&self) -> Result<Machine, Failure> {
+        machines::load(self.machine.as_deref())
+    }
+
+    /// A run's settings with what was asked for; the run itself refuses what cannot be.
+    pub(crate) fn options(&self, machine: &Machine, options: SimulateOptions) -> Result<SimulateOptions, Failure> {
+        let spline_tolerance_mm = self.spline_tolerance_mm.unwrap_or(options.spline_tolerance_mm);
+        let options = self.reading.options(&self.part, machine.dialect(), options)?;
+        Ok(SimulateOptions { spline_tolerance_mm, ..options })
     }
 }
 

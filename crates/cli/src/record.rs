@@ -1,6 +1,6 @@
 //! What a run shows and writes while it goes on.
 
-use crate::args::Run;
+use crate::args::run::Run;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};

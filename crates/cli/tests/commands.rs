@@ -2,71 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
+mod bench;
 
-/// A run of the program in a folder of its own.
-struct Bench {
-    folder: tempfile::TempDir,
-}
-
-impl Bench {
-    fn new() -> Bench {
-        Bench { folder: tempfile::tempdir().unwrap() }
-    }
-
-    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> &Bench {
-        std::fs::write(self.folder.path().join(name), content).unwrap();
-        self
-    }
-
-    fn path(&self, name: &str) -> std::path::PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lostmotion"));
-        command.args(arguments).current_dir(self.folder.path()).stdin(Stdio::null());
-        command
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().unwrap()
-    }
-
-    /// Runs and expects an exit code; gives stdout.
-    fn expect(&self, code: i32, arguments: &[&str]) -> String {
-        let output = self.run(arguments);
-        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    /// Runs, expects exit code 2, nothing on stdout and each of these texts on stderr.
-    fn refuses(&self, arguments: &[&str], texts: &[&str]) {
-        let before = self.names();
-        let output = self.run(arguments);
-        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
-        assert!(!stderr.contains("panicked"), "{arguments:?}: {stderr}");
-        for text in texts {
-            assert!(stderr.contains(text), "{arguments:?}: `{text}` is not in\n{stderr}");
-        }
-        assert_eq!(self.names(), before, "{arguments:?} left something behind");
-    }
-
-    fn names(&self) -> Vec<String> {
-        names(self.folder.path())
-    }
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
-}
-
-const CIRCLE: &str = "G21 G90 G17 G64 P0.005\nG0 X10 Y0\nG3 X10 Y0 I-10 J0 F1000\nM2\n";
+use bench::{Bench, CIRCLE, names};
+use std::process::Stdio;
 
 #[test]
 fn simulate_judges_against_the_tolerance() {
@@ -137,85 +76,6 @@ fn plan_writes_a_row_a_millisecond() {
     assert!(lines.next().unwrap().starts_with("0.000,0.0000"));
     assert!(plan.lines().last().unwrap().ends_with(",3"), "{}", plan.lines().last().unwrap());
     assert_eq!(bench.names(), ["circle.ngc", "plan.csv"]);
-}
-
-/// A line of a trace without the column of the load's position.
-fn without_load(trace: &str, line: &str) -> String {
-    let column = trace.lines().next().unwrap().split(',').position(|name| name == "load_mm").unwrap();
-    let cells: Vec<&str> = line.split(',').enumerate().filter(|(n, _)| *n != column).map(|(_, cell)| cell).collect();
-    cells.join(",") + "\n"
-}
-
-#[test]
-fn axis_runs_a_plan_and_fit_finds_its_gap() {
-    let bench = Bench::new();
-    let mut setpoints = String::from("t_s,position_mm\n");
-    for tick in 0..4000_u32 {
-        // 20 mm to and fro in 250 ms each, so that acceleration torque outweighs friction and varies.
-        let phase = f64::from(tick % 250) / 250.0;
-        let way = phase * phase * phase * (10.0 - 15.0 * phase + 6.0 * phase * phase);
-        let position = 20.0 * if tick / 250 % 2 == 0 { way } else { 1.0 - way };
-        setpoints.push_str(&format!("{:.3},{position:.9}\n", f64::from(tick) * 1e-3));
-    }
-    bench.file("setpoints.csv", &setpoints);
-    bench.expect(0, &["axis", "--setpoints", "setpoints.csv", "--axis", "vmc3:x", "--method", "none", "--out", "trace.csv"]);
-    let trace = std::fs::read_to_string(bench.path("trace.csv")).unwrap();
-    assert_eq!(trace.lines().count(), 1 + 4 * 4000);
-    assert!(trace.lines().nth(2).unwrap().starts_with("0.000250,"));
-    let text = bench.expect(0, &["fit", "trace.csv", "--axis", "vmc3:x", "--out", "fit.json"]);
-    assert!(text.starts_with("gap "), "{text}");
-    let fit: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(bench.path("fit.json")).unwrap()).unwrap();
-    let gap = fit["gap"].as_f64().unwrap();
-    assert!((gap - 0.010).abs() < 0.000_05, "{gap}");
-    // the same without the load's column
-    let motor: String = trace.lines().map(|line| without_load(&trace, line)).collect();
-    bench.file("motor.csv", &motor);
-    bench.expect(0, &["fit", "motor.csv", "--motor-only", "--axis", "vmc3:x", "--out", "motor.json"]);
-    let found: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(bench.path("motor.json")).unwrap()).unwrap();
-    let gap = found["gap"].as_f64().unwrap();
-    assert!((gap - 0.010).abs() < 0.000_2 && found["motor_only"] == true, "{gap}");
-    bench.refuses(&["fit", "motor.csv", "--axis", "vmc3:x", "--out", "x.json"], &["no column `load_mm`"]);
-    bench.refuses(&["fit", "motor.csv", "--motor-only", "--out", "x.json"], &["--axis"]);
-    bench.file("circle.ngc", CIRCLE);
-    let told = ["compare", "circle.ngc", "--methods", "none,fixed", "--fitted", "x=fit.json"];
-    assert!(bench.expect(0, &told).contains("fixed"));
-    let told = ["compare", "circle.ngc", "--methods", "fitted-lookup", "--fitted", "x=motor.json"];
-    assert!(bench.expect(0, &told).contains("fitted-lookup"));
-    bench.refuses(&["compare", "circle.ngc", "--methods", "fitted-lookup"], &["needs a fitted gap", "--fitted AXIS=FILE.json"]);
-    bench.refuses(&["simulate", "circle.ngc", "--method", "fitted-lookup"], &["needs a fitted gap"]);
-    bench.refuses(&["compare", "circle.ngc", "--methods", "none,fixed", "--fitted", "c=fit.json"], &["has no axis C"]);
-    bench.refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "paper", "--out", "x.csv"], &["are in mm", "is in rad"]);
-    bench.refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "vmc3:q", "--out", "x.csv"], &["no axis \"vmc3:q\"", "paper"]);
-    bench
-        .refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "vmc3:x", "--method", "m", "--out", "x.csv"], &["\"m\"", "published"]);
-    bench.file("gap.csv", "t_s,position\n0,1\n0.001,2\n0.003,x\n");
-    bench.refuses(&["axis", "--setpoints", "gap.csv", "--axis", "paper", "--out", "x.csv"], &["gap.csv, line 4", "`x`", "not a number"]);
-    bench.refuses(&["fit", "gap.csv", "--out", "x.json"], &["no column `motor_mm`"]);
-}
-
-#[test]
-fn machines_are_listed_shown_and_checked() {
-    let bench = Bench::new();
-    let list = bench.expect(0, &["machine", "list"]);
-    assert!(list.contains("vmc3-worn") && list.contains("trunnion5") && list.contains("paper"));
-    let shown = bench.expect(0, &["machine", "show", "vmc3"]);
-    bench.file("mine.toml", &shown);
-    assert!(bench.expect(0, &["machine", "check", "mine.toml"]).contains("\"vmc3\" is sound"));
-    bench.file("circle.ngc", CIRCLE);
-    bench.expect(0, &["simulate", "circle.ngc", "--machine", "mine.toml", "--tolerance-um", "1000"]);
-    bench.file("bad.toml", shown.replace("gap_um", "gap_umm"));
-    bench.refuses(&["machine", "check", "bad.toml"], &["bad.toml:", "gap_umm", "did you mean `gap_um`?"]);
-    bench.file("nan.toml", shown.replacen("tolerance_um = 20.0", "tolerance_um = nan", 1));
-    bench.refuses(&["simulate", "circle.ngc", "--machine", "nan.toml"], &["nan.toml:", "simulate.tolerance_um", "nan"]);
-    let loops = bench.expect(0, &["machine", "check", "mine.toml"]);
-    assert!(loops.contains("velocity loop") && loops.contains("in the gap") && loops.contains("none predicted, none simulated"), "{loops}");
-    let gain = "velocity_gain_a_s_per_rad = ";
-    bench.file("wild.toml", shown.replacen(gain, &format!("{gain}3"), 1));
-    bench.refuses(
-        &["machine", "check", "wild.toml"],
-        &["wild.toml:", "axis.x.drive.velocity_gain", "unstable", "gain margin -", "has to be less than"],
-    );
-    bench.refuses(&["machine", "show", "vmc9"], &["no machine \"vmc9\"", "vmc3-worn"]);
 }
 
 /// Bad input of every kind, for every command that reads a program.
@@ -301,55 +161,6 @@ fn a_program_may_come_from_a_pipe() {
 }
 
 #[test]
-fn a_study_that_was_stopped_goes_on_and_ends_the_same() {
-    let bench = Bench::new();
-    let study = |out: &str| ["study", "matrix", "--cells", "3", "--seed", "36", "--methods", "none,fixed", "--out", out].map(str::to_owned);
-    let run = |out: &str| bench.expect(0, &study(out).each_ref().map(String::as_str));
-    let whole = run("a");
-    assert!(whole.contains("| `fixed` |"), "{whole}");
-    let kept = std::fs::read_to_string(bench.path("a/cells.jsonl")).unwrap();
-    let lines: Vec<&str> = kept.lines().collect();
-    assert_eq!(lines.len(), 4);
-    // killed while the third cell was being written
-    std::fs::create_dir(bench.path("b")).unwrap();
-    bench.file("b/cells.jsonl", format!("{}\n{}\n{}", lines[0], lines[1], &lines[2][..50]));
-    assert_eq!(run("b"), whole);
-    assert_eq!(std::fs::read(bench.path("b/matrix.csv")).unwrap(), std::fs::read(bench.path("a/matrix.csv")).unwrap());
-    assert!(std::fs::read_to_string(bench.path("b/cells.jsonl")).unwrap().starts_with(&format!("{}\n{}\n", lines[0], lines[1])));
-
-    let other = ["study", "matrix", "--cells", "4", "--seed", "36", "--methods", "none,fixed", "--out", "a"];
-    bench.refuses(&other, &["cells.jsonl", "the number of cells is 3, now 4", "--fresh"]);
-    bench.file("b/cells.jsonl", format!("{}\nnonsense\n{}\n", lines[0], lines[1]));
-    bench.refuses(&study("b").each_ref().map(String::as_str), &["line 2", "--fresh"]);
-}
-
-#[test]
-fn studies_refuse_what_makes_no_sense() {
-    let bench = Bench::new();
-    bench.file("file", "x");
-    bench.refuses(&["study", "matrix", "--cells", "0"], &["0 cells", "1 to 20000"]);
-    bench.refuses(&["study", "matrix", "--cells", "99999999"], &["99999999 cells", "full factorial"]);
-    bench.refuses(&["study", "matrix", "--cells", "1", "--methods", "magic"], &["magic", "known methods"]);
-    bench.refuses(&["study", "matrix", "--cells", "1", "--methods", "fixed,fixed"], &["twice"]);
-    bench.refuses(&["study", "matrix", "--cells", "1", "--out", "file"], &["not a folder"]);
-    bench.refuses(&["study", "matrix", "--cells", "1", "--threads", "0"], &["--threads is 0"]);
-    bench.refuses(&["study", "cell", "circle7-f300"], &["circle7-f300", "parts"]);
-}
-
-#[test]
-fn a_cell_is_traced() {
-    let bench = Bench::new();
-    let cell = "circle5-f10000-ccw-g20-t10-v0-j1-e20-steady";
-    let table = bench.expect(0, &["study", "cell", cell, "--method", "fixed", "--out", "trace.csv", "--program", "cell.ngc"]);
-    assert_eq!(table.lines().count(), 3, "{table}");
-    let trace = std::fs::read_to_string(bench.path("trace.csv")).unwrap();
-    let header: Vec<&str> = trace.lines().next().unwrap().split(',').collect();
-    assert!(header.contains(&"x_gap_estimate_rad") && header.contains(&"y_engagement"));
-    assert!(trace.lines().all(|line| line.split(',').count() == header.len()));
-    bench.expect(0, &["canon", "cell.ngc"]);
-}
-
-#[test]
 fn subroutines_come_from_the_part_s_folder_and_those_named_and_mistakes_show_their_file() {
     let bench = Bench::new();
     std::fs::create_dir(bench.path("lib")).unwrap();
@@ -378,17 +189,4 @@ fn dialects_leniencies_and_limits_are_switched_on_the_command_line() {
     bench.refuses(&["canon", "part.nc", "--limit", "word=3"], &["there is no limit `word`"]);
     bench.refuses(&["canon", "part.nc", "--limit", "words"], &["NAME=VALUE"]);
     bench.refuses(&["canon", "part.nc", "--dialect", "fanuc", "--limit", "line_bytes=3"], &["line-too-long"]);
-}
-
-#[test]
-fn the_paper_is_reproduced_into_a_folder() {
-    let bench = Bench::new();
-    bench.file("file", "x");
-    bench.refuses(&["reproduce", "paper", "--out", "file"], &["not a folder"]);
-    let text = bench.expect(0, &["reproduce", "paper", "--out", "paper"]);
-    assert!(text.contains("Not given, and chosen here"), "{text}");
-    let files = names(&bench.path("paper"));
-    for name in ["paper.md", "scan.csv", "figure_03.svg", "figure_11_inertia.svg", "scan_published.svg"] {
-        assert!(files.iter().any(|file| file == name), "{files:?}");
-    }
 }

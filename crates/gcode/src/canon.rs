@@ -1,20 +1,21 @@
 //! Canonical operations as text, in the notation of NIST's report on RS274/NGC that LinuxCNC's stand-alone interpreter prints.
 
+use crate::four::Four;
 use crate::ops::{ArcFeed, CanonicalOp, OutputValue, PathControl, Plane, Position, TextKind, Units};
 use crate::{Diagnostics, InterpreterConfig, Program};
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufRead};
 
 /// Six coordinates, four decimals.
-struct Six<'a>(&'a [f64], &'static str);
+struct Six<'a>(&'a [f64]);
 
 impl Display for Six<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         for (index, coordinate) in self.0.iter().take(6).enumerate() {
             if index > 0 {
-                f.write_str(self.1)?;
+                f.write_str(", ")?;
             }
-            write!(f, "{coordinate:.4}")?;
+            Display::fmt(&Four(*coordinate), f)?;
         }
         Ok(())
     }
@@ -31,8 +32,9 @@ fn tool_offset(f: &mut Formatter<'_>, offset: &Position) -> fmt::Result {
 
 fn arc(f: &mut Formatter<'_>, arc: &ArcFeed) -> fmt::Result {
     let ([first, second], [center_first, center_second], [a, b, c, ..]) = (arc.end, arc.center, arc.others);
-    write!(f, "ARC_FEED({first:.4}, {second:.4}, {center_first:.4}, {center_second:.4}, ")?;
-    write!(f, "{}, {:.4}, {a:.4}, {b:.4}, {c:.4})", arc.turns, arc.axis_end)
+    let [first, second, center_first, center_second] = [first, second, center_first, center_second].map(Four);
+    let [axis_end, a, b, c] = [arc.axis_end, a, b, c].map(Four);
+    write!(f, "ARC_FEED({first}, {second}, {center_first}, {center_second}, {}, {axis_end}, {a}, {b}, {c})", arc.turns)
 }
 
 fn path_control(f: &mut Formatter<'_>, control: PathControl) -> fmt::Result {
@@ -59,20 +61,20 @@ impl Display for CanonicalOp {
         match self {
             O::UseLengthUnits(Units::Mm) => f.write_str("USE_LENGTH_UNITS(CANON_UNITS_MM)"),
             O::UseLengthUnits(Units::Inch) => f.write_str("USE_LENGTH_UNITS(CANON_UNITS_INCHES)"),
-            O::SetG5xOffset { system, offset } => write!(f, "SET_G5X_OFFSET({system}, {})", Six(offset, ", ")),
-            O::SetG92Offset(offset) => write!(f, "SET_G92_OFFSET({})", Six(offset, ", ")),
+            O::SetG5xOffset { system, offset } => write!(f, "SET_G5X_OFFSET({system}, {})", Six(offset)),
+            O::SetG92Offset(offset) => write!(f, "SET_G92_OFFSET({})", Six(offset)),
             O::SetXyRotation(degrees) => write!(f, "SET_XY_ROTATION({degrees:.4})"),
-            O::SetFeedRate { rate, .. } => write!(f, "SET_FEED_RATE({rate:.4})"),
+            O::SetFeedRate { rate, .. } => write!(f, "SET_FEED_RATE({})", Four(*rate)),
             O::SetFeedMode { per_revolution } => write!(f, "SET_FEED_MODE(0, {})", u8::from(*per_revolution)),
-            O::StraightTraverse(end) => write!(f, "STRAIGHT_TRAVERSE({})", Six(end, ", ")),
-            O::StraightFeed(end) => write!(f, "STRAIGHT_FEED({})", Six(end, ", ")),
+            O::StraightTraverse(end) => write!(f, "STRAIGHT_TRAVERSE({})", Six(end)),
+            O::StraightFeed(end) => write!(f, "STRAIGHT_FEED({})", Six(end)),
             O::ArcFeed(feed) => arc(f, feed),
             O::NurbsFeed(curve) => write!(f, "NURBS_FEED({}, ...)", curve.points.len()),
-            O::StraightProbe(probe) => write!(f, "STRAIGHT_PROBE({})", Six(&probe.end, ", ")),
+            O::StraightProbe(probe) => write!(f, "STRAIGHT_PROBE({})", Six(&probe.end)),
             O::RigidTap([x, y, z]) => write!(f, "RIGID_TAP({x:.4}, {y:.4}, {z:.4})"),
             O::StartSpeedFeedSync(rate) => write!(f, "START_SPEED_FEED_SYNC({rate:.6},0)"),
             O::StopSpeedFeedSync => f.write_str("STOP_SPEED_FEED_SYNCH()"),
-            O::Dwell(seconds) => write!(f, "DWELL({seconds:.4})"),
+            O::Dwell(seconds) => write!(f, "DWELL({})", Four(*seconds)),
             O::SelectPlane(Plane::Xy) => f.write_str("SELECT_PLANE(CANON_PLANE_XY)"),
             O::SelectPlane(Plane::Zx) => f.write_str("SELECT_PLANE(CANON_PLANE_XZ)"),
             O::SelectPlane(Plane::Yz) => f.write_str("SELECT_PLANE(CANON_PLANE_YZ)"),
@@ -114,7 +116,9 @@ fn state_change(f: &mut Formatter<'_>, op: &CanonicalOp) -> fmt::Result {
         O::StartSpindle { spindle, clockwise: true } => write!(f, "START_SPINDLE_CLOCKWISE({spindle})"),
         O::StartSpindle { spindle, clockwise: false } => write!(f, "START_SPINDLE_COUNTERCLOCKWISE({spindle})"),
         O::StopSpindle { spindle } => write!(f, "STOP_SPINDLE_TURNING({spindle})"),
-        O::OrientSpindle { spindle, degrees, way } => write!(f, "ORIENT_SPINDLE({spindle}, {degrees:.4}, {way})"),
+        O::OrientSpindle { spindle, degrees, way, boring } => {
+            write!(f, "ORIENT_SPINDLE({spindle}, {degrees:.4}, {})", way.number() + u8::from(*boring))
+        }
         O::WaitOrient { spindle, seconds } => write!(f, "SPINDLE.{spindle}.WAIT_ORIENT_COMPLETE({seconds:.4})"),
         O::SetOutput { index, value, with_motion } => output(f, *index, *value, *with_motion),
         O::ReadInput { index, analog, wait, seconds } => {

@@ -30,6 +30,7 @@ mod exec;
 pub mod explain;
 pub mod feeder;
 pub mod format;
+mod four;
 pub mod interpreter;
 pub mod limits;
 pub mod lint;
@@ -61,8 +62,8 @@ pub use limits::{LimitError, LimitRow, Limits};
 pub use loader::{LoadedFile, SourceFiles, SubroutineLoader};
 pub use motion::{Circle, Feed, Motion, MotionFold, MotionItem, PathMode};
 pub use ops::{
-    ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, OutputValue, PathControl, Plane, Position, SourcedOp, StraightProbe, TextKind, Units,
-    WaitFor,
+    ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, OrientWay, OutputValue, PathControl, Plane, Position, SourcedOp, StraightProbe,
+    TextKind, Units, WaitFor,
 };
 pub use problem::{Code, Problem};
 pub use program::Program;

@@ -1,21 +1,20 @@
 //! Machine coordinates of motion against closed forms.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use lostmotion_base::Coords;
+use lostmotion_base::units::rad;
+use lostmotion_base::{Coords, math};
 use lostmotion_gcode::{Feed, InterpreterConfig, Motion, MotionFold, MotionItem, PathMode, Plane, Program, Tool, ToolTable, Units};
 use std::f64::consts::PI;
 
 fn moves_with(text: &str, config: InterpreterConfig) -> Vec<Motion> {
     let mut fold = MotionFold::new(config.start);
     let mut program = Program::new(text.as_bytes(), config);
-    let mut moves = Vec::new();
+    let mut items = Vec::new();
     for op in program.by_ref() {
-        if let Some(MotionItem::Move(motion)) = fold.push(&op).unwrap() {
-            moves.push(motion);
-        }
+        fold.push_all(&op, &mut items).unwrap();
     }
     assert_eq!(program.diagnostics().errors(), 0, "{:?}", program.diagnostics().kept());
-    moves
+    items.into_iter().filter_map(|item| if let MotionItem::Move(motion) = item { Some(motion) } else { None }).collect()
 }
 
 fn moves(text: &str) -> Vec<Motion> {
@@ -61,6 +60,27 @@ fn rotated_coordinates_turn_ends_and_centres() {
     let circle = all[1].circle.unwrap();
     assert_eq!((circle.plane, circle.turns), (Plane::Xy, -1));
     assert!((circle.center_mm[0] - 10.0).abs() < 1e-12 && (circle.center_mm[1] - 2.0).abs() < 1e-12);
+}
+
+/// Full circles about an axis that is none of the machine's: lines that stay on them.
+#[test]
+fn arcs_of_a_rotated_plane_lie_in_it() {
+    let (sin, cos) = math::sin_cos(rad(60.0));
+    for (plane, center, along) in [("G18", "I-4 K3", [cos, sin]), ("G19", "J-4 K3", [-sin, cos])] {
+        let start = if plane == "G18" { "X7 Y0 Z1" } else { "X0 Y7 Z1" };
+        let text = format!("F100 G10 L2 P1 X2 Y1 R60\n{plane} G0 {start}\nG2 {center}\nM2");
+        let all = moves(&text);
+        assert!(all.len() > 50 && all.iter().all(|motion| motion.circle.is_none()), "{}", all.len());
+        let mut length = 0.0;
+        for motion in &all[1..] {
+            let [x, y, z] = motion.end.linear();
+            let (out, aside) = ((x - 2.0) * along[0] + (y - 1.0) * along[1], (y - 1.0) * along[0] - (x - 2.0) * along[1]);
+            assert!((math::hypot(out - 3.0, z - 4.0) - 5.0).abs() < 1e-9 && aside.abs() < 1e-9, "{plane} {motion:?}");
+            length += (0..3).map(|i| (motion.end.0[i] - motion.start.0[i]) * (motion.end.0[i] - motion.start.0[i])).sum::<f64>().sqrt();
+        }
+        close(all[all.len() - 1].end, all[0].end);
+        assert!((length / (10.0 * std::f64::consts::PI) - 1.0).abs() < 1e-3, "{length}");
+    }
 }
 
 #[test]

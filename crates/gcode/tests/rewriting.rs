@@ -1,11 +1,14 @@
 //! Formatting changes nothing that a program does; what is written is read as the same.
 #![allow(clippy::unwrap_used)]
 
+mod programs;
+
 use lostmotion_gcode::document::{Document, EditError, block_text};
 use lostmotion_gcode::format::{Case, FormatOptions, LineNumbers, format, refers_to_line_numbers};
 use lostmotion_gcode::syntax::{Block, parse_block};
 use lostmotion_gcode::writer::{Frame, Resolver, WriterError, write_program};
 use lostmotion_gcode::{CanonicalOp, InterpreterConfig, Limits, MotionFold, MotionItem, Program};
+use programs::{line, program};
 use proptest::prelude::*;
 
 fn ops(text: &[u8], config: &InterpreterConfig) -> Vec<CanonicalOp> {
@@ -29,59 +32,6 @@ fn written(text: &[u8], config: &InterpreterConfig, system: u8) -> Result<String
     let mut out = Vec::new();
     write_program(&mut Program::new(text, config.clone()), config, system, &mut out)?;
     Ok(String::from_utf8(out).unwrap())
-}
-
-/// Lines as people and post processors write them, good ones for the most part.
-fn line() -> impl Strategy<Value = String> {
-    let number = prop_oneof!["[+-]?[0-9]{1,3}", "-?[0-9]{1,2}\\.[0-9]{1,4}", "-?\\.[0-9]{1,3}", "[0-9] \\. [0-9]"];
-    let axes = prop::collection::vec(("[xyzXYZaA]", number.clone(), " ?"), 1..4);
-    let axes = axes.prop_map(|words| {
-        let mut seen = String::new();
-        let mut text = String::new();
-        for (letter, value, blank) in words {
-            let upper = letter.to_uppercase();
-            if !seen.contains(&upper) {
-                text += &format!("{letter}{value}{blank}");
-                seen += &upper;
-            }
-        }
-        text
-    });
-    prop_oneof![
-        8 => ("(n[0-9]{1,4} ?)?", "[gG]0?[01] ?", axes.clone(), "( ?\\([a-z ,]{0,8}\\))?").prop_map(|(n, g, axes, c)| format!("{n}{g}{axes}{c}")),
-        2 => number.clone().prop_map(|x| format!("g02 x{x} r500")),
-        2 => ("[1-9]", "[1-9]").prop_map(|(i, j)| format!("G3I{i} J-{j}")),
-        1 => number.clone().prop_map(|x| format!("G91 G3 X.01 I{x} J.5 G90")),
-        1 => number.clone().prop_map(|value| format!("#1 = [ {value}+ 2 ] ; set")),
-        1 => Just("x #1 y[ sin[#1] * 2 ]".to_owned()),
-        1 => "[fF][1-9][0-9]{0,3}(\\.[0-9])?",
-        1 => prop_oneof![
-            Just("g20".to_owned()), Just("g21".to_owned()), Just("G18".to_owned()), Just("G17".to_owned()), Just("g91".to_owned()),
-            Just("g90".to_owned()), Just("G55".to_owned()), Just("G54".to_owned()), Just("g92 x1 y2".to_owned()), Just("G92.1".to_owned()),
-            Just("m3 s1000".to_owned()), Just("M5".to_owned()), Just("m8".to_owned()), Just("M9".to_owned()), Just("G4P.5".to_owned()),
-            Just("T1M6".to_owned()), Just("g43.1 z5.5".to_owned()), Just("G49".to_owned()), Just("G10 L2 P2 X1 Y-2 Z.5".to_owned()),
-            Just("G64P.01".to_owned()), Just("g61".to_owned()), Just("G81 X1 Y1 Z-3 R2 F50".to_owned()), Just("G83 X2 Z-3 R2 Q1".to_owned()),
-            Just("G80".to_owned()), Just("G93 G1 X7 F2".to_owned()), Just("G94 F300".to_owned()), Just("(msg, hello)".to_owned()),
-            Just("/g0 x0".to_owned()), Just(String::new()), Just("  ; nothing".to_owned()), Just("G52 Z1".to_owned()), Just("G5 I1 J2 P-1 Q2 X9 Y9".to_owned()),
-            Just("m3 s200 G33 Z-2 K.5".to_owned()), Just("G41.1 D1 G1 X50".to_owned()), Just("G40 G1 X60 Y60".to_owned()), Just("M64 P1 M8".to_owned()),
-        ],
-        1 => ("[1-4]", line_simple()).prop_map(|(n, body)| format!("o1 repeat [ {n} ]\n{body}\no1 endrepeat")),
-        1 => line_simple().prop_map(|body| format!("O<s> Sub\n{body}\nO<s> endsub\no<s>  call [ 1 ]")),
-    ]
-}
-
-fn line_simple() -> impl Strategy<Value = String> {
-    prop_oneof![Just("g1x#1 F99".to_owned()), Just("g91 g0 y.125\ng90".to_owned()), Just("(in)".to_owned())]
-}
-
-fn program() -> impl Strategy<Value = String> {
-    (prop::collection::vec(line(), 1..25), prop_oneof![Just("\n"), Just("\r\n"), Just("\r")], any::<bool>()).prop_map(|(lines, end, m2)| {
-        let mut text = lines.join("\n") + "\n";
-        if m2 {
-            text += "m2\n";
-        }
-        text.replace('\n', end)
-    })
 }
 
 fn config() -> InterpreterConfig {
@@ -239,6 +189,25 @@ fn what_has_no_block_is_refused_by_name() {
     let rotated = InterpreterConfig { parameters: vec![(5230, 5.0)], ..InterpreterConfig::default() };
     assert!(matches!(written(b"M2\n", &rotated, 1).unwrap_err(), WriterError::RotatedFrame { system: 1, .. }));
     assert!(matches!(written(b"M2\n", &rotated, 10).unwrap_err(), WriterError::NoSuchSystem { system: 10 }));
+}
+
+#[test]
+fn rates_stay_what_they_are_where_modes_change() {
+    let text = "F100 G1 X1\nG93 X2 F2\nX3 F4\nG94 X4 F100\nG95 X5 F.1\nG94 X6 F100\nG94 X7 F100\nG93 G41.1 D1 G1 X8 Y9 F3\nY20 F3\nG40 X20 F1\nM2\n";
+    let out = written(text.as_bytes(), &InterpreterConfig::default(), 1).unwrap();
+    let feeds: Vec<&str> = out.lines().filter(|line| line.contains('F') || line.contains("G9")).skip(2).collect();
+    let expected = ["G1 X1 F100", "G93 G1 X2 F2", "G1 X3 F4", "G94 G1 X4 F100", "G95", "G1 X5 F0.1", "G94", "G1 X6 F100"];
+    assert_eq!(feeds[..expected.len()], expected, "{out}");
+    // Under compensation it is the rate of the programmed length that holds: 3 sqrt(82) here, whatever the path is.
+    assert!(feeds.iter().any(|line| line.ends_with(&format!("F{}", 82f64.sqrt() * 3.0))), "{out}");
+}
+
+#[test]
+fn an_oriented_stop_of_a_boring_cycle_is_written() {
+    let text = "F100 S500 M4\nG87 X1 Y2 Z-5 R1 I0.5 J0 K-3\nM19 R90 P1 Q2\nM2\n";
+    let out = written(text.as_bytes(), &InterpreterConfig::default(), 1).unwrap();
+    assert_eq!(out.matches("M19 R0 P2\n").count(), 2, "{out}");
+    assert!(out.contains("M19 R90 P1 Q2"), "{out}");
 }
 
 #[test]

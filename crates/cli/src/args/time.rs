@@ -1,21 +1,15 @@
 //! Arguments of `time`.
 
-use super::{Format, OnMachine, Reading};
+use super::Format;
+use super::part::OnMachine;
 use clap::Args;
 use std::path::PathBuf;
 
 /// `time`.
 #[derive(Debug, Args)]
 pub(crate) struct Time {
-    /// Part program
-    pub(crate) part: PathBuf,
     #[command(flatten)]
     pub(crate) on: OnMachine,
-    #[command(flatten)]
-    pub(crate) reading: Reading,
-    /// How far arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    pub(crate) spline_tolerance_mm: Option<f64>,
     /// How many of the blocks that take longest to list
     #[arg(long, value_name = "N", default_value_t = 10)]
     pub(crate) top: usize,

@@ -1,7 +1,7 @@
 //! `lostmotion axis`.
 
 use super::DONE;
-use crate::args::Axis;
+use crate::args::machine::Axis;
 use crate::failure::Failure;
 use crate::{drives, input, machines, output};
 use lostmotion::axis::analysis::CycleDetector;

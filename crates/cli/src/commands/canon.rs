@@ -1,7 +1,7 @@
 //! `lostmotion canon`.
 
 use super::{DONE, interpreter};
-use crate::args::Canon;
+use crate::args::front::Canon;
 use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::voice::Voice;

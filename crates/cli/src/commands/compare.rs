@@ -1,7 +1,8 @@
 //! `lostmotion compare`.
 
 use super::{DONE, FITTED, accepted, check_fit, failure, has_fit, prepare, show, text_options, to_json};
-use crate::args::{Compare, Form};
+use crate::args::Form;
+use crate::args::run::Compare;
 use crate::failure::Failure;
 use crate::output::{remark, stdout_has_color};
 use crate::record::{Answer, Record};

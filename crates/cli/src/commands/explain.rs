@@ -1,7 +1,8 @@
 //! `lostmotion explain`.
 
 use super::{DONE, interpreter, show, to_json};
-use crate::args::{Explain, Format};
+use crate::args::Format;
+use crate::args::front::Explain;
 use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::input;
@@ -13,9 +14,8 @@ use std::path::Path;
 pub(crate) fn run(args: &Explain, voice: Voice) -> Result<u8, Failure> {
     let (part, line) = place(&args.place)?;
     let source = input::program(Path::new(part))?;
-    let (config, _) = interpreter::config(args.machine.as_deref(), args.tool_table.as_deref())?;
-    let config = args.reading.config(config)?;
-    let mut program = interpreter::open(&source, config)?.with_loader(args.reading.loader(Path::new(part))?);
+    let (config, _) = interpreter::config(&args.setup)?;
+    let mut program = interpreter::open(&source, config)?.with_loader(args.setup.reading.loader(Path::new(part))?);
     let Some(explanation) = explain(&mut program, line) else {
         return Err(Failure::message(format!("{part} has no line {line}")));
     };

@@ -1,7 +1,7 @@
 //! `lostmotion fit`.
 
 use super::DONE;
-use crate::args::Fit;
+use crate::args::machine::Fit;
 use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{input, machines, output};

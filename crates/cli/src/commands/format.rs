@@ -1,7 +1,7 @@
 //! `lostmotion format`.
 
 use super::DONE;
-use crate::args::{FormatPart, LetterCase};
+use crate::args::front::{FormatPart, LetterCase};
 use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{input, output};

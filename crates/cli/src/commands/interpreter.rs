@@ -1,5 +1,6 @@
 //! The front end alone, for commands that need no machine.
 
+use crate::args::part::Setup;
 use crate::failure::Failure;
 use crate::{input, machines};
 use lostmotion::gcode::{InterpreterConfig, Program, ToolTable};
@@ -22,15 +23,15 @@ pub(crate) fn tools(path: &Path) -> Result<ToolTable, Failure> {
     ToolTable::parse(&text).map_err(|problem| Failure::message(format!("{}: {problem}", path.display())))
 }
 
-/// Settings of the interpreter: those of the machine, if one is named.
-pub(crate) fn config(machine: Option<&str>, tool_table: Option<&Path>) -> Result<(InterpreterConfig, Option<Machine>), Failure> {
-    let machine = machine.map(|name| machines::load(Some(name))).transpose()?;
+/// Settings of the interpreter with what was asked for: those of the machine, if one is named.
+pub(crate) fn config(setup: &Setup) -> Result<(InterpreterConfig, Option<Machine>), Failure> {
+    let machine = setup.machine.as_deref().map(|name| machines::load(Some(name))).transpose()?;
     let mut config = match &machine {
         Some(machine) => lostmotion::sim::interpreter_config(machine, &SimulateOptions::default()),
         None => InterpreterConfig::default(),
     };
-    if let Some(path) = tool_table {
+    if let Some(path) = &setup.tool_table {
         config.tool_table = Some(tools(path)?);
     }
-    Ok((config, machine))
+    Ok((setup.reading.config(config)?, machine))
 }

@@ -1,7 +1,7 @@
 //! `lostmotion lint`.
 
 use super::{DONE, add_travel, failure, interpreter};
-use crate::args::Lint;
+use crate::args::front::Lint;
 use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::voice::Voice;
@@ -20,10 +20,9 @@ const ERRORS: u8 = 2;
 pub(crate) fn run(args: &Lint, voice: Voice) -> Result<u8, Failure> {
     let levels = levels(args)?;
     let source = input::program(&args.part)?;
-    let (config, machine) = interpreter::config(args.machine.as_deref(), args.tool_table.as_deref())?;
+    let (config, machine) = interpreter::config(&args.setup)?;
     let travel = rules::find("outside-travel").map_or(Level::Warn, |rule| levels.of(rule));
-    let config = args.reading.config(config)?;
-    let mut program = interpreter::open(&source, config)?.with_loader(args.reading.loader(&args.part)?);
+    let mut program = interpreter::open(&source, config)?.with_loader(args.setup.reading.loader(&args.part)?);
     let found = lint(&mut program, levels);
     let mut findings = Findings::of(&source, program.diagnostics());
     let origin = Origin { program: source.name(), provenance: program.diagnostics().provenance() };
@@ -31,7 +30,7 @@ pub(crate) fn run(args: &Lint, voice: Voice) -> Result<u8, Failure> {
     findings.counts.errors += found.denied();
     findings.counts.warnings += found.warned();
     if let Some(machine) = machine.filter(|_| findings.counts.errors == 0) {
-        let options = args.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
+        let options = args.setup.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
         on_machine((&source, &machine, &options), travel, &mut findings, voice)?;
     }
     findings.list.sort_by_key(|finding| (finding.span.file, finding.span.start));

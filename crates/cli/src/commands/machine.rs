@@ -1,7 +1,7 @@
 //! `lostmotion machine`.
 
 use super::{DONE, import, tuning};
-use crate::args::Machine as Arguments;
+use crate::args::machine::Machine as Arguments;
 use crate::failure::Failure;
 use crate::{machines, output};
 use lostmotion::report::number::{error, percent, plain};

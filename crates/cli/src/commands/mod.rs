@@ -18,7 +18,8 @@ mod time;
 mod tuning;
 mod write;
 
-use crate::args::{Cli, Command, Form, Format, Run};
+use crate::args::run::Run;
+use crate::args::{Cli, Command, Form, Format};
 use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::voice::Voice;
@@ -57,8 +58,8 @@ pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
 
 /// What a run is given: the program, the machine, and how.
 fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failure> {
-    let program = crate::input::program(&run.part)?;
-    let machine = drives::with_drives(&machines::load(run.on.machine.as_deref())?, &run.drives)?;
+    let program = crate::input::program(&run.on.part)?;
+    let machine = drives::with_drives(&run.on.machine()?, &run.drives)?;
     let machine = machines::with_fits(machine, &run.fitted)?;
     if let Some(tolerance) = run.tolerance_um.filter(|um| !(um.is_finite() && *um > 0.0)) {
         return Err(Failure::message(format!("--tolerance-um is {tolerance}; it has to be a positive finite number")));
@@ -68,14 +69,8 @@ fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failu
     }
     let (tolerance_um, cutting_force_n) = (run.tolerance_um, run.cutting_force_n);
     let options = SimulateOptions { tolerance_um, cutting_force_n, threads: run.threads.unwrap_or(0), ..SimulateOptions::default() };
-    let options = run.reading.options(&run.part, machine.dialect(), options)?;
-    Ok((program, machine, with_spline_tolerance(options, run.spline_tolerance_mm)))
-}
-
-/// The options with another tolerance of splines, if one was given; the run refuses one that is not positive.
-fn with_spline_tolerance(options: SimulateOptions, tolerance_mm: Option<f64>) -> SimulateOptions {
-    let spline_tolerance_mm = tolerance_mm.unwrap_or(options.spline_tolerance_mm);
-    SimulateOptions { spline_tolerance_mm, ..options }
+    let options = run.on.options(&machine, options)?;
+    Ok((program, machine, options))
 }
 
 /// The method that runs on the gap of a fit and on nothing else.

@@ -1,11 +1,11 @@
 //! `lostmotion plan`.
 
-use super::{DONE, accepted, failure, with_spline_tolerance};
-use crate::args::Plan;
+use super::{DONE, accepted, failure};
 use crate::args::drives::Cycles as Given;
+use crate::args::run::{self, Plan};
 use crate::failure::Failure;
 use crate::voice::Voice;
-use crate::{args, drives, input, machines};
+use crate::{drives, input};
 use lostmotion::axis::config::Cycles;
 use lostmotion::plan::{Quality, Sample};
 use lostmotion::report::atomic::AtomicFile;
@@ -22,19 +22,18 @@ fn planned(command_ms: Option<f64>, own: Cycles) -> Result<Cycles, Failure> {
 
 /// Writes the plan of a program as CSV.
 pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
-    let program = input::program(&args.part)?;
-    let machine = machines::load(args.on.machine.as_deref())?;
+    let program = input::program(&args.on.part)?;
+    let machine = args.on.machine()?;
     let machine = machine.with_cycles(planned(args.command_ms, machine.cycles())?);
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
     let create = AtomicFile::create(&args.out)?;
     let mut writer = PlanWriter::new(create, machine.axis_set(), machine.rotary_joints(), machine.cycles().command()).map_err(unwritten)?;
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
-    let options = args.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
     let quality = match args.quality {
-        args::Quality::Fast => Quality::Fast,
-        args::Quality::Optimal => Quality::Optimal,
+        run::Quality::Fast => Quality::Fast,
+        run::Quality::Optimal => Quality::Optimal,
     };
-    let options = SimulateOptions { quality, ..with_spline_tolerance(options, args.spline_tolerance_mm) };
+    let options = SimulateOptions { quality, ..args.on.options(&machine, SimulateOptions::default())? };
     let info = lostmotion::sim::plan(&program, &machine, &options, &mut sink).map_err(|error| match error {
         SimError::Sink(why) => Failure::message(format!("cannot write {}: {why}", args.out.display())),
         other => failure(&program, &other, voice),

@@ -1,7 +1,7 @@
 //! `lostmotion simulate`.
 
 use super::{DONE, OUTSIDE, accepted, check_fit, failure, prepare, show, text_options, to_json};
-use crate::args::Simulate;
+use crate::args::run::Simulate;
 use crate::failure::Failure;
 use crate::output::stdout_has_color;
 use crate::record::{Answer, Record};

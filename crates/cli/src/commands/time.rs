@@ -1,10 +1,10 @@
 //! `lostmotion time`.
 
-use super::{DONE, accepted, failure, show, to_json, with_spline_tolerance};
+use super::{DONE, accepted, failure, show, to_json};
 use crate::args::time::Time;
 use crate::failure::Failure;
+use crate::input;
 use crate::voice::Voice;
-use crate::{input, machines};
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::csv::TimeWriter;
 use lostmotion::report::{WriteError, text};
@@ -51,10 +51,10 @@ pub(crate) fn run(args: &Time, voice: Voice) -> Result<u8, Failure> {
     if args.threads == Some(0) {
         return Err(Failure::with_hint("--threads is 0", "leave it out to use all cores"));
     }
-    let program = input::program(&args.part)?;
-    let machine = machines::load(args.on.machine.as_deref())?;
+    let program = input::program(&args.on.part)?;
+    let machine = args.on.machine()?;
     let options = SimulateOptions { threads: args.threads.unwrap_or(0), ..SimulateOptions::default() };
-    let options = with_spline_tolerance(args.reading.options(&args.part, machine.dialect(), options)?, args.spline_tolerance_mm);
+    let options = args.on.options(&machine, options)?;
     let wanted = TimeOptions {
         keep_blocks: args.top,
         tool_change_s: args.tool_change_s,

@@ -1,7 +1,7 @@
 //! `lostmotion write`.
 
 use super::{DONE, interpreter};
-use crate::args::WritePart;
+use crate::args::front::WritePart;
 use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::voice::Voice;
@@ -13,9 +13,8 @@ use std::io::ErrorKind;
 /// Writes the resolved program to a file, which appears complete or not at all, or to stdout.
 pub(crate) fn run(args: &WritePart, voice: Voice) -> Result<u8, Failure> {
     let source = input::program(&args.part)?;
-    let (config, _) = interpreter::config(args.machine.as_deref(), args.tool_table.as_deref())?;
-    let config = args.reading.config(config)?;
-    let loader = args.reading.loader(&args.part)?;
+    let (config, _) = interpreter::config(&args.setup)?;
+    let loader = args.setup.reading.loader(&args.part)?;
     // Nothing is written of a program that is refused.
     let mut program = interpreter::open(&source, config.clone())?.with_loader(std::sync::Arc::clone(&loader));
     for _ in program.by_ref() {}

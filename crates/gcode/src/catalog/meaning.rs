@@ -40,11 +40,6 @@ pub(super) const ROWS: &[CatalogRow] = &[
     error("coordinate-too-large", "A coordinate is beyond the limit.", "Check the value; the limit `coordinate` can be raised."),
     warning("negative-dwell", "A dwell of less than zero seconds.", "Write a positive P."),
     error("dwell-too-long", "A dwell is longer than the limit.", "P is in seconds; the limit `dwell_s` can be raised."),
-    error(
-        "rotated-arc-plane",
-        "An arc outside the XY plane while the coordinates are rotated about Z.",
-        "Take the rotation back (G10 L2 R0), or use G17.",
-    ),
     error("spindle-stopped", "A move in step with the spindle while it does not turn.", "Start it with M3 or M4."),
     error("probe-too-short", "A probing move begins where it ends.", "Program a way to go."),
     error("curve", "A spline or NURBS is not as it has to be.", "See the message."),

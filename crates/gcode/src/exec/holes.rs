@@ -1,7 +1,7 @@
 //! What canned cycles do at a hole.
 
 use super::Exec;
-use crate::ops::{CanonicalOp, Plane, Position, Units};
+use crate::ops::{CanonicalOp, OrientWay, Plane, Position, Units};
 use crate::problem::{Code, Problem};
 
 /// How far above the last depth a peck's rapid move stops (LinuxCNC: 0.010 in, 0.254 mm).
@@ -162,7 +162,8 @@ impl Exec<'_> {
             end[normal] = level;
             end
         };
-        let orient = CanonicalOp::OrientSpindle { spindle: 0, degrees: 0.0, way: if clockwise { 2 } else { 3 } };
+        let way = if clockwise { OrientWay::Clockwise } else { OrientWay::CounterClockwise };
+        let orient = CanonicalOp::OrientSpindle { spindle: 0, degrees: 0.0, way, boring: true };
         let start = CanonicalOp::StartSpindle { spindle: 0, clockwise };
         self.move_to(beside, false);
         self.emit(CanonicalOp::StopSpindle { spindle: 0 });

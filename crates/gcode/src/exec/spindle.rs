@@ -1,7 +1,7 @@
 //! Speed modes of the spindle, its orientation, and moves in step with it.
 
 use super::Exec;
-use crate::ops::CanonicalOp;
+use crate::ops::{CanonicalOp, OrientWay};
 use crate::problem::{Code, Problem};
 use crate::syntax::evaluate::whole;
 
@@ -36,12 +36,13 @@ pub(crate) fn orient(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         return Err(Problem::WordOutOfRange { code, letter: 'R', value: degrees, allowed: "an angle from 0 to 360" });
     }
     let value = exec.word(b'P').unwrap_or(0.0);
-    let way = whole(value).filter(|way| (0.0..=2.0).contains(way));
-    let way = way.ok_or(Problem::WordOutOfRange { code, letter: 'P', value, allowed: "0, 1 or 2" })? as u8;
+    let ways = [OrientWay::Shortest, OrientWay::Clockwise, OrientWay::CounterClockwise];
+    let way = whole(value).and_then(|number| ways.into_iter().find(|way| f64::from(way.number()) == number));
+    let way = way.ok_or(Problem::WordOutOfRange { code, letter: 'P', value, allowed: "0, 1 or 2" })?;
     let turns = exec.word(b'R').is_some() || exec.word(b'P').is_some();
     let wait = exec.word(b'Q');
     for spindle in spindles.filter(|_| turns) {
-        exec.emit(CanonicalOp::OrientSpindle { spindle, degrees, way });
+        exec.emit(CanonicalOp::OrientSpindle { spindle, degrees, way, boring: false });
     }
     match wait {
         Some(seconds) if seconds <= 0.0 => Err(Problem::WordOutOfRange { code, letter: 'Q', value: seconds, allowed: "greater than zero" }),

@@ -102,11 +102,14 @@ impl Exec<'_> {
         }
     }
 
-    /// In inverse time, the rate that does a length in 1/F minutes.
+    /// In inverse time, the rate that does a length in 1/F minutes. Under cutter compensation, and on the move that leaves it, the
+    /// path has another length than what was programmed; it is the rate that then holds (as recorded), also for the arcs at corners.
     pub(crate) fn inverse_time(&mut self, length: f64) {
         if self.state.feed_mode == FeedMode::InverseTime {
             let per_minute = self.word(b'F').unwrap_or_default();
-            self.set_feed((length * per_minute).max(LEAST_RATE), Some(per_minute));
+            let acts = self.state.compensation.as_ref().is_some_and(|compensation| compensation.acts());
+            let differs = acts || self.state.arc_not_allowed;
+            self.set_feed((length * per_minute).max(LEAST_RATE), Some(per_minute).filter(|_| !differs));
         }
     }
 }

@@ -6,6 +6,8 @@
 
 mod biarc;
 mod item;
+mod rate;
+mod setting;
 mod several;
 mod spline;
 
@@ -104,7 +106,7 @@ impl MotionFold {
     /// tapping) needs [`MotionFold::push_all`].
     ///
     /// # Errors
-    /// Operations of several moves; feed per revolution at constant surface speed, which is not motion yet; feed per revolution without a turning spindle; an arc whose plane the rotation of the coordinate system turns.
+    /// Operations of several moves; feed per revolution at constant surface speed, which is not motion yet; feed per revolution without a turning spindle; an arc whose plane is none of the machine's, because the coordinates are turned or tilted.
     pub fn push(&mut self, sourced: &SourcedOp) -> Result<Option<MotionItem>, Problem> {
         let block = sourced.block;
         Ok(Some(match &sourced.op {
@@ -130,13 +132,13 @@ impl MotionFold {
                     what: "a direction of the tool (G53.1, or I J K under G43.5), instead of angles of the rotary axes,",
                 });
             }
-            CanonicalOp::ArcFeed(_) if self.tilts_plane() => {
-                return Err(Problem::NoMotionFor { what: "an arc in a tilted plane, as one move," });
+            CanonicalOp::ArcFeed(arc) if self.tilts(arc.plane) => {
+                return Err(Problem::NoMotionFor { what: "an arc in a plane that is turned or tilted, as one move," });
             }
             CanonicalOp::ArcFeed(arc) => {
                 let end = self.machine(&arc.position());
                 let feed = self.arc_feed()?;
-                let circle = self.circle(arc)?;
+                let circle = self.circle(arc);
                 self.advance(end, Some(circle), feed, block)
             }
             CanonicalOp::Dwell(seconds) => MotionItem::Dwell { seconds: seconds.max(0.0), block },
@@ -168,41 +170,12 @@ impl MotionFold {
         MotionItem::Move(motion)
     }
 
-    fn set(&mut self, op: &CanonicalOp) {
-        match op {
-            CanonicalOp::UseLengthUnits(units) => self.units = *units,
-            CanonicalOp::SetG5xOffset { offset, .. } => self.offsets.g5x = convert(offset, self.units, Units::Mm),
-            CanonicalOp::SetG92Offset(offset) => self.offsets.g92 = convert(offset, self.units, Units::Mm),
-            CanonicalOp::SetTilt(tilt) => self.offsets.tilt = tilt.map(|tilt| tilt.convert(self.units, Units::Mm)),
-            CanonicalOp::SetXyRotation(degrees) => self.offsets.rotation_deg = *degrees,
-            CanonicalOp::UseToolLengthOffset(offset) => {
-                let tool = coords(&convert(offset, self.units, Units::Mm));
-                // The spindle stays where it is.
-                self.at = self.at + self.tool - tool;
-                self.tool = tool;
-            }
-            CanonicalOp::SetFeedRate { rate, inverse_time } => {
-                (self.rate_mm, self.rate_deg, self.inverse_time) = (*rate * self.units.mm(), *rate, *inverse_time);
-            }
-            CanonicalOp::StartSpeedFeedSync(pitch) => self.pitch_mm = Some(*pitch * self.units.mm()),
-            CanonicalOp::StopSpeedFeedSync => self.pitch_mm = None,
-            CanonicalOp::SetFeedMode { per_revolution } => self.per_revolution = *per_revolution,
-            CanonicalOp::SetSpindleSpeed { spindle: 0, speed } => self.spindle_speed = *speed,
-            CanonicalOp::SetSpindleMode { spindle: 0, highest } => self.surface_speed = *highest > 0.0,
-            CanonicalOp::StartSpindle { spindle: 0, .. } => self.spindle_on = true,
-            CanonicalOp::StopSpindle { spindle: 0 } => self.spindle_on = false,
-            CanonicalOp::SetMotionControlMode(PathControl::Continuous { tolerance }) => {
-                self.control = PathControl::Continuous { tolerance: *tolerance * self.units.mm() };
-            }
-            CanonicalOp::SetMotionControlMode(control) => self.control = *control,
-            CanonicalOp::SetNaiveCamTolerance(tolerance) => self.merge = *tolerance * self.units.mm(),
-            _ => {}
+    /// Whether the circles of a plane's arcs do not lie in a plane of the machine.
+    pub(super) fn tilts(&self, plane: Plane) -> bool {
+        match plane {
+            Plane::Xy => self.offsets.tilt.is_some_and(|tilt| !tilt.keeps_plane()),
+            Plane::Zx | Plane::Yz => self.offsets.tilt.is_some() || self.offsets.rotation_deg != 0.0,
         }
-    }
-
-    /// Whether the circles of arcs do not lie in a plane of the machine.
-    pub(crate) fn tilts_plane(&self) -> bool {
-        self.offsets.tilt.is_some_and(|tilt| !tilt.keeps_plane())
     }
 
     fn path(&self) -> PathMode {
@@ -225,51 +198,12 @@ impl MotionFold {
         coords(&self.offsets.to_machine(&convert(program, self.units, Units::Mm)))
     }
 
-    /// What a rate is multiplied by: the spindle's speed if it is per revolution.
-    fn per_minute(&self, code: &'static str) -> Result<f64, Problem> {
-        match self.per_revolution {
-            false => Ok(1.0),
-            true if self.surface_speed => self.revolutions_are_known().map(|()| 0.0),
-            true if self.spindle_on && self.spindle_speed > 0.0 => Ok(self.spindle_speed),
-            true => Err(Problem::NoRevolutions { code }),
-        }
-    }
-
-    /// At constant surface speed the spindle's speed changes along the move.
-    fn revolutions_are_known(&self) -> Result<(), Problem> {
-        let what = "a feed per revolution at constant surface speed (G95 or G33 with G96)";
-        if self.surface_speed { Err(Problem::NoMotionFor { what }) } else { Ok(()) }
-    }
-
-    fn feed(&self, end: &Coords, code: &'static str) -> Result<Feed, Problem> {
-        if let Some(pitch_mm) = self.pitch_mm {
-            self.revolutions_are_known()?;
-            return match self.spindle_on && self.spindle_speed > 0.0 && pitch_mm != 0.0 {
-                true => Ok(Feed::MmPerMin(pitch_mm.abs() * self.spindle_speed)),
-                false => Err(Problem::NoRevolutions { code: "G33" }),
-            };
-        }
-        let per_minute = self.per_minute(code)?;
-        let moves = |index: usize| end.0[index] != self.at.0[index];
-        let linear = (0..9).any(|index| !is_angle(index) && moves(index));
-        let turns = (3..6).any(moves);
-        Ok(if linear || !turns { Feed::MmPerMin(self.rate_mm * per_minute) } else { Feed::RadPerMin(rad(self.rate_deg * per_minute)) })
-    }
-
-    fn arc_feed(&self) -> Result<Feed, Problem> {
-        Ok(Feed::MmPerMin(self.rate_mm * self.per_minute("G2 or G3")?))
-    }
-
-    fn circle(&self, arc: &ArcFeed) -> Result<Circle, Problem> {
-        let degrees = self.offsets.rotation_deg;
-        if arc.plane != Plane::Xy && (degrees != 0.0 || self.offsets.tilt.is_some()) {
-            return Err(Problem::RotatedArcPlane { plane: arc.plane.name(), degrees });
-        }
+    fn circle(&self, arc: &ArcFeed) -> Circle {
         let [first, second, _] = arc.plane.axes();
         let mut center = arc.position();
         (center[first], center[second]) = (arc.center[0], arc.center[1]);
         let center = self.machine(&center);
-        Ok(Circle { plane: arc.plane, center_mm: [center.0[first], center.0[second]], turns: arc.turns })
+        Circle { plane: arc.plane, center_mm: [center.0[first], center.0[second]], turns: arc.turns }
     }
 }
 

@@ -12,6 +12,9 @@ use std::f64::consts::TAU;
 /// How far the arcs may lie from the spline that they stand for, unless told otherwise.
 pub const SPLINE_TOLERANCE_MM: f64 = 0.001;
 
+/// Ends of an arc that are as near as this are one, program units.
+const SAME_PLACE: f64 = 1e-9;
+
 /// Most lines that stand for one arc of a tilted plane.
 const MOST_LINES: f64 = 1e6;
 
@@ -27,7 +30,7 @@ impl MotionFold {
     pub fn push_all(&mut self, sourced: &SourcedOp, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
         match &sourced.op {
             CanonicalOp::NurbsFeed(curve) => self.curve(curve, sourced.block, out),
-            CanonicalOp::ArcFeed(arc) if self.tilts_plane() => self.tilted_arc(arc, sourced.block, out),
+            CanonicalOp::ArcFeed(arc) if self.tilts(arc.plane) => self.tilted_arc(arc, sourced.block, out),
             CanonicalOp::RigidTap(end) => self.tap(*end, sourced.block, out),
             _ => {
                 out.extend(self.push(sourced)?);
@@ -71,11 +74,15 @@ impl MotionFold {
         Ok(())
     }
 
-    /// An arc in a tilted plane, as lines within the tolerance of splines.
+    /// An arc in a plane that is turned or tilted, as lines within the tolerance of splines.
     fn tilted_arc(&mut self, arc: &ArcFeed, block: BlockRef, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
-        let start = self.program_place();
+        let mut start = self.program_place();
         let end = arc.position();
         let [first, second, _] = arc.plane.axes();
+        // There and back through the machine's coordinates, the start of a full circle is its end but for rounding.
+        if (start[first] - end[first]).abs() + (start[second] - end[second]).abs() < SAME_PLACE {
+            (start[first], start[second]) = (end[first], end[second]);
+        }
         let from = [start[first] - arc.center[0], start[second] - arc.center[1]];
         let to = [end[first] - arc.center[0], end[second] - arc.center[1]];
         let radii = [math::hypot(from[0], from[1]), math::hypot(to[0], to[1])];

@@ -8,7 +8,7 @@ mod parts;
 use crate::tilt::Tilt;
 pub use lostmotion_base::Plane;
 use lostmotion_base::span::BlockRef;
-pub use parts::{ArcFeed, ControlPoint, NurbsFeed, OutputValue, PathControl, Position, StraightProbe, TextKind, Units, WaitFor};
+pub use parts::{ArcFeed, ControlPoint, NurbsFeed, OrientWay, OutputValue, PathControl, Position, StraightProbe, TextKind, Units, WaitFor};
 use serde::{Deserialize, Serialize};
 
 /// One action.
@@ -113,8 +113,10 @@ pub enum CanonicalOp {
         spindle: u8,
         /// The angle.
         degrees: f64,
-        /// 0: the shortest way, 1: clockwise, 2: counter-clockwise; in G87, 2 and 3 after M3 and M4.
-        way: u8,
+        /// Which way round.
+        way: OrientWay,
+        /// In the course of a boring cycle (G87), whose record has other numbers for the ways.
+        boring: bool,
     },
     /// Waits until the spindle has been turned to its angle, at most so many seconds.
     WaitOrient {

@@ -45,6 +45,29 @@ impl Units {
     }
 }
 
+/// Which way a spindle turns to an angle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OrientWay {
+    /// The shorter one.
+    Shortest,
+    /// Clockwise.
+    Clockwise,
+    /// Counter-clockwise.
+    CounterClockwise,
+}
+
+impl OrientWay {
+    /// P of M19.
+    pub const fn number(self) -> u8 {
+        match self {
+            OrientWay::Shortest => 0,
+            OrientWay::Clockwise => 1,
+            OrientWay::CounterClockwise => 2,
+        }
+    }
+}
+
 /// How closely the path is followed at corners.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum PathControl {

@@ -140,8 +140,6 @@ pub enum Problem {
     NegativeDwell { seconds: f64 },
     #[error("a dwell of {seconds} s, longer than the limit of {limit} s")]
     DwellTooLong { seconds: f64, limit: f64 },
-    #[error("an arc in the {plane} plane while the coordinate system is rotated about Z by {degrees} degrees")]
-    RotatedArcPlane { plane: &'static str, degrees: f64 },
     #[error("{code} while the spindle does not turn")]
     SpindleStopped { code: Code },
     #[error("{code} begins where it ends: there is nothing to probe")]

@@ -74,7 +74,6 @@ impl Problem {
             P::FeedTooLarge { .. } => "feed-too-large",
             P::NegativeDwell { .. } => "negative-dwell",
             P::DwellTooLong { .. } => "dwell-too-long",
-            P::RotatedArcPlane { .. } => "rotated-arc-plane",
             P::SpindleStopped { .. } => "spindle-stopped",
             P::ProbeTooShort { .. } => "probe-too-short",
             P::Curve { .. } | P::CurvePoints { .. } => "curve",

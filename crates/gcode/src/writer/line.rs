@@ -72,8 +72,9 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
         O::SelectTool(tool) if rest.first() == Some(&&O::StartChange) => {
             rest.get(1..).and_then(change).map(|ops| Line { text: format!("T{tool} M6"), ops: 2 + ops })
         }
-        O::OrientSpindle { spindle, degrees, way } => {
+        O::OrientSpindle { spindle, degrees, way, .. } => {
             let wait = rest.first().and_then(|next| if let O::WaitOrient { seconds, .. } = next { Some(*seconds) } else { None });
+            let way = way.number();
             let text =
                 format!("M19 R{degrees} P{way}{}{}", wait.map_or(String::new(), |seconds| format!(" Q{seconds}")), numbered(*spindle));
             Some(Line { text, ops: 1 + usize::from(wait.is_some()) })
@@ -87,15 +88,16 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
 /// A feed rate, on the line of its move if that follows.
 fn feed(rate: f64, inverse_time: Option<f64>, rest: &[&CanonicalOp], state: &State) -> Option<Line> {
     let next = rest.first().filter(|op| !matches!(op, CanonicalOp::StraightTraverse(_))).and_then(|op| motion(op, state));
+    let inverse = state.feed_mode == FeedMode::InverseTime;
     if let Some(per_minute) = inverse_time {
-        let mode = if state.feed_mode == FeedMode::InverseTime { "" } else { "G93 " };
+        let mode = if inverse { "" } else { "G93 " };
         return next.map(|motion| Line { text: format!("{mode}{motion} {}", word('F', per_minute)), ops: 2 });
     }
-    match next {
-        _ if state.feed_mode == FeedMode::InverseTime => Some(Line { text: "G94".to_owned(), ops: 1 }),
-        Some(motion) if rate > 0.0 => Some(Line { text: format!("{motion} {}", word('F', rate)), ops: 2 }),
-        _ => Some(Line { text: word('F', rate), ops: 1 }),
-    }
+    let (mode, rate) = (if inverse { "G94 " } else { "" }, word('F', rate));
+    Some(match next {
+        Some(motion) => Line { text: format!("{mode}{motion} {rate}"), ops: 2 },
+        None => Line { text: format!("{mode}{rate}"), ops: 1 },
+    })
 }
 
 /// How many operations end a tool change that has begun.
@@ -112,9 +114,13 @@ fn in_step(op: &CanonicalOp, pitch: f64, state: &State) -> Option<String> {
     }
 }
 
-/// How many operations M2 stands for: those that it makes itself, in its order, up to the end.
+/// How many operations M2 stands for: those that it makes itself, in its order, up to the end. Spindle and coolant are switched
+/// off by blocks of their own where they come first.
 fn end(ops: &[&CanonicalOp]) -> Option<usize> {
     use CanonicalOp as O;
+    if matches!(ops.first(), Some(O::StopSpindle { .. } | O::Mist(_) | O::Flood(_))) {
+        return None;
+    }
     let mut last = 0;
     for (index, op) in ops.iter().enumerate() {
         let rank = match op {

@@ -75,6 +75,8 @@ impl Resolver {
             O::SetG92Offset(offset) => self.offsets.g92 = *offset,
             O::SetXyRotation(degrees) => self.offsets.rotation_deg = *degrees,
             O::StopSpeedFeedSync => self.stop_sync = true,
+            // G94 and the like take F back; no move is made without another one.
+            O::SetFeedRate { rate: 0.0, inverse_time: None } => {}
             op => {
                 let op = self.resolved(op)?;
                 if self.settled.is_news(&op) {
@@ -104,6 +106,9 @@ impl Resolver {
             O::StraightProbe(probe) => {
                 let StraightProbe { end, stop, .. } = **probe;
                 O::StraightProbe(Box::new(StraightProbe { end: self.place(&end), stop: self.place(&stop), ..**probe }))
+            }
+            O::OrientSpindle { spindle, degrees, way, .. } => {
+                O::OrientSpindle { spindle: *spindle, degrees: *degrees, way: *way, boring: false }
             }
             O::RigidTap([x, y, z]) => {
                 let [x, y, z, ..] = self.place(&[*x, *y, *z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);

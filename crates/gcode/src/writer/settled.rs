@@ -10,13 +10,15 @@ pub(super) struct Settled {
 
 /// Kinds of settings that are remembered.
 const KINDS: usize = 17;
+/// That of feed rates.
+const RATE: usize = 1;
 
 /// The kind of an operation that only sets something; none for all others.
 fn kind(op: &CanonicalOp) -> Option<usize> {
     use CanonicalOp as O;
     Some(match op {
         O::UseLengthUnits(_) => 0,
-        O::SetFeedRate { .. } => 1,
+        O::SetFeedRate { .. } => RATE,
         O::SetFeedMode { .. } => 2,
         O::SelectPlane(_) => 3,
         O::SetMotionControlMode(_) => 4,
@@ -76,12 +78,22 @@ impl Settled {
         let lasting = !matches!(op, CanonicalOp::SetFeedRate { inverse_time: Some(_), .. });
         let news = slot.as_ref() != Some(op);
         *slot = lasting.then(|| op.clone());
+        if news && matches!(op, CanonicalOp::SetFeedMode { .. }) {
+            self.forget(RATE);
+        }
         news
+    }
+
+    /// The rate is of another kind, or gone.
+    fn forget(&mut self, kind: usize) {
+        if let Some(slot) = self.last.get_mut(kind) {
+            *slot = None;
+        }
     }
 
     /// In other units the same numbers mean something else.
     fn forget_lengths(&mut self) {
-        for kind in [1, 4, 5, 6, 16] {
+        for kind in [RATE, 4, 5, 6, 16] {
             if let Some(slot) = self.last.get_mut(kind) {
                 *slot = slot.take().filter(|op| matches!(op, CanonicalOp::StopSpeedFeedSync));
             }
