@@ -14,9 +14,12 @@
 //! [`ops::SourcedOp`]s. [`motion`] folds those into moves in machine coordinates.
 //!
 //! Under cutter compensation (G41, G42) a move is held back until the next one is known. Curves (G5, G5.1, G5.2) keep their
-//! control points and rigid tapping (G33.1) its end, but [`motion`] refuses both with an error. Probing moves and inputs
+//! control points and rigid tapping (G33.1) its end; [`MotionFold::push_all`] makes moves of them. Probing moves and inputs
 //! find nothing: see [`ops::StraightProbe`]. Subroutines in files come through a [`loader::SubroutineLoader`], and
 //! [`Interpreter::call_stacks`] tells which calls led to a block.
+//!
+//! Whoever has the lines instead of a file (a sender, an editor) gives them to a [`Feeder`] one at a time and gets what each
+//! does; [`Program::run_block`] reads a file block by block; [`Blocks`] only parses.
 
 pub mod blocks;
 pub mod canon;

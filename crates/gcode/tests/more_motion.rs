@@ -42,6 +42,19 @@ fn splines_keep_their_control_points() {
     assert_eq!(all.iter().map(|curve| curve.order).collect::<Vec<_>>(), [4, 4, 3]);
 }
 
+/// As recorded: the motion mode is the one before the spline.
+#[test]
+fn a_spline_leaves_the_motion_mode() {
+    for (mode, spline) in [("G0", "G5 X3 Y3 I0 J3 P1 Q-3"), ("G1", "G5 X3 Y3 I0 J3 P1 Q-3"), ("G0", "G5.1 X7 Y5 I1 J2")] {
+        let ops = ops(&format!("F100 {mode} X1\n{spline}\nX9\nM2\n"));
+        let moves: Vec<_> = ops.iter().filter(|op| matches!(op.op, CanonicalOp::StraightTraverse(_))).collect();
+        assert_eq!(moves.len(), if mode == "G0" { 2 } else { 0 }, "{mode} {spline}");
+    }
+    // A move between two splines ends the series.
+    let all = curves("F100 G1 X0\nG5 X3 Y3 I0 J3 P1 Q-3\nX5\nG5 X6 Y6 P1 Q1\nM2\n");
+    assert_eq!(all[1].points[0].at, all[1].points[1].at);
+}
+
 #[test]
 fn a_nurbs_has_weights_and_an_order() {
     let all = curves("F100 G5.2 P2 L4\nX1 Y1 P3\nX2 Y0 P1\nX3 Y0 P1\nG5.3\nM2\n");
@@ -59,6 +72,12 @@ fn what_is_wrong_with_a_curve_is_told() {
         ("F100 G5.2 X1 Y1\nG1 X4", "curve 2:1"),
         ("F100 G5.2 X1 Y1", "curve 2:1"),
         ("G5.1 X1 Y1 I1 J1", "no-feed 1:1"),
+        ("G18\nG0 @3", "polar 2:1"),
+        ("F100\nG81 X1 A1 Z-1 R1", "cycle 2:1"),
+        ("G4 P-1", "negative-dwell 1:1"),
+        ("M3\nG95 G1 X1 F1", "no-revolutions 2:5"),
+        ("S9 M3\nG95 F1\nG38.2 Z-1", "probe-feed 3:1"),
+        ("F100\nG82 X1 Z-1 R1 P-0.5", "negative-dwell 2:1"),
         ("F100 G18 G5.1 X1 I1 J1", "curve 1:10"),
         ("F100 G5 X1 Y1 I1 P1 Q1", "word-missing 1:6"),
         ("F100 G5 X1 Y1 P1 Q1\nX2 P1 Q1", "axis-without-code 2:1"),
@@ -72,7 +91,7 @@ fn what_is_wrong_with_a_curve_is_told() {
         ("G91 G0 @1", "polar 1:5"),
         ("G92 @1", "polar 1:1"),
         ("M72", "nothing-saved 1:1"),
-        ("M70\nM71\nM71", "nothing-saved 3:1"),
+        ("M70\nM71\nM71\nM72", "nothing-saved 4:1"),
         ("M66 P1 E1", "word-missing 1:1"),
         ("M66 P1 L3", "word-missing 1:1"),
         ("M62 P999", "word-out-of-range 1:1"),
@@ -112,6 +131,15 @@ fn the_last_pass_of_a_thread_is_at_full_depth() {
         assert!((depth - 0.2 * (index as f64 + 1.0).sqrt()).abs() < 1e-12);
     }
     assert!((depths[20] - 0.9).abs() < 1e-12);
+}
+
+/// As recorded: once a series of holes has begun, a higher R is reached on the way to its hole.
+#[test]
+fn a_higher_clearance_in_a_series_is_reached_on_the_way() {
+    let ends = traverses("F9 G0 Z3\nG99 G81 X1 Y1 Z-1 R1\nX2 R2\nG80\nM2\n");
+    assert_eq!(ends[1..], [[1.0, 1.0, 3.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [2.0, 1.0, 2.0], [2.0, 1.0, 2.0]]);
+    // From below the first one, straight up.
+    assert_eq!(traverses("F9\nG99 G81 X1 Y1 Z-1 R1\nM2\n")[..2], [[0.0, 0.0, 1.0], [1.0, 1.0, 1.0]]);
 }
 
 #[test]

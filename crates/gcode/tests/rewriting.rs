@@ -204,10 +204,10 @@ fn rates_stay_what_they_are_where_modes_change() {
 
 #[test]
 fn an_oriented_stop_of_a_boring_cycle_is_written() {
-    let text = "F100 S500 M4\nG87 X1 Y2 Z-5 R1 I0.5 J0 K-3\nM19 R90 P1 Q2\nM2\n";
+    let text = "F100 S500 M4\nG87 X1 Y2 Z-5 R1 I0.5 J0 K-3\nM19 R90 P1 Q2\nM4\nG33 Z-6 K1\nM2\n";
     let out = written(text.as_bytes(), &InterpreterConfig::default(), 1).unwrap();
     assert_eq!(out.matches("M19 R0 P2\n").count(), 2, "{out}");
-    assert!(out.contains("M19 R90 P1 Q2"), "{out}");
+    assert!(out.contains("M19 R90 P1 Q2\nM4\n"), "{out}");
 }
 
 #[test]

@@ -42,6 +42,19 @@ fn all_spindles_are_those_that_the_program_has_used() {
     assert_eq!(diagnostics.kept()[0].code(), "word-out-of-range");
 }
 
+/// As recorded: M19 takes back M3 and M4.
+#[test]
+fn an_oriented_spindle_does_not_turn() {
+    for (code, told) in [("G33 Z-1 K1", "spindle-stopped"), ("G84 X1 Z-1 R1", "cycle")] {
+        for orient in ["M19 R90", "M19 Q1"] {
+            let text = format!("F100 S100 M3\n{orient}\n{code}\nM2\n");
+            let diagnostics = Program::new(text.as_bytes(), InterpreterConfig::default()).finish();
+            assert_eq!(diagnostics.kept().first().map(|found| found.code()), Some(told), "{text}");
+            assert_eq!(Program::new(text.replace(orient, "M3").as_bytes(), InterpreterConfig::default()).finish().errors(), 0);
+        }
+    }
+}
+
 #[test]
 fn a_tap_turns_the_spindle_that_it_names() {
     for (code, on) in [("G84", "M3"), ("G74", "M4")] {

@@ -92,8 +92,7 @@ fn modal_motion(words: &Words, state: &State, has_axes: bool) -> Result<Option<&
     if has_axes {
         let axis = super::words::AXIS_LETTERS.into_iter().chain(*b"@^").find(|&letter| words.has(letter));
         return match modal {
-            // Splines have to be named on each line.
-            Some(row) if !matches!(row.code.tenths, 50 | 51) => Ok(Some(row)),
+            Some(row) => Ok(Some(row)),
             _ if state.motion_unknown => Ok(None),
             _ => Err((Problem::AxisWithoutCode, axis.map(|letter| words.text(letter)))),
         };

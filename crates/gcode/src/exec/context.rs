@@ -22,15 +22,12 @@ pub(crate) fn save(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     Ok(())
 }
 
-/// M71.
-pub(crate) fn forget(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    match exec.saved.last_mut() {
-        Some(level) if level.modes.is_some() => {
-            *level = Saved::default();
-            Ok(())
-        }
-        _ => Err(Problem::NothingSaved { code }),
+/// M71: whether there is something to forget or not.
+pub(crate) fn forget(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    if let Some(level) = exec.saved.last_mut() {
+        *level = Saved::default();
     }
+    Ok(())
 }
 
 /// M72.

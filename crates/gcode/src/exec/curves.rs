@@ -49,26 +49,24 @@ impl Exec<'_> {
 }
 
 /// G5: a cubic spline. I and J lead from its start to the first control point, P and Q from its end to the second; without
-/// I and J it goes on as the G5 before it ended.
+/// I and J it goes on as the G5 before it ended. The motion mode stays what it was (as recorded).
 pub(crate) fn cubic(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let before = exec.state.motion.replace(code);
+    let follows = exec.state.spline_exit.take().unwrap_or_default();
     let end = exec.curve_end(code)?;
     let [x, y, ..] = exec.state.current;
     let [p, q] = [exec.need(b'P', code, "P and Q")?, exec.need(b'Q', code, "P and Q")?];
-    let follows = if before == Some(code) { exec.state.spline_exit } else { [0.0; 2] };
     let [i, j] = match (exec.word(b'I'), exec.word(b'J')) {
         (Some(i), Some(j)) => [i, j],
         (None, None) => follows,
         _ => return Err(Problem::WordMissing { code, what: "both I and J, or neither" }),
     };
-    exec.state.spline_exit = [-p, -q];
+    exec.state.spline_exit = Some([-p, -q]);
     exec.spline(end, vec![plain([x, y]), plain([x + i, y + j]), plain([end[0] + p, end[1] + q]), plain([end[0], end[1]])]);
     Ok(())
 }
 
-/// G5.1: a quadratic spline. I and J lead from its start to the control point.
+/// G5.1: a quadratic spline. I and J lead from its start to the control point. The motion mode stays what it was.
 pub(crate) fn quadratic(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    exec.state.motion = Some(code);
     let end = exec.curve_end(code)?;
     let [x, y, ..] = exec.state.current;
     let [i, j] = [exec.need(b'I', code, "I and J")?, exec.need(b'J', code, "I and J")?];

@@ -3,7 +3,7 @@
 use super::Exec;
 use super::holes::Hole;
 use crate::codes::users;
-use crate::dialect::Leniency;
+use crate::dialect::{Dialect, Leniency};
 use crate::ops::{CanonicalOp, PathControl, Position};
 use crate::problem::{Code, Problem};
 use crate::state::{CycleWords, FeedMode};
@@ -22,6 +22,10 @@ pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         exec.state.motion = Some(code);
     }
     exec.check_feed(code)?;
+    // Other controls turn the part between holes.
+    if exec.config.dialect == Dialect::LinuxCnc && (3..6).any(|axis| exec.axis_word(axis).is_some()) {
+        return Err(Problem::Cycle { message: "a rotary axis in a canned cycle: turn it on a line of its own" });
+    }
     if exec.state.feed_mode == FeedMode::InverseTime {
         return Err(Problem::Cycle { message: "a canned cycle in inverse time feed (G93)" });
     }
@@ -87,7 +91,7 @@ impl Exec<'_> {
         let r = hole.r;
         self.check_moves(&hole, repeats)?;
         let target = self.target()?;
-        if began.min(start[normal]) < r {
+        if began < r {
             self.level(&hole, r, false);
         }
         let saved = self.state.path_control;
@@ -146,10 +150,11 @@ impl Exec<'_> {
         self.hole(&hole, &place)
     }
 
-    /// One hole: across to it at the present level, down to R, and what the cycle does.
+    /// One hole: across to it at the present level, or up to R on the way if that is higher (as recorded), down to R, and what the
+    /// cycle does.
     fn hole(&mut self, hole: &Hole, place: &Position) -> Result<(), Problem> {
         let mut above = *place;
-        above[hole.normal] = self.state.current[hole.normal];
+        above[hole.normal] = self.state.current[hole.normal].max(hole.r);
         self.check_target(&above)?;
         self.move_to(above, false);
         if above[hole.normal] != hole.r {

@@ -1,7 +1,7 @@
 //! Polar coordinates: @ is the distance from the origin of the XY plane, ^ the angle in degrees from X.
 
 use super::Exec;
-use crate::ops::Position;
+use crate::ops::{Plane, Position};
 use crate::problem::Problem;
 use lostmotion_base::math;
 use lostmotion_base::units::{deg, rad};
@@ -15,6 +15,10 @@ impl Exec<'_> {
         }
         if let Some(letter) = ['X', 'Y'].into_iter().find(|letter| self.words.has(*letter as u8)) {
             return Err(Problem::Polar { message: "and X or Y", letter });
+        }
+        // A plane that is selected on the line itself is in force for it; XY is meant all the same (as recorded).
+        if self.state.plane != Plane::Xy && !self.words.has_g(180) && !self.words.has_g(190) {
+            return Err(Problem::Polar { message: "outside the XY plane (G17)", letter: '@' });
         }
         if self.words.has_g(530) {
             return Err(Problem::Polar { message: "with G53", letter: '@' });

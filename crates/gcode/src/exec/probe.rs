@@ -3,6 +3,7 @@
 use super::Exec;
 use crate::ops::{CanonicalOp, StraightProbe, Units};
 use crate::problem::{Code, Problem};
+use crate::state::FeedMode;
 
 /// How far before its end a probing move is taken to stop, as in LinuxCNC's stand-alone interpreter: 0.254 mm.
 const STOP_MM: f64 = 0.254;
@@ -21,6 +22,9 @@ pub(crate) fn probe(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let start = exec.state.current;
     exec.state.current = end;
     exec.check_feed(code)?;
+    if exec.state.feed_mode == FeedMode::PerRevolution {
+        return Err(Problem::ProbeFeed { code });
+    }
     let must = code.tenths.is_multiple_of(2);
     let ways: [f64; 9] = std::array::from_fn(|axis| end[axis] - start[axis]);
     if must && ways.iter().all(|way| way.abs() < SHORTEST) {

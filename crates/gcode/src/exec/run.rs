@@ -10,6 +10,9 @@ use crate::state::FeedMode;
 use crate::syntax::Text;
 use crate::syntax::evaluate::whole;
 
+/// G5, which goes on as the one before it ended.
+const CUBIC: Code = Code { letter: 'G', tenths: 50 };
+
 impl Exec<'_> {
     /// Carries the block out.
     pub(crate) fn run(&mut self) -> Result<(), (Problem, Option<Text>)> {
@@ -45,6 +48,9 @@ impl Exec<'_> {
         }
         if self.state.nurbs.is_some() && row.group != Group::Stop && !matches!(row.code, Code { letter: 'G', tenths: 52 | 53 }) {
             return Err(Problem::Curve { code: row.code, message: "cannot stand between G5.2 and G5.3" });
+        }
+        if row.group == Group::Motion && row.code != CUBIC {
+            self.state.spline_exit = None;
         }
         (row.action)(self, row.code)
     }

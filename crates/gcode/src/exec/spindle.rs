@@ -41,7 +41,12 @@ pub(crate) fn orient(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let way = way.ok_or(Problem::WordOutOfRange { code, letter: 'P', value, allowed: "0, 1 or 2" })?;
     let turns = exec.word(b'R').is_some() || exec.word(b'P').is_some();
     let wait = exec.word(b'Q');
-    for spindle in spindles.filter(|_| turns) {
+    for spindle in spindles {
+        // It does not turn any more, which is what the moves that follow it need.
+        exec.spindle_state(spindle).clockwise = None;
+        if !turns {
+            continue;
+        }
         exec.emit(CanonicalOp::OrientSpindle { spindle, degrees, way, boring: false });
     }
     match wait {

@@ -93,6 +93,15 @@ impl Exec<'_> {
                 Some(f) if f > 0.0 => Ok(()),
                 _ => Err(Problem::NoInverseTimeFeed { code }),
             },
+            FeedMode::PerRevolution if self.state.spindle.speed == 0.0 && !self.state.feed_missed => {
+                self.state.feed_missed = true;
+                match code.tenths {
+                    10 => Err(Problem::NoRevolutions { code: "G1" }),
+                    20 => Err(Problem::NoRevolutions { code: "G2" }),
+                    30 => Err(Problem::NoRevolutions { code: "G3" }),
+                    _ => Ok(()),
+                }
+            }
             _ if self.state.feed > 0.0 || self.state.feed_missed => Ok(()),
             _ => {
                 // Said once: the following moves lack the same F.

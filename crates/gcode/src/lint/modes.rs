@@ -20,7 +20,7 @@ impl Modes {
         if let Some(settled) = self.settled.get_mut(group).filter(|settled| !**settled) {
             *settled = true;
             let what = GROUPS.get(group).map_or("mode", |group| group.name());
-            found.add(rule, event.place, format!("the {what} has not been set before this block moves"), &[], rule.advice);
+            found.add(rule, event.place, format!("this block moves, and nothing has set the {what} before it"), &[], rule.advice);
         }
     }
 }

@@ -14,7 +14,6 @@ impl Problem {
             | Problem::UnsetParameter { .. }
             | Problem::NoToolTable { .. }
             | Problem::FeedBeforeUnits { .. }
-            | Problem::NegativeDwell { .. }
             | Problem::EndlessMain
             | Problem::Lenient { .. }
             | Problem::SpindleAssumed

@@ -102,6 +102,8 @@ pub enum Problem {
     NoInverseTimeFeed { code: Code },
     #[error("{code} in feed per revolution (G95) while the spindle does not turn")]
     NoRevolutions { code: &'static str },
+    #[error("{code} in feed per revolution (G95)")]
+    ProbeFeed { code: Code },
     #[error("radius to start {start_radius:.4} {unit}, to end {end_radius:.4} {unit}, which differ by {difference:.4}")]
     ArcRadii { start_radius: f64, end_radius: f64, difference: f64, unit: &'static str, center_absolute: bool },
     #[error("the arc's radius is {radius} {unit}, smaller than {least} {unit}")]

@@ -54,6 +54,7 @@ impl Problem {
             P::NoFeed { .. } => "no-feed",
             P::FeedBeforeUnits { .. } => "feed-before-units",
             P::NoInverseTimeFeed { .. } => "no-inverse-time-feed",
+            P::ProbeFeed { .. } => "probe-feed",
             P::NoRevolutions { .. } => "no-revolutions",
             P::ArcRadii { .. } => "arc-radii",
             P::ArcTooSmall { .. } => "arc-too-small",

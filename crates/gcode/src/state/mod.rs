@@ -58,7 +58,7 @@ pub struct State {
     /// Cutter compensation has just ended: the next move has to be straight.
     pub arc_not_allowed: bool,
     /// Where the last G5 leads on to.
-    pub spline_exit: [f64; 2],
+    pub spline_exit: Option<[f64; 2]>,
     /// The NURBS block that has begun (G5.2).
     pub nurbs: Option<Box<NurbsDraft>>,
     /// A corner to be rounded or chamfered when the next move is known.
@@ -146,7 +146,7 @@ impl State {
             diameter: false,
             compensation: None,
             arc_not_allowed: false,
-            spline_exit: [0.0; 2],
+            spline_exit: None,
             nurbs: None,
             corner: None,
             corner_exit: None,

@@ -12,6 +12,8 @@ pub(super) struct Settled {
 const KINDS: usize = 17;
 /// That of feed rates.
 const RATE: usize = 1;
+/// That of the first spindle's turning.
+const TURNING: usize = 9;
 
 /// The kind of an operation that only sets something; none for all others.
 fn kind(op: &CanonicalOp) -> Option<usize> {
@@ -26,7 +28,7 @@ fn kind(op: &CanonicalOp) -> Option<usize> {
         O::UseToolLengthOffset(_) => 6,
         O::SetSpindleSpeed { spindle: 0, .. } => 7,
         O::SetSpindleMode { spindle: 0, .. } => 8,
-        O::StartSpindle { spindle: 0, .. } | O::StopSpindle { spindle: 0 } => 9,
+        O::StartSpindle { spindle: 0, .. } | O::StopSpindle { spindle: 0 } => TURNING,
         O::Mist(_) => 10,
         O::Flood(_) => 11,
         O::FeedOverride(_) => 12,
@@ -72,6 +74,10 @@ impl Settled {
     pub(super) fn is_news(&mut self, op: &CanonicalOp) -> bool {
         if matches!(op, CanonicalOp::UseLengthUnits(_)) && kind(op).is_some_and(|kind| self.last.get(kind) != Some(&Some(op.clone()))) {
             self.forget_lengths();
+        }
+        // A spindle that has been turned to an angle stands still.
+        if matches!(op, CanonicalOp::OrientSpindle { spindle: 0, .. } | CanonicalOp::WaitOrient { spindle: 0, .. }) {
+            self.forget(TURNING);
         }
         let Some(slot) = kind(op).and_then(|kind| self.last.get_mut(kind)) else { return true };
         // The rate of an inverse time holds for one move.
