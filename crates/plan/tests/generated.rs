@@ -3,58 +3,10 @@
 
 mod common;
 
+use common::generate::{Dice, plain, program, varied};
 use common::{LIMITS, Program, assert_limits, cartesian, continuous, deviation, run, three_axes};
 use lostmotion_base::{Coords, math};
 use lostmotion_plan::{PathControl, PlanItem, Sample};
-
-/// Numbers that look random (PCG's multiplier and increment).
-struct Dice(u64);
-
-impl Dice {
-    /// From 0 to 1.
-    fn roll(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.roll()
-    }
-}
-
-/// Short runs, arcs, long and tiny lines, near reversals, what does not move; about 20 moves.
-fn program(seed: u64, control: PathControl, feed: f64) -> Program {
-    let mut dice = Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
-    let mut program = Program::new(control, feed);
-    let mut heading = 0.0;
-    for _ in 0..5 {
-        let kind = dice.roll();
-        let [x, y, z] = program.here.linear();
-        let (sin, cos) = math::sin_cos(heading);
-        if kind < 0.4 {
-            let (h, bend, noise) = (dice.between(0.02, 0.6), dice.between(-0.05, 0.05), dice.between(0.0, 0.003));
-            for _ in 0..12 {
-                heading += bend * dice.roll();
-                let [x, y, z] = program.here.linear();
-                let (sin, cos) = math::sin_cos(heading);
-                program.line(x + h * cos - noise * sin * dice.roll(), y + h * sin + noise * cos * dice.roll(), z + 0.1 * h);
-            }
-        } else if kind < 0.6 {
-            let (r, sweep) = (dice.between(0.1, 15.0), dice.between(0.2, 3.0));
-            program.arc(-r * sin, r * cos, sweep);
-            heading += sweep;
-        } else if kind < 0.8 {
-            let length = [1e-7, 0.004, 0.3, 8.0][(dice.roll() * 4.0) as usize];
-            program.line(x + length * cos, y + length * sin, z);
-            program.line(x + length * cos, y + length * sin, z);
-        } else {
-            heading += dice.between(-std::f64::consts::PI, std::f64::consts::PI);
-            let (sin, cos) = math::sin_cos(heading);
-            program.line(x + 12.0 * cos, y + 12.0 * sin, z + dice.between(-4.0, 4.0));
-        }
-    }
-    program
-}
 
 fn seconds(samples: &[Sample]) -> f64 {
     (samples.len() - 1) as f64 * 1e-3
@@ -119,7 +71,7 @@ fn more_freedom_is_hardly_slower() {
 #[test]
 fn noise_hardly_costs_time() {
     let sine = |noise: f64| {
-        let (mut dice, mut program) = (Dice(7), Program::new(continuous(0.01), 100.0));
+        let (mut dice, mut program) = (Dice::seeded(7), Program::new(continuous(0.01), 100.0));
         for i in 1..=600 {
             let x = 0.2 * f64::from(i);
             program.line(x, 0.0, 2.0 * math::sin(0.314 * x) + noise * dice.between(-1.0, 1.0));

@@ -67,7 +67,7 @@ fn refine(section: &Section<'_>) -> Option<Vec<Knot>> {
     for _ in 0..=REPAIRS {
         let mut c = start.clone();
         problem.solve(&mut c, FIRST * step_s, LAST * step_s, STEPS);
-        let knots = knots(base, &grid, &c, (from, to));
+        let knots = knots(base, &grid, &c, (from, to))?;
         if repaired(section, &mut problem, &grid, &knots)? {
             return Some(knots);
         }
@@ -131,11 +131,11 @@ fn start(base: &[Knot], grid: &Grid, states: &[Motion], (from, to): (f64, f64)) 
 }
 
 /// The base up to where it was changed, what replaces it, and the rest of the base after it.
-fn knots(base: &[Knot], grid: &Grid, c: &[f64], (from, to): (f64, f64)) -> Vec<Knot> {
+fn knots(base: &[Knot], grid: &Grid, c: &[f64], (from, to): (f64, f64)) -> Option<Vec<Knot>> {
     let mut out: Vec<Knot> = base.iter().copied().take_while(|knot| knot.t < from).collect();
     let mut t = from;
     for interval in 0..grid.len() {
-        let [first, second, end] = grid.knots(c, interval, t);
+        let [first, second, end] = grid.knots(c, interval, t)?;
         out.extend([first, second]);
         t = end.t;
     }
@@ -145,7 +145,7 @@ fn knots(base: &[Knot], grid: &Grid, c: &[f64], (from, to): (f64, f64)) -> Vec<K
         out.push(Knot { t, s: state.s, v: state.v, a: state.a, j: knot.j });
     }
     out.extend(base.iter().skip(index + 1).map(|knot| Knot { t: knot.t + (t - to), ..*knot }));
-    out
+    Some(out)
 }
 
 /// Whether the motion keeps every limit; where it does not, the goals become stricter.
