@@ -3,9 +3,9 @@
 
 mod common;
 
-use common::generate::{Dice, plain, program, varied};
+use common::generate::{Case, Dice, plain, program, varied};
 use common::{LIMITS, Program, assert_limits, cartesian, continuous, deviation, run, three_axes};
-use lostmotion_base::{Coords, math};
+use lostmotion_base::{Clock, Coords, math};
 use lostmotion_plan::{PathControl, PlanItem, Sample};
 
 fn seconds(samples: &[Sample]) -> f64 {
@@ -13,29 +13,37 @@ fn seconds(samples: &[Sample]) -> f64 {
 }
 
 /// Judges the plans of some programs from the outside; returns how many samples there were.
-fn judge(seeds: std::ops::Range<u64>) -> u64 {
-    let mut count = 0;
-    for seed in seeds {
-        let tolerance = [0.002, 0.01, 0.05][(seed % 3) as usize];
-        let program = program(seed, continuous(tolerance), 20.0 + (seed % 7) as f64 * 20.0);
-        let samples = program.run();
-        count += samples.len() as u64;
-        assert_limits(&samples, &[Some(LIMITS); 3]);
-        let worst = deviation(&samples, &program.moves);
-        assert!(worst <= tolerance + 1e-8, "program {seed}: {worst} of {tolerance}");
-    }
-    count
+fn judge(cases: impl Iterator<Item = Case>, clock: Option<Clock>) -> usize {
+    let judged = cases.enumerate().map(|(number, case)| {
+        let clock = clock.unwrap_or(case.config.clock);
+        let samples = case.run(clock);
+        assert_eq!(case.faults(clock, &samples), Vec::<String>::new(), "program {number}");
+        samples.len()
+    });
+    judged.sum()
 }
 
 #[test]
 fn every_limit_holds() {
-    assert!(judge(0..60) > 10_000);
+    assert!(judge((0..200).map(plain), None) > 100_000);
+}
+
+/// Where motion nearly stands still between two stops, a time law in the square of the speed had no motion to give.
+#[test]
+fn every_limit_holds_near_a_standstill() {
+    assert!(judge([1055, 1209, 1451, 1865, 2329, 2605, 2713].into_iter().map(plain), None) > 1000);
 }
 
 #[test]
-#[ignore = "minutes; for changes of the planner"]
-fn every_limit_holds_on_many() {
-    println!("{} samples", judge(1000..41_000));
+fn every_limit_holds_on_machines_of_all_kinds() {
+    assert!(judge((0..60).map(varied), None) > 10_000);
+}
+
+/// Between the samples, too: the same motion sampled twenty times as often.
+#[test]
+fn every_limit_holds_between_the_samples() {
+    let clock = Clock::from_nanos(50_000);
+    assert!(judge((300..310).map(plain), clock) > 50_000);
 }
 
 /// Times with more freedom by those with less, the largest.

@@ -15,6 +15,7 @@
 mod average;
 mod band;
 mod barrier;
+mod certificate;
 mod course;
 mod cut;
 mod dilate;
@@ -23,8 +24,8 @@ mod node;
 mod peaks;
 pub(crate) mod refined;
 mod scan;
+mod spans;
 mod spline;
-mod usage;
 
 pub(crate) use average::average;
 pub(crate) use cut::last_cut;

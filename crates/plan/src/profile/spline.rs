@@ -74,20 +74,21 @@ impl Grid {
             let first = (dv - (2.0 * from.a + 0.5 * da) * half) / (half * half);
             [first, da / half - first]
         };
-        let middle = |half: f64, j: f64| Knot { t: 0.0, s: from.s, v: from.v, a: from.a, j }.at(half);
+        // Places from the start of the interval, so that far along the path no digits are lost.
+        let middle = |half: f64, j: f64| Knot { t: 0.0, s: 0.0, v: from.v, a: from.a, j }.at(half);
         let mut half = ds / (from.v + to.v);
         for _ in 0..TIME_STEPS {
             let [first, second] = jerks(half);
             let m = middle(half, first);
             let end = Knot { t: 0.0, s: m.s, v: m.v, a: m.a, j: second }.at(half);
-            let step = (to.s - end.s) / (from.v + to.v);
+            let step = (ds - end.s) / (from.v + to.v);
             half += step;
             if step.abs() <= CONVERGED * half {
                 let [first, second] = jerks(half);
                 let m = middle(half, first);
                 return (m.v > 0.0).then_some([
                     Knot { t, s: from.s, v: from.v, a: from.a, j: first },
-                    Knot { t: t + half, s: m.s, v: m.v, a: m.a, j: second },
+                    Knot { t: t + half, s: from.s + m.s, v: m.v, a: m.a, j: second },
                     Knot { t: t + 2.0 * half, s: to.s, v: to.v, a: to.a, j: 0.0 },
                 ]);
             }
