@@ -14,8 +14,8 @@ use lostmotion_base::AXES;
 pub(super) const KEPT: f64 = 1.0 + 1e-6;
 /// How often a stretch is halved.
 const HALVINGS: u32 = 10;
-/// Steps towards the time at which a piece begins.
-const STEPS: usize = 60;
+/// What lasts no longer is rounding of where pieces and knots meet, s: no jerk changes an acceleration in that time.
+const INSTANT_S: f64 = 1e-10;
 
 /// Parts that are used of the limits of velocity (feed included), acceleration and jerk.
 pub(super) type Used = [f64; 3];
@@ -23,9 +23,9 @@ pub(super) type Used = [f64; 3];
 /// A joint's velocity, acceleration and jerk.
 type State = [[f64; 3]; AXES];
 
-/// Goes along a section.
+/// Goes along a section and bounds what a motion over it uses.
 #[derive(Debug)]
-pub(super) struct Certificate<'a> {
+pub(crate) struct Certificate<'a> {
     section: &'a Section<'a>,
     course: Course<'a>,
 }
@@ -46,7 +46,7 @@ fn worse(a: Used, b: Used) -> Used {
 }
 
 impl<'a> Certificate<'a> {
-    pub(super) fn new(section: &'a Section<'a>) -> Certificate<'a> {
+    pub(crate) fn new(section: &'a Section<'a>) -> Certificate<'a> {
         Certificate { section, course: Course::new(section) }
     }
 
@@ -58,9 +58,11 @@ impl<'a> Certificate<'a> {
             self.course.find(pair[0].s);
             while from < pair[1].t {
                 // Up to where the next piece begins.
-                let to = self.course.next().map_or(pair[1].t, |next| time_at(&pair[0], next, from, pair[1].t));
-                let (left, right) = (self.end(&pair[0], from)?, self.end(&pair[0], to)?);
-                most = worse(most, self.stretch(&pair[0], &left, &right, HALVINGS)?);
+                let to = self.course.next().map_or(pair[1].t, |next| pair[0].time_at(next, from, pair[1].t));
+                if to - from > INSTANT_S {
+                    let (left, right) = (self.end(&pair[0], from)?, self.end(&pair[0], to)?);
+                    most = worse(most, self.stretch(&pair[0], &left, &right, HALVINGS)?);
+                }
                 if to >= pair[1].t {
                     break;
                 }
@@ -69,6 +71,24 @@ impl<'a> Certificate<'a> {
             }
         }
         Some(most)
+    }
+
+    /// Whether a motion over the whole section keeps every limit. What the bounds of whole intervals tell is looked at first,
+    /// since on most of a long path that is enough.
+    pub(crate) fn holds(&mut self, knots: &[Knot]) -> bool {
+        let mut first = 0;
+        let intervals = self.section.intervals;
+        for pair in knots.windows(2) {
+            while intervals.get(first).is_some_and(|interval| interval.end <= pair[0].s) {
+                first += 1;
+            }
+            let under = intervals[first.min(intervals.len())..].iter().take_while(|interval| interval.start < pair[1].s);
+            let coarse = under.clone().all(|interval| self.section.machine.keeps(&interval.demand, pair, KEPT));
+            if !coarse && self.most(pair).is_none_or(|used| used.iter().any(|part| *part > KEPT)) {
+                return false;
+            }
+        }
+        true
     }
 
     fn end(&self, knot: &Knot, t: f64) -> Option<End> {
@@ -145,26 +165,66 @@ impl<'a> Certificate<'a> {
     }
 }
 
-/// When a motion that goes forward is at a place, between two times.
-fn time_at(knot: &Knot, s: f64, from: f64, to: f64) -> f64 {
-    if knot.at(to).s <= s {
-        return to;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::condition::{Piece, Programmed};
+    use crate::machine::Machine;
+    use crate::{FeedLimit, Move, PathControl};
+    use lostmotion_base::{AxisLimits, BlockRef, Coords};
+    use lostmotion_kinematics::{KinematicsSpec, build};
+    use lostmotion_path::{Arc, ArcSpec, Curve, Plane, Quintic};
+    use std::collections::VecDeque;
+
+    fn piece(curve: Curve) -> Piece {
+        let Move { control, tool_mm, block, .. } =
+            Move { curve, feed: FeedLimit::Rapid, control: PathControl::ExactPath, tool_mm: [0.0; 3], block: BlockRef::default() };
+        let length = curve.length();
+        Programmed { curve, length, feed: 200.0, control, tool_mm, segment: 0, block }.part(0.0, length)
     }
-    let (mut low, mut high) = (from, to);
-    let mut t = 0.5 * (from + to);
-    for _ in 0..STEPS {
-        let motion = knot.at(t);
-        if motion.s <= s {
-            low = t
-        } else {
-            high = t
-        }
-        let newton = t - (motion.s - s) / motion.v;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        if (next - t).abs() <= f64::EPSILON * to {
-            return next.max(low);
-        }
-        t = next;
+
+    fn curves() -> Vec<Curve> {
+        let height = [0.0, 0.3, -0.2, 0.9, 0.1, 0.5];
+        let points = std::array::from_fn(|k| Coords::xyz(0.4 * k as f64, height[k], -height[5 - k]));
+        let start = Coords::xyz(2.0, 0.5, 0.0);
+        let arc = |end, center| Arc::new(ArcSpec { start, end, plane: Plane::Xy, center, rotation: 1 }).map(Curve::Arc);
+        let mut curves: Vec<Curve> = Quintic::from_control_points(points, 2.0).map(Curve::Quintic).into_iter().collect();
+        curves.extend(arc(Coords::xyz(0.0, 0.5, 0.3), [1.0, 0.5]));
+        curves.extend(arc(Coords::xyz(-0.3, 0.5, 0.3), [1.0, 0.5]));
+        curves.push(Curve::line(start, Coords::xyz(3.0, 1.5, 2.0)));
+        curves
     }
-    high
+
+    /// Differences of densely sampled places never pass the bounds, which are not far above them.
+    #[test]
+    fn bounds_hold_between_and_are_tight() {
+        let limits = AxisLimits { min: -1e3, max: 1e3, velocity: 20.0, acceleration: 900.0, jerk: 60_000.0 };
+        let mut all = [None; AXES];
+        all[..3].fill(Some(limits));
+        let machine = Machine::new(&all);
+        let kinematics = build(&KinematicsSpec { kind: "cartesian".into(), ..KinematicsSpec::default() });
+        let Ok(kinematics) = kinematics else { return assert!(kinematics.is_ok()) };
+        assert_eq!(curves().len(), 4);
+        let h = 5e-5;
+        for curve in curves() {
+            let pieces: VecDeque<(f64, Piece)> = [(0.0, piece(curve))].into();
+            let section = Section { machine: &machine, kinematics: kinematics.as_ref(), pieces: &pieces, intervals: &[], base: &[] };
+            for (v, a, j) in [(8.0, 0.0, 0.0), (4.0, 60.0, -900.0), (9.0, -80.0, 2000.0), (0.5, 0.0, 4000.0)] {
+                let knot = Knot { t: 0.0, s: 0.2, v, a, j };
+                let end = Knot { t: 0.06, ..Knot::default() };
+                let Motion { s, v, a } = knot.at(end.t);
+                let used = Certificate::new(&section).most(&[knot, Knot { s, v, a, ..end }]);
+                let bound = used.unwrap_or([0.0; 3]);
+                let mut q: Vec<Coords> = (0..=1200).map(|k| curve.point(knot.at(h * f64::from(k)).s)).collect();
+                for (kind, limit) in [limits.velocity, limits.acceleration, limits.jerk].into_iter().enumerate() {
+                    q = q.windows(2).map(|pair| (pair[1] - pair[0]) * (1.0 / h)).collect();
+                    let most = q.iter().flat_map(|q| q.0).fold(0.0_f64, |most, q| most.max(q.abs())) / limit;
+                    let (low, high) = (most * (1.0 - 1e-5) - 1e-5, most.max(1.0) * 1.01);
+                    assert!(low <= bound[kind], "{curve:?} {knot:?}: {} of {most} in order {kind}", bound[kind]);
+                    // A bound is only made as tight as it has to be to stay within the limit.
+                    assert!(bound[kind] <= high, "{curve:?} {knot:?}: {} of {most} in order {kind}", bound[kind]);
+                }
+            }
+        }
+    }
 }

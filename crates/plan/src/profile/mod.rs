@@ -28,6 +28,7 @@ mod spans;
 mod spline;
 
 pub(crate) use average::average;
+pub(crate) use certificate::Certificate;
 pub(crate) use cut::last_cut;
 pub(crate) use dilate::Cell;
 use dilate::Dilated;
