@@ -2,6 +2,7 @@
 
 pub(crate) mod drives;
 pub(crate) mod front;
+pub(crate) mod interventions;
 pub(crate) mod machine;
 pub(crate) mod part;
 pub(crate) mod run;

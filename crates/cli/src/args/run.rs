@@ -2,6 +2,7 @@
 
 use super::Format;
 use super::drives::Drives;
+use super::interventions::Interventions;
 use super::part::OnMachine;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -13,6 +14,11 @@ pub(crate) struct Run {
     pub(crate) on: OnMachine,
     #[command(flatten)]
     pub(crate) drives: Drives,
+    #[command(flatten)]
+    pub(crate) interventions: Interventions,
+    /// How much trouble to take over the time
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) quality: Quality,
     /// Tolerance of the contour error in micrometres; the machine's, if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) tolerance_um: Option<f64>,
@@ -66,11 +72,23 @@ pub(crate) enum Quality {
     Optimal,
 }
 
+impl Quality {
+    /// As the planner has it.
+    pub(crate) fn of_planner(self) -> lostmotion::plan::Quality {
+        match self {
+            Quality::Fast => lostmotion::plan::Quality::Fast,
+            Quality::Optimal => lostmotion::plan::Quality::Optimal,
+        }
+    }
+}
+
 /// `plan`.
 #[derive(Debug, Args)]
 pub(crate) struct Plan {
     #[command(flatten)]
     pub(crate) on: OnMachine,
+    #[command(flatten)]
+    pub(crate) interventions: Interventions,
     /// Time from row to row, 0.25 to 8 ms; the machine's command cycle, if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) command_ms: Option<f64>,

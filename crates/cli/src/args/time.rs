@@ -1,7 +1,9 @@
 //! Arguments of `time`.
 
 use super::Format;
+use super::interventions::Interventions;
 use super::part::OnMachine;
+use super::run::Quality;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -10,6 +12,11 @@ use std::path::PathBuf;
 pub(crate) struct Time {
     #[command(flatten)]
     pub(crate) on: OnMachine,
+    #[command(flatten)]
+    pub(crate) interventions: Interventions,
+    /// How much trouble to take over the time
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) quality: Quality,
     /// How many of the blocks that take longest to list
     #[arg(long, value_name = "N", default_value_t = 10)]
     pub(crate) top: usize,

@@ -2,12 +2,12 @@
 
 use super::{DONE, accepted, failure};
 use crate::args::drives::Cycles as Given;
-use crate::args::run::{self, Plan};
+use crate::args::run::Plan;
 use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{drives, input};
 use lostmotion::axis::config::Cycles;
-use lostmotion::plan::{Quality, Sample};
+use lostmotion::plan::Sample;
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::PlanWriter;
 use lostmotion::report::{WriteError, number};
@@ -29,11 +29,8 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
     let create = AtomicFile::create(&args.out)?;
     let mut writer = PlanWriter::new(create, machine.axis_set(), machine.rotary_joints(), machine.cycles().command()).map_err(unwritten)?;
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
-    let quality = match args.quality {
-        run::Quality::Fast => Quality::Fast,
-        run::Quality::Optimal => Quality::Optimal,
-    };
-    let options = SimulateOptions { quality, ..args.on.options(&machine, SimulateOptions::default())? };
+    let (quality, interventions) = (args.quality.of_planner(), args.interventions.read()?);
+    let options = SimulateOptions { quality, interventions, ..args.on.options(&machine, SimulateOptions::default())? };
     let info = lostmotion::sim::plan(&program, &machine, &options, &mut sink).map_err(|error| match error {
         SimError::Sink(why) => Failure::message(format!("cannot write {}: {why}", args.out.display())),
         other => failure(&program, &other, voice),

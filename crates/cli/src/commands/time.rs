@@ -53,7 +53,8 @@ pub(crate) fn run(args: &Time, voice: Voice) -> Result<u8, Failure> {
     }
     let program = input::program(&args.on.part)?;
     let machine = args.on.machine()?;
-    let options = SimulateOptions { threads: args.threads.unwrap_or(0), ..SimulateOptions::default() };
+    let (quality, interventions) = (args.quality.of_planner(), args.interventions.read()?);
+    let options = SimulateOptions { threads: args.threads.unwrap_or(0), quality, interventions, ..SimulateOptions::default() };
     let options = args.on.options(&machine, options)?;
     let wanted = TimeOptions {
         keep_blocks: args.top,
