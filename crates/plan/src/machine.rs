@@ -213,6 +213,19 @@ impl Machine {
         a
     }
 
+    /// Largest acceleration at a speed squared, whatever its jerk.
+    pub(crate) fn pull(&self, demand: &Demand, b: f64) -> f64 {
+        let mut a = NO_LIMIT;
+        for joint in &self.joints {
+            let [c1, c2] = [0, 1].map(|order| demand.d[order][joint.index]);
+            let room = joint.a - c2 * b;
+            if c1 * a > room {
+                a = room.max(0.0) / c1;
+            }
+        }
+        a
+    }
+
     /// Whether [`Machine::acceleration`] allows so much.
     pub(crate) fn allows(&self, demand: &Demand, direction: Direction, cap: f64, v: f64, window_s: f64, a: f64) -> bool {
         self.joints.iter().all(|joint| {

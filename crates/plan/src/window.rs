@@ -154,7 +154,7 @@ impl Window {
     /// The motion over a final part of the profile; none if it does not keep every limit.
     fn timed(&self, machine: &Machine, kinematics: &dyn Kinematics, nodes: &[Node], complete: bool) -> Option<Vec<Knot>> {
         let base = average(nodes, self.window_s, complete);
-        let section = Section { machine, kinematics, pieces: &self.pieces, intervals: &self.intervals, base: &base };
+        let section = Section { machine, kinematics, pieces: &self.pieces, intervals: &self.intervals, nodes, base: &base };
         Certificate::new(&section).holds(&base).then(|| self.law.plan(&section))
     }
 

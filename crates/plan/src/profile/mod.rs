@@ -19,6 +19,7 @@ mod certificate;
 mod course;
 mod cut;
 mod dilate;
+mod ideal;
 pub(crate) mod law;
 mod node;
 mod peaks;
