@@ -7,7 +7,7 @@ use super::{Interval, Node};
 use crate::machine::Machine;
 
 /// The highest profile that keeps velocity, feed and acceleration of every joint, between two speeds squared.
-pub(super) fn ideal(machine: &Machine, intervals: &[Interval], from: Node, to: Node) -> Vec<Node> {
+pub(crate) fn ideal(machine: &Machine, intervals: &[Interval], from: Node, to: Node) -> Vec<Node> {
     let first = intervals.partition_point(|interval| interval.end <= from.s);
     let past = intervals.partition_point(|interval| interval.start < to.s);
     let intervals = &intervals[first.min(past)..past];

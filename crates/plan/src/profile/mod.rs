@@ -32,6 +32,7 @@ pub(crate) use average::average;
 pub(crate) use certificate::Certificate;
 pub(crate) use cut::last_cut;
 pub(crate) use dilate::Cell;
+pub(crate) use ideal::ideal;
 use dilate::Dilated;
 pub(crate) use law::{Knot, Motion, Profile, Section, TimeLaw};
 pub(crate) use node::{Node, duration_s};
