@@ -155,6 +155,20 @@ impl Machine {
         Machine { joints: joints.collect() }
     }
 
+    /// Takes in the demands of another stretch on the joints that there are.
+    pub(crate) fn join(&self, all: &mut Demand, other: &Demand) {
+        for Joint { index, .. } in &self.joints {
+            for order in 0..3 {
+                all.d[order][*index] = all.d[order][*index].max(other.d[order][*index]);
+            }
+            for order in 0..2 {
+                for side in 0..2 {
+                    all.sides[order][side][*index] = all.sides[order][side][*index].max(other.sides[order][side][*index]);
+                }
+            }
+        }
+    }
+
     /// Joints by axis index with the largest velocity, acceleration and jerk planned.
     pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, [f64; 3])> + Clone + '_ {
         self.joints.iter().map(|joint| (joint.index, [joint.v, joint.a, joint.j]))

@@ -32,10 +32,10 @@ impl Cell {
             let mut all = Demand::NONE;
             let mut cap = self.cap;
             for &index in &members[self.first..self.past] {
-                all.join(&task.intervals[index].demand);
+                task.machine.join(&mut all, &task.intervals[index].demand);
                 cap = cap.max(task.intervals[index].cap);
             }
-            let straight = Demand::new([all.d[0], [0.0; AXES], [0.0; AXES]], all.feed);
+            let straight = Demand::new([all.d[0], [0.0; AXES], [0.0; AXES]], f64::INFINITY);
             let most = task.machine.acceleration(&straight, direction, cap, 0.0, task.window_s, NO_LIMIT);
             let a = task.machine.acceleration(&all, direction, cap, self.cap, task.window_s, most);
             (a >= GENTLE * most).then_some(a)

@@ -152,10 +152,15 @@ impl Profile {
         knot.at(t)
     }
 
-    /// Forgets what lies before a time.
-    pub(crate) fn forget(&mut self, t: f64) {
+    /// The state at a time that never falls: what lies before it is forgotten.
+    pub(crate) fn advance(&mut self, t: f64) -> Motion {
         while self.knots.get(1).is_some_and(|next| next.t <= t) {
             self.knots.pop_front();
+        }
+        match self.knots.front() {
+            Some(knot) if self.knots.len() > 1 && t >= knot.t => knot.at(t),
+            Some(knot) => Motion { s: knot.s, v: knot.v, a: knot.a },
+            None => Motion::default(),
         }
     }
 }
