@@ -7,6 +7,7 @@
 pub mod arc;
 mod arc_bounds;
 mod arc_length;
+mod bernstein;
 pub mod curve;
 pub mod derivs;
 pub mod error;
