@@ -81,15 +81,17 @@ impl Intervals {
 /// Lengths and demands of consecutive parts of a piece.
 pub(crate) fn demands(piece: &Piece, machine: &Machine, kinematics: &dyn Kinematics) -> Result<Vec<(f64, Demand)>, KinematicsError> {
     let length = piece.curve.length();
+    let mut parts = parts(&piece.curve);
     if let (Curve::Quintic(quintic), true) = (&piece.curve, kinematics.is_affine()) {
         let mut whole = signed(quintic, 0.0, length);
         whole.feed = feed(piece, 0.0, length, Coords(whole.d[0]));
-        // Parts of it would be gathered again.
-        if length <= COALESCE * machine.longest_window_s() * machine.speed_cap(&whole) {
+        // More parts would be gathered again.
+        let gathered = COALESCE * machine.longest_window_s() * machine.speed_cap(&whole);
+        if length <= gathered {
             return Ok(vec![(length, whole)]);
         }
+        parts = parts.min((length / gathered).ceil() as usize);
     }
-    let parts = parts(&piece.curve);
     let mut out = Vec::with_capacity(parts);
     for part in 0..parts {
         let (s0, s1) = (length * (part as f64 / parts as f64), length * ((part + 1) as f64 / parts as f64));
