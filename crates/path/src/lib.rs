@@ -7,6 +7,8 @@
 pub mod arc;
 mod arc_bounds;
 mod arc_length;
+mod arc_spec;
+mod bernstein;
 pub mod curve;
 pub mod derivs;
 pub mod error;
@@ -15,7 +17,8 @@ pub mod line;
 mod nearest;
 pub mod quintic;
 
-pub use arc::{Arc, ArcSpec};
+pub use arc::Arc;
+pub use arc_spec::ArcSpec;
 pub use curve::{Curve, Foot};
 pub use derivs::{Bounds, CurveDerivs};
 pub use error::PathError;

@@ -1,5 +1,6 @@
 //! Polynomial piece of degree five in each axis.
 
+use crate::bernstein::{bernstein, largest, row, weighted};
 use crate::derivs::within;
 use crate::error::finite;
 use crate::{CurveDerivs, PathError};
@@ -94,21 +95,56 @@ impl Quintic {
 
     /// The point at s; s is held within the piece.
     pub fn point(&self, s: f64) -> Coords {
-        self.origin + combine(&self.relative(), &bernstein::<6>(self.parameter(s)))
+        let basis = bernstein::<6>(self.parameter(s));
+        let mut point = self.origin;
+        for axis in 0..self.moving() {
+            point.0[axis] = self.origin.0[axis] + weighted(&self.axis(axis)[0], &basis);
+        }
+        point
     }
 
     /// Point and derivatives by s.
     pub fn eval(&self, s: f64) -> CurveDerivs {
         let u = self.parameter(s);
-        let points = self.relative();
-        let (first, second, third) = differences(&points);
         let (k1, k2, k3) = self.factors();
-        CurveDerivs {
-            p: self.origin + combine(&points, &bernstein::<6>(u)),
-            d1: combine(&first, &bernstein::<5>(u)) * k1,
-            d2: combine(&second, &bernstein::<4>(u)) * k2,
-            d3: combine(&third, &bernstein::<3>(u)) * k3,
+        let (b0, b1, b2, b3) = (bernstein::<6>(u), bernstein::<5>(u), bernstein::<4>(u), bernstein::<3>(u));
+        let mut out = CurveDerivs { p: self.origin, ..CurveDerivs::default() };
+        for axis in 0..self.moving() {
+            let [points, first, second, third] = self.axis(axis);
+            out.p.0[axis] = self.origin.0[axis] + weighted(&points, &b0);
+            out.d1.0[axis] = weighted::<5>(&first, &b1) * k1;
+            out.d2.0[axis] = weighted::<4>(&second, &b2) * k2;
+            out.d3.0[axis] = weighted::<3>(&third, &b3) * k3;
         }
+        out
+    }
+
+    /// Place, velocity and acceleration where s has the given speed and acceleration.
+    pub(crate) fn travel(&self, s: f64, v: f64, a: f64) -> [Coords; 3] {
+        let u = self.parameter(s);
+        let (k1, k2, _) = self.factors();
+        let (b0, b1, b2) = (bernstein::<6>(u), bernstein::<5>(u), bernstein::<4>(u));
+        let mut out = [self.origin, Coords::ZERO, Coords::ZERO];
+        for axis in 0..self.moving() {
+            let [points, first, second, _] = self.axis(axis);
+            let (d1, d2) = (weighted::<5>(&first, &b1) * k1, weighted::<4>(&second, &b2) * k2);
+            out[0].0[axis] = self.origin.0[axis] + weighted(&points, &b0);
+            out[1].0[axis] = d1 * v;
+            out[2].0[axis] = d2 * v * v + d1 * a;
+        }
+        out
+    }
+
+    /// Control points of an axis and their first three differences.
+    fn axis(&self, axis: usize) -> [[f64; 6]; 4] {
+        let [a, b, c, d, e] = self.control.map(|point| point.0[axis]);
+        let mut rows = [[0.0, a, b, c, d, e], [0.0; 6], [0.0; 6], [0.0; 6]];
+        for order in 1..4 {
+            for i in 0..6 - order {
+                rows[order][i] = rows[order - 1][i + 1] - rows[order - 1][i];
+            }
+        }
+        rows
     }
 
     fn parameter(&self, s: f64) -> f64 {
@@ -125,20 +161,50 @@ impl Quintic {
     /// Upper bounds of the magnitude of each axis' first three derivatives by s, from `s0` to `s1`: the largest Bernstein
     /// coefficient of each derivative over the stretch.
     pub fn max_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords, Coords) {
-        let (first, second, third) = differences(&self.relative());
-        let (k1, k2, k3) = self.factors();
-        let (u0, u1) = (self.parameter(s0), self.parameter(s1));
-        (largest(&restrict(first, u0, u1)) * k1, largest(&restrict(second, u0, u1)) * k2, largest(&restrict(third, u0, u1)) * k3)
+        let mut bounds = (Coords::ZERO, Coords::ZERO, Coords::ZERO);
+        for axis in 0..self.moving() {
+            let (first, second, third) = self.derivative_points(axis, s0, s1);
+            bounds.0.0[axis] = largest(&first);
+            bounds.1.0[axis] = largest(&second);
+            bounds.2.0[axis] = largest(&third);
+        }
+        bounds
     }
 
     /// Magnitudes of each axis' fourth derivative, the larger one of both ends of the stretch from `s0` to `s1`, and of the
     /// constant fifth.
     pub(crate) fn higher_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords) {
-        let (_, _, [a, b, c]) = differences(&self.relative());
-        let (first, second) = (b - a, c - b);
         let k4 = self.factors().2 * 2.0 / self.length;
-        let at = |s: f64| first.lerp(second, self.parameter(s));
-        (largest(&[at(s0), at(s1)]) * k4, (second - first).map(f64::abs) * (k4 / self.length))
+        let mut bounds = (Coords::ZERO, Coords::ZERO);
+        for axis in 0..self.moving() {
+            let [.., third] = self.axis(axis);
+            let (first, second) = (third[1] - third[0], third[2] - third[1]);
+            let at = |s: f64| first + (second - first) * self.parameter(s);
+            bounds.0.0[axis] = largest(&[at(s0), at(s1)]) * k4;
+            bounds.1.0[axis] = (second - first).abs() * (k4 / self.length);
+        }
+        bounds
+    }
+
+    /// How many of the axes, from the first on, hold all that move: mostly three.
+    pub fn moving(&self) -> usize {
+        let mut bits = 0_u64;
+        for point in &self.control {
+            for value in &point.0[3..] {
+                bits |= value.to_bits();
+            }
+        }
+        // Both zeros stand still.
+        if bits << 1 == 0 { 3 } else { AXES }
+    }
+
+    /// Bernstein coefficients of an axis' first, second and third derivative by s over the stretch from `s0` to `s1`, 5, 4 and 3
+    /// of them: between the least and the largest of them lies the derivative.
+    pub fn derivative_points(&self, axis: usize, s0: f64, s1: f64) -> ([f64; 5], [f64; 4], [f64; 3]) {
+        let [_, first, second, third] = self.axis(axis);
+        let (k1, k2, k3) = self.factors();
+        let (u0, u1) = (self.parameter(s0), self.parameter(s1));
+        (row(&first, u0, u1).map(|d| d * k1), row(&second, u0, u1).map(|d| d * k2), row(&third, u0, u1).map(|d| d * k3))
     }
 
     /// The stretch from `s0` to `s1`.
@@ -146,68 +212,14 @@ impl Quintic {
         let s0 = within(s0, 0.0, self.length);
         let s1 = within(s1, s0, self.length);
         let (u0, u1) = (self.parameter(s0), self.parameter(s1));
-        let piece = restrict(self.relative(), u0, u1);
-        let [first, rest @ ..] = piece;
-        Quintic { origin: self.origin + first, control: rest.map(|p| p - first), length: s1 - s0 }
-    }
-}
-
-/// The control points of the stretch from `u0` to `u1`.
-pub(crate) fn restrict<const N: usize>(points: [Coords; N], u0: f64, u1: f64) -> [Coords; N] {
-    let head = if u1 < 1.0 { split(points, u1).0 } else { points };
-    if u0 > 0.0 && u1 > 0.0 { split(head, u0 / u1).1 } else { head }
-}
-
-/// De Casteljau's subdivision: control points before and after u.
-fn split<const N: usize>(points: [Coords; N], u: f64) -> ([Coords; N], [Coords; N]) {
-    let (mut work, mut head, mut tail) = (points, points, points);
-    for level in 0..N {
-        head[level] = work[0];
-        tail[N - 1 - level] = work[N - 1 - level];
-        for i in 0..N - 1 - level {
-            work[i] = work[i].lerp(work[i + 1], u);
+        let mut sub = Quintic { origin: self.origin, control: [Coords::ZERO; 5], length: s1 - s0 };
+        for axis in 0..self.moving() {
+            let [first, rest @ ..] = row::<6>(&self.axis(axis)[0], u0, u1);
+            sub.origin.0[axis] = self.origin.0[axis] + first;
+            for (control, point) in sub.control.iter_mut().zip(rest) {
+                control.0[axis] = point - first;
+            }
         }
+        sub
     }
-    (head, tail)
-}
-
-/// Bernstein polynomials of degree N - 1 at u.
-fn bernstein<const N: usize>(u: f64) -> [f64; N] {
-    let mut basis = [0.0; N];
-    basis[0] = 1.0;
-    for degree in 1..N {
-        for i in (1..=degree).rev() {
-            basis[i] = basis[i] * (1.0 - u) + basis[i - 1] * u;
-        }
-        basis[0] *= 1.0 - u;
-    }
-    basis
-}
-
-/// First, second and third differences of control points.
-fn differences(points: &[Coords; 6]) -> ([Coords; 5], [Coords; 4], [Coords; 3]) {
-    let first: [Coords; 5] = std::array::from_fn(|i| points[i + 1] - points[i]);
-    let second: [Coords; 4] = std::array::from_fn(|i| first[i + 1] - first[i]);
-    let third: [Coords; 3] = std::array::from_fn(|i| second[i + 1] - second[i]);
-    (first, second, third)
-}
-
-fn combine<const N: usize>(points: &[Coords; N], weights: &[f64; N]) -> Coords {
-    let mut sum = Coords::ZERO;
-    for (point, weight) in points.iter().zip(weights) {
-        for axis in 0..AXES {
-            sum.0[axis] += point.0[axis] * weight;
-        }
-    }
-    sum
-}
-
-fn largest(values: &[Coords]) -> Coords {
-    let mut result = Coords::ZERO;
-    for value in values {
-        for axis in 0..AXES {
-            result.0[axis] = result.0[axis].max(value.0[axis].abs());
-        }
-    }
-    result
 }

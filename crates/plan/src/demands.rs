@@ -5,7 +5,7 @@ use crate::machine::{Demand, Machine};
 use crate::profile::Interval;
 use lostmotion_base::{AXES, Coords, Jet};
 use lostmotion_kinematics::{Kinematics, KinematicsError};
-use lostmotion_path::{Curve, CurveDerivs, Quintic};
+use lostmotion_path::{Curve, Quintic};
 
 /// Stretches of arc over which the tangent turns by more are split, rad.
 const TURN: f64 = 0.1;
@@ -51,7 +51,7 @@ impl Intervals {
         kinematics: &dyn Kinematics,
         out: &mut Vec<Interval>,
     ) -> Result<(), KinematicsError> {
-        for (length, demand) in demands(piece, kinematics)? {
+        for (length, demand) in demands(piece, machine, kinematics)? {
             let cap = machine.speed_cap(&demand).min(FASTEST);
             self.add(length, demand, cap, out);
         }
@@ -79,19 +79,26 @@ impl Intervals {
 }
 
 /// Lengths and demands of consecutive parts of a piece.
-pub(crate) fn demands(piece: &Piece, kinematics: &dyn Kinematics) -> Result<Vec<(f64, Demand)>, KinematicsError> {
+pub(crate) fn demands(piece: &Piece, machine: &Machine, kinematics: &dyn Kinematics) -> Result<Vec<(f64, Demand)>, KinematicsError> {
     let length = piece.curve.length();
-    let parts = parts(&piece.curve);
+    let mut parts = parts(&piece.curve);
+    if let (Curve::Quintic(quintic), true) = (&piece.curve, kinematics.is_affine()) {
+        let mut whole = signed(quintic, 0.0, length);
+        whole.feed = feed(piece, 0.0, length, Coords(whole.d[0]));
+        // More parts would be gathered again.
+        let gathered = COALESCE * machine.longest_window_s() * machine.speed_cap(&whole);
+        if length <= gathered {
+            return Ok(vec![(length, whole)]);
+        }
+        parts = parts.min((length / gathered).ceil() as usize);
+    }
     let mut out = Vec::with_capacity(parts);
     for part in 0..parts {
         let (s0, s1) = (length * (part as f64 / parts as f64), length * ((part + 1) as f64 / parts as f64));
         if kinematics.is_affine() {
             let mut demand = match &piece.curve {
                 Curve::Quintic(quintic) => signed(quintic, s0, s1),
-                curve => {
-                    let (d1, d2, d3) = curve.max_derivatives(s0, s1);
-                    Demand::new([d1.0, d2.0, d3.0], f64::INFINITY)
-                }
+                curve => of(curve, s0, s1),
             };
             demand.feed = feed(piece, s0, s1, Coords(demand.d[0]));
             out.push((s1 - s0, demand));
@@ -102,22 +109,19 @@ pub(crate) fn demands(piece: &Piece, kinematics: &dyn Kinematics) -> Result<Vec<
     Ok(out)
 }
 
-/// Bounds of the derivatives over part of a quintic by their control points there, which follow from values and slopes.
+/// Bounds of the magnitudes.
+fn of(curve: &Curve, s0: f64, s1: f64) -> Demand {
+    let (d1, d2, d3) = curve.max_derivatives(s0, s1);
+    Demand::new([d1.0, d2.0, d3.0], f64::INFINITY)
+}
+
+/// Bounds of the derivatives over part of a quintic by their control points there.
 fn signed(quintic: &Quintic, s0: f64, s1: f64) -> Demand {
-    let third = (s1 - s0) / 3.0;
-    let quarter = (s1 - s0) / 4.0;
-    let [start, middle, end] = [s0, 0.5 * (s0 + s1), s1].map(|s| quintic.eval(s));
     let mut demand = Demand::NONE;
-    for joint in 0..AXES {
-        let of = |d: fn(&CurveDerivs) -> Coords| [&start, &middle, &end].map(|derivs| d(derivs).0[joint]);
-        let (q1, q2, q3) = (of(|d| d.d1), of(|d| d.d2), of(|d| d.d3));
-        let (b1, b3) = (q1[0] + quarter * q2[0], q1[2] - quarter * q2[2]);
-        let b2 = (16.0 * q1[1] - q1[0] - 4.0 * (b1 + b3) - q1[2]) / 6.0;
-        let points1 = [q1[0], b1, b2, b3, q1[2]];
-        let points2 = [q2[0], q2[0] + third * q3[0], q2[2] - third * q3[2], q2[2]];
-        let points3 = [q3[0], 2.0 * q3[1] - 0.5 * (q3[0] + q3[2]), q3[2]];
-        demand.d[0][joint] = points1.into_iter().fold(0.0, |most: f64, b| most.max(b.abs()));
-        for (order, points) in [points2.as_slice(), &points3].into_iter().enumerate() {
+    for joint in 0..quintic.moving() {
+        let (first, second, third) = quintic.derivative_points(joint, s0, s1);
+        demand.d[0][joint] = first.into_iter().fold(0.0, |most: f64, b| most.max(b.abs()));
+        for (order, points) in [second.as_slice(), &third].into_iter().enumerate() {
             let up = points.iter().fold(0.0, |most: f64, b| most.max(*b));
             let down = points.iter().fold(0.0, |most: f64, b| most.max(-b));
             demand.sides[order][0][joint] = up;
@@ -142,10 +146,9 @@ fn feed(piece: &Piece, s0: f64, s1: f64, d1: Coords) -> f64 {
     if d1.linear_norm() <= 1.0 {
         return piece.feed;
     }
-    let part = quintic.sub(s0, s1);
-    let points = part.control_points();
-    let fastest = points.windows(2).map(|pair| (pair[1] - pair[0]).linear_norm() * 5.0 / part.length()).fold(1.0, f64::max);
-    piece.feed / fastest
+    let [x, y, z] = [0, 1, 2].map(|axis| quintic.derivative_points(axis, s0, s1).0);
+    let squares = x.iter().zip(&y).zip(&z).map(|((x, y), z)| x * x + y * y + z * z);
+    piece.feed / squares.fold(1.0, f64::max).sqrt()
 }
 
 /// Whether some joint goes farther between the ends of a stretch than its speeds there and in the middle say (Simpson's rule).

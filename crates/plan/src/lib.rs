@@ -19,6 +19,7 @@ mod admit;
 mod condition;
 pub mod config;
 mod corner;
+mod demand;
 mod demands;
 pub mod error;
 pub mod item;

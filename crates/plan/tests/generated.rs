@@ -73,6 +73,7 @@ fn more_freedom_is_hardly_slower() {
             seconds(&run(config, cartesian(), Coords::ZERO, items))
         })
     });
+    println!("feed {feed:.4}, tolerance {tolerance:.4}, G64 after G61 {exact:.4}, limits {limits:.4}");
     assert!(feed < 1.01 && tolerance < 1.02 && exact < 1.01 && limits < 1.02, "{feed} {tolerance} {exact} {limits}");
 }
 

@@ -1,0 +1,45 @@
+//! Polynomials of one axis by their Bernstein coefficients; rows of six hold them from the front.
+
+/// The coefficients over the stretch from `u0` to `u1` of the first N of a row.
+pub(crate) fn row<const N: usize>(row: &[f64; 6], u0: f64, u1: f64) -> [f64; N] {
+    let mut points = [0.0; N];
+    points.copy_from_slice(&row[..N]);
+    let head = if u1 < 1.0 { split(points, u1).0 } else { points };
+    if u0 > 0.0 && u1 > 0.0 { split(head, u0 / u1).1 } else { head }
+}
+
+/// De Casteljau's subdivision: coefficients before and after u.
+fn split<const N: usize>(points: [f64; N], u: f64) -> ([f64; N], [f64; N]) {
+    let (mut work, mut head, mut tail) = (points, points, points);
+    for level in 0..N {
+        head[level] = work[0];
+        tail[N - 1 - level] = work[N - 1 - level];
+        for i in 0..N - 1 - level {
+            work[i] += (work[i + 1] - work[i]) * u;
+        }
+    }
+    (head, tail)
+}
+
+/// Bernstein polynomials of degree N - 1 at u.
+pub(crate) fn bernstein<const N: usize>(u: f64) -> [f64; N] {
+    let mut basis = [0.0; N];
+    basis[0] = 1.0;
+    for degree in 1..N {
+        for i in (1..=degree).rev() {
+            basis[i] = basis[i] * (1.0 - u) + basis[i - 1] * u;
+        }
+        basis[0] *= 1.0 - u;
+    }
+    basis
+}
+
+/// Sum of the first N values of a row with their weights.
+pub(crate) fn weighted<const N: usize>(values: &[f64; 6], weights: &[f64; N]) -> f64 {
+    values.iter().zip(weights).fold(0.0, |sum, (value, weight)| sum + value * weight)
+}
+
+/// Largest magnitude.
+pub(crate) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
+}
