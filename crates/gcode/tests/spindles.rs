@@ -49,7 +49,7 @@ fn an_oriented_spindle_does_not_turn() {
         for orient in ["M19 R90", "M19 Q1"] {
             let text = format!("F100 S100 M3\n{orient}\n{code}\nM2\n");
             let diagnostics = Program::new(text.as_bytes(), InterpreterConfig::default()).finish();
-            assert_eq!(diagnostics.kept().first().map(|found| found.code()), Some(told), "{text}");
+            assert_eq!(diagnostics.kept().first().map(lostmotion_gcode::Diagnostic::code), Some(told), "{text}");
             assert_eq!(Program::new(text.replace(orient, "M3").as_bytes(), InterpreterConfig::default()).finish().errors(), 0);
         }
     }
