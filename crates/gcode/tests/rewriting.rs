@@ -193,7 +193,7 @@ fn what_has_no_block_is_refused_by_name() {
 
 #[test]
 fn rates_stay_what_they_are_where_modes_change() {
-    let text = "F100 S9 G1 X1\nG93 X2 F2\nX3 F4\nG94 X4 F100\nG95 X5 F.1\nG94 X6 F100\nG94 X7 F100\nG93 G41.1 D1 G1 X8 Y9 F3\nY20 F3\nG40 X20 F1\nM2\n";
+    let text = "S9\nF100 G1 X1\nG93 X2 F2\nX3 F4\nG94 X4 F100\nG95 X5 F.1\nG94 X6 F100\nG94 X7 F100\nG93 G41.1 D1 G1 X8 Y9 F3\nY20 F3\nG40 X20 F1\nM2\n";
     let out = written(text.as_bytes(), &InterpreterConfig::default(), 1).unwrap();
     let feeds: Vec<&str> = out.lines().filter(|line| line.contains('F') || line.contains("G9")).skip(2).collect();
     let expected = ["G1 X1 F100", "G93 G1 X2 F2", "G1 X3 F4", "G94 G1 X4 F100", "G95", "G1 X5 F0.1", "G94", "G1 X6 F100"];

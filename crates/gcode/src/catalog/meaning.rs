@@ -38,7 +38,7 @@ pub(super) const ROWS: &[CatalogRow] = &[
     error("no-tool-selected", "M6 before any T.", "Select a tool with T."),
     error("tool-table", "The tool table cannot be read.", "See the message for line and word."),
     error("coordinate-too-large", "A coordinate is beyond the limit.", "Check the value; the limit `coordinate` can be raised."),
-    error("negative-dwell", "A dwell of less than zero seconds.", "Write a positive P."),
+    warning("negative-dwell", "A dwell of less than zero seconds.", "Write a positive P."),
     error("dwell-too-long", "A dwell is longer than the limit.", "P is in seconds; the limit `dwell_s` can be raised."),
     error("spindle-stopped", "A move in step with the spindle while it does not turn.", "Start it with M3 or M4."),
     error("probe-feed", "A probing move in feed per revolution.", "Put G94 and F before it."),

@@ -15,7 +15,7 @@ impl Exec<'_> {
     pub(crate) fn pause(&mut self, seconds: f64) -> Result<(), Problem> {
         let limit = self.config.limits.dwell_s;
         if seconds < 0.0 {
-            return Err(Problem::NegativeDwell { seconds });
+            self.warnings.push(Problem::NegativeDwell { seconds });
         }
         if seconds > limit {
             return Err(Problem::DwellTooLong { seconds, limit });

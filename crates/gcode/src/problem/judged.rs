@@ -14,6 +14,7 @@ impl Problem {
             | Problem::UnsetParameter { .. }
             | Problem::NoToolTable { .. }
             | Problem::FeedBeforeUnits { .. }
+            | Problem::NegativeDwell { .. }
             | Problem::EndlessMain
             | Problem::Lenient { .. }
             | Problem::SpindleAssumed
