@@ -2,7 +2,8 @@
 //!
 //! A reading may be wrong and sure of itself, so none counts alone, and none is believed because it came first. Readings agree within their variances and
 //! the drift since; those of the largest group (of groups of one size, the one with the newest reading) are joined by a scalar Kalman filter
-//! from the oldest on.
+//! from the oldest on. Where the flank wavered, the motor may have crossed more than once, and the way adds up: such a reading counts only if it is not much larger
+//! than those of single crossings.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +15,8 @@ const DRIFT: f64 = 0.004;
 const LEAST: f64 = 0.01;
 /// Standard deviations within which readings agree.
 const GATE: f64 = 3.0;
+/// A reading over a flank that wavered is too large if it is so many times one of a single crossing.
+const LARGER: f64 = 1.5;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Readings {
@@ -23,18 +26,34 @@ pub(super) struct Readings {
     pub(super) count: u32,
     /// Readings in all.
     pub(super) seen: u32,
-    /// Values and variances, the newest first.
-    recent: [Option<(f64, f64)>; KEPT],
+    /// The newest first.
+    recent: [Option<Kept>; KEPT],
+}
+
+/// A reading that is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Kept {
+    value: f64,
+    variance: f64,
+    wavered: bool,
 }
 
 impl Readings {
-    pub(super) fn take(&mut self, value: f64, variance: f64) {
+    /// Takes a reading and its variance; `wavered`: the flank wavered meanwhile.
+    pub(super) fn take(&mut self, value: f64, variance: f64, wavered: bool) {
+        let single = |kept: &Kept| if kept.wavered { f64::INFINITY } else { kept.value };
+        let most = LARGER * self.recent.iter().flatten().map(single).fold(if wavered { f64::INFINITY } else { value }, f64::min);
+        if wavered && value > most {
+            return;
+        }
         self.seen = self.seen.saturating_add(1);
+        self.recent.iter_mut().for_each(|entry| *entry = entry.filter(|kept| !kept.wavered || kept.value <= most));
         self.recent.rotate_right(1);
-        self.recent[0] = Some((value, variance + LEAST * LEAST * value * value));
+        self.recent[0] = Some(Kept { value, variance: variance + LEAST * LEAST * value * value, wavered });
+        self.count = 0;
         for age in 0..KEPT {
             let group = self.group(age);
-            if age == 0 || group.count > self.count {
+            if group.count > self.count {
                 (self.value, self.variance, self.count) = (group.value, group.variance, group.count);
             }
         }
@@ -43,11 +62,11 @@ impl Readings {
     /// The readings that agree with one of them, joined.
     fn group(&self, around: usize) -> Readings {
         let mut joined = Readings::default();
-        let Some((centre, its)) = self.recent[around] else { return joined };
+        let Some(Kept { value: centre, variance: its, .. }) = self.recent[around] else { return joined };
         for (age, reading) in self.recent.iter().enumerate().rev() {
             let drift = DRIFT * centre;
             joined.variance += drift * drift;
-            let Some((value, variance)) = *reading else { continue };
+            let Some(Kept { value, variance, .. }) = *reading else { continue };
             let apart = drift * age.abs_diff(around) as f64;
             if (value - centre) * (value - centre) > GATE * GATE * (its + variance + apart * apart) {
                 continue;
@@ -75,7 +94,7 @@ mod tests {
         let mut known = Readings::default();
         for n in 0..50 {
             let value = 1.0 + 0.005 * f64::from(n);
-            known.take(if n % 7 == 3 { 3.0 } else { value }, 1e-6);
+            known.take(if n % 7 == 3 { 3.0 } else { value }, 1e-6, false);
         }
         assert!((known.value - 1.245).abs() < 0.03 && known.doubt() < 0.02, "{known:?}");
     }
@@ -83,13 +102,27 @@ mod tests {
     #[test]
     fn a_wrong_first_reading_is_outvoted_and_one_alone_counts_one() {
         let mut known = Readings::default();
-        known.take(1.6, 1e-6);
+        known.take(1.6, 1e-6, false);
         assert_eq!(known.count, 1);
-        known.take(1.0, 1e-6);
+        known.take(1.0, 1e-6, false);
         assert_eq!((known.value, known.count), (1.0, 1));
-        known.take(1.01, 1e-6);
+        known.take(1.01, 1e-6, false);
         assert!((known.value - 1.005).abs() < 2e-3 && known.count == 2, "{known:?}");
-        known.take(3.0, 1e-6);
+        known.take(3.0, 1e-6, false);
         assert!((known.value - 1.005).abs() < 2e-3 && known.count == 2, "{known:?}");
+    }
+
+    #[test]
+    fn a_single_crossing_shows_that_wavering_ones_added_up() {
+        let mut known = Readings::default();
+        known.take(4.0, 1e-6, true);
+        known.take(4.0, 1e-6, true);
+        assert!((known.value - 4.0).abs() < 1e-12 && known.count == 2);
+        known.take(1.0, 1e-6, false);
+        assert_eq!((known.value, known.count), (1.0, 1));
+        known.take(4.0, 1e-6, true);
+        assert_eq!((known.value, known.count), (1.0, 1));
+        known.take(1.01, 1e-6, true);
+        assert_eq!(known.count, 2);
     }
 }

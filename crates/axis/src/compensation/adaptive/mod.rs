@@ -6,11 +6,11 @@
 //! 4. Gap: with the motor's motion known, the load behind it follows from its own equations for any gap, and so does the torque that the motor
 //!    feels (`lanes`). The gap that foresees the motor's motion best up to just after it met the far flank is read from the window, with its
 //!    variance (`reading`, `newton`, `prior`). Load, stiffness and motor friction are free within what is known of them.
-//! 5. Readings are joined by a scalar Kalman filter whose value may drift (`knowledge`).
+//! 5. Readings outvote each other; those that agree are joined by a scalar Kalman filter whose value may drift (`knowledge`).
 //! 6. Crossing: on the planned traverse of `crossing`, as `lookup` does that is told everything.
 //!
-//! It does nothing until it is sure: one reading of a contact that shows clearly is enough, two that agree otherwise. Where nothing holds the load and it may
-//! float, it does nothing either (`floating`).
+//! It does nothing until it is sure: a first reading of a contact that shows clearly after a short crossing is enough, two that agree otherwise. Where nothing
+//! holds the load and it may float, it does nothing either (`floating`).
 //! Servo, references and cutting forces before the crossing do not enter a reading; only the motor's own equation and its data sheet do.
 //!
 //! Signals: references, motor position (rad), current and its mean over the servo period (A). It knows what a drive is set up with: its own loops,
@@ -170,7 +170,7 @@ impl Adaptive {
         if counts(&said) && !blind && !unsure && (clear || !suspicious) {
             let faint = if said.faint || said.wavered { FAINT * said.half_gap } else { 0.0 };
             state.first_clear = state.gap.seen == 0 && clear && !said.faint && !said.wavered && !coarse && said.samples < SHORT;
-            state.gap.take(said.half_gap, said.variance + faint * faint);
+            state.gap.take(said.half_gap, said.variance + faint * faint, said.wavered);
         }
         let sure = state.gap.doubt() < SURE && (state.gap.count >= ENOUGH || state.gap.seen == 1 && state.first_clear);
         state.used = if sure { state.gap.value } else { 0.0 };
