@@ -17,6 +17,7 @@ mod tighten;
 mod warp;
 
 pub(crate) use nominal::Point;
+pub(crate) use warp::{between, quintic};
 
 use crate::{PlannerConfig, Sample};
 use ends::End;
@@ -26,7 +27,7 @@ use nominal::{Joint, joints, limits};
 use problem::Problem;
 use std::collections::VecDeque;
 use tighten::{Judge, REACH};
-use warp::{Walk, between};
+use warp::Walk;
 
 /// Steps of nominal time in a period of the samples.
 const STEPS_IN_PERIOD: u64 = 2;
@@ -151,7 +152,7 @@ impl Retimer {
         if intervals > 0 {
             self.plan([self.start(), End::Rest(TIED.min(intervals / 4))], intervals);
         }
-        self.name(between(&[last, last], self.step_s, 0.0, [1.0, 0.0]));
+        self.name(between([&last.sample; 2], self.step_s, 0.0, [1.0, 0.0]));
         self.points.clear();
         true
     }
