@@ -14,8 +14,8 @@
 //! `j T_g^3/12`, on one with friction nothing as long as it sticks longer than the traverse takes.
 //!
 //! Outputs while crossing: offset and its speed to the loops; `J_M` times its acceleration, motor viscous friction, and the change
-//! of the motor's Coulomb friction as torque, ahead by half the current loop's lag. A half gap that becomes known or changes is taken up on the flank while
-//! the load slides, within a quarter of the torque that presses it, so that it neither lets go nor is thrown.
+//! of the motor's Coulomb friction as torque, ahead by half the current loop's lag. A half gap that changes is taken up by the next crossing; one that
+//! is sure (`taking_up`) on the flank while the load slides, within a quarter of the torque that presses it, so that it neither lets go nor is thrown.
 
 use super::passage::Passage;
 use super::traverse::{Offset, Traverse, ticks_for};
@@ -56,6 +56,7 @@ pub(super) struct Crossing {
     period: f64,
     traverse_ticks: [u32; 2],
     taking_up_ticks: [u32; 2],
+    takes_up: bool,
 }
 
 /// What the crossing carries along.
@@ -96,7 +97,14 @@ impl Crossing {
             period,
             traverse_ticks: TRAVERSE_MS.map(|ms| config.cycles.ticks(ms)),
             taking_up_ticks: TAKING_UP_MS.map(|ms| config.cycles.ticks(ms)),
+            takes_up: false,
         }
+    }
+
+    /// The same for a half gap that is sure and seldom changes: it is taken up on the flank, not by the next crossing.
+    #[must_use]
+    pub(super) fn taking_up(self) -> Crossing {
+        Crossing { takes_up: true, ..self }
     }
 
     pub(super) fn initial(&self, motor_position: f64, load: &LoadModel) -> CrossingState {
@@ -127,7 +135,7 @@ impl Crossing {
                     state.traverse.start(to, ticks);
                     state.taking_up = false;
                 }
-            } else if !state.traverse.moving() {
+            } else if self.takes_up && !state.traverse.moving() {
                 self.take_up(state, &now, load, to);
             }
         }

@@ -132,7 +132,7 @@ impl Registered for Adaptive {
         let rated_torque = config.motor.rated_torque_nm;
         let noise = (count / 12.0_f64.sqrt()).max(LEAST_NOISE);
         Adaptive {
-            crossing: Crossing::new(config, config.compensation.adaptive.torque_share, 0.0),
+            crossing: Crossing::new(config, config.compensation.adaptive.torque_share, 0.0).taking_up(),
             first: LoadModel { inertia, viscous: 0.0, coulomb: 0.0, constant: 0.0, ..LoadModel::told(config) },
             known: Known { torque_constant, inertia, viscous, noise, unmodelled: UNMODELLED * rated_torque },
             motor: Motor { torque_constant, inertia, viscous, rated_torque, noise },
