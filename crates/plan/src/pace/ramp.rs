@@ -181,7 +181,7 @@ impl Effort<'_> {
         let arrived = self.level(end(&last, low), &mut pieces)?;
         let near = (arrived.w - target).abs() <= THERE;
         let keeps = near && pieces.iter().all(|piece| self.keeps(piece));
-        keeps.then(|| Ramp { pieces, end: State { w: target, u: 0.0, ..arrived } })
+        keeps.then_some(Ramp { pieces, end: State { w: target, u: 0.0, ..arrived } })
     }
 
     /// As hard as may be to one side, until that passes a limit or the target.
