@@ -148,6 +148,17 @@ impl Curve {
         }
     }
 
+    /// The same curve from a start right beside its own, mm and rad: a line to the same end, others moved as a whole.
+    #[must_use]
+    pub fn starting_at(&self, start: Coords) -> Curve {
+        let by = start - self.start();
+        match self {
+            Curve::Line(line) => Curve::line(start, line.end()),
+            Curve::Arc(arc) => Curve::Arc(arc.moved(by)),
+            Curve::Quintic(quintic) => Curve::Quintic(quintic.moved(by)),
+        }
+    }
+
     /// The parts before and after `s`.
     pub fn split_at(&self, s: f64) -> (Curve, Curve) {
         (self.sub(0.0, s), self.sub(s, self.length()))
@@ -169,6 +180,16 @@ impl Curve {
             Curve::Line(line) => (line.direction().map(f64::abs), Coords::ZERO, Coords::ZERO),
             Curve::Arc(arc) => arc.max_derivatives(s0, s1),
             Curve::Quintic(quintic) => quintic.max_derivatives(s0, s1),
+        }
+    }
+
+    /// Upper bounds of the magnitude of each axis' fourth and fifth derivative by s from `s0` to `s1`; on spirals generous
+    /// estimates.
+    pub fn higher_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords) {
+        match self {
+            Curve::Line(_) => (Coords::ZERO, Coords::ZERO),
+            Curve::Arc(arc) => arc.higher_derivatives(),
+            Curve::Quintic(quintic) => quintic.higher_derivatives(s0, s1),
         }
     }
 

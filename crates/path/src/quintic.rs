@@ -67,6 +67,10 @@ impl Quintic {
         self.origin
     }
 
+    pub(crate) fn moved(&self, by: Coords) -> Quintic {
+        Quintic { origin: self.origin + by, ..*self }
+    }
+
     /// Where it ends.
     pub fn end(&self) -> Coords {
         self.origin + self.control[4]
@@ -125,6 +129,16 @@ impl Quintic {
         let (k1, k2, k3) = self.factors();
         let (u0, u1) = (self.parameter(s0), self.parameter(s1));
         (largest(&restrict(first, u0, u1)) * k1, largest(&restrict(second, u0, u1)) * k2, largest(&restrict(third, u0, u1)) * k3)
+    }
+
+    /// Magnitudes of each axis' fourth derivative, the larger one of both ends of the stretch from `s0` to `s1`, and of the
+    /// constant fifth.
+    pub(crate) fn higher_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords) {
+        let (_, _, [a, b, c]) = differences(&self.relative());
+        let (first, second) = (b - a, c - b);
+        let k4 = self.factors().2 * 2.0 / self.length;
+        let at = |s: f64| first.lerp(second, self.parameter(s));
+        (largest(&[at(s0), at(s1)]) * k4, (second - first).map(f64::abs) * (k4 / self.length))
     }
 
     /// The stretch from `s0` to `s1`.

@@ -4,6 +4,7 @@
 //! q'' v2 + q' a and the jerk q''' v3 + 3 q'' v a + q' j. The planner makes j by a moving average over a window T, which
 //! turns a path acceleration that steps by at most `a` into a jerk of at most a / T.
 
+use crate::profile::Knot;
 use lostmotion_base::{AXES, AxisLimits, math};
 
 /// Bounds of |q'|, |q''| and |q'''| of every joint over some stretch of path.
@@ -146,6 +147,12 @@ impl Machine {
         Machine { joints: limits.iter().enumerate().filter_map(joint).collect() }
     }
 
+    /// The same with part of the acceleration and the jerk.
+    pub(crate) fn part(&self, part: f64) -> Machine {
+        let joints = self.joints.iter().map(|joint| Joint { a: joint.a * part, j: joint.j * part, ..*joint });
+        Machine { joints: joints.collect() }
+    }
+
     /// Joints by axis index with the largest velocity, acceleration and jerk planned.
     pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, [f64; 3])> + Clone + '_ {
         self.joints.iter().map(|joint| (joint.index, [joint.v, joint.a, joint.j]))
@@ -214,6 +221,20 @@ impl Machine {
             (c1 == 0.0 || c2 * v * v + c1 * a <= joint.a && c1 * a <= joint.j * window_s)
                 && (c2 == 0.0 && c3 == 0.0 || sides(demand, direction, joint.index).into_iter().all(side))
         })
+    }
+
+    /// Whether a motion of constant jerk between two states keeps this part of the limits wherever the demands hold.
+    pub(crate) fn keeps(&self, demand: &Demand, ends: &[Knot], part: f64) -> bool {
+        let [left, right] = ends else { return true };
+        let (h, j) = (right.t - left.t, left.j.abs());
+        let (v, a) = (left.v.max(right.v) + j * h * h / 8.0, left.a.abs().max(right.a.abs()));
+        v <= demand.feed * part
+            && self.joints.iter().all(|joint| {
+                let [d1, d2, d3] = [0, 1, 2].map(|order| demand.d[order][joint.index]);
+                d1 * v <= joint.v * part
+                    && d1 * a + d2 * v * v <= joint.a * part
+                    && d1 * j + (3.0 * d2 * a + d3 * v * v) * v <= joint.j * part
+            })
     }
 
     /// The best window for a straight stretch from rest to rest: the time-optimal profile with limited jerk.

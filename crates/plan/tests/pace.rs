@@ -38,7 +38,7 @@ impl Plan {
             if pacer.is_held() && actions.peek().is_none() {
                 return out;
             }
-            if let Some(sample) = pacer.next_sample() {
+            if let Some(sample) = pacer.take() {
                 assert_eq!(sample.tick, out.len() as u64);
                 out.push(sample);
                 continue;

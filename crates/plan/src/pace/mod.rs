@@ -142,7 +142,7 @@ impl Pacer {
     }
 
     /// The next sample; none while more of the plan has to be known, or at the end.
-    pub fn next_sample(&mut self) -> Option<Sample> {
+    pub fn take(&mut self) -> Option<Sample> {
         let end = self.course.end()?;
         let far = AHEAD * self.course.stop_s() / self.course.step_s;
         if self.over || (!self.course.complete && end < self.state.sigma + far + self.steps) {

@@ -6,6 +6,9 @@ use crate::machine::Machine;
 use lostmotion_kinematics::Kinematics;
 use std::collections::VecDeque;
 
+/// Steps towards the time at which a motion is at a place.
+const TIME_STEPS: usize = 60;
+
 /// Place, speed and acceleration on the path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Motion {
@@ -35,6 +38,30 @@ impl Knot {
             v: self.v + (self.a + 0.5 * self.j * x) * x,
             a: self.a + self.j * x,
         }
+    }
+
+    /// When a motion that goes forward is at a place, between two times before the next knot.
+    pub(super) fn time_at(&self, s: f64, from: f64, to: f64) -> f64 {
+        if self.at(to).s <= s {
+            return to;
+        }
+        let (mut low, mut high) = (from, to);
+        let mut t = 0.5 * (from + to);
+        for _ in 0..TIME_STEPS {
+            let motion = self.at(t);
+            if motion.s <= s {
+                low = t;
+            } else {
+                high = t;
+            }
+            let newton = t - (motion.s - s) / motion.v;
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            if (next - t).abs() <= f64::EPSILON * to {
+                return next.max(low);
+            }
+            t = next;
+        }
+        high
     }
 }
 

@@ -15,6 +15,7 @@
 mod average;
 mod band;
 mod barrier;
+mod certificate;
 mod course;
 mod cut;
 mod dilate;
@@ -23,10 +24,11 @@ mod node;
 mod peaks;
 pub(crate) mod refined;
 mod scan;
+mod spans;
 mod spline;
-mod usage;
 
 pub(crate) use average::average;
+pub(crate) use certificate::Certificate;
 pub(crate) use cut::last_cut;
 pub(crate) use dilate::Cell;
 use dilate::Dilated;

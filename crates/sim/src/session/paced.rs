@@ -58,7 +58,7 @@ impl Paced {
             }
             // Nothing lets it go on any more.
             self.stopped = self.pacer.is_held() && self.actions.is_empty();
-            if let Some(sample) = self.pacer.next_sample() {
+            if let Some(sample) = self.pacer.take() {
                 samples.push(sample);
                 self.given += 1;
                 continue;
