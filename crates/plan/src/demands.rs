@@ -79,11 +79,7 @@ impl Intervals {
 }
 
 /// Lengths and demands of consecutive parts of a piece.
-pub(crate) fn demands(
-    piece: &Piece,
-    machine: &Machine,
-    kinematics: &dyn Kinematics,
-) -> Result<Vec<(f64, Demand)>, KinematicsError> {
+pub(crate) fn demands(piece: &Piece, machine: &Machine, kinematics: &dyn Kinematics) -> Result<Vec<(f64, Demand)>, KinematicsError> {
     let length = piece.curve.length();
     if let (Curve::Quintic(quintic), true) = (&piece.curve, kinematics.is_affine()) {
         let mut whole = signed(quintic, 0.0, length);

@@ -39,7 +39,17 @@ impl Sampler {
             tool_mm: [0.0; 3],
             block: lostmotion_base::BlockRef::default(),
         };
-        Sampler { clock, tick: 0, stretches: VecDeque::new(), rest, rest_program: program, end_s: 0.0, finished: false, feed_part: 0.0, offset: None }
+        Sampler {
+            clock,
+            tick: 0,
+            stretches: VecDeque::new(),
+            rest,
+            rest_program: program,
+            end_s: 0.0,
+            finished: false,
+            feed_part: 0.0,
+            offset: None,
+        }
     }
 
     /// The next sample, if its time is settled.

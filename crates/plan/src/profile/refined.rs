@@ -5,8 +5,8 @@ use super::certificate::{Certificate, KEPT};
 use super::course::Course;
 use super::ideal::{ideal, time_between};
 use super::law::{Knot, Motion, Section, TimeLaw, state_at};
-use super::spans::{Span, spans};
 use super::node::Node;
+use super::spans::{Span, spans};
 use super::spline::Grid;
 
 /// Intervals in the longest time over which a joint builds up its acceleration.
