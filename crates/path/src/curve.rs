@@ -97,6 +97,18 @@ impl Curve {
         }
     }
 
+    /// Place, velocity and acceleration by time where s has the given speed and acceleration: mm or rad, per s, per s2.
+    pub fn travel(&self, s: f64, v: f64, a: f64) -> [Coords; 3] {
+        match self {
+            Curve::Line(line) => [line.point(s), line.direction() * v, line.direction() * a],
+            Curve::Arc(arc) => {
+                let CurveDerivs { p, d1, d2, .. } = arc.eval(s);
+                [p, d1 * v, d2 * v * v + d1 * a]
+            }
+            Curve::Quintic(quintic) => quintic.travel(s, v, a),
+        }
+    }
+
     /// The same as [`Curve::eval`], one jet per axis.
     pub fn jet(&self, s: f64) -> [Jet; AXES] {
         self.eval(s).jets()

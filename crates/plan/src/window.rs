@@ -3,7 +3,7 @@
 use crate::condition::Piece;
 use crate::demands::Intervals;
 use crate::machine::{Demand, Machine};
-use crate::profile::{Certificate, Interval, Knot, Node, Plan, Section, Task, TimeLaw, average, duration_s, last_cut, plan};
+use crate::profile::{Certificate, Interval, Knot, Node, Plan, Section, Task, TimeLaw, average, duration_s, ideal, last_cut, plan};
 use crate::{PlanError, PlannerConfig};
 use lostmotion_kinematics::{Kinematics, KinematicsError};
 use std::collections::VecDeque;
@@ -12,6 +12,8 @@ use std::collections::VecDeque;
 const SHORTER: [f64; 5] = [0.75, 0.6, 0.45, 0.3, 0.2];
 /// How much of the path the windows are compared on.
 const TRIED_INTERVALS: usize = 192;
+/// A window with which the time is within this factor of that without a limit of the jerk is good enough.
+const ENOUGH: f64 = 1.003;
 /// A window that takes longer than the best by this factor is followed by none that is better.
 const HOPELESS: f64 = 1.02;
 /// Parts of the limits of acceleration and jerk that are planned for, one after the other, until the motion is proven to keep
@@ -154,7 +156,7 @@ impl Window {
     /// The motion over a final part of the profile; none if it does not keep every limit.
     fn timed(&self, machine: &Machine, kinematics: &dyn Kinematics, nodes: &[Node], complete: bool) -> Option<Vec<Knot>> {
         let base = average(nodes, self.window_s, complete);
-        let section = Section { machine, kinematics, pieces: &self.pieces, intervals: &self.intervals, base: &base };
+        let section = Section { machine, kinematics, pieces: &self.pieces, intervals: &self.intervals, nodes, base: &base };
         Certificate::new(&section).holds(&base).then(|| self.law.plan(&section))
     }
 
@@ -187,6 +189,10 @@ impl Window {
             duration_s(&plan(&task).nodes) + window_s
         };
         let (mut best, mut least) = (usual, time(usual));
+        let (from, to) = (self.from, Node::new(intervals.last().map_or(self.from.s, |last| last.end), 0.0));
+        if least <= usual + ENOUGH * duration_s(&ideal(machine, intervals, from, to)) && machine.is_short(intervals, usual) {
+            return usual;
+        }
         for part in SHORTER {
             let tried = time(part * usual);
             if tried > HOPELESS * least {

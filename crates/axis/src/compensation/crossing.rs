@@ -10,6 +10,8 @@
 //! Whether an acceleration that runs towards zero goes through or ends there, nobody knows before; `passage` expects what it did the last time.
 //! At rest there is no need. The velocity loop's integral then goes on pulling at a load that sticks, until it slips or the position is reached: there `T`
 //! decides alone, once it is a quarter of the friction.
+//! A weight that turns with the load (a joint) is a constant torque that depends on where the load is: that of the twin now, and that of where it will be.
+//!
 //! Setting out half a traverse before the torque vanishes halves its effect twice over: what is left on a load without friction is
 //! `j T_g^3/12`, on one with friction nothing as long as it sticks longer than the traverse takes.
 //!
@@ -22,6 +24,7 @@ use super::traverse::{Offset, Traverse, ticks_for};
 use super::twin::{LoadModel, Twin, TwinState};
 use super::{Correction, Signals};
 use crate::config::AxisConfig;
+use crate::plant::Waves;
 use crate::signal::Engagement;
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +60,8 @@ pub(super) struct Crossing {
     traverse_ticks: [u32; 2],
     taking_up_ticks: [u32; 2],
     takes_up: bool,
+    /// Torque of the weight over the load's angle, where it is told.
+    weight: Waves,
 }
 
 /// What the crossing carries along.
@@ -98,6 +103,7 @@ impl Crossing {
             traverse_ticks: TRAVERSE_MS.map(|ms| config.cycles.ticks(ms)),
             taking_up_ticks: TAKING_UP_MS.map(|ms| config.cycles.ticks(ms)),
             takes_up: false,
+            weight: Waves::default(),
         }
     }
 
@@ -107,8 +113,18 @@ impl Crossing {
         Crossing { takes_up: true, ..self }
     }
 
+    /// For who is told the load's weight, too.
+    pub(super) fn with_weight(self, config: &AxisConfig) -> Crossing {
+        Crossing { weight: Waves::gravity(config), ..self }
+    }
+
+    /// The load with its weight at a place, rad at the motor.
+    fn weighed(&self, load: &LoadModel, place: f64) -> LoadModel {
+        LoadModel { constant: load.constant + self.weight.at(place), ..*load }
+    }
+
     pub(super) fn initial(&self, motor_position: f64, load: &LoadModel) -> CrossingState {
-        let twin = self.twin.initial(motor_position, load);
+        let twin = self.twin.initial(motor_position, &self.weighed(load, motor_position));
         CrossingState {
             twin,
             side: 0,
@@ -123,7 +139,8 @@ impl Crossing {
     /// One servo tick with a load and half a gap as they are known now.
     pub(super) fn step(&self, state: &mut CrossingState, signals: &Signals, load: &LoadModel, half_gap: f64) -> Correction {
         let now = state.twin;
-        self.twin.step(&mut state.twin, &signals.reference, &signals.next_reference, load);
+        let carried = self.weighed(load, now.plant.load_position);
+        self.twin.step(&mut state.twin, &signals.reference, &signals.next_reference, &carried);
         self.follow(state, signals);
         if !state.crossing() {
             let ticks = ticks_for(2.0 * half_gap, self.acceleration, self.period, self.traverse_ticks);
@@ -171,7 +188,8 @@ impl Crossing {
         // behind a lag the jerk of the reference says nothing about the axis' own
         let step = if self.lag_per_tick < 1.0 { 0.0 } else { signals.next_reference.acceleration - signals.reference.acceleration };
         let [ahead_speed, ahead_acceleration] = state.passage.ahead(speed, acceleration, step, lead_ticks, self.period);
-        let need = load.need(ahead_speed, ahead_acceleration, STANDING_RAD_S);
+        let there = self.weighed(load, now.plant.load_position + ahead_speed * lead_ticks * self.period);
+        let need = there.need(ahead_speed, ahead_acceleration, STANDING_RAD_S);
         let stands = speed.abs() <= STANDING_RAD_S && acceleration == 0.0 && step == 0.0;
         let side = if torque > 0.0 { 1 } else { -1 };
         let sure = if stands {

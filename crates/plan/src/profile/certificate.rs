@@ -208,7 +208,8 @@ mod tests {
         let h = 5e-5;
         for curve in curves() {
             let pieces: VecDeque<(f64, Piece)> = [(0.0, piece(curve))].into();
-            let section = Section { machine: &machine, kinematics: kinematics.as_ref(), pieces: &pieces, intervals: &[], base: &[] };
+            let section =
+                Section { machine: &machine, kinematics: kinematics.as_ref(), pieces: &pieces, intervals: &[], nodes: &[], base: &[] };
             for (v, a, j) in [(8.0, 0.0, 0.0), (4.0, 60.0, -900.0), (9.0, -80.0, 2000.0), (0.5, 0.0, 4000.0)] {
                 let knot = Knot { t: 0.0, s: 0.2, v, a, j };
                 let end = Knot { t: 0.06, ..Knot::default() };

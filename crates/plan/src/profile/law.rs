@@ -1,6 +1,6 @@
 //! Place by time, and what makes a section of it faster.
 
-use super::Interval;
+use super::{Interval, Node};
 use crate::condition::Piece;
 use crate::machine::Machine;
 use lostmotion_kinematics::Kinematics;
@@ -74,6 +74,8 @@ pub(crate) struct Section<'a> {
     pub(crate) pieces: &'a VecDeque<(f64, Piece)>,
     /// Consecutive intervals that hold the section; their demands bound the joints' derivatives all over each of them.
     pub(crate) intervals: &'a [Interval],
+    /// The profile of which the base is the mean.
+    pub(crate) nodes: &'a [Node],
     /// A motion that keeps every limit, from the first state to the last; its times begin at 0.
     pub(crate) base: &'a [Knot],
 }
@@ -150,10 +152,15 @@ impl Profile {
         knot.at(t)
     }
 
-    /// Forgets what lies before a time.
-    pub(crate) fn forget(&mut self, t: f64) {
+    /// The state at a time that never falls: what lies before it is forgotten.
+    pub(crate) fn advance(&mut self, t: f64) -> Motion {
         while self.knots.get(1).is_some_and(|next| next.t <= t) {
             self.knots.pop_front();
+        }
+        match self.knots.front() {
+            Some(knot) if self.knots.len() > 1 && t >= knot.t => knot.at(t),
+            Some(knot) => Motion { s: knot.s, v: knot.v, a: knot.a },
+            None => Motion::default(),
         }
     }
 }

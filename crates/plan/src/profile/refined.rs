@@ -3,12 +3,19 @@
 use super::barrier::{Problem, Row};
 use super::certificate::{Certificate, KEPT};
 use super::course::Course;
+use super::ideal::{ideal, time_between};
 use super::law::{Knot, Motion, Section, TimeLaw, state_at};
+use super::node::Node;
 use super::spans::{Span, spans};
 use super::spline::Grid;
 
 /// Intervals in the longest time over which a joint builds up its acceleration.
 const INTERVALS: f64 = 8.0;
+/// Part of the time that a faster motion has to promise.
+const WORTH: f64 = 2e-3;
+/// Steps that a ramp on a straight line takes longer than without a limit of the jerk: 0.08 of eight at its start from rest, and
+/// a little at its end.
+const TURNS: f64 = 1.0;
 /// Fewer intervals are left alone.
 const LEAST: usize = 12;
 /// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens between the intervals'
@@ -38,12 +45,34 @@ impl TimeLaw for Refined {
         }
         let step_s = section.machine.longest_window_s() / INTERVALS;
         let mut joined = Joined { base, knots: Vec::with_capacity(base.len()), next: 0, shift_s: 0.0 };
-        for span in spans(base, section.intervals, step_s, LEAST) {
+        let spans = spans(base, section.intervals, step_s, LEAST);
+        let gains = Gains::new(section);
+        for span in spans.into_iter().filter(|span| gains.are_there(span, step_s)) {
             if let Some(faster) = refine(section, span, step_s) {
                 joined.replace(span, &faster);
             }
         }
         joined.finish()
+    }
+}
+
+/// Tells where a motion may become faster.
+struct Gains<'a> {
+    section: &'a Section<'a>,
+    ideal: Vec<Node>,
+}
+
+impl<'a> Gains<'a> {
+    fn new(section: &'a Section<'a>) -> Gains<'a> {
+        let ends = section.nodes.first().zip(section.nodes.last());
+        let ideal = ends.map_or_else(Vec::new, |(from, to)| ideal(section.machine, section.intervals, *from, *to));
+        Gains { section, ideal }
+    }
+
+    fn are_there(&self, span: &Span, step_s: f64) -> bool {
+        let [from, to] = [span.from, span.to].map(|t| state_at(self.section.base, t).s);
+        let own = span.to - span.from;
+        own - time_between(&self.ideal, from, to) > WORTH * own + TURNS * step_s
     }
 }
 
