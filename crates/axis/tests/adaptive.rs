@@ -172,3 +172,25 @@ fn a_stiffness_that_is_wrong_by_three_tenths_does_little() {
         assert!(rms < 0.1, "{factor}: {rms}");
     }
 }
+
+#[test]
+fn minutes_of_motion_change_nothing() {
+    let config = mill_x(0.1, 10.0, Some(1 << 20));
+    let motion = |t: f64| circle(10.0, 5.0, t);
+    let seconds = 120.0;
+    let [with, without, rigid] = [("adaptive", &config), ("none", &config), ("none", &config.without_gap())]
+        .map(|(method, config)| run(config, method, &motion, seconds));
+    let share = |part: std::ops::Range<usize>| {
+        let rms = |out: &lostmotion_axis::AxisOutput| {
+            support::rms(out.load[part.clone()].iter().zip(&rigid.load[part.clone()]).map(|(a, b)| a - b))
+        };
+        rms(&with) / rms(&without)
+    };
+    let sixth = rigid.load.len() / 6;
+    for n in 1..6 {
+        let left = share(n * sixth..(n + 1) * sixth);
+        assert!(left < 0.02, "{n}: {left}");
+    }
+    let gap_um = 2.0 * with.trace.unwrap().last().unwrap().gap_angle_estimate.abs() * 16e3 / TAU;
+    assert!((gap_um / 10.0 - 1.0).abs() < 0.01, "{gap_um}");
+}

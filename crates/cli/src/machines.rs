@@ -3,7 +3,6 @@
 use crate::failure::Failure;
 use crate::input;
 use lostmotion::axis::AxisConfig;
-use lostmotion::axis::config::Gap;
 use lostmotion::base::AxisId;
 use lostmotion::sim::Machine;
 use lostmotion::sim::machine::{AxisTuning, DEFAULT_MACHINE, MachineError, axis_from_toml, axis_preset, axis_presets, presets};
@@ -77,7 +76,7 @@ fn letter_of(text: &str) -> Option<AxisId> {
     }
 }
 
-/// The machine whose compensators that may know the gap were told those of fits, each given as `AXIS=FILE.json`.
+/// The machine whose compensators that may know the gap were told those of fits, and those that may know the load what a fit found of it, each given as `AXIS=FILE.json`.
 pub(crate) fn with_fits(mut machine: Machine, fits: &[String]) -> Result<Machine, Failure> {
     for fit in fits {
         let parts = fit.split_once('=').and_then(|(letter, file)| Some((letter_of(letter)?, file)));
@@ -86,8 +85,7 @@ pub(crate) fn with_fits(mut machine: Machine, fits: &[String]) -> Result<Machine
         })?;
         let axis =
             machine.axis(id).ok_or_else(|| Failure::message(format!("--fitted {fit}: machine \"{}\" has no axis {id}", machine.name())))?;
-        let gap = crate::commands::fit::told_gap(Path::new(file), &axis.config)?;
-        let told = axis.config.with_told_gap(Gap::MotorRad(gap));
+        let told = crate::commands::fit::with_fit(Path::new(file), &axis.config)?;
         machine = machine.with_axis_config(id, &told);
     }
     Ok(machine)

@@ -37,7 +37,8 @@ fn axis_runs_a_plan_and_fit_finds_its_gap() {
     // the same without the load's column
     let motor: String = trace.lines().map(|line| without_load(&trace, line)).collect();
     bench.file("motor.csv", &motor);
-    bench.expect(0, &["fit", "motor.csv", "--motor-only", "--axis", "vmc3:x", "--out", "motor.json"]);
+    let text = bench.expect(0, &["fit", "motor.csv", "--motor-only", "--axis", "vmc3:x", "--out", "motor.json"]);
+    assert!(text.contains("\nload ") && text.contains("\nstiffness "), "{text}");
     let found: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(bench.path("motor.json")).unwrap()).unwrap();
     let gap = found["gap"].as_f64().unwrap();
     assert!((gap - 0.010).abs() < 0.000_2 && found["motor_only"] == true, "{gap}");

@@ -2,12 +2,12 @@
 //!
 //! As `lookup`, whose equations it shares (`crossing`, `traverse`, `twin`), with one difference: the gap is never the machine's true
 //! one. It is what a fit of a log told (`compare --fitted AXIS=FILE.json`, or `fitted_lookup.gap` of the machine file), so the result holds what the fit got
-//! wrong. The load's inertia, friction and the shaft are those of the
-//! description, whatever a fit says of them.
+//! wrong. The load's inertia and friction are those that a fit of the motor alone found along with it (`fitted_lookup.load`), or else those of the
+//! description; the shaft and a weight that turns with the load are always those of the description.
 //!
 //! **An axis that no fit was given for is left as it is.** `compare` says so.
 //!
-//! Signals: reference, next reference (rad, rad/s, rad/s2). Tunables: fitted total gap (um, mdeg or motor rad), part of the drive's torque
+//! Signals: reference, next reference (rad, rad/s, rad/s2). Tunables: fitted total gap (um, mdeg or motor rad), fitted load (SI at the motor), part of the drive's torque
 //! for a traverse (0 to 1).
 //! Fails: as `lookup`; an error of the fit stays in full, and a gap that changed since the log was taken, too.
 //! Source: as `lookup`; the fit: this project, crate `lostmotion-identify`.
@@ -42,7 +42,12 @@ impl Registered for FittedLookup {
     fn from_axis(config: &AxisConfig) -> FittedLookup {
         let settings = &config.compensation.fitted_lookup;
         let half_gap = settings.gap.map(|told| 0.5 * told.motor_rad(&config.transmission));
-        FittedLookup { crossing: Crossing::new(config, settings.torque_share, 0.0), load: LoadModel::told(config), half_gap }
+        let mut load = LoadModel::told(config);
+        if let Some(fitted) = settings.load {
+            (load.inertia, load.viscous) = (fitted.inertia_kgm2, fitted.viscous_nm_s_per_rad);
+            (load.coulomb, load.constant) = (fitted.coulomb_nm, fitted.constant_nm);
+        }
+        FittedLookup { crossing: Crossing::new(config, settings.torque_share, 0.0).with_weight(config), load, half_gap }
     }
 }
 

@@ -7,7 +7,7 @@
 //!
 //! Signals: reference, next reference (rad, rad/s, rad/s2). Tunables: told total gap (um, mdeg or motor rad), part of the drive's torque
 //! for a traverse (0 to 1), part of the wind-up T/k that is added to the reference (0 to 1; 0 leaves it as on a machine without a gap). The
-//! load's inertia, friction, constant torque and the shaft's stiffness and damping are those of the description.
+//! load's inertia, friction, constant torque, weight ([`crate::config::Gravity`]) and the shaft's stiffness and damping are those of the description.
 //!
 //! Fails: what is told wrongly stays: an error of the gap in full, of the friction as a crossing at the wrong time. A cutting force that
 //! turns the torque around is not foreseen. Without any friction on the load, a landing that is not quite soft lets it float: at a feed so slow
@@ -47,7 +47,7 @@ impl Registered for Lookup {
         let settings = &config.compensation.lookup;
         let gap = settings.gap.map_or(config.reflected_load().gap_rad, |told| told.motor_rad(&config.transmission));
         Lookup {
-            crossing: Crossing::new(config, settings.torque_share, settings.wind_up),
+            crossing: Crossing::new(config, settings.torque_share, settings.wind_up).with_weight(config),
             load: LoadModel::told(config),
             half_gap: 0.5 * gap,
         }

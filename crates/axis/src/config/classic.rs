@@ -1,7 +1,7 @@
 //! Settings of the methods that controls and textbooks have, one table per method, every field with a default.
 
 use super::compensation::Gap;
-use super::error::{AxisConfigError, between, not_negative, positive};
+use super::error::{AxisConfigError, between, finite, not_negative, positive};
 use super::transmission::Transmission;
 use serde::{Deserialize, Serialize};
 
@@ -113,6 +113,29 @@ impl DisturbanceObserverSettings {
     }
 }
 
+/// A load as a fit of the motor's signals found it, at the motor's shaft.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ToldLoad {
+    /// Inertia, kg m2.
+    pub inertia_kgm2: f64,
+    /// Viscous friction, N m s/rad.
+    pub viscous_nm_s_per_rad: f64,
+    /// Coulomb friction, N m.
+    pub coulomb_nm: f64,
+    /// Constant torque against the positive direction, N m.
+    pub constant_nm: f64,
+}
+
+impl ToldLoad {
+    fn check(&self) -> Result<(), AxisConfigError> {
+        positive("inertia_kgm2", self.inertia_kgm2)?;
+        not_negative("viscous_nm_s_per_rad", self.viscous_nm_s_per_rad)?;
+        not_negative("coulomb_nm", self.coulomb_nm)?;
+        finite("constant_nm", self.constant_nm)
+    }
+}
+
 /// Settings of `fitted-lookup`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -120,19 +143,23 @@ pub struct FittedLookupSettings {
     /// Total gap that a fit found; without one the axis is left as it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap: Option<Gap>,
+    /// Inertia and friction that it found; those of the description if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load: Option<ToldLoad>,
     /// Part of the drive's largest torque that a traverse of the gap may take, 0 to 1.
     pub torque_share: f64,
 }
 
 impl Default for FittedLookupSettings {
     fn default() -> FittedLookupSettings {
-        FittedLookupSettings { gap: None, torque_share: 0.5 }
+        FittedLookupSettings { gap: None, load: None, torque_share: 0.5 }
     }
 }
 
 impl FittedLookupSettings {
     pub(super) fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
         told("gap", self.gap, transmission)?;
+        self.load.map_or(Ok(()), |load| load.check().map_err(|e| e.within("load")))?;
         between("torque_share", self.torque_share, 0.01, 1.0)
     }
 }

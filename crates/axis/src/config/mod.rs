@@ -61,7 +61,7 @@ mod tuning;
 
 pub use classic::{
     AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings, FixedLinuxcncSettings,
-    IterativeLearningSettings, ReversalPulseSettings,
+    IterativeLearningSettings, ReversalPulseSettings, ToldLoad,
 };
 pub use compensation::{AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings};
 pub use contact::{ContactLaw, StartInGap};

@@ -60,6 +60,16 @@ impl Waves {
         all
     }
 
+    /// Torque of an axis' weight against the positive direction over the load's angle, N m and rad at the motor; none without [`crate::config::Gravity`].
+    pub(crate) fn gravity(config: &AxisConfig) -> Waves {
+        let ratio = config.transmission.load_per_motor_rad();
+        Waves::new(config.gravity.map(|gravity| Wave {
+            amplitude: gravity.torque_nm * ratio,
+            per_rad: ratio,
+            phase_rad: -gravity.hangs_at_deg * (TAU / 360.0),
+        }))
+    }
+
     fn over_turn(harmonics: &[Harmonic]) -> Waves {
         Waves::new(harmonics.iter().map(|harmonic| Wave {
             amplitude: harmonic.amplitude,
@@ -96,12 +106,6 @@ impl Curved {
     /// That of an axis.
     pub(super) fn new(config: &AxisConfig) -> Curved {
         let factor = config.transmission.motor_rad_per_unit();
-        let ratio = config.transmission.load_per_motor_rad();
-        let gravity = config.gravity.map(|gravity| Wave {
-            amplitude: gravity.torque_nm * ratio,
-            per_rad: ratio,
-            phase_rad: -gravity.hangs_at_deg * (TAU / 360.0),
-        });
         let wear = config.flanks.wear.map(|wear| Bell {
             excess: wear.factor - 1.0,
             at_rad: wear.at_units * factor,
@@ -110,7 +114,7 @@ impl Curved {
         Curved {
             cogging: Waves::over_turn(&config.ripple.cogging),
             ripple: Waves::over_turn(&config.ripple.torque),
-            gravity: Waves::new(gravity),
+            gravity: Waves::gravity(config),
             wear,
         }
     }

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{input, machines, output};
 use lostmotion::axis::AxisConfig;
-use lostmotion::axis::config::AxisUnit;
+use lostmotion::axis::config::{AxisUnit, Gap, ToldLoad};
 use lostmotion::identify::{BacklashFit, BacklashLog, FitSettings, MotorLog, fit_backlash, fit_motor_only};
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::{read_log, read_motor_log};
@@ -118,11 +118,24 @@ fn summary(result: &FitResult) -> String {
     let fit = &result.fit;
     let used = format!("{} of {} samples, {} traversals", fit.samples_used, fit.samples_logged, fit.traversals);
     let doubt = fit.reason.as_ref().map(|reason| format!("the log does not tell the gap from zero: {reason}\n")).unwrap_or_default();
-    format!("gap {gap} {unit} (95 %: {low} to {high} {unit}) from {used}\n{doubt}")
+    let more = result.motor_rad_per_unit.map(|_| found_beside(fit)).unwrap_or_default();
+    format!("gap {gap} {unit} (95 %: {low} to {high} {unit}) from {used}\n{doubt}{more}")
 }
 
-/// The total gap of a fit in rad at the motor of an axis.
-pub(crate) fn told_gap(path: &Path, config: &AxisConfig) -> Result<f64, Failure> {
+/// What was found beside the gap, at the motor's shaft.
+fn found_beside(fit: &BacklashFit) -> String {
+    let shown = |value: f64| format!("{value:.3e}");
+    let stiffness = fit.stiffness_nm_per_rad.map(|stiffness| format!("stiffness {} N m/rad\n", shown(stiffness)));
+    let load = fit.load.map(|load| {
+        let (inertia, viscous) = (shown(load.inertia_kgm2), shown(load.viscous_nm_s_per_rad));
+        let (coulomb, constant) = (shown(load.coulomb_nm), shown(load.constant_nm));
+        format!("load {inertia} kg m2, friction {coulomb} N m and {viscous} N m s/rad, constant {constant} N m\n")
+    });
+    [stiffness, load].into_iter().flatten().collect()
+}
+
+/// An axis whose compensators that may know them were told gap and load of a fit.
+pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, Failure> {
     let shown = path.display().to_string();
     let text = input::text(path, "result of `fit`")?;
     let result: FitResult =
@@ -138,5 +151,13 @@ pub(crate) fn told_gap(path: &Path, config: &AxisConfig) -> Result<f64, Failure>
     if !(result.gap.is_finite() && result.gap >= 0.0) {
         return Err(Failure::message(format!("{shown}: gap is {}; it has to be finite and not negative", result.gap)));
     }
-    Ok(result.gap * rad_per_unit(config, unit, &shown)?)
+    let mut told = config.with_told_gap(Gap::MotorRad(result.gap * rad_per_unit(config, unit, &shown)?));
+    told.compensation.fitted_lookup.load = result.fit.load.filter(|_| result.motor_rad_per_unit.is_some()).map(|load| ToldLoad {
+        inertia_kgm2: load.inertia_kgm2,
+        viscous_nm_s_per_rad: load.viscous_nm_s_per_rad,
+        coulomb_nm: load.coulomb_nm,
+        constant_nm: load.constant_nm,
+    });
+    told.check().map_err(|error| Failure::message(format!("{shown}: {error}")))?;
+    Ok(told)
 }

@@ -1,7 +1,7 @@
 //! From a log to the gap.
 
 use crate::{
-    contact::quantile,
+    contact::{noise, quantile},
     error::{FitError, NotExcited},
     estimate::RESOLVED,
     log::MotorLog,
@@ -11,8 +11,11 @@ use crate::{
     spread, window,
 };
 
+use lostmotion_base::math;
+
+use super::doubt::{Beforehand, Found, Prior};
 use super::load::FittedLoad;
-use super::program::{Projected, Solved};
+use super::program::{COMMON, Projected, Solved};
 use super::segments::{Cutter, Segment};
 use super::sides::Sides;
 
@@ -20,8 +23,6 @@ use super::sides::Sides;
 const HUBER: f64 = 1.345;
 /// Rounds in which delta and the crossings' choice settle.
 const ROUNDS: usize = 3;
-/// Crossings of one kind that are too few beside others.
-const FEW: usize = 8;
 /// Standard errors that the compliance has to exceed to be told from the gap; and share of the gap that is allowed for where it does not, as in
 /// a log that repeats one stroke: what all crossings have in common scatter cannot show.
 const SURE: f64 = 3.0;
@@ -78,21 +79,27 @@ pub fn fit_motor_only_with(log: &MotorLog, settings: &FitSettings, solver: &dyn 
         motor_inertia_kgm2: inertia,
     };
     let (segments, changes) = cutter.cut();
-    let segments = of_kinds_seen_often(segments);
     if segments.len() < needed {
         return Err(thin(segments.len(), changes));
     }
-    let job = Job { log, settings, solver, load, changes, half, threshold_nm: sides.threshold_nm };
-    let slides = segments.iter().any(|segment| segment.slides);
-    let breaks = segments.iter().flat_map(|segment| &segment.equations).any(|equation| equation.friction != 0.0);
-    let rests = segments.iter().any(|segment| !segment.slides);
-    match (slides, rests, breaks) {
-        (true, true, true) => job.fit(segments, [0, 1, 2, 3, 4, 5, 6, 7, 8]),
-        (true, true, false) => job.fit(segments, [0, 1, 2, 3, 5, 6, 7, 8]),
-        (true, false, _) => job.fit(segments, [0, 1, 2, 3, 5, 8]),
-        (false, _, true) => job.fit(segments, [0, 1, 3, 4, 5, 6, 7]),
-        (false, _, false) => job.fit(segments, [0, 1, 6, 7]),
-    }
+    let job = Job {
+        log,
+        settings,
+        solver,
+        load,
+        changes,
+        half,
+        beforehand: Beforehand {
+            torque_noise_nm: settings.torque_constant_nm_per_a * noise(log.as_backlash_log().current().iter().copied()),
+            period_s: log.period_s(),
+            spacing_s,
+            load,
+            fastest_rad_s: windows.iter().map(|window| window.rate_rad_s.abs()).fold(0.0, f64::max),
+            largest_nm: sides.largest_nm(),
+        },
+        threshold_nm: sides.threshold_nm,
+    };
+    job.fit(segments)
 }
 
 struct Job<'a> {
@@ -102,27 +109,32 @@ struct Job<'a> {
     load: FittedLoad,
     changes: usize,
     half: usize,
+    beforehand: Beforehand,
     threshold_nm: f64,
 }
 
 impl Job<'_> {
-    fn fit<const P: usize>(&self, mut segments: Vec<Segment>, columns: [usize; P]) -> Result<BacklashFit, FitError> {
+    fn fit(&self, mut segments: Vec<Segment>) -> Result<BacklashFit, FitError> {
         let options = SolveOptions { tolerance: self.settings.solver_tolerance, iterations: self.settings.solver_iterations };
         let floor = (RESOLVED * self.log.resolution_rad()).max(1e-12);
-        let mut scale = None;
+        let robust = |residuals: Vec<f64>| (quantile(residuals, 0.5) / 0.6745).max(floor);
+        let mut found = Found { deviation: self.log.resolution_rad().max(floor), compliance: 1.0 };
         for round in 1.. {
-            let data = Projected::new(&segments, columns);
-            let robust = |residuals: Vec<f64>| (quantile(residuals, 0.5) / 0.6745).max(floor);
+            let priors = self.beforehand.priors(&found);
+            let data = Projected::new(&segments, self.beforehand.drift(&found), &priors, found.deviation);
             let start = data.regression.least_squares();
-            let first = || robust((0..data.local.len()).map(|k| data.regression.residual(k, &start).abs()).collect());
-            let delta = self.settings.huber_delta_rad.unwrap_or_else(|| HUBER * scale.unwrap_or_else(first));
-            let solved = data.solve(delta, self.solver, &options)?;
-            let residuals: Vec<f64> = solved.residuals.iter().map(|r| r.abs()).collect();
-            scale = Some(robust(residuals.clone()));
-            if round == ROUNDS {
-                return self.report(&data, columns, &segments, &solved, delta, scale.unwrap_or(floor));
+            let first = || robust((0..data.equations).map(|k| data.regression.residual(k, &start).abs()).collect());
+            if round == 1 {
+                found.deviation = first();
             }
-            let usual = quantile(residuals, 0.5);
+            let delta = self.settings.huber_delta_rad.unwrap_or(HUBER * found.deviation);
+            let solved = data.solve(delta, self.solver, &options)?;
+            let residuals: Vec<f64> = solved.residuals.iter().take(data.equations).map(|r| r.abs()).collect();
+            let usual = quantile(residuals.clone(), 0.5);
+            found = Found { deviation: robust(residuals), compliance: solved.x[1] };
+            if round == ROUNDS {
+                return self.report(&data, &priors, &segments, &solved, delta, found.deviation);
+            }
             segments = keep(segments, &data, &solved, ODD * usual);
             if segments.len() < self.settings.min_traversals.max(2) {
                 break;
@@ -135,33 +147,34 @@ impl Job<'_> {
         NotExcited::CrossingsUnclear { usable, seen: self.changes, needed: self.settings.min_traversals.max(usable + 1) }
     }
 
-    fn report<const P: usize>(
+    fn report(
         &self,
-        data: &Projected<P>,
-        columns: [usize; P],
+        data: &Projected<COMMON>,
+        priors: &[Prior],
         segments: &[Segment],
-        solved: &Solved<P>,
+        solved: &Solved<COMMON>,
         delta: f64,
         scale: f64,
     ) -> Result<BacklashFit, FitError> {
         let profiled = data.profiled(solved, delta);
-        let blocks = spread::blocks(&data.segment);
+        let blocks = spread::blocks(&data.segment[..data.equations]);
         let thin = || self.unclear(segments.len());
         let spread = |which| spread::spread(&profiled, &solved.x, delta, &blocks, which).ok_or_else(thin);
         let (gap, compliance_spread) = (spread(0)?, spread(1)?);
-        let at = |which: usize| columns.iter().position(|&column| column == which).map_or(0.0, |index| solved.x[index]);
-        let (half_gap, compliance) = (at(0), at(1));
+        let presumed = data.presumed(&profiled, solved, delta, priors).ok_or_else(thin)?;
+        let (half_gap, compliance) = (solved.x[0], solved.x[1]);
+        let residuals = &solved.residuals[..data.equations];
         let equations = || segments.iter().flat_map(|segment| &segment.equations);
         let count = equations().count().max(1) as f64;
         let wind_up = compliance * (equations().map(|e| e.torque * e.torque).sum::<f64>() / count).sqrt();
         let told_apart = compliance > SURE * compliance_spread.standard_error;
         let blurred = if told_apart { 0.0 } else { BLURRED * half_gap };
         let allowance = RESOLVED * self.log.resolution_rad() + MODELLED * wind_up + blurred;
-        let half_width = gap.half_width + allowance;
+        let half_width = math::hypot(gap.half_width, 2.0 * presumed) + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise { half_gap_rad: half_gap, upper_rad: interval[1] });
         let positive = equations().filter(|equation| equation.side > 0.0).count();
-        let load = FittedLoad { inertia_kgm2: if at(3) > 0.0 { 1.0 / at(3) } else { self.load.inertia_kgm2 }, ..self.load };
+        let load = FittedLoad { inertia_kgm2: if solved.x[3] > 0.0 { 1.0 / solved.x[3] } else { self.load.inertia_kgm2 }, ..self.load };
         Ok(BacklashFit {
             half_gap_rad: half_gap,
             half_gap_interval_rad: interval,
@@ -171,18 +184,18 @@ impl Job<'_> {
             compliance_error_rad_per_nm: compliance_spread.standard_error,
             stiffness_nm_per_rad: (compliance > 0.0).then(|| 1.0 / compliance),
             offset_rad: 0.0,
-            damping_time_s: if at(6) != 0.0 || compliance <= 0.0 { at(6) } else { at(2) / compliance },
+            damping_time_s: solved.x[6],
             motor_inertia_kgm2: self.settings.motor_inertia_kgm2.unwrap_or(0.0),
-            residual_rms_rad: (solved.residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt(),
+            residual_rms_rad: (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt(),
             residual_scale_rad: scale,
             huber_delta_rad: delta,
-            outliers: solved.residuals.iter().filter(|r| r.abs() > delta).count(),
+            outliers: residuals.iter().filter(|r| r.abs() > delta).count(),
             torque_threshold_nm: self.threshold_nm,
             samples_logged: self.log.len(),
             window_samples: self.half,
-            samples_used: solved.residuals.len(),
+            samples_used: residuals.len(),
             samples_positive: positive,
-            samples_negative: solved.residuals.len() - positive,
+            samples_negative: residuals.len() - positive,
             traversals: self.changes,
             blocks: gap.blocks,
             effective_samples: gap.effective_samples,
@@ -194,20 +207,10 @@ impl Job<'_> {
     }
 }
 
-/// Without the kind of crossing that the log has too few of to find that kind's own coefficients.
-fn of_kinds_seen_often(segments: Vec<Segment>) -> Vec<Segment> {
-    let sliding = segments.iter().filter(|segment| segment.slides).count();
-    let counts = [segments.len() - sliding, sliding];
-    if counts.iter().all(|count| *count < FEW) {
-        return segments;
-    }
-    segments.into_iter().filter(|segment| counts[usize::from(segment.slides)] >= FEW).collect()
-}
-
 /// The crossings whose median residual is not odd.
-fn keep<const P: usize>(segments: Vec<Segment>, data: &Projected<P>, solved: &Solved<P>, most: f64) -> Vec<Segment> {
+fn keep(segments: Vec<Segment>, data: &Projected<COMMON>, solved: &Solved<COMMON>, most: f64) -> Vec<Segment> {
     let mut medians = vec![Vec::new(); segments.len()];
-    for (index, residual) in data.segment.iter().zip(&solved.residuals) {
+    for (index, residual) in data.segment.iter().zip(&solved.residuals).take(data.equations) {
         medians[*index].push(residual.abs());
     }
     segments

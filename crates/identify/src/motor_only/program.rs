@@ -15,18 +15,26 @@ use crate::{
     solver::{QpSolver, QuadraticProgram, SolveOptions, SolverStatus, SparseColumns},
 };
 
+use faer::Mat;
+
+use super::doubt::{Drift, Prior, whiten};
 use super::segments::{Equation, Segment};
 
 /// Constants of a crossing at most: position, speed, acceleration of the load.
 pub(super) const LOCAL: usize = 3;
 
-/// Equations of all crossings with their own constants projected out.
+/// Coefficients in common: b, c, r, p, p dT_f, p e, tau, c e, p b_L.
+pub(super) const COMMON: usize = 9;
+
+/// Equations of all crossings with their own constants projected out, then the priors.
 pub(super) struct Projected<const P: usize> {
     pub(super) regression: Regression<P>,
     /// Orthonormal local columns, zero where a crossing has fewer constants.
     pub(super) local: Vec<[f64; LOCAL]>,
-    /// Crossing of each equation.
+    /// Crossing of each equation; each prior counts as one.
     pub(super) segment: Vec<usize>,
+    /// Equations before the priors.
+    pub(super) equations: usize,
     segments: usize,
 }
 
@@ -39,11 +47,18 @@ pub(super) struct Solved<const P: usize> {
 }
 
 /// Orthonormal columns for the constants of one crossing.
-fn basis(equations: &[Equation], slides: bool) -> Vec<[f64; LOCAL]> {
+fn basis(equations: &[Equation], slides: bool, lower: Option<&Mat<f64>>) -> Vec<[f64; LOCAL]> {
     let count = equations.len() as f64;
     let middle = equations.iter().map(|equation| equation.time).sum::<f64>() / count;
     let powers = |time: f64| [1.0, time - middle, (time - middle) * (time - middle)];
     let mut columns: Vec<[f64; LOCAL]> = equations.iter().map(|equation| powers(equation.time)).collect();
+    if let Some(lower) = lower {
+        for j in 0..LOCAL {
+            let mut column: Vec<f64> = columns.iter().map(|row| row[j]).collect();
+            whiten(lower, &mut column);
+            columns.iter_mut().zip(column).for_each(|(row, value)| row[j] = value);
+        }
+    }
     for j in 0..LOCAL {
         for i in 0..j {
             let overlap: f64 = columns.iter().map(|row| row[i] * row[j]).sum();
@@ -63,34 +78,52 @@ fn project(values: &mut [f64], columns: &[[f64; LOCAL]]) {
     }
 }
 
-impl<const P: usize> Projected<P> {
-    /// With these columns of [b, c, r, p, p dT_f, p e, tau, c e, p b_L].
-    pub(super) fn new(segments: &[Segment], columns: [usize; P]) -> Self {
-        let mut whole = Projected {
-            regression: Regression { rows: vec![], targets: vec![], nonnegative: columns.map(|c| matches!(c, 0 | 1 | 3)) },
-            local: vec![],
-            segment: vec![],
-            segments: segments.len(),
-        };
+impl Projected<COMMON> {
+    /// With errors that drift so, and with priors in units of a window's standard deviation, rad.
+    pub(super) fn new(segments: &[Segment], drift: Drift, priors: &[Prior], deviation: f64) -> Self {
+        let nonnegative = std::array::from_fn(|column| matches!(column, 0 | 1 | 3));
+        let regression = Regression { rows: vec![], targets: vec![], nonnegative };
+        let mut whole = Projected { regression, local: vec![], segment: vec![], equations: 0, segments: segments.len() + priors.len() };
         for (index, segment) in segments.iter().enumerate() {
-            let local = basis(&segment.equations, segment.slides);
-            let pick = |e: &Equation, column: usize| {
-                [e.side, e.torque, -e.sliding_rate, e.travel, e.friction, e.impulse, -e.slip, e.resting_rate, -e.drag][column]
-            };
-            let mut columns: [Vec<f64>; P] = columns.map(|column| segment.equations.iter().map(|e| pick(e, column)).collect());
-            let mut targets: Vec<f64> = segment.equations.iter().map(|equation| equation.motor).collect();
-            columns.iter_mut().for_each(|column| project(column, &local));
-            // twice: the motor goes a thousand gaps while it crosses one
-            (0..2).for_each(|_| project(&mut targets, &local));
-            let count = targets.len();
-            whole.regression.rows.extend((0..count).map(|k| std::array::from_fn(|j| columns[j][k])));
-            whole.regression.targets.extend(targets);
-            whole.local.extend(local);
-            whole.segment.extend(std::iter::repeat_n(index, count));
+            whole.add(index, segment, drift);
+        }
+        whole.equations = whole.segment.len();
+        for (index, prior) in priors.iter().enumerate() {
+            let weight = deviation / prior.doubt;
+            whole.regression.rows.push(std::array::from_fn(|column| if column == prior.column { weight } else { 0.0 }));
+            whole.regression.targets.push(weight * prior.value);
+            whole.local.push([0.0; LOCAL]);
+            whole.segment.push(segments.len() + index);
         }
         whole
     }
 
+    fn add(&mut self, index: usize, segment: &Segment, drift: Drift) {
+        let equations = &segment.equations;
+        let lower = drift.whitener(&equations.iter().map(|equation| equation.under_way).collect::<Vec<_>>());
+        let local = basis(equations, segment.slides, lower.as_ref());
+        let whitened = |mut values: Vec<f64>, times: u32| {
+            if let Some(lower) = &lower {
+                whiten(lower, &mut values);
+            }
+            (0..times).for_each(|_| project(&mut values, &local));
+            values
+        };
+        let pick = |e: &Equation, column: usize| {
+            [e.side, e.torque, -e.sliding_rate, e.travel, e.friction, e.impulse, -e.slip, e.resting_rate, -e.drag][column]
+        };
+        let columns: [Vec<f64>; COMMON] = std::array::from_fn(|column| whitened(equations.iter().map(|e| pick(e, column)).collect(), 1));
+        // twice: the motor goes a thousand gaps while it crosses one
+        let targets = whitened(equations.iter().map(|equation| equation.motor).collect(), 2);
+        let count = targets.len();
+        self.regression.rows.extend((0..count).map(|k| std::array::from_fn(|j| columns[j][k])));
+        self.regression.targets.extend(targets);
+        self.local.extend(local);
+        self.segment.extend(std::iter::repeat_n(index, count));
+    }
+}
+
+impl<const P: usize> Projected<P> {
     /// The minimiser for a delta in rad.
     pub(super) fn solve(&self, delta: f64, solver: &dyn QpSolver, options: &SolveOptions) -> Result<Solved<P>, FitError> {
         let (count, rms) = (self.regression.targets.len(), self.column_rms());
@@ -181,41 +214,5 @@ impl<const P: usize> Projected<P> {
         let excused = |j: usize, pull: f64| self.regression.nonnegative[j] && x[j] <= 0.0 && pull <= 0.0;
         let worst = (0..P).map(|j| (j, pull(j))).filter(|&(j, pull)| !excused(j, pull)).map(|(_, pull)| pull.abs()).fold(0.0, f64::max);
         worst / residuals.len().max(1) as f64
-    }
-
-    /// The regression with the crossings' own constants taken out as the loss weighs them, its residuals those of the solve: what
-    /// [`crate::spread`] needs.
-    pub(super) fn profiled(&self, solved: &Solved<P>, delta: f64) -> Regression<P> {
-        let mut rows = self.regression.rows.clone();
-        let mut first = 0;
-        for run in self.segment.chunk_by(|a, b| a == b) {
-            let range = first..first + run.len();
-            let inner: Vec<bool> = solved.residuals[range.clone()].iter().map(|r| r.abs() <= delta).collect();
-            profile(&mut rows[range.clone()], &self.local[range], &inner);
-            first += run.len();
-        }
-        let targets = rows.iter().zip(&solved.residuals).map(|(row, r)| r + crate::huber::dot(row, &solved.x)).collect();
-        Regression { rows, targets, nonnegative: self.regression.nonnegative }
-    }
-}
-
-/// Takes local columns out of rows by least squares over the inner equations.
-fn profile<const P: usize>(rows: &mut [[f64; P]], local: &[[f64; LOCAL]], inner: &[bool]) {
-    let mut normal = [[0.0; LOCAL]; LOCAL];
-    for (l, _) in local.iter().zip(inner).filter(|(_, inner)| **inner) {
-        for (i, line) in normal.iter_mut().enumerate() {
-            line.iter_mut().zip(l).for_each(|(entry, b)| *entry += l[i] * b);
-        }
-    }
-    for (i, line) in normal.iter_mut().enumerate() {
-        line[i] += 1e-9;
-    }
-    for j in 0..P {
-        let right: [f64; LOCAL] = std::array::from_fn(|i| {
-            rows.iter().zip(local).zip(inner).filter(|(_, inner)| **inner).map(|((row, l), _)| l[i] * row[j]).sum()
-        });
-        if let Some(shares) = crate::huber::solve_small(&normal, &right) {
-            rows.iter_mut().zip(local).for_each(|(row, l)| row[j] -= crate::huber::dot(&shares, l));
-        }
     }
 }
