@@ -1,6 +1,7 @@
 //! The arguments of the command line.
 
 pub(crate) mod drives;
+pub(crate) mod interventions;
 pub(crate) mod study;
 pub(crate) mod time;
 
@@ -118,6 +119,11 @@ pub(crate) struct Run {
     pub(crate) drives: drives::Drives,
     #[command(flatten)]
     pub(crate) reading: Reading,
+    #[command(flatten)]
+    pub(crate) interventions: interventions::Interventions,
+    /// How much trouble to take over the time
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) quality: Quality,
     /// Tolerance of the contour error in micrometres; the machine's, if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) tolerance_um: Option<f64>,
@@ -287,6 +293,16 @@ pub(crate) enum Quality {
     Optimal,
 }
 
+impl Quality {
+    /// As the planner has it.
+    pub(crate) fn of_planner(self) -> lostmotion::plan::Quality {
+        match self {
+            Quality::Fast => lostmotion::plan::Quality::Fast,
+            Quality::Optimal => lostmotion::plan::Quality::Optimal,
+        }
+    }
+}
+
 /// `plan`.
 #[derive(Debug, Args)]
 pub(crate) struct Plan {
@@ -296,6 +312,8 @@ pub(crate) struct Plan {
     pub(crate) on: OnMachine,
     #[command(flatten)]
     pub(crate) reading: Reading,
+    #[command(flatten)]
+    pub(crate) interventions: interventions::Interventions,
     /// How far arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) spline_tolerance_mm: Option<f64>,

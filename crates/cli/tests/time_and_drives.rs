@@ -87,3 +87,27 @@ fn plans_and_axes_take_other_cycles() {
     assert!(axis(&[], 2).contains("rows have to be 1 ms apart"));
     assert!(axis(&["--command-ms", "2", "--interpolator", "cubic-hermite"], 2).contains("needs a column `velocity`"));
 }
+
+/// Back at 50 mm/s from 50 mm: held for good on the way there, the tool has not come back.
+#[test]
+fn the_operator_interferes() {
+    let folder = part();
+    let at = folder.path();
+    let plan = |more: &[&str]| {
+        let mut arguments = vec!["plan", "line.ngc", "--machine", "bench3", "--out", "plan.csv", "--quiet"];
+        arguments.extend(more);
+        text(at, 0, &arguments);
+        let rows = std::fs::read_to_string(at.join("plan.csv")).unwrap();
+        let last: Vec<f64> = rows.lines().last().unwrap().split(',').take(2).map(|cell| cell.parse().unwrap()).collect();
+        (last[0], last[1])
+    };
+    let alone = plan(&[]);
+    let held = plan(&["--at", "200ms=hold", "--at", "1.2s=resume"]);
+    assert!((held.0 - alone.0 - 1.0).abs() < 0.01 && held.1 == alone.1, "{held:?} {alone:?}");
+    let stopped = plan(&["--at", "200ms=stop"]);
+    assert!(stopped.0 < 0.4 && (5.0..30.0).contains(&stopped.1), "{stopped:?}");
+    let optimal = plan(&["--quality", "optimal", "--at", "0=override:50"]);
+    assert!(optimal.0 > 1.5 * alone.0, "{optimal:?}");
+    assert!(text(at, 0, &["time", "line.ngc", "--machine", "bench3", "--at", "0.2=hold", "--at", "1=resume"]).contains("feed hold"));
+    assert!(text(at, 2, &["simulate", "line.ngc", "--at", "soon=hold"]).contains("--at 3.2s=hold"));
+}

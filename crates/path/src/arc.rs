@@ -102,6 +102,12 @@ impl Arc {
         Ok(self)
     }
 
+    pub(crate) fn moved(&self, by: Coords) -> Arc {
+        let [first, second, _] = self.plane.axes();
+        let center = [self.center[0] + by.0[first], self.center[1] + by.0[second]];
+        Arc { start: self.start + by, end: self.end + by, center, ..*self }
+    }
+
     /// Where it begins.
     pub const fn start(&self) -> Coords {
         self.start

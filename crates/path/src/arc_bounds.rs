@@ -47,6 +47,29 @@ impl Arc {
         bounds
     }
 
+    /// Upper bounds of the magnitude of each axis' fourth and fifth derivative by s: exact for circles and helices at some
+    /// place; on spirals each order gets as much more as the radius changes on a turn of one rad, several times.
+    pub(crate) fn higher_derivatives(&self) -> (Coords, Coords) {
+        if self.length <= 0.0 {
+            return (Coords::ZERO, Coords::ZERO);
+        }
+        let spiral = self.spiral();
+        let (ra, rb) = (spiral.radius(0.0), spiral.radius(1.0));
+        let rate = spiral.k / spiral.speed(if ra < rb { 0.0 } else { 1.0 });
+        let change = spiral.b.abs() / (spiral.k * ra.min(rb)).max(f64::MIN_POSITIVE);
+        let grown = rate * (1.0 + 6.0 * change);
+        let mut bounds = (Coords::ZERO, Coords::ZERO);
+        let [first, second, normal] = self.plane.axes();
+        for axis in [first, second, normal] {
+            // The normal is linear in angle, which is linear in s unless the radius changes.
+            let size = if axis == normal { change.min(1.0) * self.lift().abs() / spiral.k } else { ra.max(rb) };
+            let square = grown * grown;
+            bounds.0.0[axis] = size * square * square;
+            bounds.1.0[axis] = size * square * square * grown;
+        }
+        bounds
+    }
+
     /// The box around it, where it is a circle or helix: the ends and every quarter point passed.
     pub(crate) fn circle_bounds(&self) -> Bounds {
         let mut bounds = Bounds::of(self.start, self.end);

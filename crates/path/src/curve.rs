@@ -97,6 +97,18 @@ impl Curve {
         }
     }
 
+    /// Place, velocity and acceleration by time where s has the given speed and acceleration: mm or rad, per s, per s2.
+    pub fn travel(&self, s: f64, v: f64, a: f64) -> [Coords; 3] {
+        match self {
+            Curve::Line(line) => [line.point(s), line.direction() * v, line.direction() * a],
+            Curve::Arc(arc) => {
+                let CurveDerivs { p, d1, d2, .. } = arc.eval(s);
+                [p, d1 * v, d2 * v * v + d1 * a]
+            }
+            Curve::Quintic(quintic) => quintic.travel(s, v, a),
+        }
+    }
+
     /// The same as [`Curve::eval`], one jet per axis.
     pub fn jet(&self, s: f64) -> [Jet; AXES] {
         self.eval(s).jets()
@@ -148,6 +160,17 @@ impl Curve {
         }
     }
 
+    /// The same curve from a start right beside its own, mm and rad: a line to the same end, others moved as a whole.
+    #[must_use]
+    pub fn starting_at(&self, start: Coords) -> Curve {
+        let by = start - self.start();
+        match self {
+            Curve::Line(line) => Curve::line(start, line.end()),
+            Curve::Arc(arc) => Curve::Arc(arc.moved(by)),
+            Curve::Quintic(quintic) => Curve::Quintic(quintic.moved(by)),
+        }
+    }
+
     /// The parts before and after `s`.
     pub fn split_at(&self, s: f64) -> (Curve, Curve) {
         (self.sub(0.0, s), self.sub(s, self.length()))
@@ -169,6 +192,16 @@ impl Curve {
             Curve::Line(line) => (line.direction().map(f64::abs), Coords::ZERO, Coords::ZERO),
             Curve::Arc(arc) => arc.max_derivatives(s0, s1),
             Curve::Quintic(quintic) => quintic.max_derivatives(s0, s1),
+        }
+    }
+
+    /// Upper bounds of the magnitude of each axis' fourth and fifth derivative by s from `s0` to `s1`; on spirals generous
+    /// estimates.
+    pub fn higher_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords) {
+        match self {
+            Curve::Line(_) => (Coords::ZERO, Coords::ZERO),
+            Curve::Arc(arc) => arc.higher_derivatives(),
+            Curve::Quintic(quintic) => quintic.higher_derivatives(s0, s1),
         }
     }
 

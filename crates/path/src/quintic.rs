@@ -67,6 +67,10 @@ impl Quintic {
         self.origin
     }
 
+    pub(crate) fn moved(&self, by: Coords) -> Quintic {
+        Quintic { origin: self.origin + by, ..*self }
+    }
+
     /// Where it ends.
     pub fn end(&self) -> Coords {
         self.origin + self.control[4]
@@ -96,15 +100,57 @@ impl Quintic {
     /// Point and derivatives by s.
     pub fn eval(&self, s: f64) -> CurveDerivs {
         let u = self.parameter(s);
-        let points = self.relative();
-        let (first, second, third) = differences(&points);
         let (k1, k2, k3) = self.factors();
-        CurveDerivs {
-            p: self.origin + combine(&points, &bernstein::<6>(u)),
-            d1: combine(&first, &bernstein::<5>(u)) * k1,
-            d2: combine(&second, &bernstein::<4>(u)) * k2,
-            d3: combine(&third, &bernstein::<3>(u)) * k3,
+        let (b0, b1, b2, b3) = (bernstein::<6>(u), bernstein::<5>(u), bernstein::<4>(u), bernstein::<3>(u));
+        let mut out = CurveDerivs { p: self.origin, ..CurveDerivs::default() };
+        for axis in 0..self.moving() {
+            let [points, first, second, third] = self.axis(axis);
+            out.p.0[axis] = self.origin.0[axis] + weighted(&points, &b0);
+            out.d1.0[axis] = weighted::<5>(&first, &b1) * k1;
+            out.d2.0[axis] = weighted::<4>(&second, &b2) * k2;
+            out.d3.0[axis] = weighted::<3>(&third, &b3) * k3;
         }
+        out
+    }
+
+    /// Place, velocity and acceleration where s has the given speed and acceleration.
+    pub(crate) fn travel(&self, s: f64, v: f64, a: f64) -> [Coords; 3] {
+        let u = self.parameter(s);
+        let (k1, k2, _) = self.factors();
+        let (b0, b1, b2) = (bernstein::<6>(u), bernstein::<5>(u), bernstein::<4>(u));
+        let mut out = [self.origin, Coords::ZERO, Coords::ZERO];
+        for axis in 0..self.moving() {
+            let [points, first, second, _] = self.axis(axis);
+            let (d1, d2) = (weighted::<5>(&first, &b1) * k1, weighted::<4>(&second, &b2) * k2);
+            out[0].0[axis] = self.origin.0[axis] + weighted(&points, &b0);
+            out[1].0[axis] = d1 * v;
+            out[2].0[axis] = d2 * v * v + d1 * a;
+        }
+        out
+    }
+
+    /// How many of the axes, from the first on, hold all that move: mostly three.
+    fn moving(&self) -> usize {
+        let mut bits = 0_u64;
+        for point in &self.control {
+            for value in &point.0[3..] {
+                bits |= value.to_bits();
+            }
+        }
+        // Both zeros stand still.
+        if bits << 1 == 0 { 3 } else { AXES }
+    }
+
+    /// Control points of an axis and their first three differences.
+    fn axis(&self, axis: usize) -> [[f64; 6]; 4] {
+        let [a, b, c, d, e] = self.control.map(|point| point.0[axis]);
+        let mut rows = [[0.0, a, b, c, d, e], [0.0; 6], [0.0; 6], [0.0; 6]];
+        for order in 1..4 {
+            for i in 0..6 - order {
+                rows[order][i] = rows[order - 1][i + 1] - rows[order - 1][i];
+            }
+        }
+        rows
     }
 
     fn parameter(&self, s: f64) -> f64 {
@@ -125,6 +171,16 @@ impl Quintic {
         let (k1, k2, k3) = self.factors();
         let (u0, u1) = (self.parameter(s0), self.parameter(s1));
         (largest(&restrict(first, u0, u1)) * k1, largest(&restrict(second, u0, u1)) * k2, largest(&restrict(third, u0, u1)) * k3)
+    }
+
+    /// Magnitudes of each axis' fourth derivative, the larger one of both ends of the stretch from `s0` to `s1`, and of the
+    /// constant fifth.
+    pub(crate) fn higher_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords) {
+        let (_, _, [a, b, c]) = differences(&self.relative());
+        let (first, second) = (b - a, c - b);
+        let k4 = self.factors().2 * 2.0 / self.length;
+        let at = |s: f64| first.lerp(second, self.parameter(s));
+        (largest(&[at(s0), at(s1)]) * k4, (second - first).map(f64::abs) * (k4 / self.length))
     }
 
     /// The stretch from `s0` to `s1`.
@@ -176,6 +232,11 @@ fn differences(points: &[Coords; 6]) -> ([Coords; 5], [Coords; 4], [Coords; 3]) 
     let second: [Coords; 4] = std::array::from_fn(|i| first[i + 1] - first[i]);
     let third: [Coords; 3] = std::array::from_fn(|i| second[i + 1] - second[i]);
     (first, second, third)
+}
+
+/// Sum of the first N values of a row with their weights.
+fn weighted<const N: usize>(values: &[f64; 6], weights: &[f64; N]) -> f64 {
+    values.iter().zip(weights).fold(0.0, |sum, (value, weight)| sum + value * weight)
 }
 
 fn combine<const N: usize>(points: &[Coords; N], weights: &[f64; N]) -> Coords {

@@ -1,4 +1,4 @@
-//! Plans a simple program and writes its samples as CSV: `plan_csv PROGRAM OUT.csv`.
+//! Plans a simple program and writes its samples as CSV: `plan_csv PROGRAM OUT.csv [optimal]`.
 //!
 //! Reads what the planner's benchmark programs consist of, and nothing else: G0 to G3 with X Y Z I J, F, G61, G61.1, G64 P.
 //! The machine has 100 mm/s, 1000 mm/s2 and 30,000 mm/s3 on each of X, Y and Z.
@@ -6,7 +6,7 @@
 use lostmotion_base::{AxisLimits, BlockRef, Coords};
 use lostmotion_kinematics::{KinematicsSpec, build};
 use lostmotion_path::{Arc as PathArc, ArcSpec, Curve, Plane};
-use lostmotion_plan::{FeedLimit, Move, PathControl, PlanItem, Planner, PlannerConfig, Sample};
+use lostmotion_plan::{FeedLimit, Move, PathControl, PlanItem, Planner, PlannerConfig, Quality, Sample};
 use std::error::Error;
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -76,11 +76,14 @@ impl Reader {
 fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args().skip(1);
     let (Some(program), Some(out)) = (args.next(), args.next()) else {
-        return Err("usage: plan_csv PROGRAM OUT.csv".into());
+        return Err("usage: plan_csv PROGRAM OUT.csv [optimal]".into());
     };
     let limits = AxisLimits { min: -1e6, max: 1e6, velocity: 100.0, acceleration: 1e3, jerk: 3e4 };
     let mut config = PlannerConfig::new([None; 9]);
     config.limits[..3].fill(Some(limits));
+    if args.next().as_deref() == Some("optimal") {
+        config.quality = Quality::Optimal;
+    }
     let kinematics = build(&KinematicsSpec { kind: "cartesian".into(), ..KinematicsSpec::default() })?;
     let mut planner = Planner::new(config, Arc::from(kinematics), Coords::ZERO)?;
     let control = PathControl::Continuous { tolerance_mm: None, merge_tolerance_mm: None };

@@ -51,7 +51,7 @@ impl Intervals {
         kinematics: &dyn Kinematics,
         out: &mut Vec<Interval>,
     ) -> Result<(), KinematicsError> {
-        for (length, demand) in demands(piece, kinematics)? {
+        for (length, demand) in demands(piece, machine, kinematics)? {
             let cap = machine.speed_cap(&demand).min(FASTEST);
             self.add(length, demand, cap, out);
         }
@@ -79,8 +79,16 @@ impl Intervals {
 }
 
 /// Lengths and demands of consecutive parts of a piece.
-pub(crate) fn demands(piece: &Piece, kinematics: &dyn Kinematics) -> Result<Vec<(f64, Demand)>, KinematicsError> {
+pub(crate) fn demands(piece: &Piece, machine: &Machine, kinematics: &dyn Kinematics) -> Result<Vec<(f64, Demand)>, KinematicsError> {
     let length = piece.curve.length();
+    if let (Curve::Quintic(quintic), true) = (&piece.curve, kinematics.is_affine()) {
+        let mut whole = signed(quintic, 0.0, length);
+        whole.feed = feed(piece, 0.0, length, Coords(whole.d[0]));
+        // Parts of it would be gathered again.
+        if length <= COALESCE * machine.longest_window_s() * machine.speed_cap(&whole) {
+            return Ok(vec![(length, whole)]);
+        }
+    }
     let parts = parts(&piece.curve);
     let mut out = Vec::with_capacity(parts);
     for part in 0..parts {
@@ -88,10 +96,7 @@ pub(crate) fn demands(piece: &Piece, kinematics: &dyn Kinematics) -> Result<Vec<
         if kinematics.is_affine() {
             let mut demand = match &piece.curve {
                 Curve::Quintic(quintic) => signed(quintic, s0, s1),
-                curve => {
-                    let (d1, d2, d3) = curve.max_derivatives(s0, s1);
-                    Demand::new([d1.0, d2.0, d3.0], f64::INFINITY)
-                }
+                curve => of(curve, s0, s1),
             };
             demand.feed = feed(piece, s0, s1, Coords(demand.d[0]));
             out.push((s1 - s0, demand));
@@ -100,6 +105,12 @@ pub(crate) fn demands(piece: &Piece, kinematics: &dyn Kinematics) -> Result<Vec<
         }
     }
     Ok(out)
+}
+
+/// Bounds of the magnitudes.
+fn of(curve: &Curve, s0: f64, s1: f64) -> Demand {
+    let (d1, d2, d3) = curve.max_derivatives(s0, s1);
+    Demand::new([d1.0, d2.0, d3.0], f64::INFINITY)
 }
 
 /// Bounds of the derivatives over part of a quintic by their control points there, which follow from values and slopes.

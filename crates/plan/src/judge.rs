@@ -18,7 +18,7 @@ impl Judge for TimeJudge<'_> {
     /// A stop takes v/A to slow down, the window T, and v/A to speed up. A blend at the speed w takes (v - w)/A twice, T,
     /// and its own time, but gets on meanwhile. A stop may be cut short by an overlap.
     fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed, tolerance: f64) -> bool {
-        let Ok(parts) = demands(blend, self.kinematics) else { return false };
+        let Ok(parts) = demands(blend, self.machine, self.kinematics) else { return false };
         let mut all = Demand::NONE;
         for (_, demand) in &parts {
             all.join(demand);

@@ -4,6 +4,7 @@
 //! q'' v2 + q' a and the jerk q''' v3 + 3 q'' v a + q' j. The planner makes j by a moving average over a window T, which
 //! turns a path acceleration that steps by at most `a` into a jerk of at most a / T.
 
+use crate::profile::{Interval, Knot};
 use lostmotion_base::{AXES, AxisLimits, math};
 
 /// Bounds of |q'|, |q''| and |q'''| of every joint over some stretch of path.
@@ -122,6 +123,8 @@ impl Joint {
 /// Keeps what is planned a hair inside the limits, so that rounding cannot pass them.
 const MARGIN: f64 = 1.0 - 1e-6;
 
+/// By what a ramp may take longer than the best one.
+const SHORT: f64 = 1.05;
 /// Part of the steady speed that a joint's acceleration and jerk would allow, so that some of both is left to get there.
 const STEADY: f64 = 0.99;
 /// From far above, each step of Newton's method on a cubic takes off about a third.
@@ -144,6 +147,26 @@ impl Machine {
             limits.map(|l| Joint { index, v: l.velocity * MARGIN, a: l.acceleration * MARGIN, j: l.jerk * MARGIN })
         };
         Machine { joints: limits.iter().enumerate().filter_map(joint).collect() }
+    }
+
+    /// The same with part of the acceleration and the jerk.
+    pub(crate) fn part(&self, part: f64) -> Machine {
+        let joints = self.joints.iter().map(|joint| Joint { a: joint.a * part, j: joint.j * part, ..*joint });
+        Machine { joints: joints.collect() }
+    }
+
+    /// Takes in the demands of another stretch on the joints that there are.
+    pub(crate) fn join(&self, all: &mut Demand, other: &Demand) {
+        for Joint { index, .. } in &self.joints {
+            for order in 0..3 {
+                all.d[order][*index] = all.d[order][*index].max(other.d[order][*index]);
+            }
+            for order in 0..2 {
+                for side in 0..2 {
+                    all.sides[order][side][*index] = all.sides[order][side][*index].max(other.sides[order][side][*index]);
+                }
+            }
+        }
     }
 
     /// Joints by axis index with the largest velocity, acceleration and jerk planned.
@@ -206,6 +229,19 @@ impl Machine {
         a
     }
 
+    /// Largest acceleration at a speed squared, whatever its jerk.
+    pub(crate) fn pull(&self, demand: &Demand, b: f64) -> f64 {
+        let mut a = NO_LIMIT;
+        for joint in &self.joints {
+            let [c1, c2] = [0, 1].map(|order| demand.d[order][joint.index]);
+            let room = joint.a - c2 * b;
+            if c1 * a > room {
+                a = room.max(0.0) / c1;
+            }
+        }
+        a
+    }
+
     /// Whether [`Machine::acceleration`] allows so much.
     pub(crate) fn allows(&self, demand: &Demand, direction: Direction, cap: f64, v: f64, window_s: f64, a: f64) -> bool {
         self.joints.iter().all(|joint| {
@@ -214,6 +250,36 @@ impl Machine {
             (c1 == 0.0 || c2 * v * v + c1 * a <= joint.a && c1 * a <= joint.j * window_s)
                 && (c2 == 0.0 && c3 == 0.0 || sides(demand, direction, joint.index).into_iter().all(side))
         })
+    }
+
+    /// Whether a motion of constant jerk between two states keeps this part of the limits wherever the demands hold.
+    pub(crate) fn keeps(&self, demand: &Demand, ends: &[Knot], part: f64) -> bool {
+        let [left, right] = ends else { return true };
+        let (h, j) = (right.t - left.t, left.j.abs());
+        let (v, a) = (left.v.max(right.v) + j * h * h / 8.0, left.a.abs().max(right.a.abs()));
+        v <= demand.feed * part
+            && self.joints.iter().all(|joint| {
+                let [d1, d2, d3] = [0, 1, 2].map(|order| demand.d[order][joint.index]);
+                d1 * v <= joint.v * part
+                    && d1 * a + d2 * v * v <= joint.a * part
+                    && d1 * j + (3.0 * d2 * a + d3 * v * v) * v <= joint.j * part
+            })
+    }
+
+    /// Whether a window is not much longer than the best one for a ramp from rest to the largest speed.
+    pub(crate) fn is_short(&self, intervals: &[Interval], window_s: f64) -> bool {
+        let mut all = Demand::NONE;
+        let mut speed = 0.0_f64;
+        for interval in intervals {
+            all.join(&interval.demand);
+            speed = speed.max(interval.cap);
+        }
+        let least = |limit: fn(&Joint) -> f64| {
+            let of = |joint: &Joint| limit(joint) / all.d[0][joint.index].max(f64::MIN_POSITIVE);
+            self.joints.iter().map(of).fold(f64::INFINITY, f64::min)
+        };
+        let (a, j) = (least(|joint| joint.a), least(|joint| joint.j));
+        speed / a + window_s <= SHORT * 2.0 * (speed / j).sqrt()
     }
 
     /// The best window for a straight stretch from rest to rest: the time-optimal profile with limited jerk.

@@ -32,6 +32,8 @@ pub struct Planner {
     window: Window,
     sampler: Sampler,
     here: Position,
+    /// Where the path really is, less where the program is: moves that are nothing leave a gap.
+    gap: Coords,
     segments: u64,
     forced_stops: u64,
     /// Tolerance of the corner at which the last stretch came to rest, if it may be rounded.
@@ -58,6 +60,7 @@ impl Planner {
             window: Window::new(&machine, &config),
             sampler: Sampler::new(clock, start, joints),
             here: Position { program: start, tool_mm: [0.0; 3] },
+            gap: Coords::ZERO,
             config,
             kinematics,
             machine,
@@ -138,12 +141,20 @@ impl Planner {
         let feed = admit(&self.config, self.kinematics.as_ref(), &self.here, item)?;
         let segment = self.segments;
         self.segments += 1;
-        let length = item.curve.length();
+        let Move { mut curve, control, tool_mm, block, .. } = *item;
+        // Where the tool offset changes, the same joints have other coordinates.
+        let last = if tool_mm == self.here.tool_mm { self.here.program } else { curve.start() };
+        let drawn = last + self.gap;
+        if curve.start() != drawn {
+            curve = curve.starting_at(drawn);
+        }
+        let length = curve.length();
+        self.here = Position { program: item.curve.end(), tool_mm };
         if length <= NOTHING {
+            self.gap = drawn - item.curve.end();
             return Ok(());
         }
-        self.here = Position { program: item.curve.end(), tool_mm: item.tool_mm };
-        let Move { curve, control, tool_mm, block, .. } = *item;
+        self.gap = curve.end() - item.curve.end();
         let programmed = Programmed { curve, length, feed, control, tool_mm, segment, block };
         let mut steps = Vec::new();
         let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref() };

@@ -21,6 +21,8 @@ pub(crate) struct Sampler {
     pub(crate) finished: bool,
     /// Path speed of the last sample as a part of what the feed allows.
     pub(crate) feed_part: f64,
+    /// What is added to program coordinates to get joints under a tool offset, where that is all there is to do.
+    offset: Option<([f64; 3], Coords)>,
 }
 
 impl Sampler {
@@ -37,7 +39,17 @@ impl Sampler {
             tool_mm: [0.0; 3],
             block: lostmotion_base::BlockRef::default(),
         };
-        Sampler { clock, tick: 0, stretches: VecDeque::new(), rest, rest_program: program, end_s: 0.0, finished: false, feed_part: 0.0 }
+        Sampler {
+            clock,
+            tick: 0,
+            stretches: VecDeque::new(),
+            rest,
+            rest_program: program,
+            end_s: 0.0,
+            finished: false,
+            feed_part: 0.0,
+            offset: None,
+        }
     }
 
     /// The next sample, if its time is settled.
@@ -49,7 +61,7 @@ impl Sampler {
         while self.stretches.front().is_some_and(|stretch| stretch.complete && t >= stretch.rest_s()) {
             self.leave();
         }
-        let mut sample = self.at(t, kinematics);
+        let mut sample = self.alone(t, kinematics).unwrap_or_else(|| self.at(t, kinematics));
         sample.tick = self.tick;
         self.tick += 1;
         self.rest.position = sample.position;
@@ -84,6 +96,35 @@ impl Sampler {
             self.rest_program = piece.curve.point(local);
             self.rest = Sample { segment: mark.segment, s, block: mark.block, tool_mm: piece.tool_mm, ..self.rest };
         }
+    }
+
+    /// The sample at a time at which nothing but one stretch moves, of joints that are program coordinates up to a constant: the
+    /// usual case, without anything that it does not need.
+    fn alone(&mut self, t: f64, kinematics: &dyn Kinematics) -> Option<Sample> {
+        if self.stretches.get(1).is_some_and(|second| t > second.start_s) || !kinematics.is_affine() {
+            return None;
+        }
+        let stretch = self.stretches.front_mut().filter(|stretch| t > stretch.start_s)?;
+        let motion = stretch.advance(t - stretch.start_s);
+        let (piece, local) = stretch.here(motion.s)?;
+        if self.offset.is_none_or(|(tool_mm, _)| tool_mm != piece.tool_mm) {
+            self.offset = kinematics.inverse(&Coords::ZERO, &piece.tool_mm).ok().map(|offset| (piece.tool_mm, offset));
+        }
+        let (_, offset) = self.offset?;
+        let (mark, s) = piece.programmed(local);
+        let [place, velocity, acceleration] = piece.curve.travel(local, motion.v, motion.a);
+        self.feed_part = velocity.linear_norm().max(motion.v) / piece.feed;
+        Some(Sample {
+            tick: 0,
+            position: place + offset,
+            velocity,
+            acceleration,
+            segment: mark.segment,
+            s,
+            path_speed: motion.v,
+            tool_mm: piece.tool_mm,
+            block: mark.block,
+        })
     }
 
     /// The sample at a time: that of the first stretch, or rest before it; at a rounded corner that of the sum of two.
@@ -138,7 +179,7 @@ fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<Place> {
         return None;
     }
     let motion = stretch.advance(t - stretch.start_s);
-    let (piece, local) = stretch.peek(motion.s)?;
+    let (piece, local) = stretch.here(motion.s)?;
     let (mark, s) = piece.programmed(local);
     let named = Sample { segment: mark.segment, s, block: mark.block, path_speed: motion.v, tool_mm: piece.tool_mm, ..*sample };
     *sample = named;

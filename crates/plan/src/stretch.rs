@@ -55,12 +55,16 @@ impl Stretch {
 
     /// The motion at a time that never falls; what lies before it is forgotten.
     pub(crate) fn advance(&mut self, t: f64) -> Motion {
-        self.profile.forget(t);
-        let motion = self.profile.at(t);
+        let motion = self.profile.advance(t);
         while self.pieces.len() > 1 && self.pieces.get(1).is_some_and(|(start, _)| *start <= motion.s) {
             self.pieces.pop_front();
         }
         motion
+    }
+
+    /// The piece at the place where it has advanced to, and the place on it.
+    pub(crate) fn here(&self, s: f64) -> Option<(&Piece, f64)> {
+        self.pieces.front().map(|(start, piece)| (piece, (s - start).max(0.0)))
     }
 
     /// The piece at a place and the place on it.

@@ -3,87 +3,47 @@
 
 mod common;
 
+use common::generate::{Case, Dice, plain, program, varied};
 use common::{LIMITS, Program, assert_limits, cartesian, continuous, deviation, run, three_axes};
-use lostmotion_base::{Coords, math};
+use lostmotion_base::{Clock, Coords, math};
 use lostmotion_plan::{PathControl, PlanItem, Sample};
-
-/// Numbers that look random (PCG's multiplier and increment).
-struct Dice(u64);
-
-impl Dice {
-    /// From 0 to 1.
-    fn roll(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.roll()
-    }
-}
-
-/// Short runs, arcs, long and tiny lines, near reversals, what does not move; about 20 moves.
-fn program(seed: u64, control: PathControl, feed: f64) -> Program {
-    let mut dice = Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
-    let mut program = Program::new(control, feed);
-    let mut heading = 0.0;
-    for _ in 0..5 {
-        let kind = dice.roll();
-        let [x, y, z] = program.here.linear();
-        let (sin, cos) = math::sin_cos(heading);
-        if kind < 0.4 {
-            let (h, bend, noise) = (dice.between(0.02, 0.6), dice.between(-0.05, 0.05), dice.between(0.0, 0.003));
-            for _ in 0..12 {
-                heading += bend * dice.roll();
-                let [x, y, z] = program.here.linear();
-                let (sin, cos) = math::sin_cos(heading);
-                program.line(x + h * cos - noise * sin * dice.roll(), y + h * sin + noise * cos * dice.roll(), z + 0.1 * h);
-            }
-        } else if kind < 0.6 {
-            let (r, sweep) = (dice.between(0.1, 15.0), dice.between(0.2, 3.0));
-            program.arc(-r * sin, r * cos, sweep);
-            heading += sweep;
-        } else if kind < 0.8 {
-            let length = [1e-7, 0.004, 0.3, 8.0][(dice.roll() * 4.0) as usize];
-            program.line(x + length * cos, y + length * sin, z);
-            program.line(x + length * cos, y + length * sin, z);
-        } else {
-            heading += dice.between(-std::f64::consts::PI, std::f64::consts::PI);
-            let (sin, cos) = math::sin_cos(heading);
-            program.line(x + 12.0 * cos, y + 12.0 * sin, z + dice.between(-4.0, 4.0));
-        }
-    }
-    program
-}
 
 fn seconds(samples: &[Sample]) -> f64 {
     (samples.len() - 1) as f64 * 1e-3
 }
 
 /// Judges the plans of some programs from the outside; returns how many samples there were.
-fn judge(seeds: std::ops::Range<u64>) -> u64 {
-    let mut count = 0;
-    for seed in seeds {
-        let tolerance = [0.002, 0.01, 0.05][(seed % 3) as usize];
-        let program = program(seed, continuous(tolerance), 20.0 + (seed % 7) as f64 * 20.0);
-        let samples = program.run();
-        count += samples.len() as u64;
-        assert_limits(&samples, &[Some(LIMITS); 3]);
-        let worst = deviation(&samples, &program.moves);
-        assert!(worst <= tolerance + 1e-8, "program {seed}: {worst} of {tolerance}");
-    }
-    count
+fn judge(cases: impl Iterator<Item = Case>, clock: Option<Clock>) -> usize {
+    let judged = cases.enumerate().map(|(number, case)| {
+        let clock = clock.unwrap_or(case.config.clock);
+        let samples = case.run(clock);
+        assert_eq!(case.faults(clock, &samples), Vec::<String>::new(), "program {number}");
+        samples.len()
+    });
+    judged.sum()
 }
 
 #[test]
 fn every_limit_holds() {
-    assert!(judge(0..60) > 10_000);
+    assert!(judge((0..200).map(plain), None) > 100_000);
+}
+
+/// Where motion nearly stands still between two stops, a time law in the square of the speed had no motion to give.
+#[test]
+fn every_limit_holds_near_a_standstill() {
+    assert!(judge([1055, 1209, 1451, 1865, 2329, 2605, 2713].into_iter().map(plain), None) > 1000);
 }
 
 #[test]
-#[ignore = "minutes; for changes of the planner"]
-fn every_limit_holds_on_many() {
-    println!("{} samples", judge(1000..41_000));
+fn every_limit_holds_on_machines_of_all_kinds() {
+    assert!(judge((0..60).map(varied), None) > 10_000);
+}
+
+/// Between the samples, too: the same motion sampled twenty times as often.
+#[test]
+fn every_limit_holds_between_the_samples() {
+    let clock = Clock::from_nanos(50_000);
+    assert!(judge((300..310).map(plain), clock) > 50_000);
 }
 
 /// Times with more freedom by those with less, the largest.
@@ -119,7 +79,7 @@ fn more_freedom_is_hardly_slower() {
 #[test]
 fn noise_hardly_costs_time() {
     let sine = |noise: f64| {
-        let (mut dice, mut program) = (Dice(7), Program::new(continuous(0.01), 100.0));
+        let (mut dice, mut program) = (Dice::seeded(7), Program::new(continuous(0.01), 100.0));
         for i in 1..=600 {
             let x = 0.2 * f64::from(i);
             program.line(x, 0.0, 2.0 * math::sin(0.314 * x) + noise * dice.between(-1.0, 1.0));

@@ -16,7 +16,7 @@ pub mod time;
 pub use error::{SimError, SinkError};
 pub use machine::{Machine, presets};
 pub use observer::{ContourPoint, Observer, Unobserved};
-pub use options::SimulateOptions;
+pub use options::{Intervention, SimulateOptions};
 pub use results::{Comparison, Simulation};
 pub use session::{PathSink, check, compare, interpreter_config, plan, plan_with_path, simulate};
 pub use source::ProgramSource;

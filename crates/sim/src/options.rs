@@ -3,8 +3,17 @@
 use lostmotion_contour::ContourConfig;
 use lostmotion_gcode::motion::SPLINE_TOLERANCE_MM;
 use lostmotion_gcode::{Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable};
-use lostmotion_plan::Quality;
+use lostmotion_plan::{Action, Quality};
 use std::sync::Arc;
+
+/// What an operator does at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intervention {
+    /// Time since the start of the program, s; taken to the nearest command cycle.
+    pub at_s: f64,
+    /// What is done.
+    pub action: Action,
+}
 
 /// Settings of a run: what to judge by, what to keep, and the bounds of every resource.
 #[derive(Clone, Debug)]
@@ -35,6 +44,8 @@ pub struct SimulateOptions {
     pub spline_tolerance_mm: f64,
     /// How much trouble the planner takes over the time.
     pub quality: Quality,
+    /// What an operator does while the program runs: feed hold, resume, override, stop; in the order of their times.
+    pub interventions: Vec<Intervention>,
     /// Bounds of the G-code front end.
     pub limits: Limits,
     /// Dialect of the program; the machine's own if none.
@@ -62,6 +73,7 @@ impl Default for SimulateOptions {
             tool_table: None,
             spline_tolerance_mm: SPLINE_TOLERANCE_MM,
             quality: Quality::default(),
+            interventions: Vec::new(),
             limits: interpreter.limits,
             dialect: None,
             leniencies: None,

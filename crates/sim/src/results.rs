@@ -228,6 +228,6 @@ pub struct Comparison {
     pub without_gap: ErrorStats,
     /// One row a method, in the order asked for.
     pub results: Vec<MethodResult>,
-    /// The method with the smallest RMS of the part that backlash causes among those that need nothing a drive does not have.
+    /// The method with the smallest RMS of the part that backlash causes among those that need nothing a drive does not have; `adaptive` where it is near.
     pub recommended: Option<String>,
 }

@@ -16,8 +16,8 @@
 //! `j T_g^3/12`, on one with friction nothing as long as it sticks longer than the traverse takes.
 //!
 //! Outputs while crossing: offset and its speed to the loops; `J_M` times its acceleration, motor viscous friction, and the change
-//! of the motor's Coulomb friction as torque, ahead by half the current loop's lag. A changed half gap is taken up by the next crossing: taking it
-//! up sooner would have to tear the load off its flank or push it.
+//! of the motor's Coulomb friction as torque, ahead by half the current loop's lag. A half gap that becomes known or changes is taken up on the flank while
+//! the load slides, within a quarter of the torque that presses it, so that it neither lets go nor is thrown.
 
 use super::passage::Passage;
 use super::traverse::{Offset, Traverse, ticks_for};
@@ -37,6 +37,13 @@ const NOTHING: f64 = 1e-5;
 /// A reference slower than this is at rest, rad/s.
 const STANDING_RAD_S: f64 = 1e-6;
 
+/// Taking up a half gap on the flank: least and most time, ms; part of the torque on the flank that it may take; a way that is none, rad; and the speed from
+/// which on the load slides, rad/s.
+const TAKING_UP_MS: [f64; 2] = [20.0, 500.0];
+const PRESSING: f64 = 0.25;
+const NO_WAY_RAD: f64 = 1e-7;
+const SLIDES_RAD_S: f64 = 0.05;
+
 /// Part of the Coulomb friction with which the shaft of an axis at rest pulls at a load that sticks, for the flank to change.
 const STUCK: f64 = 0.25;
 
@@ -51,6 +58,7 @@ pub(super) struct Crossing {
     wind_up: f64,
     period: f64,
     traverse_ticks: [u32; 2],
+    taking_up_ticks: [u32; 2],
     /// Torque of the weight over the load's angle, where it is told.
     weight: Waves,
 }
@@ -61,6 +69,8 @@ pub(super) struct CrossingState {
     pub(super) twin: TwinState,
     pub(super) side: i8,
     traverse: Traverse,
+    /// Whether the traverse takes up a half gap that changed, on the same flank.
+    taking_up: bool,
     /// Reference velocity and acceleration as the axis follows them.
     lagged: [f64; 2],
     passage: Passage,
@@ -70,7 +80,7 @@ pub(super) struct CrossingState {
 impl CrossingState {
     /// Whether it is on its way from flank to flank.
     pub(super) fn crossing(&self) -> bool {
-        self.traverse.moving()
+        self.traverse.moving() && !self.taking_up
     }
 }
 
@@ -90,6 +100,7 @@ impl Crossing {
             wind_up,
             period,
             traverse_ticks: TRAVERSE_MS.map(|ms| config.cycles.ticks(ms)),
+            taking_up_ticks: TAKING_UP_MS.map(|ms| config.cycles.ticks(ms)),
             weight: Waves::default(),
         }
     }
@@ -106,7 +117,15 @@ impl Crossing {
 
     pub(super) fn initial(&self, motor_position: f64, load: &LoadModel) -> CrossingState {
         let twin = self.twin.initial(motor_position, &self.weighed(load, motor_position));
-        CrossingState { twin, side: 0, traverse: Traverse::default(), lagged: [0.0; 2], passage: Passage::default(), wound: 0.0 }
+        CrossingState {
+            twin,
+            side: 0,
+            traverse: Traverse::default(),
+            taking_up: false,
+            lagged: [0.0; 2],
+            passage: Passage::default(),
+            wound: 0.0,
+        }
     }
 
     /// One servo tick with a load and half a gap as they are known now.
@@ -115,20 +134,37 @@ impl Crossing {
         let carried = self.weighed(load, now.plant.load_position);
         self.twin.step(&mut state.twin, &signals.reference, &signals.next_reference, &carried);
         self.follow(state, signals);
-        if !state.traverse.moving() {
+        if !state.crossing() {
             let ticks = ticks_for(2.0 * half_gap, self.acceleration, self.period, self.traverse_ticks);
             let side = self.side_ahead(state, &now, signals, load, 0.5 * f64::from(ticks));
+            let to = f64::from(side) * half_gap;
             if side != state.side {
                 state.side = side;
-                let to = f64::from(side) * half_gap;
                 if to != state.traverse.now() {
                     state.traverse.start(to, ticks);
+                    state.taking_up = false;
                 }
+            } else if !state.traverse.moving() {
+                self.take_up(state, &now, load, to);
             }
         }
-        let crossing = state.traverse.moving();
+        let crossing = state.crossing();
         let offset = state.traverse.step(self.torque_lead_ticks, self.period);
         self.correction(state, &now, &offset, load, crossing)
+    }
+
+    /// Takes up a half gap that has become known or changed, on the flank, while the load slides and is pressed: so gently that it stays so.
+    fn take_up(&self, state: &mut CrossingState, now: &TwinState, load: &LoadModel, to: f64) {
+        let way = to - state.traverse.now();
+        let pressed = now.torque * f64::from(state.side);
+        if way.abs() <= NO_WAY_RAD || pressed <= self.nothing || now.plant.load_velocity.abs() < SLIDES_RAD_S {
+            return;
+        }
+        let ticks = ticks_for(way, PRESSING * pressed / load.inertia, self.period, self.taking_up_ticks);
+        if ticks < self.taking_up_ticks[1] {
+            state.traverse.start(to, ticks);
+            state.taking_up = true;
+        }
     }
 
     fn follow(&self, state: &mut CrossingState, signals: &Signals) {
@@ -160,7 +196,8 @@ impl Crossing {
         let wound = self.wind_up * now.torque / load.stiffness;
         let wind_speed = (wound - state.wound) / self.period;
         state.wound = wound;
-        let mut torque = self.twin.motor_inertia() * offset.acceleration + self.twin.motor_viscous() * offset.velocity;
+        let carried = if state.taking_up { load.inertia } else { 0.0 };
+        let mut torque = (self.twin.motor_inertia() + carried) * offset.acceleration + self.twin.motor_viscous() * offset.velocity;
         if crossing {
             let speed = now.plant.motor_velocity + offset.velocity;
             let friction = if speed > 0.0 { self.twin.motor_coulomb() } else { -self.twin.motor_coulomb() };

@@ -1,6 +1,7 @@
 //! Arguments of `time`.
 
-use super::{Format, OnMachine, Reading};
+use super::interventions::Interventions;
+use super::{Format, OnMachine, Quality, Reading};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -13,6 +14,11 @@ pub(crate) struct Time {
     pub(crate) on: OnMachine,
     #[command(flatten)]
     pub(crate) reading: Reading,
+    #[command(flatten)]
+    pub(crate) interventions: Interventions,
+    /// How much trouble to take over the time
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) quality: Quality,
     /// How far arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) spline_tolerance_mm: Option<f64>,

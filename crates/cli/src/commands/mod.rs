@@ -67,7 +67,9 @@ fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failu
         return Err(Failure::with_hint("--threads is 0", "leave it out to use all cores"));
     }
     let (tolerance_um, cutting_force_n) = (run.tolerance_um, run.cutting_force_n);
-    let options = SimulateOptions { tolerance_um, cutting_force_n, threads: run.threads.unwrap_or(0), ..SimulateOptions::default() };
+    let (quality, interventions) = (run.quality.of_planner(), run.interventions.read()?);
+    let threads = run.threads.unwrap_or(0);
+    let options = SimulateOptions { tolerance_um, cutting_force_n, threads, quality, interventions, ..SimulateOptions::default() };
     let options = run.reading.options(&run.part, machine.dialect(), options)?;
     Ok((program, machine, with_spline_tolerance(options, run.spline_tolerance_mm)))
 }

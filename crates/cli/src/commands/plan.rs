@@ -5,9 +5,9 @@ use crate::args::Plan;
 use crate::args::drives::Cycles as Given;
 use crate::failure::Failure;
 use crate::voice::Voice;
-use crate::{args, drives, input, machines};
+use crate::{drives, input, machines};
 use lostmotion::axis::config::Cycles;
-use lostmotion::plan::{Quality, Sample};
+use lostmotion::plan::Sample;
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::PlanWriter;
 use lostmotion::report::{WriteError, number};
@@ -30,11 +30,8 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
     let mut writer = PlanWriter::new(create, machine.axis_set(), machine.rotary_joints(), machine.cycles().command()).map_err(unwritten)?;
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
     let options = args.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
-    let quality = match args.quality {
-        args::Quality::Fast => Quality::Fast,
-        args::Quality::Optimal => Quality::Optimal,
-    };
-    let options = SimulateOptions { quality, ..with_spline_tolerance(options, args.spline_tolerance_mm) };
+    let (quality, interventions) = (args.quality.of_planner(), args.interventions.read()?);
+    let options = SimulateOptions { quality, interventions, ..with_spline_tolerance(options, args.spline_tolerance_mm) };
     let info = lostmotion::sim::plan(&program, &machine, &options, &mut sink).map_err(|error| match error {
         SimError::Sink(why) => Failure::message(format!("cannot write {}: {why}", args.out.display())),
         other => failure(&program, &other, voice),

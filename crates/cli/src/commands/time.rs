@@ -53,7 +53,8 @@ pub(crate) fn run(args: &Time, voice: Voice) -> Result<u8, Failure> {
     }
     let program = input::program(&args.part)?;
     let machine = machines::load(args.on.machine.as_deref())?;
-    let options = SimulateOptions { threads: args.threads.unwrap_or(0), ..SimulateOptions::default() };
+    let (quality, interventions) = (args.quality.of_planner(), args.interventions.read()?);
+    let options = SimulateOptions { threads: args.threads.unwrap_or(0), quality, interventions, ..SimulateOptions::default() };
     let options = with_spline_tolerance(args.reading.options(&args.part, machine.dialect(), options)?, args.spline_tolerance_mm);
     let wanted = TimeOptions {
         keep_blocks: args.top,

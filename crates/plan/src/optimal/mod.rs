@@ -13,10 +13,13 @@ mod ends;
 mod interior;
 mod nominal;
 mod problem;
+mod settle;
 mod tighten;
+mod trial;
 mod warp;
 
 pub(crate) use nominal::Point;
+pub(crate) use warp::{between, quintic};
 
 use crate::{PlannerConfig, Sample};
 use ends::End;
@@ -26,7 +29,8 @@ use nominal::{Joint, joints, limits};
 use problem::Problem;
 use std::collections::VecDeque;
 use tighten::{Judge, REACH};
-use warp::{Walk, between};
+use trial::Trial;
+use warp::Walk;
 
 /// Steps of nominal time in a period of the samples.
 const STEPS_IN_PERIOD: u64 = 2;
@@ -40,22 +44,23 @@ const STOPS: f64 = 2.0;
 const WINDOW: usize = 4;
 /// Over how many steps at rest beta is constant.
 const TIED: usize = 8;
-/// Parts of the limits that are planned: within an interval the jerk passes its middle's by one or two per cent where the path is tightly curved.
-const PARTS: [f64; 3] = [1.0 - 1e-6, 0.999, 0.982];
+/// Parts of the limits that are planned: within an interval the jerk passes its middle's a little where the path is tightly curved.
+const PARTS: [f64; 3] = [1.0 - 1e-6, 0.9995, 0.992];
 /// When a window is good enough.
 const GOAL: Goal = Goal { gap: 3e-4, first_gap: 1.0, max_steps: 60 };
 /// The same where only some room was taken away.
 const AGAIN: Goal = Goal { first_gap: 0.03, ..GOAL };
-/// How often room is taken away, at most.
-const ROUNDS: usize = 10;
-/// Where less than this part of a limit is left to an interval after all, the pace of the window's end may be better for all of it.
-const TOLERABLE: f64 = 0.9985;
+/// How often room is taken away, at most, and while a limit is passed by how much.
+const ROUNDS: usize = 8;
+const COARSE: f64 = 2e-3;
+/// How often the pace is lowered around what still passes a limit.
+const DIPS: usize = 24;
+/// Parts of the way back to the pace before that are tried where that did not help.
+const BACK: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 /// A gap that is not below this means that no better motion was found.
 const FAILED: f64 = 0.05;
 /// Intervals at the start of a window in which its given state leaves little choice, so that what was planned before may be done again.
 const GIVEN: usize = 60;
-/// Intervals behind those that are given out that are judged with them.
-const BEYOND: usize = 100;
 
 /// Limits that the nominal motion has to keep where it will be retimed: what it keeps of velocity, acceleration and jerk at the pace at which
 /// windows end.
@@ -82,6 +87,8 @@ pub(crate) struct Retimer {
     x: Vec<f64>,
     /// Room that the joints' limits leave by interval: acceleration, jerk.
     room: Vec<[f64; 2]>,
+    /// How wide the pace is lowered around what passes a limit, in steps.
+    width: f64,
     /// Intervals that a window keeps back.
     margin: usize,
     /// Whether the points start at rest.
@@ -91,23 +98,6 @@ pub(crate) struct Retimer {
     tick: Tick,
     ready: VecDeque<Sample>,
     judge: Judge,
-}
-
-/// Samples that a plan would give, each with its interval.
-struct Trial {
-    samples: Vec<(usize, Sample)>,
-    walk: Walk,
-    /// Intervals around what passes a limit, with the part of the limits of acceleration and jerk that is left to them.
-    excess: Vec<(usize, [f64; 2])>,
-    /// Whether the solver found something.
-    found: bool,
-}
-
-impl Trial {
-    /// The least part of a limit that is left to an interval.
-    fn least(&self) -> f64 {
-        self.excess.iter().flat_map(|(_, scale)| *scale).fold(1.0, f64::min)
-    }
 }
 
 /// The clock of the nominal motion.
@@ -121,6 +111,7 @@ impl Retimer {
         let step_s = nominal_clock(config.clock).period_s();
         let stop_s = joints.iter().map(|joint| joint.limits[0] / joint.limits[1] + joint.limits[1] / joint.limits[2]).fold(0.0, f64::max);
         Retimer {
+            width: settle::width(joints.iter().map(|joint| joint.limits), step_s),
             joints,
             step_s,
             points: Vec::new(),
@@ -151,7 +142,7 @@ impl Retimer {
         if intervals > 0 {
             self.plan([self.start(), End::Rest(TIED.min(intervals / 4))], intervals);
         }
-        self.name(between(&[last, last], self.step_s, 0.0, [1.0, 0.0]));
+        self.name(between([&last.sample; 2], self.step_s, 0.0, [1.0, 0.0]));
         self.points.clear();
         true
     }
@@ -177,7 +168,7 @@ impl Retimer {
         let slow = self.x.clone();
         let mut trial = self.improve(&problem, &GOAL, ends[1], given);
         for _ in 0..ROUNDS {
-            if trial.excess.is_empty() || !trial.found {
+            if trial.least() > 1.0 - COARSE || !trial.found {
                 break;
             }
             for (interval, scale) in &trial.excess {
@@ -187,16 +178,29 @@ impl Retimer {
             problem.ease(GIVEN.min(overlap), &known);
             trial = self.improve(&problem, &AGAIN, ends[1], given);
         }
-        if trial.least() < TOLERABLE {
-            let found = std::mem::replace(&mut self.x, slow);
-            let other = self.trial(ends[1], given, true);
-            if other.least() > trial.least() {
-                trial = other;
-            } else {
-                self.x = found;
-            }
-        }
+        let trial = self.settle(trial, ends, given, &slow);
         self.give(trial, given);
+    }
+
+    /// Lowers the pace where a limit is still passed, and at the last goes back to the pace before, which keeps them: that of the window
+    /// before, as far as it was planned and looked at, and that at which windows end.
+    fn settle(&mut self, mut trial: Trial, ends: [End; 2], given: usize, slow: &[f64]) -> Trial {
+        for _ in 0..DIPS {
+            if trial.excess.is_empty() {
+                return trial;
+            }
+            settle::dip(&mut self.x, &trial.excess, self.width, ends);
+            trial = self.trial(ends[1], given, true);
+        }
+        let found = self.x.clone();
+        for part in BACK {
+            if trial.excess.is_empty() {
+                break;
+            }
+            self.x.iter_mut().zip(found.iter().zip(slow)).for_each(|(x, (found, slow))| *x = found + part * (slow - found));
+            trial = self.trial(ends[1], given, true);
+        }
+        trial
     }
 
     /// Lowers the time, if that can be done, and looks at what comes of it.
@@ -209,15 +213,14 @@ impl Retimer {
         self.trial(end, given, found)
     }
 
-    /// The samples of the first `given` intervals, and what of the limits they and a little more pass.
+    /// The samples of the first `given` intervals, and what of the limits they and all that is planned pass.
     fn trial(&self, end: End, given: usize, found: bool) -> Trial {
         let intervals = self.points.len() - 1;
-        let judged = (given + BEYOND).min(intervals);
         let (mut walk, mut samples) = (self.walk, Vec::new());
         walk.go(&self.points[..=given], self.step_s, &self.x[..given + 2], &mut samples);
         let mut more = samples.clone();
         let mut beyond = walk;
-        beyond.go(&self.points[given..=judged], self.step_s, &self.x[given..judged + 2], &mut more);
+        beyond.go(&self.points[given..], self.step_s, &self.x[given..], &mut more);
         more[samples.len()..].iter_mut().for_each(|(interval, _)| *interval += given);
         if let (End::Rest(_), Some(last)) = (end, self.points.last()) {
             more.extend([(intervals - 1, last.sample); REACH]);

@@ -6,9 +6,12 @@ use lostmotion_base::Coords;
 /// Differences reach over so many samples.
 pub(super) const REACH: usize = 4;
 /// What passes a limit by no more than this part is rounding.
-const ROUNDING: f64 = 3e-4;
+const ROUNDING: f64 = 1e-7;
 /// Room is taken away by a little more than what was passed.
 const MORE: f64 = 5e-4;
+
+/// Intervals, each with the part of its limits of acceleration and jerk that is left to it.
+pub(super) type Excess = Vec<(usize, [f64; 2])>;
 
 /// Holds differences of the samples against the joints' limits.
 #[derive(Clone, Debug)]
@@ -30,7 +33,7 @@ impl Judge {
 
     /// The intervals, out of so many, around what passes a limit, each with the part of its limits of acceleration and jerk that is left
     /// to it.
-    pub(super) fn excess(&self, batch: &[(usize, Sample)], intervals: usize) -> Vec<(usize, [f64; 2])> {
+    pub(super) fn excess(&self, batch: &[(usize, Sample)], intervals: usize) -> Excess {
         let Some((_, first)) = batch.first() else { return Vec::new() };
         let before = if self.before.is_empty() { vec![first.position; REACH - 1] } else { self.before.clone() };
         let lead = before.len();

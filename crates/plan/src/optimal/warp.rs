@@ -36,7 +36,7 @@ impl Beta {
 }
 
 /// The quintic on (0, 1) with given value, slope and curvature at both ends: its value, slope and curvature at `u`.
-fn quintic([p0, v0, a0]: [f64; 3], [p1, v1, a1]: [f64; 3], u: f64) -> [f64; 3] {
+pub(crate) fn quintic([p0, v0, a0]: [f64; 3], [p1, v1, a1]: [f64; 3], u: f64) -> [f64; 3] {
     let (p, v, a) = (p1 - p0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0);
     let c3 = 10.0 * p - 4.0 * v + 0.5 * a;
     let c4 = -15.0 * p + 7.0 * v - a;
@@ -66,7 +66,8 @@ impl Walk {
             let whole = step_s * stretch;
             while self.ahead_s < whole {
                 let part = beta.part(self.ahead_s / whole, stretch);
-                out.push((interval, between(pair, step_s, part, [beta.at(part).sqrt(), 0.5 * beta.slope(part) / step_s])));
+                let ends = [&pair[0].sample, &pair[1].sample];
+                out.push((interval, between(ends, step_s, part, [beta.at(part).sqrt(), 0.5 * beta.slope(part) / step_s])));
                 self.ahead_s += self.period_s;
             }
             self.ahead_s -= whole;
@@ -75,8 +76,7 @@ impl Walk {
 }
 
 /// The motion at a part of a nominal interval at a pace and its rate of change, 1/s.
-pub(super) fn between(pair: &[Point], step_s: f64, part: f64, [pace, change]: [f64; 2]) -> Sample {
-    let (a, b) = (&pair[0].sample, &pair[1].sample);
+pub(crate) fn between([a, b]: [&Sample; 2], step_s: f64, part: f64, [pace, change]: [f64; 2]) -> Sample {
     let mut joints = [[0.0; 3]; AXES];
     for (index, joint) in joints.iter_mut().enumerate() {
         let at =

@@ -20,6 +20,9 @@ pub(crate) struct Span {
     pub(crate) feed: f64,
 }
 
+/// Bounds of the joints' second to fifth derivatives by the path.
+pub(super) type Bends = [[f64; AXES]; 4];
+
 /// Goes along a section; fast where the places asked for rise.
 #[derive(Debug)]
 pub(crate) struct Course<'a> {
@@ -33,7 +36,7 @@ impl<'a> Course<'a> {
     }
 
     /// Finds the piece under a place.
-    fn find(&mut self, s: f64) {
+    pub(super) fn find(&mut self, s: f64) {
         let pieces = self.section.pieces;
         while self.index > 0 && pieces.get(self.index).is_some_and(|(start, _)| *start > s) {
             self.index -= 1;
@@ -43,8 +46,18 @@ impl<'a> Course<'a> {
         }
     }
 
+    /// Where the piece after the one in hand begins.
+    pub(super) fn next(&self) -> Option<f64> {
+        self.section.pieces.get(self.index + 1).map(|(start, _)| *start)
+    }
+
+    /// Goes on to the next piece.
+    pub(super) fn step(&mut self) {
+        self.index += 1;
+    }
+
     /// At a place on the piece in hand.
-    fn on_piece(&self, s: f64) -> Option<Place> {
+    pub(super) fn on_piece(&self, s: f64) -> Option<Place> {
         let (start, piece) = self.section.pieces.get(self.index)?;
         let at = piece.curve.eval(s - start);
         let tip = at.d1.linear_norm();
@@ -56,10 +69,17 @@ impl<'a> Course<'a> {
         Some(Place { d: [1, 2, 3].map(|order| jets.map(|jet| jet.0[order])), feed })
     }
 
-    /// At a place; none where the machine cannot be.
-    pub(crate) fn at(&mut self, s: f64) -> Option<Place> {
-        self.find(s);
-        self.on_piece(s)
+    /// Bounds of the second to fifth derivatives of affine joints between two places on the piece in hand, given those at
+    /// the ends.
+    pub(super) fn bends(&self, from: f64, to: f64, ends: [&Place; 2]) -> Bends {
+        let Some((start, piece)) = self.section.pieces.get(self.index) else { return Bends::default() };
+        let (fourth, fifth) = piece.curve.higher_derivatives(from - start, to - start);
+        let half = 0.5 * (to - from);
+        let [left, right] = ends.map(|place| place.d);
+        let most = |order: usize, joint: usize| f64::abs(left[order][joint]).max(right[order][joint].abs());
+        let third: [f64; AXES] = std::array::from_fn(|joint| most(2, joint) + half * fourth.0[joint]);
+        let second = std::array::from_fn(|joint| most(1, joint) + half * third[joint]);
+        [second, third, fourth.0, fifth.0]
     }
 
     /// Over a stretch: third derivatives at its ends, on both sides of where pieces meet in it, and halfway in between.

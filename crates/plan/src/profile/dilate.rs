@@ -1,7 +1,9 @@
 //! Spreads each interval's demands over the reach of a window around it.
 
 use super::{Interval, Task};
-use crate::machine::{Direction, NO_LIMIT};
+use crate::machine::{Demand, Direction, NO_LIMIT};
+use lostmotion_base::AXES;
+use std::cell::OnceCell;
 
 /// A stretch of path with everything whose window reaches it.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,9 +18,30 @@ pub(crate) struct Cell {
     past: usize,
     /// Whether the bound of the acceleration is the same at all speeds.
     pub(crate) straight: bool,
+    /// See [`Cell::gentle`], by direction.
+    gentle: [OnceCell<Option<f64>>; 2],
 }
 
+/// A cell is nearly straight if at its cap so much is left of the acceleration that it would allow if it were straight.
+const GENTLE: f64 = 0.97;
+
 impl Cell {
+    /// An acceleration that holds at all speeds, where the cell is nearly straight.
+    pub(super) fn gentle(&self, task: &Task<'_>, members: &[usize], direction: Direction) -> Option<f64> {
+        *self.gentle[direction as usize].get_or_init(|| {
+            let mut all = Demand::NONE;
+            let mut cap = self.cap;
+            for &index in &members[self.first..self.past] {
+                task.machine.join(&mut all, &task.intervals[index].demand);
+                cap = cap.max(task.intervals[index].cap);
+            }
+            let straight = Demand::new([all.d[0], [0.0; AXES], [0.0; AXES]], f64::INFINITY);
+            let most = task.machine.acceleration(&straight, direction, cap, 0.0, task.window_s, NO_LIMIT);
+            let a = task.machine.acceleration(&all, direction, cap, self.cap, task.window_s, most);
+            (a >= GENTLE * most).then_some(a)
+        })
+    }
+
     /// Largest acceleration in a direction at a speed; never rises with it. `members` is what [`dilate`] gave with the cell.
     pub(super) fn acceleration(&self, task: &Task<'_>, members: &[usize], direction: Direction, v: f64) -> f64 {
         // What one interval leaves is all that the next one has to be asked about.
@@ -72,7 +95,8 @@ pub(super) fn dilate(task: &Task<'_>) -> Dilated {
         let here = members[first..].iter().map(|&k| &task.intervals[k]);
         let cap = here.clone().map(|interval| interval.cap).fold(f64::INFINITY, f64::min);
         let straight = here.clone().all(|interval| interval.demand.is_straight());
-        cells.push(Cell { start, end, cap, first, past: members.len(), straight });
+        let gentle = [const { OnceCell::new() }; 2];
+        cells.push(Cell { start, end, cap, first, past: members.len(), straight, gentle });
     }
     Dilated { cells, members, reach_ends: ends }
 }

@@ -1,10 +1,13 @@
 //! Place by time, and what makes a section of it faster.
 
-use super::Interval;
+use super::{Interval, Node};
 use crate::condition::Piece;
 use crate::machine::Machine;
 use lostmotion_kinematics::Kinematics;
 use std::collections::VecDeque;
+
+/// Steps towards the time at which a motion is at a place.
+const TIME_STEPS: usize = 60;
 
 /// Place, speed and acceleration on the path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,6 +39,30 @@ impl Knot {
             a: self.a + self.j * x,
         }
     }
+
+    /// When a motion that goes forward is at a place, between two times before the next knot.
+    pub(super) fn time_at(&self, s: f64, from: f64, to: f64) -> f64 {
+        if self.at(to).s <= s {
+            return to;
+        }
+        let (mut low, mut high) = (from, to);
+        let mut t = 0.5 * (from + to);
+        for _ in 0..TIME_STEPS {
+            let motion = self.at(t);
+            if motion.s <= s {
+                low = t;
+            } else {
+                high = t;
+            }
+            let newton = t - (motion.s - s) / motion.v;
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            if (next - t).abs() <= f64::EPSILON * to {
+                return next.max(low);
+            }
+            t = next;
+        }
+        high
+    }
 }
 
 /// A section of path between two states that are both given: rest, or a steady speed where the look-ahead is sure of it.
@@ -47,6 +74,8 @@ pub(crate) struct Section<'a> {
     pub(crate) pieces: &'a VecDeque<(f64, Piece)>,
     /// Consecutive intervals that hold the section; their demands bound the joints' derivatives all over each of them.
     pub(crate) intervals: &'a [Interval],
+    /// The profile of which the base is the mean.
+    pub(crate) nodes: &'a [Node],
     /// A motion that keeps every limit, from the first state to the last; its times begin at 0.
     pub(crate) base: &'a [Knot],
 }
@@ -123,10 +152,15 @@ impl Profile {
         knot.at(t)
     }
 
-    /// Forgets what lies before a time.
-    pub(crate) fn forget(&mut self, t: f64) {
+    /// The state at a time that never falls: what lies before it is forgotten.
+    pub(crate) fn advance(&mut self, t: f64) -> Motion {
         while self.knots.get(1).is_some_and(|next| next.t <= t) {
             self.knots.pop_front();
+        }
+        match self.knots.front() {
+            Some(knot) if self.knots.len() > 1 && t >= knot.t => knot.at(t),
+            Some(knot) => Motion { s: knot.s, v: knot.v, a: knot.a },
+            None => Motion::default(),
         }
     }
 }

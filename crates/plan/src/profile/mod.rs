@@ -15,21 +15,25 @@
 mod average;
 mod band;
 mod barrier;
+mod certificate;
 mod course;
 mod cut;
 mod dilate;
+mod ideal;
 pub(crate) mod law;
 mod node;
 mod peaks;
 pub(crate) mod refined;
 mod scan;
+mod spans;
 mod spline;
-mod usage;
 
 pub(crate) use average::average;
+pub(crate) use certificate::Certificate;
 pub(crate) use cut::last_cut;
 pub(crate) use dilate::Cell;
 use dilate::Dilated;
+pub(crate) use ideal::ideal;
 pub(crate) use law::{Knot, Motion, Profile, Section, TimeLaw};
 pub(crate) use node::{Node, duration_s};
 use scan::Ground;

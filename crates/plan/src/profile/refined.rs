@@ -1,13 +1,21 @@
 //! A time law that starts from the averaged profile and lowers its time by an interior-point method.
 
 use super::barrier::{Problem, Row};
+use super::certificate::{Certificate, KEPT};
 use super::course::Course;
+use super::ideal::{ideal, time_between};
 use super::law::{Knot, Motion, Section, TimeLaw, state_at};
+use super::node::Node;
+use super::spans::{Span, spans};
 use super::spline::Grid;
-use super::usage::usage;
 
 /// Intervals in the longest time over which a joint builds up its acceleration.
 const INTERVALS: f64 = 8.0;
+/// Part of the time that a faster motion has to promise.
+const WORTH: f64 = 2e-3;
+/// Steps that a ramp on a straight line takes longer than without a limit of the jerk: 0.08 of eight at its start from rest, and
+/// a little at its end.
+const TURNS: f64 = 1.0;
 /// Fewer intervals are left alone.
 const LEAST: usize = 12;
 /// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens between the intervals'
@@ -17,8 +25,6 @@ const GOALS: [f64; 2] = [0.9985, 0.99];
 const CAP: f64 = 0.9999;
 /// So many intervals at either end may use all of it, since what is given there may.
 const NEAR: usize = 3;
-/// Limits are kept within rounding.
-const KEPT: f64 = 1.0 + 1e-6;
 /// Complementarity of the interior-point method at first and at last, as a part of an interval's time.
 const FIRST: f64 = 0.3;
 const LAST: f64 = 1e-4;
@@ -33,29 +39,84 @@ pub(crate) struct Refined;
 
 impl TimeLaw for Refined {
     fn plan(&self, section: &Section<'_>) -> Vec<Knot> {
-        match refine(section) {
-            Some(knots) if knots.last().zip(section.base.last()).is_some_and(|(new, old)| new.t < old.t) => knots,
-            _ => section.base.to_vec(),
+        let base = section.base;
+        if section.intervals.iter().all(|interval| interval.demand.is_straight()) && section.pieces.len() == 1 {
+            return base.to_vec();
+        }
+        let step_s = section.machine.longest_window_s() / INTERVALS;
+        let mut joined = Joined { base, knots: Vec::with_capacity(base.len()), next: 0, shift_s: 0.0 };
+        let spans = spans(base, section.intervals, step_s, LEAST);
+        let gains = Gains::new(section);
+        for span in spans.into_iter().filter(|span| gains.are_there(span, step_s)) {
+            if let Some(faster) = refine(section, span, step_s) {
+                joined.replace(span, &faster);
+            }
+        }
+        joined.finish()
+    }
+}
+
+/// Tells where a motion may become faster.
+struct Gains<'a> {
+    section: &'a Section<'a>,
+    ideal: Vec<Node>,
+}
+
+impl<'a> Gains<'a> {
+    fn new(section: &'a Section<'a>) -> Gains<'a> {
+        let ends = section.nodes.first().zip(section.nodes.last());
+        let ideal = ends.map_or_else(Vec::new, |(from, to)| ideal(section.machine, section.intervals, *from, *to));
+        Gains { section, ideal }
+    }
+
+    fn are_there(&self, span: &Span, step_s: f64) -> bool {
+        let [from, to] = [span.from, span.to].map(|t| state_at(self.section.base, t).s);
+        let own = span.to - span.from;
+        own - time_between(&self.ideal, from, to) > WORTH * own + TURNS * step_s
+    }
+}
+
+/// A motion with parts of it replaced.
+struct Joined<'a> {
+    base: &'a [Knot],
+    knots: Vec<Knot>,
+    /// First knot of the base that is not taken over yet.
+    next: usize,
+    /// By how much later than in the base the motion is now.
+    shift_s: f64,
+}
+
+impl Joined<'_> {
+    fn keep(&mut self, until: f64) {
+        let shift_s = self.shift_s;
+        let kept = self.base[self.next..].iter().take_while(|knot| knot.t < until);
+        let before = self.knots.len();
+        self.knots.extend(kept.map(|knot| Knot { t: knot.t + shift_s, ..*knot }));
+        self.next += self.knots.len() - before;
+    }
+
+    /// Puts knots in the place of a part; their times begin at 0, and the last one is where the base goes on.
+    fn replace(&mut self, span: Span, faster: &[Knot]) {
+        self.keep(span.from);
+        let from = span.from + self.shift_s;
+        self.knots.extend(faster.iter().map(|knot| Knot { t: knot.t + from, ..*knot }));
+        self.next = self.base.partition_point(|knot| knot.t <= span.to);
+        let jerk = self.next.checked_sub(1).and_then(|index| self.base.get(index)).map_or(0.0, |knot| knot.j);
+        if let Some(last) = self.knots.last_mut() {
+            last.j = jerk;
+            self.shift_s = last.t - span.to;
         }
     }
-}
 
-/// From when to when a base may be changed: what sets out from rest or comes to rest keeps the time of one jerk there, since
-/// b(s) has no bounded derivatives at rest.
-fn span(base: &[Knot], step_s: f64) -> Option<(f64, f64)> {
-    let (first, last) = (base.first()?, base.last()?);
-    let at = |knot: &Knot| if knot.v > 0.0 { 0.0 } else { INTERVALS * step_s };
-    let (from, to) = (at(first), last.t - at(last));
-    (to - from >= LEAST as f64 * step_s).then_some((from, to))
-}
-
-fn refine(section: &Section<'_>) -> Option<Vec<Knot>> {
-    let base = section.base;
-    if section.intervals.iter().all(|interval| interval.demand.is_straight()) && section.pieces.len() == 1 {
-        return None;
+    fn finish(mut self) -> Vec<Knot> {
+        self.keep(f64::INFINITY);
+        self.knots
     }
-    let step_s = section.machine.longest_window_s() / INTERVALS;
-    let (from, to) = span(base, step_s)?;
+}
+
+/// A faster motion over a part of the base, its times from 0.
+fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Option<Vec<Knot>> {
+    let (base, Span { from, to }) = (section.base, span);
     let count = ((to - from) / step_s).ceil();
     let states: Vec<_> = (0..=count as usize).map(|k| state_at(base, from + (to - from) * (k as f64 / count))).collect();
     if states.windows(2).any(|pair| pair[1].s <= pair[0].s) || states.iter().any(|state| state.v <= 0.0) {
@@ -67,8 +128,11 @@ fn refine(section: &Section<'_>) -> Option<Vec<Knot>> {
     for _ in 0..=REPAIRS {
         let mut c = start.clone();
         problem.solve(&mut c, FIRST * step_s, LAST * step_s, STEPS);
-        let knots = knots(base, &grid, &c, (from, to));
-        if repaired(section, &mut problem, &grid, &knots)? {
+        let knots = knots(&grid, &c)?;
+        if knots.last().is_none_or(|last| last.t >= to - from) {
+            return None;
+        }
+        if repaired(section, &mut problem, &knots)? {
             return Some(knots);
         }
     }
@@ -130,34 +194,28 @@ fn start(base: &[Knot], grid: &Grid, states: &[Motion], (from, to): (f64, f64)) 
     Some(c)
 }
 
-/// The base up to where it was changed, what replaces it, and the rest of the base after it.
-fn knots(base: &[Knot], grid: &Grid, c: &[f64], (from, to): (f64, f64)) -> Vec<Knot> {
-    let mut out: Vec<Knot> = base.iter().copied().take_while(|knot| knot.t < from).collect();
-    let mut t = from;
+/// The motion that the coefficients describe, two knots to an interval and one at the end.
+fn knots(grid: &Grid, c: &[f64]) -> Option<Vec<Knot>> {
+    let mut out = Vec::with_capacity(2 * grid.len() + 1);
+    let mut end = Knot::default();
     for interval in 0..grid.len() {
-        let [first, second, end] = grid.knots(c, interval, t);
+        let [first, second, last] = grid.knots(c, interval, end.t)?;
         out.extend([first, second]);
-        t = end.t;
+        end = last;
     }
-    let index = base.partition_point(|knot| knot.t <= to).saturating_sub(1);
-    if let Some(knot) = base.get(index) {
-        let state = knot.at(to);
-        out.push(Knot { t, s: state.s, v: state.v, a: state.a, j: knot.j });
-    }
-    out.extend(base.iter().skip(index + 1).map(|knot| Knot { t: knot.t + (t - to), ..*knot }));
-    out
+    out.push(end);
+    Some(out)
 }
 
 /// Whether the motion keeps every limit; where it does not, the goals become stricter.
-fn repaired(section: &Section<'_>, problem: &mut Problem<'_>, grid: &Grid, knots: &[Knot]) -> Option<bool> {
-    let first = knots.partition_point(|knot| knot.s < grid.nodes[0]);
-    let mut course = Course::new(section);
+fn repaired(section: &Section<'_>, problem: &mut Problem<'_>, knots: &[Knot]) -> Option<bool> {
+    let mut certificate = Certificate::new(section);
     let mut good = true;
-    for interval in 0..grid.len() {
-        let used = usage(section.machine, &mut course, &knots[first + 2 * interval..first + 2 * interval + 3])?;
-        let [v, a, j] = used;
+    let count = problem.goals.len();
+    for interval in 0..count {
+        let [v, a, j] = certificate.most(&knots[2 * interval..2 * interval + 3])?;
         good &= v <= KEPT && a <= KEPT && j <= KEPT;
-        let near = interval.saturating_sub(2)..(interval + 3).min(grid.len());
+        let near = interval.saturating_sub(2)..(interval + 3).min(count);
         for (kind, used) in [a, j].into_iter().enumerate().filter(|(_, used)| *used > KEPT) {
             for goal in &mut problem.goals[near.clone()] {
                 goal[kind] = goal[kind].min(GOALS[kind] * 0.997 / used);

@@ -43,6 +43,11 @@ struct Step {
 
 /// The next step up from a speed, within a distance: as much as the bound allows at the speed that the step leads to.
 fn step(ground: &Ground<'_>, direction: Direction, cell: &Cell, b: f64, distance: f64) -> Step {
+    if !cell.straight
+        && let Some(a) = cell.gentle(ground.task, ground.members, direction)
+    {
+        return Step { distance, a };
+    }
     let top = cell.cap * cell.cap;
     let mut high = cell.acceleration(ground.task, ground.members, direction, b.sqrt());
     if cell.straight {

@@ -4,6 +4,8 @@ use super::{Knot, Motion};
 
 /// Steps towards the time that an interval takes.
 const TIME_STEPS: usize = 12;
+/// Part of the time by which the last of them may change it.
+const CONVERGED: f64 = 1e-13;
 
 /// Places that cut a section into intervals, with what the shape of a quadratic spline b(s) on them needs.
 #[derive(Clone, Debug)]
@@ -63,32 +65,34 @@ impl Grid {
     }
 
     /// The motion over an interval: from state to state with one jerk in the first half of the time and another in the second.
-    /// The first knot begins at a time; that of the end of the interval is returned, too.
-    pub(super) fn knots(&self, c: &[f64], interval: usize, t: f64) -> [Knot; 3] {
+    /// The first knot begins at a time; that of the end of the interval is returned, too. None where no such motion goes
+    /// forward all the time: near rest the acceleration of b(s) changes too fast for two jerks.
+    pub(super) fn knots(&self, c: &[f64], interval: usize, t: f64) -> Option<[Knot; 3]> {
         let (from, to) = (self.state(c, interval), self.state(c, interval + 1));
         let (ds, dv, da) = (to.s - from.s, to.v - from.v, to.a - from.a);
         let jerks = |half: f64| {
             let first = (dv - (2.0 * from.a + 0.5 * da) * half) / (half * half);
             [first, da / half - first]
         };
-        let middle = |half: f64, j: f64| Knot { t: 0.0, s: from.s, v: from.v, a: from.a, j }.at(half);
+        // Places from the start of the interval, so that far along the path no digits are lost.
+        let middle = |half: f64, j: f64| Knot { t: 0.0, s: 0.0, v: from.v, a: from.a, j }.at(half);
         let mut half = ds / (from.v + to.v);
         for _ in 0..TIME_STEPS {
             let [first, second] = jerks(half);
             let m = middle(half, first);
             let end = Knot { t: 0.0, s: m.s, v: m.v, a: m.a, j: second }.at(half);
-            let step = (to.s - end.s) / (from.v + to.v);
+            let step = (ds - end.s) / (from.v + to.v);
             half += step;
-            if step.abs() < 1e-15 {
-                break;
+            if step.abs() <= CONVERGED * half {
+                let [first, second] = jerks(half);
+                let m = middle(half, first);
+                return (m.v > 0.0).then_some([
+                    Knot { t, s: from.s, v: from.v, a: from.a, j: first },
+                    Knot { t: t + half, s: from.s + m.s, v: m.v, a: m.a, j: second },
+                    Knot { t: t + 2.0 * half, s: to.s, v: to.v, a: to.a, j: 0.0 },
+                ]);
             }
         }
-        let [first, second] = jerks(half);
-        let m = middle(half, first);
-        [
-            Knot { t, s: from.s, v: from.v, a: from.a, j: first },
-            Knot { t: t + half, s: m.s, v: m.v, a: m.a, j: second },
-            Knot { t: t + 2.0 * half, s: to.s, v: to.v, a: to.a, j: 0.0 },
-        ]
+        None
     }
 }

@@ -1,6 +1,8 @@
 //! Machines, programs and an outside judge for the planner's tests.
 #![allow(dead_code, clippy::unwrap_used)]
 
+pub(crate) mod generate;
+
 use lostmotion_base::{AxisLimits, BlockRef, Coords, math};
 use lostmotion_kinematics::{Kinematics, KinematicsSpec, build};
 use lostmotion_path::{Arc as PathArc, ArcSpec, Curve, Plane};

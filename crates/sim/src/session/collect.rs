@@ -14,6 +14,9 @@ use lostmotion_base::units::UM_PER_MM;
 
 /// Backlash RMS by which a method has to be worse than `none` to be called harmful, um.
 const HARM_UM: f64 = 0.1;
+/// The method that is recommended where it is near the best, and how near: part of what no compensation leaves.
+const DEFAULT_METHOD: &str = "adaptive";
+const NEAR: f64 = 0.05;
 
 /// Everything there is to tell.
 pub(crate) fn comparison(
@@ -154,14 +157,39 @@ fn note_harm(results: &mut [MethodResult]) {
     }
 }
 
-/// The method with the least backlash RMS among those that need no scale on the load; ties go to the one named first.
+/// The method recommended among those that need no scale on the load.
 fn recommended(results: &[MethodResult]) -> Option<String> {
     let usable = results.iter().filter(|result| find_method(&result.method).is_ok_and(|method| !method.info.knows.load_scale));
-    let mut best: Option<&MethodResult> = None;
-    for result in usable {
-        if best.is_none_or(|best| result.backlash.rms < best.backlash.rms) {
-            best = Some(result);
+    let rms: Vec<(&str, f64)> = usable.map(|result| (result.method.as_str(), result.backlash.rms)).collect();
+    preferred(&rms).filter(|_| results.len() > 1).map(str::to_owned)
+}
+
+/// Of methods and their backlash RMS the one with the least; ties go to the one named first. [`DEFAULT_METHOD`], which has to be told nothing, goes before others
+/// that are hardly better: by no more than [`HARM_UM`] or [`NEAR`] of what no compensation leaves.
+fn preferred<'a>(rms: &[(&'a str, f64)]) -> Option<&'a str> {
+    let (mut best, mut least) = (None, f64::INFINITY);
+    for (method, rms) in rms {
+        if best.is_none() || *rms < least {
+            (best, least) = (Some(*method), *rms);
         }
     }
-    best.filter(|_| results.len() > 1).map(|result| result.method.clone())
+    let of = |name: &str| rms.iter().find(|(method, _)| *method == name).map(|(_, rms)| *rms);
+    let none = of("none").unwrap_or(0.0);
+    let near = of(DEFAULT_METHOD).is_some_and(|rms| rms <= least + (NEAR * none).max(HARM_UM) && (of("none").is_none() || rms < none));
+    if near { Some(DEFAULT_METHOD) } else { best }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn adaptive_goes_before_what_is_hardly_better_and_never_where_it_does_not_help() {
+        let told = |lookup: f64, adaptive: f64| preferred(&[("none", 5.0), ("lookup", lookup), (DEFAULT_METHOD, adaptive)]);
+        assert_eq!(told(0.1, 0.34), Some(DEFAULT_METHOD));
+        assert_eq!(told(0.1, 0.36), Some("lookup"));
+        assert_eq!(told(6.0, 5.05), Some("none"));
+        assert_eq!(preferred(&[("none", 5.0), ("fixed", 5.0)]), Some("none"));
+        assert_eq!(preferred(&[]), None);
+    }
 }

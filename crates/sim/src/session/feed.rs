@@ -3,6 +3,7 @@
 use super::check::{planner_config, with_provenance};
 use super::lower::lower;
 use super::modes::Modes;
+use super::paced::{AT_ONCE, Paced};
 use super::reader::{Read, Reader};
 use crate::error::SimError;
 use crate::machine::Machine;
@@ -13,7 +14,7 @@ use lostmotion_base::{BlockRef, Coords, Tick};
 use lostmotion_contour::ProgrammedSegment;
 use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem};
 use lostmotion_kinematics::TipControl;
-use lostmotion_plan::{FeedLimit, Move, PlanItem, Planner, PlannerConfig, Sample};
+use lostmotion_plan::{FeedLimit, Move, Pacer, PlanItem, Planner, PlannerConfig, Sample};
 use std::sync::Arc;
 
 /// What was read, for those who want to know where time goes.
@@ -34,10 +35,13 @@ pub(crate) struct Feed {
     reader: Reader,
     planner: Planner,
     config: PlannerConfig,
+    paced: Option<Paced>,
     modes: Modes,
     /// The first move in other coordinates, which begins when the planner has come to rest.
     held: Option<Read>,
     start_joints: Coords,
+    /// Joints at the last sample of the plan.
+    planned: Coords,
     /// Samples and segments before the planner at work.
     before: (Tick, u64),
     given: Tick,
@@ -62,16 +66,23 @@ impl Feed {
     pub(crate) fn changed(source: &ProgramSource, machine: &Machine, options: &SimulateOptions, change: Change) -> Result<Feed, SimError> {
         let mut modes = Modes::new(machine)?;
         let start = machine.start();
-        let config = change.of_machine(planner_config(machine, options.quality));
+        let mut config = change.of_machine(planner_config(machine, options.quality));
+        let paced = Paced::new(&config, &options.interventions)?;
+        if paced.is_some() {
+            config.clock = Pacer::plan_clock(&config);
+        }
         let tip = machine.kinematics().tip_control() == TipControl::Always || modes.kinematics(true).orientation().is_none();
         modes.begin(0, tip);
         let kinematics = Arc::clone(modes.kinematics(tip));
+        let start_joints = kinematics.inverse(&start, &[0.0; 3])?;
         Ok(Feed {
             name: source.name().to_owned(),
             reader: Reader::new(source, machine, options)?,
-            start_joints: kinematics.inverse(&start, &[0.0; 3])?,
+            start_joints,
+            planned: start_joints,
             planner: Planner::new(config.clone(), kinematics, start)?,
             config,
+            paced,
             modes,
             held: None,
             before: (0, 0),
@@ -87,6 +98,19 @@ impl Feed {
     /// The next samples, at most so many, none at the end; and the segments that were read on the way.
     pub(crate) fn chunk(&mut self, most: usize, samples: &mut Vec<Sample>, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
         samples.clear();
+        let Some(mut paced) = self.paced.take() else {
+            self.plan(most, samples, segments)?;
+            self.last = samples.last().copied().or(self.last);
+            return Ok(());
+        };
+        let result = paced.take(most, samples, |plan| self.plan(AT_ONCE, plan, segments));
+        self.paced = Some(paced);
+        self.last = samples.last().copied().or(self.last);
+        result
+    }
+
+    /// The next samples of the plan, up to so many in all.
+    fn plan(&mut self, most: usize, samples: &mut Vec<Sample>, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
         while samples.len() < most {
             let from = samples.len();
             let taken = self.planner.take(most - from, samples);
@@ -95,7 +119,7 @@ impl Feed {
                 sample.segment += self.before.1;
             }
             self.given += taken as Tick;
-            self.last = samples.last().copied().or(self.last);
+            self.planned = samples.last().map_or(self.planned, |last| last.position);
             if taken == 0 {
                 if let Some(read) = self.held.take() {
                     self.change_over(&read)?;
@@ -173,8 +197,7 @@ impl Feed {
     /// Goes on from rest in other coordinates.
     fn change_over(&mut self, read: &Read) -> Result<(), SimError> {
         let kinematics = self.modes.kinematics(read.tip);
-        let joints = self.last.map_or(self.start_joints, |last| last.position);
-        let start = kinematics.forward(&joints, &[0.0; 3]);
+        let start = kinematics.forward(&self.planned, &[0.0; 3]);
         self.planner = Planner::new(self.config.clone(), Arc::clone(kinematics), start)?;
         self.before = (self.given, self.segments);
         Ok(())

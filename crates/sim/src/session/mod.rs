@@ -3,6 +3,7 @@
 //! ```text
 //! check    read everything once: diagnostics, travel            (check.rs, reader.rs, lower.rs)
 //! feed     read again: motion -> moves -> samples, segments     (feed.rs, steer.rs, modes.rs)
+//! paced    samples at another pace: hold, override, stop          (paced.rs)
 //! cutting  samples -> forces on the loads                       (cutting.rs)
 //! bank     samples -> load positions, every axis, every variant (bank.rs)
 //! frame    servo ticks paired with the commands they answer to  (frame.rs)
@@ -18,6 +19,7 @@ mod feed;
 mod frame;
 mod lower;
 mod modes;
+mod paced;
 mod reader;
 mod recorder;
 mod rows;

@@ -16,8 +16,8 @@ use lostmotion_plan::Sample;
 /// Utilisation from which a constraint is active.
 const ACTIVE: f64 = 0.97;
 
-/// Ways of being limited: feed, three for each joint, tolerance, look-ahead, dwell.
-pub(super) const LIMITERS: usize = 4 + 3 * AXES;
+/// Ways of being limited: feed, three for each joint, tolerance, look-ahead, dwell, feed hold.
+pub(super) const LIMITERS: usize = 5 + 3 * AXES;
 
 /// Number of a limiter.
 pub(super) type Limiter = usize;
@@ -26,6 +26,8 @@ pub(super) const FEED: Limiter = 0;
 pub(super) const TOLERANCE: Limiter = 1 + 3 * AXES;
 pub(super) const LOOK_AHEAD: Limiter = 2 + 3 * AXES;
 pub(super) const DWELL: Limiter = 3 + 3 * AXES;
+/// The operator holds the motion.
+pub(super) const HELD: Limiter = DWELL + 1;
 
 /// Name for people and files.
 pub(super) fn name(limiter: Limiter) -> String {
@@ -35,6 +37,7 @@ pub(super) fn name(limiter: Limiter) -> String {
         TOLERANCE => "tolerance".to_owned(),
         LOOK_AHEAD => "look-ahead".to_owned(),
         DWELL => "dwell".to_owned(),
+        HELD => "feed hold".to_owned(),
         _ if limiter <= AXES => format!("velocity {}", joint(1)),
         _ if limiter <= 2 * AXES => format!("acceleration {}", joint(1 + AXES)),
         _ => format!("jerk {}", joint(1 + 2 * AXES)),

@@ -1,7 +1,7 @@
 //! Goes along the samples with the moves that they lie on, and tells the ledger what each interval is spent on.
 
 use super::ledger::Ledger;
-use super::limiter::{DWELL, Joints, stands};
+use super::limiter::{DWELL, HELD, Joints, stands};
 use super::results::TimeKind;
 use crate::machine::Machine;
 use crate::session::{Modes, Note, planner_config};
@@ -41,12 +41,14 @@ pub(super) struct Watch {
     moves: VecDeque<Timed>,
     dwells: VecDeque<Waiting>,
     last: Option<Sample>,
+    /// Whether an operator interferes, who may hold the motion.
+    interrupted: bool,
     pub(super) tool_changes: u64,
     pub(super) ledger: Ledger,
 }
 
 impl Watch {
-    pub(super) fn new(machine: &Machine, modes: &Modes, keep: usize) -> Watch {
+    pub(super) fn new(machine: &Machine, modes: &Modes, keep: usize, interrupted: bool) -> Watch {
         let config = planner_config(machine, Quality::default());
         let clock = machine.cycles().command();
         Watch {
@@ -58,6 +60,7 @@ impl Watch {
             moves: VecDeque::new(),
             dwells: VecDeque::new(),
             last: None,
+            interrupted,
             tool_changes: 0,
             ledger: Ledger::new(clock, keep),
         }
@@ -102,6 +105,10 @@ impl Watch {
         }
         let Some(first) = self.moves.front() else { return };
         let kind = if first.rapid { TimeKind::Rapid } else { TimeKind::Cutting };
+        if self.interrupted && stands(a) && stands(b) {
+            self.ledger.add(b.block, kind, b.segment, HELD);
+            return;
+        }
         let off = || {
             let pose = self.modes.at(b.segment).tool_pose(&b.position, &b.tool_mm);
             let (tip, place) = (pose.tip, first.curve.point(b.s).linear());

@@ -3,10 +3,10 @@
 use super::cycle::{Windows, step_um};
 use super::events::Watch;
 use super::factor::{Cell, ENCODER, GAP};
-use super::frame::{Frame, Traced, contour_input};
+use super::frame::{Frame, Traced, caused_mm, contour_input};
 use super::lane::{Lane, SETTLE_TICKS};
 use super::limit::Physics;
-use super::machine::{self, AXES};
+use super::machine::AXES;
 use super::motion;
 use super::result::CellResult;
 use super::tally::Tally;
@@ -18,7 +18,6 @@ use lostmotion_base::{AxisId, Clock, Coords, Tick};
 use lostmotion_contour::{ContourConfig, ContourSample, ContourTracker, ProgrammedSegment};
 use lostmotion_plan::Sample;
 use lostmotion_report::number::round_to;
-use lostmotion_sim::{ProgramSource, SimulateOptions, plan, plan_with_path};
 
 /// Servo ticks in a command cycle: the study's machine has the usual cycles.
 const SERVO_TICKS: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) as usize;
@@ -28,36 +27,8 @@ const FIRST_REVERSALS: u32 = 4;
 const AFTER: Tick = 100;
 const DECIMALS: usize = 6;
 
-/// Runs a cell with `none` and these methods. `trace` sees every servo tick of the last of them.
-///
-/// # Errors
-/// An unknown method; whatever stops the chain.
-pub fn run_cell(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) -> Result<CellResult, StudyError> {
-    let inside = |source| StudyError::Cell { id: cell.to_string(), source: Box::new(source) };
-    run(cell, methods, trace).map_err(inside)
-}
-
-fn run(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) -> Result<CellResult, StudyError> {
-    let machine = machine::machine()?;
-    let source = ProgramSource::from_bytes(cell.to_string(), motion::program(cell).into_bytes());
-    let length = plan(&source, &machine, &SimulateOptions::default(), &mut |_| Ok(()))?;
-    let config = AxisConfig { drift: machine::drift(cell, length.duration_s), ..machine::axis(cell)? };
-    let mut bench = Bench::new(cell, &config, methods, &machine.start(), trace)?;
-    let mut failed = None;
-    let taken = plan_with_path(&source, &machine, &SimulateOptions::default(), &mut |samples, segments| {
-        bench.chunk(samples, segments).map_err(|error| {
-            failed = Some(error);
-            "stopped".into()
-        })
-    });
-    match (failed, taken) {
-        (Some(error), _) => Err(error),
-        (None, Err(error)) => Err(error.into()),
-        (None, Ok(_)) => Ok(bench.finish()),
-    }
-}
-
-struct Bench<'a> {
+/// The lanes of a cell and what is measured of them.
+pub(super) struct Bench<'a> {
     cell: Cell,
     names: Vec<String>,
     /// The machine without a gap, then the methods.
@@ -72,17 +43,20 @@ struct Bench<'a> {
     watches: [Watch; 2],
     events: [Windows; 2],
     reversals: [u32; 2],
+    /// Those of a Z that is an axis like the others.
+    z: (Watch, u32),
     measured_from: Option<Tick>,
     previous: Option<Sample>,
     ticks: Tick,
     reached_mm_s: f64,
     limit_max_rad: f64,
     limit_squares: f64,
+    floating_ticks: u64,
     trace: Option<&'a mut dyn FnMut(&Traced)>,
 }
 
 impl<'a> Bench<'a> {
-    fn new(
+    pub(super) fn new(
         cell: &Cell,
         config: &AxisConfig,
         methods: &[String],
@@ -115,17 +89,19 @@ impl<'a> Bench<'a> {
             watches: Default::default(),
             events: Default::default(),
             reversals: [0; 2],
+            z: (Watch::default(), 0),
             measured_from: None,
             previous: None,
             ticks: 0,
             reached_mm_s: 0.0,
             limit_max_rad: 0.0,
             limit_squares: 0.0,
+            floating_ticks: 0,
             trace,
         })
     }
 
-    fn chunk(&mut self, samples: &[Sample], segments: &[ProgrammedSegment]) -> Result<(), StudyError> {
+    pub(super) fn chunk(&mut self, samples: &[Sample], segments: &[ProgrammedSegment]) -> Result<(), StudyError> {
         for segment in segments {
             self.tracker.push(*segment)?;
         }
@@ -161,6 +137,7 @@ impl<'a> Bench<'a> {
                     command,
                     commanded_tip_mm: lane.reference(servo_sample, command.position[AxisId::Z]),
                     without_gap: ContourSample::default(),
+                    z_counts: self.z.1 >= FIRST_REVERSALS,
                     since: since.map(|ticks| ticks as usize * SERVO_TICKS + part),
                 };
                 let load = lane.load(servo_sample, frame.ideal_z_mm());
@@ -193,6 +170,11 @@ impl<'a> Bench<'a> {
                 self.limit_squares += least * least;
             }
         }
+        let factor = self.motor_rad_per_mm;
+        let floats = |id: &AxisId| self.physics.floats(command.velocity[*id] * factor, command.acceleration[*id] * factor);
+        self.floating_ticks += u64::from(since.is_some() && AXES.iter().any(floats));
+        let z = self.z.0.step(&self.physics, command.velocity[AxisId::Z] * factor, command.acceleration[AxisId::Z] * factor);
+        self.z.1 += u32::from(z.reversal);
         if self.measured_from.is_none() && self.reversals.iter().all(|count| *count >= FIRST_REVERSALS) {
             self.measured_from = Some(tick + AFTER);
         }
@@ -203,14 +185,17 @@ impl<'a> Bench<'a> {
         let (Some(lane), Some(tally)) = (lanes.get_mut(variant), self.tallies.get_mut(variant)) else { return Ok(()) };
         let traced = variant + 1 == self.names.len();
         for frame in &self.frames {
-            let load = lane.load(frame.servo_sample, frame.ideal_z_mm());
+            let without = rigid.load(frame.servo_sample, frame.ideal_z_mm());
+            let mut load = lane.load(frame.servo_sample, frame.ideal_z_mm());
+            if !frame.z_counts {
+                load[2] = without[2];
+            }
             let error = self.tracker.measure(&mut lane.foot, &contour_input(frame, load))?;
             let measured = frame.measured();
             if measured {
-                tally.contour(error.error_mm - frame.without_gap.error_mm);
+                tally.contour(caused_mm([error.error_mm, frame.without_gap.error_mm], [load, without]));
             }
             if let Some(since) = frame.since {
-                let without = rigid.load(frame.servo_sample, frame.ideal_z_mm());
                 let time_s = Clock::SERVO.seconds(frame.tick) + Clock::CNC.seconds(SETTLE_TICKS as Tick);
                 let half_gap = 0.5 * self.physics.gap_rad * self.gap_drift.map_or(1.0, |change| change.at(time_s));
                 for axis in 0..AXES.len() {
@@ -226,7 +211,7 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    fn finish(self) -> CellResult {
+    pub(super) fn finish(self) -> CellResult {
         let um_per_rad = UM_PER_MM / self.motor_rad_per_mm;
         let ticks = self.ticks * SERVO_TICKS as Tick;
         let from = self.measured_from.unwrap_or(self.ticks);
@@ -246,6 +231,7 @@ impl<'a> Bench<'a> {
             traverse_ms: round_to(self.physics.traverse_s * 1e3, DECIMALS),
             limit_max_um: round_to(self.limit_max_rad * um_per_rad, DECIMALS),
             limit_rms_um: round_to(limit_rms * um_per_rad, DECIMALS),
+            floating: round_to(Clock::CNC.seconds(self.floating_ticks) / measured_s, DECIMALS),
             methods: self.tallies.iter().zip(lanes).filter_map(figures).collect(),
         }
     }

@@ -55,7 +55,8 @@ mod tests {
     use lostmotion_base::math;
 
     fn events(coulomb_nm: f64) -> (Vec<u32>, Vec<u32>, f64) {
-        let physics = Physics { load_inertia_kgm2: 0.01, viscous_nm_s_per_rad: 0.0, coulomb_nm, gap_rad: 0.01, traverse_s: 0.005 };
+        let physics =
+            Physics { load_inertia_kgm2: 0.01, viscous_nm_s_per_rad: 0.0, coulomb_nm, gap_rad: 0.01, traverse_s: 0.005, rated_nm: 10.0 };
         let (mut watch, mut reversals, mut flanks, mut most) = (Watch::default(), Vec::new(), Vec::new(), 0.0_f64);
         // position -40 cos(5 t): velocity changes sign at multiples of pi/5, acceleration half-way between
         for tick in 0..2000_u32 {

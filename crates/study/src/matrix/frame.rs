@@ -26,6 +26,8 @@ pub(super) struct Frame {
     pub(super) command: Sample,
     pub(super) commanded_tip_mm: [f64; 3],
     pub(super) without_gap: ContourSample,
+    /// Whether Z has reversed so often that its backlash counts, too.
+    pub(super) z_counts: bool,
     /// Servo ticks since measuring began, if it has.
     pub(super) since: Option<usize>,
 }
@@ -52,5 +54,28 @@ pub(super) fn contour_input(frame: &Frame, load_mm: [f64; 3]) -> ContourInput {
         commanded_tip_mm: frame.commanded_tip_mm,
         actual_axis: axis,
         commanded_axis: axis,
+    }
+}
+
+/// The part of a signed contour error that backlash causes: what it is more than without a gap (errors and loads with and without, mm). A distance from the path
+/// differs by no more than the loads are apart. Where it does, the path turns back so sharply that the same place lies on its left and on
+/// its right, and only the magnitudes can be compared.
+pub(super) fn caused_mm([with, without]: [f64; 2], [load, ideal]: [[f64; 3]; 2]) -> f64 {
+    let apart = load.iter().zip(ideal).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+    let difference = with - without;
+    if difference.abs() <= apart { difference } else { (with.abs() - without.abs()).clamp(-apart, apart) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_the_path_turns_back_only_magnitudes_are_compared() {
+        let at = |x: f64| [x, 0.0, 0.0];
+        assert!((caused_mm([3e-3, -1e-3], [at(4e-3), at(0.0)]) - 4e-3).abs() < 1e-18);
+        // 20 um on either side of a cusp, loads 1 um apart
+        assert!((caused_mm([20e-3, -19.5e-3], [at(1e-3), at(0.0)]) - 0.5e-3).abs() < 1e-15);
+        assert!((caused_mm([20e-3, -15e-3], [at(1e-3), at(0.0)]) - 1e-3).abs() < 1e-15);
     }
 }

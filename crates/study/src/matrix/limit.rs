@@ -4,7 +4,11 @@
 //! - where the velocity's sign changes the flank (friction T_f, acceleration a there, rho = a J_L/T_f <= 1): `e = (a T^2/8) max(1 - rho, rho)`;
 //! - elsewhere, at a jerk j: `e = j T^3/12`, the traverse centred on the change.
 //!
-//! Neither is more than the gap itself. These hold for a traverse that is timed and aimed perfectly; no compensator on the motor can do better.
+//! Neither is more than the gap itself. A load without Coulomb friction that needs no torque, at rest or in steady travel, floats: any speed that its last contact left
+//! carries it through the gap, and the motor does not see where it is. Full knowledge of the plant would do no worse there than elsewhere; a method on the motor
+//! has nothing to go by, and a load that may be anywhere leaves half the gap over the square root of 3 (RMS) as long as that lasts.
+//!
+//! These formulae hold for a traverse that is timed and aimed perfectly; no compensator on the motor can do better.
 
 use lostmotion_axis::AxisConfig;
 
@@ -27,7 +31,12 @@ pub struct Physics {
     pub gap_rad: f64,
     /// Shortest traverse, s.
     pub traverse_s: f64,
+    /// Rated torque of the motor, N m.
+    pub rated_nm: f64,
 }
+
+/// Part of the rated torque below which nothing presses a load on a flank.
+const PRESSED: f64 = 3e-3;
 
 impl Physics {
     /// Of an axis.
@@ -39,12 +48,18 @@ impl Physics {
             coulomb_nm: load.coulomb_nm,
             gap_rad: load.gap_rad,
             traverse_s: traverse_s(config),
+            rated_nm: config.motor.rated_torque_nm,
         }
     }
 
     /// The torque that the load needs, N m, moving in a direction (1 or -1) at rad/s and rad/s2.
     pub fn need_nm(&self, direction: f64, velocity: f64, acceleration: f64) -> f64 {
         self.load_inertia_kgm2 * acceleration + self.viscous_nm_s_per_rad * velocity + self.coulomb_nm * direction
+    }
+
+    /// Whether nothing holds the load and nothing presses it, at rad/s and rad/s2: it floats in the gap at whatever speed its last contact left it.
+    pub fn floats(&self, velocity: f64, acceleration: f64) -> bool {
+        self.coulomb_nm <= 0.0 && self.need_nm(0.0, velocity, acceleration).abs() < PRESSED * self.rated_nm
     }
 
     /// Least error of a change of flank at a reversal of the velocity with some acceleration (rad/s2), rad.
@@ -69,7 +84,8 @@ mod tests {
         // R50, F3000 mm/min with rho = 0 for traverses of 5, 10 and 20 ms: 0.16, 0.63, 2.5 um
         let acceleration = 50.0 * 50.0 / 50.0;
         for (traverse_s, um) in [(0.005, 0.16), (0.010, 0.63), (0.020, 2.5)] {
-            let physics = Physics { load_inertia_kgm2: 1e-12, viscous_nm_s_per_rad: 0.0, coulomb_nm: 1.0, gap_rad: 1.0, traverse_s };
+            let physics =
+                Physics { load_inertia_kgm2: 1e-12, viscous_nm_s_per_rad: 0.0, coulomb_nm: 1.0, gap_rad: 1.0, traverse_s, rated_nm: 10.0 };
             let e_um = 1e3 * physics.at_reversal_rad(acceleration);
             assert!((e_um / um - 1.0).abs() < 0.03, "{e_um} {um}");
         }

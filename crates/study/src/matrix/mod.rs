@@ -31,10 +31,9 @@ pub mod summary;
 pub mod table;
 mod tally;
 
-pub use cell::run_cell;
 pub use factor::{Cell, FACTORS, Factor};
 pub use frame::Traced;
 pub use limit::{Physics, traverse_s};
 pub use result::{CellResult, MethodFigures};
-pub use run::{Progress, run_cells};
+pub use run::{Progress, run_cell, run_cells};
 pub use sample::{MOST_CELLS, all_cells, sample};

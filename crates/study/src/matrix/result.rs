@@ -44,6 +44,9 @@ pub struct CellResult {
     pub limit_max_um: f64,
     /// Least possible RMS, um, taking every unavoidable error at its largest for the whole traverse.
     pub limit_rms_um: f64,
+    /// Part of the measured time in which the load of X or Y floats in its gap: no friction, and no need of torque.
+    #[serde(default)]
+    pub floating: f64,
     /// One row a method; the first is `none`.
     pub methods: Vec<MethodFigures>,
 }
@@ -53,7 +56,15 @@ pub const RATIO_FROM_UM: f64 = 0.02;
 /// A method is worse than none if it leaves more than none by this, um.
 pub const WORSE_UM: f64 = 0.1;
 
+/// A cell in which a load floats for more than this part of the time counts as one of floating loads.
+const FLOATS: f64 = 0.05;
+
 impl CellResult {
+    /// Whether loads float for a notable part of the time.
+    pub fn floats(&self) -> bool {
+        self.floating > FLOATS
+    }
+
     /// The figures of a method.
     pub fn of(&self, method: &str) -> Option<&MethodFigures> {
         self.methods.iter().find(|figures| figures.method == method)

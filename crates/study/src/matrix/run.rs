@@ -1,11 +1,44 @@
 //! Cells on all cores, results by index.
 
-use super::cell::run_cell;
+use super::cell::Bench;
 use super::factor::{Cell, FEED, SHAPE};
+use super::frame::Traced;
 use super::result::CellResult;
+use super::{machine, motion};
 use crate::error::StudyError;
+use lostmotion_axis::AxisConfig;
+use lostmotion_sim::{ProgramSource, SimulateOptions, plan, plan_with_path};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
+
+/// Runs a cell with `none` and these methods. `trace` sees every servo tick of the last of them.
+///
+/// # Errors
+/// An unknown method; whatever stops the chain.
+pub fn run_cell(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) -> Result<CellResult, StudyError> {
+    let inside = |source| StudyError::Cell { id: cell.to_string(), source: Box::new(source) };
+    run(cell, methods, trace).map_err(inside)
+}
+
+fn run(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) -> Result<CellResult, StudyError> {
+    let machine = machine::machine()?;
+    let source = ProgramSource::from_bytes(cell.to_string(), motion::program(cell).into_bytes());
+    let length = plan(&source, &machine, &SimulateOptions::default(), &mut |_| Ok(()))?;
+    let config = AxisConfig { drift: machine::drift(cell, length.duration_s), ..machine::axis(cell)? };
+    let mut bench = Bench::new(cell, &config, methods, &machine.start(), trace)?;
+    let mut failed = None;
+    let taken = plan_with_path(&source, &machine, &SimulateOptions::default(), &mut |samples, segments| {
+        bench.chunk(samples, segments).map_err(|error| {
+            failed = Some(error);
+            "stopped".into()
+        })
+    });
+    match (failed, taken) {
+        (Some(error), _) => Err(error),
+        (None, Err(error)) => Err(error.into()),
+        (None, Ok(_)) => Ok(bench.finish()),
+    }
+}
 
 /// How far a study is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -140,14 +140,18 @@ fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
 
 fn regimes(results: &[CellResult], names: &[&str]) -> Vec<Regime> {
     let mut regimes = Vec::new();
+    let mut add = |factor: &str, level: &str, belongs: &dyn Fn(&CellResult) -> bool| {
+        let cells: Vec<&CellResult> = results.iter().filter(|result| belongs(result)).collect();
+        if !cells.is_empty() {
+            let methods = names.iter().map(|name| method(&cells, name)).collect();
+            regimes.push(Regime { factor: factor.to_owned(), level: level.to_owned(), methods, limit_rms_ratio: limit(&cells, 0) });
+        }
+    };
+    add("load", "held", &|result| !result.floats());
+    add("load", "floats", &CellResult::floats);
     for (index, factor) in FACTORS.iter().enumerate().filter(|(_, factor)| factor.levels.len() > 1) {
         for level in factor.levels {
-            let cells: Vec<&CellResult> = results.iter().filter(|result| result.cell.level_name(index) == *level).collect();
-            if !cells.is_empty() {
-                let methods = names.iter().map(|name| method(&cells, name)).collect();
-                let limit_rms_ratio = limit(&cells, 0);
-                regimes.push(Regime { factor: factor.name.to_owned(), level: (*level).to_owned(), methods, limit_rms_ratio });
-            }
+            add(factor.name, level, &|result| result.cell.level_name(index) == *level);
         }
     }
     regimes

@@ -2,7 +2,7 @@
 //!
 //! A load without friction that is neither accelerated nor held by any torque floats between the flanks at whatever speed its last contact left it,
 //! and the motor does not see it. A traverse that is right for a load on its flank then lets it go, or pushes it: worse than none. So after a rest of
-//! such a load, or steady travel without need of torque, the gap is not crossed until flanks have changed a few times without one, as on an arc.
+//! such a load, or steady travel without need of torque, the gap is not crossed until flanks have changed many times without one, as on arcs.
 
 use super::super::twin::LoadModel;
 use crate::signal::Reference;
@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 
 /// Ticks of rest or steady travel after which the load floats: 20 ms.
 const LONG: u32 = 80;
-/// Changes of flank without such a stretch after which it is on its flanks again.
-const CHANGES: u32 = 3;
+/// Changes of flank without such a stretch after which it is on its flanks again: at first, and at most. They grow from stretch to stretch.
+const CHANGES: [u32; 2] = [2, 64];
 /// Parts of the rated torque: friction below which nothing holds the load, and torque that does not press it on a flank.
 const HELD: f64 = 0.01;
-const PRESSED: f64 = 3e-3;
+const PRESSED: f64 = 0.01;
 /// An acceleration below this is none, and a speed, rad/s2 and rad/s.
 const STEADY: f64 = 1e-6;
 
@@ -22,23 +22,32 @@ const STEADY: f64 = 1e-6;
 pub(super) struct Floating {
     steady: u32,
     changes: u32,
+    wanted: u32,
 }
 
 impl Floating {
     /// Nothing has floated yet.
-    pub(super) const NEVER: Floating = Floating { steady: 0, changes: CHANGES };
+    pub(super) const NEVER: Floating = Floating { steady: 0, changes: CHANGES[0], wanted: CHANGES[0] };
 
     /// Takes the reference of a tick, the load as it is known, and whether the flank that has to carry it changed.
     pub(super) fn step(&mut self, reference: &Reference, load: &LoadModel, rated_torque: f64, changed: bool) {
         let need = load.need(reference.velocity, reference.acceleration, STEADY);
         let free = load.coulomb < HELD * rated_torque && reference.acceleration.abs() < STEADY && need.abs() < PRESSED * rated_torque;
+        let before = self.steady;
         self.steady = if free { (self.steady + 1).min(LONG) } else { 0 };
-        self.changes = if self.steady >= LONG { 0 } else { (self.changes + u32::from(changed)).min(CHANGES) };
+        if self.steady >= LONG {
+            if before < LONG && self.changes > 0 {
+                self.wanted = if self.wanted == CHANGES[0] { 2 * self.wanted } else { (4 * self.wanted).min(CHANGES[1]) };
+            }
+            self.changes = 0;
+        } else {
+            self.changes = (self.changes + u32::from(changed)).min(self.wanted);
+        }
     }
 
     /// Whether the load may float.
     pub(super) fn floats(&self) -> bool {
-        self.changes < CHANGES
+        self.changes < self.wanted
     }
 }
 
@@ -57,9 +66,9 @@ mod tests {
                 floating.step(&rest, &load(coulomb), 11.0, false);
             }
             assert_eq!(floating.floats(), expected);
-            for change in 1..=3 {
+            for change in 1..=2 * CHANGES[0] {
                 floating.step(&moving, &load(coulomb), 11.0, true);
-                assert_eq!(floating.floats(), expected && change < 3);
+                assert_eq!(floating.floats(), expected && change < 2 * CHANGES[0]);
             }
         }
     }

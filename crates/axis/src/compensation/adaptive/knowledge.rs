@@ -1,52 +1,63 @@
-//! What is known of a number of which count come one after the other: a scalar Kalman filter with a gate.
+//! What is known of a number of which readings come one after the other: the largest group of the last ones that agree.
 //!
-//! The number may drift: between count its variance grows. A reading far beside what is known is left out; two in a row that agree with each other
-//! start over from them.
+//! A reading may be wrong and sure of itself, so none counts alone, and none is believed because it came first. Readings agree within their variances and
+//! the drift since; those of the largest group (of groups of one size, the one with the newest reading) are joined by a scalar Kalman filter
+//! from the oldest on.
 
 use serde::{Deserialize, Serialize};
 
+/// Readings kept.
+const KEPT: usize = 8;
 /// Drift from reading to reading, part of the value.
 const DRIFT: f64 = 0.004;
 /// Standard deviation that no reading undercuts, part of the value.
 const LEAST: f64 = 0.01;
-/// Readings farther than so many standard deviations are left out.
+/// Standard deviations within which readings agree.
 const GATE: f64 = 3.0;
-/// So many of them in a row, and nothing is known any more.
-const MOST_STRAYS: u32 = 4;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Readings {
     pub(super) value: f64,
     pub(super) variance: f64,
+    /// Readings in the group.
     pub(super) count: u32,
-    stray: Option<(f64, f64)>,
-    strays: u32,
+    /// Readings in all.
+    pub(super) seen: u32,
+    /// Values and variances, the newest first.
+    recent: [Option<(f64, f64)>; KEPT],
 }
 
 impl Readings {
     pub(super) fn take(&mut self, value: f64, variance: f64) {
-        let variance = variance + LEAST * LEAST * value * value;
-        if self.count == 0 {
-            *self = Readings { value, variance, count: 1, stray: None, strays: 0 };
-            return;
-        }
-        self.variance += DRIFT * DRIFT * self.value * self.value;
-        let off = value - self.value;
-        if off * off > GATE * GATE * (self.variance + variance) {
-            match self.stray {
-                Some((before, its)) if (value - before) * (value - before) < GATE * GATE * (its + variance) => {
-                    *self = Readings { value: 0.5 * (value + before), variance: 0.5 * (variance + its), count: 2, stray: None, strays: 0 };
-                }
-                _ if self.strays + 1 >= MOST_STRAYS => *self = Readings::default(),
-                _ => (self.stray, self.strays) = (Some((value, variance)), self.strays + 1),
+        self.seen = self.seen.saturating_add(1);
+        self.recent.rotate_right(1);
+        self.recent[0] = Some((value, variance + LEAST * LEAST * value * value));
+        for age in 0..KEPT {
+            let group = self.group(age);
+            if age == 0 || group.count > self.count {
+                (self.value, self.variance, self.count) = (group.value, group.variance, group.count);
             }
-            return;
         }
-        (self.stray, self.strays) = (None, 0);
-        let gain = self.variance / (self.variance + variance);
-        self.value += gain * off;
-        self.variance *= 1.0 - gain;
-        self.count = self.count.saturating_add(1);
+    }
+
+    /// The readings that agree with one of them, joined.
+    fn group(&self, around: usize) -> Readings {
+        let mut joined = Readings::default();
+        let Some((centre, its)) = self.recent[around] else { return joined };
+        for (age, reading) in self.recent.iter().enumerate().rev() {
+            let drift = DRIFT * centre;
+            joined.variance += drift * drift;
+            let Some((value, variance)) = *reading else { continue };
+            let apart = drift * age.abs_diff(around) as f64;
+            if (value - centre) * (value - centre) > GATE * GATE * (its + variance + apart * apart) {
+                continue;
+            }
+            let gain = if joined.count == 0 { 1.0 } else { joined.variance / (joined.variance + variance) };
+            joined.value += gain * (value - joined.value);
+            joined.variance = if joined.count == 0 { variance } else { joined.variance * (1.0 - gain) };
+            joined.count += 1;
+        }
+        joined
     }
 
     /// Standard deviation over value.
@@ -70,15 +81,15 @@ mod tests {
     }
 
     #[test]
-    fn two_that_agree_start_over_and_four_that_do_not_end_it() {
+    fn a_wrong_first_reading_is_outvoted_and_one_alone_counts_one() {
         let mut known = Readings::default();
+        known.take(1.6, 1e-6);
+        assert_eq!(known.count, 1);
         known.take(1.0, 1e-6);
-        known.take(2.0, 1e-6);
-        known.take(2.01, 1e-6);
-        assert!((known.value - 2.005).abs() < 1e-12 && known.count == 2);
-        for value in [1.0, 3.0, 5.0, 0.5] {
-            known.take(value, 1e-6);
-        }
-        assert!(known.count == 0 && known.doubt().is_infinite());
+        assert_eq!((known.value, known.count), (1.0, 1));
+        known.take(1.01, 1e-6);
+        assert!((known.value - 1.005).abs() < 2e-3 && known.count == 2, "{known:?}");
+        known.take(3.0, 1e-6);
+        assert!((known.value - 1.005).abs() < 2e-3 && known.count == 2, "{known:?}");
     }
 }

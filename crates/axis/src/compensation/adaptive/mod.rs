@@ -28,16 +28,19 @@
 //! prediction error method: Ljung, *System Identification*, 1999.
 
 mod block;
+mod bridge;
 mod disturbance;
 mod floating;
 mod knowledge;
 mod lanes;
 mod learning;
 mod linear;
+mod load_filter;
 mod newton;
 mod onset;
 mod prior;
 mod reading;
+mod said;
 mod watch;
 mod window;
 
@@ -49,9 +52,10 @@ use crate::config::AxisConfig;
 use floating::Floating;
 use knowledge::Readings;
 use lanes::Known;
-use learning::LearningState;
+use learning::{LearningState, Seen};
 use prior::Prior;
-use reading::{Reading, Said};
+use reading::Reading;
+use said::Said;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use watch::{Motor, Watch};
@@ -64,12 +68,9 @@ const UNMODELLED: f64 = 3e-3;
 /// Part of the rated torque below which the load may hang between the flanks; then there is nothing to learn of it.
 const HANGS: f64 = 3e-3;
 /// A reading counts where the innovations with its gap have no more than this mean square over their variance, or this part of that without a gap
-/// up to a limit, and where its standard deviation is below this part of its value.
+/// and where its standard deviation is below this part of its value.
 const EXPLAINED: f64 = 10.0;
-const EXPLAINED_PART: f64 = 0.03;
-const EXPLAINED_AT_MOST: f64 = 100.0;
-/// A reading so many times larger than what is known has to be clear: too large a gap does harm, too small a one does not.
-const LARGER: f64 = 1.5;
+const EXPLAINED_PART: f64 = 0.005;
 const SHARP: f64 = 0.2;
 /// Half gaps are smaller, rad.
 const LARGEST: f64 = 0.3;
@@ -85,8 +86,9 @@ const CLEAR_MISFIT: f64 = 3.0;
 const CLEAR: f64 = 0.03;
 /// Standard deviation over value of the inertia from which on a flank that wavers cannot be read.
 const UNSURE: f64 = 0.2;
-/// Readings that are enough where no contact shows clearly.
+/// Readings that have to agree. The first alone is enough where it is clear and the crossing short (samples of its window): a long one hangs on the load's friction.
 const ENOUGH: u32 = 2;
+const SHORT: usize = 450;
 /// The gap is used below this standard deviation over value.
 const SURE: f64 = 0.1;
 
@@ -110,9 +112,9 @@ pub struct AdaptiveState {
     reading: Option<Reading>,
     gap: Readings,
     floating: Floating,
-    /// Readings that are needed before the gap is used.
-    needed: u32,
     used: f64,
+    /// Whether the only reading so far is enough.
+    first_clear: bool,
 }
 
 impl Registered for Adaptive {
@@ -150,7 +152,7 @@ impl Adaptive {
             covariance: state.learning.covariance(self.motor.inertia, self.motor.rated_torque),
             motor_coulomb: self.motor_coulomb,
             rated_torque: self.motor.rated_torque,
-            half_gap: if state.gap.doubt() < SURE { state.gap.value } else { 0.0 },
+            half_gap: if state.gap.count >= ENOUGH && state.gap.doubt() < SURE { state.gap.value } else { 0.0 },
             side: f64::from(window.side),
         };
         state.reading = Some(Reading::new(window, prior));
@@ -162,23 +164,21 @@ impl Adaptive {
         state.reading = None;
         let clear = said.misfit < CLEAR_MISFIT && said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
         let unsure = said.wavered && state.learning.inertia_doubt() > UNSURE;
-        let suspicious = said.wavered || state.gap.count > 0 && said.half_gap > LARGER * state.gap.value;
+        let suspicious = said.wavered;
         let coarse = self.known.noise > COARSE && state.load.coulomb < GRIPPED * self.motor.rated_torque;
         let blind = said.faint && coarse && state.load.coulomb < HELD * self.motor.rated_torque;
         if counts(&said) && !blind && !unsure && (clear || !suspicious) {
             let faint = if said.faint || said.wavered { FAINT * said.half_gap } else { 0.0 };
+            state.first_clear = state.gap.seen == 0 && clear && !said.faint && !said.wavered && !coarse && said.samples < SHORT;
             state.gap.take(said.half_gap, said.variance + faint * faint);
-            if clear && !said.faint && !coarse {
-                state.needed = 1;
-            }
         }
-        let sure = state.gap.doubt() < SURE && state.gap.count >= state.needed;
+        let sure = state.gap.doubt() < SURE && (state.gap.count >= ENOUGH || state.gap.seen == 1 && state.first_clear);
         state.used = if sure { state.gap.value } else { 0.0 };
     }
 }
 
 fn counts(said: &Said) -> bool {
-    let explained = if said.wavered { CLEAR_MISFIT } else { EXPLAINED.max(EXPLAINED_PART * said.without).min(EXPLAINED_AT_MOST) };
+    let explained = if said.wavered { CLEAR_MISFIT } else { EXPLAINED.max(EXPLAINED_PART * said.without) };
     said.half_gap < LARGEST && said.misfit < explained && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
 }
 
@@ -198,8 +198,8 @@ impl Compensator for Adaptive {
             reading: None,
             gap: Readings::default(),
             floating: Floating::NEVER,
-            needed: ENOUGH,
             used: 0.0,
+            first_clear: false,
         }
     }
 
@@ -209,7 +209,7 @@ impl Compensator for Adaptive {
         state.watch.observe(&self.motor, signals, &start);
         let seen = state.watch.seen();
         let disturbed = state.crossing.crossing() || seen.abs() < HANGS * self.motor.rated_torque || seen * before < 0.0;
-        state.learning.step(&self.crossing.twin, &start, signals, disturbed, &self.motor, &mut state.load);
+        state.learning.step(&self.crossing.twin, &start, signals, Seen { torque: seen, disturbed }, &self.motor, &mut state.load);
         let used = if state.floating.floats() { 0.0 } else { state.used };
         let mut correction = self.crossing.step(&mut state.crossing, signals, &state.load, used);
         if state.learning.known {

@@ -12,6 +12,7 @@ use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
 use super::onset::{ENDLESS, Onset};
 use super::prior::{GAP, Prior, lanes_of, uniform};
+use super::said::Said;
 use super::window::Window;
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
@@ -51,6 +52,7 @@ enum Phase {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Reading {
     window: Window,
+    samples: usize,
     prior: Prior,
     phase: Phase,
     hypotheses: Hypotheses,
@@ -68,32 +70,13 @@ pub(super) struct Reading {
     newton: Newton,
 }
 
-/// What a window says.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Said {
-    pub(super) half_gap: f64,
-    /// Variance of the half gap, rad2.
-    pub(super) variance: f64,
-    /// Whether the contact showed but faintly.
-    pub(super) faint: bool,
-    /// Whether the flank wavered.
-    pub(super) wavered: bool,
-    /// Mean square of the innovations over their variance: with the best hypothesis, and without a gap.
-    pub(super) misfit: f64,
-    pub(super) without: f64,
-}
-
-impl Said {
-    /// No contact was seen.
-    const NOTHING: Said = Said { half_gap: 0.0, variance: f64::INFINITY, faint: true, wavered: true, misfit: f64::INFINITY, without: 0.0 };
-}
-
 impl Reading {
     pub(super) fn new(window: Window, prior: Prior) -> Reading {
         let at = prior.mean();
         let hypotheses = uniform(&at, prior.load.damping);
         let progress = Progress::start(&window, &hypotheses);
         let mut reading = Reading {
+            samples: window.samples.len(),
             window,
             prior,
             phase: Phase::Onset(0),
@@ -237,6 +220,14 @@ impl Reading {
     fn said(&self, found: Option<Accepted>) -> Option<Said> {
         let Some(found) = found else { return Some(Said::NOTHING) };
         let Accepted { at, misfit, variance, .. } = found;
-        Some(Said { half_gap: at[GAP], variance, faint: self.faint, wavered: self.window.wavered, misfit, without: self.without })
+        Some(Said {
+            half_gap: at[GAP],
+            variance,
+            faint: self.faint,
+            wavered: self.window.wavered,
+            samples: self.samples,
+            misfit,
+            without: self.without,
+        })
     }
 }

@@ -1,0 +1,148 @@
+//! The planned motion by its own time, as far as it is known.
+
+use super::ramp::State;
+use crate::Sample;
+use crate::optimal::between;
+use lostmotion_base::{AXES, AxisLimits, Coords};
+use std::collections::VecDeque;
+
+/// Joints slower than this part of their limits do not count.
+const STILL: f64 = 1e-9;
+
+/// Limits of a joint: velocity, acceleration, jerk, by index.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Joint {
+    pub(super) index: usize,
+    pub(super) limits: [f64; 3],
+}
+
+/// One joint's derivatives by the plan's own time at a place. The third may step in its neighbourhood: its least and largest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Rates {
+    pub(super) v: f64,
+    pub(super) a: f64,
+    pub(super) j: [f64; 2],
+    /// Limits, or what the plan itself takes where that is more.
+    pub(super) limits: [f64; 3],
+}
+
+/// All joints that move at a place; the rest are zero.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub(super) joints: [Rates; AXES],
+    pub(super) count: usize,
+}
+
+impl Place {
+    pub(super) fn joints(&self) -> &[Rates] {
+        &self.joints[..self.count]
+    }
+}
+
+/// The plan: samples at even steps of its own time, between them the quintics that have their velocities and accelerations.
+#[derive(Clone, Debug)]
+pub(super) struct Course {
+    joints: Vec<Joint>,
+    samples: VecDeque<Sample>,
+    /// Step of the first sample held.
+    first: u64,
+    pub(super) step_s: f64,
+    pub(super) complete: bool,
+}
+
+impl Course {
+    pub(super) fn new(limits: &[Option<AxisLimits>; AXES], step_s: f64) -> Course {
+        let joint =
+            |(index, limits): (usize, &Option<AxisLimits>)| limits.map(|l| Joint { index, limits: [l.velocity, l.acceleration, l.jerk] });
+        let joints = limits.iter().enumerate().filter_map(joint).collect();
+        Course { joints, samples: VecDeque::new(), first: 0, step_s, complete: false }
+    }
+
+    /// How long the slowest joint takes to stop, s.
+    pub(super) fn stop_s(&self) -> f64 {
+        self.joints.iter().map(|Joint { limits: [v, a, j], .. }| v / a + a / j).fold(0.0, f64::max)
+    }
+
+    /// The least second derivative of the pace that a joint at full speed can follow, 1/s2.
+    pub(super) fn reach(&self) -> f64 {
+        self.joints.iter().map(|Joint { limits: [v, _, j], .. }| j / v).fold(f64::INFINITY, f64::min)
+    }
+
+    pub(super) fn push(&mut self, sample: Sample) {
+        self.samples.push_back(sample);
+    }
+
+    /// The last step known; none before the first sample.
+    pub(super) fn end(&self) -> Option<f64> {
+        (self.first + self.samples.len() as u64).checked_sub(1).map(|step| step as f64)
+    }
+
+    /// Forgets what lies well before a place.
+    pub(super) fn forget(&mut self, sigma: f64) {
+        while self.samples.len() > 4 && (self.first + 3) as f64 <= sigma {
+            self.samples.pop_front();
+            self.first += 1;
+        }
+    }
+
+    /// Index of the interval held that a place is in, and the part of it.
+    fn find(&self, sigma: f64) -> (usize, f64) {
+        let last = self.samples.len().saturating_sub(2);
+        let from = (sigma - self.first as f64).max(0.0);
+        let index = (from as usize).min(last);
+        (index, (from - index as f64).min(1.0))
+    }
+
+    /// Whether the plan stands still over the interval that a place is in.
+    pub(super) fn rests(&self, sigma: f64) -> bool {
+        let (index, _) = self.find(sigma);
+        let rests = |sample: &Sample| sample.velocity == Coords::ZERO && sample.acceleration == Coords::ZERO;
+        match (self.samples.get(index), self.samples.get(index + 1)) {
+            (Some(a), Some(b)) => rests(a) && rests(b) && a.position == b.position,
+            (Some(a), None) => rests(a),
+            _ => true,
+        }
+    }
+
+    /// The derivatives of the joints at a place.
+    pub(super) fn at(&self, sigma: f64) -> Place {
+        let (index, part) = self.find(sigma);
+        let mut place = Place { joints: [Rates::default(); AXES], count: 0 };
+        let around =
+            [index.saturating_sub(1), index, index + 1, index + 2].map(|k| self.samples.get(k.min(self.samples.len().saturating_sub(1))));
+        let [Some(before), Some(a), Some(b), Some(after)] = around else { return place };
+        for joint in &self.joints {
+            let k = joint.index;
+            let state = |sample: &Sample| {
+                [sample.position.0[k], sample.velocity.0[k] * self.step_s, sample.acceleration.0[k] * self.step_s * self.step_s]
+            };
+            let [_, v, acceleration] = crate::optimal::quintic(state(a), state(b), part);
+            let accelerations = [before, a, b, after].map(|sample| sample.acceleration.0[k]);
+            let [j0, j1, j2] = [0, 1, 2].map(|i| (accelerations[i + 1] - accelerations[i]) / self.step_s);
+            let (v, a) = (v / self.step_s, acceleration / (self.step_s * self.step_s));
+            let j = [j0.min(j1).min(j2), j0.max(j1).max(j2)];
+            let [most_v, most_a, most_j] = joint.limits;
+            if v.abs() <= STILL * most_v && a.abs() <= STILL * most_a && j[1] - j[0] <= STILL * most_j {
+                continue;
+            }
+            place.joints[place.count] = Rates { v, a, j, limits: [most_v.max(v.abs()), most_a.max(a.abs()), most_j.max(j[1]).max(-j[0])] };
+            place.count += 1;
+        }
+        place
+    }
+
+    /// The motion in a state of pace: position on the plan, velocity and acceleration by real time.
+    pub(super) fn sample(&self, state: &State) -> Option<Sample> {
+        let (index, part) = self.find(state.sigma);
+        let a = self.samples.get(index)?;
+        if self.complete && self.end().is_some_and(|end| state.sigma >= end) {
+            return self.samples.back().copied();
+        }
+        if part == 0.0 && state.w.to_bits() == 1.0_f64.to_bits() && state.u == 0.0 {
+            return Some(*a);
+        }
+        let b = self.samples.get(index + 1).unwrap_or(a);
+        let pair = [a, b].map(|sample| *sample);
+        Some(between([&pair[0], &pair[1]], self.step_s, part, [state.w, state.u]))
+    }
+}

@@ -1,0 +1,78 @@
+//! Which parts of a motion are worth changing.
+
+use super::Interval;
+use super::law::{Knot, Motion, state_at};
+
+/// Steps at either end that rests: b(s) has no bounded derivatives there.
+const AT_REST: usize = 8;
+/// Steps on either side of where the motion nearly stands still.
+const NEAR_REST: usize = 2;
+/// Steps of a steady speed at the limit that belong to what is before or after it.
+const STEADY: usize = 8;
+/// A limit counts as met from here on.
+const MET: f64 = 0.9995;
+
+/// Part of a motion, in time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Span {
+    pub(super) from: f64,
+    pub(super) to: f64,
+}
+
+/// What a step of the motion is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// May get faster.
+    Free,
+    /// As fast as it may ever be.
+    Steady,
+    /// At rest or nearly so.
+    Slow,
+}
+
+fn kind(base: &[Knot], intervals: &mut std::slice::Iter<'_, Interval>, t: f64, step_s: f64) -> Kind {
+    let Motion { s, v, a } = state_at(base, t);
+    // The acceleration that it has a step later is at least as telling as that of now.
+    let next = state_at(base, t + step_s).a;
+    while intervals.as_slice().get(1).is_some_and(|interval| interval.start <= s) {
+        intervals.next();
+    }
+    if v <= a.abs().max(next.abs()).max((next - a).abs()) * step_s {
+        Kind::Slow
+    } else if a == 0.0 && next == 0.0 && intervals.as_slice().first().is_some_and(|interval| v >= interval.cap * MET) {
+        Kind::Steady
+    } else {
+        Kind::Free
+    }
+}
+
+/// The parts of a motion that may become faster, each of at least `least` steps.
+pub(super) fn spans(base: &[Knot], intervals: &[Interval], step_s: f64, least: usize) -> Vec<Span> {
+    let (Some(first), Some(last)) = (base.first(), base.last()) else { return Vec::new() };
+    let count = (last.t / step_s).floor() as usize;
+    let mut intervals = intervals.iter();
+    let kinds: Vec<Kind> = (0..=count).map(|k| kind(base, &mut intervals, k as f64 * step_s, step_s)).collect();
+    let mut free: Vec<bool> = kinds.iter().map(|kind| *kind == Kind::Free).collect();
+    for (k, _) in kinds.iter().enumerate().filter(|(_, kind)| **kind == Kind::Free) {
+        free[k.saturating_sub(STEADY)..(k + STEADY + 1).min(count + 1)].fill(true);
+    }
+    for (k, _) in kinds.iter().enumerate().filter(|(_, kind)| **kind == Kind::Slow) {
+        free[k.saturating_sub(NEAR_REST)..(k + NEAR_REST + 1).min(count + 1)].fill(false);
+    }
+    let rests = |knot: &Knot| if knot.v > 0.0 { 0 } else { AT_REST };
+    let (head, tail) = (rests(first).min(free.len()), free.len().saturating_sub(rests(last)));
+    free[..head].fill(false);
+    free[tail..].fill(false);
+    let mut out = Vec::new();
+    let mut k = 0;
+    while k <= count {
+        let steps = free[k..].iter().take_while(|free| **free).count();
+        if steps > least {
+            // The last step of a motion that goes on is not a whole one.
+            let to = if k + steps > count && last.v > 0.0 { last.t } else { (k + steps - 1) as f64 * step_s };
+            out.push(Span { from: k as f64 * step_s, to });
+        }
+        k += steps.max(1);
+    }
+    out
+}

@@ -1,0 +1,75 @@
+//! Samples of the plan at the pace that an operator asks for.
+
+use crate::error::SimError;
+use crate::options::Intervention;
+use lostmotion_base::Tick;
+use lostmotion_plan::{Action, Pacer, PlannerConfig, Sample};
+use std::collections::VecDeque;
+
+/// Samples of the plan that are read at a time.
+pub(super) const AT_ONCE: usize = 256;
+
+/// A pacer, and what is still to be done to it.
+#[derive(Debug)]
+pub(super) struct Paced {
+    pacer: Pacer,
+    /// By the first sample that they hold for.
+    actions: VecDeque<(Tick, Action)>,
+    given: Tick,
+    stopped: bool,
+    plan: Vec<Sample>,
+}
+
+impl Paced {
+    /// For a program that goes by itself there is none.
+    pub(super) fn new(config: &PlannerConfig, interventions: &[Intervention]) -> Result<Option<Paced>, SimError> {
+        if interventions.is_empty() {
+            return Ok(None);
+        }
+        let mut last_s = 0.0;
+        let mut actions = VecDeque::new();
+        for Intervention { at_s, action } in interventions {
+            if !(at_s.is_finite() && *at_s >= last_s) {
+                return Err(SimError::Option {
+                    what: "the time of an intervention in s",
+                    value: *at_s,
+                    condition: "0 or above, and not before the one before it",
+                });
+            }
+            action.check()?;
+            last_s = *at_s;
+            actions.push_back(((at_s / config.clock.period_s()).round() as Tick, *action));
+        }
+        Ok(Some(Paced { pacer: Pacer::new(config)?, actions, given: 0, stopped: false, plan: Vec::new() }))
+    }
+
+    /// Adds samples, up to so many, as far as the plan is known; `plan` adds more of it, or nothing at its end.
+    pub(super) fn take(
+        &mut self,
+        most: usize,
+        samples: &mut Vec<Sample>,
+        mut plan: impl FnMut(&mut Vec<Sample>) -> Result<(), SimError>,
+    ) -> Result<(), SimError> {
+        while samples.len() < most && !self.stopped {
+            while self.actions.front().is_some_and(|(tick, _)| *tick <= self.given) {
+                if let Some((_, action)) = self.actions.pop_front() {
+                    self.pacer.act(action)?;
+                }
+            }
+            // Nothing lets it go on any more.
+            self.stopped = self.pacer.is_held() && self.actions.is_empty();
+            if let Some(sample) = self.pacer.take() {
+                samples.push(sample);
+                self.given += 1;
+                continue;
+            }
+            self.plan.clear();
+            plan(&mut self.plan)?;
+            self.plan.iter().for_each(|sample| self.pacer.push(*sample));
+            if self.plan.is_empty() && !self.pacer.finish() {
+                self.stopped = true;
+            }
+        }
+        Ok(())
+    }
+}
