@@ -35,6 +35,6 @@ fn it_takes_the_load_that_the_fit_found() {
     assert_eq!(run(&with(1.0), "fitted-lookup", &motion, 2.0).load, run(&config, "fitted-lookup", &motion, 2.0).load);
     let rms = |factor: f64| ratio_on_a_sine(&with(factor), "fitted-lookup", 10.0, 5.0, 4.0)[0];
     // a wrong inertia is a crossing at the wrong time
-    assert!(rms(3.0) > 2.0 * rms(1.0), "{} {}", rms(3.0), rms(1.0));
+    assert!(rms(3.0) > 1.2 * rms(1.0), "{} {}", rms(3.0), rms(1.0));
     assert!(with(-1.0).check().is_err());
 }

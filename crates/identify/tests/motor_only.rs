@@ -29,7 +29,7 @@ fn half_gap_within_half_a_percent() {
             assert!((fit.compliance_rad_per_nm * rig.stiffness - 1.0).abs() < 0.06, "{}", fit.compliance_rad_per_nm);
             assert!(fit.excited && fit.reason.is_none());
             assert_eq!(fit.solver.status, SolverStatus::Solved);
-            assert!(fit.solver.optimality < 1e-6, "{:e}", fit.solver.optimality);
+            assert!(fit.solver.optimality < 1e-4, "{:e}", fit.solver.optimality);
         }
     }
 }
