@@ -45,7 +45,7 @@ const WINDOW: usize = 4;
 /// Over how many steps at rest beta is constant.
 const TIED: usize = 8;
 /// Parts of the limits that are planned: within an interval the jerk passes its middle's a little where the path is tightly curved.
-const PARTS: [f64; 3] = [1.0 - 1e-6, 0.9995, 0.992];
+const PARTS: [f64; 3] = [1.0 - 1e-6, 0.999, 0.982];
 /// When a window is good enough.
 const GOAL: Goal = Goal { gap: 3e-4, first_gap: 1.0, max_steps: 60 };
 /// The same where only some room was taken away.
