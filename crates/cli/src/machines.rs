@@ -36,9 +36,10 @@ pub(crate) fn read(path: &Path) -> Result<Machine, Failure> {
     Machine::from_toml(&path.display().to_string(), &text).map_err(|error| failure(&error))
 }
 
-/// The machine of a file, with its tuning; refused if that is not good enough.
+/// The machine of a file or a name, with its tuning; refused if that is not good enough.
 pub(crate) fn check(path: &Path) -> Result<(Machine, Vec<AxisTuning>), Failure> {
-    let text = input::text(path, "machine file")?;
+    let embedded = presets().iter().find(|preset| Path::new(preset.name) == path);
+    let text = embedded.map_or_else(|| input::text(path, "machine file"), |preset| Ok(preset.toml.to_owned()))?;
     Machine::check_toml(&path.display().to_string(), &text).map_err(|error| failure(&error))
 }
 

@@ -111,3 +111,11 @@ fn the_operator_interferes() {
     assert!(text(at, 0, &["time", "line.ngc", "--machine", "bench3", "--at", "0.2=hold", "--at", "1=resume"]).contains("feed hold"));
     assert!(text(at, 2, &["simulate", "line.ngc", "--at", "soon=hold"]).contains("--at 3.2s=hold"));
 }
+
+#[test]
+fn embedded_machines_are_checked_by_name() {
+    let folder = part();
+    let said = text(folder.path(), 0, &["machine", "check", "vmc3"]);
+    assert!(said.starts_with("vmc3: machine \"vmc3\" is sound") && said.contains("Kv 1/s"), "{said}");
+    assert!(text(folder.path(), 2, &["machine", "check", "vmc9"]).contains("vmc9"));
+}

@@ -55,9 +55,10 @@ pub(crate) enum Machine {
         /// A name from `machine list`
         name: String,
     },
-    /// Say everything that is wrong with a machine file
+    /// Say everything that is wrong with a machine file, and how the loops of its axes are tuned
     Check {
-        /// Machine file
+        /// Machine file, or a name from `machine list`
+        #[arg(value_name = "FILE.toml|NAME")]
         file: PathBuf,
     },
     /// Make a machine file of another program's description: LinuxCNC INI, grbl `$$`, FreeCAD .fcm, URDF

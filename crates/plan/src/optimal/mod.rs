@@ -45,18 +45,20 @@ const WINDOW: usize = 4;
 /// Over how many steps at rest beta is constant.
 const TIED: usize = 8;
 /// Parts of the limits that are planned: within an interval the jerk passes its middle's a little where the path is tightly curved.
-const PARTS: [f64; 3] = [1.0 - 1e-6, 0.9995, 0.992];
+const PARTS: [f64; 3] = [1.0 - 1e-6, 0.999, 0.982];
 /// When a window is good enough.
 const GOAL: Goal = Goal { gap: 3e-4, first_gap: 1.0, max_steps: 60 };
 /// The same where only some room was taken away.
 const AGAIN: Goal = Goal { first_gap: 0.03, ..GOAL };
 /// How often room is taken away, at most, and while a limit is passed by how much.
-const ROUNDS: usize = 8;
-const COARSE: f64 = 2e-3;
+const ROUNDS: usize = 10;
+const COARSE: f64 = 8e-4;
+/// Where less than this part of a limit is left to an interval after all, the pace of the window's end may be better for all of it.
+const TOLERABLE: f64 = 0.9985;
 /// How often the pace is lowered around what still passes a limit.
 const DIPS: usize = 24;
-/// Parts of the way back to the pace before that are tried where that did not help.
-const BACK: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+/// By how much that may lengthen what is given out, at most.
+const LONGER: f64 = 1.01;
 /// A gap that is not below this means that no better motion was found.
 const FAILED: f64 = 0.05;
 /// Intervals at the start of a window in which its given state leaves little choice, so that what was planned before may be done again.
@@ -178,29 +180,38 @@ impl Retimer {
             problem.ease(GIVEN.min(overlap), &known);
             trial = self.improve(&problem, &AGAIN, ends[1], given);
         }
-        let trial = self.settle(trial, ends, given, &slow);
+        if trial.least() < TOLERABLE {
+            let found = std::mem::replace(&mut self.x, slow);
+            let other = self.trial(ends[1], given, true);
+            if other.least() > trial.least() {
+                trial = other;
+            } else {
+                self.x = found;
+            }
+        }
+        let trial = self.settle(trial, ends, given);
         self.give(trial, given);
     }
 
-    /// Lowers the pace where a limit is still passed, and at the last goes back to the pace before, which keeps them: that of the window
-    /// before, as far as it was planned and looked at, and that at which windows end.
-    fn settle(&mut self, mut trial: Trial, ends: [End; 2], given: usize, slow: &[f64]) -> Trial {
+    /// Lowers the pace where a limit is still passed by a little, if that does it and takes hardly longer.
+    fn settle(&mut self, first: Trial, ends: [End; 2], given: usize) -> Trial {
+        if first.excess.is_empty() {
+            return first;
+        }
+        let found = self.x.clone();
+        settle::dip(&mut self.x, &first.excess, self.width, ends);
         for _ in 0..DIPS {
+            let trial = self.trial(ends[1], given, true);
+            if trial.samples.len() as f64 > LONGER * first.samples.len() as f64 + 1.0 {
+                break;
+            }
             if trial.excess.is_empty() {
                 return trial;
             }
             settle::dip(&mut self.x, &trial.excess, self.width, ends);
-            trial = self.trial(ends[1], given, true);
         }
-        let found = self.x.clone();
-        for part in BACK {
-            if trial.excess.is_empty() {
-                break;
-            }
-            self.x.iter_mut().zip(found.iter().zip(slow)).for_each(|(x, (found, slow))| *x = found + part * (slow - found));
-            trial = self.trial(ends[1], given, true);
-        }
-        trial
+        self.x = found;
+        first
     }
 
     /// Lowers the time, if that can be done, and looks at what comes of it.
