@@ -17,7 +17,7 @@ const ENOUGH: f64 = 1.003;
 /// A window that takes longer than the best by this factor is followed by none that is better.
 const HOPELESS: f64 = 1.02;
 /// Parts of the limits of acceleration and jerk that are planned for, one after the other, until the motion is proven to keep
-/// all of them. The first always was, on millions of programs.
+/// all of them. The first nearly always is: all but one of 7,000 sections of generated programs.
 const PARTS: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.05];
 
 /// Path between two stops that is not planned for good yet.

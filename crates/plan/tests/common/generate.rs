@@ -175,7 +175,8 @@ impl Case {
         for (joint, limits) in self.config.limits[..3].iter().enumerate() {
             let limits = [limits.unwrap().velocity, limits.unwrap().acceleration, limits.unwrap().jerk];
             let mut q: Vec<f64> = samples.iter().map(|sample| sample.position.0[joint]).collect();
-            let rounding = 4.0 * f64::EPSILON * q.iter().fold(1.0_f64, |most, q| most.max(q.abs()));
+            // The ends of an arc lie beside its circle by the rounding of the numbers that describe it.
+            let rounding = 2e-12 + 4.0 * f64::EPSILON * q.iter().fold(1.0_f64, |most, q| most.max(q.abs()));
             let (first, end) = (q[0], q[q.len() - 1]);
             q.splice(0..0, [first; 4]);
             q.extend([end; 4]);
