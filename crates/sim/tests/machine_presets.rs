@@ -3,7 +3,7 @@
 use lostmotion_axis::analysis::LimitCycle;
 use lostmotion_axis::config::{Drive, Tuning};
 use lostmotion_base::{AxisId, Coords};
-use lostmotion_sim::machine::{DEFAULT_MACHINE, Machine, axis_preset, axis_presets, presets};
+use lostmotion_sim::machine::{DEFAULT_MACHINE, Machine, axis_from_toml, axis_preset, axis_preset_toml, axis_presets, presets};
 
 fn machines() -> impl Iterator<Item = Machine> {
     presets().iter().filter_map(|info| Machine::preset(info.name))
@@ -115,4 +115,13 @@ fn every_loop_has_the_margins_of_a_good_tuning_and_no_axis_swings() {
             assert_eq!((tuning.predicted, tuning.simulated), (LimitCycle::None, None), "{} {}", machine.name(), tuning.axis);
         }
     }
+}
+
+#[test]
+fn axes_that_are_shown_read_back_as_they_were() {
+    for name in axis_presets() {
+        let file = axis_preset_toml(&name).expect(&name);
+        assert_eq!(axis_from_toml(&name, &file).expect(&name), axis_preset(&name).expect(&name), "{name}");
+    }
+    assert!(axis_preset_toml("vmc3:q").is_none());
 }

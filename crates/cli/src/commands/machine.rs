@@ -7,7 +7,7 @@ use crate::{machines, output};
 use lostmotion::report::number::{error, percent, plain};
 use lostmotion::report::text::{Align, Table};
 use lostmotion::sim::Machine;
-use lostmotion::sim::machine::{DEFAULT_MACHINE, axis_presets, presets};
+use lostmotion::sim::machine::{DEFAULT_MACHINE, axis_preset_toml, axis_presets, presets};
 
 /// Lists, shows or checks machines.
 pub(crate) fn run(arguments: &Arguments) -> Result<u8, Failure> {
@@ -34,14 +34,15 @@ fn list() -> String {
     format!("{}\naxes for `axis` and `fit`: {}\n", table.render(), axis_presets().join(", "))
 }
 
-/// The file of a preset as it came, with its comments; then, as comments too, how its loops are tuned.
+/// The file of a preset as it came, with its comments; then, as comments too, how its loops are tuned. Axes as files for `axis --axis`.
 fn show(name: &str) -> Result<String, Failure> {
     match presets().iter().find(|preset| preset.name == name) {
         Some(preset) => Ok(format!("{}{}", preset.toml, tuned(name))),
-        None => {
+        None => axis_preset_toml(name).ok_or_else(|| {
             let known: Vec<&str> = presets().iter().map(|preset| preset.name).collect();
-            Err(Failure::with_hint(format!("there is no machine \"{name}\""), format!("known machines: {}", known.join(", "))))
-        }
+            let hint = format!("known machines: {}; axes: {}", known.join(", "), axis_presets().join(", "));
+            Failure::with_hint(format!("there is no machine \"{name}\""), hint)
+        }),
     }
 }
 

@@ -19,7 +19,7 @@ mod write;
 
 pub use gantry::Gantry;
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
-pub use preset::{DEFAULT_MACHINE, PresetInfo, axis_preset, axis_presets, presets};
+pub use preset::{DEFAULT_MACHINE, PresetInfo, axis_preset, axis_preset_toml, axis_presets, presets};
 pub use problem::{MachineError, Problem};
 pub use read::axis_from_toml;
 pub use review::AxisReview;

@@ -70,6 +70,14 @@ pub fn axis_preset(name: &str) -> Option<AxisConfig> {
     machine.axis(lostmotion_base::AxisId::from_letter(letter)?).map(|axis| axis.config.clone())
 }
 
+/// The file of an axis that comes with the library, all keys written out; none if there is none of that name or it cannot be written.
+pub fn axis_preset_toml(name: &str) -> Option<String> {
+    if name == JOINT.0 {
+        return Some(JOINT.1.to_owned());
+    }
+    toml::to_string(&axis_preset(name)?).ok()
+}
+
 /// Names of all axes that come with the library.
 pub fn axis_presets() -> Vec<String> {
     let of = |info: &PresetInfo| {
