@@ -6,7 +6,7 @@
 mod surfaces;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use lostmotion::base::{AxisLimits, BlockRef, Coords, Jet};
+use lostmotion::base::{AxisLimits, BlockRef, Coords, Jet, math};
 use lostmotion::kinematics::{Kinematics, KinematicsSpec, build};
 use lostmotion::path::Curve;
 use lostmotion::plan::{FeedLimit, Move, PathControl, PlanItem, Planner, PlannerConfig, Quality};
@@ -78,7 +78,7 @@ const LIMITS: AxisLimits = AxisLimits { min: -1e6, max: 1e6, velocity: 100.0, ac
 
 /// Joints that go from rest to rest together: by parts of a distance.
 fn goal<const N: usize>(k: usize) -> [f64; N] {
-    std::array::from_fn(|joint| 0.01 * f64::powi(1.3, (k % 40) as i32) * (1.0 - 0.1 * joint as f64))
+    std::array::from_fn(|joint| 0.01 * math::pow(1.3, (k % 40) as f64) * (1.0 - 0.1 * joint as f64))
 }
 
 /// The time of a move by ruckig's port, s.
