@@ -51,8 +51,8 @@ fn parts_of_a_spline_meet_without_a_step_of_acceleration() {
     let samples = planned(PART);
     let limit = 30_000.0 * 1e-3 * 1.001;
     for pair in samples.windows(2) {
-        for joint in 0..2 {
-            let step = (pair[1][2][joint] - pair[0][2][joint]).abs();
+        for (before, after) in pair[0][2].iter().zip(pair[1][2]) {
+            let step = (after - before).abs();
             assert!(step <= limit, "{step} mm/s2 in a cycle");
         }
     }
