@@ -38,8 +38,11 @@ pub(super) struct Watch {
     /// Ticks since the change of flank, and those on the new one.
     since: u32,
     arrived: u32,
-    /// Whether the present flank has carried the load.
+    /// Whether the present flank has carried the load, and whether it surely does.
     engaged: bool,
+    pressed: bool,
+    /// What has been since the flank gave way, as long as no other has to carry the load.
+    left: Option<Window>,
     current: f64,
     sample: Sample,
 }
@@ -68,10 +71,10 @@ impl Watch {
         self.arrived = if carries { (self.arrived + 1).min(ARRIVED) } else { self.arrived.saturating_sub(2) };
         self.engaged |= self.arrived >= ARRIVED;
         self.since = self.since.saturating_add(1);
-        let room = self.window.as_mut().is_none_or(|window| window.push(self.sample));
-        if !room {
-            self.window = None;
+        for window in [&mut self.window, &mut self.left] {
+            *window = window.take().and_then(|mut window| window.push(self.sample).then_some(window));
         }
+        self.give_way(motor, before);
         if now == before {
             let least = if wanted.abs() > FAINT * motor.rated_torque { AT_LEAST } else { AT_LEAST_FAINT };
             let over = self.since >= least && self.arrived >= ARRIVED;
@@ -82,14 +85,27 @@ impl Watch {
             Some(window) if !self.engaged => window.wavered = true,
             _ => {
                 complete = self.close(before);
-                let side = f64::from(before);
-                let pressed = seen * side > (0.5 * wanted * side).max(PRESSED * motor.rated_torque);
-                self.window = if self.engaged || pressed { Window::new(&self.recent, before) } else { None };
+                let pressed = self.pressed && seen * f64::from(before) > 0.5 * wanted * f64::from(before);
+                self.window = self.left.take();
+                if self.window.is_none() && (self.engaged || pressed) {
+                    self.window = Window::new(&self.recent, before);
+                }
                 self.since = 0;
             }
         }
-        (self.arrived, self.engaged) = (0, false);
+        (self.arrived, self.engaged, self.pressed, self.left) = (0, false, false, None);
         complete
+    }
+
+    /// Keeps what has been since a flank that surely carried the load gave way: at rest that may be long before another one has to carry it.
+    fn give_way(&mut self, motor: &Motor, flank: i8) {
+        let pressed = self.seen() * f64::from(flank) > PRESSED * motor.rated_torque;
+        let before = std::mem::replace(&mut self.pressed, pressed);
+        if self.pressed {
+            self.left = None;
+        } else if before && self.engaged && self.window.is_none() {
+            self.left = Window::new(&self.recent, flank);
+        }
     }
 
     /// Ends the window on a flank; one that ends where it began shows nothing.

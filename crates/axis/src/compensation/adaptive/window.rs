@@ -16,8 +16,8 @@ const END: usize = 400;
 const LAG: usize = 21;
 /// Samples of the way between at most.
 const BETWEEN: usize = 128;
-/// Ticks in a sample at most: 32 ms, so a window of 4 s. A longer crossing shows nothing.
-const LONGEST: u32 = 128;
+/// Ticks in a sample at most: 128 ms, so a window of 16 s. A longer crossing shows nothing.
+const LONGEST: u32 = 512;
 
 /// The motor at the end of a sample: position (rad); the current over the sample (A); its length in servo ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
