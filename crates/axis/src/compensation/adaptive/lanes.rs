@@ -183,7 +183,8 @@ impl Progress {
                 let give = (h * h * p.stiffness[lane] + h * damping) * mobility;
                 let torque = shaft(lead + h * free, gap, p.stiffness[lane], damping * free) / (1.0 + give);
                 let slid = speed + h * (torque + drag) * mobility;
-                let slid = if slid * sign < 0.0 { 0.0 } else { slid };
+                let stops = slid * sign < 0.0 && (torque + drag + sign * coulomb).abs() <= coulomb;
+                let slid = if stops { 0.0 } else { slid };
                 self.lead[lane] = lead + h * (motor_speed - slid);
                 self.load_speed[lane] = slid;
                 sum[lane] += torque;
@@ -223,10 +224,13 @@ fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f64) -> f64 {
     if pressed.abs() > 0.0 { stiffness * pressed + damping_torque } else { 0.0 }
 }
 
-/// Speed after a gain of speed with friction that takes at most `most`, and never more than to rest.
+/// Speed after a gain of speed with friction that takes at most `most`; what turns around does so within the sample, and friction with it.
 #[inline]
 fn slide(speed: f64, gain: f64, most: f64) -> f64 {
-    let free = speed + gain;
-    let left = free - free.max(-most).min(most);
-    if speed * left < 0.0 { 0.0 } else { left }
+    let driven = gain - gain.max(-most).min(most);
+    let after = speed + gain - if speed > 0.0 { most } else { -most };
+    let turns = speed * after <= 0.0;
+    // part of the sample that is left once it stands
+    let left = if speed.abs() > 0.0 { after / (after - speed) } else { 1.0 };
+    if turns { left * driven } else { after }
 }

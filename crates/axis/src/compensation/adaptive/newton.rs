@@ -12,7 +12,7 @@ use super::prior::{GAP, N, Prior, Vector};
 use serde::{Deserialize, Serialize};
 
 /// Passes at most.
-const MOST_STEPS: u32 = 6;
+const MOST_STEPS: u32 = 12;
 /// Part of the half gap that a step moves it at most.
 const FARTHEST: f64 = 0.3;
 
@@ -69,7 +69,7 @@ impl Newton {
     }
 
     /// Takes up a pass over `count` samples; says whether it was the last.
-    pub(super) fn take(&mut self, sums: &Sums, count: f64, prior: &Prior) -> bool {
+    pub(super) fn take(&mut self, sums: &Sums, count: f64, prior: &Prior, step: &Vector) -> bool {
         self.passes += 1;
         let last = self.passes >= MOST_STEPS;
         let (mean, information) = (prior.mean(), prior.information());
@@ -81,8 +81,7 @@ impl Newton {
             return !self.halve() || last;
         }
         let misfit = sums.cost[0] / count;
-        let step = prior.step(self.at[GAP]);
-        let (moves, variance) = solve_step(sums, misfit.max(1.0), &information, &pull, &step);
+        let (moves, variance) = solve_step(sums, misfit.max(1.0), &information, &pull, step);
         let at = self.at;
         let moved: Vector = std::array::from_fn(|i| {
             let most = if i == GAP { FARTHEST * at[GAP] } else { f64::INFINITY };

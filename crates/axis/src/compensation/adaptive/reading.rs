@@ -11,7 +11,7 @@
 use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
 use super::onset::{ENDLESS, Onset};
-use super::prior::{GAP, Prior, lanes_of, uniform};
+use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
 use super::said::Said;
 use super::window::Window;
 use lostmotion_base::math;
@@ -53,6 +53,8 @@ enum Phase {
 pub(super) struct Reading {
     window: Window,
     samples: usize,
+    /// Length of what is read of it, s, and the motor's largest speed, rad/s.
+    extent: (f64, f64),
     prior: Prior,
     phase: Phase,
     hypotheses: Hypotheses,
@@ -77,6 +79,7 @@ impl Reading {
         let progress = Progress::start(&window, &hypotheses);
         let mut reading = Reading {
             samples: window.samples.len(),
+            extent: window.extent(),
             window,
             prior,
             phase: Phase::Onset(0),
@@ -100,7 +103,7 @@ impl Reading {
     fn begin(&mut self) {
         let mut lanes = uniform(&self.newton.at, self.prior.load.damping);
         if self.phase == Phase::Newton {
-            let step = self.prior.step(self.newton.at[GAP]);
+            let step = self.differences();
             for (unknown, step) in step.into_iter().enumerate() {
                 lanes_of(&mut lanes, unknown)[unknown + 1] += step;
             }
@@ -110,6 +113,12 @@ impl Reading {
         self.hypotheses = lanes;
         self.progress = Progress::start(&self.window, &self.hypotheses);
         self.sums = Sums::default();
+    }
+
+    /// Differences from which derivatives are taken.
+    fn differences(&self) -> Vector {
+        let (time_s, speed) = self.extent;
+        self.prior.step(self.newton.at[GAP], time_s, speed)
     }
 
     fn half_gap_of(&self, lane: usize) -> f64 {
@@ -160,6 +169,7 @@ impl Reading {
                 self.without = self.sums.cost[0] / self.count();
                 self.faint = attempt > 0;
                 self.window.samples.truncate(end);
+                self.extent = self.window.extent();
                 self.phase = Phase::Candidates;
             }
             Phase::Candidates => self.keep_best(Phase::Fine),
@@ -169,7 +179,7 @@ impl Reading {
                 self.newton.at[GAP] = self.best.0;
             }
             Phase::Newton => {
-                if self.newton.take(&self.sums, self.count(), &self.prior)
+                if self.newton.take(&self.sums, self.count(), &self.prior, &self.differences())
                     && let Some(said) = self.settle(noisy)
                 {
                     return Some(said);

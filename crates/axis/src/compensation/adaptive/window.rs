@@ -103,6 +103,14 @@ impl Window {
         }
     }
 
+    /// Its length, s, and the motor's largest speed over a sample, rad/s.
+    pub(super) fn extent(&self) -> (f64, f64) {
+        let period = Clock::SERVO.period_s();
+        let speed = |pair: &[Sample]| (pair[1].position - pair[0].position).abs() / (f64::from(pair[1].ticks) * period);
+        let time = self.samples.iter().map(|sample| f64::from(sample.ticks)).sum::<f64>() * period;
+        (time, self.samples.windows(2).map(speed).fold(0.0, f64::max))
+    }
+
     fn between(&mut self, sample: Sample) {
         let between = self.samples.len() > BEFORE;
         match self.samples.last_mut() {
