@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 
 /// Readings kept.
 const KEPT: usize = 8;
-/// Drift from reading to reading, part of the value.
-const DRIFT: f64 = 0.004;
+/// Standard deviation of the drift from reading to reading, part of the value.
+const DRIFT: f64 = 0.005;
 /// Standard deviation that no reading undercuts, part of the value.
-const LEAST: f64 = 0.01;
+const LEAST: f64 = 0.005;
 /// Standard deviations within which readings agree.
 const GATE: f64 = 3.0;
 /// A reading over a flank that wavered is too large if it is so many times one of a single crossing.
@@ -59,23 +59,26 @@ impl Readings {
         }
     }
 
-    /// The readings that agree with one of them, joined.
+    /// The readings that agree with one of them, joined: a straight line over their age, as steep as they show and drifts are.
     fn group(&self, around: usize) -> Readings {
         let mut joined = Readings::default();
         let Some(Kept { value: centre, variance: its, .. }) = self.recent[around] else { return joined };
-        for (age, reading) in self.recent.iter().enumerate().rev() {
-            let drift = DRIFT * centre;
-            joined.variance += drift * drift;
+        let drift = DRIFT * centre;
+        let (mut normal, mut right) = ([0.0, 0.0, 1.0 / (drift * drift)], [0.0; 2]);
+        for (age, reading) in self.recent.iter().enumerate() {
             let Some(Kept { value, variance, .. }) = *reading else { continue };
             let apart = drift * age.abs_diff(around) as f64;
             if (value - centre) * (value - centre) > GATE * GATE * (its + variance + apart * apart) {
                 continue;
             }
-            let gain = if joined.count == 0 { 1.0 } else { joined.variance / (joined.variance + variance) };
-            joined.value += gain * (value - joined.value);
-            joined.variance = if joined.count == 0 { variance } else { joined.variance * (1.0 - gain) };
+            let (weight, age) = (1.0 / variance, age as f64);
+            normal = [normal[0] + weight, normal[1] - weight * age, normal[2] + weight * age * age];
+            right = [right[0] + weight * value, right[1] - weight * age * value];
             joined.count += 1;
         }
+        let determinant = normal[0] * normal[2] - normal[1] * normal[1];
+        joined.value = (normal[2] * right[0] - normal[1] * right[1]) / determinant;
+        joined.variance = normal[2] / determinant;
         joined
     }
 

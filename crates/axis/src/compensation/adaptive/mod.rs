@@ -76,19 +76,16 @@ const SHARP: f64 = 0.2;
 const LARGEST: f64 = 0.3;
 /// Standard deviation over value that a faint contact adds.
 const FAINT: f64 = 0.04;
-/// Encoder noise (rad) through which the faint contacts of a load do not show that is held by less friction than this part of the rated torque.
-const COARSE: f64 = 5e-6;
-const HELD: f64 = 0.01;
-/// And below this part no single contact is trusted through it.
-const GRIPPED: f64 = 0.05;
+/// By how much a contact has to explain the motor better than a gap without an end, squares over their variance: to count, and to be beyond doubt.
+const SEEN: f64 = 50.0;
+const EVIDENT: f64 = 300.0;
 /// A contact that shows clearly: misfit and standard deviation over value.
 const CLEAR_MISFIT: f64 = 3.0;
 const CLEAR: f64 = 0.03;
 /// Standard deviation over value of the inertia from which on a flank that wavers cannot be read.
 const UNSURE: f64 = 0.2;
-/// Readings that have to agree. The first alone is enough where it is clear and the crossing short (samples of its window): a long one hangs on the load's friction.
+/// Readings that have to agree, unless the last is clear.
 const ENOUGH: u32 = 2;
-const SHORT: usize = 450;
 /// The gap is used below this standard deviation over value.
 const SURE: f64 = 0.1;
 
@@ -113,8 +110,8 @@ pub struct AdaptiveState {
     gap: Readings,
     floating: Floating,
     used: f64,
-    /// Whether the only reading so far is enough.
-    first_clear: bool,
+    /// Whether the last reading is enough where none agree.
+    clear: bool,
 }
 
 impl Registered for Adaptive {
@@ -164,22 +161,22 @@ impl Adaptive {
         state.reading = None;
         let clear = said.misfit < CLEAR_MISFIT && said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
         let unsure = said.wavered && state.learning.inertia_doubt() > UNSURE;
-        let suspicious = said.wavered;
-        let coarse = self.known.noise > COARSE && state.load.coulomb < GRIPPED * self.motor.rated_torque;
-        let blind = said.faint && coarse && state.load.coulomb < HELD * self.motor.rated_torque;
-        if counts(&said) && !blind && !unsure && (clear || !suspicious) {
-            let faint = if said.faint || said.wavered { FAINT * said.half_gap } else { 0.0 };
-            state.first_clear = state.gap.seen == 0 && clear && !said.faint && !said.wavered && !coarse && said.samples < SHORT;
+        if counts(&said) && !unsure && (clear || !said.wavered) {
+            let faint = if said.evidence < EVIDENT || said.wavered { FAINT * said.half_gap } else { 0.0 };
+            state.clear = clear && said.evidence > EVIDENT && !said.wavered;
             state.gap.take(said.half_gap, said.variance + faint * faint, said.wavered);
         }
-        let sure = state.gap.doubt() < SURE && (state.gap.count >= ENOUGH || state.gap.seen == 1 && state.first_clear);
+        let sure = state.gap.doubt() < SURE && (state.gap.count >= ENOUGH || state.clear);
         state.used = if sure { state.gap.value } else { 0.0 };
     }
 }
 
 fn counts(said: &Said) -> bool {
     let explained = if said.wavered { CLEAR_MISFIT } else { EXPLAINED.max(EXPLAINED_PART * said.without) };
-    said.half_gap < LARGEST && said.misfit < explained && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
+    said.half_gap < LARGEST
+        && said.evidence > SEEN
+        && said.misfit < explained
+        && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
 }
 
 impl Compensator for Adaptive {
@@ -199,7 +196,7 @@ impl Compensator for Adaptive {
             gap: Readings::default(),
             floating: Floating::NEVER,
             used: 0.0,
-            first_clear: false,
+            clear: false,
         }
     }
 

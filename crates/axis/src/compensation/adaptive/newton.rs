@@ -13,6 +13,8 @@ use serde::{Deserialize, Serialize};
 
 /// Passes at most.
 const MOST_STEPS: u32 = 12;
+/// By how much the cost over the scale still falls where no more is to be found.
+const CONVERGED: f64 = 0.3;
 /// Part of the half gap that a step moves it at most.
 const FARTHEST: f64 = 0.3;
 
@@ -90,7 +92,7 @@ impl Newton {
         self.accepted = Some(Accepted { at, misfit, variance, cost, step: std::array::from_fn(|i| moved[i] - at[i]) });
         self.at = moved;
         let small = (moved[GAP] - at[GAP]).abs() < (0.1 * variance.max(0.0).sqrt()).max(1e-3 * at[GAP]);
-        small || before - cost < 1e-3 * cost || last
+        small && before - cost < CONVERGED * misfit.max(1.0) || last
     }
 
     /// Goes half as far from the last good point; says whether there is one.

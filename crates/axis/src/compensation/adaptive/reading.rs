@@ -30,9 +30,11 @@ const CLOSE_TO_GRID: f64 = 0.05;
 const NOISE: [f64; 2] = [2e-6, 3e-7];
 /// Attempts to see an onset: index of the noise; and the sum of squared innovations over their variance that is enough. The last is for a contact
 /// that shows but faintly.
-const SEEN: [(usize, f64); 3] = [(0, 1e4), (1, 1e4), (1, 400.0)];
+const SEEN: [(usize, f64); 4] = [(0, 1e4), (1, 1e4), (1, 400.0), (1, 100.0)];
 /// Half gaps that are tried: index of an onset and part of it. A soft contact is seen late.
 const TRIED: [(usize, f64); LANES] = [(0, 1.01), (0, 0.99), (0, 0.97), (0, 0.94), (0, 0.9), (1, 0.98), (2, 0.97), (3, 0.96)];
+/// Half gaps that what was found is held against, parts of it; the last lane has none that ends.
+const AGAINST: [f64; LANES - 2] = [0.98, 1.02, 0.94, 1.06, 0.8, 1.25];
 /// Mean square of the innovations over their variance from which on a hypothesis is poor.
 const POOR: f64 = 10.0;
 /// Standard deviation over value at which a half gap is clear enough not to look with less noise.
@@ -46,6 +48,7 @@ enum Phase {
     Grid(u32),
     Fine,
     Newton,
+    Check,
 }
 
 /// A reading under way.
@@ -66,6 +69,8 @@ pub(super) struct Reading {
     /// Index of the supposed noise, and what was found with more of it.
     level: usize,
     noisier: Option<Accepted>,
+    /// What stands at the end.
+    found: Option<Accepted>,
     /// Best half gap so far and its cost; mean square of the innovations without a gap.
     best: (f64, f64),
     without: f64,
@@ -91,6 +96,7 @@ impl Reading {
             searched: false,
             level: 0,
             noisier: None,
+            found: None,
             best: (0.0, f64::INFINITY),
             without: 0.0,
             newton: Newton::new(at),
@@ -130,6 +136,8 @@ impl Reading {
                 part * self.onset.half_ways[which].or(self.onset.half_ways[0]).unwrap_or(GRID_FROM)
             }
             Phase::Grid(pass) => GRID_FROM * math::exp((f64::from(pass) * LANES as f64 + lane as f64) * math::log(GRID_RATIO)),
+            Phase::Check if lane + 1 == LANES => ENDLESS,
+            Phase::Check => self.newton.at[GAP] * if lane > 0 { AGAINST[lane - 1] } else { 1.0 },
             Phase::Fine | Phase::Newton => {
                 let close = if self.searched { CLOSE_TO_GRID } else { CLOSE };
                 self.best.0 * (1.0 + close * (lane as f64 - 0.5 * (LANES - 1) as f64))
@@ -179,12 +187,12 @@ impl Reading {
                 self.newton.at[GAP] = self.best.0;
             }
             Phase::Newton => {
-                if self.newton.take(&self.sums, self.count(), &self.prior, &self.differences())
-                    && let Some(said) = self.settle(noisy)
-                {
-                    return Some(said);
+                if self.newton.take(&self.sums, self.count(), &self.prior, &self.differences()) && self.settle(noisy) {
+                    let Some(found) = self.found else { return Some(Said::NOTHING) };
+                    (self.newton.at, self.phase) = (found.at, Phase::Check);
                 }
             }
+            Phase::Check => return Some(self.said()),
         }
         self.begin();
         None
@@ -206,31 +214,38 @@ impl Reading {
         self.phase = next;
     }
 
-    /// After Gauss-Newton: says what was found, or looks on.
-    fn settle(&mut self, noisy: bool) -> Option<Said> {
+    /// After Gauss-Newton: whether what was found stands, or is looked for on.
+    fn settle(&mut self, noisy: bool) -> bool {
         let found = self.newton.accepted.filter(|found| found.misfit <= POOR);
         if found.is_none() && self.noisier.is_some() {
-            return self.said(self.noisier);
+            self.found = self.noisier;
+            return true;
         }
         if found.is_none() && !self.searched {
             (self.newton, self.searched, self.phase) = (Newton::new(self.prior.mean()), true, Phase::Grid(0));
-            return None;
+            return false;
         }
         let clear = |found: Accepted| found.variance < CLEAR * CLEAR * found.at[GAP] * found.at[GAP];
         let last = noisy || self.level + 1 >= NOISE.len() || self.level > 0 && found.is_some_and(clear);
         if last || found.is_none() {
-            return self.said(self.newton.accepted);
+            self.found = self.newton.accepted;
+            return true;
         }
         self.noisier = found;
         self.newton = Newton::new(found.map_or(self.newton.at, |found| found.at));
         self.level += 1;
-        None
+        false
     }
 
-    fn said(&self, found: Option<Accepted>) -> Option<Said> {
-        let Some(found) = found else { return Some(Said::NOTHING) };
-        let Accepted { at, misfit, variance, .. } = found;
-        Some(Said {
+    /// What was found, held against other half gaps and against none that ends: it is no surer than these tell, whatever the derivatives say.
+    fn said(&self) -> Said {
+        let Some(Accepted { at, misfit, mut variance, .. }) = self.found else { return Said::NOTHING };
+        let [least, .., endless] = self.sums.cost.map(|cost| cost / misfit.max(1.0));
+        for (part, cost) in AGAINST.iter().zip(&self.sums.cost[1..]) {
+            let off = (part - 1.0) * at[GAP];
+            variance = variance.max(off * off / (cost / misfit.max(1.0) - least).max(1.0));
+        }
+        Said {
             half_gap: at[GAP],
             variance,
             faint: self.faint,
@@ -238,6 +253,7 @@ impl Reading {
             samples: self.samples,
             misfit,
             without: self.without,
-        })
+            evidence: endless - least,
+        }
     }
 }

@@ -15,10 +15,20 @@ pub(super) struct Said {
     /// Mean square of the innovations over their variance: with the best hypothesis, and without a gap.
     pub(super) misfit: f64,
     pub(super) without: f64,
+    /// By how much the squares of the innovations over their variance are fewer than if the gap had no end.
+    pub(super) evidence: f64,
 }
 
 impl Said {
     /// No contact was seen.
-    pub(super) const NOTHING: Said =
-        Said { half_gap: 0.0, variance: f64::INFINITY, faint: true, wavered: true, samples: 0, misfit: f64::INFINITY, without: 0.0 };
+    pub(super) const NOTHING: Said = Said {
+        half_gap: 0.0,
+        variance: f64::INFINITY,
+        faint: true,
+        wavered: true,
+        samples: 0,
+        misfit: f64::INFINITY,
+        without: 0.0,
+        evidence: 0.0,
+    };
 }
