@@ -29,10 +29,10 @@ impl Floating {
     /// Nothing has floated yet.
     pub(super) const NEVER: Floating = Floating { steady: 0, changes: CHANGES[0], wanted: CHANGES[0] };
 
-    /// Takes the reference of a tick, the load as it is known, and whether the flank that has to carry it changed.
-    pub(super) fn step(&mut self, reference: &Reference, load: &LoadModel, rated_torque: f64, changed: bool) {
+    /// Takes the reference of a tick, the load as it is known, Coulomb friction that may hold it (N m), and whether the flank that has to carry it changed.
+    pub(super) fn step(&mut self, reference: &Reference, load: &LoadModel, friction: f64, rated_torque: f64, changed: bool) {
         let need = load.need(reference.velocity, reference.acceleration, STEADY);
-        let free = load.coulomb < HELD * rated_torque && reference.acceleration.abs() < STEADY && need.abs() < PRESSED * rated_torque;
+        let free = friction < HELD * rated_torque && reference.acceleration.abs() < STEADY && need.abs() < PRESSED * rated_torque;
         let before = self.steady;
         self.steady = if free { (self.steady + 1).min(LONG) } else { 0 };
         if self.steady >= LONG {
@@ -63,11 +63,11 @@ mod tests {
         for (coulomb, expected) in [(0.0, true), (0.5, false)] {
             let mut floating = Floating::NEVER;
             for _ in 0..200 {
-                floating.step(&rest, &load(coulomb), 11.0, false);
+                floating.step(&rest, &load(coulomb), coulomb, 11.0, false);
             }
             assert_eq!(floating.floats(), expected);
             for change in 1..=2 * CHANGES[0] {
-                floating.step(&moving, &load(coulomb), 11.0, true);
+                floating.step(&moving, &load(coulomb), coulomb, 11.0, true);
                 assert_eq!(floating.floats(), expected && change < 2 * CHANGES[0]);
             }
         }

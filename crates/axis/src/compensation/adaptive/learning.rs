@@ -80,6 +80,11 @@ impl LearningState {
         self.filter.inertia_doubt()
     }
 
+    /// Coulomb friction that the load may have, N m.
+    pub(super) fn most_friction(&self, load: &LoadModel, rated: f64) -> f64 {
+        load.coulomb + self.filter.friction_doubt() * rated
+    }
+
     /// One tick; changes the load at the end of a block.
     pub(super) fn step(&mut self, twin: &Twin, now: &TwinState, signals: &Signals, seen: Seen, motor: &Motor, load: &mut LoadModel) {
         let speed = now.plant.load_velocity;

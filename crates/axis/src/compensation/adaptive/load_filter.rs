@@ -13,7 +13,7 @@ const ALIKE: f64 = 10.0;
 const SPREAD_GAIN: f64 = 0.01;
 const SPREAD_CUT: f64 = 9.0;
 /// Least spread, part of the rated torque.
-const LEAST_SPREAD: f64 = 2e-3;
+const LEAST_SPREAD: f64 = 7e-4;
 /// Residuals that agree in their sign over 25 blocks tell that what is known is wrong, not that the blocks are: then it is learned anew, with this
 /// part of what any axis may have added to the standard deviations at each block.
 const BIAS_GAIN: f64 = 0.04;
@@ -70,6 +70,11 @@ impl LoadFilter {
     /// Standard deviation over value of the inertia.
     pub(super) fn inertia_doubt(&self) -> f64 {
         self.covariance[0][0].max(0.0).sqrt() / self.mean[0].max(LEAST_INERTIA)
+    }
+
+    /// Standard deviation of the Coulomb friction, over the rated torque.
+    pub(super) fn friction_doubt(&self) -> f64 {
+        self.covariance[2][2].max(0.0).sqrt()
     }
 
     /// The most likely values that are possible: no friction or inertia below zero.

@@ -152,7 +152,7 @@ impl Adaptive {
             half_gap: if state.gap.count >= ENOUGH && state.gap.doubt() < SURE { state.gap.value } else { 0.0 },
             side: f64::from(window.side),
         };
-        state.reading = Some(Reading::new(window, prior));
+        state.reading = Some(Reading::new(window, prior, self.known.noise));
     }
 
     /// Goes on reading and takes up what is found.
@@ -210,9 +210,10 @@ impl Compensator for Adaptive {
         let used = if state.floating.floats() { 0.0 } else { state.used };
         let mut correction = self.crossing.step(&mut state.crossing, signals, &state.load, used);
         if state.learning.known {
-            state.floating.step(&signals.reference, &state.load, self.motor.rated_torque, state.crossing.side != side);
+            let friction = state.learning.most_friction(&state.load, self.motor.rated_torque);
+            state.floating.step(&signals.reference, &state.load, friction, self.motor.rated_torque, state.crossing.side != side);
         }
-        if let Some(window) = state.watch.step(&self.motor, side, state.crossing.side, start.torque) {
+        if let Some(window) = state.watch.step(&self.motor, side, state.crossing.side, start.torque, state.load.coulomb) {
             self.begin_reading(state, window);
         }
         self.read(state);

@@ -17,6 +17,8 @@ use super::window::Window;
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
 
+/// Ticks in a row that a slow motor's encoder errs alike, at most; the filter remembers no more.
+const LIKE: f64 = 12.0;
 /// Samples taken in a tick.
 const SAMPLES_PER_TICK: usize = 32;
 /// Half gaps of the grid: first, ratio, passes of eight.
@@ -58,6 +60,8 @@ pub(super) struct Reading {
     samples: usize,
     /// Length of what is read of it, s, and the motor's largest speed, rad/s.
     extent: (f64, f64),
+    /// What the encoder's noise is multiplied by, as its steps last for several ticks of a slow motor and err alike.
+    steps: f64,
     prior: Prior,
     phase: Phase,
     hypotheses: Hypotheses,
@@ -78,13 +82,16 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    pub(super) fn new(window: Window, prior: Prior) -> Reading {
+    /// `noise`: standard deviation of a measured position, rad.
+    pub(super) fn new(window: Window, prior: Prior, noise: f64) -> Reading {
+        let count = noise * 12.0_f64.sqrt();
         let at = prior.mean();
         let hypotheses = uniform(&at, prior.load.damping);
         let progress = Progress::start(&window, &hypotheses);
         let mut reading = Reading {
             samples: window.samples.len(),
             extent: window.extent(),
+            steps: (1.0 + (count / window.pace().max(count / LIKE)).min(LIKE)).sqrt(),
             window,
             prior,
             phase: Phase::Onset(0),
@@ -147,7 +154,7 @@ impl Reading {
 
     /// Works for one tick. Returns what the window says once that is known.
     pub(super) fn work(&mut self, known: &Known) -> Option<Said> {
-        let noise = known.noise.max(NOISE[self.level]);
+        let noise = (known.noise * self.steps).max(NOISE[self.level]);
         let known = &Known { noise, ..*known };
         for _ in 0..SAMPLES_PER_TICK {
             match self.progress.step(known, &self.hypotheses, &self.window) {

@@ -9,8 +9,8 @@ use crate::compensation::Signals;
 use crate::compensation::twin::TwinState;
 use serde::{Deserialize, Serialize};
 
-/// Part of the rated torque with which a flank is surely pressed.
-const PRESSED: f64 = 0.02;
+/// Parts of the rated torque with which a flank is surely pressed: half the load's friction, within these bounds.
+const PRESSED: [f64; 2] = [3e-3, 0.02];
 /// Ticks on the new flank after which the crossing is over, and from the change of flank on at least: 10 and 40 ms; 100 ms where less is wanted of
 /// the flank than this part of the rated torque, so that one cannot tell whether it carries.
 const ARRIVED: u32 = 40;
@@ -64,8 +64,9 @@ impl Watch {
         self.disturbance.torque
     }
 
-    /// Takes the flank that carried the load up to now, the one that has to from now on, and the torque wanted of it. Gives a window that is complete.
-    pub(super) fn step(&mut self, motor: &Motor, before: i8, now: i8, wanted: f64) -> Option<Window> {
+    /// Takes the flank that carried the load up to now, the one that has to from now on, and the torque wanted of it, and the load's
+    /// Coulomb friction (N m). Gives a window that is complete.
+    pub(super) fn step(&mut self, motor: &Motor, before: i8, now: i8, wanted: f64, friction: f64) -> Option<Window> {
         let (seen, sign) = (self.seen(), f64::from(now));
         let carries = wanted * sign > 0.0 && seen * sign > 0.5 * wanted * sign;
         self.arrived = if carries { (self.arrived + 1).min(ARRIVED) } else { self.arrived.saturating_sub(2) };
@@ -74,7 +75,7 @@ impl Watch {
         for window in [&mut self.window, &mut self.left] {
             *window = window.take().and_then(|mut window| window.push(self.sample).then_some(window));
         }
-        self.give_way(motor, before);
+        self.give_way(motor, before, 0.5 * friction);
         if now == before {
             let least = if wanted.abs() > FAINT * motor.rated_torque { AT_LEAST } else { AT_LEAST_FAINT };
             let over = self.since >= least && self.arrived >= ARRIVED;
@@ -98,8 +99,9 @@ impl Watch {
     }
 
     /// Keeps what has been since a flank that surely carried the load gave way: at rest that may be long before another one has to carry it.
-    fn give_way(&mut self, motor: &Motor, flank: i8) {
-        let pressed = self.seen() * f64::from(flank) > PRESSED * motor.rated_torque;
+    fn give_way(&mut self, motor: &Motor, flank: i8, least: f64) {
+        let bounds = PRESSED.map(|part| part * motor.rated_torque);
+        let pressed = self.seen() * f64::from(flank) > least.max(bounds[0]).min(bounds[1]);
         let before = std::mem::replace(&mut self.pressed, pressed);
         if self.pressed {
             self.left = None;

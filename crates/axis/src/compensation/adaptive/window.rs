@@ -103,6 +103,13 @@ impl Window {
         }
     }
 
+    /// How far the motor moves in a tick on average over the last ones, rad.
+    pub(super) fn pace(&self) -> f64 {
+        let last = &self.samples[self.samples.len().saturating_sub(END)..];
+        let way = last.windows(2).map(|pair| (pair[1].position - pair[0].position).abs()).sum::<f64>();
+        way / last.iter().map(|sample| f64::from(sample.ticks)).sum::<f64>().max(1.0)
+    }
+
     /// Its length, s, and the motor's largest speed over a sample, rad/s.
     pub(super) fn extent(&self) -> (f64, f64) {
         let period = Clock::SERVO.period_s();
