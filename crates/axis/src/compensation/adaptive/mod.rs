@@ -84,10 +84,6 @@ const CLEAR_MISFIT: f64 = 3.0;
 const CLEAR: f64 = 0.03;
 /// Standard deviation over value of the inertia from which on a flank that wavers cannot be read.
 const UNSURE: f64 = 0.2;
-/// Readings that have to agree, unless the last is clear.
-const ENOUGH: u32 = 2;
-/// The gap is used below this standard deviation over value.
-const SURE: f64 = 0.1;
 
 /// The method `adaptive`.
 #[derive(Clone, Debug)]
@@ -110,8 +106,6 @@ pub struct AdaptiveState {
     gap: Readings,
     floating: Floating,
     used: f64,
-    /// Whether the last reading is enough where none agree.
-    clear: bool,
 }
 
 impl Registered for Adaptive {
@@ -149,7 +143,7 @@ impl Adaptive {
             covariance: state.learning.covariance(self.motor.inertia, self.motor.rated_torque),
             motor_coulomb: self.motor_coulomb,
             rated_torque: self.motor.rated_torque,
-            half_gap: if state.gap.count >= ENOUGH && state.gap.doubt() < SURE { state.gap.value } else { 0.0 },
+            half_gap: if state.gap.count > 1 { state.gap.used() } else { 0.0 },
             side: f64::from(window.side),
         };
         state.reading = Some(Reading::new(window, prior, self.known.noise));
@@ -163,11 +157,10 @@ impl Adaptive {
         let unsure = said.wavered && state.learning.inertia_doubt() > UNSURE;
         if counts(&said) && !unsure && (clear || !said.wavered) {
             let faint = if said.evidence < EVIDENT || said.wavered { FAINT * said.half_gap } else { 0.0 };
-            state.clear = clear && said.evidence > EVIDENT && !said.wavered;
-            state.gap.take(said.half_gap, said.variance + faint * faint, said.wavered);
+            let alone = said.misfit < CLEAR_MISFIT && said.evidence > EVIDENT && !said.wavered;
+            state.gap.take(said.half_gap, said.variance + faint * faint, said.wavered, alone);
         }
-        let sure = state.gap.doubt() < SURE && (state.gap.count >= ENOUGH || state.clear);
-        state.used = if sure { state.gap.value } else { 0.0 };
+        state.used = state.gap.used();
     }
 }
 
@@ -196,7 +189,6 @@ impl Compensator for Adaptive {
             gap: Readings::default(),
             floating: Floating::NEVER,
             used: 0.0,
-            clear: false,
         }
     }
 
