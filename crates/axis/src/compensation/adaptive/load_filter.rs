@@ -13,7 +13,7 @@ const ALIKE: f64 = 10.0;
 const SPREAD_GAIN: f64 = 0.01;
 const SPREAD_CUT: f64 = 9.0;
 /// Least spread, part of the rated torque.
-const LEAST_SPREAD: f64 = 7e-4;
+const LEAST_SPREAD: f64 = 1e-3;
 /// Residuals that agree in their sign over 25 blocks tell that what is known is wrong, not that the blocks are: then it is learned anew, with this
 /// part of what any axis may have added to the standard deviations at each block.
 const BIAS_GAIN: f64 = 0.04;

@@ -82,6 +82,8 @@ const EVIDENT: f64 = 300.0;
 /// A contact that shows clearly: misfit and standard deviation over value.
 const CLEAR_MISFIT: f64 = 3.0;
 const CLEAR: f64 = 0.03;
+/// Misfit up to which a reading counts alone: it may be off by a tenth, which is better than nothing.
+const ALONE_MISFIT: f64 = 20.0;
 /// Standard deviation over value of the inertia from which on a flank that wavers cannot be read.
 const UNSURE: f64 = 0.2;
 
@@ -157,7 +159,7 @@ impl Adaptive {
         let unsure = said.wavered && state.learning.inertia_doubt() > UNSURE;
         if counts(&said) && !unsure && (clear || !said.wavered) {
             let faint = if said.evidence < EVIDENT || said.wavered { FAINT * said.half_gap } else { 0.0 };
-            let alone = said.misfit < CLEAR_MISFIT && said.evidence > EVIDENT && !said.wavered;
+            let alone = said.misfit < ALONE_MISFIT && said.evidence > EVIDENT && !said.wavered;
             state.gap.take(said.half_gap, said.variance + faint * faint, said.wavered, alone);
         }
         state.used = state.gap.used();
