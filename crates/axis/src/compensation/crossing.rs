@@ -47,7 +47,7 @@ const SLIDES_RAD_S: f64 = 0.05;
 /// Ticks over which the torque that holds an axis at rest is averaged: 3 and 9 ms; from both it is extrapolated.
 const HOLDING_TICKS: [f64; 2] = [12.0, 36.0];
 /// Part of the Coulomb friction with which the shaft of an axis at rest pulls at a load that sticks, for the flank to change.
-const STUCK: f64 = 0.05;
+const STUCK: f64 = 0.25;
 
 /// Twin and traverse of an axis.
 #[derive(Clone, Debug)]

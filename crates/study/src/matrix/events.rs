@@ -14,8 +14,6 @@ pub(super) struct Watch {
     direction: f64,
     need: f64,
     acceleration: f64,
-    /// How long it stood still before it moves now, s.
-    rested_s: f64,
 }
 
 /// What happened at a CNC tick.
@@ -30,12 +28,9 @@ pub(super) struct Event {
 impl Watch {
     /// Takes the command of a CNC tick: rad/s and rad/s2 at the motor.
     pub(super) fn step(&mut self, physics: &Physics, velocity: f64, acceleration: f64) -> Event {
-        let (before, rested_s) = (self.direction, self.rested_s);
+        let before = self.direction;
         if velocity.abs() > STILL_RAD_S {
             self.direction = velocity.signum();
-            self.rested_s = 0.0;
-        } else {
-            self.rested_s += Clock::CNC.period_s();
         }
         let reversal = before != 0.0 && self.direction != before;
         let need = physics.need_nm(self.direction, velocity, acceleration);
@@ -46,15 +41,7 @@ impl Watch {
             let sign = need.signum();
             if self.need != 0.0 && sign != self.need {
                 let friction_turns = reversal && physics.coulomb_nm > 0.0;
-                // a load that sticks while its axis rests waits until the gap is crossed
-                let waits = friction_turns && rested_s >= physics.traverse_s;
-                event.flank_rad = Some(if waits {
-                    0.0
-                } else if friction_turns {
-                    physics.at_reversal_rad(acceleration)
-                } else {
-                    physics.elsewhere_rad(jerk)
-                });
+                event.flank_rad = Some(if friction_turns { physics.at_reversal_rad(acceleration) } else { physics.elsewhere_rad(jerk) });
             }
             self.need = sign;
         }
@@ -84,28 +71,6 @@ mod tests {
             }
         }
         (reversals, flanks, most)
-    }
-
-    #[test]
-    fn a_reversal_through_a_rest_costs_a_load_that_sticks_nothing() {
-        for (rest, costs) in [(0, true), (10, false)] {
-            let physics = Physics {
-                load_inertia_kgm2: 0.01,
-                viscous_nm_s_per_rad: 0.0,
-                coulomb_nm: 1.0,
-                gap_rad: 0.01,
-                traverse_s: 0.005,
-                rated_nm: 10.0,
-            };
-            let mut watch = Watch::default();
-            let flanks: Vec<f64> = (-20..20 + rest)
-                .filter_map(|tick| {
-                    let velocity = if tick < 0 { -f64::from(tick) } else { -f64::from((tick - rest).max(0)) };
-                    watch.step(&physics, velocity, -10.0).flank_rad
-                })
-                .collect();
-            assert!(flanks.len() == 1 && (flanks[0] > 0.0) == costs, "{rest}: {flanks:?}");
-        }
     }
 
     #[test]

@@ -2,7 +2,6 @@
 //!
 //! A motor of inertia J_M that gives tau at most needs `T = 2 sqrt(g J_M/tau)` from rest to rest across the gap g. Meanwhile the load coasts:
 //! - where the velocity's sign changes the flank (friction T_f, acceleration a there, rho = a J_L/T_f <= 1): `e = (a T^2/8) max(1 - rho, rho)`;
-//!   and nothing where the axis rests for as long as the traverse takes, since the load sticks meanwhile;
 //! - elsewhere, at a jerk j: `e = j T^3/12`, the traverse centred on the change.
 //!
 //! Neither is more than the gap itself. A load without Coulomb friction that needs no torque, at rest or in steady travel, floats: any speed that its last contact left
