@@ -6,9 +6,8 @@
 #[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 mod rig;
 
-use lostmotion_base::math;
 use lostmotion_identify::{BacklashFit, FitError, MotorLog, fit_motor_only};
-use rig::{RATED_TORQUE, Random, Rig};
+use rig::{RATED_TORQUE, Rig};
 
 /// Error that is wanted, as a part of the gap.
 const WANTED: f64 = 5e-3;
@@ -26,7 +25,7 @@ fn main() {
     }
     let (mut covered, mut refused, mut errors) = (0, 0, Vec::new());
     for seed in first..first + logs {
-        let rig = random(seed);
+        let rig = Rig::random(seed);
         match fit(&rig, seconds) {
             Ok(fit) => {
                 covered += u32::from((fit.half_gap_interval_rad[0]..=fit.half_gap_interval_rad[1]).contains(&rig.half_gap));
@@ -77,18 +76,4 @@ fn outlier(rig: &Rig, fit: &BacklashFit) -> String {
         fit.samples_used,
         fit.traversals,
     )
-}
-
-/// An axis of any gap, friction, inertia and noise; 2^20 counts.
-fn random(seed: u64) -> Rig {
-    let mut random = Random(seed);
-    Rig {
-        half_gap: 6e-4 * math::pow(100.0, random.unit()),
-        friction: RATED_TORQUE * random.between(0.0, 0.3),
-        load_inertia: 0.00189 * random.between(0.5, 8.0),
-        current_noise: random.between(0.0, 0.02),
-        pulls: random.unit() < 0.5,
-        seed: seed + 5000,
-        ..Rig::default()
-    }
 }

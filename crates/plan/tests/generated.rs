@@ -25,7 +25,7 @@ fn judge(cases: impl Iterator<Item = Case>, clock: Option<Clock>) -> usize {
 
 #[test]
 fn every_limit_holds() {
-    assert!(judge((0..200).map(plain), None) > 100_000);
+    assert!(judge((0..6000).map(plain), None) > 3_000_000);
 }
 
 /// Where motion nearly stands still between two stops, a time law in the square of the speed had no motion to give.
@@ -36,7 +36,7 @@ fn every_limit_holds_near_a_standstill() {
 
 #[test]
 fn every_limit_holds_on_machines_of_all_kinds() {
-    assert!(judge((0..60).map(varied), None) > 10_000);
+    assert!(judge((0..600).map(varied), None) > 100_000);
 }
 
 /// Between the samples, too: the same motion sampled twenty times as often.

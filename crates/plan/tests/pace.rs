@@ -137,7 +137,6 @@ fn so_it_does_on_a_plan_that_is_nearly_optimal() {
 
 /// The sweep whose figures DESIGN.md tells.
 #[test]
-#[ignore = "long"]
 fn holds_everywhere() {
     for program in [square(), circle(), sine(), pocket()] {
         let plan = Plan::program(&program);

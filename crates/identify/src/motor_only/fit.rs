@@ -102,6 +102,9 @@ pub fn fit_motor_only_with(log: &MotorLog, settings: &FitSettings, solver: &dyn 
     job.fit(segments)
 }
 
+/// The solver's tolerance here, in parts of the setting: priors in units of a window's deviation make rows of unlike sizes.
+const SHARPER: f64 = 0.1;
+
 struct Job<'a> {
     log: &'a MotorLog,
     settings: &'a FitSettings,
@@ -115,7 +118,7 @@ struct Job<'a> {
 
 impl Job<'_> {
     fn fit(&self, mut segments: Vec<Segment>) -> Result<BacklashFit, FitError> {
-        let options = SolveOptions { tolerance: self.settings.solver_tolerance, iterations: self.settings.solver_iterations };
+        let options = SolveOptions { tolerance: SHARPER * self.settings.solver_tolerance, iterations: self.settings.solver_iterations };
         let floor = (RESOLVED * self.log.resolution_rad()).max(1e-12);
         let robust = |residuals: Vec<f64>| (quantile(residuals, 0.5) / 0.6745).max(floor);
         let mut found = Found { deviation: self.log.resolution_rad().max(floor), compliance: 1.0 };

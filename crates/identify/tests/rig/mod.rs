@@ -108,6 +108,20 @@ impl Motion {
 }
 
 impl Rig {
+    /// An axis of any gap, friction, inertia and noise; 2^20 counts.
+    pub fn random(seed: u64) -> Rig {
+        let mut random = Random(seed);
+        Rig {
+            half_gap: 6e-4 * math::pow(100.0, random.unit()),
+            friction: RATED_TORQUE * random.between(0.0, 0.3),
+            load_inertia: 0.00189 * random.between(0.5, 8.0),
+            current_noise: random.between(0.0, 0.02),
+            pulls: random.unit() < 0.5,
+            seed: seed + 5000,
+            ..Rig::default()
+        }
+    }
+
     pub fn settings(&self) -> FitSettings {
         let mut settings = FitSettings::new(self.torque_constant, Some(self.motor_inertia));
         settings.motor_viscous_nm_s_per_rad = self.motor_viscous;
