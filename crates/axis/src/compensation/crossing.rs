@@ -46,6 +46,8 @@ const SLIDES_RAD_S: f64 = 0.05;
 
 /// Ticks over which the torque that holds an axis at rest is averaged: 3 and 9 ms; from both it is extrapolated.
 const HOLDING_TICKS: [f64; 2] = [12.0, 36.0];
+/// Ticks of rest, and since the last traverse, after which that is known: 4 ms.
+const HELD_TICKS: u32 = 16;
 /// Part of the Coulomb friction with which the shaft of an axis at rest pulls at a load that sticks, for the flank to change.
 const STUCK: f64 = 0.25;
 
@@ -80,6 +82,8 @@ pub(super) struct CrossingState {
     wound: f64,
     /// Torque of the motor, averaged over the times of `HOLDING_TICKS`, N m.
     holding: [f64; 2],
+    /// Ticks of rest since the last traverse.
+    held_ticks: u32,
 }
 
 impl CrossingState {
@@ -138,6 +142,7 @@ impl Crossing {
             passage: Passage::default(),
             wound: 0.0,
             holding: [0.0; 2],
+            held_ticks: 0,
         }
     }
 
@@ -181,8 +186,10 @@ impl Crossing {
     }
 
     fn follow(&self, state: &mut CrossingState, signals: &Signals) {
+        let (at_rest, torque) = (signals.next_reference.velocity == 0.0, self.twin.torque_constant() * signals.mean_current);
+        state.held_ticks = if at_rest && !state.traverse.moving() { state.held_ticks.saturating_add(1) } else { 0 };
         for (mean, ticks) in state.holding.iter_mut().zip(HOLDING_TICKS) {
-            *mean += (self.twin.torque_constant() * signals.mean_current - *mean) / ticks;
+            *mean += (torque - *mean) / if state.held_ticks == 0 { 1.0 } else { ticks };
         }
         let reference = &signals.reference;
         for (lagged, now) in state.lagged.iter_mut().zip([reference.velocity, reference.acceleration]) {
@@ -200,7 +207,7 @@ impl Crossing {
         let need = there.need(ahead_speed, ahead_acceleration, STANDING_RAD_S);
         let stands = speed.abs() <= STANDING_RAD_S && acceleration == 0.0 && step == 0.0;
         if stands && self.takes_up && load.coulomb > self.nothing {
-            return self.held(state, lead_ticks);
+            return if state.held_ticks >= HELD_TICKS { self.held(state, lead_ticks) } else { state.side };
         }
         let side = if torque > 0.0 { 1 } else { -1 };
         let sure = if stands {
