@@ -66,7 +66,7 @@ const LEAST_NOISE: f64 = 3e-7;
 /// Torque that nothing models, part of the rated one.
 const UNMODELLED: f64 = 3e-3;
 /// Part of the rated torque below which the load may hang between the flanks; then there is nothing to learn of it.
-const HANGS: f64 = 3e-3;
+const HANGS: f64 = 1e-3;
 /// A reading counts where the innovations with its gap have no more than this mean square over their variance, or this part of that without a gap
 /// and where its standard deviation is below this part of its value.
 const EXPLAINED: f64 = 10.0;

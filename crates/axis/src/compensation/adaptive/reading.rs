@@ -32,7 +32,7 @@ const CLOSE_TO_GRID: f64 = 0.05;
 const NOISE: [f64; 2] = [2e-6, 3e-7];
 /// Attempts to see an onset: index of the noise; and the sum of squared innovations over their variance that is enough. The last is for a contact
 /// that shows but faintly.
-const SEEN: [(usize, f64); 4] = [(0, 1e4), (1, 1e4), (1, 400.0), (1, 100.0)];
+const SEEN: [(usize, f64); 4] = [(0, 1e4), (1, 1e4), (1, 400.0), (1, 60.0)];
 /// Half gaps that are tried: index of an onset and part of it. A soft contact is seen late.
 const TRIED: [(usize, f64); LANES] = [(0, 1.01), (0, 0.99), (0, 0.97), (0, 0.94), (0, 0.9), (1, 0.98), (2, 0.97), (3, 0.96)];
 /// Half gaps that what was found is held against, parts of it; the last lane has none that ends.
