@@ -25,7 +25,7 @@ pub(super) struct Floating {
     steady: u32,
     changes: u32,
     wanted: u32,
-    /// Most torque that it needed since the last change of flank, N m.
+    /// Most torque that its motion needed since the last change of flank, N m.
     most: f64,
 }
 
@@ -37,7 +37,9 @@ impl Floating {
     pub(super) fn step(&mut self, reference: &Reference, load: &LoadModel, friction: f64, rated_torque: f64, changed: bool) {
         let need = load.need(reference.velocity, reference.acceleration, STEADY);
         let free = friction < HELD * rated_torque && reference.acceleration.abs() < STEADY && need.abs() < PRESSED * rated_torque;
-        self.most = self.most.max(need.abs());
+        // what it may need all the time is learned last, and drives no change of flank
+        let driven = load.inertia * reference.acceleration.abs() + load.viscous * reference.velocity.abs();
+        self.most = self.most.max(driven);
         let hardly = changed && friction < HELD * rated_torque && self.most < DRIVEN * rated_torque;
         if changed {
             self.most = 0.0;

@@ -63,11 +63,13 @@ impl Readings {
         }
     }
 
-    /// The readings that agree with one of them, joined: a straight line over their age, as steep as they show and drifts are.
+    /// The readings that agree with one of them, joined: a straight line over their age up to the newest of them, as steep as they show and drifts are.
     fn group(&self, around: usize) -> Readings {
         let mut joined = Readings::default();
         let Some(Kept { value: centre, variance: its, .. }) = self.recent[around] else { return joined };
         let drift = DRIFT * centre;
+        // what is left out says nothing of how far the drift went meanwhile
+        let mut newest = None;
         let (mut normal, mut right) = ([0.0, 0.0, 1.0 / (drift * drift)], [0.0; 2]);
         for (age, reading) in self.recent.iter().enumerate() {
             let Some(Kept { value, variance, .. }) = *reading else { continue };
@@ -75,7 +77,8 @@ impl Readings {
             if (value - centre) * (value - centre) > GATE * GATE * (its + variance + apart * apart) {
                 continue;
             }
-            let (weight, age) = (1.0 / variance, age as f64);
+            let newest = *newest.get_or_insert(age);
+            let (weight, age) = (1.0 / variance, (age - newest) as f64);
             normal = [normal[0] + weight, normal[1] - weight * age, normal[2] + weight * age * age];
             right = [right[0] + weight * value, right[1] - weight * age * value];
             joined.count += 1;

@@ -12,7 +12,7 @@ use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
 use super::onset::{ENDLESS, Onset};
 use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
-use super::said::Said;
+use super::said::{AGAINST, Said};
 use super::window::Window;
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
@@ -35,8 +35,6 @@ const NOISE: [f64; 2] = [2e-6, 3e-7];
 const SEEN: [(usize, f64); 4] = [(0, 1e4), (1, 1e4), (1, 400.0), (1, 60.0)];
 /// Half gaps that are tried: index of an onset and part of it. A soft contact is seen late.
 const TRIED: [(usize, f64); LANES] = [(0, 1.01), (0, 0.99), (0, 0.97), (0, 0.94), (0, 0.9), (1, 0.98), (2, 0.97), (3, 0.96)];
-/// Half gaps that what was found is held against, parts of it; the last lane has none that ends.
-const AGAINST: [f64; LANES - 2] = [0.98, 1.02, 0.94, 1.06, 0.8, 1.25];
 /// Mean square of the innovations over their variance from which on a hypothesis is poor.
 const POOR: f64 = 10.0;
 /// Standard deviation over value at which a half gap is clear enough not to look with less noise.
@@ -57,7 +55,6 @@ enum Phase {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Reading {
     window: Window,
-    samples: usize,
     /// Length of what is read of it, s, and the motor's largest speed, rad/s.
     extent: (f64, f64),
     /// What the encoder's noise is multiplied by, as its steps last for several ticks of a slow motor and err alike.
@@ -68,7 +65,6 @@ pub(super) struct Reading {
     progress: Progress,
     sums: Sums,
     onset: Onset,
-    faint: bool,
     searched: bool,
     /// Index of the supposed noise, and what was found with more of it.
     level: usize,
@@ -89,7 +85,6 @@ impl Reading {
         let hypotheses = uniform(&at, prior.load.damping);
         let progress = Progress::start(&window, &hypotheses);
         let mut reading = Reading {
-            samples: window.samples.len(),
             extent: window.extent(),
             steps: (1.0 + (count / window.pace().max(count / LIKE)).min(LIKE)).sqrt(),
             window,
@@ -99,7 +94,6 @@ impl Reading {
             progress,
             sums: Sums::default(),
             onset: Onset::default(),
-            faint: false,
             searched: false,
             level: 0,
             noisier: None,
@@ -143,8 +137,7 @@ impl Reading {
                 part * self.onset.half_ways[which].or(self.onset.half_ways[0]).unwrap_or(GRID_FROM)
             }
             Phase::Grid(pass) => GRID_FROM * math::exp((f64::from(pass) * LANES as f64 + lane as f64) * math::log(GRID_RATIO)),
-            Phase::Check if lane + 1 == LANES => ENDLESS,
-            Phase::Check => self.newton.at[GAP] * if lane > 0 { AGAINST[lane - 1] } else { 1.0 },
+            Phase::Check => AGAINST.get(lane).map_or(ENDLESS, |part| part * self.newton.at[GAP]),
             Phase::Fine | Phase::Newton => {
                 let close = if self.searched { CLOSE_TO_GRID } else { CLOSE };
                 self.best.0 * (1.0 + close * (lane as f64 - 0.5 * (LANES - 1) as f64))
@@ -182,7 +175,6 @@ impl Reading {
             Phase::Onset(attempt) => {
                 let Some(end) = self.onset.end else { return self.look_again(attempt + 1) };
                 self.without = self.sums.cost[0] / self.count();
-                self.faint = attempt > 0;
                 self.window.samples.truncate(end);
                 self.extent = self.window.extent();
                 self.phase = Phase::Candidates;
@@ -199,7 +191,7 @@ impl Reading {
                     (self.newton.at, self.phase) = (found.at, Phase::Check);
                 }
             }
-            Phase::Check => return Some(self.said()),
+            Phase::Check => return self.found.map(|found| Said::checked(&found, &self.sums.cost, self.window.wavered, self.without)),
         }
         self.begin();
         None
@@ -242,25 +234,5 @@ impl Reading {
         self.newton = Newton::new(found.map_or(self.newton.at, |found| found.at));
         self.level += 1;
         false
-    }
-
-    /// What was found, held against other half gaps and against none that ends: it is no surer than these tell, whatever the derivatives say.
-    fn said(&self) -> Said {
-        let Some(Accepted { at, misfit, mut variance, .. }) = self.found else { return Said::NOTHING };
-        let [least, .., endless] = self.sums.cost.map(|cost| cost / misfit.max(1.0));
-        for (part, cost) in AGAINST.iter().zip(&self.sums.cost[1..]) {
-            let off = (part - 1.0) * at[GAP];
-            variance = variance.max(off * off / (cost / misfit.max(1.0) - least).max(1.0));
-        }
-        Said {
-            half_gap: at[GAP],
-            variance,
-            faint: self.faint,
-            wavered: self.window.wavered,
-            samples: self.samples,
-            misfit,
-            without: self.without,
-            evidence: endless - least,
-        }
     }
 }
