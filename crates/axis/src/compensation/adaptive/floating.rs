@@ -40,7 +40,7 @@ impl Floating {
         // what it may need all the time is learned last, and drives no change of flank
         let driven = load.inertia * reference.acceleration.abs() + load.viscous * reference.velocity.abs();
         self.most = self.most.max(driven);
-        let hardly = changed && friction < HELD * rated_torque && self.most < DRIVEN * rated_torque;
+        let hardly = changed && load.coulomb < HELD * rated_torque && self.most < DRIVEN * rated_torque;
         if changed {
             self.most = 0.0;
         }
