@@ -44,6 +44,10 @@ const PRESSING: f64 = 0.25;
 const NO_WAY_RAD: f64 = 1e-7;
 const SLIDES_RAD_S: f64 = 0.05;
 
+/// Ticks over which the torque that holds an axis at rest is averaged: 3 and 9 ms; from both it is extrapolated.
+const HOLDING_TICKS: [f64; 2] = [12.0, 36.0];
+/// Ticks of rest, and since the last traverse, after which that is known: 4 ms.
+const HELD_TICKS: u32 = 16;
 /// Part of the Coulomb friction with which the shaft of an axis at rest pulls at a load that sticks, for the flank to change.
 const STUCK: f64 = 0.25;
 
@@ -76,6 +80,10 @@ pub(super) struct CrossingState {
     lagged: [f64; 2],
     passage: Passage,
     wound: f64,
+    /// Torque of the motor, averaged over the times of `HOLDING_TICKS`, N m.
+    holding: [f64; 2],
+    /// Ticks of rest since the last traverse.
+    held_ticks: u32,
 }
 
 impl CrossingState {
@@ -133,6 +141,8 @@ impl Crossing {
             lagged: [0.0; 2],
             passage: Passage::default(),
             wound: 0.0,
+            holding: [0.0; 2],
+            held_ticks: 0,
         }
     }
 
@@ -176,6 +186,11 @@ impl Crossing {
     }
 
     fn follow(&self, state: &mut CrossingState, signals: &Signals) {
+        let (at_rest, torque) = (signals.next_reference.velocity == 0.0, self.twin.torque_constant() * signals.mean_current);
+        state.held_ticks = if at_rest && !state.traverse.moving() { state.held_ticks.saturating_add(1) } else { 0 };
+        for (mean, ticks) in state.holding.iter_mut().zip(HOLDING_TICKS) {
+            *mean += (torque - *mean) / if state.held_ticks == 0 { 1.0 } else { ticks };
+        }
         let reference = &signals.reference;
         for (lagged, now) in state.lagged.iter_mut().zip([reference.velocity, reference.acceleration]) {
             *lagged += self.lag_per_tick * (now - *lagged);
@@ -191,6 +206,9 @@ impl Crossing {
         let there = self.weighed(load, now.plant.load_position + ahead_speed * lead_ticks * self.period);
         let need = there.need(ahead_speed, ahead_acceleration, STANDING_RAD_S);
         let stands = speed.abs() <= STANDING_RAD_S && acceleration == 0.0 && step == 0.0;
+        if stands && self.takes_up && load.coulomb > self.nothing {
+            return if state.held_ticks >= HELD_TICKS { self.held(state, lead_ticks) } else { state.side };
+        }
         let side = if torque > 0.0 { 1 } else { -1 };
         let sure = if stands {
             torque.abs() > STUCK * load.coulomb && load.coulomb > self.nothing
@@ -198,6 +216,13 @@ impl Crossing {
             torque.abs() > self.nothing && need * torque > 0.0
         };
         if sure { side } else { state.side }
+    }
+
+    /// The flank that will have to carry a load that sticks, as the motor's own torque shows: it sets out across the gap once it has overcome its friction.
+    fn held(&self, state: &CrossingState, lead_ticks: f64) -> i8 {
+        let ([short, long], [few, many]) = (state.holding, HOLDING_TICKS);
+        let torque = short + (short - long) / (many - few) * (few + lead_ticks + EARLIER_TICKS);
+        if torque * f64::from(state.side) < -self.twin.motor_coulomb() { -state.side } else { state.side }
     }
 
     fn correction(&self, state: &mut CrossingState, now: &TwinState, offset: &Offset, load: &LoadModel, crossing: bool) -> Correction {

@@ -163,6 +163,11 @@ impl Twin {
         self.coulomb
     }
 
+    /// Torque constant of the motor, N m/A.
+    pub(super) fn torque_constant(&self) -> f64 {
+        self.torque_constant
+    }
+
     /// Viscous friction of the motor, N m s/rad.
     pub(super) fn motor_viscous(&self) -> f64 {
         self.viscous

@@ -15,6 +15,8 @@ const CHANGES: [u32; 2] = [2, 64];
 /// Parts of the rated torque: friction below which nothing holds the load, and torque that does not press it on a flank.
 const HELD: f64 = 0.01;
 const PRESSED: f64 = 0.01;
+/// Part of the rated torque that a load has to need at some time between two changes of flank, else it hardly feels its flanks.
+const DRIVEN: f64 = 1e-3;
 /// An acceleration below this is none, and a speed, rad/s2 and rad/s.
 const STEADY: f64 = 1e-6;
 
@@ -23,19 +25,30 @@ pub(super) struct Floating {
     steady: u32,
     changes: u32,
     wanted: u32,
+    /// Most torque that its motion needed since the last change of flank, N m.
+    most: f64,
 }
 
 impl Floating {
     /// Nothing has floated yet.
-    pub(super) const NEVER: Floating = Floating { steady: 0, changes: CHANGES[0], wanted: CHANGES[0] };
+    pub(super) const NEVER: Floating = Floating { steady: 0, changes: CHANGES[0], wanted: CHANGES[0], most: 0.0 };
 
-    /// Takes the reference of a tick, the load as it is known, and whether the flank that has to carry it changed.
-    pub(super) fn step(&mut self, reference: &Reference, load: &LoadModel, rated_torque: f64, changed: bool) {
+    /// Takes the reference of a tick, the load as it is known, Coulomb friction that may hold it (N m), and whether the flank that has to carry it changed.
+    pub(super) fn step(&mut self, reference: &Reference, load: &LoadModel, friction: f64, rated_torque: f64, changed: bool) {
         let need = load.need(reference.velocity, reference.acceleration, STEADY);
-        let free = load.coulomb < HELD * rated_torque && reference.acceleration.abs() < STEADY && need.abs() < PRESSED * rated_torque;
+        let free = friction < HELD * rated_torque && reference.acceleration.abs() < STEADY && need.abs() < PRESSED * rated_torque;
+        // what it may need all the time is learned last, and drives no change of flank
+        let driven = load.inertia * reference.acceleration.abs() + load.viscous * reference.velocity.abs();
+        self.most = self.most.max(driven);
+        let hardly = changed && load.coulomb < HELD * rated_torque && self.most < DRIVEN * rated_torque;
+        if changed {
+            self.most = 0.0;
+        }
         let before = self.steady;
         self.steady = if free { (self.steady + 1).min(LONG) } else { 0 };
-        if self.steady >= LONG {
+        if hardly {
+            self.changes = 0;
+        } else if self.steady >= LONG {
             if before < LONG && self.changes > 0 {
                 self.wanted = if self.wanted == CHANGES[0] { 2 * self.wanted } else { (4 * self.wanted).min(CHANGES[1]) };
             }
@@ -63,11 +76,11 @@ mod tests {
         for (coulomb, expected) in [(0.0, true), (0.5, false)] {
             let mut floating = Floating::NEVER;
             for _ in 0..200 {
-                floating.step(&rest, &load(coulomb), 11.0, false);
+                floating.step(&rest, &load(coulomb), coulomb, 11.0, false);
             }
             assert_eq!(floating.floats(), expected);
             for change in 1..=2 * CHANGES[0] {
-                floating.step(&moving, &load(coulomb), 11.0, true);
+                floating.step(&moving, &load(coulomb), coulomb, 11.0, true);
                 assert_eq!(floating.floats(), expected && change < 2 * CHANGES[0]);
             }
         }

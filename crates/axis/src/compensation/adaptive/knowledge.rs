@@ -9,12 +9,15 @@ use serde::{Deserialize, Serialize};
 
 /// Readings kept.
 const KEPT: usize = 8;
-/// Drift from reading to reading, part of the value.
-const DRIFT: f64 = 0.004;
+/// Standard deviation of the drift from reading to reading, part of the value.
+const DRIFT: f64 = 0.005;
 /// Standard deviation that no reading undercuts, part of the value.
-const LEAST: f64 = 0.01;
+const LEAST: f64 = 0.005;
 /// Standard deviations within which readings agree.
 const GATE: f64 = 3.0;
+/// Standard deviation over value below which what is known is used, and a reading that counts alone.
+const SURE: f64 = 0.1;
+const ALONE: f64 = 0.2;
 /// A reading over a flank that wavered is too large if it is so many times one of a single crossing.
 const LARGER: f64 = 1.5;
 
@@ -36,11 +39,12 @@ struct Kept {
     value: f64,
     variance: f64,
     wavered: bool,
+    alone: bool,
 }
 
 impl Readings {
-    /// Takes a reading and its variance; `wavered`: the flank wavered meanwhile.
-    pub(super) fn take(&mut self, value: f64, variance: f64, wavered: bool) {
+    /// Takes a reading and its variance; `wavered`: the flank wavered meanwhile; `alone`: it is so clear that it counts alone.
+    pub(super) fn take(&mut self, value: f64, variance: f64, wavered: bool, alone: bool) {
         let single = |kept: &Kept| if kept.wavered { f64::INFINITY } else { kept.value };
         let most = LARGER * self.recent.iter().flatten().map(single).fold(if wavered { f64::INFINITY } else { value }, f64::min);
         if wavered && value > most {
@@ -49,7 +53,7 @@ impl Readings {
         self.seen = self.seen.saturating_add(1);
         self.recent.iter_mut().for_each(|entry| *entry = entry.filter(|kept| !kept.wavered || kept.value <= most));
         self.recent.rotate_right(1);
-        self.recent[0] = Some(Kept { value, variance: variance + LEAST * LEAST * value * value, wavered });
+        self.recent[0] = Some(Kept { value, variance: variance + LEAST * LEAST * value * value, wavered, alone });
         self.count = 0;
         for age in 0..KEPT {
             let group = self.group(age);
@@ -59,24 +63,39 @@ impl Readings {
         }
     }
 
-    /// The readings that agree with one of them, joined.
+    /// The readings that agree with one of them, joined: a straight line over their age up to the newest of them, as steep as they show and drifts are.
     fn group(&self, around: usize) -> Readings {
         let mut joined = Readings::default();
         let Some(Kept { value: centre, variance: its, .. }) = self.recent[around] else { return joined };
-        for (age, reading) in self.recent.iter().enumerate().rev() {
-            let drift = DRIFT * centre;
-            joined.variance += drift * drift;
+        let drift = DRIFT * centre;
+        // what is left out says nothing of how far the drift went meanwhile
+        let mut newest = None;
+        let (mut normal, mut right) = ([0.0, 0.0, 1.0 / (drift * drift)], [0.0; 2]);
+        for (age, reading) in self.recent.iter().enumerate() {
             let Some(Kept { value, variance, .. }) = *reading else { continue };
             let apart = drift * age.abs_diff(around) as f64;
             if (value - centre) * (value - centre) > GATE * GATE * (its + variance + apart * apart) {
                 continue;
             }
-            let gain = if joined.count == 0 { 1.0 } else { joined.variance / (joined.variance + variance) };
-            joined.value += gain * (value - joined.value);
-            joined.variance = if joined.count == 0 { variance } else { joined.variance * (1.0 - gain) };
+            let newest = *newest.get_or_insert(age);
+            let (weight, age) = (1.0 / variance, (age - newest) as f64);
+            normal = [normal[0] + weight, normal[1] - weight * age, normal[2] + weight * age * age];
+            right = [right[0] + weight * value, right[1] - weight * age * value];
             joined.count += 1;
         }
+        let determinant = normal[0] * normal[2] - normal[1] * normal[1];
+        joined.value = (normal[2] * right[0] - normal[1] * right[1]) / determinant;
+        joined.variance = normal[2] / determinant;
         joined
+    }
+
+    /// The value to use: that of readings that agree, or the least of those that count alone, since too small a one can do no harm. 0 if none is sure.
+    pub(super) fn used(&self) -> f64 {
+        if self.count > 1 {
+            return if self.doubt() < SURE { self.value } else { 0.0 };
+        }
+        let alone = |kept: &&Kept| kept.alone && kept.variance < ALONE * ALONE * kept.value * kept.value;
+        self.recent.iter().flatten().filter(alone).map(|kept| kept.value).reduce(f64::min).unwrap_or(0.0)
     }
 
     /// Standard deviation over value.
@@ -94,7 +113,7 @@ mod tests {
         let mut known = Readings::default();
         for n in 0..50 {
             let value = 1.0 + 0.005 * f64::from(n);
-            known.take(if n % 7 == 3 { 3.0 } else { value }, 1e-6, false);
+            known.take(if n % 7 == 3 { 3.0 } else { value }, 1e-6, false, true);
         }
         assert!((known.value - 1.245).abs() < 0.03 && known.doubt() < 0.02, "{known:?}");
     }
@@ -102,27 +121,27 @@ mod tests {
     #[test]
     fn a_wrong_first_reading_is_outvoted_and_one_alone_counts_one() {
         let mut known = Readings::default();
-        known.take(1.6, 1e-6, false);
+        known.take(1.6, 1e-6, false, true);
         assert_eq!(known.count, 1);
-        known.take(1.0, 1e-6, false);
+        known.take(1.0, 1e-6, false, true);
         assert_eq!((known.value, known.count), (1.0, 1));
-        known.take(1.01, 1e-6, false);
+        known.take(1.01, 1e-6, false, true);
         assert!((known.value - 1.005).abs() < 2e-3 && known.count == 2, "{known:?}");
-        known.take(3.0, 1e-6, false);
+        known.take(3.0, 1e-6, false, true);
         assert!((known.value - 1.005).abs() < 2e-3 && known.count == 2, "{known:?}");
     }
 
     #[test]
     fn a_single_crossing_shows_that_wavering_ones_added_up() {
         let mut known = Readings::default();
-        known.take(4.0, 1e-6, true);
-        known.take(4.0, 1e-6, true);
+        known.take(4.0, 1e-6, true, true);
+        known.take(4.0, 1e-6, true, true);
         assert!((known.value - 4.0).abs() < 1e-12 && known.count == 2);
-        known.take(1.0, 1e-6, false);
+        known.take(1.0, 1e-6, false, true);
         assert_eq!((known.value, known.count), (1.0, 1));
-        known.take(4.0, 1e-6, true);
+        known.take(4.0, 1e-6, true, true);
         assert_eq!((known.value, known.count), (1.0, 1));
-        known.take(1.01, 1e-6, true);
+        known.take(1.01, 1e-6, true, true);
         assert_eq!(known.count, 2);
     }
 }

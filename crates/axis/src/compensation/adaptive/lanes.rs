@@ -149,6 +149,10 @@ impl Progress {
         let mean = |around: usize| window.mean_speed(self.next - 1 - around, self.next - 1 + around);
         let motor_speed = (4.0 * mean(AROUND / 2) - mean(AROUND)) / 3.0;
         for lane in 0..LANES {
+            // a load that stands hung on the spring alone
+            if self.load_speed[lane].abs() <= 0.0 {
+                continue;
+            }
             let before = if left > 0.0 { 1.0 } else { 0.5 };
             let surplus = (before * warm_damping(p, lane)).max(p.damping[lane]) - (left * warm_damping(p, lane)).max(p.damping[lane]);
             self.lead[lane] += surplus * (motor_speed - self.load_speed[lane]) / p.stiffness[lane];
@@ -160,7 +164,7 @@ impl Progress {
     fn load(&mut self, p: &Hypotheses, motor_speed: f64, h: f64, warmth: f64) -> Lanes {
         let warm = warmth > 0.0;
         let mut sum = [0.0; LANES];
-        let damping: Lanes = std::array::from_fn(|lane| (warmth * warm_damping(p, lane)).max(p.damping[lane]));
+        let warm_damping: Lanes = std::array::from_fn(|lane| (warmth * warm_damping(p, lane)).max(p.damping[lane]));
         for _ in 0..STEPS {
             for lane in 0..LANES {
                 let (speed, lead, gap) = (self.load_speed[lane], self.lead[lane], p.half_gap[lane]);
@@ -173,12 +177,14 @@ impl Progress {
                 let sign = if moves { speed.signum() } else { held.signum() };
                 let sticks = !moves && held.abs() <= coulomb;
                 let mobility = if sticks { 0.0 } else { inverse };
+                let damping = if sticks { p.damping[lane] } else { warm_damping[lane] };
                 let drag = drag - sign * coulomb;
                 let free = motor_speed - speed - h * drag * mobility;
-                let give = (h * h * p.stiffness[lane] + h * damping[lane]) * mobility;
-                let torque = shaft(lead + h * free, gap, p.stiffness[lane], damping[lane] * free) / (1.0 + give);
+                let give = (h * h * p.stiffness[lane] + h * damping) * mobility;
+                let torque = shaft(lead + h * free, gap, p.stiffness[lane], damping * free) / (1.0 + give);
                 let slid = speed + h * (torque + drag) * mobility;
-                let slid = if slid * sign < 0.0 { 0.0 } else { slid };
+                let stops = slid * sign < 0.0 && (torque + drag + sign * coulomb).abs() <= coulomb;
+                let slid = if stops { 0.0 } else { slid };
                 self.lead[lane] = lead + h * (motor_speed - slid);
                 self.load_speed[lane] = slid;
                 sum[lane] += torque;
@@ -218,10 +224,13 @@ fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f64) -> f64 {
     if pressed.abs() > 0.0 { stiffness * pressed + damping_torque } else { 0.0 }
 }
 
-/// Speed after a gain of speed with friction that takes at most `most`, and never more than to rest.
+/// Speed after a gain of speed with friction that takes at most `most`; what turns around does so within the sample, and friction with it.
 #[inline]
 fn slide(speed: f64, gain: f64, most: f64) -> f64 {
-    let free = speed + gain;
-    let left = free - free.max(-most).min(most);
-    if speed * left < 0.0 { 0.0 } else { left }
+    let driven = gain - gain.max(-most).min(most);
+    let after = speed + gain - if speed > 0.0 { most } else { -most };
+    let turns = speed * after <= 0.0;
+    // part of the sample that is left once it stands
+    let left = if speed.abs() > 0.0 { after / (after - speed) } else { 1.0 };
+    if turns { left * driven } else { after }
 }

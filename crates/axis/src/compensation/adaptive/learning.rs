@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 /// Ticks that have to pass after a reversal or a change of flank: 15 ms, three periods of a shaft's ringing.
 const SETTLE: u32 = 60;
 /// Standard deviations by which an acceleration has to stand out.
-const CLEAR: f64 = 3.0;
+const CLEAR: f64 = 4.0;
 /// Blocks before the load is believed.
 const ENOUGH: u32 = 8;
 /// Part of its friction below which the torque behind the motor shows a load that is loose.
@@ -80,6 +80,11 @@ impl LearningState {
         self.filter.inertia_doubt()
     }
 
+    /// Coulomb friction that the load may have, N m.
+    pub(super) fn most_friction(&self, load: &LoadModel, rated: f64) -> f64 {
+        load.coulomb + self.filter.friction_doubt() * rated
+    }
+
     /// One tick; changes the load at the end of a block.
     pub(super) fn step(&mut self, twin: &Twin, now: &TwinState, signals: &Signals, seen: Seen, motor: &Motor, load: &mut LoadModel) {
         let speed = now.plant.load_velocity;
@@ -120,9 +125,10 @@ impl LearningState {
         let own = inertia * acceleration + motor.viscous * speed + twin.motor_coulomb() * speed.signum();
         let torque = motor.torque_constant * (first.rising + second.falling) / count - own;
         // the variance of a second difference is six times that of a position
-        let stands_out = acceleration * acceleration * span * span * span * span > 6.0 * CLEAR * CLEAR * motor.noise * motor.noise;
-        let seen = if stands_out { acceleration } else { 0.0 };
-        self.filter.update(&[seen * inertia / rated, speed / VISCOUS_SPEED, speed.signum(), 1.0], torque / rated, self.known);
+        let noise = 6.0 * motor.noise * motor.noise / (span * span * span * span);
+        let seen = if acceleration * acceleration > CLEAR * CLEAR * noise { acceleration } else { 0.0 };
+        let row = [seen * inertia / rated, speed / VISCOUS_SPEED, speed.signum(), 1.0];
+        self.filter.update(&row, torque / rated, noise * (inertia / rated) * (inertia / rated), self.known);
         self.blocks = self.blocks.saturating_add(1);
         if self.blocks >= ENOUGH {
             let (unit, mean) = (units(inertia, rated), self.filter.possible());

@@ -13,7 +13,7 @@ const ALIKE: f64 = 10.0;
 const SPREAD_GAIN: f64 = 0.01;
 const SPREAD_CUT: f64 = 9.0;
 /// Least spread, part of the rated torque.
-const LEAST_SPREAD: f64 = 2e-3;
+const LEAST_SPREAD: f64 = 1e-3;
 /// Residuals that agree in their sign over 25 blocks tell that what is known is wrong, not that the blocks are: then it is learned anew, with this
 /// part of what any axis may have added to the standard deviations at each block.
 const BIAS_GAIN: f64 = 0.04;
@@ -72,6 +72,11 @@ impl LoadFilter {
         self.covariance[0][0].max(0.0).sqrt() / self.mean[0].max(LEAST_INERTIA)
     }
 
+    /// Standard deviation of the Coulomb friction, over the rated torque.
+    pub(super) fn friction_doubt(&self) -> f64 {
+        self.covariance[2][2].max(0.0).sqrt()
+    }
+
     /// The most likely values that are possible: no friction or inertia below zero.
     pub(super) fn possible(&self) -> Vector {
         let (mut mean, mut p) = (self.mean, self.covariance);
@@ -112,13 +117,15 @@ impl LoadFilter {
         self.correct(&ph, 1.0 / (foreseen + noise), residual);
     }
 
-    /// Takes a block; `known`: enough came before to tell which are bad.
-    pub(super) fn update(&mut self, row: &Vector, torque: f64, known: bool) {
+    /// Takes a block; `noise`: variance of the first of its row, as a regressor's error it makes the inertia too small; `known`: enough came before to tell
+    /// which are bad.
+    pub(super) fn update(&mut self, row: &Vector, torque: f64, noise: f64, known: bool) {
         for (i, line) in self.covariance.iter_mut().enumerate() {
             line[i] += DRIFT[i] * DRIFT[i] * if i == 0 { self.mean[0] * self.mean[0] } else { 1.0 };
         }
         let residual = torque - row.iter().zip(self.mean).map(|(a, x)| a * x).sum::<f64>();
-        let spread = self.spread.max(LEAST_SPREAD * LEAST_SPREAD);
+        let of_inertia = self.mean[0].max(LEAST_INERTIA);
+        let spread = self.spread.max(LEAST_SPREAD * LEAST_SPREAD) + noise * of_inertia * of_inertia;
         let ph = self.gains(row);
         let foreseen: f64 = ph.iter().zip(row).map(|(p, a)| p * a).sum();
         let square = residual * residual;
@@ -160,14 +167,14 @@ mod tests {
         for n in 0..4000 {
             let (way, alpha) = (if n % 200 < 100 { 1.0 } else { -1.0 }, f64::from(n % 7) - 3.0);
             let row = [0.1 * alpha, 0.0, way, 1.0];
-            state.update(&row, 0.3 * alpha + 0.1 * way - 0.02, true);
+            state.update(&row, 0.3 * alpha + 0.1 * way - 0.02, 0.0, true);
         }
         let [inertia, viscous, coulomb, constant] = state.mean;
         assert!((inertia - 3.0).abs() < 0.02 && (coulomb - 0.1).abs() < 1e-3 && (constant + 0.02).abs() < 1e-3, "{:?}", state.mean);
         assert!((viscous - MEAN[1]).abs() < 1e-9);
         for _ in 0..4000 {
             let row = [0.0, 0.0, 1.0, 1.0];
-            state.update(&row, 0.08, true);
+            state.update(&row, 0.08, 0.0, true);
         }
         assert!((state.mean[0] - inertia).abs() < 1e-6 && (state.mean[2] - coulomb).abs() < 1e-3, "{:?}", state.mean);
     }

@@ -66,7 +66,7 @@ const LEAST_NOISE: f64 = 3e-7;
 /// Torque that nothing models, part of the rated one.
 const UNMODELLED: f64 = 3e-3;
 /// Part of the rated torque below which the load may hang between the flanks; then there is nothing to learn of it.
-const HANGS: f64 = 3e-3;
+const HANGS: f64 = 1e-3;
 /// A reading counts where the innovations with its gap have no more than this mean square over their variance, or this part of that without a gap
 /// and where its standard deviation is below this part of its value.
 const EXPLAINED: f64 = 10.0;
@@ -76,21 +76,16 @@ const SHARP: f64 = 0.2;
 const LARGEST: f64 = 0.3;
 /// Standard deviation over value that a faint contact adds.
 const FAINT: f64 = 0.04;
-/// Encoder noise (rad) through which the faint contacts of a load do not show that is held by less friction than this part of the rated torque.
-const COARSE: f64 = 5e-6;
-const HELD: f64 = 0.01;
-/// And below this part no single contact is trusted through it.
-const GRIPPED: f64 = 0.05;
+/// By how much a contact has to explain the motor better than a gap without an end, squares over their variance: to count, and to be beyond doubt.
+const SEEN: f64 = 50.0;
+const EVIDENT: f64 = 300.0;
 /// A contact that shows clearly: misfit and standard deviation over value.
 const CLEAR_MISFIT: f64 = 3.0;
 const CLEAR: f64 = 0.03;
+/// Misfit up to which a reading counts alone: it may be off by a tenth, which is better than nothing.
+const ALONE_MISFIT: f64 = 20.0;
 /// Standard deviation over value of the inertia from which on a flank that wavers cannot be read.
 const UNSURE: f64 = 0.2;
-/// Readings that have to agree. The first alone is enough where it is clear and the crossing short (samples of its window): a long one hangs on the load's friction.
-const ENOUGH: u32 = 2;
-const SHORT: usize = 450;
-/// The gap is used below this standard deviation over value.
-const SURE: f64 = 0.1;
 
 /// The method `adaptive`.
 #[derive(Clone, Debug)]
@@ -113,8 +108,6 @@ pub struct AdaptiveState {
     gap: Readings,
     floating: Floating,
     used: f64,
-    /// Whether the only reading so far is enough.
-    first_clear: bool,
 }
 
 impl Registered for Adaptive {
@@ -152,10 +145,10 @@ impl Adaptive {
             covariance: state.learning.covariance(self.motor.inertia, self.motor.rated_torque),
             motor_coulomb: self.motor_coulomb,
             rated_torque: self.motor.rated_torque,
-            half_gap: if state.gap.count >= ENOUGH && state.gap.doubt() < SURE { state.gap.value } else { 0.0 },
+            half_gap: if state.gap.count > 1 { state.gap.used() } else { 0.0 },
             side: f64::from(window.side),
         };
-        state.reading = Some(Reading::new(window, prior));
+        state.reading = Some(Reading::new(window, prior, self.known.noise));
     }
 
     /// Goes on reading and takes up what is found.
@@ -164,22 +157,21 @@ impl Adaptive {
         state.reading = None;
         let clear = said.misfit < CLEAR_MISFIT && said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
         let unsure = said.wavered && state.learning.inertia_doubt() > UNSURE;
-        let suspicious = said.wavered;
-        let coarse = self.known.noise > COARSE && state.load.coulomb < GRIPPED * self.motor.rated_torque;
-        let blind = said.faint && coarse && state.load.coulomb < HELD * self.motor.rated_torque;
-        if counts(&said) && !blind && !unsure && (clear || !suspicious) {
-            let faint = if said.faint || said.wavered { FAINT * said.half_gap } else { 0.0 };
-            state.first_clear = state.gap.seen == 0 && clear && !said.faint && !said.wavered && !coarse && said.samples < SHORT;
-            state.gap.take(said.half_gap, said.variance + faint * faint, said.wavered);
+        if counts(&said) && !unsure && (clear || !said.wavered) {
+            let faint = if said.evidence < EVIDENT || said.wavered { FAINT * said.half_gap } else { 0.0 };
+            let alone = said.misfit < ALONE_MISFIT && said.evidence > EVIDENT && !said.wavered;
+            state.gap.take(said.half_gap, said.variance + faint * faint, said.wavered, alone);
         }
-        let sure = state.gap.doubt() < SURE && (state.gap.count >= ENOUGH || state.gap.seen == 1 && state.first_clear);
-        state.used = if sure { state.gap.value } else { 0.0 };
+        state.used = state.gap.used();
     }
 }
 
 fn counts(said: &Said) -> bool {
     let explained = if said.wavered { CLEAR_MISFIT } else { EXPLAINED.max(EXPLAINED_PART * said.without) };
-    said.half_gap < LARGEST && said.misfit < explained && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
+    said.half_gap < LARGEST
+        && said.evidence > SEEN
+        && said.misfit < explained
+        && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
 }
 
 impl Compensator for Adaptive {
@@ -199,7 +191,6 @@ impl Compensator for Adaptive {
             gap: Readings::default(),
             floating: Floating::NEVER,
             used: 0.0,
-            first_clear: false,
         }
     }
 
@@ -213,9 +204,10 @@ impl Compensator for Adaptive {
         let used = if state.floating.floats() { 0.0 } else { state.used };
         let mut correction = self.crossing.step(&mut state.crossing, signals, &state.load, used);
         if state.learning.known {
-            state.floating.step(&signals.reference, &state.load, self.motor.rated_torque, state.crossing.side != side);
+            let friction = state.learning.most_friction(&state.load, self.motor.rated_torque);
+            state.floating.step(&signals.reference, &state.load, friction, self.motor.rated_torque, state.crossing.side != side);
         }
-        if let Some(window) = state.watch.step(&self.motor, side, state.crossing.side, start.torque) {
+        if let Some(window) = state.watch.step(&self.motor, side, state.crossing.side, start.torque, state.load.coulomb) {
             self.begin_reading(state, window);
         }
         self.read(state);

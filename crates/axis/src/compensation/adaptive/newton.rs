@@ -12,7 +12,9 @@ use super::prior::{GAP, N, Prior, Vector};
 use serde::{Deserialize, Serialize};
 
 /// Passes at most.
-const MOST_STEPS: u32 = 6;
+const MOST_STEPS: u32 = 12;
+/// By how much the cost over the scale still falls where no more is to be found.
+const CONVERGED: f64 = 0.3;
 /// Part of the half gap that a step moves it at most.
 const FARTHEST: f64 = 0.3;
 
@@ -69,7 +71,7 @@ impl Newton {
     }
 
     /// Takes up a pass over `count` samples; says whether it was the last.
-    pub(super) fn take(&mut self, sums: &Sums, count: f64, prior: &Prior) -> bool {
+    pub(super) fn take(&mut self, sums: &Sums, count: f64, prior: &Prior, step: &Vector) -> bool {
         self.passes += 1;
         let last = self.passes >= MOST_STEPS;
         let (mean, information) = (prior.mean(), prior.information());
@@ -81,8 +83,7 @@ impl Newton {
             return !self.halve() || last;
         }
         let misfit = sums.cost[0] / count;
-        let step = prior.step(self.at[GAP]);
-        let (moves, variance) = solve_step(sums, misfit.max(1.0), &information, &pull, &step);
+        let (moves, variance) = solve_step(sums, misfit.max(1.0), &information, &pull, step);
         let at = self.at;
         let moved: Vector = std::array::from_fn(|i| {
             let most = if i == GAP { FARTHEST * at[GAP] } else { f64::INFINITY };
@@ -91,7 +92,7 @@ impl Newton {
         self.accepted = Some(Accepted { at, misfit, variance, cost, step: std::array::from_fn(|i| moved[i] - at[i]) });
         self.at = moved;
         let small = (moved[GAP] - at[GAP]).abs() < (0.1 * variance.max(0.0).sqrt()).max(1e-3 * at[GAP]);
-        small || before - cost < 1e-3 * cost || last
+        small && before - cost < CONVERGED * misfit.max(1.0) || last
     }
 
     /// Goes half as far from the last good point; says whether there is one.

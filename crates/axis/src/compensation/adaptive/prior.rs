@@ -60,15 +60,32 @@ impl Prior {
         ]
     }
 
-    /// Differences from which derivatives are taken: a fifth of the standard deviations, a hundredth of the gap.
-    pub(super) fn step(&self, half_gap: f64) -> Vector {
+    /// Differences from which derivatives are taken: a hundredth of the gap, and as much of the rest as moves the contact about as far, but a fifth of the
+    /// standard deviations at most. A friction that is off by half of that may move the contact of a long crossing by several gaps, and no derivative tells
+    /// anything there. `time_s`: since the start of the window; `speed`: largest of the motor's in it, rad/s.
+    pub(super) fn step(&self, half_gap: f64, time_s: f64, speed: f64) -> Vector {
         let mut spread = self.slack();
         for (unknown, entry) in OF_LOAD.into_iter().enumerate() {
             spread[entry] += self.covariance[unknown][unknown].max(0.0).sqrt();
         }
         spread[INERTIA] = spread[INERTIA].min(self.load.inertia);
         let mut step = spread.map(|spread| 0.2 * spread);
-        step[GAP] = (0.01 * half_gap).max(1e-6);
+        let way = (0.01 * half_gap).max(1e-6);
+        let torque = 2.0 * way * self.load.inertia / (time_s * time_s);
+        let drag = self.load.coulomb + self.load.viscous * speed + self.load.constant.abs();
+        let bounds = [
+            f64::INFINITY,
+            torque,
+            torque,
+            self.load.inertia * torque / drag.max(1e-3 * self.rated_torque),
+            torque / speed.max(0.1),
+            self.load.stiffness * way * self.load.stiffness / drag.max(1e-3 * self.rated_torque),
+            f64::INFINITY,
+        ];
+        for (step, bound) in step.iter_mut().zip(bounds) {
+            *step = step.min(bound);
+        }
+        step[GAP] = way;
         step[CONSTANT] *= self.side;
         step
     }

@@ -11,12 +11,14 @@
 use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
 use super::onset::{ENDLESS, Onset};
-use super::prior::{GAP, Prior, lanes_of, uniform};
-use super::said::Said;
+use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
+use super::said::{AGAINST, Said};
 use super::window::Window;
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
 
+/// Ticks in a row that a slow motor's encoder errs alike, at most; the filter remembers no more.
+const LIKE: f64 = 12.0;
 /// Samples taken in a tick.
 const SAMPLES_PER_TICK: usize = 32;
 /// Half gaps of the grid: first, ratio, passes of eight.
@@ -30,7 +32,7 @@ const CLOSE_TO_GRID: f64 = 0.05;
 const NOISE: [f64; 2] = [2e-6, 3e-7];
 /// Attempts to see an onset: index of the noise; and the sum of squared innovations over their variance that is enough. The last is for a contact
 /// that shows but faintly.
-const SEEN: [(usize, f64); 3] = [(0, 1e4), (1, 1e4), (1, 400.0)];
+const SEEN: [(usize, f64); 4] = [(0, 1e4), (1, 1e4), (1, 400.0), (1, 60.0)];
 /// Half gaps that are tried: index of an onset and part of it. A soft contact is seen late.
 const TRIED: [(usize, f64); LANES] = [(0, 1.01), (0, 0.99), (0, 0.97), (0, 0.94), (0, 0.9), (1, 0.98), (2, 0.97), (3, 0.96)];
 /// Mean square of the innovations over their variance from which on a hypothesis is poor.
@@ -46,24 +48,29 @@ enum Phase {
     Grid(u32),
     Fine,
     Newton,
+    Check,
 }
 
 /// A reading under way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Reading {
     window: Window,
-    samples: usize,
+    /// Length of what is read of it, s, and the motor's largest speed, rad/s.
+    extent: (f64, f64),
+    /// What the encoder's noise is multiplied by, as its steps last for several ticks of a slow motor and err alike.
+    steps: f64,
     prior: Prior,
     phase: Phase,
     hypotheses: Hypotheses,
     progress: Progress,
     sums: Sums,
     onset: Onset,
-    faint: bool,
     searched: bool,
     /// Index of the supposed noise, and what was found with more of it.
     level: usize,
     noisier: Option<Accepted>,
+    /// What stands at the end.
+    found: Option<Accepted>,
     /// Best half gap so far and its cost; mean square of the innovations without a gap.
     best: (f64, f64),
     without: f64,
@@ -71,12 +78,15 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    pub(super) fn new(window: Window, prior: Prior) -> Reading {
+    /// `noise`: standard deviation of a measured position, rad.
+    pub(super) fn new(window: Window, prior: Prior, noise: f64) -> Reading {
+        let count = noise * 12.0_f64.sqrt();
         let at = prior.mean();
         let hypotheses = uniform(&at, prior.load.damping);
         let progress = Progress::start(&window, &hypotheses);
         let mut reading = Reading {
-            samples: window.samples.len(),
+            extent: window.extent(),
+            steps: (1.0 + (count / window.pace().max(count / LIKE)).min(LIKE)).sqrt(),
             window,
             prior,
             phase: Phase::Onset(0),
@@ -84,10 +94,10 @@ impl Reading {
             progress,
             sums: Sums::default(),
             onset: Onset::default(),
-            faint: false,
             searched: false,
             level: 0,
             noisier: None,
+            found: None,
             best: (0.0, f64::INFINITY),
             without: 0.0,
             newton: Newton::new(at),
@@ -100,7 +110,7 @@ impl Reading {
     fn begin(&mut self) {
         let mut lanes = uniform(&self.newton.at, self.prior.load.damping);
         if self.phase == Phase::Newton {
-            let step = self.prior.step(self.newton.at[GAP]);
+            let step = self.differences();
             for (unknown, step) in step.into_iter().enumerate() {
                 lanes_of(&mut lanes, unknown)[unknown + 1] += step;
             }
@@ -112,6 +122,12 @@ impl Reading {
         self.sums = Sums::default();
     }
 
+    /// Differences from which derivatives are taken.
+    fn differences(&self) -> Vector {
+        let (time_s, speed) = self.extent;
+        self.prior.step(self.newton.at[GAP], time_s, speed)
+    }
+
     fn half_gap_of(&self, lane: usize) -> f64 {
         match self.phase {
             Phase::Onset(_) => [0.0, ENDLESS, 2e-4, 6e-4, 2e-3, 6e-3, 2e-2, 6e-2][lane],
@@ -121,6 +137,7 @@ impl Reading {
                 part * self.onset.half_ways[which].or(self.onset.half_ways[0]).unwrap_or(GRID_FROM)
             }
             Phase::Grid(pass) => GRID_FROM * math::exp((f64::from(pass) * LANES as f64 + lane as f64) * math::log(GRID_RATIO)),
+            Phase::Check => AGAINST.get(lane).map_or(ENDLESS, |part| part * self.newton.at[GAP]),
             Phase::Fine | Phase::Newton => {
                 let close = if self.searched { CLOSE_TO_GRID } else { CLOSE };
                 self.best.0 * (1.0 + close * (lane as f64 - 0.5 * (LANES - 1) as f64))
@@ -130,7 +147,7 @@ impl Reading {
 
     /// Works for one tick. Returns what the window says once that is known.
     pub(super) fn work(&mut self, known: &Known) -> Option<Said> {
-        let noise = known.noise.max(NOISE[self.level]);
+        let noise = (known.noise * self.steps).max(NOISE[self.level]);
         let known = &Known { noise, ..*known };
         for _ in 0..SAMPLES_PER_TICK {
             match self.progress.step(known, &self.hypotheses, &self.window) {
@@ -158,8 +175,8 @@ impl Reading {
             Phase::Onset(attempt) => {
                 let Some(end) = self.onset.end else { return self.look_again(attempt + 1) };
                 self.without = self.sums.cost[0] / self.count();
-                self.faint = attempt > 0;
                 self.window.samples.truncate(end);
+                self.extent = self.window.extent();
                 self.phase = Phase::Candidates;
             }
             Phase::Candidates => self.keep_best(Phase::Fine),
@@ -169,12 +186,12 @@ impl Reading {
                 self.newton.at[GAP] = self.best.0;
             }
             Phase::Newton => {
-                if self.newton.take(&self.sums, self.count(), &self.prior)
-                    && let Some(said) = self.settle(noisy)
-                {
-                    return Some(said);
+                if self.newton.take(&self.sums, self.count(), &self.prior, &self.differences()) && self.settle(noisy) {
+                    let Some(found) = self.found else { return Some(Said::NOTHING) };
+                    (self.newton.at, self.phase) = (found.at, Phase::Check);
                 }
             }
+            Phase::Check => return self.found.map(|found| Said::checked(&found, &self.sums.cost, self.window.wavered, self.without)),
         }
         self.begin();
         None
@@ -196,38 +213,26 @@ impl Reading {
         self.phase = next;
     }
 
-    /// After Gauss-Newton: says what was found, or looks on.
-    fn settle(&mut self, noisy: bool) -> Option<Said> {
+    /// After Gauss-Newton: whether what was found stands, or is looked for on.
+    fn settle(&mut self, noisy: bool) -> bool {
         let found = self.newton.accepted.filter(|found| found.misfit <= POOR);
         if found.is_none() && self.noisier.is_some() {
-            return self.said(self.noisier);
+            self.found = self.noisier;
+            return true;
         }
         if found.is_none() && !self.searched {
             (self.newton, self.searched, self.phase) = (Newton::new(self.prior.mean()), true, Phase::Grid(0));
-            return None;
+            return false;
         }
         let clear = |found: Accepted| found.variance < CLEAR * CLEAR * found.at[GAP] * found.at[GAP];
         let last = noisy || self.level + 1 >= NOISE.len() || self.level > 0 && found.is_some_and(clear);
         if last || found.is_none() {
-            return self.said(self.newton.accepted);
+            self.found = self.newton.accepted;
+            return true;
         }
         self.noisier = found;
         self.newton = Newton::new(found.map_or(self.newton.at, |found| found.at));
         self.level += 1;
-        None
-    }
-
-    fn said(&self, found: Option<Accepted>) -> Option<Said> {
-        let Some(found) = found else { return Some(Said::NOTHING) };
-        let Accepted { at, misfit, variance, .. } = found;
-        Some(Said {
-            half_gap: at[GAP],
-            variance,
-            faint: self.faint,
-            wavered: self.window.wavered,
-            samples: self.samples,
-            misfit,
-            without: self.without,
-        })
+        false
     }
 }

@@ -9,8 +9,8 @@ use crate::compensation::Signals;
 use crate::compensation::twin::TwinState;
 use serde::{Deserialize, Serialize};
 
-/// Part of the rated torque with which a flank is surely pressed.
-const PRESSED: f64 = 0.02;
+/// Parts of the rated torque with which a flank is surely pressed: half the load's friction, within these bounds.
+const PRESSED: [f64; 2] = [3e-3, 0.02];
 /// Ticks on the new flank after which the crossing is over, and from the change of flank on at least: 10 and 40 ms; 100 ms where less is wanted of
 /// the flank than this part of the rated torque, so that one cannot tell whether it carries.
 const ARRIVED: u32 = 40;
@@ -38,8 +38,11 @@ pub(super) struct Watch {
     /// Ticks since the change of flank, and those on the new one.
     since: u32,
     arrived: u32,
-    /// Whether the present flank has carried the load.
+    /// Whether the present flank has carried the load, and whether it surely does.
     engaged: bool,
+    pressed: bool,
+    /// What has been since the flank gave way, as long as no other has to carry the load.
+    left: Option<Window>,
     current: f64,
     sample: Sample,
 }
@@ -61,17 +64,18 @@ impl Watch {
         self.disturbance.torque
     }
 
-    /// Takes the flank that carried the load up to now, the one that has to from now on, and the torque wanted of it. Gives a window that is complete.
-    pub(super) fn step(&mut self, motor: &Motor, before: i8, now: i8, wanted: f64) -> Option<Window> {
+    /// Takes the flank that carried the load up to now, the one that has to from now on, and the torque wanted of it, and the load's
+    /// Coulomb friction (N m). Gives a window that is complete.
+    pub(super) fn step(&mut self, motor: &Motor, before: i8, now: i8, wanted: f64, friction: f64) -> Option<Window> {
         let (seen, sign) = (self.seen(), f64::from(now));
         let carries = wanted * sign > 0.0 && seen * sign > 0.5 * wanted * sign;
         self.arrived = if carries { (self.arrived + 1).min(ARRIVED) } else { self.arrived.saturating_sub(2) };
         self.engaged |= self.arrived >= ARRIVED;
         self.since = self.since.saturating_add(1);
-        let room = self.window.as_mut().is_none_or(|window| window.push(self.sample));
-        if !room {
-            self.window = None;
+        for window in [&mut self.window, &mut self.left] {
+            *window = window.take().and_then(|mut window| window.push(self.sample).then_some(window));
         }
+        self.give_way(motor, before, 0.5 * friction);
         if now == before {
             let least = if wanted.abs() > FAINT * motor.rated_torque { AT_LEAST } else { AT_LEAST_FAINT };
             let over = self.since >= least && self.arrived >= ARRIVED;
@@ -82,14 +86,28 @@ impl Watch {
             Some(window) if !self.engaged => window.wavered = true,
             _ => {
                 complete = self.close(before);
-                let side = f64::from(before);
-                let pressed = seen * side > (0.5 * wanted * side).max(PRESSED * motor.rated_torque);
-                self.window = if self.engaged || pressed { Window::new(&self.recent, before) } else { None };
+                let pressed = self.pressed && seen * f64::from(before) > 0.5 * wanted * f64::from(before);
+                self.window = self.left.take();
+                if self.window.is_none() && (self.engaged || pressed) {
+                    self.window = Window::new(&self.recent, before);
+                }
                 self.since = 0;
             }
         }
-        (self.arrived, self.engaged) = (0, false);
+        (self.arrived, self.engaged, self.pressed, self.left) = (0, false, false, None);
         complete
+    }
+
+    /// Keeps what has been since a flank that surely carried the load gave way: at rest that may be long before another one has to carry it.
+    fn give_way(&mut self, motor: &Motor, flank: i8, least: f64) {
+        let bounds = PRESSED.map(|part| part * motor.rated_torque);
+        let pressed = self.seen() * f64::from(flank) > least.max(bounds[0]).min(bounds[1]);
+        let before = std::mem::replace(&mut self.pressed, pressed);
+        if self.pressed {
+            self.left = None;
+        } else if before && self.engaged && self.window.is_none() {
+            self.left = Window::new(&self.recent, flank);
+        }
     }
 
     /// Ends the window on a flank; one that ends where it began shows nothing.

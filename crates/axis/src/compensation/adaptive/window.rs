@@ -16,8 +16,8 @@ const END: usize = 400;
 const LAG: usize = 21;
 /// Samples of the way between at most.
 const BETWEEN: usize = 128;
-/// Ticks in a sample at most: 32 ms, so a window of 4 s. A longer crossing shows nothing.
-const LONGEST: u32 = 128;
+/// Ticks in a sample at most: 128 ms, so a window of 16 s. A longer crossing shows nothing.
+const LONGEST: u32 = 512;
 
 /// The motor at the end of a sample: position (rad); the current over the sample (A); its length in servo ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -101,6 +101,21 @@ impl Window {
             (Some(a), Some(b)) if to > from => (b.position - a.position) / ((to - from) as f64 * Clock::SERVO.period_s()),
             _ => 0.0,
         }
+    }
+
+    /// How far the motor moves in a tick on average over the last ones, rad.
+    pub(super) fn pace(&self) -> f64 {
+        let last = &self.samples[self.samples.len().saturating_sub(END)..];
+        let way = last.windows(2).map(|pair| (pair[1].position - pair[0].position).abs()).sum::<f64>();
+        way / last.iter().map(|sample| f64::from(sample.ticks)).sum::<f64>().max(1.0)
+    }
+
+    /// Its length, s, and the motor's largest speed over a sample, rad/s.
+    pub(super) fn extent(&self) -> (f64, f64) {
+        let period = Clock::SERVO.period_s();
+        let speed = |pair: &[Sample]| (pair[1].position - pair[0].position).abs() / (f64::from(pair[1].ticks) * period);
+        let time = self.samples.iter().map(|sample| f64::from(sample.ticks)).sum::<f64>() * period;
+        (time, self.samples.windows(2).map(speed).fold(0.0, f64::max))
     }
 
     fn between(&mut self, sample: Sample) {
