@@ -14,6 +14,7 @@ mod goto;
 mod habits;
 mod lines;
 mod profile;
+mod quick;
 mod run;
 mod stacks;
 mod tape;
@@ -62,7 +63,6 @@ enum Percent {
 }
 
 /// A modal interpreter of RS274/NGC.
-///
 /// Drive it with [`Interpreter::push_line`] and [`Interpreter::step`], or let [`crate::Program`] do it.
 #[derive(Debug)]
 pub struct Interpreter {
@@ -105,7 +105,7 @@ pub struct Interpreter {
     /// Leniencies made use of so far.
     told: Leniencies,
     habits: habits::Habits,
-    /// Lines have to be looked at for another dialect's sake.
+    /// Lines are looked at for another dialect's sake.
     special: bool,
     modal_macro: Option<dialects::ModalMacro>,
     /// The profile of a turning cycle that is being read.

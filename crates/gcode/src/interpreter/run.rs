@@ -39,6 +39,9 @@ impl Interpreter {
     pub(crate) fn plain_line(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
         self.begun |= !self.block.words.is_empty();
         self.note_habits();
+        if self.quick_move(out) {
+            return Ok(());
+        }
         if self.special && matches!(self.dialect_line(out)?, Line::Done) {
             return Ok(());
         }

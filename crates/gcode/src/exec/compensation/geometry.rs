@@ -111,8 +111,9 @@ pub(crate) fn joint(last: &Edge, enters: Point, next: Shape, left: f64) -> Joint
     let turn = math::atan2(cross(last.leaves, enters), dot(last.leaves, enters));
     let inwards = if left > 0.0 { turn } else { -turn };
     if inwards.abs() >= PI - STRAIGHT_ON {
-        // Straight back: an arc that bends away from the tool comes into the tool's way.
-        if next.bends_away(left) { Joint::Inside } else { Joint::Outside }
+        // Straight back: an arc that bends away from the tool comes into the tool's way, the next one, or the last one before a line.
+        let in_the_way = if matches!(next, Shape::Line(_)) { last.shape } else { next };
+        if in_the_way.bends_away(left) { Joint::Inside } else { Joint::Outside }
     } else if inwards > STRAIGHT_ON {
         Joint::Inside
     } else if inwards.abs() <= STRAIGHT_ON {
