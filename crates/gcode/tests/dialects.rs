@@ -57,7 +57,10 @@ fn every_sample_means_what_its_snapshot_says() {
 const LONG_LINE: &str = "G0 X1 (................................................................................................................................................................................................................................................................................................)\nM30\n";
 
 /// A program that takes one leniency, and the dialect that has it.
-const TAKES: [(Leniency, Dialect, &str); 28] = [
+const DETOUR: &str =
+    "G18 G8 F100\nO1 SUB\nG0 X2 Z3\nG1 X4 Z-1\nX8 Z-12\nO1 ENDSUB\nG0 X10 Z-20\nG42.1 D0.4\nG70 Q1 X10 Z3\nG0 X20 Z5\nG40\nM30\n";
+
+const TAKES: [(Leniency, Dialect, &str); 29] = [
     (Leniency::MissingEnd, Dialect::LinuxCnc, "G0 X1\n"),
     (Leniency::ByteOrderMark, Dialect::LinuxCnc, "\u{feff}G0 X1\nM2\n"),
     (Leniency::Exponents, Dialect::LinuxCnc, "G0 X1.5E-3\nM2\n"),
@@ -86,6 +89,7 @@ const TAKES: [(Leniency, Dialect, &str); 28] = [
     (Leniency::Checksums, Dialect::Marlin, "N1G0*8\nM30\n"),
     (Leniency::BareLetters, Dialect::Marlin, "G28 X Y\nM30\n"),
     (Leniency::ToolMemory, Dialect::Fanuc, "G10 L10 P1 R25.\nM30\n"),
+    (Leniency::FinishDetour, Dialect::LinuxCnc, DETOUR),
 ];
 
 #[test]
@@ -101,7 +105,7 @@ fn every_leniency_has_its_own_warning_and_its_own_switch() {
         assert!(told.len() == 1 && told[0].severity() == leniency.severity(), "{leniency:?}: {:?}", found.kept());
         let refused = InterpreterConfig { leniencies: accepted.leniencies.without(leniency), ..accepted };
         // These mean something else without it.
-        if leniency != Leniency::ToolMemory {
+        if !matches!(leniency, Leniency::ToolMemory | Leniency::FinishDetour) {
             let mut program = Program::new(text.as_bytes(), refused);
             for _ in program.by_ref() {}
             assert!(program.diagnostics().errors() > 0, "{leniency:?} cannot be denied");

@@ -212,19 +212,32 @@ fn moves(text: &str) -> Vec<Motion> {
 }
 
 #[test]
-fn a_spline_is_moved_as_arcs_that_begin_and_end_with_its_tangents() {
+fn a_spline_is_moved_as_a_curve_with_its_tangents_and_curvatures() {
     let moves = moves("G20\nF10 G0 X1\nG5 X3 Y1 I1 J0 P0 Q-1\nM2\n");
     let (first, last) = (moves[1], moves[moves.len() - 1]);
-    assert!(moves.len() > 4);
+    assert!((2..12).contains(&moves.len()), "{}", moves.len());
     assert_eq!((first.start[AxisId::X], first.start[AxisId::Y]), (25.4, 0.0));
     assert!((last.end[AxisId::X] - 76.2).abs() < 1e-9 && (last.end[AxisId::Y] - 25.4).abs() < 1e-9);
-    // It sets out along X: the centre of the first arc is straight above its start.
-    let center = first.circle.unwrap().center_mm;
-    assert!((center[0] - 25.4).abs() < 1e-9 && center[1] > 0.0);
-    // It comes in along Y: the centre of the last one lies beside its end.
-    let center = last.circle.unwrap().center_mm;
-    assert!((center[1] - 25.4).abs() < 1e-6, "{center:?}");
-    assert!(moves[1..].iter().all(|motion| motion.feed == Feed::MmPerMin(254.0)));
+    // It sets out along X and straight, as its first three control points lie on a line.
+    let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12;
+    let bend = first.bend.unwrap();
+    assert!(near(bend.tangents[0], [1.0, 0.0]) && near(bend.curvatures_per_mm[0], [0.0; 2]), "{bend:?}");
+    // It comes in along Y, bent to the left by 2/3 of an inch's inverse: (n - 1)/n of a triangle's height over the square of its base.
+    let bend = last.bend.unwrap();
+    assert!(near(bend.tangents[1], [0.0, 1.0]) && near(bend.curvatures_per_mm[1], [-2.0 / 3.0 / 25.4, 0.0]), "{bend:?}");
+    // Its length is that of many chords of Bernstein's form.
+    let point = |t: f64| {
+        let (s, x, y) = (1.0 - t, [1.0, 2.0, 3.0, 3.0], [0.0, 0.0, 0.0, 1.0]);
+        let weights = [s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t];
+        [x, y].map(|axis| 25.4 * axis.iter().zip(weights).map(|(p, w)| p * w).sum::<f64>())
+    };
+    let chord = |k: u32| {
+        let [a, b] = [k, k + 1].map(|k| point(f64::from(k) / 20_000.0));
+        ((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1])).sqrt()
+    };
+    let length: f64 = moves[1..].iter().map(|motion| motion.bend.unwrap().length_mm).sum();
+    assert!((length - (0..20_000).map(chord).sum::<f64>()).abs() < 1e-5, "{length}");
+    assert!(moves[1..].iter().all(|motion| motion.feed == Feed::MmPerMin(254.0) && motion.circle.is_none()));
 }
 
 #[test]

@@ -20,7 +20,7 @@ const MORE_HALVINGS: u32 = 10;
 /// Halving goes on while the middle differs from the mean of the ends by more than this part of the largest value.
 const BEND: f64 = 0.02;
 /// Neighbouring intervals shorter together than this part of the way in one window become one.
-const COALESCE: f64 = 0.1;
+const COALESCE: f64 = 0.4;
 /// Fastest parameter speed ever considered, 1/s.
 const FASTEST: f64 = 1e9;
 

@@ -142,7 +142,7 @@ fn holds_everywhere() {
         let plan = Plan::program(&program);
         let untouched = plan.paced(&[]);
         let mut stops: Vec<usize> = Vec::new();
-        for hold in (0..untouched.len() - 500).step_by(50) {
+        for hold in (0..untouched.len() - 500).step_by(100) {
             let samples = plan.check(&[(hold as u64, Action::Hold), (hold as u64 + 900, Action::Resume)], 0.01);
             stops.push(stop_ms(&samples, hold));
         }

@@ -40,7 +40,7 @@ pub struct SimulateOptions {
     pub block_delete: bool,
     /// Tools, in place of the machine's own.
     pub tool_table: Option<ToolTable>,
-    /// How far the arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, mm.
+    /// How far the the polynomials may lie from the splines (G5, G5.1, G5.2) that they stand for, mm.
     pub spline_tolerance_mm: f64,
     /// How much trouble the planner takes over the time.
     pub quality: Quality,

@@ -47,7 +47,7 @@ pub(crate) struct OnMachine {
     pub(crate) machine: Option<String>,
     #[command(flatten)]
     pub(crate) reading: Reading,
-    /// How far arcs may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
+    /// How far the planned curves may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) spline_tolerance_mm: Option<f64>,
 }

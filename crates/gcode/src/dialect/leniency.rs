@@ -74,10 +74,12 @@ pub enum Leniency {
     /// Codes of controls that change no path: high-speed modes (G5.1 Q1, G8 P1, G187), look-ahead (G103), the ends of modes that never began
     /// (G15, G50, G50.1).
     IgnoredCodes,
+    /// G70 under G41 and G42 goes to the end of its profile first.
+    FinishDetour,
 }
 
 /// All leniencies, in the order of their bits.
-pub const LENIENCIES: [Leniency; 29] = [
+pub const LENIENCIES: [Leniency; 30] = [
     Leniency::MissingEnd,
     Leniency::ByteOrderMark,
     Leniency::Exponents,
@@ -107,6 +109,7 @@ pub const LENIENCIES: [Leniency; 29] = [
     Leniency::SecondaryAxes,
     Leniency::LongLines,
     Leniency::IgnoredCodes,
+    Leniency::FinishDetour,
 ];
 
 impl Leniency {
@@ -177,6 +180,9 @@ impl Leniency {
             Leniency::CrLf => ("crlf", "lines that end with CR LF", EVERY),
             Leniency::SecondaryAxes => ("uvw-axes", "axes U, V and W, which most machines do not have", EVERY),
             Leniency::LongLines => ("long-line", "a line of more than 255 bytes", EVERY),
+            Leniency::FinishDetour => {
+                ("finish-detour", "G70 under cutter compensation goes to the end of its profile first; refused, it does not", &[LinuxCnc])
+            }
             Leniency::IgnoredCodes => ("ignored-code", "a code of the control that changes no path is skipped", FANUC),
         }
     }

@@ -22,6 +22,8 @@ pub(crate) struct Turning {
     /// Q: the subroutine.
     pub(crate) name: String,
     kind: Kind,
+    /// Where the tool is taken to be when it begins.
+    pub(crate) from: Position,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,8 +47,8 @@ pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     if exec.state.feed_mode == FeedMode::InverseTime {
         return Err(Problem::Cycle { message: "a turning cycle in inverse time feed (G93)" });
     }
-    let turning = exec.turning(code)?;
     let end = exec.target()?;
+    let turning = exec.turning(code, &end)?;
     let start = exec.state.current;
     exec.state.current = end;
     // Recorded: also where neither X nor Z is given.
@@ -56,7 +58,7 @@ pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 }
 
 impl Exec<'_> {
-    fn turning(&self, code: Code) -> Result<Turning, Problem> {
+    fn turning(&self, code: Code, end: &Position) -> Result<Turning, Problem> {
         let value = self.need(b'Q', code, "Q, the number of the subroutine with the profile")?;
         let number = whole(value).filter(|number| *number >= 0.0);
         let number = number.ok_or(Problem::WordOutOfRange { code, letter: 'Q', value, allowed: "the number of a subroutine" })?;
@@ -75,7 +77,8 @@ impl Exec<'_> {
             };
             Kind::Rough { distance, depth, retract: self.not_negative(code, b'R', RETRACT)?, along_z: code.tenths < 720, pockets }
         };
-        Ok(Turning { code, name: format!("{number}"), kind })
+        let from = if self.strays() { self.place_for_profile(end) } else { *end };
+        Ok(Turning { code, name: format!("{number}"), kind, from })
     }
 
     fn not_negative(&self, code: Code, letter: u8, otherwise: f64) -> Result<f64, Problem> {

@@ -3,9 +3,10 @@
 use super::Interpreter;
 use crate::codes::{AxisUse, Group};
 use crate::diagnostics::Diagnostic;
+use crate::dialect::Leniency;
 use crate::exec::turning::{Turning, is_turning};
 use crate::exec::words::AXIS_BITS;
-use crate::ops::SourcedOp;
+use crate::ops::{Position, SourcedOp};
 use crate::problem::{Code, Problem};
 use crate::state::State;
 use crate::syntax::Text;
@@ -51,6 +52,7 @@ impl Interpreter {
         let block = BlockRef { span: self.span, call_stack: self.stack_index };
         self.call(turning.name.clone(), Some(&[]), 1)?;
         let state = Box::new(self.state.clone());
+        (self.state.current[2], self.state.current[0]) = (turning.from[2], turning.from[0]);
         let depth = self.flow.frames.len();
         self.profile = Some(Box::new(Collecting { turning, block, depth, state, moves: Vec::new(), places: Vec::new(), failed: false }));
         Ok(())
@@ -178,20 +180,34 @@ impl Interpreter {
         if profile.failed {
             return;
         }
-        let start = profile.state.current;
-        (self.state.current, self.state.diameter) = (start, profile.state.diameter);
+        let read_to = self.state.current;
+        (self.state.current, self.state.diameter) = (profile.state.current, profile.state.diameter);
         let mut exec = self.exec(out);
         exec.block = profile.block;
+        let strays = exec.stray_to(&read_to);
         let code = profile.turning.code;
         let problem = match exec.turning_moves(&profile.turning, &profile.moves) {
             Ok((frame, moves)) => exec.make_moves(code, &frame, &moves).err().map(|problem| (problem, profile.block)),
             Err(trouble) => Some(self.profile_problem(&profile, trouble)),
         };
+        if strays {
+            self.tell_detour(&profile, &read_to);
+        }
         if let Some((problem, place)) = problem {
             if let Some(last) = profile.moves.last() {
                 (self.state.current[2], self.state.current[0]) = (last.piece.end[0], last.piece.end[1]);
             }
             self.diagnostics.push(Diagnostic { problem, place });
+        }
+    }
+
+    /// Says once that the tool strays to the end of a profile.
+    fn tell_detour(&mut self, profile: &Collecting, to: &Position) {
+        if !self.told.has(Leniency::FinishDetour) {
+            self.told = self.told.with(Leniency::FinishDetour);
+            let x = if self.state.diameter { 2.0 * to[0] } else { to[0] };
+            let problem = Problem::FinishDetour { code: profile.turning.code, x, z: to[2] };
+            self.diagnostics.push(Diagnostic { problem, place: profile.block });
         }
     }
 

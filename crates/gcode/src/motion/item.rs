@@ -43,6 +43,17 @@ pub struct Circle {
     pub turns: i32,
 }
 
+/// A curve in X and Y that is no circle: the polynomial of degree five in each axis with these derivatives by length at its ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bend {
+    /// Unit vectors along the curve at its start and its end, X and Y of the machine frame.
+    pub tangents: [[f64; 2]; 2],
+    /// Second derivatives by length there.
+    pub curvatures_per_mm: [[f64; 2]; 2],
+    /// Length of the curve, mm.
+    pub length_mm: f64,
+}
+
 /// One move.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
@@ -50,8 +61,10 @@ pub struct Motion {
     pub start: Coords,
     /// Where it ends, mm and rad. May be the same as the start.
     pub end: Coords,
-    /// Its circle; none for a straight move.
+    /// Its circle; none for a move that is straight or bends otherwise.
     pub circle: Option<Circle>,
+    /// How it bends in X and Y as part of a spline.
+    pub bend: Option<Bend>,
     /// Its speed.
     pub feed: Feed,
     /// In inverse time (G93): how long it is to take, s. The feed says the same.

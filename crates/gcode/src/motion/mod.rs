@@ -4,14 +4,14 @@
 //! offset, rotated about Z, plus the origin of the work coordinate system. The spindle is at that place plus the tool
 //! offset, which every motion carries.
 
-mod biarc;
+mod bend;
 mod item;
 mod rate;
 mod setting;
 mod several;
 mod spline;
 
-pub use item::{Circle, Feed, Motion, MotionItem, PathMode};
+pub use item::{Bend, Circle, Feed, Motion, MotionItem, PathMode};
 pub use several::SPLINE_TOLERANCE_MM;
 
 use crate::ops::{ArcFeed, CanonicalOp, PathControl, Plane, Position, SourcedOp, Units};
@@ -69,7 +69,7 @@ impl MotionFold {
         }
     }
 
-    /// How far the arcs may lie from the spline that they stand for, mm.
+    /// How far the polynomials may lie from the spline that they stand for, mm.
     #[must_use]
     pub fn with_spline_tolerance_mm(self, spline_tolerance_mm: f64) -> MotionFold {
         MotionFold { spline_tolerance_mm, ..self }
@@ -159,6 +159,7 @@ impl MotionFold {
             start: self.at,
             end,
             circle,
+            bend: None,
             feed,
             duration_s: per_minute.map(|per_minute| 60.0 / per_minute),
             path: self.path(),

@@ -1,15 +1,15 @@
-//! Operations that make several moves: splines as arcs, and rigid tapping there and back.
+//! Operations that make several moves: splines as polynomials by length, and rigid tapping there and back.
 
-use super::biarc::{Stroke, strokes};
+use super::bend::{Stretch, stretches};
 use super::spline::Spline;
-use super::{Circle, MotionFold, MotionItem, PathMode};
-use crate::ops::{ArcFeed, CanonicalOp, NurbsFeed, Plane, Position, SourcedOp};
+use super::{MotionFold, MotionItem, PathMode};
+use crate::ops::{ArcFeed, CanonicalOp, NurbsFeed, Position, SourcedOp};
 use crate::problem::Problem;
 use lostmotion_base::span::BlockRef;
 use lostmotion_base::{Coords, math};
 use std::f64::consts::TAU;
 
-/// How far the arcs may lie from the spline that they stand for, unless told otherwise.
+/// How far the polynomials may lie from the spline that they stand for, unless told otherwise.
 pub const SPLINE_TOLERANCE_MM: f64 = 0.001;
 
 /// Ends of an arc that are as near as this are one, program units.
@@ -21,8 +21,8 @@ const MOST_LINES: f64 = 1e6;
 impl MotionFold {
     /// Takes one operation and adds what it makes the machine do.
     ///
-    /// A spline becomes arcs that keep its ends and its tangents there and stay within the tolerance of
-    /// [`MotionFold::with_spline_tolerance_mm`]. Rigid tapping goes down and comes back at the programmed spindle speed, with a
+    /// A spline becomes moves with a [`Bend`](super::Bend) that keep its ends, its directions and curvatures there, and stay within
+    /// the tolerance of [`MotionFold::with_spline_tolerance_mm`]. Rigid tapping goes down and comes back at the programmed spindle speed, with a
     /// stop at either end, where the spindle is taken to reverse.
     ///
     /// # Errors
@@ -52,22 +52,22 @@ impl MotionFold {
             Spline::new(points.into_iter(), order).ok_or(Problem::CurvePoints { points: curve.points.len(), order: curve.order })?;
         let end = self.machine(&curve.end);
         let feed = self.arc_feed()?;
-        let mut arcs: Vec<Stroke> = Vec::new();
+        let mut parts: Vec<Stretch> = Vec::new();
         for span in 0..spline.spans() {
-            strokes(&spline, span as f64, (span + 1) as f64, self.spline_tolerance_mm, 0, &mut arcs);
+            stretches(&spline, span, [span as f64, (span + 1) as f64], self.spline_tolerance_mm, 0, &mut parts);
         }
-        let whole: f64 = arcs.iter().map(Stroke::length).sum();
-        let count = arcs.len();
-        for (index, arc) in arcs.into_iter().enumerate() {
+        let whole: f64 = parts.iter().map(Stretch::length).sum();
+        let count = parts.len();
+        for (index, part) in parts.into_iter().enumerate() {
             let mut to: Coords = end;
             // The last one ends exactly where the curve does.
             if index + 1 < count {
-                (to.0[0], to.0[1]) = (arc.end[0], arc.end[1]);
+                (to.0[0], to.0[1]) = (part.end[0], part.end[1]);
             }
-            let circle = arc.round.map(|(center_mm, ccw)| Circle { plane: Plane::Xy, center_mm, turns: if ccw { 1 } else { -1 } });
-            let mut item = self.advance(to, circle, feed, block);
+            let mut item = self.advance(to, None, feed, block);
             if let MotionItem::Move(motion) = &mut item {
-                motion.duration_s = motion.duration_s.map(|seconds| seconds * arc.length() / whole);
+                motion.bend = part.bend;
+                motion.duration_s = motion.duration_s.map(|seconds| seconds * part.length() / whole);
             }
             out.extend([item]);
         }

@@ -18,6 +18,7 @@ impl Problem {
             | Problem::EndlessMain
             | Problem::Lenient { .. }
             | Problem::SpindleAssumed
+            | Problem::FinishDetour { .. }
             | Problem::UnclosedSub { .. } => Severity::Warning,
             _ => Severity::Error,
         }
@@ -47,6 +48,9 @@ impl Problem {
             Problem::ProfileCorner { two: false, .. } => "make it positive and smaller than the moves before and after it",
             Problem::ProfileIncrement { .. } => "X and Z are incremental already; U and W are for G90",
             Problem::ProfileDistance { .. } => "reduce D, or widen the grooves of the profile",
+            Problem::FinishDetour { .. } => {
+                "write the finishing pass without G41 and G42 (G40, with D or E), or refuse finish-detour if the control goes straight to the profile"
+            }
             Problem::G53Incremental => "put G90 before it",
             Problem::Siemens { .. } => "write it as RS274/NGC (G-code), or post-process the part for another control",
             Problem::Checksum { .. } => "the line has been changed since the checksum was made",

@@ -186,6 +186,9 @@ pub enum Problem {
     #[error("there is no room for the profile of {code} at a distance of {distance}")]
     ProfileDistance { code: Code, distance: f64 },
 
+    #[error("{code} under cutter compensation goes to the end of its profile first, X{x} Z{z}, as LinuxCNC 2.9 does")]
+    FinishDetour { code: Code, x: f64, z: f64 },
+
     #[error("{message}")]
     Flow { message: String },
     #[error("subroutine o{name} is not closed; it is never called")]

@@ -94,6 +94,7 @@ impl Problem {
             P::ProfileCorner { .. } => "profile-corner",
             P::ProfileIncrement { .. } => "profile-increment",
             P::ProfileDistance { .. } => "profile-distance",
+            P::FinishDetour { .. } => "finish-detour",
             P::Flow { .. } => "flow",
             P::UnclosedSub { .. } => "unclosed-sub",
             P::NoSuchSub { .. } => "no-such-sub",

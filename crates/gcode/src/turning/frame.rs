@@ -35,13 +35,12 @@ impl Frame {
         Piece { start: self.to(piece.start), end: self.to(piece.end), circle }
     }
 
-    /// The frame in which a profile goes forwards and up. Recorded: one that comes inwards is an inside one, wherever the tool is.
-    /// `start` is where the cycle begins.
-    pub(crate) fn of(along_z: bool, [start, first, last]: [Point; 3]) -> Frame {
+    /// The frame in which a profile goes forwards and up. Recorded: one that comes inwards is an inside one, wherever the tool is, and
+    /// one that ends level with its start goes towards the smaller values.
+    pub(crate) fn of(along_z: bool, [first, last]: [Point; 2]) -> Frame {
         let axis = usize::from(!along_z);
         let level = 1 - axis;
-        let back = last[axis] < first[axis] || (last[axis] == first[axis] && first[axis] < start[axis]);
         let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
-        Frame { along_z, signs: [sign(back), sign(last[level] < first[level])] }
+        Frame { along_z, signs: [sign(last[axis] <= first[axis]), sign(last[level] < first[level])] }
     }
 }

@@ -69,7 +69,7 @@ pub(crate) fn rough(
     words: &Roughing,
     forgiven: f64,
 ) -> Result<(Frame, Vec<Move>), Trouble> {
-    let frame = monotone(profile, along_z, forgiven)?;
+    let frame = monotone(profile, Frame::of(along_z, ends(profile)?), forgiven)?;
     let laid = lay(profile, frame)?;
     let moved = laid.moved(distance, forgiven)?;
     let (Some(begin), Some(end)) = (moved.first().map(|piece| piece.start), moved.last().map(|piece| piece.end)) else {
@@ -87,7 +87,7 @@ pub(crate) fn rough(
 
 /// The moves of G70.
 pub(crate) fn finish(profile: &[ProfileMove], words: &Finishing, forgiven: f64) -> Result<(Frame, Vec<Move>), Trouble> {
-    let frame = monotone(profile, true, forgiven).or_else(|trouble| monotone(profile, false, forgiven).map_err(|_| trouble))?;
+    let frame = frame_of_finish(profile, forgiven)?;
     let laid = lay(profile, frame)?;
     let mut moves = vec![Move::Rapid(laid.from)];
     for pass in (0..words.passes).rev() {
@@ -108,20 +108,32 @@ pub(crate) fn finish(profile: &[ProfileMove], words: &Finishing, forgiven: f64) 
     Ok((frame, moves))
 }
 
-/// Start of the cycle, start and end of the profile.
-fn ends(profile: &[ProfileMove]) -> Result<[Point; 3], Trouble> {
+/// Start and end of the profile.
+fn ends(profile: &[ProfileMove]) -> Result<[Point; 2], Trouble> {
     match profile {
-        [entry, .., last] => Ok([entry.piece.start, entry.piece.end, last.piece.end]),
+        [entry, .., last] => Ok([entry.piece.end, last.piece.end]),
         _ => Err(Trouble::Empty),
     }
 }
 
-/// A frame in which the profile never turns back.
-fn monotone(profile: &[ProfileMove], along_z: bool, forgiven: f64) -> Result<Frame, Trouble> {
-    let frame = Frame::of(along_z, ends(profile)?);
+/// The frame of G70. Recorded: it goes along Z, and towards larger Z only if the profile does so after its first move; along X
+/// where it would turn back in that.
+fn frame_of_finish(profile: &[ProfileMove], forgiven: f64) -> Result<Frame, Trouble> {
+    let ends = ends(profile)?;
+    let along_z = Frame::of(true, ends);
+    let mut recorded = along_z;
+    if let Some(first) = profile.get(1) {
+        recorded.signs[0] = Frame::of(true, [first.piece.end, ends[1]]).signs[0];
+    }
+    let tried = [recorded, Frame::of(false, ends)].into_iter().find_map(|frame| monotone(profile, frame, forgiven).ok());
+    tried.map_or_else(|| monotone(profile, along_z, forgiven), Ok)
+}
+
+/// A frame, if the profile never turns back in it.
+fn monotone(profile: &[ProfileMove], frame: Frame, forgiven: f64) -> Result<Frame, Trouble> {
     let back = |entry: &ProfileMove| !frame.piece(&entry.piece).advances(forgiven);
     match profile.iter().skip(1).position(back) {
-        Some(index) => Err(Trouble::TurnsBack { index: index + 1, along_z }),
+        Some(index) => Err(Trouble::TurnsBack { index: index + 1, along_z: frame.along_z }),
         None => Ok(frame),
     }
 }
@@ -152,13 +164,13 @@ fn lay(profile: &[ProfileMove], frame: Frame) -> Result<Laid, Trouble> {
 }
 
 impl Laid {
-    /// The profile at a distance, towards where the tool is: below it only if the tool is below the profile's start and on the
-    /// lower side of its first move, as recorded.
+    /// The profile at a distance, towards where the tool is. Recorded: that is told by the line from the profile's start to
+    /// where its last move begins; a profile of one move is always offset upwards.
     fn moved(&self, distance: f64, forgiven: f64) -> Result<Vec<Piece>, Trouble> {
         let profile = self.pieces.get(1..).unwrap_or_default();
-        let below = profile.first().is_some_and(|piece| {
-            let to_tool = minus(self.from, piece.start);
-            to_tool[1] < 0.0 && cross(minus(piece.end, piece.start), to_tool) < -1e-9
+        let below = profile.first().zip(profile.last()).is_some_and(|(first, last)| {
+            let side = cross(minus(last.start, first.start), minus(self.from, first.start));
+            side < -1e-9
         });
         let moved = if !below {
             offset::offset(profile, distance, forgiven)

@@ -30,8 +30,13 @@ const FIRST: f64 = 0.3;
 const LAST: f64 = 1e-4;
 /// Most steps of it.
 const STEPS: usize = 20;
-/// How often limits that are passed are made stricter before the base is kept.
+/// How often a part for which no faster motion was found is split, and steps on either side of the place in the way that stay as
+/// they are.
+const SPLITS: usize = 3;
+const AROUND: f64 = 2.0;
+/// How often limits that are passed are made stricter before the base is kept, and by what beyond the excess.
 const REPAIRS: usize = 3;
+const STRICTER: f64 = 0.997;
 
 /// The averaged profile, made faster.
 #[derive(Clone, Copy, Debug)]
@@ -47,16 +52,14 @@ impl TimeLaw for Refined {
         let mut joined = Joined { base, knots: Vec::with_capacity(base.len()), next: 0, shift_s: 0.0 };
         let spans = spans(base, section.intervals, step_s, LEAST);
         let gains = Gains::new(section);
-        for span in spans.into_iter().filter(|span| gains.are_there(span, step_s)) {
-            if let Some(faster) = refine(section, span, step_s) {
-                joined.replace(span, &faster);
-            }
+        for span in spans {
+            gains.take(span, step_s, SPLITS, &mut joined);
         }
         joined.finish()
     }
 }
 
-/// Tells where a motion may become faster.
+/// Makes a motion faster where it may become so.
 struct Gains<'a> {
     section: &'a Section<'a>,
     ideal: Vec<Node>,
@@ -73,6 +76,25 @@ impl<'a> Gains<'a> {
         let [from, to] = [span.from, span.to].map(|t| state_at(self.section.base, t).s);
         let own = span.to - span.from;
         own - time_between(&self.ideal, from, to) > WORTH * own + TURNS * step_s
+    }
+
+    /// Replaces a part of the motion; where none that is faster was found for all of it, what lies before and after the place that
+    /// was in the way.
+    fn take(&self, span: Span, step_s: f64, splits: usize, joined: &mut Joined<'_>) {
+        if !self.are_there(&span, step_s) {
+            return;
+        }
+        match refine(self.section, span, step_s) {
+            Ok(faster) => joined.replace(span, &faster),
+            Err(at) if splits > 0 => {
+                let kept_s = AROUND * step_s;
+                let parts = [Span { to: at - kept_s, ..span }, Span { from: at + kept_s, ..span }];
+                for part in parts.into_iter().filter(|part| part.to - part.from > LEAST as f64 * step_s) {
+                    self.take(part, step_s, splits - 1, joined);
+                }
+            }
+            Err(_) => {}
+        }
     }
 }
 
@@ -114,29 +136,34 @@ impl Joined<'_> {
     }
 }
 
-/// A faster motion over a part of the base, its times from 0.
-fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Option<Vec<Knot>> {
+/// A faster motion over a part of the base, its times from 0; or about when in the base lies what none was found for.
+fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f64> {
     let (base, Span { from, to }) = (section.base, span);
     let count = ((to - from) / step_s).ceil();
-    let states: Vec<_> = (0..=count as usize).map(|k| state_at(base, from + (to - from) * (k as f64 / count))).collect();
-    if states.windows(2).any(|pair| pair[1].s <= pair[0].s) || states.iter().any(|state| state.v <= 0.0) {
-        return None;
+    let time = |k: f64| from + (to - from) * (k / count);
+    let middle = time(0.5 * count);
+    let states: Vec<_> = (0..=count as usize).map(|k| state_at(base, time(k as f64))).collect();
+    let stuck = states.windows(2).position(|pair| pair[1].s <= pair[0].s || pair[0].v <= 0.0 || pair[1].v <= 0.0);
+    if let Some(interval) = stuck {
+        return Err(time(interval as f64 + 0.5));
     }
     let grid = Grid::new(states.iter().map(|state| state.s).collect());
-    let start = start(base, &grid, &states, (from, to))?;
-    let mut problem = problem(section, &grid)?;
+    let start = start(base, &grid, &states, (from, to)).ok_or(middle)?;
+    let mut problem = problem(section, &grid).ok_or(middle)?;
+    let mut beyond = 0.5 * count;
     for _ in 0..=REPAIRS {
         let mut c = start.clone();
         problem.solve(&mut c, FIRST * step_s, LAST * step_s, STEPS);
-        let knots = knots(&grid, &c)?;
+        let knots = knots(&grid, &c).map_err(|interval| time(interval as f64 + 0.5))?;
         if knots.last().is_none_or(|last| last.t >= to - from) {
-            return None;
+            return Err(middle);
         }
-        if repaired(section, &mut problem, &knots)? {
-            return Some(knots);
+        match repaired(section, &mut problem, &knots).ok_or(middle)? {
+            None => return Ok(knots),
+            Some(interval) => beyond = interval as f64 + 0.5,
         }
     }
-    None
+    Err(time(beyond))
 }
 
 /// Limits at the ends of each interval.
@@ -194,31 +221,36 @@ fn start(base: &[Knot], grid: &Grid, states: &[Motion], (from, to): (f64, f64)) 
     Some(c)
 }
 
-/// The motion that the coefficients describe, two knots to an interval and one at the end.
-fn knots(grid: &Grid, c: &[f64]) -> Option<Vec<Knot>> {
+/// The motion that the coefficients describe, two knots to an interval and one at the end; or the interval in which there is none.
+fn knots(grid: &Grid, c: &[f64]) -> Result<Vec<Knot>, usize> {
     let mut out = Vec::with_capacity(2 * grid.len() + 1);
     let mut end = Knot::default();
     for interval in 0..grid.len() {
-        let [first, second, last] = grid.knots(c, interval, end.t)?;
+        let [first, second, last] = grid.knots(c, interval, end.t).ok_or(interval)?;
         out.extend([first, second]);
         end = last;
     }
     out.push(end);
-    Some(out)
+    Ok(out)
 }
 
-/// Whether the motion keeps every limit; where it does not, the goals become stricter.
-fn repaired(section: &Section<'_>, problem: &mut Problem<'_>, knots: &[Knot]) -> Option<bool> {
+/// The interval that passes a limit by most, if one does, whose goals and those near it then become stricter; nothing where the
+/// machine cannot be.
+fn repaired(section: &Section<'_>, problem: &mut Problem<'_>, knots: &[Knot]) -> Option<Option<usize>> {
     let mut certificate = Certificate::new(section);
-    let mut good = true;
+    let (mut worst, mut most) = (None, KEPT);
     let count = problem.goals.len();
     for interval in 0..count {
         let [v, a, j] = certificate.most(&knots[2 * interval..2 * interval + 3])?;
-        good &= v <= KEPT && a <= KEPT && j <= KEPT;
+        if v.max(a).max(j) > most {
+            (worst, most) = (Some(interval), v.max(a).max(j));
+        }
         let near = interval.saturating_sub(2)..(interval + 3).min(count);
         for (kind, used) in [a, j].into_iter().enumerate().filter(|(_, used)| *used > KEPT) {
+            // From what it was planned to use here: a share of the whole would not change what was made stricter before.
+            let stricter = problem.goals[interval][kind] * STRICTER / used;
             for goal in &mut problem.goals[near.clone()] {
-                goal[kind] = goal[kind].min(GOALS[kind] * 0.997 / used);
+                goal[kind] = goal[kind].min(stricter);
             }
         }
         if v > KEPT {
@@ -227,5 +259,5 @@ fn repaired(section: &Section<'_>, problem: &mut Problem<'_>, knots: &[Knot]) ->
             }
         }
     }
-    Some(good)
+    Some(worst)
 }

@@ -1,9 +1,10 @@
 //! From the front end's motion to curves and planner items.
 
 use crate::error::SimError;
+use lostmotion_base::Coords;
 use lostmotion_base::units::deg;
 use lostmotion_gcode::{Feed, Motion, MotionItem, PathMode};
-use lostmotion_path::{Arc, ArcSpec, Curve};
+use lostmotion_path::{Arc, ArcSpec, Curve, HermiteEnd, PathError, Quintic};
 use lostmotion_plan::{Dwell, FeedLimit, Halt, Move, PathControl, PlanItem};
 
 /// Seconds per minute.
@@ -25,14 +26,7 @@ pub(crate) fn lower(item: &MotionItem) -> Result<Option<PlanItem>, SimError> {
 }
 
 fn lower_move(motion: &Motion) -> Result<Move, SimError> {
-    let curve = match &motion.circle {
-        None => Curve::line(motion.start, motion.end),
-        Some(circle) => {
-            let spec =
-                ArcSpec { start: motion.start, end: motion.end, plane: circle.plane, center: circle.center_mm, rotation: circle.turns };
-            Curve::Arc(Arc::new(spec).map_err(|source| SimError::Path { block: motion.block, source, provenance: Box::default() })?)
-        }
-    };
+    let curve = curve(motion).map_err(|source| SimError::Path { block: motion.block, source, provenance: Box::default() })?;
     let feed = match (motion.feed, motion.duration_s) {
         (Feed::Rapid, _) => FeedLimit::Rapid,
         (_, Some(seconds)) => FeedLimit::Duration(seconds),
@@ -46,4 +40,18 @@ fn lower_move(motion: &Motion) -> Result<Move, SimError> {
         PathMode::Continuous { tolerance_mm, merge_mm } => PathControl::Continuous { tolerance_mm, merge_tolerance_mm: Some(merge_mm) },
     };
     Ok(Move { curve, feed, control, tool_mm: motion.tool_offset.linear(), block: motion.block })
+}
+
+fn curve(motion: &Motion) -> Result<Curve, PathError> {
+    if let Some(circle) = &motion.circle {
+        let spec = ArcSpec { start: motion.start, end: motion.end, plane: circle.plane, center: circle.center_mm, rotation: circle.turns };
+        return Ok(Curve::Arc(Arc::new(spec)?));
+    }
+    let Some(bend) = &motion.bend else { return Ok(Curve::line(motion.start, motion.end)) };
+    let ends = [motion.start, motion.end];
+    let [start, end] = [0, 1].map(|at| {
+        let [[x1, y1], [x2, y2]] = [bend.tangents[at], bend.curvatures_per_mm[at]];
+        HermiteEnd { p: ends[at], d1: Coords::xyz(x1, y1, 0.0), d2: Coords::xyz(x2, y2, 0.0) }
+    });
+    Ok(Curve::Quintic(Quintic::hermite(start, end, bend.length_mm)?))
 }

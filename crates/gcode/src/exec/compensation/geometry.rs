@@ -24,7 +24,7 @@ pub(crate) fn dot(a: Point, b: Point) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-fn cross(a: Point, b: Point) -> f64 {
+pub(crate) fn cross(a: Point, b: Point) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
@@ -62,6 +62,8 @@ pub(crate) struct Edge {
     pub(crate) end: Point,
     /// It leads from the path to its offset.
     pub(crate) entry: bool,
+    /// It leads from where the tool was taken to be, not from the path: only a corner at its end tells whether it fits.
+    pub(crate) astray: bool,
     /// The programmed direction at its end.
     pub(crate) leaves: Point,
 }

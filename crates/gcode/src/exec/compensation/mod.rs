@@ -6,6 +6,7 @@
 
 mod geometry;
 mod path;
+mod stray;
 
 use super::Exec;
 use crate::ops::{CanonicalOp, Plane, Position, SourcedOp};
@@ -30,6 +31,8 @@ pub struct Compensation {
     fixed: bool,
     /// Operations that wait for the end of the last move; the first is that move.
     held: Vec<Held>,
+    /// Where a profile that has been read since ends, and the tool is taken to be.
+    strayed: Option<Point>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -83,7 +86,8 @@ impl Exec<'_> {
             return Err(Problem::Compensation { message: "cutter compensation needs the XY or ZX plane (G17 or G18)" });
         }
         let left = if code.tenths < 420 { 0.5 * diameter } else { -0.5 * diameter };
-        self.state.compensation = Some(Box::new(Compensation { left, orientation, last: None, fixed: false, held: Vec::new() }));
+        let compensation = Compensation { left, orientation, last: None, fixed: false, held: Vec::new(), strayed: None };
+        self.state.compensation = Some(Box::new(compensation));
         Ok(())
     }
 
@@ -165,7 +169,7 @@ impl Compensation {
     /// Fixes the end of the held move, if it is another than thought, and lets everything that is held go.
     fn release(&mut self, plane: Plane, end: Option<Point>, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
         let result = match (&self.last, end) {
-            (Some(edge), end) => edge.check(end.unwrap_or(edge.end), self.left.abs()),
+            (Some(edge), end) if !self.fixed && (end.is_some() || !edge.astray) => edge.check(end.unwrap_or(edge.end), self.left.abs()),
             _ => Ok(()),
         };
         let shift = self.nose(plane);

@@ -40,8 +40,14 @@ impl Exec<'_> {
             None => Ok(()),
             Some(u) => {
                 let side = along([0.0; 2], left_of(u), compensation.left);
-                let edge =
-                    Edge { shape: Shape::Line(u), start: along(from, side, 1.0), end: along(to, side, 1.0), entry: false, leaves: u };
+                let edge = Edge {
+                    shape: Shape::Line(u),
+                    start: along(from, side, 1.0),
+                    end: along(to, side, 1.0),
+                    entry: false,
+                    astray: false,
+                    leaves: u,
+                };
                 let entry = Edge { start: from, entry: true, ..edge };
                 let edge = if compensation.last.is_none() { entry } else { edge };
                 compensation.advance(self, start, u, edge, op)
@@ -98,7 +104,14 @@ impl Compensation {
         if self.last.is_some() {
             let begins = direction(arc.center, from).unwrap_or([1.0, 0.0]);
             let start = along(arc.center, begins, distance(arc.center, from) + outwards);
-            return Ok(Edge { shape: Shape::Arc { center: arc.center, radius, counter_clockwise }, start, end, entry: false, leaves });
+            return Ok(Edge {
+                shape: Shape::Arc { center: arc.center, radius, counter_clockwise },
+                start,
+                end,
+                entry: false,
+                astray: false,
+                leaves,
+            });
         }
         // The centre is on the radius of the end and as far from the start as from the end.
         let chord = minus(from, end);
@@ -109,7 +122,14 @@ impl Compensation {
         }
         let radius = reach / (2.0 * inwards);
         let center = along(end, out, -radius);
-        Ok(Edge { shape: Shape::Arc { center, radius: radius.abs(), counter_clockwise }, start: from, end, entry: true, leaves })
+        Ok(Edge {
+            shape: Shape::Arc { center, radius: radius.abs(), counter_clockwise },
+            start: from,
+            end,
+            entry: true,
+            astray: false,
+            leaves,
+        })
     }
 
     /// Goes from the held move to the next one, which is then held.
@@ -119,20 +139,9 @@ impl Compensation {
         let shift = self.nose(plane);
         let mut result = Ok(());
         if let Some(last) = self.last {
-            let mut end = None;
-            let joint = joint(&last, enters, edge.shape, self.left);
-            match joint {
-                Joint::Inside if self.fixed => edge.start = last.end,
-                Joint::Inside => match crossing(last.shape, last.end, edge.shape, edge.start, self.left) {
-                    Some(point) => {
-                        edge.start = point;
-                        end = Some(point);
-                    }
-                    None => result = Err(NO_ROOM),
-                },
-                Joint::Smooth => edge.start = last.end,
-                Joint::Outside => {}
-            }
+            let (joint, end) = self.meet(&last, corner, enters, &mut edge);
+            let (end, refused) = end.map_or_else(|problem| (None, Err(problem)), |end| (end, Ok(())));
+            result = refused;
             let released = self.release(plane, end, exec.out);
             result = result.and(released);
             if joint == Joint::Outside {
@@ -153,6 +162,31 @@ impl Compensation {
         result
     }
 
+    /// How the held move goes on to the next one, which is made to start there, and where the held one has to end for that.
+    fn meet(&mut self, last: &Edge, corner: Point, enters: Point, edge: &mut Edge) -> (Joint, Result<Option<Point>, Problem>) {
+        if let Some(place) = self.strayed.take() {
+            let last = last.astray(place, corner, self.left);
+            let joint = joint(&last, enters, edge.shape, self.left);
+            let end = last.end_astray(place, corner, joint, enters, self.left);
+            edge.astray = joint != Joint::Outside;
+            if edge.astray {
+                edge.start = end.as_ref().ok().copied().flatten().unwrap_or(place);
+            }
+            return (joint, end);
+        }
+        let joint = joint(last, enters, edge.shape, self.left);
+        let end = match joint {
+            Joint::Inside if !self.fixed => crossing(last.shape, last.end, edge.shape, edge.start, self.left).ok_or(NO_ROOM).map(Some),
+            Joint::Outside => Ok(Some(last.end)),
+            _ => Ok(None),
+        };
+        match (joint, &end) {
+            (Joint::Outside, _) | (_, Err(_)) => {}
+            (_, &Ok(end)) => edge.start = end.unwrap_or(last.end),
+        }
+        (joint, end)
+    }
+
     /// The arc about an outside corner, at the height and the angles that the tool has.
     fn roll(&self, exec: &mut Exec<'_>, at: &Position, end: Point, center: Point) {
         let plane = exec.state.plane;
@@ -166,7 +200,7 @@ impl Compensation {
     /// A move across the plane: it ends where the held move ends.
     fn across(&mut self, exec: &mut Exec<'_>, mut op: CanonicalOp) {
         let Some(last) = self.last else { return };
-        set_end(&mut op, exec.state.plane, along(last.end, self.nose(exec.state.plane), 1.0));
+        set_end(&mut op, exec.state.plane, along(self.strayed.unwrap_or(last.end), self.nose(exec.state.plane), 1.0));
         self.held.push(Held { sourced: SourcedOp { op, block: exec.block }, follows: true });
     }
 }

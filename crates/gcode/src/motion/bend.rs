@@ -1,0 +1,144 @@
+//! Curves as polynomials of degree five by their length that share the curve's points, directions and curvatures, fine enough to
+//! stay within a tolerance.
+
+use super::item::Bend;
+use super::spline::Spline;
+use lostmotion_base::math;
+
+/// Most halvings of a stretch of the curve.
+const MOST_HALVINGS: u32 = 20;
+/// Places between its ends at which a polynomial is held against the curve.
+const CHECKS: u32 = 8;
+/// Part by which its speed may differ from one, so that its parameter is its length.
+const UNEVEN: f64 = 0.01;
+/// Steps of Newton's method towards the curve's nearest point.
+const STEPS: usize = 4;
+/// Gauss-Legendre quadrature with five points: places on [-1, 1] and weights (Abramowitz and Stegun, table 25.4).
+const GAUSS: [(f64, f64); 5] = [
+    (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.0, 0.568_888_888_888_888_9),
+    (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.906_179_845_938_664, 0.236_926_885_056_189_1),
+];
+
+pub(super) type Point = [f64; 2];
+
+/// Where a curve is, and which way and how sharply it goes there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct End {
+    pub(super) place: Point,
+    pub(super) tangent: Point,
+    /// Second derivative by length.
+    pub(super) curvature: Point,
+}
+
+/// A straight stretch, or one that bends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stretch {
+    pub(super) start: Point,
+    pub(super) end: Point,
+    pub(super) bend: Option<Bend>,
+}
+
+fn distance(a: Point, b: Point) -> f64 {
+    math::hypot(b[0] - a[0], b[1] - a[1])
+}
+
+fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+impl Stretch {
+    fn between(from: &End, to: &End, length_mm: f64) -> Stretch {
+        let bend = Bend { tangents: [from.tangent, to.tangent], curvatures_per_mm: [from.curvature, to.curvature], length_mm };
+        Stretch { start: from.place, end: to.place, bend: Some(bend) }
+    }
+
+    pub(super) fn length(&self) -> f64 {
+        self.bend.map_or_else(|| distance(self.start, self.end), |bend| bend.length_mm)
+    }
+
+    /// Place and derivative by length, a share of the way along.
+    pub(super) fn at(&self, share: f64) -> [Point; 2] {
+        let mut points = self.control();
+        for level in (2..6).rev() {
+            for index in 0..level {
+                points[index] = std::array::from_fn(|i| (1.0 - share) * points[index][i] + share * points[index + 1][i]);
+            }
+        }
+        let [a, b, ..] = points;
+        [std::array::from_fn(|i| (1.0 - share) * a[i] + share * b[i]), std::array::from_fn(|i| 5.0 * (b[i] - a[i]) / self.length())]
+    }
+
+    /// Bernstein control points.
+    fn control(&self) -> [Point; 6] {
+        let length = self.length();
+        let way = [0, 1].map(|i| (self.end[i] - self.start[i]) / length);
+        let ([t0, t1], [k0, k1]) = self.bend.map_or(([way; 2], [[0.0; 2]; 2]), |bend| (bend.tangents, bend.curvatures_per_mm));
+        let mut points = [self.start; 6];
+        for i in 0..2 {
+            let (v0, v1, a0, a1) =
+                (t0[i] * length / 5.0, t1[i] * length / 5.0, k0[i] * length * length / 20.0, k1[i] * length * length / 20.0);
+            let column = [0.0, v0, 2.0 * v0 + a0].map(|p| self.start[i] + p);
+            let back = [a1 - 2.0 * v1, -v1, 0.0].map(|p| self.end[i] + p);
+            for (point, value) in points.iter_mut().zip(column.into_iter().chain(back)) {
+                point[i] = value;
+            }
+        }
+        points
+    }
+}
+
+/// Length of the curve between two parameters of a span.
+fn length(spline: &Spline, span: usize, from: f64, to: f64) -> f64 {
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+    let speed = |x: f64| {
+        let [_, d1, _] = spline.derivatives(span, middle + half * x);
+        math::hypot(d1[0], d1[1])
+    };
+    half * GAUSS.iter().map(|(x, weight)| weight * speed(*x)).sum::<f64>()
+}
+
+/// Polynomials along a stretch of a span of a curve within a tolerance, in order.
+pub(super) fn stretches(spline: &Spline, span: usize, [from, to]: [f64; 2], tolerance: f64, halvings: u32, out: &mut Vec<Stretch>) {
+    let (start, end) = (spline.end(span, from), spline.end(span, to));
+    let middle = 0.5 * (from + to);
+    let splits = halvings < MOST_HALVINGS && middle > from && middle < to;
+    let length = length(spline, span, from, to);
+    if let (Some(first), Some(last)) = (&start, &end)
+        && length > 0.0
+        && let stretch = Stretch::between(first, last, length)
+        && fits(spline, span, [from, to], &stretch, tolerance)
+    {
+        out.push(stretch);
+    } else if splits && length > 0.0 {
+        stretches(spline, span, [from, middle], tolerance, halvings + 1, out);
+        stretches(spline, span, [middle, to], tolerance, halvings + 1, out);
+    } else {
+        let [start, end] = [from, to].map(|parameter| spline.derivatives(span, parameter)[0]);
+        if start != end {
+            out.push(Stretch { start, end, bend: None });
+        }
+    }
+}
+
+/// Whether a polynomial keeps near the curve and its parameter near its length.
+fn fits(spline: &Spline, span: usize, [from, to]: [f64; 2], stretch: &Stretch, tolerance: f64) -> bool {
+    (0..=CHECKS).all(|check| {
+        let share = f64::from(check) / f64::from(CHECKS);
+        let [place, slope] = stretch.at(share);
+        let mut parameter = from + (to - from) * share;
+        let mut here = spline.derivatives(span, parameter);
+        for _ in 0..STEPS {
+            let [at, d1, _] = here;
+            let square = dot(d1, d1);
+            if square == 0.0 {
+                break;
+            }
+            parameter = (parameter + dot([place[0] - at[0], place[1] - at[1]], d1) / square).clamp(from, to);
+            here = spline.derivatives(span, parameter);
+        }
+        (math::hypot(slope[0], slope[1]) - 1.0).abs() <= UNEVEN && distance(here[0], place) <= 0.5 * tolerance
+    })
+}
