@@ -144,4 +144,25 @@ mod tests {
         known.take(1.01, 1e-6, true, true);
         assert_eq!(known.count, 2);
     }
+
+    #[test]
+    fn of_clear_readings_that_contradict_each_other_the_least_is_used_until_two_agree() {
+        let mut known = Readings::default();
+        let mut used = Vec::new();
+        for (value, alone) in [(2.0, false), (2.6, true), (1.6, true), (3.5, true), (3.51, false)] {
+            known.take(value, 1e-6, false, alone);
+            used.push(known.used());
+        }
+        assert_eq!(used[..4], [0.0, 2.6, 1.6, 1.6]);
+        assert!((used[4] - 3.505).abs() < 5e-3, "{used:?}");
+    }
+
+    #[test]
+    fn a_steady_drift_is_followed_without_lag() {
+        let mut known = Readings::default();
+        for n in 0..20 {
+            known.take(1.0 + 0.006 * f64::from(n), 1e-6, false, true);
+        }
+        assert!((known.value - 1.114).abs() < 1e-3, "{known:?}");
+    }
 }

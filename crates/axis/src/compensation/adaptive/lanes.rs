@@ -234,3 +234,16 @@ fn slide(speed: f64, gain: f64, most: f64) -> f64 {
     let left = if speed.abs() > 0.0 { after / (after - speed) } else { 1.0 };
     if turns { left * driven } else { after }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mass_that_turns_around_goes_on_with_friction_against_its_new_way() {
+        // at rest after 0.1/0.61 of the sample, then 0.59 for the rest of it
+        assert!((slide(-0.1, 0.6, 0.01) - 0.59 * (1.0 - 0.1 / 0.61)).abs() < 1e-15);
+        assert_eq!((slide(0.1, -0.005, 0.2), slide(0.0, 0.1, 0.2)), (0.0, 0.0));
+        assert!((slide(0.5, 0.1, 0.2) - 0.4).abs() < 1e-15 && (slide(0.0, 0.3, 0.2) - 0.1).abs() < 1e-15);
+    }
+}

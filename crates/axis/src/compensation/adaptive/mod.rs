@@ -2,15 +2,18 @@
 //!
 //! 1. Load: inertia, viscous and Coulomb friction and constant torque from what the motor gives beyond its own need (`learning`).
 //! 2. Flank: the sign of the torque in the shaft of a gapless twin that carries this load (`twin`, `crossing`).
-//! 3. Crossings: where the flank changes, the motor's measured motion and its current are kept (`watch`, `window`).
+//! 3. Crossings: from where a flank that carried the load gives way, at rest long before another has to carry it, the motor's measured motion and its
+//!    current are kept (`watch`, `window`).
 //! 4. Gap: with the motor's motion known, the load behind it follows from its own equations for any gap, and so does the torque that the motor
 //!    feels (`lanes`). The gap that foresees the motor's motion best up to just after it met the far flank is read from the window, with its
 //!    variance (`reading`, `newton`, `prior`). Load, stiffness and motor friction are free within what is known of them.
-//! 5. Readings outvote each other; those that agree are joined by a scalar Kalman filter whose value may drift (`knowledge`).
+//! 5. What was found is held against other gaps and against one without an end (`said`): it is no surer than these tell, and counts only where the
+//!    contact explains the motor far better than none. Readings outvote each other; through those that agree goes a straight line (`knowledge`).
 //! 6. Crossing: on the planned traverse of `crossing`, as `lookup` does that is told everything.
 //!
-//! It does nothing until it is sure: a first reading of a contact that shows clearly after a short crossing is enough, two that agree otherwise. Where nothing
-//! holds the load and it may float, it does nothing either (`floating`).
+//! It does nothing until it is sure: a reading of a contact that shows clearly is enough, of several that contradict each other the least, two that agree otherwise.
+//! Where nothing holds the load and it may float, or its motion hardly drives it, it does nothing either (`floating`). At rest the gap of a load that sticks is
+//! crossed where the motor's own torque shows that it is about to set out (`crossing`): a learned load foretells that less well than a known one.
 //! Servo, references and cutting forces before the crossing do not enter a reading; only the motor's own equation and its data sheet do.
 //!
 //! Signals: references, motor position (rad), current and its mean over the servo period (A). It knows what a drive is set up with: its own loops,
@@ -20,8 +23,9 @@
 //! Tunables: part of the drive's torque for a traverse (0 to 1).
 //!
 //! Fails: where a load without friction is accelerated so gently, or seen through so coarse an encoder, that its contacts do not show: it then does
-//! nothing, or knows the gap to a tenth. Where motion never shows the load's inertia but in its reversals (short ramps at a low feed), contacts are
-//! not explained and not used. Of two axes that make a contour it may know but one, and the contour is then worse than without. A crossing that takes longer than some 4 s is not read. Where a drive that is tuned for a heavy load
+//! nothing, or knows the gap to a tenth. Where motion never shows the load's inertia but in its reversals (short ramps at a low feed), or a wide gap keeps the load
+//! bouncing from stop to stop, contacts are not explained and not used. Of two axes that make a contour it may know but one, and the contour is then worse than
+//! without. A crossing that takes longer than some 16 s is not read. Where a drive that is tuned for a heavy load
 //! chatters with the motor alone in the gap, readings scatter. A cutting force that turns the torque around is not foreseen. Its state holds
 //! windows of up to 60 kB.
 //! Source: this project; the question (gap, load inertia and friction unknown, motor signals only) is that of Gan, Wang, Huang, Machines 2023, 11(2), 193;

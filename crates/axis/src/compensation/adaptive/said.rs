@@ -38,3 +38,24 @@ impl Said {
         Said { half_gap: at[GAP], variance, wavered, misfit, without, evidence: endless - least }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::newton::{Newton, Sums};
+    use super::super::prior::Prior;
+    use super::*;
+    use crate::compensation::twin::LoadModel;
+
+    #[test]
+    fn it_is_no_surer_than_the_gaps_it_was_held_against_tell() {
+        let load = LoadModel { inertia: 0.01, viscous: 0.002, coulomb: 1.0, constant: 0.0, stiffness: 1500.0, damping: 0.1 };
+        let prior = Prior { load, covariance: [[0.0; 4]; 4], motor_coulomb: 0.1, rated_torque: 10.0, half_gap: 0.5, side: 1.0 };
+        let mut newton = Newton::new(prior.mean());
+        newton.take(&Sums::default(), 100.0, &prior, &[1.0; 7]);
+        let mut found = newton.accepted.unwrap();
+        (found.variance, found.misfit) = (1e-8, 1.0);
+        // 6 % off costs 4: a standard deviation of 3 %
+        let said = Said::checked(&found, &[10.0, 30.0, 30.0, 14.0, 15.0, 500.0, 500.0, 810.0], false, 1e3);
+        assert!((said.variance.sqrt() - 0.03 * 0.5).abs() < 1e-12 && (said.evidence - 800.0).abs() < 1e-12, "{said:?}");
+    }
+}
