@@ -34,19 +34,6 @@ fn codes(text: &str, config: InterpreterConfig) -> Vec<&'static str> {
     program.diagnostics().kept().iter().map(Diagnostic::code).collect()
 }
 
-/// With a sign or without; but printers' E and that of M67 are words.
-#[test]
-fn exponents_are_read_as_such() {
-    let plain = moves("F1000\nG1 X10 Y25 Z0.15\nM2\n", Dialect::LinuxCnc);
-    for text in ["G1 X1e1 Y2.5E+1 Z1.5e-1", "g1x1E1y2.5e1z1.5E-1", "G1 X10e0 Y25 Z15e-2"] {
-        assert_eq!(moves(&format!("F1e3\n{text}\nM2\n"), Dialect::LinuxCnc), plain, "{text}");
-    }
-    assert_eq!(codes("F1e3\nG1 X1e1\nM2\n", config(Dialect::LinuxCnc)).iter().filter(|code| **code == "exponent").count(), 1);
-    assert_eq!(moves("F1000\nG1 X1E1\nM2\n", Dialect::Marlin), moves("F1000\nG1 X1 E1\nM2\n", Dialect::Marlin));
-    let (ops, ..) = run(b"M67E1Q2\nM2\n", config(Dialect::LinuxCnc));
-    assert!(ops.iter().any(|op| op.contains("SET_MOTION_OUTPUT_VALUE(1")), "{ops:?}");
-}
-
 #[test]
 fn every_sample_means_what_its_snapshot_says() {
     let mut names: Vec<String> = fs::read_dir(folder()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();

@@ -2,12 +2,7 @@
 
 use super::super::Interpreter;
 use crate::dialect::Leniency;
-use crate::syntax::{Text, Value, Word};
-
-/// Whether a word is one of the codes that take an E: turning cycles, G76, M66 to M68.
-fn takes_e(word: &Word) -> bool {
-    matches!((word.letter, word.value), (b'G', Value::Number(70.0..73.0 | 76.0)) | (b'M', Value::Number(66.0..=68.0)))
-}
+use crate::syntax::{Text, Value};
 
 impl Interpreter {
     /// Exponents: `X1.2E-12` has been read as X1.2 and E-12, which is put right. True if there were any.
@@ -15,16 +10,13 @@ impl Interpreter {
         if !self.config.leniencies.has(Leniency::Exponents) {
             return false;
         }
-        // Printers write X10E5 for two words, and some codes take an E.
-        let two_words = self.config.leniencies.has(Leniency::ExtruderWords) || self.block.words.iter().any(takes_e);
-        let unsigned = self.config.dialect.is_fanuc() || !two_words;
         let mut found = false;
         let mut index = 0;
         while let Some(&word) = self.block.words.get(index) {
             let (from, to) = (word.text.start as usize, (word.text.start + word.text.len) as usize);
             let exponent = self.line.get(from + 1..to).and_then(|text| std::str::from_utf8(text).ok()).map(str::to_owned);
-            let told = unsigned || exponent.as_ref().is_some_and(|text| text.starts_with(['+', '-']));
-            match exponent.filter(|_| word.letter == b'E' && told) {
+            let signed = self.config.dialect.is_fanuc() || exponent.as_ref().is_some_and(|text| text.starts_with(['+', '-']));
+            match exponent.filter(|_| word.letter == b'E' && signed) {
                 Some(exponent) if self.merge_exponent(index, word.text, &exponent) => found = true,
                 _ => index += 1,
             }
