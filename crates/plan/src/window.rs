@@ -35,8 +35,8 @@ pub(crate) struct Window {
     max_intervals: usize,
     max_pieces: usize,
     law: &'static dyn TimeLaw,
-    /// Number of intervals at which the next plan is made.
-    due: usize,
+    /// Numbers of intervals and of pieces at which the next plan is made.
+    due: [usize; 2],
 }
 
 /// A part of a profile that is final.
@@ -62,7 +62,7 @@ impl Window {
             max_intervals,
             max_pieces,
             law: config.quality.law(),
-            due: max_intervals,
+            due: [max_intervals, max_pieces],
         }
     }
 
@@ -78,7 +78,7 @@ impl Window {
 
     /// Whether the window is as full as it may get before some of it is planned.
     pub(crate) fn is_due(&self) -> bool {
-        self.intervals.len() >= self.due || self.len() >= self.max_pieces
+        self.intervals.len() >= self.due[0] || self.len() >= self.due[1]
     }
 
     /// How many pieces wait.
@@ -119,7 +119,7 @@ impl Window {
             // The stop separates what is there from what will come, so that all of it can be planned.
             return self.finish(machine, kinematics).map(|settled| (settled, true));
         }
-        self.due = self.max_intervals;
+        self.due = [self.max_intervals, self.max_pieces];
         None
     }
 
@@ -134,7 +134,9 @@ impl Window {
         self.given = done - past_pieces;
         self.intervals.drain(..past);
         self.from = cut;
-        self.due = self.max_intervals.min(self.intervals.len() + self.max_intervals / 2);
+        // Not at once again: each plan looks at all that waits.
+        let later = |waiting: usize, most: usize| most.min(waiting + most / 2);
+        self.due = [later(self.intervals.len(), self.max_intervals), later(self.len(), self.max_pieces)];
         Settled { pieces, knots, complete: false }
     }
 
@@ -149,7 +151,7 @@ impl Window {
         self.given = 0;
         self.intervals.clear();
         self.from = Node::new(0.0, 0.0);
-        self.due = self.max_intervals;
+        self.due = [self.max_intervals, self.max_pieces];
         settled
     }
 
