@@ -3,13 +3,17 @@
 
 use lostmotion_base::AxisId;
 use lostmotion_gcode::{
-    CanonicalOp, Feed, InterpreterConfig, Motion, MotionFold, MotionItem, NurbsFeed, PathMode, Problem, Program, SourcedOp,
+    CanonicalOp, Dialect, Feed, InterpreterConfig, Motion, MotionFold, MotionItem, NurbsFeed, PathMode, Problem, Program, SourcedOp,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 fn ops(text: &str) -> Vec<SourcedOp> {
-    let mut program = Program::new(text.as_bytes(), InterpreterConfig::default());
+    ops_of(text, InterpreterConfig::default())
+}
+
+fn ops_of(text: &str, config: InterpreterConfig) -> Vec<SourcedOp> {
+    let mut program = Program::new(text.as_bytes(), config);
     let all = program.by_ref().collect();
     assert_eq!(program.diagnostics().errors(), 0, "{:?}", program.diagnostics().kept());
     all
@@ -203,9 +207,13 @@ fn a_main_program_that_starts_over_ends() {
 
 /// The moves of a program, folded.
 fn moves(text: &str) -> Vec<Motion> {
+    moves_of(ops(text))
+}
+
+fn moves_of(ops: Vec<SourcedOp>) -> Vec<Motion> {
     let mut fold = MotionFold::new(InterpreterConfig::default().start);
     let mut items = Vec::new();
-    for op in ops(text) {
+    for op in ops {
         fold.push_all(&op, &mut items).unwrap();
     }
     items.into_iter().filter_map(|item| if let MotionItem::Move(motion) = item { Some(motion) } else { None }).collect()
@@ -219,12 +227,12 @@ fn a_spline_is_moved_as_a_curve_with_its_tangents_and_curvatures() {
     assert_eq!((first.start[AxisId::X], first.start[AxisId::Y]), (25.4, 0.0));
     assert!((last.end[AxisId::X] - 76.2).abs() < 1e-9 && (last.end[AxisId::Y] - 25.4).abs() < 1e-9);
     // It sets out along X and straight, as its first three control points lie on a line.
-    let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12;
+    let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|axis| (a[axis] - b[axis]).abs() < 1e-12);
     let bend = first.bend.unwrap();
-    assert!(near(bend.tangents[0], [1.0, 0.0]) && near(bend.curvatures_per_mm[0], [0.0; 2]), "{bend:?}");
+    assert!(near(bend.tangents[0], [1.0, 0.0, 0.0]) && near(bend.curvatures_per_mm[0], [0.0; 3]), "{bend:?}");
     // It comes in along Y, bent to the left by 2/3 of an inch's inverse: (n - 1)/n of a triangle's height over the square of its base.
     let bend = last.bend.unwrap();
-    assert!(near(bend.tangents[1], [0.0, 1.0]) && near(bend.curvatures_per_mm[1], [-2.0 / 3.0 / 25.4, 0.0]), "{bend:?}");
+    assert!(near(bend.tangents[1], [0.0, 1.0, 0.0]) && near(bend.curvatures_per_mm[1], [-2.0 / 3.0 / 25.4, 0.0, 0.0]), "{bend:?}");
     // Its length is that of many chords of Bernstein's form.
     let point = |t: f64| {
         let (s, x, y) = (1.0 - t, [1.0, 2.0, 3.0, 3.0], [0.0, 0.0, 0.0, 1.0]);
@@ -238,6 +246,30 @@ fn a_spline_is_moved_as_a_curve_with_its_tangents_and_curvatures() {
     let length: f64 = moves[1..].iter().map(|motion| motion.bend.unwrap().length_mm).sum();
     assert!((length - (0..20_000).map(chord).sum::<f64>()).abs() < 1e-5, "{length}");
     assert!(moves[1..].iter().all(|motion| motion.feed == Feed::MmPerMin(254.0) && motion.circle.is_none()));
+}
+
+/// Turned by a quarter about X, the plane's Y is the machine's Z; turned about Z by a half, everything is mirrored.
+#[test]
+fn a_spline_turns_with_its_coordinates() {
+    const SPLINE: &str = "F100 G1 X1 Y2 Z3\nG5 X11 Y7 I4 J1 P2 Q-3\nM2\n";
+    let flat = moves(SPLINE);
+    let config = InterpreterConfig::default().with_dialect(Dialect::Fanuc);
+    let tilted = moves_of(ops_of(&format!("G68.2 X0 Y0 Z0 I0 J90 K0\n{SPLINE}"), config));
+    let turned = moves(&format!("G10 L2 P1 R180\n{SPLINE}"));
+    assert_eq!((flat.len(), flat.len()), (tilted.len(), turned.len()));
+    let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|axis| (a[axis] - b[axis]).abs() < 1e-9);
+    for ((flat, tilted), turned) in flat.iter().zip(&tilted).zip(&turned).skip(1) {
+        let vectors = |motion: &Motion| {
+            let bend = motion.bend.unwrap();
+            let ([t0, t1], [k0, k1]) = (bend.tangents, bend.curvatures_per_mm);
+            [motion.start.linear(), motion.end.linear(), t0, t1, k0, k1]
+        };
+        for ((flat, tilted), turned) in vectors(flat).into_iter().zip(vectors(tilted)).zip(vectors(turned)) {
+            let [x, y, z] = flat;
+            assert!(near(tilted, [x, -z, y]), "{flat:?} {tilted:?}");
+            assert!(near(turned, [-x, -y, z]), "{flat:?} {turned:?}");
+        }
+    }
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! Curves as polynomials of degree five by their length that share the curve's points, directions and curvatures, fine enough to
 //! stay within a tolerance.
 
-use super::item::Bend;
 use super::spline::Spline;
 use lostmotion_base::math;
 
@@ -38,7 +37,15 @@ pub(super) struct End {
 pub(super) struct Stretch {
     pub(super) start: Point,
     pub(super) end: Point,
-    pub(super) bend: Option<Bend>,
+    pub(super) bend: Option<Bent>,
+}
+
+/// Derivatives by length at both ends, and the length, in the curve's plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bent {
+    pub(super) tangents: [Point; 2],
+    pub(super) curvatures: [Point; 2],
+    pub(super) length: f64,
 }
 
 fn distance(a: Point, b: Point) -> f64 {
@@ -50,13 +57,13 @@ fn dot(a: Point, b: Point) -> f64 {
 }
 
 impl Stretch {
-    fn between(from: &End, to: &End, length_mm: f64) -> Stretch {
-        let bend = Bend { tangents: [from.tangent, to.tangent], curvatures_per_mm: [from.curvature, to.curvature], length_mm };
+    fn between(from: &End, to: &End, length: f64) -> Stretch {
+        let bend = Bent { tangents: [from.tangent, to.tangent], curvatures: [from.curvature, to.curvature], length };
         Stretch { start: from.place, end: to.place, bend: Some(bend) }
     }
 
     pub(super) fn length(&self) -> f64 {
-        self.bend.map_or_else(|| distance(self.start, self.end), |bend| bend.length_mm)
+        self.bend.map_or_else(|| distance(self.start, self.end), |bend| bend.length)
     }
 
     /// Place and derivative by length, a share of the way along.
@@ -75,7 +82,7 @@ impl Stretch {
     fn control(&self) -> [Point; 6] {
         let length = self.length();
         let way = [0, 1].map(|i| (self.end[i] - self.start[i]) / length);
-        let ([t0, t1], [k0, k1]) = self.bend.map_or(([way; 2], [[0.0; 2]; 2]), |bend| (bend.tangents, bend.curvatures_per_mm));
+        let ([t0, t1], [k0, k1]) = self.bend.map_or(([way; 2], [[0.0; 2]; 2]), |bend| (bend.tangents, bend.curvatures));
         let mut points = [self.start; 6];
         for i in 0..2 {
             let (v0, v1, a0, a1) =

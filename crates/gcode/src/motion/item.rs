@@ -43,13 +43,13 @@ pub struct Circle {
     pub turns: i32,
 }
 
-/// A curve in X and Y that is no circle: the polynomial of degree five in each axis with these derivatives by length at its ends.
+/// A curve that is no circle: the polynomial of degree five in each of X, Y and Z with these derivatives by length at its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bend {
-    /// Unit vectors along the curve at its start and its end, X and Y of the machine frame.
-    pub tangents: [[f64; 2]; 2],
+    /// Unit vectors along the curve at its start and its end, machine frame.
+    pub tangents: [[f64; 3]; 2],
     /// Second derivatives by length there.
-    pub curvatures_per_mm: [[f64; 2]; 2],
+    pub curvatures_per_mm: [[f64; 3]; 2],
     /// Length of the curve, mm.
     pub length_mm: f64,
 }
@@ -63,7 +63,7 @@ pub struct Motion {
     pub end: Coords,
     /// Its circle; none for a move that is straight or bends otherwise.
     pub circle: Option<Circle>,
-    /// How it bends in X and Y as part of a spline.
+    /// How it bends as part of a spline.
     pub bend: Option<Bend>,
     /// Its speed.
     pub feed: Feed,

@@ -1,12 +1,12 @@
 //! Operations that make several moves: splines as polynomials by length, and rigid tapping there and back.
 
-use super::bend::{Stretch, stretches};
+use super::bend::{Point, Stretch, stretches};
 use super::spline::Spline;
-use super::{MotionFold, MotionItem, PathMode};
+use super::{Bend, MotionFold, MotionItem, PathMode};
 use crate::ops::{ArcFeed, CanonicalOp, NurbsFeed, Position, SourcedOp};
 use crate::problem::Problem;
+use lostmotion_base::math;
 use lostmotion_base::span::BlockRef;
-use lostmotion_base::{Coords, math};
 use std::f64::consts::TAU;
 
 /// How far the polynomials may lie from the spline that they stand for, unless told otherwise.
@@ -40,33 +40,37 @@ impl MotionFold {
     }
 
     fn curve(&mut self, curve: &NurbsFeed, block: BlockRef, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
-        let mut place = curve.end;
-        let points = curve.points.iter().map(|point| {
-            (place[0], place[1]) = (point.at[0], point.at[1]);
-            let machine = self.machine(&place);
-            ([machine.0[0], machine.0[1]], point.weight)
-        });
-        let order = curve.order as usize;
-        let points: Vec<_> = points.collect();
+        // In the program's plane, mm: coordinates may be turned and tilted.
+        let mm = self.units.mm();
+        let points = curve.points.iter().map(|point| (point.at.map(|place| place * mm), point.weight));
         let spline =
-            Spline::new(points.into_iter(), order).ok_or(Problem::CurvePoints { points: curve.points.len(), order: curve.order })?;
-        let end = self.machine(&curve.end);
+            Spline::new(points, curve.order as usize).ok_or(Problem::CurvePoints { points: curve.points.len(), order: curve.order })?;
         let feed = self.arc_feed()?;
         let mut parts: Vec<Stretch> = Vec::new();
         for span in 0..spline.spans() {
             stretches(&spline, span, [span as f64, (span + 1) as f64], self.spline_tolerance_mm, 0, &mut parts);
         }
         let whole: f64 = parts.iter().map(Stretch::length).sum();
+        let end = curve.points.last().map_or([0.0; 2], |point| point.at.map(|place| place * mm));
+        let place = |fold: &MotionFold, [x, y]: Point| {
+            let mut place = curve.end;
+            (place[0], place[1]) = (curve.end[0] + (x - end[0]) / mm, curve.end[1] + (y - end[1]) / mm);
+            fold.machine(&place)
+        };
         let count = parts.len();
         for (index, part) in parts.into_iter().enumerate() {
-            let mut to: Coords = end;
             // The last one ends exactly where the curve does.
-            if index + 1 < count {
-                (to.0[0], to.0[1]) = (part.end[0], part.end[1]);
-            }
+            let to = if index + 1 < count { place(self, part.end) } else { self.machine(&curve.end) };
+            let origin = place(self, [0.0; 2]);
+            let turned = |vector: Point| (place(self, vector) - origin).linear();
+            let bend = part.bend.map(|bent| Bend {
+                tangents: bent.tangents.map(turned),
+                curvatures_per_mm: bent.curvatures.map(turned),
+                length_mm: bent.length,
+            });
             let mut item = self.advance(to, None, feed, block);
             if let MotionItem::Move(motion) = &mut item {
-                motion.bend = part.bend;
+                motion.bend = bend;
                 motion.duration_s = motion.duration_s.map(|seconds| seconds * part.length() / whole);
             }
             out.extend([item]);

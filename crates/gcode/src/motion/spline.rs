@@ -6,7 +6,7 @@ use lostmotion_base::{Jet, Real, math};
 /// Derivatives below this are none, mm.
 const STILL: f64 = 1e-9;
 
-/// A curve in machine coordinates, mm.
+/// A curve in the plane of its control points, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Spline {
     degree: usize,
@@ -155,8 +155,8 @@ mod tests {
                 if let (Some(a), Some(b)) = (pair[0].bend, pair[1].bend) {
                     for i in 0..2 {
                         prop_assert!((a.tangents[1][i] - b.tangents[0][i]).abs() < 1e-9);
-                        let scale = 1.0 + a.curvatures_per_mm[1][i].abs();
-                        prop_assert!((a.curvatures_per_mm[1][i] - b.curvatures_per_mm[0][i]).abs() < 1e-6 * scale);
+                        let scale = 1.0 + a.curvatures[1][i].abs();
+                        prop_assert!((a.curvatures[1][i] - b.curvatures[0][i]).abs() < 1e-6 * scale);
                     }
                 }
             }

@@ -50,8 +50,8 @@ fn curve(motion: &Motion) -> Result<Curve, PathError> {
     let Some(bend) = &motion.bend else { return Ok(Curve::line(motion.start, motion.end)) };
     let ends = [motion.start, motion.end];
     let [start, end] = [0, 1].map(|at| {
-        let [[x1, y1], [x2, y2]] = [bend.tangents[at], bend.curvatures_per_mm[at]];
-        HermiteEnd { p: ends[at], d1: Coords::xyz(x1, y1, 0.0), d2: Coords::xyz(x2, y2, 0.0) }
+        let [d1, d2] = [bend.tangents[at], bend.curvatures_per_mm[at]].map(|[x, y, z]| Coords::xyz(x, y, z));
+        HermiteEnd { p: ends[at], d1, d2 }
     });
     Ok(Curve::Quintic(Quintic::hermite(start, end, bend.length_mm)?))
 }
