@@ -24,6 +24,7 @@ pub(crate) mod law;
 mod node;
 mod peaks;
 pub(crate) mod refined;
+mod rows;
 mod scan;
 mod spans;
 mod spline;

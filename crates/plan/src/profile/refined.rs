@@ -1,11 +1,11 @@
 //! A time law that starts from the averaged profile and lowers its time by an interior-point method.
 
-use super::barrier::{Problem, Row};
+use super::barrier::Problem;
 use super::certificate::{Certificate, KEPT};
-use super::course::Course;
 use super::ideal::{ideal, time_between};
 use super::law::{Knot, Motion, Section, TimeLaw, state_at};
 use super::node::Node;
+use super::rows::problem;
 use super::spans::{Span, spans};
 use super::spline::Grid;
 
@@ -20,11 +20,7 @@ const TURNS: f64 = 1.0;
 const LEAST: usize = 12;
 /// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens between the intervals'
 /// middles.
-const GOALS: [f64; 2] = [0.9985, 0.99];
-/// Part of the speed limit planned for.
-const CAP: f64 = 0.9999;
-/// So many intervals at either end may use all of it, since what is given there may.
-const NEAR: usize = 3;
+pub(super) const GOALS: [f64; 2] = [0.9985, 0.99];
 /// Complementarity of the interior-point method at first and at last, as a part of an interval's time.
 const FIRST: f64 = 0.3;
 const LAST: f64 = 1e-4;
@@ -164,47 +160,6 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
         }
     }
     Err(time(beyond))
-}
-
-/// Limits at the ends of each interval.
-fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Problem<'a>> {
-    let moves = |joint: usize| section.intervals.iter().any(|interval| interval.demand.d[0][joint] > 0.0);
-    let moving: Vec<(usize, [f64; 3])> = section.machine.joints().filter(|(joint, _)| moves(*joint)).collect();
-    let mut course = Course::new(section);
-    let (mut caps, mut rows) = (Vec::with_capacity(grid.len()), Vec::with_capacity(6 * moving.len() * grid.len()));
-    for interval in 0..grid.len() {
-        let span = course.over(grid.nodes[interval], grid.nodes[interval + 1])?;
-        let mut cap = span.feed;
-        for (joint, [v, a, j]) in &moving {
-            let [left, right] = [&span.ends[0], &span.ends[1]].map(|place| place.d.map(|d| d[*joint]));
-            cap = cap.min(v / left[0].abs().max(right[0].abs()).max(f64::MIN_POSITIVE));
-            let half = 0.5 * grid.width(interval);
-            // b and b' at an end from those in the middle.
-            let [low, high] = span.third.map(|d3| d3[*joint]);
-            let acceleration = [right[1], right[1] * half + 0.5 * right[0], 0.5 * half * (right[1] * half + right[0])];
-            for side in [1.0, -1.0] {
-                // The state at the very end is given.
-                let share = if interval + 1 < grid.len() { side / a } else { 0.0 };
-                rows.push(Row { f: acceleration.map(|f| f * share), end: 0.0 });
-                let third = if side > 0.0 { high } else { low };
-                for (end, at) in [(-1.0, &left), (1.0, &right)] {
-                    let x = end * half;
-                    let jerk = [third, third * x + 1.5 * at[1], 0.5 * third * x * x + 1.5 * at[1] * x + 0.5 * at[0]];
-                    rows.push(Row { f: jerk.map(|f| f * side / j), end });
-                }
-            }
-        }
-        let near = interval.min(grid.len() - 1 - interval) < NEAR;
-        caps.push(cap * cap * if near { KEPT } else { CAP * CAP });
-    }
-    // At a node both sides' caps hold; the speed at the very end is given.
-    for interval in 1..grid.len() {
-        caps[interval - 1] = caps[interval - 1].min(caps[interval]);
-    }
-    if let Some(last) = caps.last_mut() {
-        *last = f64::INFINITY;
-    }
-    Some(Problem::new(grid, caps, rows, vec![GOALS; grid.len()]))
 }
 
 /// Coefficients of the base.
