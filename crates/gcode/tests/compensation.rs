@@ -1,41 +1,17 @@
 //! Cutter compensation against the definition: the tool's centre stays one radius away from what is programmed.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "std's functions are independent of those under test")]
 
-use lostmotion_gcode::{InterpreterConfig, Motion, MotionFold, MotionItem, Program};
+mod tool_path;
+
+use lostmotion_gcode::{Diagnostic, InterpreterConfig, Motion, Program};
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
+use tool_path::{Point, sampled};
 
-type Point = [f64; 2];
-
+/// Moves, and the codes of what was found.
 fn run(text: &str) -> (Vec<Motion>, Vec<&'static str>) {
-    let mut fold = MotionFold::new(InterpreterConfig::default().start);
-    let mut program = Program::new(text.as_bytes(), InterpreterConfig::default());
-    let mut moves = Vec::new();
-    for op in program.by_ref() {
-        if let Some(MotionItem::Move(motion)) = fold.push(&op).unwrap() {
-            moves.push(motion);
-        }
-    }
-    (moves, program.diagnostics().kept().iter().map(lostmotion_gcode::Diagnostic::code).collect())
-}
-
-/// Points along a move in the XY plane.
-fn sampled(motion: &Motion) -> Vec<Point> {
-    let (start, end) = (motion.start.0, motion.end.0);
-    (0..=20)
-        .map(|step| {
-            let share = f64::from(step) / 20.0;
-            let Some(circle) = motion.circle else {
-                return [start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])];
-            };
-            let [cx, cy] = circle.center_mm;
-            let from = (start[1] - cy).atan2(start[0] - cx);
-            let sweep = ((end[1] - cy).atan2(end[0] - cx) - from).rem_euclid(TAU);
-            let angle = from + share * if circle.turns > 0 { sweep } else { sweep - TAU };
-            let radius = (start[0] - cx).hypot(start[1] - cy);
-            [cx + radius * angle.cos(), cy + radius * angle.sin()]
-        })
-        .collect()
+    let (moves, found) = tool_path::run(text);
+    (moves, found.kept().iter().map(Diagnostic::code).collect())
 }
 
 fn to_segment(p: Point, a: Point, b: Point) -> f64 {
@@ -72,7 +48,7 @@ fn round(code: &str, diameter: f64, corners: &[Point]) -> String {
 
 /// Largest and smallest distance of the compensated moves from the polygon.
 fn distances(moves: &[Motion], corners: &[Point]) -> (f64, f64) {
-    let cut = moves.iter().skip(2).take(moves.len() - 3).flat_map(sampled);
+    let cut = moves.iter().skip(2).take(moves.len() - 3).flat_map(|motion| sampled(motion, 20));
     let away =
         cut.map(|p| (0..corners.len()).map(|i| to_segment(p, corners[i], corners[(i + 1) % corners.len()])).fold(f64::MAX, f64::min));
     away.fold((0.0, f64::MAX), |(most, least), d| (f64::max(most, d), f64::min(least, d)))
@@ -121,7 +97,7 @@ proptest! {
         prop_assert!(found.is_empty());
         let arc = moves.iter().find(|motion| motion.circle.is_some()).unwrap();
         let expected = if inside { 5.0 - radius } else { 5.0 + radius };
-        for point in sampled(arc) {
+        for point in sampled(arc, 20) {
             prop_assert!(((point[0] - 10.0).hypot(point[1]) - expected).abs() < 1e-9);
         }
     }
@@ -174,6 +150,8 @@ fn the_order_of_other_actions_is_kept() {
 fn a_corner_arc_sweeps_the_angle_of_the_corner() {
     let (moves, _) = run("F100 G0 X-20\nG42.1 D6\nG1 X0\nX10 Y10\nG40 G0 Y30\nM2\n");
     let arc = moves.iter().find(|motion| motion.circle.is_some()).unwrap();
-    let sweep = sampled(arc).windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum::<f64>() / 3.0;
+    let sweep =
+        sampled(arc, 20).collect::<Vec<_>>().windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum::<f64>()
+            / 3.0;
     assert!((sweep - PI / 4.0).abs() < 1e-3, "{sweep}");
 }

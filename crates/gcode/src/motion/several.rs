@@ -51,17 +51,16 @@ impl MotionFold {
             stretches(&spline, span, [span as f64, (span + 1) as f64], self.spline_tolerance_mm, 0, &mut parts);
         }
         let whole: f64 = parts.iter().map(Stretch::length).sum();
-        let end = curve.points.last().map_or([0.0; 2], |point| point.at.map(|place| place * mm));
         let place = |fold: &MotionFold, [x, y]: Point| {
             let mut place = curve.end;
-            (place[0], place[1]) = (curve.end[0] + (x - end[0]) / mm, curve.end[1] + (y - end[1]) / mm);
+            (place[0], place[1]) = (x / mm, y / mm);
             fold.machine(&place)
         };
+        let origin = place(self, [0.0; 2]);
         let count = parts.len();
         for (index, part) in parts.into_iter().enumerate() {
             // The last one ends exactly where the curve does.
             let to = if index + 1 < count { place(self, part.end) } else { self.machine(&curve.end) };
-            let origin = place(self, [0.0; 2]);
             let turned = |vector: Point| (place(self, vector) - origin).linear();
             let bend = part.bend.map(|bent| Bend {
                 tangents: bent.tangents.map(turned),

@@ -154,9 +154,9 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
         if knots.last().is_none_or(|last| last.t >= to - from) {
             return Err(middle);
         }
-        match repaired(section, &mut problem, &knots).ok_or(middle)? {
-            None => return Ok(knots),
-            Some(interval) => beyond = interval as f64 + 0.5,
+        match repaired(section, &mut problem, &knots) {
+            Ok(()) => return Ok(knots),
+            Err(interval) => beyond = interval as f64 + 0.5,
         }
     }
     Err(time(beyond))
@@ -189,14 +189,14 @@ fn knots(grid: &Grid, c: &[f64]) -> Result<Vec<Knot>, usize> {
     Ok(out)
 }
 
-/// The interval that passes a limit by most, if one does, whose goals and those near it then become stricter; nothing where the
-/// machine cannot be.
-fn repaired(section: &Section<'_>, problem: &mut Problem<'_>, knots: &[Knot]) -> Option<Option<usize>> {
+/// Makes the goals of what passes a limit stricter, and of what is near it; then gives the interval that passes one by most, or in
+/// which the machine cannot be.
+fn repaired(section: &Section<'_>, problem: &mut Problem<'_>, knots: &[Knot]) -> Result<(), usize> {
     let mut certificate = Certificate::new(section);
     let (mut worst, mut most) = (None, KEPT);
     let count = problem.goals.len();
     for interval in 0..count {
-        let [v, a, j] = certificate.most(&knots[2 * interval..2 * interval + 3])?;
+        let [v, a, j] = certificate.most(&knots[2 * interval..2 * interval + 3]).ok_or(interval)?;
         if v.max(a).max(j) > most {
             (worst, most) = (Some(interval), v.max(a).max(j));
         }
@@ -214,5 +214,5 @@ fn repaired(section: &Section<'_>, problem: &mut Problem<'_>, knots: &[Knot]) ->
             }
         }
     }
-    Some(worst)
+    worst.map_or(Ok(()), Err)
 }
