@@ -21,7 +21,7 @@ const MOST_LINES: f64 = 1e6;
 impl MotionFold {
     /// Takes one operation and adds what it makes the machine do.
     ///
-    /// A spline becomes moves with a [`Bend`](super::Bend) that keep its ends, its directions and curvatures there, and stay within
+    /// A spline becomes moves with a [`Bend`] that keep its ends, its directions and curvatures there, and stay within
     /// the tolerance of [`MotionFold::with_spline_tolerance_mm`]. Rigid tapping goes down and comes back at the programmed spindle speed, with a
     /// stop at either end, where the spindle is taken to reverse.
     ///
