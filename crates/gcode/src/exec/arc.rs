@@ -29,7 +29,7 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let center = exec.center(from, to, clockwise)?;
     let turns = if clockwise { -turns } else { turns };
     exec.check_radius(from, center)?;
-    exec.inverse_time(length(from, to, center, turns, end[normal] - start[normal]));
+    exec.inverse_time(|| length(from, to, center, turns, end[normal] - start[normal]));
     let feed = arc_feed(plane, &end, center, turns);
     if exec.state.arc_not_allowed {
         return Err(Problem::Compensation { message: "the first move after cutter compensation has to be straight" });

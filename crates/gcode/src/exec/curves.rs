@@ -44,7 +44,7 @@ impl Exec<'_> {
         let order = points.len() as u32;
         self.state.current = end;
         let curve = NurbsFeed { plane: Plane::Xy, order, points, end };
-        self.inverse_time(curve_length(&curve).unwrap_or_default());
+        self.inverse_time(|| curve_length(&curve).unwrap_or_default());
         self.emit(CanonicalOp::NurbsFeed(Box::new(curve)));
     }
 }
