@@ -23,7 +23,7 @@ fn sagitta_um(radius_mm: f64, angle: f64) -> f64 {
 fn between_two_commands_it_is_the_sagitta_of_a_cycle() {
     let machine = Machine::preset("trunnion5").unwrap();
     for (command_ms, servo_us) in [(1.0, 250.0), (8.0, 1000.0)] {
-        let machine = machine.with_cycles(Cycles { command_ms, servo_us, ..machine.cycles() });
+        let machine = machine.with_cycles(Cycles { command_ms, servo_us });
         for (radius, degrees_min) in [(80.0, 3000.0), (40.0, 1500.0)] {
             let bow = planned(&machine, &format!("G21 G90 G61\nG0 X{radius} Y0 C0\nG1 C90 F{degrees_min}\nM2\n")).bow.unwrap();
             let expected = sagitta_um(radius, rad(degrees_min / 60.0) * command_ms * 1e-3);
