@@ -40,7 +40,7 @@ pub(crate) fn admit(config: &PlannerConfig, kinematics: &dyn Kinematics, here: &
 fn feed(item: &Move, length: f64) -> Result<f64, PlanError> {
     let (what, value, feed) = match item.feed {
         FeedLimit::Rapid => return Ok(f64::INFINITY),
-        FeedLimit::PerSecond(feed) => ("the feed per second", feed, feed),
+        FeedLimit::PerSecond(feed) | FeedLimit::Fixed(feed) => ("the feed per second", feed, feed),
         FeedLimit::Duration(seconds) => ("the duration of the move", seconds, length / seconds),
     };
     positive(item.block, what, value)?;

@@ -28,6 +28,31 @@ pub enum FeedLimit {
     PerSecond(f64),
     /// The whole move in so many seconds (G93).
     Duration(f64),
+    /// As [`FeedLimit::PerSecond`], and no override changes it (M49, M50 P0, threads).
+    Fixed(f64),
+}
+
+impl FeedLimit {
+    /// The override that it heeds.
+    pub(crate) fn heeds(self) -> Heeds {
+        match self {
+            FeedLimit::Rapid => Heeds::Rapid,
+            FeedLimit::PerSecond(_) | FeedLimit::Duration(_) => Heeds::Feed,
+            FeedLimit::Fixed(_) => Heeds::Nothing,
+        }
+    }
+}
+
+/// Which of the operator's overrides changes how fast a place is passed; where moves meet, the later of these.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Heeds {
+    /// That of rapid moves.
+    Rapid,
+    /// That of the feed.
+    #[default]
+    Feed,
+    /// None.
+    Nothing,
 }
 
 /// One programmed move.

@@ -37,7 +37,7 @@ mod window;
 
 pub use config::{PlannerConfig, Quality};
 pub use error::{PlanError, TravelViolation};
-pub use item::{Dwell, FeedLimit, Halt, Move, PathControl, PlanItem};
+pub use item::{Dwell, FeedLimit, Halt, Heeds, Move, PathControl, PlanItem};
 pub use pace::{Action, Pacer};
 pub use planner::Planner;
 pub use sample::Sample;

@@ -5,7 +5,7 @@ use crate::condition::{Conditioner, Programmed, Step, Stop};
 use crate::corner::{Leg, overlap_s};
 use crate::judge::TimeJudge;
 use crate::machine::Machine;
-use crate::optimal::{self, Point, Retimer, nominal_clock};
+use crate::optimal::{self, Retimer, nominal_clock};
 use crate::sampler::Sampler;
 use crate::stretch::Stretch;
 use crate::window::{Settled, Window};
@@ -120,7 +120,7 @@ impl Planner {
                 return Some(sample);
             }
             match self.sampler.next(self.kinematics.as_ref()) {
-                Some(sample) => retimer.push(Point { sample, feed_part: self.sampler.feed_part }),
+                Some(sample) => retimer.push(sample),
                 None if self.finished && retimer.finish() => {}
                 None => return None,
             }
@@ -155,7 +155,8 @@ impl Planner {
             return Ok(());
         }
         self.gap = curve.end() - item.curve.end();
-        let programmed = Programmed { curve, length, feed, control, tool_mm, segment, block };
+        let heeds = item.feed.heeds();
+        let programmed = Programmed { curve, length, feed, heeds, control, tool_mm, segment, block };
         let mut steps = Vec::new();
         let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref() };
         self.conditioner.push(&programmed, &judge, &mut steps);

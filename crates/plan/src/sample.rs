@@ -1,5 +1,6 @@
 //! What the planner gives out.
 
+use crate::Heeds;
 use lostmotion_base::{BlockRef, Coords, Tick};
 
 /// Commanded state of all joints at one tick of the planner's clock.
@@ -19,6 +20,10 @@ pub struct Sample {
     pub s: f64,
     /// Path speed, per second in the unit of `s`.
     pub path_speed: f64,
+    /// Speed as a part of what the feed allows; 0 on rapid moves.
+    pub feed_part: f64,
+    /// The override that changes it.
+    pub heeds: Heeds,
     /// Tool offset in force, mm.
     pub tool_mm: [f64; 3],
     /// Block of the move.

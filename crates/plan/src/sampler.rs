@@ -1,8 +1,8 @@
 //! From planned stretches to samples at the clock's ticks.
 
-use crate::Sample;
 use crate::condition::size;
 use crate::stretch::Stretch;
+use crate::{Heeds, Sample};
 use lostmotion_base::{AXES, Clock, Coords, Jet, Tick};
 use lostmotion_kinematics::Kinematics;
 use std::collections::VecDeque;
@@ -19,8 +19,6 @@ pub(crate) struct Sampler {
     /// End of the last motion or dwell, s; samples go on to the first tick at or after it.
     pub(crate) end_s: f64,
     pub(crate) finished: bool,
-    /// Path speed of the last sample as a part of what the feed allows.
-    pub(crate) feed_part: f64,
     /// What is added to program coordinates to get joints under a tool offset, where that is all there is to do.
     offset: Option<([f64; 3], Coords)>,
 }
@@ -36,20 +34,12 @@ impl Sampler {
             segment: 0,
             s: 0.0,
             path_speed: 0.0,
+            feed_part: 0.0,
+            heeds: Heeds::default(),
             tool_mm: [0.0; 3],
             block: lostmotion_base::BlockRef::default(),
         };
-        Sampler {
-            clock,
-            tick: 0,
-            stretches: VecDeque::new(),
-            rest,
-            rest_program: program,
-            end_s: 0.0,
-            finished: false,
-            feed_part: 0.0,
-            offset: None,
-        }
+        Sampler { clock, tick: 0, stretches: VecDeque::new(), rest, rest_program: program, end_s: 0.0, finished: false, offset: None }
     }
 
     /// The next sample, if its time is settled.
@@ -83,7 +73,7 @@ impl Sampler {
             && let Some((piece, local)) = stretch.peek(stretch.from)
         {
             let (mark, s) = piece.programmed(local);
-            self.rest = Sample { segment: mark.segment, s, block: mark.block, ..self.rest };
+            self.rest = Sample { segment: mark.segment, s, block: mark.block, heeds: piece.heeds, ..self.rest };
         }
         self.stretches.push_back(stretch);
     }
@@ -94,7 +84,8 @@ impl Sampler {
         if let Some((piece, local)) = stretch.peek(stretch.profile.to()) {
             let (mark, s) = piece.programmed(local);
             self.rest_program = piece.curve.point(local);
-            self.rest = Sample { segment: mark.segment, s, block: mark.block, tool_mm: piece.tool_mm, ..self.rest };
+            let heeds = piece.heeds;
+            self.rest = Sample { segment: mark.segment, s, block: mark.block, tool_mm: piece.tool_mm, heeds, ..self.rest };
         }
     }
 
@@ -113,7 +104,6 @@ impl Sampler {
         let (_, offset) = self.offset?;
         let (mark, s) = piece.programmed(local);
         let [place, velocity, acceleration] = piece.curve.travel(local, motion.v, motion.a);
-        self.feed_part = velocity.linear_norm().max(motion.v) / piece.feed;
         Some(Sample {
             tick: 0,
             position: place + offset,
@@ -122,6 +112,8 @@ impl Sampler {
             segment: mark.segment,
             s,
             path_speed: motion.v,
+            feed_part: velocity.linear_norm().max(motion.v) / piece.feed,
+            heeds: piece.heeds,
             tool_mm: piece.tool_mm,
             block: mark.block,
         })
@@ -129,12 +121,11 @@ impl Sampler {
 
     /// The sample at a time: that of the first stretch, or rest before it; at a rounded corner that of the sum of two.
     fn at(&mut self, t: f64, kinematics: &dyn Kinematics) -> Sample {
-        let mut sample = Sample { velocity: Coords::ZERO, acceleration: Coords::ZERO, path_speed: 0.0, ..self.rest };
-        self.feed_part = 0.0;
+        let mut sample = Sample { velocity: Coords::ZERO, acceleration: Coords::ZERO, path_speed: 0.0, feed_part: 0.0, ..self.rest };
         let mut program = self.rest_program.0.map(|p| Jet::new(p, 0.0, 0.0, 0.0));
         if let Some(first) = self.stretches.front_mut().and_then(|stretch| follow(stretch, t, &mut sample)) {
             program = first.program;
-            self.feed_part = first.speed / first.feed;
+            sample.feed_part = first.speed / first.feed;
             let second = self.stretches.get_mut(1).filter(|stretch| t > stretch.start_s);
             if let Some((stretch, corner)) = second.and_then(|stretch| stretch.corner.map(|corner| (stretch, corner))) {
                 let before = sample;
@@ -143,11 +134,13 @@ impl Sampler {
                         *a = *a + b - Jet::new(corner.0[joint], 0.0, 0.0, 0.0);
                     }
                     // The nearer end of the corner is that of the line on which less is left or gone.
+                    let heeds = before.heeds.max(sample.heeds);
                     if second.gone <= first.left {
                         sample = before;
                     }
                     sample.path_speed = path_speed(&program);
-                    self.feed_part = sample.path_speed / first.feed.min(second.feed);
+                    sample.feed_part = sample.path_speed / first.feed.min(second.feed);
+                    sample.heeds = heeds;
                 }
             }
         }
@@ -181,7 +174,8 @@ fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<Place> {
     let motion = stretch.advance(t - stretch.start_s);
     let (piece, local) = stretch.here(motion.s)?;
     let (mark, s) = piece.programmed(local);
-    let named = Sample { segment: mark.segment, s, block: mark.block, path_speed: motion.v, tool_mm: piece.tool_mm, ..*sample };
+    let (tool_mm, heeds) = (piece.tool_mm, piece.heeds);
+    let named = Sample { segment: mark.segment, s, block: mark.block, path_speed: motion.v, tool_mm, heeds, ..*sample };
     *sample = named;
     let program = piece.curve.jet(local).map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
     let tip = Coords(program.map(|jet| jet.0[1])).linear_norm();

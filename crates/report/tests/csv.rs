@@ -5,7 +5,7 @@
 use lostmotion_axis::config::{AxisUnit, Interpolator};
 use lostmotion_axis::{AxisSample, Engagement, Reference, Setpoint};
 use lostmotion_base::{AxisId, AxisSet, BlockRef, Clock, Coords, Span};
-use lostmotion_plan::Sample;
+use lostmotion_plan::{Heeds, Sample};
 use lostmotion_report::ReadError;
 use lostmotion_report::csv::{AxisTraceWriter, PlanWriter, SetpointReader, SetpointSource, read_log};
 use proptest::prelude::*;
@@ -21,6 +21,8 @@ fn sample(tick: u64, x: f64, c: f64) -> Sample {
         segment: 0,
         s: 0.0,
         path_speed: 0.0,
+        feed_part: 0.0,
+        heeds: Heeds::Feed,
         tool_mm: [0.0; 3],
         block: BlockRef { span: Span { line: 7, ..Span::default() }, call_stack: 0 },
     }

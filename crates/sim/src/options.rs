@@ -22,6 +22,8 @@ pub struct SimulateOptions {
     pub tolerance_um: Option<f64>,
     /// Size of the cutting force on feed moves, N; the machine's own if none.
     pub cutting_force_n: Option<f64>,
+    /// Largest distance of the tool from its way between two commands that are joined by straight lines of the joints, um, that is not warned of; the machine's own if none.
+    pub bow_limit_um: Option<f64>,
     /// Threads; 0 takes one per core. The result does not depend on it.
     pub threads: usize,
     /// How many of the worst blocks a result lists.
@@ -62,6 +64,7 @@ impl Default for SimulateOptions {
         SimulateOptions {
             tolerance_um: None,
             cutting_force_n: None,
+            bow_limit_um: None,
             threads: 0,
             keep_blocks: 10,
             keep_reversals: 20,

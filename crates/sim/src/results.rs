@@ -186,6 +186,35 @@ pub struct PlanInfo {
     /// Size of the cutting force on feed moves, N.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub cutting_force_n: f64,
+    /// On machines whose joints do not go straight with the tool: how far it leaves its planned way between two commands if the drives join them by straight
+    /// lines of the joints, in the part's frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bow: Option<Straightness>,
+    /// How far a straight feed move with linear and rotary words, without tool-centre-point control, is from the straight line between its ends in the part's
+    /// frame; none where there is no such move.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unstraight: Option<Straightness>,
+}
+
+/// The largest distance of a way that is no straight line from another, and where.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Straightness {
+    /// Distance, um.
+    pub max_um: f64,
+    /// The block.
+    pub block: BlockRef,
+}
+
+impl PlanInfo {
+    /// A warning where the tool leaves its way between two commands by more than a limit, um.
+    pub fn bow_warning(&self, limit_um: f64) -> Option<String> {
+        let Straightness { max_um, block } = self.bow.filter(|bow| bow.max_um > limit_um)?;
+        let line = block.span.line;
+        Some(format!(
+            "line {line}: between two commands the tool bows by {max_um:.3} um from its way if the joints go straight (limit {limit_um} um); a shorter command cycle, a \
+             lower speed or a smoother interpolator help"
+        ))
+    }
 }
 
 fn is_zero(value: &f64) -> bool {

@@ -74,6 +74,25 @@ fn a_hold_shows_in_the_contour_error_and_chunks_make_no_difference() {
     assert!(whole.plan.command.max <= 10.0 + 1e-3, "{}", whole.plan.command.max);
 }
 
+/// Steady speeds on the blocks of a program that locks some of its feeds.
+#[test]
+fn who_heeds_an_override() {
+    let part = "G21 G90 G17 G61\nS600 M3\nG0 X20\nG1 X40 F1200\nM49\nG1 X60\nM48\nG1 X80\nM50 P0\nG1 X100\nM50 P1\nG33 X120 K2\nG95 G1 X140 F1.5\nM2\n";
+    let (source, machine) = (ProgramSource::from_bytes("part.ngc", part.as_bytes()), Machine::preset("bench3").expect("bench3"));
+    let mut samples: Vec<Sample> = Vec::new();
+    plan(&source, &machine, &options(&[(0.0, Action::Override(1.5)), (0.0, Action::Rapid(0.5))]), &mut |chunk| {
+        samples.extend_from_slice(chunk);
+        Ok(())
+    })
+    .expect("a plan");
+    let rapid = machine.axes()[0].limits.velocity;
+    // 20 mm/s are programmed, also by the lead of 2 mm at 600/min; 15 mm/s as feed per revolution.
+    for (line, speed) in [(3, 0.5 * rapid), (4, 30.0), (6, 20.0), (8, 30.0), (10, 20.0), (12, 20.0), (13, 22.5)] {
+        let fastest = samples.iter().filter(|sample| sample.block.span.line == line).map(|sample| sample.path_speed).fold(0.0, f64::max);
+        assert!((fastest / speed - 1.0).abs() < 0.01, "line {line}: {fastest} of {speed}");
+    }
+}
+
 #[test]
 fn nonsense_is_refused() {
     let (source, machine) = (ProgramSource::from_bytes("part.ngc", PART.as_bytes()), Machine::preset("bench3").expect("bench3"));

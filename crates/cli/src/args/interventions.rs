@@ -8,8 +8,8 @@ use lostmotion::sim::Intervention;
 /// Feed hold and the like.
 #[derive(Debug, Default, Args)]
 pub(crate) struct Interventions {
-    /// What the operator does at a time since the start: hold, resume, stop, or override:PERCENT (of the planned pace, up to 100); such as
-    /// 3.2s=hold; may be repeated
+    /// What the operator does at a time since the start: hold, resume, stop, override:PERCENT (of the feed, 0 to 200) or rapid:PERCENT (of rapid
+    /// moves, 0 to 100); such as 3.2s=hold; may be repeated
     #[arg(long, value_name = "TIME=ACTION")]
     pub(crate) at: Vec<String>,
 }
@@ -29,7 +29,10 @@ impl Interventions {
 fn intervention(word: &str) -> Result<Intervention, Failure> {
     let wrong = || {
         let hint = "for example: --at 3.2s=hold --at 4500ms=resume --at 7s=override:50 --at 9s=stop";
-        Failure::with_hint(format!("--at {word} is not a time in s or ms and hold, resume, stop or override:PERCENT"), hint)
+        Failure::with_hint(
+            format!("--at {word} is not a time in s or ms and hold, resume, stop, override:PERCENT (0 to 200) or rapid:PERCENT (0 to 100)"),
+            hint,
+        )
     };
     let (time, action) = word.split_once('=').ok_or_else(wrong)?;
     let (number, unit_s) = match time.strip_suffix("ms") {
@@ -42,7 +45,13 @@ fn intervention(word: &str) -> Result<Intervention, Failure> {
         "resume" => Action::Resume,
         "stop" => Action::Stop,
         other => {
-            Action::Override(0.01 * other.strip_prefix("override:").and_then(|percent| percent.parse::<f64>().ok()).ok_or_else(wrong)?)
+            let (what, percent) = other.split_once(':').ok_or_else(wrong)?;
+            let part = 0.01 * percent.trim().parse::<f64>().map_err(|_| wrong())?;
+            match what {
+                "override" => Action::Override(part),
+                "rapid" => Action::Rapid(part),
+                _ => return Err(wrong()),
+            }
         }
     };
     let good = at_s.is_finite() && at_s >= 0.0 && action.check().is_ok();

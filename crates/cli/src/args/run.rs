@@ -25,6 +25,9 @@ pub(crate) struct Run {
     /// Size of a cutting force in newton, against the tool's way through the part on every feed move; the machine's (mostly none), if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) cutting_force_n: Option<f64>,
+    /// Warn where the tool bows from its way between two commands by more than this, in micrometres; the machine's (mostly 5), if left out
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) bow_limit_um: Option<f64>,
     /// Form of the answer
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
@@ -95,6 +98,9 @@ pub(crate) struct Plan {
     /// How much trouble to take over the time
     #[arg(long, value_enum, default_value_t)]
     pub(crate) quality: Quality,
+    /// Warn where the tool bows from its way between two commands by more than this, in micrometres; the machine's (mostly 5), if left out
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) bow_limit_um: Option<f64>,
     /// CSV to write: t_s, a position per axis (x_mm ... c_deg), source line
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,

@@ -67,10 +67,11 @@ fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failu
     if run.threads == Some(0) {
         return Err(Failure::with_hint("--threads is 0", "leave it out to use all cores"));
     }
-    let (tolerance_um, cutting_force_n) = (run.tolerance_um, run.cutting_force_n);
+    let (tolerance_um, cutting_force_n, bow_limit_um) = (run.tolerance_um, run.cutting_force_n, run.bow_limit_um);
     let (quality, interventions) = (run.quality.of_planner(), run.interventions.read()?);
     let threads = run.threads.unwrap_or(0);
-    let options = SimulateOptions { tolerance_um, cutting_force_n, threads, quality, interventions, ..SimulateOptions::default() };
+    let options =
+        SimulateOptions { tolerance_um, cutting_force_n, bow_limit_um, threads, quality, interventions, ..SimulateOptions::default() };
     let options = run.on.options(&machine, options)?;
     Ok((program, machine, options))
 }

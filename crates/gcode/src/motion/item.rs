@@ -69,6 +69,8 @@ pub struct Motion {
     pub feed: Feed,
     /// In inverse time (G93): how long it is to take, s. The feed says the same.
     pub duration_s: Option<f64>,
+    /// Whether the operator's feed override changes it: not under M49 and M50 P0, nor in step with the spindle. A rapid move has an override of its own.
+    pub feed_override: bool,
     /// How it joins the next one.
     pub path: PathMode,
     /// Offset of the tool in force, mm and rad.

@@ -43,6 +43,8 @@ pub struct MotionFold {
     spindle_on: bool,
     /// G96: the speed is along the surface, and revolutions depend on the radius.
     surface_speed: bool,
+    /// M48 to M50.
+    feed_override: bool,
     control: PathControl,
     merge: f64,
     spline_tolerance_mm: f64,
@@ -64,6 +66,7 @@ impl MotionFold {
             spindle_speed: 0.0,
             spindle_on: false,
             surface_speed: false,
+            feed_override: true,
             control: PathControl::Continuous { tolerance: 0.0 },
             merge: 0.0,
             spline_tolerance_mm: SPLINE_TOLERANCE_MM,
@@ -163,6 +166,7 @@ impl MotionFold {
             bend: None,
             feed,
             duration_s: per_minute.map(|per_minute| 60.0 / per_minute),
+            feed_override: self.feed_override && self.pitch_mm.is_none(),
             path: self.path(),
             tool_offset: self.tool,
             origin: self.machine(&[0.0; 9]),

@@ -24,6 +24,7 @@ impl MotionFold {
             }
             CanonicalOp::StartSpeedFeedSync(pitch) => self.pitch_mm = Some(*pitch * self.units.mm()),
             CanonicalOp::StopSpeedFeedSync => self.pitch_mm = None,
+            CanonicalOp::FeedOverride(on) => self.feed_override = *on,
             CanonicalOp::SetFeedMode { per_revolution } => self.per_revolution = *per_revolution,
             CanonicalOp::SetSpindleSpeed { spindle: 0, speed } => self.spindle_speed = *speed,
             CanonicalOp::SetSpindleMode { spindle: 0, highest } => self.surface_speed = *highest > 0.0,

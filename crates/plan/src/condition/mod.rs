@@ -213,5 +213,6 @@ fn emit(knots: &[Knot], chords: &[Chord], out: &mut Vec<Step>) {
 /// The piece that a blend makes.
 fn join(blend: &Blend, before: &Programmed, next: &Programmed) -> Piece {
     let marks = [before.mark(0.0, before.length - blend.half), next.mark(blend.half, 0.0)];
-    Piece { curve: blend.quintic.into(), marks, feed: before.feed.min(next.feed), tool_mm: next.tool_mm }
+    let heeds = before.heeds.max(next.heeds);
+    Piece { curve: blend.quintic.into(), marks, feed: before.feed.min(next.feed), heeds, tool_mm: next.tool_mm }
 }

@@ -1,5 +1,6 @@
 //! What the conditioned path is made of.
 
+use crate::Heeds;
 use lostmotion_base::BlockRef;
 use lostmotion_path::Curve;
 
@@ -24,6 +25,7 @@ pub(crate) struct Piece {
     pub(crate) marks: [Mark; 2],
     /// Largest speed of the parameter that the feed allows where the tip moves at unit speed, 1/s.
     pub(crate) feed: f64,
+    pub(crate) heeds: Heeds,
     pub(crate) tool_mm: [f64; 3],
 }
 
@@ -60,6 +62,7 @@ pub(crate) struct Programmed {
     pub(crate) length: f64,
     /// Largest speed of the parameter, 1/s.
     pub(crate) feed: f64,
+    pub(crate) heeds: Heeds,
     pub(crate) control: crate::PathControl,
     pub(crate) tool_mm: [f64; 3],
     pub(crate) segment: u64,
@@ -74,6 +77,6 @@ impl Programmed {
     /// The part from `s0` to `s1` as a piece.
     pub(crate) fn part(&self, s0: f64, s1: f64) -> Piece {
         let curve = if s0 <= 0.0 && s1 >= self.length { self.curve } else { self.curve.sub(s0, s1) };
-        Piece { curve, marks: [self.mark(0.0, s0); 2], feed: self.feed, tool_mm: self.tool_mm }
+        Piece { curve, marks: [self.mark(0.0, s0); 2], feed: self.feed, heeds: self.heeds, tool_mm: self.tool_mm }
     }
 }

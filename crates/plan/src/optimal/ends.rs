@@ -4,7 +4,7 @@ use super::banded::Banded;
 
 /// How a window meets what is around it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum End {
+pub(crate) enum End {
     /// In a given state of motion: two coefficients stay as they are.
     #[default]
     Moving,

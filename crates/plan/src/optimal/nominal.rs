@@ -11,18 +11,9 @@ const STILL: f64 = 1e-9;
 /// nothing else would bound its jerk.
 const SWIFTEST_S: f64 = 4e-3;
 
-/// The nominal motion at one step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Point {
-    pub(crate) sample: Sample,
-    /// Path speed as a part of what the feed allows.
-    pub(crate) feed_part: f64,
-}
-
-impl Point {
-    fn rests(&self) -> bool {
-        self.sample.velocity == Coords::ZERO && self.sample.acceleration == Coords::ZERO
-    }
+/// Whether the nominal motion rests.
+fn rests(point: &Sample) -> bool {
+    point.velocity == Coords::ZERO && point.acceleration == Coords::ZERO
 }
 
 /// A joint with its limits of velocity, acceleration and jerk.
@@ -42,7 +33,7 @@ pub(super) fn joints(limits: &[Option<AxisLimits>; AXES], parts: [f64; 3]) -> Ve
 }
 
 /// Makes the limits of beta between each two of the points. `room` scales those of acceleration and jerk by interval.
-pub(super) fn limits(points: &[Point], joints: &[Joint], step_s: f64, room: &[[f64; 2]], ends: [End; 2]) -> Problem {
+pub(super) fn limits(points: &[Sample], joints: &[Joint], step_s: f64, room: &[[f64; 2]], ends: [End; 2]) -> Problem {
     let moving: Vec<Joint> = joints.iter().filter(|joint| moves(points, joint)).copied().collect();
     let intervals = points.len().saturating_sub(1);
     let mut problem = Problem {
@@ -56,11 +47,11 @@ pub(super) fn limits(points: &[Point], joints: &[Joint], step_s: f64, room: &[[f
     for (pair, room) in points.windows(2).zip(room) {
         let (a, b) = (&pair[0], &pair[1]);
         // Where the nominal motion waits, it waits as long as it should.
-        let waiting = if a.rests() && b.rests() { 1.0 } else { 0.0 };
+        let waiting = if rests(a) && rests(b) { 1.0 } else { 0.0 };
         let mut fastest = a.feed_part.max(b.feed_part).max(waiting);
         for Joint { index, limits } in &moving {
-            let [v, w] = [a, b].map(|point| point.sample.velocity.0[*index]);
-            let [c, d] = [a, b].map(|point| point.sample.acceleration.0[*index]);
+            let [v, w] = [a, b].map(|point| point.velocity.0[*index]);
+            let [c, d] = [a, b].map(|point| point.acceleration.0[*index]);
             fastest = fastest.max(v.abs().max(w.abs()) / limits[0]);
             let middle = [0.5 * (v + w) - (d - c) * step_s / 8.0, 0.5 * (c + d), (d - c) / step_s];
             problem.rows.push(derivatives.rows(middle, [limits[1] * room[0], limits[2] * room[1]]));
@@ -91,9 +82,9 @@ impl Stencil {
     }
 }
 
-fn moves(points: &[Point], joint: &Joint) -> bool {
+fn moves(points: &[Sample], joint: &Joint) -> bool {
     points.iter().any(|point| {
-        let (v, a) = (point.sample.velocity.0[joint.index], point.sample.acceleration.0[joint.index]);
+        let (v, a) = (point.velocity.0[joint.index], point.acceleration.0[joint.index]);
         v.abs() > STILL * joint.limits[0] || a.abs() > STILL * joint.limits[1]
     })
 }

@@ -1,6 +1,7 @@
 //! Looks at samples from the outside, and takes room away where a joint passes its limits.
 
-use crate::{PlannerConfig, Sample};
+use super::trial::Placed;
+use crate::PlannerConfig;
 use lostmotion_base::Coords;
 
 /// Differences reach over so many samples.
@@ -15,7 +16,7 @@ pub(super) type Excess = Vec<(usize, [f64; 2])>;
 
 /// Holds differences of the samples against the joints' limits.
 #[derive(Clone, Debug)]
-pub(super) struct Judge {
+pub(crate) struct Judge {
     /// By joint: index, limits of acceleration and jerk times the second and third power of the period.
     joints: Vec<(usize, [f64; 2])>,
     /// The last positions that were given out.
@@ -23,7 +24,7 @@ pub(super) struct Judge {
 }
 
 impl Judge {
-    pub(super) fn new(config: &PlannerConfig) -> Judge {
+    pub(crate) fn new(config: &PlannerConfig) -> Judge {
         let period = config.clock.period_s();
         let joint = |(index, limits): (usize, &Option<lostmotion_base::AxisLimits>)| {
             limits.map(|l| (index, [l.acceleration * period * period, l.jerk * period * period * period]))
@@ -33,12 +34,12 @@ impl Judge {
 
     /// The intervals, out of so many, around what passes a limit, each with the part of its limits of acceleration and jerk that is left
     /// to it.
-    pub(super) fn excess(&self, batch: &[(usize, Sample)], intervals: usize) -> Excess {
-        let Some((_, first)) = batch.first() else { return Vec::new() };
+    pub(super) fn excess(&self, batch: &[Placed], intervals: usize) -> Excess {
+        let Some(Placed { sample: first, .. }) = batch.first() else { return Vec::new() };
         let before = if self.before.is_empty() { vec![first.position; REACH - 1] } else { self.before.clone() };
         let lead = before.len();
-        let place = |index: usize| if index < lead { &before[index] } else { &batch[index - lead].1.position };
-        let interval = |index: usize| batch[index.saturating_sub(lead).min(batch.len() - 1)].0;
+        let place = |index: usize| if index < lead { &before[index] } else { &batch[index - lead].sample.position };
+        let interval = |index: usize| batch[index.saturating_sub(lead).min(batch.len() - 1)].interval;
         let mut scales = vec![[1.0_f64; 2]; intervals];
         for end in REACH - 1..lead + batch.len() {
             let points = [3, 2, 1, 0].map(|back| place(end - back));
@@ -64,14 +65,24 @@ impl Judge {
     }
 
     /// Takes note of what is given out.
-    pub(super) fn pass(&mut self, batch: &[(usize, Sample)]) {
+    pub(super) fn pass(&mut self, batch: &[Placed]) {
         if self.before.is_empty()
-            && let Some((_, first)) = batch.first()
+            && let Some(Placed { sample: first, .. }) = batch.first()
         {
             self.before = vec![first.position; REACH - 1];
         }
-        self.before.extend(batch.iter().rev().take(REACH - 1).rev().map(|(_, sample)| sample.position));
+        self.before.extend(batch.iter().rev().take(REACH - 1).rev().map(|placed| placed.sample.position));
         let excess = self.before.len().saturating_sub(REACH - 1);
         self.before.drain(..excess);
+    }
+
+    /// Whether positions at even times keep the limits but for a part.
+    pub(crate) fn keep(&self, positions: &[Coords], part: f64) -> bool {
+        positions.windows(REACH).all(|p| self.parts([&p[0], &p[1], &p[2], &p[3]]).into_iter().all(|reached| reached <= 1.0 + part))
+    }
+
+    /// Takes over the last positions of what was given out elsewhere.
+    pub(super) fn follow(&mut self, before: Vec<Coords>) {
+        self.before = before;
     }
 }

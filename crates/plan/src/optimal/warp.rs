@@ -1,6 +1,6 @@
 //! From beta over nominal time to samples at even steps of real time.
 
-use super::nominal::Point;
+use super::trial::Placed;
 use crate::Sample;
 use lostmotion_base::{AXES, Coords};
 
@@ -59,15 +59,16 @@ pub(super) struct Walk {
 
 impl Walk {
     /// Adds the samples, each with its interval, within the nominal intervals between the points, over which the coefficients `x` give beta.
-    pub(super) fn go(&mut self, points: &[Point], step_s: f64, x: &[f64], out: &mut Vec<(usize, Sample)>) {
+    pub(super) fn go(&mut self, points: &[Sample], step_s: f64, x: &[f64], out: &mut Vec<Placed>) {
         for (interval, (pair, x)) in points.windows(2).zip(x.windows(3)).enumerate() {
             let beta = Beta::over(x);
             let stretch = GAUSS.iter().map(|(at, weight)| weight / beta.at(*at).sqrt()).sum::<f64>();
             let whole = step_s * stretch;
             while self.ahead_s < whole {
                 let part = beta.part(self.ahead_s / whole, stretch);
-                let ends = [&pair[0].sample, &pair[1].sample];
-                out.push((interval, between(ends, step_s, part, [beta.at(part).sqrt(), 0.5 * beta.slope(part) / step_s])));
+                let ends = [&pair[0], &pair[1]];
+                let pace = [beta.at(part).sqrt(), 0.5 * beta.slope(part) / step_s];
+                out.push(Placed { interval, part, pace, sample: between(ends, step_s, part, pace) });
                 self.ahead_s += self.period_s;
             }
             self.ahead_s -= whole;
@@ -93,6 +94,7 @@ pub(crate) fn between([a, b]: [&Sample; 2], step_s: f64, part: f64, [pace, chang
         velocity: Coords(velocity.map(|v| v * pace)),
         acceleration: Coords(std::array::from_fn(|k| acceleration[k] * pace * pace + velocity[k] * change)),
         path_speed: speed * pace,
+        feed_part: (a.feed_part + (b.feed_part - a.feed_part) * part) * pace,
         s,
         ..*near
     }

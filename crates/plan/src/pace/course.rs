@@ -1,13 +1,15 @@
 //! The planned motion by its own time, as far as it is known.
 
 use super::ramp::State;
-use crate::Sample;
 use crate::optimal::between;
+use crate::{Heeds, Sample};
 use lostmotion_base::{AXES, AxisLimits, Coords};
 use std::collections::VecDeque;
 
 /// Joints slower than this part of their limits do not count.
 const STILL: f64 = 1e-9;
+/// The plan is known for so many times longer than the slowest joint takes to stop.
+const AHEAD: f64 = 10.0;
 
 /// Limits of a joint: velocity, acceleration, jerk, by index.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +48,8 @@ pub(super) struct Course {
     samples: VecDeque<Sample>,
     /// Step of the first sample held.
     first: u64,
+    /// Steps from which on another override counts, with that override.
+    kinds: VecDeque<(u64, Heeds)>,
     pub(super) step_s: f64,
     pub(super) complete: bool,
 }
@@ -55,7 +59,7 @@ impl Course {
         let joint =
             |(index, limits): (usize, &Option<AxisLimits>)| limits.map(|l| Joint { index, limits: [l.velocity, l.acceleration, l.jerk] });
         let joints = limits.iter().enumerate().filter_map(joint).collect();
-        Course { joints, samples: VecDeque::new(), first: 0, step_s, complete: false }
+        Course { joints, samples: VecDeque::new(), first: 0, kinds: VecDeque::new(), step_s, complete: false }
     }
 
     /// How long the slowest joint takes to stop, s.
@@ -68,8 +72,23 @@ impl Course {
         self.joints.iter().map(|Joint { limits: [v, _, j], .. }| j / v).fold(f64::INFINITY, f64::min)
     }
 
+    /// How far the plan is looked at ahead of the motion, in steps.
+    pub(super) fn far(&self) -> usize {
+        (AHEAD * self.stop_s() / self.step_s).ceil() as usize
+    }
+
     pub(super) fn push(&mut self, sample: Sample) {
+        if self.kinds.back().is_none_or(|(_, last)| *last != sample.heeds) {
+            self.kinds.push_back((self.first + self.samples.len() as u64, sample.heeds));
+        }
         self.samples.push_back(sample);
+    }
+
+    /// The overrides that count at a place and ahead of it, as far as the plan is looked at, in order.
+    pub(super) fn kinds(&self, sigma: f64) -> impl Iterator<Item = Heeds> + '_ {
+        let far = sigma + self.far() as f64;
+        let begun = self.kinds.partition_point(|(step, _)| *step as f64 <= sigma).saturating_sub(1);
+        self.kinds.iter().skip(begun).take_while(move |(step, _)| *step as f64 <= far).map(|(_, kind)| *kind)
     }
 
     /// The last step known; none before the first sample.
@@ -82,6 +101,9 @@ impl Course {
         while self.samples.len() > 4 && (self.first + 3) as f64 <= sigma {
             self.samples.pop_front();
             self.first += 1;
+        }
+        while self.kinds.get(1).is_some_and(|(step, _)| *step <= self.first) {
+            self.kinds.pop_front();
         }
     }
 
@@ -102,6 +124,12 @@ impl Course {
             (Some(a), None) => rests(a),
             _ => true,
         }
+    }
+
+    /// Whether the plan has neither speed nor acceleration at a place.
+    pub(super) fn stands(&self, sigma: f64) -> bool {
+        let sample = self.sample(&State { sigma, w: 1.0, u: 0.0 });
+        sample.is_some_and(|sample| sample.velocity == Coords::ZERO && sample.acceleration == Coords::ZERO)
     }
 
     /// The derivatives of the joints at a place.

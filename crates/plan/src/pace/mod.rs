@@ -5,58 +5,32 @@
 //! the shortest time that every joint's velocity, acceleration and jerk allow; [`aim`] finds a place where that can be done, at the latest where the plan
 //! itself rests.
 
+mod action;
 mod aim;
+mod choose;
 mod course;
 mod ramp;
+mod retimed;
+
+pub use action::Action;
 
 use crate::{PlanError, PlannerConfig, Sample};
-use aim::{Aim, REACHED, aim};
+use action::Asked;
+use aim::Aim;
 use course::Course;
-use lostmotion_base::{Clock, Tick};
+use lostmotion_base::{Clock, Coords, Tick};
 use ramp::{Ramp, State};
+use retimed::{MOST_PACE, Retimed};
 
 /// Longest step of the plan that is gone along, ns.
 const FINEST_NS: u64 = 500_000;
-/// The plan is known for so many times longer than the slowest joint takes to stop.
-const AHEAD: f64 = 4.0;
-/// Command cycles from one attempt to get nearer to the pace asked for to the next: at first, and at last.
-const SOON: u32 = 2;
-const LATE: u32 = 64;
-
-/// What an operator does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Action {
-    /// Comes to rest on the path as fast as the limits allow, and waits.
-    Hold,
-    /// Goes on.
-    Resume,
-    /// Comes to rest in the same way, for good.
-    Stop,
-    /// Pace of the motion as a part of the planned one, above 0 and up to 1.
-    Override(f64),
-}
-
-impl Action {
-    /// Checks it.
-    ///
-    /// # Errors
-    /// An override that is not above 0 and at most 1.
-    pub fn check(self) -> Result<(), PlanError> {
-        match self {
-            Action::Override(value) if !(value > 0.0 && value <= 1.0) => {
-                Err(PlanError::Setting { what: "feed override", value, condition: "above 0 and at most 1" })
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
 /// Makes samples of a plan at the pace that is asked for.
 ///
 /// Fed with the samples of a planner whose clock is [`Pacer::plan_clock`], it gives out samples at the command cycle. As long as nothing is
 /// asked for they are the plan's own to the bit.
 #[derive(Clone, Debug)]
 pub struct Pacer {
+    config: PlannerConfig,
     course: Course,
     /// Steps of the plan in a command cycle.
     steps: f64,
@@ -66,14 +40,18 @@ pub struct Pacer {
     ramp: Option<(Ramp, f64)>,
     /// A change that begins after so many cycles.
     next: Option<Aim>,
-    /// Pace asked for while nothing holds the motion.
-    pace: f64,
+    /// A pace that changes all along, where one is asked for.
+    retimed: Option<Box<Retimed>>,
+    /// Overrides in force while nothing holds the motion.
+    asked: Asked,
     held: bool,
     stopping: bool,
     /// Cycles until the next attempt, and between the last two.
     patience: u32,
     delay: u32,
     tick: Tick,
+    /// The last positions given out, the latest last.
+    past: [Coords; 4],
     over: bool,
 }
 
@@ -93,18 +71,21 @@ impl Pacer {
         config.check()?;
         let step_s = Pacer::plan_clock(config).period_s();
         Ok(Pacer {
+            config: config.clone(),
             course: Course::new(&config.limits, step_s),
             steps: (config.clock.period_ns() / Pacer::plan_clock(config).period_ns()) as f64,
             period_s: config.clock.period_s(),
             state: State { sigma: 0.0, w: 1.0, u: 0.0 },
             ramp: None,
             next: None,
-            pace: 1.0,
+            retimed: None,
+            asked: Asked { feed: 1.0, rapid: 1.0 },
             held: false,
             stopping: false,
             patience: 0,
             delay: 0,
             tick: 0,
+            past: [Coords::ZERO; 4],
             over: false,
         })
     }
@@ -112,14 +93,15 @@ impl Pacer {
     /// Does something from the next sample on.
     ///
     /// # Errors
-    /// An override that is not above 0 and at most 1.
+    /// An override out of its range.
     pub fn act(&mut self, action: Action) -> Result<(), PlanError> {
         action.check()?;
         match action {
             Action::Hold => self.held = true,
             Action::Resume => self.held = false,
             Action::Stop => self.stopping = true,
-            Action::Override(part) => self.pace = part,
+            Action::Override(part) => self.asked.feed = part,
+            Action::Rapid(part) => self.asked.rapid = part,
         }
         self.next = None;
         (self.patience, self.delay) = (0, 0);
@@ -138,18 +120,19 @@ impl Pacer {
 
     /// Whether the motion rests because it is held.
     pub fn is_held(&self) -> bool {
-        self.held && self.ramp.is_none() && self.state.w == 0.0
+        (self.held || self.asked.rests(self.here())) && self.ramp.is_none() && self.state.w == 0.0
     }
 
     /// The next sample; none while more of the plan has to be known, or at the end.
     pub fn take(&mut self) -> Option<Sample> {
         let end = self.course.end()?;
-        let far = AHEAD * self.course.stop_s() / self.course.step_s;
-        if self.over || (!self.course.complete && end < self.state.sigma + far + self.steps) {
+        if self.over || (!self.course.complete && end < self.state.sigma + self.course.far() as f64 + MOST_PACE * self.steps) {
             return None;
         }
         let sample = Sample { tick: self.tick, ..self.course.sample(&self.state)? };
         self.tick += 1;
+        let [_, past @ ..] = if sample.tick == 0 { [sample.position; 4] } else { self.past };
+        self.past = [past[0], past[1], past[2], sample.position];
         let rests = self.state.w == 0.0 || self.course.rests(self.state.sigma);
         if self.stopping && self.ramp.is_none() && rests || self.course.complete && self.state.sigma >= end {
             self.over = true;
@@ -161,43 +144,11 @@ impl Pacer {
         Some(sample)
     }
 
-    /// The pace asked for.
-    fn wanted(&self) -> f64 {
-        if self.held || self.stopping { 0.0 } else { self.pace }
-    }
-
-    /// Decides on a change of pace.
-    fn choose(&mut self) {
-        if let Some(aim) = &mut self.next {
-            if aim.wait > 0 {
-                aim.wait -= 1;
-                return;
-            }
-            self.ramp = self.next.take().map(|aim| (aim.ramp, 0.0));
-            return;
-        }
-        let goal = self.ramp.as_ref().map_or(self.state.w, |(ramp, _)| ramp.end.w);
-        if (goal - self.wanted()).abs() <= REACHED {
-            return;
-        }
-        if self.patience > 0 {
-            self.patience -= 1;
-            return;
-        }
-        self.delay = (2 * self.delay).clamp(SOON, LATE);
-        self.patience = self.delay;
-        let after = |cycles: u32| self.after(f64::from(cycles));
-        if let Some(found) = aim(&self.course, self.wanted(), self.period_s, &after) {
-            if found.wait == 0 {
-                self.ramp = Some((found.ramp, 0.0));
-            } else {
-                self.next = Some(Aim { wait: found.wait - 1, ..found });
-            }
-        }
-    }
-
     /// The state after so many cycles as things are.
     fn after(&self, cycles: f64) -> Option<State> {
+        if let Some(retimed) = &self.retimed {
+            return (cycles as usize).checked_sub(1).map_or(Some(self.state), |cycle| retimed.ready(cycle));
+        }
         let (mut state, mut left_s) = (self.state, cycles * self.period_s);
         if let Some((ramp, gone_s)) = &self.ramp {
             let (at, over) = ramp.at(gone_s + left_s, self.course.step_s);
@@ -227,6 +178,11 @@ impl Pacer {
     }
 
     fn advance(&mut self) {
+        if let Some(retimed) = &mut self.retimed {
+            let end = || State { sigma: self.course.end().unwrap_or_default(), w: 1.0, u: 0.0 };
+            self.state = retimed.next(&self.course).unwrap_or_else(end);
+            return;
+        }
         let Some(state) = self.after(1.0) else { return };
         self.state = state;
         if let Some((ramp, gone_s)) = &mut self.ramp {

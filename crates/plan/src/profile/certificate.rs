@@ -180,7 +180,7 @@ mod tests {
         let Move { control, tool_mm, block, .. } =
             Move { curve, feed: FeedLimit::Rapid, control: PathControl::ExactPath, tool_mm: [0.0; 3], block: BlockRef::default() };
         let length = curve.length();
-        Programmed { curve, length, feed: 200.0, control, tool_mm, segment: 0, block }.part(0.0, length)
+        Programmed { curve, length, feed: 200.0, heeds: crate::Heeds::Feed, control, tool_mm, segment: 0, block }.part(0.0, length)
     }
 
     fn curves() -> Vec<Curve> {

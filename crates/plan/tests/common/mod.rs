@@ -2,6 +2,7 @@
 #![allow(dead_code, clippy::unwrap_used)]
 
 pub(crate) mod generate;
+pub(crate) mod paced;
 
 use lostmotion_base::{AxisLimits, BlockRef, Coords, math};
 use lostmotion_kinematics::{Kinematics, KinematicsSpec, build};

@@ -10,6 +10,7 @@ mod table;
 mod time;
 
 pub use comparison::{Harm, comparison, harm};
+pub use parts::straightness;
 pub use simulation::simulation;
 pub use table::{Align, Cell, Table};
 pub use time::time;

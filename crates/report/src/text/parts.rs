@@ -1,7 +1,7 @@
 //! Pieces that both kinds of result share.
 
 use super::table::{Align, Cell, Table};
-use crate::number::{duration, fixed, plain};
+use crate::number::{duration, error, fixed, plain};
 use lostmotion_base::BlockRef;
 use lostmotion_sim::results::{Cause, ErrorStats, PlanInfo, ProgramInfo};
 
@@ -24,7 +24,35 @@ pub(super) fn program(program: &ProgramInfo, plan: &PlanInfo) -> String {
     if plan.cutting_force_n > 0.0 {
         out.push_str(&format!("cutting force: {} N against every feed move\n", plain(plan.cutting_force_n)));
     }
+    out.push_str(&straightness(plan));
     out
+}
+
+/// What is less does not count, um.
+const SHOWN_UM: f64 = 1e-3;
+
+/// How straight the tool goes, on machines where that is a question: up to two lines.
+pub fn straightness(plan: &PlanInfo) -> String {
+    let mut out = String::new();
+    if let Some(bow) = plan.bow.filter(|bow| bow.max_um >= SHOWN_UM) {
+        out.push_str(&format!(
+            "between two commands: tool off its way by at most {} um with joints that go straight, {}\n",
+            error(bow.max_um),
+            at(&bow.block)
+        ));
+    }
+    if let Some(block) = plan.unstraight {
+        out.push_str(&format!(
+            "straight blocks with rotary words: tool off the straight line by at most {} um, {}\n",
+            error(block.max_um),
+            at(&block.block)
+        ));
+    }
+    out
+}
+
+fn at(block: &BlockRef) -> String {
+    format!("line {}", line(block))
 }
 
 /// Warnings of the front end, at most `limit`.

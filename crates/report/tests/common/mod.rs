@@ -87,7 +87,15 @@ fn program() -> ProgramInfo {
 }
 
 fn plan() -> PlanInfo {
-    PlanInfo { duration_s: 12.345_678_9, cutting_mm: 207.079_632, rapid_mm: 50.0, command: ErrorStats::default(), cutting_force_n: 0.0 }
+    PlanInfo {
+        duration_s: 12.345_678_9,
+        cutting_mm: 207.079_632,
+        rapid_mm: 50.0,
+        command: ErrorStats::default(),
+        cutting_force_n: 0.0,
+        bow: None,
+        unstraight: None,
+    }
 }
 
 /// A run on a worn mill.

@@ -124,6 +124,7 @@ pub(super) fn general(document: &Document<'_>, general: &General, axes: &[Machin
     range("planner.exact_path_tolerance_mm", general.planner.exact_path_tolerance_mm, 1e-6, 1.0);
     range("planner.exact_path_angle_deg", general.planner.exact_path_angle_deg, 0.0, 10.0);
     range("simulate.tolerance_um", general.simulate.tolerance_um, 1e-3, 1e6);
+    range("simulate.bow_limit_um", general.simulate.bow_limit_um, 1e-3, 1e6);
     range("simulate.cutting_force_n", general.simulate.cutting_force_n, 0.0, 1e6);
     for (index, tool) in general.tool.iter().enumerate() {
         range(&format!("tool[{index}].length_mm"), tool.length_mm, 0.0, 1e4);

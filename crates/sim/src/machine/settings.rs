@@ -136,10 +136,12 @@ pub struct SimulateSettings {
     /// Size of the cutting force, N: on every feed move, against the tool's way through the part. 0: none.
     #[serde(skip_serializing_if = "is_zero")]
     pub cutting_force_n: f64,
+    /// How far the tool may be off its way between two commands that are joined by straight lines of the joints before there is a warning, um.
+    pub bow_limit_um: f64,
 }
 
 impl Default for SimulateSettings {
     fn default() -> SimulateSettings {
-        SimulateSettings { tolerance_um: 20.0, cutting_force_n: 0.0 }
+        SimulateSettings { tolerance_um: 20.0, cutting_force_n: 0.0, bow_limit_um: 5.0 }
     }
 }

@@ -182,6 +182,9 @@ fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
     if let Some(force) = options.cutting_force_n.filter(|force| !(0.0..=LARGEST_N).contains(force)) {
         return Err(SimError::Option { what: "the cutting force in N", value: force, condition: "a number from 0 to 1e6" });
     }
+    if let Some(limit_um) = options.bow_limit_um {
+        positive("the limit of the tool's bow in um", limit_um)?;
+    }
     positive("the window after a reversal in s", options.reversal_window_s)?;
     positive("the longest duration in s", options.max_duration_s)?;
     positive("the tolerance of splines in mm", options.spline_tolerance_mm)?;

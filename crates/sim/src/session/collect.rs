@@ -33,15 +33,21 @@ pub(crate) fn comparison(
     let rows = results.iter_mut().flat_map(|result| &mut result.worst_blocks).map(|row| (row.block, &mut row.text));
     super::text::fill(source, &checked.files, rows.collect());
     note_harm(&mut results);
+    let mut program = checked.program;
+    let PlanInfo { bow, unstraight, .. } = tally.straightness;
+    let limit_um = options.bow_limit_um.unwrap_or(machine.simulate().bow_limit_um);
+    program.warnings.extend(tally.straightness.bow_warning(limit_um));
     Comparison {
         schema: SCHEMA_VERSION,
-        program: checked.program,
+        program,
         machine: machine.name().to_owned(),
         tolerance_um,
         plan: PlanInfo {
             duration_s: tally.cycles.command().seconds(tally.samples),
             command: rows::stats(&tally.command, UM_PER_MM),
             cutting_force_n: options.cutting_force_n.unwrap_or(machine.simulate().cutting_force_n),
+            bow,
+            unstraight,
             ..checked.plan
         },
         without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].cutting, UM_PER_MM),

@@ -78,7 +78,20 @@ mod tests {
 
     fn sample(position: Coords, velocity: Coords) -> Sample {
         let (acceleration, block) = (Coords::ZERO, BlockRef::default());
-        Sample { tick: 0, position, velocity, acceleration, segment: 0, s: 0.0, path_speed: 1.0, tool_mm: [0.0, 0.0, 80.0], block }
+        let (feed_part, heeds) = (1.0, lostmotion_plan::Heeds::Feed);
+        Sample {
+            tick: 0,
+            position,
+            velocity,
+            acceleration,
+            segment: 0,
+            s: 0.0,
+            path_speed: 1.0,
+            feed_part,
+            heeds,
+            tool_mm: [0.0, 0.0, 80.0],
+            block,
+        }
     }
 
     fn cutting(machine: &str, force_n: f64) -> (Cutting, Box<dyn Kinematics>) {

@@ -1,5 +1,6 @@
 //! The second pass: program in, samples of the plan out, with the programmed segments that they lie on.
 
+use super::bow::Bows;
 use super::check::{planner_config, with_provenance};
 use super::lower::lower;
 use super::modes::Modes;
@@ -8,6 +9,7 @@ use super::reader::{Read, Reader};
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
+use crate::results::PlanInfo;
 use crate::source::ProgramSource;
 use crate::time::what_if::Change;
 use lostmotion_base::{BlockRef, Coords, Tick};
@@ -36,6 +38,7 @@ pub(crate) struct Feed {
     planner: Planner,
     config: PlannerConfig,
     paced: Option<Paced>,
+    bows: Option<Bows>,
     modes: Modes,
     /// The first move in other coordinates, which begins when the planner has come to rest.
     held: Option<Read>,
@@ -71,6 +74,7 @@ impl Feed {
         if paced.is_some() {
             config.clock = Pacer::plan_clock(&config);
         }
+        let bows = Bows::new(modes.kinematics(true), machine.cycles().command().period_s());
         let tip = machine.kinematics().tip_control() == TipControl::Always || modes.kinematics(true).orientation().is_none();
         modes.begin(0, tip);
         let kinematics = Arc::clone(modes.kinematics(tip));
@@ -83,6 +87,7 @@ impl Feed {
             planner: Planner::new(config.clone(), kinematics, start)?,
             config,
             paced,
+            bows,
             modes,
             held: None,
             before: (0, 0),
@@ -98,13 +103,16 @@ impl Feed {
     /// The next samples, at most so many, none at the end; and the segments that were read on the way.
     pub(crate) fn chunk(&mut self, most: usize, samples: &mut Vec<Sample>, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
         samples.clear();
-        let Some(mut paced) = self.paced.take() else {
-            self.plan(most, samples, segments)?;
-            self.last = samples.last().copied().or(self.last);
-            return Ok(());
+        let result = if let Some(mut paced) = self.paced.take() {
+            let result = paced.take(most, samples, |plan| self.plan(AT_ONCE, plan, segments));
+            self.paced = Some(paced);
+            result
+        } else {
+            self.plan(most, samples, segments)
         };
-        let result = paced.take(most, samples, |plan| self.plan(AT_ONCE, plan, segments));
-        self.paced = Some(paced);
+        if let Some(bows) = &mut self.bows {
+            bows.samples(samples);
+        }
         self.last = samples.last().copied().or(self.last);
         result
     }
@@ -159,6 +167,9 @@ impl Feed {
         let Some(item) = item.map(|item| self.change.of_item(item)) else { return Ok(()) };
         self.planner.push(item)?;
         if let PlanItem::Move(item) = item {
+            if let Some(bows) = self.bows.as_mut().filter(|_| !read.tip) {
+                bows.plain(&item);
+            }
             segments.push(ProgrammedSegment {
                 index: self.segments,
                 curve: item.curve,
@@ -201,6 +212,13 @@ impl Feed {
         self.planner = Planner::new(self.config.clone(), Arc::clone(kinematics), start)?;
         self.before = (self.given, self.segments);
         Ok(())
+    }
+
+    /// Tells how straight the tool goes.
+    pub(crate) fn tell(&self, plan: &mut PlanInfo) {
+        if let Some(bows) = &self.bows {
+            bows.tell(plan);
+        }
     }
 
     /// The last sample given out.

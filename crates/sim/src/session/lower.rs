@@ -34,6 +34,11 @@ fn lower_move(motion: &Motion) -> Result<Move, SimError> {
         // The parameter of a curve on which only rotary axes move is in degrees.
         (Feed::RadPerMin(feed), None) => FeedLimit::PerSecond(deg(feed) / MINUTE),
     };
+    let feed = match feed {
+        FeedLimit::PerSecond(feed) if !motion.feed_override => FeedLimit::Fixed(feed),
+        FeedLimit::Duration(seconds) if !motion.feed_override => FeedLimit::Fixed(curve.length() / seconds),
+        other => other,
+    };
     let control = match motion.path {
         PathMode::ExactPath => PathControl::ExactPath,
         PathMode::ExactStop => PathControl::ExactStop,

@@ -5,6 +5,7 @@
 //! feed     read again: motion -> moves -> samples, segments     (feed.rs, steer.rs, modes.rs)
 //! paced    samples at another pace: hold, override, stop          (paced.rs)
 //! cutting  samples -> forces on the loads                       (cutting.rs)
+//! bow      samples, moves -> how far the tool is off where joints go straight (bow.rs)
 //! bank     samples -> load positions, every axis, every variant (bank.rs)
 //! frame    servo ticks paired with the commands they answer to  (frame.rs)
 //! recorder load positions -> contour errors, added up           (recorder.rs)
@@ -12,6 +13,7 @@
 //! ```
 
 mod bank;
+mod bow;
 mod check;
 mod collect;
 mod cutting;
@@ -125,7 +127,9 @@ pub fn plan_with_path(
         segments.clear();
         feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
         if samples.is_empty() {
-            return Ok(PlanInfo { duration_s: command.seconds(count), ..checked.plan });
+            let mut plan = PlanInfo { duration_s: command.seconds(count), ..checked.plan };
+            feed.tell(&mut plan);
+            return Ok(plan);
         }
         count += samples.len() as u64;
         if command.seconds(count) > options.max_duration_s {

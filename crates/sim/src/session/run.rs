@@ -11,6 +11,7 @@ use crate::error::SimError;
 use crate::machine::Machine;
 use crate::observer::Observer;
 use crate::options::SimulateOptions;
+use crate::results::PlanInfo;
 use crate::source::ProgramSource;
 use lostmotion_axis::config::Cycles;
 use lostmotion_base::{Coords, Tick};
@@ -33,6 +34,8 @@ pub(crate) struct Tally {
     pub(crate) samples: Tick,
     /// Largest commanded speed of each joint.
     pub(crate) peak_velocity: Coords,
+    /// How straight the tool goes.
+    pub(crate) straightness: PlanInfo,
     /// Range of each joint.
     pub(crate) range: [Coords; 2],
 }
@@ -83,6 +86,7 @@ pub(crate) fn run(
             return Err(SimError::TooLong { limit_s: options.max_duration_s });
         }
     }
+    feed.tell(&mut run.tally.straightness);
     for recorder in &mut run.tally.recorders {
         recorder.close();
     }
@@ -114,6 +118,7 @@ impl Run {
                 command: Statistics::default(),
                 samples: 0,
                 peak_velocity: Coords::ZERO,
+                straightness: PlanInfo::default(),
                 range: [start, start],
             },
         })

@@ -86,7 +86,7 @@ impl Watch {
     fn timed(&self, index: u64, item: &Move) -> Timed {
         let feed = match item.feed {
             FeedLimit::Rapid => None,
-            FeedLimit::PerSecond(feed) => Some(feed),
+            FeedLimit::PerSecond(feed) | FeedLimit::Fixed(feed) => Some(feed),
             FeedLimit::Duration(seconds) => Some(item.curve.length() / seconds),
         };
         let tolerance = match item.control {

@@ -33,6 +33,7 @@ impl Change {
             item.feed = match item.feed {
                 FeedLimit::Rapid => FeedLimit::Rapid,
                 FeedLimit::PerSecond(feed) => FeedLimit::PerSecond(feed * self.feed),
+                FeedLimit::Fixed(feed) => FeedLimit::Fixed(feed * self.feed),
                 FeedLimit::Duration(seconds) => FeedLimit::Duration(seconds / self.feed),
             };
             if let PathControl::Continuous { tolerance_mm: Some(tolerance), .. } = &mut item.control {

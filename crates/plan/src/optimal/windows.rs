@@ -1,0 +1,186 @@
+//! One window after the other of a motion that is retimed.
+
+use super::ends::End;
+use super::interior::{Goal, Interior};
+use super::nominal::{Joint, joints, limits};
+use super::problem::Problem;
+use super::settle;
+use super::tighten::{Judge, REACH};
+use super::trial::{Placed, Trial};
+use super::warp::Walk;
+use crate::{PlannerConfig, Sample};
+use lostmotion_base::{Clock, Coords};
+
+/// What is given out ends at least so many times before the end of its window as the slowest joint takes to stop.
+const STOPS: f64 = 2.0;
+/// Over how many steps at rest beta is constant.
+const TIED: usize = 8;
+/// Parts of the limits that are planned: within an interval the jerk passes its middle's a little where the path is tightly curved.
+const PARTS: [f64; 3] = [1.0 - 1e-6, 0.999, 0.982];
+/// When a window is good enough.
+const GOAL: Goal = Goal { gap: 3e-4, first_gap: 1.0, max_steps: 60 };
+/// The same where only some room was taken away.
+const AGAIN: Goal = Goal { first_gap: 0.03, ..GOAL };
+/// How often room is taken away, at most, and while a limit is passed by how much.
+const ROUNDS: usize = 10;
+const COARSE: f64 = 8e-4;
+/// Where less than this part of a limit is left to an interval after all, the pace of the window's end may be better for all of it.
+const TOLERABLE: f64 = 0.9985;
+/// How often the pace is lowered around what still passes a limit.
+const DIPS: usize = 24;
+/// By how much that may lengthen what is given out, at most.
+const LONGER: f64 = 1.01;
+/// A gap that is not below this means that no better motion was found.
+const FAILED: f64 = 0.05;
+/// Intervals at the start of a window in which its given state leaves little choice, so that what was planned before may be done again.
+const GIVEN: usize = 60;
+/// What is retimed, and how.
+#[derive(Clone, Debug)]
+pub(crate) struct Windows {
+    joints: Vec<Joint>,
+    step_s: f64,
+    /// The pace, squared, at which a window ends that is not the last.
+    tail: f64,
+    /// The nominal motion that is not given out yet.
+    pub(crate) points: Vec<Sample>,
+    /// Coefficients of beta over it, as far as it was planned.
+    x: Vec<f64>,
+    /// Room that the joints' limits leave by interval: acceleration, jerk.
+    room: Vec<[f64; 2]>,
+    /// How wide the pace is lowered around what passes a limit, in steps.
+    width: f64,
+    /// Intervals that a window keeps back.
+    pub(crate) margin: usize,
+    walk: Walk,
+    solver: Interior,
+    judge: Judge,
+}
+
+impl Windows {
+    /// For samples at the configuration's clock from a nominal motion at another; `tail` is the pace, squared, at which a window ends that is not
+    /// the last.
+    pub(crate) fn new(config: &PlannerConfig, nominal: Clock, tail: f64) -> Windows {
+        let joints = joints(&config.limits, PARTS);
+        let step_s = nominal.period_s();
+        let stop_s = joints.iter().map(|joint| joint.limits[0] / joint.limits[1] + joint.limits[1] / joint.limits[2]).fold(0.0, f64::max);
+        Windows {
+            width: settle::width(joints.iter().map(|joint| joint.limits), step_s),
+            joints,
+            step_s,
+            tail,
+            points: Vec::new(),
+            x: Vec::new(),
+            room: Vec::new(),
+            margin: ((STOPS * stop_s / step_s).ceil() as usize).max(4 * TIED),
+            walk: Walk { ahead_s: 0.0, period_s: config.clock.period_s() },
+            solver: Interior::default(),
+            judge: Judge::new(config),
+        }
+    }
+
+    /// An end at rest of a window of so many steps.
+    pub(crate) fn rest(steps: usize) -> End {
+        End::Rest(TIED.min(steps / 4))
+    }
+
+    /// Plans all that is there; `given` is the number of intervals that are to be given out. The first so many intervals keep at least what they would
+    /// have to for the pace to go on as it is said to.
+    pub(crate) fn best(&mut self, ends: [End; 2], given: usize, eased: usize) -> Trial {
+        let intervals = self.points.len() - 1;
+        self.room.resize(intervals, [1.0; 2]);
+        let mut problem = limits(&self.points, &self.joints, self.step_s, &self.room, ends);
+        let known = self.x.clone();
+        problem.ease(eased, &known);
+        self.x.resize(intervals + 2, self.tail);
+        let slow = self.x.clone();
+        let mut trial = self.improve(&problem, &GOAL, ends[1], given);
+        for _ in 0..ROUNDS {
+            if trial.least() > 1.0 - COARSE || !trial.found {
+                break;
+            }
+            for (interval, scale) in &trial.excess {
+                problem.tighten(*interval, *scale);
+                self.room[*interval] = [self.room[*interval][0] * scale[0], self.room[*interval][1] * scale[1]];
+            }
+            problem.ease(GIVEN.min(eased), &known);
+            trial = self.improve(&problem, &AGAIN, ends[1], given);
+        }
+        if trial.least() < TOLERABLE {
+            let found = std::mem::replace(&mut self.x, slow);
+            let other = self.trial(ends[1], given, true);
+            if other.least() > trial.least() {
+                trial = other;
+            } else {
+                self.x = found;
+            }
+        }
+        self.settle(trial, ends, given)
+    }
+
+    /// Lowers the pace where a limit is still passed by a little, if that does it and takes hardly longer.
+    fn settle(&mut self, first: Trial, ends: [End; 2], given: usize) -> Trial {
+        if first.excess.is_empty() {
+            return first;
+        }
+        let found = self.x.clone();
+        settle::dip(&mut self.x, &first.excess, self.width, ends);
+        for _ in 0..DIPS {
+            let trial = self.trial(ends[1], given, true);
+            if trial.samples.len() as f64 > LONGER * first.samples.len() as f64 + 1.0 {
+                break;
+            }
+            if trial.excess.is_empty() {
+                return trial;
+            }
+            settle::dip(&mut self.x, &trial.excess, self.width, ends);
+        }
+        self.x = found;
+        first
+    }
+
+    /// Lowers the time, if that can be done, and looks at what comes of it.
+    fn improve(&mut self, problem: &Problem, goal: &Goal, end: End, given: usize) -> Trial {
+        let before = self.x.clone();
+        let found = self.solver.solve(problem, &mut self.x, goal) < FAILED;
+        if !found {
+            self.x = before;
+        }
+        self.trial(end, given, found)
+    }
+
+    /// The samples of the first `given` intervals, and what of the limits they and all that is planned pass.
+    fn trial(&self, end: End, given: usize, found: bool) -> Trial {
+        let intervals = self.points.len() - 1;
+        let (mut walk, mut samples) = (self.walk, Vec::new());
+        walk.go(&self.points[..=given], self.step_s, &self.x[..given + 2], &mut samples);
+        let mut more = samples.clone();
+        let mut beyond = walk;
+        beyond.go(&self.points[given..], self.step_s, &self.x[given..], &mut more);
+        more[samples.len()..].iter_mut().for_each(|placed| placed.interval += given);
+        if let (End::Rest(_), Some(last)) = (end, self.points.last()) {
+            more.extend([Placed { interval: intervals - 1, part: 1.0, pace: [1.0, 0.0], sample: *last }; REACH]);
+        }
+        Trial { excess: self.judge.excess(&more, intervals), samples, walk, found }
+    }
+
+    /// Gives out what a plan says about the first `given` intervals, and forgets them.
+    pub(crate) fn give(&mut self, trial: Trial, given: usize) -> Vec<Placed> {
+        self.walk = trial.walk;
+        self.judge.pass(&trial.samples);
+        self.points.drain(..given);
+        self.x.drain(..given);
+        self.room.drain(..given);
+        trial.samples
+    }
+
+    /// Begins in a given state of motion: coefficients of beta for all points, of which the first two hold, and the last positions given out before.
+    pub(crate) fn begin(&mut self, x: Vec<f64>, before: Vec<Coords>) {
+        self.x = x;
+        self.judge.follow(before);
+    }
+
+    /// How many coefficients are known.
+    pub(crate) fn known(&self) -> usize {
+        self.x.len()
+    }
+}

@@ -1,0 +1,119 @@
+//! How far the tool bows from its way where joints go straight: from one command to the next, and over a whole block.
+
+use crate::results::{PlanInfo, Straightness};
+use lostmotion_base::Coords;
+use lostmotion_base::units::UM_PER_MM;
+use lostmotion_kinematics::Kinematics;
+use lostmotion_path::Curve;
+use lostmotion_plan::{FeedLimit, Move, Sample};
+use std::sync::Arc;
+
+/// Places between its ends at which a block is looked at, and halvings of the two steps around the farthest.
+const PLACES: u32 = 32;
+const HALVINGS: usize = 40;
+/// Where the tool goes less than this, mm, it has no direction.
+const STILL_MM: f64 = 1e-12;
+
+/// The largest of both, so far.
+#[derive(Clone, Debug)]
+pub(crate) struct Bows {
+    /// The machine's, with tool-centre-point control: joints to the part's frame.
+    kinematics: Arc<dyn Kinematics>,
+    period_s: f64,
+    last: Option<Sample>,
+    commands: Straightness,
+    block: Option<Straightness>,
+}
+
+impl Bows {
+    /// None on machines on which joints that go straight are a tool that does.
+    pub(crate) fn new(kinematics: &Arc<dyn Kinematics>, period_s: f64) -> Option<Bows> {
+        let kinematics = (!kinematics.is_affine()).then(|| Arc::clone(kinematics))?;
+        Some(Bows { kinematics, period_s, last: None, commands: Straightness::default(), block: None })
+    }
+
+    fn tip(&self, joints: &Coords, tool_mm: &[f64; 3]) -> [f64; 3] {
+        self.kinematics.tool_pose(joints, tool_mm).tip
+    }
+
+    /// Looks at commands.
+    pub(crate) fn samples(&mut self, samples: &[Sample]) {
+        for sample in samples {
+            if let Some(last) = self.last.replace(*sample).filter(|last| last.position != sample.position && last.tool_mm == sample.tool_mm)
+            {
+                let bow_um = UM_PER_MM * self.between(&last, sample);
+                if bow_um > self.commands.max_um {
+                    self.commands = Straightness { max_um: bow_um, block: sample.block };
+                }
+            }
+        }
+    }
+
+    /// How far the tool is off its planned way in the middle between two commands if every joint goes straight from the one to the other, mm. The plan's
+    /// middle is that of the quintic with the velocities and accelerations of both.
+    fn between(&self, a: &Sample, b: &Sample) -> f64 {
+        let straight = (a.position + b.position) * 0.5;
+        let bend = (a.velocity - b.velocity) * (5.0 / 32.0 * self.period_s);
+        let planned = straight + bend + (a.acceleration + b.acceleration) * (self.period_s * self.period_s / 64.0);
+        let [from, to, straight, planned] = [a.position, b.position, straight, planned].map(|joints| self.tip(&joints, &b.tool_mm));
+        off(&less(&straight, &planned), &less(&to, &from))
+    }
+
+    /// Looks at a move without tool-centre-point control: a straight feed move of linear and rotary words that turns the part, or the tool, on its way.
+    pub(crate) fn plain(&mut self, item: &Move) {
+        let (Curve::Line(_), false) = (&item.curve, item.feed == FeedLimit::Rapid) else { return };
+        let [start, end] = [item.curve.start(), item.curve.end()].map(|program| offset(&program, &item.tool_mm));
+        let way = end - start;
+        let moves = |range: std::ops::Range<usize>| way.0[range].iter().any(|way| *way != 0.0);
+        if !(moves(3..6) && (moves(0..3) || moves(6..9))) {
+            return;
+        }
+        let [from, to] = [start, end].map(|joints| self.tip(&joints, &item.tool_mm));
+        let at = |part: f64| {
+            let tip = self.tip(&(start + way * part), &item.tool_mm);
+            off(&less(&tip, &from), &less(&to, &from))
+        };
+        let max_um = UM_PER_MM * farthest(&at);
+        if self.block.is_none_or(|block| max_um > block.max_um) {
+            self.block = Some(Straightness { max_um, block: item.block });
+        }
+    }
+
+    /// What was found.
+    pub(crate) fn tell(&self, plan: &mut PlanInfo) {
+        (plan.bow, plan.unstraight) = (Some(self.commands), self.block);
+    }
+}
+
+/// Linear joints of words without tool-centre-point control.
+fn offset(program: &Coords, tool_mm: &[f64; 3]) -> Coords {
+    let mut joints = *program;
+    joints.0.iter_mut().zip(tool_mm).for_each(|(joint, offset)| *joint += offset);
+    joints
+}
+
+fn less(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|n| a[n] - b[n])
+}
+
+/// The part of a vector square to a direction.
+fn off(vector: &[f64; 3], direction: &[f64; 3]) -> f64 {
+    let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let square = dot(direction, direction);
+    let along = if square > STILL_MM * STILL_MM { dot(vector, direction) / square } else { 0.0 };
+    let rest = less(vector, &direction.map(|d| d * along));
+    dot(&rest, &rest).sqrt()
+}
+
+/// The largest value on (0, 1).
+fn farthest(at: &impl Fn(f64) -> f64) -> f64 {
+    let step = 1.0 / f64::from(PLACES);
+    let places = (1..PLACES).map(|place| f64::from(place) * step);
+    let Some(top) = places.max_by(|a, b| at(*a).total_cmp(&at(*b))) else { return 0.0 };
+    let (mut low, mut high) = (top - step, top + step);
+    for _ in 0..HALVINGS {
+        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+        if at(a) < at(b) { low = a } else { high = b }
+    }
+    at(top).max(at(0.5 * (low + high)))
+}
