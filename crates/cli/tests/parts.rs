@@ -72,6 +72,25 @@ fn findings_are_documents_where_asked_for() {
 }
 
 #[test]
+fn a_finding_in_a_subroutine_knows_who_called_it() {
+    let text = "G21 G90 G17 G94 F100 G54\nO<pocket> sub\nG0 X1\nG2 X10.06 I5\nO<pocket> endsub\nO<pocket> call\nM2\n";
+    let at = folder(&[("sub.ngc", text)]);
+    for command in [&["canon"][..], &["simulate"], &["compare"], &["plan", "--out", "plan.csv"], &["time"], &["write"], &["lint"]] {
+        let (code, out, err) = run(at.path(), &[command, &["sub.ngc"]].concat());
+        let told = out + &err;
+        assert!(
+            code == 2 && told.contains("sub.ngc:4:1") && told.contains("in pocket, called from sub.ngc, line 6"),
+            "{command:?}: {told}"
+        );
+        let (_, out, err) = run(at.path(), &[command, &["sub.ngc", "--diagnostics", "json"]].concat());
+        let text = if command == ["lint"] { out } else { err };
+        let finding = &serde_json::from_str::<serde_json::Value>(&text).unwrap()["findings"][0];
+        assert_eq!((&finding["code"], &finding["excerpt"]), (&"arc-radii".into(), &"G2 X10.06 I5".into()), "{command:?}");
+        assert_eq!((&finding["calls"][0]["sub"], &finding["calls"][0]["span"]["line"]), (&"pocket".into(), &6.into()), "{command:?}");
+    }
+}
+
+#[test]
 fn format_prints_checks_and_writes() {
     let at = folder(&[("part.ngc", "g0x1\r\n(a)G1  x2 f5\r\nM2\r\n"), ("clean.ngc", CLEAN), ("goto.ngc", "N1 G0 X1\nGOTO 1\nM2\n")]);
     let styled = "G0 X1\r\n(a) G1 X2 F5\r\nM2\r\n";

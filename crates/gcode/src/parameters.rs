@@ -126,6 +126,11 @@ impl Parameters {
         self.globals.insert(name.into(), value);
     }
 
+    /// Whether a name has a value, of its own or as one that shows the state.
+    pub(crate) fn has_name(&self, name: &[u8], state: &State) -> bool {
+        self.name(name).is_some() || (name.first() == Some(&b'_') && system_name(name, state).is_some())
+    }
+
     fn name(&self, name: &[u8]) -> Option<f64> {
         let table = if name.first() == Some(&b'_') { Some(&self.globals) } else { self.scopes.last() };
         table.and_then(|names| names.get(name)).copied()

@@ -60,7 +60,7 @@ const LONG_LINE: &str = "G0 X1 (................................................
 const DETOUR: &str =
     "G18 G8 F100\nO1 SUB\nG0 X2 Z3\nG1 X4 Z-1\nX8 Z-12\nO1 ENDSUB\nG0 X10 Z-20\nG42.1 D0.4\nG70 Q1 X10 Z3\nG0 X20 Z5\nG40\nM30\n";
 
-const TAKES: [(Leniency, Dialect, &str); 29] = [
+const TAKES: [(Leniency, Dialect, &str); 30] = [
     (Leniency::MissingEnd, Dialect::LinuxCnc, "G0 X1\n"),
     (Leniency::ByteOrderMark, Dialect::LinuxCnc, "\u{feff}G0 X1\nM2\n"),
     (Leniency::Exponents, Dialect::LinuxCnc, "G0 X1.5E-3\nM2\n"),
@@ -90,6 +90,7 @@ const TAKES: [(Leniency, Dialect, &str); 29] = [
     (Leniency::BareLetters, Dialect::Marlin, "G28 X Y\nM30\n"),
     (Leniency::ToolMemory, Dialect::Fanuc, "G10 L10 P1 R25.\nM30\n"),
     (Leniency::FinishDetour, Dialect::LinuxCnc, DETOUR),
+    (Leniency::ReadBeforeSet, Dialect::LinuxCnc, "#<n>=[#<n>+1]\nG0 X#<n>\nM30\n"),
 ];
 
 #[test]
@@ -205,4 +206,22 @@ fn what_is_vacant_is_no_zero() {
     assert_eq!(run("#3=4\n#3=#0\nG0 X1 Y#3\nM30\n"), run("G0 X1\nM30\n"));
     let called = "G65 P10 A1.\nZ#1\nX9\nM30\nO10\nG0 X#1 Y#2\nM99\n";
     assert_eq!(run(called), run("G0 X1\nX9\nM30\n"));
+}
+
+/// What rs274 of LinuxCNC 2.9 answers; other names still have to be set first.
+#[test]
+fn a_name_counts_from_0_in_its_first_setting() {
+    for (line, x) in [("#<n>=[#<n>+1]", "1.0000"), ("#<n>=2 #<m>=[#<n>+1]\n#<n>=#<m>", "1.0000"), ("#<_n>=[#<_n>+3] #<n>=2", "2.0000")] {
+        let text = format!("G21\n{line}\nG0 X#<n>\nM2\n");
+        let (ops, told, errors) = run(text.as_bytes(), config(Dialect::LinuxCnc));
+        assert!(errors == 0 && ops.iter().any(|op| op.contains(&format!("STRAIGHT_TRAVERSE({x},"))), "{line}: {ops:?} {told:?}");
+        assert_eq!(codes(&text, config(Dialect::LinuxCnc)), ["read-before-set"], "{line}");
+        let strict =
+            InterpreterConfig { leniencies: Dialect::LinuxCnc.leniencies().without(Leniency::ReadBeforeSet), ..config(Dialect::LinuxCnc) };
+        assert_eq!(codes(&text, strict)[0], "unknown-parameter", "{line}");
+    }
+    for line in ["#<n>=[#<m>+1]", "#<n>=#<m> #<m>=1", "G0 X#<n> #<n>=1"] {
+        let text = format!("G21\n{line}\nM2\n");
+        assert_eq!(codes(&text, config(Dialect::LinuxCnc))[0], "unknown-parameter", "{line}");
+    }
 }

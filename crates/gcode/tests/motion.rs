@@ -3,7 +3,9 @@
 
 use lostmotion_base::units::rad;
 use lostmotion_base::{Coords, math};
-use lostmotion_gcode::{Feed, InterpreterConfig, Motion, MotionFold, MotionItem, PathMode, Plane, Program, Tool, ToolTable, Units};
+use lostmotion_gcode::{
+    Dialect, Feed, InterpreterConfig, Motion, MotionFold, MotionItem, PathMode, Plane, Program, Tool, ToolTable, Units,
+};
 use std::f64::consts::PI;
 
 fn moves_with(text: &str, config: InterpreterConfig) -> Vec<Motion> {
@@ -93,6 +95,23 @@ fn a_tool_offset_lifts_the_spindle_and_leaves_the_program_alone() {
     close(all[1].start, Coords::xyz(0.0, 0.0, 20.0));
     close(all[1].end, Coords::xyz(0.0, 0.0, 5.0));
     assert_eq!(all[1].tool_offset.0[2], 80.0);
+}
+
+/// As recorded: H0 and D0 are the tool in the spindle. For Fanuc they are no tool.
+#[test]
+fn zero_names_the_tool_in_the_spindle() {
+    let mut table = ToolTable::default();
+    table.insert(Tool { number: 3, offset: [0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], diameter: 4.0, ..Tool::default() });
+    let config = InterpreterConfig { tool_table: Some(table), ..InterpreterConfig::default() };
+    let ends = |text: &str, config: InterpreterConfig| moves_with(text, config).last().map(|motion| motion.end).unwrap();
+    for (text, z) in [("T3 M6\nG0 Z100\nG43 H0\nG0 X1\nM2", 20.0), ("G0 Z100\nG43 H0\nG0 X1\nM2", 100.0)] {
+        close(ends(text, config.clone()), Coords::xyz(1.0, 0.0, z));
+    }
+    let round = "T3 M6\nF100 G41 D0\nG1 X10 Y-10\nX20\nM2";
+    close(ends(round, config.clone()), Coords::xyz(20.0, -8.0, 0.0));
+    let fanuc = config.with_dialect(Dialect::Fanuc);
+    close(ends("T3 M6\nG0 Z100\nG43 H0\nG0 X1\nM30", fanuc.clone()), Coords::xyz(1.0, 0.0, 100.0));
+    close(ends(&round.replace("M2", "M30"), fanuc), Coords::xyz(20.0, -10.0, 0.0));
 }
 
 #[test]

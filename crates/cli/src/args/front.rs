@@ -33,9 +33,9 @@ pub(crate) struct Lint {
     /// Report a lint as an error
     #[arg(long, value_name = "CODE")]
     pub(crate) deny: Vec<String>,
-    /// Form of the answer on stdout
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) format: Form,
+    /// Form of the answer on stdout; that of --diagnostics, if left out
+    #[arg(long, value_enum)]
+    pub(crate) format: Option<Form>,
 }
 
 /// `format`.

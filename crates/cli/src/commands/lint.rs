@@ -34,7 +34,7 @@ pub(crate) fn run(args: &Lint, voice: Voice) -> Result<u8, Failure> {
         on_machine((&source, &machine, &options), travel, &mut findings, voice)?;
     }
     findings.list.sort_by_key(|finding| (finding.span.file, finding.span.start));
-    output::print(&findings.render(args.format)?)?;
+    output::print(&findings.render(args.format.unwrap_or(voice.diagnostics))?)?;
     Ok(match findings.counts {
         counts if counts.errors > 0 => ERRORS,
         counts if counts.warnings > 0 => WARNINGS,

@@ -27,6 +27,7 @@ pub enum Group {
     ArcDistance,
     Retract,
     NonModal,
+    AxisOffset,
     Motion,
     Stop,
 }
@@ -54,6 +55,7 @@ impl Group {
             Group::ArcDistance => "arc centre mode",
             Group::Retract => "retract mode",
             Group::NonModal => "action of the line",
+            Group::AxisOffset => "axis offset",
             Group::Motion => "motion mode",
             Group::Stop => "program stop",
         }
@@ -136,6 +138,7 @@ const fn phase(group: Group) -> u8 {
         Group::ArcDistance => 190,
         Group::Retract => 200,
         Group::NonModal => 220,
+        Group::AxisOffset => 225,
         Group::Motion => PHASE_MOTION,
         Group::Stop => 240,
     }

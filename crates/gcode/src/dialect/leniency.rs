@@ -76,10 +76,12 @@ pub enum Leniency {
     IgnoredCodes,
     /// G70 under G41 and G42 goes to the end of its profile first.
     FinishDetour,
+    /// `#<n>=[#<n>+1]` counts from 0.
+    ReadBeforeSet,
 }
 
 /// All leniencies, in the order of their bits.
-pub const LENIENCIES: [Leniency; 30] = [
+pub const LENIENCIES: [Leniency; 31] = [
     Leniency::MissingEnd,
     Leniency::ByteOrderMark,
     Leniency::Exponents,
@@ -110,6 +112,7 @@ pub const LENIENCIES: [Leniency; 30] = [
     Leniency::LongLines,
     Leniency::IgnoredCodes,
     Leniency::FinishDetour,
+    Leniency::ReadBeforeSet,
 ];
 
 impl Leniency {
@@ -183,6 +186,7 @@ impl Leniency {
             Leniency::FinishDetour => {
                 ("finish-detour", "G70 under cutter compensation goes to the end of its profile first; refused, it does not", &[LinuxCnc])
             }
+            Leniency::ReadBeforeSet => ("read-before-set", "a name that reads itself in its first setting counts from 0", &[LinuxCnc]),
             Leniency::IgnoredCodes => ("ignored-code", "a code of the control that changes no path is skipped", FANUC),
         }
     }

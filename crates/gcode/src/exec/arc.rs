@@ -3,7 +3,7 @@
 use super::Exec;
 use super::arc_geometry::{Planar, center_from_radius, check_center, length};
 use crate::dialect::Leniency;
-use crate::ops::{ArcFeed, CanonicalOp, Plane, Position};
+use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, Units};
 use crate::problem::{Code, Problem};
 use crate::syntax::evaluate::whole;
 use lostmotion_base::math;
@@ -28,8 +28,8 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let (from, to) = ([start[first], start[second]], [end[first], end[second]]);
     let center = exec.center(from, to, clockwise)?;
     let turns = if clockwise { -turns } else { turns };
-    exec.check_radius(from, center)?;
-    exec.inverse_time(length(from, to, center, turns, end[normal] - start[normal]));
+    check_radius(from, center, exec.state.units, exec.config.limits.radius_mm)?;
+    exec.inverse_time(|| length(from, to, center, turns, end[normal] - start[normal]));
     let feed = arc_feed(plane, &end, center, turns);
     if exec.state.arc_not_allowed {
         return Err(Problem::Compensation { message: "the first move after cutter compensation has to be straight" });
@@ -41,20 +41,20 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     Ok(())
 }
 
-fn arc_feed(plane: Plane, end: &Position, center: Planar, turns: i32) -> ArcFeed {
+/// The operation of an arc to an end.
+pub(crate) fn arc_feed(plane: Plane, end: &Position, center: Planar, turns: i32) -> ArcFeed {
     let [first, second, normal] = plane.axes();
     let [_, _, _, others @ ..] = *end;
     ArcFeed { plane, end: [end[first], end[second]], center, turns, axis_end: end[normal], others }
 }
 
-impl Exec<'_> {
-    /// Refuses arcs beyond the limit of the radius.
-    fn check_radius(&self, from: Planar, center: Planar) -> Result<(), Problem> {
-        let radius_mm = math::hypot(from[0] - center[0], from[1] - center[1]) * self.state.units.mm();
-        let limit = self.config.limits.radius_mm;
-        if radius_mm <= limit { Ok(()) } else { Err(Problem::RadiusTooLarge { radius_mm, limit }) }
-    }
+/// Refuses arcs beyond the limit of the radius.
+pub(crate) fn check_radius(from: Planar, center: Planar, units: Units, limit: f64) -> Result<(), Problem> {
+    let radius_mm = math::hypot(from[0] - center[0], from[1] - center[1]) * units.mm();
+    if radius_mm <= limit { Ok(()) } else { Err(Problem::RadiusTooLarge { radius_mm, limit }) }
+}
 
+impl Exec<'_> {
     /// P of an arc.
     fn turns(&self, code: Code) -> Result<i32, Problem> {
         let Some(value) = self.word(b'P') else { return Ok(1) };

@@ -1,8 +1,10 @@
 //! G5, G5.1, G5.2 and G5.3: curves in the XY plane as rational B-splines.
 
 use super::Exec;
+use crate::motion::curve_length;
 use crate::ops::{CanonicalOp, ControlPoint, NurbsFeed, Plane, Position};
 use crate::problem::{Code, Problem};
+use crate::state::FeedMode;
 use crate::syntax::evaluate::whole;
 use serde::{Deserialize, Serialize};
 
@@ -34,17 +36,16 @@ impl Exec<'_> {
         if (2..9).any(|axis| self.axis_word(axis).is_some()) {
             return Err(Problem::Curve { code, message: "can only move X and Y" });
         }
-        if !(self.state.feed > 0.0 || self.state.feed_missed) {
-            self.state.feed_missed = true;
-            return Err(Problem::NoFeed { code });
-        }
+        self.check_feed(code)?;
         self.target()
     }
 
     fn spline(&mut self, end: Position, points: Vec<ControlPoint>) {
         let order = points.len() as u32;
         self.state.current = end;
-        self.emit(CanonicalOp::NurbsFeed(Box::new(NurbsFeed { plane: Plane::Xy, order, points, end })));
+        let curve = NurbsFeed { plane: Plane::Xy, order, points, end };
+        self.inverse_time(|| curve_length(&curve).unwrap_or_default());
+        self.emit(CanonicalOp::NurbsFeed(Box::new(curve)));
     }
 }
 
@@ -77,6 +78,9 @@ pub(crate) fn quadratic(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> 
 /// G5.2: opens a NURBS block, then adds a control point with each block. The first one is where the tool is; its weight
 /// is the P of an opening block without X and Y.
 pub(crate) fn nurbs(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    if exec.state.feed_mode == FeedMode::InverseTime {
+        return Err(Problem::Curve { code, message: "cannot be used in inverse time (G93): its blocks are one move" });
+    }
     exec.state.motion = Some(code);
     let end = exec.curve_end(code)?;
     let given = [0, 1].map(|axis| exec.axis_word(axis).is_some());

@@ -83,7 +83,7 @@ impl Exec<'_> {
             return Ok(());
         }
         self.state.rebase(|offsets| offsets.tilt = tilt);
-        self.emit(CanonicalOp::SetTilt(tilt));
+        self.emit(CanonicalOp::SetTilt(tilt.map(Box::new)));
         self.check_target(&self.state.current)
     }
 

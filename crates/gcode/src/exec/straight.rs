@@ -29,7 +29,7 @@ pub(crate) fn feed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let start = exec.state.current;
     exec.state.current = end;
     exec.check_feed(code)?;
-    exec.inverse_time(straight_length(&start, &end));
+    exec.inverse_time(|| straight_length(&start, &end));
     if exec.words.mask & CORNERS != 0 && exec.hold_corner(&start, end)? {
         return Ok(());
     }
@@ -113,12 +113,12 @@ impl Exec<'_> {
 
     /// In inverse time, the rate that does a length in 1/F minutes. Under cutter compensation, and on the move that leaves it, the
     /// path has another length than what was programmed; it is the rate that then holds (as recorded), also for the arcs at corners.
-    pub(crate) fn inverse_time(&mut self, length: f64) {
+    pub(crate) fn inverse_time(&mut self, length: impl FnOnce() -> f64) {
         if self.state.feed_mode == FeedMode::InverseTime {
             let per_minute = self.word(b'F').unwrap_or_default();
             let acts = self.state.compensation.as_ref().is_some_and(|compensation| compensation.acts());
             let differs = acts || self.state.arc_not_allowed;
-            self.set_feed((length * per_minute).max(LEAST_RATE), Some(per_minute).filter(|_| !differs));
+            self.set_feed((length() * per_minute).max(LEAST_RATE), Some(per_minute).filter(|_| !differs));
         }
     }
 }

@@ -1,6 +1,7 @@
 //! T, M6, M61 and tool offsets.
 
 use super::Exec;
+use crate::dialect::Dialect;
 use crate::ops::{CanonicalOp, Position};
 use crate::problem::{Code, Problem};
 use crate::state::convert;
@@ -40,14 +41,14 @@ impl Exec<'_> {
         Ok(())
     }
 
-    /// The tool that H names; without H the one in the spindle.
-    fn offset_tool(&self, code: Code) -> Result<i32, Problem> {
-        match self.word(b'H') {
-            None => Ok(self.state.loaded_tool),
-            Some(value) => match whole(value).filter(|number| (0.0..1e9).contains(number)) {
-                Some(number) => Ok(number as i32),
-                None => Err(Problem::WordOutOfRange { code, letter: 'H', value, allowed: "a tool number" }),
-            },
+    /// The tool that H or D names; without it the one in the spindle. For LinuxCNC, 0 is the spindle's, too; for other
+    /// controls it is no tool.
+    pub(crate) fn named_tool(&self, code: Code, letter: u8) -> Result<i32, Problem> {
+        let Some(value) = self.word(letter) else { return Ok(self.state.loaded_tool) };
+        match whole(value).filter(|number| (0.0..1e9).contains(number)) {
+            Some(0.0) if self.config.dialect == Dialect::LinuxCnc => Ok(self.state.loaded_tool),
+            Some(number) => Ok(number as i32),
+            None => Err(Problem::WordOutOfRange { code, letter: char::from(letter), value, allowed: "a tool number" }),
         }
     }
 }
@@ -77,7 +78,7 @@ pub(crate) fn set_number(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem>
 
 /// G43.
 pub(crate) fn length(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let tool = exec.offset_tool(code)?;
+    let tool = exec.named_tool(code, b'H')?;
     let offset = exec.tool_offset(tool)?;
     exec.apply_tool_offset(offset)
 }
@@ -98,7 +99,7 @@ pub(crate) fn added_length(exec: &mut Exec<'_>, code: Code) -> Result<(), Proble
         return Err(Problem::WordMissing { code, what: "H or an axis word" });
     }
     let mut offset = exec.state.offsets.tool;
-    let more = if named { exec.offset_tool(code).and_then(|tool| exec.tool_offset(tool))? } else { [0.0; 9] };
+    let more = if named { exec.named_tool(code, b'H').and_then(|tool| exec.tool_offset(tool))? } else { [0.0; 9] };
     for axis in 0..9 {
         offset[axis] += if named { more[axis] } else { exec.axis_word(axis).unwrap_or(0.0) };
     }

@@ -7,7 +7,7 @@ use crate::exec::{Exec, check};
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
 use crate::syntax::evaluate::valued;
-use crate::syntax::{Setting, Target, Text};
+use crate::syntax::{Op, Setting, Target, Text, Value};
 use lostmotion_base::span::BlockRef;
 
 impl Interpreter {
@@ -122,6 +122,7 @@ impl Interpreter {
         let mut values = Vec::with_capacity(self.block.settings.len());
         for index in 0..self.block.settings.len() {
             let Some(&setting) = self.block.settings.get(index) else { break };
+            self.read_before_set(index).map_err(|problem| (problem, Some(setting.text)))?;
             let value = self.setting_value(setting).map_err(|problem| (problem, Some(setting.text)))?;
             values.push((setting, value));
         }
@@ -131,6 +132,23 @@ impl Interpreter {
                 Target::Named(name) => self.parameters.set_name(self.block.name(name), valued(value), &self.state),
             };
             result.map_err(|problem| (problem, Some(setting.text)))?;
+        }
+        Ok(())
+    }
+
+    /// LinuxCNC creates a name with 0 as soon as it reads `#<name>=`, so that `#<n>=[#<n>+1]` counts from 0.
+    fn read_before_set(&mut self, index: usize) -> Result<(), Problem> {
+        let set = self.block.settings.get(..=index).unwrap_or_default();
+        let Some(Value::Ops(from, to)) = set.last().map(|setting| setting.value) else { return Ok(()) };
+        let is_set = |name: &[u8]| set.iter().any(|setting| matches!(setting.target, Target::Named(own) if self.block.name(own) == name));
+        let ops = self.block.ops.get(from as usize..to as usize).unwrap_or_default();
+        for op in ops {
+            let Op::Named(name) = *op else { continue };
+            let name = self.block.name(name);
+            if is_set(name) && !self.parameters.has_name(name, &self.state) && self.config.leniencies.has(Leniency::ReadBeforeSet) {
+                self.parameters.set_name(name, 0.0, &self.state)?;
+                self.warnings.push(Problem::Lenient { leniency: Leniency::ReadBeforeSet });
+            }
         }
         Ok(())
     }

@@ -21,6 +21,9 @@ const GAUSS: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
 
+/// Pieces of a span in which its length is integrated.
+const PIECES: u32 = 16;
+
 pub(super) type Point = [f64; 2];
 
 /// Where a curve is, and which way and how sharply it goes there.
@@ -105,6 +108,12 @@ fn length(spline: &Spline, span: usize, from: f64, to: f64) -> f64 {
         math::hypot(d1[0], d1[1])
     };
     half * GAUSS.iter().map(|(x, weight)| weight * speed(*x)).sum::<f64>()
+}
+
+/// Length of a whole curve, in the unit of its points.
+pub(super) fn whole_length(spline: &Spline) -> f64 {
+    let pieces = |span: usize| (0..PIECES).map(move |piece| [piece, piece + 1].map(|end| span as f64 + f64::from(end) / f64::from(PIECES)));
+    (0..spline.spans()).flat_map(|span| pieces(span).map(move |[from, to]| length(spline, span, from, to))).sum()
 }
 
 /// Polynomials along a stretch of a span of a curve within a tolerance, in order.

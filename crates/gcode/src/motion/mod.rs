@@ -13,6 +13,7 @@ mod spline;
 
 pub use item::{Bend, Circle, Feed, Motion, MotionItem, PathMode};
 pub use several::SPLINE_TOLERANCE_MM;
+pub(crate) use several::curve_length;
 
 use crate::ops::{ArcFeed, CanonicalOp, PathControl, Plane, Position, SourcedOp, Units};
 use crate::problem::Problem;

@@ -11,7 +11,7 @@ impl MotionFold {
             CanonicalOp::UseLengthUnits(units) => self.units = *units,
             CanonicalOp::SetG5xOffset { offset, .. } => self.offsets.g5x = convert(offset, self.units, Units::Mm),
             CanonicalOp::SetG92Offset(offset) => self.offsets.g92 = convert(offset, self.units, Units::Mm),
-            CanonicalOp::SetTilt(tilt) => self.offsets.tilt = tilt.map(|tilt| tilt.convert(self.units, Units::Mm)),
+            CanonicalOp::SetTilt(tilt) => self.offsets.tilt = tilt.as_deref().map(|tilt| tilt.convert(self.units, Units::Mm)),
             CanonicalOp::SetXyRotation(degrees) => self.offsets.rotation_deg = *degrees,
             CanonicalOp::UseToolLengthOffset(offset) => {
                 let tool = coords(&convert(offset, self.units, Units::Mm));

@@ -1,6 +1,6 @@
 //! Operations that make several moves: splines as polynomials by length, and rigid tapping there and back.
 
-use super::bend::{Point, Stretch, stretches};
+use super::bend::{Point, Stretch, stretches, whole_length};
 use super::spline::Spline;
 use super::{Bend, MotionFold, MotionItem, PathMode};
 use crate::ops::{ArcFeed, CanonicalOp, NurbsFeed, Position, SourcedOp};
@@ -17,6 +17,12 @@ const SAME_PLACE: f64 = 1e-9;
 
 /// Most lines that stand for one arc of a tilted plane.
 const MOST_LINES: f64 = 1e6;
+
+/// Length of a curve in the unit of its points; none if it has too few.
+pub(crate) fn curve_length(curve: &NurbsFeed) -> Option<f64> {
+    let points = curve.points.iter().map(|point| (point.at, point.weight));
+    Spline::new(points, curve.order as usize).map(|spline| whole_length(&spline))
+}
 
 impl MotionFold {
     /// Takes one operation and adds what it makes the machine do.

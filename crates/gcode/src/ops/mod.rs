@@ -65,7 +65,7 @@ pub enum CanonicalOp {
     /// Tolerance for merging short collinear moves, program units; 0 is off.
     SetNaiveCamTolerance(f64),
     /// Turned coordinates (G68, G68.2); none with G69.
-    SetTilt(Option<Tilt>),
+    SetTilt(Option<Box<Tilt>>),
     /// Whether X Y Z are the tool's tip, whatever the rotary axes do (G43.4, G43.5).
     ToolTipControl(bool),
     /// The tool turns to a direction, a unit vector from its tip to the spindle in the workpiece's coordinates (G53.1), or in

@@ -62,6 +62,9 @@ impl Problem {
             }
             Problem::Heidenhain => "post-process the part for a control that reads G-code",
             Problem::NoSuchTool { .. } => "check the tool table",
+            Problem::UnusedWord { letter: 'E', users, .. } if !users.is_empty() => {
+                return Some(format!("it belongs to {users}; an exponent needs its sign (1E+3), or --dialect fanuc"));
+            }
             Problem::UnusedWord { users, .. } if !users.is_empty() => return Some(format!("it belongs to {users}")),
             Problem::ControlCycle { hint, .. } => hint,
             Problem::Habit { leniency, .. } => return leniency.remedy().map(str::to_owned),

@@ -20,31 +20,32 @@ pub(crate) const fn precedence(operator: Binary) -> u8 {
 /// An alternative that was tried: why it is none is not asked for, and costs nothing.
 pub(super) type Tried<'a, T> = IResult<&'a [u8], T, ()>;
 
+/// The first byte decides between symbols and words, which keeps what is not an operator cheap.
 pub(super) fn binary(input: &[u8]) -> Tried<'_, Binary> {
-    alt((
-        alt((
+    match input.first() {
+        Some(b'*' | b'/' | b'+' | b'-') => alt((
             value(Binary::Power, tag(&b"**"[..])),
             value(Binary::Times, tag(&b"*"[..])),
             value(Binary::Divide, tag(&b"/"[..])),
             value(Binary::Plus, tag(&b"+"[..])),
             value(Binary::Minus, tag(&b"-"[..])),
-        )),
-        alt((
+        ))
+        .parse(input),
+        Some(first) if first.is_ascii_alphabetic() => alt((
             value(Binary::Modulo, tag_no_case(&b"mod"[..])),
             value(Binary::And, tag_no_case(&b"and"[..])),
             value(Binary::Xor, tag_no_case(&b"xor"[..])),
             value(Binary::Or, tag_no_case(&b"or"[..])),
-        )),
-        alt((
             value(Binary::Equal, tag_no_case(&b"eq"[..])),
             value(Binary::NotEqual, tag_no_case(&b"ne"[..])),
             value(Binary::GreaterEqual, tag_no_case(&b"ge"[..])),
             value(Binary::Greater, tag_no_case(&b"gt"[..])),
             value(Binary::LessEqual, tag_no_case(&b"le"[..])),
             value(Binary::Less, tag_no_case(&b"lt"[..])),
-        )),
-    ))
-    .parse(input)
+        ))
+        .parse(input),
+        _ => Err(nom::Err::Error(())),
+    }
 }
 
 pub(super) fn function(input: &[u8]) -> Tried<'_, Unary> {

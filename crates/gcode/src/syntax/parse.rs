@@ -75,7 +75,10 @@ pub(crate) fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Pa
     }
     if let [b'n' | b'N', after @ ..] = rest {
         let Block { ops, names, .. } = block;
-        let (after, value) = word_value(after, &mut Code { ops, names, depth: limits.expression_depth })?;
+        let (after, value) = match plain::number(after) {
+            Some((after, number)) => (after, Value::Number(number)),
+            None => word_value(after, &mut Code { ops, names, depth: limits.expression_depth })?,
+        };
         match value {
             Value::Number(number) if number >= 0.0 => block.line_number = Some(number),
             Value::Number(number) => return fail(rest, Problem::BadWordValue { letter: 'N', value: number }),

@@ -6,6 +6,21 @@ use super::block::{Block, Text, Value, Word};
 use super::number::{literal, skip};
 use crate::limits::Limits;
 
+/// Whether a number goes on after blanks, or has an exponent.
+#[inline(always)]
+fn goes_on(tail: &[u8], next: &[u8]) -> bool {
+    match next.first() {
+        Some(b'0'..=b'9' | b'.') => true,
+        Some(b'E' | b'e') => next.len() == tail.len(),
+        _ => false,
+    }
+}
+
+/// A literal at the start of the input; none if the grammar has to look at it.
+pub(crate) fn number(input: &[u8]) -> Option<(&[u8], f64)> {
+    literal(input).filter(|(tail, _)| !goes_on(tail, skip(tail)))
+}
+
 /// Takes plain words off `input`, the end of a line of `length` bytes, up to the first item that is not one.
 pub(crate) fn words<'a>(input: &'a [u8], length: usize, block: &mut Block, limits: &Limits) -> &'a [u8] {
     let mut rest = skip(input);
@@ -18,11 +33,8 @@ pub(crate) fn words<'a>(input: &'a [u8], length: usize, block: &mut Block, limit
         }
         let Some((tail, value)) = literal(after) else { break };
         let next = skip(tail);
-        match next.first() {
-            // The number goes on after blanks, or has an exponent.
-            Some(b'0'..=b'9' | b'.') => break,
-            Some(b'E' | b'e') if next.len() == tail.len() => break,
-            _ => {}
+        if goes_on(tail, next) {
+            break;
         }
         let text = Text { start: (length - rest.len()) as u32, len: (rest.len() - tail.len()) as u32 };
         block.words.push(Word { letter, value: Value::Number(value), text });

@@ -49,13 +49,7 @@ pub(crate) fn off(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 
 /// G41 and G42: the radius of tool D, or of the one in the spindle.
 pub(crate) fn on(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let number = match exec.word(b'D') {
-        None => exec.state.loaded_tool,
-        Some(value) => match whole(value).filter(|number| (0.0..1e9).contains(number)) {
-            Some(number) => number as i32,
-            None => return Err(Problem::WordOutOfRange { code, letter: 'D', value, allowed: "a tool number" }),
-        },
-    };
+    let number = exec.named_tool(code, b'D')?;
     exec.check_tool(number)?;
     if exec.tools.is_none() && number != 0 {
         exec.warnings.push(Problem::NoToolTable { tool: number });
