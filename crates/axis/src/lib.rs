@@ -37,6 +37,7 @@ pub mod reference;
 pub mod runner;
 pub mod servo;
 pub mod signal;
+pub mod tied;
 
 pub use axis::{AxisSim, AxisState};
 pub use batch::AxisBatch;
@@ -47,3 +48,4 @@ pub use current_loop::CurrentLoop;
 pub use error::AxisError;
 pub use runner::{AxisOutput, AxisRunner, Seen};
 pub use signal::{AxisSample, Engagement, Reference, Setpoint};
+pub use tied::{Tie, TiedAxes};

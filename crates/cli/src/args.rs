@@ -16,7 +16,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 #[derive(Debug, Parser)]
 #[command(name = "lostmotion", version, max_term_width = 100, arg_required_else_help = true, subcommand_required = true)]
 #[command(
-    after_help = "Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance, warnings of lint, or unformatted; 2 bad input."
+    after_help = "Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance, warnings of lint, or unformatted; 2 bad input; 130 ended by Ctrl-C."
 )]
 pub(crate) struct Cli {
     #[command(flatten)]

@@ -55,10 +55,8 @@ pub(crate) fn axis(name: &str) -> Result<AxisConfig, Failure> {
     }
     if let Some((file, letter)) = name.rsplit_once(".toml:") {
         let machine = read(Path::new(&format!("{file}.toml")))?;
-        let axis = letter_of(letter).and_then(|id| machine.axis(id));
-        return axis.map(|axis| axis.config.clone()).ok_or_else(|| {
-            let letters: Vec<String> = machine.axes().iter().map(|axis| axis.id.letter().to_ascii_lowercase().to_string()).collect();
-            Failure::with_hint(format!("{file}.toml has no axis \"{letter}\""), format!("its axes: {}", letters.join(", ")))
+        return machine.drive(letter).cloned().ok_or_else(|| {
+            Failure::with_hint(format!("{file}.toml has no axis \"{letter}\""), format!("its axes: {}", machine.drives().join(", ")))
         });
     }
     if is_file(name) {
@@ -77,17 +75,21 @@ fn letter_of(text: &str) -> Option<AxisId> {
     }
 }
 
-/// The machine whose compensators that may know the gap were told those of fits, and those that may know the load what a fit found of it, each given as `AXIS=FILE.json`.
+/// The machine whose compensators that may know the gap were told those of fits, and those that may know the load what a fit found of it, each given as `AXIS=FILE.json`; `y2` is the second motor of a gantry's Y.
 pub(crate) fn with_fits(mut machine: Machine, fits: &[String]) -> Result<Machine, Failure> {
     for fit in fits {
-        let parts = fit.split_once('=').and_then(|(letter, file)| Some((letter_of(letter)?, file)));
-        let (id, file) = parts.ok_or_else(|| {
+        let (name, file) = fit.split_once('=').ok_or_else(|| {
             Failure::with_hint(format!("--fitted {fit} is not of the form AXIS=FILE.json"), "for example: --fitted x=x-axis.json")
         })?;
-        let axis =
-            machine.axis(id).ok_or_else(|| Failure::message(format!("--fitted {fit}: machine \"{}\" has no axis {id}", machine.name())))?;
-        let told = crate::commands::fit::with_fit(Path::new(file), &axis.config)?;
-        machine = machine.with_axis_config(id, &told);
+        let drive = machine.drive(name).ok_or_else(|| {
+            let hint = format!("its axes: {}", machine.drives().join(", "));
+            Failure::with_hint(format!("--fitted {fit}: machine \"{}\" has no axis {}", machine.name(), name.to_ascii_uppercase()), hint)
+        })?;
+        let told = crate::commands::fit::with_fit(Path::new(file), drive)?;
+        machine = match letter_of(name) {
+            Some(id) => machine.with_axis_config(id, &told),
+            None => machine.with_second_config(&told),
+        };
     }
     Ok(machine)
 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "tests")]
 
+use lostmotion_axis::config::Load;
 use lostmotion_base::AxisId;
 use lostmotion_sim::machine::{Machine, presets};
 use lostmotion_sim::{ContourPoint, Observer, ProgramSource, SimulateOptions, Simulation, simulate};
@@ -106,6 +107,70 @@ fn each_end_has_a_compensator_of_its_own() {
     assert!(skew.p50 < 1.0, "{skew:?}");
 }
 
+/// Newtons of the slide's Coulomb friction, and N/um of its screw, in the preset.
+fn slide() -> (f64, f64) {
+    let machine = Machine::preset("gantry3").expect("gantry3");
+    let Load::Slide(slide) = machine.axis(AxisId::Y).expect("Y").config.load else { panic!("a slide") };
+    (slide.coulomb_n, slide.stiffness_n_per_um)
+}
+
+fn with_beam(machine: &Machine, stiffness_n_per_um: f64) -> Machine {
+    let table = format!("[gantry.beam]\nstiffness_n_per_um = {stiffness_n_per_um:?}\ndamping_n_s_per_mm = 20.0\n");
+    Machine::from_toml("g.toml", &format!("{}{table}", machine.to_toml().expect("a file"))).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A stiff beam drags the end whose gap is open: what is left of the skew is that end's friction by the stiffness of the beam.
+#[test]
+fn a_stiff_beam_keeps_its_ends_together() {
+    let (friction, _) = slide();
+    let yielding = machine([10.0, 60.0]);
+    let beside = run(&yielding, SLOW, &[], "none").0.result.gantry.expect("a gantry").skew_um.p50;
+    assert!((beside - 25.0).abs() < 0.5, "{beside}");
+    for times in [4.0, 12.0] {
+        // So stiff that friction leaves this part of the skew.
+        let stiff = with_beam(&yielding, times * friction / 25.0);
+        let skew = run(&stiff, SLOW, &[], "none").0.result.gantry.expect("a gantry").skew_um.p50;
+        assert!((skew * times / 25.0 - 1.0).abs() < 0.05, "{times}: {skew}");
+    }
+}
+
+/// Slowly there and back, so that friction is nearly Coulomb's alone.
+const SLOW: &str = "G21 G90 G17 G61\nG1 X0 Y-10 F600\nY10 F120\nY-10\nM2\n";
+
+/// A force on the tool goes to the ends as a lever says, and each shaft gives way to its part.
+#[test]
+fn a_cutting_force_is_shared_by_the_lever() {
+    let ((_, stiffness), force) = (slide(), 2000.0);
+    let machine = machine([0.0, 0.0]);
+    for x in [-150.0, 120.0] {
+        let share = (x + ZERO - ENDS[0]) / (ENDS[1] - ENDS[0]);
+        let program = format!("G21 G90 G17 G61\nG1 X{x} F6000\nY20 F300\nM2\n");
+        let source = ProgramSource::from_bytes("part.ngc", program.as_bytes());
+        let options = SimulateOptions { cutting_force_n: Some(force), ..SimulateOptions::default() };
+        let mut points = Points { lines: Vec::new(), kept: Vec::new() };
+        let result = simulate(&source, &machine, "none", &options, &mut points).expect("a result").result;
+        // Most of the time goes by on the move along Y.
+        let expected = force * (1.0 - 2.0 * share) / stiffness;
+        let gantry = result.gantry.expect("a gantry");
+        assert!((gantry.skew_um.p50 / expected.abs() - 1.0).abs() < 0.01, "{x}: {gantry:?} {expected}");
+        // The end nearer to the tool lags.
+        assert!(gantry.peak_um * expected < 0.0, "{x}: {gantry:?} {expected}");
+    }
+}
+
+/// What a fit found of the second motor reaches it, and not the first.
+#[test]
+fn drives_have_names() {
+    let machine = machine([10.0, 30.0]);
+    assert_eq!(machine.drives(), ["x", "y", "z", "y2"]);
+    let [first, second] = ["y", "y2"].map(|name| machine.drive(name).expect(name).clone());
+    assert!((second.gap_in_unit() - 0.03).abs() < 1e-12 && (first.gap_in_unit() - 0.01).abs() < 1e-12);
+    let changed = machine.with_second_config(&second.with_gap(0.05));
+    assert!((changed.drive("y2").expect("y2").gap_in_unit() - 0.05).abs() < 1e-12);
+    assert_eq!(changed.drive("y"), machine.drive("y"));
+    assert!(["x2", "w", "yy", "2", ""].iter().all(|name| machine.drive(name).is_none()));
+}
+
 #[test]
 fn what_makes_no_beam_is_refused() {
     let refused = |from: &str, to: &str| Machine::from_toml("g.toml", &text().replacen(from, to, 1)).expect_err(to).to_string();
@@ -113,4 +178,6 @@ fn what_makes_no_beam_is_refused() {
     assert!(refused("along = \"x\"", "along = \"w\"").contains("no linear axis `w`"));
     assert!(refused("second_at_mm = 98.0", "second_at_mm = -860.0").contains("1 mm apart"));
     assert!(refused("first_at_mm = -860.0\n", "").contains("missing"));
+    let beam = "second_gap_um = 25.0\n[gantry.beam]\nstiffness_n_per_um = 1e7\n";
+    assert!(refused("second_gap_um = 25.0\n", beam).contains("gantry.beam.stiffness_n_per_um"));
 }

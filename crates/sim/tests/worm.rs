@@ -6,7 +6,7 @@
 
 use lostmotion_base::AxisId;
 use lostmotion_base::units::rad;
-use lostmotion_sim::machine::Machine;
+use lostmotion_sim::machine::{Machine, presets};
 use lostmotion_sim::{ContourPoint, Observer, ProgramSource, SimulateOptions, simulate};
 
 #[derive(Default)]
@@ -50,4 +50,25 @@ fn the_error_is_radius_times_gap() {
             );
         }
     }
+}
+
+/// Worms are sold with their backlash in seconds of arc or degrees.
+#[test]
+fn a_gap_in_any_unit_of_angle_is_the_same_gap() {
+    let text = presets().iter().find(|preset| preset.name == "trunnion5").expect("trunnion5").toml;
+    let (rest, table) = text.split_at(text.find("[axis.c.load.table]").expect("a table"));
+    let own = table.lines().find(|line| line.starts_with("gap_mdeg")).expect("a gap");
+    let read = |gap: &str| Machine::from_toml("w.toml", &format!("{rest}{}", table.replacen(own, gap, 1)));
+    for gap in ["gap_mdeg = 7.5", "gap_arcsec = 27.0", "gap_deg = 0.0075"] {
+        let machine = read(gap).expect(gap);
+        let degrees = machine.axis(AxisId::C).expect("C").config.gap_in_unit();
+        assert!((degrees - 0.0075).abs() < 1e-12, "{gap}: {degrees}");
+    }
+    let told = |gap: &str| read(gap).expect_err(gap).to_string();
+    assert!(told("gap_arcsec = 27.0\ngap_mdeg = 7.5").contains("keep one of"));
+    assert!(told("").contains("the gap of the table is missing; add one of `gap_mdeg`, `gap_arcsec` and `gap_deg`"), "{}", told(""));
+    assert!(told("gap_um = 7.5").contains("one of `gap_arcsec`, `gap_mdeg`, `gap_deg`"), "{}", told("gap_um = 7.5"));
+    let linear = text.replacen("gap_um = ", "gap_arcsec = ", 1);
+    let error = Machine::from_toml("w.toml", &linear).expect_err("an angle on a linear axis").to_string();
+    assert!(error.contains("the gap of a linear axis is a distance: `gap_um`"), "{error}");
 }

@@ -1,6 +1,7 @@
 //! What the motor moves, and the shaft with its gap between them.
 
 use super::error::{AxisConfigError, between, finite, not_negative, positive};
+use super::table::Table;
 use super::transmission::Transmission;
 use serde::{Deserialize, Serialize};
 
@@ -31,35 +32,6 @@ pub struct Slide {
     /// Step of the linear scale, um; 0 for an ideal one.
     #[serde(default)]
     pub scale_um: f64,
-}
-
-/// A rotary table behind a gear, in units at the table. Needs a rotary transmission.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Table {
-    /// Inertia of the table and what lies on it, kg m2.
-    pub inertia_kgm2: f64,
-    /// Inertia of the gear's driving side (worm, pinion, coupling) at the motor's shaft, kg m2.
-    #[serde(default)]
-    pub gear_inertia_kgm2: f64,
-    /// Viscous friction, N m s/rad.
-    #[serde(default)]
-    pub viscous_nm_s_per_rad: f64,
-    /// Coulomb friction, N m.
-    #[serde(default)]
-    pub coulomb_nm: f64,
-    /// Constant torque against the positive direction, N m.
-    #[serde(default)]
-    pub constant_nm: f64,
-    /// Torsional stiffness of the gear, N m/rad.
-    pub stiffness_nm_per_rad: f64,
-    /// Torsional damping, N m s/rad.
-    pub damping_nm_s_per_rad: f64,
-    /// Total gap between the flanks at the table, mdeg.
-    pub gap_mdeg: f64,
-    /// Step of the table's encoder, mdeg; 0 for an ideal one.
-    #[serde(default)]
-    pub scale_mdeg: f64,
 }
 
 /// A load already reflected to the motor's shaft: every angle is a motor angle.
@@ -183,36 +155,6 @@ impl Slide {
             damping_nm_s_per_rad: self.damping_n_s_per_mm * 1e3 * squared,
             gap_rad: self.gap_um * 1e-6 / m_per_rad,
             scale_rad: self.scale_um * 1e-6 / m_per_rad,
-        }
-    }
-}
-
-impl Table {
-    fn check(&self) -> Result<(), AxisConfigError> {
-        positive("inertia_kgm2", self.inertia_kgm2)?;
-        not_negative("gear_inertia_kgm2", self.gear_inertia_kgm2)?;
-        not_negative("viscous_nm_s_per_rad", self.viscous_nm_s_per_rad)?;
-        not_negative("coulomb_nm", self.coulomb_nm)?;
-        finite("constant_nm", self.constant_nm)?;
-        positive("stiffness_nm_per_rad", self.stiffness_nm_per_rad)?;
-        not_negative("damping_nm_s_per_rad", self.damping_nm_s_per_rad)?;
-        between("gap_mdeg", self.gap_mdeg, 0.0, 1e5)?;
-        not_negative("scale_mdeg", self.scale_mdeg)
-    }
-
-    fn reflected(&self, table_per_motor: f64) -> Reflected {
-        let squared = table_per_motor * table_per_motor;
-        let motor_rad_per_mdeg = 1e-3_f64.to_radians() / table_per_motor;
-        Reflected {
-            inertia_kgm2: self.inertia_kgm2 * squared,
-            motor_side_inertia_kgm2: self.gear_inertia_kgm2,
-            viscous_nm_s_per_rad: self.viscous_nm_s_per_rad * squared,
-            coulomb_nm: self.coulomb_nm * table_per_motor,
-            constant_nm: self.constant_nm * table_per_motor,
-            stiffness_nm_per_rad: self.stiffness_nm_per_rad * squared,
-            damping_nm_s_per_rad: self.damping_nm_s_per_rad * squared,
-            gap_rad: self.gap_mdeg * motor_rad_per_mdeg,
-            scale_rad: self.scale_mdeg * motor_rad_per_mdeg,
         }
     }
 }

@@ -56,6 +56,7 @@ mod rates;
 mod reference;
 mod ripple;
 mod scale;
+mod table;
 mod transmission;
 mod tuning;
 
@@ -74,12 +75,13 @@ pub use filter::{LowPass, MAX_TORQUE_FILTERS, Notch, TorqueFilter, TorqueFilters
 pub use flanks::{Flanks, Wear};
 pub use friction::{FrictionLaw, Frictions, Lugre, Stribeck};
 pub use gravity::Gravity;
-pub use load::{Load, Reflected, Slide, Table};
+pub use load::{Load, Reflected, Slide};
 pub use loops::{AntiWindup, FrictionFeedforward, LeastMargins};
 pub use motor::Motor;
 pub use reference::Interpolator;
 pub use ripple::{Harmonic, MAX_HARMONICS, Ripple};
 pub use scale::{Scale, ScaleError};
+pub use table::Table;
 pub use transmission::{AxisUnit, Linear, Rotary, Transmission};
 pub use tuning::Tuning;
 

@@ -37,7 +37,7 @@ pub(crate) struct Run {
     /// Also write every sample of the contour error (needs --out; a row a servo tick)
     #[arg(long, requires = "out")]
     pub(crate) trace: bool,
-    /// Tell the methods that may know it the gap of an axis from a result of `fit` (`fitted-lookup` needs one, and takes the load of `fit --motor-only`, too); may be repeated
+    /// Tell the methods that may know it the gap of an axis from a result of `fit` (`fitted-lookup` needs one, and takes the load of `fit --motor-only`, too); y2 is the second motor of a gantry's Y; may be repeated
     #[arg(long, value_name = "AXIS=FILE.json")]
     pub(crate) fitted: Vec<String>,
     /// Threads to use at most; all cores, if left out. The answer does not depend on it

@@ -1,5 +1,6 @@
 //! One output file.
 
+use super::unfinished::Unfinished;
 use crate::error::WriteError;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -13,7 +14,7 @@ const BUFFER_BYTES: usize = 1 << 18;
 #[derive(Debug)]
 enum Target {
     /// A temporary file beside the final one.
-    Temporary(BufWriter<NamedTempFile>),
+    Temporary(BufWriter<NamedTempFile>, Unfinished),
     /// A pipe or device, which cannot be replaced and is written to directly.
     Special(BufWriter<File>),
 }
@@ -43,7 +44,8 @@ impl AtomicFile {
             }
             _ => {
                 let file = temporary_beside(&path).map_err(|e| WriteError::io("create", asked, without_path(&e)))?;
-                Target::Temporary(BufWriter::with_capacity(BUFFER_BYTES, file))
+                let unfinished = Unfinished::new(file.path().to_path_buf());
+                Target::Temporary(BufWriter::with_capacity(BUFFER_BYTES, file), unfinished)
             }
         };
         Ok(AtomicFile { path, target })
@@ -60,7 +62,7 @@ impl AtomicFile {
     /// The disk is full or gone.
     pub(crate) fn complete(&mut self) -> Result<(), WriteError> {
         let result = match &mut self.target {
-            Target::Temporary(writer) => writer.flush().and_then(|()| writer.get_ref().as_file().sync_all()),
+            Target::Temporary(writer, _) => writer.flush().and_then(|()| writer.get_ref().as_file().sync_all()),
             Target::Special(writer) => writer.flush(),
         };
         result.map_err(|e| WriteError::io("write", &self.path, e))
@@ -73,7 +75,7 @@ impl AtomicFile {
     pub fn commit(mut self) -> Result<(), WriteError> {
         self.complete()?;
         let AtomicFile { path, target } = self;
-        if let Target::Temporary(writer) = target {
+        if let Target::Temporary(writer, _unfinished) = target {
             let file = writer.into_inner().map_err(|e| WriteError::io("write", &path, e.into_error()))?;
             file.persist(&path).map_err(|e| WriteError::io("replace", &path, e.error))?;
         }
@@ -111,14 +113,14 @@ fn temporary_beside(path: &Path) -> std::io::Result<NamedTempFile> {
 impl Write for AtomicFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         match &mut self.target {
-            Target::Temporary(writer) => writer.write(bytes),
+            Target::Temporary(writer, _) => writer.write(bytes),
             Target::Special(writer) => writer.write(bytes),
         }
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
         match &mut self.target {
-            Target::Temporary(writer) => writer.flush(),
+            Target::Temporary(writer, _) => writer.flush(),
             Target::Special(writer) => writer.flush(),
         }
     }

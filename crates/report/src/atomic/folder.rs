@@ -1,5 +1,6 @@
 //! Several output files that belong together.
 
+use super::unfinished::Unfinished;
 use crate::atomic::AtomicFile;
 use crate::error::WriteError;
 use std::path::{Path, PathBuf};
@@ -12,7 +13,9 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
+    /// Folders made for it, the innermost first.
     made: Vec<PathBuf>,
+    unfinished: Vec<Unfinished>,
     done: Vec<AtomicFile>,
 }
 
@@ -28,7 +31,8 @@ impl OutputFolder {
         if path.exists() && !path.is_dir() {
             return Err(WriteError::NotFolder { path });
         }
-        let folder = OutputFolder { made: missing, done: Vec::new(), path };
+        let unfinished = missing.iter().rev().map(|made| Unfinished::new(made.clone())).collect();
+        let folder = OutputFolder { made: missing, unfinished, done: Vec::new(), path };
         std::fs::create_dir_all(&folder.path).map_err(|e| WriteError::io("create", &folder.path, e))?;
         Ok(folder)
     }
@@ -69,6 +73,7 @@ impl OutputFolder {
             file.commit()?;
         }
         self.made.clear();
+        self.unfinished.clear();
         Ok(paths)
     }
 }

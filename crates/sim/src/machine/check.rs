@@ -7,7 +7,7 @@ use super::section::join;
 use super::settings::Position;
 use super::{General, MachineAxis, WorkOffsets, reach};
 use lostmotion_axis::config::Transmission;
-use lostmotion_axis::{AxisConfig, AxisConfigError};
+use lostmotion_axis::{AxisConfig, AxisConfigError, Tie};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisSet, Coords};
 use lostmotion_kinematics::Kinematics;
@@ -78,6 +78,13 @@ pub(super) fn transmissions(document: &Document<'_>, first: &AxisConfig, second:
     if first.unit() != second.unit() {
         let message = format!("moves in {}, but the first end in {}", second.unit().symbol(), first.unit().symbol());
         problems.push(document.problem("gantry.second.transmission", message, "both ends of a gantry move in one unit"));
+    }
+}
+
+/// The beam between two motors.
+pub(super) fn tie(document: &Document<'_>, beam: &Tie, ends: [&AxisConfig; 2], problems: &mut Vec<Problem>) {
+    if let Err(error) = beam.check(ends) {
+        problems.push(axis_problem(document, "gantry.beam", &error));
     }
 }
 

@@ -4,8 +4,8 @@ use super::check;
 use super::document::Document;
 use super::problem::Problem;
 use super::{MachineAxis, section};
-use lostmotion_axis::AxisConfig;
 use lostmotion_axis::config::Cycles;
+use lostmotion_axis::{AxisConfig, Tie};
 use lostmotion_base::AxisId;
 use serde::{Deserialize, Serialize};
 
@@ -23,13 +23,15 @@ struct Table {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     second_gap_um: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    beam: Option<Tie>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     second: Option<AxisConfig>,
 }
 
 /// An axis that two motors drive.
 ///
-/// Both get the same setpoints. Each moves its end of the beam, without a force from one on the other (a beam that yields in its plane); the tool sits on the beam
-/// like on a lever:
+/// Both get the same setpoints. Each moves its end of the beam, with the beam's stiffness against skew between them if there is a table `[gantry.beam]` (`stiffness_n_per_um`,
+/// `damping_n_s_per_mm`), else without a force from one on the other (a beam that yields in its plane); the tool sits on the beam like on a lever:
 /// ```text
 /// y = (1 - w) y1 + w y2        w = (x - x1)/(x2 - x1), x the place of the load of the axis `along` the beam
 /// ```
@@ -45,6 +47,8 @@ pub struct Gantry {
     pub at_mm: [f64; 2],
     /// The second end's drive, motor, shaft, load, compensator.
     pub second: AxisConfig,
+    /// The beam between the ends, square where they stand at the start; none if it yields.
+    pub beam: Option<Tie>,
 }
 
 impl Gantry {
@@ -67,6 +71,7 @@ impl Gantry {
             first_at_mm: self.at_mm[0],
             second_at_mm: self.at_mm[1],
             second_gap_um: None,
+            beam: self.beam,
             // the machine's own table has the cycles
             second: Some(AxisConfig { cycles: Cycles::default(), ..self.second.clone() }),
         }
@@ -107,5 +112,8 @@ pub(super) fn read(document: &Document<'_>, axes: &[MachineAxis], cycles: Cycles
     }
     check::config(document, "gantry.second", &second, problems);
     check::transmissions(document, &axis.config, &second, problems);
-    (problems.len() == before).then_some(Gantry { axis: axis.id, along: along.id, at_mm, second })
+    if let (Some(beam), true) = (&table.beam, problems.len() == before) {
+        check::tie(document, beam, [&axis.config, &second], problems);
+    }
+    (problems.len() == before).then_some(Gantry { axis: axis.id, along: along.id, at_mm, second, beam: table.beam })
 }

@@ -55,7 +55,7 @@ const PAPER: &str = "paper";
 /// Name of a robot's joint, and its file.
 const JOINT: (&str, &str) = ("robot-joint", include_str!("../../presets/axes/robot-joint.toml"));
 
-/// An axis that comes with the library: `paper`, `robot-joint`, or an axis of a machine as `vmc3:x`; none if there is none of that name.
+/// An axis that comes with the library: `paper`, `robot-joint`, or an axis of a machine as `vmc3:x` (`gantry3:y2` is a gantry's second motor); none if there is none of that name.
 pub fn axis_preset(name: &str) -> Option<AxisConfig> {
     if name == PAPER {
         return Some(AxisConfig::paper());
@@ -63,11 +63,9 @@ pub fn axis_preset(name: &str) -> Option<AxisConfig> {
     if name == JOINT.0 {
         return axis_from_toml(JOINT.0, JOINT.1).ok();
     }
-    let (machine, letter) = name.split_once(':')?;
+    let (machine, drive) = name.split_once(':')?;
     let machine = Machine::preset(machine)?;
-    let mut letters = letter.chars();
-    let (letter, None) = (letters.next()?, letters.next()) else { return None };
-    machine.axis(lostmotion_base::AxisId::from_letter(letter)?).map(|axis| axis.config.clone())
+    machine.drive(drive).cloned()
 }
 
 /// The file of an axis that comes with the library, all keys written out; none if there is none of that name or it cannot be written.
@@ -81,9 +79,8 @@ pub fn axis_preset_toml(name: &str) -> Option<String> {
 /// Names of all axes that come with the library.
 pub fn axis_presets() -> Vec<String> {
     let of = |info: &PresetInfo| {
-        let machine = Machine::preset(info.name);
-        let axes = machine.as_ref().map(Machine::axes).unwrap_or_default();
-        axes.iter().map(|axis| format!("{}:{}", info.name, axis.id.letter().to_ascii_lowercase())).collect::<Vec<_>>()
+        let drives = Machine::preset(info.name).as_ref().map(Machine::drives).unwrap_or_default();
+        drives.iter().map(|drive| format!("{}:{drive}", info.name)).collect::<Vec<_>>()
     };
     [PAPER, JOINT.0].map(str::to_owned).into_iter().chain(presets().iter().flat_map(of)).collect()
 }

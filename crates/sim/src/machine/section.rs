@@ -66,6 +66,9 @@ fn describe(document: &Document<'_>, key: &str, part: &Spanned<DeValue<'_>>, spa
     if let (true, Some((unknown, known))) = (message.starts_with("unknown"), words.split_first()) {
         let mut known = known.to_vec();
         known.extend_from_slice(also);
+        if let Some(hint) = gap_hint(unknown, &known) {
+            return document.problem_at(span.start, path, "unknown key".to_owned(), hint);
+        }
         let what = if message.starts_with("unknown variant") { format!("`{unknown}` is not known") } else { "unknown key".to_owned() };
         return document.problem_at(span.start, path, what, did_you_mean(unknown, &known));
     }
@@ -85,6 +88,16 @@ fn describe(document: &Document<'_>, key: &str, part: &Spanned<DeValue<'_>>, spa
     };
     let said = if expected.is_empty() { found.to_owned() } else { format!("found {found}, expected {expected}") };
     document.problem_at(span.start, path, said, String::new())
+}
+
+/// What to say of a gap in an angle where it is a distance, or the other way round.
+fn gap_hint(unknown: &str, known: &[&str]) -> Option<String> {
+    const ANGLES: [&str; 3] = ["gap_arcsec", "gap_mdeg", "gap_deg"];
+    if ANGLES.contains(&unknown) && known.contains(&"gap_um") {
+        return Some("the gap of a linear axis is a distance: `gap_um`".to_owned());
+    }
+    (unknown == "gap_um" && known.contains(&"gap_mdeg"))
+        .then(|| format!("the gap of a rotary axis is an angle: one of {}", ANGLES.map(|key| format!("`{key}`")).join(", ")))
 }
 
 /// A dotted key from the key of a table and one below it.

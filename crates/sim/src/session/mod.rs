@@ -21,6 +21,7 @@ mod feed;
 mod frame;
 mod lower;
 mod modes;
+mod outputs;
 mod paced;
 mod reader;
 mod recorder;

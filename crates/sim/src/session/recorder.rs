@@ -1,8 +1,8 @@
 //! What one variant of the machine does to the contour, added up.
 
-use super::bank::Outputs;
 use super::frame::{Frame, contour_input};
 use super::modes::Modes;
+use super::outputs::Outputs;
 use crate::error::SimError;
 use crate::options::SimulateOptions;
 use lostmotion_axis::config::Cycles;

@@ -1,0 +1,136 @@
+//! What all axes of all variants did in the last chunk, as the rest of the session asks for it.
+
+use crate::machine::{Gantry, MachineAxis};
+use lostmotion_axis::{AxisOutput, Setpoint};
+use lostmotion_base::{AxisId, Coords};
+use lostmotion_plan::Sample;
+
+/// What all lanes did in the last chunk.
+#[derive(Debug)]
+pub(crate) struct Outputs {
+    pub(super) axes: Vec<AxisInfo>,
+    pub(super) lanes: Vec<AxisOutput>,
+    /// Lane of each axis of each variant, and behind them that of the second motor of a gantry.
+    pub(super) lane_of: Vec<usize>,
+    /// Where each lane's load stands when its command is 0, in the axis' unit.
+    pub(super) datums: Vec<f64>,
+    pub(super) gantry: Option<Beam>,
+}
+
+/// A gantry among the lanes.
+#[derive(Debug)]
+pub(super) struct Beam {
+    pub(super) gantry: Gantry,
+    pub(super) axis: usize,
+    pub(super) along: usize,
+}
+
+impl Beam {
+    pub(super) fn of(gantry: &Gantry, axes: &[AxisInfo]) -> Option<Beam> {
+        let index = |id| axes.iter().position(|axis| axis.id == id);
+        Some(Beam { gantry: gantry.clone(), axis: index(gantry.axis)?, along: index(gantry.along)? })
+    }
+
+    /// Gives the second motor the setpoints of the first, and each its part of the force by the place of the tool along the beam.
+    pub(super) fn share_forces(&self, samples: &[Sample], setpoints: &mut [Vec<Setpoint>]) {
+        let (Some(first), count) = (setpoints.get(self.axis).cloned(), setpoints.len()) else { return };
+        let [axis, second] = [self.axis, count - 1];
+        setpoints[second] = first;
+        for (n, sample) in samples.iter().enumerate() {
+            let share = self.gantry.share(sample.position[self.gantry.along]);
+            for (drive, part) in [(axis, 1.0 - share), (second, share)] {
+                let force = &mut setpoints[drive][n].load_force;
+                *force = force.map(|force| force * part);
+            }
+        }
+    }
+}
+
+/// What the rest of the session needs to know of an axis.
+#[derive(Clone, Debug)]
+pub(crate) struct AxisInfo {
+    pub(crate) id: AxisId,
+    /// Axis units for one joint unit (mm or rad).
+    pub(crate) units: f64,
+    /// Whether it turns.
+    pub(crate) rotary: bool,
+    /// Total gap in axis units.
+    pub(crate) gap: f64,
+    pub(crate) current_limit_a: f64,
+}
+
+impl AxisInfo {
+    pub(super) fn of(axis: &MachineAxis) -> AxisInfo {
+        AxisInfo {
+            id: axis.id,
+            units: axis.axis_units_per_joint_unit(),
+            rotary: axis.is_rotary(),
+            gap: axis.config.gap_in_unit(),
+            current_limit_a: axis.config.drive.current_limit_a,
+        }
+    }
+}
+
+impl Outputs {
+    pub(crate) fn axes(&self) -> &[AxisInfo] {
+        &self.axes
+    }
+
+    /// Output of an axis of a variant for the last chunk.
+    pub(crate) fn of(&self, variant: usize, axis: usize) -> &AxisOutput {
+        &self.lanes[self.lane(variant, axis)]
+    }
+
+    /// Lane of an axis of a variant; that of the second motor of a gantry follows those of the axes.
+    fn lane(&self, variant: usize, axis: usize) -> usize {
+        self.lane_of[variant * (self.axes.len() + usize::from(self.gantry.is_some())) + axis]
+    }
+
+    /// Output of the second motor of an axis of a variant, if it has one.
+    pub(crate) fn second_of(&self, variant: usize, axis: usize) -> Option<&AxisOutput> {
+        self.gantry.as_ref().filter(|beam| beam.axis == axis).map(|_| self.of(variant, self.axes.len()))
+    }
+
+    /// How far the first end of a gantry is ahead of the second, in its unit; and its axis.
+    pub(crate) fn skew(&self, variant: usize, servo_sample: usize) -> Option<f64> {
+        let beam = self.gantry.as_ref()?;
+        Some(self.end(variant, beam.axis, servo_sample) - self.end(variant, self.axes.len(), servo_sample))
+    }
+
+    /// The axis of a gantry.
+    pub(crate) fn gantry_axis(&self) -> Option<usize> {
+        self.gantry.as_ref().map(|beam| beam.axis)
+    }
+
+    /// Load position of one motor.
+    fn end(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
+        let lane = self.lane(variant, axis);
+        self.lanes[lane].load[servo_sample] - self.datums[lane]
+    }
+
+    /// Load position of an axis of a variant at a servo sample of the last chunk, in the axis' unit.
+    pub(crate) fn load_of(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
+        let first = self.end(variant, axis, servo_sample);
+        let Some(beam) = self.gantry.as_ref().filter(|beam| beam.axis == axis) else { return first };
+        let share = beam.gantry.share(self.end(variant, beam.along, servo_sample));
+        first + share * (self.end(variant, self.axes.len(), servo_sample) - first)
+    }
+
+    /// Joint positions of the loads of a variant at a servo sample of the last chunk.
+    pub(crate) fn load(&self, variant: usize, servo_sample: usize) -> Coords {
+        self.joints(|axis| self.load_of(variant, axis, servo_sample))
+    }
+
+    /// Joint positions of the references at a servo sample of the last chunk; the same for every variant.
+    pub(crate) fn reference(&self, servo_sample: usize) -> Coords {
+        self.joints(|axis| self.of(0, axis).reference[servo_sample])
+    }
+
+    fn joints(&self, value: impl Fn(usize) -> f64) -> Coords {
+        let mut joints = Coords::ZERO;
+        for (index, info) in self.axes.iter().enumerate() {
+            joints[info.id] = value(index) / info.units;
+        }
+        joints
+    }
+}
