@@ -12,8 +12,12 @@ use lostmotion_path::Curve;
 const REVERSAL_DEG: f64 = 175.0;
 /// Vertices of a run turn by at most this, degrees.
 const VERTEX_DEG: f64 = 30.0;
-/// A curve through a vertex leaves chords of length h that turn by an angle by less than h angle / 3 (0.148 h per end).
-const VERTEX_DEVIATION: f64 = 0.4;
+/// A curve that passes each vertex in the direction of its longer chord leaves the shorter, of length h, by 0.148 h angle for either end.
+const VERTEX_DEVIATION: f64 = 0.3;
+/// The same for the end of a long line beside a short one, which takes all of the angle.
+const LONG_DEVIATION: f64 = 0.25;
+/// And no more than so many of the short one's lengths, or the curve bends unevenly.
+const LONG_CHORDS: f64 = 6.0;
 /// Differences of derivatives below this are rounding.
 const SAME: f64 = 1e-10;
 
@@ -72,6 +76,13 @@ fn angle(a: &Coords, b: &Coords) -> f64 {
     2.0 * math::atan2(difference.sqrt(), sum.sqrt())
 }
 
+/// How much of a long line may bend next to the vertex where two lines meet, mm: a curve through it leaves chords so long by no more
+/// than the tolerance.
+pub(super) fn reach(before: &Programmed, next: &Programmed, tolerance: f64) -> f64 {
+    let angle = angle(&before.curve.eval(before.length).d1, &next.curve.eval(0.0).d1);
+    (tolerance / (LONG_DEVIATION * angle.max(f64::MIN_POSITIVE))).min(LONG_CHORDS * before.length.min(next.length))
+}
+
 /// Tells what becomes of the place where `next` follows `before`.
 pub(crate) fn joint(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> Joint {
     let (Some(first), Some(second)) = (allowed(config, before.control), allowed(config, next.control)) else {
@@ -110,5 +121,5 @@ fn is_vertex(config: &PlannerConfig, before: &Programmed, next: &Programmed, tur
     };
     let lines = matches!((&before.curve, &next.curve), (Curve::Line(_), Curve::Line(_)));
     let tips = before.curve.moves_tip() && next.curve.moves_tip();
-    lines && tips && turn <= rad(VERTEX_DEG) && VERTEX_DEVIATION * turn * before.length.max(next.length) <= first.min(second)
+    lines && tips && turn <= rad(VERTEX_DEG) && VERTEX_DEVIATION * turn * before.length.min(next.length) <= first.min(second)
 }

@@ -60,6 +60,9 @@ impl Conditioner {
         };
         let joint = joint::joint(&self.config, &last, next);
         if joint == Joint::Vertex {
+            if self.is_straight(&last, next) {
+                self.close_chain(judge, out);
+            }
             self.chain.push(*next);
             if self.chain.len() >= RUN_BUFFER {
                 self.work_off(out);
@@ -136,7 +139,7 @@ impl Conditioner {
             self.spent = spent;
         } else if self.knot.is_some() || self.chain.len() > 2 {
             let (first, chords) = self.chords();
-            let knots = run::knots(first, &chords, &self.carried, self.tolerance(), self.fairing_length());
+            let knots = run::knots(first, &chords, &self.carried, self.tolerance(), fairing_length(&chords));
             if self.knot.is_none() {
                 self.lead_in(&chords, out);
             }
@@ -150,28 +153,34 @@ impl Conditioner {
         }
     }
 
+    /// Whether the last line of the chain is so long that a run ends at its start and another begins at its end.
+    fn is_straight(&self, last: &Programmed, next: &Programmed) -> bool {
+        let Some(before) = self.chain.len().checked_sub(2).and_then(|k| self.chain.get(k)) else { return false };
+        let tolerance = self.tolerance();
+        joint::reach(before, last, tolerance) + joint::reach(last, next, tolerance) < last.length
+    }
+
     /// Tolerance of the run that the chain is, mm.
     fn tolerance(&self) -> f64 {
         let tolerances = self.chain.iter().filter_map(|line| joint::merge_tolerance(&self.config, line.control));
         tolerances.fold(f64::INFINITY, f64::min).min(1e3)
     }
 
-    /// What is longer than this stays in a run as it is, mm. It depends on the program alone, so that a machine that can do more
-    /// is not given a rougher path.
-    fn fairing_length(&self) -> f64 {
-        FAIRED_CHORDS * self.chain.iter().map(|line| line.length).sum::<f64>() / self.chain.len().max(1) as f64
-    }
-
-    /// First knot and chords of the run: from the middle of the first move, where a run begins, to that of the last.
+    /// First knot and chords of the run: from the second half of the first move, where a run begins, into the first half of the last.
     fn chords(&self) -> (Knot, Vec<Chord>) {
         let mut chords: Vec<Chord> = self.chain.iter().map(|line| Chord { line: *line, from: 0.0, to: line.length }).collect();
+        let tolerance = self.tolerance();
+        let bent = |pair: Option<&[Programmed]>, line: &Programmed| match pair {
+            Some([before, next]) => joint::reach(before, next, tolerance).min(0.5 * line.length),
+            _ => 0.5 * line.length,
+        };
         if let Some(last) = chords.last_mut() {
-            last.to = 0.5 * last.line.length;
+            last.to = bent(self.chain.windows(2).last(), &last.line);
         }
         match (self.knot, chords.first_mut()) {
             (Some(knot), _) => (knot, chords),
             (None, Some(first)) => {
-                first.from = 0.5 * first.line.length;
+                first.from = first.line.length - bent(self.chain.windows(2).next(), &first.line);
                 (first.knot(first.from), chords)
             }
             (None, None) => (Knot::default(), chords),
@@ -181,7 +190,7 @@ impl Conditioner {
     /// Gives out the older part of a long run.
     fn work_off(&mut self, out: &mut Vec<Step>) {
         let (first, chords) = self.chords();
-        let knots = run::knots(first, &chords, &self.carried, self.tolerance(), self.fairing_length());
+        let knots = run::knots(first, &chords, &self.carried, self.tolerance(), fairing_length(&chords));
         let done = chords.len() - RUN_KEPT;
         if self.knot.is_none() {
             self.lead_in(&chords, out);
@@ -201,6 +210,12 @@ impl Conditioner {
             out.push(Step::Piece(Box::new(first.line.part(self.spent, first.from))));
         }
     }
+}
+
+/// What is longer than this stays in a run as it is, mm. It depends on the program alone, so that a machine that can do more is not given
+/// a rougher path.
+fn fairing_length(chords: &[Chord]) -> f64 {
+    FAIRED_CHORDS * chords.iter().map(Chord::length).sum::<f64>() / chords.len().max(1) as f64
 }
 
 /// Gives out the pieces between knots.

@@ -13,7 +13,7 @@ use lostmotion_path::{Curve, HermiteEnd, Quintic};
 
 /// Part of the tolerance by which a vertex may be moved.
 const FAIRED: f64 = 0.8;
-/// Tries, and the factor of the bounds near a piece that leaves the tolerance, before no vertex is moved.
+/// Tries with bounds narrowed by a factor near a piece that leaves the tolerance; after as many more with none there, it falls back.
 const FAIRINGS: usize = 4;
 const TIGHTER: f64 = 0.5;
 
@@ -57,24 +57,32 @@ pub(super) fn knots(first: Knot, chords: &[Chord], carried: &[Coords], tolerance
     let mut bounds = vec![FAIRED * tolerance; vertices.len()];
     bounds[..=carried.len().min(chords.len())].fill(0.0);
     bounds[chords.len()] = 0.0;
-    for _ in 0..FAIRINGS {
-        let mut knots = faired(&vertices, chords, &bounds, length);
+    let mut knots = Vec::new();
+    for tries in 0..2 * FAIRINGS {
+        knots = faired(&vertices, chords, &bounds, length);
         smooth(&mut knots, chords);
         let mut kept = true;
         for (j, chord) in chords.iter().enumerate() {
             if !keeps(&knots[j], &knots[j + 1], chord, tolerance) {
                 kept = false;
-                bounds[j] *= TIGHTER;
-                bounds[j + 1] *= TIGHTER;
+                tighten(&mut bounds, j, if tries < FAIRINGS { TIGHTER } else { 0.0 });
             }
         }
         if kept {
             return knots;
         }
     }
-    smooth(&mut vertices, chords);
-    settle(&mut vertices, chords, tolerance);
-    vertices
+    settle(&mut knots, chords, tolerance);
+    knots
+}
+
+/// Narrows the bounds at both ends of a chord; where that is to nothing, its neighbours' too.
+fn tighten(bounds: &mut [f64], chord: usize, factor: f64) {
+    let around = if factor > 0.0 { 0 } else { 1 };
+    let last = bounds.len().min(chord + 2 + around);
+    if let Some(bounds) = bounds.get_mut(chord.saturating_sub(around)..last) {
+        bounds.iter_mut().for_each(|bound| *bound *= factor);
+    }
 }
 
 /// The vertices moved to where the curve through them bends evenly; it goes on as the first knot and the last chord say.
