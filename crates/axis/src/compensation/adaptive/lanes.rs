@@ -12,8 +12,10 @@
 //! `e` is the innovation: what the hypothesis did not foresee. alpha and beta are those of the steady Kalman filter for the encoder's rounding
 //! against a torque that nobody models; the sum of `e^2` over its variance is what the true parameters make least (prediction error method).
 
+use super::laws::{shaft, slide};
+use super::steady::{Filter, Known};
 use super::window::{Sample, Window};
-use lostmotion_base::Clock;
+use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 /// Hypotheses side by side.
@@ -35,18 +37,6 @@ pub(super) struct Hypotheses {
     pub(super) stiffness: Lanes,
     pub(super) damping: Lanes,
     pub(super) motor_coulomb: Lanes,
-}
-
-/// What is known of the motor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Known {
-    pub(super) torque_constant: f64,
-    pub(super) inertia: f64,
-    pub(super) viscous: f64,
-    /// Standard deviation of a measured position, rad.
-    pub(super) noise: f64,
-    /// Standard deviation of the torque that nothing models, over a servo tick, N m.
-    pub(super) unmodelled: f64,
 }
 
 /// Where the hypotheses are in a window.
@@ -78,25 +68,23 @@ pub(super) struct Innovation {
     pub(super) variance: f64,
 }
 
-/// Gains and variance of the steady filter for samples of a length.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Filter {
-    ticks: u32,
-    span: f64,
-    alpha: f64,
-    beta: f64,
-    variance: f64,
+/// One sample of all hypotheses in vectors as wide as the processor has them, which is most of what this compensator computes.
+struct OneSample<'a> {
+    progress: &'a mut Progress,
+    drive: (&'a Known, &'a Hypotheses, [&'a Sample; 2]),
+    warmth: f64,
 }
 
-impl Known {
-    /// The filter for samples of so many ticks (tracking index of Kalata, 1984).
-    fn filter(&self, stride: u32) -> Filter {
-        let span = f64::from(stride) * Clock::SERVO.period_s();
-        let index = self.unmodelled / self.inertia * span * span / (f64::from(stride).sqrt() * self.noise);
-        let r = 0.25 * (4.0 + index - (8.0 * index + index * index).sqrt());
-        let alpha = 1.0 - r * r;
-        let beta = 2.0 * (2.0 - alpha) - 4.0 * (1.0 - alpha).sqrt();
-        Filter { ticks: stride, span, alpha, beta, variance: self.noise * self.noise / (1.0 - alpha) }
+impl WithSimd for OneSample<'_> {
+    type Output = Innovation;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Innovation {
+        let (known, hypotheses, [from, to]) = self.drive;
+        let span = self.progress.filter.span;
+        let speed = (to.position - from.position) / span;
+        let torque = self.progress.load(hypotheses, speed, span / STEPS as f64, self.warmth);
+        self.progress.motor(known, hypotheses, &torque, from, to)
     }
 }
 
@@ -123,7 +111,6 @@ impl Progress {
         if to.ticks != self.filter.ticks {
             self.filter = known.filter(to.ticks);
         }
-        let span = self.filter.span;
         let warm = self.next < WARM_UP;
         if self.next == CRITICAL {
             self.let_go(hypotheses, window, 0.5);
@@ -138,8 +125,8 @@ impl Progress {
             0.0
         };
         self.next += 1;
-        let torque = self.load(hypotheses, (to.position - from.position) / span, span / STEPS as f64, warmth);
-        let innovation = self.motor(known, hypotheses, &torque, from, to);
+        let drive = (known, hypotheses, [from, to]);
+        let innovation = Arch::new().dispatch(OneSample { progress: self, drive, warmth });
         Some((!warm).then_some(innovation))
     }
 
@@ -160,15 +147,17 @@ impl Progress {
     }
 
     /// Moves the load; returns the mean torque of the shaft.
-    #[inline]
+    #[inline(always)]
     fn load(&mut self, p: &Hypotheses, motor_speed: f64, h: f64, warmth: f64) -> Lanes {
         let warm = warmth > 0.0;
         let mut sum = [0.0; LANES];
-        let warm_damping: Lanes = std::array::from_fn(|lane| (warmth * warm_damping(p, lane)).max(p.damping[lane]));
+        let warm_damping: Lanes =
+            if warm { std::array::from_fn(|lane| (warmth * warm_damping(p, lane)).max(p.damping[lane])) } else { p.damping };
+        let inverses = p.inertia.map(|inertia| 1.0 / inertia);
         for _ in 0..STEPS {
             for lane in 0..LANES {
                 let (speed, lead, gap) = (self.load_speed[lane], self.lead[lane], p.half_gap[lane]);
-                let (inverse, coulomb) = (1.0 / p.inertia[lane], p.coulomb[lane]);
+                let (inverse, coulomb) = (inverses[lane], p.coulomb[lane]);
                 let drag = -p.constant[lane] - p.viscous[lane] * speed;
                 // what would act if the load stood
                 let held_damping = if warm { 0.0 } else { p.damping[lane] * (motor_speed - speed) };
@@ -193,7 +182,7 @@ impl Progress {
         sum.map(|torque| torque / STEPS as f64)
     }
 
-    #[inline]
+    #[inline(always)]
     fn motor(&mut self, known: &Known, p: &Hypotheses, torque: &Lanes, from: &Sample, to: &Sample) -> Innovation {
         let filter = self.filter;
         let (span, inverse) = (filter.span, 1.0 / known.inertia);
@@ -217,33 +206,48 @@ impl Progress {
     }
 }
 
-/// Torque of the shaft at a lead, nothing within the gap.
-#[inline]
-fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f64) -> f64 {
-    let pressed = lead - lead.max(-half_gap).min(half_gap);
-    if pressed.abs() > 0.0 { stiffness * pressed + damping_torque } else { 0.0 }
-}
-
-/// Speed after a gain of speed with friction that takes at most `most`; what turns around does so within the sample, and friction with it.
-#[inline]
-fn slide(speed: f64, gain: f64, most: f64) -> f64 {
-    let driven = gain - gain.max(-most).min(most);
-    let after = speed + gain - if speed > 0.0 { most } else { -most };
-    let turns = speed * after <= 0.0;
-    // part of the sample that is left once it stands
-    let left = if speed.abs() > 0.0 { after / (after - speed) } else { 1.0 };
-    if turns { left * driven } else { after }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lostmotion_base::math;
 
+    /// Bits do not depend on the processor: plain arithmetic gives what its widest vectors give.
     #[test]
-    fn a_mass_that_turns_around_goes_on_with_friction_against_its_new_way() {
-        // at rest after 0.1/0.61 of the sample, then 0.59 for the rest of it
-        assert!((slide(-0.1, 0.6, 0.01) - 0.59 * (1.0 - 0.1 / 0.61)).abs() < 1e-15);
-        assert_eq!((slide(0.1, -0.005, 0.2), slide(0.0, 0.1, 0.2)), (0.0, 0.0));
-        assert!((slide(0.5, 0.1, 0.2) - 0.4).abs() < 1e-15 && (slide(0.0, 0.3, 0.2) - 0.1).abs() < 1e-15);
+    fn vectors_give_the_same_bits_as_plain_arithmetic() {
+        let known = Known { torque_constant: 0.9, inertia: 1.3e-3, viscous: 2e-4, noise: 3e-6, unmodelled: 0.02 };
+        let each = |first: f64, ratio: f64| std::array::from_fn(|lane| first * (1.0 + ratio * lane as f64));
+        let p = Hypotheses {
+            half_gap: each(2e-4, 0.7),
+            coulomb: each(0.0, 0.0).map(|_: f64| 0.3),
+            constant: each(0.05, 0.1),
+            inertia: each(2e-3, 0.4),
+            viscous: each(1e-3, 0.2),
+            stiffness: each(900.0, 0.3),
+            damping: each(0.05, 0.5),
+            motor_coulomb: each(0.1, 0.05),
+        };
+        let start = Progress {
+            next: 1,
+            lead: each(1e-4, 0.3),
+            load_speed: each(-0.4, 0.3),
+            off: [0.0; LANES],
+            speed: [0.2; LANES],
+            filter: known.filter(2),
+        };
+        let (mut wide, mut plain) = (start, start);
+        let at = |n: usize| Sample {
+            position: 4e-3 * math::sin(0.04 * n as f64),
+            current: 2.0 * math::cos(0.05 * n as f64),
+            fall: 0.01,
+            ticks: 2,
+        };
+        for n in 0..400 {
+            let (from, to) = (at(n), at(n + 1));
+            let warmth = [1.0, 0.5, 0.0][(n / 100).min(2)];
+            let one = |progress| OneSample { progress, drive: (&known, &p, [&from, &to]), warmth };
+            let (a, b) = (Arch::new().dispatch(one(&mut wide)), one(&mut plain).with_simd(pulp::Scalar::new()));
+            assert_eq!(a.e.map(f64::to_bits), b.e.map(f64::to_bits), "{n}");
+            assert_eq!(wide, plain, "{n}");
+        }
     }
 }
