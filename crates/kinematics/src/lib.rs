@@ -4,6 +4,7 @@
 
 use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Jet};
 
+mod bow;
 pub mod cartesian;
 pub mod chain;
 pub mod corexy;
@@ -17,9 +18,10 @@ pub mod trunnion;
 mod turns;
 mod vector;
 
+pub use bow::bow_mm;
 pub use cartesian::Cartesian;
 pub use chain::{Chain, ChainJoint, Family};
-pub use machine_tool::{MachineTool, bow_mm};
+pub use machine_tool::MachineTool;
 pub use orient::{OrientError, Orientation};
 pub use registry::{KinematicsSpec, RegistryEntry, TipControl, Words, build, build_within, entries};
 

@@ -12,7 +12,7 @@
 use crate::chain::{Chain, ChainJoint, JointSpec};
 use crate::orient::Orientation;
 use crate::registry::check_parameters;
-use crate::vector::{Vector, add, apply, constant, cross, dot, scale, sub};
+use crate::vector::{Vector, apply, constant, cross, dot, scale, sub};
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
 use lostmotion_base::{AXES, AxisId, Coords, Jet, Real};
 
@@ -181,23 +181,4 @@ impl Kinematics for MachineTool {
     fn orientation(&self) -> Option<&Orientation> {
         self.orientation.as_ref()
     }
-}
-
-/// How far the tip leaves the straight way when all joints go linearly from one place to another (a line without
-/// tool-centre-point control), mm: at most r (1 - cos(dtheta / 2)) for one rotary joint at a distance r.
-///
-/// The largest distance from the chord of the tip's places at 64 parts of the way; exact to the square of a part.
-pub fn bow_mm(chain: &Chain, from: &Coords, to: &Coords, tool: &[f64; 3]) -> f64 {
-    const PARTS: u32 = 64;
-    let [start, end] = [from, to].map(|joints| chain.tip(&joints.0, tool));
-    let way = sub(end, start);
-    let square = dot(way, way);
-    (1..PARTS)
-        .map(|part| {
-            let tip = chain.tip(&from.lerp(*to, f64::from(part) / f64::from(PARTS)).0, tool);
-            let away = sub(tip, start);
-            let along = if square > 0.0 { (dot(away, way) / square).clamp(0.0, 1.0) } else { 0.0 };
-            crate::vector::norm(add(away, scale(way, -along)))
-        })
-        .fold(0.0, f64::max)
 }

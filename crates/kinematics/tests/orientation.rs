@@ -224,11 +224,10 @@ fn what_cannot_be_had_is_refused() {
 #[test]
 fn a_line_without_tip_control_bows_as_far_as_geometry_says() {
     let machine = named("rotary table A", &[]);
-    let chain = machine.chain().unwrap();
     // The tip 80 mm from the axis of A; one degree.
     let mut from = lostmotion_base::Coords::xyz(40.0, -25.0, 140.0);
     let mut to = from;
     (from.0[3], to.0[3]) = (rad(10.0), rad(11.0));
-    let bow = bow_mm(chain, &from, &to, &[0.0; 3]);
+    let bow = bow_mm(machine.as_ref(), &from, &to, &[0.0; 3]);
     assert!((bow - 80.0 * (1.0 - rad(0.5).cos())).abs() < 1e-9, "{bow}");
 }

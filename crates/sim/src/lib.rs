@@ -11,6 +11,7 @@ pub mod options;
 pub mod results;
 mod session;
 pub mod source;
+mod straightness;
 pub mod time;
 
 pub use error::{SimError, SinkError};

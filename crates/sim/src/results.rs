@@ -3,6 +3,7 @@
 //! Errors are in micrometres (linear) and millidegrees (orientation), times in s; every field says so. The JSON form of
 //! these types is the versioned output of the command line: fields are only ever added within one schema number.
 
+pub use crate::straightness::Straightness;
 use lostmotion_base::{AxisId, BlockRef};
 pub use lostmotion_contour::Cause;
 use serde::{Deserialize, Serialize};
@@ -194,27 +195,6 @@ pub struct PlanInfo {
     /// frame; none where there is no such move.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unstraight: Option<Straightness>,
-}
-
-/// The largest distance of a way that is no straight line from another, and where.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Straightness {
-    /// Distance, um.
-    pub max_um: f64,
-    /// The block.
-    pub block: BlockRef,
-}
-
-impl PlanInfo {
-    /// A warning where the tool leaves its way between two commands by more than a limit, um.
-    pub fn bow_warning(&self, limit_um: f64) -> Option<String> {
-        let Straightness { max_um, block } = self.bow.filter(|bow| bow.max_um > limit_um)?;
-        let line = block.span.line;
-        Some(format!(
-            "line {line}: between two commands the tool bows by {max_um:.3} um from its way if the joints go straight (limit {limit_um} um); a shorter command cycle, a \
-             lower speed or a smoother interpolator help"
-        ))
-    }
 }
 
 fn is_zero(value: &f64) -> bool {

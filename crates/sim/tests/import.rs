@@ -158,3 +158,24 @@ fn urdf_machine_tools_have_a_table_and_a_tool() {
     let there = preset.tool_pose(&joints, &[0.0, 0.0, 80.0]);
     assert!((0..3).all(|i| (here.tip[i] - there.tip[i]).abs() < 1e-9 && (here.axis[i] - there.axis[i]).abs() < 1e-9), "{here:?} {there:?}");
 }
+
+/// A trunnion's points and offsets as an INI file sets them, in its own unit; what it does not set is told.
+#[test]
+fn linuxcnc_trunnion_pins() {
+    let axes = "[TRAJ]\nCOORDINATES = XYZAC\nLINEAR_UNITS = inch\n[JOINT_0]\nMAX_VELOCITY = 2\n[JOINT_1]\nMAX_VELOCITY = 2\n[JOINT_2]\nMAX_VELOCITY = 2\n[JOINT_3]\nMAX_VELOCITY = 30\n[JOINT_4]\nMAX_VELOCITY = 30\n";
+    let pins = "[HAL]\nHALCMD = setp xyzac-trt-kins.x-rot-point 1\nHALCMD = setp xyzac-trt-kins.z-rot-point -2.5\nHALCMD = setp xyzac-trt-kins.y-offset 0.5\nHALCMD = setp xyzac-trt-kins.z-offset 2\nHALCMD = setp xyzac-trt-kins.conventional-directions 1\nHALCMD = net on foo\n";
+    let head = "[KINS]\nKINEMATICS = xyzac-trt-kins\n";
+    let (told, machine) = imported("trt.ini", &format!("{head}{axes}{pins}"));
+    let spec = machine.kinematics();
+    assert_eq!(spec.rotation_point_mm, Some([25.4, 0.0, -63.5]));
+    assert_eq!((spec.offset_y_mm, spec.offset_z_mm, spec.conventional_directions), (Some(12.7), Some(50.8), Some(true)));
+    let fates = |told: &Imported, key: &str| told.rows.iter().filter(|row| row.key.contains(key)).map(|row| row.fate).collect::<Vec<_>>();
+    assert_eq!(fates(&told, "rot-point"), [Fate::Used; 2]);
+    assert_eq!(fates(&told, "[HAL] HALCMD"), [Fate::Ignored]);
+    assert!(fates(&told, "kinematics.rotation_point_mm").is_empty());
+    let (untold, machine) = imported("trt.ini", &format!("{head}{axes}"));
+    assert_eq!(machine.kinematics().rotation_point_mm, Some([0.0; 3]));
+    assert_eq!(fates(&untold, "kinematics.rotation_point_mm"), [Fate::Filled]);
+    let bad = refused("trt.ini", &format!("{head}{axes}[HAL]\nHALCMD = setp xyzac-trt-kins.x-rot-point far\n"));
+    assert!(bad.contains("trt.ini:17:1: error: xyzac-trt-kins.x-rot-point: `far` is not a number"), "{bad}");
+}

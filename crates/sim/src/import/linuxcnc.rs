@@ -1,8 +1,8 @@
 //! LinuxCNC's INI file: [EMC] MACHINE; [TRAJ] COORDINATES, LINEAR_UNITS, ANGULAR_UNITS; [KINS] KINEMATICS; and of every
-//! [JOINT_n] and [AXIS_L] the limits. Units are those of the machine and seconds.
+//! [JOINT_n] and [AXIS_L] the limits; [HAL] HALCMD where it sets a trunnion's pins. Units are those of the machine and seconds.
 
 use super::draft::{Draft, Fate, Told};
-use super::{number, problem};
+use super::{hal, number, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 
@@ -63,10 +63,25 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
             _ => 1.0,
         },
     };
+    let mut pointed = false;
     for entry in &entries {
+        if (entry.section, entry.key) == ("HAL", "HALCMD") && draft.kinematics.kind.starts_with("trunnion") {
+            match hal::take(&mut draft, module, entry.line, entry.value, scale.linear) {
+                Ok(true) => {
+                    pointed |= entry.value.contains("-rot-point");
+                    continue;
+                }
+                Ok(false) => {}
+                Err(found) => problems.push(found),
+            }
+        }
         if let Err(found) = take(&mut draft, entry, &letters, &scale) {
             problems.push(found);
         }
+    }
+    if draft.kinematics.kind.starts_with("trunnion") && !pointed {
+        let note = "LinuxCNC has it in HAL (x-rot-point, ...), and no HALCMD of the INI file sets it: set it";
+        draft.row("kinematics.rotation_point_mm", "[0, 0, 0]", Fate::Filled, note);
     }
     if draft.axes.is_empty() && problems.is_empty() {
         problems.push(problem(1, "", "there is no [JOINT_n] or [AXIS_L] with limits", "is it the machine's INI file?"));
@@ -98,12 +113,6 @@ fn kinematics(draft: &mut Draft, module: &str, line: usize) -> Result<(), Proble
     }
     spec.rotation_point_mm = Some([0.0; 3]);
     spec.conventional_directions = Some(false);
-    draft.row(
-        "kinematics.rotation_point_mm",
-        "[0, 0, 0]",
-        Fate::Filled,
-        "LinuxCNC has it in HAL (x-rot-point, ...), not in the INI file: set it",
-    );
     Ok(())
 }
 

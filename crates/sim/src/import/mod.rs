@@ -7,6 +7,7 @@ mod draft;
 mod fill;
 mod freecad;
 mod grbl;
+mod hal;
 mod linuxcnc;
 mod urdf;
 

@@ -7,7 +7,7 @@ use super::section::join;
 use super::settings::Position;
 use super::{General, MachineAxis, WorkOffsets, reach};
 use lostmotion_axis::config::Transmission;
-use lostmotion_axis::{AxisConfig, AxisConfigError, Tie};
+use lostmotion_axis::{AxisConfig, AxisConfigError};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisSet, Coords};
 use lostmotion_kinematics::Kinematics;
@@ -81,13 +81,6 @@ pub(super) fn transmissions(document: &Document<'_>, first: &AxisConfig, second:
     }
 }
 
-/// The beam between two motors.
-pub(super) fn tie(document: &Document<'_>, beam: &Tie, ends: [&AxisConfig; 2], problems: &mut Vec<Problem>) {
-    if let Err(error) = beam.check(ends) {
-        problems.push(axis_problem(document, "gantry.beam", &error));
-    }
-}
-
 /// Whether an axis has to turn: a chain says itself which of its joints do.
 fn turns(general: Option<&General>, axis: AxisId) -> bool {
     let joints = general.map(|general| general.kinematics.joint.as_slice()).unwrap_or_default();
@@ -108,7 +101,7 @@ fn kind_of_motion(document: &Document<'_>, key: &str, axis: &MachineAxis, meant:
     }
 }
 
-fn axis_problem(document: &Document<'_>, table: &str, error: &AxisConfigError) -> Problem {
+pub(super) fn axis_problem(document: &Document<'_>, table: &str, error: &AxisConfigError) -> Problem {
     match error {
         AxisConfigError::Range { key, value, allowed } => {
             document.problem(&join(table, key), format!("is {}; it has to be {allowed}", number(*value)), "")

@@ -3,7 +3,7 @@
 use super::check;
 use super::document::Document;
 use super::problem::Problem;
-use super::{MachineAxis, section};
+use super::{Machine, MachineAxis, section};
 use lostmotion_axis::config::Cycles;
 use lostmotion_axis::{AxisConfig, Tie};
 use lostmotion_base::AxisId;
@@ -78,6 +78,34 @@ impl Gantry {
     }
 }
 
+impl Machine {
+    /// The same machine with another description of a gantry's second end; itself without a gantry. The caller checks it ([`AxisConfig::check`]).
+    #[must_use]
+    pub fn with_second_config(&self, config: &AxisConfig) -> Machine {
+        let gantry = self.gantry.as_ref().map(|gantry| gantry.map(|_| self.in_step(config)));
+        Machine { gantry, ..self.clone() }
+    }
+
+    /// The drive of an axis by name: its letter, and behind it a 2 for the second motor of a gantry.
+    pub fn drive(&self, name: &str) -> Option<&AxisConfig> {
+        let (letter, second) = name.strip_suffix('2').map_or((name, false), |letter| (letter, true));
+        let mut letters = letter.chars();
+        let (letter, None) = (letters.next()?, letters.next()) else { return None };
+        let id = AxisId::from_letter(letter)?;
+        if second {
+            return self.gantry.as_ref().filter(|gantry| gantry.axis == id).map(|gantry| &gantry.second);
+        }
+        self.axis(id).map(|axis| &axis.config)
+    }
+
+    /// Names of all drives, for [`Machine::drive`].
+    pub fn drives(&self) -> Vec<String> {
+        let letter = |id: AxisId| id.letter().to_ascii_lowercase().to_string();
+        let second = self.gantry.iter().map(|gantry| letter(gantry.axis) + "2");
+        self.axes.iter().map(|axis| letter(axis.id)).chain(second).collect()
+    }
+}
+
 /// The gantry of a file, if it has one.
 pub(super) fn read(document: &Document<'_>, axes: &[MachineAxis], cycles: Cycles, problems: &mut Vec<Problem>) -> Option<Gantry> {
     let part = document.root.get("gantry")?;
@@ -113,7 +141,8 @@ pub(super) fn read(document: &Document<'_>, axes: &[MachineAxis], cycles: Cycles
     check::config(document, "gantry.second", &second, problems);
     check::transmissions(document, &axis.config, &second, problems);
     if let (Some(beam), true) = (&table.beam, problems.len() == before) {
-        check::tie(document, beam, [&axis.config, &second], problems);
+        let found = beam.check([&axis.config, &second]).err();
+        problems.extend(found.map(|error| check::axis_problem(document, "gantry.beam", &error)));
     }
     (problems.len() == before).then_some(Gantry { axis: axis.id, along: along.id, at_mm, second, beam: table.beam })
 }

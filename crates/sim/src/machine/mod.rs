@@ -223,32 +223,6 @@ impl Machine {
         Machine { general: self.general.clone(), axes: self.axes.iter().map(of_axis).collect(), gantry }
     }
 
-    /// The same machine with another description of a gantry's second end; itself without a gantry. The caller checks it ([`AxisConfig::check`]).
-    #[must_use]
-    pub fn with_second_config(&self, config: &AxisConfig) -> Machine {
-        let gantry = self.gantry.as_ref().map(|gantry| gantry.map(|_| self.in_step(config)));
-        Machine { gantry, ..self.clone() }
-    }
-
-    /// The drive of an axis by name: its letter, and behind it a 2 for the second motor of a gantry.
-    pub fn drive(&self, name: &str) -> Option<&AxisConfig> {
-        let (letter, second) = name.strip_suffix('2').map_or((name, false), |letter| (letter, true));
-        let mut letters = letter.chars();
-        let (letter, None) = (letters.next()?, letters.next()) else { return None };
-        let id = AxisId::from_letter(letter)?;
-        if second {
-            return self.gantry.as_ref().filter(|gantry| gantry.axis == id).map(|gantry| &gantry.second);
-        }
-        self.axis(id).map(|axis| &axis.config)
-    }
-
-    /// Names of all drives, for [`Machine::drive`].
-    pub fn drives(&self) -> Vec<String> {
-        let letter = |id: AxisId| id.letter().to_ascii_lowercase().to_string();
-        let second = self.gantry.iter().map(|gantry| letter(gantry.axis) + "2");
-        self.axes.iter().map(|axis| letter(axis.id)).chain(second).collect()
-    }
-
     /// The same machine with another axis description for one letter. The caller checks it ([`AxisConfig::check`]).
     #[must_use]
     pub fn with_axis_config(&self, id: AxisId, config: &AxisConfig) -> Machine {

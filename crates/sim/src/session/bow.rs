@@ -3,14 +3,11 @@
 use crate::results::{PlanInfo, Straightness};
 use lostmotion_base::Coords;
 use lostmotion_base::units::UM_PER_MM;
-use lostmotion_kinematics::Kinematics;
+use lostmotion_kinematics::{Kinematics, bow_mm};
 use lostmotion_path::Curve;
 use lostmotion_plan::{FeedLimit, Move, Sample};
 use std::sync::Arc;
 
-/// Places between its ends at which a block is looked at, and halvings of the two steps around the farthest.
-const PLACES: u32 = 32;
-const HALVINGS: usize = 40;
 /// Where the tool goes less than this, mm, it has no direction.
 const STILL_MM: f64 = 1e-12;
 
@@ -68,12 +65,7 @@ impl Bows {
         if !(moves(3..6) && (moves(0..3) || moves(6..9))) {
             return;
         }
-        let [from, to] = [start, end].map(|joints| self.tip(&joints, &item.tool_mm));
-        let at = |part: f64| {
-            let tip = self.tip(&(start + way * part), &item.tool_mm);
-            off(&less(&tip, &from), &less(&to, &from))
-        };
-        let max_um = UM_PER_MM * farthest(&at);
+        let max_um = UM_PER_MM * bow_mm(self.kinematics.as_ref(), &start, &end, &item.tool_mm);
         if self.block.is_none_or(|block| max_um > block.max_um) {
             self.block = Some(Straightness { max_um, block: item.block });
         }
@@ -103,17 +95,4 @@ fn off(vector: &[f64; 3], direction: &[f64; 3]) -> f64 {
     let along = if square > STILL_MM * STILL_MM { dot(vector, direction) / square } else { 0.0 };
     let rest = less(vector, &direction.map(|d| d * along));
     dot(&rest, &rest).sqrt()
-}
-
-/// The largest value on (0, 1).
-fn farthest(at: &impl Fn(f64) -> f64) -> f64 {
-    let step = 1.0 / f64::from(PLACES);
-    let places = (1..PLACES).map(|place| f64::from(place) * step);
-    let Some(top) = places.max_by(|a, b| at(*a).total_cmp(&at(*b))) else { return 0.0 };
-    let (mut low, mut high) = (top - step, top + step);
-    for _ in 0..HALVINGS {
-        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
-        if at(a) < at(b) { low = a } else { high = b }
-    }
-    at(top).max(at(0.5 * (low + high)))
 }
