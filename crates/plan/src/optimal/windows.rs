@@ -27,7 +27,7 @@ const COARSE: f64 = 8e-4;
 /// Where less than this part of a limit is left to an interval after all, the pace of the window's end may be better for all of it.
 const TOLERABLE: f64 = 0.9985;
 /// How often the pace is lowered around what still passes a limit.
-const DIPS: usize = 24;
+const DIPS: usize = 100;
 /// By how much that may lengthen what is given out, at most.
 const LONGER: f64 = 1.01;
 /// A gap that is not below this means that no better motion was found.
@@ -122,20 +122,25 @@ impl Windows {
         if first.excess.is_empty() {
             return first;
         }
-        let found = self.x.clone();
-        settle::dip(&mut self.x, &first.excess, self.width, ends);
+        let longest = LONGER * first.samples.len() as f64 + 1.0;
+        let (mut best, mut found) = (first, self.x.clone());
+        settle::dip(&mut self.x, &best.excess, self.width, ends);
         for _ in 0..DIPS {
             let trial = self.trial(ends[1], given, true);
-            if trial.samples.len() as f64 > LONGER * first.samples.len() as f64 + 1.0 {
+            if trial.samples.len() as f64 > longest {
                 break;
             }
             if trial.excess.is_empty() {
                 return trial;
             }
-            settle::dip(&mut self.x, &trial.excess, self.width, ends);
+            let lowered = trial.excess.clone();
+            if trial.least() > best.least() {
+                (best, found) = (trial, self.x.clone());
+            }
+            settle::dip(&mut self.x, &lowered, self.width, ends);
         }
         self.x = found;
-        first
+        best
     }
 
     /// Lowers the time, if that can be done, and looks at what comes of it.
