@@ -1,8 +1,7 @@
-//! Probing, spindle-synchronous moves, saved modes, polar coordinates, and subroutines from files.
+//! Probing, threads, saved modes, polar coordinates, and subroutines from files.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use lostmotion_base::AxisId;
-use lostmotion_gcode::{CanonicalOp, Feed, InterpreterConfig, Motion, MotionFold, MotionItem, PathMode, Problem, Program, SourcedOp};
+use lostmotion_gcode::{CanonicalOp, Feed, InterpreterConfig, MotionFold, MotionItem, Problem, Program, SourcedOp};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -167,29 +166,4 @@ fn a_main_program_that_starts_over_ends() {
     let last = program.by_ref().last().unwrap();
     assert_eq!(last.op, CanonicalOp::ProgramEnd);
     assert_eq!((program.diagnostics().errors(), program.diagnostics().warnings()), (0, 1));
-}
-
-/// The moves of a program, folded.
-fn moves(text: &str) -> Vec<Motion> {
-    moves_of(ops(text))
-}
-
-fn moves_of(ops: Vec<SourcedOp>) -> Vec<Motion> {
-    let mut fold = MotionFold::new(InterpreterConfig::default().start);
-    let mut items = Vec::new();
-    for op in ops {
-        fold.push_all(&op, &mut items).unwrap();
-    }
-    items.into_iter().filter_map(|item| if let MotionItem::Move(motion) = item { Some(motion) } else { None }).collect()
-}
-
-#[test]
-fn rigid_tapping_goes_down_and_comes_back_at_the_speed_of_the_spindle() {
-    let moves = moves("S600 M3\nG0 X5 Z2\nG33.1 Z-10 K0.5\nM2\n");
-    assert_eq!(moves.len(), 3);
-    assert_eq!(moves[1].end[AxisId::Z], -10.0);
-    assert_eq!(moves[2].end, moves[1].start);
-    for motion in &moves[1..] {
-        assert_eq!((motion.feed, motion.path), (Feed::MmPerMin(300.0), PathMode::ExactStop));
-    }
 }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use lostmotion_base::units::rad;
-use lostmotion_base::{Coords, math};
+use lostmotion_base::{AxisId, Coords, math};
 use lostmotion_gcode::{
     Dialect, Feed, InterpreterConfig, Motion, MotionFold, MotionItem, PathMode, Plane, Program, Tool, ToolTable, Units,
 };
@@ -174,4 +174,15 @@ fn stops_and_dwells_stay_in_order() {
             MotionItem::End { .. }
         ]
     ));
+}
+
+#[test]
+fn rigid_tapping_goes_down_and_comes_back_at_the_speed_of_the_spindle() {
+    let moves = moves("S600 M3\nG0 X5 Z2\nG33.1 Z-10 K0.5\nM2\n");
+    assert_eq!(moves.len(), 3);
+    assert_eq!(moves[1].end[AxisId::Z], -10.0);
+    assert_eq!(moves[2].end, moves[1].start);
+    for motion in &moves[1..] {
+        assert_eq!((motion.feed, motion.path), (Feed::MmPerMin(300.0), PathMode::ExactStop));
+    }
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Random, machines};
+use common::{FIVE, Random, machines};
 use lostmotion_base::units::rad;
 use lostmotion_kinematics::orient::Angles;
 use lostmotion_kinematics::{Kinematics, OrientError, Reach, bow_mm, build_within};
@@ -23,18 +23,6 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     let size = cross.iter().map(|c| c * c).sum::<f64>().sqrt();
     size.atan2((0..3).map(|i| a[i] * b[i]).sum())
 }
-
-const FIVE: [&str; 9] = [
-    "table-table AC",
-    "table-table BC",
-    "head-head CA",
-    "head-head AB",
-    "head-table BC",
-    "nutating head",
-    "nutating table",
-    "nutating head-table",
-    "trunnion-ac",
-];
 
 #[test]
 fn both_solutions_give_the_direction() {

@@ -3,23 +3,11 @@
 
 mod common;
 
-use common::{Random, machines};
+use common::{FIVE, Random, machines};
 use lostmotion_base::units::rad;
 use lostmotion_kinematics::orient::{Angles, Orientation};
 use lostmotion_kinematics::{Kinematics, Reach, build_within};
 use std::f64::consts::TAU;
-
-const FIVE: [&str; 9] = [
-    "table-table AC",
-    "table-table BC",
-    "head-head CA",
-    "head-head AB",
-    "head-table BC",
-    "nutating head",
-    "nutating table",
-    "nutating head-table",
-    "trunnion-ac",
-];
 
 /// A, B and C, degrees.
 const TRAVEL: [(usize, f64, f64); 3] = [(3, -110.0, 110.0), (4, -200.0, 200.0), (5, -400.0, 400.0)];

@@ -5,6 +5,19 @@ use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_kinematics::{Kinematics, KinematicsSpec, build};
 
+/// Machines with two rotary axes.
+pub const FIVE: [&str; 9] = [
+    "table-table AC",
+    "table-table BC",
+    "head-head CA",
+    "head-head AB",
+    "head-table BC",
+    "nutating head",
+    "nutating table",
+    "nutating head-table",
+    "trunnion-ac",
+];
+
 /// SplitMix64: numbers that are the same everywhere.
 pub struct Random(pub u64);
 
