@@ -156,6 +156,10 @@ impl Conditioner {
     /// Whether the last line of the chain is so long that a run ends at its start and another begins at its end.
     fn is_straight(&self, last: &Programmed, next: &Programmed) -> bool {
         let Some(before) = self.chain.len().checked_sub(2).and_then(|k| self.chain.get(k)) else { return false };
+        // A vertex reaches over more than the shorter of its lines, so that most lines need no closer look.
+        if last.length <= before.length + next.length {
+            return false;
+        }
         let tolerance = self.tolerance();
         joint::reach(before, last, tolerance) + joint::reach(last, next, tolerance) < last.length
     }
