@@ -1,6 +1,7 @@
 //! The planner: items in, samples out.
 
 use crate::admit::{Position, admit, dwell};
+use crate::chord::Chord;
 use crate::condition::{Conditioner, Programmed, Step, Stop};
 use crate::corner::{Leg, overlap_s};
 use crate::judge::TimeJudge;
@@ -70,6 +71,16 @@ impl Planner {
             finished: false,
             retimer,
         })
+    }
+
+    /// The same for drives that join commands by straight lines of the joints: the tool stays within the chord's limit of its way.
+    #[must_use]
+    pub fn with_chord(mut self, chord: Chord) -> Planner {
+        let pace = if self.retimer.is_some() { optimal::end_pace() } else { 1.0 };
+        self.corner_machine.chord = Some(chord.at_pace(pace));
+        self.machine.chord = Some(chord.clone());
+        self.sampler.chord = Some(chord);
+        self
     }
 
     /// Takes the next item.

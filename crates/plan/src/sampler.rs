@@ -1,5 +1,6 @@
 //! From planned stretches to samples at the clock's ticks.
 
+use crate::chord::Chord;
 use crate::condition::size;
 use crate::stretch::Stretch;
 use crate::{Heeds, Sample};
@@ -21,6 +22,8 @@ pub(crate) struct Sampler {
     pub(crate) finished: bool,
     /// What is added to program coordinates to get joints under a tool offset, where that is all there is to do.
     offset: Option<([f64; 3], Coords)>,
+    /// What is told of how far the tool is off its way between two samples.
+    pub(crate) chord: Option<Chord>,
 }
 
 impl Sampler {
@@ -35,11 +38,22 @@ impl Sampler {
             s: 0.0,
             path_speed: 0.0,
             feed_part: 0.0,
+            chord_part: 0.0,
             heeds: Heeds::default(),
             tool_mm: [0.0; 3],
             block: lostmotion_base::BlockRef::default(),
         };
-        Sampler { clock, tick: 0, stretches: VecDeque::new(), rest, rest_program: program, end_s: 0.0, finished: false, offset: None }
+        Sampler {
+            clock,
+            tick: 0,
+            stretches: VecDeque::new(),
+            rest,
+            rest_program: program,
+            end_s: 0.0,
+            finished: false,
+            offset: None,
+            chord: None,
+        }
     }
 
     /// The next sample, if its time is settled.
@@ -52,6 +66,9 @@ impl Sampler {
             self.leave();
         }
         let mut sample = self.alone(t, kinematics).unwrap_or_else(|| self.at(t, kinematics));
+        let Sample { position, velocity, acceleration, tool_mm, .. } = &sample;
+        let part = |chord: &Chord| chord.part([position, velocity, acceleration], tool_mm);
+        sample.chord_part = self.chord.as_ref().map_or(0.0, part);
         sample.tick = self.tick;
         self.tick += 1;
         self.rest.position = sample.position;
@@ -113,6 +130,7 @@ impl Sampler {
             s,
             path_speed: motion.v,
             feed_part: velocity.linear_norm().max(motion.v) / piece.feed,
+            chord_part: 0.0,
             heeds: piece.heeds,
             tool_mm: piece.tool_mm,
             block: mark.block,

@@ -3,7 +3,7 @@
 use super::Section;
 use lostmotion_base::AXES;
 
-/// Derivatives of the joints by the path at a place, and the largest speed of the path parameter that the feed allows, 1/s.
+/// Derivatives of the joints by the path at a place, and the largest speed of the path parameter that the feed and the chords allow, 1/s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) d: [[f64; AXES]; 3],
@@ -62,10 +62,12 @@ impl<'a> Course<'a> {
         let at = piece.curve.eval(s - start);
         let tip = at.d1.linear_norm();
         let feed = if tip > 1.0 { piece.feed / tip } else { piece.feed };
-        if self.section.kinematics.is_affine() {
+        let chord = self.section.machine.chord.as_ref();
+        if self.section.kinematics.is_affine() && chord.is_none() {
             return Some(Place { d: [at.d1.0, at.d2.0, at.d3.0], feed });
         }
         let jets = self.section.kinematics.inverse_jet(&at.jets(), &piece.tool_mm).ok()?;
+        let feed = chord.map_or(feed, |chord| feed.min(chord.speed_here(&jets, &piece.tool_mm)));
         Some(Place { d: [1, 2, 3].map(|order| jets.map(|jet| jet.0[order])), feed })
     }
 
