@@ -26,12 +26,24 @@ pub(crate) fn bernstein<const N: usize>(u: f64) -> [f64; N] {
     let mut basis = [0.0; N];
     basis[0] = 1.0;
     for degree in 1..N {
-        for i in (1..=degree).rev() {
-            basis[i] = basis[i] * (1.0 - u) + basis[i - 1] * u;
-        }
-        basis[0] *= 1.0 - u;
+        raise(&mut basis[..=degree], u);
     }
     basis
+}
+
+/// Those of the next degree from those of one: M is N + 1.
+pub(crate) fn raised<const N: usize, const M: usize>(basis: &[f64; N], u: f64) -> [f64; M] {
+    let mut next = [0.0; M];
+    next[..N].copy_from_slice(basis);
+    raise(&mut next, u);
+    next
+}
+
+fn raise(basis: &mut [f64], u: f64) {
+    for i in (1..basis.len()).rev() {
+        basis[i] = basis[i] * (1.0 - u) + basis[i - 1] * u;
+    }
+    basis[0] *= 1.0 - u;
 }
 
 /// Sum of the first N values of a row with their weights.

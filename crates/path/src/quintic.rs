@@ -1,6 +1,6 @@
 //! Polynomial piece of degree five in each axis.
 
-use crate::bernstein::{bernstein, largest, row, weighted};
+use crate::bernstein::{bernstein, largest, raised, row, weighted};
 use crate::derivs::within;
 use crate::error::finite;
 use crate::{CurveDerivs, PathError};
@@ -107,7 +107,10 @@ impl Quintic {
     pub fn eval(&self, s: f64) -> CurveDerivs {
         let u = self.parameter(s);
         let (k1, k2, k3) = self.factors();
-        let (b0, b1, b2, b3) = (bernstein::<6>(u), bernstein::<5>(u), bernstein::<4>(u), bernstein::<3>(u));
+        let b3 = bernstein::<3>(u);
+        let b2 = raised::<3, 4>(&b3, u);
+        let b1 = raised::<4, 5>(&b2, u);
+        let b0 = raised::<5, 6>(&b1, u);
         let mut out = CurveDerivs { p: self.origin, ..CurveDerivs::default() };
         for axis in 0..self.moving() {
             let [points, first, second, third] = self.axis(axis);
@@ -123,7 +126,9 @@ impl Quintic {
     pub(crate) fn travel(&self, s: f64, v: f64, a: f64) -> [Coords; 3] {
         let u = self.parameter(s);
         let (k1, k2, _) = self.factors();
-        let (b0, b1, b2) = (bernstein::<6>(u), bernstein::<5>(u), bernstein::<4>(u));
+        let b2 = bernstein::<4>(u);
+        let b1 = raised::<4, 5>(&b2, u);
+        let b0 = raised::<5, 6>(&b1, u);
         let mut out = [self.origin, Coords::ZERO, Coords::ZERO];
         for axis in 0..self.moving() {
             let [points, first, second, _] = self.axis(axis);

@@ -95,10 +95,11 @@ impl<'a> Certificate<'a> {
         let motion = knot.at(t);
         let place = self.course.on_piece(motion.s)?;
         let Motion { v, a, .. } = motion;
-        let state = std::array::from_fn(|joint| {
-            let [d1, d2, d3] = place.d.map(|d| d[joint]);
-            [d1 * v, d1 * a + d2 * v * v, d1 * knot.j + (3.0 * d2 * a + d3 * v * v) * v]
-        });
+        let mut state = State::default();
+        for (joint, _) in self.section.machine.joints() {
+            let [d1, d2, d3] = [0, 1, 2].map(|order| place.d[order][joint]);
+            state[joint] = [d1 * v, d1 * a + d2 * v * v, d1 * knot.j + (3.0 * d2 * a + d3 * v * v) * v];
+        }
         Some(End { t, motion, place, state, tip: v / place.feed })
     }
 
@@ -143,7 +144,7 @@ impl<'a> Certificate<'a> {
         let (mut seen, mut bound) = ([left.tip.max(right.tip), 0.0, 0.0], [0.0; 3]);
         let mut tip = 0.0;
         for (joint, limits) in self.section.machine.joints() {
-            let [d2, d3, d4, d5] = bends.map(|d| d[joint]);
+            let [d2, d3, d4, d5] = [0, 1, 2, 3].map(|order| bends[order][joint]);
             let at = |kind: usize| left.state[joint][kind].abs().max(right.state[joint][kind].abs());
             let (v2, a2) = (v * v, a * a);
             // Fifth and fourth derivative by time (Faa di Bruno; the path's jerk is constant).
@@ -173,8 +174,9 @@ mod tests {
     use crate::{FeedLimit, Move, PathControl};
     use lostmotion_base::{AxisLimits, BlockRef, Coords};
     use lostmotion_kinematics::{KinematicsSpec, build};
-    use lostmotion_path::{Arc, ArcSpec, Curve, Plane, Quintic};
+    use lostmotion_path::{self as path, ArcSpec, Curve, Plane, Quintic};
     use std::collections::VecDeque;
+    use std::sync::Arc;
 
     fn piece(curve: Curve) -> Piece {
         let Move { control, tool_mm, block, .. } =
@@ -187,7 +189,7 @@ mod tests {
         let height = [0.0, 0.3, -0.2, 0.9, 0.1, 0.5];
         let points = std::array::from_fn(|k| Coords::xyz(0.4 * k as f64, height[k], -height[5 - k]));
         let start = Coords::xyz(2.0, 0.5, 0.0);
-        let arc = |end, center| Arc::new(ArcSpec { start, end, plane: Plane::Xy, center, rotation: 1 }).map(Curve::Arc);
+        let arc = |end, center| path::Arc::new(ArcSpec { start, end, plane: Plane::Xy, center, rotation: 1 }).map(Curve::Arc);
         let mut curves: Vec<Curve> = Quintic::from_control_points(points, 2.0).map(Curve::Quintic).into_iter().collect();
         curves.extend(arc(Coords::xyz(0.0, 0.5, 0.3), [1.0, 0.5]));
         curves.extend(arc(Coords::xyz(-0.3, 0.5, 0.3), [1.0, 0.5]));
@@ -207,7 +209,7 @@ mod tests {
         assert_eq!(curves().len(), 4);
         let h = 5e-5;
         for curve in curves() {
-            let pieces: VecDeque<(f64, Piece)> = [(0.0, piece(curve))].into();
+            let pieces: VecDeque<(f64, Arc<Piece>)> = [(0.0, Arc::new(piece(curve)))].into();
             let section =
                 Section { machine: &machine, kinematics: kinematics.as_ref(), pieces: &pieces, intervals: &[], nodes: &[], base: &[] };
             for (v, a, j) in [(8.0, 0.0, 0.0), (4.0, 60.0, -900.0), (9.0, -80.0, 2000.0), (0.5, 0.0, 4000.0)] {
