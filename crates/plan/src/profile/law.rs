@@ -100,6 +100,19 @@ pub(crate) fn state_at(knots: &[Knot], t: f64) -> Motion {
     }
 }
 
+/// The states at rising times.
+pub(crate) fn states(knots: &[Knot], times: impl Iterator<Item = f64>) -> Vec<Motion> {
+    let mut rest = knots;
+    times
+        .map(|t| {
+            while rest.get(1).is_some_and(|next| next.t <= t) {
+                rest = &rest[1..];
+            }
+            state_at(rest.get(..2).unwrap_or(rest), t)
+        })
+        .collect()
+}
+
 /// Place by time over a stretch, as far as it is known.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Profile {
