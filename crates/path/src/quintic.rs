@@ -203,14 +203,21 @@ impl Quintic {
     /// Magnitudes of each axis' fourth derivative, the larger one of both ends of the stretch from `s0` to `s1`, and of the
     /// constant fifth.
     pub(crate) fn higher_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords) {
+        let ends = [self.parameter(s0), self.parameter(s1)];
+        if self.moving() == 3 { self.higher_of::<LINEAR>(ends) } else { self.higher_of::<AXES>(ends) }
+    }
+
+    fn higher_of<const N: usize>(&self, [u0, u1]: [f64; 2]) -> (Coords, Coords) {
         let k4 = self.factors().2 * 2.0 / self.length;
+        let first: [_; 5] = differences(&self.columns::<N>());
+        let second: [_; 4] = differences(&first);
+        let third: [_; 3] = differences(&second);
+        let [left, right]: [_; 2] = differences(&third);
         let mut bounds = (Coords::ZERO, Coords::ZERO);
-        for axis in 0..self.moving() {
-            let [.., third] = self.axis(axis);
-            let (first, second) = (third[1] - third[0], third[2] - third[1]);
-            let at = |s: f64| first + (second - first) * self.parameter(s);
-            bounds.0.0[axis] = largest(&[at(s0), at(s1)]) * k4;
-            bounds.1.0[axis] = (second - first).abs() * (k4 / self.length);
+        for axis in 0..N {
+            let slope = right[axis] - left[axis];
+            bounds.0.0[axis] = (left[axis] + slope * u0).abs().max((left[axis] + slope * u1).abs()) * k4;
+            bounds.1.0[axis] = slope.abs() * (k4 / self.length);
         }
         bounds
     }

@@ -28,6 +28,8 @@ type State = [[f64; 3]; AXES];
 pub(crate) struct Certificate<'a> {
     section: &'a Section<'a>,
     course: Course<'a>,
+    /// The place looked at last, with its time: the end of one stretch is mostly the start of the next.
+    last: Option<(f64, Place)>,
 }
 
 /// One end of a stretch.
@@ -47,7 +49,7 @@ fn worse(a: Used, b: Used) -> Used {
 
 impl<'a> Certificate<'a> {
     pub(crate) fn new(section: &'a Section<'a>) -> Certificate<'a> {
-        Certificate { section, course: Course::new(section) }
+        Certificate { section, course: Course::new(section), last: None }
     }
 
     /// Bounds of what consecutive knots use, of which the last one is only an end; none where the machine cannot be.
@@ -55,18 +57,23 @@ impl<'a> Certificate<'a> {
         let mut most = [0.0; 3];
         for pair in knots.windows(2) {
             let mut from = pair[0].t;
-            self.course.find(pair[0].s);
+            if self.course.find(pair[0].s) {
+                self.last = None;
+            }
             while from < pair[1].t {
                 // Up to where the next piece begins.
                 let to = self.course.next().map_or(pair[1].t, |next| pair[0].time_at(next, from, pair[1].t));
                 if to - from > INSTANT_S {
-                    let (left, right) = (self.end(&pair[0], from)?, self.end(&pair[0], to)?);
+                    let left = self.end(&pair[0], from)?;
+                    let right = self.end(&pair[0], to)?;
+                    self.last = Some((to, right.place));
                     most = worse(most, self.stretch(&pair[0], &left, &right, HALVINGS)?);
                 }
                 if to >= pair[1].t {
                     break;
                 }
                 self.course.step();
+                self.last = None;
                 from = to;
             }
         }
@@ -93,7 +100,10 @@ impl<'a> Certificate<'a> {
 
     fn end(&self, knot: &Knot, t: f64) -> Option<End> {
         let motion = knot.at(t);
-        let place = self.course.on_piece(motion.s)?;
+        let place = match self.last {
+            Some((last, place)) if last == t => place,
+            _ => self.course.on_piece(motion.s)?,
+        };
         let Motion { v, a, .. } = motion;
         let mut state = State::default();
         for (joint, _) in self.section.machine.joints() {

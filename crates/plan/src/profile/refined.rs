@@ -21,8 +21,10 @@ const LEAST: usize = 12;
 /// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens between the intervals'
 /// middles.
 pub(super) const GOALS: [f64; 2] = [0.9985, 0.99];
-/// Complementarity of the interior-point method at first and at last, as a part of an interval's time.
+/// Complementarity of the interior-point method at first, where it goes on from what passed a limit, and at last, as a part of an
+/// interval's time.
 const FIRST: f64 = 0.3;
+const AGAIN: f64 = 0.02;
 const LAST: f64 = 1e-4;
 /// Most steps of it.
 const STEPS: usize = 20;
@@ -147,9 +149,10 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
     let start = start(base, &grid, &states, (from, to)).ok_or(middle)?;
     let mut problem = problem(section, &grid).ok_or(middle)?;
     let mut beyond = 0.5 * count;
+    let (mut c, mut first) = (start, FIRST);
     for _ in 0..=REPAIRS {
-        let mut c = start.clone();
-        problem.solve(&mut c, FIRST * step_s, LAST * step_s, STEPS);
+        problem.solve(&mut c, first * step_s, LAST * step_s, STEPS);
+        first = AGAIN;
         let knots = knots(&grid, &c).map_err(|interval| time(interval as f64 + 0.5))?;
         if knots.last().is_none_or(|last| last.t >= to - from) {
             return Err(middle);
