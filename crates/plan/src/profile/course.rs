@@ -35,15 +35,16 @@ impl<'a> Course<'a> {
         Course { section, index: 0 }
     }
 
-    /// Finds the piece under a place.
-    pub(super) fn find(&mut self, s: f64) {
-        let pieces = self.section.pieces;
+    /// Finds the piece under a place; whether it is another one than before.
+    pub(super) fn find(&mut self, s: f64) -> bool {
+        let (pieces, before) = (self.section.pieces, self.index);
         while self.index > 0 && pieces.get(self.index).is_some_and(|(start, _)| *start > s) {
             self.index -= 1;
         }
         while pieces.get(self.index + 1).is_some_and(|(start, _)| *start <= s) {
             self.index += 1;
         }
+        self.index != before
     }
 
     /// Where the piece after the one in hand begins.
@@ -77,7 +78,7 @@ impl<'a> Course<'a> {
         let Some((start, piece)) = self.section.pieces.get(self.index) else { return Bends::default() };
         let (fourth, fifth) = piece.curve.higher_derivatives(from - start, to - start);
         let half = 0.5 * (to - from);
-        let [left, right] = ends.map(|place| place.d);
+        let [left, right] = ends.map(|place| &place.d);
         let most = |order: usize, joint: usize| f64::abs(left[order][joint]).max(right[order][joint].abs());
         let third: [f64; AXES] = std::array::from_fn(|joint| most(2, joint) + half * fourth.0[joint]);
         let second = std::array::from_fn(|joint| most(1, joint) + half * third[joint]);
