@@ -1,12 +1,43 @@
-//! How far the tool is off the straight way where joints go straight.
+//! How far the tool is off its way where joints go straight.
 
 use crate::Kinematics;
-use crate::vector::{add, dot, norm, scale, sub};
+use crate::vector::{Vector, add, dot, norm, scale, sub};
 use lostmotion_base::Coords;
 
 /// Places between the ends that are looked at, and halvings of the steps around the farthest.
 const PARTS: u32 = 64;
 const HALVINGS: usize = 40;
+
+/// Way of the joint that goes farthest, mm or rad, over which the tip's derivatives are differenced: the rest of the difference is below 1e-7 of it.
+const STEP: f64 = 1e-4;
+/// Where the tip goes less than this for each mm or rad of that joint, it stands still and has no direction, mm.
+const STILL: f64 = 1e-6;
+
+/// What draws the tip away from the chord of its joints, in the part's frame: the part square to the tip's way of the second derivative that the joints'
+/// own second derivatives give it. Between two places at a parameter's distance T the middle of the joints' chord is off the way by T2/8 of it.
+/// Derivatives by any parameter (path length, time), in mm and rad over its square.
+pub fn chord_bend(kinematics: &dyn Kinematics, [joints, first, second]: [&Coords; 3], tool: &[f64; 3]) -> f64 {
+    let (way, bend) = (tip_derivative(kinematics, joints, first, tool), tip_derivative(kinematics, joints, second, tool));
+    let square = dot(way, way);
+    let still = STILL * largest(first);
+    let along = if square > still * still { dot(bend, way) / square } else { 0.0 };
+    norm(sub(bend, scale(way, along)))
+}
+
+/// How fast the tip goes if the joints do, by central differences.
+fn tip_derivative(kinematics: &dyn Kinematics, joints: &Coords, speeds: &Coords, tool: &[f64; 3]) -> Vector<f64> {
+    let largest = largest(speeds);
+    if largest == 0.0 {
+        return [0.0; 3];
+    }
+    let step = STEP / largest;
+    let tip = |step: f64| kinematics.tool_pose(&(*joints + *speeds * step), tool).tip;
+    scale(sub(tip(step), tip(-step)), 0.5 / step)
+}
+
+fn largest(coords: &Coords) -> f64 {
+    coords.0.iter().fold(0.0, |most, c| f64::max(most, c.abs()))
+}
 
 /// How far the tip leaves the straight way in the part's frame when all joints go linearly from one place to another (a line without
 /// tool-centre-point control), mm: at most r (1 - cos(dtheta / 2)) for one rotary joint at a distance r.

@@ -18,7 +18,7 @@ pub mod trunnion;
 mod turns;
 mod vector;
 
-pub use bow::bow_mm;
+pub use bow::{bow_mm, chord_bend};
 pub use cartesian::Cartesian;
 pub use chain::{Chain, ChainJoint, Family};
 pub use machine_tool::MachineTool;

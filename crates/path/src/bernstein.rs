@@ -26,17 +26,40 @@ pub(crate) fn bernstein<const N: usize>(u: f64) -> [f64; N] {
     let mut basis = [0.0; N];
     basis[0] = 1.0;
     for degree in 1..N {
-        for i in (1..=degree).rev() {
-            basis[i] = basis[i] * (1.0 - u) + basis[i - 1] * u;
-        }
-        basis[0] *= 1.0 - u;
+        raise(&mut basis[..=degree], u);
     }
     basis
 }
 
-/// Sum of the first N values of a row with their weights.
-pub(crate) fn weighted<const N: usize>(values: &[f64; 6], weights: &[f64; N]) -> f64 {
-    values.iter().zip(weights).fold(0.0, |sum, (value, weight)| sum + value * weight)
+/// Those of the next degree from those of one: M is N + 1.
+pub(crate) fn raised<const N: usize, const M: usize>(basis: &[f64; N], u: f64) -> [f64; M] {
+    let mut next = [0.0; M];
+    next[..N].copy_from_slice(basis);
+    raise(&mut next, u);
+    next
+}
+
+fn raise(basis: &mut [f64], u: f64) {
+    for i in (1..basis.len()).rev() {
+        basis[i] = basis[i] * (1.0 - u) + basis[i - 1] * u;
+    }
+    basis[0] *= 1.0 - u;
+}
+
+/// Sum of rows with their weights, axis by axis.
+pub(crate) fn mixed<const N: usize, const M: usize>(rows: &[[f64; N]; M], weights: &[f64; M]) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for (row, weight) in rows.iter().zip(weights) {
+        for (sum, value) in sum.iter_mut().zip(row) {
+            *sum += value * weight;
+        }
+    }
+    sum
+}
+
+/// Differences of neighbouring rows: L is M - 1.
+pub(crate) fn differences<const N: usize, const M: usize, const L: usize>(rows: &[[f64; N]; M]) -> [[f64; N]; L] {
+    std::array::from_fn(|i| std::array::from_fn(|axis| rows[i + 1][axis] - rows[i][axis]))
 }
 
 /// Largest magnitude.

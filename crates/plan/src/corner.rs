@@ -6,6 +6,7 @@
 //! second, at most, so that it leaves the path by no more than min(u, w): the time for which both stay below the tolerance
 //! follows from the two motions alone, and the joints' limits are checked on the sum of both.
 
+use crate::chord::Chord;
 use crate::condition::{Piece, size};
 use crate::machine::Machine;
 use crate::profile::Profile;
@@ -21,6 +22,8 @@ const FIT_HALVINGS: usize = 10;
 const NEGLIGIBLE_S: f64 = 1e-4;
 /// Steps of the jerk nearer to each other are too near for a difference of accelerations between them.
 const INSTANT_S: f64 = 1e-7;
+/// Places in a time without a step of the jerk at which the tool's bow is looked at.
+const PLACES: u32 = 8;
 /// Sums of two motions that both keep a limit exactly may pass it by rounding.
 const ROUNDING: f64 = 1.0 + 1e-7;
 
@@ -38,23 +41,29 @@ pub(crate) struct Leg {
     longest_s: f64,
     /// Largest speed of the path parameter, 1/s.
     feed: f64,
+    /// Program coordinates at the corner, and the tool's offset.
+    corner: Coords,
+    tool_mm: [f64; 3],
 }
 
 impl Leg {
     /// The end of a stretch that comes to rest on a line.
     pub(crate) fn end_of(stretch: &Stretch) -> Option<Leg> {
-        Leg::new(stretch.last()?, stretch.profile.reversed(), 0.0, stretch.longest_overlap_s())
+        let piece = stretch.last()?;
+        Leg::new(piece, piece.curve.end(), stretch.profile.reversed(), 0.0, stretch.longest_overlap_s())
     }
 
     /// The start of a stretch on a line.
     pub(crate) fn start_of(stretch: &Stretch) -> Option<Leg> {
-        Leg::new(stretch.first()?, stretch.profile.clone(), stretch.from, stretch.longest_overlap_s())
+        let piece = stretch.first()?;
+        Leg::new(piece, piece.curve.start(), stretch.profile.clone(), stretch.from, stretch.longest_overlap_s())
     }
 
-    fn new(piece: &Piece, profile: Profile, from: f64, longest_s: f64) -> Option<Leg> {
+    fn new(piece: &Piece, corner: Coords, profile: Profile, from: f64, longest_s: f64) -> Option<Leg> {
         let Curve::Line(_) = piece.curve else { return None };
         let direction = piece.curve.eval(0.0).d1;
-        Some(Leg { profile, from, direction, room: piece.curve.length(), longest_s, feed: piece.feed })
+        let (room, feed, tool_mm) = (piece.curve.length(), piece.feed, piece.tool_mm);
+        Some(Leg { profile, from, direction, room, longest_s, feed, corner, tool_mm })
     }
 
     /// Distance from the corner, speed and acceleration at a time from rest.
@@ -145,7 +154,9 @@ fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
             continue;
         }
         let right = states(t);
-        if !keeps(machine, before, after, &left, &right, step) {
+        let bows =
+            |chord: &Chord| (1..=PLACES).any(|k| bows(chord, before, after, &states(start + step * f64::from(k) / f64::from(PLACES))));
+        if !keeps(machine, before, after, &left, &right, step) || machine.chord.as_ref().is_some_and(bows) {
             return false;
         }
         (start, left) = (t, right);
@@ -154,6 +165,13 @@ fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
 }
 
 type State = ([f64; 3], [f64; 3]);
+
+/// Whether a command cycle around a place of the sum takes the tool too far off its way.
+fn bows(chord: &Chord, before: &Leg, after: &Leg, state: &State) -> bool {
+    let sum = |k: usize, sign: f64| after.direction * state.1[k] + before.direction * (sign * state.0[k]);
+    let joints = after.corner + Coords::xyz(after.tool_mm[0], after.tool_mm[1], after.tool_mm[2]);
+    chord.part([&joints, &sum(1, 1.0), &sum(2, -1.0)], &after.tool_mm) > 1.0
+}
 
 /// Whether the sum keeps every limit over a time without a step of the jerk, given the states at its ends.
 fn keeps(machine: &Machine, before: &Leg, after: &Leg, left: &State, right: &State, step: f64) -> bool {

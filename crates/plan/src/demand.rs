@@ -54,7 +54,8 @@ pub(crate) enum Direction {
 /// of the acceleration may be anything from none to all of it, so that what pulls the other way is no help.
 pub(crate) fn sides(demand: &Demand, direction: Direction, joint: usize) -> [[f64; 3]; 2] {
     let c1 = demand.d[0][joint];
-    let [[up2, down2], [up3, down3]] = demand.sides.map(|order| order.map(|side| side[joint]));
+    let at = |order: usize, side: usize| demand.sides[order][side][joint];
+    let (up2, down2, up3, down3) = (at(0, 0), at(0, 1), at(1, 0), at(1, 1));
     match direction {
         Direction::Faster => [[c1, up2, up3], [c1, down2, down3]],
         Direction::Slower => [[c1, down2, up3], [c1, up2, down3]],

@@ -84,7 +84,7 @@ pub(crate) fn demands(piece: &Piece, machine: &Machine, kinematics: &dyn Kinemat
     let mut parts = parts(&piece.curve);
     if let (Curve::Quintic(quintic), true) = (&piece.curve, kinematics.is_affine()) {
         let mut whole = signed(quintic, 0.0, length);
-        whole.feed = feed(piece, 0.0, length, Coords(whole.d[0]));
+        whole.feed = feed(piece, 0.0, length, Coords(whole.d[0])).min(straight(piece, machine, kinematics, [0.0, length])?);
         // More parts would be gathered again.
         let gathered = COALESCE * machine.longest_window_s() * machine.speed_cap(&whole);
         if length <= gathered {
@@ -100,10 +100,10 @@ pub(crate) fn demands(piece: &Piece, machine: &Machine, kinematics: &dyn Kinemat
                 Curve::Quintic(quintic) => signed(quintic, s0, s1),
                 curve => of(curve, s0, s1),
             };
-            demand.feed = feed(piece, s0, s1, Coords(demand.d[0]));
+            demand.feed = feed(piece, s0, s1, Coords(demand.d[0])).min(straight(piece, machine, kinematics, [s0, s1])?);
             out.push((s1 - s0, demand));
         } else {
-            bend(piece, kinematics, (s0, s1), MAX_HALVINGS + MORE_HALVINGS, &mut out)?;
+            bend(piece, machine, kinematics, (s0, s1), MAX_HALVINGS + MORE_HALVINGS, &mut out)?;
         }
     }
     Ok(out)
@@ -151,6 +151,14 @@ fn feed(piece: &Piece, s0: f64, s1: f64, d1: Coords) -> f64 {
     piece.feed / squares.fold(1.0, f64::max).sqrt()
 }
 
+/// Largest speed of the parameter that keeps the tool near its way between two commands; joints that go straight do.
+fn straight(piece: &Piece, machine: &Machine, kinematics: &dyn Kinematics, ends: [f64; 2]) -> Result<f64, KinematicsError> {
+    match (&machine.chord, &piece.curve) {
+        (None, _) | (_, Curve::Line(_)) => Ok(f64::INFINITY),
+        (Some(chord), _) => chord.speed_over(piece, kinematics, ends),
+    }
+}
+
 /// Whether some joint goes farther between the ends of a stretch than its speeds there and in the middle say (Simpson's rule).
 fn hides_a_peak([first, second, third]: &[[Jet; AXES]; 3], length: f64) -> bool {
     first.iter().zip(second).zip(third).any(|((a, m), b)| {
@@ -164,6 +172,7 @@ fn hides_a_peak([first, second, third]: &[[Jet; AXES]; 3], length: f64) -> bool 
 /// until the middle lies near the chord of the ends.
 fn bend(
     piece: &Piece,
+    machine: &Machine,
     kinematics: &dyn Kinematics,
     (s0, s1): (f64, f64),
     halvings: u32,
@@ -190,12 +199,13 @@ fn bend(
     if (smooth || halvings <= MORE_HALVINGS) && (!hidden || halvings == 0) {
         demand = Demand::new(demand.d, demand.feed);
         let (d1, _, _) = piece.curve.max_derivatives(s0, s1);
-        demand.feed = feed(piece, s0, s1, d1);
+        let chord = machine.chord.as_ref().map_or(f64::INFINITY, |chord| chord.speed([&first, &second, &third], &piece.tool_mm));
+        demand.feed = feed(piece, s0, s1, d1).min(chord);
         out.push((s1 - s0, demand));
         return Ok(());
     }
-    bend(piece, kinematics, (s0, middle), halvings - 1, out)?;
-    bend(piece, kinematics, (middle, s1), halvings - 1, out)
+    bend(piece, machine, kinematics, (s0, middle), halvings - 1, out)?;
+    bend(piece, machine, kinematics, (middle, s1), halvings - 1, out)
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@
 //! and passes the corner itself within twice as much; where the path turns back by more than 175 degrees it comes to rest.
 
 mod admit;
+mod chord;
 mod condition;
 pub mod config;
 mod corner;
@@ -35,6 +36,7 @@ mod stretch;
 pub mod travel;
 mod window;
 
+pub use chord::Chord;
 pub use config::{PlannerConfig, Quality};
 pub use error::{PlanError, TravelViolation};
 pub use item::{Dwell, FeedLimit, Halt, Heeds, Move, PathControl, PlanItem};

@@ -4,6 +4,7 @@
 //! q'' v2 + q' a and the jerk q''' v3 + 3 q'' v a + q' j. The planner makes j by a moving average over a window T, which
 //! turns a path acceleration that steps by at most `a` into a jerk of at most a / T.
 
+use crate::chord::Chord;
 use crate::demand::sides;
 pub(crate) use crate::demand::{Demand, Direction};
 use crate::profile::{Interval, Knot};
@@ -82,6 +83,8 @@ pub(crate) const NO_LIMIT: f64 = 1e12;
 #[derive(Clone, Debug)]
 pub(crate) struct Machine {
     joints: Vec<Joint>,
+    /// How far the tool may be off its way between two commands.
+    pub(crate) chord: Option<Chord>,
 }
 
 impl Machine {
@@ -89,13 +92,13 @@ impl Machine {
         let joint = |(index, limits): (usize, &Option<AxisLimits>)| {
             limits.map(|l| Joint { index, v: l.velocity * MARGIN, a: l.acceleration * MARGIN, j: l.jerk * MARGIN })
         };
-        Machine { joints: limits.iter().enumerate().filter_map(joint).collect() }
+        Machine { joints: limits.iter().enumerate().filter_map(joint).collect(), chord: None }
     }
 
     /// The same with part of the acceleration and the jerk.
     pub(crate) fn part(&self, part: f64) -> Machine {
         let joints = self.joints.iter().map(|joint| Joint { a: joint.a * part, j: joint.j * part, ..*joint });
-        Machine { joints: joints.collect() }
+        Machine { joints: joints.collect(), chord: self.chord.clone() }
     }
 
     /// Takes in the demands of another stretch on the joints that there are.

@@ -1,6 +1,7 @@
 //! The planner: items in, samples out.
 
 use crate::admit::{Position, admit, dwell};
+use crate::chord::Chord;
 use crate::condition::{Conditioner, Programmed, Step, Stop};
 use crate::corner::{Leg, overlap_s};
 use crate::judge::TimeJudge;
@@ -72,6 +73,16 @@ impl Planner {
         })
     }
 
+    /// The same for drives that join commands by straight lines of the joints: the tool stays within the chord's limit of its way.
+    #[must_use]
+    pub fn with_chord(mut self, chord: Chord) -> Planner {
+        let pace = if self.retimer.is_some() { optimal::end_pace() } else { 1.0 };
+        self.corner_machine.chord = Some(chord.at_pace(pace));
+        self.machine.chord = Some(chord.clone());
+        self.sampler.chord = Some(chord);
+        self
+    }
+
     /// Takes the next item.
     ///
     /// # Errors
@@ -105,26 +116,18 @@ impl Planner {
 
     /// Takes up to `max_samples` samples that are final; returns how many.
     pub fn take(&mut self, max_samples: usize, out: &mut Vec<Sample>) -> usize {
-        let before = out.len();
+        let Some(retimer) = &mut self.retimer else { return self.sampler.take(max_samples, self.kinematics.as_ref(), out) };
+        let (before, mut nominal) = (out.len(), Vec::with_capacity(1));
         while out.len() - before < max_samples {
-            let Some(sample) = self.next_sample() else { break };
-            out.push(sample);
+            if let Some(sample) = retimer.next() {
+                out.push(sample);
+            } else if self.sampler.take(1, self.kinematics.as_ref(), &mut nominal) > 0 {
+                nominal.drain(..).for_each(|sample| retimer.push(sample));
+            } else if !(self.finished && retimer.finish()) {
+                break;
+            }
         }
         out.len() - before
-    }
-
-    fn next_sample(&mut self) -> Option<Sample> {
-        let Some(retimer) = &mut self.retimer else { return self.sampler.next(self.kinematics.as_ref()) };
-        loop {
-            if let Some(sample) = retimer.next() {
-                return Some(sample);
-            }
-            match self.sampler.next(self.kinematics.as_ref()) {
-                Some(sample) => retimer.push(sample),
-                None if self.finished && retimer.finish() => {}
-                None => return None,
-            }
-        }
     }
 
     /// How often the motion came to rest because the look-ahead window was too short for the path's detail.
@@ -174,7 +177,7 @@ impl Planner {
         for step in steps {
             match step {
                 Step::Piece(piece) => {
-                    self.window.push(*piece, &self.machine, self.kinematics.as_ref())?;
+                    self.window.push(piece, &self.machine, self.kinematics.as_ref())?;
                     while self.window.is_due() {
                         let Some((settled, forced)) = self.window.settle(&self.machine, self.kinematics.as_ref()) else { break };
                         self.commit(settled);

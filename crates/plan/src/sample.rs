@@ -22,7 +22,9 @@ pub struct Sample {
     pub path_speed: f64,
     /// Speed as a part of what the feed allows; 0 on rapid moves.
     pub feed_part: f64,
-    /// The override that changes it.
+    /// Speed as a part of what the limit of the tool's bow between two commands allows; 0 without one.
+    pub chord_part: f64,
+    /// The override that changes the feed.
     pub heeds: Heeds,
     /// Tool offset in force, mm.
     pub tool_mm: [f64; 3],

@@ -4,6 +4,7 @@ use crate::condition::Piece;
 use crate::profile::{Knot, Motion, Profile};
 use lostmotion_base::Coords;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// The motion between two stops.
 #[derive(Clone, Debug)]
@@ -15,7 +16,7 @@ pub(crate) struct Stretch {
     /// Where on the path it starts.
     pub(crate) from: f64,
     /// Pieces of the path with the place where each begins.
-    pieces: VecDeque<(f64, Piece)>,
+    pieces: VecDeque<(f64, Arc<Piece>)>,
     /// Time up to which the motion was final before the last part was added, s.
     settled_s: f64,
     /// Whether it comes to rest at its end and nothing more will be added.
@@ -30,7 +31,7 @@ impl Stretch {
     }
 
     /// Adds pieces and the motion over them.
-    pub(crate) fn extend(&mut self, pieces: impl Iterator<Item = (f64, Piece)>, knots: &[Knot]) {
+    pub(crate) fn extend(&mut self, pieces: impl Iterator<Item = (f64, Arc<Piece>)>, knots: &[Knot]) {
         self.pieces.extend(pieces);
         self.settled_s = self.profile.end_s();
         self.profile.extend(knots);
@@ -64,23 +65,23 @@ impl Stretch {
 
     /// The piece at the place where it has advanced to, and the place on it.
     pub(crate) fn here(&self, s: f64) -> Option<(&Piece, f64)> {
-        self.pieces.front().map(|(start, piece)| (piece, (s - start).max(0.0)))
+        self.pieces.front().map(|(start, piece)| (piece.as_ref(), (s - start).max(0.0)))
     }
 
     /// The piece at a place and the place on it.
     pub(crate) fn peek(&self, s: f64) -> Option<(&Piece, f64)> {
         let index = self.pieces.partition_point(|(start, _)| *start <= s).saturating_sub(1);
-        self.pieces.get(index).map(|(start, piece)| (piece, (s - start).max(0.0)))
+        self.pieces.get(index).map(|(start, piece)| (piece.as_ref(), (s - start).max(0.0)))
     }
 
     /// The first piece of those that it holds.
     pub(crate) fn first(&self) -> Option<&Piece> {
-        self.pieces.front().map(|(_, piece)| piece)
+        self.pieces.front().map(|(_, piece)| piece.as_ref())
     }
 
     /// The last piece.
     pub(crate) fn last(&self) -> Option<&Piece> {
-        self.pieces.back().map(|(_, piece)| piece)
+        self.pieces.back().map(|(_, piece)| piece.as_ref())
     }
 
     /// How many pieces it holds.

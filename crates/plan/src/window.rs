@@ -7,6 +7,7 @@ use crate::profile::{Certificate, Interval, Knot, Node, Plan, Section, Task, Tim
 use crate::{PlanError, PlannerConfig};
 use lostmotion_kinematics::{Kinematics, KinematicsError};
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// Parts of the usual window that are tried: on curves and short ways a shorter one may be faster.
 const SHORTER: [f64; 5] = [0.75, 0.6, 0.45, 0.3, 0.2];
@@ -24,7 +25,7 @@ const PARTS: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.05];
 #[derive(Clone, Debug)]
 pub(crate) struct Window {
     builder: Intervals,
-    pieces: VecDeque<(f64, Piece)>,
+    pieces: VecDeque<(f64, Arc<Piece>)>,
     /// How many of them at the front are given out, and held because the next section begins on them.
     given: usize,
     intervals: Vec<Interval>,
@@ -42,7 +43,7 @@ pub(crate) struct Window {
 /// A part of a profile that is final.
 #[derive(Debug)]
 pub(crate) struct Settled {
-    pub(crate) pieces: Vec<(f64, Piece)>,
+    pub(crate) pieces: Vec<(f64, Arc<Piece>)>,
     /// Its corners, from the time 0.
     pub(crate) knots: Vec<Knot>,
     /// Whether it ends at rest.
@@ -67,7 +68,7 @@ impl Window {
     }
 
     /// Adds a piece.
-    pub(crate) fn push(&mut self, piece: Piece, machine: &Machine, kinematics: &dyn Kinematics) -> Result<(), PlanError> {
+    pub(crate) fn push(&mut self, piece: Arc<Piece>, machine: &Machine, kinematics: &dyn Kinematics) -> Result<(), PlanError> {
         let block = piece.marks[0].block;
         let start = self.builder.end();
         let pose = |source: KinematicsError| PlanError::Pose { block, source: Box::new(source) };

@@ -22,6 +22,7 @@ fn sample(tick: u64, x: f64, c: f64) -> Sample {
         s: 0.0,
         path_speed: 0.0,
         feed_part: 0.0,
+        chord_part: 0.0,
         heeds: Heeds::Feed,
         tool_mm: [0.0; 3],
         block: BlockRef { span: Span { line: 7, ..Span::default() }, call_stack: 0 },

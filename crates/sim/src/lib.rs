@@ -21,4 +21,5 @@ pub use options::{Intervention, SimulateOptions};
 pub use results::{Comparison, Simulation};
 pub use session::{PathSink, check, compare, interpreter_config, plan, plan_with_path, simulate};
 pub use source::ProgramSource;
+pub use straightness::BowLimit;
 pub use time::time;

@@ -187,10 +187,13 @@ pub struct PlanInfo {
     /// Size of the cutting force on feed moves, N.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub cutting_force_n: f64,
-    /// On machines whose joints do not go straight with the tool: how far it leaves its planned way between two commands if the drives join them by straight
+    /// On machines whose joints do not go straight with the tool, and where there is a limit to keep: how far it leaves its planned way between two commands if the drives join them by straight
     /// lines of the joints, in the part's frame.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bow: Option<Straightness>,
+    /// How far it may be at most, um, where the motion is planned to keep a limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bow_limit_um: Option<f64>,
     /// How far a straight feed move with linear and rotary words, without tool-centre-point control, is from the straight line between its ends in the part's
     /// frame; none where there is no such move.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -1,6 +1,9 @@
 //! How far a way that is no straight line is off the one that is meant.
 
+use crate::machine::{BOW_LIMIT_UM, Machine};
+use crate::options::SimulateOptions;
 use crate::results::PlanInfo;
+use lostmotion_axis::config::Interpolator;
 use lostmotion_base::BlockRef;
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +14,24 @@ pub struct Straightness {
     pub max_um: f64,
     /// The block.
     pub block: BlockRef,
+}
+
+/// How far the tool may be off its way between two commands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BowLimit {
+    /// Distance, um.
+    pub um: f64,
+    /// Whether the motion is planned to keep it; else there is a warning where it does not.
+    pub is_kept: bool,
+}
+
+impl BowLimit {
+    /// Kept where somebody has said it, and where a drive joins commands by straight lines.
+    pub fn new(machine: &Machine, options: &SimulateOptions) -> BowLimit {
+        let told = options.bow_limit_um.or(machine.simulate().bow_limit_um);
+        let is_linear = machine.axes().iter().any(|axis| axis.config.interpolator == Interpolator::Linear);
+        BowLimit { um: told.unwrap_or(BOW_LIMIT_UM), is_kept: told.is_some() || is_linear }
+    }
 }
 
 impl PlanInfo {

@@ -75,15 +75,22 @@ fn over_a_block_of_two_turns_it_is_the_farthest_of_many_places() {
 #[test]
 fn a_bow_beyond_the_limit_is_warned_of_and_straight_machines_have_none() {
     let machine = Machine::preset("trunnion5").unwrap();
-    let source = ProgramSource::from_bytes("bow.ngc", b"G21 G90 G61\nG0 X80 Y0 C0\nG1 C30 F3000\nM2\n".as_slice());
-    let warnings = |bow_limit_um: Option<f64>| {
+    let text = "G21 G90 G61\nG0 X80 Y0 C0\nG1 C30 F3000\nM2\n";
+    let source = ProgramSource::from_bytes("bow.ngc", text.as_bytes());
+    let warnings = |machine: &Machine, bow_limit_um: Option<f64>| {
         let options = SimulateOptions { bow_limit_um, ..SimulateOptions::default() };
-        simulate(&source, &machine, "none", &options, &mut Unobserved).unwrap().program.warnings
+        simulate(&source, machine, "none", &options, &mut Unobserved).unwrap().program.warnings
     };
-    assert!(warnings(None).is_empty());
-    let told = warnings(Some(0.001));
-    assert!(told.len() == 1 && told[0].starts_with("line 3:") && told[0].contains("limit 0.001 um"), "{told:?}");
+    assert!(warnings(&machine, None).is_empty());
+    let told = planned(&machine, text).bow_warning(0.001).unwrap();
+    assert!(told.starts_with("line 3:") && told.contains("limit 0.001 um"), "{told}");
     assert!(sagitta_um(80.0, PI / 3600.0) > 1e-3);
+    // A limit that somebody tells is kept, so that nothing is left to warn of.
+    assert!(warnings(&machine, Some(0.001)).is_empty());
+    let wide = ProgramSource::from_bytes("wide.ngc", b"G21 G90 G61\nG0 X150 Y0 C0\nG1 C90 F12000\nM2\n".as_slice());
+    let slow = machine.with_cycles(Cycles { command_ms: 8.0, servo_us: 1000.0 });
+    let warned = simulate(&wide, &slow, "none", &SimulateOptions::default(), &mut Unobserved).unwrap().program.warnings;
+    assert!(warned.len() == 1 && warned[0].starts_with("line 3:") && warned[0].contains("limit 5 um"), "{warned:?}");
     let straight = planned(&Machine::preset("vmc3").unwrap(), "G21 G90\nG1 X10 F600\nM2\n");
     assert_eq!((straight.bow, straight.unstraight), (None, None));
 }

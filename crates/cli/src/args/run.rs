@@ -25,7 +25,7 @@ pub(crate) struct Run {
     /// Size of a cutting force in newton, against the tool's way through the part on every feed move; the machine's (mostly none), if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) cutting_force_n: Option<f64>,
-    /// Warn where the tool bows from its way between two commands by more than this, in micrometres; the machine's (mostly 5), if left out
+    /// How far the tool may bow from its way between two commands, in micrometres: the motion slows down to keep it; if left out the machine's, or 5, which is kept if a drive interpolates linearly and else warned of
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) bow_limit_um: Option<f64>,
     /// Form of the answer
@@ -98,7 +98,7 @@ pub(crate) struct Plan {
     /// How much trouble to take over the time
     #[arg(long, value_enum, default_value_t)]
     pub(crate) quality: Quality,
-    /// Warn where the tool bows from its way between two commands by more than this, in micrometres; the machine's (mostly 5), if left out
+    /// How far the tool may bow from its way between two commands, in micrometres: the motion slows down to keep it; if left out the machine's, or 5, which is kept if a drive interpolates linearly and else warned of
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) bow_limit_um: Option<f64>,
     /// CSV to write: t_s, a position per axis (x_mm ... c_deg), source line

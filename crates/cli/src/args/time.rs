@@ -17,6 +17,9 @@ pub(crate) struct Time {
     /// How much trouble to take over the time
     #[arg(long, value_enum, default_value_t)]
     pub(crate) quality: Quality,
+    /// How far the tool may bow from its way between two commands, in micrometres: the motion slows down to keep it; if left out the machine's, or 5 if a drive interpolates linearly
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) bow_limit_um: Option<f64>,
     /// How many of the blocks that take longest to list
     #[arg(long, value_name = "N", default_value_t = 10)]
     pub(crate) top: usize,

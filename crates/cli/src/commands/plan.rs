@@ -11,7 +11,7 @@ use lostmotion::plan::Sample;
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::PlanWriter;
 use lostmotion::report::{WriteError, number, text};
-use lostmotion::sim::{SimError, SimulateOptions};
+use lostmotion::sim::{BowLimit, SimError, SimulateOptions};
 
 /// Cycles of a plan: that of the command counts alone, and any servo's that goes with it will do.
 fn planned(command_ms: Option<f64>, own: Cycles) -> Result<Cycles, Failure> {
@@ -30,8 +30,12 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
     let mut writer = PlanWriter::new(create, machine.axis_set(), machine.rotary_joints(), machine.cycles().command()).map_err(unwritten)?;
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
     let (quality, interventions) = (args.quality.of_planner(), args.interventions.read()?);
-    let bow_limit_um = args.bow_limit_um;
-    let options = SimulateOptions { quality, interventions, bow_limit_um, ..args.on.options(&machine, SimulateOptions::default())? };
+    let options = SimulateOptions {
+        quality,
+        interventions,
+        bow_limit_um: args.bow_limit_um,
+        ..args.on.options(&machine, SimulateOptions::default())?
+    };
     let info = lostmotion::sim::plan(&program, &machine, &options, &mut sink).map_err(|error| match error {
         SimError::Sink(why) => Failure::message(format!("cannot write {}: {why}", args.out.display())),
         other => failure(&program, &other, voice),
@@ -47,7 +51,7 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
             number::fixed(info.rapid_mm, 1)
         ))?;
         crate::output::print(&text::straightness(&info))?;
-        if let Some(warning) = info.bow_warning(bow_limit_um.unwrap_or(machine.simulate().bow_limit_um)) {
+        if let Some(warning) = info.bow_warning(BowLimit::new(&machine, &options).um) {
             eprintln!("warning: {warning}");
         }
     }

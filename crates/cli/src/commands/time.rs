@@ -54,7 +54,8 @@ pub(crate) fn run(args: &Time, voice: Voice) -> Result<u8, Failure> {
     let program = input::program(&args.on.part)?;
     let machine = args.on.machine()?;
     let (quality, interventions) = (args.quality.of_planner(), args.interventions.read()?);
-    let options = SimulateOptions { threads: args.threads.unwrap_or(0), quality, interventions, ..SimulateOptions::default() };
+    let (threads, bow_limit_um) = (args.threads.unwrap_or(0), args.bow_limit_um);
+    let options = SimulateOptions { threads, quality, interventions, bow_limit_um, ..SimulateOptions::default() };
     let options = args.on.options(&machine, options)?;
     let wanted = TimeOptions {
         keep_blocks: args.top,

@@ -74,7 +74,7 @@ impl Orientation {
     }
 
     /// Which solution the joints stand on; none at a pole.
-    fn branch_at(&self, angles: Angles, direction: [f64; 3]) -> Option<usize> {
+    pub(crate) fn branch_at(&self, angles: Angles, direction: [f64; 3]) -> Option<usize> {
         if self.wanted(direction).free {
             return None;
         }
@@ -86,6 +86,16 @@ impl Orientation {
         (0..solutions.len()).min_by(|a, b| off(&solutions[*a]).total_cmp(&off(&solutions[*b])))
     }
 
+    /// Where the joints may be on one of a direction's solutions, near where they are.
+    pub(crate) fn positions(&self, near: Angles, wanted: &Wanted, (first, second): &(Option<f64>, f64)) -> Vec<Angles> {
+        let firsts = match first {
+            Some(first) if !wanted.free => self.nearby(0, *first, near[0]),
+            _ => vec![near[0]],
+        };
+        let seconds = if self.joints.len() > 1 { self.nearby(1, *second, near[1]) } else { vec![0.0] };
+        firsts.iter().flat_map(|a| seconds.iter().map(move |b| [*a, *b])).collect()
+    }
+
     fn stage(&self, before: &[State], here: Option<[f64; 3]>, wanted: &Wanted) -> Result<Vec<State>, OrientError> {
         let direction = wanted.direction;
         let solutions = self.solutions(direction);
@@ -94,15 +104,11 @@ impl Orientation {
         }
         let mut states: Vec<State> = Vec::new();
         for (index, state) in before.iter().enumerate() {
-            for (branch, (first, second)) in solutions.iter().enumerate() {
-                let branch = (first.is_some() && !wanted.free).then_some(branch);
+            for (branch, solution) in solutions.iter().enumerate() {
+                let positions = self.positions(state.angles, wanted, solution);
+                let branch = (solution.0.is_some() && !wanted.free).then_some(branch);
                 let changes = branch.zip(state.branch).is_some_and(|(a, b)| a != b);
-                let firsts = match first {
-                    Some(first) if !wanted.free => self.nearby(0, *first, state.angles[0]),
-                    _ => vec![state.angles[0]],
-                };
-                let seconds = if self.joints.len() > 1 { self.nearby(1, *second, state.angles[1]) } else { vec![0.0] };
-                for angles in firsts.iter().flat_map(|a| seconds.iter().map(move |b| [*a, *b])) {
+                for angles in positions {
                     if changes && here.is_some_and(|here| self.leaves(here, state.angles, direction, angles) > self.tolerance_rad) {
                         continue;
                     }

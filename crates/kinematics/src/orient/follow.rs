@@ -1,5 +1,6 @@
 //! From one direction to another along the great circle between them.
 
+use super::branch::Wanted;
 use super::{Angles, OrientError, Orientation, angle_between};
 use crate::vector::{add, cross, dot, scale, unit};
 use lostmotion_base::math;
@@ -81,17 +82,23 @@ impl Orientation {
         }
         let middle = between(here, there, 0.5);
         let wanted = self.wanted(middle);
-        let angles = self.nearest(from, to, &wanted).ok_or_else(jump)?;
+        let angles = self.nearest([(here, from), (there, to)], &wanted).ok_or_else(jump)?;
         let half = 0.5 * (start + part);
         self.refine(here, from, middle, angles, (turn, start, half), halvings - 1, out)?;
         self.refine(middle, angles, there, to, (turn, half, part), halvings - 1, out)
     }
 
-    /// The solution between two places that turns least from the one and to the other.
-    fn nearest(&self, from: Angles, to: Angles, wanted: &super::branch::Wanted) -> Option<Angles> {
+    /// The position between two places, directions with their angles, that turns least from the one and to the other: of the solution that both stand
+    /// on, since what lies nearer may be the other one, which leads away from there.
+    fn nearest(&self, [(here, from), (there, to)]: [([f64; 3], Angles); 2], wanted: &Wanted) -> Option<Angles> {
         let away = |a: &Angles| (0..2).map(|i| (a[i] - from[i]).abs() + (a[i] - to[i]).abs()).sum::<f64>();
-        let candidates =
-            [from, to].into_iter().filter_map(|near| self.through(near, None, std::slice::from_ref(wanted)).ok()?.first().copied());
+        let branch = match (self.branch_at(from, here), self.branch_at(to, there)) {
+            (Some(a), Some(b)) if a != b => None,
+            (a, b) => a.or(b),
+        };
+        let solutions = self.solutions(wanted.direction);
+        let allowed = solutions.iter().enumerate().filter(|(index, _)| branch.is_none_or(|branch| branch == *index));
+        let candidates = allowed.flat_map(|(_, solution)| [from, to].into_iter().flat_map(|near| self.positions(near, wanted, solution)));
         candidates.min_by(|a, b| away(a).total_cmp(&away(b)))
     }
 

@@ -5,7 +5,7 @@
 //! as it is. Where an offset passes its bound, w grows. (Whittaker, Proc. Edinburgh Math. Soc. 41, 1923, with weights.)
 
 use super::blend::size;
-use lostmotion_base::Coords;
+use lostmotion_base::{AXES, Coords};
 
 /// Rounds of growing weights.
 const ROUNDS: usize = 8;
@@ -26,11 +26,19 @@ pub(super) struct Point {
 
 /// Offsets of the points; `length` is l.
 pub(super) fn offsets(points: &[Point], length: f64) -> Vec<Coords> {
+    let linear = |pair: &[Point]| pair[0].p.0[3..] == pair[1].p.0[3..];
+    if points.windows(2).all(linear) { offsets_of::<3>(points, length) } else { offsets_of::<AXES>(points, length) }
+}
+
+/// The same where only the first N axes move.
+fn offsets_of<const N: usize>(points: &[Point], length: f64) -> Vec<Coords> {
     let mut weights = vec![1.0; points.len()];
-    let (stiffness, pull) = stiffness(points, length);
+    let (stiffness, pull) = stiffness::<N>(points, length);
     let mut offsets = vec![Coords::ZERO; points.len()];
     for _ in 0..ROUNDS {
-        offsets = solve(points, &weights, &stiffness, &pull);
+        for (offset, solved) in offsets.iter_mut().zip(solve(points, &weights, &stiffness, &pull)) {
+            offset.0[..N].copy_from_slice(&solved);
+        }
         let mut kept = true;
         for ((point, offset), weight) in points.iter().zip(&offsets).zip(&mut weights) {
             let part = size(offset) / point.bound.max(f64::MIN_POSITIVE);
@@ -50,8 +58,8 @@ pub(super) fn offsets(points: &[Point], length: f64) -> Vec<Coords> {
 }
 
 /// The matrix of the bending, by rows from the diagonal on, and what it makes of the points.
-fn stiffness(points: &[Point], length: f64) -> (Vec<[f64; REACH + 1]>, Vec<Coords>) {
-    let (mut rows, mut pull) = (vec![[0.0; REACH + 1]; points.len()], vec![Coords::ZERO; points.len()]);
+fn stiffness<const N: usize>(points: &[Point], length: f64) -> (Vec<[f64; REACH + 1]>, Vec<[f64; N]>) {
+    let (mut rows, mut pull) = (vec![[0.0; REACH + 1]; points.len()], vec![[0.0; N]; points.len()]);
     let cube = length * length * length;
     for (k, four) in points.windows(REACH + 1).enumerate() {
         let factor = cube * ((four[REACH].u - four[0].u) / 3.0).sqrt();
@@ -60,12 +68,10 @@ fn stiffness(points: &[Point], length: f64) -> (Vec<[f64; REACH + 1]>, Vec<Coord
             let product: f64 = (0..=REACH).filter(|l| *l != m).map(|l| four[m].u - four[l].u).product();
             *d = 6.0 * factor / product;
         }
-        let mut third = Coords::ZERO;
-        for (point, d) in four.iter().zip(d) {
-            third += (point.p - four[0].p) * d;
-        }
+        let third: [f64; N] =
+            std::array::from_fn(|axis| four.iter().zip(d).fold(0.0, |sum, (point, d)| sum + (point.p.0[axis] - four[0].p.0[axis]) * d));
         for (i, di) in d.iter().enumerate() {
-            pull[k + i] = pull[k + i] - third * *di;
+            less(&mut pull[k + i], third, *di);
             for (j, dj) in d.iter().enumerate().skip(i) {
                 rows[k + i][j - i] += di * dj;
             }
@@ -75,7 +81,7 @@ fn stiffness(points: &[Point], length: f64) -> (Vec<[f64; REACH + 1]>, Vec<Coord
 }
 
 /// Offsets for given weights, by LDL' with three bands.
-fn solve(points: &[Point], weights: &[f64], stiffness: &[[f64; REACH + 1]], pull: &[Coords]) -> Vec<Coords> {
+fn solve<const N: usize>(points: &[Point], weights: &[f64], stiffness: &[[f64; REACH + 1]], pull: &[[f64; N]]) -> Vec<[f64; N]> {
     let n = points.len();
     let mut rows = stiffness.to_vec();
     let mut x = pull.to_vec();
@@ -85,7 +91,7 @@ fn solve(points: &[Point], weights: &[f64], stiffness: &[[f64; REACH + 1]], pull
             rows[i][0] += weights[i] * 0.5 * (after - before);
         } else {
             rows[i] = [1.0, 0.0, 0.0, 0.0];
-            x[i] = Coords::ZERO;
+            x[i] = [0.0; N];
             for back in 1..=REACH.min(i) {
                 rows[i - back][back] = 0.0;
             }
@@ -98,24 +104,33 @@ fn solve(points: &[Point], weights: &[f64], stiffness: &[[f64; REACH + 1]], pull
             for l in k..=REACH {
                 rows[i + k][l - k] -= lower[k - 1] * row[l];
             }
-            x[i + k] = x[i + k] - x[i] * lower[k - 1];
+            let above = x[i];
+            less(&mut x[i + k], above, lower[k - 1]);
         }
         rows[i] = [row[0], lower[0], lower[1], lower[2]];
     }
     for i in (0..n).rev() {
-        let mut value = x[i] * (1.0 / rows[i][0]);
+        let pivot = 1.0 / rows[i][0];
+        let mut value = x[i].map(|x| x * pivot);
         for k in 1..=REACH.min(n - 1 - i) {
-            value = value - x[i + k] * rows[i][k];
+            less(&mut value, x[i + k], rows[i][k]);
         }
         x[i] = value;
     }
     x
 }
 
+/// Takes away a multiple.
+fn less<const N: usize>(from: &mut [f64; N], what: [f64; N], factor: f64) {
+    for (from, what) in from.iter_mut().zip(what) {
+        *from -= what * factor;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lostmotion_base::{AXES, math};
+    use lostmotion_base::math;
 
     /// A noisy sine: what the noise does to the third differences goes, the sine stays, and no point moves too far.
     #[test]

@@ -17,6 +17,7 @@ use crate::PlannerConfig;
 use joint::Joint;
 use lostmotion_base::Coords;
 use run::{Chord, Knot};
+use std::sync::Arc;
 
 /// A run is worked off when it has this many chords ...
 const RUN_BUFFER: usize = 96;
@@ -54,13 +55,13 @@ impl Conditioner {
 
     /// Takes a move of positive length.
     pub(crate) fn push(&mut self, next: &Programmed, judge: &dyn Judge, out: &mut Vec<Step>) {
-        let Some(&last) = self.chain.last() else {
+        let Some(last) = self.chain.last() else {
             self.chain.push(*next);
             return;
         };
-        let joint = joint::joint(&self.config, &last, next);
+        let joint = joint::joint(&self.config, last, next);
         if joint == Joint::Vertex {
-            if self.is_straight(&last, next) {
+            if self.is_straight(last, next) {
                 self.close_chain(judge, out);
             }
             self.chain.push(*next);
@@ -100,7 +101,7 @@ impl Conditioner {
         if let Some(last) = self.chain.last()
             && last.length > self.spent
         {
-            out.push(Step::Piece(Box::new(last.part(self.spent, last.length))));
+            out.push(Step::Piece(Arc::new(last.part(self.spent, last.length))));
         }
         self.spent = 0.0;
     }
@@ -108,15 +109,15 @@ impl Conditioner {
     /// Gives out the rest of the last move up to a blend, and the blend; or a stop in its place. Returns how much of the
     /// next move is spent.
     fn blend(&mut self, next: &Programmed, tolerance: f64, judge: &dyn Judge, out: &mut Vec<Step>) -> f64 {
-        let Some(&before) = self.chain.last() else { return 0.0 };
+        let Some(before) = self.chain.last() else { return 0.0 };
         let longest = (before.length - self.spent).min(0.5 * next.length);
-        let piece = blend::blend(&before.curve, &next.curve, tolerance, longest).map(|blend| (blend.half, join(&blend, &before, next)));
-        match piece.filter(|(_, piece)| judge.is_faster(piece, &before, next, tolerance)) {
+        let piece = blend::blend(&before.curve, &next.curve, tolerance, longest).map(|blend| (blend.half, join(&blend, before, next)));
+        match piece.filter(|(_, piece)| judge.is_faster(piece, before, next, tolerance)) {
             Some((half, piece)) => {
                 if before.length - half > self.spent {
-                    out.push(Step::Piece(Box::new(before.part(self.spent, before.length - half))));
+                    out.push(Step::Piece(Arc::new(before.part(self.spent, before.length - half))));
                 }
-                out.push(Step::Piece(Box::new(piece)));
+                out.push(Step::Piece(Arc::new(piece)));
                 half
             }
             None => {
@@ -171,20 +172,20 @@ impl Conditioner {
     }
 
     /// First knot and chords of the run: from the second half of the first move, where a run begins, into the first half of the last.
-    fn chords(&self) -> (Knot, Vec<Chord>) {
-        let mut chords: Vec<Chord> = self.chain.iter().map(|line| Chord { line: *line, from: 0.0, to: line.length }).collect();
+    fn chords(&self) -> (Knot, Vec<Chord<'_>>) {
+        let mut chords: Vec<Chord<'_>> = self.chain.iter().map(|line| Chord { line, from: 0.0, to: line.length }).collect();
         let tolerance = self.tolerance();
         let bent = |pair: Option<&[Programmed]>, line: &Programmed| match pair {
             Some([before, next]) => joint::reach(before, next, tolerance).min(0.5 * line.length),
             _ => 0.5 * line.length,
         };
         if let Some(last) = chords.last_mut() {
-            last.to = bent(self.chain.windows(2).last(), &last.line);
+            last.to = bent(self.chain.windows(2).last(), last.line);
         }
         match (self.knot, chords.first_mut()) {
             (Some(knot), _) => (knot, chords),
             (None, Some(first)) => {
-                first.from = first.line.length - bent(self.chain.windows(2).next(), &first.line);
+                first.from = first.line.length - bent(self.chain.windows(2).next(), first.line);
                 (first.knot(first.from), chords)
             }
             (None, None) => (Knot::default(), chords),
@@ -207,25 +208,25 @@ impl Conditioner {
     }
 
     /// What is left of the first move before the run begins in its middle.
-    fn lead_in(&self, chords: &[Chord], out: &mut Vec<Step>) {
+    fn lead_in(&self, chords: &[Chord<'_>], out: &mut Vec<Step>) {
         if let Some(first) = chords.first()
             && first.from > self.spent
         {
-            out.push(Step::Piece(Box::new(first.line.part(self.spent, first.from))));
+            out.push(Step::Piece(Arc::new(first.line.part(self.spent, first.from))));
         }
     }
 }
 
 /// What is longer than this stays in a run as it is, mm. It depends on the program alone, so that a machine that can do more is not given
 /// a rougher path.
-fn fairing_length(chords: &[Chord]) -> f64 {
+fn fairing_length(chords: &[Chord<'_>]) -> f64 {
     FAIRED_CHORDS * chords.iter().map(Chord::length).sum::<f64>() / chords.len().max(1) as f64
 }
 
 /// Gives out the pieces between knots.
-fn emit(knots: &[Knot], chords: &[Chord], out: &mut Vec<Step>) {
+fn emit(knots: &[Knot], chords: &[Chord<'_>], out: &mut Vec<Step>) {
     for (chord, ends) in chords.iter().zip(knots.windows(2)) {
-        out.push(Step::Piece(Box::new(run::piece(&ends[0], &ends[1], chord))));
+        out.push(Step::Piece(Arc::new(run::piece(&ends[0], &ends[1], chord))));
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::Heeds;
 use lostmotion_base::BlockRef;
 use lostmotion_path::Curve;
+use std::sync::Arc;
 
 /// Which programmed move lies under a stretch of a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +52,7 @@ pub(crate) struct Stop {
 /// What the conditioner gives out.
 #[derive(Clone, Debug)]
 pub(crate) enum Step {
-    Piece(Box<Piece>),
+    Piece(Arc<Piece>),
     Stop(Stop),
 }
 

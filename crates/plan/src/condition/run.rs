@@ -22,13 +22,13 @@ pub(super) type Knot = HermiteEnd;
 
 /// A chord of a run: part of a programmed line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Chord {
-    pub(super) line: Programmed,
+pub(super) struct Chord<'a> {
+    pub(super) line: &'a Programmed,
     pub(super) from: f64,
     pub(super) to: f64,
 }
 
-impl Chord {
+impl Chord<'_> {
     pub(super) fn length(&self) -> f64 {
         self.to - self.from
     }
@@ -46,7 +46,7 @@ impl Chord {
 /// Knots of a run from its first one, which is given, to the end of its last chord, whose direction it takes there.
 ///
 /// The knots after the first one are `carried` over from the run's last part, the others are faired: see [`fair`].
-pub(super) fn knots(first: Knot, chords: &[Chord], carried: &[Coords], tolerance: f64, length: f64) -> Vec<Knot> {
+pub(super) fn knots(first: Knot, chords: &[Chord<'_>], carried: &[Coords], tolerance: f64, length: f64) -> Vec<Knot> {
     let mut vertices = vec![first];
     for chord in chords {
         vertices.push(chord.knot(chord.to));
@@ -86,7 +86,7 @@ fn tighten(bounds: &mut [f64], chord: usize, factor: f64) {
 }
 
 /// The vertices moved to where the curve through them bends evenly; it goes on as the first knot and the last chord say.
-fn faired(vertices: &[Knot], chords: &[Chord], bounds: &[f64], length: f64) -> Vec<Knot> {
+fn faired(vertices: &[Knot], chords: &[Chord<'_>], bounds: &[f64], length: f64) -> Vec<Knot> {
     let mut points = Vec::with_capacity(vertices.len() + 4);
     let (Some(first), Some(last)) = (vertices.first(), vertices.last()) else { return Vec::new() };
     let outside = |knot: &Knot, u: f64, x: f64| Point { p: knot.p + (knot.d1 + knot.d2 * (0.5 * x)) * x, u: u + x, bound: 0.0 };
@@ -102,12 +102,12 @@ fn faired(vertices: &[Knot], chords: &[Chord], bounds: &[f64], length: f64) -> V
     vertices.iter().zip(&offsets[2..]).map(|(vertex, offset)| Knot { p: vertex.p + *offset, ..*vertex }).collect()
 }
 
-fn keeps(from: &Knot, to: &Knot, chord: &Chord, tolerance: f64) -> bool {
-    quintic(from, to, chord).is_some_and(|q| deviation(&q, chord) <= tolerance)
+fn keeps(from: &Knot, to: &Knot, chord: &Chord<'_>, tolerance: f64) -> bool {
+    quintic(from, to, chord).is_some_and(|q| deviation(&q, chord, tolerance) <= tolerance)
 }
 
 /// First and second derivatives of the cubic spline with given slopes at both ends.
-fn smooth(knots: &mut [Knot], chords: &[Chord]) {
+fn smooth(knots: &mut [Knot], chords: &[Chord<'_>]) {
     let n = chords.len();
     let secant = |j: usize, knots: &[Knot]| (knots[j + 1].p - knots[j].p) * (1.0 / chords[j].length());
     let mut factor = vec![0.0; n + 1];
@@ -130,7 +130,7 @@ fn smooth(knots: &mut [Knot], chords: &[Chord]) {
 }
 
 /// Falls back where a piece leaves the tolerance, until none does.
-fn settle(knots: &mut [Knot], chords: &[Chord], tolerance: f64) {
+fn settle(knots: &mut [Knot], chords: &[Chord<'_>], tolerance: f64) {
     let mut fallen = vec![false; knots.len()];
     let mut again = true;
     while again {
@@ -151,27 +151,32 @@ fn settle(knots: &mut [Knot], chords: &[Chord], tolerance: f64) {
     }
 }
 
-fn quintic(from: &Knot, to: &Knot, chord: &Chord) -> Option<Quintic> {
+fn quintic(from: &Knot, to: &Knot, chord: &Chord<'_>) -> Option<Quintic> {
     Quintic::hermite(*from, *to, chord.length()).ok()
 }
 
-/// Bound of the distance between a piece and its chord: that of its control points, after halving it.
-fn deviation(quintic: &Quintic, chord: &Chord) -> f64 {
+/// Bound of the distance between a piece and its chord: that of its control points, after halving it where that is not near enough.
+fn deviation(quintic: &Quintic, chord: &Chord<'_>, tolerance: f64) -> f64 {
     let (start, direction, length) = (chord.line.curve.point(chord.from), chord.direction(), chord.length());
     let axis = Coords::xyz(direction.0[0], direction.0[1], direction.0[2]);
-    let middle = 0.5 * length;
-    let halves = [quintic.sub(0.0, middle), quintic.sub(middle, length)];
-    let points = halves.into_iter().flat_map(|half| half.control_points());
-    points
-        .map(|point| {
+    let farthest = |part: &Quintic| {
+        let distance = |point: Coords| {
             let along = (point - start).dot(&axis).max(0.0).min(length);
             size(&(point - (start + direction * along)))
-        })
-        .fold(0.0, f64::max)
+        };
+        part.control_points().into_iter().map(distance).fold(0.0, f64::max)
+    };
+    // Those of the halves are means of them, and no farther.
+    let whole = farthest(quintic);
+    if whole <= tolerance {
+        return whole;
+    }
+    let middle = 0.5 * length;
+    farthest(&quintic.sub(0.0, middle)).max(farthest(&quintic.sub(middle, length)))
 }
 
 /// The piece over a chord.
-pub(super) fn piece(from: &Knot, to: &Knot, chord: &Chord) -> Piece {
+pub(super) fn piece(from: &Knot, to: &Knot, chord: &Chord<'_>) -> Piece {
     let part = chord.line.part(chord.from, chord.to);
     match quintic(from, to, chord) {
         Some(quintic) => Piece { curve: Curve::Quintic(quintic), ..part },

@@ -38,10 +38,15 @@ const LOOSE: f64 = 0.9;
 /// A window by what of it is not given out yet.
 const WINDOW: usize = 4;
 
+/// The pace at which windows end, and a little more.
+pub(crate) fn end_pace() -> f64 {
+    TAIL.sqrt() / LOOSE
+}
+
 /// Limits that the nominal motion has to keep where it will be retimed: what it keeps of velocity, acceleration and jerk at the pace at which
 /// windows end.
 pub(crate) fn loosened(limits: &[Option<AxisLimits>; AXES]) -> [Option<AxisLimits>; AXES] {
-    let pace = TAIL.sqrt() / LOOSE;
+    let pace = end_pace();
     limits.map(|limits| {
         limits.map(|l| AxisLimits {
             velocity: l.velocity / pace,

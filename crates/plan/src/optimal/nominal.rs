@@ -48,7 +48,7 @@ pub(super) fn limits(points: &[Sample], joints: &[Joint], step_s: f64, room: &[[
         let (a, b) = (&pair[0], &pair[1]);
         // Where the nominal motion waits, it waits as long as it should.
         let waiting = if rests(a) && rests(b) { 1.0 } else { 0.0 };
-        let mut fastest = a.feed_part.max(b.feed_part).max(waiting);
+        let mut fastest = a.feed_part.max(b.feed_part).max(a.chord_part).max(b.chord_part).max(waiting);
         for Joint { index, limits } in &moving {
             let [v, w] = [a, b].map(|point| point.velocity.0[*index]);
             let [c, d] = [a, b].map(|point| point.acceleration.0[*index]);

@@ -95,6 +95,7 @@ pub(crate) fn between([a, b]: [&Sample; 2], step_s: f64, part: f64, [pace, chang
         acceleration: Coords(std::array::from_fn(|k| acceleration[k] * pace * pace + velocity[k] * change)),
         path_speed: speed * pace,
         feed_part: (a.feed_part + (b.feed_part - a.feed_part) * part) * pace,
+        chord_part: (a.chord_part + (b.chord_part - a.chord_part) * part) * pace,
         s,
         ..*near
     }

@@ -38,6 +38,15 @@ struct Bound {
     dual: f64,
 }
 
+/// A part of a bound and its gradient.
+type Use = (f64, [f64; 3]);
+
+/// An end of an interval: b there by b, b' and b'' in the middle, and its root.
+struct End {
+    by: [f64; 3],
+    root: f64,
+}
+
 /// What to solve: free are all coefficients but the first and the last two.
 #[derive(Debug)]
 pub(super) struct Problem<'a> {
@@ -71,47 +80,60 @@ impl<'a> Problem<'a> {
         &self.rows[interval * self.per..(interval + 1) * self.per]
     }
 
-    /// What a row uses, and its gradient by b, b', b''.
-    fn row(&self, row: &Row, interval: usize, x: &[f64; 3]) -> (f64, [f64; 3]) {
-        let sum = row.f[0] * x[0] + row.f[1] * x[1] + row.f[2] * x[2];
-        if row.end == 0.0 {
-            return (sum, row.f);
-        }
-        let half = 0.5 * row.end * self.grid.width(interval);
-        let by = [1.0, half, 0.5 * half * half];
-        let b = (by[0] * x[0] + by[1] * x[1] + by[2] * x[2]).max(f64::MIN_POSITIVE);
-        let root = b.sqrt();
-        let slope = 0.5 * sum / root;
-        (sum * root, [0, 1, 2].map(|k| row.f[k] * root + slope * by[k]))
+    /// Both ends of an interval in which b, b' and b'' in the middle are as given.
+    fn ends(&self, interval: usize, x: &[f64; 3]) -> [End; 2] {
+        [-1.0, 1.0].map(|end| {
+            let half = 0.5 * end * self.grid.width(interval);
+            let by = [1.0, half, 0.5 * half * half];
+            let b = (by[0] * x[0] + by[1] * x[1] + by[2] * x[2]).max(f64::MIN_POSITIVE);
+            End { by, root: b.sqrt() }
+        })
     }
 
-    /// What is used of each bound in an interval, as a part of it, with the gradient: first twice of the speed, then of the rows.
-    fn used(&self, c: &[f64], interval: usize) -> impl Iterator<Item = (f64, [f64; 3])> + '_ {
+    /// What is used of each bound in an interval, as a part of it, with the gradient by b, b', b'': first twice of the speed, then of
+    /// the rows.
+    fn used(&self, c: &[f64], interval: usize, out: &mut Vec<Use>) {
         let x = self.middle(c, interval);
         let cap = 1.0 / self.caps[interval];
         let goals = self.goals[interval].map(|goal| 1.0 / goal);
-        let rows = self.rows(interval).iter().map(move |row| {
-            let (used, d) = self.row(row, interval, &x);
-            let by = if row.end == 0.0 { goals[ACCELERATION] } else { goals[JERK] };
-            (used * by, d.map(|d| d * by))
-        });
         let half = 0.5 * self.grid.width(interval);
         let speed = [cap, half * cap, 0.5 * half * half * cap];
-        let end = (speed[0] * x[0] + speed[1] * x[1] + speed[2] * x[2], speed);
-        [(x[0] * cap, [cap, 0.0, 0.0]), end].into_iter().chain(rows)
+        out.push((x[0] * cap, [cap, 0.0, 0.0]));
+        out.push((speed[0] * x[0] + speed[1] * x[1] + speed[2] * x[2], speed));
+        let ends = self.ends(interval, &x);
+        out.extend(self.rows(interval).iter().map(|row| {
+            let sum = row.f[0] * x[0] + row.f[1] * x[1] + row.f[2] * x[2];
+            let by = goals[if row.end == 0.0 { ACCELERATION } else { JERK }];
+            if row.end == 0.0 {
+                return (sum * by, row.f.map(|f| f * by));
+            }
+            let End { by: place, root } = &ends[usize::from(row.end > 0.0)];
+            let slope = 0.5 * sum / root;
+            (sum * root * by, [0, 1, 2].map(|k| (row.f[k] * root + slope * place[k]) * by))
+        }));
+    }
+
+    /// The same in all intervals.
+    fn all_used(&self, c: &[f64]) -> Vec<Use> {
+        let mut used = Vec::with_capacity(self.rows.len() + 2 * self.grid.len());
+        for interval in 0..self.grid.len() {
+            self.used(c, interval, &mut used);
+        }
+        used
     }
 
     /// Gradient and matrix of Newton's step.
-    fn system(&self, c: &[f64], weight: f64) -> (Vec<f64>, Vec<[f64; 3]>) {
+    fn system(&self, c: &[f64], used: &[Use], weight: f64) -> (Vec<f64>, Vec<[f64; 3]>) {
         let n = c.len();
         let (mut right, mut bands) = (vec![0.0; n], vec![[0.0; 3]; n]);
-        let mut bounds = self.bounds.iter();
+        let per = self.per + 2;
         for interval in 0..self.grid.len() {
             let b = self.middle(c, interval)[0];
             let time = self.grid.width(interval) / b.sqrt();
             let mut g = [-0.5 * time / b, 0.0, 0.0];
             let mut h = [[0.75 * time / (b * b), 0.0, 0.0], [0.0; 3], [0.0; 3]];
-            for ((used, d), bound) in self.used(c, interval).zip(&mut bounds) {
+            let these = interval * per..(interval + 1) * per;
+            for ((used, d), bound) in used[these.clone()].iter().zip(&self.bounds[these]) {
                 let over = used + bound.slack - 1.0;
                 let (first, second) = ((weight + bound.dual * over) / bound.slack, bound.dual / bound.slack);
                 for i in 0..3 {
@@ -127,13 +149,13 @@ impl<'a> Problem<'a> {
     }
 
     /// How slacks and duals change with a step of the coefficients, and how much of both changes is taken at most.
-    fn changes(&self, c: &[f64], step: &[f64], weight: f64) -> (Vec<Bound>, f64, f64) {
+    fn changes(&self, used: &[Use], step: &[f64], weight: f64) -> (Vec<Bound>, f64, f64) {
         let (mut primal, mut dual) = (1.0_f64, 1.0_f64);
         let mut changes = Vec::with_capacity(self.bounds.len());
-        for interval in 0..self.grid.len() {
+        let per = self.per + 2;
+        for (interval, (used, bounds)) in used.chunks_exact(per).zip(self.bounds.chunks_exact(per)).enumerate() {
             let dx = self.middle(step, interval);
-            for (used, d) in self.used(c, interval) {
-                let old = self.bounds[changes.len()];
+            for ((used, d), old) in used.iter().zip(bounds) {
                 let slack = 1.0 - used - old.slack - (d[0] * dx[0] + d[1] * dx[1] + d[2] * dx[2]);
                 let change = (weight - old.dual * slack) / old.slack - old.dual;
                 if slack < -REACH * old.slack {
@@ -149,11 +171,11 @@ impl<'a> Problem<'a> {
     }
 
     /// One step; the mean product of slacks and duals after it.
-    fn step(&mut self, c: &mut Vec<f64>, weight: f64) -> Option<f64> {
-        let (right, mut bands) = self.system(c, weight);
+    fn step(&mut self, c: &mut Vec<f64>, used: &[Use], weight: f64) -> Option<f64> {
+        let (right, mut bands) = self.system(c, used, weight);
         let mut step: Vec<f64> = right.iter().map(|g| -g).collect();
         band::solve_inner(&mut bands, &mut step);
-        let (changes, mut primal, dual) = self.changes(c, &step, weight);
+        let (changes, mut primal, dual) = self.changes(used, &step, weight);
         let mut tried = c.clone();
         for _ in 0..HALVINGS {
             tried.iter_mut().zip(c.iter()).zip(&step).for_each(|((tried, c), d)| *tried = c + primal * d);
@@ -172,28 +194,22 @@ impl<'a> Problem<'a> {
         None
     }
 
-    /// Largest excess of a bound that the slacks hide, as a part of the bound.
-    fn excess(&self, c: &[f64]) -> f64 {
-        let used = (0..self.grid.len()).flat_map(|interval| self.used(c, interval));
-        used.map(|(used, _)| used - 1.0).fold(0.0, f64::max)
-    }
-
     /// Lowers the time until the mean product of slacks and duals, which begins with `first`, is at most `last` and the bounds
     /// are kept within a tolerance; at most so many steps.
     pub(super) fn solve(&mut self, c: &mut Vec<f64>, first: f64, last: f64, steps: usize) {
-        let mut bounds = Vec::with_capacity(self.rows.len() + 2 * self.grid.len());
-        for interval in 0..self.grid.len() {
-            bounds.extend(self.used(c, interval).map(|(used, _)| {
-                let slack = (1.0 - used).max(ROOM);
-                Bound { slack, dual: first / slack }
-            }));
-        }
-        self.bounds = bounds;
+        let bound = |(used, _): Use| {
+            let slack = (1.0 - used).max(ROOM);
+            Bound { slack, dual: first / slack }
+        };
+        let mut used = self.all_used(c);
+        self.bounds = used.iter().copied().map(bound).collect();
         let mut mean = first;
         for _ in 0..steps {
-            let Some(reached) = self.step(c, FALL * mean) else { return };
+            let Some(reached) = self.step(c, &used, FALL * mean) else { return };
             mean = reached.max(last);
-            if reached <= last && self.excess(c) <= KEPT {
+            used = self.all_used(c);
+            // The slacks may hide an excess.
+            if reached <= last && used.iter().all(|(used, _)| used - 1.0 <= KEPT) {
                 return;
             }
         }

@@ -28,6 +28,8 @@ type State = [[f64; 3]; AXES];
 pub(crate) struct Certificate<'a> {
     section: &'a Section<'a>,
     course: Course<'a>,
+    /// The place looked at last, with its time: the end of one stretch is mostly the start of the next.
+    last: Option<(f64, Place)>,
 }
 
 /// One end of a stretch.
@@ -47,7 +49,7 @@ fn worse(a: Used, b: Used) -> Used {
 
 impl<'a> Certificate<'a> {
     pub(crate) fn new(section: &'a Section<'a>) -> Certificate<'a> {
-        Certificate { section, course: Course::new(section) }
+        Certificate { section, course: Course::new(section), last: None }
     }
 
     /// Bounds of what consecutive knots use, of which the last one is only an end; none where the machine cannot be.
@@ -55,18 +57,23 @@ impl<'a> Certificate<'a> {
         let mut most = [0.0; 3];
         for pair in knots.windows(2) {
             let mut from = pair[0].t;
-            self.course.find(pair[0].s);
+            if self.course.find(pair[0].s) {
+                self.last = None;
+            }
             while from < pair[1].t {
                 // Up to where the next piece begins.
                 let to = self.course.next().map_or(pair[1].t, |next| pair[0].time_at(next, from, pair[1].t));
                 if to - from > INSTANT_S {
-                    let (left, right) = (self.end(&pair[0], from)?, self.end(&pair[0], to)?);
+                    let left = self.end(&pair[0], from)?;
+                    let right = self.end(&pair[0], to)?;
+                    self.last = Some((to, right.place));
                     most = worse(most, self.stretch(&pair[0], &left, &right, HALVINGS)?);
                 }
                 if to >= pair[1].t {
                     break;
                 }
                 self.course.step();
+                self.last = None;
                 from = to;
             }
         }
@@ -93,12 +100,16 @@ impl<'a> Certificate<'a> {
 
     fn end(&self, knot: &Knot, t: f64) -> Option<End> {
         let motion = knot.at(t);
-        let place = self.course.on_piece(motion.s)?;
+        let place = match self.last {
+            Some((last, place)) if last == t => place,
+            _ => self.course.on_piece(motion.s)?,
+        };
         let Motion { v, a, .. } = motion;
-        let state = std::array::from_fn(|joint| {
-            let [d1, d2, d3] = place.d.map(|d| d[joint]);
-            [d1 * v, d1 * a + d2 * v * v, d1 * knot.j + (3.0 * d2 * a + d3 * v * v) * v]
-        });
+        let mut state = State::default();
+        for (joint, _) in self.section.machine.joints() {
+            let [d1, d2, d3] = [0, 1, 2].map(|order| place.d[order][joint]);
+            state[joint] = [d1 * v, d1 * a + d2 * v * v, d1 * knot.j + (3.0 * d2 * a + d3 * v * v) * v];
+        }
         Some(End { t, motion, place, state, tip: v / place.feed })
     }
 
@@ -143,7 +154,7 @@ impl<'a> Certificate<'a> {
         let (mut seen, mut bound) = ([left.tip.max(right.tip), 0.0, 0.0], [0.0; 3]);
         let mut tip = 0.0;
         for (joint, limits) in self.section.machine.joints() {
-            let [d2, d3, d4, d5] = bends.map(|d| d[joint]);
+            let [d2, d3, d4, d5] = [0, 1, 2, 3].map(|order| bends[order][joint]);
             let at = |kind: usize| left.state[joint][kind].abs().max(right.state[joint][kind].abs());
             let (v2, a2) = (v * v, a * a);
             // Fifth and fourth derivative by time (Faa di Bruno; the path's jerk is constant).
@@ -173,8 +184,9 @@ mod tests {
     use crate::{FeedLimit, Move, PathControl};
     use lostmotion_base::{AxisLimits, BlockRef, Coords};
     use lostmotion_kinematics::{KinematicsSpec, build};
-    use lostmotion_path::{Arc, ArcSpec, Curve, Plane, Quintic};
+    use lostmotion_path::{self as path, ArcSpec, Curve, Plane, Quintic};
     use std::collections::VecDeque;
+    use std::sync::Arc;
 
     fn piece(curve: Curve) -> Piece {
         let Move { control, tool_mm, block, .. } =
@@ -187,7 +199,7 @@ mod tests {
         let height = [0.0, 0.3, -0.2, 0.9, 0.1, 0.5];
         let points = std::array::from_fn(|k| Coords::xyz(0.4 * k as f64, height[k], -height[5 - k]));
         let start = Coords::xyz(2.0, 0.5, 0.0);
-        let arc = |end, center| Arc::new(ArcSpec { start, end, plane: Plane::Xy, center, rotation: 1 }).map(Curve::Arc);
+        let arc = |end, center| path::Arc::new(ArcSpec { start, end, plane: Plane::Xy, center, rotation: 1 }).map(Curve::Arc);
         let mut curves: Vec<Curve> = Quintic::from_control_points(points, 2.0).map(Curve::Quintic).into_iter().collect();
         curves.extend(arc(Coords::xyz(0.0, 0.5, 0.3), [1.0, 0.5]));
         curves.extend(arc(Coords::xyz(-0.3, 0.5, 0.3), [1.0, 0.5]));
@@ -207,7 +219,7 @@ mod tests {
         assert_eq!(curves().len(), 4);
         let h = 5e-5;
         for curve in curves() {
-            let pieces: VecDeque<(f64, Piece)> = [(0.0, piece(curve))].into();
+            let pieces: VecDeque<(f64, Arc<Piece>)> = [(0.0, Arc::new(piece(curve)))].into();
             let section =
                 Section { machine: &machine, kinematics: kinematics.as_ref(), pieces: &pieces, intervals: &[], nodes: &[], base: &[] };
             for (v, a, j) in [(8.0, 0.0, 0.0), (4.0, 60.0, -900.0), (9.0, -80.0, 2000.0), (0.5, 0.0, 4000.0)] {

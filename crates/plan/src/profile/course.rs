@@ -3,7 +3,7 @@
 use super::Section;
 use lostmotion_base::AXES;
 
-/// Derivatives of the joints by the path at a place, and the largest speed of the path parameter that the feed allows, 1/s.
+/// Derivatives of the joints by the path at a place, and the largest speed of the path parameter that the feed and the chords allow, 1/s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) d: [[f64; AXES]; 3],
@@ -35,15 +35,16 @@ impl<'a> Course<'a> {
         Course { section, index: 0 }
     }
 
-    /// Finds the piece under a place.
-    pub(super) fn find(&mut self, s: f64) {
-        let pieces = self.section.pieces;
+    /// Finds the piece under a place; whether it is another one than before.
+    pub(super) fn find(&mut self, s: f64) -> bool {
+        let (pieces, before) = (self.section.pieces, self.index);
         while self.index > 0 && pieces.get(self.index).is_some_and(|(start, _)| *start > s) {
             self.index -= 1;
         }
         while pieces.get(self.index + 1).is_some_and(|(start, _)| *start <= s) {
             self.index += 1;
         }
+        self.index != before
     }
 
     /// Where the piece after the one in hand begins.
@@ -62,10 +63,12 @@ impl<'a> Course<'a> {
         let at = piece.curve.eval(s - start);
         let tip = at.d1.linear_norm();
         let feed = if tip > 1.0 { piece.feed / tip } else { piece.feed };
-        if self.section.kinematics.is_affine() {
+        let chord = self.section.machine.chord.as_ref();
+        if self.section.kinematics.is_affine() && chord.is_none() {
             return Some(Place { d: [at.d1.0, at.d2.0, at.d3.0], feed });
         }
         let jets = self.section.kinematics.inverse_jet(&at.jets(), &piece.tool_mm).ok()?;
+        let feed = chord.map_or(feed, |chord| feed.min(chord.speed_here(&jets, &piece.tool_mm)));
         Some(Place { d: [1, 2, 3].map(|order| jets.map(|jet| jet.0[order])), feed })
     }
 
@@ -75,7 +78,7 @@ impl<'a> Course<'a> {
         let Some((start, piece)) = self.section.pieces.get(self.index) else { return Bends::default() };
         let (fourth, fifth) = piece.curve.higher_derivatives(from - start, to - start);
         let half = 0.5 * (to - from);
-        let [left, right] = ends.map(|place| place.d);
+        let [left, right] = ends.map(|place| &place.d);
         let most = |order: usize, joint: usize| f64::abs(left[order][joint]).max(right[order][joint].abs());
         let third: [f64; AXES] = std::array::from_fn(|joint| most(2, joint) + half * fourth.0[joint]);
         let second = std::array::from_fn(|joint| most(1, joint) + half * third[joint]);

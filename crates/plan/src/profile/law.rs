@@ -5,6 +5,7 @@ use crate::condition::Piece;
 use crate::machine::Machine;
 use lostmotion_kinematics::Kinematics;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// Steps towards the time at which a motion is at a place.
 const TIME_STEPS: usize = 60;
@@ -42,11 +43,13 @@ impl Knot {
 
     /// When a motion that goes forward is at a place, between two times before the next knot.
     pub(super) fn time_at(&self, s: f64, from: f64, to: f64) -> f64 {
-        if self.at(to).s <= s {
+        let (first, last) = (self.at(from).s, self.at(to).s);
+        if last <= s {
             return to;
         }
         let (mut low, mut high) = (from, to);
-        let mut t = 0.5 * (from + to);
+        let part = (s - first) / (last - first);
+        let mut t = from + (to - from) * if part > 0.0 && part < 1.0 { part } else { 0.5 };
         for _ in 0..TIME_STEPS {
             let motion = self.at(t);
             if motion.s <= s {
@@ -71,7 +74,7 @@ pub(crate) struct Section<'a> {
     pub(crate) machine: &'a Machine,
     pub(crate) kinematics: &'a dyn Kinematics,
     /// Pieces of path that hold the section, each with the place where it begins.
-    pub(crate) pieces: &'a VecDeque<(f64, Piece)>,
+    pub(crate) pieces: &'a VecDeque<(f64, Arc<Piece>)>,
     /// Consecutive intervals that hold the section; their demands bound the joints' derivatives all over each of them.
     pub(crate) intervals: &'a [Interval],
     /// The profile of which the base is the mean.
@@ -95,6 +98,19 @@ pub(crate) fn state_at(knots: &[Knot], t: f64) -> Motion {
         Some(knot) => Motion { s: knot.s, v: knot.v, a: knot.a },
         None => Motion::default(),
     }
+}
+
+/// The states at rising times.
+pub(crate) fn states(knots: &[Knot], times: impl Iterator<Item = f64>) -> Vec<Motion> {
+    let mut rest = knots;
+    times
+        .map(|t| {
+            while rest.get(1).is_some_and(|next| next.t <= t) {
+                rest = &rest[1..];
+            }
+            state_at(rest.get(..2).unwrap_or(rest), t)
+        })
+        .collect()
 }
 
 /// Place by time over a stretch, as far as it is known.

@@ -3,7 +3,7 @@
 use super::barrier::Problem;
 use super::certificate::{Certificate, KEPT};
 use super::ideal::{ideal, time_between};
-use super::law::{Knot, Motion, Section, TimeLaw, state_at};
+use super::law::{self, Knot, Motion, Section, TimeLaw, state_at, states};
 use super::node::Node;
 use super::rows::problem;
 use super::spans::{Span, spans};
@@ -21,8 +21,10 @@ const LEAST: usize = 12;
 /// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens between the intervals'
 /// middles.
 pub(super) const GOALS: [f64; 2] = [0.9985, 0.99];
-/// Complementarity of the interior-point method at first and at last, as a part of an interval's time.
+/// Complementarity of the interior-point method at first, where it goes on from what passed a limit, and at last, as a part of an
+/// interval's time.
 const FIRST: f64 = 0.3;
+const AGAIN: f64 = 0.02;
 const LAST: f64 = 1e-4;
 /// Most steps of it.
 const STEPS: usize = 20;
@@ -138,7 +140,7 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
     let count = ((to - from) / step_s).ceil();
     let time = |k: f64| from + (to - from) * (k / count);
     let middle = time(0.5 * count);
-    let states: Vec<_> = (0..=count as usize).map(|k| state_at(base, time(k as f64))).collect();
+    let states = states(base, (0..=count as usize).map(|k| time(k as f64)));
     let stuck = states.windows(2).position(|pair| pair[1].s <= pair[0].s || pair[0].v <= 0.0 || pair[1].v <= 0.0);
     if let Some(interval) = stuck {
         return Err(time(interval as f64 + 0.5));
@@ -147,9 +149,10 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
     let start = start(base, &grid, &states, (from, to)).ok_or(middle)?;
     let mut problem = problem(section, &grid).ok_or(middle)?;
     let mut beyond = 0.5 * count;
+    let (mut c, mut first) = (start, FIRST);
     for _ in 0..=REPAIRS {
-        let mut c = start.clone();
-        problem.solve(&mut c, FIRST * step_s, LAST * step_s, STEPS);
+        problem.solve(&mut c, first * step_s, LAST * step_s, STEPS);
+        first = AGAIN;
         let knots = knots(&grid, &c).map_err(|interval| time(interval as f64 + 0.5))?;
         if knots.last().is_none_or(|last| last.t >= to - from) {
             return Err(middle);
@@ -166,9 +169,9 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
 fn start(base: &[Knot], grid: &Grid, states: &[Motion], (from, to): (f64, f64)) -> Option<Vec<f64>> {
     let count = grid.len() as f64;
     let mut c = vec![0.0; grid.len() + 2];
-    for interval in 1..grid.len() - 1 {
-        let middle = state_at(base, from + (to - from) * ((interval as f64 + 0.5) / count));
-        c[interval + 1] = middle.v * middle.v;
+    let middles = (1..grid.len() - 1).map(|interval| from + (to - from) * ((interval as f64 + 0.5) / count));
+    for (c, middle) in c[2..].iter_mut().zip(law::states(base, middles)) {
+        *c = middle.v * middle.v;
     }
     c[..2].copy_from_slice(&grid.ends(false, states.first()?));
     let last = c.len() - 2;

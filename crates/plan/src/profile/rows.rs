@@ -22,11 +22,11 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Probl
         let span = course.over(grid.nodes[interval], grid.nodes[interval + 1])?;
         let mut cap = span.feed;
         for (joint, [v, a, j]) in &moving {
-            let [left, right] = [&span.ends[0], &span.ends[1]].map(|place| place.d.map(|d| d[*joint]));
+            let [left, right] = [0, 1].map(|end| [0, 1, 2].map(|order| span.ends[end].d[order][*joint]));
             cap = cap.min(v / left[0].abs().max(right[0].abs()).max(f64::MIN_POSITIVE));
             let half = 0.5 * grid.width(interval);
             // b and b' at an end from those in the middle.
-            let [low, high] = span.third.map(|d3| d3[*joint]);
+            let [low, high] = [0, 1].map(|side| span.third[side][*joint]);
             let acceleration = [right[1], right[1] * half + 0.5 * right[0], 0.5 * half * (right[1] * half + right[0])];
             for side in [1.0, -1.0] {
                 // The state at the very end is given.

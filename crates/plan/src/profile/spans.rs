@@ -1,7 +1,7 @@
 //! Which parts of a motion are worth changing.
 
 use super::Interval;
-use super::law::{Knot, Motion, state_at};
+use super::law::{Knot, Motion, states};
 
 /// Steps at either end that rests: b(s) has no bounded derivatives there.
 const AT_REST: usize = 8;
@@ -30,10 +30,8 @@ enum Kind {
     Slow,
 }
 
-fn kind(base: &[Knot], intervals: &mut std::slice::Iter<'_, Interval>, t: f64, step_s: f64) -> Kind {
-    let Motion { s, v, a } = state_at(base, t);
-    // The acceleration that it has a step later is at least as telling as that of now.
-    let next = state_at(base, t + step_s).a;
+/// From the states now and a step later, whose acceleration is at least as telling as that of now.
+fn kind(Motion { s, v, a }: Motion, next: f64, intervals: &mut std::slice::Iter<'_, Interval>, step_s: f64) -> Kind {
     while intervals.as_slice().get(1).is_some_and(|interval| interval.start <= s) {
         intervals.next();
     }
@@ -51,7 +49,8 @@ pub(super) fn spans(base: &[Knot], intervals: &[Interval], step_s: f64, least: u
     let (Some(first), Some(last)) = (base.first(), base.last()) else { return Vec::new() };
     let count = (last.t / step_s).floor() as usize;
     let mut intervals = intervals.iter();
-    let kinds: Vec<Kind> = (0..=count).map(|k| kind(base, &mut intervals, k as f64 * step_s, step_s)).collect();
+    let states = states(base, (0..count + 2).map(|k| k as f64 * step_s));
+    let kinds: Vec<Kind> = states.windows(2).map(|pair| kind(pair[0], pair[1].a, &mut intervals, step_s)).collect();
     let mut free: Vec<bool> = kinds.iter().map(|kind| *kind == Kind::Free).collect();
     for (k, _) in kinds.iter().enumerate().filter(|(_, kind)| **kind == Kind::Free) {
         free[k.saturating_sub(STEADY)..(k + STEADY + 1).min(count + 1)].fill(true);

@@ -36,9 +36,10 @@ pub fn straightness(plan: &PlanInfo) -> String {
     let mut out = String::new();
     if let Some(bow) = plan.bow.filter(|bow| bow.max_um >= SHOWN_UM) {
         out.push_str(&format!(
-            "between two commands: tool off its way by at most {} um with joints that go straight, {}\n",
+            "between two commands: tool off its way by at most {} um with joints that go straight, {}{}\n",
             error(bow.max_um),
-            at(&bow.block)
+            at(&bow.block),
+            plan.bow_limit_um.map(|limit| format!(" (kept below {} um)", plain(limit))).unwrap_or_default()
         ));
     }
     if let Some(block) = plan.unstraight {

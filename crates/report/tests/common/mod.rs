@@ -94,6 +94,7 @@ fn plan() -> PlanInfo {
         command: ErrorStats::default(),
         cutting_force_n: 0.0,
         bow: None,
+        bow_limit_um: None,
         unstraight: None,
     }
 }

@@ -4,7 +4,7 @@ use super::document::Document;
 use super::limits::unit;
 use super::problem::{Problem, did_you_mean, number};
 use super::section::join;
-use super::settings::Position;
+use super::settings::{BOW_LIMIT_UM, Position};
 use super::{General, MachineAxis, WorkOffsets, reach};
 use lostmotion_axis::config::Transmission;
 use lostmotion_axis::{AxisConfig, AxisConfigError};
@@ -124,7 +124,7 @@ pub(super) fn general(document: &Document<'_>, general: &General, axes: &[Machin
     range("planner.exact_path_tolerance_mm", general.planner.exact_path_tolerance_mm, 1e-6, 1.0);
     range("planner.exact_path_angle_deg", general.planner.exact_path_angle_deg, 0.0, 10.0);
     range("simulate.tolerance_um", general.simulate.tolerance_um, 1e-3, 1e6);
-    range("simulate.bow_limit_um", general.simulate.bow_limit_um, 1e-3, 1e6);
+    range("simulate.bow_limit_um", general.simulate.bow_limit_um.unwrap_or(BOW_LIMIT_UM), 1e-3, 1e6);
     range("simulate.cutting_force_n", general.simulate.cutting_force_n, 0.0, 1e6);
     for (index, tool) in general.tool.iter().enumerate() {
         range(&format!("tool[{index}].length_mm"), tool.length_mm, 0.0, 1e4);

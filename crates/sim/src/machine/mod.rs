@@ -23,7 +23,7 @@ pub use preset::{DEFAULT_MACHINE, PresetInfo, axis_preset, axis_preset_toml, axi
 pub use problem::{MachineError, Problem};
 pub use read::axis_from_toml;
 pub use review::AxisReview;
-pub use settings::{Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets};
+pub use settings::{BOW_LIMIT_UM, Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets};
 pub use tuning::AxisTuning;
 
 use lostmotion_axis::AxisConfig;

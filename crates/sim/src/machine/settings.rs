@@ -127,6 +127,9 @@ impl Default for PlannerSettings {
     }
 }
 
+/// How far the tool may be off its way between two commands where nobody says, um.
+pub const BOW_LIMIT_UM: f64 = 5.0;
+
 /// Defaults of `simulate`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -136,12 +139,14 @@ pub struct SimulateSettings {
     /// Size of the cutting force, N: on every feed move, against the tool's way through the part. 0: none.
     #[serde(skip_serializing_if = "is_zero")]
     pub cutting_force_n: f64,
-    /// How far the tool may be off its way between two commands that are joined by straight lines of the joints before there is a warning, um.
-    pub bow_limit_um: f64,
+    /// How far the tool may be off its way between two commands that are joined by straight lines of the joints, um. If it is given, or a drive does join
+    /// commands so, the planner keeps it; else there is a warning beyond [`BOW_LIMIT_UM`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bow_limit_um: Option<f64>,
 }
 
 impl Default for SimulateSettings {
     fn default() -> SimulateSettings {
-        SimulateSettings { tolerance_um: 20.0, cutting_force_n: 0.0, bow_limit_um: 5.0 }
+        SimulateSettings { tolerance_um: 20.0, cutting_force_n: 0.0, bow_limit_um: None }
     }
 }

@@ -1,11 +1,12 @@
 //! How far the tool bows from its way where joints go straight: from one command to the next, and over a whole block.
 
 use crate::results::{PlanInfo, Straightness};
+use crate::straightness::BowLimit;
 use lostmotion_base::Coords;
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_kinematics::{Kinematics, bow_mm};
 use lostmotion_path::Curve;
-use lostmotion_plan::{FeedLimit, Move, Sample};
+use lostmotion_plan::{Chord, FeedLimit, Move, Planner, Sample};
 use std::sync::Arc;
 
 /// Where the tool goes less than this, mm, it has no direction.
@@ -17,16 +18,32 @@ pub(crate) struct Bows {
     /// The machine's, with tool-centre-point control: joints to the part's frame.
     kinematics: Arc<dyn Kinematics>,
     period_s: f64,
+    /// The limit, um, if the motion keeps one.
+    kept_um: Option<f64>,
     last: Option<Sample>,
     commands: Straightness,
     block: Option<Straightness>,
 }
 
 impl Bows {
-    /// None on machines on which joints that go straight are a tool that does.
-    pub(crate) fn new(kinematics: &Arc<dyn Kinematics>, period_s: f64) -> Option<Bows> {
-        let kinematics = (!kinematics.is_affine()).then(|| Arc::clone(kinematics))?;
-        Some(Bows { kinematics, period_s, last: None, commands: Straightness::default(), block: None })
+    /// None on machines on which joints that go straight are a tool that does, unless a limit has to be kept.
+    pub(crate) fn new(kinematics: &Arc<dyn Kinematics>, period_s: f64, limit: BowLimit) -> Option<Bows> {
+        let kept_um = limit.is_kept.then_some(limit.um);
+        let kinematics = (!kinematics.is_affine() || limit.is_kept).then(|| Arc::clone(kinematics))?;
+        Some(Bows { kinematics, period_s, kept_um, last: None, commands: Straightness::default(), block: None })
+    }
+
+    /// A planner that keeps the limit, if there is one to keep.
+    pub(crate) fn bound(bows: Option<&Bows>, planner: Planner) -> Planner {
+        match bows.and_then(|bows| bows.kept_um.map(|um| (bows, um))) {
+            Some((bows, um)) => planner.with_chord(Chord::new(Arc::clone(&bows.kinematics), um / UM_PER_MM, bows.period_s)),
+            None => planner,
+        }
+    }
+
+    /// Speed between two commands as a part of what the limit allows; 0 without one.
+    pub(crate) fn part(&self, a: &Sample, b: &Sample) -> f64 {
+        self.kept_um.map_or(0.0, |um| (UM_PER_MM * self.between(a, b) / um).sqrt())
     }
 
     fn tip(&self, joints: &Coords, tool_mm: &[f64; 3]) -> [f64; 3] {
@@ -49,6 +66,9 @@ impl Bows {
     /// How far the tool is off its planned way in the middle between two commands if every joint goes straight from the one to the other, mm. The plan's
     /// middle is that of the quintic with the velocities and accelerations of both.
     fn between(&self, a: &Sample, b: &Sample) -> f64 {
+        if self.rests(a) || self.rests(b) {
+            return 0.0;
+        }
         let straight = (a.position + b.position) * 0.5;
         let bend = (a.velocity - b.velocity) * (5.0 / 32.0 * self.period_s);
         let planned = straight + bend + (a.acceleration + b.acceleration) * (self.period_s * self.period_s / 64.0);
@@ -56,9 +76,14 @@ impl Bows {
         off(&less(&straight, &planned), &less(&to, &from))
     }
 
+    /// Whether the motion is within a cycle of a standstill: what a drive rounds there is a corner, and no bow.
+    fn rests(&self, sample: &Sample) -> bool {
+        sample.velocity.0.iter().zip(&sample.acceleration.0).all(|(v, a)| v.abs() <= a.abs() * self.period_s)
+    }
+
     /// Looks at a move without tool-centre-point control: a straight feed move of linear and rotary words that turns the part, or the tool, on its way.
     pub(crate) fn plain(&mut self, item: &Move) {
-        let (Curve::Line(_), false) = (&item.curve, item.feed == FeedLimit::Rapid) else { return };
+        let (Curve::Line(_), false) = (&item.curve, item.feed == FeedLimit::Rapid || self.kinematics.is_affine()) else { return };
         let [start, end] = [item.curve.start(), item.curve.end()].map(|program| offset(&program, &item.tool_mm));
         let way = end - start;
         let moves = |range: std::ops::Range<usize>| way.0[range].iter().any(|way| *way != 0.0);
@@ -73,7 +98,7 @@ impl Bows {
 
     /// What was found.
     pub(crate) fn tell(&self, plan: &mut PlanInfo) {
-        (plan.bow, plan.unstraight) = (Some(self.commands), self.block);
+        (plan.bow, plan.bow_limit_um, plan.unstraight) = (Some(self.commands), self.kept_um, self.block);
     }
 }
 

@@ -8,6 +8,7 @@ use crate::machine::{Machine, MachineAxis};
 use crate::options::SimulateOptions;
 use crate::results::{AxisResult, BlockResult, Comparison, GantryResult, MethodResult, PlanInfo, SCHEMA_VERSION, Simulation};
 use crate::source::ProgramSource;
+use crate::straightness::BowLimit;
 use lostmotion_axis::find_method;
 use lostmotion_base::Clock;
 use lostmotion_base::units::UM_PER_MM;
@@ -34,9 +35,8 @@ pub(crate) fn comparison(
     super::text::fill(source, &checked.files, rows.collect());
     note_harm(&mut results);
     let mut program = checked.program;
-    let PlanInfo { bow, unstraight, .. } = tally.straightness;
-    let limit_um = options.bow_limit_um.unwrap_or(machine.simulate().bow_limit_um);
-    program.warnings.extend(tally.straightness.bow_warning(limit_um));
+    let PlanInfo { bow, bow_limit_um, unstraight, .. } = tally.straightness;
+    program.warnings.extend(tally.straightness.bow_warning(BowLimit::new(machine, options).um));
     Comparison {
         schema: SCHEMA_VERSION,
         program,
@@ -47,6 +47,7 @@ pub(crate) fn comparison(
             command: rows::stats(&tally.command, UM_PER_MM),
             cutting_force_n: options.cutting_force_n.unwrap_or(machine.simulate().cutting_force_n),
             bow,
+            bow_limit_um,
             unstraight,
             ..checked.plan
         },

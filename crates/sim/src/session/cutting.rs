@@ -88,6 +88,7 @@ mod tests {
             s: 0.0,
             path_speed: 1.0,
             feed_part,
+            chord_part: 0.0,
             heeds,
             tool_mm: [0.0, 0.0, 80.0],
             block,

@@ -11,6 +11,7 @@ use crate::machine::Machine;
 use crate::options::SimulateOptions;
 use crate::results::PlanInfo;
 use crate::source::ProgramSource;
+use crate::straightness::BowLimit;
 use crate::time::what_if::Change;
 use lostmotion_base::{BlockRef, Coords, Tick};
 use lostmotion_contour::ProgrammedSegment;
@@ -74,7 +75,7 @@ impl Feed {
         if paced.is_some() {
             config.clock = Pacer::plan_clock(&config);
         }
-        let bows = Bows::new(modes.kinematics(true), machine.cycles().command().period_s());
+        let bows = Bows::new(modes.kinematics(true), machine.cycles().command().period_s(), BowLimit::new(machine, options));
         let tip = machine.kinematics().tip_control() == TipControl::Always || modes.kinematics(true).orientation().is_none();
         modes.begin(0, tip);
         let kinematics = Arc::clone(modes.kinematics(tip));
@@ -84,7 +85,7 @@ impl Feed {
             reader: Reader::new(source, machine, options)?,
             start_joints,
             planned: start_joints,
-            planner: Planner::new(config.clone(), kinematics, start)?,
+            planner: Bows::bound(bows.as_ref(), Planner::new(config.clone(), kinematics, start)?),
             config,
             paced,
             bows,
@@ -209,7 +210,7 @@ impl Feed {
     fn change_over(&mut self, read: &Read) -> Result<(), SimError> {
         let kinematics = self.modes.kinematics(read.tip);
         let start = kinematics.forward(&self.planned, &[0.0; 3]);
-        self.planner = Planner::new(self.config.clone(), Arc::clone(kinematics), start)?;
+        self.planner = Bows::bound(self.bows.as_ref(), Planner::new(self.config.clone(), Arc::clone(kinematics), start)?);
         self.before = (self.given, self.segments);
         Ok(())
     }

@@ -30,6 +30,7 @@ mod run;
 mod steer;
 mod text;
 
+pub(crate) use bow::Bows;
 pub(crate) use check::{Checked, check as check_program, planner_config};
 pub(crate) use feed::{Feed, Note};
 pub(crate) use modes::Modes;

@@ -6,6 +6,7 @@
 //! velocity      |q'(n) + q'(n+1)|/2 / limit                       for each joint
 //! acceleration  |q''(n) + q''(n+1)|/2 / limit
 //! jerk          |q''(n+1) - q''(n)|/T / limit
+//! chord         sqrt(bow between the two / its limit)             (where one is kept; it grows with the square of the speed)
 //! ```
 //! The largest is the active one if it is at least 0.97. Where none is, the interval counts as `tolerance` if the command is off the programmed path
 //! (it rounds a corner; a larger tolerance would let it be faster), as `look-ahead` otherwise. Nothing of how the planner came to its samples is used.
@@ -16,8 +17,8 @@ use lostmotion_plan::Sample;
 /// Utilisation from which a constraint is active.
 const ACTIVE: f64 = 0.97;
 
-/// Ways of being limited: feed, three for each joint, tolerance, look-ahead, dwell, feed hold.
-pub(super) const LIMITERS: usize = 5 + 3 * AXES;
+/// Ways of being limited: feed, three for each joint, tolerance, look-ahead, dwell, feed hold, chord.
+pub(super) const LIMITERS: usize = 6 + 3 * AXES;
 
 /// Number of a limiter.
 pub(super) type Limiter = usize;
@@ -28,6 +29,8 @@ pub(super) const LOOK_AHEAD: Limiter = 2 + 3 * AXES;
 pub(super) const DWELL: Limiter = 3 + 3 * AXES;
 /// The operator holds the motion.
 pub(super) const HELD: Limiter = DWELL + 1;
+/// The tool's bow between two commands.
+pub(super) const CHORD: Limiter = HELD + 1;
 
 /// Name for people and files.
 pub(super) fn name(limiter: Limiter) -> String {
@@ -38,6 +41,7 @@ pub(super) fn name(limiter: Limiter) -> String {
         LOOK_AHEAD => "look-ahead".to_owned(),
         DWELL => "dwell".to_owned(),
         HELD => "feed hold".to_owned(),
+        CHORD => "chord".to_owned(),
         _ if limiter <= AXES => format!("velocity {}", joint(1)),
         _ if limiter <= 2 * AXES => format!("acceleration {}", joint(1 + AXES)),
         _ => format!("jerk {}", joint(1 + 2 * AXES)),
@@ -72,12 +76,15 @@ impl Joints {
         most
     }
 
-    /// What limits an interval on which something moves. `feed`: path speed allowed by the program; `off`: whether the command is off the path.
-    pub(super) fn limiter(&self, [a, b]: [&Sample; 2], feed: Option<f64>, off: impl FnOnce() -> bool) -> Limiter {
+    /// What limits an interval on which something moves. `feed`: path speed allowed by the program; `chord`: what is used of the limit of the tool's bow;
+    /// `off`: whether the command is off the path.
+    pub(super) fn limiter(&self, [a, b]: [&Sample; 2], feed: Option<f64>, chord: f64, off: impl FnOnce() -> bool) -> Limiter {
         let used = feed.map_or(0.0, |feed| 0.5 * (a.path_speed + b.path_speed) / feed);
         let (joint, usage) = self.most(a, b);
-        if used >= ACTIVE && used >= usage {
+        if used >= ACTIVE && used >= usage.max(chord) {
             FEED
+        } else if chord >= ACTIVE && chord >= usage {
+            CHORD
         } else if usage >= ACTIVE {
             joint
         } else if off() {

@@ -55,7 +55,7 @@ pub fn time(
     check_options(time)?;
     let checked = check_program(source, machine, options)?;
     let mut feed = Feed::timed(source, machine, options)?;
-    let mut watch = Watch::new(machine, feed.modes(), time.keep_blocks, !options.interventions.is_empty());
+    let mut watch = Watch::new(machine, feed.modes(), time.keep_blocks, options);
     let command = machine.cycles().command();
     let (mut samples, mut segments) = (Vec::new(), Vec::new());
     loop {

@@ -23,7 +23,7 @@ pub enum TimeKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LimitShare {
     /// `feed`; `velocity X`, `acceleration X`, `jerk X` of a joint; `tolerance`: on a corner's rounding, no joint at a limit; `look-ahead`: nothing at its
-    /// limit, the motion gets ready for what comes or leaves what has been; `dwell`.
+    /// limit, the motion gets ready for what comes or leaves what has been; `chord`: the tool's bow between two commands, where a limit is kept; `dwell`.
     pub limit: String,
     /// Time, s.
     pub time_s: f64,

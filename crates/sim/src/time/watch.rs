@@ -4,7 +4,9 @@ use super::ledger::Ledger;
 use super::limiter::{DWELL, HELD, Joints, stands};
 use super::results::TimeKind;
 use crate::machine::Machine;
-use crate::session::{Modes, Note, planner_config};
+use crate::options::SimulateOptions;
+use crate::session::{Bows, Modes, Note, planner_config};
+use crate::straightness::BowLimit;
 use lostmotion_base::BlockRef;
 use lostmotion_path::Curve;
 use lostmotion_plan::{FeedLimit, Move, PathControl, Quality, Sample};
@@ -35,6 +37,7 @@ struct Waiting {
 pub(super) struct Watch {
     modes: Modes,
     joints: Joints,
+    bows: Option<Bows>,
     period_s: f64,
     default_tolerance_mm: f64,
     exact_tolerance_mm: f64,
@@ -48,19 +51,20 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub(super) fn new(machine: &Machine, modes: &Modes, keep: usize, interrupted: bool) -> Watch {
+    pub(super) fn new(machine: &Machine, modes: &Modes, keep: usize, options: &SimulateOptions) -> Watch {
         let config = planner_config(machine, Quality::default());
         let clock = machine.cycles().command();
         Watch {
             modes: modes.clone(),
             joints: Joints::new(&config.limits, clock.period_s()),
+            bows: Bows::new(modes.kinematics(true), clock.period_s(), BowLimit::new(machine, options)),
             period_s: clock.period_s(),
             default_tolerance_mm: config.default_tolerance_mm,
             exact_tolerance_mm: config.exact_path_tolerance_mm,
             moves: VecDeque::new(),
             dwells: VecDeque::new(),
             last: None,
-            interrupted,
+            interrupted: !options.interventions.is_empty(),
             tool_changes: 0,
             ledger: Ledger::new(clock, keep),
         }
@@ -115,7 +119,7 @@ impl Watch {
             let square = |axis: usize| (tip[axis] - place[axis]) * (tip[axis] - place[axis]);
             (square(0) + square(1) + square(2)).sqrt() > first.off_mm
         };
-        let limiter = self.joints.limiter([a, b], first.feed, off);
+        let limiter = self.joints.limiter([a, b], first.feed, self.bows.as_ref().map_or(0.0, |bows| bows.part(a, b)), off);
         self.ledger.add(b.block, kind, b.segment, limiter);
     }
 

@@ -1,11 +1,30 @@
 //! From planned stretches to samples at the clock's ticks.
 
+mod run;
+
+use crate::chord::Chord;
 use crate::condition::size;
 use crate::stretch::Stretch;
 use crate::{Heeds, Sample};
 use lostmotion_base::{AXES, Clock, Coords, Jet, Tick};
 use lostmotion_kinematics::Kinematics;
 use std::collections::VecDeque;
+
+/// A bound of times.
+#[derive(Clone, Copy, Debug)]
+enum Until {
+    Included(f64),
+    Excluded(f64),
+}
+
+impl Until {
+    fn holds(self, t: f64) -> bool {
+        match self {
+            Until::Included(end) => t <= end,
+            Until::Excluded(end) => t < end,
+        }
+    }
+}
 
 /// Gives out samples up to where the motion is settled.
 #[derive(Clone, Debug)]
@@ -21,6 +40,8 @@ pub(crate) struct Sampler {
     pub(crate) finished: bool,
     /// What is added to program coordinates to get joints under a tool offset, where that is all there is to do.
     offset: Option<([f64; 3], Coords)>,
+    /// What is told of how far the tool is off its way between two samples.
+    pub(crate) chord: Option<Chord>,
 }
 
 impl Sampler {
@@ -35,34 +56,57 @@ impl Sampler {
             s: 0.0,
             path_speed: 0.0,
             feed_part: 0.0,
+            chord_part: 0.0,
             heeds: Heeds::default(),
             tool_mm: [0.0; 3],
             block: lostmotion_base::BlockRef::default(),
         };
-        Sampler { clock, tick: 0, stretches: VecDeque::new(), rest, rest_program: program, end_s: 0.0, finished: false, offset: None }
+        Sampler {
+            clock,
+            tick: 0,
+            stretches: VecDeque::new(),
+            rest,
+            rest_program: program,
+            end_s: 0.0,
+            finished: false,
+            offset: None,
+            chord: None,
+        }
     }
 
-    /// The next sample, if its time is settled.
-    pub(crate) fn next(&mut self, kinematics: &dyn Kinematics) -> Option<Sample> {
-        let t = self.clock.seconds(self.tick);
-        if !self.is_settled(t) {
-            return None;
+    /// Adds up to `most` samples whose time is settled; gives how many.
+    pub(crate) fn take(&mut self, most: usize, kinematics: &dyn Kinematics, out: &mut Vec<Sample>) -> usize {
+        let before = out.len();
+        while out.len() - before < most {
+            let t = self.clock.seconds(self.tick);
+            let settled = self.settled();
+            if !settled.holds(t) {
+                break;
+            }
+            while self.stretches.front().is_some_and(|stretch| stretch.complete && t >= stretch.rest_s()) {
+                self.leave();
+            }
+            if !self.run(before.saturating_add(most), settled, kinematics, out) {
+                let sample = Sample { tick: self.tick, ..self.at(t, kinematics) };
+                out.push(sample);
+                self.tick += 1;
+            }
+            self.rest.position = out.last().map_or(self.rest.position, |sample| sample.position);
         }
-        while self.stretches.front().is_some_and(|stretch| stretch.complete && t >= stretch.rest_s()) {
-            self.leave();
+        if let Some(chord) = &self.chord {
+            for sample in &mut out[before..] {
+                sample.chord_part = chord.part([&sample.position, &sample.velocity, &sample.acceleration], &sample.tool_mm);
+            }
         }
-        let mut sample = self.alone(t, kinematics).unwrap_or_else(|| self.at(t, kinematics));
-        sample.tick = self.tick;
-        self.tick += 1;
-        self.rest.position = sample.position;
-        Some(sample)
+        out.len() - before
     }
 
-    fn is_settled(&self, t: f64) -> bool {
+    /// Up to when the motion is known for good.
+    fn settled(&self) -> Until {
         match self.stretches.back() {
-            Some(last) if !(self.finished && last.complete) => t <= last.known_s(),
-            _ if self.finished => t < self.end_s + self.clock.period_s() * (1.0 - 1e-6),
-            _ => false,
+            Some(last) if !(self.finished && last.complete) => Until::Included(last.known_s()),
+            _ if self.finished => Until::Excluded(self.end_s + self.clock.period_s() * (1.0 - 1e-6)),
+            _ => Until::Excluded(f64::NEG_INFINITY),
         }
     }
 
@@ -87,36 +131,6 @@ impl Sampler {
             let heeds = piece.heeds;
             self.rest = Sample { segment: mark.segment, s, block: mark.block, tool_mm: piece.tool_mm, heeds, ..self.rest };
         }
-    }
-
-    /// The sample at a time at which nothing but one stretch moves, of joints that are program coordinates up to a constant: the
-    /// usual case, without anything that it does not need.
-    fn alone(&mut self, t: f64, kinematics: &dyn Kinematics) -> Option<Sample> {
-        if self.stretches.get(1).is_some_and(|second| t > second.start_s) || !kinematics.is_affine() {
-            return None;
-        }
-        let stretch = self.stretches.front_mut().filter(|stretch| t > stretch.start_s)?;
-        let motion = stretch.advance(t - stretch.start_s);
-        let (piece, local) = stretch.here(motion.s)?;
-        if self.offset.is_none_or(|(tool_mm, _)| tool_mm != piece.tool_mm) {
-            self.offset = kinematics.inverse(&Coords::ZERO, &piece.tool_mm).ok().map(|offset| (piece.tool_mm, offset));
-        }
-        let (_, offset) = self.offset?;
-        let (mark, s) = piece.programmed(local);
-        let [place, velocity, acceleration] = piece.curve.travel(local, motion.v, motion.a);
-        Some(Sample {
-            tick: 0,
-            position: place + offset,
-            velocity,
-            acceleration,
-            segment: mark.segment,
-            s,
-            path_speed: motion.v,
-            feed_part: velocity.linear_norm().max(motion.v) / piece.feed,
-            heeds: piece.heeds,
-            tool_mm: piece.tool_mm,
-            block: mark.block,
-        })
     }
 
     /// The sample at a time: that of the first stretch, or rest before it; at a rounded corner that of the sum of two.
