@@ -6,7 +6,7 @@ use crate::current_loop::CurrentLoop;
 use crate::error::AxisError;
 use crate::plant::{Drifting, Plant, PlantParams, PlantState};
 use crate::reference::{Spline, SplineState};
-use crate::runner::{AxisOutput, AxisRunner, Seen};
+use crate::runner::{AxisOutput, AxisRunner, Seen, TwinStep};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{AxisSample, Reference, Setpoint};
 use serde::{Deserialize, Serialize};
@@ -28,10 +28,10 @@ struct Model<C> {
 }
 
 impl<C: Compensator> Model<C> {
-    /// What the compensator answers; without its output if a drive could not act on that.
+    /// What a compensator sees.
     #[inline]
-    fn correct(&self, state: &mut C::State, [reference, next_reference]: [Reference; 2], seen: &Seen) -> Correction {
-        let signals = Signals {
+    fn signals(&self, [reference, next_reference]: [Reference; 2], seen: &Seen) -> Signals {
+        Signals {
             reference,
             next_reference,
             motor_position: seen.motor_position,
@@ -40,10 +40,18 @@ impl<C: Compensator> Model<C> {
             mean_current: seen.mean_current,
             saturated: seen.saturated,
             load_position: if self.has_scale { Some(self.servo.read_scale(seen.load_position)) } else { None },
-        };
-        let wanted = self.compensator.step(state, &signals);
-        if wanted.is_usable() { wanted } else { wanted.without_output() }
+        }
     }
+
+    /// What the compensator answers; without its output if a drive could not act on that.
+    #[inline]
+    fn correct(&self, state: &mut C::State, references: [Reference; 2], seen: &Seen) -> Correction {
+        usable(self.compensator.step(state, &self.signals(references, seen)))
+    }
+}
+
+fn usable(wanted: Correction) -> Correction {
+    if wanted.is_usable() { wanted } else { wanted.without_output() }
 }
 
 /// All that an axis carries from tick to tick.
@@ -223,9 +231,17 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         self.tick(index, out);
     }
 
-    fn compensate(&mut self, index: u32, seen: &Seen) -> Correction {
+    fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>> {
         let (reference, next) = self.setpoint.at(index, &self.state.spline);
-        self.model.correct(&mut self.state.compensator, [reference, next], seen)
+        let signals = self.model.signals([reference, next], seen);
+        let twin = self.model.compensator.begin(&mut self.state.compensator, &signals)?;
+        Some(TwinStep { twin, reference, next })
+    }
+
+    fn finish_compensation(&mut self, index: u32, seen: &Seen) -> Correction {
+        let (reference, next) = self.setpoint.at(index, &self.state.spline);
+        let signals = self.model.signals([reference, next], seen);
+        usable(self.model.compensator.finish(&mut self.state.compensator, &signals))
     }
 
     fn current_loop(&mut self) -> CurrentLoop<'_> {

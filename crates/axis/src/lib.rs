@@ -48,6 +48,6 @@ pub use compensation::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 pub use config::{AxisConfig, AxisConfigError};
 pub use current_loop::CurrentLoop;
 pub use error::AxisError;
-pub use runner::{AxisOutput, AxisRunner, Seen};
+pub use runner::{AxisOutput, AxisRunner, Seen, TwinStep};
 pub use signal::{AxisSample, Engagement, Reference, Setpoint};
 pub use tied::{Tie, TiedAxes};

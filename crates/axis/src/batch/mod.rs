@@ -12,6 +12,7 @@ mod kernel;
 mod lanes;
 mod loops;
 mod tick;
+mod twins;
 mod vector;
 
 use crate::error::AxisError;
