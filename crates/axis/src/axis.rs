@@ -1,9 +1,10 @@
 //! An axis with a compensator: the parts of a servo tick in their order.
 
-use crate::compensation::{Compensator, Correction, MethodInfo, Signals};
+use crate::compensation::{Compensator, Correction, MethodInfo};
 use crate::config::AxisConfig;
 use crate::current_loop::CurrentLoop;
 use crate::error::AxisError;
+use crate::model::{Model, usable};
 use crate::plant::{Drifting, Plant, PlantParams, PlantState};
 use crate::reference::{Spline, SplineState};
 use crate::runner::{AxisOutput, AxisRunner, Seen, TwinStep};
@@ -14,45 +15,6 @@ use std::sync::Arc;
 
 /// The largest force on the load that a setpoint may bring, N or N m.
 const LARGEST_LOAD_FORCE: f64 = 1e7;
-
-#[derive(Debug)]
-struct Model<C> {
-    spline: Spline,
-    servo_ticks: u32,
-    servo: Servo,
-    plant: Plant,
-    compensator: C,
-    units_per_motor_rad: f64,
-    load_per_motor_rad: f64,
-    has_scale: bool,
-}
-
-impl<C: Compensator> Model<C> {
-    /// What a compensator sees.
-    #[inline]
-    fn signals(&self, [reference, next_reference]: [Reference; 2], seen: &Seen) -> Signals {
-        Signals {
-            reference,
-            next_reference,
-            motor_position: seen.motor_position,
-            motor_velocity: seen.motor_velocity,
-            current: seen.current,
-            mean_current: seen.mean_current,
-            saturated: seen.saturated,
-            load_position: if self.has_scale { Some(self.servo.read_scale(seen.load_position)) } else { None },
-        }
-    }
-
-    /// What the compensator answers; without its output if a drive could not act on that.
-    #[inline]
-    fn correct(&self, state: &mut C::State, references: [Reference; 2], seen: &Seen) -> Correction {
-        usable(self.compensator.step(state, &self.signals(references, seen)))
-    }
-}
-
-fn usable(wanted: Correction) -> Correction {
-    if wanted.is_usable() { wanted } else { wanted.without_output() }
-}
 
 /// All that an axis carries from tick to tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

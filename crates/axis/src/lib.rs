@@ -32,6 +32,7 @@ pub mod compensation;
 pub mod config;
 mod current_loop;
 pub mod error;
+mod model;
 pub mod plant;
 pub mod reference;
 pub mod runner;

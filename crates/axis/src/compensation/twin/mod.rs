@@ -10,44 +10,18 @@
 //! ```
 //! Coulomb friction takes at most the speed that there is; a mass at rest holds until the torque exceeds its friction.
 
+mod load;
+mod numbers;
+
+pub(crate) use load::LoadModel;
+pub(crate) use numbers::{MotorNumbers, Rates};
+
 use super::Correction;
 use crate::config::AxisConfig;
 use crate::plant::{Contact, Friction, Mode, PlantState};
 use crate::servo::{Servo, ServoState};
 use crate::signal::Reference;
 use serde::{Deserialize, Serialize};
-
-/// The load behind the shaft, motor side.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct LoadModel {
-    pub(crate) inertia: f64,
-    pub(crate) viscous: f64,
-    pub(crate) coulomb: f64,
-    pub(crate) constant: f64,
-    pub(crate) stiffness: f64,
-    pub(crate) damping: f64,
-}
-
-impl LoadModel {
-    /// Torque that it needs to move so, N m; the constant torque alone, within the friction, moves nothing.
-    pub(super) fn need(&self, speed: f64, acceleration: f64, standing: f64) -> f64 {
-        let sliding = if speed.abs() > standing { self.coulomb * speed.signum() } else { 0.0 };
-        self.inertia * acceleration + self.viscous * speed + sliding + self.constant
-    }
-
-    /// The load as the description has it.
-    pub(super) fn told(config: &AxisConfig) -> LoadModel {
-        let load = config.reflected_load();
-        LoadModel {
-            inertia: load.inertia_kgm2,
-            viscous: load.viscous_nm_s_per_rad,
-            coulomb: load.coulomb_nm,
-            constant: load.constant_nm,
-            stiffness: load.stiffness_nm_per_rad,
-            damping: load.damping_nm_s_per_rad,
-        }
-    }
-}
 
 /// Motor and drive of the twin.
 #[derive(Clone, Debug)]
@@ -56,37 +30,6 @@ pub(crate) struct Twin {
     period_s: f64,
     inertia: f64,
     numbers: MotorNumbers,
-}
-
-/// What the motor's equations compute with, over a period `h` of the current loop.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MotorNumbers {
-    /// `h/L` and `1/(1 + R h/L)`.
-    pub(crate) current_share: f64,
-    pub(crate) current_keep: f64,
-    pub(crate) back_emf: f64,
-    pub(crate) torque_constant: f64,
-    pub(crate) viscous: f64,
-    pub(crate) coulomb: f64,
-    /// `1/J_M`, `h/J_M`, what friction takes of the speed in a period, and the torque for it: `J_M/h`.
-    pub(crate) inverse_motor: f64,
-    pub(crate) motor_step: f64,
-    pub(crate) motor_most: f64,
-    pub(crate) friction_scale: f64,
-}
-
-/// What the load's equations compute with, as long as the load stays.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rates {
-    pub(crate) load_constant: f64,
-    pub(crate) load_viscous: f64,
-    pub(crate) load_coulomb: f64,
-    pub(crate) inverse_load: f64,
-    pub(crate) load_step: f64,
-    pub(crate) load_most: f64,
-    pub(crate) stiffness: f64,
-    pub(crate) damping: f64,
-    pub(crate) give: f64,
 }
 
 /// Where the twin is.
@@ -142,20 +85,8 @@ impl Twin {
     pub(super) fn new(config: &AxisConfig) -> Twin {
         let mut ideal = config.clone();
         ideal.drive.encoder_counts_per_rev = None;
-        let (motor, inertia, h) = (&config.motor, config.motor_side_inertia_kgm2(), config.current_period_us() * 1e-6);
-        let share = h / motor.phase_inductance_h();
-        let numbers = MotorNumbers {
-            current_share: share,
-            current_keep: 1.0 / (1.0 + share * motor.phase_resistance_ohm()),
-            back_emf: motor.back_emf_v_s_per_rad(),
-            torque_constant: motor.torque_constant_nm_per_a,
-            viscous: motor.viscous_nm_s_per_rad,
-            coulomb: motor.coulomb_nm,
-            inverse_motor: 1.0 / inertia,
-            motor_step: h / inertia,
-            motor_most: h / inertia * motor.coulomb_nm,
-            friction_scale: inertia / h,
-        };
+        let (inertia, h) = (config.motor_side_inertia_kgm2(), config.current_period_us() * 1e-6);
+        let numbers = MotorNumbers::new(config, inertia, h);
         Twin { servo: Servo::new(&ideal), period_s: h, inertia, numbers }
     }
 
@@ -189,20 +120,8 @@ impl Twin {
     }
 
     /// What stays over a servo period.
-    #[inline]
     pub(crate) fn rates(&self, load: &LoadModel) -> Rates {
-        let (h, inverse) = (self.period_s, 1.0 / load.inertia);
-        Rates {
-            load_constant: load.constant,
-            load_viscous: load.viscous,
-            load_coulomb: load.coulomb,
-            inverse_load: inverse,
-            load_step: h * inverse,
-            load_most: h * inverse * load.coulomb,
-            stiffness: load.stiffness,
-            damping: load.damping,
-            give: h * h * load.stiffness + h * load.damping,
-        }
+        Rates::new(load, self.period_s)
     }
 
     #[inline]

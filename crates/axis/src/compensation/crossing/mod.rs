@@ -19,14 +19,16 @@
 //! of the motor's Coulomb friction as torque, ahead by half the current loop's lag. A half gap that changes is taken up by the next crossing; one that
 //! is sure (`taking_up`) on the flank while the load slides, within a quarter of the torque that presses it, so that it neither lets go nor is thrown.
 
-use super::passage::Passage;
-use super::traverse::{Offset, Traverse, ticks_for};
-use super::twin::{LoadModel, Shown, Twin, TwinState, Twinned};
+mod state;
+
+pub(super) use state::CrossingState;
+
+use super::traverse::{Offset, ticks_for};
+use super::twin::{LoadModel, Shown, Twin, Twinned};
 use super::{Correction, Signals};
 use crate::config::AxisConfig;
 use crate::plant::Waves;
 use crate::signal::Engagement;
-use serde::{Deserialize, Serialize};
 
 /// A traverse takes no less and no more, ms. A current loop cannot follow what is quicker.
 const TRAVERSE_MS: [f64; 2] = [3.0, 100.0];
@@ -66,33 +68,6 @@ pub(super) struct Crossing {
     takes_up: bool,
     /// Torque of the weight over the load's angle, where it is told.
     weight: Waves,
-}
-
-/// What the crossing carries along.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct CrossingState {
-    pub(super) twin: TwinState,
-    /// The twin before its last step.
-    pub(super) before: Shown,
-    pub(super) side: i8,
-    traverse: Traverse,
-    /// Whether the traverse takes up a half gap that changed, on the same flank.
-    taking_up: bool,
-    /// Reference velocity and acceleration as the axis follows them.
-    lagged: [f64; 2],
-    passage: Passage,
-    wound: f64,
-    /// Torque of the motor, averaged over the times of `HOLDING_TICKS`, N m.
-    holding: [f64; 2],
-    /// Ticks of rest since the last traverse.
-    held_ticks: u32,
-}
-
-impl CrossingState {
-    /// Whether it is on its way from flank to flank.
-    pub(super) fn crossing(&self) -> bool {
-        self.traverse.moving() && !self.taking_up
-    }
 }
 
 impl Crossing {
@@ -135,18 +110,7 @@ impl Crossing {
 
     pub(super) fn initial(&self, motor_position: f64, load: &LoadModel) -> CrossingState {
         let twin = self.twin.initial(motor_position, &self.weighed(load, motor_position));
-        CrossingState {
-            before: twin.shown(),
-            twin,
-            side: 0,
-            traverse: Traverse::default(),
-            taking_up: false,
-            lagged: [0.0; 2],
-            passage: Passage::default(),
-            wound: 0.0,
-            holding: [0.0; 2],
-            held_ticks: 0,
-        }
+        CrossingState::new(twin)
     }
 
     /// One servo tick with a load and half a gap as they are known now.
