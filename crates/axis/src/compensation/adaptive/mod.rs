@@ -159,9 +159,9 @@ impl Adaptive {
     fn read(&self, state: &mut AdaptiveState) {
         let Some(said) = state.reading.as_mut().and_then(|reading| reading.work(&self.known)) else { return };
         state.reading = None;
-        let clear = said.misfit < CLEAR_MISFIT && said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
+        let sharp = said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
         let unsure = said.wavered && state.learning.inertia_doubt() > UNSURE;
-        if counts(&said) && !unsure && (clear || !said.wavered) {
+        if counts(&said) && !unsure && (sharp || !said.wavered) {
             let faint = if said.evidence < EVIDENT || said.wavered { FAINT * said.half_gap } else { 0.0 };
             let alone = said.misfit < ALONE_MISFIT && said.evidence > EVIDENT && !said.wavered;
             state.gap.take(said.half_gap, said.variance + faint * faint, said.wavered, alone);
@@ -171,7 +171,7 @@ impl Adaptive {
 }
 
 fn counts(said: &Said) -> bool {
-    let explained = if said.wavered { CLEAR_MISFIT } else { EXPLAINED.max(EXPLAINED_PART * said.without) };
+    let explained = if said.wavered { CLEAR_MISFIT } else { EXPLAINED }.max(EXPLAINED_PART * said.without);
     said.half_gap < LARGEST
         && said.evidence > SEEN
         && said.misfit < explained
