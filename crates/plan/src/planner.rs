@@ -15,8 +15,8 @@ use lostmotion_base::Coords;
 use lostmotion_kinematics::Kinematics;
 use std::sync::Arc;
 
-/// Moves shorter than this do not move, mm or degrees.
-const NOTHING: f64 = 1e-9;
+/// Moves shorter than this do not move, mm or degrees: a nanometre, which no control resolves, but a path that bends in it would be slow.
+const NOTHING: f64 = 1e-6;
 
 /// Plans a program as it comes and gives out samples as they become final.
 ///
