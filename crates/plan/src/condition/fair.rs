@@ -7,10 +7,11 @@
 use super::blend::size;
 use lostmotion_base::{AXES, Coords, math};
 
-/// Most rounds of weights; what still passes its bound then is for who asked to judge.
+/// Most rounds of weights.
 const ROUNDS: usize = 32;
-/// Parts of its bound that an offset has at most in the end, and at least where more than the usual weight holds it back.
-const CLOSE: f64 = 1.1;
+/// Part of its bound that an offset is to have where it is held back, and by what it may have more or less.
+const AIM: f64 = 0.9;
+const CLOSE: f64 = 1.0 / AIM;
 const LOOSE: f64 = 0.8;
 const NEARLY_FREE: f64 = 1.1;
 /// By what the power changes with which a weight follows an offset, and its bounds.
@@ -49,11 +50,17 @@ fn offsets_of<const N: usize>(points: &[Point], length: f64) -> Vec<Coords> {
         }
         let mut settled = true;
         for ((point, offset), weight) in points.iter().zip(&offsets).zip(&mut weights).filter(|((point, _), _)| point.bound > 0.0) {
-            settled &= weight.adapt(size(offset) / point.bound);
+            settled &= weight.adapt(size(offset) / (AIM * point.bound));
         }
         if settled {
             break;
         }
+    }
+    let held = points.iter().zip(&offsets).filter(|(point, _)| point.bound > 0.0);
+    let most = held.map(|(point, offset)| size(offset) / point.bound).fold(0.0, f64::max);
+    // All of them alike: one vertex alone would be a kink.
+    if most > 1.0 {
+        offsets.iter_mut().for_each(|offset| *offset = *offset * (1.0 / most));
     }
     offsets
 }
