@@ -134,16 +134,11 @@ fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, p
     if problems.len() > before {
         return None;
     }
-    Place::of(id, rotary, axis)
-        .map_err(|(key, why)| {
-            problems.push(problem(
-                line,
-                &format!("machine.axes.{id}.{key}"),
-                why,
-                "write [[0, 0, 50], [1, 0, 0]]: a point on the axis, and its direction",
-            ))
-        })
-        .ok()
+    let unread = |(key, why): (&str, String)| {
+        let hint = "write [[0, 0, 50], [1, 0, 0]]: a point on the axis, and its direction";
+        problems.push(problem(line, &format!("machine.axes.{id}.{key}"), why, hint));
+    };
+    Place::of(id, rotary, axis).map_err(unread).ok()
 }
 
 /// A value on one line, cut where it is long.
