@@ -40,6 +40,30 @@ fn grbl_settings() {
     );
 }
 
+/// grblHAL: gaps, and an origin at the switches, of which X's and Z's are at the lower end.
+#[test]
+fn grblhal_settings() {
+    let more = "> $$\n[VER:1.1f.20240330:]\n$22=9\n$23=5\n$11=0.01\n$160=0.025\n$161=0\n$150=16\n$341=0\n";
+    let (imported, machine) = imported("hal.txt", &format!("{more}{GRBL}"));
+    let axis = |axis| machine.axis(axis).unwrap();
+    let travel = |id| (axis(id).limits.min, axis(id).limits.max);
+    assert_eq!((travel(AxisId::X), travel(AxisId::Y), travel(AxisId::Z)), ((0.0, 200.0), (-150.5, 0.0), (0.0, 80.0)));
+    assert!((axis(AxisId::X).config.gap_in_unit() - 0.025).abs() < 1e-12 && axis(AxisId::Y).config.gap_in_unit() == 0.0);
+    let row = |key: &str| imported.rows.iter().find(|row| row.key == key).unwrap();
+    assert_eq!((row("$22").fate, row("$160").fate, row("$150").fate), (Fate::Used, Fate::Used, Fate::Ignored));
+    assert!(row("$11").note.contains("corners"));
+    // Without the bit, switches say nothing of the coordinates.
+    let (_, machine) = self::imported("hal.txt", &format!("$22=1\n$23=5\n{GRBL}"));
+    assert_eq!(machine.axis(AxisId::X).unwrap().limits.max, 0.0);
+    let bad = refused("hal.txt", "$110=600\n$160=-0.1\n$130=1e999\n$120\n");
+    assert!(
+        bad.contains("hal.txt:2:1: error: $160: is -0.1; it has to be 0 or above\n  hint: 0 if there is none")
+            && bad.contains("hal.txt:3:1: error: $130: `1e999` is not a number")
+            && bad.contains("hal.txt:4:1: error: $120: has no value"),
+        "{bad}"
+    );
+}
+
 const INI: &str = "[EMC]\nMACHINE = Bench Mill\n[KINS]\nKINEMATICS = trivkins coordinates=XYZA\nJOINTS = 4\n[TRAJ]\nCOORDINATES = X Y Z A\nLINEAR_UNITS = inch\nANGULAR_UNITS = degree\n[AXIS_X]\nMAX_VELOCITY = 9.0\n[JOINT_0]\nTYPE = LINEAR\nMIN_LIMIT = -10\nMAX_LIMIT = 10\nMAX_VELOCITY = 2.0\nMAX_ACCELERATION = 30.0\nBACKLASH = 0.001\nFERROR = 0.05\n[JOINT_1]\nMIN_LIMIT = 0.5\nMAX_LIMIT = 8\nMAX_VELOCITY = 2.0\n[JOINT_2]\nMIN_LIMIT = -4\nMAX_LIMIT = 0\n[JOINT_3]\nTYPE = ANGULAR\nMAX_VELOCITY = 30\nMIN_LIMIT = -360\nMAX_LIMIT = 360\nBACKLASH = 0.02\n";
 
 #[test]
@@ -88,6 +112,56 @@ fn freecad_machines() {
     assert!(refused("router.fcm", "{\n\"machine\": \n").contains("error: not JSON"));
     assert!(
         refused("router.fcm", "{\"machine\": {\"axes\": {\"X\": {\"max_velocity\": -1}}}}").contains("machine.axes.X.max_velocity: is -1")
+    );
+}
+
+/// A table C on a cradle A, as FreeCAD 1.2 writes it: the chain of the preset trunnion5 in its home position.
+const TRUNNION: &str = r#"{
+  "freecad_version": "1.2.0",
+  "machine": {
+    "name": "Five",
+    "axes": {
+      "A": {"joint": [[0, 0, -370], [1.0, 0.0, 0.0]], "limits": {"min": -110, "max": 110}, "max_velocity": 3600, "parent": "Y", "role": "table_rotary", "type": "angular"},
+      "C": {"joint": [[0, 0, -420], [0.0, 0.0, 1.0]], "limits": {"min": -360, "max": 360}, "max_velocity": 7200, "parent": "A", "role": "table_rotary", "type": "angular"},
+      "X": {"joint": [[1.0, 0.0, 0.0], [0, 0, 0]], "limits": {"min": -400, "max": 400}, "max_velocity": 12000, "parent": null, "role": "head_linear", "type": "linear"},
+      "Y": {"joint": [[0, 0, 0], [0.0, 1.0, 0.0]], "limits": {"min": -250, "max": 250}, "max_velocity": 12000, "parent": null, "role": "table_linear", "type": "linear"},
+      "Z": {"joint": [[0, 0, 0], [0.0, 0.0, 1.0]], "limits": {"min": -500, "max": 0}, "max_velocity": 12000, "parent": "X", "role": "head_linear", "type": "linear"}
+    },
+    "toolheads": [], "units": "metric"
+  },
+  "output": {"units": "metric"},
+  "postprocessor": {"file_name": "fanuc"},
+  "version": 1
+}"#;
+
+#[test]
+fn freecad_machines_with_rotary_axes_are_chains() {
+    let (imported, machine) = imported("five.fcm", TRUNNION);
+    let order: Vec<&str> = machine.kinematics().joint.iter().map(|joint| joint.axis.as_str()).collect();
+    assert_eq!(order, ["c", "a", "y", "x", "z"]);
+    assert_eq!(machine.dialect().name(), "fanuc");
+    let (own, preset) = (machine.build_kinematics().unwrap(), Machine::preset("trunnion5").unwrap().build_kinematics().unwrap());
+    for k in 0..20 {
+        let mut joints = Coords::xyz(f64::from(k % 7), f64::from(-k % 5), f64::from(-3 * k));
+        (joints[AxisId::A], joints[AxisId::C]) = (0.08 * f64::from(k % 9 - 4), 0.3 * f64::from(k % 11 - 5));
+        let (a, b) = (own.tool_pose(&joints, &[0.0, 0.0, 60.0]), preset.tool_pose(&joints, &[0.0, 0.0, 60.0]));
+        assert!((0..3).all(|i| (a.tip[i] - b.tip[i]).abs() < 1e-9 && (a.axis[i] - b.axis[i]).abs() < 1e-12), "{a:?} {b:?}");
+    }
+    assert!(imported.rows.iter().any(|row| row.key == "machine.axes.A.limits.min" && row.fate == Fate::Used));
+    let untold = TRUNNION.replace("\"parent\": \"A\"", "\"parent\": \"Y\"");
+    let (imported, machine) = self::imported("five.fcm", &untold);
+    assert_eq!(machine.kinematics().kind, "cartesian");
+    assert!(
+        imported.rows.iter().any(|row| row.key == "kinematics.kind" && row.note.contains("which of A and C carries the other")),
+        "{:?}",
+        imported.rows
+    );
+    let bad = TRUNNION.replace("[[0, 0, -370], [1.0, 0.0, 0.0]]", "[[0, 0, -370], [0, 0, 0]]").replace("\"min\": -500", "\"min\": 500");
+    let told = refused("five.fcm", &bad);
+    assert!(
+        told.contains("five.fcm:6:1: error: machine.axes.A.joint: has no direction\n  hint: write [[0, 0, 50]")
+            && told.contains("five.fcm:10:1: error: machine.axes.Z: travel from 500 to 0\n  hint: `min` has to be below `max`"),
+        "{told}"
     );
 }
 

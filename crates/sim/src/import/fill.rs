@@ -11,6 +11,9 @@ use std::fmt::Write;
 /// Lends rotary axes where the preset has none.
 const ROTARY_LENDER: &str = "trunnion5";
 
+/// How far a SCARA's elbow is bent at its homes, degrees.
+const BENT_DEG: f64 = 60.0;
+
 /// A machine file out of a draft.
 pub(super) fn machine(file: &str, mut draft: Draft, preset: &str) -> Result<Imported, Vec<Problem>> {
     let known: Vec<&str> = presets().iter().map(|info| info.name).collect();
@@ -79,7 +82,8 @@ fn lent(axis: &MachineAxis) -> [f64; 5] {
 fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<Row>) -> (f64, f64) {
     let letter = axis.id.letter().to_ascii_lowercase();
     let unit = if axis.rotary { "deg" } else { "mm" };
-    let told: [Option<&Told>; 5] = [axis.min.as_ref(), axis.max.as_ref(), axis.velocity.as_ref(), axis.acceleration.as_ref(), None];
+    let told: [Option<&Told>; 5] =
+        [axis.min.as_ref(), axis.max.as_ref(), axis.velocity.as_ref(), axis.acceleration.as_ref(), axis.jerk.as_ref()];
     let keys = [
         format!("min_{unit}"),
         format!("max_{unit}"),
@@ -153,6 +157,9 @@ fn head(draft: &Draft, preset: &str) -> String {
         "# Imported from {}; what it does not say was taken from `{preset}` or another machine, as every comment tells.\n\nname = \"{name}\"\ndescription = \"imported from {}\"\n\n",
         draft.source, draft.source
     );
+    if let Some(dialect) = draft.dialect {
+        let _ = write!(text, "dialect = \"{dialect}\"\n\n");
+    }
     #[derive(serde::Serialize)]
     struct Tables<'a> {
         kinematics: &'a lostmotion_kinematics::KinematicsSpec,
@@ -167,6 +174,10 @@ fn positions(draft: &Draft, travel: &[(f64, f64)], out: &mut String, rows: &mut 
     for (axis, (min, max)) in draft.axes.iter().zip(travel) {
         let at = if *min <= 0.0 && *max >= 0.0 { 0.0 } else { 0.5 * (min + max) };
         joints[axis.id] = if axis.rotary { lostmotion_base::units::rad(at) } else { at };
+        if draft.kinematics.kind == "scara" && axis.id == AxisId::B {
+            // A straight arm is singular.
+            joints[axis.id] = lostmotion_base::units::rad(BENT_DEG.clamp(*min, *max));
+        }
     }
     let kinematics = build(&draft.kinematics).map_err(|error| vec![problem(1, "kinematics", error.to_string(), "")])?;
     if let Some(home) = &draft.kinematics.home {

@@ -3,11 +3,14 @@
 //! Other formats tell axes, travel and speeds at best; drive, motor and load, gap and jerk come from a machine that is named. Every key that was read,
 //! ignored or filled in is reported, and the file says behind every value where it is from.
 
+mod dh;
 mod draft;
 mod fill;
 mod freecad;
+mod freecad_chain;
 mod grbl;
 mod hal;
+mod kins;
 mod linuxcnc;
 mod urdf;
 
