@@ -188,4 +188,46 @@ mod tests {
         assert!(after < 2.0 * ideal && before > 10.0 * ideal, "{before} {after} {ideal}");
         assert!(offsets.iter().all(|e| (0..AXES).all(|axis| axis == 2 || e.0[axis].abs() < 1e-9)));
     }
+
+    /// What is minimised, over the windows and points from `from` to `to`.
+    fn energy(z: &[f64], u: &[f64], e: &[f64], length: f64, from: usize, to: usize) -> f64 {
+        let third = |k: usize| {
+            let part = |m: usize| z[m] / (k..k + 4).filter(|l| *l != m).map(|l| u[m] - u[l]).product::<f64>();
+            6.0 * (k..k + 4).map(part).sum::<f64>()
+        };
+        let bend = |k: usize| math::pow(length, 6.0) * third(k) * third(k) * (u[k + 3] - u[k]) / 3.0;
+        let pull = |k: usize| e[k] * e[k] * 0.5 * (u[(k + 1).min(u.len() - 1)] - u[k.saturating_sub(1)]);
+        (from.saturating_sub(3)..(to + 1).min(u.len() - 3)).map(bend).sum::<f64>() + (from..to + 1).map(pull).sum::<f64>()
+    }
+
+    /// Bounds that most of the noise passes: as smooth as what moving one vertex after the other finds, a hundred thousand times.
+    #[test]
+    fn held_vertices_leave_no_kinks() {
+        let (n, bound, length) = (40, 0.003, 0.7);
+        let u: Vec<f64> = (0..n).map(|i| 0.2 * i as f64 + 0.05 * math::sin(i as f64)).collect();
+        let given: Vec<f64> = (0..n).map(|i| math::sin(0.4 * u[i]) + 0.006 * math::sin(12.9898 * (i * i) as f64)).collect();
+        let held = |i: usize| i < 2 || i + 2 >= n;
+        let point = |i: usize| Point { p: Coords::xyz(u[i], 0.0, given[i]), u: u[i], bound: if held(i) { 0.0 } else { bound } };
+        let points: Vec<Point> = (0..n).map(point).collect();
+        let ours: Vec<f64> = offsets(&points, length).iter().map(|offset| offset.0[2]).collect();
+        assert!(ours.iter().all(|e| e.abs() <= bound * (1.0 + 1e-12)));
+        let (mut z, mut e) = (given.clone(), vec![0.0; n]);
+        for _ in 0..100_000 {
+            for k in (0..n).filter(|k| !held(*k)) {
+                let mut at = |offset: f64| {
+                    (e[k], z[k]) = (offset, given[k] + offset);
+                    energy(&z, &u, &e, length, k, k)
+                };
+                let (low, middle, high) = (at(-1.0), at(0.0), at(1.0));
+                at((0.5 * (low - high) / (low - 2.0 * middle + high)).clamp(-bound, bound));
+            }
+        }
+        let all = |e: &[f64]| {
+            let z: Vec<f64> = given.iter().zip(e).map(|(z, e)| z + e).collect();
+            energy(&z, &u, e, length, 0, n - 1)
+        };
+        let clamped: Vec<f64> = e.iter().map(|e| if e.abs() < 0.999 * bound { 0.0 } else { *e }).collect();
+        let (best, found, kinks) = (all(&e), all(&ours), all(&clamped));
+        assert!(best <= found && found < 1.25 * best && kinks > 5.0 * best, "{best} {found} {kinks}");
+    }
 }
