@@ -3,10 +3,10 @@
 use super::blend::{self, Blend};
 use super::piece::{Piece, Programmed};
 
-/// Parts of the room for a blend that are tried: one that takes all of it may bend more than a shorter one.
-const PARTS: [f64; 3] = [1.0, 0.7, 0.5];
-/// A blend that leaves more of its room is as long as its tolerance allows.
-const NEARLY: f64 = 0.99;
+/// Lengths of a blend that are tried, and what follows of each is of it: one that takes all of its room may bend more than a shorter one.
+const TRIES: usize = 3;
+const SHORTER: f64 = 0.7;
+
 /// Decides between a blend and a stop.
 pub(crate) trait Judge {
     /// Whether the blend is faster than coming to rest at the corner, whose tolerance is given in mm.
@@ -15,16 +15,14 @@ pub(crate) trait Judge {
 
 /// The longest blend between two moves that takes no more than so much of either and is faster than a stop, if there is one.
 pub(super) fn best_blend(before: &Programmed, next: &Programmed, tolerance: f64, longest: f64, judge: &dyn Judge) -> Option<(f64, Piece)> {
-    for room in PARTS.map(|part| part * longest) {
-        let Some(blend) = blend::blend(&before.curve, &next.curve, tolerance, room) else { continue };
+    let mut room = longest;
+    for _ in 0..TRIES {
+        let blend = blend::blend(&before.curve, &next.curve, tolerance, room)?;
         let piece = join(&blend, before, next);
         if judge.is_faster(&piece, before, next, tolerance) {
             return Some((blend.half, piece));
         }
-        // A shorter one would be the same, or slower.
-        if blend.half < NEARLY * room {
-            break;
-        }
+        room = SHORTER * blend.half;
     }
     None
 }

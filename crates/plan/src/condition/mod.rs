@@ -32,7 +32,7 @@ const FAIRED_CHORDS: f64 = 3.3;
 
 /// A line so many times as long as the shorter one beside it ends a run if that bends no more than this part of it.
 const FAR: f64 = 12.0;
-const BENT: f64 = 0.25;
+const BENT: f64 = 0.3;
 
 /// Turns moves into steps, holding back what the next move may change.
 #[derive(Clone, Debug)]
@@ -130,10 +130,12 @@ impl Conditioner {
 
     /// Gives out all of the chain but its last move, of which at least the second half is left.
     fn close_chain(&mut self, judge: &dyn Judge, out: &mut Vec<Step>) {
-        if self.knot.is_none() && self.chain.len() == 2 {
+        let one_vertex = self.knot.is_none() && self.chain.len() == 2;
+        if (one_vertex || self.ends_in_a_stub())
+            && let (tolerance, Some(last)) = (self.tolerance(), self.chain.pop())
+        {
             // One vertex makes no curve.
-            let last = self.chain.remove(1);
-            let tolerance = self.tolerance();
+            self.close_chain(judge, out);
             let spent = self.blend(&last, tolerance, judge, out);
             self.chain = vec![last];
             self.spent = spent;
@@ -151,6 +153,11 @@ impl Conditioner {
             self.knot = None;
             self.carried.clear();
         }
+    }
+
+    /// Whether a run would have to end in the direction of a line that is far too short for the curve to get there.
+    fn ends_in_a_stub(&self) -> bool {
+        matches!(self.chain.as_slice(), [_, .., before, last] if FAR * last.length < before.length)
     }
 
     /// Whether the last line of the chain is so long that a run ends at its start and another begins at its end.
