@@ -160,6 +160,8 @@ impl<C: Compensator> AxisSim<C> {
                 gap_angle_estimate: correction.gap_angle_estimate,
                 inertia_estimate: correction.inertia_estimate,
                 engagement_estimate: correction.engagement_estimate,
+                stiffness_estimate: correction.stiffness_estimate,
+                damping_estimate: correction.damping_estimate,
             });
         }
         model.servo.command(&mut state.servo, &reference, &next_reference, &measured, &correction);

@@ -41,7 +41,9 @@ pub mod tied;
 
 pub use axis::{AxisSim, AxisState};
 pub use batch::AxisBatch;
+pub use compensation::observed::Observed;
 pub use compensation::registry::{METHODS, Method, build_runner, find_method};
+pub use compensation::shaft::{ShaftEstimate, ShaftEstimator, ShaftState};
 pub use compensation::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 pub use config::{AxisConfig, AxisConfigError};
 pub use current_loop::CurrentLoop;

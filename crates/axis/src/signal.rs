@@ -91,4 +91,8 @@ pub struct AxisSample {
     pub inertia_estimate: f64,
     /// The compensator's estimate of the engagement.
     pub engagement_estimate: Engagement,
+    /// Estimate of the shaft's stiffness, N m/rad at the motor; NaN if there is none or nothing has excited the shaft.
+    pub stiffness_estimate: f64,
+    /// Estimate of the shaft's damping, N m s/rad at the motor; NaN as that of the stiffness.
+    pub damping_estimate: f64,
 }

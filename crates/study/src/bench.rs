@@ -31,6 +31,13 @@ pub struct Coupler {
     pub stiffness_nm_per_rad: f64,
 }
 
+impl Coupler {
+    /// Damping, N m s/rad, between two rotors: a twentieth of the critical one.
+    pub fn damping_nm_s_per_rad(&self, rotor_kgm2: f64) -> f64 {
+        0.05 * 2.0 * (self.stiffness_nm_per_rad * 0.5 * rotor_kgm2).sqrt()
+    }
+}
+
 /// Couplers that one would put in: three gaps, two of them soft and stiff.
 pub const COUPLERS: [Coupler; 5] = [
     Coupler { gap_rad: 0.1, stiffness_nm_per_rad: 2000.0 },
@@ -51,6 +58,8 @@ pub struct Recording {
     pub towed: Vec<AxisSample>,
     /// Total gap that `adaptive` learned towing it, rad; none if it claims none.
     pub adaptive_gap_rad: Option<f64>,
+    /// Stiffness, N m/rad, and damping, N m s/rad, estimated online in that run; none where the motion did not excite the coupler.
+    pub online: Option<[f64; 2]>,
 }
 
 /// The first motor and what it turns: two motors of the paper's kind.
@@ -60,9 +69,10 @@ pub fn axis(coupler: &Coupler) -> AxisConfig {
     config.drive.velocity_feedforward = 1.0;
     config.drive.acceleration_feedforward = 1.0;
     config.drive.encoder_counts_per_rev = Some(COUNTS);
+    config.compensation.estimate_shaft = true;
     // the loop on both rotors as the paper has it on its own inertias
     config.drive.velocity_gain_a_s_per_rad *= 2.0 * rotor / (rotor + config.reflected_load().inertia_kgm2);
-    let damping = 0.05 * 2.0 * (coupler.stiffness_nm_per_rad * 0.5 * rotor).sqrt();
+    let damping = coupler.damping_nm_s_per_rad(rotor);
     if let Load::Reflected(load) = &mut config.load {
         (load.inertia_kgm2, load.coulomb_nm, load.viscous_nm_s_per_rad) = (rotor, FRICTION_NM, config.motor.viscous_nm_s_per_rad);
         (load.gap_rad, load.stiffness_nm_per_rad, load.damping_nm_s_per_rad) = (coupler.gap_rad, coupler.stiffness_nm_per_rad, damping);
@@ -78,11 +88,12 @@ pub fn run(coupler: &Coupler) -> Result<Recording, StudyError> {
     let axis = axis(coupler);
     let count = TAU / f64::from(COUNTS);
     let read = |angle: f64| (angle / count).round() * count;
-    let (mut loaded, mut towed) = (record(&axis, "none", TORQUE_NM)?, record(&axis, "none", 0.0)?);
+    let (mut loaded, mut towed, adaptive) =
+        (record(&axis, "none", TORQUE_NM)?, record(&axis, "none", 0.0)?, record(&axis, "adaptive", 0.0)?);
     for sample in loaded.iter_mut().chain(&mut towed) {
         (sample.motor_position, sample.load_position) = (read(sample.motor_position), read(sample.load_position));
     }
-    Ok(Recording { adaptive_gap_rad: learned(&record(&axis, "adaptive", 0.0)?), axis, loaded, towed })
+    Ok(Recording { adaptive_gap_rad: learned(&adaptive), online: estimated(&adaptive), axis, loaded, towed })
 }
 
 fn record(axis: &AxisConfig, method: &str, torque_nm: f64) -> Result<Vec<AxisSample>, StudyError> {
@@ -99,6 +110,12 @@ fn setpoint(t: f64, torque_nm: f64) -> Setpoint {
     let (position, velocity) = (sum(&|a, w| a * (1.0 - math::cos(w * t))), sum(&|a, w| a * w * math::sin(w * t)));
     let moving = Setpoint::moving(position, velocity, sum(&|a, w| a * w * w * math::cos(w * t)));
     Setpoint { load_force: Some(0.5 * torque_nm * (slow + fast)), ..moving }
+}
+
+/// Stiffness and damping as estimated at the end.
+fn estimated(samples: &[AxisSample]) -> Option<[f64; 2]> {
+    let last = samples.last()?;
+    last.stiffness_estimate.is_finite().then_some([last.stiffness_estimate, last.damping_estimate])
 }
 
 /// Mean of the estimate over the last quarter, on either flank.
@@ -118,6 +135,17 @@ mod tests {
         for coupler in [COUPLERS[0], COUPLERS[2]] {
             let found = run(&coupler).unwrap().adaptive_gap_rad.unwrap();
             assert!((found / coupler.gap_rad - 1.0).abs() < 0.03, "{found} {coupler:?}");
+        }
+    }
+
+    #[test]
+    fn stiffness_and_damping_are_estimated_while_it_runs() {
+        for coupler in [COUPLERS[0], COUPLERS[1], COUPLERS[4]] {
+            let recording = run(&coupler).unwrap();
+            let [stiffness, damping] = recording.online.unwrap();
+            let told = coupler.damping_nm_s_per_rad(recording.axis.motor.inertia_kgm2);
+            assert!((stiffness / coupler.stiffness_nm_per_rad - 1.0).abs() < 0.03, "{stiffness} {coupler:?}");
+            assert!((damping / told - 1.0).abs() < 0.2, "{damping} {told} {coupler:?}");
         }
     }
 

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use lostmotion_study::paper::scan::FORMS;
-use lostmotion_study::paper::{Scan, Trial, figures, scan, text, trials};
+use lostmotion_study::paper::{Scan, Trial, figures, outlook, scan, shaft_trials, text, trials};
 
 #[test]
 fn without_compensation_the_load_stops_half_a_gap_off_on_either_side() {
@@ -42,6 +42,28 @@ fn every_figure_is_drawn() {
     for number in ["03", "07", "08", "09", "10", "11"] {
         assert!(all.iter().any(|(name, svg)| name.starts_with(&format!("figure_{number}")) && svg.contains("<path")), "{number}");
     }
-    let text = text::markdown(&trials, &Scan::default());
+    let text = text::markdown(&trials, &Scan::default(), &[]);
     assert!(text.contains("Not given, and chosen here") && text.contains("| `none` | -100"), "{text}");
+}
+
+#[test]
+fn the_outlook_comes_true() {
+    let trials = shaft_trials().unwrap();
+    for trial in &trials {
+        // the truth is that of the description; what is told has to be near it, or not be told
+        for (which, most) in [(0, 0.03), (1, 0.15)] {
+            assert!(
+                trial.off(which).is_none_or(|off| off.abs() < most),
+                "{} {} {}: {:?}",
+                trial.axis,
+                trial.method,
+                trial.counts,
+                trial.off(which)
+            );
+        }
+        assert!(trial.counts > 0 || trial.off(0).is_some_and(|off| off.abs() < 0.01), "{} {}", trial.axis, trial.method);
+    }
+    let text = outlook::markdown(&trials);
+    assert_eq!(text.matches("| `adaptive` |").count(), 6, "{text}");
+    assert!(outlook::figures(&trials).iter().all(|(_, svg)| svg.contains("<path")));
 }

@@ -14,15 +14,19 @@ pub mod fixed_fanuc;
 pub mod fixed_linuxcnc;
 pub mod iterative_learning;
 pub mod kalman;
+mod linear;
 pub mod load_feedback;
 pub mod lookup;
 pub mod multiple_models;
 pub mod none;
+pub mod observed;
 mod passage;
 pub mod published;
 mod ramp;
+mod readings;
 pub mod registry;
 pub mod reversal_pulse;
+pub mod shaft;
 mod strokes;
 mod traverse;
 mod trust;
@@ -96,6 +100,10 @@ pub struct Correction {
     pub inertia_estimate: f64,
     /// Estimate of the engagement.
     pub engagement_estimate: Engagement,
+    /// Estimate of the shaft's stiffness, N m/rad at the motor; NaN if none.
+    pub stiffness_estimate: f64,
+    /// Estimate of the shaft's damping, N m s/rad at the motor; NaN if none.
+    pub damping_estimate: f64,
 }
 
 impl Correction {
@@ -108,6 +116,8 @@ impl Correction {
         gap_angle_estimate: f64::NAN,
         inertia_estimate: f64::NAN,
         engagement_estimate: Engagement::Gap,
+        stiffness_estimate: f64::NAN,
+        damping_estimate: f64::NAN,
     };
 
     /// Whether every output is a number that a drive could act on. A drive ignores an output that is not, for that tick.
@@ -132,6 +142,9 @@ pub trait Compensator: Send + Sync + 'static {
 
     /// Whether it answers [`Correction::NONE`] to whatever it sees, so that nobody needs to ask.
     const PASSIVE: bool = false;
+
+    /// Whether its [`Correction::inertia_estimate`] is motor and load together, learned for good, and not what the motor carries at the moment.
+    const LEARNS_LOAD: bool = false;
 
     /// What it says of itself.
     fn info(&self) -> &'static MethodInfo;

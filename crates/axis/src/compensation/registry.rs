@@ -13,6 +13,7 @@ use super::load_feedback::LoadFeedback;
 use super::lookup::Lookup;
 use super::multiple_models::MultipleModels;
 use super::none::Uncompensated;
+use super::observed::Observed;
 use super::published::Published;
 use super::reversal_pulse::ReversalPulse;
 use super::{Compensator, MethodInfo};
@@ -41,8 +42,16 @@ pub struct Method {
 
 impl Method {
     const fn of<C: Registered>() -> Method {
-        Method { info: C::INFO, build: |config, start| Box::new(AxisSim::new(config, C::from_axis(config), start)) }
+        Method { info: C::INFO, build: built::<C> }
     }
+}
+
+fn built<C: Registered>(config: &AxisConfig, start: f64) -> Box<dyn AxisRunner> {
+    let compensator = C::from_axis(config);
+    if config.compensation.estimate_shaft {
+        return Box::new(AxisSim::new(config, Observed::new(compensator, config), start));
+    }
+    Box::new(AxisSim::new(config, compensator, start))
 }
 
 /// Every method there is.

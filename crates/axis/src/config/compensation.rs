@@ -144,6 +144,9 @@ fn is_default<T: Default + PartialEq>(settings: &T) -> bool {
 pub struct CompensationConfig {
     /// Registered name of the method that the axis uses when nothing else is asked for.
     pub method: String,
+    /// Whether the drive estimates stiffness and damping of its shaft while it runs, whatever the method; it changes nothing but traces.
+    #[serde(skip_serializing_if = "is_default")]
+    pub estimate_shaft: bool,
     /// Settings of `fixed`.
     pub fixed: FixedSettings,
     /// Settings of `published` and `published-literal`.
@@ -187,6 +190,7 @@ impl Default for CompensationConfig {
     fn default() -> CompensationConfig {
         CompensationConfig {
             method: "none".to_owned(),
+            estimate_shaft: false,
             fixed: FixedSettings::default(),
             published: PublishedSettings::default(),
             fixed_linuxcnc: FixedLinuxcncSettings::default(),

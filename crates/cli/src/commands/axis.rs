@@ -25,7 +25,9 @@ pub(crate) fn run(args: &Axis) -> Result<u8, Failure> {
     let file = input::open(&args.setpoints, "setpoint file")?;
     let source = args.column.as_deref().map_or(SetpointSource::Position, SetpointSource::Column);
     let mut setpoints = SetpointReader::new(file, &args.setpoints.display().to_string(), source, cycles.command())?;
-    let config = AxisConfig { cycles, interpolator: interpolator(args, &axis, &setpoints)?, ..axis };
+    let mut config = AxisConfig { cycles, interpolator: interpolator(args, &axis, &setpoints)?, ..axis };
+    // a trace shows all that is estimated
+    config.compensation.estimate_shaft = true;
     check_unit(args, &config, &setpoints)?;
     let first = setpoints.next().transpose()?.unwrap_or_default();
     let mut runner = build_runner(&config, &args.method, first.position).map_err(|error| Failure::message(error.to_string()))?;

@@ -7,7 +7,7 @@ use crate::output;
 use lostmotion::report::WriteError;
 use lostmotion::report::atomic::OutputFolder;
 use lostmotion::study::StudyError;
-use lostmotion::study::paper::{Trial, figures, scan, text, trials};
+use lostmotion::study::paper::{Trial, figures, outlook, scan, shaft_trials, text, trials};
 use std::io::Write;
 
 /// Runs the paper's experiments again.
@@ -18,11 +18,13 @@ pub(crate) fn run(what: &Reproduce) -> Result<u8, Failure> {
     let folder = args.out.as_ref().map(OutputFolder::create).transpose()?;
     let trials = trials(&Trial::CHOSEN, &scan::FORMS).map_err(failed)?;
     let scanned = scan::scan().map_err(failed)?;
-    let markdown = text::markdown(&trials, &scanned);
+    let shafts = shaft_trials().map_err(failed)?;
+    let markdown = text::markdown(&trials, &scanned, &shafts);
     if let Some(mut folder) = folder {
         let mut files = vec![("paper.md".to_owned(), markdown.clone()), ("scan.csv".to_owned(), text::csv(&scanned))];
         files.extend(figures::figures(&trials));
         files.extend(figures::scan_figures(&scanned));
+        files.extend(outlook::figures(&shafts));
         for (name, content) in files {
             let mut file = folder.file(&name)?;
             file.write_all(content.as_bytes()).map_err(|error| WriteError::io("write into", folder.path(), error))?;

@@ -10,7 +10,8 @@ use std::io::{self, Write};
 ///
 /// Columns: `t_s`, `reference_<u>`, `reference_velocity_<u>_s`, `reference_acceleration_<u>_s2`, `motor_<u>`,
 /// `motor_velocity_<u>_s`, `load_<u>`, `load_velocity_<u>_s`, `current_a`, `torque_nm`, `engagement` (-1, 0, 1),
-/// `gap_estimate_<u>` (the compensator's theta_M - theta_L), `inertia_estimate_kgm2` (motor side), `engagement_estimate`.
+/// `gap_estimate_<u>` (the compensator's theta_M - theta_L), `inertia_estimate_kgm2` (motor side), `engagement_estimate`,
+/// `stiffness_estimate_nm_per_rad`, `damping_estimate_nm_s_per_rad` (of the shaft, motor side; only where the axis estimates them).
 /// Where a method makes no estimate the cell is empty.
 #[derive(Debug)]
 pub struct AxisTraceWriter<W> {
@@ -41,6 +42,8 @@ impl<W: Write> AxisTraceWriter<W> {
             format!("gap_estimate_{u}"),
             "inertia_estimate_kgm2".to_owned(),
             "engagement_estimate".to_owned(),
+            "stiffness_estimate_nm_per_rad".to_owned(),
+            "damping_estimate_nm_s_per_rad".to_owned(),
         ];
         let rows = Rows::new(out, header.iter().map(String::as_str))?;
         Ok(AxisTraceWriter { rows, clock, units_per_rad })
@@ -66,6 +69,8 @@ impl<W: Write> AxisTraceWriter<W> {
         rows.number(sample.gap_angle_estimate * k, POSITION_DECIMALS);
         rows.number(sample.inertia_estimate, POSITION_DECIMALS);
         rows.signed(sample.engagement_estimate.sign());
+        rows.number(sample.stiffness_estimate, RATE_DECIMALS);
+        rows.number(sample.damping_estimate, RATE_DECIMALS);
         rows.end()
     }
 

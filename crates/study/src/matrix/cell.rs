@@ -71,10 +71,7 @@ impl<'a> Bench<'a> {
             lanes.push(Lane::new(config, name, start, with_z)?);
         }
         let motor_rad_per_mm = config.transmission.motor_rad_per_unit();
-        let count_um = match cell.number(ENCODER) as i32 {
-            0 => 0.0,
-            bits => UM_PER_MM * std::f64::consts::TAU / motor_rad_per_mm / f64::from(1_u32 << bits),
-        };
+        let count_um = count_um(cell, motor_rad_per_mm);
         Ok(Bench {
             cell: *cell,
             tallies: vec![Tally::new(step_um(count_um, cell.number(GAP))); names.len()],
@@ -232,7 +229,16 @@ impl<'a> Bench<'a> {
             limit_max_um: round_to(self.limit_max_rad * um_per_rad, DECIMALS),
             limit_rms_um: round_to(limit_rms * um_per_rad, DECIMALS),
             floating: round_to(Clock::CNC.seconds(self.floating_ticks) / measured_s, DECIMALS),
+            encoder_um: round_to(count_um(&self.cell, self.motor_rad_per_mm), DECIMALS),
             methods: self.tallies.iter().zip(lanes).filter_map(figures).collect(),
         }
+    }
+}
+
+/// A count of the encoder at the slide, um.
+fn count_um(cell: &Cell, motor_rad_per_mm: f64) -> f64 {
+    match cell.number(ENCODER) as i32 {
+        0 => 0.0,
+        bits => UM_PER_MM * std::f64::consts::TAU / motor_rad_per_mm / f64::from(1_u32 << bits),
     }
 }

@@ -47,6 +47,9 @@ pub struct CellResult {
     /// Part of the measured time in which the load of X or Y floats in its gap: no friction, and no need of torque.
     #[serde(default)]
     pub floating: f64,
+    /// A count of the encoder, um at the slide; 0 for an ideal one.
+    #[serde(default)]
+    pub encoder_um: f64,
     /// One row a method; the first is `none`.
     pub methods: Vec<MethodFigures>,
 }

@@ -24,7 +24,9 @@ fn run(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) 
     let machine = machine::machine()?;
     let source = ProgramSource::from_bytes(cell.to_string(), motion::program(cell).into_bytes());
     let length = plan(&source, &machine, &SimulateOptions::default(), &mut |_| Ok(()))?;
-    let config = AxisConfig { drift: machine::drift(cell, length.duration_s), ..machine::axis(cell)? };
+    let mut config = AxisConfig { drift: machine::drift(cell, length.duration_s), ..machine::axis(cell)? };
+    // a trace shows all that is estimated
+    config.compensation.estimate_shaft = trace.is_some();
     let mut bench = Bench::new(cell, &config, methods, &machine.start(), trace)?;
     let mut failed = None;
     let taken = plan_with_path(&source, &machine, &SimulateOptions::default(), &mut |samples, segments| {

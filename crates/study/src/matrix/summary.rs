@@ -47,6 +47,8 @@ pub struct MethodSummary {
     pub hunts: usize,
     /// Cells in which a drive was at a limit for more than a hundredth of the time.
     pub saturated: usize,
+    /// Cells in which it leaves no more RMS than is wanted, or than a drive can do where that is more ([`super::practical`]); and the same for the largest error.
+    pub within: [usize; 2],
     /// Relative error of the gap's estimate, if it makes one.
     pub gap_error: Option<Spread>,
 }
@@ -62,6 +64,8 @@ pub struct Regime {
     pub methods: Vec<MethodSummary>,
     /// What physics leaves at least, over what `none` leaves: RMS.
     pub limit_rms_ratio: Option<Spread>,
+    /// What a drive can do: RMS.
+    pub practical_rms_ratio: Option<Spread>,
 }
 
 /// A cell that is among a method's worst.
@@ -86,6 +90,8 @@ pub struct Summary {
     pub limit_rms_ratio: Option<Spread>,
     /// The same: largest error.
     pub limit_max_ratio: Option<Spread>,
+    /// What a drive can do at best, RMS and largest error ([`super::practical`]).
+    pub practical_ratio: [Option<Spread>; 2],
     /// A row a method.
     pub methods: Vec<MethodSummary>,
     /// Every level of every factor.
@@ -108,6 +114,7 @@ pub fn summary(results: &[CellResult]) -> Summary {
         simulated_s: results.iter().map(|cell| cell.duration_s).sum(),
         limit_rms_ratio: limit(&all, 0),
         limit_max_ratio: limit(&all, 1),
+        practical_ratio: [0, 1].map(|which| practical(&all, which)),
         methods: names.iter().map(|name| method(&all, name)).collect(),
         regimes: regimes(results, &names),
         worst: names.iter().skip(1).flat_map(|name| worst(results, name)).collect(),
@@ -123,6 +130,11 @@ fn limit(cells: &[&CellResult], which: usize) -> Option<Spread> {
     }))
 }
 
+/// What a drive can do, over what `none` leaves: RMS (0) or largest error (1).
+fn practical(cells: &[&CellResult], which: usize) -> Option<Spread> {
+    Spread::of(cells.iter().filter_map(|cell| cell.practical()?.get(which).copied()))
+}
+
 fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
     let ratios: Vec<[f64; 2]> = cells.iter().filter_map(|cell| cell.ratios(name)).collect();
     let figures = || cells.iter().filter_map(|cell| cell.of(name));
@@ -134,6 +146,7 @@ fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
         worse_max: cells.iter().filter(|cell| cell.worse(name)[1]).count(),
         hunts: figures().filter(|figures| figures.hunts).count(),
         saturated: figures().filter(|figures| figures.saturated > SATURATED).count(),
+        within: [0, 1].map(|which: usize| cells.iter().filter(|cell| cell.within(name).is_some_and(|within| within[which])).count()),
         gap_error: Spread::of(figures().filter_map(|figures| figures.gap_error)),
     }
 }
@@ -144,7 +157,13 @@ fn regimes(results: &[CellResult], names: &[&str]) -> Vec<Regime> {
         let cells: Vec<&CellResult> = results.iter().filter(|result| belongs(result)).collect();
         if !cells.is_empty() {
             let methods = names.iter().map(|name| method(&cells, name)).collect();
-            regimes.push(Regime { factor: factor.to_owned(), level: level.to_owned(), methods, limit_rms_ratio: limit(&cells, 0) });
+            regimes.push(Regime {
+                factor: factor.to_owned(),
+                level: level.to_owned(),
+                methods,
+                limit_rms_ratio: limit(&cells, 0),
+                practical_rms_ratio: practical(&cells, 0),
+            });
         }
     };
     add("load", "held", &|result| !result.floats());

@@ -6,11 +6,13 @@
 
 pub mod figures;
 pub mod motion;
+pub mod outlook;
 pub mod scan;
 pub mod text;
 mod trial;
 
 pub use motion::Move;
+pub use outlook::{ShaftTrial, shaft_trials};
 pub use scan::{Scan, ScanPoint, scan};
 pub use trial::{Outcome, Trial, Trials, trials};
 

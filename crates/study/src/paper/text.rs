@@ -1,6 +1,7 @@
 //! What the paper says, what we find, and for which conditions both agree.
 
 use super::CLAIM;
+use super::outlook::{self, ShaftTrial};
 use super::scan::{DISTANCE_RAD, FORMS, LAMBDA, P0, Scan, ScanPoint, VELOCITY_RAD_S};
 use super::trial::{Outcome, Trials};
 use lostmotion_report::number::{fixed, percent};
@@ -12,7 +13,7 @@ macro_rules! put {
 }
 
 /// The answer as Markdown.
-pub fn markdown(trials: &Trials, scan: &Scan) -> String {
+pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
     let mut out = String::new();
     let (trial, motion) = (&trials.trial, &trials.trial.motion);
     put!(out, "# The paper's experiments, again\n");
@@ -72,6 +73,7 @@ pub fn markdown(trials: &Trials, scan: &Scan) -> String {
         let velocity = ("speed, rad/s", &VELOCITY_RAD_S[..], (|p| p.trial.motion.velocity_rad_s) as fn(&ScanPoint) -> f64);
         grid(&mut out, form, distance, velocity, &scan.motion);
     }
+    out.push_str(&outlook::markdown(shafts));
     conclusion(&mut out, scan);
     out
 }

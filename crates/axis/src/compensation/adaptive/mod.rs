@@ -8,7 +8,7 @@
 //!    feels (`lanes`). The gap that foresees the motor's motion best up to just after it met the far flank is read from the window, with its
 //!    variance (`reading`, `newton`, `prior`). Load, stiffness and motor friction are free within what is known of them.
 //! 5. What was found is held against other gaps and against one without an end (`said`): it is no surer than these tell, and counts only where the
-//!    contact explains the motor far better than none. Readings outvote each other; through those that agree goes a straight line (`knowledge`).
+//!    contact explains the motor far better than none. Readings outvote each other; through those that agree goes a straight line (`readings`).
 //! 6. Crossing: on the planned traverse of `crossing`, as `lookup` does that is told everything.
 //!
 //! It does nothing until it is sure: a reading of a contact that shows clearly is enough, of several that contradict each other the least, two that agree otherwise.
@@ -35,11 +35,9 @@ mod block;
 mod bridge;
 mod disturbance;
 mod floating;
-mod knowledge;
 mod lanes;
 mod laws;
 mod learning;
-mod linear;
 mod load_filter;
 mod newton;
 mod onset;
@@ -51,12 +49,12 @@ mod watch;
 mod window;
 
 use super::crossing::{Crossing, CrossingState};
+use super::readings::Readings;
 use super::registry::Registered;
 use super::twin::LoadModel;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use floating::Floating;
-use knowledge::Readings;
 use learning::{LearningState, Seen};
 use prior::Prior;
 use reading::Reading;
@@ -182,6 +180,8 @@ fn counts(said: &Said) -> bool {
 
 impl Compensator for Adaptive {
     type State = AdaptiveState;
+
+    const LEARNS_LOAD: bool = true;
 
     fn info(&self) -> &'static MethodInfo {
         Self::INFO

@@ -6,8 +6,8 @@
 //! ```
 //! A step that makes it worse is halved. The half gap's entry of the inverse at the end is its variance.
 
+use super::super::linear::{factor, solve};
 use super::lanes::{Innovation, Lanes};
-use super::linear::{factor, solve};
 use super::prior::{GAP, N, Prior, Vector};
 use serde::{Deserialize, Serialize};
 

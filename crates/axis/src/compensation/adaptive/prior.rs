@@ -1,8 +1,8 @@
 //! What is known before a window is read: the unknowns' most likely values and how sure they are.
 
+use super::super::linear::{factor, solve};
 use super::super::twin::LoadModel;
 use super::lanes::{Hypotheses, LANES, Lanes};
-use super::linear::{factor, solve};
 use serde::{Deserialize, Serialize};
 
 /// Unknowns: half gap, Coulomb friction, constant torque, inertia, viscous friction, stiffness, motor's Coulomb friction.

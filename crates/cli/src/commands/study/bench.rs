@@ -16,14 +16,16 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
         _ => COUPLERS.to_vec(),
     };
     let mut out =
-        "| gap, rad | stiffness, N m/rad | `fit`: gap | stiffness | `fit --motor-only`: gap | stiffness | `adaptive`: gap |\n".to_owned();
-    out.push_str("|--:|--:|--:|--:|--:|--:|--:|\n");
+        "| gap, rad | stiffness, N m/rad | `fit`: gap | stiffness | `fit --motor-only`: gap | stiffness | `adaptive`: gap | stiffness | damping |\n"
+            .to_owned();
+    out.push_str("|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for coupler in couplers {
         let recording = record(&coupler).map_err(|error| failure(&error))?;
         let found = [with_load(&recording), motor_only(&recording)].map(|fit| shown(&coupler, fit));
         let learned = recording.adaptive_gap_rad.map_or("-".to_owned(), |gap| off(gap, coupler.gap_rad));
         let (gap, stiffness) = (coupler.gap_rad, coupler.stiffness_nm_per_rad);
-        out.push_str(&format!("| {gap} | {stiffness} | {} | {learned} |\n", found.join(" | ")));
+        let online = online(&coupler, recording.axis.motor.inertia_kgm2, recording.online);
+        out.push_str(&format!("| {gap} | {stiffness} | {} | {learned} | {online} |\n", found.join(" | ")));
     }
     output::print(&out)?;
     Ok(DONE)
@@ -50,6 +52,14 @@ fn shown(coupler: &Coupler, fit: Result<BacklashFit, FitError>) -> String {
         }
         Err(error) => format!("{error} | -"),
     }
+}
+
+/// Stiffness and damping off what was set.
+fn online(coupler: &Coupler, rotor_kgm2: f64, found: Option<[f64; 2]>) -> String {
+    found.map_or("not excited | -".to_owned(), |[stiffness, damping]| {
+        let known = if damping.is_finite() { off(damping, coupler.damping_nm_s_per_rad(rotor_kgm2)) } else { "not known".to_owned() };
+        format!("{} | {known}", off(stiffness, coupler.stiffness_nm_per_rad))
+    })
 }
 
 fn off(found: f64, set: f64) -> String {

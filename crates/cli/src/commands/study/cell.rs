@@ -64,6 +64,8 @@ fn columns(axis: &str) -> String {
         "gap_estimate_rad",
         "inertia_estimate_kgm2",
         "engagement_estimate",
+        "stiffness_estimate_nm_per_rad",
+        "damping_estimate_nm_s_per_rad",
     ];
     names.map(|name| format!(",{axis}_{name}")).concat()
 }
@@ -79,6 +81,9 @@ fn write_row(out: &mut impl Write, row: &Traced) -> io::Result<()> {
             if estimate.is_finite() { write!(out, ",{estimate:.9}")? } else { write!(out, ",")? }
         }
         write!(out, ",{}", engagement_estimate.sign())?;
+        for estimate in [sample.stiffness_estimate, sample.damping_estimate] {
+            if estimate.is_finite() { write!(out, ",{estimate:.4}")? } else { write!(out, ",")? }
+        }
     }
     writeln!(out)
 }
