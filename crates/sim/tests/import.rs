@@ -149,6 +149,9 @@ fn urdf_arms_are_the_preset_s() {
     assert!((machine.axis(AxisId::Z).unwrap().limits.velocity - 1.5).abs() < 1e-9);
     assert!(imported.rows.iter().any(|row| row.key == "joint joint_1 limit effort" && row.fate == Fate::Ignored));
     assert!(refused("arm.urdf", "<robot><joint").contains("not XML"));
+    let reversed = refused("arm.urdf", &arm().replacen("lower=\"-2.9\" upper=\"2.9\"", "lower=\"2.9\" upper=\"1\"", 1));
+    assert!(reversed.contains("arm.urdf:3:1: error: joint joint_1 limit upper: travel of X from 166"), "{reversed}");
+    assert!(refused("arm.urdf", &" ".repeat(5 << 20)).contains("has 5242880 bytes"));
     assert!(refused("arm.urdf", &arm().replace("axis xyz=\"0 0 1\"", "axis xyz=\"0 0\"")).contains("arm.urdf:3:"));
     assert!(refused("arm.urdf", &arm().replacen("revolute", "floating", 1)).contains("joints of type `floating` are not known here"));
 }

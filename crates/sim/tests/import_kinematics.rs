@@ -226,11 +226,16 @@ fn freecad_machines_with_rotary_axes_are_chains() {
         "{:?}",
         imported.rows
     );
-    let bad = TRUNNION.replace("[[0, 0, -370], [1.0, 0.0, 0.0]]", "[[0, 0, -370], [0, 0, 0]]").replace("\"min\": -500", "\"min\": 500");
-    let told = import("five.fcm", &bad, ImportFormat::FreeCad, "vmc3").unwrap_err().to_string();
-    assert!(
-        told.contains("five.fcm:6:1: error: machine.axes.A.joint: has no direction\n  hint: write [[0, 0, 50]")
-            && told.contains("five.fcm:10:1: error: machine.axes.Z: travel from 500 to 0\n  hint: `min` has to be below `max`"),
-        "{told}"
-    );
+    let refused = |name: &str, text: &str, format| import(name, text, format, "vmc3").unwrap_err().to_string();
+    let told =
+        refused("five.fcm", &TRUNNION.replace("[[0, 0, -370], [1.0, 0.0, 0.0]]", "[[0, 0, -370], [0, 0, 0]]"), ImportFormat::FreeCad);
+    assert!(told.contains("five.fcm:6:1: error: machine.axes.A.joint: has no direction\n  hint: write [[0, 0, 50]"), "{told}");
+    let told = refused("five.fcm", &TRUNNION.replace("\"min\": -500", "\"min\": 500"), ImportFormat::FreeCad);
+    let expected =
+        "five.fcm:10:1: error: machine.axes.Z.limits.max: travel of Z from 500 (machine.axes.Z.limits.min) to 0\n  hint: the first";
+    assert!(told.contains(expected), "{told}");
+    let arm =
+        ini("scarakins", "XYZC", 4, &[0, 1, 3], &[]).replacen("MIN_LIMIT = -150\nMAX_LIMIT = 150", "MIN_LIMIT = 90\nMAX_LIMIT = -90", 2);
+    let told = refused("arm.ini", &arm, ImportFormat::LinuxCnc);
+    assert!(told.contains("[JOINT_1] MAX_LIMIT: travel of B from 90 ([JOINT_1] MIN_LIMIT) to -90"), "{told}");
 }
