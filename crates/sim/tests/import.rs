@@ -115,56 +115,6 @@ fn freecad_machines() {
     );
 }
 
-/// A table C on a cradle A, as FreeCAD 1.2 writes it: the chain of the preset trunnion5 in its home position.
-const TRUNNION: &str = r#"{
-  "freecad_version": "1.2.0",
-  "machine": {
-    "name": "Five",
-    "axes": {
-      "A": {"joint": [[0, 0, -370], [1.0, 0.0, 0.0]], "limits": {"min": -110, "max": 110}, "max_velocity": 3600, "parent": "Y", "role": "table_rotary", "type": "angular"},
-      "C": {"joint": [[0, 0, -420], [0.0, 0.0, 1.0]], "limits": {"min": -360, "max": 360}, "max_velocity": 7200, "parent": "A", "role": "table_rotary", "type": "angular"},
-      "X": {"joint": [[1.0, 0.0, 0.0], [0, 0, 0]], "limits": {"min": -400, "max": 400}, "max_velocity": 12000, "parent": null, "role": "head_linear", "type": "linear"},
-      "Y": {"joint": [[0, 0, 0], [0.0, 1.0, 0.0]], "limits": {"min": -250, "max": 250}, "max_velocity": 12000, "parent": null, "role": "table_linear", "type": "linear"},
-      "Z": {"joint": [[0, 0, 0], [0.0, 0.0, 1.0]], "limits": {"min": -500, "max": 0}, "max_velocity": 12000, "parent": "X", "role": "head_linear", "type": "linear"}
-    },
-    "toolheads": [], "units": "metric"
-  },
-  "output": {"units": "metric"},
-  "postprocessor": {"file_name": "fanuc"},
-  "version": 1
-}"#;
-
-#[test]
-fn freecad_machines_with_rotary_axes_are_chains() {
-    let (imported, machine) = imported("five.fcm", TRUNNION);
-    let order: Vec<&str> = machine.kinematics().joint.iter().map(|joint| joint.axis.as_str()).collect();
-    assert_eq!(order, ["c", "a", "y", "x", "z"]);
-    assert_eq!(machine.dialect().name(), "fanuc");
-    let (own, preset) = (machine.build_kinematics().unwrap(), Machine::preset("trunnion5").unwrap().build_kinematics().unwrap());
-    for k in 0..20 {
-        let mut joints = Coords::xyz(f64::from(k % 7), f64::from(-k % 5), f64::from(-3 * k));
-        (joints[AxisId::A], joints[AxisId::C]) = (0.08 * f64::from(k % 9 - 4), 0.3 * f64::from(k % 11 - 5));
-        let (a, b) = (own.tool_pose(&joints, &[0.0, 0.0, 60.0]), preset.tool_pose(&joints, &[0.0, 0.0, 60.0]));
-        assert!((0..3).all(|i| (a.tip[i] - b.tip[i]).abs() < 1e-9 && (a.axis[i] - b.axis[i]).abs() < 1e-12), "{a:?} {b:?}");
-    }
-    assert!(imported.rows.iter().any(|row| row.key == "machine.axes.A.limits.min" && row.fate == Fate::Used));
-    let untold = TRUNNION.replace("\"parent\": \"A\"", "\"parent\": \"Y\"");
-    let (imported, machine) = self::imported("five.fcm", &untold);
-    assert_eq!(machine.kinematics().kind, "cartesian");
-    assert!(
-        imported.rows.iter().any(|row| row.key == "kinematics.kind" && row.note.contains("which of A and C carries the other")),
-        "{:?}",
-        imported.rows
-    );
-    let bad = TRUNNION.replace("[[0, 0, -370], [1.0, 0.0, 0.0]]", "[[0, 0, -370], [0, 0, 0]]").replace("\"min\": -500", "\"min\": 500");
-    let told = refused("five.fcm", &bad);
-    assert!(
-        told.contains("five.fcm:6:1: error: machine.axes.A.joint: has no direction\n  hint: write [[0, 0, 50]")
-            && told.contains("five.fcm:10:1: error: machine.axes.Z: travel from 500 to 0\n  hint: `min` has to be below `max`"),
-        "{told}"
-    );
-}
-
 fn arm() -> String {
     let joint = |index: usize, xyz: &str, axis: &str| {
         format!(
@@ -199,6 +149,9 @@ fn urdf_arms_are_the_preset_s() {
     assert!((machine.axis(AxisId::Z).unwrap().limits.velocity - 1.5).abs() < 1e-9);
     assert!(imported.rows.iter().any(|row| row.key == "joint joint_1 limit effort" && row.fate == Fate::Ignored));
     assert!(refused("arm.urdf", "<robot><joint").contains("not XML"));
+    let reversed = refused("arm.urdf", &arm().replacen("lower=\"-2.9\" upper=\"2.9\"", "lower=\"2.9\" upper=\"1\"", 1));
+    assert!(reversed.contains("arm.urdf:3:1: error: joint joint_1 limit upper: travel of X from 166"), "{reversed}");
+    assert!(refused("arm.urdf", &" ".repeat(5 << 20)).contains("has 5242880 bytes"));
     assert!(refused("arm.urdf", &arm().replace("axis xyz=\"0 0 1\"", "axis xyz=\"0 0\"")).contains("arm.urdf:3:"));
     assert!(refused("arm.urdf", &arm().replacen("revolute", "floating", 1)).contains("joints of type `floating` are not known here"));
 }

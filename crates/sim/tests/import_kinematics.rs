@@ -1,4 +1,4 @@
-//! LinuxCNC's kinematics modules become machines that go where its manual says: against its formulas, written here once more.
+//! LinuxCNC's kinematics modules become machines that go where its manual says: against its formulas, written here once more. FreeCAD's axes become chains.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use lostmotion_base::units::rad;
@@ -26,7 +26,15 @@ fn ini(module: &str, coordinates: &str, joints: usize, turning: &[usize], pins: 
 }
 
 fn imported(text: &str) -> (Imported, Machine) {
-    let imported = import("machine.ini", text, ImportFormat::LinuxCnc, "vmc3").unwrap_or_else(|error| panic!("{error}\n{text}"));
+    read(text, ImportFormat::LinuxCnc)
+}
+
+fn freecad(text: &str) -> (Imported, Machine) {
+    read(text, ImportFormat::FreeCad)
+}
+
+fn read(text: &str, format: ImportFormat) -> (Imported, Machine) {
+    let imported = import("machine.txt", text, format, "vmc3").unwrap_or_else(|error| panic!("{error}\n{text}"));
     let machine = Machine::from_toml("imported.toml", &imported.toml).unwrap_or_else(|error| panic!("{error}\n{}", imported.toml));
     (imported, machine)
 }
@@ -175,4 +183,59 @@ fn serial_arms_follow_their_denavit_hartenberg_table() {
         refused.contains("arm.ini:4:1: error: genserkins.D-3: is not set in the INI file") && refused.contains("hint: an arm has A-0"),
         "{refused}"
     );
+}
+
+/// A table C on a cradle A, as FreeCAD 1.2 writes it: the chain of the preset trunnion5 in its home position.
+const TRUNNION: &str = r#"{
+  "freecad_version": "1.2.0",
+  "machine": {
+    "name": "Five",
+    "axes": {
+      "A": {"joint": [[0, 0, -370], [1.0, 0.0, 0.0]], "limits": {"min": -110, "max": 110}, "max_velocity": 3600, "parent": "Y", "role": "table_rotary", "type": "angular"},
+      "C": {"joint": [[0, 0, -420], [0.0, 0.0, 1.0]], "limits": {"min": -360, "max": 360}, "max_velocity": 7200, "parent": "A", "role": "table_rotary", "type": "angular"},
+      "X": {"joint": [[1.0, 0.0, 0.0], [0, 0, 0]], "limits": {"min": -400, "max": 400}, "max_velocity": 12000, "parent": null, "role": "head_linear", "type": "linear"},
+      "Y": {"joint": [[0, 0, 0], [0.0, 1.0, 0.0]], "limits": {"min": -250, "max": 250}, "max_velocity": 12000, "parent": null, "role": "table_linear", "type": "linear"},
+      "Z": {"joint": [[0, 0, 0], [0.0, 0.0, 1.0]], "limits": {"min": -500, "max": 0}, "max_velocity": 12000, "parent": "X", "role": "head_linear", "type": "linear"}
+    },
+    "toolheads": [], "units": "metric"
+  },
+  "output": {"units": "metric"},
+  "postprocessor": {"file_name": "fanuc"},
+  "version": 1
+}"#;
+
+#[test]
+fn freecad_machines_with_rotary_axes_are_chains() {
+    let (imported, machine) = freecad(TRUNNION);
+    let order: Vec<&str> = machine.kinematics().joint.iter().map(|joint| joint.axis.as_str()).collect();
+    assert_eq!(order, ["c", "a", "y", "x", "z"]);
+    assert_eq!(machine.dialect().name(), "fanuc");
+    let (own, preset) = (machine.build_kinematics().unwrap(), Machine::preset("trunnion5").unwrap().build_kinematics().unwrap());
+    for k in 0..20 {
+        let mut joints = Coords::xyz(f64::from(k % 7), f64::from(-k % 5), f64::from(-3 * k));
+        (joints[AxisId::A], joints[AxisId::C]) = (0.08 * f64::from(k % 9 - 4), 0.3 * f64::from(k % 11 - 5));
+        let (a, b) = (own.tool_pose(&joints, &[0.0, 0.0, 60.0]), preset.tool_pose(&joints, &[0.0, 0.0, 60.0]));
+        assert!((0..3).all(|i| (a.tip[i] - b.tip[i]).abs() < 1e-9 && (a.axis[i] - b.axis[i]).abs() < 1e-12), "{a:?} {b:?}");
+    }
+    assert!(imported.rows.iter().any(|row| row.key == "machine.axes.A.limits.min" && row.fate == Fate::Used));
+    let untold = TRUNNION.replace("\"parent\": \"A\"", "\"parent\": \"Y\"");
+    let (imported, machine) = freecad(&untold);
+    assert_eq!(machine.kinematics().kind, "cartesian");
+    assert!(
+        imported.rows.iter().any(|row| row.key == "kinematics.kind" && row.note.contains("which of A and C carries the other")),
+        "{:?}",
+        imported.rows
+    );
+    let refused = |name: &str, text: &str, format| import(name, text, format, "vmc3").unwrap_err().to_string();
+    let told =
+        refused("five.fcm", &TRUNNION.replace("[[0, 0, -370], [1.0, 0.0, 0.0]]", "[[0, 0, -370], [0, 0, 0]]"), ImportFormat::FreeCad);
+    assert!(told.contains("five.fcm:6:1: error: machine.axes.A.joint: has no direction\n  hint: write [[0, 0, 50]"), "{told}");
+    let told = refused("five.fcm", &TRUNNION.replace("\"min\": -500", "\"min\": 500"), ImportFormat::FreeCad);
+    let expected =
+        "five.fcm:10:1: error: machine.axes.Z.limits.max: travel of Z from 500 (machine.axes.Z.limits.min) to 0\n  hint: the first";
+    assert!(told.contains(expected), "{told}");
+    let arm =
+        ini("scarakins", "XYZC", 4, &[0, 1, 3], &[]).replacen("MIN_LIMIT = -150\nMAX_LIMIT = 150", "MIN_LIMIT = 90\nMAX_LIMIT = -90", 2);
+    let told = refused("arm.ini", &arm, ImportFormat::LinuxCnc);
+    assert!(told.contains("[JOINT_1] MAX_LIMIT: travel of B from 90 ([JOINT_1] MIN_LIMIT) to -90"), "{told}");
 }

@@ -43,6 +43,8 @@ pub struct Row {
 pub(super) struct Told {
     pub(super) value: f64,
     pub(super) from: String,
+    /// Its line.
+    pub(super) line: usize,
 }
 
 /// An axis as far as it was told: mm or deg, and s.

@@ -21,6 +21,10 @@ pub(super) fn machine(file: &str, mut draft: Draft, preset: &str) -> Result<Impo
         return Err(vec![problem(1, "preset", format!("there is no machine `{preset}`"), &format!("known are {}", known.join(", ")))]);
     }
     draft.axes.sort_by_key(|axis| axis.id);
+    let reversed: Vec<Problem> = draft.axes.iter().filter_map(reversed).collect();
+    if !reversed.is_empty() {
+        return Err(reversed);
+    }
     let mut rows = std::mem::take(&mut draft.rows);
     let mut axes = String::new();
     let mut travel = Vec::new();
@@ -45,6 +49,13 @@ pub(super) fn machine(file: &str, mut draft: Draft, preset: &str) -> Result<Impo
         Ok(_) => Ok(Imported { toml, rows }),
         Err(error) => Err(error.problems.into_iter().map(|found| Problem { line: 1, column: 1, ..found }).collect()),
     }
+}
+
+/// A travel that is told and is none.
+fn reversed(axis: &DraftAxis) -> Option<Problem> {
+    let (min, max) = (axis.min.as_ref()?, axis.max.as_ref()?);
+    let message = format!("travel of {} from {} ({}) to {}", axis.id, min.value, min.from, max.value);
+    (min.value >= max.value).then(|| problem(max.line, &max.from, message, "the first has to be below the second"))
 }
 
 fn filled(key: impl Into<String>, value: impl Into<String>, note: impl Into<String>) -> Row {
@@ -148,7 +159,8 @@ fn home_of(joint: &lostmotion_kinematics::chain::JointSpec, axes: &[DraftAxis], 
     let middle = if min < 0.0 && max > 0.0 { 0.0 } else { 0.5 * (min + max) };
     // A bent arm: straight ones are singular.
     let bent = middle + [7.0, -23.0, 41.0, 13.0, 37.0, 17.0, 5.0, 5.0, 5.0].get(index.unwrap_or(0)).copied().unwrap_or(5.0);
-    ((bent).clamp(min + 0.05 * (max - min), max - 0.05 * (max - min)) * 100.0).round() / 100.0
+    // A travel of which one end is lent may be none, which is told later.
+    (bent.min(max - 0.05 * (max - min)).max(min + 0.05 * (max - min)) * 100.0).round() / 100.0
 }
 
 fn head(draft: &Draft, preset: &str) -> String {
@@ -176,7 +188,7 @@ fn positions(draft: &Draft, travel: &[(f64, f64)], out: &mut String, rows: &mut 
         joints[axis.id] = if axis.rotary { lostmotion_base::units::rad(at) } else { at };
         if draft.kinematics.kind == "scara" && axis.id == AxisId::B {
             // A straight arm is singular.
-            joints[axis.id] = lostmotion_base::units::rad(BENT_DEG.clamp(*min, *max));
+            joints[axis.id] = lostmotion_base::units::rad(BENT_DEG.min(*max).max(*min));
         }
     }
     let kinematics = build(&draft.kinematics).map_err(|error| vec![problem(1, "kinematics", error.to_string(), "")])?;

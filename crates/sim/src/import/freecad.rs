@@ -114,7 +114,7 @@ fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, p
             }
         };
         match value.as_f64() {
-            Some(number) if key != "max_velocity" || number > 0.0 => *slot = Some(Told { value: number * scale, from: path.clone() }),
+            Some(number) if key != "max_velocity" || number > 0.0 => *slot = Some(Told { value: number * scale, from: path.clone(), line }),
             _ => problems.push(problem(
                 line,
                 &path,
@@ -123,13 +123,6 @@ fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, p
             )),
         }
         draft.row(path, short(value), Fate::Used, format!("axis {id}"));
-    }
-    let target = draft.axis(id, rotary);
-    if let (Some(min), Some(max)) = (&target.min, &target.max)
-        && min.value >= max.value
-    {
-        let message = format!("travel from {} to {}", min.value, max.value);
-        problems.push(problem(line, &format!("machine.axes.{id}"), message, "`min` has to be below `max`"));
     }
     if problems.len() > before {
         return None;

@@ -109,7 +109,7 @@ fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Pr
         return Err(problem(line, &name, format!("is {value}; it has to be {}", if gap { "0 or above" } else { "above 0" }), hint));
     }
     let entry = draft.axis(axis, axis.is_rotary());
-    let told = |value: f64| Some(Told { value, from: name.clone() });
+    let told = |value: f64| Some(Told { value, from: name.clone(), line });
     let what = match code / 10 {
         11 => {
             entry.velocity = told(amount / 60.0);

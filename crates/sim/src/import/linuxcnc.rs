@@ -186,7 +186,7 @@ fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &Joints) -> Result<(), Pro
     // What a joint may do counts; an axis section only where there is no other.
     let takes = joint || slot.is_none();
     if takes {
-        *slot = Some(Told { value, from: key.clone() });
+        *slot = Some(Told { value, from: key.clone(), line: entry.line });
     }
     let note = if takes { format!("axis {axis}") } else { format!("axis {axis}: the joint's own counts") };
     draft.row(key, entry.value, if takes { Fate::Used } else { Fate::Ignored }, note);

@@ -64,6 +64,9 @@ impl ImportFormat {
     }
 }
 
+/// The longest text that is read.
+const MAX_BYTES: usize = 4 * 1024 * 1024;
+
 /// What came of an import.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
@@ -79,6 +82,10 @@ pub struct Imported {
 /// Everything that is wrong with the text, with its line; a machine that would not hold together; an unknown preset.
 pub fn import(name: &str, text: &str, format: ImportFormat, preset: &str) -> Result<Imported, MachineError> {
     let fail = |problems| MachineError::new(name, problems);
+    if text.len() > MAX_BYTES {
+        let message = format!("has {} bytes; more than {MAX_BYTES} are no description of a machine", text.len());
+        return Err(fail(vec![problem(1, "", message, "")]));
+    }
     let draft = match format {
         ImportFormat::LinuxCnc => linuxcnc::read(text),
         ImportFormat::Grbl => grbl::read(text),
