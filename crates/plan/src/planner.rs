@@ -13,10 +13,13 @@ use crate::window::{Settled, Window};
 use crate::{Move, PlanError, PlanItem, PlannerConfig, Quality, Sample};
 use lostmotion_base::Coords;
 use lostmotion_kinematics::Kinematics;
+use lostmotion_path::Curve;
 use std::sync::Arc;
 
-/// Moves shorter than this do not move, mm or degrees.
-const NOTHING: f64 = 1e-9;
+/// Moves shorter than this do not move, mm or degrees: a nanometre, which no control resolves, but a path that bends in it would be slow.
+const NOTHING: f64 = 1e-6;
+/// What is left of them where the motion comes to rest is made up for down to this, mm or degrees.
+const ROUNDING: f64 = 1e-9;
 
 /// Plans a program as it comes and gives out samples as they become final.
 ///
@@ -35,6 +38,8 @@ pub struct Planner {
     here: Position,
     /// Where the path really is, less where the program is: moves that are nothing leave a gap.
     gap: Coords,
+    /// The move that left it.
+    gap_of: Option<Box<Programmed>>,
     segments: u64,
     forced_stops: u64,
     /// Tolerance of the corner at which the last stretch came to rest, if it may be rounded.
@@ -62,6 +67,7 @@ impl Planner {
             sampler: Sampler::new(clock, start, joints),
             here: Position { program: start, tool_mm: [0.0; 3] },
             gap: Coords::ZERO,
+            gap_of: None,
             config,
             kinematics,
             machine,
@@ -153,13 +159,14 @@ impl Planner {
         }
         let length = curve.length();
         self.here = Position { program: item.curve.end(), tool_mm };
-        if length <= NOTHING {
-            self.gap = drawn - item.curve.end();
-            return Ok(());
-        }
-        self.gap = curve.end() - item.curve.end();
         let heeds = item.feed.heeds();
         let programmed = Programmed { curve, length, feed, heeds, control, tool_mm, segment, block };
+        let is_nothing = length <= NOTHING;
+        self.gap = if is_nothing { drawn } else { curve.end() } - item.curve.end();
+        self.gap_of = (self.gap != Coords::ZERO).then(|| Box::new(programmed));
+        if is_nothing {
+            return Ok(());
+        }
         let mut steps = Vec::new();
         let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref() };
         self.conditioner.push(&programmed, &judge, &mut steps);
@@ -169,6 +176,14 @@ impl Planner {
     fn rest(&mut self, stop: Stop) -> Result<(), PlanError> {
         let mut steps = Vec::new();
         let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref() };
+        if let Some(last) = self.gap_of.take() {
+            let end = self.here.program;
+            let curve = Curve::line(end + self.gap, end);
+            if curve.length() > ROUNDING {
+                self.gap = Coords::ZERO;
+                self.conditioner.push(&Programmed { curve, length: curve.length(), ..*last }, &judge, &mut steps);
+            }
+        }
         self.conditioner.stop(stop, &judge, &mut steps);
         self.follow(steps)
     }

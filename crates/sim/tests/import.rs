@@ -40,6 +40,30 @@ fn grbl_settings() {
     );
 }
 
+/// grblHAL: gaps, and an origin at the switches, of which X's and Z's are at the lower end.
+#[test]
+fn grblhal_settings() {
+    let more = "> $$\n[VER:1.1f.20240330:]\n$22=9\n$23=5\n$11=0.01\n$160=0.025\n$161=0\n$150=16\n$341=0\n";
+    let (imported, machine) = imported("hal.txt", &format!("{more}{GRBL}"));
+    let axis = |axis| machine.axis(axis).unwrap();
+    let travel = |id| (axis(id).limits.min, axis(id).limits.max);
+    assert_eq!((travel(AxisId::X), travel(AxisId::Y), travel(AxisId::Z)), ((0.0, 200.0), (-150.5, 0.0), (0.0, 80.0)));
+    assert!((axis(AxisId::X).config.gap_in_unit() - 0.025).abs() < 1e-12 && axis(AxisId::Y).config.gap_in_unit() == 0.0);
+    let row = |key: &str| imported.rows.iter().find(|row| row.key == key).unwrap();
+    assert_eq!((row("$22").fate, row("$160").fate, row("$150").fate), (Fate::Used, Fate::Used, Fate::Ignored));
+    assert!(row("$11").note.contains("corners"));
+    // Without the bit, switches say nothing of the coordinates.
+    let (_, machine) = self::imported("hal.txt", &format!("$22=1\n$23=5\n{GRBL}"));
+    assert_eq!(machine.axis(AxisId::X).unwrap().limits.max, 0.0);
+    let bad = refused("hal.txt", "$110=600\n$160=-0.1\n$130=1e999\n$120\n");
+    assert!(
+        bad.contains("hal.txt:2:1: error: $160: is -0.1; it has to be 0 or above\n  hint: 0 if there is none")
+            && bad.contains("hal.txt:3:1: error: $130: `1e999` is not a number")
+            && bad.contains("hal.txt:4:1: error: $120: has no value"),
+        "{bad}"
+    );
+}
+
 const INI: &str = "[EMC]\nMACHINE = Bench Mill\n[KINS]\nKINEMATICS = trivkins coordinates=XYZA\nJOINTS = 4\n[TRAJ]\nCOORDINATES = X Y Z A\nLINEAR_UNITS = inch\nANGULAR_UNITS = degree\n[AXIS_X]\nMAX_VELOCITY = 9.0\n[JOINT_0]\nTYPE = LINEAR\nMIN_LIMIT = -10\nMAX_LIMIT = 10\nMAX_VELOCITY = 2.0\nMAX_ACCELERATION = 30.0\nBACKLASH = 0.001\nFERROR = 0.05\n[JOINT_1]\nMIN_LIMIT = 0.5\nMAX_LIMIT = 8\nMAX_VELOCITY = 2.0\n[JOINT_2]\nMIN_LIMIT = -4\nMAX_LIMIT = 0\n[JOINT_3]\nTYPE = ANGULAR\nMAX_VELOCITY = 30\nMIN_LIMIT = -360\nMAX_LIMIT = 360\nBACKLASH = 0.02\n";
 
 #[test]
@@ -125,6 +149,9 @@ fn urdf_arms_are_the_preset_s() {
     assert!((machine.axis(AxisId::Z).unwrap().limits.velocity - 1.5).abs() < 1e-9);
     assert!(imported.rows.iter().any(|row| row.key == "joint joint_1 limit effort" && row.fate == Fate::Ignored));
     assert!(refused("arm.urdf", "<robot><joint").contains("not XML"));
+    let reversed = refused("arm.urdf", &arm().replacen("lower=\"-2.9\" upper=\"2.9\"", "lower=\"2.9\" upper=\"1\"", 1));
+    assert!(reversed.contains("arm.urdf:3:1: error: joint joint_1 limit upper: travel of X from 166"), "{reversed}");
+    assert!(refused("arm.urdf", &" ".repeat(5 << 20)).contains("has 5242880 bytes"));
     assert!(refused("arm.urdf", &arm().replace("axis xyz=\"0 0 1\"", "axis xyz=\"0 0\"")).contains("arm.urdf:3:"));
     assert!(refused("arm.urdf", &arm().replacen("revolute", "floating", 1)).contains("joints of type `floating` are not known here"));
 }

@@ -188,3 +188,14 @@ proptest! {
         }
     }
 }
+
+/// Whatever is much longer than a machine file is refused at once, instead of being searched for what is wrong.
+#[test]
+fn what_is_too_long_is_no_machine_file() {
+    let text: String = (0..60_000).map(|k| format!("key_{k} = {k}\n")).collect();
+    let told = Machine::from_toml("long.toml", &text).unwrap_err().to_string();
+    assert!(
+        told.contains("long.toml:1:1: error: has ") && told.contains("at most 262144") && told.contains("hint: is it a machine file?"),
+        "{told}"
+    );
+}

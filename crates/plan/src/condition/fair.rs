@@ -2,15 +2,24 @@
 //!
 //! Noise and rounding of the points are far below the tolerance, yet differences of third order blow them up. The offsets e
 //! minimise the integral of w e^2 + l^6 (x''')^2 over the run, in divided differences: what is longer than the length l stays
-//! as it is. Where an offset passes its bound, w grows. (Whittaker, Proc. Edinburgh Math. Soc. 41, 1923, with weights.)
+//! as it is. Where an offset would pass its bound, w is what just holds it there. (Whittaker, Proc. Edinburgh Math. Soc. 41, 1923, with weights.)
 
 use super::blend::size;
-use lostmotion_base::{AXES, Coords};
+use lostmotion_base::{AXES, Coords, math};
 
-/// Rounds of growing weights.
-const ROUNDS: usize = 8;
-/// By what a weight grows at least where an offset passes its bound.
-const GROWTH: f64 = 2.0;
+/// Most rounds of weights.
+const ROUNDS: usize = 48;
+/// Part of its bound that an offset is to have where it is held back, and by what it may have more or less.
+const AIM: f64 = 0.9;
+const CLOSE: f64 = 1.0 / AIM;
+const LOOSE: f64 = 0.8;
+const NEARLY_FREE: f64 = 1.1;
+/// By what the power changes with which a weight follows an offset, and its bounds.
+const FASTER: f64 = 1.5;
+const SLOWER: f64 = 0.7;
+const POWERS: [f64; 2] = [0.75, 3.0];
+/// Smaller parts count as this.
+const LEAST: f64 = 1e-3;
 /// Points on either side of a vertex that its third differences reach.
 const REACH: usize = 3;
 
@@ -32,29 +41,53 @@ pub(super) fn offsets(points: &[Point], length: f64) -> Vec<Coords> {
 
 /// The same where only the first N axes move.
 fn offsets_of<const N: usize>(points: &[Point], length: f64) -> Vec<Coords> {
-    let mut weights = vec![1.0; points.len()];
+    let mut weights = vec![Weight::FREE; points.len()];
     let (stiffness, pull) = stiffness::<N>(points, length);
     let mut offsets = vec![Coords::ZERO; points.len()];
     for _ in 0..ROUNDS {
         for (offset, solved) in offsets.iter_mut().zip(solve(points, &weights, &stiffness, &pull)) {
             offset.0[..N].copy_from_slice(&solved);
         }
-        let mut kept = true;
-        for ((point, offset), weight) in points.iter().zip(&offsets).zip(&mut weights) {
-            let part = size(offset) / point.bound.max(f64::MIN_POSITIVE);
-            if point.bound > 0.0 && part > 1.0 {
-                *weight *= GROWTH.max(part * part);
-                kept = false;
-            }
+        let mut settled = true;
+        for ((point, offset), weight) in points.iter().zip(&offsets).zip(&mut weights).filter(|((point, _), _)| point.bound > 0.0) {
+            settled &= weight.adapt(size(offset) / (AIM * point.bound));
         }
-        if kept {
-            return offsets;
+        if settled {
+            break;
         }
     }
-    for (point, offset) in points.iter().zip(&mut offsets) {
-        *offset = *offset * (point.bound / size(offset).max(f64::MIN_POSITIVE)).min(1.0);
+    let held = points.iter().zip(&offsets).filter(|(point, _)| point.bound > 0.0);
+    let most = held.map(|(point, offset)| size(offset) / point.bound).fold(0.0, f64::max);
+    // All of them alike: one vertex alone would be a kink.
+    if most > 1.0 {
+        offsets.iter_mut().for_each(|offset| *offset = *offset * (1.0 / most));
     }
     offsets
+}
+
+/// What holds a vertex where it is.
+#[derive(Clone, Copy, Debug)]
+struct Weight {
+    value: f64,
+    /// The power of the part of its bound that an offset has by which its weight changes.
+    power: f64,
+    /// Whether the offset passed its bound the last time.
+    over: bool,
+}
+
+impl Weight {
+    const FREE: Weight = Weight { value: 1.0, power: 1.5, over: false };
+
+    /// Grows where an offset passes its bound and falls where it needs less, faster as long as it goes the same way; whether the offset
+    /// was as it should be.
+    fn adapt(&mut self, part: f64) -> bool {
+        let settled = part <= CLOSE && (part >= LOOSE || self.value < NEARLY_FREE);
+        let over = part > 1.0;
+        self.power = if over == self.over { (FASTER * self.power).min(POWERS[1]) } else { (SLOWER * self.power).max(POWERS[0]) };
+        self.over = over;
+        self.value = (self.value * math::pow(part.max(LEAST), self.power)).max(1.0);
+        settled
+    }
 }
 
 /// The matrix of the bending, by rows from the diagonal on, and what it makes of the points.
@@ -81,14 +114,14 @@ fn stiffness<const N: usize>(points: &[Point], length: f64) -> (Vec<[f64; REACH 
 }
 
 /// Offsets for given weights, by LDL' with three bands.
-fn solve<const N: usize>(points: &[Point], weights: &[f64], stiffness: &[[f64; REACH + 1]], pull: &[[f64; N]]) -> Vec<[f64; N]> {
+fn solve<const N: usize>(points: &[Point], weights: &[Weight], stiffness: &[[f64; REACH + 1]], pull: &[[f64; N]]) -> Vec<[f64; N]> {
     let n = points.len();
     let mut rows = stiffness.to_vec();
     let mut x = pull.to_vec();
     for i in 0..n {
         if points[i].bound > 0.0 {
             let (before, after) = (points[i.saturating_sub(1)].u, points[(i + 1).min(n - 1)].u);
-            rows[i][0] += weights[i] * 0.5 * (after - before);
+            rows[i][0] += weights[i].value * 0.5 * (after - before);
         } else {
             rows[i] = [1.0, 0.0, 0.0, 0.0];
             x[i] = [0.0; N];
@@ -130,7 +163,6 @@ fn less<const N: usize>(from: &mut [f64; N], what: [f64; N], factor: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lostmotion_base::math;
 
     /// A noisy sine: what the noise does to the third differences goes, the sine stays, and no point moves too far.
     #[test]
@@ -155,5 +187,47 @@ mod tests {
         let (before, after, ideal) = (third(&|i| points[i].p.0[2]), third(&faired), third(&exact));
         assert!(after < 2.0 * ideal && before > 10.0 * ideal, "{before} {after} {ideal}");
         assert!(offsets.iter().all(|e| (0..AXES).all(|axis| axis == 2 || e.0[axis].abs() < 1e-9)));
+    }
+
+    /// What is minimised, over the windows and points from `from` to `to`.
+    fn energy(z: &[f64], u: &[f64], e: &[f64], length: f64, from: usize, to: usize) -> f64 {
+        let third = |k: usize| {
+            let part = |m: usize| z[m] / (k..k + 4).filter(|l| *l != m).map(|l| u[m] - u[l]).product::<f64>();
+            6.0 * (k..k + 4).map(part).sum::<f64>()
+        };
+        let bend = |k: usize| math::pow(length, 6.0) * third(k) * third(k) * (u[k + 3] - u[k]) / 3.0;
+        let pull = |k: usize| e[k] * e[k] * 0.5 * (u[(k + 1).min(u.len() - 1)] - u[k.saturating_sub(1)]);
+        (from.saturating_sub(3)..(to + 1).min(u.len() - 3)).map(bend).sum::<f64>() + (from..to + 1).map(pull).sum::<f64>()
+    }
+
+    /// Bounds that most of the noise passes: as smooth as what moving one vertex after the other finds, ten thousand times, within the bounds
+    /// that are aimed at.
+    #[test]
+    fn held_vertices_leave_no_kinks() {
+        let (n, bound, length) = (40, 0.003, 0.7);
+        let u: Vec<f64> = (0..n).map(|i| 0.2 * i as f64 + 0.05 * math::sin(i as f64)).collect();
+        let given: Vec<f64> = (0..n).map(|i| math::sin(0.4 * u[i]) + 0.006 * math::sin(12.9898 * (i * i) as f64)).collect();
+        let held = |i: usize| i < 2 || i + 2 >= n;
+        let point = |i: usize| Point { p: Coords::xyz(u[i], 0.0, given[i]), u: u[i], bound: if held(i) { 0.0 } else { bound } };
+        let points: Vec<Point> = (0..n).map(point).collect();
+        let ours: Vec<f64> = offsets(&points, length).iter().map(|offset| offset.0[2]).collect();
+        assert!(ours.iter().all(|e| e.abs() <= bound * (1.0 + 1e-12)));
+        let (mut z, mut e) = (given.clone(), vec![0.0; n]);
+        for _ in 0..10_000 {
+            for k in (0..n).filter(|k| !held(*k)) {
+                let mut at = |offset: f64| {
+                    (e[k], z[k]) = (offset, given[k] + offset);
+                    energy(&z, &u, &e, length, k, k)
+                };
+                let (low, middle, high) = (at(-1.0), at(0.0), at(1.0));
+                at((0.5 * (low - high) / (low - 2.0 * middle + high)).clamp(-AIM * bound, AIM * bound));
+            }
+        }
+        let all = |e: &[f64]| {
+            let z: Vec<f64> = given.iter().zip(e).map(|(z, e)| z + e).collect();
+            energy(&z, &u, e, length, 0, n - 1)
+        };
+        let (best, found) = (all(&e), all(&ours));
+        assert!((found / best - 1.0).abs() < 0.1, "{best} {found}");
     }
 }

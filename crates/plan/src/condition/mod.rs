@@ -5,12 +5,14 @@
 //! there for each of them: half of every move belongs to what happens at its either end.
 
 mod blend;
+mod choice;
 mod fair;
 mod joint;
 mod piece;
 mod run;
 
-pub(crate) use blend::{Blend, size};
+pub(crate) use blend::size;
+pub(crate) use choice::Judge;
 pub(crate) use piece::{Piece, Programmed, Step, Stop};
 
 use crate::PlannerConfig;
@@ -28,11 +30,9 @@ const CARRIED: usize = 8;
 /// Fairing evens out what is shorter than so many mean chords.
 const FAIRED_CHORDS: f64 = 3.3;
 
-/// Decides between a blend and a stop.
-pub(crate) trait Judge {
-    /// Whether the blend is faster than coming to rest at the corner, whose tolerance is given in mm.
-    fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed, tolerance: f64) -> bool;
-}
+/// A line so many times as long as the shorter one beside it ends a run if that bends no more than this part of it.
+const FAR: f64 = 12.0;
+const BENT: f64 = 0.3;
 
 /// Turns moves into steps, holding back what the next move may change.
 #[derive(Clone, Debug)]
@@ -111,8 +111,7 @@ impl Conditioner {
     fn blend(&mut self, next: &Programmed, tolerance: f64, judge: &dyn Judge, out: &mut Vec<Step>) -> f64 {
         let Some(before) = self.chain.last() else { return 0.0 };
         let longest = (before.length - self.spent).min(0.5 * next.length);
-        let piece = blend::blend(&before.curve, &next.curve, tolerance, longest).map(|blend| (blend.half, join(&blend, before, next)));
-        match piece.filter(|(_, piece)| judge.is_faster(piece, before, next, tolerance)) {
+        match choice::best_blend(before, next, tolerance, longest, judge) {
             Some((half, piece)) => {
                 if before.length - half > self.spent {
                     out.push(Step::Piece(Arc::new(before.part(self.spent, before.length - half))));
@@ -131,10 +130,12 @@ impl Conditioner {
 
     /// Gives out all of the chain but its last move, of which at least the second half is left.
     fn close_chain(&mut self, judge: &dyn Judge, out: &mut Vec<Step>) {
-        if self.knot.is_none() && self.chain.len() == 2 {
+        let one_vertex = self.knot.is_none() && self.chain.len() == 2;
+        if (one_vertex || self.ends_in_a_stub())
+            && let (tolerance, Some(last)) = (self.tolerance(), self.chain.pop())
+        {
             // One vertex makes no curve.
-            let last = self.chain.remove(1);
-            let tolerance = self.tolerance();
+            self.close_chain(judge, out);
             let spent = self.blend(&last, tolerance, judge, out);
             self.chain = vec![last];
             self.spent = spent;
@@ -154,15 +155,24 @@ impl Conditioner {
         }
     }
 
+    /// Whether a run would have to end in the direction of a line that is far too short for the curve to get there.
+    fn ends_in_a_stub(&self) -> bool {
+        matches!(self.chain.as_slice(), [_, .., before, last] if FAR * last.length < before.length)
+    }
+
     /// Whether the last line of the chain is so long that a run ends at its start and another begins at its end.
     fn is_straight(&self, last: &Programmed, next: &Programmed) -> bool {
         let Some(before) = self.chain.len().checked_sub(2).and_then(|k| self.chain.get(k)) else { return false };
+        let short = before.length.min(next.length);
+        let (longer, far) = (last.length > before.length + next.length, last.length > FAR * short);
         // A vertex reaches over more than the shorter of its lines, so that most lines need no closer look.
-        if last.length <= before.length + next.length {
+        if !longer && !far {
             return false;
         }
         let tolerance = self.tolerance();
-        joint::reach(before, last, tolerance) + joint::reach(last, next, tolerance) < last.length
+        let far = far && short > tolerance;
+        let (first, second) = (joint::reach(before, last, tolerance), joint::reach(last, next, tolerance));
+        longer && first + second < last.length || far && first.min(second) < BENT * last.length
     }
 
     /// Tolerance of the run that the chain is, mm.
@@ -228,11 +238,4 @@ fn emit(knots: &[Knot], chords: &[Chord<'_>], out: &mut Vec<Step>) {
     for (chord, ends) in chords.iter().zip(knots.windows(2)) {
         out.push(Step::Piece(Arc::new(run::piece(&ends[0], &ends[1], chord))));
     }
-}
-
-/// The piece that a blend makes.
-fn join(blend: &Blend, before: &Programmed, next: &Programmed) -> Piece {
-    let marks = [before.mark(0.0, before.length - blend.half), next.mark(blend.half, 0.0)];
-    let heeds = before.heeds.max(next.heeds);
-    Piece { curve: blend.quintic.into(), marks, feed: before.feed.min(next.feed), heeds, tool_mm: next.tool_mm }
 }

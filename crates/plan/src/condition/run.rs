@@ -12,7 +12,7 @@ use lostmotion_base::Coords;
 use lostmotion_path::{Curve, HermiteEnd, Quintic};
 
 /// Part of the tolerance by which a vertex may be moved.
-const FAIRED: f64 = 0.8;
+const FAIRED: f64 = 0.88;
 /// Tries with bounds narrowed by a factor near a piece that leaves the tolerance; after as many more with none there, it falls back.
 const FAIRINGS: usize = 4;
 const TIGHTER: f64 = 0.5;

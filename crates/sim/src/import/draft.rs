@@ -43,6 +43,8 @@ pub struct Row {
 pub(super) struct Told {
     pub(super) value: f64,
     pub(super) from: String,
+    /// Its line.
+    pub(super) line: usize,
 }
 
 /// An axis as far as it was told: mm or deg, and s.
@@ -54,12 +56,13 @@ pub(super) struct DraftAxis {
     pub(super) max: Option<Told>,
     pub(super) velocity: Option<Told>,
     pub(super) acceleration: Option<Told>,
+    pub(super) jerk: Option<Told>,
     pub(super) gap: Option<Told>,
 }
 
 impl DraftAxis {
     pub(super) fn new(id: AxisId, rotary: bool) -> DraftAxis {
-        DraftAxis { id, rotary, min: None, max: None, velocity: None, acceleration: None, gap: None }
+        DraftAxis { id, rotary, min: None, max: None, velocity: None, acceleration: None, jerk: None, gap: None }
     }
 }
 
@@ -68,6 +71,8 @@ impl DraftAxis {
 pub(super) struct Draft {
     pub(super) name: String,
     pub(super) source: &'static str,
+    /// Dialect of its programs, if that is told.
+    pub(super) dialect: Option<&'static str>,
     pub(super) kinematics: KinematicsSpec,
     pub(super) axes: Vec<DraftAxis>,
     pub(super) rows: Vec<Row>,

@@ -11,6 +11,9 @@ use std::fmt::Write;
 /// Lends rotary axes where the preset has none.
 const ROTARY_LENDER: &str = "trunnion5";
 
+/// How far a SCARA's elbow is bent at its homes, degrees.
+const BENT_DEG: f64 = 60.0;
+
 /// A machine file out of a draft.
 pub(super) fn machine(file: &str, mut draft: Draft, preset: &str) -> Result<Imported, Vec<Problem>> {
     let known: Vec<&str> = presets().iter().map(|info| info.name).collect();
@@ -18,6 +21,10 @@ pub(super) fn machine(file: &str, mut draft: Draft, preset: &str) -> Result<Impo
         return Err(vec![problem(1, "preset", format!("there is no machine `{preset}`"), &format!("known are {}", known.join(", ")))]);
     }
     draft.axes.sort_by_key(|axis| axis.id);
+    let reversed: Vec<Problem> = draft.axes.iter().filter_map(reversed).collect();
+    if !reversed.is_empty() {
+        return Err(reversed);
+    }
     let mut rows = std::mem::take(&mut draft.rows);
     let mut axes = String::new();
     let mut travel = Vec::new();
@@ -42,6 +49,13 @@ pub(super) fn machine(file: &str, mut draft: Draft, preset: &str) -> Result<Impo
         Ok(_) => Ok(Imported { toml, rows }),
         Err(error) => Err(error.problems.into_iter().map(|found| Problem { line: 1, column: 1, ..found }).collect()),
     }
+}
+
+/// A travel that is told and is none.
+fn reversed(axis: &DraftAxis) -> Option<Problem> {
+    let (min, max) = (axis.min.as_ref()?, axis.max.as_ref()?);
+    let message = format!("travel of {} from {} ({}) to {}", axis.id, min.value, min.from, max.value);
+    (min.value >= max.value).then(|| problem(max.line, &max.from, message, "the first has to be below the second"))
 }
 
 fn filled(key: impl Into<String>, value: impl Into<String>, note: impl Into<String>) -> Row {
@@ -79,7 +93,8 @@ fn lent(axis: &MachineAxis) -> [f64; 5] {
 fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<Row>) -> (f64, f64) {
     let letter = axis.id.letter().to_ascii_lowercase();
     let unit = if axis.rotary { "deg" } else { "mm" };
-    let told: [Option<&Told>; 5] = [axis.min.as_ref(), axis.max.as_ref(), axis.velocity.as_ref(), axis.acceleration.as_ref(), None];
+    let told: [Option<&Told>; 5] =
+        [axis.min.as_ref(), axis.max.as_ref(), axis.velocity.as_ref(), axis.acceleration.as_ref(), axis.jerk.as_ref()];
     let keys = [
         format!("min_{unit}"),
         format!("max_{unit}"),
@@ -144,7 +159,8 @@ fn home_of(joint: &lostmotion_kinematics::chain::JointSpec, axes: &[DraftAxis], 
     let middle = if min < 0.0 && max > 0.0 { 0.0 } else { 0.5 * (min + max) };
     // A bent arm: straight ones are singular.
     let bent = middle + [7.0, -23.0, 41.0, 13.0, 37.0, 17.0, 5.0, 5.0, 5.0].get(index.unwrap_or(0)).copied().unwrap_or(5.0);
-    ((bent).clamp(min + 0.05 * (max - min), max - 0.05 * (max - min)) * 100.0).round() / 100.0
+    // A travel of which one end is lent may be none, which is told later.
+    (bent.min(max - 0.05 * (max - min)).max(min + 0.05 * (max - min)) * 100.0).round() / 100.0
 }
 
 fn head(draft: &Draft, preset: &str) -> String {
@@ -153,6 +169,9 @@ fn head(draft: &Draft, preset: &str) -> String {
         "# Imported from {}; what it does not say was taken from `{preset}` or another machine, as every comment tells.\n\nname = \"{name}\"\ndescription = \"imported from {}\"\n\n",
         draft.source, draft.source
     );
+    if let Some(dialect) = draft.dialect {
+        let _ = write!(text, "dialect = \"{dialect}\"\n\n");
+    }
     #[derive(serde::Serialize)]
     struct Tables<'a> {
         kinematics: &'a lostmotion_kinematics::KinematicsSpec,
@@ -167,6 +186,10 @@ fn positions(draft: &Draft, travel: &[(f64, f64)], out: &mut String, rows: &mut 
     for (axis, (min, max)) in draft.axes.iter().zip(travel) {
         let at = if *min <= 0.0 && *max >= 0.0 { 0.0 } else { 0.5 * (min + max) };
         joints[axis.id] = if axis.rotary { lostmotion_base::units::rad(at) } else { at };
+        if draft.kinematics.kind == "scara" && axis.id == AxisId::B {
+            // A straight arm is singular.
+            joints[axis.id] = lostmotion_base::units::rad(BENT_DEG.min(*max).max(*min));
+        }
     }
     let kinematics = build(&draft.kinematics).map_err(|error| vec![problem(1, "kinematics", error.to_string(), "")])?;
     if let Some(home) = &draft.kinematics.home {

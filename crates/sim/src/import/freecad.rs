@@ -1,11 +1,16 @@
-//! FreeCAD's machine files (.fcm): JSON with `machine.name` and `machine.axes`, an object of axes by letter with `type`
-//! (`linear`, `angular`), `min` and `max` in mm or degrees, and `max_velocity` in mm/min or degrees/min.
+//! FreeCAD's machine files (.fcm): JSON with `machine.name` and `machine.axes`, an object of axes by letter with `type` (`linear`, `angular`), `min` and `max` in
+//! mm or degrees (also inside `limits`), `max_velocity` in mm/min or degrees/min; where the axis sits is in `role`, `parent` and `joint`. See
+//! <https://freecad.github.io/Addon-Academy/Topics/Types/Machines>.
 
 use super::draft::{Draft, Fate, Told};
+use super::freecad_chain::{Place, chain};
 use super::problem;
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 use serde_json::{Map, Value};
+
+/// Postprocessors whose programs are in a dialect of the same or another name.
+const DIALECTS: [(&str, &str); 4] = [("linuxcnc", "linuxcnc"), ("fanuc", "fanuc"), ("haas", "haas"), ("marlin", "marlin")];
 
 /// Reads the file.
 pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
@@ -19,18 +24,14 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft { name: "imported".into(), source: "FreeCAD", ..Draft::default() };
     draft.kinematics.kind = "cartesian".into();
     let mut problems = Vec::new();
-    for (key, value) in machine.as_object().into_iter().flatten().filter(|(key, _)| *key != "axes") {
-        if key == "name" {
-            draft.name = value.as_str().unwrap_or("imported").to_owned();
-        }
-        draft.row(format!("machine.{key}"), short(value), if key == "name" { Fate::Used } else { Fate::Ignored }, "");
-    }
+    general(&mut draft, &root, machine);
+    let mut places = Vec::new();
     for (letter, axis) in axes {
         let line = line_of(text, letter);
         let mut chars = letter.chars();
         let id = chars.next().and_then(AxisId::from_letter).filter(|_| chars.next().is_none());
         match (id, axis.as_object()) {
-            (Some(id), Some(axis)) => take(&mut draft, line, id, axis, &mut problems),
+            (Some(id), Some(axis)) => places.extend(take(&mut draft, line, id, axis, &mut problems)),
             _ => problems.push(problem(
                 line,
                 &format!("machine.axes.{letter}"),
@@ -39,13 +40,52 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
             )),
         }
     }
+    if draft.axes.is_empty() && problems.is_empty() {
+        problems.push(problem(
+            line_of(text, "axes"),
+            "machine.axes",
+            "is empty",
+            "a machine has axes by letter, such as \"X\": {\"min\": 0, \"max\": 500}",
+        ));
+    }
     if draft.axes.iter().any(|axis| axis.rotary) {
-        draft.row("kinematics.kind", "cartesian", Fate::Filled, "where rotary axes sit is not taken over: describe it as kind = \"chain\"");
+        match chain(&places) {
+            Ok(joints) => {
+                draft.kinematics.kind = "chain".into();
+                draft.kinematics.tip_control = Some(lostmotion_kinematics::TipControl::Programmed);
+                draft.kinematics.joint = joints;
+                let note = "positive words move the tool along and about each `joint`'s direction, relative to the part: set sign = -1 where the table's own motion is meant";
+                draft.row("kinematics.joint.sign", "1", Fate::Filled, note);
+            }
+            Err(why) => draft.row("kinematics.kind", "cartesian", Fate::Filled, format!("{why}: describe it as kind = \"chain\"")),
+        }
     }
     if problems.is_empty() { Ok(draft) } else { Err(problems) }
 }
 
-fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, problems: &mut Vec<Problem>) {
+/// What is not an axis.
+fn general(draft: &mut Draft, root: &Value, machine: &Value) {
+    for (key, value) in machine.as_object().into_iter().flatten().filter(|(key, _)| *key != "axes") {
+        if key == "name" {
+            draft.name = value.as_str().unwrap_or("imported").to_owned();
+        }
+        let note = if key == "units" { "of the programs; lengths here are mm" } else { "" };
+        draft.row(format!("machine.{key}"), short(value), if key == "name" { Fate::Used } else { Fate::Ignored }, note);
+    }
+    for (key, value) in root.as_object().into_iter().flatten().filter(|(key, _)| *key != "machine" && root.get("machine").is_some()) {
+        let post = value.get("file_name").and_then(Value::as_str).filter(|_| key == "postprocessor");
+        let dialect = post.and_then(|post| DIALECTS.iter().find(|(name, _)| post.starts_with(name)));
+        if let (Some(post), Some((_, dialect))) = (post, dialect) {
+            draft.dialect = Some(dialect);
+            draft.row("postprocessor.file_name", post, Fate::Used, "dialect");
+        } else {
+            draft.row(key.clone(), short(value), Fate::Ignored, "");
+        }
+    }
+}
+
+/// Takes an axis; gives where it sits, as far as that is told.
+fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, problems: &mut Vec<Problem>) -> Option<Place> {
     let rotary = axis.get("type").and_then(Value::as_str).map_or(id.is_rotary(), |kind| kind != "linear");
     if rotary != id.is_rotary() {
         problems.push(problem(
@@ -54,27 +94,44 @@ fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, p
             "does not fit the letter",
             "X Y Z U V W are linear, A B C angular",
         ));
-        return;
+        return None;
     }
-    for (key, value) in axis {
-        let path = format!("machine.axes.{id}.{key}");
+    let before = problems.len();
+    let limits = axis.get("limits").and_then(Value::as_object);
+    let nested = limits.into_iter().flatten().map(|(key, value)| (format!("limits.{key}"), key.as_str(), value));
+    let own = axis.iter().filter(|(key, value)| !(*key == "limits" && value.is_object()));
+    for (path, key, value) in own.map(|(key, value)| (key.clone(), key.as_str(), value)).chain(nested) {
+        let path = format!("machine.axes.{id}.{path}");
         let target = draft.axis(id, rotary);
-        let (slot, scale) = match key.as_str() {
+        let (slot, scale) = match key {
             "min" => (&mut target.min, 1.0),
             "max" => (&mut target.max, 1.0),
             "max_velocity" => (&mut target.velocity, 1.0 / 60.0),
             _ => {
-                let fate = if key == "type" { Fate::Used } else { Fate::Ignored };
+                let fate = if ["type", "joint", "role", "parent"].contains(&key) { Fate::Used } else { Fate::Ignored };
                 draft.row(path, short(value), fate, "");
                 continue;
             }
         };
         match value.as_f64() {
-            Some(number) if key != "max_velocity" || number > 0.0 => *slot = Some(Told { value: number * scale, from: path.clone() }),
-            _ => problems.push(problem(line, &path, format!("is {}; it has to be a number, speeds above 0", short(value)), "")),
+            Some(number) if key != "max_velocity" || number > 0.0 => *slot = Some(Told { value: number * scale, from: path.clone(), line }),
+            _ => problems.push(problem(
+                line,
+                &path,
+                format!("is {}; it has to be a number, speeds above 0", short(value)),
+                "write it without quotes: \"max\": 500.0",
+            )),
         }
         draft.row(path, short(value), Fate::Used, format!("axis {id}"));
     }
+    if problems.len() > before {
+        return None;
+    }
+    let unread = |(key, why): (&str, String)| {
+        let hint = "write [[0, 0, 50], [1, 0, 0]]: a point on the axis, and its direction";
+        problems.push(problem(line, &format!("machine.axes.{id}.{key}"), why, hint));
+    };
+    Place::of(id, rotary, axis).map_err(unread).ok()
 }
 
 /// A value on one line, cut where it is long.

@@ -1,20 +1,65 @@
 //! grbl's and grblHAL's settings: lines `$110=1500.000 (x rate, mm/min)`.
 //!
-//! $100 to $105 steps/mm (or degree), $110 to $115 rate in mm/min, $120 to $125 acceleration in mm/s2, $130 to $135 travel in
-//! mm, for X Y Z A B C; machine coordinates run from minus the travel to 0.
+//! $100 to $105 steps/mm (or degree), $110 to $115 rate in mm/min, $120 to $125 acceleration in mm/s2, $130 to $135 travel in mm, $160 to $165 (grblHAL)
+//! backlash in mm, for X Y Z A B C. Machine coordinates run from minus the travel to 0; where grblHAL sets its origin at the switches ($22 with 8 in it) and an
+//! axis homes downwards ($23), from 0 to the travel.
 
 use super::draft::{Draft, Fate, Told};
 use super::{number, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
 
+/// Bit of $22: the origin is where the switches are.
+const ORIGIN_AT_HOME: u32 = 8;
+
+/// What others are for, so that the report says more than a number.
+const KNOWN: [(u32, &str); 21] = [
+    (0, "length of a step's pulse"),
+    (1, "delay before motors are released"),
+    (2, "step pins inverted"),
+    (3, "directions inverted"),
+    (4, "enable pin inverted"),
+    (5, "limit pins inverted"),
+    (6, "probe pin inverted"),
+    (10, "what status reports hold"),
+    (11, "how fast corners are taken on the exact path: no tolerance of the path"),
+    (12, "chords of arcs: arcs are exact here"),
+    (13, "reports in inches; settings stay in mm"),
+    (20, "soft limits: always on here"),
+    (21, "hard limits"),
+    (24, "feed of homing"),
+    (25, "feed of homing"),
+    (26, "homing's debounce"),
+    (27, "homing's pull-off"),
+    (30, "spindle's speed"),
+    (31, "spindle's speed"),
+    (32, "laser mode"),
+    (33, "spindle's pulse width"),
+];
+
+/// A line with a value.
+struct Setting<'a> {
+    line: usize,
+    code: u32,
+    value: &'a str,
+}
+
 /// Reads the settings.
 pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     let mut draft = Draft { name: "imported".into(), source: "grbl", ..Draft::default() };
     draft.kinematics.kind = "cartesian".into();
-    let mut problems = Vec::new();
+    let (mut problems, mut settings) = (Vec::new(), Vec::new());
     for (index, line) in text.lines().enumerate() {
-        if let Err(problem) = setting(&mut draft, index + 1, line.trim()) {
+        match setting(&mut draft, index + 1, line.trim()) {
+            Ok(found) => settings.extend(found),
+            Err(problem) => problems.push(problem),
+        }
+    }
+    // The last one counts, as on the machine.
+    let mask = |code: u32| settings.iter().rev().find(|s| s.code == code).and_then(|s| s.value.parse::<u32>().ok()).unwrap_or(0);
+    let upwards = if mask(22) & ORIGIN_AT_HOME != 0 { mask(23) } else { 0 };
+    for setting in &settings {
+        if let Err(problem) = take(&mut draft, setting, upwards) {
             problems.push(problem);
         }
     }
@@ -24,21 +69,33 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     if problems.is_empty() { Ok(draft) } else { Err(problems) }
 }
 
-fn setting(draft: &mut Draft, line: usize, text: &str) -> Result<(), Problem> {
-    let Some(rest) = text.strip_prefix('$') else {
+/// A line; none if it is no setting.
+fn setting<'a>(draft: &mut Draft, line: usize, text: &'a str) -> Result<Option<Setting<'a>>, Problem> {
+    // A sender's prompt, or the command itself.
+    let text = text.trim_start_matches(['>', '<', ' ']);
+    let Some(rest) = text.strip_prefix('$').filter(|rest| !rest.starts_with(['$', 'N', 'I', 'G', '#'])) else {
         if !text.is_empty() && text != "ok" {
-            draft.row(format!("line {line}"), text, Fate::Ignored, "not a setting");
+            draft.row(format!("line {line}"), text.chars().take(60).collect::<String>(), Fate::Ignored, "not a setting");
         }
-        return Ok(());
+        return Ok(None);
     };
     let hint = "settings are written as $110=1500.0";
     let (key, value) = rest.split_once('=').ok_or_else(|| problem(line, text, "has no value", hint))?;
-    let name = format!("${}", key.trim());
-    let code: u32 = key.trim().parse().map_err(|_| problem(line, &name, "is not a setting", hint))?;
-    let value = value.split(['(', ';']).next().unwrap_or(value).trim();
-    let axis = AxisId::from_index((code % 10) as usize).filter(|axis| axis.index() < 6);
-    let Some(axis) = axis.filter(|_| (100..140).contains(&code)) else {
-        draft.row(name, value, Fate::Ignored, "no limit of an axis");
+    let code = key.trim().parse().map_err(|_| problem(line, &format!("${}", key.trim()), "is not a setting", hint))?;
+    Ok(Some(Setting { line, code, value: value.split(['(', ';']).next().unwrap_or(value).trim() }))
+}
+
+fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Problem> {
+    let Setting { line, code, value } = *setting;
+    let name = format!("${code}");
+    let axis = AxisId::from_index((code % 10) as usize).filter(|axis| axis.index() < 6 && (100..170).contains(&code));
+    let Some(axis) = axis.filter(|_| !matches!(code / 10, 14 | 15)) else {
+        let (fate, note) = match code {
+            22 | 23 => (Fate::Used, "where the machine's zero is"),
+            140..160 => (Fate::Ignored, "of the motor's driver: the drive comes from the preset"),
+            _ => (Fate::Ignored, KNOWN.iter().find(|(known, _)| *known == code).map_or("no limit of an axis", |(_, note)| note)),
+        };
+        draft.row(name, value, fate, note);
         return Ok(());
     };
     if code < 110 {
@@ -46,11 +103,13 @@ fn setting(draft: &mut Draft, line: usize, text: &str) -> Result<(), Problem> {
         return Ok(());
     }
     let amount = number(line, &name, value)?;
-    if amount <= 0.0 {
-        return Err(problem(line, &name, format!("is {value}; it has to be above 0"), ""));
+    let gap = code >= 160;
+    if amount < 0.0 || (amount == 0.0 && !gap) {
+        let hint = if gap { "0 if there is none" } else { "leave the line out if it is not known" };
+        return Err(problem(line, &name, format!("is {value}; it has to be {}", if gap { "0 or above" } else { "above 0" }), hint));
     }
     let entry = draft.axis(axis, axis.is_rotary());
-    let told = |value: f64| Some(Told { value, from: name.clone() });
+    let told = |value: f64| Some(Told { value, from: name.clone(), line });
     let what = match code / 10 {
         11 => {
             entry.velocity = told(amount / 60.0);
@@ -60,9 +119,17 @@ fn setting(draft: &mut Draft, line: usize, text: &str) -> Result<(), Problem> {
             entry.acceleration = told(amount);
             "acceleration"
         }
-        _ => {
+        13 if upwards >> axis.index() & 1 == 1 => {
+            (entry.min, entry.max) = (told(0.0), told(amount));
+            "travel, from 0 to this"
+        }
+        13 => {
             (entry.min, entry.max) = (told(-amount), told(0.0));
             "travel, from minus this to 0"
+        }
+        _ => {
+            entry.gap = told(amount);
+            "gap"
         }
     };
     draft.row(name, value, Fate::Used, format!("{what} of {axis}"));

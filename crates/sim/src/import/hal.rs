@@ -1,50 +1,87 @@
-//! What an INI file sets on a trunnion's pins: `[HAL] HALCMD = setp xyzac-trt-kins.x-rot-point 12.5`, names and meaning as LinuxCNC's chapter
-//! on five-axis kinematics has them.
+//! What an INI file sets on the pins of its kinematics: `[HAL] HALCMD = setp xyzac-trt-kins.x-rot-point 12.5`, names and meaning as LinuxCNC's
+//! chapters on kinematics have them.
 
 use super::draft::{Draft, Fate};
 use super::{number, problem};
 use crate::machine::Problem;
 
-/// Takes one HALCMD for the machine's kinematics `module`; false if it is about something else. `mm` is the machine's unit.
-pub(super) fn take(draft: &mut Draft, module: &str, line: usize, command: &str, mm: f64) -> Result<bool, Problem> {
-    let mut words = command.split_whitespace();
-    let (Some("setp"), Some(pin), Some(value), None) = (words.next(), words.next(), words.next(), words.next()) else { return Ok(false) };
-    let Some(name) = pin.strip_prefix(module).and_then(|rest| rest.strip_prefix('.')) else { return Ok(false) };
-    let spec = &mut draft.kinematics;
-    let tilts_about_x = spec.kind == "trunnion-ac";
-    let length = || Ok::<f64, Problem>(number(line, pin, value)? * mm);
-    let key = match name {
-        "x-rot-point" | "y-rot-point" | "z-rot-point" => {
-            let index = match name.as_bytes().first() {
-                Some(b'x') => 0,
-                Some(b'y') => 1,
-                _ => 2,
-            };
-            spec.rotation_point_mm.get_or_insert([0.0; 3])[index] = length()?;
-            "kinematics.rotation_point_mm"
+/// One `setp` on a pin of the module.
+struct Pin<'a> {
+    line: usize,
+    name: &'a str,
+    value: &'a str,
+    used: bool,
+}
+
+/// All pins that are set on a module.
+pub(super) struct Pins<'a> {
+    module: &'a str,
+    /// Where the module is named.
+    line: usize,
+    pins: Vec<Pin<'a>>,
+}
+
+impl<'a> Pins<'a> {
+    pub(super) fn new(module: &'a str, line: usize) -> Pins<'a> {
+        Pins { module, line, pins: Vec::new() }
+    }
+
+    /// The module's name.
+    pub(super) fn module(&self) -> &'a str {
+        self.module
+    }
+
+    /// Where the module is named.
+    pub(super) fn line(&self) -> usize {
+        self.line
+    }
+
+    /// Takes one HALCMD; false if it is about something else.
+    pub(super) fn take(&mut self, line: usize, command: &'a str) -> bool {
+        let mut words = command.split_whitespace();
+        let (Some("setp"), Some(pin), Some(value), None) = (words.next(), words.next(), words.next(), words.next()) else { return false };
+        let Some(name) = pin.strip_prefix(self.module).and_then(|rest| rest.strip_prefix('.')) else { return false };
+        self.pins.push(Pin { line, name, value, used: false });
+        true
+    }
+
+    /// The value of a pin in `unit`s; none if it is not set.
+    pub(super) fn told(&mut self, draft: &mut Draft, name: &str, unit: f64, key: &str) -> Result<Option<f64>, Problem> {
+        let module = self.module;
+        let Some(pin) = self.pins.iter_mut().rev().find(|pin| pin.name == name) else { return Ok(None) };
+        pin.used = true;
+        let full = format!("{module}.{name}");
+        draft.row(format!("[HAL] setp {full}"), pin.value, Fate::Used, key);
+        Ok(Some(number(pin.line, &full, pin.value)? * unit))
+    }
+
+    /// A length, or what is filled in for it (mm), with why.
+    pub(super) fn length(&mut self, draft: &mut Draft, name: &str, mm: f64, missing_mm: f64, key: &str, why: &str) -> Result<f64, Problem> {
+        let told = self.told(draft, name, mm, key)?;
+        if told.is_none() {
+            draft.row(key, format!("{missing_mm} mm ({}.{name})", self.module), Fate::Filled, why);
         }
-        "x-offset" if !tilts_about_x => {
-            spec.offset_x_mm = Some(length()?);
-            "kinematics.offset_x_mm"
+        Ok(told.unwrap_or(missing_mm))
+    }
+
+    /// A switch, off if it is not set.
+    pub(super) fn bit(&mut self, draft: &mut Draft, name: &str, key: &str) -> Result<bool, Problem> {
+        let module = self.module;
+        let Some(pin) = self.pins.iter_mut().rev().find(|pin| pin.name == name) else { return Ok(false) };
+        pin.used = true;
+        let full = format!("{module}.{name}");
+        draft.row(format!("[HAL] setp {full}"), pin.value, Fate::Used, key);
+        match pin.value.to_ascii_lowercase().as_str() {
+            "1" | "true" => Ok(true),
+            "0" | "false" => Ok(false),
+            _ => Err(problem(pin.line, &full, format!("`{}` is neither 0 nor 1", pin.value), "")),
         }
-        "y-offset" if tilts_about_x => {
-            spec.offset_y_mm = Some(length()?);
-            "kinematics.offset_y_mm"
+    }
+
+    /// Tells the pins that nothing was made of.
+    pub(super) fn rest(self, draft: &mut Draft) {
+        for pin in self.pins.iter().filter(|pin| !pin.used) {
+            draft.row(format!("[HAL] setp {}.{}", self.module, pin.name), pin.value, Fate::Ignored, "");
         }
-        "z-offset" => {
-            spec.offset_z_mm = Some(length()?);
-            "kinematics.offset_z_mm"
-        }
-        "conventional-directions" => {
-            spec.conventional_directions = Some(match value.to_ascii_lowercase().as_str() {
-                "1" | "true" => true,
-                "0" | "false" => false,
-                _ => return Err(problem(line, pin, format!("`{value}` is neither 0 nor 1"), "")),
-            });
-            "kinematics.conventional_directions"
-        }
-        _ => return Ok(false),
-    };
-    draft.row(format!("[HAL] setp {pin}"), value, Fate::Used, key);
-    Ok(true)
+    }
 }

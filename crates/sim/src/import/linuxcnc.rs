@@ -1,10 +1,13 @@
 //! LinuxCNC's INI file: [EMC] MACHINE; [TRAJ] COORDINATES, LINEAR_UNITS, ANGULAR_UNITS; [KINS] KINEMATICS; and of every
-//! [JOINT_n] and [AXIS_L] the limits; [HAL] HALCMD where it sets a trunnion's pins. Units are those of the machine and seconds.
+//! [JOINT_n] and [AXIS_L] the limits; [HAL] HALCMD where it sets pins of the kinematics. Units are those of the machine and seconds.
 
 use super::draft::{Draft, Fate, Told};
-use super::{hal, number, problem};
+use super::hal::Pins;
+use super::kins::{self, Module, Numbered};
+use super::{number, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use lostmotion_kinematics::chain::JointType;
 
 /// A line `KEY = VALUE`.
 struct Entry<'a> {
@@ -48,11 +51,13 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     }
     let kins = first(&["KINS", "TRAJ"], "KINEMATICS");
     let mut words = kins.map_or("trivkins", |entry| entry.value).split_whitespace();
-    let module = words.next().unwrap_or("trivkins");
+    let name = words.next().unwrap_or("trivkins");
+    let line = kins.map_or(1, |entry| entry.line);
     let told = words.find_map(|word| word.strip_prefix("coordinates="));
-    kinematics(&mut draft, module, kins.map_or(1, |entry| entry.line)).unwrap_or_else(|found| problems.push(found));
-    let coordinates = told.or_else(|| first(&["TRAJ"], "COORDINATES").map(|entry| entry.value)).unwrap_or("XYZ");
-    let letters: Vec<AxisId> = coordinates.chars().filter_map(AxisId::from_letter).collect();
+    let module = kins::find(name, line).map_err(|found| problems.push(found)).ok();
+    let usual = module.map_or("XYZ", |module| module.coordinates);
+    let coordinates = told.or_else(|| first(&["TRAJ"], "COORDINATES").map(|entry| entry.value)).unwrap_or(usual);
+    let letters: Vec<Numbered> = coordinates.chars().filter_map(AxisId::from_letter).map(|axis| (axis, axis.is_rotary())).collect();
     let scale = Units {
         linear: match first(&["TRAJ"], "LINEAR_UNITS").map_or("mm", |entry| entry.value) {
             "inch" | "in" | "imperial" => 25.4,
@@ -63,30 +68,49 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
             _ => 1.0,
         },
     };
-    let mut pointed = false;
+    let numbered = module.map_or_else(|| letters.clone(), |module| module.numbered(coordinates));
+    let joints = Joints { numbered, words_too: module.is_none_or(Module::words_are_joints), units: scale };
+    let mut pins = Pins::new(name, line);
     for entry in &entries {
-        if (entry.section, entry.key) == ("HAL", "HALCMD") && draft.kinematics.kind.starts_with("trunnion") {
-            match hal::take(&mut draft, module, entry.line, entry.value, scale.linear) {
-                Ok(true) => {
-                    pointed |= entry.value.contains("-rot-point");
-                    continue;
-                }
-                Ok(false) => {}
-                Err(found) => problems.push(found),
-            }
+        if (entry.section, entry.key) == ("HAL", "HALCMD") && pins.take(entry.line, entry.value) {
+            continue;
         }
-        if let Err(found) = take(&mut draft, entry, &letters, &scale) {
+        if let Err(found) = take(&mut draft, entry, &joints) {
             problems.push(found);
         }
-    }
-    if draft.kinematics.kind.starts_with("trunnion") && !pointed {
-        let note = "LinuxCNC has it in HAL (x-rot-point, ...), and no HALCMD of the INI file sets it: set it";
-        draft.row("kinematics.rotation_point_mm", "[0, 0, 0]", Fate::Filled, note);
     }
     if draft.axes.is_empty() && problems.is_empty() {
         problems.push(problem(1, "", "there is no [JOINT_n] or [AXIS_L] with limits", "is it the machine's INI file?"));
     }
+    if let Some(module) = module
+        && let Err(found) = module.describe(&mut draft, pins, joints.units.linear, &letters)
+    {
+        problems.push(found);
+    }
+    complete(&mut draft);
     if problems.is_empty() { Ok(draft) } else { Err(problems) }
+}
+
+/// All joints of the kinematics have axes, and nothing else has.
+fn complete(draft: &mut Draft) {
+    let of_chain = draft.kinematics.joint.iter().filter_map(|joint| {
+        let axis = AxisId::ALL.into_iter().find(|axis| joint.axis.starts_with(axis.letter().to_ascii_lowercase()))?;
+        Some((axis, joint.kind == JointType::Rotary))
+    });
+    let joints: Vec<Numbered> = match draft.kinematics.kind.as_str() {
+        "chain" => of_chain.collect(),
+        "delta" => [AxisId::X, AxisId::Y, AxisId::Z].map(|axis| (axis, false)).to_vec(),
+        "scara" => kins::SCARA.to_vec(),
+        _ => return,
+    };
+    let (kept, left): (Vec<_>, Vec<_>) = draft.axes.drain(..).partition(|own| joints.iter().any(|(axis, _)| *axis == own.id));
+    draft.axes = kept;
+    for axis in left {
+        draft.row(format!("axis {}", axis.id), "", Fate::Ignored, "has no place in these kinematics");
+    }
+    for (axis, turns) in joints {
+        draft.axis(axis, turns);
+    }
 }
 
 /// Machine units in mm and degrees.
@@ -95,41 +119,31 @@ struct Units {
     angular: f64,
 }
 
-fn kinematics(draft: &mut Draft, module: &str, line: usize) -> Result<(), Problem> {
-    let spec = &mut draft.kinematics;
-    let kind = match module {
-        "trivkins" | "gentrivkins" => "cartesian",
-        "corexykins" => "corexy",
-        "xyzac-trt-kins" => "trunnion-ac",
-        "xyzbc-trt-kins" => "trunnion-bc",
-        other => {
-            let hint = "known are trivkins, corexykins, xyzac-trt-kins, xyzbc-trt-kins; describe others as kind = \"chain\" by hand";
-            return Err(problem(line, "KINS.KINEMATICS", format!("`{other}` is not known here"), hint));
+/// What joints there are.
+struct Joints {
+    numbered: Vec<Numbered>,
+    /// Whether what a word may do is what the joint of its letter may.
+    words_too: bool,
+    units: Units,
+}
+
+impl Joints {
+    /// The axis whose section it is, and whether it turns.
+    fn of(&self, section: &str) -> Option<Numbered> {
+        if let Some(letter) = section.strip_prefix("AXIS_").filter(|_| self.words_too) {
+            let mut chars = letter.chars();
+            let axis = chars.next().filter(|_| chars.next().is_none()).and_then(|letter| match letter.to_digit(10) {
+                // Before 2.8 axes were numbered.
+                Some(index) => AxisId::from_index(index as usize),
+                None => AxisId::from_letter(letter),
+            });
+            return axis.map(|axis| (axis, axis.is_rotary()));
         }
-    };
-    spec.kind = kind.into();
-    if !kind.starts_with("trunnion") {
-        return Ok(());
+        self.numbered.get(section.strip_prefix("JOINT_")?.parse::<usize>().ok()?).copied()
     }
-    spec.rotation_point_mm = Some([0.0; 3]);
-    spec.conventional_directions = Some(false);
-    Ok(())
 }
 
-/// The axis whose section it is.
-fn axis_of(section: &str, letters: &[AxisId]) -> Option<AxisId> {
-    if let Some(letter) = section.strip_prefix("AXIS_") {
-        let mut chars = letter.chars();
-        return chars.next().filter(|_| chars.next().is_none()).and_then(|letter| match letter.to_digit(10) {
-            // Before 2.8 axes were numbered.
-            Some(index) => AxisId::from_index(index as usize),
-            None => AxisId::from_letter(letter),
-        });
-    }
-    letters.get(section.strip_prefix("JOINT_")?.parse::<usize>().ok()?).copied()
-}
-
-fn take(draft: &mut Draft, entry: &Entry<'_>, letters: &[AxisId], units: &Units) -> Result<(), Problem> {
+fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &Joints) -> Result<(), Problem> {
     let key = format!("[{}] {}", entry.section, entry.key);
     let used = [
         ("EMC", "MACHINE"),
@@ -143,16 +157,16 @@ fn take(draft: &mut Draft, entry: &Entry<'_>, letters: &[AxisId], units: &Units)
         draft.row(key, entry.value, Fate::Used, "general");
         return Ok(());
     }
-    let limits = ["MIN_LIMIT", "MAX_LIMIT", "MAX_VELOCITY", "MAX_ACCELERATION", "BACKLASH"];
-    let axis = axis_of(entry.section, letters).filter(|_| limits.contains(&entry.key));
-    let Some(axis) = axis else {
+    let limits = ["MIN_LIMIT", "MAX_LIMIT", "MAX_VELOCITY", "MAX_ACCELERATION", "MAX_JERK", "BACKLASH"];
+    let axis = joints.of(entry.section).filter(|_| limits.contains(&entry.key));
+    let Some((axis, turns)) = axis else {
         let fate = if entry.key == "TYPE" { Fate::Used } else { Fate::Ignored };
         draft.row(key, entry.value, fate, if fate == Fate::Used { "kind of joint, by its letter" } else { "" });
         return Ok(());
     };
-    let scale = if axis.is_rotary() { units.angular } else { units.linear };
+    let scale = if turns { joints.units.angular } else { joints.units.linear };
     let value = number(entry.line, &key, entry.value)? * scale;
-    if entry.key.starts_with("MAX_V") || entry.key.starts_with("MAX_A") {
+    if ["MAX_VELOCITY", "MAX_ACCELERATION", "MAX_JERK"].contains(&entry.key) {
         if value <= 0.0 {
             return Err(problem(entry.line, &key, format!("is {}; it has to be above 0", entry.value), ""));
         }
@@ -160,18 +174,19 @@ fn take(draft: &mut Draft, entry: &Entry<'_>, letters: &[AxisId], units: &Units)
         return Err(problem(entry.line, &key, "is below 0", ""));
     }
     let joint = entry.section.starts_with("JOINT_");
-    let draft_axis = draft.axis(axis, axis.is_rotary());
+    let draft_axis = draft.axis(axis, turns);
     let slot = match entry.key {
         "MIN_LIMIT" => &mut draft_axis.min,
         "MAX_LIMIT" => &mut draft_axis.max,
         "MAX_VELOCITY" => &mut draft_axis.velocity,
         "MAX_ACCELERATION" => &mut draft_axis.acceleration,
+        "MAX_JERK" => &mut draft_axis.jerk,
         _ => &mut draft_axis.gap,
     };
     // What a joint may do counts; an axis section only where there is no other.
     let takes = joint || slot.is_none();
     if takes {
-        *slot = Some(Told { value, from: key.clone() });
+        *slot = Some(Told { value, from: key.clone(), line: entry.line });
     }
     let note = if takes { format!("axis {axis}") } else { format!("axis {axis}: the joint's own counts") };
     draft.row(key, entry.value, if takes { Fate::Used } else { Fate::Ignored }, note);

@@ -3,11 +3,14 @@
 //! Other formats tell axes, travel and speeds at best; drive, motor and load, gap and jerk come from a machine that is named. Every key that was read,
 //! ignored or filled in is reported, and the file says behind every value where it is from.
 
+mod dh;
 mod draft;
 mod fill;
 mod freecad;
+mod freecad_chain;
 mod grbl;
 mod hal;
+mod kins;
 mod linuxcnc;
 mod urdf;
 
@@ -61,6 +64,9 @@ impl ImportFormat {
     }
 }
 
+/// The longest text that is read.
+const MAX_BYTES: usize = 4 * 1024 * 1024;
+
 /// What came of an import.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
@@ -76,6 +82,10 @@ pub struct Imported {
 /// Everything that is wrong with the text, with its line; a machine that would not hold together; an unknown preset.
 pub fn import(name: &str, text: &str, format: ImportFormat, preset: &str) -> Result<Imported, MachineError> {
     let fail = |problems| MachineError::new(name, problems);
+    if text.len() > MAX_BYTES {
+        let message = format!("has {} bytes; more than {MAX_BYTES} are no description of a machine", text.len());
+        return Err(fail(vec![problem(1, "", message, "")]));
+    }
     let draft = match format {
         ImportFormat::LinuxCnc => linuxcnc::read(text),
         ImportFormat::Grbl => grbl::read(text),

@@ -218,7 +218,7 @@ fn limits(draft: &mut Draft, joint: &Joint<'_>, axis: AxisId, rotary: bool) -> R
                 continue;
             }
         };
-        *slot = Some(Told { value: super::number(joint.line, &key, attribute.value())? * scale, from: key.clone() });
+        *slot = Some(Told { value: super::number(joint.line, &key, attribute.value())? * scale, from: key.clone(), line: joint.line });
         draft.row(key, attribute.value(), Fate::Used, format!("axis {axis}"));
     }
     Ok(())

@@ -5,6 +5,8 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// A machine file has some 20 kB; what is much larger is something else, and would take long to be told what is wrong with it.
+const MAX_BYTES: usize = 256 * 1024;
 /// The most syntax errors that are worth listing.
 const MAX_SYNTAX_ERRORS: usize = 20;
 
@@ -19,8 +21,13 @@ impl<'a> Document<'a> {
     /// Parses a text.
     ///
     /// # Errors
-    /// All syntax errors.
+    /// All syntax errors; a text that is too long.
     pub(super) fn parse(text: &'a str) -> Result<Document<'a>, Vec<Problem>> {
+        if text.len() > MAX_BYTES {
+            let message = format!("has {} bytes; a machine file has at most {MAX_BYTES}", text.len());
+            let hint = "is it a machine file? `lostmotion machine show vmc3` prints one".to_owned();
+            return Err(vec![Problem { line: 1, column: 1, key: String::new(), message, hint }]);
+        }
         let (root, errors) = DeTable::parse_recoverable(text);
         let document = Document { text, root: root.into_inner() };
         if errors.is_empty() {
