@@ -40,6 +40,15 @@ fn studies_refuse_what_makes_no_sense() {
     bench.refuses(&["study", "matrix", "--cells", "1", "--out", "file"], &["not a folder"]);
     bench.refuses(&["study", "matrix", "--cells", "1", "--threads", "0"], &["--threads is 0"]);
     bench.refuses(&["study", "cell", "circle7-f300"], &["circle7-f300", "parts"]);
+    bench.refuses(&["study", "endurance", "--minutes", "0"], &["--minutes is 0", "1440"]);
+    bench.refuses(&["study", "endurance", "--method", "magic"], &["magic", "known methods"]);
+}
+
+#[test]
+fn an_axis_runs_for_a_minute() {
+    let table = Bench::new().expect(0, &["study", "endurance", "--minutes", "1"]);
+    assert_eq!(table.lines().filter(|line| line.starts_with("| ")).count(), 1 + 12, "{table}");
+    assert!(table.contains("| 1.0 |") && table.contains("`adaptive`"), "{table}");
 }
 
 #[test]

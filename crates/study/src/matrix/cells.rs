@@ -13,8 +13,8 @@ pub(super) fn markdown(out: &mut String, results: &[CellResult]) {
     let ran = |name: &&&str| results.first().is_some_and(|cell| cell.of(name).is_some());
     let shown: Vec<&str> = SHOWN.iter().filter(ran).copied().collect();
     out.push_str(
-        "\n## Each cell with its limits\n\nTraverse: the shortest one with all of the drive's torque. Least: what that leaves. Count: of the encoder. At best: what a drive can do (RMS / largest, of `none`). \
-         **Bold**: within.\n\n| cell | `none`: RMS, um | max, um | traverse, ms | least: RMS, um | max, um | count, um | at best |",
+        "\n## Each cell with its limits\n\nTraverse: the shortest one with all of the drive's torque. Least: what that leaves. Count: of the encoder. Practical: the practical limit (RMS / largest, of `none`). \
+         **Bold**: within.\n\n| cell | `none`: RMS, um | max, um | traverse, ms | least: RMS, um | max, um | count, um | practical |",
     );
     shown.iter().for_each(|name| {
         let _ = write!(out, " `{name}` |");

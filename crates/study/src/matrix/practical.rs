@@ -1,6 +1,6 @@
-//! What the best drive can do in a cell: the physical limit beside each cell's figures.
+//! What may be expected of a drive in a cell at best: the practical limit beside each cell's figures.
 //!
-//! Three things are in the way of any method, and add up:
+//! Three things are in the way of a method that learns, and add up:
 //! - torque: the gap is crossed on a quintic, whose largest torque `5.77 J_M g/T^2` is the drive's limit. That takes 1.2 times as long as the shortest traverse with full torque
 //!   one way and the other (`limit`), and errors go with the second or third power of the time: 1.73 times the least possible at most.
 //! - the gap has to be known: to a hundredth, which four reversals can tell; a hundredth of the error stays.
@@ -18,7 +18,7 @@ const GAP_UNKNOWN: f64 = 0.01;
 pub const WANTED: [f64; 2] = [0.02, 0.10];
 
 impl CellResult {
-    /// Least RMS and largest error that a drive can leave, over those of `none`; none if `none` leaves next to nothing.
+    /// The practical limit: RMS and largest error, over those of `none`; none if `none` leaves next to nothing.
     pub fn practical(&self) -> Option<[f64; 2]> {
         let none = self.of("none")?;
         self.ratios("none")?;

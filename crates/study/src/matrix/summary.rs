@@ -47,7 +47,7 @@ pub struct MethodSummary {
     pub hunts: usize,
     /// Cells in which a drive was at a limit for more than a hundredth of the time.
     pub saturated: usize,
-    /// Cells in which it leaves no more RMS than is wanted, or than a drive can do where that is more ([`super::practical`]); and the same for the largest error.
+    /// Cells in which it leaves no more RMS than is wanted, or than the practical limit where that is more ([`super::practical`]); and the same for the largest error.
     pub within: [usize; 2],
     /// Relative error of the gap's estimate, if it makes one.
     pub gap_error: Option<Spread>,
@@ -64,7 +64,7 @@ pub struct Regime {
     pub methods: Vec<MethodSummary>,
     /// What physics leaves at least, over what `none` leaves: RMS.
     pub limit_rms_ratio: Option<Spread>,
-    /// What a drive can do: RMS.
+    /// The practical limit: RMS.
     pub practical_rms_ratio: Option<Spread>,
 }
 
@@ -90,7 +90,7 @@ pub struct Summary {
     pub limit_rms_ratio: Option<Spread>,
     /// The same: largest error.
     pub limit_max_ratio: Option<Spread>,
-    /// What a drive can do at best, RMS and largest error ([`super::practical`]).
+    /// The practical limit, RMS and largest error ([`super::practical`]).
     pub practical_ratio: [Option<Spread>; 2],
     /// A row a method.
     pub methods: Vec<MethodSummary>,
@@ -130,7 +130,7 @@ fn limit(cells: &[&CellResult], which: usize) -> Option<Spread> {
     }))
 }
 
-/// What a drive can do, over what `none` leaves: RMS (0) or largest error (1).
+/// The practical limit, over what `none` leaves: RMS (0) or largest error (1).
 fn practical(cells: &[&CellResult], which: usize) -> Option<Spread> {
     Spread::of(cells.iter().filter_map(|cell| cell.practical()?.get(which).copied()))
 }

@@ -58,9 +58,12 @@ pub fn markdown(results: &[CellResult], what: &str) -> String {
     );
     put!(
         out,
-        "A drive at best: the traverse on a quintic within its torque, the gap known to a hundredth, the load's place to a count of the encoder. Within: cells with no more than 2 % RMS"
+        "Practical limit: the traverse on a quintic within the drive's torque, the gap known to a hundredth, the load's place to a count of the encoder. Within: cells with no more than 2 % RMS"
     );
-    put!(out, "(10 % in the largest error) of what `none` leaves, or than a drive can do where that is more.\n");
+    put!(
+        out,
+        "(10 % in the largest error) of what `none` leaves, or than the practical limit where that is more; who is told the gap, or lucky with a coarse encoder, may be below it.\n"
+    );
     overview(&mut out, &sum);
     by_regime(&mut out, &sum);
     failures(&mut out, &sum);
@@ -100,16 +103,16 @@ fn overview(out: &mut String, sum: &Summary) {
     }
     put!(out, "| least possible | {} | {} | | | | | | | |", three(sum.limit_rms_ratio), three(sum.limit_max_ratio));
     let [rms, max] = sum.practical_ratio;
-    put!(out, "| a drive at best | {} | {} | | | | | | | |", three(rms), three(max));
+    put!(out, "| practical limit | {} | {} | | | | | | | |", three(rms), three(max));
 }
 
 fn by_regime(out: &mut String, sum: &Summary) {
     put!(
         out,
-        "\n## By regime\n\nRMS ratio, median / 95 %. Least: what physics leaves whatever the method; at best: what a drive can do. Load held or floating: loads float in a cell where without"
+        "\n## By regime\n\nRMS ratio, median / 95 %. Least: what physics leaves whatever the method; practical: the practical limit. Load held or floating: loads float in a cell where without"
     );
     put!(out, "friction and without need of torque they drift through the gap unseen for more than a twentieth of the time.\n");
-    let mut header = "| factor | level | cells | least | at best |".to_owned();
+    let mut header = "| factor | level | cells | least | practical |".to_owned();
     let mut rule = "|---|---|--:|--:|--:|".to_owned();
     for method in sum.methods.iter().skip(1) {
         let _ = write!(header, " `{}` |", method.method);
