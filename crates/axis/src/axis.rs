@@ -1,12 +1,13 @@
 //! An axis with a compensator: the parts of a servo tick in their order.
 
-use crate::compensation::{Compensator, Correction, MethodInfo, Signals};
+use crate::compensation::{Compensator, Correction, MethodInfo};
 use crate::config::AxisConfig;
 use crate::current_loop::CurrentLoop;
 use crate::error::AxisError;
+use crate::model::{Model, usable};
 use crate::plant::{Drifting, Plant, PlantParams, PlantState};
 use crate::reference::{Spline, SplineState};
-use crate::runner::{AxisOutput, AxisRunner, Seen};
+use crate::runner::{AxisOutput, AxisRunner, Seen, TwinStep};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{AxisSample, Reference, Setpoint};
 use serde::{Deserialize, Serialize};
@@ -14,37 +15,6 @@ use std::sync::Arc;
 
 /// The largest force on the load that a setpoint may bring, N or N m.
 const LARGEST_LOAD_FORCE: f64 = 1e7;
-
-#[derive(Debug)]
-struct Model<C> {
-    spline: Spline,
-    servo_ticks: u32,
-    servo: Servo,
-    plant: Plant,
-    compensator: C,
-    units_per_motor_rad: f64,
-    load_per_motor_rad: f64,
-    has_scale: bool,
-}
-
-impl<C: Compensator> Model<C> {
-    /// What the compensator answers; without its output if a drive could not act on that.
-    #[inline]
-    fn correct(&self, state: &mut C::State, [reference, next_reference]: [Reference; 2], seen: &Seen) -> Correction {
-        let signals = Signals {
-            reference,
-            next_reference,
-            motor_position: seen.motor_position,
-            motor_velocity: seen.motor_velocity,
-            current: seen.current,
-            mean_current: seen.mean_current,
-            saturated: seen.saturated,
-            load_position: if self.has_scale { Some(self.servo.read_scale(seen.load_position)) } else { None },
-        };
-        let wanted = self.compensator.step(state, &signals);
-        if wanted.is_usable() { wanted } else { wanted.without_output() }
-    }
-}
 
 /// All that an axis carries from tick to tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -223,9 +193,17 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         self.tick(index, out);
     }
 
-    fn compensate(&mut self, index: u32, seen: &Seen) -> Correction {
+    fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>> {
         let (reference, next) = self.setpoint.at(index, &self.state.spline);
-        self.model.correct(&mut self.state.compensator, [reference, next], seen)
+        let signals = self.model.signals([reference, next], seen);
+        let twin = self.model.compensator.begin(&mut self.state.compensator, &signals)?;
+        Some(TwinStep { twin, reference, next })
+    }
+
+    fn finish_compensation(&mut self, index: u32, seen: &Seen) -> Correction {
+        let (reference, next) = self.setpoint.at(index, &self.state.spline);
+        let signals = self.model.signals([reference, next], seen);
+        usable(self.model.compensator.finish(&mut self.state.compensator, &signals))
     }
 
     fn current_loop(&mut self) -> CurrentLoop<'_> {

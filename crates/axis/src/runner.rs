@@ -1,10 +1,10 @@
 //! One axis from setpoints to where its load really is.
 
-use crate::compensation::{Correction, MethodInfo};
+use crate::compensation::{Correction, MethodInfo, Twinned};
 use crate::current_loop::CurrentLoop;
 use crate::error::AxisError;
 use crate::plant::PlantState;
-use crate::signal::{AxisSample, Setpoint};
+use crate::signal::{AxisSample, Reference, Setpoint};
 
 pub use crate::plant::DRIFT_MS;
 
@@ -74,11 +74,30 @@ pub trait AxisRunner: Send {
     /// Then, for each of its [`AxisRunner::servo_ticks`]: measures, compensates, sets the current command, appends a sample.
     fn begin_tick(&mut self, index: u32, out: &mut AxisOutput);
 
-    /// What the compensator answers at such a tick to what the drive has seen. For a batch that measures and sets the command itself.
-    fn compensate(&mut self, index: u32, seen: &Seen) -> Correction;
+    /// What the compensator does at such a tick with what the drive has seen, up to where its own model of the axis is stepped; nothing if it has none. For a batch
+    /// that measures and sets the command itself.
+    fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>>;
+
+    /// And what it answers, once its model is stepped.
+    fn finish_compensation(&mut self, index: u32, seen: &Seen) -> Correction;
 
     /// Then its [`CurrentLoop::periods`] periods of the current loop.
     fn current_loop(&mut self) -> CurrentLoop<'_>;
+}
+
+/// A compensator's model of its axis with the references of the tick that it is to be stepped by.
+#[derive(Debug)]
+pub struct TwinStep<'a> {
+    pub(crate) twin: Twinned<'a>,
+    pub(crate) reference: Reference,
+    pub(crate) next: Reference,
+}
+
+impl TwinStep<'_> {
+    /// Steps it by itself.
+    pub fn run(self) {
+        self.twin.step(&self.reference, &self.next);
+    }
 }
 
 /// What the drive has seen at a servo tick: rad, rad/s, A.

@@ -82,6 +82,25 @@ fn gaps_gains_contact_laws_and_frictions() {
     assert_same(&axes, &vec![points; axes.len()], 57);
 }
 
+/// The axes that `lookup` and `adaptive` compute alongside, each its own, some with voltages that are cut, some with drives that are not plain.
+#[test]
+fn models_of_compensators_side_by_side() {
+    let stroke = Move { distance: 8.0, velocity: 80.0, acceleration: 2000.0, jerk: 60_000.0 };
+    let points = setpoints(&|t| there_and_back(stroke, 0.1, t % 0.8), 1.6);
+    let mut axes = Vec::new();
+    for index in 0..23 {
+        let mut config = mill_x(0.02 * f64::from(index % 6), 5.0 + 2.0 * f64::from(index), (index % 3 != 0).then_some(1 << 20));
+        config.motor.coulomb_nm = 0.1 * f64::from(index % 2);
+        config.drive.position_gain_per_s += f64::from(index);
+        config.drive.voltage_delay_periods = u32::from(index % 4 != 0);
+        config.drive.command_delay_periods = if index == 7 { 3 } else { 0 };
+        config.drive.current_limit_a = if index == 5 { 9.0 } else { config.drive.current_limit_a };
+        config.drive.bus_voltage_v = if index % 8 == 3 { 90.0 } else { 560.0 };
+        axes.push((config, ["lookup", "adaptive", "none", "lookup"][index as usize % 4]));
+    }
+    assert_same(&axes, &vec![points; axes.len()], 57);
+}
+
 /// What the kernel has no vectors for, among axes that it has.
 #[test]
 fn axes_that_step_by_themselves_among_others() {
@@ -109,7 +128,7 @@ fn axes_that_step_by_themselves_among_others() {
         option(&mut config, change(1.5));
         config
     };
-    let axes: Vec<(AxisConfig, &str)> = options.iter().map(|option| (axis(option), "none")).collect();
+    let axes: Vec<(AxisConfig, &str)> = options.iter().flat_map(|option| ["none", "lookup"].map(|method| (axis(option), method))).collect();
     assert_same(&axes, &vec![points; axes.len()], 100);
 }
 

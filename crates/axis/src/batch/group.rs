@@ -3,6 +3,7 @@
 use super::kernel::{Periods, Stop};
 use super::lanes::{Lanes, WIDTH};
 use super::tick::{Command, Measure};
+use super::twins::Twins;
 use crate::error::AxisError;
 use crate::runner::{AxisOutput, AxisRunner};
 use crate::signal::Setpoint;
@@ -14,6 +15,7 @@ pub(super) struct Group {
     servo_ticks: u32,
     periods: u32,
     lanes: Box<Lanes>,
+    twins: Box<Twins>,
     arch: Arch,
     marks: Marks,
 }
@@ -35,7 +37,7 @@ impl Group {
     pub(super) fn new(axis: Box<dyn AxisRunner>, periods: u32) -> Group {
         let servo_ticks = axis.servo_ticks() as u32;
         let lanes = Box::new(Lanes::new(servo_ticks as usize));
-        Group { axes: vec![axis], servo_ticks, periods, lanes, arch: Arch::new(), marks: Marks::default() }
+        Group { axes: vec![axis], servo_ticks, periods, lanes, twins: Box::default(), arch: Arch::new(), marks: Marks::default() }
     }
 
     /// Whether it has room for one more axis in a group of at most `size`.
@@ -87,7 +89,7 @@ impl Group {
 
     /// Takes up the axes that begin and those whose numbers may have changed, the setpoints of all, and gives back those that do not go on.
     fn take_up(&mut self, described: &mut [bool; WIDTH], outputs: &mut [AxisOutput]) {
-        let Group { axes, lanes, marks, .. } = self;
+        let Group { axes, lanes, twins, marks, .. } = self;
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs).enumerate() {
             let mut axis = axis.current_loop();
             if !marks.running[lane] {
@@ -104,6 +106,7 @@ impl Group {
                 marks.resident[lane] = plain && lanes.settle(lane, &axis);
                 marks.asked[lane] = marks.resident[lane] && !axis.passive;
                 described[lane] = true;
+                twins.forget(lane);
             }
             if marks.resident[lane] {
                 lanes.refer(lane, &axis);
@@ -112,12 +115,19 @@ impl Group {
     }
 
     fn servo_tick(&mut self, index: u32, outputs: &mut [AxisOutput]) {
-        let Group { axes, periods, lanes, arch, marks, .. } = self;
+        let Group { axes, periods, lanes, twins, arch, marks, .. } = self;
         let (lanes, resident) = (&mut **lanes, marks.resident);
         arch.dispatch(Measure { lanes, index: index as usize, resident });
-        for (lane, axis) in axes.iter_mut().enumerate().filter(|(lane, _)| marks.asked[*lane]) {
-            let correction = axis.compensate(index, &lanes.seen(lane));
-            lanes.loops.correct(lane, &correction);
+        if marks.asked.iter().any(|asked| *asked) {
+            let mut steps = [const { None }; WIDTH];
+            for (lane, axis) in axes.iter_mut().enumerate().filter(|(lane, _)| marks.asked[*lane]) {
+                steps[lane] = axis.begin_compensation(index, &lanes.seen(lane));
+            }
+            twins.step(*arch, &mut steps, *periods);
+            for (lane, axis) in axes.iter_mut().enumerate().filter(|(lane, _)| marks.asked[*lane]) {
+                let correction = axis.finish_compensation(index, &lanes.seen(lane));
+                lanes.loops.correct(lane, &correction);
+            }
         }
         arch.dispatch(Command { lanes, index: index as usize, resident });
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {

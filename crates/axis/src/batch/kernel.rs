@@ -3,6 +3,7 @@
 //! Every expression has the operands and the order of its scalar original, and products and sums stay apart, so each lane's bits are those
 //! of the single axis. A lane that is reported back has been left as it was.
 
+use super::current::{Fast, Voltages};
 use super::lanes::{Lanes, Numbers, Row, WIDTH};
 use super::tick::parts;
 use super::vector::Vector;
@@ -52,21 +53,19 @@ impl<S: Simd> Vector<S> {
         let zero = self.simd.splat_f64s(0.0);
         let (current_q, current_d, motor) = (self.get(&s.current_q), self.get(&s.current_d), self.get(&s.motor));
 
-        // the current loops
-        let (gain, share, cross) = (self.get(&n.gain), self.get(&n.share), self.get(&inputs.cross));
-        let error_d = self.simd.neg_f64s(current_d);
-        let error_q = self.sub(self.get(&inputs.command), current_q);
-        let (push_d, push_q) = (self.mul(gain, error_d), self.mul(gain, error_q));
-        let (integral_d, integral_q) = (self.get(&s.integral_d), self.get(&s.integral_q));
-        let free_d = self.sub(self.add(push_d, integral_d), self.mul(cross, current_q));
-        let free_q = self.add(self.add(self.add(push_q, integral_q), self.mul(cross, current_d)), self.get(&inputs.back_emf));
-        let size = self.add(self.mul(free_d, free_d), self.mul(free_q, free_q));
-        let limited = self.less(self.get(&n.limit_squared), size);
-        let delayed = self.less(zero, self.get(&n.delayed));
-        let voltage_d = self.simd.select_f64s(delayed, self.get(&s.pending_d), free_d);
-        let voltage_q = self.simd.select_f64s(delayed, self.get(&s.pending_q), free_q);
-        let next_integral_d = self.add(integral_d, self.mul(share, self.add(push_d, self.sub(free_d, free_d))));
-        let next_integral_q = self.add(integral_q, self.mul(share, self.add(push_q, self.sub(free_q, free_q))));
+        let voltages = self.current_loop(&Fast {
+            gain: self.get(&n.gain),
+            share: self.get(&n.share),
+            limit_squared: self.get(&n.limit_squared),
+            delayed: self.get(&n.delayed),
+            command: self.get(&inputs.command),
+            cross: self.get(&inputs.cross),
+            back_emf: self.get(&inputs.back_emf),
+            current: [current_d, current_q],
+            integral: [self.get(&s.integral_d), self.get(&s.integral_q)],
+            pending: [self.get(&s.pending_d), self.get(&s.pending_q)],
+        });
+        let Voltages { limited, voltage: [voltage_d, voltage_q], integral, free } = voltages;
 
         // the plant
         let coupling = self.mul(self.mul(self.get(&n.pole_pairs), motor), self.get(&n.inductance));
@@ -112,10 +111,10 @@ impl<S: Simd> Vector<S> {
         self.store(keep, &mut s.motor, after[2]);
         self.store(keep, &mut s.load, after[3]);
         self.store(keep, &mut s.position, next_position);
-        self.store(keep, &mut s.integral_d, next_integral_d);
-        self.store(keep, &mut s.integral_q, next_integral_q);
-        self.store(keep, &mut s.pending_d, free_d);
-        self.store(keep, &mut s.pending_q, free_q);
+        self.store(keep, &mut s.integral_d, integral[0]);
+        self.store(keep, &mut s.integral_q, integral[1]);
+        self.store(keep, &mut s.pending_d, free[0]);
+        self.store(keep, &mut s.pending_q, free[1]);
         self.store(keep, &mut s.sum, next_sum);
         self.store(keep, &mut s.peak, next_peak);
         any

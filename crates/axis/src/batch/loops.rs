@@ -6,6 +6,7 @@
 use super::lanes::{Row, WIDTH};
 use crate::compensation::Correction;
 use crate::current_loop::CurrentLoop;
+use crate::servo::TickNumbers;
 
 /// Numbers of the drive: see `servo::numbers`.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +25,24 @@ pub(super) struct DriveNumbers {
     pub(super) back_emf: Row,
     pub(super) inductance: Row,
     pub(super) units: Row,
+}
+
+impl DriveNumbers {
+    /// Takes up a drive; not its inductance and unit.
+    pub(super) fn put(&mut self, lane: usize, numbers: &TickNumbers) {
+        self.period.0[lane] = numbers.period;
+        self.encoder_step.0[lane] = numbers.encoder_step;
+        self.current_steps.0[lane] = numbers.current_steps;
+        self.position_gain.0[lane] = numbers.position_gain;
+        self.velocity_feedforward.0[lane] = numbers.velocity_feedforward;
+        self.inertia_feedforward.0[lane] = numbers.inertia_feedforward;
+        self.velocity_gain.0[lane] = numbers.velocity_gain;
+        self.velocity_share.0[lane] = numbers.velocity_share;
+        self.torque_constant.0[lane] = numbers.torque_constant;
+        self.current_limit.0[lane] = numbers.current_limit;
+        self.pole_pairs.0[lane] = numbers.pole_pairs;
+        self.back_emf.0[lane] = numbers.back_emf;
+    }
 }
 
 /// States of the drive.
@@ -72,20 +91,8 @@ impl Loops {
     /// Takes up an axis; false if its drive is not a plain one.
     pub(super) fn take_up(&mut self, lane: usize, axis: &CurrentLoop<'_>) -> bool {
         let Some(numbers) = axis.servo.tick_numbers() else { return false };
-        let n = &mut self.numbers;
-        n.period.0[lane] = numbers.period;
-        n.encoder_step.0[lane] = numbers.encoder_step;
-        n.current_steps.0[lane] = numbers.current_steps;
-        n.position_gain.0[lane] = numbers.position_gain;
-        n.velocity_feedforward.0[lane] = numbers.velocity_feedforward;
-        n.inertia_feedforward.0[lane] = numbers.inertia_feedforward;
-        n.velocity_gain.0[lane] = numbers.velocity_gain;
-        n.velocity_share.0[lane] = numbers.velocity_share;
-        n.torque_constant.0[lane] = numbers.torque_constant;
-        n.current_limit.0[lane] = numbers.current_limit;
-        n.pole_pairs.0[lane] = numbers.pole_pairs;
-        n.back_emf.0[lane] = numbers.back_emf;
-        n.units.0[lane] = axis.units_per_motor_rad;
+        self.numbers.put(lane, &numbers);
+        self.numbers.units.0[lane] = axis.units_per_motor_rad;
         let (s, velocity, current) = (&mut self.states, &axis.servo_state.velocity, &axis.servo_state.current);
         s.seen.0[lane] = velocity.position;
         s.reference.0[lane] = velocity.reference;

@@ -7,11 +7,14 @@
 //! velocity loop are vectors, too (`tick`), for drives without filters, friction feed-forward and delayed commands whose axes neither drift nor
 //! keep a trace; the others do them lane by lane, and so do all compensators but `none`, which is not asked. Groups of lanes run on all threads of the rayon pool in force.
 
+mod current;
 mod group;
 mod kernel;
 mod lanes;
 mod loops;
 mod tick;
+mod twin_kernel;
+mod twins;
 mod vector;
 
 use crate::error::AxisError;

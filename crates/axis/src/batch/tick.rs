@@ -1,6 +1,7 @@
 //! The servo tick for all resident lanes: what `Servo::measure` and `Servo::command` do, operation by operation.
 
 use super::lanes::{Lanes, WIDTH};
+use super::loops::DriveNumbers;
 use super::vector::Vector;
 use pulp::{Simd, WithSimd};
 
@@ -72,43 +73,80 @@ impl<S: Simd> Vector<S> {
     fn command(self, lanes: &mut Lanes, index: usize) {
         let (inputs, loops) = (&mut lanes.inputs, &mut lanes.loops);
         let (n, s, c) = (&loops.numbers, &mut loops.states, &loops.correction);
-        let (zero, one, period) = (self.all(0.0), self.all(1.0), self.get(&n.period));
         let [position, velocity] = [0, 1].map(|which: usize| self.get(&loops.references[index][which]));
-        let next_velocity = self.get(&loops.references[index + 1][1]);
         let measured = self.get(&loops.velocity);
-        let mean_velocity = self.div(self.sub(position, self.get(&s.reference)), period);
-        let mean_acceleration = self.div(self.sub(next_velocity, velocity), period);
-        let seen = self.sub(self.get(&s.seen), self.get(&c[3]));
-        let position_error = self.sub(self.add(position, self.get(&c[0])), seen);
-        let fed = self.mul(self.get(&n.velocity_feedforward), mean_velocity);
-        let wanted = self.add(self.add(self.mul(self.get(&n.position_gain), position_error), fed), self.get(&c[1]));
-        let torque = self.add(self.mul(self.get(&n.inertia_feedforward), mean_acceleration), self.get(&c[2]));
-
-        let error = self.sub(wanted, measured);
-        let push = self.mul(self.get(&n.velocity_gain), error);
-        let integral = self.get(&s.integral);
-        let free = self.add(self.add(push, integral), self.div(torque, self.get(&n.torque_constant)));
-        let most = self.get(&n.current_limit);
-        let least = self.simd.neg_f64s(most);
-        let low = self.choose(self.less(free, least), least, free);
-        let cut = self.choose(self.less(most, low), most, low);
-
-        let outward = self.less(zero, self.mul(error, cut));
-        let held = self.both(self.less(zero, self.get(&s.limited)), outward);
-        let gain = self.add(self.choose(held, zero, push), self.sub(cut, free));
-        let saturated = self.choose(self.simd.equal_f64s(cut, free), zero, one);
+        let asked = Asked {
+            position,
+            velocity,
+            next_velocity: self.get(&loops.references[index + 1][1]),
+            last_position: self.get(&s.reference),
+            seen: self.get(&s.seen),
+            measured,
+            correction: [0, 1, 2, 3].map(|which: usize| self.get(&c[which])),
+            integral: self.get(&s.integral),
+            limited: self.get(&s.limited),
+        };
+        let Commanded { cut, free, integral } = self.velocity_loop(n, &asked);
+        let saturated = self.choose(self.simd.equal_f64s(cut, free), self.all(0.0), self.all(1.0));
         let electric_speed = self.mul(self.get(&n.pole_pairs), measured);
         let (last, before) = (self.get(&s.command), self.get(&s.earlier[0]));
-        self.put(&mut s.integral, self.add(integral, self.mul(self.get(&n.velocity_share), gain)));
+        self.put(&mut s.integral, integral);
         self.put(&mut s.reference, position);
         self.put(&mut s.earlier[0], last);
         self.put(&mut s.earlier[1], before);
         self.put(&mut s.command, cut);
         self.put(&mut s.electric_speed, electric_speed);
-        self.put(&mut s.limited, zero);
+        self.put(&mut s.limited, self.all(0.0));
         self.put(&mut s.saturated, saturated);
         self.put(&mut inputs.command, cut);
         self.put(&mut inputs.cross, self.mul(electric_speed, self.get(&n.inductance)));
         self.put(&mut inputs.back_emf, self.mul(self.get(&n.back_emf), measured));
     }
+
+    /// Position and velocity loop of a plain drive: what `VelocityState::command` computes.
+    #[inline(always)]
+    pub(super) fn velocity_loop(self, n: &DriveNumbers, asked: &Asked<S::f64s>) -> Commanded<S::f64s> {
+        let (zero, period, c) = (self.all(0.0), self.get(&n.period), &asked.correction);
+        let mean_velocity = self.div(self.sub(asked.position, asked.last_position), period);
+        let mean_acceleration = self.div(self.sub(asked.next_velocity, asked.velocity), period);
+        let position_error = self.sub(self.add(asked.position, c[0]), self.sub(asked.seen, c[3]));
+        let fed = self.mul(self.get(&n.velocity_feedforward), mean_velocity);
+        let wanted = self.add(self.add(self.mul(self.get(&n.position_gain), position_error), fed), c[1]);
+        let torque = self.add(self.mul(self.get(&n.inertia_feedforward), mean_acceleration), c[2]);
+
+        let error = self.sub(wanted, asked.measured);
+        let push = self.mul(self.get(&n.velocity_gain), error);
+        let free = self.add(self.add(push, asked.integral), self.div(torque, self.get(&n.torque_constant)));
+        let most = self.get(&n.current_limit);
+        let cut = self.clamp(free, self.simd.neg_f64s(most), most);
+
+        let outward = self.less(zero, self.mul(error, cut));
+        let held = self.both(self.less(zero, asked.limited), outward);
+        let gain = self.add(self.choose(held, zero, push), self.sub(cut, free));
+        Commanded { cut, free, integral: self.add(asked.integral, self.mul(self.get(&n.velocity_share), gain)) }
+    }
+}
+
+/// What position and velocity loop see at a tick.
+#[derive(Clone, Copy)]
+pub(super) struct Asked<V> {
+    pub(super) position: V,
+    pub(super) velocity: V,
+    pub(super) next_velocity: V,
+    pub(super) last_position: V,
+    /// Encoder position, and its difference over the period.
+    pub(super) seen: V,
+    pub(super) measured: V,
+    /// Position, velocity, torque and feedback of the correction.
+    pub(super) correction: [V; 4],
+    pub(super) integral: V,
+    pub(super) limited: V,
+}
+
+/// What they answer: the current command, what it would be without a limit, and the integral.
+#[derive(Clone, Copy)]
+pub(super) struct Commanded<V> {
+    pub(super) cut: V,
+    pub(super) free: V,
+    pub(super) integral: V,
 }

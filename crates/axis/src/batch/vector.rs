@@ -69,6 +69,13 @@ impl<S: Simd> Vector<S> {
         self.simd.select_f64s(condition, a, b)
     }
 
+    /// As `f64::clamp`.
+    #[inline(always)]
+    pub(super) fn clamp(self, x: S::f64s, least: S::f64s, most: S::f64s) -> S::f64s {
+        let low = self.choose(self.less(x, least), least, x);
+        self.choose(self.less(most, low), most, low)
+    }
+
     /// As `f64::round`: halves away from zero, zeros as they are.
     #[inline(always)]
     pub(super) fn round(self, x: S::f64s) -> S::f64s {

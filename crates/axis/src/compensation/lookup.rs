@@ -18,7 +18,7 @@
 
 use super::crossing::{Crossing, CrossingState};
 use super::registry::Registered;
-use super::twin::LoadModel;
+use super::twin::{LoadModel, Twinned};
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 
@@ -67,5 +67,13 @@ impl Compensator for Lookup {
 
     fn step(&self, state: &mut LookupState, signals: &Signals) -> Correction {
         self.crossing.step(&mut state.0, signals, &self.load, self.half_gap)
+    }
+
+    fn begin<'a>(&'a self, state: &'a mut LookupState, _: &Signals) -> Option<Twinned<'a>> {
+        Some(self.crossing.begin(&mut state.0, &self.load))
+    }
+
+    fn finish(&self, state: &mut LookupState, signals: &Signals) -> Correction {
+        self.crossing.finish(&mut state.0, signals, &self.load, self.half_gap)
     }
 }

@@ -33,6 +33,8 @@ mod trust;
 mod twin;
 
 pub(crate) use filter::Noises;
+pub use twin::Twinned;
+pub(crate) use twin::{MotorNumbers, Rates, Twin, TwinState};
 
 use crate::signal::{Engagement, Reference};
 use serde::{Deserialize, Serialize};
@@ -154,4 +156,15 @@ pub trait Compensator: Send + Sync + 'static {
 
     /// One servo tick.
     fn step(&self, state: &mut Self::State, signals: &Signals) -> Correction;
+
+    /// What a tick does before the method's own model of the axis is stepped, and that model; nothing for a method that has none. [`Compensator::step`] is
+    /// this, the model's step, and [`Compensator::finish`]; who runs many axes steps their models side by side.
+    fn begin<'a>(&'a self, _state: &'a mut Self::State, _signals: &Signals) -> Option<Twinned<'a>> {
+        None
+    }
+
+    /// The rest of a tick that was begun.
+    fn finish(&self, state: &mut Self::State, signals: &Signals) -> Correction {
+        self.step(state, signals)
+    }
 }

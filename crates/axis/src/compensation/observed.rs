@@ -1,7 +1,7 @@
 //! A compensator with the shaft's estimator beside it: outputs are the compensator's own, bit by bit; only the estimates are more.
 
 use super::shaft::{ShaftEstimator, ShaftState};
-use super::{Compensator, Correction, MethodInfo, Signals};
+use super::{Compensator, Correction, MethodInfo, Signals, Twinned};
 use crate::config::AxisConfig;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +27,15 @@ impl<C: Compensator> Observed<C> {
     }
 }
 
+impl<C: Compensator> Observed<C> {
+    fn watch(&self, state: &mut ShaftState, signals: &Signals, correction: Correction) -> Correction {
+        let learned = correction.inertia_estimate - self.motor_inertia;
+        let load_inertia = (C::LEARNS_LOAD && learned > 0.0).then_some(learned);
+        let found = self.shaft.step(state, signals, load_inertia);
+        Correction { stiffness_estimate: found.stiffness_nm_per_rad, damping_estimate: found.damping_nm_s_per_rad, ..correction }
+    }
+}
+
 impl<C: Compensator> Compensator for Observed<C> {
     type State = ObservedState<C::State>;
 
@@ -42,9 +51,15 @@ impl<C: Compensator> Compensator for Observed<C> {
 
     fn step(&self, state: &mut Self::State, signals: &Signals) -> Correction {
         let correction = self.compensator.step(&mut state.compensator, signals);
-        let learned = correction.inertia_estimate - self.motor_inertia;
-        let load_inertia = (C::LEARNS_LOAD && learned > 0.0).then_some(learned);
-        let found = self.shaft.step(&mut state.shaft, signals, load_inertia);
-        Correction { stiffness_estimate: found.stiffness_nm_per_rad, damping_estimate: found.damping_nm_s_per_rad, ..correction }
+        self.watch(&mut state.shaft, signals, correction)
+    }
+
+    fn begin<'a>(&'a self, state: &'a mut Self::State, signals: &Signals) -> Option<Twinned<'a>> {
+        self.compensator.begin(&mut state.compensator, signals)
+    }
+
+    fn finish(&self, state: &mut Self::State, signals: &Signals) -> Correction {
+        let correction = self.compensator.finish(&mut state.compensator, signals);
+        self.watch(&mut state.shaft, signals, correction)
     }
 }

@@ -28,6 +28,7 @@ pub use current::CurrentState;
 pub use encoder::Encoder;
 pub use filter::FilterState;
 pub(crate) use filter::Filters;
+pub(crate) use numbers::TickNumbers;
 pub use velocity::VelocityState;
 
 use crate::compensation::Correction;

@@ -13,6 +13,8 @@ pub(crate) enum Study {
     Cell(Cell),
     /// Two motors back to back, a coupler with a known gap and stiffness: what the fits and `adaptive` find of it
     Bench(Bench),
+    /// An axis for an hour, turns and rests: whether what a method has learned stays
+    Endurance(Endurance),
 }
 
 /// `study matrix`.
@@ -69,6 +71,20 @@ pub(crate) struct Bench {
     /// Its stiffness in N m/rad
     #[arg(long, value_name = "N", requires = "gap_rad")]
     pub(crate) stiffness_nm_per_rad: Option<f64>,
+}
+
+/// `study endurance`.
+#[derive(Debug, Args)]
+pub(crate) struct Endurance {
+    /// Cell of the matrix whose axis runs, drifting over the whole time if its name ends so
+    #[arg(long, value_name = "NAME", default_value = lostmotion::study::endurance::USUAL)]
+    pub(crate) cell: String,
+    /// Compensation method
+    #[arg(long, value_name = "NAME", default_value = "adaptive")]
+    pub(crate) method: String,
+    /// How long, in minutes of the machine's time
+    #[arg(long, value_name = "N", default_value_t = 60.0)]
+    pub(crate) minutes: f64,
 }
 
 /// What to reproduce.

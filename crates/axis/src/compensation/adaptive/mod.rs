@@ -51,7 +51,7 @@ mod window;
 use super::crossing::{Crossing, CrossingState};
 use super::readings::Readings;
 use super::registry::Registered;
-use super::twin::LoadModel;
+use super::twin::{LoadModel, Twinned};
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use crate::config::AxisConfig;
 use floating::Floating;
@@ -159,9 +159,9 @@ impl Adaptive {
     fn read(&self, state: &mut AdaptiveState) {
         let Some(said) = state.reading.as_mut().and_then(|reading| reading.work(&self.known)) else { return };
         state.reading = None;
-        let clear = said.misfit < CLEAR_MISFIT && said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
+        let sharp = said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
         let unsure = said.wavered && state.learning.inertia_doubt() > UNSURE;
-        if counts(&said) && !unsure && (clear || !said.wavered) {
+        if counts(&said) && !unsure && (sharp || !said.wavered) {
             let faint = if said.evidence < EVIDENT || said.wavered { FAINT * said.half_gap } else { 0.0 };
             let alone = said.misfit < ALONE_MISFIT && said.evidence > EVIDENT && !said.wavered;
             state.gap.take(said.half_gap, said.variance + faint * faint, said.wavered, alone);
@@ -171,7 +171,7 @@ impl Adaptive {
 }
 
 fn counts(said: &Said) -> bool {
-    let explained = if said.wavered { CLEAR_MISFIT } else { EXPLAINED.max(EXPLAINED_PART * said.without) };
+    let explained = if said.wavered { CLEAR_MISFIT } else { EXPLAINED }.max(EXPLAINED_PART * said.without);
     said.half_gap < LARGEST
         && said.evidence > SEEN
         && said.misfit < explained
@@ -201,19 +201,31 @@ impl Compensator for Adaptive {
     }
 
     fn step(&self, state: &mut AdaptiveState, signals: &Signals) -> Correction {
-        let (start, side) = (state.crossing.twin, state.crossing.side);
+        if let Some(twin) = self.begin(state, signals) {
+            twin.step(&signals.reference, &signals.next_reference);
+        }
+        self.finish(state, signals)
+    }
+
+    fn begin<'a>(&'a self, state: &'a mut AdaptiveState, signals: &Signals) -> Option<Twinned<'a>> {
         let before = state.watch.seen();
-        state.watch.observe(&self.motor, signals, &start);
+        state.watch.observe(&self.motor, signals, &state.crossing.twin);
         let seen = state.watch.seen();
         let disturbed = state.crossing.crossing() || seen.abs() < HANGS * self.motor.rated_torque || seen * before < 0.0;
-        state.learning.step(&self.crossing.twin, &start, signals, Seen { torque: seen, disturbed }, &self.motor, &mut state.load);
+        let seen = Seen { torque: seen, disturbed };
+        state.learning.step(&self.crossing.twin, &state.crossing.twin, signals, seen, &self.motor, &mut state.load);
+        Some(self.crossing.begin(&mut state.crossing, &state.load))
+    }
+
+    fn finish(&self, state: &mut AdaptiveState, signals: &Signals) -> Correction {
+        let (carried, side) = (state.crossing.before.torque, state.crossing.side);
         let used = if state.floating.floats() { 0.0 } else { state.used };
-        let mut correction = self.crossing.step(&mut state.crossing, signals, &state.load, used);
+        let mut correction = self.crossing.finish(&mut state.crossing, signals, &state.load, used);
         if state.learning.known {
             let friction = state.learning.most_friction(&state.load, self.motor.rated_torque);
             state.floating.step(&signals.reference, &state.load, friction, self.motor.rated_torque, state.crossing.side != side);
         }
-        if let Some(window) = state.watch.step(&self.motor, side, state.crossing.side, start.torque, state.load.coulomb) {
+        if let Some(window) = state.watch.step(&self.motor, side, state.crossing.side, carried, state.load.coulomb) {
             self.begin_reading(state, window);
         }
         self.read(state);

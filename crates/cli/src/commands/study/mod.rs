@@ -2,6 +2,7 @@
 
 mod bench;
 mod cell;
+mod endurance;
 mod journal;
 mod matrix;
 
@@ -17,6 +18,7 @@ pub(crate) fn run(study: &Study, voice: Voice) -> Result<u8, Failure> {
         Study::Matrix(args) => matrix::run(args, voice.quiet),
         Study::Cell(args) => cell::run(args),
         Study::Bench(args) => bench::run(args),
+        Study::Endurance(args) => endurance::run(args),
     }
 }
 

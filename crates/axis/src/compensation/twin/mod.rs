@@ -10,6 +10,12 @@
 //! ```
 //! Coulomb friction takes at most the speed that there is; a mass at rest holds until the torque exceeds its friction.
 
+mod load;
+mod numbers;
+
+pub(crate) use load::LoadModel;
+pub(crate) use numbers::{MotorNumbers, Rates};
+
 use super::Correction;
 use crate::config::AxisConfig;
 use crate::plant::{Contact, Friction, Mode, PlantState};
@@ -17,79 +23,71 @@ use crate::servo::{Servo, ServoState};
 use crate::signal::Reference;
 use serde::{Deserialize, Serialize};
 
-/// The load behind the shaft, motor side.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct LoadModel {
-    pub(super) inertia: f64,
-    pub(super) viscous: f64,
-    pub(super) coulomb: f64,
-    pub(super) constant: f64,
-    pub(super) stiffness: f64,
-    pub(super) damping: f64,
-}
-
-impl LoadModel {
-    /// Torque that it needs to move so, N m; the constant torque alone, within the friction, moves nothing.
-    pub(super) fn need(&self, speed: f64, acceleration: f64, standing: f64) -> f64 {
-        let sliding = if speed.abs() > standing { self.coulomb * speed.signum() } else { 0.0 };
-        self.inertia * acceleration + self.viscous * speed + sliding + self.constant
-    }
-
-    /// The load as the description has it.
-    pub(super) fn told(config: &AxisConfig) -> LoadModel {
-        let load = config.reflected_load();
-        LoadModel {
-            inertia: load.inertia_kgm2,
-            viscous: load.viscous_nm_s_per_rad,
-            coulomb: load.coulomb_nm,
-            constant: load.constant_nm,
-            stiffness: load.stiffness_nm_per_rad,
-            damping: load.damping_nm_s_per_rad,
-        }
-    }
-}
-
 /// Motor and drive of the twin.
 #[derive(Clone, Debug)]
-pub(super) struct Twin {
+pub(crate) struct Twin {
     servo: Servo,
     period_s: f64,
-    torque_constant: f64,
-    resistance: f64,
-    inductance: f64,
-    back_emf: f64,
     inertia: f64,
-    viscous: f64,
-    coulomb: f64,
+    numbers: MotorNumbers,
 }
 
 /// Where the twin is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct TwinState {
-    servo: ServoState,
-    pub(super) plant: PlantState,
+pub(crate) struct TwinState {
+    pub(crate) servo: ServoState,
+    pub(crate) plant: PlantState,
     /// Torque of the shaft on the load, N m.
-    pub(super) torque: f64,
+    pub(crate) torque: f64,
     /// Torque of the motor's Coulomb friction on the motor, N m.
+    pub(crate) motor_friction: f64,
+}
+
+/// What of the twin's state others look at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Shown {
+    pub(super) torque: f64,
     pub(super) motor_friction: f64,
+    pub(super) motor_velocity: f64,
+    pub(super) load_velocity: f64,
+    pub(super) load_position: f64,
+}
+
+impl TwinState {
+    pub(super) fn shown(&self) -> Shown {
+        let TwinState { plant, torque, motor_friction, .. } = self;
+        Shown {
+            torque: *torque,
+            motor_friction: *motor_friction,
+            motor_velocity: plant.motor_velocity,
+            load_velocity: plant.load_velocity,
+            load_position: plant.load_position,
+        }
+    }
+}
+
+/// A compensator's model of its axis that is about to be stepped, with the load it carries over the tick.
+#[derive(Debug)]
+pub struct Twinned<'a> {
+    pub(crate) twin: &'a Twin,
+    pub(crate) state: &'a mut TwinState,
+    pub(crate) load: LoadModel,
+}
+
+impl Twinned<'_> {
+    /// Steps it by a servo period.
+    pub(crate) fn step(self, reference: &Reference, next: &Reference) {
+        self.twin.step(self.state, reference, next, &self.load);
+    }
 }
 
 impl Twin {
     pub(super) fn new(config: &AxisConfig) -> Twin {
         let mut ideal = config.clone();
         ideal.drive.encoder_counts_per_rev = None;
-        let motor = &config.motor;
-        Twin {
-            servo: Servo::new(&ideal),
-            period_s: config.current_period_us() * 1e-6,
-            torque_constant: motor.torque_constant_nm_per_a,
-            resistance: motor.phase_resistance_ohm(),
-            inductance: motor.phase_inductance_h(),
-            back_emf: motor.back_emf_v_s_per_rad(),
-            inertia: config.motor_side_inertia_kgm2(),
-            viscous: motor.viscous_nm_s_per_rad,
-            coulomb: motor.coulomb_nm,
-        }
+        let (inertia, h) = (config.motor_side_inertia_kgm2(), config.current_period_us() * 1e-6);
+        let numbers = MotorNumbers::new(config, inertia, h);
+        Twin { servo: Servo::new(&ideal), period_s: h, inertia, numbers }
     }
 
     /// Standing still, its shaft and its drive carrying the constant torque that friction cannot hold.
@@ -97,7 +95,7 @@ impl Twin {
         let held = if load.constant.abs() > load.coulomb { load.constant } else { 0.0 };
         let lead = held / load.stiffness;
         let plant = PlantState {
-            current_q: held / self.torque_constant,
+            current_q: held / self.numbers.torque_constant,
             current_d: 0.0,
             gap_angle: lead,
             motor_velocity: 0.0,
@@ -111,66 +109,71 @@ impl Twin {
     }
 
     /// One servo period.
-    pub(super) fn step(&self, state: &mut TwinState, reference: &Reference, next: &Reference, load: &LoadModel) {
-        self.step_with_gap(state, reference, next, &Correction::NONE, load, 0.0);
-    }
-
-    /// One servo period of the axis with a gap and with what a compensator put out.
-    pub(super) fn step_with_gap(
-        &self,
-        state: &mut TwinState,
-        reference: &Reference,
-        next: &Reference,
-        correction: &Correction,
-        load: &LoadModel,
-        half_gap: f64,
-    ) {
+    pub(crate) fn step(&self, state: &mut TwinState, reference: &Reference, next: &Reference, load: &LoadModel) {
         let measured = self.servo.measure(&mut state.servo, &state.plant);
-        self.servo.command(&mut state.servo, reference, next, &measured, correction);
+        self.servo.command(&mut state.servo, reference, next, &measured, &Correction::NONE);
+        let rates = self.rates(load);
         for _ in 0..self.servo.current_steps() {
             let input = self.servo.voltage(&mut state.servo, &state.plant);
-            self.advance(state, input.voltage_q, load, half_gap);
+            self.advance(state, input.voltage_q, &rates);
         }
     }
 
-    fn advance(&self, state: &mut TwinState, voltage: f64, load: &LoadModel, half_gap: f64) {
-        let (x, h) = (&mut state.plant, self.period_s);
-        let share = h / self.inductance;
-        x.current_q = (x.current_q + share * (voltage - self.back_emf * x.motor_velocity)) / (1.0 + share * self.resistance);
-        let drive = self.torque_constant * x.current_q - self.viscous * x.motor_velocity;
-        let drag = -load.constant - load.viscous * x.load_velocity;
-        let inverse = |inertia: f64, coulomb: f64, speed: f64| if coulomb > 0.0 && speed.abs() <= 0.0 { 0.0 } else { 1.0 / inertia };
-        let (of_motor, of_load) =
-            (inverse(self.inertia, self.coulomb, x.motor_velocity), inverse(load.inertia, load.coulomb, x.load_velocity));
+    /// What stays over a servo period.
+    pub(crate) fn rates(&self, load: &LoadModel) -> Rates {
+        Rates::new(load, self.period_s)
+    }
+
+    #[inline]
+    fn advance(&self, state: &mut TwinState, voltage: f64, rates: &Rates) {
+        let (x, n, h) = (&mut state.plant, &self.numbers, self.period_s);
+        x.current_q = (x.current_q + n.current_share * (voltage - n.back_emf * x.motor_velocity)) * n.current_keep;
+        let drive = n.torque_constant * x.current_q - n.viscous * x.motor_velocity;
+        let drag = -rates.load_constant - rates.load_viscous * x.load_velocity;
+        let held = |coulomb: f64, speed: f64| coulomb > 0.0 && speed.abs() <= 0.0;
+        let of_motor = if held(n.coulomb, x.motor_velocity) { 0.0 } else { n.inverse_motor };
+        let of_load = if held(rates.load_coulomb, x.load_velocity) { 0.0 } else { rates.inverse_load };
         let free = x.motor_velocity - x.load_velocity + h * (drive * of_motor - drag * of_load);
-        let give = (h * h * load.stiffness + h * load.damping) * (of_motor + of_load);
         let lead = x.gap_angle + h * free;
-        let pressed = lead - lead.clamp(-half_gap, half_gap);
-        let touches = half_gap <= 0.0 || pressed != 0.0;
-        let torque = if touches { (load.stiffness * pressed + load.damping * free) / (1.0 + give) } else { 0.0 };
-        let (motor, friction) = slide(x.motor_velocity, h * (drive - torque) / self.inertia, h * self.coulomb / self.inertia);
-        let (slid, _) = slide(x.load_velocity, h * (torque + drag) / load.inertia, h * load.coulomb / load.inertia);
+        let torque = (rates.stiffness * lead + rates.damping * free) / (1.0 + rates.give * (of_motor + of_load));
+        let (motor, friction) = slide(x.motor_velocity, n.motor_step * (drive - torque), n.motor_most);
+        let (slid, _) = slide(x.load_velocity, rates.load_step * (torque + drag), rates.load_most);
         x.motor_velocity = motor;
         x.load_velocity = slid;
         x.gap_angle += h * (motor - slid);
         x.load_position += h * slid;
         state.torque = torque;
-        state.motor_friction = friction * self.inertia / h;
+        state.motor_friction = friction * n.friction_scale;
+    }
+
+    /// The drive's numbers for a batch; none if it is not a plain one.
+    pub(crate) fn servo(&self) -> &Servo {
+        &self.servo
+    }
+
+    /// The motor's numbers for a batch.
+    pub(crate) fn numbers(&self) -> &MotorNumbers {
+        &self.numbers
+    }
+
+    /// Period of the current loop, s.
+    pub(crate) fn period_s(&self) -> f64 {
+        self.period_s
     }
 
     /// Coulomb friction of the motor at a speed, N m against it.
     pub(super) fn motor_coulomb(&self) -> f64 {
-        self.coulomb
+        self.numbers.coulomb
     }
 
     /// Torque constant of the motor, N m/A.
     pub(super) fn torque_constant(&self) -> f64 {
-        self.torque_constant
+        self.numbers.torque_constant
     }
 
     /// Viscous friction of the motor, N m s/rad.
     pub(super) fn motor_viscous(&self) -> f64 {
-        self.viscous
+        self.numbers.viscous
     }
 
     /// Inertia on the motor's side of the gap, kg m2.

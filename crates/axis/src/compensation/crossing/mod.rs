@@ -19,14 +19,16 @@
 //! of the motor's Coulomb friction as torque, ahead by half the current loop's lag. A half gap that changes is taken up by the next crossing; one that
 //! is sure (`taking_up`) on the flank while the load slides, within a quarter of the torque that presses it, so that it neither lets go nor is thrown.
 
-use super::passage::Passage;
-use super::traverse::{Offset, Traverse, ticks_for};
-use super::twin::{LoadModel, Twin, TwinState};
+mod state;
+
+pub(super) use state::CrossingState;
+
+use super::traverse::{Offset, ticks_for};
+use super::twin::{LoadModel, Shown, Twin, Twinned};
 use super::{Correction, Signals};
 use crate::config::AxisConfig;
 use crate::plant::Waves;
 use crate::signal::Engagement;
-use serde::{Deserialize, Serialize};
 
 /// A traverse takes no less and no more, ms. A current loop cannot follow what is quicker.
 const TRAVERSE_MS: [f64; 2] = [3.0, 100.0];
@@ -66,31 +68,6 @@ pub(super) struct Crossing {
     takes_up: bool,
     /// Torque of the weight over the load's angle, where it is told.
     weight: Waves,
-}
-
-/// What the crossing carries along.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct CrossingState {
-    pub(super) twin: TwinState,
-    pub(super) side: i8,
-    traverse: Traverse,
-    /// Whether the traverse takes up a half gap that changed, on the same flank.
-    taking_up: bool,
-    /// Reference velocity and acceleration as the axis follows them.
-    lagged: [f64; 2],
-    passage: Passage,
-    wound: f64,
-    /// Torque of the motor, averaged over the times of `HOLDING_TICKS`, N m.
-    holding: [f64; 2],
-    /// Ticks of rest since the last traverse.
-    held_ticks: u32,
-}
-
-impl CrossingState {
-    /// Whether it is on its way from flank to flank.
-    pub(super) fn crossing(&self) -> bool {
-        self.traverse.moving() && !self.taking_up
-    }
 }
 
 impl Crossing {
@@ -133,24 +110,24 @@ impl Crossing {
 
     pub(super) fn initial(&self, motor_position: f64, load: &LoadModel) -> CrossingState {
         let twin = self.twin.initial(motor_position, &self.weighed(load, motor_position));
-        CrossingState {
-            twin,
-            side: 0,
-            traverse: Traverse::default(),
-            taking_up: false,
-            lagged: [0.0; 2],
-            passage: Passage::default(),
-            wound: 0.0,
-            holding: [0.0; 2],
-            held_ticks: 0,
-        }
+        CrossingState::new(twin)
     }
 
     /// One servo tick with a load and half a gap as they are known now.
     pub(super) fn step(&self, state: &mut CrossingState, signals: &Signals, load: &LoadModel, half_gap: f64) -> Correction {
-        let now = state.twin;
-        let carried = self.weighed(load, now.plant.load_position);
-        self.twin.step(&mut state.twin, &signals.reference, &signals.next_reference, &carried);
+        self.begin(state, load).step(&signals.reference, &signals.next_reference);
+        self.finish(state, signals, load, half_gap)
+    }
+
+    /// The twin, which has to be stepped before the tick is finished.
+    pub(super) fn begin<'a>(&'a self, state: &'a mut CrossingState, load: &LoadModel) -> Twinned<'a> {
+        state.before = state.twin.shown();
+        Twinned { twin: &self.twin, load: self.weighed(load, state.before.load_position), state: &mut state.twin }
+    }
+
+    /// The rest of the tick.
+    pub(super) fn finish(&self, state: &mut CrossingState, signals: &Signals, load: &LoadModel, half_gap: f64) -> Correction {
+        let now = state.before;
         self.follow(state, signals);
         if !state.crossing() {
             let ticks = ticks_for(2.0 * half_gap, self.acceleration, self.period, self.traverse_ticks);
@@ -172,10 +149,10 @@ impl Crossing {
     }
 
     /// Takes up a half gap that has become known or changed, on the flank, while the load slides and is pressed: so gently that it stays so.
-    fn take_up(&self, state: &mut CrossingState, now: &TwinState, load: &LoadModel, to: f64) {
+    fn take_up(&self, state: &mut CrossingState, now: &Shown, load: &LoadModel, to: f64) {
         let way = to - state.traverse.now();
         let pressed = now.torque * f64::from(state.side);
-        if way.abs() <= NO_WAY_RAD || pressed <= self.nothing || now.plant.load_velocity.abs() < SLIDES_RAD_S {
+        if way.abs() <= NO_WAY_RAD || pressed <= self.nothing || now.load_velocity.abs() < SLIDES_RAD_S {
             return;
         }
         let ticks = ticks_for(way, PRESSING * pressed / load.inertia, self.period, self.taking_up_ticks);
@@ -197,13 +174,13 @@ impl Crossing {
         }
     }
 
-    fn side_ahead(&self, state: &mut CrossingState, now: &TwinState, signals: &Signals, load: &LoadModel, lead_ticks: f64) -> i8 {
+    fn side_ahead(&self, state: &mut CrossingState, now: &Shown, signals: &Signals, load: &LoadModel, lead_ticks: f64) -> i8 {
         let torque = now.torque + (state.twin.torque - now.torque) * (lead_ticks + EARLIER_TICKS);
         let [speed, acceleration] = state.lagged;
         // behind a lag the jerk of the reference says nothing about the axis' own
         let step = if self.lag_per_tick < 1.0 { 0.0 } else { signals.next_reference.acceleration - signals.reference.acceleration };
         let [ahead_speed, ahead_acceleration] = state.passage.ahead(speed, acceleration, step, lead_ticks, self.period);
-        let there = self.weighed(load, now.plant.load_position + ahead_speed * lead_ticks * self.period);
+        let there = self.weighed(load, now.load_position + ahead_speed * lead_ticks * self.period);
         let need = there.need(ahead_speed, ahead_acceleration, STANDING_RAD_S);
         let stands = speed.abs() <= STANDING_RAD_S && acceleration == 0.0 && step == 0.0;
         if stands && self.takes_up && load.coulomb > self.nothing {
@@ -225,14 +202,14 @@ impl Crossing {
         if torque * f64::from(state.side) < -self.twin.motor_coulomb() { -state.side } else { state.side }
     }
 
-    fn correction(&self, state: &mut CrossingState, now: &TwinState, offset: &Offset, load: &LoadModel, crossing: bool) -> Correction {
+    fn correction(&self, state: &mut CrossingState, now: &Shown, offset: &Offset, load: &LoadModel, crossing: bool) -> Correction {
         let wound = self.wind_up * now.torque / load.stiffness;
         let wind_speed = (wound - state.wound) / self.period;
         state.wound = wound;
         let carried = if state.taking_up { load.inertia } else { 0.0 };
         let mut torque = (self.twin.motor_inertia() + carried) * offset.acceleration + self.twin.motor_viscous() * offset.velocity;
         if crossing {
-            let speed = now.plant.motor_velocity + offset.velocity;
+            let speed = now.motor_velocity + offset.velocity;
             let friction = if speed > 0.0 { self.twin.motor_coulomb() } else { -self.twin.motor_coulomb() };
             torque += friction + now.motor_friction;
         }
