@@ -33,6 +33,14 @@ impl<'a> Cursor<'a> {
         self.lasts = f64::INFINITY;
     }
 
+    /// Its speed if it does not change before the next corner.
+    fn steady(&self) -> Option<f64> {
+        match self.nodes {
+            [first, second, ..] if first.b == second.b => Some(first.b.sqrt()),
+            _ => None,
+        }
+    }
+
     /// When the acceleration steps next.
     fn next(&self) -> f64 {
         self.t + self.lasts
@@ -70,12 +78,18 @@ pub(crate) fn average(nodes: &[Node], window_s: f64, complete: bool) -> Vec<Knot
     // Never less than rounding of the time.
     let instant = INSTANT_S.max(8.0 * f64::EPSILON * end);
     while here.t < end {
+        // Far along a path the places lose digits, which a long steady motion would add up.
+        let steady = front.steady().filter(|_| front.nodes.len() == back.nodes.len());
+        if let Some(v) = steady {
+            (here.v, here.a) = (v, 0.0);
+        }
         // The first corner leaves the window, too.
         let leaves = if here.t < window_s { 0.0 } else { back.next() };
         let t = front.next().min(leaves + window_s).min(end);
         let t = if t - here.t < instant { (here.t + instant).min(end) } else { t };
         let ((s1, v1), (s0, v0)) = (front.at(t), back.at(t - window_s));
-        let (v, a, dt) = ((s1 - s0) / window_s, (v1 - v0) / window_s, t - here.t);
+        let (v, a) = steady.map_or(((s1 - s0) / window_s, (v1 - v0) / window_s), |v| (v, 0.0));
+        let dt = t - here.t;
         here.j = (a - here.a) / dt;
         knots.push(here);
         // Exact where the jerk is constant.
@@ -99,5 +113,17 @@ mod tests {
             let (end, next) = (pair[0].at(pair[1].t), pair[1]);
             assert!((end.s - next.s).abs() < 1e-12 && (end.v - next.v).abs() < 1e-9 && (end.a - next.a).abs() < 1e-6, "{end:?} {next:?}");
         }
+    }
+
+    /// A minute and a half at a steady speed: the last knot is where those before it lead to.
+    #[test]
+    fn a_long_motion_ends_where_it_should() {
+        let (length, v, window_s) = (611.456551117, 7.288328331152532_f64, 0.004367524198872701);
+        let ramp = v * v / (2.0 * 853.135);
+        let corners = [(0.0, 0.0), (ramp, v * v), (length - ramp, v * v), (length, 0.0)];
+        let knots = average(&corners.map(|(s, b)| Node::new(s, b)), window_s, true);
+        let [.., before, last] = knots.as_slice() else { return assert!(!knots.is_empty()) };
+        assert!(last.t > 80.0 && last.s == length);
+        assert!((before.at(last.t).s - length).abs() < 1e-12, "{}", before.at(last.t).s - length);
     }
 }
