@@ -39,6 +39,8 @@ const LEARNED: f64 = 0.05;
 const TOLD: [f64; 2] = [0.1, 0.2];
 /// Of the damping ratio a reading is no surer than this.
 const LEAST_DAMPING_DOUBT: f64 = 2e-3;
+/// Standard deviation over value from which on a reading says nothing of the damping.
+const VAGUE: f64 = 0.1;
 /// Ticks after a reading until the next one, once the stiffness is known.
 const PAUSE: u32 = 2000;
 /// Readings that agree from which on something is told, and from which on it is known well.
@@ -117,7 +119,10 @@ impl ShaftEstimator {
         let per_ratio = 2.0 * k / shaft.frequency(&self.motor);
         let variance = per_ratio * per_ratio * (of_ratio * of_ratio + LEAST_DAMPING_DOUBT * LEAST_DAMPING_DOUBT);
         state.stiffness.take(k, of_stiffness * of_stiffness * k * k, false, true);
-        state.damping.take(shaft.damping(&self.motor), variance, false, true);
+        // readings of one move after the other err alike, so that many vague ones make no sharp one
+        if of_ratio < VAGUE * shaft.damping_ratio {
+            state.damping.take(shaft.damping(&self.motor), variance, false, true);
+        }
         state.pause = if state.stiffness.count >= KNOWN { PAUSE } else { 0 };
     }
 }
