@@ -2,6 +2,7 @@
 
 use super::blend::{self, Blend};
 use super::piece::{Piece, Programmed};
+use crate::soft::Soft;
 
 /// Parts of the room for a blend that are tried: one that takes all of it may bend more than a shorter one.
 const PARTS: [f64; 3] = [1.0, 0.7, 0.5];
@@ -11,6 +12,9 @@ const NEARLY: f64 = 0.99;
 pub(crate) trait Judge {
     /// Whether the blend is faster than coming to rest at the corner, whose tolerance is given in mm.
     fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed, tolerance: f64) -> bool;
+
+    /// How soft the motions before and after a stop should be, so that they may overlap.
+    fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft>;
 }
 
 /// The longest blend between two moves that takes no more than so much of either and is faster than a stop, if there is one.
