@@ -87,7 +87,7 @@ impl Leg {
 }
 
 /// How far from the line along `other` a step along `d` leads at most, per unit of the step.
-fn sideways(d: &Coords, other: &Coords) -> f64 {
+pub(crate) fn sideways(d: &Coords, other: &Coords) -> f64 {
     let along = (d.dot(other) / other.dot(other)).clamp(0.0, 1.0);
     size(&(*d - *other * along)).min(size(d))
 }

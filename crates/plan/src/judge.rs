@@ -4,14 +4,21 @@ use crate::condition::{Judge, Piece, Programmed};
 use crate::corner::usual_overlap_s;
 use crate::demands::demands;
 use crate::machine::{Demand, Direction, Machine, NO_LIMIT};
+use crate::soft::{self, Soft};
+use lostmotion_base::Coords;
 use lostmotion_kinematics::Kinematics;
 use lostmotion_path::Curve;
+
+/// Part of what soft ends save on lines long enough to get fast that is held against a blend: how fast that is by the end is known too little to count all of it.
+const SOFT: f64 = 0.5;
 
 /// Compares times.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TimeJudge<'a> {
     pub(crate) machine: &'a Machine,
     pub(crate) kinematics: &'a dyn Kinematics,
+    /// Whether motions are made soft at a corner: where they are retimed afterwards, that sees to it.
+    pub(crate) softens: bool,
 }
 
 impl Judge for TimeJudge<'_> {
@@ -40,6 +47,10 @@ impl Judge for TimeJudge<'_> {
         let shorter = before.length.min(next.length) / speed + speed / acceleration + window;
         saved > own + self.overlap_s(before, next, tolerance, window, 0.5 * shorter)
     }
+
+    fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft> {
+        self.softened(before, next, tolerance).filter(|_| self.softens).map(|(soft, _)| soft)
+    }
 }
 
 impl TimeJudge<'_> {
@@ -47,9 +58,24 @@ impl TimeJudge<'_> {
     fn overlap_s(&self, before: &Programmed, next: &Programmed, tolerance: f64, window_s: f64, most_s: f64) -> f64 {
         match (&before.curve, &next.curve) {
             (Curve::Line(a), Curve::Line(b)) if self.kinematics.is_affine() => {
-                usual_overlap_s(self.machine, [&a.eval(0.0).d1, &b.eval(0.0).d1], tolerance, window_s, most_s)
+                let usual = usual_overlap_s(self.machine, [&a.eval(0.0).d1, &b.eval(0.0).d1], tolerance, window_s, most_s);
+                let is_long =
+                    [before, next].into_iter().all(|line| soft::gets_fast(self.machine, &line.curve.eval(0.0).d1, line.feed, line.length));
+                let soft = self.softened(before, next, tolerance).filter(|_| is_long);
+                soft.map_or(usual, |(_, saved)| usual.max((SOFT * saved).min(most_s)))
             }
             _ => 0.0,
         }
+    }
+
+    /// How soft the motions along two lines have to be to overlap at their corner, and what that saves, s.
+    fn softened(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<(Soft, f64)> {
+        let (Curve::Line(_), Curve::Line(_), true) = (&before.curve, &next.curve, self.kinematics.is_affine()) else {
+            return None;
+        };
+        let directions = [before, next].map(|line| line.curve.eval(0.0).d1);
+        let speed = |line: &Programmed, d: &Coords| soft::fastest(self.machine, d, line.feed, line.length);
+        let speeds = [speed(before, &directions[0]), speed(next, &directions[1])];
+        soft::soften(self.machine, [&directions[0], &directions[1]], speeds, tolerance)
     }
 }

@@ -32,6 +32,7 @@ pub mod planner;
 mod profile;
 pub mod sample;
 mod sampler;
+mod soft;
 mod stretch;
 pub mod travel;
 mod window;

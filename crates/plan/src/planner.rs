@@ -8,6 +8,7 @@ use crate::judge::TimeJudge;
 use crate::machine::Machine;
 use crate::optimal::{self, Retimer, nominal_clock};
 use crate::sampler::Sampler;
+use crate::soft::Soft;
 use crate::stretch::Stretch;
 use crate::window::{Settled, Window};
 use crate::{Move, PlanError, PlanItem, PlannerConfig, Quality, Sample};
@@ -44,6 +45,8 @@ pub struct Planner {
     forced_stops: u64,
     /// Tolerance of the corner at which the last stretch came to rest, if it may be rounded.
     corner: Option<f64>,
+    /// How soft the next stretch should begin, for that corner.
+    soft: Option<Soft>,
     finished: bool,
     /// What makes the motion nearly optimal, if it should be.
     retimer: Option<Box<Retimer>>,
@@ -74,6 +77,7 @@ impl Planner {
             segments: 0,
             forced_stops: 0,
             corner: None,
+            soft: None,
             finished: false,
             retimer,
         })
@@ -101,7 +105,7 @@ impl Planner {
             PlanItem::Move(item) => self.push_move(&item),
             PlanItem::Dwell(item) => {
                 dwell(item.block, item.seconds)?;
-                self.rest(Stop { dwell_s: item.seconds, tolerance: None })
+                self.rest(Stop { dwell_s: item.seconds, ..Stop::default() })
             }
             PlanItem::Halt(_) => self.rest(Stop::default()),
         }
@@ -168,14 +172,14 @@ impl Planner {
             return Ok(());
         }
         let mut steps = Vec::new();
-        let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref() };
+        let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref(), softens: self.retimer.is_none() };
         self.conditioner.push(&programmed, &judge, &mut steps);
         self.follow(steps)
     }
 
     fn rest(&mut self, stop: Stop) -> Result<(), PlanError> {
         let mut steps = Vec::new();
-        let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref() };
+        let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref(), softens: self.retimer.is_none() };
         if let Some(last) = self.gap_of.take() {
             let end = self.here.program;
             let curve = Curve::line(end + self.gap, end);
@@ -200,7 +204,9 @@ impl Planner {
                     }
                 }
                 Step::Stop(stop) => {
-                    if let Some(settled) = self.window.finish(&self.machine, self.kinematics.as_ref()) {
+                    let ends = [self.soft.take(), stop.soft];
+                    if let Some(settled) = self.window.finish(&self.machine, self.kinematics.as_ref(), ends) {
+                        self.soft = stop.soft.filter(|_| settled.soft);
                         self.commit(settled);
                     }
                     self.sampler.end_s += stop.dwell_s;

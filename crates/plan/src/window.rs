@@ -4,6 +4,7 @@ use crate::condition::Piece;
 use crate::demands::Intervals;
 use crate::machine::{Demand, Machine};
 use crate::profile::{Certificate, Interval, Knot, Node, Plan, Section, Task, TimeLaw, average, duration_s, ideal, last_cut, plan};
+use crate::soft::{self, Soft};
 use crate::{PlanError, PlannerConfig};
 use lostmotion_kinematics::{Kinematics, KinematicsError};
 use std::collections::VecDeque;
@@ -48,6 +49,8 @@ pub(crate) struct Settled {
     pub(crate) knots: Vec<Knot>,
     /// Whether it ends at rest.
     pub(crate) complete: bool,
+    /// Whether its ends are soft where they should be.
+    pub(crate) soft: bool,
 }
 
 impl Window {
@@ -118,7 +121,7 @@ impl Window {
         let full = self.intervals.len() >= self.max_intervals || self.len() >= self.max_pieces;
         if full {
             // The stop separates what is there from what will come, so that all of it can be planned.
-            return self.finish(machine, kinematics).map(|settled| (settled, true));
+            return self.finish(machine, kinematics, [None; 2]).map(|settled| (settled, true));
         }
         self.due = [self.max_intervals, self.max_pieces];
         None
@@ -138,15 +141,17 @@ impl Window {
         // Not at once again: each plan looks at all that waits.
         let later = |waiting: usize, most: usize| most.min(waiting + most / 2);
         self.due = [later(self.intervals.len(), self.max_intervals), later(self.len(), self.max_pieces)];
-        Settled { pieces, knots, complete: false }
+        Settled { pieces, knots, complete: false, soft: false }
     }
 
-    /// Plans the rest, which ends at a stop; nothing if there is no path left.
-    pub(crate) fn finish(&mut self, machine: &Machine, kinematics: &dyn Kinematics) -> Option<Settled> {
+    /// Plans the rest, which ends at a stop, its ends soft if it is one line; nothing if there is no path left.
+    pub(crate) fn finish(&mut self, machine: &Machine, kinematics: &dyn Kinematics, ends: [Option<Soft>; 2]) -> Option<Settled> {
         self.builder.finish(&mut self.intervals);
         let settled = (!self.intervals.is_empty()).then(|| {
-            let knots = self.final_knots(machine, kinematics);
-            Settled { pieces: self.pieces.drain(..).skip(self.given).collect(), knots, complete: true }
+            let soft = self.soft_knots(machine, kinematics, ends);
+            let is_soft = soft.is_some();
+            let knots = soft.unwrap_or_else(|| self.final_knots(machine, kinematics));
+            Settled { pieces: self.pieces.drain(..).skip(self.given).collect(), knots, complete: true, soft: is_soft }
         });
         self.pieces.clear();
         self.given = 0;
@@ -161,6 +166,19 @@ impl Window {
         let base = average(nodes, self.window_s, complete);
         let section = Section { machine, kinematics, pieces: &self.pieces, intervals: &self.intervals, nodes, base: &base };
         Certificate::new(&section).holds(&base).then(|| self.law.plan(&section))
+    }
+
+    /// The motion over one line with soft ends.
+    fn soft_knots(&self, machine: &Machine, kinematics: &dyn Kinematics, ends: [Option<Soft>; 2]) -> Option<Vec<Knot>> {
+        let ([only], 1, true) = (self.intervals.as_slice(), self.pieces.len(), ends != [None; 2] && self.from.b == 0.0) else {
+            return None;
+        };
+        let (_, piece) = self.pieces.front().filter(|_| only.demand.is_straight() && self.from.s == only.start)?;
+        let reach = soft::Reach::along(machine, &piece.curve.eval(0.0).d1, only.cap);
+        let knots = soft::line(only.start, only.end - only.start, reach, ends);
+        let (nodes, base) = (&[], &knots);
+        let section = Section { machine, kinematics, pieces: &self.pieces, intervals: &self.intervals, nodes, base };
+        Certificate::new(&section).holds(&knots).then_some(knots)
     }
 
     /// The motion to the end.

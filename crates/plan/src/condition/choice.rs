@@ -2,6 +2,7 @@
 
 use super::blend::{self, Blend};
 use super::piece::{Piece, Programmed};
+use crate::soft::Soft;
 
 /// Lengths of a blend that are tried, and what follows of each is of it: one that takes all of its room may bend more than a shorter one.
 const TRIES: usize = 3;
@@ -11,6 +12,9 @@ const SHORTER: f64 = 0.7;
 pub(crate) trait Judge {
     /// Whether the blend is faster than coming to rest at the corner, whose tolerance is given in mm.
     fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed, tolerance: f64) -> bool;
+
+    /// How soft the motions before and after a stop should be, so that they may overlap.
+    fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft>;
 }
 
 /// The longest blend between two moves that takes no more than so much of either and is faster than a stop, if there is one.

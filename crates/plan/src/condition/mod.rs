@@ -120,9 +120,10 @@ impl Conditioner {
                 half
             }
             None => {
+                let allowed = (tolerance > self.config.exact_path_tolerance_mm).then_some(tolerance);
+                let soft = allowed.and_then(|tolerance| judge.soft(before, next, tolerance));
                 self.end(out);
-                let tolerance = (tolerance > self.config.exact_path_tolerance_mm).then_some(tolerance);
-                out.push(Step::Stop(Stop { tolerance, ..Stop::default() }));
+                out.push(Step::Stop(Stop { tolerance: allowed, soft, ..Stop::default() }));
                 0.0
             }
         }

@@ -1,6 +1,7 @@
 //! What the conditioned path is made of.
 
 use crate::Heeds;
+use crate::soft::Soft;
 use lostmotion_base::BlockRef;
 use lostmotion_path::Curve;
 use std::sync::Arc;
@@ -47,6 +48,8 @@ pub(crate) struct Stop {
     /// How far the tool may leave the path here, mm, to set out again before it has come to rest; none if it has to come to
     /// rest.
     pub(crate) tolerance: Option<f64>,
+    /// How soft the motions before and after it should be for that.
+    pub(crate) soft: Option<Soft>,
 }
 
 /// What the conditioner gives out.
