@@ -2,6 +2,9 @@
 //! joints that go straight from command to command against the programmed lines, densely.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[path = "common/random.rs"]
+mod random;
+
 use lostmotion_axis::AxisConfig;
 use lostmotion_axis::config::{Cycles, Interpolator};
 use lostmotion_base::math;
@@ -10,6 +13,7 @@ use lostmotion_plan::{Action, Quality, Sample};
 use lostmotion_sim::results::PlanInfo;
 use lostmotion_sim::time::TimeOptions;
 use lostmotion_sim::{Intervention, Machine, ProgramSource, SimulateOptions, plan, time};
+use random::Random;
 use std::fmt::Write;
 
 fn planned(machine: &Machine, text: &str, options: &SimulateOptions) -> (PlanInfo, Vec<Sample>) {
@@ -89,18 +93,6 @@ fn what_has_no_bow_is_planned_as_before() {
     let (free, _) = planned(&slow, turn, &SimulateOptions::default());
     let (kept, _) = planned(&linear(&slow), turn, &SimulateOptions::default());
     assert!(free.bow.unwrap().max_um > 5.0 && kept.bow.unwrap().max_um <= 5.0 && kept.duration_s > free.duration_s);
-}
-
-/// SplitMix64, from -1 to 1.
-struct Random(u64);
-
-impl Random {
-    fn signed(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
 }
 
 fn distance(p: [f64; 3], a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -1,23 +1,15 @@
 //! Random programs under tool-centre-point control on every family: limits of all joints, the tip on its straight way, no jumps, also past the poles.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::disallowed_methods)]
 
+#[path = "common/random.rs"]
+mod random;
+
 use lostmotion_base::Coords;
 use lostmotion_plan::Sample;
 use lostmotion_sim::machine::presets;
 use lostmotion_sim::{Machine, ProgramSource, SimError, SimulateOptions, plan};
+use random::Random;
 use std::fmt::Write;
-
-/// SplitMix64, from -1 to 1.
-struct Random(u64);
-
-impl Random {
-    fn signed(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}
 
 /// A machine with the letter of the axis that tilts, and from where to where programs tilt it, degrees.
 fn families() -> Vec<(Machine, char, [f64; 2])> {
