@@ -1,9 +1,17 @@
-//! One axis: a second of a sine, every method. Elements are CNC periods, so a million elements a second are 1000 times real time.
+//! One axis: a second of a sine, every method. Elements are CNC periods, so a million elements a
+//! second are 1000 times real time.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a bench says what went wrong by panicking"
+)]
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use lostmotion::axis::{AxisBatch, AxisConfig, AxisOutput, AxisRunner, METHODS, Setpoint, build_runner};
+use lostmotion::axis::{
+    AxisBatch, AxisConfig, AxisOutput, AxisRunner, METHODS, Setpoint, build_runner,
+};
 use lostmotion::base::math;
 use lostmotion::sim::machine::axis_preset;
 
@@ -24,7 +32,10 @@ fn axis(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(TICKS as u64));
     let mill = axis_preset("vmc3:x").expect("an embedded axis");
     let paper = AxisConfig::paper();
-    for (name, config, setpoints) in [("paper", paper, sine(5.0, 6.0)), ("vmc3:x", mill, sine(20.0, 2.0 * std::f64::consts::PI))] {
+    for (name, config, setpoints) in [
+        ("paper", paper, sine(5.0, 6.0)),
+        ("vmc3:x", mill, sine(20.0, 2.0 * std::f64::consts::PI)),
+    ] {
         for method in METHODS {
             let start = build_runner(&config, method.info.name, 0.0).expect("an axis");
             group.bench_function(format!("{name} {}", method.info.name), |bencher| {
@@ -32,7 +43,9 @@ fn axis(criterion: &mut Criterion) {
                 bencher.iter(|| {
                     let mut runner = start.boxed_clone();
                     output.clear();
-                    runner.push(&setpoints, &mut output).expect("finite setpoints");
+                    runner
+                        .push(&setpoints, &mut output)
+                        .expect("finite setpoints");
                     output.load.last().copied()
                 });
             });
@@ -41,19 +54,27 @@ fn axis(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Variants of one axis (gaps and gains) one after another, and as a batch on one thread and on all. Elements are CNC periods of one axis, so the
-/// ratio of the throughputs is what a batch gains.
+/// Variants of one axis (gaps and gains) one after another, and as a batch on one thread and on
+/// all. Elements are CNC periods of one axis, so the ratio of the throughputs is what a batch
+/// gains.
 fn batch(criterion: &mut Criterion) {
     const VARIANTS: usize = 32;
     let mut group = criterion.benchmark_group("axis-batch");
-    group.throughput(Throughput::Elements((TICKS * VARIANTS) as u64)).sample_size(20);
+    group
+        .throughput(Throughput::Elements((TICKS * VARIANTS) as u64))
+        .sample_size(20);
     let mill = axis_preset("vmc3:x").expect("an embedded axis");
-    for (name, base, setpoints) in
-        [("paper", AxisConfig::paper(), sine(5.0, 6.0)), ("vmc3:x", mill, sine(20.0, 2.0 * std::f64::consts::PI))]
-    {
+    for (name, base, setpoints) in [
+        ("paper", AxisConfig::paper(), sine(5.0, 6.0)),
+        ("vmc3:x", mill, sine(20.0, 2.0 * std::f64::consts::PI)),
+    ] {
         for method in ["none", "lookup", "adaptive"] {
             let start = || -> Vec<Box<dyn AxisRunner>> {
-                (0..VARIANTS).map(|index| build_runner(&variant(&base, index), method, 0.0).expect("an axis")).collect()
+                (0..VARIANTS)
+                    .map(|index| {
+                        build_runner(&variant(&base, index), method, 0.0).expect("an axis")
+                    })
+                    .collect()
             };
             let mut outputs = vec![AxisOutput::new(false); VARIANTS];
             let singles = start();
@@ -61,20 +82,34 @@ fn batch(criterion: &mut Criterion) {
                 bencher.iter(|| {
                     for (runner, output) in singles.iter().zip(&mut outputs) {
                         output.clear();
-                        runner.boxed_clone().push(&setpoints, output).expect("finite setpoints");
+                        runner
+                            .boxed_clone()
+                            .push(&setpoints, output)
+                            .expect("finite setpoints");
                     }
                 });
             });
             for threads in [1, 0] {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-                let label = if threads == 1 { "one thread" } else { "all threads" };
+                let pool = rayon::ThreadPoolBuilder::new()
+                    .num_threads(threads)
+                    .build()
+                    .expect("threads");
+                let label = if threads == 1 {
+                    "one thread"
+                } else {
+                    "all threads"
+                };
                 group.bench_function(format!("{name} {method}, batch, {label}"), |bencher| {
-                    let fresh = || AxisBatch::new(singles.iter().map(|runner| runner.boxed_clone()).collect());
+                    let fresh = || {
+                        AxisBatch::new(singles.iter().map(|runner| runner.boxed_clone()).collect())
+                    };
                     bencher.iter_batched(
                         fresh,
                         |mut batch| {
                             outputs.iter_mut().for_each(AxisOutput::clear);
-                            pool.install(|| batch.push(&[setpoints.as_slice(); VARIANTS], &mut outputs))
+                            pool.install(|| {
+                                batch.push(&[setpoints.as_slice(); VARIANTS], &mut outputs)
+                            })
                         },
                         BatchSize::LargeInput,
                     );

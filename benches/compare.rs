@@ -1,6 +1,11 @@
 //! All methods on one plan. Elements are CNC periods of the program.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a bench says what went wrong by panicking"
+)]
 
 mod support;
 
@@ -11,9 +16,17 @@ use lostmotion::sim::{Machine, ProgramSource, SimulateOptions, Unobserved, compa
 fn comparing(criterion: &mut Criterion) {
     let machine = Machine::preset("vmc3").expect("an embedded machine");
     let source = ProgramSource::from_bytes("circles", support::circles().into_bytes());
-    let methods: Vec<String> = METHODS.iter().map(|method| method.info.name.to_owned()).collect();
+    let methods: Vec<String> = METHODS
+        .iter()
+        .map(|method| method.info.name.to_owned())
+        .collect();
     let options = SimulateOptions::default();
-    let run = || compare(&source, &machine, &methods, &options, &mut Unobserved).expect("a comparison").plan.duration_s;
+    let run = || {
+        compare(&source, &machine, &methods, &options, &mut Unobserved)
+            .expect("a comparison")
+            .plan
+            .duration_s
+    };
     let mut group = criterion.benchmark_group("compare");
     group.sample_size(10);
     group.throughput(Throughput::Elements((run() * 1e3) as u64));

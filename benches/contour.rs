@@ -1,9 +1,17 @@
-//! Contour stage and kinematics: foot points on a path of short lines and on an arc; joints and their derivatives.
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+//! Contour stage and kinematics: foot points on a path of short lines and on an arc; joints and
+//! their derivatives.
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a bench says what went wrong by panicking"
+)]
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use lostmotion::base::{BlockRef, Coords, math};
-use lostmotion::contour::{ContourConfig, ContourInput, ContourTracker, FootState, ProgrammedSegment};
+use lostmotion::contour::{
+    ContourConfig, ContourInput, ContourTracker, FootState, ProgrammedSegment,
+};
 use lostmotion::kinematics::{KinematicsSpec, build};
 use lostmotion::path::{Arc, ArcSpec, Curve, Plane};
 
@@ -15,7 +23,14 @@ fn along(curves: &[Curve]) -> (ContourTracker, Vec<ContourInput>) {
     let mut inputs = Vec::new();
     for (index, curve) in (0..).zip(curves) {
         let block = BlockRef::default();
-        let segment = ProgrammedSegment { index, curve: *curve, plane: Plane::Xy, rapid: false, origin_mm: [0.0; 3], block };
+        let segment = ProgrammedSegment {
+            index,
+            curve: *curve,
+            plane: Plane::Xy,
+            rapid: false,
+            origin_mm: [0.0; 3],
+            block,
+        };
         tracker.push(segment).expect("segments in order");
     }
     for tick in 0..SAMPLES {
@@ -43,7 +58,16 @@ fn lines() -> Vec<Curve> {
 
 fn circle() -> Vec<Curve> {
     let start = Coords::xyz(25.0, 0.0, 0.0);
-    vec![Curve::Arc(Arc::new(ArcSpec { start, end: start, plane: Plane::Xy, center: [0.0, 0.0], rotation: 1 }).expect("a circle"))]
+    vec![Curve::Arc(
+        Arc::new(ArcSpec {
+            start,
+            end: start,
+            plane: Plane::Xy,
+            center: [0.0, 0.0],
+            rotation: 1,
+        })
+        .expect("a circle"),
+    )]
 }
 
 fn contour(criterion: &mut Criterion) {
@@ -54,7 +78,12 @@ fn contour(criterion: &mut Criterion) {
         group.bench_function(name, |bencher| {
             bencher.iter_batched(
                 FootState::default,
-                |mut foot| inputs.iter().map(|input| tracker.measure(&mut foot, input).expect("a foot").error_mm).sum::<f64>(),
+                |mut foot| {
+                    inputs
+                        .iter()
+                        .map(|input| tracker.measure(&mut foot, input).expect("a foot").error_mm)
+                        .sum::<f64>()
+                },
                 BatchSize::SmallInput,
             );
         });
@@ -63,13 +92,19 @@ fn contour(criterion: &mut Criterion) {
 }
 
 fn kinematics(criterion: &mut Criterion) {
-    let spec = KinematicsSpec { kind: "trunnion-ac".to_owned(), rotation_point_mm: Some([0.0, 0.0, -50.0]), ..KinematicsSpec::default() };
+    let spec = KinematicsSpec {
+        kind: "trunnion-ac".to_owned(),
+        rotation_point_mm: Some([0.0, 0.0, -50.0]),
+        ..KinematicsSpec::default()
+    };
     let trunnion = build(&spec).expect("a trunnion");
     let mut pose = Coords::xyz(10.0, 20.0, 30.0);
     (pose.0[3], pose.0[5]) = (0.3, 1.1);
     let jets = Curve::line(pose, pose + Coords([1.0; 9])).jet(0.5);
     let mut group = criterion.benchmark_group("kinematics");
-    group.bench_function("trunnion inverse", |bencher| bencher.iter(|| trunnion.inverse(&pose, &[0.0, 0.0, 80.0])));
+    group.bench_function("trunnion inverse", |bencher| {
+        bencher.iter(|| trunnion.inverse(&pose, &[0.0, 0.0, 80.0]))
+    });
     group.bench_function("trunnion inverse with three derivatives", |bencher| {
         bencher.iter(|| trunnion.inverse_jet(&jets, &[0.0, 0.0, 80.0]));
     });

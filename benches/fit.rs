@@ -1,6 +1,11 @@
 //! The offline fit of the gap from a log of ten seconds.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a bench says what went wrong by panicking"
+)]
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use lostmotion::axis::{AxisConfig, AxisOutput, AxisSample, Setpoint, build_runner};
@@ -18,7 +23,9 @@ fn log(config: &AxisConfig) -> Vec<AxisSample> {
     let setpoints: Vec<Setpoint> = (0..1000 * SECONDS).map(at).collect();
     let mut output = AxisOutput::new(true);
     let mut runner = build_runner(config, "none", 0.0).expect("an axis");
-    runner.push(&setpoints, &mut output).expect("finite setpoints");
+    runner
+        .push(&setpoints, &mut output)
+        .expect("finite setpoints");
     output.trace.unwrap_or_default()
 }
 
@@ -28,7 +35,9 @@ fn fit(criterion: &mut Criterion) {
     let settings = FitSettings::for_motor(&config.motor);
     let mut group = criterion.benchmark_group("fit");
     group.sample_size(10);
-    group.bench_function("10 s at 250 us", |bencher| bencher.iter(|| fit_backlash(&log, &settings).expect("a fit").half_gap_rad));
+    group.bench_function("10 s at 250 us", |bencher| {
+        bencher.iter(|| fit_backlash(&log, &settings).expect("a fit").half_gap_rad)
+    });
     group.finish();
 }
 

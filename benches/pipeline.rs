@@ -1,6 +1,11 @@
 //! The whole chain for one method, on one thread and on all. Elements are CNC periods.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a bench says what went wrong by panicking"
+)]
 
 mod support;
 
@@ -13,10 +18,25 @@ fn pipeline(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("simulate");
     group.sample_size(10);
     for threads in [1, 0] {
-        let options = SimulateOptions { threads, ..SimulateOptions::default() };
-        let run = || simulate(&source, &machine, "none", &options, &mut Unobserved).expect("a simulation").plan.duration_s;
+        let options = SimulateOptions {
+            threads,
+            ..SimulateOptions::default()
+        };
+        let run = || {
+            simulate(&source, &machine, "none", &options, &mut Unobserved)
+                .expect("a simulation")
+                .plan
+                .duration_s
+        };
         group.throughput(Throughput::Elements((run() * 1e3) as u64));
-        group.bench_function(if threads == 1 { "one thread" } else { "all threads" }, |bencher| bencher.iter(run));
+        group.bench_function(
+            if threads == 1 {
+                "one thread"
+            } else {
+                "all threads"
+            },
+            |bencher| bencher.iter(run),
+        );
     }
     group.finish();
 }

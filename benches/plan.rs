@@ -1,6 +1,11 @@
 //! Planning: program in, 1 ms samples out.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a bench says what went wrong by panicking"
+)]
 
 mod support;
 
@@ -11,7 +16,10 @@ fn planning(criterion: &mut Criterion) {
     let machine = Machine::preset("vmc3").expect("an embedded machine");
     let mut group = criterion.benchmark_group("plan");
     group.sample_size(10);
-    for (name, text) in [("surfacing, 1 minute", support::surfacing(1.0)), ("circles", support::circles())] {
+    for (name, text) in [
+        ("surfacing, 1 minute", support::surfacing(1.0)),
+        ("circles", support::circles()),
+    ] {
         let source = ProgramSource::from_bytes(name, text.into_bytes());
         let options = SimulateOptions::default();
         let run = || {

@@ -1,7 +1,8 @@
 //! lostmotion: from a part program to its contour error on a real machine.
 //!
 //! The facade re-exports every stage under one name and adds nothing: [`sim`] is the front door
-//! (`simulate`, `compare`, `plan`), the other modules are its stages for those who embed a part of the chain.
+//! (`simulate`, `compare`, `plan`), the other modules are its stages for those who embed a part of
+//! the chain.
 //!
 //! ```text
 //! gcode -> path -> plan -> kinematics -> axis (one each) -> contour -> report

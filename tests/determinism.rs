@@ -1,6 +1,11 @@
 //! Same input, same bits: whatever the number of threads and the size of chunks.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 mod common;
 
@@ -12,13 +17,20 @@ fn results_do_not_depend_on_threads_or_chunks() {
     let (source, machine) = (part("engraving.ngc"), machine("vmc3"));
     let methods = ["none".to_owned(), "published".to_owned()];
     let run = |threads, chunk_samples| {
-        let options = SimulateOptions { threads, chunk_samples, ..SimulateOptions::default() };
+        let options = SimulateOptions {
+            threads,
+            chunk_samples,
+            ..SimulateOptions::default()
+        };
         let comparison = compare(&source, &machine, &methods, &options, &mut Unobserved).unwrap();
         serde_json::to_string(&comparison).unwrap()
     };
     let first = run(1, 1000);
     for (threads, chunk) in [(2, 1000), (3, 77), (1, 1)] {
-        assert!(run(threads, chunk) == first, "{threads} threads, chunks of {chunk}");
+        assert!(
+            run(threads, chunk) == first,
+            "{threads} threads, chunks of {chunk}"
+        );
     }
 }
 
@@ -26,7 +38,10 @@ fn results_do_not_depend_on_threads_or_chunks() {
 fn plans_do_not_depend_on_chunks() {
     let (source, machine) = (part("lissajous.ngc"), machine("vmc3"));
     let run = |chunk_samples| {
-        let options = SimulateOptions { chunk_samples, ..SimulateOptions::default() };
+        let options = SimulateOptions {
+            chunk_samples,
+            ..SimulateOptions::default()
+        };
         let mut all = Vec::new();
         let info = plan(&source, &machine, &options, &mut |samples| {
             all.extend_from_slice(samples);

@@ -1,6 +1,11 @@
 //! The crates may depend on each other only downwards, as ARCHITECTURE.md draws it.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 use cargo_metadata::{DependencyKind, MetadataCommand};
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,10 +20,42 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("lostmotion-plan", &["base", "path", "kinematics"]),
     ("lostmotion-contour", &["base", "path"]),
     ("lostmotion-identify", &["base", "axis"]),
-    ("lostmotion-sim", &["base", "gcode", "path", "kinematics", "plan", "axis", "contour"]),
-    ("lostmotion-report", &["base", "axis", "contour", "plan", "gcode", "sim"]),
-    ("lostmotion-study", &["base", "plan", "axis", "contour", "sim", "report"]),
-    ("lostmotion", &["base", "gcode", "path", "kinematics", "plan", "axis", "contour", "identify", "sim", "report", "study"]),
+    (
+        "lostmotion-sim",
+        &[
+            "base",
+            "gcode",
+            "path",
+            "kinematics",
+            "plan",
+            "axis",
+            "contour",
+        ],
+    ),
+    (
+        "lostmotion-report",
+        &["base", "axis", "contour", "plan", "gcode", "sim"],
+    ),
+    (
+        "lostmotion-study",
+        &["base", "plan", "axis", "contour", "sim", "report"],
+    ),
+    (
+        "lostmotion",
+        &[
+            "base",
+            "gcode",
+            "path",
+            "kinematics",
+            "plan",
+            "axis",
+            "contour",
+            "identify",
+            "sim",
+            "report",
+            "study",
+        ],
+    ),
     ("lostmotion-cli", &[""]),
 ];
 
@@ -29,48 +66,89 @@ const FORBIDDEN: &[(&str, &[&str])] = &[
     ("lostmotion-path", &["faer", "clarabel", "nom"]),
     ("lostmotion-plan", &["faer", "clarabel", "nom"]),
     ("lostmotion-contour", &["faer", "clarabel", "nom"]),
-    ("lostmotion-sim", &["faer", "clarabel", "clap", "indicatif", "csv"]),
+    (
+        "lostmotion-sim",
+        &["faer", "clarabel", "clap", "indicatif", "csv"],
+    ),
 ];
 
 fn short(name: &str) -> &str {
-    name.strip_prefix("lostmotion").map_or(name, |rest| rest.trim_start_matches('-'))
+    name.strip_prefix("lostmotion")
+        .map_or(name, |rest| rest.trim_start_matches('-'))
 }
 
 #[test]
 fn edges_between_crates_go_one_way() {
-    let metadata = MetadataCommand::new().no_deps().exec().expect("cargo metadata");
-    let allowed: BTreeMap<&str, BTreeSet<&str>> = ALLOWED.iter().map(|(name, edges)| (*name, edges.iter().copied().collect())).collect();
+    let metadata = MetadataCommand::new()
+        .no_deps()
+        .exec()
+        .expect("cargo metadata");
+    let allowed: BTreeMap<&str, BTreeSet<&str>> = ALLOWED
+        .iter()
+        .map(|(name, edges)| (*name, edges.iter().copied().collect()))
+        .collect();
     let mut seen = BTreeSet::new();
     for package in &metadata.packages {
         let name = package.name.as_str();
         seen.insert(name.to_string());
-        let edges = allowed.get(name).unwrap_or_else(|| panic!("{name} is not in the layering table"));
-        for dependency in package.dependencies.iter().filter(|d| d.kind == DependencyKind::Normal) {
+        let edges = allowed
+            .get(name)
+            .unwrap_or_else(|| panic!("{name} is not in the layering table"));
+        for dependency in package
+            .dependencies
+            .iter()
+            .filter(|d| d.kind == DependencyKind::Normal)
+        {
             if dependency.name.starts_with("lostmotion") {
-                assert!(edges.contains(short(&dependency.name)), "{name} must not depend on {}", dependency.name);
+                assert!(
+                    edges.contains(short(&dependency.name)),
+                    "{name} must not depend on {}",
+                    dependency.name
+                );
             }
         }
     }
-    let table: BTreeSet<String> = ALLOWED.iter().map(|(name, _)| (*name).to_string()).collect();
-    assert_eq!(seen, table, "the layering table lists exactly the workspace");
+    let table: BTreeSet<String> = ALLOWED
+        .iter()
+        .map(|(name, _)| (*name).to_string())
+        .collect();
+    assert_eq!(
+        seen, table,
+        "the layering table lists exactly the workspace"
+    );
 }
 
 #[test]
 fn heavy_or_io_crates_stay_out_of_the_forward_path() {
     let metadata = MetadataCommand::new().exec().expect("cargo metadata");
     let resolve = metadata.resolve.as_ref().expect("a resolved graph");
-    let name_of: BTreeMap<_, _> = metadata.packages.iter().map(|p| (&p.id, p.name.to_string())).collect();
+    let name_of: BTreeMap<_, _> = metadata
+        .packages
+        .iter()
+        .map(|p| (&p.id, p.name.to_string()))
+        .collect();
     for (root, forbidden) in FORBIDDEN {
-        let start = metadata.packages.iter().find(|p| p.name.as_str() == *root).expect("a workspace crate");
+        let start = metadata
+            .packages
+            .iter()
+            .find(|p| p.name.as_str() == *root)
+            .expect("a workspace crate");
         let mut todo = vec![&start.id];
         let mut reached = BTreeSet::new();
         while let Some(id) = todo.pop() {
             if !reached.insert(id) {
                 continue;
             }
-            let node = resolve.nodes.iter().find(|node| node.id == *id).expect("every package has a node");
+            let node = resolve
+                .nodes
+                .iter()
+                .find(|node| node.id == *id)
+                .expect("every package has a node");
             for dep in &node.deps {
-                let normal = dep.dep_kinds.iter().any(|kind| kind.kind == DependencyKind::Normal);
+                let normal = dep
+                    .dep_kinds
+                    .iter()
+                    .any(|kind| kind.kind == DependencyKind::Normal);
                 if normal {
                     todo.push(&dep.pkg);
                 }

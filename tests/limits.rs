@@ -1,6 +1,12 @@
-//! Every limit of every joint is kept at every sample of every sample part, on finite differences as an outsider would take them.
+//! Every limit of every joint is kept at every sample of every sample part, on finite differences
+//! as an outsider would take them.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 mod common;
 
@@ -13,19 +19,31 @@ const PERIOD_S: f64 = 1e-3;
 const SLACK: f64 = 1.001;
 
 fn difference(from: &[Coords]) -> Vec<Coords> {
-    from.windows(2).map(|pair| (pair[1] - pair[0]) * (1.0 / PERIOD_S)).collect()
+    from.windows(2)
+        .map(|pair| (pair[1] - pair[0]) * (1.0 / PERIOD_S))
+        .collect()
 }
 
 fn check(name: &str, on: &str) {
     let machine = machine(on);
     let mut positions = Vec::new();
-    plan(&part(name), &machine, &SimulateOptions::default(), &mut |samples| {
-        positions.extend(samples.iter().map(|sample| sample.position));
-        Ok(())
-    })
+    plan(
+        &part(name),
+        &machine,
+        &SimulateOptions::default(),
+        &mut |samples| {
+            positions.extend(samples.iter().map(|sample| sample.position));
+            Ok(())
+        },
+    )
     .unwrap_or_else(|error| panic!("{name}: {error}"));
     let rest = |at: Option<&Coords>| vec![*at.expect("samples"); 4];
-    let positions = [rest(positions.first()), positions.clone(), rest(positions.last())].concat();
+    let positions = [
+        rest(positions.first()),
+        positions.clone(),
+        rest(positions.last()),
+    ]
+    .concat();
     let velocity = difference(&positions);
     let acceleration = difference(&velocity);
     let jerk = difference(&acceleration);
@@ -37,7 +55,11 @@ fn check(name: &str, on: &str) {
             ("acceleration", peak(&acceleration), limits.acceleration),
             ("jerk", peak(&jerk), limits.jerk),
         ] {
-            assert!(value <= limit * SLACK, "{name} on {on}: {what} of {} reaches {value} of {limit}", axis.id);
+            assert!(
+                value <= limit * SLACK,
+                "{name} on {on}: {what} of {} reaches {value} of {limit}",
+                axis.id
+            );
         }
     }
 }

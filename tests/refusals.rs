@@ -1,6 +1,11 @@
 //! Bad input: a clear error with place and values, never a panic, nothing half done.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 mod common;
 
@@ -10,8 +15,14 @@ use lostmotion::sim::{Machine, ProgramSource, SimError};
 fn refusal(text: &str) -> String {
     match run(&program(text), &machine("vmc3"), &["none"]) {
         Ok(_) => panic!("accepted: {text}"),
-        Err(SimError::Program { diagnostics, .. }) => diagnostics.kept().iter().map(|d| format!("{d}\n")).collect(),
-        Err(SimError::Travel { violations, count, .. }) => {
+        Err(SimError::Program { diagnostics, .. }) => diagnostics
+            .kept()
+            .iter()
+            .map(|d| format!("{d}\n"))
+            .collect(),
+        Err(SimError::Travel {
+            violations, count, ..
+        }) => {
             let rows: String = violations.iter().map(|v| format!("{v}\n")).collect();
             format!("{count}\n{rows}")
         }
@@ -32,7 +43,10 @@ fn programs_with_errors_name_place_and_values() {
     ] {
         let message = refusal(text);
         for word in words {
-            assert!(message.contains(word), "{text:?} is refused without {word:?}: {message}");
+            assert!(
+                message.contains(word),
+                "{text:?} is refused without {word:?}: {message}"
+            );
         }
     }
 }
@@ -48,10 +62,21 @@ fn all_errors_of_a_program_come_at_once() {
 #[test]
 fn what_is_not_there_is_said() {
     let missing = ProgramSource::from_path("no/such/file.ngc");
-    assert!(matches!(run(&missing, &machine("vmc3"), &["none"]), Err(SimError::Read { .. })));
+    assert!(matches!(
+        run(&missing, &machine("vmc3"), &["none"]),
+        Err(SimError::Read { .. })
+    ));
     let folder = ProgramSource::from_path(env!("CARGO_MANIFEST_DIR"));
-    assert!(matches!(run(&folder, &machine("vmc3"), &["none"]), Err(SimError::Read { .. })));
-    let error = run(&program("G0 X1\nM2\n"), &machine("vmc3"), &["magic"]).unwrap_err().to_string();
-    assert!(error.contains("magic") && error.contains("published"), "{error}");
+    assert!(matches!(
+        run(&folder, &machine("vmc3"), &["none"]),
+        Err(SimError::Read { .. })
+    ));
+    let error = run(&program("G0 X1\nM2\n"), &machine("vmc3"), &["magic"])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("magic") && error.contains("published"),
+        "{error}"
+    );
     assert!(Machine::preset("nonsense").is_none());
 }

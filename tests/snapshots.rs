@@ -1,10 +1,15 @@
 //! Contour-error metrics of the sample parts with every method, locked.
 //!
-//! A snapshot says what a part's error is to 0.1 um, which is below what any of its causes can be known to. It locks what
-//! other tests check by closed forms and invariants; review a change of one like a change of the model. A method that runs
-//! away is said to do so: how far it gets is chance.
+//! A snapshot says what a part's error is to 0.1 um, which is below what any of its causes can be
+//! known to. It locks what other tests check by closed forms and invariants; review a change of one
+//! like a change of the model. A method that runs away is said to do so: how far it gets is chance.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
 
 mod common;
 
@@ -41,16 +46,26 @@ fn table(comparison: &Comparison) -> String {
         "{:.3} s, {} moves, cutting {:.1} mm, command off the path by {:.1} um at most",
         plan.duration_s, comparison.program.moves, plan.cutting_mm, plan.command.max
     );
-    let _ = writeln!(text, "{:<14} {:>8} {:>8} {:>8} {:>8}  worst", "um", "max", "p99", "rms", "backlash");
+    let _ = writeln!(
+        text,
+        "{:<14} {:>8} {:>8} {:>8} {:>8}  worst",
+        "um", "max", "p99", "rms", "backlash"
+    );
     let row = &comparison.without_gap;
-    let _ = writeln!(text, "{:<14} {:>8.1} {:>8.1} {:>8.1} {:>8}", "without gap", row.max, row.p99, row.rms, "-");
+    let _ = writeln!(
+        text,
+        "{:<14} {:>8.1} {:>8.1} {:>8.1} {:>8}",
+        "without gap", row.max, row.p99, row.rms, "-"
+    );
     for result in &comparison.results {
         let row = &result.cutting;
         if row.max > RUNS_AWAY_UM {
             let _ = writeln!(text, "{:<14} runs away", result.method);
             continue;
         }
-        let worst = result.worst_blocks.first().map_or(String::new(), |block| format!("line {} {:?}", block.block.span.line, block.cause));
+        let worst = result.worst_blocks.first().map_or(String::new(), |block| {
+            format!("line {} {:?}", block.block.span.line, block.cause)
+        });
         let _ = writeln!(
             text,
             "{:<14} {:>8.1} {:>8.1} {:>8.1} {:>8.1}  {worst}",
@@ -62,7 +77,8 @@ fn table(comparison: &Comparison) -> String {
 
 fn check(index: usize) {
     let (name, on) = PARTS[index];
-    let comparison = run(&part(name), &machine(on), METHODS).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let comparison =
+        run(&part(name), &machine(on), METHODS).unwrap_or_else(|error| panic!("{name}: {error}"));
     insta::with_settings!({ prepend_module_to_snapshot => false, omit_expression => true }, {
         insta::assert_snapshot!(format!("{}__{on}", name.trim_end_matches(".ngc")), table(&comparison));
     });

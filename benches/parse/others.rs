@@ -2,7 +2,10 @@
 
 use async_gcode::{GCode, Parser, RealValue};
 use futures::stream;
-use gcode::core::{BlockVisitor, CommandVisitor, ControlFlow, Diagnostics, HasDiagnostics, Noop, Number, ProgramVisitor, Span, Value};
+use gcode::core::{
+    BlockVisitor, CommandVisitor, ControlFlow, Diagnostics, HasDiagnostics, Noop, Number,
+    ProgramVisitor, Span, Value,
+};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 

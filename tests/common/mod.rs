@@ -1,13 +1,20 @@
 //! Shared by the tests of the whole chain.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
-use lostmotion::sim::{Comparison, Machine, ProgramSource, SimError, SimulateOptions, Unobserved, compare};
+use lostmotion::sim::{
+    Comparison, Machine, ProgramSource, SimError, SimulateOptions, Unobserved, compare,
+};
 use std::path::PathBuf;
 
 /// A sample of gcode_samples/parts.
 pub(crate) fn part(name: &str) -> ProgramSource {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("gcode_samples/parts").join(name);
-    ProgramSource::from_bytes(name, std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("gcode_samples/parts")
+        .join(name);
+    ProgramSource::from_bytes(
+        name,
+        std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())),
+    )
 }
 
 /// A program as text.
@@ -21,7 +28,17 @@ pub(crate) fn machine(name: &str) -> Machine {
 }
 
 /// All methods on one plan with default options.
-pub(crate) fn run(source: &ProgramSource, machine: &Machine, methods: &[&str]) -> Result<Comparison, SimError> {
+pub(crate) fn run(
+    source: &ProgramSource,
+    machine: &Machine,
+    methods: &[&str],
+) -> Result<Comparison, SimError> {
     let methods: Vec<String> = methods.iter().map(ToString::to_string).collect();
-    compare(source, machine, &methods, &SimulateOptions::default(), &mut Unobserved)
+    compare(
+        source,
+        machine,
+        &methods,
+        &SimulateOptions::default(),
+        &mut Unobserved,
+    )
 }

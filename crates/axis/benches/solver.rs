@@ -1,9 +1,15 @@
-//! A tenth of a second of one axis in its closed loop, its plant stepped by the library and by a general-purpose solver with location of events.
+//! A tenth of a second of one axis in its closed loop, its plant stepped by the library and by a
+//! general-purpose solver with location of events.
 //!
-//! Spline, drive and inputs are the same; the solver's tolerances and the load's deviation from the library's are printed with both times and the
-//! ratio. Elements are CNC periods.
+//! Spline, drive and inputs are the same; the solver's tolerances and the load's deviation from the
+//! library's are printed with both times and the ratio. Elements are CNC periods.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a bench says what went wrong by panicking")]
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a bench says what went wrong by panicking"
+)]
 
 #[path = "../tests/hybrid/mod.rs"]
 mod hybrid;
@@ -43,13 +49,16 @@ struct Solver {
 impl Stepper for Solver {
     fn step(&mut self, state: &mut PlantState, input: &PlantInput) {
         let p = &self.machine.p;
-        // i_d as the library has it: an exponential of its own, coupled with values at the period's start
+        // i_d as the library has it: an exponential of its own, coupled with values at the period's
+        // start
         let cross = p.pole_pairs * state.motor_velocity * p.inductance_h;
         let decay = math::exp(-p.resistance_ohm / p.inductance_h * p.period_s);
         self.machine.voltage = input.voltage_q - cross * state.current_d;
-        state.current_d = decay * state.current_d + (1.0 - decay) / p.resistance_ohm * (input.voltage_d + cross * state.current_q);
+        state.current_d = decay * state.current_d
+            + (1.0 - decay) / p.resistance_ohm * (input.voltage_d + cross * state.current_q);
         self.machine.extra = input.load_torque;
-        self.machine.advance(&mut self.phase, p.period_s, self.method);
+        self.machine
+            .advance(&mut self.phase, p.period_s, self.method);
         let [current, motor, load, motor_velocity, load_velocity, ..] = self.phase.y;
         (state.current_q, state.gap_angle, state.load_position) = (current, motor - load, load);
         (state.motor_velocity, state.load_velocity) = (motor_velocity, load_velocity);
@@ -65,9 +74,17 @@ fn run(config: &AxisConfig, start: PlantState, stepper: &mut dyn Stepper) -> Vec
     for tick in 0..TICKS {
         let rate = 40.0;
         let (sin, cos) = math::sin_cos(rate * f64::from(tick) * 1e-3);
-        spline.push(&mut reference, &Setpoint::moving(1.0 - cos, rate * sin, rate * rate * cos)).expect("finite");
+        spline
+            .push(
+                &mut reference,
+                &Setpoint::moving(1.0 - cos, rate * sin, rate * rate * cos),
+            )
+            .expect("finite");
         for index in 0..SAMPLES {
-            let (now, next) = (spline.at(&reference, index, SAMPLES), spline.at(&reference, index + 1, SAMPLES));
+            let (now, next) = (
+                spline.at(&reference, index, SAMPLES),
+                spline.at(&reference, index + 1, SAMPLES),
+            );
             let measured = servo.measure(&mut drive, &state);
             loads.push(state.load_position);
             servo.command(&mut drive, &now, &next, &measured, &Correction::NONE);
@@ -82,7 +99,10 @@ fn run(config: &AxisConfig, start: PlantState, stepper: &mut dyn Stepper) -> Vec
 
 /// The paper's axis with friction at both masses and a gap of 0.01 rad.
 fn axis(friction: Frictions) -> AxisConfig {
-    let mut config = AxisConfig { friction, ..AxisConfig::paper() };
+    let mut config = AxisConfig {
+        friction,
+        ..AxisConfig::paper()
+    };
     config.motor.coulomb_nm = 0.1;
     if let Load::Reflected(load) = &mut config.load {
         (load.coulomb_nm, load.gap_rad) = (0.5, 0.01);
@@ -97,33 +117,78 @@ fn best_of(rounds: u32, mut work: impl FnMut()) -> f64 {
         work();
         start.elapsed().as_secs_f64()
     };
-    (0..rounds).map(|_| once(&mut work)).fold(f64::INFINITY, f64::min)
+    (0..rounds)
+        .map(|_| once(&mut work))
+        .fold(f64::INFINITY, f64::min)
 }
 
 fn solver(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("solver");
-    group.throughput(Throughput::Elements(u64::from(TICKS))).sample_size(10);
-    let stribeck = FrictionLaw::Stribeck(Stribeck { static_factor: 1.4, speed_units_s: 1.0 });
-    let lugre = FrictionLaw::Lugre(Lugre { static_factor: 1.4, speed_units_s: 1.0, presliding_units: 2e-3, damping_s: 1e-3 });
-    let laws = [("coulomb", FrictionLaw::Coulomb), ("stribeck", stribeck), ("lugre", lugre)];
+    group
+        .throughput(Throughput::Elements(u64::from(TICKS)))
+        .sample_size(10);
+    let stribeck = FrictionLaw::Stribeck(Stribeck {
+        static_factor: 1.4,
+        speed_units_s: 1.0,
+    });
+    let lugre = FrictionLaw::Lugre(Lugre {
+        static_factor: 1.4,
+        speed_units_s: 1.0,
+        presliding_units: 2e-3,
+        damping_s: 1e-3,
+    });
+    let laws = [
+        ("coulomb", FrictionLaw::Coulomb),
+        ("stribeck", stribeck),
+        ("lugre", lugre),
+    ];
     for (name, law) in laws {
-        let config = axis(Frictions { motor: FrictionLaw::Coulomb, load: law });
+        let config = axis(Frictions {
+            motor: FrictionLaw::Coulomb,
+            load: law,
+        });
         let params = PlantParams::new(&config);
         let (plant, start) = (Plant::new(&params), PlantState::at_rest(&params, 0.0, 0.0));
         let with = |method: Method| {
-            let machine = Machine { p: params, voltage: 0.0, extra: 0.0 };
-            run(&config, start, &mut Solver { machine, phase: Phase::of(&params, &start), method })
+            let machine = Machine {
+                p: params,
+                voltage: 0.0,
+                extra: 0.0,
+            };
+            run(
+                &config,
+                start,
+                &mut Solver {
+                    machine,
+                    phase: Phase::of(&params, &start),
+                    method,
+                },
+            )
         };
         let ours = run(&config, start, &mut &plant);
         let own = best_of(20, || drop(run(&config, start, &mut &plant)));
-        for (kind, method) in [("explicit", Method::Explicit(1e-7)), ("implicit", Method::Radau(1e-8))] {
+        for (kind, method) in [
+            ("explicit", Method::Explicit(1e-7)),
+            ("implicit", Method::Radau(1e-8)),
+        ] {
             let theirs = with(method);
-            let apart = ours.iter().zip(&theirs).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) / 0.01;
+            let apart = ours
+                .iter()
+                .zip(&theirs)
+                .fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+                / 0.01;
             let other = best_of(3, || drop(with(method)));
-            println!("{name}, {kind} solver: {apart:.1e} of the gap apart; {:.0} times slower than the library", other / own);
+            println!(
+                "{name}, {kind} solver: {apart:.1e} of the gap apart; {:.0} times slower than the library",
+                other / own
+            );
         }
-        group.bench_function(format!("{name} library"), |bencher| bencher.iter(|| run(&config, start, &mut &plant)));
-        group.bench_function(format!("{name} explicit"), |bencher| bencher.iter(|| with(Method::Explicit(1e-7))));
+        group.bench_function(format!("{name} library"), |bencher| {
+            bencher.iter(|| run(&config, start, &mut &plant))
+        });
+        group.bench_function(format!("{name} explicit"), |bencher| {
+            bencher.iter(|| with(Method::Explicit(1e-7)))
+        });
     }
     group.finish();
 }

@@ -51,7 +51,12 @@ impl Taken {
     /// The reference at a servo tick, and the next one.
     #[inline]
     fn at(&self, index: u32, spline: &SplineState) -> (Reference, Reference) {
-        let at = |index: u32| self.references.get(index as usize).copied().unwrap_or(spline.end());
+        let at = |index: u32| {
+            self.references
+                .get(index as usize)
+                .copied()
+                .unwrap_or(spline.end())
+        };
         (at(index), at(index + 1))
     }
 }
@@ -68,7 +73,8 @@ impl<C: Compensator> Clone for AxisSim<C> {
 }
 
 impl<C: Compensator> AxisSim<C> {
-    /// Standing still with the motor at a position in the axis' unit. The description has to be checked before.
+    /// Standing still with the motor at a position in the axis' unit. The description has to be
+    /// checked before.
     pub fn new(config: &AxisConfig, compensator: C, start_position: f64) -> AxisSim<C> {
         let factor = config.transmission.motor_rad_per_unit();
         let start_rad = start_position * factor;
@@ -84,10 +90,25 @@ impl<C: Compensator> AxisSim<C> {
         let has_scale = compensator.info().knows.load_scale;
         let plant = Plant::new(&params);
         let drifting = Drifting::new(&config.drift, &config.cycles, &plant);
-        let (units_per_motor_rad, load_per_motor_rad) = (1.0 / factor, config.transmission.load_per_motor_rad());
+        let (units_per_motor_rad, load_per_motor_rad) =
+            (1.0 / factor, config.transmission.load_per_motor_rad());
         let servo_ticks = config.cycles.servo_ticks() as u32;
-        let model = Model { spline, servo_ticks, servo, plant, compensator, units_per_motor_rad, load_per_motor_rad, has_scale };
-        AxisSim { model: Arc::new(model), state, drifting, setpoint: Taken::default() }
+        let model = Model {
+            spline,
+            servo_ticks,
+            servo,
+            plant,
+            compensator,
+            units_per_motor_rad,
+            load_per_motor_rad,
+            has_scale,
+        };
+        AxisSim {
+            model: Arc::new(model),
+            state,
+            drifting,
+            setpoint: Taken::default(),
+        }
     }
 
     /// The present state, to be kept.
@@ -114,8 +135,10 @@ impl<C: Compensator> AxisSim<C> {
             load_position: state.plant.load_position,
         };
         let correction = model.correct(&mut state.compensator, [reference, next_reference], &seen);
-        out.load.push(state.plant.load_position * model.units_per_motor_rad);
-        out.reference.push(reference.position * model.units_per_motor_rad);
+        out.load
+            .push(state.plant.load_position * model.units_per_motor_rad);
+        out.reference
+            .push(reference.position * model.units_per_motor_rad);
         if let Some(trace) = &mut out.trace {
             let plant = &state.plant;
             trace.push(AxisSample {
@@ -134,14 +157,23 @@ impl<C: Compensator> AxisSim<C> {
                 damping_estimate: correction.damping_estimate,
             });
         }
-        model.servo.command(&mut state.servo, &reference, &next_reference, &measured, &correction);
+        model.servo.command(
+            &mut state.servo,
+            &reference,
+            &next_reference,
+            &measured,
+            &correction,
+        );
     }
 
     #[inline]
     fn fast_half(&mut self) -> CurrentLoop<'_> {
         CurrentLoop {
             servo: &self.model.servo,
-            plant: self.drifting.as_ref().map_or(&self.model.plant, Drifting::plant),
+            plant: self
+                .drifting
+                .as_ref()
+                .map_or(&self.model.plant, Drifting::plant),
             servo_state: &mut self.state.servo,
             plant_state: &mut self.state.plant,
             load_torque: self.setpoint.load_torque,
@@ -155,7 +187,15 @@ impl<C: Compensator> AxisSim<C> {
 
 fn load_force(tick: u64, setpoint: &Setpoint) -> Result<f64, AxisError> {
     let value = setpoint.load_force.unwrap_or(0.0);
-    if value.abs() <= LARGEST_LOAD_FORCE { Ok(value) } else { Err(AxisError::LoadForce { tick, value, highest: LARGEST_LOAD_FORCE }) }
+    if value.abs() <= LARGEST_LOAD_FORCE {
+        Ok(value)
+    } else {
+        Err(AxisError::LoadForce {
+            tick,
+            value,
+            highest: LARGEST_LOAD_FORCE,
+        })
+    }
 }
 
 impl<C: Compensator> AxisRunner for AxisSim<C> {
@@ -182,7 +222,9 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         let count = self.model.servo_ticks;
         self.setpoint.load_torque = load_torque;
         self.setpoint.references.clear();
-        self.setpoint.references.extend((0..=count).map(|index| spline.at(state, index, count)));
+        self.setpoint
+            .references
+            .extend((0..=count).map(|index| spline.at(state, index, count)));
         if let Some(drifting) = &mut self.drifting {
             drifting.advance(tick, &mut self.state.plant);
         }
@@ -196,14 +238,25 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
     fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>> {
         let (reference, next) = self.setpoint.at(index, &self.state.spline);
         let signals = self.model.signals([reference, next], seen);
-        let twin = self.model.compensator.begin(&mut self.state.compensator, &signals)?;
-        Some(TwinStep { twin, reference, next })
+        let twin = self
+            .model
+            .compensator
+            .begin(&mut self.state.compensator, &signals)?;
+        Some(TwinStep {
+            twin,
+            reference,
+            next,
+        })
     }
 
     fn finish_compensation(&mut self, index: u32, seen: &Seen) -> Correction {
         let (reference, next) = self.setpoint.at(index, &self.state.spline);
         let signals = self.model.signals([reference, next], seen);
-        usable(self.model.compensator.finish(&mut self.state.compensator, &signals))
+        usable(
+            self.model
+                .compensator
+                .finish(&mut self.state.compensator, &signals),
+        )
     }
 
     fn current_loop(&mut self) -> CurrentLoop<'_> {

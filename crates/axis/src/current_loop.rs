@@ -32,7 +32,13 @@ impl CurrentLoop<'_> {
     #[inline(always)]
     pub fn period(&mut self, peak_current_a: &mut f64) {
         let voltages = self.servo.voltage(self.servo_state, self.plant_state);
-        self.plant.step(self.plant_state, &PlantInput { load_torque: self.load_torque, ..voltages });
+        self.plant.step(
+            self.plant_state,
+            &PlantInput {
+                load_torque: self.load_torque,
+                ..voltages
+            },
+        );
         *peak_current_a = peak_current_a.max(self.plant_state.current_q.abs());
     }
 

@@ -34,7 +34,9 @@ pub enum AxisError {
         value: f64,
     },
     /// A force on the load that no machine has.
-    #[error("setpoint {tick}: its load_force is {value}; it has to be from -{highest} to {highest}")]
+    #[error(
+        "setpoint {tick}: its load_force is {value}; it has to be from -{highest} to {highest}"
+    )]
     LoadForce {
         /// Number of the setpoint since the start, from 0.
         tick: u64,

@@ -1,15 +1,20 @@
-//! One axis of the machine: reference spline, servo, motor, shaft with a gap, friction, and the compensator.
+//! One axis of the machine: reference spline, servo, motor, shaft with a gap, friction, and the
+//! compensator.
 //!
 //! What happens to one setpoint, in order:
-//! 1. [`mod@reference`]: the setpoint (every 1 ms) ends a quintic piece; four references of position, velocity and acceleration come out of it.
+//! 1. [`mod@reference`]: the setpoint (every 1 ms) ends a quintic piece; four references of
+//!    position, velocity and acceleration come out of it.
 //! 2. [`servo`]: at each of the four servo ticks (every 250 us) the encoder is read,
 //! 3. [`compensation`]: the compensator sees what a drive sees and answers with a correction,
-//! 4. [`servo`]: position and velocity loop turn reference, measurement and correction into a current command,
-//! 5. [`plant`]: for each of the five current periods the current loop sets a voltage and the plant takes an exact step.
+//! 4. [`servo`]: position and velocity loop turn reference, measurement and correction into a
+//!    current command,
+//! 5. [`plant`]: for each of the five current periods the current loop sets a voltage and the plant
+//!    takes an exact step.
 //!
-//! [`runner`] strings these together, [`config`] describes them. Every block keeps its immutable description apart from its small,
-//! serialisable state. Inside, everything is **motor-side**: angles in rad at the motor's shaft, the load's inertia reflected. The axis'
-//! own unit (mm, deg or rad at the load) appears only at the boundary, through [`config::Transmission`].
+//! [`runner`] strings these together, [`config`] describes them. Every block keeps its immutable
+//! description apart from its small, serialisable state. Inside, everything is **motor-side**:
+//! angles in rad at the motor's shaft, the load's inertia reflected. The axis' own unit (mm, deg or
+//! rad at the load) appears only at the boundary, through [`config::Transmission`].
 //!
 //! ```
 //! use lostmotion_axis::{AxisConfig, AxisOutput, Setpoint, build_runner};

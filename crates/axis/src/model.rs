@@ -23,7 +23,11 @@ pub(super) struct Model<C> {
 impl<C: Compensator> Model<C> {
     /// What a compensator sees.
     #[inline]
-    pub(super) fn signals(&self, [reference, next_reference]: [Reference; 2], seen: &Seen) -> Signals {
+    pub(super) fn signals(
+        &self,
+        [reference, next_reference]: [Reference; 2],
+        seen: &Seen,
+    ) -> Signals {
         Signals {
             reference,
             next_reference,
@@ -32,17 +36,33 @@ impl<C: Compensator> Model<C> {
             current: seen.current,
             mean_current: seen.mean_current,
             saturated: seen.saturated,
-            load_position: if self.has_scale { Some(self.servo.read_scale(seen.load_position)) } else { None },
+            load_position: if self.has_scale {
+                Some(self.servo.read_scale(seen.load_position))
+            } else {
+                None
+            },
         }
     }
 
     /// What the compensator answers; without its output if a drive could not act on that.
     #[inline]
-    pub(super) fn correct(&self, state: &mut C::State, references: [Reference; 2], seen: &Seen) -> Correction {
-        usable(self.compensator.step(state, &self.signals(references, seen)))
+    pub(super) fn correct(
+        &self,
+        state: &mut C::State,
+        references: [Reference; 2],
+        seen: &Seen,
+    ) -> Correction {
+        usable(
+            self.compensator
+                .step(state, &self.signals(references, seen)),
+        )
     }
 }
 
 pub(super) fn usable(wanted: Correction) -> Correction {
-    if wanted.is_usable() { wanted } else { wanted.without_output() }
+    if wanted.is_usable() {
+        wanted
+    } else {
+        wanted.without_output()
+    }
 }

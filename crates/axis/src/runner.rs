@@ -26,7 +26,10 @@ pub struct AxisOutput {
 impl AxisOutput {
     /// Empty, without or with a trace.
     pub fn new(with_trace: bool) -> AxisOutput {
-        AxisOutput { trace: with_trace.then(Vec::new), ..AxisOutput::default() }
+        AxisOutput {
+            trace: with_trace.then(Vec::new),
+            ..AxisOutput::default()
+        }
     }
 
     /// Forgets the samples and keeps the memory; count and peak go on.
@@ -41,13 +44,17 @@ impl AxisOutput {
 
 /// An axis with whatever compensator, driven by chunks of setpoints.
 pub trait AxisRunner: Send {
-    /// Takes one setpoint per command cycle and appends [`AxisRunner::servo_ticks`] samples for each.
+    /// Takes one setpoint per command cycle and appends [`AxisRunner::servo_ticks`] samples for
+    /// each.
     ///
-    /// Sample k (counted from the start) shows the axis at servo tick k, before that tick's command has had any effect; the reference in
-    /// it belongs to the setpoint time `k * servo cycle - delay`, setpoint n standing at n command cycles. Sample 0 is the start itself.
+    /// Sample k (counted from the start) shows the axis at servo tick k, before that tick's command
+    /// has had any effect; the reference in it belongs to the setpoint time
+    /// `k * servo cycle - delay`, setpoint n standing at n command cycles. Sample 0 is the start
+    /// itself.
     ///
     /// # Errors
-    /// A setpoint that is not finite or incomplete, or a force on the load beyond 1e7. Those before it have been taken.
+    /// A setpoint that is not finite or incomplete, or a force on the load beyond 1e7. Those before
+    /// it have been taken.
     fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError>;
 
     /// Command cycles by which the reference lags behind the setpoints.
@@ -65,17 +72,20 @@ pub trait AxisRunner: Send {
     /// A copy that goes on from here on its own.
     fn boxed_clone(&self) -> Box<dyn AxisRunner>;
 
-    /// First part of what [`AxisRunner::push`] does with a setpoint: takes it. For a batch, which steps several axes side by side.
+    /// First part of what [`AxisRunner::push`] does with a setpoint: takes it. For a batch, which
+    /// steps several axes side by side.
     ///
     /// # Errors
     /// As for `push`; the axis is then as before.
     fn begin_setpoint(&mut self, setpoint: &Setpoint) -> Result<(), AxisError>;
 
-    /// Then, for each of its [`AxisRunner::servo_ticks`]: measures, compensates, sets the current command, appends a sample.
+    /// Then, for each of its [`AxisRunner::servo_ticks`]: measures, compensates, sets the current
+    /// command, appends a sample.
     fn begin_tick(&mut self, index: u32, out: &mut AxisOutput);
 
-    /// What the compensator does at such a tick with what the drive has seen, up to where its own model of the axis is stepped; nothing if it has none. For a batch
-    /// that measures and sets the command itself.
+    /// What the compensator does at such a tick with what the drive has seen, up to where its own
+    /// model of the axis is stepped; nothing if it has none. For a batch that measures and sets the
+    /// command itself.
     fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>>;
 
     /// And what it answers, once its model is stepped.

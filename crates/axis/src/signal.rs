@@ -11,15 +11,21 @@ pub struct Setpoint {
     pub velocity: Option<f64>,
     /// Commanded acceleration per s2, where the control sends it along.
     pub acceleration: Option<f64>,
-    /// Force on the load against the positive direction besides what the axis' description has (cutting), N, or N m at a rotary load.
-    /// It acts over the period that the push of this setpoint simulates; none for a load that is left alone.
+    /// Force on the load against the positive direction besides what the axis' description has
+    /// (cutting), N, or N m at a rotary load. It acts over the period that the push of this
+    /// setpoint simulates; none for a load that is left alone.
     pub load_force: Option<f64>,
 }
 
 impl Setpoint {
     /// A position with its velocity and acceleration, and no force on the load.
     pub const fn moving(position: f64, velocity: f64, acceleration: f64) -> Setpoint {
-        Setpoint { position, velocity: Some(velocity), acceleration: Some(acceleration), load_force: None }
+        Setpoint {
+            position,
+            velocity: Some(velocity),
+            acceleration: Some(acceleration),
+            load_force: None,
+        }
     }
 }
 
@@ -35,7 +41,9 @@ pub struct Reference {
 }
 
 /// Which flank of the gap is in contact.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
 pub enum Engagement {
     /// The motor pushes the load in the negative direction (theta_b <= -b).
     Negative,
@@ -87,11 +95,13 @@ pub struct AxisSample {
     pub engagement: Engagement,
     /// The compensator's estimate of theta_M - theta_L, rad; NaN if it makes none.
     pub gap_angle_estimate: f64,
-    /// The compensator's estimate of the inertia that the motor carries, kg m2; NaN if it makes none.
+    /// The compensator's estimate of the inertia that the motor carries, kg m2; NaN if it makes
+    /// none.
     pub inertia_estimate: f64,
     /// The compensator's estimate of the engagement.
     pub engagement_estimate: Engagement,
-    /// Estimate of the shaft's stiffness, N m/rad at the motor; NaN if there is none or nothing has excited the shaft.
+    /// Estimate of the shaft's stiffness, N m/rad at the motor; NaN if there is none or nothing has
+    /// excited the shaft.
     pub stiffness_estimate: f64,
     /// Estimate of the shaft's damping, N m s/rad at the motor; NaN as that of the stiffness.
     pub damping_estimate: f64,

@@ -3,8 +3,10 @@
 //! ```text
 //! F = k (y1 - y2 - r) + d (v1 - v2)        r: what y1 - y2 was when the beam was squared up
 //! ```
-//! The force is held over a period of the current loop and taken in its middle, y + v h/2, so that each end's plant goes its exact step and the beam's swing is that of
-//! Stoermer's method (drift, kick, drift: for free ends it neither gains nor loses energy). Both ends are stepped period by period.
+//! The force is held over a period of the current loop and taken in its middle, y + v h/2, so that
+//! each end's plant goes its exact step and the beam's swing is that of Stoermer's method (drift,
+//! kick, drift: for free ends it neither gains nor loses energy). Both ends are stepped period by
+//! period.
 
 use crate::config::{AxisConfig, AxisConfigError};
 use crate::current_loop::CurrentLoop;
@@ -14,7 +16,8 @@ use crate::runner::{AxisOutput, AxisRunner};
 use crate::signal::Setpoint;
 use serde::{Deserialize, Serialize};
 
-/// Largest part of a swing of the beam, rad, in a period of the current loop; at 2 the method diverges, at 0.5 its frequency is 1 % off.
+/// Largest part of a swing of the beam, rad, in a period of the current loop; at 2 the method
+/// diverges, at 0.5 its frequency is 1 % off.
 const MOST_PER_PERIOD: f64 = 0.5;
 
 /// The spring and its damper.
@@ -32,11 +35,22 @@ impl Tie {
     /// Checks it against the ends that it ties.
     ///
     /// # Errors
-    /// A value that is negative or not finite, a tie so stiff that its swing is faster than the current loop can follow, ends that turn.
+    /// A value that is negative or not finite, a tie so stiff that its swing is faster than the
+    /// current loop can follow, ends that turn.
     pub fn check(&self, ends: [&AxisConfig; 2]) -> Result<(), AxisConfigError> {
-        let range = |key: &str, value: f64, allowed: String| Err(AxisConfigError::Range { key: key.to_owned(), value, allowed });
+        let range = |key: &str, value: f64, allowed: String| {
+            Err(AxisConfigError::Range {
+                key: key.to_owned(),
+                value,
+                allowed,
+            })
+        };
         if !(self.damping_n_s_per_mm >= 0.0 && self.damping_n_s_per_mm <= 1e6) {
-            return range("damping_n_s_per_mm", self.damping_n_s_per_mm, "from 0 to 1e6".to_owned());
+            return range(
+                "damping_n_s_per_mm",
+                self.damping_n_s_per_mm,
+                "from 0 to 1e6".to_owned(),
+            );
         }
         let mobility = |end: &AxisConfig| {
             let reach_m = end.transmission.load_per_motor_rad();
@@ -72,7 +86,11 @@ impl TiedAxes {
     ///
     /// # Errors
     /// A tie that does not fit the ends ([`Tie::check`]).
-    pub fn new(axes: [Box<dyn AxisRunner>; 2], configs: [&AxisConfig; 2], tie: Tie) -> Result<TiedAxes, AxisConfigError> {
+    pub fn new(
+        axes: [Box<dyn AxisRunner>; 2],
+        configs: [&AxisConfig; 2],
+        tie: Tie,
+    ) -> Result<TiedAxes, AxisConfigError> {
         tie.check(configs)?;
         let reach_m = configs.map(|config| config.transmission.load_per_motor_rad());
         let place = |end: usize| axes[end].plant().load_position * reach_m[end];
@@ -93,13 +111,20 @@ impl TiedAxes {
     /// Gives both axes their setpoints, as [`AxisRunner::push`] does with one.
     ///
     /// # Errors
-    /// As there, with the number of the end (0 or 1) whose setpoint it was. Setpoints before it have been taken.
-    pub fn push(&mut self, setpoints: [&[Setpoint]; 2], out: [&mut AxisOutput; 2]) -> Result<(), (usize, AxisError)> {
+    /// As there, with the number of the end (0 or 1) whose setpoint it was. Setpoints before it
+    /// have been taken.
+    pub fn push(
+        &mut self,
+        setpoints: [&[Setpoint]; 2],
+        out: [&mut AxisOutput; 2],
+    ) -> Result<(), (usize, AxisError)> {
         let [out0, out1] = out;
         let ticks = self.axes[0].servo_ticks() as u32;
         for (first, second) in setpoints[0].iter().zip(setpoints[1]) {
             for (end, setpoint) in [first, second].into_iter().enumerate() {
-                self.axes[end].begin_setpoint(setpoint).map_err(|error| (end, error))?;
+                self.axes[end]
+                    .begin_setpoint(setpoint)
+                    .map_err(|error| (end, error))?;
             }
             for index in 0..ticks {
                 self.axes[0].begin_tick(index, out0);
@@ -113,12 +138,16 @@ impl TiedAxes {
     fn periods(&mut self, out0: &mut AxisOutput, out1: &mut AxisOutput) {
         let (tie, reach, rest, half_s) = (self.tie, self.reach_m, self.rest_m, 0.5 * self.period_s);
         let [first, second] = &mut self.axes;
-        let (mut first, mut second): (CurrentLoop<'_>, CurrentLoop<'_>) = (first.current_loop(), second.current_loop());
+        let (mut first, mut second): (CurrentLoop<'_>, CurrentLoop<'_>) =
+            (first.current_loop(), second.current_loop());
         let told = [first.load_torque, second.load_torque];
         for _ in 0..first.periods() {
-            let ahead = |of: &dyn Fn(&PlantState) -> f64| of(first.plant_state) * reach[0] - of(second.plant_state) * reach[1];
+            let ahead = |of: &dyn Fn(&PlantState) -> f64| {
+                of(first.plant_state) * reach[0] - of(second.plant_state) * reach[1]
+            };
             let faster = ahead(&|plant| plant.load_velocity);
-            let force = tie[0] * (ahead(&|plant| plant.load_position) - rest + faster * half_s) + tie[1] * faster;
+            let force = tie[0] * (ahead(&|plant| plant.load_position) - rest + faster * half_s)
+                + tie[1] * faster;
             // A load's torque counts against its positive direction.
             first.load_torque = told[0] + force * reach[0];
             second.load_torque = told[1] - force * reach[1];

@@ -1,4 +1,5 @@
-//! `adaptive`, which is told neither gap nor load: what it leaves of the gap's part of the error, what it learns, and that it does nothing if unsure.
+//! `adaptive`, which is told neither gap nor load: what it leaves of the gap's part of the error,
+//! what it learns, and that it does nothing if unsure.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod support;
@@ -13,17 +14,39 @@ const SINES: [(f64, f64); 3] = [(5.0, 1500.0), (10.0, 3000.0), (50.0, 3000.0)];
 const TURNS: f64 = 8.0;
 
 fn last(config: &AxisConfig, radius: f64, w: f64, turns: f64) -> AxisSample {
-    *run(config, "adaptive", &|t| circle(radius, w, t), turns * TAU / w).trace.unwrap().last().unwrap()
+    *run(
+        config,
+        "adaptive",
+        &|t| circle(radius, w, t),
+        turns * TAU / w,
+    )
+    .trace
+    .unwrap()
+    .last()
+    .unwrap()
 }
 
 #[test]
 fn a_load_with_friction_loses_less_than_two_hundredths() {
-    for (share, gap, counts) in
-        [(0.02, 5.0, None), (0.1, 60.0, None), (0.02, 60.0, Some(1 << 23)), (0.1, 10.0, Some(1 << 20)), (0.3, 20.0, Some(1 << 20))]
-    {
+    for (share, gap, counts) in [
+        (0.02, 5.0, None),
+        (0.1, 60.0, None),
+        (0.02, 60.0, Some(1 << 23)),
+        (0.1, 10.0, Some(1 << 20)),
+        (0.3, 20.0, Some(1 << 20)),
+    ] {
         for (radius, feed) in SINES {
-            let [rms, max] = ratio_on_a_sine(&mill_x(share, gap, counts), "adaptive", radius, feed / 60.0 / radius, TURNS);
-            assert!(rms < 0.02 && max < 0.15, "friction {share} gap {gap} counts {counts:?} R {radius} F {feed}: {rms} {max}");
+            let [rms, max] = ratio_on_a_sine(
+                &mill_x(share, gap, counts),
+                "adaptive",
+                radius,
+                feed / 60.0 / radius,
+                TURNS,
+            );
+            assert!(
+                rms < 0.02 && max < 0.15,
+                "friction {share} gap {gap} counts {counts:?} R {radius} F {feed}: {rms} {max}"
+            );
         }
     }
 }
@@ -35,7 +58,11 @@ fn the_gap_is_known_within_two_hundredths_and_the_inertia_within_three() {
     let gap_um = 2.0 * sample.gap_angle_estimate.abs() * 16e3 / TAU;
     assert!((gap_um / 10.0 - 1.0).abs() < 0.02, "{gap_um}");
     let inertia = config.motor_side_inertia_kgm2() + config.reflected_load().inertia_kgm2;
-    assert!((sample.inertia_estimate / inertia - 1.0).abs() < 0.03, "{} {inertia}", sample.inertia_estimate);
+    assert!(
+        (sample.inertia_estimate / inertia - 1.0).abs() < 0.03,
+        "{} {inertia}",
+        sample.inertia_estimate
+    );
 }
 
 #[test]
@@ -43,10 +70,19 @@ fn nothing_of_the_load_but_its_shaft_is_told() {
     let config = mill_x(0.1, 10.0, None);
     let mut other = config.clone();
     if let Load::Slide(slide) = &mut other.load {
-        *slide = Slide { mass_kg: 900.0, viscous_n_s_per_m: 0.0, coulomb_n: 1000.0, constant_n: 50.0, gap_um: 33.0, ..*slide };
+        *slide = Slide {
+            mass_kg: 900.0,
+            viscous_n_s_per_m: 0.0,
+            coulomb_n: 1000.0,
+            constant_n: 50.0,
+            gap_um: 33.0,
+            ..*slide
+        };
     }
-    // the drive's own settings are those of the first axis; the description differs only in what may not be known
-    other.drive.told_inertia_kgm2 = Some(config.motor_side_inertia_kgm2() + config.reflected_load().inertia_kgm2);
+    // the drive's own settings are those of the first axis; the description differs only in what
+    // may not be known
+    other.drive.told_inertia_kgm2 =
+        Some(config.motor_side_inertia_kgm2() + config.reflected_load().inertia_kgm2);
     let first = build_runner(&config, "adaptive", 0.0).unwrap();
     assert!(!first.info().knows.gap && !first.info().knows.load && !first.info().knows.load_scale);
     let [rms, max] = ratio_on_a_sine(&other, "adaptive", 10.0, 5.0, TURNS);
@@ -57,7 +93,10 @@ fn nothing_of_the_load_but_its_shaft_is_told() {
 fn on_a_machine_without_a_gap_it_does_nothing() {
     let rigid = mill_x(0.1, 10.0, Some(1 << 20)).without_gap();
     let motion = |t: f64| circle(10.0, 5.0, t);
-    assert_eq!(run(&rigid, "adaptive", &motion, 8.0).load, run(&rigid, "none", &motion, 8.0).load);
+    assert_eq!(
+        run(&rigid, "adaptive", &motion, 8.0).load,
+        run(&rigid, "none", &motion, 8.0).load
+    );
 }
 
 #[test]
@@ -74,7 +113,8 @@ fn the_papers_axis_with_a_small_gap_and_no_friction() {
 #[test]
 fn it_learns_the_same_in_the_mirror() {
     let config = mill_x(0.1, 10.0, None);
-    let [forth, back] = [10.0, -10.0].map(|radius| run(&config, "adaptive", &|t| circle(radius, 5.0, t), 8.0));
+    let [forth, back] =
+        [10.0, -10.0].map(|radius| run(&config, "adaptive", &|t| circle(radius, 5.0, t), 8.0));
     let difference = max_abs(forth.load.iter().zip(&back.load).map(|(a, b)| a + b));
     assert!(difference < 1e-6, "{difference} mm");
 }
@@ -96,13 +136,21 @@ fn it_goes_on_from_a_state_kept_as_text() {
     sim.push(&points[5100..], &mut out).unwrap();
     other.push(&points[5100..], &mut again).unwrap();
     let difference = max_abs(out.load.iter().zip(&again.load).map(|(a, b)| a - b));
-    assert!(difference < 1e-4, "{difference} mm: text rounds the last bit of some numbers");
+    assert!(
+        difference < 1e-4,
+        "{difference} mm: text rounds the last bit of some numbers"
+    );
 }
 
 #[test]
 fn strokes_with_their_rests_too() {
     use support::{Move, rms, there_and_back};
-    let stroke = Move { distance: 20.0, velocity: 50.0, acceleration: 1000.0, jerk: 50_000.0 };
+    let stroke = Move {
+        distance: 20.0,
+        velocity: 50.0,
+        acceleration: 1000.0,
+        jerk: 50_000.0,
+    };
     for (rest, bound) in [(0.0, 0.03), (0.2, 0.03)] {
         let config = mill_x(0.1, 10.0, Some(1 << 20));
         let period = 2.0 * (stroke.duration() + rest);
@@ -111,7 +159,12 @@ fn strokes_with_their_rests_too() {
         let [with, without] = ["adaptive", "none"].map(|method| {
             let out = run(&config, method, &motion, 6.0 * period);
             let half = out.load.len() / 2;
-            rms(out.load.iter().zip(&rigid.load).skip(half).map(|(a, b)| a - b))
+            rms(out
+                .load
+                .iter()
+                .zip(&rigid.load)
+                .skip(half)
+                .map(|(a, b)| a - b))
         });
         assert!(with < bound * without, "rest {rest}: {}", with / without);
     }
@@ -120,7 +173,10 @@ fn strokes_with_their_rests_too() {
 #[test]
 fn where_it_learns_slowly_or_not_at_all_it_is_not_worse_than_nothing() {
     let mut paper = AxisConfig::paper();
-    (paper.drive.velocity_feedforward, paper.drive.acceleration_feedforward) = (1.0, 1.0);
+    (
+        paper.drive.velocity_feedforward,
+        paper.drive.acceleration_feedforward,
+    ) = (1.0, 1.0);
     let with_friction = |gap: f64| {
         let mut config = paper.with_gap(gap);
         if let Load::Reflected(load) = &mut config.load {
@@ -138,7 +194,11 @@ fn where_it_learns_slowly_or_not_at_all_it_is_not_worse_than_nothing() {
     ];
     for (config, radius, w) in cells {
         let [rms, max] = ratio_on_a_sine(&config, "adaptive", radius, w, TURNS);
-        assert!(rms < 1.01 && max < 1.01, "gap {:?} A {radius} w {w}: {rms} {max}", config.gap_in_unit());
+        assert!(
+            rms < 1.01 && max < 1.01,
+            "gap {:?} A {radius} w {w}: {rms} {max}",
+            config.gap_in_unit()
+        );
     }
 }
 
@@ -147,7 +207,11 @@ fn two_turns_are_enough_and_a_gap_that_grows_is_followed() {
     use lostmotion_axis::config::{Change, Shape};
     let steady = mill_x(0.1, 20.0, Some(1 << 20));
     let mut growing = steady.clone();
-    growing.drift.gap = Some(Change { factor: 1.2, over_s: 6.0, shape: Shape::Ramp });
+    growing.drift.gap = Some(Change {
+        factor: 1.2,
+        over_s: 6.0,
+        shape: Shape::Ramp,
+    });
     let (radius, w) = (10.0, 5.0);
     let motion = |t: f64| circle(radius, w, t);
     for config in [&steady, &growing] {
@@ -156,7 +220,13 @@ fn two_turns_are_enough_and_a_gap_that_grows_is_followed() {
         let [with, without] = ["adaptive", "none"].map(|method| {
             let out = run(config, method, &motion, seconds);
             // after the fourth reversal: two turns
-            support::rms(out.load.iter().zip(&rigid.load).skip(out.load.len() * 9 / 20).map(|(a, b)| a - b))
+            support::rms(
+                out.load
+                    .iter()
+                    .zip(&rigid.load)
+                    .skip(out.load.len() * 9 / 20)
+                    .map(|(a, b)| a - b),
+            )
         });
         assert!(with < 0.06 * without, "{}", with / without);
     }
@@ -167,7 +237,11 @@ fn a_stiffness_that_is_wrong_by_three_tenths_does_little() {
     use lostmotion_axis::config::{Change, Shape};
     for factor in [0.7, 1.3] {
         let mut config = mill_x(0.1, 20.0, Some(1 << 20));
-        config.drift.stiffness = Some(Change { factor, over_s: 1e-3, shape: Shape::Ramp });
+        config.drift.stiffness = Some(Change {
+            factor,
+            over_s: 1e-3,
+            shape: Shape::Ramp,
+        });
         let [rms, _] = ratio_on_a_sine(&config, "adaptive", 10.0, 5.0, TURNS);
         assert!(rms < 0.1, "{factor}: {rms}");
     }
@@ -178,11 +252,20 @@ fn minutes_of_motion_change_nothing() {
     let config = mill_x(0.1, 10.0, Some(1 << 20));
     let motion = |t: f64| circle(10.0, 5.0, t);
     let seconds = 120.0;
-    let [with, without, rigid] = [("adaptive", &config), ("none", &config), ("none", &config.without_gap())]
-        .map(|(method, config)| run(config, method, &motion, seconds));
+    let [with, without, rigid] = [
+        ("adaptive", &config),
+        ("none", &config),
+        ("none", &config.without_gap()),
+    ]
+    .map(|(method, config)| run(config, method, &motion, seconds));
     let share = |part: std::ops::Range<usize>| {
         let rms = |out: &lostmotion_axis::AxisOutput| {
-            support::rms(out.load[part.clone()].iter().zip(&rigid.load[part.clone()]).map(|(a, b)| a - b))
+            support::rms(
+                out.load[part.clone()]
+                    .iter()
+                    .zip(&rigid.load[part.clone()])
+                    .map(|(a, b)| a - b),
+            )
         };
         rms(&with) / rms(&without)
     };

@@ -1,17 +1,22 @@
-//! Margins against closed forms and against the gain at which the simulated axis begins to oscillate; limit cycles beside the simulation.
+//! Margins against closed forms and against the gain at which the simulated axis begins to
+//! oscillate; limit cycles beside the simulation.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 mod support;
 
 use lostmotion_axis::analysis::{
-    Cycle, Feedback, LimitCycle, LoopDelays, LoopKind, Margins, Regime, analyse, limit_cycle, simulated_cycle,
+    Cycle, Feedback, LimitCycle, LoopDelays, LoopKind, Margins, Regime, analyse, limit_cycle,
+    simulated_cycle,
 };
 use lostmotion_axis::config::{AxisConfig, Load, LowPass, Notch, TorqueFilter, TorqueFilters};
 use lostmotion_base::math;
 use std::f64::consts::{PI, TAU};
 use support::{max_abs, mill, mill_x, run};
 
-fn with_load(mut config: AxisConfig, change: impl Fn(&mut lostmotion_axis::config::Reflected)) -> AxisConfig {
+fn with_load(
+    mut config: AxisConfig,
+    change: impl Fn(&mut lostmotion_axis::config::Reflected),
+) -> AxisConfig {
     if let Load::Reflected(load) = &mut config.load {
         change(load);
     }
@@ -22,8 +27,15 @@ fn with_load(mut config: AxisConfig, change: impl Fn(&mut lostmotion_axis::confi
 fn slow_drive() -> AxisConfig {
     let mut config = mill(0.0, 0.0);
     config.drive.command_delay_periods = 7;
-    let notch = TorqueFilter::Notch(Notch { frequency_hz: 150.0, width_hz: 60.0, depth_db: 20.0 });
-    let low = TorqueFilter::LowPass(LowPass { frequency_hz: 600.0, damping: 0.7 });
+    let notch = TorqueFilter::Notch(Notch {
+        frequency_hz: 150.0,
+        width_hz: 60.0,
+        depth_db: 20.0,
+    });
+    let low = TorqueFilter::LowPass(LowPass {
+        frequency_hz: 600.0,
+        damping: 0.7,
+    });
     config.drive.torque_filter = TorqueFilters::try_from(vec![notch, low]).unwrap();
     config
 }
@@ -34,21 +46,31 @@ fn margins(config: &AxisConfig, kind: LoopKind, regime: Regime) -> Margins {
 
 #[test]
 fn the_papers_velocity_loop_has_the_frequency_and_damping_of_its_gains() {
-    // with J_T: 161 rad/s and 0.70; with J_M alone: 340 rad/s and 1.47 (decoded from 1.74 A s/rad and 8.6 ms); a stiff shaft, so that the
-    // resonance has no part in it
+    // with J_T: 161 rad/s and 0.70; with J_M alone: 340 rad/s and 1.47 (decoded from 1.74 A s/rad
+    // and 8.6 ms); a stiff shaft, so that the resonance has no part in it
     let stiff = with_load(AxisConfig::paper(), |load| load.stiffness_nm_per_rad = 2e5);
-    for (regime, natural, damping) in [(Regime::Engaged, 161.4, 0.698), (Regime::Gap, 340.0, 1.47)] {
+    for (regime, natural, damping) in [(Regime::Engaged, 161.4, 0.698), (Regime::Gap, 340.0, 1.47)]
+    {
         let found = margins(&stiff, LoopKind::Velocity, regime);
         // |(2 D w_n s + w_n^2)/s^2| = 1
         let d2: f64 = 2.0 * damping * damping;
         let crossover = natural * (d2 + (d2 * d2 + 1.0).sqrt()).sqrt();
         let crossover_found = found.crossover_hz.unwrap() * TAU;
-        assert!((crossover_found / crossover - 1.0).abs() < 0.03, "{regime}: {crossover_found} against {crossover}");
-        // dead time: half a period for the encoder's difference, half for the hold, and the current loop's lag (bandwidth 1370 Hz)
+        assert!(
+            (crossover_found / crossover - 1.0).abs() < 0.03,
+            "{regime}: {crossover_found} against {crossover}"
+        );
+        // dead time: half a period for the encoder's difference, half for the hold, and the current
+        // loop's lag (bandwidth 1370 Hz)
         let dead_time = 250e-6 + 1.0 / (TAU * 1370.0);
-        let phase = (math::atan(2.0 * damping * crossover_found / natural) - crossover_found * dead_time).to_degrees();
+        let phase = (math::atan(2.0 * damping * crossover_found / natural)
+            - crossover_found * dead_time)
+            .to_degrees();
         let phase_found = found.phase_margin_deg.unwrap();
-        assert!((phase_found - phase).abs() < 3.0, "{regime}: {phase_found} against {phase}");
+        assert!(
+            (phase_found - phase).abs() < 3.0,
+            "{regime}: {phase_found} against {phase}"
+        );
     }
 }
 
@@ -64,31 +86,60 @@ fn paper_velocity_gain(w: f64) -> f64 {
 
 #[test]
 fn on_a_flank_the_papers_velocity_loop_crosses_over_where_equation_2_says() {
-    let found = margins(&AxisConfig::paper(), LoopKind::Velocity, Regime::Engaged).crossover_hz.unwrap() * TAU;
-    assert!((paper_velocity_gain(found) - 1.0).abs() < 0.02, "{}", paper_velocity_gain(found));
+    let found = margins(&AxisConfig::paper(), LoopKind::Velocity, Regime::Engaged)
+        .crossover_hz
+        .unwrap()
+        * TAU;
+    assert!(
+        (paper_velocity_gain(found) - 1.0).abs() < 0.02,
+        "{}",
+        paper_velocity_gain(found)
+    );
 }
 
 #[test]
 fn a_cancelling_current_loop_is_an_integrator_with_its_delay() {
     // the mill's gains cancel L/R: w_c/s with 1.5 periods of delay, w_c = 2 pi 800 Hz
     let found = margins(&mill(0.0, 0.0), LoopKind::Current, Regime::Engaged);
-    assert!((found.crossover_hz.unwrap() / 800.0 - 1.0).abs() < 1e-2, "{:?}", found.crossover_hz);
+    assert!(
+        (found.crossover_hz.unwrap() / 800.0 - 1.0).abs() < 1e-2,
+        "{:?}",
+        found.crossover_hz
+    );
     let phase = 90.0 - 800.0 * 360.0 * 75e-6;
-    assert!((found.phase_margin_deg.unwrap() - phase).abs() < 0.5, "{:?} against {phase}", found.phase_margin_deg);
+    assert!(
+        (found.phase_margin_deg.unwrap() - phase).abs() < 0.5,
+        "{:?} against {phase}",
+        found.phase_margin_deg
+    );
     // -180 deg where w 75 us = pi/2: 3333 Hz
     assert!((found.gain_margin_hz.unwrap() * 4.0 * 75e-6 - 1.0).abs() < 1e-2);
 }
 
 /// Largest motor speed in the third quarter of a run after a kick, and in the last.
 fn ringing(config: &AxisConfig) -> [f64; 2] {
-    let out = run(config, "none", &|t| (if t > 0.02 { 1e-4 } else { 0.0 }, 0.0, 0.0), 2.0);
-    let speeds: Vec<f64> = out.trace.unwrap().iter().map(|sample| sample.motor_velocity).collect();
+    let out = run(
+        config,
+        "none",
+        &|t| (if t > 0.02 { 1e-4 } else { 0.0 }, 0.0, 0.0),
+        2.0,
+    );
+    let speeds: Vec<f64> = out
+        .trace
+        .unwrap()
+        .iter()
+        .map(|sample| sample.motor_velocity)
+        .collect();
     [4000..6000, 6000..8000].map(|part| max_abs(speeds[part].iter().copied()))
 }
 
-/// Scales a gain to 2 % below and above its limit; the simulated axis has to decay and to grow (up to the drive's limits).
+/// Scales a gain to 2 % below and above its limit; the simulated axis has to decay and to grow (up
+/// to the drive's limits).
 fn oscillates_at_its_limit(name: &str, config: &AxisConfig, kind: LoopKind, regime: Regime) {
-    let limit = math::pow(10.0, margins(config, kind, regime).gain_margin_db.unwrap() / 20.0);
+    let limit = math::pow(
+        10.0,
+        margins(config, kind, regime).gain_margin_db.unwrap() / 20.0,
+    );
     let at = |factor: f64| {
         let mut scaled = config.clone();
         let drive = &mut scaled.drive;
@@ -100,13 +151,23 @@ fn oscillates_at_its_limit(name: &str, config: &AxisConfig, kind: LoopKind, regi
         ringing(&scaled)
     };
     let ([before, after], [earlier, later]) = (at(0.98), at(1.02));
-    assert!(after < 0.9 * before || after < 1e-12, "{name}, {kind} {regime}, 2 % below {limit}: {before} to {after}");
-    assert!(later > 1.1 * earlier || later > 4.0, "{name}, {kind} {regime}, 2 % above {limit}: {earlier} to {later}");
+    assert!(
+        after < 0.9 * before || after < 1e-12,
+        "{name}, {kind} {regime}, 2 % below {limit}: {before} to {after}"
+    );
+    assert!(
+        later > 1.1 * earlier || later > 4.0,
+        "{name}, {kind} {regime}, 2 % above {limit}: {earlier} to {later}"
+    );
 }
 
 #[test]
 fn the_simulated_axis_begins_to_oscillate_at_the_gain_predicted() {
-    for (name, config) in [("paper", AxisConfig::paper()), ("mill", mill(0.0, 0.0)), ("slow", slow_drive())] {
+    for (name, config) in [
+        ("paper", AxisConfig::paper()),
+        ("mill", mill(0.0, 0.0)),
+        ("slow", slow_drive()),
+    ] {
         let engaged = config.without_gap();
         oscillates_at_its_limit(name, &engaged, LoopKind::Position, Regime::Engaged);
         let mut open = engaged.clone();
@@ -123,18 +184,40 @@ fn the_simulated_axis_begins_to_oscillate_at_the_gain_predicted() {
 fn the_simulated_current_begins_to_oscillate_at_the_gain_predicted() {
     for config in [AxisConfig::paper(), mill(0.0, 0.0)] {
         let mut soft = config.without_gap();
-        (soft.drive.velocity_feedforward, soft.drive.acceleration_feedforward) = (1.0, 0.0);
+        (
+            soft.drive.velocity_feedforward,
+            soft.drive.acceleration_feedforward,
+        ) = (1.0, 0.0);
         soft.drive.velocity_gain_a_s_per_rad *= 1e-3;
-        let limit = math::pow(10.0, margins(&soft, LoopKind::Current, Regime::Engaged).gain_margin_db.unwrap() / 20.0);
+        let limit = math::pow(
+            10.0,
+            margins(&soft, LoopKind::Current, Regime::Engaged)
+                .gain_margin_db
+                .unwrap()
+                / 20.0,
+        );
         let torque = |factor: f64| {
             let mut scaled = soft.clone();
             scaled.drive.current_gain_v_per_a *= factor * limit;
-            let out = run(&scaled, "none", &|t| (if t > 0.02 { 1e-4 } else { 0.0 }, 0.0, 0.0), 1.0);
-            // some time after the kick; later the voltage is cut at its limit and what grew may die away again
-            max_abs(out.trace.unwrap()[110..250].iter().map(|sample| sample.torque))
+            let out = run(
+                &scaled,
+                "none",
+                &|t| (if t > 0.02 { 1e-4 } else { 0.0 }, 0.0, 0.0),
+                1.0,
+            );
+            // some time after the kick; later the voltage is cut at its limit and what grew may die
+            // away again
+            max_abs(
+                out.trace.unwrap()[110..250]
+                    .iter()
+                    .map(|sample| sample.torque),
+            )
         };
         let (below, above) = (torque(0.98), torque(1.02));
-        assert!(below < 1e-3 && above > 1.0, "{below} and {above} N m, limit {limit}");
+        assert!(
+            below < 1e-3 && above > 1.0,
+            "{below} and {above} N m, limit {limit}"
+        );
     }
 }
 
@@ -143,11 +226,28 @@ fn an_unstable_loop_is_named_with_the_factor_that_mends_it() {
     let mut config = AxisConfig::paper();
     config.drive.velocity_gain_a_s_per_rad *= 8.0;
     let fault = analyse(&config).fault(&config).unwrap();
-    assert_eq!((fault.at().kind, fault.at().regime), (LoopKind::Velocity, Regime::Engaged));
-    assert!(fault.to_string().starts_with("the velocity loop is unstable on a flank"), "{fault}");
+    assert_eq!(
+        (fault.at().kind, fault.at().regime),
+        (LoopKind::Velocity, Regime::Engaged)
+    );
+    assert!(
+        fault
+            .to_string()
+            .starts_with("the velocity loop is unstable on a flank"),
+        "{fault}"
+    );
     let factor = fault.at().stable_factor.unwrap();
-    let margin = math::pow(10.0, margins(&AxisConfig::paper(), LoopKind::Velocity, Regime::Engaged).gain_margin_db.unwrap() / 20.0);
-    assert!((factor * 8.0 / margin - 1.0).abs() < 1e-3, "{factor} against {margin}");
+    let margin = math::pow(
+        10.0,
+        margins(&AxisConfig::paper(), LoopKind::Velocity, Regime::Engaged)
+            .gain_margin_db
+            .unwrap()
+            / 20.0,
+    );
+    assert!(
+        (factor * 8.0 / margin - 1.0).abs() < 1e-3,
+        "{factor} against {margin}"
+    );
 
     let mut config = AxisConfig::paper();
     config.drive.least_margins.phase_deg = 62.0;
@@ -162,18 +262,35 @@ fn delays_are_stated() {
     let mut config = mill(0.0, 0.0);
     config.drive.command_delay_periods = 2;
     let delays = LoopDelays::of(&config);
-    assert_eq!(delays, LoopDelays { current_us: 75.0, velocity_us: 350.0, position_us: 225.0 });
+    assert_eq!(
+        delays,
+        LoopDelays {
+            current_us: 75.0,
+            velocity_us: 350.0,
+            position_us: 225.0
+        }
+    );
     assert_eq!(analyse(&config).delays, delays);
     // 100 us more at the crossover
     let lost = |config: &AxisConfig| margins(config, LoopKind::Velocity, Regime::Engaged);
     let (with, without) = (lost(&config), lost(&mill(0.0, 0.0)));
     let phase = without.phase_margin_deg.unwrap() - with.phase_margin_deg.unwrap();
-    assert!((phase / (360.0 * with.crossover_hz.unwrap() * 1e-4) - 1.0).abs() < 0.05, "{phase}");
+    assert!(
+        (phase / (360.0 * with.crossover_hz.unwrap() * 1e-4) - 1.0).abs() < 0.05,
+        "{phase}"
+    );
 }
 
 fn swing(prediction: LimitCycle) -> Cycle {
     match prediction {
-        LimitCycle::Swing { frequency_hz, load_rad, .. } => Cycle { amplitude: load_rad, frequency_hz },
+        LimitCycle::Swing {
+            frequency_hz,
+            load_rad,
+            ..
+        } => Cycle {
+            amplitude: load_rad,
+            frequency_hz,
+        },
         other => panic!("{other:?}"),
     }
 }
@@ -182,7 +299,10 @@ fn swing(prediction: LimitCycle) -> Cycle {
 fn load_feedback_swings_through_the_papers_gap() {
     // stiff flanks with lossy contact: the true swing is far from a sine, and slower than predicted
     let config = AxisConfig::paper();
-    let (predicted, simulated) = (swing(limit_cycle(&config, Feedback::Load)), simulated_cycle(&config, Feedback::Load).unwrap());
+    let (predicted, simulated) = (
+        swing(limit_cycle(&config, Feedback::Load)),
+        simulated_cycle(&config, Feedback::Load).unwrap(),
+    );
     assert!((simulated.frequency_hz - 8.4).abs() < 0.2, "{simulated:?}");
     assert!((1.0..2.3).contains(&(predicted.frequency_hz / simulated.frequency_hz)));
     assert!((predicted.amplitude / simulated.amplitude - 1.0).abs() < 0.3);
@@ -190,8 +310,13 @@ fn load_feedback_swings_through_the_papers_gap() {
 
 #[test]
 fn on_soft_flanks_the_prediction_is_near_the_simulation() {
-    let soft = with_load(AxisConfig::paper(), |load| (load.stiffness_nm_per_rad, load.damping_nm_s_per_rad) = (200.0, 0.05));
-    let (predicted, simulated) = (swing(limit_cycle(&soft, Feedback::Load)), simulated_cycle(&soft, Feedback::Load).unwrap());
+    let soft = with_load(AxisConfig::paper(), |load| {
+        (load.stiffness_nm_per_rad, load.damping_nm_s_per_rad) = (200.0, 0.05)
+    });
+    let (predicted, simulated) = (
+        swing(limit_cycle(&soft, Feedback::Load)),
+        simulated_cycle(&soft, Feedback::Load).unwrap(),
+    );
     assert!((predicted.frequency_hz / simulated.frequency_hz - 1.0).abs() < 0.08);
     assert!((predicted.amplitude / simulated.amplitude - 1.0).abs() < 0.2);
 }
@@ -216,11 +341,24 @@ fn where_none_is_predicted_none_is_simulated() {
 fn the_phase_of_a_dead_time_is_that_of_textbooks() {
     // current loop of the mill at several bandwidths: PM = 90 deg - w_c T_d
     for bandwidth in [200.0, 500.0, 1000.0] {
-        let tuning = lostmotion_axis::config::Tuning { current_bandwidth_hz: bandwidth, ..Default::default() };
-        let found = margins(&mill(0.0, 0.0).tuned(&tuning), LoopKind::Current, Regime::Engaged);
+        let tuning = lostmotion_axis::config::Tuning {
+            current_bandwidth_hz: bandwidth,
+            ..Default::default()
+        };
+        let found = margins(
+            &mill(0.0, 0.0).tuned(&tuning),
+            LoopKind::Current,
+            Regime::Engaged,
+        );
         let phase = 90.0 - (TAU * bandwidth * 75e-6).to_degrees();
-        assert!((found.phase_margin_deg.unwrap() - phase).abs() < 1.0, "{bandwidth}");
+        assert!(
+            (found.phase_margin_deg.unwrap() - phase).abs() < 1.0,
+            "{bandwidth}"
+        );
         let limit = PI / (2.0 * 75e-6 * TAU * bandwidth);
-        assert!((math::pow(10.0, found.gain_margin_db.unwrap() / 20.0) / limit - 1.0).abs() < 0.06, "{bandwidth}");
+        assert!(
+            (math::pow(10.0, found.gain_margin_db.unwrap() / 20.0) / limit - 1.0).abs() < 0.06,
+            "{bandwidth}"
+        );
     }
 }

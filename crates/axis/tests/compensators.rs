@@ -5,7 +5,9 @@ mod support;
 
 use lostmotion_axis::config::{AxisConfig, Gap};
 use lostmotion_axis::{AxisError, METHODS, build_runner, find_method};
-use support::{Move, PAPER_MOVE, circle, circle_error, errors, max_abs, mill, rms, run, there_and_back};
+use support::{
+    Move, PAPER_MOVE, circle, circle_error, errors, max_abs, mill, rms, run, there_and_back,
+};
 
 const REST: f64 = 0.4;
 
@@ -14,20 +16,34 @@ fn paper_move(method: &str) -> [f64; 3] {
     let config = AxisConfig::paper();
     let motion = |t: f64| there_and_back(PAPER_MOVE, REST, t);
     let seconds = 2.0 * (PAPER_MOVE.duration() + REST);
-    let (out, rigid) = (run(&config, method, &motion, seconds), run(&config.without_gap(), "none", &motion, seconds));
+    let (out, rigid) = (
+        run(&config, method, &motion, seconds),
+        run(&config.without_gap(), "none", &motion, seconds),
+    );
     let error = errors(&out);
     let settled = |end: usize| error[end - 80..end].iter().sum::<f64>() / 80.0;
-    [settled(error.len() / 2), settled(error.len()), rms(out.load.iter().zip(&rigid.load).map(|(a, b)| a - b))]
+    [
+        settled(error.len() / 2),
+        settled(error.len()),
+        rms(out.load.iter().zip(&rigid.load).map(|(a, b)| a - b)),
+    ]
 }
 
-/// Part of the load's error that the gap causes on a sine, rms and max over all but the first two turns, over those of `none`.
+/// Part of the load's error that the gap causes on a sine, rms and max over all but the first two
+/// turns, over those of `none`.
 fn harm_on_a_sine(config: &AxisConfig, method: &str, radius: f64, w: f64) -> [f64; 2] {
     let seconds = 8.0 * std::f64::consts::TAU / w;
     let motion = |t: f64| circle(radius, w, t);
     let rigid = run(&config.without_gap(), "none", &motion, seconds);
     let figures = |method: &str| {
         let out = run(config, method, &motion, seconds);
-        let lost: Vec<f64> = out.load.iter().zip(&rigid.load).skip(out.load.len() / 4).map(|(a, b)| a - b).collect();
+        let lost: Vec<f64> = out
+            .load
+            .iter()
+            .zip(&rigid.load)
+            .skip(out.load.len() / 4)
+            .map(|(a, b)| a - b)
+            .collect();
         [rms(lost.iter().copied()), max_abs(lost)]
     };
     let (with, without) = (figures(method), figures("none"));
@@ -38,19 +54,31 @@ fn harm_on_a_sine(config: &AxisConfig, method: &str, radius: f64, w: f64) -> [f6
 fn uncompensated_the_load_is_off_by_half_the_gap() {
     // the frictionless load ends on the flank that braked it, released and all but at rest
     let [there, back, _] = paper_move("none");
-    assert!((there / -0.1 - 1.0).abs() < 1e-3 && (back / 0.1 - 1.0).abs() < 1e-3, "{there} {back}");
+    assert!(
+        (there / -0.1 - 1.0).abs() < 1e-3 && (back / 0.1 - 1.0).abs() < 1e-3,
+        "{there} {back}"
+    );
 }
 
 #[test]
 fn a_slow_reversal_against_friction_loses_gap_and_wind_up() {
     let config = mill(300.0, 0.0);
-    let stroke = Move { distance: 1.0, velocity: 1.0, acceleration: 20.0, jerk: 1000.0 };
+    let stroke = Move {
+        distance: 1.0,
+        velocity: 1.0,
+        acceleration: 20.0,
+        jerk: 1000.0,
+    };
     let out = run(&config, "none", &|t| there_and_back(stroke, 0.2, t), 2.5);
     // while moving at constant speed the shaft carries the friction
     let lost = |index: usize| errors(&out)[index];
     let (forth, back) = (lost(2000), lost(out.load.len() / 2 + 2600));
     let expected = 0.010 + 2.0 * 300.0 / 120.0 * 1e-3;
-    assert!(((forth - back) / expected - 1.0).abs() < 1e-3, "{} against {expected}", forth - back);
+    assert!(
+        ((forth - back) / expected - 1.0).abs() < 1e-3,
+        "{} against {expected}",
+        forth - back
+    );
 }
 
 #[test]
@@ -77,8 +105,16 @@ fn published_harms_on_arcs_as_known() {
 fn published_makes_circles_about_twice_as_bad() {
     for (radius, feed) in [(10.0, 3000.0), (25.0, 3000.0), (50.0, 3000.0)] {
         let config = mill(0.0, 0.0);
-        let (none, published) = (circle_error(&config, "none", radius, feed), circle_error(&config, "published", radius, feed));
-        assert!(published[0] > none[0], "R {radius}: rms {} against {} um", published[0], none[0]);
+        let (none, published) = (
+            circle_error(&config, "none", radius, feed),
+            circle_error(&config, "published", radius, feed),
+        );
+        assert!(
+            published[0] > none[0],
+            "R {radius}: rms {} against {} um",
+            published[0],
+            none[0]
+        );
         let ratio = published[1] / none[1];
         assert!(ratio > 1.5 && ratio < 2.5, "R {radius}: {ratio}");
     }
@@ -114,7 +150,12 @@ fn fixed_mends_a_friction_driven_load_and_harms_a_coasting_one() {
 
 #[test]
 fn a_wrongly_told_gap_leaves_its_difference() {
-    let stroke = Move { distance: 5.0, velocity: 20.0, acceleration: 200.0, jerk: 5000.0 };
+    let stroke = Move {
+        distance: 5.0,
+        velocity: 20.0,
+        acceleration: 200.0,
+        jerk: 5000.0,
+    };
     let settled = |told: Option<Gap>| {
         let mut config = mill(300.0, 0.0);
         config.compensation.fixed.gap = told;
@@ -141,7 +182,12 @@ fn every_method_is_found_by_its_name_and_says_what_it_is() {
         let runner = build_runner(&AxisConfig::paper(), method.info.name, 1.0).unwrap();
         assert_eq!(runner.info(), method.info);
     }
-    let error = build_runner(&AxisConfig::paper(), "magic", 0.0).err().unwrap();
-    assert!(matches!(&error, AxisError::UnknownMethod { known, .. } if known.contains("published")), "{error}");
+    let error = build_runner(&AxisConfig::paper(), "magic", 0.0)
+        .err()
+        .unwrap();
+    assert!(
+        matches!(&error, AxisError::UnknownMethod { known, .. } if known.contains("published")),
+        "{error}"
+    );
     assert!(build_runner(&AxisConfig::paper(), "none", f64::INFINITY).is_err());
 }

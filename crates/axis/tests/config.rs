@@ -31,21 +31,40 @@ fn presets_are_good() {
 #[test]
 fn what_makes_no_sense_is_refused_with_key_and_value() {
     let message = refused(|c| c.motor.inertia_kgm2 = 0.0);
-    assert_eq!(message, "motor.inertia_kgm2 is 0; it has to be a finite number above 0");
-    assert!(refused(|c| c.motor.resistance_ohm = f64::NAN).starts_with("motor.resistance_ohm is NaN"));
+    assert_eq!(
+        message,
+        "motor.inertia_kgm2 is 0; it has to be a finite number above 0"
+    );
+    assert!(
+        refused(|c| c.motor.resistance_ohm = f64::NAN).starts_with("motor.resistance_ohm is NaN")
+    );
     assert!(refused(|c| c.motor.poles = 5).contains("an even number"));
-    assert!(refused(|c| slide(c).gap_um = -1.0).starts_with("load.slide.gap_um is -1; it has to be from 0"));
+    assert!(
+        refused(|c| slide(c).gap_um = -1.0)
+            .starts_with("load.slide.gap_um is -1; it has to be from 0")
+    );
     assert!(refused(|c| slide(c).mass_kg = f64::INFINITY).starts_with("load.slide.mass_kg is inf"));
     assert!(refused(|c| slide(c).stiffness_n_per_um = 1e12).contains("shaft resonance"));
     assert!(refused(|c| c.motor.inductance_h = 1e-9).contains("resistance over inductance"));
     assert!(refused(|c| c.drive.current_period_us = Some(60.0)).contains("a whole fraction"));
-    assert!(refused(|c| c.drive.velocity_feedforward = 1.5).starts_with("drive.velocity_feedforward is 1.5"));
-    assert!(refused(|c| c.start_in_gap = StartInGap(f64::NAN)).starts_with("start_in_gap is NaN"));
-    assert!(refused(|c| c.compensation.published.lambda = Some(1.0)).starts_with("compensation.published.lambda is 1"));
-    assert!(refused(|c| c.compensation.fixed.gap = Some(Gap::Mdeg(1.0))).contains("the axis is in mm"));
     assert!(
-        refused(|c| c.transmission = Transmission::Rotary(Rotary { gear: 1.0, unit: Default::default() }))
-            .contains("a slide needs a linear")
+        refused(|c| c.drive.velocity_feedforward = 1.5)
+            .starts_with("drive.velocity_feedforward is 1.5")
+    );
+    assert!(refused(|c| c.start_in_gap = StartInGap(f64::NAN)).starts_with("start_in_gap is NaN"));
+    assert!(
+        refused(|c| c.compensation.published.lambda = Some(1.0))
+            .starts_with("compensation.published.lambda is 1")
+    );
+    assert!(
+        refused(|c| c.compensation.fixed.gap = Some(Gap::Mdeg(1.0))).contains("the axis is in mm")
+    );
+    assert!(
+        refused(|c| c.transmission = Transmission::Rotary(Rotary {
+            gear: 1.0,
+            unit: Default::default()
+        }))
+        .contains("a slide needs a linear")
     );
 }
 
@@ -53,10 +72,19 @@ fn what_makes_no_sense_is_refused_with_key_and_value() {
 fn text_keeps_every_value_and_refuses_unknown_keys() {
     for config in [mill(100.0, 3.0), AxisConfig::paper()] {
         let text = toml::to_string(&config).unwrap();
-        assert_eq!(toml::from_str::<AxisConfig>(&text).unwrap(), config, "{text}");
+        assert_eq!(
+            toml::from_str::<AxisConfig>(&text).unwrap(),
+            config,
+            "{text}"
+        );
         let wrong = text.replace("poles =", "pole_pairs =");
-        let error = toml::from_str::<AxisConfig>(&wrong).unwrap_err().to_string();
-        assert!(error.contains("pole_pairs") && error.contains("line"), "{error}");
+        let error = toml::from_str::<AxisConfig>(&wrong)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("pole_pairs") && error.contains("line"),
+            "{error}"
+        );
     }
 }
 
@@ -90,7 +118,10 @@ fn a_table_is_reflected_through_its_gear() {
         scale_mdeg: 1.0,
     };
     let config = AxisConfig {
-        transmission: Transmission::Rotary(Rotary { gear: 90.0, unit: lostmotion_axis::config::AxisUnit::Deg }),
+        transmission: Transmission::Rotary(Rotary {
+            gear: 90.0,
+            unit: lostmotion_axis::config::AxisUnit::Deg,
+        }),
         load: Load::Table(table),
         ..AxisConfig::paper()
     };

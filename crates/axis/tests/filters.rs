@@ -1,4 +1,5 @@
-//! `kalman` and `multiple-models`, which are told the load and not the gap: what they find, what it is good for, and that they do nothing if unsure.
+//! `kalman` and `multiple-models`, which are told the load and not the gap: what they find, what it
+//! is good for, and that they do nothing if unsure.
 
 mod support;
 
@@ -18,8 +19,17 @@ fn a_load_with_friction_loses_less_than_a_tenth() {
             (0.3, 20.0, 50.0, 3000.0),
             (0.1, 20.0, 25.0, 10_000.0),
         ] {
-            let [rms, max] = ratio_on_a_sine(&mill_x(share, gap, Some(1 << 20)), method, radius, feed / 60.0 / radius, 8.0);
-            assert!(rms < 0.1 && max < 0.2, "{method} friction {share} gap {gap} R {radius} F {feed}: {rms} {max}");
+            let [rms, max] = ratio_on_a_sine(
+                &mill_x(share, gap, Some(1 << 20)),
+                method,
+                radius,
+                feed / 60.0 / radius,
+                8.0,
+            );
+            assert!(
+                rms < 0.1 && max < 0.2,
+                "{method} friction {share} gap {gap} R {radius} F {feed}: {rms} {max}"
+            );
         }
     }
 }
@@ -37,8 +47,18 @@ fn an_ideal_encoder_is_no_reason_to_be_too_sure() {
 #[test]
 fn the_mixture_follows_the_gap_angle_itself() {
     let config = mill_x(0.1, 20.0, Some(1 << 20));
-    let trace = run(&config, "multiple-models", &|t| circle(10.0, 5.0, t), 6.0 * TAU / 5.0).trace.unwrap_or_default();
-    let error = rms(trace.iter().skip(trace.len() / 2).map(|s| s.gap_angle_estimate - (s.motor_position - s.load_position)));
+    let trace = run(
+        &config,
+        "multiple-models",
+        &|t| circle(10.0, 5.0, t),
+        6.0 * TAU / 5.0,
+    )
+    .trace
+    .unwrap_or_default();
+    let error = rms(trace
+        .iter()
+        .skip(trace.len() / 2)
+        .map(|s| s.gap_angle_estimate - (s.motor_position - s.load_position)));
     let half_gap = config.reflected_load().half_gap_rad();
     assert!(error < 0.1 * half_gap, "{}", error / half_gap);
 }
@@ -47,8 +67,17 @@ fn the_mixture_follows_the_gap_angle_itself() {
 fn without_friction_they_are_no_worse_than_nothing() {
     for method in METHODS {
         for (radius, feed) in [(5.0, 1500.0), (10.0, 3000.0), (50.0, 3000.0)] {
-            let [rms, max] = ratio_on_a_sine(&mill_x(0.0, 20.0, Some(1 << 20)), method, radius, feed / 60.0 / radius, 8.0);
-            assert!(rms < 1.001 && max < 1.001, "{method} R {radius}: {rms} {max}");
+            let [rms, max] = ratio_on_a_sine(
+                &mill_x(0.0, 20.0, Some(1 << 20)),
+                method,
+                radius,
+                feed / 60.0 / radius,
+                8.0,
+            );
+            assert!(
+                rms < 1.001 && max < 1.001,
+                "{method} R {radius}: {rms} {max}"
+            );
         }
     }
 }
@@ -58,7 +87,11 @@ fn without_a_gap_they_do_nothing() {
     let rigid = mill_x(0.1, 20.0, Some(1 << 20)).without_gap();
     let motion = |t: f64| circle(10.0, 5.0, t);
     for method in METHODS {
-        assert_eq!(run(&rigid, method, &motion, 6.0).load, run(&rigid, "none", &motion, 6.0).load, "{method}");
+        assert_eq!(
+            run(&rigid, method, &motion, 6.0).load,
+            run(&rigid, "none", &motion, 6.0).load,
+            "{method}"
+        );
     }
 }
 

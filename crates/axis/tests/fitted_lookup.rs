@@ -9,9 +9,15 @@ use support::{circle, mill_x, ratio_on_a_sine, run};
 fn it_is_lookup_with_what_the_fit_told() {
     let mut config = mill_x(0.1, 10.0, None);
     let motion = |t: f64| circle(10.0, 5.0, t);
-    assert_eq!(run(&config, "fitted-lookup", &motion, 2.0).load, run(&config, "none", &motion, 2.0).load);
+    assert_eq!(
+        run(&config, "fitted-lookup", &motion, 2.0).load,
+        run(&config, "none", &motion, 2.0).load
+    );
     config = config.with_told_gap(Gap::Um(9.9));
-    assert_eq!(run(&config, "fitted-lookup", &motion, 2.0).load, run(&config, "lookup", &motion, 2.0).load);
+    assert_eq!(
+        run(&config, "fitted-lookup", &motion, 2.0).load,
+        run(&config, "lookup", &motion, 2.0).load
+    );
     let [rms, _] = ratio_on_a_sine(&config, "fitted-lookup", 10.0, 5.0, 4.0);
     // a hundredth of the gap is missing
     assert!(rms > 0.01 && rms < 0.03, "{rms}");
@@ -32,7 +38,10 @@ fn it_takes_the_load_that_the_fit_found() {
         told
     };
     let motion = |t: f64| circle(10.0, 5.0, t);
-    assert_eq!(run(&with(1.0), "fitted-lookup", &motion, 2.0).load, run(&config, "fitted-lookup", &motion, 2.0).load);
+    assert_eq!(
+        run(&with(1.0), "fitted-lookup", &motion, 2.0).load,
+        run(&config, "fitted-lookup", &motion, 2.0).load
+    );
     let rms = |factor: f64| ratio_on_a_sine(&with(factor), "fitted-lookup", 10.0, 5.0, 4.0)[0];
     // a wrong inertia is a crossing at the wrong time
     assert!(rms(3.0) > 1.2 * rms(1.0), "{} {}", rms(3.0), rms(1.0));

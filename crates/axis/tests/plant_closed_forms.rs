@@ -2,11 +2,17 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 use lostmotion_axis::config::{AxisConfig, ContactLaw};
-use lostmotion_axis::plant::{Contact, Friction, Mode, Plant, PlantInput, PlantParams, PlantState, Side};
+use lostmotion_axis::plant::{
+    Contact, Friction, Mode, Plant, PlantInput, PlantParams, PlantState, Side,
+};
 use lostmotion_base::math;
 use std::f64::consts::PI;
 
-const NOTHING: PlantInput = PlantInput { voltage_d: 0.0, voltage_q: 0.0, load_torque: 0.0 };
+const NOTHING: PlantInput = PlantInput {
+    voltage_d: 0.0,
+    voltage_q: 0.0,
+    load_torque: 0.0,
+};
 
 /// The paper's shaft without friction and with a motor that neither drives nor brakes.
 fn bare(law: ContactLaw) -> PlantParams {
@@ -43,7 +49,13 @@ fn coasting_in_the_gap_leaves_the_load_speed_bit_equal() {
     state.load_velocity = 0.123_456_789;
     state.motor_velocity = 0.123_456_789;
     for k in 0..2000 {
-        plant.step(&mut state, &PlantInput { voltage_q: if k % 7 < 3 { 0.2 } else { -0.1 }, ..NOTHING });
+        plant.step(
+            &mut state,
+            &PlantInput {
+                voltage_q: if k % 7 < 3 { 0.2 } else { -0.1 },
+                ..NOTHING
+            },
+        );
         if state.mode.contact != Contact::Gap {
             assert!(k > 100, "the gap should last a while");
             return;
@@ -69,7 +81,8 @@ fn clamped_contact_bounces_as_known() {
     let params = bare(ContactLaw::Clamped);
     let omega = (params.stiffness_nm_per_rad / reduced_mass(&params)).sqrt();
     let zeta = params.damping_nm_s_per_rad / (2.0 * reduced_mass(&params) * omega);
-    // the torque vanishes where the phase is 2 acos(zeta); there the speed is exp(-zeta omega t) of the impact's
+    // the torque vanishes where the phase is 2 acos(zeta); there the speed is exp(-zeta omega t) of
+    // the impact's
     let expected = math::exp(-zeta * 2.0 * math::acos(zeta) / (1.0 - zeta * zeta).sqrt());
     let e = restitution(&params, 5.0);
     assert!((e / expected - 1.0).abs() < 1e-10, "{e} against {expected}");
@@ -78,7 +91,11 @@ fn clamped_contact_bounces_as_known() {
 #[test]
 fn bounded_contact_bounces_by_its_three_arcs() {
     let params = bare(ContactLaw::Bounded);
-    let (k, d, m) = (params.stiffness_nm_per_rad, params.damping_nm_s_per_rad, reduced_mass(&params));
+    let (k, d, m) = (
+        params.stiffness_nm_per_rad,
+        params.damping_nm_s_per_rad,
+        reduced_mass(&params),
+    );
     // arc 1: twice the spring until d v = k x
     let fast = (2.0 * k / m).sqrt();
     let phase = math::atan(d * fast / k);
@@ -90,13 +107,20 @@ fn bounded_contact_bounces_by_its_three_arcs() {
         let (s, c) = math::sin_cos(damped * t);
         let b = (v1 + alpha * x1) / damped;
         let e = math::exp(-alpha * t);
-        (e * (x1 * c + b * s), e * ((damped * b - alpha * x1) * c - (damped * x1 + alpha * b) * s))
+        (
+            e * (x1 * c + b * s),
+            e * ((damped * b - alpha * x1) * c - (damped * x1 + alpha * b) * s),
+        )
     };
     let (mut low, mut high) = (PI / damped * 0.3, PI / damped);
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
         let (x, v) = at(middle);
-        if k * x + d * v > 0.0 { low = middle } else { high = middle }
+        if k * x + d * v > 0.0 {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     let expected = -at(low).1;
     let e = restitution(&params, 5.0);
@@ -105,7 +129,10 @@ fn bounded_contact_bounces_by_its_three_arcs() {
 
 #[test]
 fn an_undamped_bounce_keeps_energy_and_momentum() {
-    let params = PlantParams { damping_nm_s_per_rad: 0.0, ..bare(ContactLaw::Linear) };
+    let params = PlantParams {
+        damping_nm_s_per_rad: 0.0,
+        ..bare(ContactLaw::Linear)
+    };
     let plant = Plant::new(&params);
     let mut state = PlantState::at_rest(&params, 0.0, 0.0);
     state.motor_velocity = 10.0;
@@ -122,32 +149,65 @@ fn an_undamped_bounce_keeps_energy_and_momentum() {
     }
     assert!(state.events > 100, "{}", state.events);
     assert!((energy(&state) / start - 1.0).abs() < 1e-11);
-    assert!(((jm * state.motor_velocity + jl * state.load_velocity) / (jm * 10.0) - 1.0).abs() < 1e-11);
+    assert!(
+        ((jm * state.motor_velocity + jl * state.load_velocity) / (jm * 10.0) - 1.0).abs() < 1e-11
+    );
 }
 
 #[test]
 fn stick_is_true_below_the_coulomb_torque_and_ends_above() {
-    let params = PlantParams { load_coulomb_nm: 0.5, motor_coulomb_nm: 0.2, ..PlantParams::new(&AxisConfig::paper()) };
+    let params = PlantParams {
+        load_coulomb_nm: 0.5,
+        motor_coulomb_nm: 0.2,
+        ..PlantParams::new(&AxisConfig::paper())
+    };
     let plant = Plant::new(&params);
     let mut state = PlantState::at_rest(&params, 0.0, 0.0);
     // 0.19 N m cannot move the motor
     let below = params.resistance_ohm * 0.19 / params.torque_constant_nm_per_a;
     for _ in 0..40_000 {
-        plant.step(&mut state, &PlantInput { voltage_q: below, ..NOTHING });
+        plant.step(
+            &mut state,
+            &PlantInput {
+                voltage_q: below,
+                ..NOTHING
+            },
+        );
     }
-    assert_eq!((state.motor_velocity, state.load_velocity, state.gap_angle), (0.0, 0.0, 0.0));
-    // 0.65 N m takes the motor to the flank, where it creeps into balance with spring and friction; a little less, and it stands
-    let at = |torque: f64| PlantInput { voltage_q: params.resistance_ohm * torque / params.torque_constant_nm_per_a, ..NOTHING };
+    assert_eq!(
+        (state.motor_velocity, state.load_velocity, state.gap_angle),
+        (0.0, 0.0, 0.0)
+    );
+    // 0.65 N m takes the motor to the flank, where it creeps into balance with spring and friction;
+    // a little less, and it stands
+    let at = |torque: f64| PlantInput {
+        voltage_q: params.resistance_ohm * torque / params.torque_constant_nm_per_a,
+        ..NOTHING
+    };
     for k in 0..100_000 {
         plant.step(&mut state, &at(if k < 80_000 { 0.65 } else { 0.6 }));
     }
-    assert_eq!(state.mode, Mode { contact: Contact::Spring(Side::Positive), motor: Friction::Stuck, load: Friction::Stuck });
+    assert_eq!(
+        state.mode,
+        Mode {
+            contact: Contact::Spring(Side::Positive),
+            motor: Friction::Stuck,
+            load: Friction::Stuck
+        }
+    );
     let rest = state;
     for _ in 0..1000 {
         plant.step(&mut state, &at(0.6));
     }
-    assert_eq!((state.load_position, state.gap_angle), (rest.load_position, rest.gap_angle));
-    assert!((plant.contact_torque(&state) - 0.45).abs() < 1e-9, "{}", plant.contact_torque(&state));
+    assert_eq!(
+        (state.load_position, state.gap_angle),
+        (rest.load_position, rest.gap_angle)
+    );
+    assert!(
+        (plant.contact_torque(&state) - 0.45).abs() < 1e-9,
+        "{}",
+        plant.contact_torque(&state)
+    );
     // 0.8 N m moves both
     for _ in 0..20_000 {
         plant.step(&mut state, &at(0.8));
@@ -157,7 +217,11 @@ fn stick_is_true_below_the_coulomb_torque_and_ends_above() {
 
 #[test]
 fn a_sliding_load_stops_where_its_friction_says() {
-    let params = PlantParams { load_coulomb_nm: 0.05, half_gap_rad: 50.0, ..bare(ContactLaw::Linear) };
+    let params = PlantParams {
+        load_coulomb_nm: 0.05,
+        half_gap_rad: 50.0,
+        ..bare(ContactLaw::Linear)
+    };
     let plant = Plant::new(&params);
     let mut state = PlantState::at_rest(&params, 0.0, 0.0);
     state.load_velocity = -3.0;
@@ -167,15 +231,26 @@ fn a_sliding_load_stops_where_its_friction_says() {
     }
     assert_eq!(state.load_velocity, 0.0);
     let way = -0.5 * params.load_inertia_kgm2 * 9.0 / 0.05;
-    assert!((state.load_position / way - 1.0).abs() < 1e-12, "{} against {way}", state.load_position);
+    assert!(
+        (state.load_position / way - 1.0).abs() < 1e-12,
+        "{} against {way}",
+        state.load_position
+    );
 }
 
 #[test]
 fn a_hanging_load_starts_in_equilibrium() {
-    let params = PlantParams { load_constant_nm: 1.5, load_coulomb_nm: 0.3, ..PlantParams::new(&AxisConfig::paper()) };
+    let params = PlantParams {
+        load_constant_nm: 1.5,
+        load_coulomb_nm: 0.3,
+        ..PlantParams::new(&AxisConfig::paper())
+    };
     let plant = Plant::new(&params);
     let mut state = PlantState::at_rest(&params, 7.0, 0.0);
-    let hold = PlantInput { voltage_q: params.resistance_ohm * state.current_q, ..NOTHING };
+    let hold = PlantInput {
+        voltage_q: params.resistance_ohm * state.current_q,
+        ..NOTHING
+    };
     for _ in 0..1000 {
         plant.step(&mut state, &hold);
     }
@@ -185,14 +260,26 @@ fn a_hanging_load_starts_in_equilibrium() {
 
 #[test]
 fn a_contact_far_out_is_as_sharp_as_at_the_origin() {
-    let params = PlantParams { load_coulomb_nm: 0.2, ..PlantParams::new(&AxisConfig::paper()) };
+    let params = PlantParams {
+        load_coulomb_nm: 0.2,
+        ..PlantParams::new(&AxisConfig::paper())
+    };
     let plant = Plant::new(&params);
-    let (mut near, mut far) = (PlantState::at_rest(&params, 0.0, 0.0), PlantState::at_rest(&params, 50_000.0, 0.0));
+    let (mut near, mut far) = (
+        PlantState::at_rest(&params, 0.0, 0.0),
+        PlantState::at_rest(&params, 50_000.0, 0.0),
+    );
     for k in 0..20_000_u32 {
-        let input = PlantInput { voltage_q: if k / 1500 % 2 == 0 { 3.0 } else { -3.0 }, ..NOTHING };
+        let input = PlantInput {
+            voltage_q: if k / 1500 % 2 == 0 { 3.0 } else { -3.0 },
+            ..NOTHING
+        };
         plant.step(&mut near, &input);
         plant.step(&mut far, &input);
-        assert_eq!((near.gap_angle, near.load_velocity, near.events), (far.gap_angle, far.load_velocity, far.events));
+        assert_eq!(
+            (near.gap_angle, near.load_velocity, near.events),
+            (far.gap_angle, far.load_velocity, far.events)
+        );
     }
     assert!(near.events > 20, "{}", near.events);
 }

@@ -1,7 +1,8 @@
 //! Energy of every kind of axis: what goes in is stored or lost, to 1e-8.
 //!
-//! The plant's powers are written down from its documented equations and integrated over its states by Simpson's rule. A step within which an event
-//! has happened is taken again in ever shorter steps, since a power may jump there.
+//! The plant's powers are written down from its documented equations and integrated over its states
+//! by Simpson's rule. A step within which an event has happened is taken again in ever shorter
+//! steps, since a power may jump there.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 mod hybrid;
@@ -30,7 +31,15 @@ struct Meter {
 
 fn states(state: &PlantState) -> State {
     let [z_motor, z_load] = state.bristles;
-    [state.current_q, state.motor_position(), state.load_position, state.motor_velocity, state.load_velocity, z_motor, z_load]
+    [
+        state.current_q,
+        state.motor_position(),
+        state.load_position,
+        state.motor_velocity,
+        state.load_velocity,
+        z_motor,
+        z_load,
+    ]
 }
 
 fn contact(mode: Mode) -> Contact {
@@ -55,18 +64,35 @@ fn friction(friction: plant::Friction) -> Friction {
 
 /// Potential of torques over an angle.
 fn potential(waves: &[Wave], angle: f64) -> f64 {
-    waves.iter().map(|wave| -wave.amplitude / wave.per_rad * math::cos(wave.per_rad * angle + wave.phase_rad)).sum()
+    waves
+        .iter()
+        .map(|wave| {
+            -wave.amplitude / wave.per_rad * math::cos(wave.per_rad * angle + wave.phase_rad)
+        })
+        .sum()
 }
 
 impl Meter {
     fn new(params: &PlantParams) -> Meter {
         let mut period = params.period_s / (2 * FINE) as f64;
         let levels = (0..=LEVELS).map(|_| {
-            let plant = Plant::new(&PlantParams { period_s: period, ..*params });
+            let plant = Plant::new(&PlantParams {
+                period_s: period,
+                ..*params
+            });
             period /= FINE as f64;
             plant
         });
-        Meter { machine: Machine { p: *params, voltage: 0.0, extra: 0.0 }, levels: levels.collect(), work: 0.0, lost: 0.0 }
+        Meter {
+            machine: Machine {
+                p: *params,
+                voltage: 0.0,
+                extra: 0.0,
+            },
+            levels: levels.collect(),
+            work: 0.0,
+            lost: 0.0,
+        }
     }
 
     fn side(contact: Contact) -> f64 {
@@ -78,10 +104,22 @@ impl Meter {
 
     fn stored(&self, state: &PlantState) -> f64 {
         let (p, y, contact) = (&self.machine.p, states(state), contact(state.mode));
-        let depth = if contact == Contact::Gap { 0.0 } else { self.machine.depth(Meter::side(contact), &y)[0] };
-        let bristles = [(p.motor_coulomb_nm, p.motor_friction, y[5]), (p.load_coulomb_nm, p.load_friction, y[6])];
-        let bent: f64 =
-            bristles.iter().filter_map(|(coulomb, law, z)| law.bristles.map(|b| 0.5 * coulomb / b.presliding_rad * z * z)).sum();
+        let depth = if contact == Contact::Gap {
+            0.0
+        } else {
+            self.machine.depth(Meter::side(contact), &y)[0]
+        };
+        let bristles = [
+            (p.motor_coulomb_nm, p.motor_friction, y[5]),
+            (p.load_coulomb_nm, p.load_friction, y[6]),
+        ];
+        let bent: f64 = bristles
+            .iter()
+            .filter_map(|(coulomb, law, z)| {
+                law.bristles
+                    .map(|b| 0.5 * coulomb / b.presliding_rad * z * z)
+            })
+            .sum();
         0.75 * p.inductance_h * y[0] * y[0]
             + 0.5 * (p.motor_inertia_kgm2 * y[3] * y[3] + p.load_inertia_kgm2 * y[4] * y[4])
             + 0.5 * p.stiffness_nm_per_rad * depth * depth
@@ -92,10 +130,16 @@ impl Meter {
 
     /// Power that goes in, and that is lost.
     fn powers(&self, state: &PlantState) -> [f64; 2] {
-        let (m, p, y, contact) = (&self.machine, &self.machine.p, states(state), contact(state.mode));
+        let (m, p, y, contact) = (
+            &self.machine,
+            &self.machine.p,
+            states(state),
+            contact(state.mode),
+        );
         let work = 1.5 * m.voltage * y[0] - (m.extra + p.load_constant_nm) * y[4];
-        let mut lost =
-            1.5 * p.resistance_ohm * y[0] * y[0] + p.motor_viscous_nm_s_per_rad * y[3] * y[3] + p.load_viscous_nm_s_per_rad * y[4] * y[4];
+        let mut lost = 1.5 * p.resistance_ohm * y[0] * y[0]
+            + p.motor_viscous_nm_s_per_rad * y[3] * y[3]
+            + p.load_viscous_nm_s_per_rad * y[4] * y[4];
         if contact != Contact::Gap {
             let [depth, speed, _] = m.depth(Meter::side(contact), &y);
             lost += (m.contact_torques(contact, &y)[0] - p.stiffness_nm_per_rad * depth) * speed;
@@ -104,7 +148,9 @@ impl Meter {
             let (torque, rate) = m.friction(mass, friction(mode), &y);
             let law = [p.motor_friction, p.load_friction][mass];
             let coulomb = [p.motor_coulomb_nm, p.load_coulomb_nm][mass];
-            let bending = law.bristles.map_or(0.0, |b| coulomb / b.presliding_rad * y[5 + mass] * rate);
+            let bending = law
+                .bristles
+                .map_or(0.0, |b| coulomb / b.presliding_rad * y[5 + mass] * rate);
             lost += torque * y[3 + mass] - bending;
         }
         [work, lost]
@@ -112,7 +158,11 @@ impl Meter {
 
     /// Simpson's rule over two steps of a level, refined where there is an event within.
     fn advance(&mut self, state: &mut PlantState, level: usize) {
-        let input = PlantInput { voltage_d: 0.0, voltage_q: self.machine.voltage, load_torque: self.machine.extra };
+        let input = PlantInput {
+            voltage_d: 0.0,
+            voltage_q: self.machine.voltage,
+            load_torque: self.machine.extra,
+        };
         let (start, plant) = (*state, &self.levels[level]);
         let mut middle = start;
         plant.step(&mut middle, &input);

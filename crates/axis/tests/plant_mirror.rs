@@ -3,7 +3,9 @@
 
 mod plants;
 
-use lostmotion_axis::plant::{Bell, Curved, Plant, PlantInput, PlantParams, PlantState, Wave, Waves};
+use lostmotion_axis::plant::{
+    Bell, Curved, Plant, PlantInput, PlantParams, PlantState, Wave, Waves,
+};
 use plants::{any_plant, inputs, plain};
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -11,7 +13,10 @@ use std::f64::consts::PI;
 /// The axis seen in a mirror.
 fn mirrored(params: &PlantParams) -> PlantParams {
     let turned = |waves: &Waves, phase: fn(f64) -> f64| {
-        Waves::new(waves.as_slice().iter().map(|wave| Wave { phase_rad: phase(wave.phase_rad), ..*wave }))
+        Waves::new(waves.as_slice().iter().map(|wave| Wave {
+            phase_rad: phase(wave.phase_rad),
+            ..*wave
+        }))
     };
     let curved = &params.curved;
     PlantParams {
@@ -22,7 +27,10 @@ fn mirrored(params: &PlantParams) -> PlantParams {
             cogging: turned(&curved.cogging, |phase| -phase),
             gravity: turned(&curved.gravity, |phase| -phase),
             ripple: turned(&curved.ripple, |phase| PI - phase),
-            wear: curved.wear.map(|bell| Bell { at_rad: -bell.at_rad, ..bell }),
+            wear: curved.wear.map(|bell| Bell {
+                at_rad: -bell.at_rad,
+                ..bell
+            }),
         },
         ..*params
     }

@@ -1,4 +1,5 @@
-//! The plant against general-purpose solvers with location of events, on random axes under random voltages and loads.
+//! The plant against general-purpose solvers with location of events, on random axes under random
+//! voltages and loads.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
 mod hybrid;
@@ -14,16 +15,33 @@ fn difference(params: &PlantParams, inputs: &Inputs, method: Method) -> (f64, u6
     let plant = Plant::new(params);
     let mut state = PlantState::at_rest(params, 0.0, 0.0);
     let mut other = Phase::of(params, &state);
-    let scale = if params.half_gap_rad > 0.0 { 2.0 * params.half_gap_rad } else { 1e-2 };
+    let scale = if params.half_gap_rad > 0.0 {
+        2.0 * params.half_gap_rad
+    } else {
+        1e-2
+    };
     let mut worst: f64 = 0.0;
     for &(voltage, extra) in inputs {
-        let machine = Machine { p: *params, voltage, extra };
+        let machine = Machine {
+            p: *params,
+            voltage,
+            extra,
+        };
         for _ in 0..HOLD / 20 {
             for _ in 0..20 {
-                plant.step(&mut state, &PlantInput { voltage_d: 0.0, voltage_q: voltage, load_torque: extra });
+                plant.step(
+                    &mut state,
+                    &PlantInput {
+                        voltage_d: 0.0,
+                        voltage_q: voltage,
+                        load_torque: extra,
+                    },
+                );
             }
             machine.advance(&mut other, 20.0 * params.period_s, method);
-            let off = (state.load_position - other.y[2]).abs().max((state.motor_position() - other.y[1]).abs());
+            let off = (state.load_position - other.y[2])
+                .abs()
+                .max((state.motor_position() - other.y[1]).abs());
             worst = worst.max(off / scale);
         }
     }

@@ -13,11 +13,19 @@ const NM: f64 = 1e-6;
 
 fn millimetres(interpolator: Interpolator) -> Spline {
     // a lead of 2 pi makes a motor rad a millimetre
-    let transmission = Transmission::Linear(Linear { lead_mm: std::f64::consts::TAU, gear: 1.0 });
-    Spline::new(&AxisConfig { transmission, interpolator, ..AxisConfig::paper() })
+    let transmission = Transmission::Linear(Linear {
+        lead_mm: std::f64::consts::TAU,
+        gear: 1.0,
+    });
+    Spline::new(&AxisConfig {
+        transmission,
+        interpolator,
+        ..AxisConfig::paper()
+    })
 }
 
-/// Largest error of position, velocity and acceleration at the servo ticks, and largest step of the acceleration between pieces.
+/// Largest error of position, velocity and acceleration at the servo ticks, and largest step of the
+/// acceleration between pieces.
 fn worst(spline: &Spline, motion: Motion, seconds: f64) -> [f64; 4] {
     let delay = f64::from(spline.delay_ticks()) * 1e-3;
     let mut state = spline.initial(motion(0.0).0);
@@ -35,7 +43,8 @@ fn worst(spline: &Spline, motion: Motion, seconds: f64) -> [f64; 4] {
         // the ends of a piece as its inside sees them
         let inside = spline.at(&state, 1_000_000 - 1, 1_000_000);
         if n > 6 {
-            worst[3] = worst[3].max((inside.acceleration - spline.at(&state, 4, 4).acceleration).abs());
+            worst[3] =
+                worst[3].max((inside.acceleration - spline.at(&state, 4, 4).acceleration).abs());
         }
         for j in 0..4 {
             let r = spline.at(&state, j, 4);
@@ -59,7 +68,12 @@ fn circle(t: f64) -> (f64, f64, f64) {
 }
 
 /// 60 m/min, 6 m/s2, 150 m/s3; its switches fall between setpoints.
-const RAPID: Move = Move { distance: 500.0, velocity: 1000.0, acceleration: 6000.0, jerk: 150_000.7 };
+const RAPID: Move = Move {
+    distance: 500.0,
+    velocity: 1000.0,
+    acceleration: 6000.0,
+    jerk: 150_000.7,
+};
 
 #[test]
 fn with_derivatives_sent_along_the_error_is_below_a_tenth_of_a_nanometre() {
@@ -68,7 +82,10 @@ fn with_derivatives_sent_along_the_error_is_below_a_tenth_of_a_nanometre() {
     assert!(p < 1e-4 * NM && v < 1e-6 && a < 1e-3, "{p} {v} {a}");
     assert!(step < 1.0, "{step}");
     let [p, ..] = worst(&spline, &|t| RAPID.at(t - 0.010_3), 1.0);
-    assert!(p < 1.0 * NM, "at a jerk of 150 m/s3 that switches within a piece: {p}");
+    assert!(
+        p < 1.0 * NM,
+        "at a jerk of 150 m/s3 that switches within a piece: {p}"
+    );
 }
 
 #[test]
@@ -84,8 +101,15 @@ fn positions_alone_are_good_to_a_few_nanometres() {
 
 #[test]
 fn constant_velocity_stays_constant() {
-    for source in [Interpolator::QuinticHermite, Interpolator::QuinticDifferences] {
-        let [p, v, a, _] = worst(&millimetres(source), &|t| (700.0 + 83.0 * t, 83.0, 0.0), 0.5);
+    for source in [
+        Interpolator::QuinticHermite,
+        Interpolator::QuinticDifferences,
+    ] {
+        let [p, v, a, _] = worst(
+            &millimetres(source),
+            &|t| (700.0 + 83.0 * t, 83.0, 0.0),
+            0.5,
+        );
         assert!(p < 1e-12 * 1e3 && v < 1e-8 && a < 1e-4, "{p} {v} {a}");
     }
 }
@@ -96,8 +120,35 @@ fn incomplete_and_infinite_setpoints_are_refused_with_their_number() {
     let mut state = spline.initial(0.0);
     let good = Setpoint::moving(0.0, 0.0, 0.0);
     spline.push(&mut state, &good).unwrap();
-    let error = spline.push(&mut state, &Setpoint { velocity: None, ..good }).unwrap_err();
-    assert_eq!(error, AxisError::SetpointIncomplete { tick: 1, what: "velocity" });
-    let error = spline.push(&mut state, &Setpoint { position: f64::NAN, ..good }).unwrap_err();
-    assert!(error.to_string().starts_with("setpoint 1: its position is NaN"), "{error}");
+    let error = spline
+        .push(
+            &mut state,
+            &Setpoint {
+                velocity: None,
+                ..good
+            },
+        )
+        .unwrap_err();
+    assert_eq!(
+        error,
+        AxisError::SetpointIncomplete {
+            tick: 1,
+            what: "velocity"
+        }
+    );
+    let error = spline
+        .push(
+            &mut state,
+            &Setpoint {
+                position: f64::NAN,
+                ..good
+            },
+        )
+        .unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .starts_with("setpoint 1: its position is NaN"),
+        "{error}"
+    );
 }

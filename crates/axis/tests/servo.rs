@@ -13,7 +13,11 @@ fn ramp_up(speed: f64, t: f64) -> (f64, f64, f64) {
     let rise = 0.1;
     if t < rise {
         let u = t / rise;
-        (speed * rise * (u * u * u - 0.5 * u * u * u * u), speed * (3.0 * u * u - 2.0 * u * u * u), speed * 6.0 * (u - u * u) / rise)
+        (
+            speed * rise * (u * u * u - 0.5 * u * u * u * u),
+            speed * (3.0 * u * u - 2.0 * u * u * u),
+            speed * 6.0 * (u - u * u) / rise,
+        )
     } else {
         (speed * (0.5 * rise + t - rise), speed, 0.0)
     }
@@ -21,13 +25,24 @@ fn ramp_up(speed: f64, t: f64) -> (f64, f64, f64) {
 
 #[test]
 fn without_feed_forward_the_following_error_is_velocity_over_kv() {
-    for config in [AxisConfig::paper(), AxisConfig { drive: Drive { velocity_feedforward: 0.0, ..mill(0.0, 0.0).drive }, ..mill(0.0, 0.0) }]
-    {
+    for config in [
+        AxisConfig::paper(),
+        AxisConfig {
+            drive: Drive {
+                velocity_feedforward: 0.0,
+                ..mill(0.0, 0.0).drive
+            },
+            ..mill(0.0, 0.0)
+        },
+    ] {
         let config = config.without_gap();
         let out = run(&config, "none", &|t| ramp_up(5.0, t), 2.0);
         let lag = *errors(&out).last().unwrap();
         let expected = 5.0 / config.drive.position_gain_per_s;
-        assert!((lag / expected - 1.0).abs() < 1e-3, "{lag} against {expected}");
+        assert!(
+            (lag / expected - 1.0).abs() < 1e-3,
+            "{lag} against {expected}"
+        );
     }
 }
 
@@ -35,7 +50,12 @@ fn without_feed_forward_the_following_error_is_velocity_over_kv() {
 fn with_feed_forward_an_arc_without_gap_is_tracked_to_under_a_micrometre() {
     // R 10 mm, F 3000 mm/min, after the jump of acceleration at the start has died away
     for config in [mill(0.0, 0.0), mill(0.0, 500.0)] {
-        let out = run(&config.without_gap(), "none", &|t| circle(10.0, 5.0, t), 5.0);
+        let out = run(
+            &config.without_gap(),
+            "none",
+            &|t| circle(10.0, 5.0, t),
+            5.0,
+        );
         let error = max_abs(errors(&out).split_off(4000));
         assert!(error < 1e-3, "{} um", error * 1e3);
     }
@@ -48,12 +68,22 @@ fn the_radius_shrinks_as_a_position_loop_says() {
     config.drive.velocity_feedforward = 0.0;
     config.drive.acceleration_feedforward = 0.0;
     config.drive.position_gain_per_s = 20.0;
-    let out = run(&config, "none", &|t| circle(10.0, 2.0, t), 8.0 * std::f64::consts::PI);
+    let out = run(
+        &config,
+        "none",
+        &|t| circle(10.0, 2.0, t),
+        8.0 * std::f64::consts::PI,
+    );
     let tail = &out.load[out.load.len() - 4 * 3142..];
-    let (low, high) = tail.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
+    let (low, high) = tail
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
     let shrink = 10.0 - 0.5 * (high - low);
     let expected = 10.0 * 0.5 * (2.0_f64 / 20.0) * (2.0 / 20.0);
-    assert!((shrink / expected - 1.0).abs() < 0.1, "{shrink} against {expected}");
+    assert!(
+        (shrink / expected - 1.0).abs() < 0.1,
+        "{shrink} against {expected}"
+    );
 }
 
 #[test]
@@ -61,9 +91,19 @@ fn limits_hold_and_the_axis_comes_back_from_them() {
     let mut config = AxisConfig::paper().without_gap();
     config.drive.current_limit_a = 2.0;
     // asks for three times the torque there is
-    let fast = Move { distance: 20.0, velocity: 40.0, acceleration: 800.0, jerk: 40_000.0 };
+    let fast = Move {
+        distance: 20.0,
+        velocity: 40.0,
+        acceleration: 800.0,
+        jerk: 40_000.0,
+    };
     let out = run(&config, "none", &|t| fast.at(t), 4.0);
-    assert!(out.saturated_samples > 50 && out.peak_current_a < 2.2, "{} {}", out.saturated_samples, out.peak_current_a);
+    assert!(
+        out.saturated_samples > 50 && out.peak_current_a < 2.2,
+        "{} {}",
+        out.saturated_samples,
+        out.peak_current_a
+    );
     let error = errors(&out);
     assert!(max_abs(error[error.len() - 400..].iter().copied()) < 1e-6);
     let overshoot = out.load.iter().fold(0.0_f64, |max, p| max.max(p - 20.0));
@@ -75,16 +115,33 @@ fn limits_hold_and_the_axis_comes_back_from_them() {
     assert!(out.saturated_samples > 50);
     // 40/sqrt(3) V hold 32 rad/s at most
     let trace = out.trace.unwrap();
-    assert!(trace.iter().all(|s| s.motor_velocity < 40.0 / 3.0_f64.sqrt() / 0.72 * 1.05));
+    assert!(
+        trace
+            .iter()
+            .all(|s| s.motor_velocity < 40.0 / 3.0_f64.sqrt() / 0.72 * 1.05)
+    );
     assert!((trace.last().unwrap().load_position - 20.0).abs() < 1e-6);
 }
 
 #[test]
 fn every_method_settles_and_stands_still_on_a_machine_with_friction() {
-    let stroke = Move { distance: 30.0, velocity: 100.0, acceleration: 2000.0, jerk: 50_000.0 };
+    let stroke = Move {
+        distance: 30.0,
+        velocity: 100.0,
+        acceleration: 2000.0,
+        jerk: 50_000.0,
+    };
     // the printed gain diverges: tests/compensators.rs
-    for method in METHODS.iter().filter(|method| method.info.name != "published-literal") {
-        let out = run(&mill(300.0, 100.0), method.info.name, &|t| stroke.at(t - 0.02), 2.0);
+    for method in METHODS
+        .iter()
+        .filter(|method| method.info.name != "published-literal")
+    {
+        let out = run(
+            &mill(300.0, 100.0),
+            method.info.name,
+            &|t| stroke.at(t - 0.02),
+            2.0,
+        );
         assert!(max_abs(errors(&out).split_off(7800)) < 0.01);
         let trace = out.trace.unwrap();
         let tail = &trace[trace.len() - 200..];
@@ -98,10 +155,19 @@ fn the_field_current_stays_near_zero() {
     // i_d is not in the trace; what it would cost shows in the plant's state
     let mut runner = build_runner(&AxisConfig::paper(), "none", 0.0).unwrap();
     let mut out = AxisOutput::default();
-    let fast = Move { distance: 20.0, velocity: 40.0, acceleration: 400.0, jerk: 8000.0 };
+    let fast = Move {
+        distance: 20.0,
+        velocity: 40.0,
+        acceleration: 400.0,
+        jerk: 8000.0,
+    };
     for setpoint in setpoints(&|t| fast.at(t), 1.0) {
         runner.push(&[setpoint], &mut out).unwrap();
-        assert!(runner.plant().current_d.abs() < 0.05, "{}", runner.plant().current_d);
+        assert!(
+            runner.plant().current_d.abs() < 0.05,
+            "{}",
+            runner.plant().current_d
+        );
     }
 }
 
@@ -120,7 +186,10 @@ fn chunks_and_copies_do_not_change_a_bit() {
     let points = setpoints(&|t| circle(10.0, 5.0, t), 0.6);
     for method in METHODS {
         let mut whole = AxisOutput::new(false);
-        build_runner(&mill(200.0, 0.0), method.info.name, 0.0).unwrap().push(&points, &mut whole).unwrap();
+        build_runner(&mill(200.0, 0.0), method.info.name, 0.0)
+            .unwrap()
+            .push(&points, &mut whole)
+            .unwrap();
         let mut pieces = AxisOutput::new(false);
         let mut runner = build_runner(&mill(200.0, 0.0), method.info.name, 0.0).unwrap();
         for chunk in points.chunks(7) {
@@ -156,15 +225,31 @@ fn a_hanging_axis_holds_its_place() {
     let out = run(&config, "none", &|_| (50.0, 0.0, 0.0), 0.5);
     assert!(max_abs(out.load.iter().map(|p| p - out.load[0])) < 1e-9);
     // half the gap and the wind-up of 1500 N over 120 N/um below the motor
-    assert!((out.load[0] - (50.0 - 0.005 - 0.0125)).abs() < 1e-9, "{}", out.load[0]);
+    assert!(
+        (out.load[0] - (50.0 - 0.005 - 0.0125)).abs() < 1e-9,
+        "{}",
+        out.load[0]
+    );
 }
 
 #[test]
 fn the_tuning_rule_places_the_poles_it_names() {
     let config = AxisConfig::paper();
-    let tuning = Tuning { velocity_frequency_hz: 161.4 / std::f64::consts::TAU, velocity_damping: 0.6976, ..Tuning::default() };
+    let tuning = Tuning {
+        velocity_frequency_hz: 161.4 / std::f64::consts::TAU,
+        velocity_damping: 0.6976,
+        ..Tuning::default()
+    };
     let drive = config.tuned(&tuning).drive;
     // the paper's own gains decode to this natural frequency and damping
-    assert!((drive.velocity_gain_a_s_per_rad / 1.74 - 1.0).abs() < 2e-3, "{}", drive.velocity_gain_a_s_per_rad);
-    assert!((drive.velocity_time_s / 8.6e-3 - 1.0).abs() < 1e-2, "{}", drive.velocity_time_s);
+    assert!(
+        (drive.velocity_gain_a_s_per_rad / 1.74 - 1.0).abs() < 2e-3,
+        "{}",
+        drive.velocity_gain_a_s_per_rad
+    );
+    assert!(
+        (drive.velocity_time_s / 8.6e-3 - 1.0).abs() < 1e-2,
+        "{}",
+        drive.velocity_time_s
+    );
 }

@@ -31,7 +31,17 @@ pub enum AxisId {
 
 impl AxisId {
     /// Every axis in index order.
-    pub const ALL: [AxisId; AXES] = [AxisId::X, AxisId::Y, AxisId::Z, AxisId::A, AxisId::B, AxisId::C, AxisId::U, AxisId::V, AxisId::W];
+    pub const ALL: [AxisId; AXES] = [
+        AxisId::X,
+        AxisId::Y,
+        AxisId::Z,
+        AxisId::A,
+        AxisId::B,
+        AxisId::C,
+        AxisId::U,
+        AxisId::V,
+        AxisId::W,
+    ];
 
     /// Index in a [`crate::Coords`], 0 for X to 8 for W.
     pub const fn index(self) -> usize {
@@ -122,7 +132,9 @@ impl AxisSet {
 
     /// The axes in index order.
     pub fn iter(self) -> impl Iterator<Item = AxisId> {
-        AxisId::ALL.into_iter().filter(move |axis| self.contains(*axis))
+        AxisId::ALL
+            .into_iter()
+            .filter(move |axis| self.contains(*axis))
     }
 }
 
@@ -141,7 +153,10 @@ mod tests {
         for (index, axis) in AxisId::ALL.into_iter().enumerate() {
             assert_eq!(axis.index(), index);
             assert_eq!(AxisId::from_index(index), Some(axis));
-            assert_eq!(AxisId::from_letter(axis.letter().to_ascii_lowercase()), Some(axis));
+            assert_eq!(
+                AxisId::from_letter(axis.letter().to_ascii_lowercase()),
+                Some(axis)
+            );
         }
         assert_eq!(AxisId::from_letter('E'), None);
     }

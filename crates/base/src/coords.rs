@@ -6,8 +6,8 @@ use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Neg, Sub};
 
 /// Coordinates of the nine axes X Y Z A B C U V W: linear axes in mm, rotary axes in rad.
 ///
-/// Used for positions, differences and derivatives; which frame they are in (part, machine, joint) is told by the
-/// field or argument that holds them.
+/// Used for positions, differences and derivatives; which frame they are in (part, machine, joint)
+/// is told by the field or argument that holds them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Coords(pub [f64; AXES]);
 
@@ -30,7 +30,8 @@ impl Coords {
         [self.0[3], self.0[4], self.0[5]]
     }
 
-    /// Sum of products of all nine coordinates. Mixes mm and rad: only for tests against zero and for scaling.
+    /// Sum of products of all nine coordinates. Mixes mm and rad: only for tests against zero and
+    /// for scaling.
     pub fn dot(&self, other: &Coords) -> f64 {
         let mut sum = 0.0;
         for i in 0..AXES {

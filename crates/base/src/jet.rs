@@ -1,7 +1,7 @@
 //! A value with its first three derivatives by one parameter.
 //!
-//! Planning in joint space needs the joints' derivatives by path length up to the third. Writing a kinematics once over
-//! [`Real`] and evaluating it on jets gives them exactly, without differences.
+//! Planning in joint space needs the joints' derivatives by path length up to the third. Writing a
+//! kinematics once over [`Real`] and evaluating it on jets gives them exactly, without differences.
 
 use crate::real::Real;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -16,32 +16,52 @@ impl Jet {
         Jet([value, d1, d2, d3])
     }
 
-    /// The value of a smooth function of this jet, from the function's value and first three derivatives at it
-    /// (Faà di Bruno's formula to third order).
+    /// The value of a smooth function of this jet, from the function's value and first three
+    /// derivatives at it (Faà di Bruno's formula to third order).
     fn compose(self, f0: f64, f1: f64, f2: f64, f3: f64) -> Jet {
         let [_, x1, x2, x3] = self.0;
-        Jet([f0, f1 * x1, f2 * x1 * x1 + f1 * x2, f3 * x1 * x1 * x1 + 3.0 * f2 * x1 * x2 + f1 * x3])
+        Jet([
+            f0,
+            f1 * x1,
+            f2 * x1 * x1 + f1 * x2,
+            f3 * x1 * x1 * x1 + 3.0 * f2 * x1 * x2 + f1 * x3,
+        ])
     }
 
     /// The derivatives after a change of parameter s -> t with the given ds/dt, d2s/dt2, d3s/dt3.
     #[must_use]
     pub fn reparametrize(self, v: f64, a: f64, j: f64) -> Jet {
         let [q, q1, q2, q3] = self.0;
-        Jet([q, q1 * v, q2 * v * v + q1 * a, q3 * v * v * v + 3.0 * q2 * v * a + q1 * j])
+        Jet([
+            q,
+            q1 * v,
+            q2 * v * v + q1 * a,
+            q3 * v * v * v + 3.0 * q2 * v * a + q1 * j,
+        ])
     }
 }
 
 impl Add for Jet {
     type Output = Jet;
     fn add(self, o: Jet) -> Jet {
-        Jet([self.0[0] + o.0[0], self.0[1] + o.0[1], self.0[2] + o.0[2], self.0[3] + o.0[3]])
+        Jet([
+            self.0[0] + o.0[0],
+            self.0[1] + o.0[1],
+            self.0[2] + o.0[2],
+            self.0[3] + o.0[3],
+        ])
     }
 }
 
 impl Sub for Jet {
     type Output = Jet;
     fn sub(self, o: Jet) -> Jet {
-        Jet([self.0[0] - o.0[0], self.0[1] - o.0[1], self.0[2] - o.0[2], self.0[3] - o.0[3]])
+        Jet([
+            self.0[0] - o.0[0],
+            self.0[1] - o.0[1],
+            self.0[2] - o.0[2],
+            self.0[3] - o.0[3],
+        ])
     }
 }
 
@@ -56,7 +76,12 @@ impl Mul for Jet {
     type Output = Jet;
     fn mul(self, o: Jet) -> Jet {
         let ([a, a1, a2, a3], [b, b1, b2, b3]) = (self.0, o.0);
-        Jet([a * b, a1 * b + a * b1, a2 * b + 2.0 * a1 * b1 + a * b2, a3 * b + 3.0 * (a2 * b1 + a1 * b2) + a * b3])
+        Jet([
+            a * b,
+            a1 * b + a * b1,
+            a2 * b + 2.0 * a1 * b1 + a * b2,
+            a3 * b + 3.0 * (a2 * b1 + a1 * b2) + a * b3,
+        ])
     }
 }
 
@@ -89,7 +114,8 @@ impl Real for Jet {
         self.compose(r, 0.5 / r, -0.25 / (r * x), 0.375 / (r * x * x))
     }
     fn atan2(self, x: Jet) -> Jet {
-        // d(atan2(y, x)) = (x y' - y x') / (x^2 + y^2); the jet of that quotient, shifted by one order.
+        // d(atan2(y, x)) = (x y' - y x') / (x^2 + y^2); the jet of that quotient, shifted by one
+        // order.
         let angle = crate::math::atan2(self.0[0], x.0[0]);
         let shift = |j: Jet| Jet([j.0[1], j.0[2], j.0[3], 0.0]);
         let rate = (x * shift(self) - self * shift(x)) / (x * x + self * self);
@@ -114,8 +140,10 @@ mod tests {
         let f = |k: f64| sample(s + k * h);
         let jet = sample(Jet::new(s, 1.0, 0.0, 0.0));
         let d1 = (f(-2.0) - 8.0 * f(-1.0) + 8.0 * f(1.0) - f(2.0)) / (12.0 * h);
-        let d2 = (-f(-2.0) + 16.0 * f(-1.0) - 30.0 * f(0.0) + 16.0 * f(1.0) - f(2.0)) / (12.0 * h * h);
-        let d3 = (f(-3.0) - 8.0 * f(-2.0) + 13.0 * f(-1.0) - 13.0 * f(1.0) + 8.0 * f(2.0) - f(3.0)) / (8.0 * h * h * h);
+        let d2 =
+            (-f(-2.0) + 16.0 * f(-1.0) - 30.0 * f(0.0) + 16.0 * f(1.0) - f(2.0)) / (12.0 * h * h);
+        let d3 = (f(-3.0) - 8.0 * f(-2.0) + 13.0 * f(-1.0) - 13.0 * f(1.0) + 8.0 * f(2.0) - f(3.0))
+            / (8.0 * h * h * h);
         assert!((jet.0[0] - f(0.0)).abs() < 1e-15);
         assert!((jet.0[1] - d1).abs() < 1e-10, "{} {d1}", jet.0[1]);
         assert!((jet.0[2] - d2).abs() < 1e-8, "{} {d2}", jet.0[2]);

@@ -1,7 +1,7 @@
 //! Ground floor of lostmotion: what every other crate shares and nothing more.
 //!
-//! Units inside the project are mm, s, rad, N, N m, A, V. Numbers that cross a public boundary carry their unit in a
-//! newtype ([`units`]) or in the field's name (`gap_mm`).
+//! Units inside the project are mm, s, rad, N, N m, A, V. Numbers that cross a public boundary
+//! carry their unit in a newtype ([`units`]) or in the field's name (`gap_mm`).
 
 pub mod axis;
 pub mod coords;

@@ -45,12 +45,23 @@ impl AxisLimits {
     /// # Errors
     /// The first limit that does not.
     pub fn check(&self) -> Result<(), LimitError> {
-        for (what, value) in [("velocity", self.velocity), ("acceleration", self.acceleration), ("jerk", self.jerk)] {
+        for (what, value) in [
+            ("velocity", self.velocity),
+            ("acceleration", self.acceleration),
+            ("jerk", self.jerk),
+        ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(LimitError::NotPositive { what, value });
             }
         }
-        if self.min < self.max { Ok(()) } else { Err(LimitError::EmptyTravel { min: self.min, max: self.max }) }
+        if self.min < self.max {
+            Ok(())
+        } else {
+            Err(LimitError::EmptyTravel {
+                min: self.min,
+                max: self.max,
+            })
+        }
     }
 
     /// Whether a position lies in the travel, with `slack` to either side.
@@ -65,10 +76,29 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused_with_its_value() {
-        let good = AxisLimits { min: -1.0, max: 1.0, velocity: 1.0, acceleration: 1.0, jerk: 1.0 };
+        let good = AxisLimits {
+            min: -1.0,
+            max: 1.0,
+            velocity: 1.0,
+            acceleration: 1.0,
+            jerk: 1.0,
+        };
         assert_eq!(good.check(), Ok(()));
-        assert_eq!(AxisLimits { jerk: 0.0, ..good }.check(), Err(LimitError::NotPositive { what: "jerk", value: 0.0 }));
-        assert!(AxisLimits { velocity: f64::NAN, ..good }.check().is_err());
+        assert_eq!(
+            AxisLimits { jerk: 0.0, ..good }.check(),
+            Err(LimitError::NotPositive {
+                what: "jerk",
+                value: 0.0
+            })
+        );
+        assert!(
+            AxisLimits {
+                velocity: f64::NAN,
+                ..good
+            }
+            .check()
+            .is_err()
+        );
         assert!(AxisLimits { max: -1.0, ..good }.check().is_err());
     }
 }

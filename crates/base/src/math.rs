@@ -1,11 +1,12 @@
 //! Transcendental functions with the same bits on every platform.
 //!
-//! std's `sin`, `atan2`, `exp` and the like come from the platform's C library and differ by 1 to 3 units in the last
-//! place between platforms. These come from the pinned `libm` crate, so that results are reproducible; clippy's
-//! `disallowed-methods` bans the others.
+//! std's `sin`, `atan2`, `exp` and the like come from the platform's C library and differ by 1 to 3
+//! units in the last place between platforms. These come from the pinned `libm` crate, so that
+//! results are reproducible; clippy's `disallowed-methods` bans the others.
 
 pub use libm::{
-    acos, acosh, asin, asinh, atan, atan2, cbrt, cos, cosh, exp, exp2, expm1, hypot, log, log1p, log2, log10, pow, sin, sinh, tan, tanh,
+    acos, acosh, asin, asinh, atan, atan2, cbrt, cos, cosh, exp, exp2, expm1, hypot, log, log1p,
+    log2, log10, pow, sin, sinh, tan, tanh,
 };
 
 /// Sine and cosine of an angle in rad.
@@ -15,7 +16,11 @@ pub fn sin_cos(angle_rad: f64) -> (f64, f64) {
 
 /// sin(x)/x, 1 at zero.
 pub fn sinc(x: f64) -> f64 {
-    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { libm::sin(x) / x }
+    if x.abs() < 1e-4 {
+        1.0 - x * x / 6.0
+    } else {
+        libm::sin(x) / x
+    }
 }
 
 #[cfg(test)]

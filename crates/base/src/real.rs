@@ -1,4 +1,5 @@
-//! Numbers that kinematics are written in: plain `f64`, or a [`Jet`](crate::Jet) that carries derivatives along.
+//! Numbers that kinematics are written in: plain `f64`, or a [`Jet`](crate::Jet) that carries
+//! derivatives along.
 
 use crate::math;
 use std::fmt::Debug;

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 /// A stretch of source bytes with its line and column for people.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
 pub struct Span {
     /// Index of the file in the session's list of files; 0 is the program itself.
     pub file: u32,
@@ -20,7 +22,9 @@ pub struct Span {
 /// The block that an action came from.
 ///
 /// Small and copyable, so that every segment and sample can carry one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
 pub struct BlockRef {
     /// Where the block stands.
     pub span: Span,

@@ -13,7 +13,9 @@ pub struct Clock {
 
 impl Clock {
     /// The path planner's and the bus' cycle: 1 ms.
-    pub const CNC: Clock = Clock { period_ns: 1_000_000 };
+    pub const CNC: Clock = Clock {
+        period_ns: 1_000_000,
+    };
     /// The servo's position and velocity loops: 250 us.
     pub const SERVO: Clock = Clock { period_ns: 250_000 };
     /// The drive's current loop: 50 us.
@@ -21,7 +23,11 @@ impl Clock {
 
     /// A clock with a period in nanoseconds; none for zero.
     pub const fn from_nanos(period_ns: u64) -> Option<Clock> {
-        if period_ns == 0 { None } else { Some(Clock { period_ns }) }
+        if period_ns == 0 {
+            None
+        } else {
+            Some(Clock { period_ns })
+        }
     }
 
     /// The period in nanoseconds.
@@ -41,7 +47,11 @@ impl Clock {
 
     /// How many periods of a faster clock fit into one of this; none if they do not fit evenly.
     pub const fn ratio(self, faster: Clock) -> Option<u64> {
-        if self.period_ns.is_multiple_of(faster.period_ns) { Some(self.period_ns / faster.period_ns) } else { None }
+        if self.period_ns.is_multiple_of(faster.period_ns) {
+            Some(self.period_ns / faster.period_ns)
+        } else {
+            None
+        }
     }
 }
 
@@ -54,6 +64,9 @@ mod tests {
         assert_eq!(Clock::CNC.ratio(Clock::SERVO), Some(4));
         assert_eq!(Clock::SERVO.ratio(Clock::CURRENT), Some(5));
         assert_eq!(Clock::CURRENT.ratio(Clock::CNC), None);
-        assert_eq!(Clock::CNC.seconds(3_600_000).to_bits(), 3600.0_f64.to_bits());
+        assert_eq!(
+            Clock::CNC.seconds(3_600_000).to_bits(),
+            3600.0_f64.to_bits()
+        );
     }
 }

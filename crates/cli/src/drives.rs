@@ -12,10 +12,16 @@ use lostmotion::sim::Machine;
 /// # Errors
 /// Cycles that do not go together.
 pub(crate) fn cycles(given: Given, own: Cycles) -> Result<Cycles, Failure> {
-    let cycles = Cycles { command_ms: given.command_ms.unwrap_or(own.command_ms), servo_us: given.servo_us.unwrap_or(own.servo_us) };
-    cycles
-        .check()
-        .map_err(|error| Failure::with_hint(error.to_string(), "--command-ms and --servo-us set them; one has to divide the other"))?;
+    let cycles = Cycles {
+        command_ms: given.command_ms.unwrap_or(own.command_ms),
+        servo_us: given.servo_us.unwrap_or(own.servo_us),
+    };
+    cycles.check().map_err(|error| {
+        Failure::with_hint(
+            error.to_string(),
+            "--command-ms and --servo-us set them; one has to divide the other",
+        )
+    })?;
     Ok(cycles)
 }
 
@@ -25,8 +31,14 @@ pub(crate) fn cycles(given: Given, own: Cycles) -> Result<Cycles, Failure> {
 /// A name that there is not.
 pub(crate) fn interpolator(name: &str) -> Result<Interpolator, Failure> {
     Interpolator::from_name(name).ok_or_else(|| {
-        let known: Vec<&str> = Interpolator::ALL.into_iter().map(Interpolator::name).collect();
-        Failure::with_hint(format!("there is no interpolator \"{name}\""), format!("known interpolators: {}", known.join(", ")))
+        let known: Vec<&str> = Interpolator::ALL
+            .into_iter()
+            .map(Interpolator::name)
+            .collect();
+        Failure::with_hint(
+            format!("there is no interpolator \"{name}\""),
+            format!("known interpolators: {}", known.join(", ")),
+        )
     })
 }
 
@@ -39,21 +51,39 @@ pub(crate) fn with_drives(machine: &Machine, drives: &Drives) -> Result<Machine,
     for word in &drives.interpolator {
         let Some((letter, name)) = word.split_once('=') else {
             let interpolator = interpolator(word)?;
-            machine = machine.map_axes(|axis| AxisConfig { interpolator, ..axis.clone() });
+            machine = machine.map_axes(|axis| AxisConfig {
+                interpolator,
+                ..axis.clone()
+            });
             continue;
         };
-        let found = letter.chars().next().and_then(AxisId::from_letter).filter(|_| letter.len() == 1);
+        let found = letter
+            .chars()
+            .next()
+            .and_then(AxisId::from_letter)
+            .filter(|_| letter.len() == 1);
         let axis = found.and_then(|id| machine.axis(id)).ok_or_else(|| {
             Failure::with_hint(
-                format!("--interpolator {word}: machine \"{}\" has no axis \"{letter}\"", machine.name()),
+                format!(
+                    "--interpolator {word}: machine \"{}\" has no axis \"{letter}\"",
+                    machine.name()
+                ),
                 "for example: --interpolator linear --interpolator x=quintic-hermite",
             )
         })?;
-        let (id, config) = (axis.id, AxisConfig { interpolator: interpolator(name)?, ..axis.config.clone() });
+        let (id, config) = (
+            axis.id,
+            AxisConfig {
+                interpolator: interpolator(name)?,
+                ..axis.config.clone()
+            },
+        );
         machine = machine.with_axis_config(id, &config);
     }
     for axis in machine.axes() {
-        axis.config.check().map_err(|error| Failure::message(format!("axis {}: {error}", axis.id)))?;
+        axis.config
+            .check()
+            .map_err(|error| Failure::message(format!("axis {}: {error}", axis.id)))?;
     }
     Ok(machine)
 }

@@ -15,8 +15,8 @@ pub(crate) struct Excerpt {
     pub(crate) range: std::ops::Range<usize>,
 }
 
-/// Fetches the lines of spans in one pass over the source. Spans that lie beyond its end get an empty text. The answer is in the
-/// order of the spans.
+/// Fetches the lines of spans in one pass over the source. Spans that lie beyond its end get an
+/// empty text. The answer is in the order of the spans.
 pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Result<Vec<Excerpt>> {
     let mut order: Vec<usize> = (0..spans.len()).collect();
     order.sort_by_key(|index| window_start(&spans[*index]));
@@ -32,7 +32,10 @@ pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Res
         } else {
             let missing = skip - window.len() as u64;
             window.clear();
-            std::io::copy(&mut std::io::Read::take(&mut *source, missing), &mut std::io::sink())?;
+            std::io::copy(
+                &mut std::io::Read::take(&mut *source, missing),
+                &mut std::io::sink(),
+            )?;
         }
         window_at = start;
         let wanted = (WIDTH - window.len().min(WIDTH)) as u64;
@@ -42,19 +45,39 @@ pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Res
     Ok(found)
 }
 
-/// Where the shown part of a span's line begins: at the line's start, or a third of the width before the span.
+/// Where the shown part of a span's line begins: at the line's start, or a third of the width
+/// before the span.
 fn window_start(span: &Span) -> u64 {
     let before = u64::from(span.column.saturating_sub(1)).min(span.start);
-    let shown = if before as usize > WIDTH * 2 / 3 { (WIDTH / 3) as u64 } else { before };
+    let shown = if before as usize > WIDTH * 2 / 3 {
+        (WIDTH / 3) as u64
+    } else {
+        before
+    };
     span.start - shown
 }
 
 fn excerpt(window: &[u8], offset: usize, length: usize) -> Excerpt {
     let window = &window[..window.len().min(WIDTH)];
-    let end = window.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(window.len());
-    let text: String = window[..end].iter().map(|b| if matches!(b, b' '..=b'~') { char::from(*b) } else { ' ' }).collect();
+    let end = window
+        .iter()
+        .position(|b| matches!(b, b'\n' | b'\r'))
+        .unwrap_or(window.len());
+    let text: String = window[..end]
+        .iter()
+        .map(|b| {
+            if matches!(b, b' '..=b'~') {
+                char::from(*b)
+            } else {
+                ' '
+            }
+        })
+        .collect();
     let from = offset.min(text.len());
-    Excerpt { range: from..(from + length).min(text.len()), text }
+    Excerpt {
+        range: from..(from + length).min(text.len()),
+        text,
+    }
 }
 
 #[cfg(test)]
@@ -62,16 +85,40 @@ mod tests {
     use super::*;
 
     fn span(line: u32, column: u32, start: u64, len: u32) -> Span {
-        Span { file: 0, line, column, start, len }
+        Span {
+            file: 0,
+            line,
+            column,
+            start,
+            len,
+        }
     }
 
     #[test]
     fn lines_are_found_in_any_order() {
         let text = b"G0 X1\r\nG1 Y2 F3\nM2";
-        let spans = [span(2, 4, 10, 2), span(1, 1, 0, 2), span(3, 1, 16, 2), span(2, 7, 13, 2), span(9, 1, 99, 2)];
+        let spans = [
+            span(2, 4, 10, 2),
+            span(1, 1, 0, 2),
+            span(3, 1, 16, 2),
+            span(2, 7, 13, 2),
+            span(9, 1, 99, 2),
+        ];
         let found = excerpts(&mut &text[..], &spans).unwrap();
-        let seen: Vec<(&str, &str)> = found.iter().map(|e| (e.text.as_str(), &e.text[e.range.clone()])).collect();
-        assert_eq!(seen, [("G1 Y2 F3", "Y2"), ("G0 X1", "G0"), ("M2", "M2"), ("G1 Y2 F3", "F3"), ("", "")]);
+        let seen: Vec<(&str, &str)> = found
+            .iter()
+            .map(|e| (e.text.as_str(), &e.text[e.range.clone()]))
+            .collect();
+        assert_eq!(
+            seen,
+            [
+                ("G1 Y2 F3", "Y2"),
+                ("G0 X1", "G0"),
+                ("M2", "M2"),
+                ("G1 Y2 F3", "F3"),
+                ("", "")
+            ]
+        );
     }
 
     #[test]

@@ -24,12 +24,18 @@ pub(crate) enum Failure {
 impl Failure {
     /// A message without a hint.
     pub(crate) fn message(text: impl Into<String>) -> Failure {
-        Failure::Message { text: text.into(), hint: String::new() }
+        Failure::Message {
+            text: text.into(),
+            hint: String::new(),
+        }
     }
 
     /// A message with a hint.
     pub(crate) fn with_hint(text: impl Into<String>, hint: impl Into<String>) -> Failure {
-        Failure::Message { text: text.into(), hint: hint.into() }
+        Failure::Message {
+            text: text.into(),
+            hint: hint.into(),
+        }
     }
 
     /// Prints the failure on stderr and gives the exit code. A closed stderr is nobody's loss.

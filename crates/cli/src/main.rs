@@ -1,7 +1,8 @@
 //! The program `lostmotion`: arguments in, a verdict out.
 //!
-//! Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance; 2 bad input, with a message on stderr and
-//! nothing written; 130 ended by Ctrl-C, with nothing left behind. `lint`: 1 warnings, 2 errors. `format --check`: 1 the program would change.
+//! Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance; 2 bad input,
+//! with a message on stderr and nothing written; 130 ended by Ctrl-C, with nothing left behind.
+//! `lint`: 1 warnings, 2 errors. `format --check`: 1 the program would change.
 
 mod args;
 mod commands;
@@ -21,7 +22,8 @@ mod voice;
 use clap::Parser;
 use std::process::ExitCode;
 
-/// Exit code of a run that was told to end: 128 and the number of the signal of Ctrl-C, as shells have it.
+/// Exit code of a run that was told to end: 128 and the number of the signal of Ctrl-C, as shells
+/// have it.
 const ENDED: i32 = 130;
 
 fn main() -> ExitCode {

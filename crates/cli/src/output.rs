@@ -22,10 +22,12 @@ pub(crate) fn stderr_has_color() -> bool {
 }
 
 fn wants_color() -> bool {
-    std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()) && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
+    std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+        && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// Whether writing may go on: false when the reader has gone (`lostmotion ... | head`), which is no failure.
+/// Whether writing may go on: false when the reader has gone (`lostmotion ... | head`), which is no
+/// failure.
 pub(crate) fn go_on(result: io::Result<()>) -> Result<bool, Failure> {
     match result {
         Ok(()) => Ok(true),

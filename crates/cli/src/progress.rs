@@ -20,7 +20,11 @@ pub(crate) struct Progress {
 impl Progress {
     /// A bar that stays away if `quiet`.
     pub(crate) fn new(quiet: bool) -> Progress {
-        Progress { started: Instant::now(), bar: None, enabled: !quiet && std::io::stderr().is_terminal() }
+        Progress {
+            started: Instant::now(),
+            bar: None,
+            enabled: !quiet && std::io::stderr().is_terminal(),
+        }
     }
 
     /// Tells how much is done, and how much time the machine has run in the simulation.
@@ -29,7 +33,11 @@ impl Progress {
             return;
         }
         let bar = self.bar.get_or_insert_with(new_bar);
-        let part = if total == 0 { 0.0 } else { done as f64 / total as f64 };
+        let part = if total == 0 {
+            0.0
+        } else {
+            done as f64 / total as f64
+        };
         bar.set_position((part.clamp(0.0, 1.0) * STEPS as f64) as u64);
         bar.set_message(format!("{simulated_s:.0} s of machine time"));
     }

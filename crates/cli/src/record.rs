@@ -22,7 +22,8 @@ struct Files {
     contour: Option<ContourWriter<AtomicFile>>,
     traces: Vec<TraceRecorder>,
     failed: Option<io::Error>,
-    /// Last, so that it goes when the files in it are gone and can take a folder that it made along.
+    /// Last, so that it goes when the files in it are gone and can take a folder that it made
+    /// along.
     folder: OutputFolder,
 }
 
@@ -41,10 +42,24 @@ impl Files {
     fn new(path: &PathBuf, methods: usize, trace: bool) -> Result<Files, Failure> {
         let folder = OutputFolder::create(path)?;
         let blocks = BlockWriter::new(folder.file("blocks.csv")?).map_err(io_error(&folder))?;
-        let reversals = ReversalWriter::new(folder.file("reversals.csv")?).map_err(io_error(&folder))?;
-        let contour = if trace { Some(ContourWriter::new(folder.file("contour.csv")?).map_err(io_error(&folder))?) } else { None };
-        let traces = (0..methods).map(|_| TraceRecorder::new(PICTURE_POINTS)).collect();
-        Ok(Files { blocks, reversals, contour, traces, failed: None, folder })
+        let reversals =
+            ReversalWriter::new(folder.file("reversals.csv")?).map_err(io_error(&folder))?;
+        let contour = if trace {
+            Some(ContourWriter::new(folder.file("contour.csv")?).map_err(io_error(&folder))?)
+        } else {
+            None
+        };
+        let traces = (0..methods)
+            .map(|_| TraceRecorder::new(PICTURE_POINTS))
+            .collect();
+        Ok(Files {
+            blocks,
+            reversals,
+            contour,
+            traces,
+            failed: None,
+            folder,
+        })
     }
 
     /// Keeps the first error; an observer cannot stop a run.
@@ -60,7 +75,11 @@ impl Files {
                 if point.rapid {
                     trace.lift();
                 } else {
-                    trace.push(TracePoint { foot_mm: point.foot_mm, normal: point.normal, error_um: point.error_um });
+                    trace.push(TracePoint {
+                        foot_mm: point.foot_mm,
+                        normal: point.normal,
+                        error_um: point.error_um,
+                    });
                 }
             }
         }
@@ -74,27 +93,50 @@ impl Files {
 impl Record {
     /// Starts watching a run of these methods.
     pub(crate) fn new(run: &Run, methods: &[String], quiet: bool) -> Result<Record, Failure> {
-        let files = run.out.as_ref().map(|path| Files::new(path, methods.len(), run.trace)).transpose()?;
-        Ok(Record { methods: methods.to_vec(), progress: Progress::new(quiet), files })
+        let files = run
+            .out
+            .as_ref()
+            .map(|path| Files::new(path, methods.len(), run.trace))
+            .transpose()?;
+        Ok(Record {
+            methods: methods.to_vec(),
+            progress: Progress::new(quiet),
+            files,
+        })
     }
 
-    /// Writes the answer and the picture, and gives all files their names. Without `--out` this does nothing.
+    /// Writes the answer and the picture, and gives all files their names. Without `--out` this
+    /// does nothing.
     pub(crate) fn finish(mut self, answer: &Answer<'_>) -> Result<(), Failure> {
         self.progress.finish();
-        let Some(mut files) = self.files else { return Ok(()) };
+        let Some(mut files) = self.files else {
+            return Ok(());
+        };
         if let Some(error) = files.failed {
             return Err(io_error(&files.folder)(error));
         }
-        let traces: Vec<ContourTrace> =
-            files.traces.into_iter().zip(answer.results).map(|(trace, result)| trace.finish(&result.method, &caption(result))).collect();
+        let traces: Vec<ContourTrace> = files
+            .traces
+            .into_iter()
+            .zip(answer.results)
+            .map(|(trace, result)| trace.finish(&result.method, &caption(result)))
+            .collect();
         let picture = ContourPicture {
             title: format!("Contour error of {}", file_name(answer.program)),
-            subtitle: format!("{}, {} of machine time", answer.machine, number::duration(answer.duration_s)),
+            subtitle: format!(
+                "{}, {} of machine time",
+                answer.machine,
+                number::duration(answer.duration_s)
+            ),
             tolerance_um: Some(answer.tolerance_um),
             plane: None,
         };
         let svg = contour(&picture, &traces);
-        let texts = [("contour.svg", &svg), (answer.json_name, answer.json), (answer.text_name, answer.text)];
+        let texts = [
+            ("contour.svg", &svg),
+            (answer.json_name, answer.json),
+            (answer.text_name, answer.text),
+        ];
         let folder = &mut files.folder;
         let mut done = vec![files.blocks.finish(), files.reversals.finish()];
         done.extend(files.contour.map(ContourWriter::finish));
@@ -136,12 +178,19 @@ pub(crate) struct Answer<'a> {
 
 /// The last part of a path.
 fn file_name(path: &str) -> &str {
-    std::path::Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or(path)
+    std::path::Path::new(path)
+        .file_name()
+        .and_then(|name| name.to_str())
+        .unwrap_or(path)
 }
 
 fn caption(result: &MethodResult) -> String {
     let figure = number::error;
-    format!("max {} \u{b5}m, RMS {} \u{b5}m", figure(result.cutting.max), figure(result.cutting.rms))
+    format!(
+        "max {} \u{b5}m, RMS {} \u{b5}m",
+        figure(result.cutting.max),
+        figure(result.cutting.rms)
+    )
 }
 
 impl Observer for Record {

@@ -12,28 +12,92 @@ fn simulate_judges_against_the_tolerance() {
     let bench = Bench::new();
     bench.file("circle.ngc", CIRCLE);
     let text = bench.expect(0, &["simulate", "circle.ngc", "--tolerance-um", "1000"]);
-    assert!(text.contains("circle.ngc on vmc3, method none\nwithin tolerance: largest contour error"), "{text}");
-    assert!(text.contains("tolerance 1000 um") && text.contains("reversals, um") && !text.contains('\x1b'));
+    assert!(
+        text.contains("circle.ngc on vmc3, method none\nwithin tolerance: largest contour error"),
+        "{text}"
+    );
+    assert!(
+        text.contains("tolerance 1000 um")
+            && text.contains("reversals, um")
+            && !text.contains('\x1b')
+    );
     let text = bench.expect(1, &["simulate", "circle.ngc", "--tolerance-um", "0.01"]);
-    assert!(text.contains("OUTSIDE tolerance") && text.contains("line 3"), "{text}");
-    let json = bench.expect(1, &["simulate", "circle.ngc", "--tolerance-um", "0.01", "--format", "json", "--threads", "1"]);
+    assert!(
+        text.contains("OUTSIDE tolerance") && text.contains("line 3"),
+        "{text}"
+    );
+    let json = bench.expect(
+        1,
+        &[
+            "simulate",
+            "circle.ngc",
+            "--tolerance-um",
+            "0.01",
+            "--format",
+            "json",
+            "--threads",
+            "1",
+        ],
+    );
     let value: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(value["schema"], 1);
     assert_eq!(value["result"]["method"], "none");
-    assert_eq!(json, bench.expect(1, &["simulate", "circle.ngc", "--tolerance-um", "0.01", "--format", "json", "--threads", "2"]));
+    assert_eq!(
+        json,
+        bench.expect(
+            1,
+            &[
+                "simulate",
+                "circle.ngc",
+                "--tolerance-um",
+                "0.01",
+                "--format",
+                "json",
+                "--threads",
+                "2"
+            ]
+        )
+    );
 }
 
 #[test]
 fn results_of_a_run_go_into_a_folder_together() {
     let bench = Bench::new();
     bench.file("circle.ngc", CIRCLE);
-    let shown = bench.expect(0, &["simulate", "circle.ngc", "--tolerance-um", "1000", "--out", "a/b", "--trace", "--format", "json"]);
-    let expected = ["blocks.csv", "contour.csv", "contour.svg", "reversals.csv", "simulation.json", "simulation.txt"];
+    let shown = bench.expect(
+        0,
+        &[
+            "simulate",
+            "circle.ngc",
+            "--tolerance-um",
+            "1000",
+            "--out",
+            "a/b",
+            "--trace",
+            "--format",
+            "json",
+        ],
+    );
+    let expected = [
+        "blocks.csv",
+        "contour.csv",
+        "contour.svg",
+        "reversals.csv",
+        "simulation.json",
+        "simulation.txt",
+    ];
     assert_eq!(names(&bench.path("a/b")), expected);
-    assert_eq!(std::fs::read_to_string(bench.path("a/b/simulation.json")).unwrap(), shown);
+    assert_eq!(
+        std::fs::read_to_string(bench.path("a/b/simulation.json")).unwrap(),
+        shown
+    );
     let contour = std::fs::read_to_string(bench.path("a/b/contour.csv")).unwrap();
     assert!(contour.starts_with("method,t_s,foot_x_mm") && contour.lines().count() > 1000);
-    assert!(std::fs::read_to_string(bench.path("a/b/contour.svg")).unwrap().contains(">none</text>"));
+    assert!(
+        std::fs::read_to_string(bench.path("a/b/contour.svg"))
+            .unwrap()
+            .contains(">none</text>")
+    );
     bench.refuses(&["simulate", "circle.ngc", "--trace"], &["--out"]);
 }
 
@@ -41,40 +105,107 @@ fn results_of_a_run_go_into_a_folder_together() {
 fn compare_has_a_row_a_method() {
     let bench = Bench::new();
     bench.file("circle.ngc", CIRCLE);
-    let text = bench.expect(0, &["compare", "circle.ngc", "--methods", "none,fixed,load-feedback", "--out", "out"]);
-    for start in ["none ", "fixed ", "load-feedback ", "(no gap) ", "recommended:"] {
-        assert!(text.lines().any(|line| line.starts_with(start)), "{start}\n{text}");
+    let text = bench.expect(
+        0,
+        &[
+            "compare",
+            "circle.ngc",
+            "--methods",
+            "none,fixed,load-feedback",
+            "--out",
+            "out",
+        ],
+    );
+    for start in [
+        "none ",
+        "fixed ",
+        "load-feedback ",
+        "(no gap) ",
+        "recommended:",
+    ] {
+        assert!(
+            text.lines().any(|line| line.starts_with(start)),
+            "{start}\n{text}"
+        );
     }
-    assert_eq!(names(&bench.path("out")), ["blocks.csv", "comparison.json", "comparison.txt", "contour.svg", "reversals.csv"]);
-    bench.refuses(&["compare", "circle.ngc", "--methods", "none,none"], &["names \"none\" twice"]);
-    bench.refuses(&["compare", "circle.ngc", "--methods", "none,magic"], &["magic", "load-feedback"]);
+    assert_eq!(
+        names(&bench.path("out")),
+        [
+            "blocks.csv",
+            "comparison.json",
+            "comparison.txt",
+            "contour.svg",
+            "reversals.csv"
+        ]
+    );
+    bench.refuses(
+        &["compare", "circle.ngc", "--methods", "none,none"],
+        &["names \"none\" twice"],
+    );
+    bench.refuses(
+        &["compare", "circle.ngc", "--methods", "none,magic"],
+        &["magic", "load-feedback"],
+    );
 }
 
 #[test]
 fn canon_prints_operations_and_all_errors() {
     let bench = Bench::new();
-    bench.file("circle.ngc", CIRCLE).file("bad.ngc", "G21 G90\nG1 X10\nG2 X20 I3\nM2\n").file("tools.tbl", "T1 P1 Z5\n");
+    bench
+        .file("circle.ngc", CIRCLE)
+        .file("bad.ngc", "G21 G90\nG1 X10\nG2 X20 I3\nM2\n")
+        .file("tools.tbl", "T1 P1 Z5\n");
     let text = bench.expect(0, &["canon", "circle.ngc", "--tool-table", "tools.tbl"]);
-    assert!(text.contains("\nARC_FEED(10.0000, 0.0000, 0.0000, 0.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)\n"), "{text}");
+    assert!(
+        text.contains(
+            "\nARC_FEED(10.0000, 0.0000, 0.0000, 0.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)\n"
+        ),
+        "{text}"
+    );
     let output = bench.run(&["canon", "bad.ngc"]);
     assert_eq!(output.status.code(), Some(2));
     let stderr = String::from_utf8(output.stderr).unwrap();
-    for text in ["error[no-feed]", "--> bad.ngc:2:1", "2 | G1 X10", "error[arc-radii]", "--> bad.ngc:3:1", "G90.1", "2 errors"] {
+    for text in [
+        "error[no-feed]",
+        "--> bad.ngc:2:1",
+        "2 | G1 X10",
+        "error[arc-radii]",
+        "--> bad.ngc:3:1",
+        "G90.1",
+        "2 errors",
+    ] {
         assert!(stderr.contains(text), "`{text}` is not in\n{stderr}");
     }
-    bench.refuses(&["canon", "circle.ngc", "--tool-table", "none.tbl"], &["tool table none.tbl does not exist"]);
+    bench.refuses(
+        &["canon", "circle.ngc", "--tool-table", "none.tbl"],
+        &["tool table none.tbl does not exist"],
+    );
 }
 
 #[test]
 fn plan_writes_a_row_a_millisecond() {
     let bench = Bench::new();
     bench.file("circle.ngc", CIRCLE);
-    bench.expect(0, &["plan", "circle.ngc", "--machine", "bench3", "--out", "plan.csv"]);
+    bench.expect(
+        0,
+        &[
+            "plan",
+            "circle.ngc",
+            "--machine",
+            "bench3",
+            "--out",
+            "plan.csv",
+        ],
+    );
     let plan = std::fs::read_to_string(bench.path("plan.csv")).unwrap();
     let mut lines = plan.lines();
     assert_eq!(lines.next(), Some("t_s,x_mm,y_mm,z_mm,line"));
     assert!(lines.next().unwrap().starts_with("0.000,0.0000"));
-    assert!(plan.lines().last().unwrap().ends_with(",3"), "{}", plan.lines().last().unwrap());
+    assert!(
+        plan.lines().last().unwrap().ends_with(",3"),
+        "{}",
+        plan.lines().last().unwrap()
+    );
     assert_eq!(bench.names(), ["circle.ngc", "plan.csv"]);
 }
 
@@ -82,9 +213,16 @@ fn plan_writes_a_row_a_millisecond() {
 #[test]
 fn bad_programs_end_with_a_clear_message_and_write_nothing() {
     let bench = Bench::new();
-    bench.file("empty.ngc", "").file("binary.ngc", [0x7f, b'E', b'L', b'F', 2, 1, 1, 0, 0, 0xff, b'\n', 0]);
-    bench.file("blank.ngc", "\n\n(only a comment)\nM2\n").file("far.ngc", "G21 G90 G0 X9000\nM2\n");
-    bench.file("arc.ngc", "G21 G90 F100\nG1 X1\nG2 X20 I3\nM2\n").file("feed.ngc", "G21 G90\nG1 X1\nM2\n");
+    bench.file("empty.ngc", "").file(
+        "binary.ngc",
+        [0x7f, b'E', b'L', b'F', 2, 1, 1, 0, 0, 0xff, b'\n', 0],
+    );
+    bench
+        .file("blank.ngc", "\n\n(only a comment)\nM2\n")
+        .file("far.ngc", "G21 G90 G0 X9000\nM2\n");
+    bench
+        .file("arc.ngc", "G21 G90 F100\nG1 X1\nG2 X20 I3\nM2\n")
+        .file("feed.ngc", "G21 G90\nG1 X1\nM2\n");
     std::fs::create_dir(bench.path("folder")).unwrap();
     let cases: [(&str, &[&str]); 7] = [
         ("missing.ngc", &["missing.ngc does not exist"]),
@@ -97,16 +235,40 @@ fn bad_programs_end_with_a_clear_message_and_write_nothing() {
     ];
     for (program, texts) in cases {
         bench.refuses(&["simulate", program, "--out", "out"], texts);
-        bench.refuses(&["compare", program, "--methods", "none,fixed", "--out", "out/deeper"], texts);
+        bench.refuses(
+            &[
+                "compare",
+                program,
+                "--methods",
+                "none,fixed",
+                "--out",
+                "out/deeper",
+            ],
+            texts,
+        );
         bench.refuses(&["plan", program, "--out", "plan.csv"], texts);
     }
-    for program in ["missing.ngc", "folder", "empty.ngc", "binary.ngc", "arc.ngc", "feed.ngc"] {
+    for program in [
+        "missing.ngc",
+        "folder",
+        "empty.ngc",
+        "binary.ngc",
+        "arc.ngc",
+        "feed.ngc",
+    ] {
         let output = bench.run(&["canon", program]);
         assert_eq!(output.status.code(), Some(2), "{program}");
     }
     bench.refuses(&["simulate", "blank.ngc"], &["blank.ngc", "moves nothing"]);
     bench.file("rotary.ngc", "G21 G90\nG0 A10\nM2\n");
-    bench.refuses(&["simulate", "rotary.ngc"], &["rotary.ngc:2", "machine \"vmc3\" has no axis A", "machine list"]);
+    bench.refuses(
+        &["simulate", "rotary.ngc"],
+        &[
+            "rotary.ngc:2",
+            "machine \"vmc3\" has no axis A",
+            "machine list",
+        ],
+    );
 }
 
 #[test]
@@ -115,15 +277,43 @@ fn bad_arguments_end_with_code_2() {
     bench.file("circle.ngc", CIRCLE).file("taken", "x");
     bench.refuses(&[], &["Usage"]);
     bench.refuses(&["sumulate", "circle.ngc"], &["unrecognized subcommand"]);
-    bench.refuses(&["simulate", "circle.ngc", "--machine", "vmc9"], &["no machine \"vmc9\"", "vmc3-worn"]);
-    bench.refuses(&["simulate", "circle.ngc", "--machine", "vmc9.toml"], &["machine file vmc9.toml does not exist"]);
-    bench.refuses(&["simulate", "circle.ngc", "--method", "magic", "--out", "out"], &["magic", "load-feedback"]);
+    bench.refuses(
+        &["simulate", "circle.ngc", "--machine", "vmc9"],
+        &["no machine \"vmc9\"", "vmc3-worn"],
+    );
+    bench.refuses(
+        &["simulate", "circle.ngc", "--machine", "vmc9.toml"],
+        &["machine file vmc9.toml does not exist"],
+    );
+    bench.refuses(
+        &[
+            "simulate",
+            "circle.ngc",
+            "--method",
+            "magic",
+            "--out",
+            "out",
+        ],
+        &["magic", "load-feedback"],
+    );
     for tolerance in ["0", "-1", "nan", "inf"] {
-        bench.refuses(&["simulate", "circle.ngc", "--tolerance-um", tolerance], &["--tolerance-um is", "positive finite"]);
+        bench.refuses(
+            &["simulate", "circle.ngc", "--tolerance-um", tolerance],
+            &["--tolerance-um is", "positive finite"],
+        );
     }
-    bench.refuses(&["simulate", "circle.ngc", "--threads", "0"], &["--threads is 0"]);
-    bench.refuses(&["simulate", "circle.ngc", "--out", "taken"], &["taken: it is not a folder"]);
-    bench.refuses(&["plan", "circle.ngc", "--out", "no/plan.csv"], &["no/plan.csv: its folder does not exist"]);
+    bench.refuses(
+        &["simulate", "circle.ngc", "--threads", "0"],
+        &["--threads is 0"],
+    );
+    bench.refuses(
+        &["simulate", "circle.ngc", "--out", "taken"],
+        &["taken: it is not a folder"],
+    );
+    bench.refuses(
+        &["plan", "circle.ngc", "--out", "no/plan.csv"],
+        &["no/plan.csv: its folder does not exist"],
+    );
     bench.refuses(&["plan", "circle.ngc", "--out", "."], &["it is a folder"]);
 }
 
@@ -136,11 +326,25 @@ fn a_closed_stdout_ends_quietly() {
         long.push_str(&format!("G1 X{}\n", line % 7));
     }
     bench.file("long.ngc", long + "M2\n");
-    let mut child = bench.command(&["canon", "long.ngc"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut child = bench
+        .command(&["canon", "long.ngc"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(
+        output.stderr.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
 #[cfg(unix)]
@@ -153,7 +357,12 @@ fn a_program_may_come_from_a_pipe() {
         .stdout(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    child.stdin.take().unwrap().write_all(b"G21 F500\nG1 X5\nG1 Y5\nM2\n").unwrap();
+    child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(b"G21 F500\nG1 X5\nG1 Y5\nM2\n")
+        .unwrap();
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0));
     let text = String::from_utf8(output.stdout).unwrap();
@@ -164,15 +373,26 @@ fn a_program_may_come_from_a_pipe() {
 fn subroutines_come_from_the_part_s_folder_and_those_named_and_mistakes_show_their_file() {
     let bench = Bench::new();
     std::fs::create_dir(bench.path("lib")).unwrap();
-    bench.file("lib/hole.ngc", "o<hole> sub\nG0 X#1\no<hole> endsub\n").file("part.ngc", "o<hole> call [5]\nM2\n");
+    bench
+        .file("lib/hole.ngc", "o<hole> sub\nG0 X#1\no<hole> endsub\n")
+        .file("part.ngc", "o<hole> call [5]\nM2\n");
     bench.refuses(&["canon", "part.ngc"], &["no-such-sub"]);
-    assert!(bench.expect(0, &["canon", "part.ngc", "--subroutines", "lib"]).contains("STRAIGHT_TRAVERSE(5.0000"));
+    assert!(
+        bench
+            .expect(0, &["canon", "part.ngc", "--subroutines", "lib"])
+            .contains("STRAIGHT_TRAVERSE(5.0000")
+    );
     bench.file("lib/hole.ngc", "o<hole> sub\nG0 X[1/0]\no<hole> endsub\n");
     let output = bench.run(&["canon", "part.ngc", "--subroutines", "lib"]);
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr.contains("hole.ngc:2:4") && stderr.contains("G0 X[1/0]"), "{stderr}");
-    bench.file("part.ngc", "o<../secret> call\nM2\n").file("secret.ngc", "o<../secret> sub\no<../secret> endsub\n");
+    assert!(
+        stderr.contains("hole.ngc:2:4") && stderr.contains("G0 X[1/0]"),
+        "{stderr}"
+    );
+    bench
+        .file("part.ngc", "o<../secret> call\nM2\n")
+        .file("secret.ngc", "o<../secret> sub\no<../secret> endsub\n");
     bench.refuses(&["canon", "part.ngc"], &["sub-file"]);
 }
 
@@ -181,12 +401,48 @@ fn dialects_leniencies_and_limits_are_switched_on_the_command_line() {
     let bench = Bench::new();
     bench.file("part.nc", "%\nO1\n#1=2+3\nG0 X#1\nM30\n%\n");
     bench.refuses(&["canon", "part.nc"], &["error"]);
-    assert!(bench.expect(0, &["canon", "part.nc", "--dialect", "fanuc"]).contains("STRAIGHT_TRAVERSE(5.0000"));
+    assert!(
+        bench
+            .expect(0, &["canon", "part.nc", "--dialect", "fanuc"])
+            .contains("STRAIGHT_TRAVERSE(5.0000")
+    );
     bench.expect(0, &["canon", "part.nc", "--accept", "bare-arithmetic"]);
-    assert_eq!(bench.run(&["canon", "part.nc", "--dialect", "fanuc", "--refuse", "bare-arithmetic"]).status.code(), Some(2));
-    bench.refuses(&["canon", "part.nc", "--dialect", "heidenhain"], &["known dialects", "fanuc"]);
-    bench.refuses(&["canon", "part.nc", "--accept", "anything"], &["known codes", "five-axis"]);
-    bench.refuses(&["canon", "part.nc", "--limit", "word=3"], &["there is no limit `word`"]);
+    assert_eq!(
+        bench
+            .run(&[
+                "canon",
+                "part.nc",
+                "--dialect",
+                "fanuc",
+                "--refuse",
+                "bare-arithmetic"
+            ])
+            .status
+            .code(),
+        Some(2)
+    );
+    bench.refuses(
+        &["canon", "part.nc", "--dialect", "heidenhain"],
+        &["known dialects", "fanuc"],
+    );
+    bench.refuses(
+        &["canon", "part.nc", "--accept", "anything"],
+        &["known codes", "five-axis"],
+    );
+    bench.refuses(
+        &["canon", "part.nc", "--limit", "word=3"],
+        &["there is no limit `word`"],
+    );
     bench.refuses(&["canon", "part.nc", "--limit", "words"], &["NAME=VALUE"]);
-    bench.refuses(&["canon", "part.nc", "--dialect", "fanuc", "--limit", "line_bytes=3"], &["line-too-long"]);
+    bench.refuses(
+        &[
+            "canon",
+            "part.nc",
+            "--dialect",
+            "fanuc",
+            "--limit",
+            "line_bytes=3",
+        ],
+        &["line-too-long"],
+    );
 }

@@ -10,8 +10,7 @@ use std::process::{Child, Command};
 use std::time::Duration;
 
 /// Hours of motion.
-const ENDLESS: &str =
-    "G21 G90 G17 G64 P0.005\nG0 X10 Y0\nO1 repeat [200000]\nG3 X10 Y0 I-10 J0 F1000\nG2 X10 Y0 I-10 J0 F1000\nO1 endrepeat\nM2\n";
+const ENDLESS: &str = "G21 G90 G17 G64 P0.005\nG0 X10 Y0\nO1 repeat [200000]\nG3 X10 Y0 I-10 J0 F1000\nG2 X10 Y0 I-10 J0 F1000\nO1 endrepeat\nM2\n";
 
 /// Waits until a file is being written, or the run is over.
 fn await_part(folder: &Path, run: &mut Child) {
@@ -25,14 +24,36 @@ fn await_part(folder: &Path, run: &mut Child) {
 #[test]
 fn unfinished_files_and_their_folders_go_with_the_run() {
     for (signal, arguments, within) in [
-        ("-INT", ["plan", "endless.ngc", "--out", "plan.csv", "--quiet"].as_slice(), "."),
-        ("-TERM", ["simulate", "endless.ngc", "--out", "a/b", "--trace", "--quiet"].as_slice(), "a/b"),
+        (
+            "-INT",
+            ["plan", "endless.ngc", "--out", "plan.csv", "--quiet"].as_slice(),
+            ".",
+        ),
+        (
+            "-TERM",
+            [
+                "simulate",
+                "endless.ngc",
+                "--out",
+                "a/b",
+                "--trace",
+                "--quiet",
+            ]
+            .as_slice(),
+            "a/b",
+        ),
     ] {
         let bench = Bench::new();
         bench.file("endless.ngc", ENDLESS);
         let mut run = bench.command(arguments).spawn().unwrap();
         await_part(&bench.path(within), &mut run);
-        assert!(Command::new("kill").args([signal, &run.id().to_string()]).status().unwrap().success());
+        assert!(
+            Command::new("kill")
+                .args([signal, &run.id().to_string()])
+                .status()
+                .unwrap()
+                .success()
+        );
         assert_eq!(run.wait().unwrap().code(), Some(130), "{arguments:?}");
         assert_eq!(bench.names(), ["endless.ngc"], "{arguments:?}");
     }

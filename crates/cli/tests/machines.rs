@@ -8,8 +8,19 @@ use bench::{Bench, CIRCLE};
 
 /// A line of a trace without the column of the load's position.
 fn without_load(trace: &str, line: &str) -> String {
-    let column = trace.lines().next().unwrap().split(',').position(|name| name == "load_mm").unwrap();
-    let cells: Vec<&str> = line.split(',').enumerate().filter(|(n, _)| *n != column).map(|(_, cell)| cell).collect();
+    let column = trace
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .position(|name| name == "load_mm")
+        .unwrap();
+    let cells: Vec<&str> = line
+        .split(',')
+        .enumerate()
+        .filter(|(n, _)| *n != column)
+        .map(|(_, cell)| cell)
+        .collect();
     cells.join(",") + "\n"
 }
 
@@ -18,47 +29,170 @@ fn axis_runs_a_plan_and_fit_finds_its_gap() {
     let bench = Bench::new();
     let mut setpoints = String::from("t_s,position_mm\n");
     for tick in 0..4000_u32 {
-        // 20 mm to and fro in 250 ms each, so that acceleration torque outweighs friction and varies.
+        // 20 mm to and fro in 250 ms each, so that acceleration torque outweighs friction and
+        // varies.
         let phase = f64::from(tick % 250) / 250.0;
         let way = phase * phase * phase * (10.0 - 15.0 * phase + 6.0 * phase * phase);
         let position = 20.0 * if tick / 250 % 2 == 0 { way } else { 1.0 - way };
         setpoints.push_str(&format!("{:.3},{position:.9}\n", f64::from(tick) * 1e-3));
     }
     bench.file("setpoints.csv", &setpoints);
-    bench.expect(0, &["axis", "--setpoints", "setpoints.csv", "--axis", "vmc3:x", "--method", "none", "--out", "trace.csv"]);
+    bench.expect(
+        0,
+        &[
+            "axis",
+            "--setpoints",
+            "setpoints.csv",
+            "--axis",
+            "vmc3:x",
+            "--method",
+            "none",
+            "--out",
+            "trace.csv",
+        ],
+    );
     let trace = std::fs::read_to_string(bench.path("trace.csv")).unwrap();
     assert_eq!(trace.lines().count(), 1 + 4 * 4000);
     assert!(trace.lines().nth(2).unwrap().starts_with("0.000250,"));
-    let text = bench.expect(0, &["fit", "trace.csv", "--axis", "vmc3:x", "--out", "fit.json"]);
+    let text = bench.expect(
+        0,
+        &["fit", "trace.csv", "--axis", "vmc3:x", "--out", "fit.json"],
+    );
     assert!(text.starts_with("gap "), "{text}");
-    let fit: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(bench.path("fit.json")).unwrap()).unwrap();
+    let fit: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(bench.path("fit.json")).unwrap()).unwrap();
     let gap = fit["gap"].as_f64().unwrap();
     assert!((gap - 0.010).abs() < 0.000_05, "{gap}");
     // the same without the load's column
-    let motor: String = trace.lines().map(|line| without_load(&trace, line)).collect();
+    let motor: String = trace
+        .lines()
+        .map(|line| without_load(&trace, line))
+        .collect();
     bench.file("motor.csv", &motor);
-    let text = bench.expect(0, &["fit", "motor.csv", "--motor-only", "--axis", "vmc3:x", "--out", "motor.json"]);
-    assert!(text.contains("\nload ") && text.contains("\nstiffness "), "{text}");
-    let found: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(bench.path("motor.json")).unwrap()).unwrap();
+    let text = bench.expect(
+        0,
+        &[
+            "fit",
+            "motor.csv",
+            "--motor-only",
+            "--axis",
+            "vmc3:x",
+            "--out",
+            "motor.json",
+        ],
+    );
+    assert!(
+        text.contains("\nload ") && text.contains("\nstiffness "),
+        "{text}"
+    );
+    let found: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(bench.path("motor.json")).unwrap()).unwrap();
     let gap = found["gap"].as_f64().unwrap();
-    assert!((gap - 0.010).abs() < 0.000_2 && found["motor_only"] == true, "{gap}");
-    bench.refuses(&["fit", "motor.csv", "--axis", "vmc3:x", "--out", "x.json"], &["no column `load_mm`"]);
-    bench.refuses(&["fit", "motor.csv", "--motor-only", "--out", "x.json"], &["--axis"]);
+    assert!(
+        (gap - 0.010).abs() < 0.000_2 && found["motor_only"] == true,
+        "{gap}"
+    );
+    bench.refuses(
+        &["fit", "motor.csv", "--axis", "vmc3:x", "--out", "x.json"],
+        &["no column `load_mm`"],
+    );
+    bench.refuses(
+        &["fit", "motor.csv", "--motor-only", "--out", "x.json"],
+        &["--axis"],
+    );
     bench.file("circle.ngc", CIRCLE);
-    let told = ["compare", "circle.ngc", "--methods", "none,fixed", "--fitted", "x=fit.json"];
+    let told = [
+        "compare",
+        "circle.ngc",
+        "--methods",
+        "none,fixed",
+        "--fitted",
+        "x=fit.json",
+    ];
     assert!(bench.expect(0, &told).contains("fixed"));
-    let told = ["compare", "circle.ngc", "--methods", "fitted-lookup", "--fitted", "x=motor.json"];
+    let told = [
+        "compare",
+        "circle.ngc",
+        "--methods",
+        "fitted-lookup",
+        "--fitted",
+        "x=motor.json",
+    ];
     assert!(bench.expect(0, &told).contains("fitted-lookup"));
-    bench.refuses(&["compare", "circle.ngc", "--methods", "fitted-lookup"], &["needs a fitted gap", "--fitted AXIS=FILE.json"]);
-    bench.refuses(&["simulate", "circle.ngc", "--method", "fitted-lookup"], &["needs a fitted gap"]);
-    bench.refuses(&["compare", "circle.ngc", "--methods", "none,fixed", "--fitted", "c=fit.json"], &["has no axis C"]);
-    bench.refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "paper", "--out", "x.csv"], &["are in mm", "is in rad"]);
-    bench.refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "vmc3:q", "--out", "x.csv"], &["no axis \"vmc3:q\"", "paper"]);
-    bench
-        .refuses(&["axis", "--setpoints", "setpoints.csv", "--axis", "vmc3:x", "--method", "m", "--out", "x.csv"], &["\"m\"", "published"]);
+    bench.refuses(
+        &["compare", "circle.ngc", "--methods", "fitted-lookup"],
+        &["needs a fitted gap", "--fitted AXIS=FILE.json"],
+    );
+    bench.refuses(
+        &["simulate", "circle.ngc", "--method", "fitted-lookup"],
+        &["needs a fitted gap"],
+    );
+    bench.refuses(
+        &[
+            "compare",
+            "circle.ngc",
+            "--methods",
+            "none,fixed",
+            "--fitted",
+            "c=fit.json",
+        ],
+        &["has no axis C"],
+    );
+    bench.refuses(
+        &[
+            "axis",
+            "--setpoints",
+            "setpoints.csv",
+            "--axis",
+            "paper",
+            "--out",
+            "x.csv",
+        ],
+        &["are in mm", "is in rad"],
+    );
+    bench.refuses(
+        &[
+            "axis",
+            "--setpoints",
+            "setpoints.csv",
+            "--axis",
+            "vmc3:q",
+            "--out",
+            "x.csv",
+        ],
+        &["no axis \"vmc3:q\"", "paper"],
+    );
+    bench.refuses(
+        &[
+            "axis",
+            "--setpoints",
+            "setpoints.csv",
+            "--axis",
+            "vmc3:x",
+            "--method",
+            "m",
+            "--out",
+            "x.csv",
+        ],
+        &["\"m\"", "published"],
+    );
     bench.file("gap.csv", "t_s,position\n0,1\n0.001,2\n0.003,x\n");
-    bench.refuses(&["axis", "--setpoints", "gap.csv", "--axis", "paper", "--out", "x.csv"], &["gap.csv, line 4", "`x`", "not a number"]);
-    bench.refuses(&["fit", "gap.csv", "--out", "x.json"], &["no column `motor_mm`"]);
+    bench.refuses(
+        &[
+            "axis",
+            "--setpoints",
+            "gap.csv",
+            "--axis",
+            "paper",
+            "--out",
+            "x.csv",
+        ],
+        &["gap.csv, line 4", "`x`", "not a number"],
+    );
+    bench.refuses(
+        &["fit", "gap.csv", "--out", "x.json"],
+        &["no column `motor_mm`"],
+    );
 }
 
 #[test]
@@ -68,20 +202,57 @@ fn machines_are_listed_shown_and_checked() {
     assert!(list.contains("vmc3-worn") && list.contains("trunnion5") && list.contains("paper"));
     let shown = bench.expect(0, &["machine", "show", "vmc3"]);
     bench.file("mine.toml", &shown);
-    assert!(bench.expect(0, &["machine", "check", "mine.toml"]).contains("\"vmc3\" is sound"));
+    assert!(
+        bench
+            .expect(0, &["machine", "check", "mine.toml"])
+            .contains("\"vmc3\" is sound")
+    );
     bench.file("circle.ngc", CIRCLE);
-    bench.expect(0, &["simulate", "circle.ngc", "--machine", "mine.toml", "--tolerance-um", "1000"]);
+    bench.expect(
+        0,
+        &[
+            "simulate",
+            "circle.ngc",
+            "--machine",
+            "mine.toml",
+            "--tolerance-um",
+            "1000",
+        ],
+    );
     bench.file("bad.toml", shown.replace("gap_um", "gap_umm"));
-    bench.refuses(&["machine", "check", "bad.toml"], &["bad.toml:", "gap_umm", "did you mean `gap_um`?"]);
-    bench.file("nan.toml", shown.replacen("tolerance_um = 20.0", "tolerance_um = nan", 1));
-    bench.refuses(&["simulate", "circle.ngc", "--machine", "nan.toml"], &["nan.toml:", "simulate.tolerance_um", "nan"]);
+    bench.refuses(
+        &["machine", "check", "bad.toml"],
+        &["bad.toml:", "gap_umm", "did you mean `gap_um`?"],
+    );
+    bench.file(
+        "nan.toml",
+        shown.replacen("tolerance_um = 20.0", "tolerance_um = nan", 1),
+    );
+    bench.refuses(
+        &["simulate", "circle.ngc", "--machine", "nan.toml"],
+        &["nan.toml:", "simulate.tolerance_um", "nan"],
+    );
     let loops = bench.expect(0, &["machine", "check", "mine.toml"]);
-    assert!(loops.contains("velocity loop") && loops.contains("in the gap") && loops.contains("none predicted, none simulated"), "{loops}");
+    assert!(
+        loops.contains("velocity loop")
+            && loops.contains("in the gap")
+            && loops.contains("none predicted, none simulated"),
+        "{loops}"
+    );
     let gain = "velocity_gain_a_s_per_rad = ";
     bench.file("wild.toml", shown.replacen(gain, &format!("{gain}3"), 1));
     bench.refuses(
         &["machine", "check", "wild.toml"],
-        &["wild.toml:", "axis.x.drive.velocity_gain", "unstable", "gain margin -", "has to be less than"],
+        &[
+            "wild.toml:",
+            "axis.x.drive.velocity_gain",
+            "unstable",
+            "gain margin -",
+            "has to be less than",
+        ],
     );
-    bench.refuses(&["machine", "show", "vmc9"], &["no machine \"vmc9\"", "vmc3-worn", "robot-joint"]);
+    bench.refuses(
+        &["machine", "show", "vmc9"],
+        &["no machine \"vmc9\"", "vmc3-worn", "robot-joint"],
+    );
 }

@@ -17,7 +17,8 @@ pub enum Cause {
     Blend,
     /// Servo error near a corner or a step of curvature.
     Corner,
-    /// Servo error elsewhere: following error that differs between axes, finite bandwidth, friction.
+    /// Servo error elsewhere: following error that differs between axes, finite bandwidth,
+    /// friction.
     ServoLag,
 }
 
@@ -33,9 +34,14 @@ pub struct Shares {
 }
 
 impl Shares {
-    /// From the signed contour errors of the command, of the machine without a gap, and of the machine, at the same tick.
+    /// From the signed contour errors of the command, of the machine without a gap, and of the
+    /// machine, at the same tick.
     pub fn of(command_mm: f64, without_gap_mm: f64, actual_mm: f64) -> Shares {
-        Shares { command_mm, servo_mm: without_gap_mm - command_mm, backlash_mm: actual_mm - without_gap_mm }
+        Shares {
+            command_mm,
+            servo_mm: without_gap_mm - command_mm,
+            backlash_mm: actual_mm - without_gap_mm,
+        }
     }
 
     /// The error itself, mm.
@@ -44,10 +50,12 @@ impl Shares {
     }
 }
 
-/// How a cause is found: the largest share by magnitude names it (on a tie backlash before servo before command).
+/// How a cause is found: the largest share by magnitude names it (on a tie backlash before servo
+/// before command).
 ///
-/// Backlash or servo: the axis that reversed last, if it did within the window, for friction and wind-up turn round there
-/// as the gap does. Else backlash: the gap alone; servo: a corner if one is near the foot point, else lag. Command: blending.
+/// Backlash or servo: the axis that reversed last, if it did within the window, for friction and
+/// wind-up turn round there as the gap does. Else backlash: the gap alone; servo: a corner if one
+/// is near the foot point, else lag. Command: blending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CauseRule {
     /// How long after a reversal backlash is laid to it, ticks of the caller's clock.
@@ -56,8 +64,17 @@ pub struct CauseRule {
 
 impl CauseRule {
     /// The cause of a sample's error.
-    pub fn cause(&self, shares: &Shares, sample: &ContourSample, reversals: &ReversalState) -> Cause {
-        let (command, servo, backlash) = (shares.command_mm.abs(), shares.servo_mm.abs(), shares.backlash_mm.abs());
+    pub fn cause(
+        &self,
+        shares: &Shares,
+        sample: &ContourSample,
+        reversals: &ReversalState,
+    ) -> Cause {
+        let (command, servo, backlash) = (
+            shares.command_mm.abs(),
+            shares.servo_mm.abs(),
+            shares.backlash_mm.abs(),
+        );
         if command > servo && command > backlash {
             return Cause::Blend;
         }

@@ -33,7 +33,8 @@ pub struct Glitch {
     pub axis: AxisId,
     /// Angle of the reversal: 0, 90, 180, 270 degrees.
     pub angle_deg: f64,
-    /// Largest change of the radial deviation in the window after it against the mean of the window before, signed, mm.
+    /// Largest change of the radial deviation in the window after it against the mean of the window
+    /// before, signed, mm.
     pub amplitude_mm: f64,
 }
 
@@ -48,36 +49,52 @@ pub struct CircularDeviation {
     pub mean_mm: f64,
     /// Least-squares centre minus nominal centre, in the order of the plane's axes, mm.
     pub center_shift_mm: [f64; 2],
-    /// Circular deviation G: separation of the two circles about the least-squares centre between which the path lies, mm.
+    /// Circular deviation G: separation of the two circles about the least-squares centre between
+    /// which the path lies, mm.
     pub circular_mm: f64,
 }
 
 impl Circle {
     /// Radial deviations of recorded tips, in their order.
-    pub fn profile<'a>(&'a self, tips_mm: impl IntoIterator<Item = &'a [f64; 3]> + 'a) -> impl Iterator<Item = RadialPoint> + 'a {
+    pub fn profile<'a>(
+        &'a self,
+        tips_mm: impl IntoIterator<Item = &'a [f64; 3]> + 'a,
+    ) -> impl Iterator<Item = RadialPoint> + 'a {
         let [first, second, _] = self.plane.axes();
         tips_mm.into_iter().map(move |tip| {
-            let (x, y) = (tip[first] - self.center_mm[0], tip[second] - self.center_mm[1]);
-            RadialPoint { angle_rad: math::atan2(y, x), deviation_mm: math::hypot(x, y) - self.radius_mm }
+            let (x, y) = (
+                tip[first] - self.center_mm[0],
+                tip[second] - self.center_mm[1],
+            );
+            RadialPoint {
+                angle_rad: math::atan2(y, x),
+                deviation_mm: math::hypot(x, y) - self.radius_mm,
+            }
         })
     }
 
-    /// Deviations of one path (one sense of rotation, at least a full turn in samples of about equal spacing).
+    /// Deviations of one path (one sense of rotation, at least a full turn in samples of about
+    /// equal spacing).
     ///
     /// # Errors
-    /// A radius that is not positive, fewer than eight samples or samples on too small a part of the circle.
+    /// A radius that is not positive, fewer than eight samples or samples on too small a part of
+    /// the circle.
     pub fn deviation(&self, tips_mm: &[[f64; 3]]) -> Result<CircularDeviation, ContourError> {
         let points = self.points(tips_mm)?;
         let (mean, shift) = least_squares(&points)?;
         Ok(envelope(&points, mean, shift))
     }
 
-    /// Bi-directional circular deviation G(b): both senses of rotation about one least-squares centre. The mean is the mean
-    /// bi-directional radial deviation D.
+    /// Bi-directional circular deviation G(b): both senses of rotation about one least-squares
+    /// centre. The mean is the mean bi-directional radial deviation D.
     ///
     /// # Errors
     /// As [`Circle::deviation`].
-    pub fn bidirectional(&self, one_mm: &[[f64; 3]], other_mm: &[[f64; 3]]) -> Result<CircularDeviation, ContourError> {
+    pub fn bidirectional(
+        &self,
+        one_mm: &[[f64; 3]],
+        other_mm: &[[f64; 3]],
+    ) -> Result<CircularDeviation, ContourError> {
         let mut points = self.points(one_mm)?;
         points.extend(self.points(other_mm)?);
         let (mean, shift) = least_squares(&points)?;
@@ -86,29 +103,57 @@ impl Circle {
 
     fn points(&self, tips_mm: &[[f64; 3]]) -> Result<Vec<RadialPoint>, ContourError> {
         if !(self.radius_mm.is_finite() && self.radius_mm > 0.0) {
-            return Err(ContourError::Circle { what: format!("a positive radius, not {} mm", self.radius_mm) });
+            return Err(ContourError::Circle {
+                what: format!("a positive radius, not {} mm", self.radius_mm),
+            });
         }
         if tips_mm.len() < 8 {
-            return Err(ContourError::Circle { what: format!("at least 8 samples, not {}", tips_mm.len()) });
+            return Err(ContourError::Circle {
+                what: format!("at least 8 samples, not {}", tips_mm.len()),
+            });
         }
         Ok(self.profile(tips_mm).collect())
     }
 
-    /// The error spikes at the four reversals of a path in one sense of rotation. `window_rad` is how far before and after a
-    /// reversal to look; a reversal without samples on both sides is left out. Of several turns the largest spike counts.
+    /// The error spikes at the four reversals of a path in one sense of rotation. `window_rad` is
+    /// how far before and after a reversal to look; a reversal without samples on both sides is
+    /// left out. Of several turns the largest spike counts.
     pub fn glitches(&self, tips_mm: &[[f64; 3]], window_rad: f64) -> Vec<Glitch> {
         let points: Vec<_> = self.profile(tips_mm).collect();
-        let sense = if points.windows(2).map(|pair| wrap(pair[1].angle_rad - pair[0].angle_rad)).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+        let sense = if points
+            .windows(2)
+            .map(|pair| wrap(pair[1].angle_rad - pair[0].angle_rad))
+            .sum::<f64>()
+            < 0.0
+        {
+            -1.0
+        } else {
+            1.0
+        };
         let [first, second, _] = self.plane.axes();
         let mut glitches = Vec::new();
         for (quarter, axis) in [(0.0, first), (1.0, second), (2.0, first), (3.0, second)] {
             let past = |point: &RadialPoint| sense * wrap(point.angle_rad - quarter * FRAC_PI_2);
-            let before: Vec<_> = points.iter().filter(|point| (-window_rad..0.0).contains(&past(point))).collect();
-            let after = points.iter().filter(|point| (0.0..=window_rad).contains(&past(point)));
-            let level = before.iter().map(|point| point.deviation_mm).sum::<f64>() / before.len().max(1) as f64;
-            let peak = after.map(|point| point.deviation_mm - level).reduce(|a, b| if b.abs() > a.abs() { b } else { a });
-            if let (Some(amplitude_mm), Some(axis), false) = (peak, AxisId::from_index(axis), before.is_empty()) {
-                glitches.push(Glitch { axis, angle_deg: 90.0 * quarter, amplitude_mm });
+            let before: Vec<_> = points
+                .iter()
+                .filter(|point| (-window_rad..0.0).contains(&past(point)))
+                .collect();
+            let after = points
+                .iter()
+                .filter(|point| (0.0..=window_rad).contains(&past(point)));
+            let level = before.iter().map(|point| point.deviation_mm).sum::<f64>()
+                / before.len().max(1) as f64;
+            let peak = after
+                .map(|point| point.deviation_mm - level)
+                .reduce(|a, b| if b.abs() > a.abs() { b } else { a });
+            if let (Some(amplitude_mm), Some(axis), false) =
+                (peak, AxisId::from_index(axis), before.is_empty())
+            {
+                glitches.push(Glitch {
+                    axis,
+                    angle_deg: 90.0 * quarter,
+                    amplitude_mm,
+                });
             }
         }
         glitches
@@ -120,8 +165,8 @@ fn wrap(angle: f64) -> f64 {
     angle - TAU * ((angle + PI) / TAU).floor()
 }
 
-/// Mean and first harmonic of the deviations by least squares: radius error and shift of the centre, to first order in
-/// their ratio to the radius.
+/// Mean and first harmonic of the deviations by least squares: radius error and shift of the
+/// centre, to first order in their ratio to the radius.
 fn least_squares(points: &[RadialPoint]) -> Result<(f64, [f64; 2]), ContourError> {
     // Normal equations of deviation = m + a cos + b sin, one row for each unknown, right side last.
     let mut rows = [[0.0; 4]; 3];
@@ -142,9 +187,14 @@ fn least_squares(points: &[RadialPoint]) -> Result<(f64, [f64; 2]), ContourError
     let whole = determinant(None);
     let count = points.len() as f64;
     if whole.is_nan() || whole < 1e-6 * count * count * count {
-        return Err(ContourError::Circle { what: "samples all around the circle".to_owned() });
+        return Err(ContourError::Circle {
+            what: "samples all around the circle".to_owned(),
+        });
     }
-    Ok((determinant(Some(0)) / whole, [determinant(Some(1)) / whole, determinant(Some(2)) / whole]))
+    Ok((
+        determinant(Some(0)) / whole,
+        [determinant(Some(1)) / whole, determinant(Some(2)) / whole],
+    ))
 }
 
 fn envelope(points: &[RadialPoint], mean_mm: f64, shift: [f64; 2]) -> CircularDeviation {
@@ -156,5 +206,11 @@ fn envelope(points: &[RadialPoint], mean_mm: f64, shift: [f64; 2]) -> CircularDe
         (low, high) = (low.min(point.deviation_mm), high.max(point.deviation_mm));
         (inner, outer) = (inner.min(rest), outer.max(rest));
     }
-    CircularDeviation { radial_min_mm: low, radial_max_mm: high, mean_mm, center_shift_mm: shift, circular_mm: outer - inner }
+    CircularDeviation {
+        radial_min_mm: low,
+        radial_max_mm: high,
+        mean_mm,
+        center_shift_mm: shift,
+        circular_mm: outer - inner,
+    }
 }

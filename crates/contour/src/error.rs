@@ -15,7 +15,9 @@ pub enum ContourError {
         last: u64,
     },
     /// A sample whose commanded segment is not held: not pushed yet, or released.
-    #[error("the command at tick {tick} is on segment {segment}, which is not held ({held}); push segments before their samples")]
+    #[error(
+        "the command at tick {tick} is on segment {segment}, which is not held ({held}); push segments before their samples"
+    )]
     UnknownSegment {
         /// When.
         tick: Tick,

@@ -1,7 +1,8 @@
 //! Counts of magnitudes in bins of almost constant relative width, of fixed size.
 //!
-//! Each octave is cut into 128 equal bins, so that a bin's middle is within 1/256 = 0.4 % of every value in it. A bin's number
-//! is the top of the value's own bit pattern: exact, fast and the same everywhere.
+//! Each octave is cut into 128 equal bins, so that a bin's middle is within 1/256 = 0.4 % of every
+//! value in it. A bin's number is the top of the value's own bit pattern: exact, fast and the same
+//! everywhere.
 
 use serde::{Deserialize, Serialize};
 
@@ -47,7 +48,8 @@ impl Histogram {
         }
     }
 
-    /// The middle of the bin in which the value of a rank lies (1 is the smallest), 0 below the smallest bin.
+    /// The middle of the bin in which the value of a rank lies (1 is the smallest), 0 below the
+    /// smallest bin.
     pub(crate) fn value_of_rank(&self, rank: u64) -> f64 {
         let mut seen = self.below;
         if rank <= seen {

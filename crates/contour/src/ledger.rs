@@ -62,7 +62,9 @@ impl BlockRow {
         self.samples += 1;
         self.sum_of_squares_mm2 += error * error;
         self.backlash_sum_of_squares_mm2 += record.shares.backlash_mm * record.shares.backlash_mm;
-        self.max_orientation_rad = self.max_orientation_rad.max(record.sample.orientation_error_rad);
+        self.max_orientation_rad = self
+            .max_orientation_rad
+            .max(record.sample.orientation_error_rad);
         if error.abs() > self.worst.sample.error_mm.abs() {
             self.worst = *record;
         }
@@ -95,16 +97,23 @@ pub struct BlockLedger {
 impl BlockLedger {
     /// One that keeps so many worst rows of cutting moves, and as many of G0 moves.
     pub fn new(keep: usize) -> BlockLedger {
-        BlockLedger { open: BTreeMap::new(), worst: Worst::new(keep), worst_rapids: Worst::new(keep) }
+        BlockLedger {
+            open: BTreeMap::new(),
+            worst: Worst::new(keep),
+            worst_rapids: Worst::new(keep),
+        }
     }
 
     /// Takes a sample.
     pub fn record(&mut self, record: &ErrorRecord) {
-        self.open.entry(record.sample.segment).or_insert_with(|| BlockRow::open(record)).add(record);
+        self.open
+            .entry(record.sample.segment)
+            .or_insert_with(|| BlockRow::open(record))
+            .add(record);
     }
 
-    /// Closes and hands out the rows of all segments before one: the oldest that the tracker still holds
-    /// ([`crate::ContourTracker::release`]).
+    /// Closes and hands out the rows of all segments before one: the oldest that the tracker still
+    /// holds ([`crate::ContourTracker::release`]).
     #[must_use]
     pub fn finish_before(&mut self, segment: u64) -> Vec<BlockRow> {
         let later = self.open.split_off(&segment);
@@ -118,9 +127,15 @@ impl BlockLedger {
     }
 
     fn close(&mut self, later: BTreeMap<u64, BlockRow>) -> Vec<BlockRow> {
-        let rows: Vec<_> = std::mem::replace(&mut self.open, later).into_values().collect();
+        let rows: Vec<_> = std::mem::replace(&mut self.open, later)
+            .into_values()
+            .collect();
         for row in &rows {
-            let kind = if row.rapid { &mut self.worst_rapids } else { &mut self.worst };
+            let kind = if row.rapid {
+                &mut self.worst_rapids
+            } else {
+                &mut self.worst
+            };
             kind.offer(row.max_mm().abs(), *row);
         }
         rows

@@ -1,8 +1,9 @@
 //! How far the tool left the programmed contour, where, and why.
 //!
-//! [`ContourTracker`] holds the stretch of programmed path around the command and measures samples against it; it is
-//! shared by all machines that follow the same plan, each with a [`FootState`] of its own. What it finds goes into [`Statistics`],
-//! a [`BlockLedger`] and a [`ReversalLedger`], each of constant size whatever the program's length. Everything is data.
+//! [`ContourTracker`] holds the stretch of programmed path around the command and measures samples
+//! against it; it is shared by all machines that follow the same plan, each with a [`FootState`] of
+//! its own. What it finds goes into [`Statistics`], a [`BlockLedger`] and a [`ReversalLedger`],
+//! each of constant size whatever the program's length. Everything is data.
 
 pub mod cause;
 pub mod circular;

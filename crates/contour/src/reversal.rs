@@ -15,7 +15,10 @@ pub struct ReversalConfig {
 
 impl Default for ReversalConfig {
     fn default() -> ReversalConfig {
-        ReversalConfig { deadband_mm_s: 1e-6, deadband_rad_s: 1e-8 }
+        ReversalConfig {
+            deadband_mm_s: 1e-6,
+            deadband_rad_s: 1e-8,
+        }
     }
 }
 
@@ -38,22 +41,40 @@ pub struct Reversal {
 }
 
 impl ReversalConfig {
-    /// Takes the commanded joint velocities (mm/s, rad/s) of a tick; gives the joints that now move the other way, in axis
-    /// order. However long a joint stood still in between, it is one reversal, at the tick at which it moves again. The first
-    /// motion of all is none.
-    pub fn step(&self, state: &mut ReversalState, tick: Tick, velocity: &Coords) -> impl Iterator<Item = Reversal> + use<> {
+    /// Takes the commanded joint velocities (mm/s, rad/s) of a tick; gives the joints that now move
+    /// the other way, in axis order. However long a joint stood still in between, it is one
+    /// reversal, at the tick at which it moves again. The first motion of all is none.
+    pub fn step(
+        &self,
+        state: &mut ReversalState,
+        tick: Tick,
+        velocity: &Coords,
+    ) -> impl Iterator<Item = Reversal> + use<> {
         let mut turned = [None; AXES];
         for axis in AxisId::ALL {
-            let deadband = if axis.is_rotary() { self.deadband_rad_s } else { self.deadband_mm_s };
+            let deadband = if axis.is_rotary() {
+                self.deadband_rad_s
+            } else {
+                self.deadband_mm_s
+            };
             let speed = velocity[axis];
-            let (Some(was), Some(last)) = (state.direction.get_mut(axis.index()), state.last.get_mut(axis.index())) else { continue };
+            let (Some(was), Some(last)) = (
+                state.direction.get_mut(axis.index()),
+                state.last.get_mut(axis.index()),
+            ) else {
+                continue;
+            };
             if speed.abs() <= deadband || speed.is_nan() {
                 continue;
             }
             let direction = if speed > 0.0 { 1 } else { -1 };
             if *was == -direction {
                 *last = Some(tick);
-                turned[axis.index()] = Some(Reversal { axis, tick, direction });
+                turned[axis.index()] = Some(Reversal {
+                    axis,
+                    tick,
+                    direction,
+                });
             }
             *was = direction;
         }
@@ -62,12 +83,21 @@ impl ReversalConfig {
 }
 
 impl ReversalState {
-    /// The joint that reversed last, if that was within so many ticks before now; of several at once the first.
+    /// The joint that reversed last, if that was within so many ticks before now; of several at
+    /// once the first.
     pub fn latest(&self, now: Tick, within: Tick) -> Option<AxisId> {
-        let recent = |axis: AxisId| self.last.get(axis.index()).copied().flatten().filter(|tick| now.saturating_sub(*tick) <= within);
+        let recent = |axis: AxisId| {
+            self.last
+                .get(axis.index())
+                .copied()
+                .flatten()
+                .filter(|tick| now.saturating_sub(*tick) <= within)
+        };
         let mut best: Option<(Tick, AxisId)> = None;
         for axis in AxisId::ALL {
-            if let Some(tick) = recent(axis).filter(|tick| best.is_none_or(|(other, _)| *tick > other)) {
+            if let Some(tick) =
+                recent(axis).filter(|tick| best.is_none_or(|(other, _)| *tick > other))
+            {
                 best = Some((tick, axis));
             }
         }

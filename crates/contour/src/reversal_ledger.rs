@@ -36,14 +36,27 @@ pub struct ReversalLedger {
 }
 
 impl ReversalLedger {
-    /// One that watches so many ticks after each reversal, or until the axis reverses again, and keeps so many worst rows.
+    /// One that watches so many ticks after each reversal, or until the axis reverses again, and
+    /// keeps so many worst rows.
     pub fn new(window_ticks: Tick, keep: usize) -> ReversalLedger {
-        ReversalLedger { window_ticks, open: [None; AXES], worst: Worst::new(keep), counts: [0; AXES] }
+        ReversalLedger {
+            window_ticks,
+            open: [None; AXES],
+            worst: Worst::new(keep),
+            counts: [0; AXES],
+        }
     }
 
-    /// Opens a row, and hands out the one of the axis' reversal before it, if its window was still open.
+    /// Opens a row, and hands out the one of the axis' reversal before it, if its window was still
+    /// open.
     #[must_use]
-    pub fn open(&mut self, reversal: Reversal, segment: u64, block: BlockRef, rapid: bool) -> Option<ReversalRow> {
+    pub fn open(
+        &mut self,
+        reversal: Reversal,
+        segment: u64,
+        block: BlockRef,
+        rapid: bool,
+    ) -> Option<ReversalRow> {
         let axis = reversal.axis.index();
         let before = self.close(axis);
         if let (Some(open), Some(count)) = (self.open.get_mut(axis), self.counts.get_mut(axis)) {
@@ -68,13 +81,16 @@ impl ReversalLedger {
         let tick = record.sample.tick;
         let mut finished = Vec::new();
         for axis in 0..AXES {
-            let Some(row) = self.open.get_mut(axis).and_then(Option::as_mut) else { continue };
+            let Some(row) = self.open.get_mut(axis).and_then(Option::as_mut) else {
+                continue;
+            };
             if tick.saturating_sub(row.reversal.tick) > self.window_ticks {
                 finished.extend(self.close(axis));
                 continue;
             }
             if record.sample.error_mm.abs() > row.peak_mm.abs() {
-                (row.peak_mm, row.peak_tick, row.peak_shares) = (record.sample.error_mm, tick, record.shares);
+                (row.peak_mm, row.peak_tick, row.peak_shares) =
+                    (record.sample.error_mm, tick, record.shares);
             }
             if record.shares.backlash_mm.abs() > row.peak_backlash_mm.abs() {
                 row.peak_backlash_mm = record.shares.backlash_mm;

@@ -15,11 +15,12 @@ pub struct Place {
     pub s: f64,
 }
 
-/// Maximum, RMS and percentiles of the magnitude of a signed quantity, of one unit throughout (mm, rad).
+/// Maximum, RMS and percentiles of the magnitude of a signed quantity, of one unit throughout (mm,
+/// rad).
 ///
-/// Maximum and RMS are exact. Percentiles come from a histogram of about 35 kB: within 0.4 % of the value of their rank
-/// between 6e-8 and 1024 of the unit; smaller values count as 0. Merging the statistics of two halves gives the statistics
-/// of the whole.
+/// Maximum and RMS are exact. Percentiles come from a histogram of about 35 kB: within 0.4 % of the
+/// value of their rank between 6e-8 and 1024 of the unit; smaller values count as 0. Merging the
+/// statistics of two halves gives the statistics of the whole.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     samples: u64,
@@ -70,7 +71,8 @@ impl Statistics {
     pub fn merge(&mut self, other: &Statistics) {
         let (mine, theirs) = (self.max.abs(), other.max.abs());
         let earlier = other.max_at.tick < self.max_at.tick;
-        if other.samples > 0 && (self.samples == 0 || theirs > mine || (theirs >= mine && earlier)) {
+        if other.samples > 0 && (self.samples == 0 || theirs > mine || (theirs >= mine && earlier))
+        {
             (self.max, self.max_at) = (other.max, other.max_at);
         }
         self.samples += other.samples;
@@ -96,16 +98,23 @@ impl Statistics {
 
     /// Root mean square; 0 without samples.
     pub fn rms(&self) -> f64 {
-        if self.samples == 0 { 0.0 } else { (self.sum_of_squares / self.samples as f64).sqrt() }
+        if self.samples == 0 {
+            0.0
+        } else {
+            (self.sum_of_squares / self.samples as f64).sqrt()
+        }
     }
 
-    /// The smallest magnitude that a part of all samples does not exceed (nearest rank); `part` from 0 to 1. 0 without
-    /// samples.
+    /// The smallest magnitude that a part of all samples does not exceed (nearest rank); `part`
+    /// from 0 to 1. 0 without samples.
     pub fn percentile(&self, part: f64) -> f64 {
         if self.samples == 0 {
             return 0.0;
         }
-        let rank = (part * self.samples as f64).ceil().max(1.0).min(self.samples as f64) as u64;
+        let rank = (part * self.samples as f64)
+            .ceil()
+            .max(1.0)
+            .min(self.samples as f64) as u64;
         self.histogram.value_of_rank(rank).min(self.max.abs())
     }
 

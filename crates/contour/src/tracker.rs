@@ -7,7 +7,8 @@ use lostmotion_path::Curve;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// Distances that differ by less are equal, mm: of two feet the one nearer to the command along the path is then taken.
+/// Distances that differ by less are equal, mm: of two feet the one nearer to the command along the
+/// path is then taken.
 const SAME_DISTANCE_MM: f64 = 1e-9;
 
 /// A programmed segment with its place along the path.
@@ -30,15 +31,21 @@ impl Held {
     /// Whether a curve that runs at unit speed is too short to come as near to the point as that.
     fn beyond(&self, point: [f64; 3], distance: f64) -> bool {
         let unit_speed = !matches!(self.segment.curve, Curve::Quintic(_));
-        unit_speed && norm(sub(self.segment.curve.start().linear(), point)) - self.length_mm > distance
+        unit_speed
+            && norm(sub(self.segment.curve.start().linear(), point)) - self.length_mm > distance
     }
 
     fn place(&self, s: f64) -> f64 {
-        if self.length_mm > 0.0 { self.start_mm + s } else { self.start_mm }
+        if self.length_mm > 0.0 {
+            self.start_mm + s
+        } else {
+            self.start_mm
+        }
     }
 }
 
-/// Where one machine's last foot point was; one for each machine that is measured against the same tracker.
+/// Where one machine's last foot point was; one for each machine that is measured against the same
+/// tracker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FootState {
     place_mm: Option<f64>,
@@ -46,13 +53,15 @@ pub struct FootState {
 
 /// The stretch of programmed path around the command.
 ///
-/// The foot point of an actual position is the nearest point of the path between the last foot point and the command, and a
-/// window beyond either: `max(min_window_mm, window_factor |actual - commanded|)`. So neither a crossing of the path with itself
-/// can attract it, nor does a machine that lags behind around a sharp corner lose it.
+/// The foot point of an actual position is the nearest point of the path between the last foot
+/// point and the command, and a window beyond either:
+/// `max(min_window_mm, window_factor |actual - commanded|)`. So neither a crossing of the path with
+/// itself can attract it, nor does a machine that lags behind around a sharp corner lose it.
 ///
-/// An error's side is told in the plane of the segment on which the foot lies. Where the foot is a joint of two segments, as on
-/// the outside of a corner, travel is taken along the corner's bisector, which puts the whole outside on one side. Where there is
-/// no side (overshoot beyond the end of the program, an error along the normal) the error is positive.
+/// An error's side is told in the plane of the segment on which the foot lies. Where the foot is a
+/// joint of two segments, as on the outside of a corner, travel is taken along the corner's
+/// bisector, which puts the whole outside on one side. Where there is no side (overshoot beyond the
+/// end of the program, an error along the normal) the error is positive.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ContourTracker {
     config: ContourConfig,
@@ -64,7 +73,8 @@ pub struct ContourTracker {
 pub struct FootPlace {
     /// The foot point from the program's zero, mm.
     pub foot_mm: [f64; 3],
-    /// Unit vector to the left of the direction of travel, in the plane in force; zero where travel is along its normal.
+    /// Unit vector to the left of the direction of travel, in the plane in force; zero where travel
+    /// is along its normal.
     pub left: [f64; 3],
 }
 
@@ -80,40 +90,64 @@ struct Found {
 impl ContourTracker {
     /// An empty one.
     pub fn new(config: ContourConfig) -> ContourTracker {
-        ContourTracker { config, held: VecDeque::new() }
+        ContourTracker {
+            config,
+            held: VecDeque::new(),
+        }
     }
 
-    /// Takes the next programmed segment. Push at least a window ahead of the command, as far as the program goes.
+    /// Takes the next programmed segment. Push at least a window ahead of the command, as far as
+    /// the program goes.
     ///
     /// # Errors
     /// A running number that does not grow.
     pub fn push(&mut self, segment: ProgrammedSegment) -> Result<(), ContourError> {
         let last = self.held.back();
         if let Some(last) = last.filter(|last| last.segment.index >= segment.index) {
-            return Err(ContourError::Order { pushed: segment.index, last: last.segment.index });
+            return Err(ContourError::Order {
+                pushed: segment.index,
+                last: last.segment.index,
+            });
         }
         let start_mm = last.map_or(0.0, Held::end_mm);
-        let length_mm = if segment.curve.moves_tip() { segment.curve.length() } else { 0.0 };
+        let length_mm = if segment.curve.moves_tip() {
+            segment.curve.length()
+        } else {
+            0.0
+        };
         let corner = length_mm > 0.0 && self.breaks(&segment);
-        self.held.push_back(Held { segment, start_mm, length_mm, corner });
+        self.held.push_back(Held {
+            segment,
+            start_mm,
+            length_mm,
+            corner,
+        });
         Ok(())
     }
 
     /// Whether direction or curvature change where the segment is joined on.
     fn breaks(&self, segment: &ProgrammedSegment) -> bool {
-        let Some(last) = self.held.iter().rev().find(|held| held.length_mm > 0.0) else { return false };
+        let Some(last) = self.held.iter().rev().find(|held| held.length_mm > 0.0) else {
+            return false;
+        };
         let (tangent, bend) = frame(&last.segment.curve, last.segment.curve.length());
         let (next_tangent, next_bend) = frame(&segment.curve, 0.0);
-        angle(tangent, next_tangent) >= self.config.corner_angle_rad || norm(sub(next_bend, bend)) >= self.config.corner_curvature_per_mm
+        angle(tangent, next_tangent) >= self.config.corner_angle_rad
+            || norm(sub(next_bend, bend)) >= self.config.corner_curvature_per_mm
     }
 
-    /// Lets go of what the command, now at `s` of `segment`, has left far behind. Returns the oldest segment still held; no
-    /// later sample has its foot on one before it.
+    /// Lets go of what the command, now at `s` of `segment`, has left far behind. Returns the
+    /// oldest segment still held; no later sample has its foot on one before it.
     pub fn release(&mut self, segment: u64, s: f64) -> Option<u64> {
         let at = self.position(segment)?;
         let horizon = self.held.get(at)?.place(s) - self.config.max_window_mm;
         let mut behind = at;
-        while behind > 0 && self.held.front().is_some_and(|held| held.end_mm() < horizon || behind > self.config.max_segments) {
+        while behind > 0
+            && self
+                .held
+                .front()
+                .is_some_and(|held| held.end_mm() < horizon || behind > self.config.max_segments)
+        {
             self.held.pop_front();
             behind -= 1;
         }
@@ -131,14 +165,20 @@ impl ContourTracker {
     }
 
     fn position(&self, segment: u64) -> Option<usize> {
-        self.held.binary_search_by_key(&segment, |held| held.segment.index).ok()
+        self.held
+            .binary_search_by_key(&segment, |held| held.segment.index)
+            .ok()
     }
 
     /// The contour error of one machine at one tick.
     ///
     /// # Errors
     /// A command on a segment that is not held; coordinates that are not finite.
-    pub fn measure(&self, foot: &mut FootState, input: &ContourInput) -> Result<ContourSample, ContourError> {
+    pub fn measure(
+        &self,
+        foot: &mut FootState,
+        input: &ContourInput,
+    ) -> Result<ContourSample, ContourError> {
         check(input)?;
         let at = self.position(input.segment);
         let Some((at, held)) = at.and_then(|at| Some((at, self.held.get(at)?))) else {
@@ -149,7 +189,10 @@ impl ContourTracker {
         let held = self.held.get(found.at).unwrap_or(held);
         let place = held.place(found.s);
         foot.place_mm = Some(place);
-        let error = sub(input.actual_tip_mm, held.segment.curve.point(found.s).linear());
+        let error = sub(
+            input.actual_tip_mm,
+            held.segment.curve.point(found.s).linear(),
+        );
         let sign = side(error, self.travel(found.at, found.s), held.segment.plane);
         Ok(ContourSample {
             tick: input.tick,
@@ -166,27 +209,48 @@ impl ContourTracker {
 
     fn unknown(&self, input: &ContourInput) -> ContourError {
         let held = match (self.held.front(), self.held.back()) {
-            (Some(first), Some(last)) => format!("held are {} to {}", first.segment.index, last.segment.index),
+            (Some(first), Some(last)) => {
+                format!("held are {} to {}", first.segment.index, last.segment.index)
+            }
             _ => "none is held".to_owned(),
         };
-        ContourError::UnknownSegment { tick: input.tick, segment: input.segment, held }
+        ContourError::UnknownSegment {
+            tick: input.tick,
+            segment: input.segment,
+            held,
+        }
     }
 
     /// The nearest point of the window.
     fn search(&self, foot: &FootState, input: &ContourInput, at: usize, command: f64) -> Found {
         let config = &self.config;
         let apart = norm(sub(input.actual_tip_mm, input.commanded_tip_mm));
-        let margin = (config.window_factor * apart).max(config.min_window_mm).min(config.max_window_mm);
+        let margin = (config.window_factor * apart)
+            .max(config.min_window_mm)
+            .min(config.max_window_mm);
         let last = foot.place_mm.unwrap_or(command);
         let low = (last.min(command) - margin).max(command - config.max_window_mm);
         let high = (last.max(command) + margin).min(command + config.max_window_mm);
 
-        let mut best = Found { at, s: input.s, distance: f64::INFINITY, away: (f64::INFINITY, u64::MAX) };
+        let mut best = Found {
+            at,
+            s: input.s,
+            distance: f64::INFINITY,
+            away: (f64::INFINITY, u64::MAX),
+        };
         // The last foot's segment first: with its distance known, most others need no look.
-        let likely = self.held.partition_point(|held| held.end_mm() < last.max(low)).min(at);
-        let first = self.held.partition_point(|held| held.end_mm() < low).min(at);
+        let likely = self
+            .held
+            .partition_point(|held| held.end_mm() < last.max(low))
+            .min(at);
+        let first = self
+            .held
+            .partition_point(|held| held.end_mm() < low)
+            .min(at);
         for index in std::iter::once(likely).chain(first..self.held.len()) {
-            let Some(held) = self.held.get(index) else { break };
+            let Some(held) = self.held.get(index) else {
+                break;
+            };
             if held.start_mm > high && index > at {
                 break;
             }
@@ -200,30 +264,55 @@ impl ContourTracker {
             } else {
                 (0.0, 0.0)
             };
-            let near = held.segment.curve.nearest(input.actual_tip_mm, range, config.tolerance_mm);
-            let away = ((held.place(near.s) - command).abs(), held.segment.index.abs_diff(input.segment));
+            let near = held
+                .segment
+                .curve
+                .nearest(input.actual_tip_mm, range, config.tolerance_mm);
+            let away = (
+                (held.place(near.s) - command).abs(),
+                held.segment.index.abs_diff(input.segment),
+            );
             let nearer = near.distance < best.distance - SAME_DISTANCE_MM;
             if nearer || (near.distance <= best.distance + SAME_DISTANCE_MM && away < best.away) {
-                best = Found { at: index, s: near.s, distance: near.distance, away };
+                best = Found {
+                    at: index,
+                    s: near.s,
+                    distance: near.distance,
+                    away,
+                };
             }
         }
         best
     }
 
-    /// Direction of travel at a foot point; at a joint, the sum of the unit tangents before and after.
+    /// Direction of travel at a foot point; at a joint, the sum of the unit tangents before and
+    /// after.
     fn travel(&self, at: usize, s: f64) -> [f64; 3] {
-        let Some(held) = self.held.get(at) else { return [0.0; 3] };
+        let Some(held) = self.held.get(at) else {
+            return [0.0; 3];
+        };
         let length = held.length_mm;
         let still = length <= 0.0;
         let mut travel = held.segment.curve.tangent(s);
         let own = travel;
         let slack = 1e-9 * (1.0 + length);
         if still || s <= slack {
-            let before = self.held.iter().take(at).rev().find(|held| held.length_mm > 0.0);
-            travel = before.map_or(travel, |held| add(travel, held.segment.curve.tangent(held.length_mm)));
+            let before = self
+                .held
+                .iter()
+                .take(at)
+                .rev()
+                .find(|held| held.length_mm > 0.0);
+            travel = before.map_or(travel, |held| {
+                add(travel, held.segment.curve.tangent(held.length_mm))
+            });
         }
         if still || s >= length - slack {
-            let after = self.held.iter().skip(at + 1).find(|held| held.length_mm > 0.0);
+            let after = self
+                .held
+                .iter()
+                .skip(at + 1)
+                .find(|held| held.length_mm > 0.0);
             travel = after.map_or(travel, |held| add(travel, held.segment.curve.tangent(0.0)));
         }
         // Straight back: no bisector, the segment's own direction is as good as the other.
@@ -235,7 +324,8 @@ impl ContourTracker {
         Some(&self.held.get(self.position(index)?)?.segment)
     }
 
-    /// Where a sample's foot point lies and which way is left there; none if its segment is held no longer.
+    /// Where a sample's foot point lies and which way is left there; none if its segment is held no
+    /// longer.
     pub fn place(&self, sample: &ContourSample) -> Option<FootPlace> {
         let at = self.position(sample.segment)?;
         let segment = &self.held.get(at)?.segment;
@@ -246,13 +336,22 @@ impl ContourTracker {
         if shadow > 0.0 {
             (left[first], left[second]) = (-travel[second] / shadow, travel[first] / shadow);
         }
-        Some(FootPlace { foot_mm: sub(segment.curve.point(sample.s).linear(), segment.origin_mm), left })
+        Some(FootPlace {
+            foot_mm: sub(segment.curve.point(sample.s).linear(), segment.origin_mm),
+            left,
+        })
     }
 
     fn near_corner(&self, place: f64) -> bool {
         let window = self.config.corner_window_mm;
-        let first = self.held.partition_point(|held| held.start_mm < place - window);
-        self.held.iter().skip(first).take_while(|held| held.start_mm <= place + window).any(|held| held.corner)
+        let first = self
+            .held
+            .partition_point(|held| held.start_mm < place - window);
+        self.held
+            .iter()
+            .skip(first)
+            .take_while(|held| held.start_mm <= place + window)
+            .any(|held| held.corner)
     }
 }
 
@@ -263,8 +362,15 @@ fn check(input: &ContourInput) -> Result<(), ContourError> {
         ("the actual tool direction", input.actual_axis),
         ("the commanded tool direction", input.commanded_axis),
     ];
-    match vectors.into_iter().find(|(_, values)| values.iter().any(|c| !c.is_finite())) {
-        Some((what, values)) => Err(ContourError::NotFinite { tick: input.tick, what, values }),
+    match vectors
+        .into_iter()
+        .find(|(_, values)| values.iter().any(|c| !c.is_finite()))
+    {
+        Some((what, values)) => Err(ContourError::NotFinite {
+            tick: input.tick,
+            what,
+            values,
+        }),
         None => Ok(()),
     }
 }

@@ -27,8 +27,9 @@ pub struct ProgrammedSegment {
 pub struct ContourConfig {
     /// Least path to either side of the command and of the last foot point, mm.
     pub min_window_mm: f64,
-    /// The same as a multiple of the distance between actual and commanded tip. 1 suffices where every sample is measured, as
-    /// the search then follows the foot point; callers that measure now and then need more, about 4.
+    /// The same as a multiple of the distance between actual and commanded tip. 1 suffices where
+    /// every sample is measured, as the search then follows the foot point; callers that measure
+    /// now and then need more, about 4.
     pub window_factor: f64,
     /// Most path to either side of the command, mm; so much of the past is held.
     pub max_window_mm: f64,

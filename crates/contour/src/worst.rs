@@ -11,7 +11,10 @@ pub(crate) struct Worst<T> {
 
 impl<T> Worst<T> {
     pub(crate) fn new(keep: usize) -> Worst<T> {
-        Worst { keep, items: Vec::new() }
+        Worst {
+            keep,
+            items: Vec::new(),
+        }
     }
 
     pub(crate) fn offer(&mut self, size: f64, item: T) {

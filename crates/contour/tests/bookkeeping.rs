@@ -4,18 +4,32 @@
 
 use lostmotion_base::{AxisId, BlockRef, Coords, math};
 use lostmotion_contour::{
-    BlockLedger, Cause, CauseRule, ContourSample, ErrorRecord, Place, Reversal, ReversalConfig, ReversalLedger, ReversalState, Shares,
-    Statistics,
+    BlockLedger, Cause, CauseRule, ContourSample, ErrorRecord, Place, Reversal, ReversalConfig,
+    ReversalLedger, ReversalState, Shares, Statistics,
 };
 use proptest::prelude::*;
 
 fn at(tick: u64) -> Place {
-    Place { tick, segment: tick / 10, s: 0.0 }
+    Place {
+        tick,
+        segment: tick / 10,
+        s: 0.0,
+    }
 }
 
 fn record(tick: u64, segment: u64, shares: Shares) -> ErrorRecord {
-    let sample = ContourSample { tick, segment, error_mm: shares.total_mm(), ..ContourSample::default() };
-    ErrorRecord { sample, shares, cause: Cause::ServoLag, commanded_tip_mm: [0.0; 3] }
+    let sample = ContourSample {
+        tick,
+        segment,
+        error_mm: shares.total_mm(),
+        ..ContourSample::default()
+    };
+    ErrorRecord {
+        sample,
+        shares,
+        cause: Cause::ServoLag,
+        commanded_tip_mm: [0.0; 3],
+    }
 }
 
 proptest! {
@@ -83,19 +97,49 @@ fn empty_and_odd_statistics() {
 
 #[test]
 fn the_largest_share_names_the_cause() {
-    let rule = CauseRule { reversal_window_ticks: 100 };
+    let rule = CauseRule {
+        reversal_window_ticks: 100,
+    };
     let mut state = ReversalState::default();
     let config = ReversalConfig::default();
     for (tick, x) in [(0, 1.0), (50, -1.0)] {
-        assert_eq!(config.step(&mut state, tick, &Coords::xyz(x, 1.0, 0.0)).count(), usize::from(tick == 50));
+        assert_eq!(
+            config
+                .step(&mut state, tick, &Coords::xyz(x, 1.0, 0.0))
+                .count(),
+            usize::from(tick == 50)
+        );
     }
-    let sample = |tick, near_corner| ContourSample { tick, near_corner, ..ContourSample::default() };
-    let shares = |command_mm, servo_mm, backlash_mm| Shares { command_mm, servo_mm, backlash_mm };
+    let sample = |tick, near_corner| ContourSample {
+        tick,
+        near_corner,
+        ..ContourSample::default()
+    };
+    let shares = |command_mm, servo_mm, backlash_mm| Shares {
+        command_mm,
+        servo_mm,
+        backlash_mm,
+    };
     let cases = [
-        (shares(0.001, 0.002, -0.005), 60, false, Cause::Reversal(AxisId::X)),
-        (shares(0.001, 0.002, -0.005), 150, false, Cause::Reversal(AxisId::X)),
+        (
+            shares(0.001, 0.002, -0.005),
+            60,
+            false,
+            Cause::Reversal(AxisId::X),
+        ),
+        (
+            shares(0.001, 0.002, -0.005),
+            150,
+            false,
+            Cause::Reversal(AxisId::X),
+        ),
         (shares(0.001, 0.002, -0.005), 151, false, Cause::Gap),
-        (shares(0.001, -0.006, 0.005), 60, true, Cause::Reversal(AxisId::X)),
+        (
+            shares(0.001, -0.006, 0.005),
+            60,
+            true,
+            Cause::Reversal(AxisId::X),
+        ),
         (shares(0.001, -0.006, 0.005), 151, false, Cause::ServoLag),
         (shares(0.001, -0.006, 0.005), 151, true, Cause::Corner),
         (shares(0.009, -0.006, 0.005), 60, true, Cause::Blend),
@@ -105,10 +149,18 @@ fn the_largest_share_names_the_cause() {
     }
     let parts = Shares::of(0.003, -0.001, 0.010);
     assert!(
-        (parts.servo_mm + 0.004).abs() < 1e-15 && (parts.backlash_mm - 0.011).abs() < 1e-15 && (parts.total_mm() - 0.010).abs() < 1e-15
+        (parts.servo_mm + 0.004).abs() < 1e-15
+            && (parts.backlash_mm - 0.011).abs() < 1e-15
+            && (parts.total_mm() - 0.010).abs() < 1e-15
     );
-    assert_eq!(serde_json::to_string(&Cause::Reversal(AxisId::Y)).unwrap(), r#"{"kind":"reversal","axis":"Y"}"#);
-    assert_eq!(serde_json::to_string(&Cause::ServoLag).unwrap(), r#"{"kind":"servo-lag"}"#);
+    assert_eq!(
+        serde_json::to_string(&Cause::Reversal(AxisId::Y)).unwrap(),
+        r#"{"kind":"reversal","axis":"Y"}"#
+    );
+    assert_eq!(
+        serde_json::to_string(&Cause::ServoLag).unwrap(),
+        r#"{"kind":"servo-lag"}"#
+    );
 }
 
 #[test]
@@ -118,19 +170,35 @@ fn blocks_are_handed_out_and_the_worst_are_kept() {
     for tick in 0..1000_u64 {
         let size = 1e-3 * ((tick / 10 * 37) % 100) as f64 * if tick % 10 == 4 { -1.0 } else { 0.5 };
         // Feet go a little back and forth over joints.
-        ledger.record(&record(tick, (tick / 10).saturating_sub(u64::from(tick % 10 == 0)), Shares { servo_mm: size, ..Shares::default() }));
+        ledger.record(&record(
+            tick,
+            (tick / 10).saturating_sub(u64::from(tick % 10 == 0)),
+            Shares {
+                servo_mm: size,
+                ..Shares::default()
+            },
+        ));
         rows.extend(ledger.finish_before((tick / 10).saturating_sub(2)));
     }
     rows.extend(ledger.finish());
-    assert!(rows.iter().enumerate().all(|(i, row)| row.segment == i as u64) && rows.len() == 100);
+    assert!(
+        rows.iter()
+            .enumerate()
+            .all(|(i, row)| row.segment == i as u64)
+            && rows.len() == 100
+    );
     assert_eq!(rows.iter().map(|row| row.samples).sum::<u64>(), 1000);
     let mut sizes: Vec<f64> = rows.iter().map(|row| row.max_mm().abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let worst: Vec<f64> = ledger.worst().map(|row| row.max_mm().abs()).collect();
-    assert_eq!(worst, sizes.iter().rev().take(3).copied().collect::<Vec<_>>());
+    assert_eq!(
+        worst,
+        sizes.iter().rev().take(3).copied().collect::<Vec<_>>()
+    );
     let row = rows[40];
     let (half, full) = (0.5 * row.max_mm(), row.max_mm());
-    // Nine of its samples are half as large; its first has its foot on the block before, and the next block's on it.
+    // Nine of its samples are half as large; its first has its foot on the block before, and the
+    // next block's on it.
     let neighbour = 0.5 * 1e-3 * f64::from((41 * 37) % 100);
     let square = 8.0 * half * half + full * full + neighbour * neighbour;
     assert!((row.rms_mm() - (square / 10.0).sqrt()).abs() < 1e-15);
@@ -145,24 +213,66 @@ fn reversals_collect_what_follows_them() {
     let mut rows = Vec::new();
     for tick in 0..200_u64 {
         if tick % 50 == 10 {
-            let reversal = Reversal { axis: AxisId::X, tick, direction: if tick % 100 == 10 { 1 } else { -1 } };
-            assert!(ledger.open(reversal, tick / 50, BlockRef::default(), false).is_none());
+            let reversal = Reversal {
+                axis: AxisId::X,
+                tick,
+                direction: if tick % 100 == 10 { 1 } else { -1 },
+            };
+            assert!(
+                ledger
+                    .open(reversal, tick / 50, BlockRef::default(), false)
+                    .is_none()
+            );
         }
-        // A spike of 1 um a reversal, growing, five ticks after it, and a larger error outside of the window.
-        let spike = if tick % 50 == 15 { -1e-3 * (1 + tick / 50) as f64 } else { 0.0 };
+        // A spike of 1 um a reversal, growing, five ticks after it, and a larger error outside of
+        // the window.
+        let spike = if tick % 50 == 15 {
+            -1e-3 * (1 + tick / 50) as f64
+        } else {
+            0.0
+        };
         let outside = if tick % 50 == 45 { 1.0 } else { 0.0 };
-        rows.extend(ledger.record(&record(tick, 0, Shares { servo_mm: outside, backlash_mm: spike, command_mm: 0.0 })));
+        rows.extend(ledger.record(&record(
+            tick,
+            0,
+            Shares {
+                servo_mm: outside,
+                backlash_mm: spike,
+                command_mm: 0.0,
+            },
+        )));
     }
     rows.extend(ledger.finish());
     assert_eq!(rows.len(), 4);
     for (i, row) in rows.iter().enumerate() {
-        assert!((row.peak_mm + 1e-3 * (i + 1) as f64).abs() < 1e-15 && row.peak_tick == 50 * i as u64 + 15);
+        assert!(
+            (row.peak_mm + 1e-3 * (i + 1) as f64).abs() < 1e-15
+                && row.peak_tick == 50 * i as u64 + 15
+        );
         assert!((row.peak_backlash_mm - row.peak_mm).abs() < 1e-15 && row.segment == i as u64);
     }
-    assert_eq!(ledger.worst().map(|row| row.segment).collect::<Vec<_>>(), [3, 2]);
+    assert_eq!(
+        ledger.worst().map(|row| row.segment).collect::<Vec<_>>(),
+        [3, 2]
+    );
     assert_eq!(ledger.counts()[0], 4);
     // A reversal within the window of the one before ends it.
-    let reversal = |tick| Reversal { axis: AxisId::X, tick, direction: 1 };
-    assert!(ledger.open(reversal(300), 0, BlockRef::default(), false).is_none());
-    assert_eq!(ledger.open(reversal(305), 0, BlockRef::default(), false).unwrap().reversal.tick, 300);
+    let reversal = |tick| Reversal {
+        axis: AxisId::X,
+        tick,
+        direction: 1,
+    };
+    assert!(
+        ledger
+            .open(reversal(300), 0, BlockRef::default(), false)
+            .is_none()
+    );
+    assert_eq!(
+        ledger
+            .open(reversal(305), 0, BlockRef::default(), false)
+            .unwrap()
+            .reversal
+            .tick,
+        300
+    );
 }

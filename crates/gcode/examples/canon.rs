@@ -1,6 +1,8 @@
 //! Prints the canonical operations of a part program: `canon [--tool-table FILE] PART`.
 
-use lostmotion_gcode::{InterpreterConfig, LoadedFile, Program, SubroutineLoader, ToolTable, canon};
+use lostmotion_gcode::{
+    InterpreterConfig, LoadedFile, Program, SubroutineLoader, ToolTable, canon,
+};
 use std::error::Error;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
@@ -22,7 +24,10 @@ impl SubroutineLoader for Folder {
             return Ok(None);
         }
         let text = std::fs::read(&path).map_err(|error| error.to_string())?;
-        Ok(Some(LoadedFile { name: path.display().to_string(), text }))
+        Ok(Some(LoadedFile {
+            name: path.display().to_string(),
+            text,
+        }))
     }
 }
 
@@ -32,7 +37,8 @@ fn run() -> Result<bool, Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         if argument == "--tool-table" {
-            let table = std::fs::read_to_string(arguments.next().ok_or("a tool table has to be named")?)?;
+            let table =
+                std::fs::read_to_string(arguments.next().ok_or("a tool table has to be named")?)?;
             config.tool_table = Some(ToolTable::parse(&table)?);
         } else {
             part = Some(argument);
@@ -40,9 +46,17 @@ fn run() -> Result<bool, Box<dyn Error>> {
     }
     let part = part.ok_or("usage: canon [--tool-table FILE] PART")?;
     let source = BufReader::new(File::open(&part)?);
-    let folder = Folder(Path::new(&part).parent().unwrap_or(Path::new(".")).to_owned());
+    let folder = Folder(
+        Path::new(&part)
+            .parent()
+            .unwrap_or(Path::new("."))
+            .to_owned(),
+    );
     let mut out = BufWriter::new(std::io::stdout().lock());
-    let diagnostics = canon::write_program(Program::new(source, config).with_loader(Arc::new(folder)), &mut out)?;
+    let diagnostics = canon::write_program(
+        Program::new(source, config).with_loader(Arc::new(folder)),
+        &mut out,
+    )?;
     out.flush()?;
     for diagnostic in diagnostics.kept() {
         eprintln!("{diagnostic}");

@@ -1,4 +1,5 @@
-//! A console: reads lines from stdin and tells at once what each of them does. `G1 X10 F200`, for example.
+//! A console: reads lines from stdin and tells at once what each of them does. `G1 X10 F200`, for
+//! example.
 
 use lostmotion_gcode::{Feeder, InterpreterConfig};
 use std::io::{self, BufRead, Write};

@@ -1,7 +1,7 @@
 //! Every motion of a program with the block that it comes from and the calls that led there.
 //!
-//! `cargo run -p lostmotion-gcode --example provenance PART` reads the part block by block, in memory that does not grow with its
-//! length; without PART it runs the program below.
+//! `cargo run -p lostmotion-gcode --example provenance PART` reads the part block by block, in
+//! memory that does not grow with its length; without PART it runs the program below.
 
 use lostmotion_gcode::{InterpreterConfig, MotionFold, MotionItem, Program};
 use std::collections::VecDeque;
@@ -27,11 +27,27 @@ fn main() -> Result<(), Box<dyn Error>> {
             fold.push_all(&sourced, &mut items)?;
         }
         for item in items.drain(..) {
-            let MotionItem::Move(motion) = item else { continue };
+            let MotionItem::Move(motion) = item else {
+                continue;
+            };
             let span = motion.block.span;
-            write!(out, "{}:{} to {:?}", span.line, span.column, &motion.end.0[..3])?;
-            for call in program.interpreter().call_stacks().trace(motion.block.call_stack) {
-                write!(out, ", in {} called from line {}", call.name, call.call.line)?;
+            write!(
+                out,
+                "{}:{} to {:?}",
+                span.line,
+                span.column,
+                &motion.end.0[..3]
+            )?;
+            for call in program
+                .interpreter()
+                .call_stacks()
+                .trace(motion.block.call_stack)
+            {
+                write!(
+                    out,
+                    ", in {} called from line {}",
+                    call.name, call.call.line
+                )?;
             }
             writeln!(out)?;
         }

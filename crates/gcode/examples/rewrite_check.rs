@@ -1,7 +1,7 @@
 //! Checks that programs survive formatting and writing: `rewrite_check FILE...`.
 //!
-//! Formatted, a program gives the same canonical operations, and formatting again changes nothing. Written anew from its
-//! resolved operations, it gives the same resolved operations.
+//! Formatted, a program gives the same canonical operations, and formatting again changes nothing.
+//! Written anew from its resolved operations, it gives the same resolved operations.
 
 use lostmotion_gcode::format::{FormatOptions, format};
 use lostmotion_gcode::writer::{Frame, Resolver, write_program};
@@ -15,7 +15,11 @@ fn operations(text: &[u8], config: &InterpreterConfig) -> (Vec<CanonicalOp>, u64
     (ops, program.diagnostics().errors())
 }
 
-fn resolved(ops: &[CanonicalOp], config: &InterpreterConfig, comments: usize) -> Result<Vec<CanonicalOp>, Box<dyn Error>> {
+fn resolved(
+    ops: &[CanonicalOp],
+    config: &InterpreterConfig,
+    comments: usize,
+) -> Result<Vec<CanonicalOp>, Box<dyn Error>> {
     let mut resolver = Resolver::new(config, Frame::of(config, 1)?);
     let mut all = Vec::new();
     for op in ops {
@@ -43,12 +47,26 @@ fn check(name: &str) -> Result<&'static str, Box<dyn Error>> {
         return Ok("refused");
     }
     let mut written = Vec::new();
-    write_program(&mut Program::new(&text[..], config.clone()), &config, 1, &mut written)?;
+    write_program(
+        &mut Program::new(&text[..], config.clone()),
+        &config,
+        1,
+        &mut written,
+    )?;
     let (again, errors) = operations(&written, &config);
     let (expected, got) = (resolved(&ops, &config, 0)?, resolved(&again, &config, 1)?);
     if errors > 0 || expected != got {
-        let at = expected.iter().zip(&got).position(|(a, b)| a != b).unwrap_or(expected.len().min(got.len()));
-        return Err(format!("the written program does something else at {at}: {:?}, {:?}", expected.get(at), got.get(at)).into());
+        let at = expected
+            .iter()
+            .zip(&got)
+            .position(|(a, b)| a != b)
+            .unwrap_or(expected.len().min(got.len()));
+        return Err(format!(
+            "the written program does something else at {at}: {:?}, {:?}",
+            expected.get(at),
+            got.get(at)
+        )
+        .into());
     }
     Ok("same")
 }
@@ -65,6 +83,12 @@ fn main() -> ExitCode {
             }
         }
     }
-    println!("{same} the same formatted and written, {refused} refused and the same formatted, {failed} failed");
-    if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    println!(
+        "{same} the same formatted and written, {refused} refused and the same formatted, {failed} failed"
+    );
+    if failed == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
 }

@@ -8,7 +8,8 @@ use crate::syntax::{Block, Fault, Pieces, Text, parse_block};
 use lostmotion_base::span::Span;
 use std::io::{self, BufRead};
 
-/// Reads a source block by block, in memory that does not grow with its length. Lines end with LF, CR LF or CR.
+/// Reads a source block by block, in memory that does not grow with its length. Lines end with LF,
+/// CR LF or CR.
 ///
 /// ```
 /// use lostmotion_gcode::{Blocks, Limits};
@@ -56,7 +57,11 @@ impl<'a> ParsedBlock<'a> {
 impl<R: BufRead> Blocks<R> {
     /// Blocks of a reader; `&[u8]` is one.
     pub fn new(source: R, limits: Limits) -> Blocks<R> {
-        Blocks { lines: Lines::new(source, limits.line_bytes), block: Block::default(), limits }
+        Blocks {
+            lines: Lines::new(source, limits.line_bytes),
+            block: Block::default(),
+            limits,
+        }
     }
 
     /// The next block, none at the end of the source.
@@ -64,15 +69,32 @@ impl<R: BufRead> Blocks<R> {
     /// # Errors
     /// Those of the reader.
     pub fn read(&mut self) -> io::Result<Option<ParsedBlock<'_>>> {
-        let Some((kind, line, start)) = self.lines.next()? else { return Ok(None) };
+        let Some((kind, line, start)) = self.lines.next()? else {
+            return Ok(None);
+        };
         let line_bytes = self.lines.line();
         let fault = match kind {
             LineKind::Whole => parse_block(line_bytes, &mut self.block, &self.limits).err(),
             LineKind::TooLong(bytes) => {
                 self.block.clear();
-                Some(Fault { rest: bytes, problem: Box::new(Problem::LineTooLong { bytes, limit: self.limits.line_bytes }) })
+                Some(Fault {
+                    rest: bytes,
+                    problem: Box::new(Problem::LineTooLong {
+                        bytes,
+                        limit: self.limits.line_bytes,
+                    }),
+                })
             }
         };
-        Ok(Some(ParsedBlock { place: Place { file: 0, line, start }, line: line_bytes, block: &self.block, fault }))
+        Ok(Some(ParsedBlock {
+            place: Place {
+                file: 0,
+                line,
+                start,
+            },
+            line: line_bytes,
+            block: &self.block,
+            fault,
+        }))
     }
 }

@@ -1,7 +1,10 @@
-//! Canonical operations as text, in the notation of NIST's report on RS274/NGC that LinuxCNC's stand-alone interpreter prints.
+//! Canonical operations as text, in the notation of NIST's report on RS274/NGC that LinuxCNC's
+//! stand-alone interpreter prints.
 
 use crate::four::Four;
-use crate::ops::{ArcFeed, CanonicalOp, OutputValue, PathControl, Plane, Position, TextKind, Units};
+use crate::ops::{
+    ArcFeed, CanonicalOp, OutputValue, PathControl, Plane, Position, TextKind, Units,
+};
 use crate::{Diagnostics, InterpreterConfig, Program};
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufRead};
@@ -27,21 +30,33 @@ const fn switch(on: bool) -> &'static str {
 
 fn tool_offset(f: &mut Formatter<'_>, offset: &Position) -> fmt::Result {
     let [x, y, z, a, b, c, u, v, w] = offset;
-    write!(f, "USE_TOOL_LENGTH_OFFSET({x:.4} {y:.4} {z:.4}, {a:.4} {b:.4} {c:.4}, {u:.4} {v:.4} {w:.4})")
+    write!(
+        f,
+        "USE_TOOL_LENGTH_OFFSET({x:.4} {y:.4} {z:.4}, {a:.4} {b:.4} {c:.4}, {u:.4} {v:.4} {w:.4})"
+    )
 }
 
 fn arc(f: &mut Formatter<'_>, arc: &ArcFeed) -> fmt::Result {
-    let ([first, second], [center_first, center_second], [a, b, c, ..]) = (arc.end, arc.center, arc.others);
-    let [first, second, center_first, center_second] = [first, second, center_first, center_second].map(Four);
+    let ([first, second], [center_first, center_second], [a, b, c, ..]) =
+        (arc.end, arc.center, arc.others);
+    let [first, second, center_first, center_second] =
+        [first, second, center_first, center_second].map(Four);
     let [axis_end, a, b, c] = [arc.axis_end, a, b, c].map(Four);
-    write!(f, "ARC_FEED({first}, {second}, {center_first}, {center_second}, {}, {axis_end}, {a}, {b}, {c})", arc.turns)
+    write!(
+        f,
+        "ARC_FEED({first}, {second}, {center_first}, {center_second}, {}, {axis_end}, {a}, {b}, {c})",
+        arc.turns
+    )
 }
 
 fn path_control(f: &mut Formatter<'_>, control: PathControl) -> fmt::Result {
     match control {
         PathControl::ExactPath => f.write_str("SET_MOTION_CONTROL_MODE(CANON_EXACT_PATH)"),
         PathControl::ExactStop => f.write_str("SET_MOTION_CONTROL_MODE(CANON_EXACT_STOP)"),
-        PathControl::Continuous { tolerance } => write!(f, "SET_MOTION_CONTROL_MODE(CANON_CONTINUOUS, {tolerance:.6})"),
+        PathControl::Continuous { tolerance } => write!(
+            f,
+            "SET_MOTION_CONTROL_MODE(CANON_CONTINUOUS, {tolerance:.6})"
+        ),
     }
 }
 
@@ -61,11 +76,15 @@ impl Display for CanonicalOp {
         match self {
             O::UseLengthUnits(Units::Mm) => f.write_str("USE_LENGTH_UNITS(CANON_UNITS_MM)"),
             O::UseLengthUnits(Units::Inch) => f.write_str("USE_LENGTH_UNITS(CANON_UNITS_INCHES)"),
-            O::SetG5xOffset { system, offset } => write!(f, "SET_G5X_OFFSET({system}, {})", Six(offset)),
+            O::SetG5xOffset { system, offset } => {
+                write!(f, "SET_G5X_OFFSET({system}, {})", Six(offset))
+            }
             O::SetG92Offset(offset) => write!(f, "SET_G92_OFFSET({})", Six(offset)),
             O::SetXyRotation(degrees) => write!(f, "SET_XY_ROTATION({degrees:.4})"),
             O::SetFeedRate { rate, .. } => write!(f, "SET_FEED_RATE({})", Four(*rate)),
-            O::SetFeedMode { per_revolution } => write!(f, "SET_FEED_MODE(0, {})", u8::from(*per_revolution)),
+            O::SetFeedMode { per_revolution } => {
+                write!(f, "SET_FEED_MODE(0, {})", u8::from(*per_revolution))
+            }
             O::StraightTraverse(end) => write!(f, "STRAIGHT_TRAVERSE({})", Six(end)),
             O::StraightFeed(end) => write!(f, "STRAIGHT_FEED({})", Six(end)),
             O::ArcFeed(feed) => arc(f, feed),
@@ -79,16 +98,25 @@ impl Display for CanonicalOp {
             O::SelectPlane(Plane::Zx) => f.write_str("SELECT_PLANE(CANON_PLANE_XZ)"),
             O::SelectPlane(Plane::Yz) => f.write_str("SELECT_PLANE(CANON_PLANE_YZ)"),
             O::SetMotionControlMode(control) => path_control(f, *control),
-            O::SetNaiveCamTolerance(tolerance) => write!(f, "SET_NAIVECAM_TOLERANCE({tolerance:.4})"),
+            O::SetNaiveCamTolerance(tolerance) => {
+                write!(f, "SET_NAIVECAM_TOLERANCE({tolerance:.4})")
+            }
             O::UseToolLengthOffset(offset) => tool_offset(f, offset),
             O::SetTilt(None) => f.write_str("SET_TILT()"),
             O::SetTilt(Some(tilt)) => {
-                let numbers = tilt.origin.into_iter().chain(tilt.rows.into_iter().flatten()).map(|number| format!("{number:.4}"));
+                let numbers = tilt
+                    .origin
+                    .into_iter()
+                    .chain(tilt.rows.into_iter().flatten())
+                    .map(|number| format!("{number:.4}"));
                 write!(f, "SET_TILT({})", numbers.collect::<Vec<_>>().join(", "))
             }
             O::ToolTipControl(on) => write!(f, "TOOL_TIP_CONTROL({})", u8::from(*on)),
             O::OrientTool([i, j, k]) => write!(f, "ORIENT_TOOL({i:.4}, {j:.4}, {k:.4})"),
-            O::Text { kind, text: content } => text(f, *kind, content),
+            O::Text {
+                kind,
+                text: content,
+            } => text(f, *kind, content),
             _ => state_change(f, self),
         }
     }
@@ -111,18 +139,52 @@ fn state_change(f: &mut Formatter<'_>, op: &CanonicalOp) -> fmt::Result {
         O::StartChange => f.write_str("START_CHANGE()"),
         O::ChangeTool(tool) => write!(f, "CHANGE_TOOL({tool})"),
         O::ChangeToolNumber(tool) => write!(f, "CHANGE_TOOL_NUMBER({tool})"),
-        O::SetSpindleSpeed { spindle, speed } => write!(f, "SET_SPINDLE_SPEED({spindle}, {speed:.4})"),
-        O::SetSpindleMode { spindle, highest } => write!(f, "SET_SPINDLE_MODE({spindle} {highest:.4})"),
-        O::StartSpindle { spindle, clockwise: true } => write!(f, "START_SPINDLE_CLOCKWISE({spindle})"),
-        O::StartSpindle { spindle, clockwise: false } => write!(f, "START_SPINDLE_COUNTERCLOCKWISE({spindle})"),
-        O::StopSpindle { spindle } => write!(f, "STOP_SPINDLE_TURNING({spindle})"),
-        O::OrientSpindle { spindle, degrees, way, boring } => {
-            write!(f, "ORIENT_SPINDLE({spindle}, {degrees:.4}, {})", way.number() + u8::from(*boring))
+        O::SetSpindleSpeed { spindle, speed } => {
+            write!(f, "SET_SPINDLE_SPEED({spindle}, {speed:.4})")
         }
-        O::WaitOrient { spindle, seconds } => write!(f, "SPINDLE.{spindle}.WAIT_ORIENT_COMPLETE({seconds:.4})"),
-        O::SetOutput { index, value, with_motion } => output(f, *index, *value, *with_motion),
-        O::ReadInput { index, analog, wait, seconds } => {
-            write!(f, "WAIT_INPUT({}, {index}, {wait:?}, {seconds:.4})", if *analog { "ANALOG" } else { "DIGITAL" })
+        O::SetSpindleMode { spindle, highest } => {
+            write!(f, "SET_SPINDLE_MODE({spindle} {highest:.4})")
+        }
+        O::StartSpindle {
+            spindle,
+            clockwise: true,
+        } => write!(f, "START_SPINDLE_CLOCKWISE({spindle})"),
+        O::StartSpindle {
+            spindle,
+            clockwise: false,
+        } => write!(f, "START_SPINDLE_COUNTERCLOCKWISE({spindle})"),
+        O::StopSpindle { spindle } => write!(f, "STOP_SPINDLE_TURNING({spindle})"),
+        O::OrientSpindle {
+            spindle,
+            degrees,
+            way,
+            boring,
+        } => {
+            write!(
+                f,
+                "ORIENT_SPINDLE({spindle}, {degrees:.4}, {})",
+                way.number() + u8::from(*boring)
+            )
+        }
+        O::WaitOrient { spindle, seconds } => {
+            write!(f, "SPINDLE.{spindle}.WAIT_ORIENT_COMPLETE({seconds:.4})")
+        }
+        O::SetOutput {
+            index,
+            value,
+            with_motion,
+        } => output(f, *index, *value, *with_motion),
+        O::ReadInput {
+            index,
+            analog,
+            wait,
+            seconds,
+        } => {
+            write!(
+                f,
+                "WAIT_INPUT({}, {index}, {wait:?}, {seconds:.4})",
+                if *analog { "ANALOG" } else { "DIGITAL" }
+            )
         }
         O::Mist(on) => write!(f, "MIST_{}()", if *on { "ON" } else { "OFF" }),
         O::Flood(on) => write!(f, "FLOOD_{}()", if *on { "ON" } else { "OFF" }),
@@ -141,7 +203,11 @@ fn state_change(f: &mut Formatter<'_>, op: &CanonicalOp) -> fmt::Result {
 ///
 /// # Errors
 /// Those of the writer.
-pub fn write<R: BufRead>(source: R, config: InterpreterConfig, out: &mut impl io::Write) -> io::Result<Diagnostics> {
+pub fn write<R: BufRead>(
+    source: R,
+    config: InterpreterConfig,
+    out: &mut impl io::Write,
+) -> io::Result<Diagnostics> {
     write_program(Program::new(source, config), out)
 }
 
@@ -149,7 +215,10 @@ pub fn write<R: BufRead>(source: R, config: InterpreterConfig, out: &mut impl io
 ///
 /// # Errors
 /// Those of the writer.
-pub fn write_program<R: BufRead>(mut program: Program<R>, out: &mut impl io::Write) -> io::Result<Diagnostics> {
+pub fn write_program<R: BufRead>(
+    mut program: Program<R>,
+    out: &mut impl io::Write,
+) -> io::Result<Diagnostics> {
     for (index, sourced) in program.by_ref().enumerate() {
         writeln!(out, "{:5} N..... {}", index + 1, sourced.op)?;
     }

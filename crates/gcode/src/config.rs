@@ -13,7 +13,8 @@ pub const WORK_SYSTEMS: u8 = 9;
 /// Settings of an interpreter. Immutable while a program runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InterpreterConfig {
-    /// Units of the tool table, of the homes #5161 and #5181, and of the offsets in the parameters, whatever the program uses.
+    /// Units of the tool table, of the homes #5161 and #5181, and of the offsets in the parameters,
+    /// whatever the program uses.
     pub machine_units: Units,
     /// Units a program starts in.
     pub program_units: Units,
@@ -25,8 +26,8 @@ pub struct InterpreterConfig {
     pub block_delete: bool,
     /// Tools. Without a table every tool is accepted, with a warning, and has no length.
     pub tool_table: Option<ToolTable>,
-    /// Taps outside the XY plane (G74 and G84 in G18 and G19) as LinuxCNC 2.9 does, along the wrong axes; for comparison
-    /// with its output only.
+    /// Taps outside the XY plane (G74 and G84 in G18 and G19) as LinuxCNC 2.9 does, along the wrong
+    /// axes; for comparison with its output only.
     pub rs274_tapping: bool,
     /// Parameters to start with, in machine units and degrees; numbers out of range are not used.
     pub parameters: Vec<(u16, f64)>,
@@ -54,24 +55,39 @@ impl Default for InterpreterConfig {
 }
 
 impl InterpreterConfig {
-    /// As LinuxCNC's stand-alone interpreter `rs274` is set up: machine units are inches, programs start in millimetres.
+    /// As LinuxCNC's stand-alone interpreter `rs274` is set up: machine units are inches, programs
+    /// start in millimetres.
     pub fn like_rs274() -> InterpreterConfig {
-        InterpreterConfig { machine_units: Units::Inch, rs274_tapping: true, ..InterpreterConfig::default() }
+        InterpreterConfig {
+            machine_units: Units::Inch,
+            rs274_tapping: true,
+            ..InterpreterConfig::default()
+        }
     }
 
     /// In a dialect, with all that it accepts.
     #[must_use]
     pub fn with_dialect(self, dialect: Dialect) -> InterpreterConfig {
-        InterpreterConfig { dialect, leniencies: dialect.leniencies(), ..self }
+        InterpreterConfig {
+            dialect,
+            leniencies: dialect.leniencies(),
+            ..self
+        }
     }
 
-    /// Sets the origin of a work coordinate system, 1 for G54 to 9 for G59.3, mm and rad. Other systems are ignored.
+    /// Sets the origin of a work coordinate system, 1 for G54 to 9 for G59.3, mm and rad. Other
+    /// systems are ignored.
     #[must_use]
     pub fn with_work_offset(mut self, system: u8, origin: Coords) -> InterpreterConfig {
         if (1..=WORK_SYSTEMS).contains(&system) {
             for (index, value) in origin.0.into_iter().enumerate() {
-                let machine = if (3..6).contains(&index) { deg(value) } else { Units::Mm.convert(value, self.machine_units) };
-                self.parameters.push((5221 + 20 * (u16::from(system) - 1) + index as u16, machine));
+                let machine = if (3..6).contains(&index) {
+                    deg(value)
+                } else {
+                    Units::Mm.convert(value, self.machine_units)
+                };
+                self.parameters
+                    .push((5221 + 20 * (u16::from(system) - 1) + index as u16, machine));
             }
         }
         self

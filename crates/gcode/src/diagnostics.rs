@@ -52,7 +52,13 @@ impl std::fmt::Display for Diagnostic {
             Severity::Warning => "warning",
             Severity::Error => "error",
         };
-        write!(f, "{severity}[{}]: {}: {}", self.code(), self.place.span, self.problem)?;
+        write!(
+            f,
+            "{severity}[{}]: {}: {}",
+            self.code(),
+            self.place.span,
+            self.problem
+        )?;
         self.hint().map_or(Ok(()), |hint| write!(f, " ({hint})"))
     }
 }
@@ -73,10 +79,14 @@ pub struct Diagnostics {
 impl Diagnostics {
     /// Keeps up to `limit` findings.
     pub fn new(limit: usize) -> Diagnostics {
-        Diagnostics { limit, ..Diagnostics::default() }
+        Diagnostics {
+            limit,
+            ..Diagnostics::default()
+        }
     }
 
-    /// Adds a finding; one that a loop repeats at the same place is only counted. Errors displace what is none when the limit is reached.
+    /// Adds a finding; one that a loop repeats at the same place is only counted. Errors displace
+    /// what is none when the limit is reached.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let is_error = diagnostic.severity() == Severity::Error;
         match diagnostic.severity() {
@@ -84,7 +94,11 @@ impl Diagnostics {
             Severity::Warning => self.warnings += 1,
             Severity::Note => self.notes += 1,
         }
-        if self.kept.iter().any(|kept| kept.place == diagnostic.place && kept.code() == diagnostic.code()) {
+        if self
+            .kept
+            .iter()
+            .any(|kept| kept.place == diagnostic.place && kept.code() == diagnostic.code())
+        {
             return;
         }
         if self.kept.len() < self.limit {
@@ -122,15 +136,26 @@ impl Diagnostics {
 
     /// The kept finding that an error displaces: the last of the mildest.
     fn last_mild(&self) -> Option<usize> {
-        let last = |severity| self.kept.iter().rposition(|kept| kept.severity() == severity);
+        let last = |severity| {
+            self.kept
+                .iter()
+                .rposition(|kept| kept.severity() == severity)
+        };
         last(Severity::Note).or_else(|| last(Severity::Warning))
     }
 
     /// Says how often a habit has occurred by now; nothing if its finding is not kept any more.
     pub(crate) fn recount(&mut self, file: u32, leniency: Leniency, times: u64) {
-        for kept in self.kept.iter_mut().filter(|kept| kept.place.span.file == file) {
+        for kept in self
+            .kept
+            .iter_mut()
+            .filter(|kept| kept.place.span.file == file)
+        {
             match &mut kept.problem {
-                Problem::Habit { leniency: habit, count } if *habit == leniency => *count = times,
+                Problem::Habit {
+                    leniency: habit,
+                    count,
+                } if *habit == leniency => *count = times,
                 _ => {}
             }
         }

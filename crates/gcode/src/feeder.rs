@@ -18,8 +18,8 @@ pub struct Fed {
     pub ops: Vec<SourcedOp>,
     /// What was found in the line, and in what it set going.
     pub diagnostics: Vec<Diagnostic>,
-    /// The line was only taken note of: it belongs to a subroutine's definition, to a branch that is not taken, or more
-    /// lines are needed before it can run.
+    /// The line was only taken note of: it belongs to a subroutine's definition, to a branch that
+    /// is not taken, or more lines are needed before it can run.
     pub waits: bool,
     /// The program is over; further lines have no effect.
     pub ended: bool,
@@ -48,7 +48,12 @@ pub struct Feeder {
 impl Feeder {
     /// A feeder before its first line.
     pub fn new(config: InterpreterConfig) -> Feeder {
-        Feeder { limits: config.limits.clone(), interpreter: Interpreter::new(config), line: 0, offset: 0 }
+        Feeder {
+            limits: config.limits.clone(),
+            interpreter: Interpreter::new(config),
+            line: 0,
+            offset: 0,
+        }
     }
 
     /// Takes subroutines that the lines do not define from files.
@@ -58,27 +63,45 @@ impl Feeder {
         self
     }
 
-    /// Takes the next line, with or without its terminator. Lines are counted from 1, offsets with the terminator.
+    /// Takes the next line, with or without its terminator. Lines are counted from 1, offsets with
+    /// the terminator.
     pub fn feed(&mut self, line: &[u8]) -> Fed {
         let start = self.offset;
         self.line = self.line.saturating_add(1);
         self.offset += line.len() as u64;
         let content = line.strip_suffix(b"\n").unwrap_or(line);
-        let span = Span { file: 0, line: self.line, column: 1, start, len: 0 };
+        let span = Span {
+            file: 0,
+            line: self.line,
+            column: 1,
+            start,
+            len: 0,
+        };
         let content = content.strip_suffix(b"\r").unwrap_or(content);
         if line.ends_with(b"\r\n") {
             self.interpreter.habit_at(Leniency::CrLf, span);
         }
         if content.len() > self.limits.line_bytes {
-            let problem = Problem::LineTooLong { bytes: content.len(), limit: self.limits.line_bytes };
+            let problem = Problem::LineTooLong {
+                bytes: content.len(),
+                limit: self.limits.line_bytes,
+            };
             self.interpreter.report_at(problem, span);
         } else if !self.interpreter.state().ended {
-            self.interpreter.push_line(content, Place { file: 0, line: self.line, start });
+            self.interpreter.push_line(
+                content,
+                Place {
+                    file: 0,
+                    line: self.line,
+                    start,
+                },
+            );
         }
         self.run()
     }
 
-    /// Says that no line follows: what is still open is told, moves held by cutter compensation come out.
+    /// Says that no line follows: what is still open is told, moves held by cutter compensation
+    /// come out.
     pub fn finish(&mut self) -> Fed {
         self.interpreter.end_of_source();
         self.run()

@@ -4,8 +4,9 @@ use std::fmt::{self, Display, Formatter};
 
 /// A number that is shown as `{:.4}` shows it.
 ///
-/// Times 10,000 and rounded it is a whole number, whose digits are cheap. The product is off by half a unit in its last place
-/// at most; where that could change the rounding, or the product is too large, the standard library does it.
+/// Times 10,000 and rounded it is a whole number, whose digits are cheap. The product is off by
+/// half a unit in its last place at most; where that could change the rounding, or the product is
+/// too large, the standard library does it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Four(pub(crate) f64);
 
@@ -25,12 +26,15 @@ impl Display for Four {
         }
         let mut text = [b'-'; SIZE];
         let start = put(&mut text, whole) - usize::from(self.0.is_sign_negative());
-        let shown = text.get(start..).and_then(|bytes| std::str::from_utf8(bytes).ok());
+        let shown = text
+            .get(start..)
+            .and_then(|bytes| std::str::from_utf8(bytes).ok());
         f.write_str(shown.ok_or(fmt::Error)?)
     }
 }
 
-/// Puts ten-thousandths at the end of a text and gives where they begin; what lies before is left as it is.
+/// Puts ten-thousandths at the end of a text and gives where they begin; what lies before is left
+/// as it is.
 fn put(text: &mut [u8; SIZE], mut whole: u64) -> usize {
     let mut start = SIZE;
     for (index, slot) in text.iter_mut().enumerate().rev() {
@@ -55,17 +59,41 @@ mod tests {
     use proptest::prelude::*;
 
     fn check(number: f64) {
-        assert_eq!(Four(number).to_string(), format!("{number:.4}"), "{number:e}");
+        assert_eq!(
+            Four(number).to_string(),
+            format!("{number:.4}"),
+            "{number:e}"
+        );
     }
 
     #[test]
     fn borders_of_rounding_and_size_are_as_in_the_standard_library() {
-        for number in [0.0, 0.00005, 0.00015, 0.12345, 0.99995, 0.999_950_000_1, 9.99995, 1e-300, 12345.67895, f64::MIN_POSITIVE] {
+        for number in [
+            0.0,
+            0.00005,
+            0.00015,
+            0.12345,
+            0.99995,
+            0.999_950_000_1,
+            9.99995,
+            1e-300,
+            12345.67895,
+            f64::MIN_POSITIVE,
+        ] {
             for near in [number, number.next_up(), number.next_down(), -number] {
                 check(near);
             }
         }
-        for number in [879_609_302.220_7, 879_609_302.220_8, 879_609_302.3, 1e9, 1e22, f64::MAX, f64::INFINITY, f64::NAN] {
+        for number in [
+            879_609_302.220_7,
+            879_609_302.220_8,
+            879_609_302.3,
+            1e9,
+            1e22,
+            f64::MAX,
+            f64::INFINITY,
+            f64::NAN,
+        ] {
             check(number);
             check(-number);
         }

@@ -9,17 +9,20 @@
 //! assert!(ops.contains(&"STRAIGHT_FEED(10.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)".to_owned()));
 //! ```
 //!
-//! What happens to a line: [`syntax`] makes it a block of words and postfix code; the [`interpreter`] evaluates the words,
-//! looks their codes up in the table of [`codes`], and carries them out in the order of their phases; the result is
-//! [`ops::SourcedOp`]s. [`motion`] folds those into moves in machine coordinates.
+//! What happens to a line: [`syntax`] makes it a block of words and postfix code; the
+//! [`interpreter`] evaluates the words, looks their codes up in the table of [`codes`], and carries
+//! them out in the order of their phases; the result is [`ops::SourcedOp`]s. [`motion`] folds those
+//! into moves in machine coordinates.
 //!
-//! Under cutter compensation (G41, G42) a move is held back until the next one is known. Curves (G5, G5.1, G5.2) keep their
-//! control points and rigid tapping (G33.1) its end; [`MotionFold::push_all`] makes moves of them. Probing moves and inputs
-//! find nothing: see [`ops::StraightProbe`]. Subroutines in files come through a [`loader::SubroutineLoader`], and
+//! Under cutter compensation (G41, G42) a move is held back until the next one is known. Curves
+//! (G5, G5.1, G5.2) keep their control points and rigid tapping (G33.1) its end;
+//! [`MotionFold::push_all`] makes moves of them. Probing moves and inputs find nothing: see
+//! [`ops::StraightProbe`]. Subroutines in files come through a [`loader::SubroutineLoader`], and
 //! [`Interpreter::call_stacks`] tells which calls led to a block.
 //!
-//! Whoever has the lines instead of a file (a sender, an editor) gives them to a [`Feeder`] one at a time and gets what each
-//! does; [`Program::run_block`] reads a file block by block; [`Blocks`] only parses.
+//! Whoever has the lines instead of a file (a sender, an editor) gives them to a [`Feeder`] one at
+//! a time and gets what each does; [`Program::run_block`] reads a file block by block; [`Blocks`]
+//! only parses.
 
 pub mod blocks;
 pub mod canon;
@@ -65,8 +68,8 @@ pub use limits::{LimitError, LimitRow, Limits};
 pub use loader::{LoadedFile, SourceFiles, SubroutineLoader};
 pub use motion::{Circle, Feed, Motion, MotionFold, MotionItem, PathMode};
 pub use ops::{
-    ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, OrientWay, OutputValue, PathControl, Plane, Position, SourcedOp, StraightProbe,
-    TextKind, Units, WaitFor,
+    ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, OrientWay, OutputValue, PathControl, Plane,
+    Position, SourcedOp, StraightProbe, TextKind, Units, WaitFor,
 };
 pub use problem::{Code, Problem};
 pub use program::Program;

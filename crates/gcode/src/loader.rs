@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 /// Gives the text of a file that holds a subroutine. All access to files is behind this trait.
 pub trait SubroutineLoader: Debug + Send + Sync {
-    /// The file of subroutine `name` (lower case, as in `o<name> call`, or the number of an M98), with the name to show
-    /// for it; none if there is no such file.
+    /// The file of subroutine `name` (lower case, as in `o<name> call`, or the number of an M98),
+    /// with the name to show for it; none if there is no such file.
     ///
     /// # Errors
     /// Why the file cannot be read.
@@ -29,6 +29,9 @@ pub type SourceFiles = Vec<Arc<LoadedFile>>;
 /// Files held in memory, by the name of their subroutine.
 impl SubroutineLoader for BTreeMap<String, Vec<u8>> {
     fn load(&self, name: &str) -> Result<Option<LoadedFile>, String> {
-        Ok(self.get(name).map(|text| LoadedFile { name: format!("{name}.ngc"), text: text.clone() }))
+        Ok(self.get(name).map(|text| LoadedFile {
+            name: format!("{name}.ngc"),
+            text: text.clone(),
+        }))
     }
 }

@@ -19,7 +19,8 @@ pub(crate) const G92_ACTIVE: u16 = 5210;
 pub(crate) const G92: u16 = 5211;
 /// Number of the work coordinate system in force.
 pub(crate) const SYSTEM: u16 = 5220;
-/// Origin of G54; those of the other systems follow 20 apart, each with its rotation after the nine axes.
+/// Origin of G54; those of the other systems follow 20 apart, each with its rotation after the nine
+/// axes.
 pub(crate) const SYSTEM_ORIGINS: u16 = 5221;
 /// Parameters that a program cannot set.
 const READ_ONLY: std::ops::RangeInclusive<u16> = 5400..=5428;
@@ -67,13 +68,17 @@ impl Parameters {
 
     /// The stored value of a parameter; 0 out of range.
     pub fn get(&self, number: u16) -> f64 {
-        self.numbered.get(usize::from(number)).copied().unwrap_or_default()
+        self.numbered
+            .get(usize::from(number))
+            .copied()
+            .unwrap_or_default()
     }
 
     /// Stores a value; NaN takes the value away. Numbers out of range are ignored.
     pub fn put(&mut self, number: u16, value: f64) {
         let index = usize::from(number);
-        if let (Some(slot), Some(known)) = (self.numbered.get_mut(index), self.known.get_mut(index)) {
+        if let (Some(slot), Some(known)) = (self.numbered.get_mut(index), self.known.get_mut(index))
+        {
             *slot = valued(value);
             *known = !value.is_nan();
         }
@@ -101,13 +106,23 @@ impl Parameters {
         Ok(())
     }
 
-    /// A program's setting of a named parameter: `_name` is global, others belong to the subroutine.
-    pub(crate) fn set_name(&mut self, name: &[u8], value: f64, state: &State) -> Result<(), Problem> {
+    /// A program's setting of a named parameter: `_name` is global, others belong to the
+    /// subroutine.
+    pub(crate) fn set_name(
+        &mut self,
+        name: &[u8],
+        value: f64,
+        state: &State,
+    ) -> Result<(), Problem> {
         let shown = || String::from_utf8_lossy(name).into_owned();
         if name.first() == Some(&b'_') && system_name(name, state).is_some() {
             return Err(Problem::ReadOnlyName { name: shown() });
         }
-        let table = if name.first() == Some(&b'_') { Some(&mut self.globals) } else { self.scopes.last_mut() };
+        let table = if name.first() == Some(&b'_') {
+            Some(&mut self.globals)
+        } else {
+            self.scopes.last_mut()
+        };
         let Some(table) = table else { return Ok(()) };
         if let Some(slot) = table.get_mut(name) {
             *slot = value;
@@ -128,22 +143,36 @@ impl Parameters {
 
     /// Whether a name has a value, of its own or as one that shows the state.
     pub(crate) fn has_name(&self, name: &[u8], state: &State) -> bool {
-        self.name(name).is_some() || (name.first() == Some(&b'_') && system_name(name, state).is_some())
+        self.name(name).is_some()
+            || (name.first() == Some(&b'_') && system_name(name, state).is_some())
     }
 
     fn name(&self, name: &[u8]) -> Option<f64> {
-        let table = if name.first() == Some(&b'_') { Some(&self.globals) } else { self.scopes.last() };
+        let table = if name.first() == Some(&b'_') {
+            Some(&self.globals)
+        } else {
+            self.scopes.last()
+        };
         table.and_then(|names| names.get(name)).copied()
     }
 
     /// Opens a scope with new #1 to #30 and returns the old ones.
     pub(crate) fn enter(&mut self, arguments: &[f64]) -> [f64; LOCALS] {
         self.scopes.push(Names::new());
-        let kept = |index: usize| if self.known.get(index + 1) == Some(&false) { f64::NAN } else { self.get(index as u16 + 1) };
+        let kept = |index: usize| {
+            if self.known.get(index + 1) == Some(&false) {
+                f64::NAN
+            } else {
+                self.get(index as u16 + 1)
+            }
+        };
         let old = std::array::from_fn(kept);
         let missing = if self.vacants { f64::NAN } else { 0.0 };
         for number in 1..=LOCALS {
-            self.put(number as u16, arguments.get(number - 1).copied().unwrap_or(missing));
+            self.put(
+                number as u16,
+                arguments.get(number - 1).copied().unwrap_or(missing),
+            );
         }
         old
     }
@@ -183,11 +212,27 @@ impl Lookup for View<'_> {
             5400 => f64::from(self.state.loaded_tool),
             5401..=5409 => {
                 let index = usize::from(number - 5401);
-                self.state.offsets.tool.get(index).copied().unwrap_or_default()
+                self.state
+                    .offsets
+                    .tool
+                    .get(index)
+                    .copied()
+                    .unwrap_or_default()
             }
-            5420..=5428 => self.state.current.get(usize::from(number - 5420)).copied().unwrap_or_default(),
+            5420..=5428 => self
+                .state
+                .current
+                .get(usize::from(number - 5420))
+                .copied()
+                .unwrap_or_default(),
             _ => {
-                if !self.parameters.known.get(usize::from(number)).copied().unwrap_or(true) {
+                if !self
+                    .parameters
+                    .known
+                    .get(usize::from(number))
+                    .copied()
+                    .unwrap_or(true)
+                {
                     if self.parameters.vacants {
                         self.parameters.vacant_read = true;
                         return Ok(f64::NAN);
@@ -204,7 +249,11 @@ impl Lookup for View<'_> {
     }
 
     fn named(&self, name: &[u8]) -> Option<f64> {
-        let system = if name.first() == Some(&b'_') { system_name(name, self.state) } else { None };
+        let system = if name.first() == Some(&b'_') {
+            system_name(name, self.state)
+        } else {
+            None
+        };
         system.or_else(|| self.parameters.name(name))
     }
 }

@@ -13,7 +13,8 @@ use lostmotion_base::span::Span;
 use std::io::BufRead;
 use std::sync::Arc;
 
-/// Canonical operations of a program, read as they are asked for, in memory that does not grow with its length.
+/// Canonical operations of a program, read as they are asked for, in memory that does not grow with
+/// its length.
 ///
 /// The iterator goes on after errors; whether the program is accepted is known at its end, from
 /// [`Program::diagnostics`].
@@ -36,7 +37,13 @@ impl<R: BufRead> Program<R> {
         let mut pending = Vec::new();
         interpreter.begin(&mut pending);
         pending.reverse();
-        Program { lines, interpreter, pending, over: false, last: Span::default() }
+        Program {
+            lines,
+            interpreter,
+            pending,
+            over: false,
+            last: Span::default(),
+        }
     }
 
     /// Takes subroutines that the program does not define from files.
@@ -61,15 +68,16 @@ impl<R: BufRead> Program<R> {
         self.interpreter.moved_to(place);
     }
 
-    /// Takes the operations that are not fetched yet; before the first block, those that tell the initial state.
+    /// Takes the operations that are not fetched yet; before the first block, those that tell the
+    /// initial state.
     pub fn take_pending(&mut self) -> Vec<SourcedOp> {
         let mut ops = std::mem::take(&mut self.pending);
         ops.reverse();
         ops
     }
 
-    /// Runs the next block, appending its operations to `out`; false at the end of the program. Not to be mixed with the
-    /// iterator while that has operations pending.
+    /// Runs the next block, appending its operations to `out`; false at the end of the program. Not
+    /// to be mixed with the iterator while that has operations pending.
     pub fn run_block(&mut self, out: &mut Vec<SourcedOp>) -> bool {
         while !self.over {
             match self.interpreter.step(out) {
@@ -93,7 +101,16 @@ impl<R: BufRead> Program<R> {
     pub fn next_line(&mut self) -> Option<(&[u8], Span)> {
         let (_, line, start) = self.lines.next().ok()??;
         let text = self.lines.line();
-        Some((text, Span { file: 0, line, column: 1, start, len: text.len() as u32 }))
+        Some((
+            text,
+            Span {
+                file: 0,
+                line,
+                column: 1,
+                start,
+                len: text.len() as u32,
+            },
+        ))
     }
 
     /// Runs to the end and gives all findings.
@@ -106,13 +123,25 @@ impl<R: BufRead> Program<R> {
     fn read(&mut self) {
         let next = self.lines.next();
         if let Some(end) = self.lines.end {
-            self.interpreter.habit_at(if end == LineEnd::Cr { Leniency::BareReturns } else { Leniency::CrLf }, self.last);
+            self.interpreter.habit_at(
+                if end == LineEnd::Cr {
+                    Leniency::BareReturns
+                } else {
+                    Leniency::CrLf
+                },
+                self.last,
+            );
         }
         match next {
             Ok(Some((kind, number, start))) => self.take_line(kind, number, start),
             Ok(None) => self.interpreter.end_of_source(),
             Err(error) => {
-                self.interpreter.report_at(Problem::Unreadable { message: error.to_string() }, Span::default());
+                self.interpreter.report_at(
+                    Problem::Unreadable {
+                        message: error.to_string(),
+                    },
+                    Span::default(),
+                );
                 self.over = true;
             }
         }
@@ -120,7 +149,13 @@ impl<R: BufRead> Program<R> {
 
     fn take_line(&mut self, kind: LineKind, line: u32, start: u64) {
         let limits = self.interpreter.limits();
-        let span = Span { file: 0, line, column: 1, start, len: 0 };
+        let span = Span {
+            file: 0,
+            line,
+            column: 1,
+            start,
+            len: 0,
+        };
         let limit = limits.source_bytes;
         let longest = limits.line_bytes;
         if line == 1 && self.lines.marked {
@@ -128,14 +163,25 @@ impl<R: BufRead> Program<R> {
         }
         self.last = span;
         if start + self.lines.line().len() as u64 > limit {
-            self.interpreter.report_at(Problem::SourceTooLong { limit }, span);
+            self.interpreter
+                .report_at(Problem::SourceTooLong { limit }, span);
             self.interpreter.end_of_source();
             return;
         }
-        let place = Place { file: 0, line, start };
+        let place = Place {
+            file: 0,
+            line,
+            start,
+        };
         match kind {
             LineKind::Whole => self.interpreter.push_line(self.lines.line(), place),
-            LineKind::TooLong(bytes) => self.interpreter.report_at(Problem::LineTooLong { bytes, limit: longest }, span),
+            LineKind::TooLong(bytes) => self.interpreter.report_at(
+                Problem::LineTooLong {
+                    bytes,
+                    limit: longest,
+                },
+                span,
+            ),
         }
     }
 }

@@ -4,9 +4,11 @@ use crate::interpreter::CallStacks;
 use crate::loader::{LoadedFile, SourceFiles};
 use std::sync::Arc;
 
-/// What a [`lostmotion_base::span::BlockRef`] points into: files by [`lostmotion_base::span::Span::file`], calls by its `call_stack`.
+/// What a [`lostmotion_base::span::BlockRef`] points into: files by
+/// [`lostmotion_base::span::Span::file`], calls by its `call_stack`.
 ///
-/// It belongs to one reading of a program; that of another reading may count files and calls in another order.
+/// It belongs to one reading of a program; that of another reading may count files and calls in
+/// another order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Provenance {
     files: SourceFiles,
@@ -21,7 +23,9 @@ impl Provenance {
 
     /// The file of a span's index; none for the program itself, which is 0.
     pub fn file(&self, index: u32) -> Option<&LoadedFile> {
-        self.files.get((index as usize).checked_sub(1)?).map(|file| &**file)
+        self.files
+            .get((index as usize).checked_sub(1)?)
+            .map(|file| &**file)
     }
 
     /// The calls that were made.

@@ -47,7 +47,18 @@ const MARK: &[u8] = b"\xef\xbb\xbf";
 
 impl<R: BufRead> Lines<R> {
     pub(crate) fn new(reader: R, limit: usize) -> Lines<R> {
-        Lines { reader, line: Vec::new(), in_place: None, used: 0, offset: 0, number: 0, after_cr: false, limit, marked: false, end: None }
+        Lines {
+            reader,
+            line: Vec::new(),
+            in_place: None,
+            used: 0,
+            offset: 0,
+            number: 0,
+            after_cr: false,
+            limit,
+            marked: false,
+            end: None,
+        }
     }
 
     /// The next line with its number and offset, none at the end.
@@ -64,7 +75,11 @@ impl<R: BufRead> Lines<R> {
                 if std::mem::take(&mut self.after_cr) {
                     self.end = Some(LineEnd::Cr);
                 }
-                return Ok(if length == 0 { None } else { Some(self.finished(length, start)) });
+                return Ok(if length == 0 {
+                    None
+                } else {
+                    Some(self.finished(length, start))
+                });
             }
             if self.after_cr {
                 self.after_cr = false;
@@ -78,7 +93,9 @@ impl<R: BufRead> Lines<R> {
                 self.end = Some(LineEnd::Cr);
             }
             let end = memchr2(b'\n', b'\r', buffer);
-            let piece = buffer.get(..end.unwrap_or(buffer.len())).unwrap_or_default();
+            let piece = buffer
+                .get(..end.unwrap_or(buffer.len()))
+                .unwrap_or_default();
             let terminator = end.and_then(|at| buffer.get(at)).copied();
             let used = piece.len() + usize::from(terminator.is_some());
             self.offset += used as u64;
@@ -89,7 +106,8 @@ impl<R: BufRead> Lines<R> {
                 return Ok(Some((LineKind::Whole, self.number, start)));
             }
             let room = self.limit.saturating_sub(self.line.len()).min(piece.len());
-            self.line.extend_from_slice(piece.get(..room).unwrap_or_default());
+            self.line
+                .extend_from_slice(piece.get(..room).unwrap_or_default());
             length += piece.len();
             self.reader.consume(used);
             if terminator.is_some() {
@@ -107,7 +125,11 @@ impl<R: BufRead> Lines<R> {
                 mark.fill(b' ');
             }
         }
-        let kind = if length > self.limit { LineKind::TooLong(length) } else { LineKind::Whole };
+        let kind = if length > self.limit {
+            LineKind::TooLong(length)
+        } else {
+            LineKind::Whole
+        };
         (kind, self.number, start)
     }
 
@@ -115,7 +137,12 @@ impl<R: BufRead> Lines<R> {
     pub(crate) fn line(&mut self) -> &[u8] {
         match self.in_place {
             // The buffer is not empty: nothing is read.
-            Some(length) => self.reader.fill_buf().ok().and_then(|buffer| buffer.get(..length)).unwrap_or_default(),
+            Some(length) => self
+                .reader
+                .fill_buf()
+                .ok()
+                .and_then(|buffer| buffer.get(..length))
+                .unwrap_or_default(),
             None => &self.line,
         }
     }
@@ -138,8 +165,14 @@ mod tests {
     #[test]
     fn every_terminator_ends_a_line() {
         let lines = split(b"a\nb\r\nc\rd", 100);
-        let texts: Vec<_> = lines.iter().map(|(text, number, start)| (text.as_slice(), *number, *start)).collect();
-        assert_eq!(texts, [(&b"a"[..], 1, 0), (b"b", 2, 2), (b"c", 3, 5), (b"d", 4, 7)]);
+        let texts: Vec<_> = lines
+            .iter()
+            .map(|(text, number, start)| (text.as_slice(), *number, *start))
+            .collect();
+        assert_eq!(
+            texts,
+            [(&b"a"[..], 1, 0), (b"b", 2, 2), (b"c", 3, 5), (b"d", 4, 7)]
+        );
     }
 
     #[test]

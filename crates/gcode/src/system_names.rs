@@ -4,7 +4,9 @@ use crate::ops::{Plane, Units};
 use crate::state::{FeedMode, State};
 
 /// Numbers that `#<_coord_system>` shows for G54 to G59.3.
-const SYSTEM_CODES: [f64; 9] = [540.0, 550.0, 560.0, 570.0, 580.0, 590.0, 591.0, 592.0, 593.0];
+const SYSTEM_CODES: [f64; 9] = [
+    540.0, 550.0, 560.0, 570.0, 580.0, 590.0, 591.0, 592.0, 593.0,
+];
 
 fn truth(condition: bool) -> f64 {
     if condition { 1.0 } else { 0.0 }
@@ -23,7 +25,10 @@ pub(crate) fn system_name(name: &[u8], state: &State) -> Option<f64> {
             Plane::Zx => 180.0,
             Plane::Yz => 190.0,
         },
-        "_ccomp" => state.compensation.as_ref().map_or(400.0, |compensation| compensation.code()),
+        "_ccomp" => state
+            .compensation
+            .as_ref()
+            .map_or(400.0, |compensation| compensation.code()),
         "_metric" => truth(state.units == Units::Mm),
         "_imperial" => truth(state.units == Units::Inch),
         "_absolute" => truth(state.absolute),
@@ -31,7 +36,10 @@ pub(crate) fn system_name(name: &[u8], state: &State) -> Option<f64> {
         "_inverse_time" => truth(state.feed_mode == FeedMode::InverseTime),
         "_units_per_minute" => truth(state.feed_mode == FeedMode::PerMinute),
         "_units_per_rev" => truth(state.feed_mode == FeedMode::PerRevolution),
-        "_coord_system" => SYSTEM_CODES.get(usize::from(state.system) - 1).copied().unwrap_or_default(),
+        "_coord_system" => SYSTEM_CODES
+            .get(usize::from(state.system) - 1)
+            .copied()
+            .unwrap_or_default(),
         "_tool_offset" => truth(state.offsets.tool.iter().any(|offset| *offset != 0.0)),
         "_retract_r_plane" => truth(!state.retract_to_start),
         "_retract_old_z" => truth(state.retract_to_start),
@@ -65,5 +73,9 @@ fn coordinate(name: &str, state: &State) -> Option<f64> {
         None => (state.current, name.strip_prefix('_')?),
     };
     let index = "xyzabcuvw".find(letter)?;
-    if letter.len() == 1 { position.get(index).copied() } else { None }
+    if letter.len() == 1 {
+        position.get(index).copied()
+    } else {
+        None
+    }
 }

@@ -22,13 +22,19 @@ impl Tilt {
     pub fn in_plane(center: [f64; 2], degrees: f64) -> Tilt {
         let rows = about_z(degrees);
         let turned = turn(&rows, [center[0], center[1], 0.0]);
-        Tilt { origin: [center[0] - turned[0], center[1] - turned[1], 0.0], rows }
+        Tilt {
+            origin: [center[0] - turned[0], center[1] - turned[1], 0.0],
+            rows,
+        }
     }
 
     /// G68.2: the Euler angles I about Z, J about the new X, K about the new Z, degrees.
     pub fn in_space(origin: [f64; 3], euler_deg: [f64; 3]) -> Tilt {
         let [i, j, k] = euler_deg;
-        Tilt { origin, rows: times(&times(&about_z(i), &about_x(j)), &about_z(k)) }
+        Tilt {
+            origin,
+            rows: times(&times(&about_z(i), &about_x(j)), &about_z(k)),
+        }
     }
 
     /// Turned coordinates to those of the workpiece.
@@ -55,7 +61,10 @@ impl Tilt {
     /// The same with lengths in other units.
     #[must_use]
     pub fn convert(&self, from: Units, to: Units) -> Tilt {
-        Tilt { origin: self.origin.map(|length| from.convert(length, to)), ..*self }
+        Tilt {
+            origin: self.origin.map(|length| from.convert(length, to)),
+            ..*self
+        }
     }
 }
 

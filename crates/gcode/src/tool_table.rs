@@ -29,7 +29,8 @@ pub struct ToolTable {
 }
 
 impl ToolTable {
-    /// Reads a table. Blank lines and comments after `;` are skipped; a later line replaces an earlier one of the same number.
+    /// Reads a table. Blank lines and comments after `;` are skipped; a later line replaces an
+    /// earlier one of the same number.
     ///
     /// # Errors
     /// The first word that is not understood, with its line.
@@ -40,7 +41,10 @@ impl ToolTable {
             if content.trim().is_empty() {
                 continue;
             }
-            let tool = parse_tool(content).map_err(|message| Problem::ToolTable { line: index as u32 + 1, message })?;
+            let tool = parse_tool(content).map_err(|message| Problem::ToolTable {
+                line: index as u32 + 1,
+                message,
+            })?;
             table.insert(tool);
         }
         Ok(table)
@@ -69,10 +73,18 @@ fn parse_tool(content: &str) -> Result<Tool, String> {
         let mut letters = word.chars();
         let letter = letters.next().unwrap_or(' ').to_ascii_uppercase();
         let number = letters.as_str();
-        let value: f64 =
-            number.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| format!("{word} is not a letter with a number"))?;
-        let whole =
-            || if value.fract() == 0.0 && value.abs() < 1e9 { Ok(value as i32) } else { Err(format!("{word} is not a whole number")) };
+        let value: f64 = number
+            .parse()
+            .ok()
+            .filter(|value: &f64| value.is_finite())
+            .ok_or_else(|| format!("{word} is not a letter with a number"))?;
+        let whole = || {
+            if value.fract() == 0.0 && value.abs() < 1e9 {
+                Ok(value as i32)
+            } else {
+                Err(format!("{word} is not a whole number"))
+            }
+        };
         match letter {
             'T' => {
                 tool.number = whole()?;
@@ -83,13 +95,20 @@ fn parse_tool(content: &str) -> Result<Tool, String> {
             'I' => tool.front_angle = value,
             'J' => tool.back_angle = value,
             'Q' => tool.orientation = whole()?,
-            _ => match "XYZABCUVW".find(letter).and_then(|index| tool.offset.get_mut(index)) {
+            _ => match "XYZABCUVW"
+                .find(letter)
+                .and_then(|index| tool.offset.get_mut(index))
+            {
                 Some(offset) => *offset = value,
                 None => return Err(format!("{word} is not a word of a tool table")),
             },
         }
     }
-    if numbered { Ok(tool) } else { Err("a tool without its number T".to_owned()) }
+    if numbered {
+        Ok(tool)
+    } else {
+        Err("a tool without its number T".to_owned())
+    }
 }
 
 #[cfg(test)]
@@ -98,16 +117,33 @@ mod tests {
 
     #[test]
     fn lines_become_tools() {
-        let table = ToolTable::parse("T1 P1 Z5.25 D1.0 ;drill\n\n;only a comment\nt12 p3 x-1 z+2.5 i95 j155 q2\n").unwrap();
-        assert_eq!(table.get(1).map(|tool| (tool.offset[2], tool.diameter)), Some((5.25, 1.0)));
-        assert_eq!(table.get(12).map(|tool| (tool.pocket, tool.offset[0], tool.orientation)), Some((3, -1.0, 2)));
+        let table = ToolTable::parse(
+            "T1 P1 Z5.25 D1.0 ;drill\n\n;only a comment\nt12 p3 x-1 z+2.5 i95 j155 q2\n",
+        )
+        .unwrap();
+        assert_eq!(
+            table.get(1).map(|tool| (tool.offset[2], tool.diameter)),
+            Some((5.25, 1.0))
+        );
+        assert_eq!(
+            table
+                .get(12)
+                .map(|tool| (tool.pocket, tool.offset[0], tool.orientation)),
+            Some((3, -1.0, 2))
+        );
         assert_eq!(table.iter().count(), 2);
     }
 
     #[test]
     fn a_bad_line_is_named() {
         let problem = ToolTable::parse("T1 Z1\nT2 Zx\n").unwrap_err();
-        assert_eq!(problem, Problem::ToolTable { line: 2, message: "Zx is not a letter with a number".to_owned() });
+        assert_eq!(
+            problem,
+            Problem::ToolTable {
+                line: 2,
+                message: "Zx is not a letter with a number".to_owned()
+            }
+        );
         assert!(ToolTable::parse("P1 Z2").is_err());
         assert!(ToolTable::parse("T1 ZNaN").is_err());
     }

@@ -21,7 +21,8 @@ pub struct Event<'a> {
     pub after: &'a State,
     /// Cutter compensation is in force after it.
     pub compensates: bool,
-    /// The operations it gave out. Under cutter compensation those of the block before may come with it.
+    /// The operations it gave out. Under cutter compensation those of the block before may come
+    /// with it.
     pub ops: &'a [SourcedOp],
     /// Errors that it has.
     pub errors: u64,
@@ -60,7 +61,10 @@ pub fn watch<R: BufRead>(program: &mut Program<R>, mut see: impl FnMut(&Event<'_
         let after = program.light_state();
         let interpreter = program.interpreter();
         see(&Event {
-            place: BlockRef { call_stack, ..interpreter.place() },
+            place: BlockRef {
+                call_stack,
+                ..interpreter.place()
+            },
             before: &before,
             compensated,
             after: &after,

@@ -1,5 +1,10 @@
-//! Cutter compensation against the definition: the tool's centre stays one radius away from what is programmed.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "std's functions are independent of those under test")]
+//! Cutter compensation against the definition: the tool's centre stays one radius away from what is
+//! programmed.
+#![allow(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "std's functions are independent of those under test"
+)]
 
 mod tool_path;
 
@@ -28,7 +33,10 @@ fn polygon() -> impl Strategy<Value = Vec<Point>> {
         gaps.iter()
             .map(|gap| {
                 angle += gap / total * TAU;
-                [(5e4 * angle.cos()).round() / 1000.0, (5e4 * angle.sin()).round() / 1000.0]
+                [
+                    (5e4 * angle.cos()).round() / 1000.0,
+                    (5e4 * angle.sin()).round() / 1000.0,
+                ]
             })
             .collect()
     })
@@ -38,7 +46,10 @@ fn polygon() -> impl Strategy<Value = Vec<Point>> {
 fn round(code: &str, diameter: f64, corners: &[Point]) -> String {
     let [a, b] = [corners[0], corners[1]];
     let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-    let mut text = format!("G21 F100\nG0 X{:.9} Y{:.9}\n{code} D{diameter}\n", a[0], a[1]);
+    let mut text = format!(
+        "G21 F100\nG0 X{:.9} Y{:.9}\n{code} D{diameter}\n",
+        a[0], a[1]
+    );
     text += &format!("G1 X{:.9} Y{:.9}\n", middle[0], middle[1]);
     for corner in corners.iter().skip(1).chain([&a, &middle]) {
         text += &format!("X{:.9} Y{:.9}\n", corner[0], corner[1]);
@@ -48,10 +59,19 @@ fn round(code: &str, diameter: f64, corners: &[Point]) -> String {
 
 /// Largest and smallest distance of the compensated moves from the polygon.
 fn distances(moves: &[Motion], corners: &[Point]) -> (f64, f64) {
-    let cut = moves.iter().skip(2).take(moves.len() - 3).flat_map(|motion| sampled(motion, 20));
-    let away =
-        cut.map(|p| (0..corners.len()).map(|i| to_segment(p, corners[i], corners[(i + 1) % corners.len()])).fold(f64::MAX, f64::min));
-    away.fold((0.0, f64::MAX), |(most, least), d| (f64::max(most, d), f64::min(least, d)))
+    let cut = moves
+        .iter()
+        .skip(2)
+        .take(moves.len() - 3)
+        .flat_map(|motion| sampled(motion, 20));
+    let away = cut.map(|p| {
+        (0..corners.len())
+            .map(|i| to_segment(p, corners[i], corners[(i + 1) % corners.len()]))
+            .fold(f64::MAX, f64::min)
+    });
+    away.fold((0.0, f64::MAX), |(most, least), d| {
+        (f64::max(most, d), f64::min(least, d))
+    })
 }
 
 proptest! {
@@ -107,11 +127,23 @@ proptest! {
 fn a_tool_that_does_not_fit_is_refused() {
     for (text, line) in [
         // A groove of 4 mm for a tool of 6 mm.
-        ("F100 G0 X-20\nG42.1 D6\nG1 X0\nY10\nX4\nY0\nX20\nG40 G0 Y9\nM2\n", 6),
+        (
+            "F100 G0 X-20\nG42.1 D6\nG1 X0\nY10\nX4\nY0\nX20\nG40 G0 Y9\nM2\n",
+            6,
+        ),
         // An arc of 2 mm from inside.
-        ("F100 G0 X-20\nG41.1 D6\nG1 X0\nG3 X0 Y4 I0 J2\nG40 G1 X-20\nM2\n", 4),
-        ("F100 G0 X-20\nG41.1 D6\nG1 X-18\nG1 X10\nG40 G1 X-20\nM2\n", 3),
-        ("F100 G0 X-20\nG41.1 D6\nG1 X0\nX10\nG40\nG3 X20 I5\nM2\n", 6),
+        (
+            "F100 G0 X-20\nG41.1 D6\nG1 X0\nG3 X0 Y4 I0 J2\nG40 G1 X-20\nM2\n",
+            4,
+        ),
+        (
+            "F100 G0 X-20\nG41.1 D6\nG1 X-18\nG1 X10\nG40 G1 X-20\nM2\n",
+            3,
+        ),
+        (
+            "F100 G0 X-20\nG41.1 D6\nG1 X0\nX10\nG40\nG3 X20 I5\nM2\n",
+            6,
+        ),
         ("F100 G0 X-20\nG41.1 D6\nG41.1 D6\nG40\nM2\n", 3),
         ("F100 G19\nG41.1 D6\nM2\n", 2),
         ("F100 G41.1 D6\nG1 X10\nG28\nM2\n", 3),
@@ -120,15 +152,26 @@ fn a_tool_that_does_not_fit_is_refused() {
     ] {
         let diagnostics = Program::new(text.as_bytes(), InterpreterConfig::default()).finish();
         let first = diagnostics.kept().first().unwrap();
-        assert_eq!((first.code(), first.place.span.line), ("compensation", line), "{text}: {first}");
+        assert_eq!(
+            (first.code(), first.place.span.line),
+            ("compensation", line),
+            "{text}: {first}"
+        );
     }
 }
 
 #[test]
 fn the_order_of_other_actions_is_kept() {
     let text = "F100 G0 X-20\nG42.1 D6\nG1 X0\nM8\nG1 Z-1\nG4 P1\nG1 Y10\nG40 G0 Y30\nM2\n";
-    let ops: Vec<String> = Program::new(text.as_bytes(), InterpreterConfig::default()).skip(4).map(|op| op.op.to_string()).collect();
-    let kinds: Vec<&str> = ops.iter().map(|op| op.split('(').next().unwrap()).take(9).collect();
+    let ops: Vec<String> = Program::new(text.as_bytes(), InterpreterConfig::default())
+        .skip(4)
+        .map(|op| op.op.to_string())
+        .collect();
+    let kinds: Vec<&str> = ops
+        .iter()
+        .map(|op| op.split('(').next().unwrap())
+        .take(9)
+        .collect();
     assert_eq!(
         kinds,
         [
@@ -143,15 +186,22 @@ fn the_order_of_other_actions_is_kept() {
             "STRAIGHT_TRAVERSE"
         ]
     );
-    assert!(ops[6].starts_with("ARC_FEED(3.0000, 0.0000, 0.0000, 0.0000, 1, -1.0000"), "{}", ops[6]);
+    assert!(
+        ops[6].starts_with("ARC_FEED(3.0000, 0.0000, 0.0000, 0.0000, 1, -1.0000"),
+        "{}",
+        ops[6]
+    );
 }
 
 #[test]
 fn a_corner_arc_sweeps_the_angle_of_the_corner() {
     let (moves, _) = run("F100 G0 X-20\nG42.1 D6\nG1 X0\nX10 Y10\nG40 G0 Y30\nM2\n");
     let arc = moves.iter().find(|motion| motion.circle.is_some()).unwrap();
-    let sweep =
-        sampled(arc, 20).collect::<Vec<_>>().windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum::<f64>()
-            / 3.0;
+    let sweep = sampled(arc, 20)
+        .collect::<Vec<_>>()
+        .windows(2)
+        .map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]))
+        .sum::<f64>()
+        / 3.0;
     assert!((sweep - PI / 4.0).abs() < 1e-3, "{sweep}");
 }

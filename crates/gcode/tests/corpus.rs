@@ -1,4 +1,5 @@
-//! Replays the fuzzers' corpus, and all sample programs, through the functions that the fuzzers call.
+//! Replays the fuzzers' corpus, and all sample programs, through the functions that the fuzzers
+//! call.
 #![allow(clippy::unwrap_used)]
 
 #[allow(unreachable_pub, reason = "the fuzzers' crate publishes them")]
@@ -9,8 +10,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 fn files(folder: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder);
-    let mut files: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file()).collect();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(folder);
+    let mut files: Vec<_> = fs::read_dir(&folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.is_file())
+        .collect();
     files.sort();
     files
 }
@@ -19,7 +26,11 @@ fn files(folder: &str) -> Vec<PathBuf> {
 fn replay(target: &str, check: fn(&[u8])) {
     let corpus = files(&format!("fuzz/corpus/{target}"));
     assert!(corpus.len() > 20, "the corpus of {target} is missing");
-    for path in corpus.iter().chain(&files("gcode_samples/codes")).chain(&files("gcode_samples/hostile")) {
+    for path in corpus
+        .iter()
+        .chain(&files("gcode_samples/codes"))
+        .chain(&files("gcode_samples/hostile"))
+    {
         check(&fs::read(path).unwrap());
     }
 }
@@ -48,8 +59,13 @@ fn writer() {
 fn dialects() {
     let corpus = files("fuzz/corpus/dialects");
     assert!(corpus.len() > 20, "the corpus of dialects is missing");
-    corpus.iter().for_each(|path| checks::dialects(&fs::read(path).unwrap()));
-    for path in files("gcode_samples/dialects").iter().chain(&files("gcode_samples/hostile")) {
+    corpus
+        .iter()
+        .for_each(|path| checks::dialects(&fs::read(path).unwrap()));
+    for path in files("gcode_samples/dialects")
+        .iter()
+        .chain(&files("gcode_samples/hostile"))
+    {
         let text = fs::read(path).unwrap();
         for dialect in 0..6 {
             checks::dialects(&[&[dialect], text.as_slice()].concat());

@@ -3,15 +3,26 @@
 
 use lostmotion_gcode::{InterpreterConfig, Leniency, Program, Severity, Tool, ToolTable};
 
-/// Codes with line and column of everything but notes found in a program, after a head line that sets units and feed.
+/// Codes with line and column of everything but notes found in a program, after a head line that
+/// sets units and feed.
 fn found(body: &str) -> Vec<String> {
     let mut tools = ToolTable::default();
-    tools.insert(Tool { number: 1, ..Tool::default() });
-    let config = InterpreterConfig { tool_table: Some(tools), ..InterpreterConfig::default() };
+    tools.insert(Tool {
+        number: 1,
+        ..Tool::default()
+    });
+    let config = InterpreterConfig {
+        tool_table: Some(tools),
+        ..InterpreterConfig::default()
+    };
     let source = format!("G21 F100\n{body}\nM2\n");
     let diagnostics = Program::new(source.as_bytes(), config).finish();
-    let told = diagnostics.kept().iter().filter(|d| d.severity() > Severity::Note);
-    told.map(|d| format!("{} {}:{}", d.code(), d.place.span.line, d.place.span.column)).collect()
+    let told = diagnostics
+        .kept()
+        .iter()
+        .filter(|d| d.severity() > Severity::Note);
+    told.map(|d| format!("{} {}:{}", d.code(), d.place.span.line, d.place.span.column))
+        .collect()
 }
 
 #[test]
@@ -71,25 +82,49 @@ fn each_mistake_has_its_code_and_place() {
         ("%", "text-before-percent 2:1"),
     ] {
         let found = found(body);
-        assert_eq!(found.first().map(String::as_str), Some(expected), "{body}: {found:?}");
+        assert_eq!(
+            found.first().map(String::as_str),
+            Some(expected),
+            "{body}: {found:?}"
+        );
     }
 }
 
 #[test]
 fn all_mistakes_are_told_in_one_run_without_cascades() {
     let body = "G1 X10 Y\nG39 X5\nG1 X[1/0] Y[SQRT[-1]]\nX20\nG2 X30 I4\nG2 X40 I5\nG0 X0";
-    assert_eq!(found(body), ["missing-number 2:9", "unsupported-code 3:1", "division-by-zero 4:4", "outside-domain 4:11", "arc-radii 6:1"]);
+    assert_eq!(
+        found(body),
+        [
+            "missing-number 2:9",
+            "unsupported-code 3:1",
+            "division-by-zero 4:4",
+            "outside-domain 4:11",
+            "arc-radii 6:1"
+        ]
+    );
 }
 
 #[test]
 fn a_missing_feed_is_told_once() {
-    let diagnostics = Program::new(&b"G1 X1\nX2\nG2 X4 I1\nF10\nX6 I1\nM2\n"[..], InterpreterConfig::default()).finish();
-    assert_eq!((diagnostics.errors(), diagnostics.kept()[0].code()), (1, "no-feed"));
+    let diagnostics = Program::new(
+        &b"G1 X1\nX2\nG2 X4 I1\nF10\nX6 I1\nM2\n"[..],
+        InterpreterConfig::default(),
+    )
+    .finish();
+    assert_eq!(
+        (diagnostics.errors(), diagnostics.kept()[0].code()),
+        (1, "no-feed")
+    );
 }
 
 #[test]
 fn an_arc_says_its_radii_and_what_may_be_meant() {
-    let diagnostics = Program::new(&b"F100\nG2 X10.06 I5\nM2\n"[..], InterpreterConfig::default()).finish();
+    let diagnostics = Program::new(
+        &b"F100\nG2 X10.06 I5\nM2\n"[..],
+        InterpreterConfig::default(),
+    )
+    .finish();
     let text = diagnostics.kept()[0].to_string();
     assert_eq!(
         text,
@@ -113,7 +148,12 @@ fn what_users_write_is_accepted() {
     ] {
         let diagnostics = Program::new(source, InterpreterConfig::default()).finish();
         let is_accepted = diagnostics.errors() == 0;
-        assert_eq!(is_accepted, !source.starts_with(b"n10 /"), "{:?}", diagnostics.kept());
+        assert_eq!(
+            is_accepted,
+            !source.starts_with(b"n10 /"),
+            "{:?}",
+            diagnostics.kept()
+        );
     }
 }
 
@@ -121,8 +161,13 @@ fn what_users_write_is_accepted() {
 fn block_delete_can_be_switched() {
     let source = &b"G0 X1\n/G0 X2\n / G0 X3\nM2\n"[..];
     let count = |block_delete| {
-        let config = InterpreterConfig { block_delete, ..InterpreterConfig::default() };
-        Program::new(source, config).filter(|op| op.op.to_string().starts_with("STRAIGHT")).count()
+        let config = InterpreterConfig {
+            block_delete,
+            ..InterpreterConfig::default()
+        };
+        Program::new(source, config)
+            .filter(|op| op.op.to_string().starts_with("STRAIGHT"))
+            .count()
     };
     assert_eq!((count(false), count(true)), (3, 1));
 }
@@ -132,8 +177,19 @@ fn habits_are_told_once_with_their_count_and_refuse_nothing() {
     let source = "g21 g90\r\no<a> sub\r\n  g1x1f100\r\no<a> endsub\r\no<a> call\r\no<a> call\r\nG1 W2 U3\r\nM2\r\n";
     let told = |source: &str, config: InterpreterConfig| {
         let diagnostics = Program::new(source.as_bytes(), config).finish();
-        let notes: Vec<String> = diagnostics.kept().iter().map(|d| format!("{} {}: {}", d.code(), d.place.span.line, d.problem)).collect();
-        ((diagnostics.errors(), diagnostics.warnings(), diagnostics.notes()), notes)
+        let notes: Vec<String> = diagnostics
+            .kept()
+            .iter()
+            .map(|d| format!("{} {}: {}", d.code(), d.place.span.line, d.problem))
+            .collect();
+        (
+            (
+                diagnostics.errors(),
+                diagnostics.warnings(),
+                diagnostics.notes(),
+            ),
+            notes,
+        )
     };
     let (counts, notes) = told(source, InterpreterConfig::default());
     assert_eq!(counts, (0, 0, 4));
@@ -146,12 +202,30 @@ fn habits_are_told_once_with_their_count_and_refuse_nothing() {
             "uvw-axes 7: axes U, V and W, which most machines do not have",
         ]
     );
-    let plain = source.replace('\r', "").replace("g21 g90", "G21 G90").replace("g1x1f100", "G1 X1 F100").replace("W2 U3", "Y2 Z3");
-    assert_eq!(told(&plain, InterpreterConfig::default()), ((0, 0, 0), Vec::new()));
-    for leniency in [Leniency::LowerCase, Leniency::CrLf, Leniency::NoBlanks, Leniency::SecondaryAxes] {
+    let plain = source
+        .replace('\r', "")
+        .replace("g21 g90", "G21 G90")
+        .replace("g1x1f100", "G1 X1 F100")
+        .replace("W2 U3", "Y2 Z3");
+    assert_eq!(
+        told(&plain, InterpreterConfig::default()),
+        ((0, 0, 0), Vec::new())
+    );
+    for leniency in [
+        Leniency::LowerCase,
+        Leniency::CrLf,
+        Leniency::NoBlanks,
+        Leniency::SecondaryAxes,
+    ] {
         let usual = InterpreterConfig::default();
-        let refusing = InterpreterConfig { leniencies: usual.leniencies.without(leniency), ..usual };
+        let refusing = InterpreterConfig {
+            leniencies: usual.leniencies.without(leniency),
+            ..usual
+        };
         let ((errors, ..), notes) = told(source, refusing);
-        assert!(errors == 1 && notes.iter().any(|note| note.contains("not allowed")), "{leniency:?}: {notes:?}");
+        assert!(
+            errors == 1 && notes.iter().any(|note| note.contains("not allowed")),
+            "{leniency:?}: {notes:?}"
+        );
     }
 }

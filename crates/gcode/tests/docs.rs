@@ -3,7 +3,9 @@
 //! `UPDATE_DOCS=1 cargo test -p lostmotion-gcode --test docs` writes the pages.
 #![allow(clippy::unwrap_used)]
 
-use lostmotion_gcode::{InterpreterConfig, Limits, Program, Severity, catalog, codes, dialect, lint};
+use lostmotion_gcode::{
+    InterpreterConfig, Limits, Program, Severity, catalog, codes, dialect, lint,
+};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +19,10 @@ fn check_page(name: &str, page: &str) {
     if std::env::var_os("UPDATE_DOCS").is_some() {
         fs::write(&path, page).unwrap();
     }
-    assert!(fs::read_to_string(&path).unwrap_or_default() == page, "docs/{name} is not what its table says: run with UPDATE_DOCS=1");
+    assert!(
+        fs::read_to_string(&path).unwrap_or_default() == page,
+        "docs/{name} is not what its table says: run with UPDATE_DOCS=1"
+    );
 }
 
 #[test]
@@ -32,8 +37,14 @@ fn the_page_of_diagnostics_is_in_step() {
 
 /// Every code in the source of [`lostmotion_gcode::Problem`].
 fn codes_in_source() -> BTreeSet<String> {
-    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/problem/names.rs")).unwrap();
-    text.split("=> \"").skip(1).map(|rest| rest.split('"').next().unwrap().to_owned()).filter(|code| code != "other").collect()
+    let text =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/problem/names.rs"))
+            .unwrap();
+    text.split("=> \"")
+        .skip(1)
+        .map(|rest| rest.split('"').next().unwrap().to_owned())
+        .filter(|code| code != "other")
+        .collect()
 }
 
 #[test]
@@ -47,25 +58,51 @@ fn every_diagnostic_is_documented_once() {
     // What the machine says about a program, not its text.
     let of_machine: BTreeSet<String> = ["no-axis", "path"].map(str::to_owned).into();
     let missing: Vec<&String> = used.difference(&documented).collect();
-    let stale: Vec<&String> = documented.difference(&used).filter(|code| !of_machine.contains(*code)).collect();
-    assert!(missing.is_empty() && stale.is_empty(), "without a row in src/catalog: {missing:?}; rows without a problem: {stale:?}");
-    assert!(lint::rules::all().all(|rule| !documented.contains(rule.code)), "a lint has the code of a diagnostic");
+    let stale: Vec<&String> = documented
+        .difference(&used)
+        .filter(|code| !of_machine.contains(*code))
+        .collect();
+    assert!(
+        missing.is_empty() && stale.is_empty(),
+        "without a row in src/catalog: {missing:?}; rows without a problem: {stale:?}"
+    );
+    assert!(
+        lint::rules::all().all(|rule| !documented.contains(rule.code)),
+        "a lint has the code of a diagnostic"
+    );
 }
 
 #[test]
 fn severities_are_those_that_are_reported() {
-    let limits = Limits { looped_blocks: 1000, idle_blocks: 1000, cycle_moves: 1000, ..Limits::default() };
-    let config = InterpreterConfig { limits, ..InterpreterConfig::default() };
+    let limits = Limits {
+        looped_blocks: 1000,
+        idle_blocks: 1000,
+        cycle_moves: 1000,
+        ..Limits::default()
+    };
+    let config = InterpreterConfig {
+        limits,
+        ..InterpreterConfig::default()
+    };
     let mut seen: BTreeMap<&'static str, Severity> = BTreeMap::new();
     for folder in ["hostile", "parts", "codes"] {
         for entry in fs::read_dir(root().join("gcode_samples").join(folder)).unwrap() {
             let text = fs::read(entry.unwrap().path()).unwrap();
             let found = Program::new(&text[..], config.clone()).finish();
-            seen.extend(found.kept().iter().map(|diagnostic| (diagnostic.code(), diagnostic.severity())));
+            seen.extend(
+                found
+                    .kept()
+                    .iter()
+                    .map(|diagnostic| (diagnostic.code(), diagnostic.severity())),
+            );
         }
     }
     assert!(seen.len() > 40);
     for (code, severity) in seen {
-        assert_eq!(catalog::find(code).map(|row| row.severity), Some(severity), "{code}");
+        assert_eq!(
+            catalog::find(code).map(|row| row.severity),
+            Some(severity),
+            "{code}"
+        );
     }
 }

@@ -13,7 +13,12 @@ fn value(expression: &str) -> f64 {
             x = end[0];
         }
     }
-    assert_eq!(program.diagnostics().errors(), 0, "{expression}: {:?}", program.diagnostics().kept());
+    assert_eq!(
+        program.diagnostics().errors(),
+        0,
+        "{expression}: {:?}",
+        program.diagnostics().kept()
+    );
     x
 }
 
@@ -64,7 +69,10 @@ fn operators_and_functions() {
         ("[#1 EQ 2 AND #2 EQ 7]", 1.0),
     ] {
         let actual = value(expression);
-        assert!((actual - expected).abs() < 1e-12, "{expression} is {actual}, not {expected}");
+        assert!(
+            (actual - expected).abs() < 1e-12,
+            "{expression} is {actual}, not {expected}"
+        );
     }
 }
 

@@ -56,7 +56,14 @@ fn a_loop_runs_when_it_is_closed() {
     assert!(feeder.feed(b"o<s> sub").waits);
     assert!(!feeder.feed(b"o<s> endsub").waits);
     let fed = feeder.feed(b"G0 X");
-    assert_eq!((fed.diagnostics[0].code(), fed.diagnostics[0].place.span.line, fed.ended), ("missing-number", 6, false));
+    assert_eq!(
+        (
+            fed.diagnostics[0].code(),
+            fed.diagnostics[0].place.span.line,
+            fed.ended
+        ),
+        ("missing-number", 6, false)
+    );
     assert!(feeder.feed(b"M2").ended);
     assert!(feeder.feed(b"G0 X5").ops.is_empty());
 }

@@ -1,12 +1,14 @@
-//! G70 as LinuxCNC's stand-alone interpreter carries it out, held against its recordings: which way a profile is gone along, on
-//! which side it is offset, and where the tool strays to under cutter compensation.
+//! G70 as LinuxCNC's stand-alone interpreter carries it out, held against its recordings: which way
+//! a profile is gone along, on which side it is offset, and where the tool strays to under cutter
+//! compensation.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use lostmotion_gcode::dialect::Leniency;
 use lostmotion_gcode::ops::CanonicalOp;
 use lostmotion_gcode::{InterpreterConfig, Program};
 
-/// Name, profile, what comes before the cycle and the cycle, and the moves: T rapid, F feed, A arc, with the end as Z,X.
+/// Name, profile, what comes before the cycle and the cycle, and the moves: T rapid, F feed, A arc,
+/// with the end as Z,X.
 const RECORDED: [(&str, &str, &str, &str); 14] = [
     (
         "inside corner: both rapids end where the corner is taken to be",
@@ -95,24 +97,46 @@ const RECORDED: [(&str, &str, &str, &str); 14] = [
 ];
 
 fn program(profile: &str, cycle: &str) -> String {
-    format!("G54 G18 G21 G8 G40 G94 F400\nO1 SUB\n{profile}\nO1 ENDSUB\n{cycle}\nG0 X20 Z5\nG40\nM2\n")
+    format!(
+        "G54 G18 G21 G8 G40 G94 F400\nO1 SUB\n{profile}\nO1 ENDSUB\n{cycle}\nG0 X20 Z5\nG40\nM2\n"
+    )
 }
 
-/// The moves of a program as they are written above, or the codes of what was found if that includes an error.
-fn moves(text: &str, config: InterpreterConfig) -> (Result<String, Vec<&'static str>>, Vec<&'static str>) {
+/// The moves of a program as they are written above, or the codes of what was found if that
+/// includes an error.
+fn moves(
+    text: &str,
+    config: InterpreterConfig,
+) -> (Result<String, Vec<&'static str>>, Vec<&'static str>) {
     let mut program = Program::new(text.as_bytes(), config);
     let mut moves = Vec::new();
     for sourced in program.by_ref() {
         match sourced.op {
-            CanonicalOp::StraightTraverse(end) => moves.push(format!("T{:.4},{:.4}", end[2], end[0])),
+            CanonicalOp::StraightTraverse(end) => {
+                moves.push(format!("T{:.4},{:.4}", end[2], end[0]))
+            }
             CanonicalOp::StraightFeed(end) => moves.push(format!("F{:.4},{:.4}", end[2], end[0])),
-            CanonicalOp::ArcFeed(arc) => moves.push(format!("A{:.4},{:.4}", arc.end[0], arc.end[1])),
+            CanonicalOp::ArcFeed(arc) => {
+                moves.push(format!("A{:.4},{:.4}", arc.end[0], arc.end[1]))
+            }
             _ => {}
         }
     }
-    let found: Vec<_> = program.diagnostics().kept().iter().map(lostmotion_gcode::Diagnostic::code).collect();
+    let found: Vec<_> = program
+        .diagnostics()
+        .kept()
+        .iter()
+        .map(lostmotion_gcode::Diagnostic::code)
+        .collect();
     let errors = program.diagnostics().errors() > 0;
-    (if errors { Err(found.clone()) } else { Ok(moves.join(" ")) }, found)
+    (
+        if errors {
+            Err(found.clone())
+        } else {
+            Ok(moves.join(" "))
+        },
+        found,
+    )
 }
 
 #[test]
@@ -120,25 +144,47 @@ fn finishing_does_what_was_recorded() {
     for (name, profile, cycle, recorded) in RECORDED {
         let (found, told) = moves(&program(profile, cycle), InterpreterConfig::default());
         match found {
-            Ok(found) => assert_eq!(found.replace("-0.0000", "0.0000"), recorded.replace("-0.0000", "0.0000"), "{name}"),
-            Err(found) => assert!(recorded == "refused" && found.contains(&"compensation"), "{name}: {found:?}"),
+            Ok(found) => assert_eq!(
+                found.replace("-0.0000", "0.0000"),
+                recorded.replace("-0.0000", "0.0000"),
+                "{name}"
+            ),
+            Err(found) => assert!(
+                recorded == "refused" && found.contains(&"compensation"),
+                "{name}: {found:?}"
+            ),
         }
-        assert_eq!(told.contains(&"finish-detour"), cycle.contains("G42"), "{name}: {told:?}");
+        assert_eq!(
+            told.contains(&"finish-detour"),
+            cycle.contains("G42"),
+            "{name}: {told:?}"
+        );
     }
 }
 
 #[test]
 fn without_the_detour_the_tool_goes_straight_to_the_profile() {
     let config = InterpreterConfig::default();
-    let config = InterpreterConfig { leniencies: config.leniencies.without(Leniency::FinishDetour), ..config };
+    let config = InterpreterConfig {
+        leniencies: config.leniencies.without(Leniency::FinishDetour),
+        ..config
+    };
     let (_, profile, cycle, _) = RECORDED[0];
     let (found, told) = moves(&program(profile, cycle), config.clone());
     // The inner corner between the way to the start and the way to the profile, 0.2 from both.
-    assert!(found.unwrap().starts_with("T-20.0000,10.0000 T2.8000,9.8000 T2.8000,9.8000 T2.8000,2.3236 "), "{profile}");
+    assert!(
+        found
+            .unwrap()
+            .starts_with("T-20.0000,10.0000 T2.8000,9.8000 T2.8000,9.8000 T2.8000,2.3236 "),
+        "{profile}"
+    );
     assert!(told.is_empty(), "{told:?}");
     // Nor does it stray without compensation, or with a tool of no size.
     for off in ["G40", "G42.1 D0"] {
         let cycle = cycle.replace("G42.1 D0.4", off);
-        assert_eq!(moves(&program(profile, &cycle), InterpreterConfig::default()), moves(&program(profile, &cycle), config.clone()));
+        assert_eq!(
+            moves(&program(profile, &cycle), InterpreterConfig::default()),
+            moves(&program(profile, &cycle), config.clone())
+        );
     }
 }

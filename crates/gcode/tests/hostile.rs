@@ -1,4 +1,5 @@
-//! Programs made to hurt: each ends under the limits as they are by default and keeps motion finite; the snapshot shows what it is told.
+//! Programs made to hurt: each ends under the limits as they are by default and keeps motion
+//! finite; the snapshot shows what it is told.
 #![allow(clippy::unwrap_used)]
 
 use lostmotion_gcode::{Diagnostic, InterpreterConfig, MotionFold, Program};
@@ -17,13 +18,20 @@ fn found(text: &[u8]) -> String {
     let diagnostics = program.diagnostics();
     let kinds: BTreeSet<&str> = diagnostics.kept().iter().map(Diagnostic::code).collect();
     let kinds = kinds.into_iter().collect::<Vec<_>>().join(" ");
-    format!("{} errors, {} warnings: {kinds}", diagnostics.errors(), diagnostics.warnings())
+    format!(
+        "{} errors, {} warnings: {kinds}",
+        diagnostics.errors(),
+        diagnostics.warnings()
+    )
 }
 
 #[test]
 fn every_hostile_program_ends() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../gcode_samples/hostile");
-    let mut names: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut names: Vec<_> = fs::read_dir(&folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
     names.retain(|path| path.extension().is_some_and(|ending| ending == "ngc"));
     names.sort();
     assert!(names.len() >= 60);

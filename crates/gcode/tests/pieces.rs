@@ -17,7 +17,11 @@ fn tiled(source: &[u8], reader: impl BufRead) -> Result<Vec<(PieceKind, u64, u32
     while let Some(parsed) = blocks.read().unwrap() {
         let start = parsed.place.start;
         let gap = &source[at as usize..start as usize];
-        let expected: &[&[u8]] = if parsed.place.line == 1 { &[b""] } else { &[b"\n", b"\r\n", b"\r"] };
+        let expected: &[&[u8]] = if parsed.place.line == 1 {
+            &[b""]
+        } else {
+            &[b"\n", b"\r\n", b"\r"]
+        };
         prop_assert!(expected.contains(&gap), "{}", gap.escape_ascii());
         at = start;
         for piece in parsed.pieces() {
@@ -35,8 +39,13 @@ fn tiled(source: &[u8], reader: impl BufRead) -> Result<Vec<(PieceKind, u64, u32
 }
 
 fn source() -> impl Strategy<Value = Vec<u8>> {
-    let ended = (line(), prop::sample::select(vec!["\n", "\r\n", "\r", "\n\n"])).prop_map(|(line, end)| line + end);
-    (prop::collection::vec(ended, 0..12), line()).prop_map(|(lines, last)| (lines.concat() + &last).into_bytes())
+    let ended = (
+        line(),
+        prop::sample::select(vec!["\n", "\r\n", "\r", "\n\n"]),
+    )
+        .prop_map(|(line, end)| line + end);
+    (prop::collection::vec(ended, 0..12), line())
+        .prop_map(|(lines, last)| (lines.concat() + &last).into_bytes())
 }
 
 proptest! {
@@ -78,7 +87,11 @@ proptest! {
 #[test]
 fn each_kind_of_piece_is_told() {
     let source = b"%\n/ n10 g1 x[1+2] #1=3 (a) ;b\no<up> call [1] [#2] (c)\nG1 (d\n";
-    let kinds: Vec<_> = tiled(source, &source[..]).unwrap().into_iter().filter(|piece| piece.0 != PieceKind::Blank).collect();
+    let kinds: Vec<_> = tiled(source, &source[..])
+        .unwrap()
+        .into_iter()
+        .filter(|piece| piece.0 != PieceKind::Blank)
+        .collect();
     use PieceKind as K;
     let expected = [
         (K::Percent, 0, 1),

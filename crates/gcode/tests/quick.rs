@@ -1,5 +1,5 @@
-//! Plain moves take a short way through the interpreter: the same programs written so that they cannot take it give
-//! the same operations and the same findings.
+//! Plain moves take a short way through the interpreter: the same programs written so that they
+//! cannot take it give the same operations and the same findings.
 #![allow(clippy::unwrap_used)]
 
 use lostmotion_base::math;
@@ -11,7 +11,8 @@ use proptest::prelude::*;
 fn word() -> impl Strategy<Value = (char, String)> {
     let letters = prop_oneof![20 => "[XYZ]", 4 => "[ABC]", 1 => "[UVWFIJKRSN]"];
     let number = prop_oneof![20 => -2e5..2e5_f64, 1 => Just(1e9), 1 => Just(-1.0), 1 => Just(0.0)];
-    (letters, number).prop_map(|(letter, number)| (letter.chars().next().unwrap(), format!("{number:.3}")))
+    (letters, number)
+        .prop_map(|(letter, number)| (letter.chars().next().unwrap(), format!("{number:.3}")))
 }
 
 /// A block: a code or none, and words.
@@ -26,30 +27,48 @@ fn block() -> impl Strategy<Value = (&'static str, Vec<(char, String)>)> {
     (codes, prop::collection::vec(word(), 0..5))
 }
 
-/// A move to a place, and an arc from there about a centre beside it, to any end of the same radius or of another.
+/// A move to a place, and an arc from there about a centre beside it, to any end of the same radius
+/// or of another.
 fn arc() -> impl Strategy<Value = Vec<(&'static str, Vec<(char, String)>)>> {
     let place = prop::array::uniform2(-50.0..50.0_f64);
     let misses = prop_oneof![6 => Just(0.0), 1 => -2.0..2.0_f64];
     let axes = prop::sample::select(vec!["XYIJZ", "ZXKIY", "YZJKX", "XYIKZ"]);
-    (place.clone(), place, 0.0..7.0_f64, misses, axes, prop::bool::ANY, prop::bool::ANY).prop_map(
-        |([x, y], [i, j], angle, miss, axes, clockwise, rises)| {
+    (
+        place.clone(),
+        place,
+        0.0..7.0_f64,
+        misses,
+        axes,
+        prop::bool::ANY,
+        prop::bool::ANY,
+    )
+        .prop_map(|([x, y], [i, j], angle, miss, axes, clockwise, rises)| {
             let (sin, cos) = math::sin_cos(angle);
             let end = [x + i - i * cos + j * sin + miss, y + j - i * sin - j * cos];
-            let word = |letter: usize, value: f64| (axes.chars().nth(letter).unwrap(), format!("{value:.4}"));
+            let word = |letter: usize, value: f64| {
+                (axes.chars().nth(letter).unwrap(), format!("{value:.4}"))
+            };
             let mut words = vec![word(0, end[0]), word(1, end[1]), word(2, i), word(3, j)];
             if rises {
                 words.push(word(4, angle));
             }
-            vec![("G1", vec![word(0, x), word(1, y)]), (if clockwise { "G2" } else { "G3" }, words)]
-        },
-    )
+            vec![
+                ("G1", vec![word(0, x), word(1, y)]),
+                (if clockwise { "G2" } else { "G3" }, words),
+            ]
+        })
 }
 
 /// All operations without their spans, and the codes of what was found with their lines.
 fn run(text: &str) -> (Vec<CanonicalOp>, Vec<(&'static str, u32)>) {
     let mut program = Program::new(text.as_bytes(), InterpreterConfig::default());
     let ops = program.by_ref().map(|sourced| sourced.op).collect();
-    let found = program.diagnostics().kept().iter().map(|one| (one.code(), one.place.span.line)).filter(|(code, _)| *code != "no-blanks");
+    let found = program
+        .diagnostics()
+        .kept()
+        .iter()
+        .map(|one| (one.code(), one.place.span.line))
+        .filter(|(code, _)| *code != "no-blanks");
     (ops, found.collect())
 }
 

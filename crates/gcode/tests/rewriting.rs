@@ -12,7 +12,9 @@ use programs::{line, program};
 use proptest::prelude::*;
 
 fn ops(text: &[u8], config: &InterpreterConfig) -> Vec<CanonicalOp> {
-    Program::new(text, config.clone()).map(|sourced| sourced.op).collect()
+    Program::new(text, config.clone())
+        .map(|sourced| sourced.op)
+        .collect()
 }
 
 fn formatted(text: &str, options: &FormatOptions) -> String {
@@ -23,25 +25,51 @@ fn formatted(text: &str, options: &FormatOptions) -> String {
 
 fn resolved(text: &[u8], config: &InterpreterConfig, system: u8) -> Vec<CanonicalOp> {
     let mut resolver = Resolver::new(config, Frame::of(config, system).unwrap());
-    let mut all: Vec<CanonicalOp> = ops(text, config).iter().flat_map(|op| resolver.push(op).unwrap()).collect();
+    let mut all: Vec<CanonicalOp> = ops(text, config)
+        .iter()
+        .flat_map(|op| resolver.push(op).unwrap())
+        .collect();
     all.extend(resolver.finish());
     all
 }
 
 fn written(text: &[u8], config: &InterpreterConfig, system: u8) -> Result<String, WriterError> {
     let mut out = Vec::new();
-    write_program(&mut Program::new(text, config.clone()), config, system, &mut out)?;
+    write_program(
+        &mut Program::new(text, config.clone()),
+        config,
+        system,
+        &mut out,
+    )?;
     Ok(String::from_utf8(out).unwrap())
 }
 
 fn config() -> InterpreterConfig {
-    let parameters = vec![(5221, 10.0), (5222, -3.25), (5243, 0.1), (5241, 1.0 / 3.0), (5242, 7.7)];
-    InterpreterConfig { parameters, ..InterpreterConfig::default() }
+    let parameters = vec![
+        (5221, 10.0),
+        (5222, -3.25),
+        (5243, 0.1),
+        (5241, 1.0 / 3.0),
+        (5242, 7.7),
+    ];
+    InterpreterConfig {
+        parameters,
+        ..InterpreterConfig::default()
+    }
 }
 
 fn styles() -> Vec<FormatOptions> {
-    let style = |case, indent, line_numbers| FormatOptions { case, indent, line_numbers, ..FormatOptions::default() };
-    vec![FormatOptions::default(), style(Case::Lower, 0, LineNumbers::Remove), style(Case::Keep, 4, LineNumbers::Renumber { step: 10 })]
+    let style = |case, indent, line_numbers| FormatOptions {
+        case,
+        indent,
+        line_numbers,
+        ..FormatOptions::default()
+    };
+    vec![
+        FormatOptions::default(),
+        style(Case::Lower, 0, LineNumbers::Remove),
+        style(Case::Keep, 4, LineNumbers::Renumber { step: 10 }),
+    ]
 }
 
 proptest! {
@@ -136,10 +164,17 @@ fn a_program_in_style() {
     let text = "  %\nn5   g1x10Y - 2 . 5( rough )f200;  end \n\n o1 IF [#1  gt 2]\n#<Depth>=[ 1+#<Depth> ]g0 z#<Depth>\no1 else\n/ m8\no1 endif\nG1 X\nm2\n%";
     let expected = "%\nN5 G1 X10 Y-2.5 ( rough ) F200 ;  end \n\no1 IF [#1 gt 2]\n  #<Depth> = [ 1+#<Depth> ] G0 Z#<Depth>\no1 else\n  /M8\no1 endif\nG1 X\nM2\n%";
     assert_eq!(formatted(text, &FormatOptions::default()), expected);
-    let renumbered =
-        FormatOptions { case: Case::Lower, indent: 0, line_numbers: LineNumbers::Renumber { step: 5 }, ..FormatOptions::default() };
+    let renumbered = FormatOptions {
+        case: Case::Lower,
+        indent: 0,
+        line_numbers: LineNumbers::Renumber { step: 5 },
+        ..FormatOptions::default()
+    };
     assert_eq!(
-        formatted("N1 G0 X1\n(c)\nN1\nN7 O1 repeat [2]\nY2 #1=3\n", &renumbered),
+        formatted(
+            "N1 G0 X1\n(c)\nN1\nN7 O1 repeat [2]\nY2 #1=3\n",
+            &renumbered
+        ),
         "n5 g0 x1\n(c)\n\nn7 o1 repeat [2]\nn10 y2 #1 = 3\n"
     );
 }
@@ -149,7 +184,12 @@ fn references_to_line_numbers_are_seen() {
     let refers = |text: &str| refers_to_line_numbers(text.as_bytes()).unwrap();
     assert_eq!(refers("N1 G0 X1\n(GOTO 5)\nM99\n"), None);
     assert_eq!(
-        (refers("\nGO TO 10"), refers("IF [#1 EQ 2] goto5"), refers("M99 P7"), refers("G71 P1 Q2")),
+        (
+            refers("\nGO TO 10"),
+            refers("IF [#1 EQ 2] goto5"),
+            refers("M99 P7"),
+            refers("G71 P1 Q2")
+        ),
         (Some(2), Some(1), Some(1), Some(1))
     );
 }
@@ -157,8 +197,16 @@ fn references_to_line_numbers_are_seen() {
 #[test]
 fn a_resolved_program_is_clean() {
     let text = "G20 G91 F10\n#1=2\no1 repeat [2]\nG1 X#1\no1 endrepeat\nG55 G90 G1 X1 Y0\nG2 X3 I1\nG2 I1 J0 P2\nM3 S500\nG10 L20 P2 X0\nG81 X1 Z-1 R1\nG80 M5\nM2\n";
-    let config = InterpreterConfig { parameters: vec![(5241, 25.4)], ..InterpreterConfig::default() };
-    let body: Vec<String> = written(text.as_bytes(), &config, 1).unwrap().lines().skip(3).map(str::to_owned).collect();
+    let config = InterpreterConfig {
+        parameters: vec![(5241, 25.4)],
+        ..InterpreterConfig::default()
+    };
+    let body: Vec<String> = written(text.as_bytes(), &config, 1)
+        .unwrap()
+        .lines()
+        .skip(3)
+        .map(str::to_owned)
+        .collect();
     let expected = [
         "F10",
         "G20",
@@ -182,24 +230,63 @@ fn a_resolved_program_is_clean() {
 
 #[test]
 fn what_has_no_block_is_refused_by_name() {
-    let error = written(b"G10 L2 P1 R30\nG18 F100\nG2 X10 I5\nM2\n", &InterpreterConfig::default(), 1).unwrap_err();
-    assert!(matches!(error, WriterError::RotatedArc { degrees: 30.0, .. }), "{error}");
+    let error = written(
+        b"G10 L2 P1 R30\nG18 F100\nG2 X10 I5\nM2\n",
+        &InterpreterConfig::default(),
+        1,
+    )
+    .unwrap_err();
+    assert!(
+        matches!(error, WriterError::RotatedArc { degrees: 30.0, .. }),
+        "{error}"
+    );
     let error = written(b"G1 X1\nM2\n", &InterpreterConfig::default(), 1).unwrap_err();
-    assert!(matches!(error, WriterError::Program { errors: 1 }), "{error}");
-    let rotated = InterpreterConfig { parameters: vec![(5230, 5.0)], ..InterpreterConfig::default() };
-    assert!(matches!(written(b"M2\n", &rotated, 1).unwrap_err(), WriterError::RotatedFrame { system: 1, .. }));
-    assert!(matches!(written(b"M2\n", &rotated, 10).unwrap_err(), WriterError::NoSuchSystem { system: 10 }));
+    assert!(
+        matches!(error, WriterError::Program { errors: 1 }),
+        "{error}"
+    );
+    let rotated = InterpreterConfig {
+        parameters: vec![(5230, 5.0)],
+        ..InterpreterConfig::default()
+    };
+    assert!(matches!(
+        written(b"M2\n", &rotated, 1).unwrap_err(),
+        WriterError::RotatedFrame { system: 1, .. }
+    ));
+    assert!(matches!(
+        written(b"M2\n", &rotated, 10).unwrap_err(),
+        WriterError::NoSuchSystem { system: 10 }
+    ));
 }
 
 #[test]
 fn rates_stay_what_they_are_where_modes_change() {
     let text = "S9\nF100 G1 X1\nG93 X2 F2\nX3 F4\nG94 X4 F100\nG95 X5 F.1\nG94 X6 F100\nG94 X7 F100\nG93 G41.1 D1 G1 X8 Y9 F3\nY20 F3\nG40 X20 F1\nM2\n";
     let out = written(text.as_bytes(), &InterpreterConfig::default(), 1).unwrap();
-    let feeds: Vec<&str> = out.lines().filter(|line| line.contains('F') || line.contains("G9")).skip(2).collect();
-    let expected = ["G1 X1 F100", "G93 G1 X2 F2", "G1 X3 F4", "G94 G1 X4 F100", "G95", "G1 X5 F0.1", "G94", "G1 X6 F100"];
+    let feeds: Vec<&str> = out
+        .lines()
+        .filter(|line| line.contains('F') || line.contains("G9"))
+        .skip(2)
+        .collect();
+    let expected = [
+        "G1 X1 F100",
+        "G93 G1 X2 F2",
+        "G1 X3 F4",
+        "G94 G1 X4 F100",
+        "G95",
+        "G1 X5 F0.1",
+        "G94",
+        "G1 X6 F100",
+    ];
     assert_eq!(feeds[..expected.len()], expected, "{out}");
-    // Under compensation it is the rate of the programmed length that holds: 3 sqrt(82) here, whatever the path is.
-    assert!(feeds.iter().any(|line| line.ends_with(&format!("F{}", 82f64.sqrt() * 3.0))), "{out}");
+    // Under compensation it is the rate of the programmed length that holds: 3 sqrt(82) here,
+    // whatever the path is.
+    assert!(
+        feeds
+            .iter()
+            .any(|line| line.ends_with(&format!("F{}", 82f64.sqrt() * 3.0))),
+        "{out}"
+    );
 }
 
 #[test]
@@ -215,14 +302,26 @@ fn edits_leave_the_rest_alone() {
     let text = b"\xef\xbb\xbfg1  X 1 0 (a)\r\n\tnot g code ((\rM2";
     let mut document = Document::parse(text);
     assert_eq!((document.len(), document.to_bytes()), (3, text.to_vec()));
-    assert!(matches!(document.block(2), Err(EditError::Unreadable { line: 2, .. })));
-    assert_eq!(document.set_word(3, 'x', 1.0), Err(EditError::NoSuchWord { line: 3, letter: 'x' }));
+    assert!(matches!(
+        document.block(2),
+        Err(EditError::Unreadable { line: 2, .. })
+    ));
+    assert_eq!(
+        document.set_word(3, 'x', 1.0),
+        Err(EditError::NoSuchWord {
+            line: 3,
+            letter: 'x'
+        })
+    );
     document.set_line(1, b"g1  X 1 0 (a)").unwrap();
     document.set_word(1, 'x', -0.125).unwrap();
     document.insert_line(4, b"(end)").unwrap();
     document.remove_line(2).unwrap();
     assert_eq!(document.to_bytes(), b"g1  X-0.125 (a)\r\nM2\r\n(end)\r\n");
-    assert_eq!(document.insert_line(9, b""), Err(EditError::NoSuchLine { line: 9, lines: 3 }));
+    assert_eq!(
+        document.insert_line(9, b""),
+        Err(EditError::NoSuchLine { line: 9, lines: 3 })
+    );
     assert_eq!(document.set_line(1, b"a\nb"), Err(EditError::SeveralLines));
     assert!(document.set_word(1, 'X', f64::NAN).is_err());
 }

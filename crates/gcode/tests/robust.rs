@@ -4,13 +4,23 @@
 mod generate;
 
 use generate::line;
-use lostmotion_gcode::{Diagnostics, Interpreter, InterpreterConfig, Limits, MotionFold, Place, Program, Step};
+use lostmotion_gcode::{
+    Diagnostics, Interpreter, InterpreterConfig, Limits, MotionFold, Place, Program, Step,
+};
 use proptest::prelude::*;
 use std::io::BufReader;
 
 fn config() -> InterpreterConfig {
-    let limits = Limits { looped_blocks: 20_000, idle_blocks: 2_000, cycle_moves: 2_000, ..Limits::default() };
-    InterpreterConfig { limits, ..InterpreterConfig::default() }
+    let limits = Limits {
+        looped_blocks: 20_000,
+        idle_blocks: 2_000,
+        cycle_moves: 2_000,
+        ..Limits::default()
+    };
+    InterpreterConfig {
+        limits,
+        ..InterpreterConfig::default()
+    }
 }
 
 /// Runs to the end with motion; every span has to lie within the source.
@@ -25,7 +35,10 @@ fn run(source: &[u8]) -> Diagnostics {
     }
     for diagnostic in program.diagnostics().kept() {
         let span = diagnostic.place.span;
-        assert!(span.start + u64::from(span.len) <= source.len() as u64, "{diagnostic}");
+        assert!(
+            span.start + u64::from(span.len) <= source.len() as u64,
+            "{diagnostic}"
+        );
     }
     program.finish()
 }
@@ -84,9 +97,26 @@ proptest! {
 fn deep_nesting_is_an_error_and_not_a_crash() {
     for text in ["[", "#", "-", "sin[", "exists[#"] {
         let source = format!("G0 X{}1\nM2\n", text.repeat(100_000 / text.len()));
-        let limits = Limits { line_bytes: 1 << 20, ..Limits::default() };
-        let diagnostics = Program::new(source.as_bytes(), InterpreterConfig { limits, ..InterpreterConfig::default() }).finish();
-        assert_eq!(diagnostics.kept().first().map(lostmotion_gcode::Diagnostic::code), Some("too-deep"), "{text}");
+        let limits = Limits {
+            line_bytes: 1 << 20,
+            ..Limits::default()
+        };
+        let diagnostics = Program::new(
+            source.as_bytes(),
+            InterpreterConfig {
+                limits,
+                ..InterpreterConfig::default()
+            },
+        )
+        .finish();
+        assert_eq!(
+            diagnostics
+                .kept()
+                .first()
+                .map(lostmotion_gcode::Diagnostic::code),
+            Some("too-deep"),
+            "{text}"
+        );
     }
 }
 
@@ -94,7 +124,14 @@ fn deep_nesting_is_an_error_and_not_a_crash() {
 fn diagnostics_are_bounded_and_all_are_counted() {
     let source = "G39 X1\n".repeat(5000) + "M2\n";
     let diagnostics = Program::new(source.as_bytes(), InterpreterConfig::default()).finish();
-    assert_eq!((diagnostics.errors(), diagnostics.kept().len(), diagnostics.dropped()), (5000, 100, 4900));
+    assert_eq!(
+        (
+            diagnostics.errors(),
+            diagnostics.kept().len(),
+            diagnostics.dropped()
+        ),
+        (5000, 100, 4900)
+    );
 }
 
 #[test]
@@ -102,45 +139,91 @@ fn endless_loops_end_with_their_line() {
     for (source, code) in [
         ("o1 while [1]\no1 endwhile\nM2\n", "idle-loop"),
         ("o1 while [1]\n#1=[#1+1]\no1 endwhile\nM2\n", "idle-loop"),
-        ("o1 sub\no1 call\no1 endsub\no1 call\nM2\n", "calls-too-deep"),
-        ("o1 while [1]\nG0 X1\no1 endwhile\nM2\n", "too-many-looped-blocks"),
+        (
+            "o1 sub\no1 call\no1 endsub\no1 call\nM2\n",
+            "calls-too-deep",
+        ),
+        (
+            "o1 while [1]\nG0 X1\no1 endwhile\nM2\n",
+            "too-many-looped-blocks",
+        ),
     ] {
         let diagnostics = Program::new(source.as_bytes(), config()).finish();
-        let found = diagnostics.kept().iter().find(|d| d.code() == code).unwrap();
+        let found = diagnostics
+            .kept()
+            .iter()
+            .find(|d| d.code() == code)
+            .unwrap();
         assert!((1..=3).contains(&found.place.span.line), "{found}");
     }
 }
 
 #[test]
 fn memory_does_not_grow_with_the_program() {
-    let limits = Limits { held_bytes: 1000, line_bytes: 100, ..Limits::default() };
-    let config = InterpreterConfig { limits, ..InterpreterConfig::default() };
-    // A branch that is open over all lines must not hold them: the limit of held bytes is far below the source.
+    let limits = Limits {
+        held_bytes: 1000,
+        line_bytes: 100,
+        ..Limits::default()
+    };
+    let config = InterpreterConfig {
+        limits,
+        ..InterpreterConfig::default()
+    };
+    // A branch that is open over all lines must not hold them: the limit of held bytes is far below
+    // the source.
     let branch = "o1 if [1]\n".to_owned() + &"G0 X1 Y2\n".repeat(5000) + "o1 endif\nM2\n";
-    assert_eq!(Program::new(branch.as_bytes(), config.clone()).finish().errors(), 0);
+    assert_eq!(
+        Program::new(branch.as_bytes(), config.clone())
+            .finish()
+            .errors(),
+        0
+    );
     let repeat = "o1 repeat [2]\n".to_owned() + &"G0 X1 Y2\n".repeat(5000) + "o1 endrepeat\nM2\n";
     let diagnostics = Program::new(repeat.as_bytes(), config).finish();
-    assert!(diagnostics.kept().iter().any(|d| d.code() == "too-much-held"));
+    assert!(
+        diagnostics
+            .kept()
+            .iter()
+            .any(|d| d.code() == "too-much-held")
+    );
 }
 
 #[test]
 fn what_stays_open_is_bounded() {
-    let source: String = (0..5000).map(|label| format!("o{label} if [1]\n")).collect();
+    let source: String = (0..5000)
+        .map(|label| format!("o{label} if [1]\n"))
+        .collect();
     let diagnostics = Program::new(source.as_bytes(), config()).finish();
-    let codes: Vec<_> = diagnostics.kept().iter().map(|found| (found.code(), found.place.span.line)).collect();
+    let codes: Vec<_> = diagnostics
+        .kept()
+        .iter()
+        .map(|found| (found.code(), found.place.span.line))
+        .collect();
     assert_eq!(codes, [("too-many-open", 1001)]);
 }
 
 #[test]
 fn what_subroutines_hold_is_bounded_together() {
-    let limits = Limits { held_bytes: 100_000, ..Limits::default() };
-    let config = InterpreterConfig { limits, ..InterpreterConfig::default() };
+    let limits = Limits {
+        held_bytes: 100_000,
+        ..Limits::default()
+    };
+    let config = InterpreterConfig {
+        limits,
+        ..InterpreterConfig::default()
+    };
     let held = |source: &str| {
         let diagnostics = Program::new(source.as_bytes(), config.clone()).finish();
-        diagnostics.kept().iter().any(|found| found.code() == "too-much-held")
+        diagnostics
+            .kept()
+            .iter()
+            .any(|found| found.code() == "too-much-held")
     };
-    let subs =
-        |count: usize, names: usize| -> String { (0..count).map(|i| format!("o{0} sub\nG0 X1\no{0} endsub\n", i % names)).collect() };
+    let subs = |count: usize, names: usize| -> String {
+        (0..count)
+            .map(|i| format!("o{0} sub\nG0 X1\no{0} endsub\n", i % names))
+            .collect()
+    };
     assert!(!held(&(subs(200, 200) + "M2\n")));
     assert!(held(&(subs(400, 400) + "M2\n")));
     assert!(!held(&(subs(2000, 1) + "M2\n")));
@@ -150,15 +233,31 @@ fn what_subroutines_hold_is_bounded_together() {
 fn a_name_of_blanks_is_none() {
     for line in ["o< > sub", "#< >=1", "G0 X#< >"] {
         let diagnostics = Program::new(format!("{line}\nM2\n").as_bytes(), config()).finish();
-        assert_eq!(diagnostics.kept().first().map(lostmotion_gcode::Diagnostic::code), Some("syntax"), "{line}");
+        assert_eq!(
+            diagnostics
+                .kept()
+                .first()
+                .map(lostmotion_gcode::Diagnostic::code),
+            Some("syntax"),
+            "{line}"
+        );
     }
 }
 
 #[test]
 fn jumps_that_search_a_long_program_again_and_again_end() {
     let lines = 20_000;
-    let source: String = (1..=lines).map(|line| format!("N{line} GOTO {}\n", lines + 1 - line)).collect();
+    let source: String = (1..=lines)
+        .map(|line| format!("N{line} GOTO {}\n", lines + 1 - line))
+        .collect();
     let config = InterpreterConfig::default().with_dialect(lostmotion_gcode::Dialect::Fanuc);
     let diagnostics = Program::new(source.as_bytes(), config).finish();
-    assert!(diagnostics.kept().iter().any(|d| d.code() == "too-many-looped-blocks"), "{:?}", diagnostics.kept());
+    assert!(
+        diagnostics
+            .kept()
+            .iter()
+            .any(|d| d.code() == "too-many-looped-blocks"),
+        "{:?}",
+        diagnostics.kept()
+    );
 }

@@ -1,7 +1,8 @@
 //! One part programmed in two ways gives the same canonical operations, to the bit.
 //!
-//! Coordinates are whole multiples of a unit that is exact in an f64: 5 in = 127 mm (25.4 times up to 635 in rounds to the
-//! exact product), or 1/16 mm. So nothing is rounded on either way and equality needs no tolerance.
+//! Coordinates are whole multiples of a unit that is exact in an f64: 5 in = 127 mm (25.4 times up
+//! to 635 in rounds to the exact product), or 1/16 mm. So nothing is rounded on either way and
+//! equality needs no tolerance.
 #![allow(clippy::unwrap_used)]
 
 use lostmotion_gcode::{CanonicalOp, InterpreterConfig, Position, Program, Units};
@@ -17,9 +18,21 @@ struct Way {
     incremental: bool,
 }
 
-const INCH: Way = Way { head: "G20", unit: 5.0, incremental: false };
-const MM: Way = Way { head: "G21", unit: 127.0, incremental: false };
-const FINE: Way = Way { head: "G21", unit: 0.0625, incremental: false };
+const INCH: Way = Way {
+    head: "G20",
+    unit: 5.0,
+    incremental: false,
+};
+const MM: Way = Way {
+    head: "G21",
+    unit: 127.0,
+    incremental: false,
+};
+const FINE: Way = Way {
+    head: "G21",
+    unit: 0.0625,
+    incremental: false,
+};
 
 /// One step of a part; numbers are units, places are absolute.
 #[derive(Clone, Debug)]
@@ -75,10 +88,21 @@ struct Writer {
 const SECOND: [i32; 3] = [2, -3, 4];
 
 fn write(way: Way, steps: &[Step]) -> String {
-    let mut writer = Writer { way, text: String::new(), at: [0; 3], turn_deg: 0, shift: [0; 3], system: [0; 3] };
+    let mut writer = Writer {
+        way,
+        text: String::new(),
+        at: [0; 3],
+        turn_deg: 0,
+        shift: [0; 3],
+        system: [0; 3],
+    };
     let [x, y, z] = SECOND.map(|value| writer.length(value));
     let distance = if way.incremental { "G91" } else { "G90" };
-    writer.text = format!("{} G17 G98 {distance}\nG10 L2 P2 X{x} Y{y} Z{z}\nF{}\n", way.head, writer.length(7));
+    writer.text = format!(
+        "{} G17 G98 {distance}\nG10 L2 P2 X{x} Y{y} Z{z}\nF{}\n",
+        way.head,
+        writer.length(7)
+    );
     for step in steps {
         writer.step(step);
     }
@@ -100,7 +124,8 @@ impl Writer {
 
     /// The origin goes somewhere else, the machine stays.
     fn origin(&mut self, change: impl FnOnce(&mut Writer)) {
-        let machine: [i32; 3] = std::array::from_fn(|i| self.at[i] + self.shift[i] + self.system[i]);
+        let machine: [i32; 3] =
+            std::array::from_fn(|i| self.at[i] + self.shift[i] + self.system[i]);
         change(self);
         self.at = std::array::from_fn(|i| machine[i] - self.shift[i] - self.system[i]);
     }
@@ -111,11 +136,18 @@ impl Writer {
             Step::Straight { feed, to, turn_deg } => {
                 self.text += if feed { "G1" } else { "G0" };
                 self.words("XYZ", &at, &to);
-                let turn = if self.way.incremental { turn_deg - self.turn_deg } else { turn_deg };
+                let turn = if self.way.incremental {
+                    turn_deg - self.turn_deg
+                } else {
+                    turn_deg
+                };
                 let _ = write!(self.text, " A{turn}");
                 (self.at, self.turn_deg) = (to, turn_deg);
             }
-            Step::Quarter { clockwise, center: [i, j] } if i != 0 || j != 0 => {
+            Step::Quarter {
+                clockwise,
+                center: [i, j],
+            } if i != 0 || j != 0 => {
                 let [x, y] = if clockwise { [-j, i] } else { [j, -i] };
                 let to = [at[0] + i + x, at[1] + j + y];
                 self.text += if clockwise { "G2" } else { "G3" };
@@ -124,7 +156,12 @@ impl Writer {
                 self.at = [to[0], to[1], at[2]];
             }
             Step::Quarter { .. } => {}
-            Step::Hole { cycle, at: to, below, depth } => {
+            Step::Hole {
+                cycle,
+                at: to,
+                below,
+                depth,
+            } => {
                 let clear = at[2] - below;
                 self.text += ["G81", "G82 P1", "G85", "G89 P2"][cycle];
                 self.words("XY", &at[..2], &to);
@@ -156,7 +193,12 @@ impl Writer {
 fn ops(text: &str) -> Vec<CanonicalOp> {
     let mut program = Program::new(text.as_bytes(), InterpreterConfig::default());
     let ops = program.by_ref().map(|sourced| sourced.op).collect();
-    assert_eq!(program.diagnostics().errors(), 0, "{text}\n{:?}", program.diagnostics().kept());
+    assert_eq!(
+        program.diagnostics().errors(),
+        0,
+        "{text}\n{:?}",
+        program.diagnostics().kept()
+    );
     ops
 }
 
@@ -164,16 +206,31 @@ fn ops(text: &str) -> Vec<CanonicalOp> {
 fn in_mm(op: CanonicalOp) -> CanonicalOp {
     use CanonicalOp as O;
     let mm = |length| Units::Inch.convert(length, Units::Mm);
-    let place = |position: Position| std::array::from_fn(|axis| if (3..6).contains(&axis) { position[axis] } else { mm(position[axis]) });
+    let place = |position: Position| {
+        std::array::from_fn(|axis| {
+            if (3..6).contains(&axis) {
+                position[axis]
+            } else {
+                mm(position[axis])
+            }
+        })
+    };
     match op {
         O::UseLengthUnits(_) => O::UseLengthUnits(Units::Mm),
-        O::SetG5xOffset { system, offset } => O::SetG5xOffset { system, offset: place(offset) },
+        O::SetG5xOffset { system, offset } => O::SetG5xOffset {
+            system,
+            offset: place(offset),
+        },
         O::SetG92Offset(offset) => O::SetG92Offset(place(offset)),
-        O::SetFeedRate { rate, inverse_time } => O::SetFeedRate { rate: mm(rate), inverse_time },
+        O::SetFeedRate { rate, inverse_time } => O::SetFeedRate {
+            rate: mm(rate),
+            inverse_time,
+        },
         O::StraightTraverse(end) => O::StraightTraverse(place(end)),
         O::StraightFeed(end) => O::StraightFeed(place(end)),
         O::ArcFeed(mut arc) => {
-            (arc.end, arc.center, arc.axis_end) = (arc.end.map(mm), arc.center.map(mm), mm(arc.axis_end));
+            (arc.end, arc.center, arc.axis_end) =
+                (arc.end.map(mm), arc.center.map(mm), mm(arc.axis_end));
             O::ArcFeed(arc)
         }
         other => other,
@@ -197,7 +254,27 @@ proptest! {
 
 #[test]
 fn twins_differ_where_they_should() {
-    let steps = [Step::Straight { feed: true, to: [1, 2, 3], turn_deg: 0 }, Step::Straight { feed: true, to: [2, 2, 3], turn_deg: 0 }];
+    let steps = [
+        Step::Straight {
+            feed: true,
+            to: [1, 2, 3],
+            turn_deg: 0,
+        },
+        Step::Straight {
+            feed: true,
+            to: [2, 2, 3],
+            turn_deg: 0,
+        },
+    ];
     assert_ne!(ops(&write(INCH, &steps)), ops(&write(MM, &steps)));
-    assert_ne!(write(FINE, &steps), write(Way { incremental: true, ..FINE }, &steps));
+    assert_ne!(
+        write(FINE, &steps),
+        write(
+            Way {
+                incremental: true,
+                ..FINE
+            },
+            &steps
+        )
+    );
 }

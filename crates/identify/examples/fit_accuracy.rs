@@ -1,4 +1,5 @@
-//! Prints how well the fit does on simulated logs: error over friction and encoder, coverage of the interval.
+//! Prints how well the fit does on simulated logs: error over friction and encoder, coverage of the
+//! interval.
 //!
 //! `cargo run --release -p lostmotion-identify --example fit_accuracy [seconds of log]`
 
@@ -10,17 +11,29 @@ use lostmotion_identify::fit_backlash;
 use rig::{RATED_TORQUE, Rig};
 
 fn main() {
-    let seconds = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(10.0);
-    println!("half gap [rad]  friction  counts   error [%]  interval [%]  c error [%]  used  sides  iterations");
+    let seconds = std::env::args()
+        .nth(1)
+        .and_then(|text| text.parse().ok())
+        .unwrap_or(10.0);
+    println!(
+        "half gap [rad]  friction  counts   error [%]  interval [%]  c error [%]  used  sides  iterations"
+    );
     for half_gap in [1e-1, 6.283e-3, 6.283e-4] {
         for share in [0.0, 0.02, 0.1, 0.3] {
             for counts in [0, 1 << 23, 1 << 20, 1 << 17] {
-                let rig = Rig { half_gap, friction: share * RATED_TORQUE, counts, seed: 5, ..Rig::default() };
+                let rig = Rig {
+                    half_gap,
+                    friction: share * RATED_TORQUE,
+                    counts,
+                    seed: 5,
+                    ..Rig::default()
+                };
                 match fit_backlash(&rig.run(seconds), &rig.settings()) {
                     Ok(fit) => println!(
                         "{half_gap:13.3e} {share:9.2} {counts:9} {:10.4} {:12.4} {:12.4} {:6} {:6} {:6}",
                         100.0 * (fit.half_gap_rad / half_gap - 1.0),
-                        50.0 * (fit.half_gap_interval_rad[1] - fit.half_gap_interval_rad[0]) / half_gap,
+                        50.0 * (fit.half_gap_interval_rad[1] - fit.half_gap_interval_rad[0])
+                            / half_gap,
                         100.0 * (fit.compliance_rad_per_nm * rig.stiffness - 1.0),
                         fit.samples_used,
                         fit.traversals,
@@ -32,7 +45,12 @@ fn main() {
         }
     }
     for half_gap in [6.283e-3, 6.283e-4] {
-        let rig = Rig { half_gap, friction: 0.1 * RATED_TORQUE, seed: 5, ..Rig::default() };
+        let rig = Rig {
+            half_gap,
+            friction: 0.1 * RATED_TORQUE,
+            seed: 5,
+            ..Rig::default()
+        };
         let log = rig.run(seconds);
         for (constant, inertia) in [(1.03, 1.0), (1.0, 1.1)] {
             let mut settings = rig.settings();
@@ -40,11 +58,17 @@ fn main() {
             settings.motor_inertia_kgm2 = Some(rig.motor_inertia * inertia);
             if let Ok(fit) = fit_backlash(&log, &settings) {
                 let error = 100.0 * (fit.half_gap_rad / half_gap - 1.0);
-                println!("half gap {half_gap:.3e}, torque constant times {constant}, motor inertia times {inertia}: error {error:+.3} %");
+                println!(
+                    "half gap {half_gap:.3e}, torque constant times {constant}, motor inertia times {inertia}: error {error:+.3} %"
+                );
             }
         }
     }
-    for (name, pulls, noise) in [("pushes only", false, 0.0), ("pushes only, 20 mA", false, 0.02), ("pulls too", true, 0.0)] {
+    for (name, pulls, noise) in [
+        ("pushes only", false, 0.0),
+        ("pushes only, 20 mA", false, 0.02),
+        ("pulls too", true, 0.0),
+    ] {
         let covered = (0..200).filter(|&seed| covers(seed, pulls, noise)).count();
         println!("{name}: interval covers the truth in {covered} of 200 logs of 3 s");
     }
@@ -56,9 +80,20 @@ fn covers(seed: u64, pulls: bool, current_noise: f64) -> bool {
     let friction = RATED_TORQUE * random.between(0.0, 0.3);
     let load_inertia = 0.00189 * random.between(0.5, 8.0);
     let offset = random.between(-0.01, 0.01);
-    let rig = Rig { half_gap, friction, load_inertia, offset, pulls, current_noise, seed: seed + 1000, ..Rig::default() };
+    let rig = Rig {
+        half_gap,
+        friction,
+        load_inertia,
+        offset,
+        pulls,
+        current_noise,
+        seed: seed + 1000,
+        ..Rig::default()
+    };
     match fit_backlash(&rig.run(3.0), &rig.settings()) {
-        Ok(fit) => (fit.half_gap_interval_rad[0]..=fit.half_gap_interval_rad[1]).contains(&half_gap),
+        Ok(fit) => {
+            (fit.half_gap_interval_rad[0]..=fit.half_gap_interval_rad[1]).contains(&half_gap)
+        }
         Err(error) => {
             println!("{error}");
             false

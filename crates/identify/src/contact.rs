@@ -2,7 +2,8 @@
 
 use crate::{error::NotExcited, settings::FitSettings, window::WindowSample};
 
-/// Share of the log's largest torque from which on the side counts as known, unless torque noise asks for more.
+/// Share of the log's largest torque from which on the side counts as known, unless torque noise
+/// asks for more.
 const THRESHOLD_SHARE: f64 = 0.02;
 /// Standard deviations of noise that a torque or a slip has to exceed to mean something.
 const NOISE_FACTOR: f64 = 6.0;
@@ -34,25 +35,39 @@ pub struct Contact {
 impl Contact {
     /// Windows with the positive and with the negative flank in contact.
     pub fn per_side(&self) -> (usize, usize) {
-        let positive = self.samples.iter().filter(|sample| sample.side > 0.0).count();
+        let positive = self
+            .samples
+            .iter()
+            .filter(|sample| sample.side > 0.0)
+            .count();
         (positive, self.samples.len() - positive)
     }
 }
 
 /// Selects the windows in firm contact; `spacing_s` is the time between windows.
 ///
-/// A window counts if its torque exceeds the threshold, the position difference does not slip across it, contact on this
-/// side has already lasted for the settling time, and the next window is still in contact (its triangle reaches into it).
+/// A window counts if its torque exceeds the threshold, the position difference does not slip
+/// across it, contact on this side has already lasted for the settling time, and the next window is
+/// still in contact (its triangle reaches into it).
 ///
 /// # Errors
 /// [`NotExcited`] if there is too little torque, only one side, or too few changes of side.
-pub fn select(windows: &[WindowSample], settings: &FitSettings, spacing_s: f64) -> Result<Contact, NotExcited> {
+pub fn select(
+    windows: &[WindowSample],
+    settings: &FitSettings,
+    spacing_s: f64,
+) -> Result<Contact, NotExcited> {
     let torques = || windows.iter().map(|window| window.torque_nm);
     let largest_nm = quantile(torques().map(f64::abs).collect(), 0.999);
     let noise_nm = noise(torques());
-    let threshold_nm = settings.torque_threshold_nm.unwrap_or_else(|| (THRESHOLD_SHARE * largest_nm).max(NOISE_FACTOR * noise_nm));
+    let threshold_nm = settings
+        .torque_threshold_nm
+        .unwrap_or_else(|| (THRESHOLD_SHARE * largest_nm).max(NOISE_FACTOR * noise_nm));
     if largest_nm <= threshold_nm {
-        return Err(NotExcited::TorqueBelowThreshold { largest_nm, threshold_nm });
+        return Err(NotExcited::TorqueBelowThreshold {
+            largest_nm,
+            threshold_nm,
+        });
     }
     let sides = sides(windows, threshold_nm, slip_limit(windows, settings));
     // the saturating cast turns an absurd settling time into one that leaves nothing over
@@ -63,7 +78,10 @@ pub fn select(windows: &[WindowSample], settings: &FitSettings, spacing_s: f64) 
         return Err(NotExcited::OneSide { positive, negative });
     }
     if contact.traversals < settings.min_traversals {
-        return Err(NotExcited::TooFewTraversals { seen: contact.traversals, needed: settings.min_traversals });
+        return Err(NotExcited::TooFewTraversals {
+            seen: contact.traversals,
+            needed: settings.min_traversals,
+        });
     }
     Ok(contact)
 }
@@ -81,26 +99,49 @@ fn sides(windows: &[WindowSample], threshold_nm: f64, slip_limit_rad: f64) -> Ve
         let before = &windows[n.saturating_sub(1)];
         let after = windows.get(n + 1).unwrap_or(window);
         let slips = (after.difference_rad - before.difference_rad).abs() > slip_limit_rad;
-        if slips || window.torque_nm.abs() <= threshold_nm { 0 } else { window.torque_nm.signum() as i8 }
+        if slips || window.torque_nm.abs() <= threshold_nm {
+            0
+        } else {
+            window.torque_nm.signum() as i8
+        }
     };
     (0..windows.len()).map(side).collect()
 }
 
 fn episodes(windows: &[WindowSample], sides: &[i8], settle: usize, threshold_nm: f64) -> Contact {
-    let mut contact = Contact { samples: Vec::new(), threshold_nm, episodes: 0, traversals: 0 };
+    let mut contact = Contact {
+        samples: Vec::new(),
+        threshold_nm,
+        episodes: 0,
+        traversals: 0,
+    };
     let mut first = 0;
     while first < sides.len() {
         let side = sides[first];
-        let length = sides[first..].iter().take_while(|other| **other == side).count();
+        let length = sides[first..]
+            .iter()
+            .take_while(|other| **other == side)
+            .count();
         // one window at the end goes, since its triangle already reaches into what follows
         if side != 0 && length > settle + 1 {
             let side = f64::from(side);
-            contact.traversals += usize::from(contact.samples.last().is_some_and(|last| last.side * side < 0.0));
-            contact.samples.extend(windows[first + settle..first + length - 1].iter().map(|&window| ContactSample {
-                episode: contact.episodes,
-                side,
-                window,
-            }));
+            contact.traversals += usize::from(
+                contact
+                    .samples
+                    .last()
+                    .is_some_and(|last| last.side * side < 0.0),
+            );
+            contact
+                .samples
+                .extend(
+                    windows[first + settle..first + length - 1]
+                        .iter()
+                        .map(|&window| ContactSample {
+                            episode: contact.episodes,
+                            side,
+                            window,
+                        }),
+                );
             contact.episodes += 1;
         }
         first += length;
@@ -108,11 +149,14 @@ fn episodes(windows: &[WindowSample], sides: &[i8], settle: usize, threshold_nm:
     contact
 }
 
-/// Robust standard deviation of the part of a signal that changes from value to value: median absolute second difference,
-/// scaled as for white noise. Signals that vary slowly leave it small.
+/// Robust standard deviation of the part of a signal that changes from value to value: median
+/// absolute second difference, scaled as for white noise. Signals that vary slowly leave it small.
 pub(crate) fn noise(signal: impl Iterator<Item = f64>) -> f64 {
     let signal: Vec<f64> = signal.collect();
-    let bends = signal.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
+    let bends = signal
+        .windows(3)
+        .map(|w| (w[0] - 2.0 * w[1] + w[2]).abs())
+        .collect();
     quantile(bends, 0.5) / (0.6745 * 6.0_f64.sqrt())
 }
 
@@ -132,32 +176,64 @@ mod tests {
     fn windows(torques: &[f64]) -> Vec<WindowSample> {
         torques
             .iter()
-            .map(|&torque_nm| WindowSample { difference_rad: torque_nm.signum(), rate_rad_s: 0.0, acceleration_rad_s2: 0.0, torque_nm })
+            .map(|&torque_nm| WindowSample {
+                difference_rad: torque_nm.signum(),
+                rate_rad_s: 0.0,
+                acceleration_rad_s2: 0.0,
+                torque_nm,
+            })
             .collect()
     }
 
     fn settings() -> FitSettings {
-        FitSettings { torque_threshold_nm: Some(0.5), settle_s: 2.0, slip_share: 10.0, ..FitSettings::new(1.0, None) }
+        FitSettings {
+            torque_threshold_nm: Some(0.5),
+            settle_s: 2.0,
+            slip_share: 10.0,
+            ..FitSettings::new(1.0, None)
+        }
     }
 
     #[test]
     fn episodes_lose_their_settling_time_and_their_last_window() {
-        let torques = [1.0, 1.0, 1.1, 1.2, 1.0, 0.0, -1.0, -1.0, -1.3, -1.0, 0.1, 1.0, 1.0, -1.0, 1.0, 1.0, 1.4, 1.0];
+        let torques = [
+            1.0, 1.0, 1.1, 1.2, 1.0, 0.0, -1.0, -1.0, -1.3, -1.0, 0.1, 1.0, 1.0, -1.0, 1.0, 1.0,
+            1.4, 1.0,
+        ];
         let contact = select(&windows(&torques), &settings(), 1.0).unwrap();
-        let kept: Vec<_> = contact.samples.iter().map(|sample| (sample.episode, sample.window.torque_nm)).collect();
+        let kept: Vec<_> = contact
+            .samples
+            .iter()
+            .map(|sample| (sample.episode, sample.window.torque_nm))
+            .collect();
         assert_eq!(kept, [(0, 1.1), (0, 1.2), (1, -1.3), (2, 1.4)]);
-        assert_eq!((contact.episodes, contact.traversals, contact.per_side()), (3, 2, (3, 1)));
+        assert_eq!(
+            (contact.episodes, contact.traversals, contact.per_side()),
+            (3, 2, (3, 1))
+        );
     }
 
     #[test]
     fn what_is_missing_is_named() {
         assert_eq!(
             select(&windows(&[0.1; 20]), &settings(), 1.0),
-            Err(NotExcited::TorqueBelowThreshold { largest_nm: 0.1, threshold_nm: 0.5 })
+            Err(NotExcited::TorqueBelowThreshold {
+                largest_nm: 0.1,
+                threshold_nm: 0.5
+            })
         );
-        assert_eq!(select(&windows(&[1.0; 20]), &settings(), 1.0), Err(NotExcited::OneSide { positive: 17, negative: 0 }));
+        assert_eq!(
+            select(&windows(&[1.0; 20]), &settings(), 1.0),
+            Err(NotExcited::OneSide {
+                positive: 17,
+                negative: 0
+            })
+        );
         let once = [[1.0; 10], [-1.0; 10]].concat();
-        assert_eq!(select(&windows(&once), &settings(), 1.0), Err(NotExcited::TooFewTraversals { seen: 1, needed: 2 }));
+        assert_eq!(
+            select(&windows(&once), &settings(), 1.0),
+            Err(NotExcited::TooFewTraversals { seen: 1, needed: 2 })
+        );
     }
 
     #[test]
@@ -167,13 +243,24 @@ mod tests {
             window.difference_rad = if n < 15 { 0.0 } else { 1.0 };
         }
         let sides = sides(&windows, 0.5, 0.1);
-        assert_eq!(sides.iter().enumerate().filter(|(_, side)| **side == 0).map(|(n, _)| n).collect::<Vec<_>>(), [14, 15]);
+        assert_eq!(
+            sides
+                .iter()
+                .enumerate()
+                .filter(|(_, side)| **side == 0)
+                .map(|(n, _)| n)
+                .collect::<Vec<_>>(),
+            [14, 15]
+        );
     }
 
     #[test]
     fn noise_is_seen_through_a_slow_signal() {
         // a sine of amplitude 100 under alternating +-1: second differences of 4
-        let signal = (0..1000).map(|k| 100.0 * lostmotion_base::math::sin(f64::from(k) * 1e-3) + if k % 2 == 0 { 1.0 } else { -1.0 });
+        let signal = (0..1000).map(|k| {
+            100.0 * lostmotion_base::math::sin(f64::from(k) * 1e-3)
+                + if k % 2 == 0 { 1.0 } else { -1.0 }
+        });
         assert!((noise(signal) - 4.0 / (0.6745 * 6.0_f64.sqrt())).abs() < 1e-3);
     }
 
@@ -181,6 +268,9 @@ mod tests {
     fn quantiles_by_rank() {
         assert_eq!(quantile(vec![], 0.5).to_bits(), 0.0_f64.to_bits());
         let values: Vec<f64> = (0..=100).rev().map(f64::from).collect();
-        assert!((quantile(values.clone(), 0.95) - 95.0).abs() < 1e-12 && (quantile(values, 0.5) - 50.0).abs() < 1e-12);
+        assert!(
+            (quantile(values.clone(), 0.95) - 95.0).abs() < 1e-12
+                && (quantile(values, 0.5) - 50.0).abs() < 1e-12
+        );
     }
 }

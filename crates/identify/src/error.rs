@@ -20,7 +20,9 @@ pub enum NotExcited {
         threshold_nm: f64,
     },
     /// Only one flank was ever in firm contact.
-    #[error("only one side of the gap was in firm contact ({positive} samples positive, {negative} negative): log a motion with reversals")]
+    #[error(
+        "only one side of the gap was in firm contact ({positive} samples positive, {negative} negative): log a motion with reversals"
+    )]
     OneSide {
         /// Samples with the positive flank in contact.
         positive: usize,
@@ -28,14 +30,17 @@ pub enum NotExcited {
         negative: usize,
     },
     /// The contact changed sides too rarely.
-    #[error("the contact changed sides {seen} times; at least {needed} changes are needed: log more reversals")]
+    #[error(
+        "the contact changed sides {seen} times; at least {needed} changes are needed: log more reversals"
+    )]
     TooFewTraversals {
         /// Changes of side in the log.
         seen: usize,
         /// Changes asked for.
         needed: usize,
     },
-    /// Seen from the motor alone, too few crossings show a load that certainly rests or certainly slides on.
+    /// Seen from the motor alone, too few crossings show a load that certainly rests or certainly
+    /// slides on.
     #[error(
         "of {seen} changes of side, {usable} show a load that certainly rests or slides on; at least {needed} are needed: log more reversals, some gentle, some brisk"
     )]
@@ -56,7 +61,9 @@ pub enum NotExcited {
         variation: f64,
     },
     /// The interval of the half gap reaches zero.
-    #[error("the half gap of {half_gap_rad:.3e} rad cannot be told from zero (95 % interval up to {upper_rad:.3e} rad)")]
+    #[error(
+        "the half gap of {half_gap_rad:.3e} rad cannot be told from zero (95 % interval up to {upper_rad:.3e} rad)"
+    )]
     GapBelowNoise {
         /// Fitted half gap, rad at the motor.
         half_gap_rad: f64,
@@ -73,7 +80,9 @@ pub enum FitError {
     #[error("the log holds no samples")]
     Empty,
     /// Columns of different lengths.
-    #[error("the columns differ in length: {motor} motor positions, {load} load positions, {current} currents")]
+    #[error(
+        "the columns differ in length: {motor} motor positions, {load} load positions, {current} currents"
+    )]
     LengthMismatch {
         /// Motor positions.
         motor: usize,
@@ -93,7 +102,9 @@ pub enum FitError {
         value: f64,
     },
     /// A log too short for one averaging window.
-    #[error("the log has {samples} samples; the averaging window alone spans {needed}: log longer, or shorten half_window_s")]
+    #[error(
+        "the log has {samples} samples; the averaging window alone spans {needed}: log longer, or shorten half_window_s"
+    )]
     TooShort {
         /// Samples in the log.
         samples: usize,
@@ -120,7 +131,9 @@ pub enum FitError {
         reason: String,
     },
     /// The solver ended without a solution.
-    #[error("the solver stopped with status {status} after {iterations} iterations: loosen the tolerance or raise the iteration limit")]
+    #[error(
+        "the solver stopped with status {status} after {iterations} iterations: loosen the tolerance or raise the iteration limit"
+    )]
     Solver {
         /// How it ended.
         status: SolverStatus,

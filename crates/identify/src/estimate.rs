@@ -16,8 +16,8 @@ const HUBER: f64 = 1.345;
 const SCALE_ROUNDS: usize = 3;
 /// Samples on which they do.
 const SCALE_SAMPLES: usize = 2000;
-/// Share of the encoders' resolution that averages are at best good to: no encoder divides its counts more finely, and
-/// errors that recur at the same angles do not average out.
+/// Share of the encoders' resolution that averages are at best good to: no encoder divides its
+/// counts more finely, and errors that recur at the same angles do not average out.
 pub(crate) const RESOLVED: f64 = 0.02;
 
 /// Positions of the coefficients in an [`Estimate`].
@@ -50,40 +50,92 @@ pub(crate) struct Estimate {
 impl Job<'_> {
     /// The regression with these columns, the half gap first; what is left out is known, or zero.
     fn regression<const P: usize>(&self, columns: [usize; P]) -> Regression<P> {
-        let known = self.settings.stiffness_nm_per_rad.map_or(0.0, |stiffness| 1.0 / stiffness);
-        let samples = || self.contact.samples.iter().map(|sample| (sample.side, &sample.window));
+        let known = self
+            .settings
+            .stiffness_nm_per_rad
+            .map_or(0.0, |stiffness| 1.0 / stiffness);
+        let samples = || {
+            self.contact
+                .samples
+                .iter()
+                .map(|sample| (sample.side, &sample.window))
+        };
         Regression {
             rows: samples()
                 .map(|(side, window)| {
-                    let all = [side, 1.0, window.torque_nm, -window.rate_rad_s, -window.acceleration_rad_s2];
+                    let all = [
+                        side,
+                        1.0,
+                        window.torque_nm,
+                        -window.rate_rad_s,
+                        -window.acceleration_rad_s2,
+                    ];
                     columns.map(|column| all[column])
                 })
                 .collect(),
-            targets: samples().map(|(_, window)| window.difference_rad - known * window.torque_nm).collect(),
-            // the damping time stays free, since a current logged late lowers it, and so does what is added to the inertia
+            targets: samples()
+                .map(|(_, window)| window.difference_rad - known * window.torque_nm)
+                .collect(),
+            // the damping time stays free, since a current logged late lowers it, and so does what
+            // is added to the inertia
             nonnegative: columns.map(|column| column == GAP || column == COMPLIANCE),
         }
     }
 
-    pub(crate) fn estimate<const P: usize>(&self, columns: [usize; P]) -> Result<Estimate, FitError> {
+    pub(crate) fn estimate<const P: usize>(
+        &self,
+        columns: [usize; P],
+    ) -> Result<Estimate, FitError> {
         let regression = self.regression(columns);
-        let options = SolveOptions { tolerance: self.settings.solver_tolerance, iterations: self.settings.solver_iterations };
+        let options = SolveOptions {
+            tolerance: self.settings.solver_tolerance,
+            iterations: self.settings.solver_iterations,
+        };
         let delta = match self.settings.huber_delta_rad {
             Some(delta) => delta,
             None => settle_delta(&regression, self.resolution, self.solver, &options)?,
         };
-        let Minimiser { x, status, iterations, solves, explicit, optimality } = regression.minimise(delta, self.solver, &options)?;
-        let episodes: Vec<usize> = self.contact.samples.iter().map(|sample| sample.episode).collect();
+        let Minimiser {
+            x,
+            status,
+            iterations,
+            solves,
+            explicit,
+            optimality,
+        } = regression.minimise(delta, self.solver, &options)?;
+        let episodes: Vec<usize> = self
+            .contact
+            .samples
+            .iter()
+            .map(|sample| sample.episode)
+            .collect();
         let blocks = spread::blocks(&episodes);
-        let thin = || NotExcited::TooFewTraversals { seen: self.contact.traversals, needed: self.contact.traversals + 1 };
-        let spread = |which| spread::spread(&regression, &x, delta, &blocks, which).ok_or_else(thin);
-        let mut coefficients = [0.0, 0.0, self.settings.stiffness_nm_per_rad.map_or(0.0, |stiffness| 1.0 / stiffness), 0.0, 0.0];
-        columns.iter().zip(x).for_each(|(&column, x)| coefficients[column] = x);
+        let thin = || NotExcited::TooFewTraversals {
+            seen: self.contact.traversals,
+            needed: self.contact.traversals + 1,
+        };
+        let spread =
+            |which| spread::spread(&regression, &x, delta, &blocks, which).ok_or_else(thin);
+        let mut coefficients = [
+            0.0,
+            0.0,
+            self.settings
+                .stiffness_nm_per_rad
+                .map_or(0.0, |stiffness| 1.0 / stiffness),
+            0.0,
+            0.0,
+        ];
+        columns
+            .iter()
+            .zip(x)
+            .for_each(|(&column, x)| coefficients[column] = x);
         let compliance_error = match columns.iter().position(|&column| column == COMPLIANCE) {
             Some(which) => spread(which)?.standard_error,
             None => 0.0,
         };
-        let residuals: Vec<f64> = (0..regression.targets.len()).map(|k| regression.residual(k, &x).abs()).collect();
+        let residuals: Vec<f64> = (0..regression.targets.len())
+            .map(|k| regression.residual(k, &x).abs())
+            .collect();
         Ok(Estimate {
             coefficients,
             gap_spread: spread(0)?,
@@ -104,8 +156,9 @@ impl Job<'_> {
     }
 }
 
-/// Delta as a multiple of the residuals' robust scale, which itself depends on the fit: a few rounds on a thinned copy,
-/// from least squares. The scale is not let below what the encoders resolve, nor below what rounding leaves of the data.
+/// Delta as a multiple of the residuals' robust scale, which itself depends on the fit: a few
+/// rounds on a thinned copy, from least squares. The scale is not let below what the encoders
+/// resolve, nor below what rounding leaves of the data.
 fn settle_delta<const P: usize>(
     regression: &Regression<P>,
     resolution: f64,
@@ -115,9 +168,13 @@ fn settle_delta<const P: usize>(
     let thinned = regression.thinned(SCALE_SAMPLES);
     let count = thinned.targets.len().max(1) as f64;
     let size = (thinned.targets.iter().map(|y| y * y).sum::<f64>() / count).sqrt();
-    let floor = (RESOLVED * resolution).max(1e-9 * size).max(f64::MIN_POSITIVE.sqrt());
+    let floor = (RESOLVED * resolution)
+        .max(1e-9 * size)
+        .max(f64::MIN_POSITIVE.sqrt());
     let scale_around = |x: &[f64; P]| {
-        let residuals = (0..thinned.targets.len()).map(|k| thinned.residual(k, x).abs()).collect();
+        let residuals = (0..thinned.targets.len())
+            .map(|k| thinned.residual(k, x).abs())
+            .collect();
         HUBER * (quantile(residuals, 0.5) / 0.6745).max(floor)
     };
     let mut delta = scale_around(&thinned.least_squares());

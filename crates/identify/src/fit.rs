@@ -11,19 +11,23 @@ use crate::{
     window,
 };
 
-/// Share of the wind-up that the model is at best good to: the current between two samples of the log is not their mean. On
-/// the simulated axis, whose current loop runs five times per sample, this shifts the torque by 0.03 to 0.04 %.
+/// Share of the wind-up that the model is at best good to: the current between two samples of the
+/// log is not their mean. On the simulated axis, whose current loop runs five times per sample,
+/// this shifts the torque by 0.03 to 0.04 %.
 const MODELLED: f64 = 5e-4;
-/// Fits in a row where the motor's inertia is unknown: each takes the sides from the inertia that the one before found.
+/// Fits in a row where the motor's inertia is unknown: each takes the sides from the inertia that
+/// the one before found.
 const INERTIA_ROUNDS: usize = 4;
-/// Torque variation within the sides, over its RMS, below which gap and wind-up cannot be told apart.
+/// Torque variation within the sides, over its RMS, below which gap and wind-up cannot be told
+/// apart.
 const LEAST_VARIATION: f64 = 0.01;
 
 /// Fits the gap of an axis with [`Clarabel`].
 ///
 /// # Errors
-/// Settings out of range, a log shorter than a window, a log that does not excite the gap, or a solver that fails. A gap that
-/// was fitted but cannot be told from zero is no error: see [`BacklashFit::excited`].
+/// Settings out of range, a log shorter than a window, a log that does not excite the gap, or a
+/// solver that fails. A gap that was fitted but cannot be told from zero is no error: see
+/// [`BacklashFit::excited`].
 pub fn fit_backlash(log: &BacklashLog, settings: &FitSettings) -> Result<BacklashFit, FitError> {
     fit_backlash_with(log, settings, &Clarabel)
 }
@@ -32,7 +36,11 @@ pub fn fit_backlash(log: &BacklashLog, settings: &FitSettings) -> Result<Backlas
 ///
 /// # Errors
 /// As [`fit_backlash`].
-pub fn fit_backlash_with(log: &BacklashLog, settings: &FitSettings, solver: &dyn QpSolver) -> Result<BacklashFit, FitError> {
+pub fn fit_backlash_with(
+    log: &BacklashLog,
+    settings: &FitSettings,
+    solver: &dyn QpSolver,
+) -> Result<BacklashFit, FitError> {
     settings.check()?;
     if let Some(inertia) = settings.motor_inertia_kgm2 {
         return Ok(fit_at(log, settings, solver, inertia)?.1);
@@ -44,24 +52,42 @@ pub fn fit_backlash_with(log: &BacklashLog, settings: &FitSettings, solver: &dyn
     Ok(fit_at(log, settings, solver, inertia)?.1)
 }
 
-/// The fit with sides taken from the contact torque at this motor inertia, and the inertia that it finds where none is given.
-fn fit_at(log: &BacklashLog, settings: &FitSettings, solver: &dyn QpSolver, inertia: f64) -> Result<(f64, BacklashFit), FitError> {
+/// The fit with sides taken from the contact torque at this motor inertia, and the inertia that it
+/// finds where none is given.
+fn fit_at(
+    log: &BacklashLog,
+    settings: &FitSettings,
+    solver: &dyn QpSolver,
+    inertia: f64,
+) -> Result<(f64, BacklashFit), FitError> {
     let half = window::half_width(settings, log.period_s());
     let windows = window::averages(log, settings, inertia, half);
     if windows.len() < 3 {
-        return Err(FitError::TooShort { samples: log.len(), needed: half.saturating_mul(4).saturating_add(1) });
+        return Err(FitError::TooShort {
+            samples: log.len(),
+            needed: half.saturating_mul(4).saturating_add(1),
+        });
     }
     let contact = contact::select(&windows, settings, half as f64 * log.period_s())?;
     if settings.stiffness_nm_per_rad.is_none() {
         check_variation(&contact)?;
     }
-    let job = Job { contact: &contact, settings, resolution: log.resolution_rad(), solver };
+    let job = Job {
+        contact: &contact,
+        settings,
+        resolution: log.resolution_rad(),
+        solver,
+    };
     let optional = [
         (COMPLIANCE, settings.stiffness_nm_per_rad.is_none()),
         (DAMPING, settings.fit_damping),
         (INERTIA, settings.motor_inertia_kgm2.is_none()),
     ];
-    let optional: Vec<usize> = optional.into_iter().filter(|(_, wanted)| *wanted).map(|(column, _)| column).collect();
+    let optional: Vec<usize> = optional
+        .into_iter()
+        .filter(|(_, wanted)| *wanted)
+        .map(|(column, _)| column)
+        .collect();
     let estimate = match *optional.as_slice() {
         [] => job.estimate([GAP, OFFSET])?,
         [a] => job.estimate([GAP, OFFSET, a])?,
@@ -69,7 +95,11 @@ fn fit_at(log: &BacklashLog, settings: &FitSettings, solver: &dyn QpSolver, iner
         _ => job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA])?,
     };
     let compliance = estimate.coefficients[COMPLIANCE];
-    let found = if compliance > 0.0 { (inertia + estimate.coefficients[INERTIA] / compliance).max(0.0) } else { inertia };
+    let found = if compliance > 0.0 {
+        (inertia + estimate.coefficients[INERTIA] / compliance).max(0.0)
+    } else {
+        inertia
+    };
     Ok((found, estimate.report(log, &contact, half, found)))
 }
 
@@ -77,26 +107,54 @@ fn fit_at(log: &BacklashLog, settings: &FitSettings, solver: &dyn QpSolver, iner
 fn check_variation(contact: &Contact) -> Result<(), NotExcited> {
     let (mut within, mut square) = (0.0, 0.0);
     for side in [1.0, -1.0] {
-        let torques: Vec<f64> =
-            contact.samples.iter().filter(|sample| sample.side * side > 0.0).map(|sample| sample.window.torque_nm).collect();
+        let torques: Vec<f64> = contact
+            .samples
+            .iter()
+            .filter(|sample| sample.side * side > 0.0)
+            .map(|sample| sample.window.torque_nm)
+            .collect();
         let mean = torques.iter().sum::<f64>() / torques.len().max(1) as f64;
-        within += torques.iter().map(|torque| (torque - mean) * (torque - mean)).sum::<f64>();
+        within += torques
+            .iter()
+            .map(|torque| (torque - mean) * (torque - mean))
+            .sum::<f64>();
         square += torques.iter().map(|torque| torque * torque).sum::<f64>();
     }
-    let variation = if square > 0.0 { (within / square).sqrt() } else { 0.0 };
-    if variation < LEAST_VARIATION { Err(NotExcited::TorqueNotVaried { variation }) } else { Ok(()) }
+    let variation = if square > 0.0 {
+        (within / square).sqrt()
+    } else {
+        0.0
+    };
+    if variation < LEAST_VARIATION {
+        Err(NotExcited::TorqueNotVaried { variation })
+    } else {
+        Ok(())
+    }
 }
 
 impl Estimate {
-    fn report(self, log: &BacklashLog, contact: &Contact, half: usize, inertia: f64) -> BacklashFit {
+    fn report(
+        self,
+        log: &BacklashLog,
+        contact: &Contact,
+        half: usize,
+        inertia: f64,
+    ) -> BacklashFit {
         let (samples_positive, samples_negative) = contact.per_side();
         let [half_gap, offset, compliance, damping, _] = self.coefficients;
-        let torque_square = contact.samples.iter().map(|sample| sample.window.torque_nm * sample.window.torque_nm).sum::<f64>();
+        let torque_square = contact
+            .samples
+            .iter()
+            .map(|sample| sample.window.torque_nm * sample.window.torque_nm)
+            .sum::<f64>();
         let wind_up = compliance * (torque_square / contact.samples.len() as f64).sqrt();
         let allowance = RESOLVED * log.resolution_rad() + MODELLED * wind_up;
         let half_width = self.gap_spread.half_width + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
-        let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise { half_gap_rad: half_gap, upper_rad: interval[1] });
+        let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
+            half_gap_rad: half_gap,
+            upper_rad: interval[1],
+        });
         BacklashFit {
             half_gap_rad: half_gap,
             half_gap_interval_rad: interval,

@@ -1,28 +1,33 @@
 //! Offline identification of an axis' backlash from a log.
 //!
-//! [`fit_backlash`] is the fit with the **load's position known** (a linear scale, a ballbar's radius, a simulation): it
-//! finds the half gap `b`, the shaft's compliance `c` and the zero offset `o` of one axis by the convex problem
+//! [`fit_backlash`] is the fit with the **load's position known** (a linear scale, a ballbar's
+//! radius, a simulation): it finds the half gap `b`, the shaft's compliance `c` and the zero offset
+//! `o` of one axis by the convex problem
 //!
 //! ```text
 //! minimise  sum_k Huber_delta( y_k - s_k b - c T_k + tau y'_k - o ),   b >= 0,  c >= 0
 //! y = theta_M - theta_L,   T = K_t i - J_M alpha - b_v w - T_cM sign(w),   s = sign(T)
 //! ```
 //!
-//! The contact torque is `T = k (y - s b) + d y'` while in contact, so `c = 1/k` and `tau = d/k`. The damping term is
-//! small, but it does not average out: the rising flank of a contact is spent on settling and left out, the falling one
-//! is used, and without `tau` the half gap comes out large by several standard errors.
+//! The contact torque is `T = k (y - s b) + d y'` while in contact, so `c = 1/k` and `tau = d/k`.
+//! The damping term is small, but it does not average out: the rising flank of a contact is spent
+//! on settling and left out, the falling one is used, and without `tau` the half gap comes out
+//! large by several standard errors.
 //!
-//! over the samples in which the shaft is in firm contact. All angles are motor-side: rad at the motor shaft.
+//! over the samples in which the shaft is in firm contact. All angles are motor-side: rad at the
+//! motor shaft.
 //!
 //! How one log becomes one number, in order:
 //! 1. [`BacklashLog`] holds the three columns and refuses what is not a log.
-//! 2. [`window`] averages position difference and contact torque with one and the same triangular window, so that the
-//!    acceleration needs no separate filter and no lag arises between the two sides of the equation.
+//! 2. [`window`] averages position difference and contact torque with one and the same triangular
+//!    window, so that the acceleration needs no separate filter and no lag arises between the two
+//!    sides of the equation.
 //! 3. [`contact`] keeps the samples in firm contact, grouped into episodes of one side each.
 //! 4. [`huber`] solves the convex problem exactly, through a [`solver::QpSolver`].
 //! 5. [`spread`] gives the standard error from the scatter between whole blocks of the log.
 //!
-//! [`motor_only`] fits the gap from the motor's signals alone: the load's motion is what the contact torque makes of it.
+//! [`motor_only`] fits the gap from the motor's signals alone: the load's motion is what the
+//! contact torque makes of it.
 
 pub mod contact;
 pub mod error;

@@ -14,27 +14,55 @@ pub struct BacklashLog {
 }
 
 impl BacklashLog {
-    /// A log from its columns: motor position and load position in rad at the motor shaft (the load's position times the
-    /// gear ratio, or times 2 pi over the lead), torque-forming current in A.
+    /// A log from its columns: motor position and load position in rad at the motor shaft (the
+    /// load's position times the gear ratio, or times 2 pi over the lead), torque-forming current
+    /// in A.
     ///
     /// # Errors
-    /// A period that is not positive, columns that are empty or differ in length, or the first value that is not finite.
-    pub fn new(period_s: f64, motor: Vec<f64>, load: Vec<f64>, current: Vec<f64>) -> Result<Self, FitError> {
+    /// A period that is not positive, columns that are empty or differ in length, or the first
+    /// value that is not finite.
+    pub fn new(
+        period_s: f64,
+        motor: Vec<f64>,
+        load: Vec<f64>,
+        current: Vec<f64>,
+    ) -> Result<Self, FitError> {
         if !(period_s.is_finite() && period_s > 0.0) {
-            return Err(FitError::Setting { name: "period_s", value: period_s, expected: "a positive finite number" });
+            return Err(FitError::Setting {
+                name: "period_s",
+                value: period_s,
+                expected: "a positive finite number",
+            });
         }
         if motor.len() != load.len() || motor.len() != current.len() {
-            return Err(FitError::LengthMismatch { motor: motor.len(), load: load.len(), current: current.len() });
+            return Err(FitError::LengthMismatch {
+                motor: motor.len(),
+                load: load.len(),
+                current: current.len(),
+            });
         }
         if motor.is_empty() {
             return Err(FitError::Empty);
         }
         for (column, values) in [("motor", &motor), ("load", &load), ("current", &current)] {
-            if let Some((index, &value)) = values.iter().enumerate().find(|(_, value)| !value.is_finite()) {
-                return Err(FitError::NotFinite { column, index, value });
+            if let Some((index, &value)) = values
+                .iter()
+                .enumerate()
+                .find(|(_, value)| !value.is_finite())
+            {
+                return Err(FitError::NotFinite {
+                    column,
+                    index,
+                    value,
+                });
             }
         }
-        Ok(Self { period_s, motor, load, current })
+        Ok(Self {
+            period_s,
+            motor,
+            load,
+            current,
+        })
     }
 
     /// The log that a simulated axis leaves behind, positions without encoder error.
@@ -76,12 +104,21 @@ impl BacklashLog {
         &self.current
     }
 
-    /// Standard deviation of the quantisation error of `motor - load`, rad: each position error taken as uniform over the
-    /// smallest step that its column makes. Nearly zero where positions are not quantised.
+    /// Standard deviation of the quantisation error of `motor - load`, rad: each position error
+    /// taken as uniform over the smallest step that its column makes. Nearly zero where positions
+    /// are not quantised.
     pub fn resolution_rad(&self) -> f64 {
         let square = |column: &[f64]| {
-            let step = column.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
-            if step.is_finite() { step * step / 12.0 } else { 0.0 }
+            let step = column
+                .windows(2)
+                .map(|pair| (pair[1] - pair[0]).abs())
+                .filter(|step| *step > 0.0)
+                .fold(f64::INFINITY, f64::min);
+            if step.is_finite() {
+                step * step / 12.0
+            } else {
+                0.0
+            }
         };
         (square(&self.motor) + square(&self.load)).sqrt()
     }
@@ -101,7 +138,9 @@ impl MotorLog {
     /// As [`BacklashLog::new`].
     pub fn new(period_s: f64, motor: Vec<f64>, current: Vec<f64>) -> Result<Self, FitError> {
         let load = vec![0.0; motor.len()];
-        Ok(Self { log: BacklashLog::new(period_s, motor, load, current)? })
+        Ok(Self {
+            log: BacklashLog::new(period_s, motor, load, current)?,
+        })
     }
 
     /// Time between samples, s.
@@ -120,7 +159,8 @@ impl MotorLog {
         self.log.resolution_rad()
     }
 
-    /// The same with a load that stands at zero, so that what is the position difference there is the motor's position here.
+    /// The same with a load that stands at zero, so that what is the position difference there is
+    /// the motor's position here.
     pub(crate) fn as_backlash_log(&self) -> &BacklashLog {
         &self.log
     }

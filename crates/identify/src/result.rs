@@ -5,19 +5,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::{error::NotExcited, motor_only::FittedLoad, solver::SolverStatus};
 
-/// Half gap, compliance and offset of an axis, with what speaks for and against them. Motor side: rad, N m.
+/// Half gap, compliance and offset of an axis, with what speaks for and against them. Motor side:
+/// rad, N m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct BacklashFit {
     /// Half gap, rad. The total gap is twice this.
     pub half_gap_rad: f64,
-    /// 95 % interval of the half gap, rad, not below zero: Student's t times the standard error, and the allowance.
+    /// 95 % interval of the half gap, rad, not below zero: Student's t times the standard error,
+    /// and the allowance.
     pub half_gap_interval_rad: [f64; 2],
     /// Standard error of the half gap, rad, from the scatter between blocks of the log.
     pub half_gap_error_rad: f64,
-    /// Allowance for what scatter cannot show, rad: 2 % of the encoders' resolution and 0.05 % of the wind-up. What
-    /// is wrong in the motor data is not in it (a fit from the motor alone allows 0.3 % of the wind-up, and 1 % of the gap where it cannot tell the compliance): a torque constant wrong by a share e shifts the half gap by up to e times
-    /// the wind-up.
+    /// Allowance for what scatter cannot show, rad: 2 % of the encoders' resolution and 0.05 % of
+    /// the wind-up. What is wrong in the motor data is not in it (a fit from the motor alone allows
+    /// 0.3 % of the wind-up, and 1 % of the gap where it cannot tell the compliance): a torque
+    /// constant wrong by a share e shifts the half gap by up to e times the wind-up.
     pub half_gap_allowance_rad: f64,
     /// Compliance of the shaft, rad/(N m).
     pub compliance_rad_per_nm: f64,
@@ -25,8 +28,8 @@ pub struct BacklashFit {
     pub compliance_error_rad_per_nm: f64,
     /// Stiffness of the shaft, N m/rad; none where the fit found no compliance.
     pub stiffness_nm_per_rad: Option<f64>,
-    /// Damping over stiffness of the shaft, less what the current was logged late against the positions, s; zero where it
-    /// was not fitted.
+    /// Damping over stiffness of the shaft, less what the current was logged late against the
+    /// positions, s; zero where it was not fitted.
     pub damping_time_s: f64,
     /// Inertia of the motor as given, or as fitted, kg m2.
     pub motor_inertia_kgm2: f64,
@@ -70,10 +73,15 @@ pub struct BacklashFit {
 }
 
 impl BacklashFit {
-    /// Where `theta_M - theta_L` touches the negative and the positive flank, rad, from the load's logged zero: half gaps of different size, if that zero
-    /// is where the axis was when motor and load were set to agree. Without such an index, and in a fit from the motor alone, only their sum has a meaning.
+    /// Where `theta_M - theta_L` touches the negative and the positive flank, rad, from the load's
+    /// logged zero: half gaps of different size, if that zero is where the axis was when motor and
+    /// load were set to agree. Without such an index, and in a fit from the motor alone, only their
+    /// sum has a meaning.
     pub fn flanks_rad(&self) -> [f64; 2] {
-        [self.offset_rad - self.half_gap_rad, self.offset_rad + self.half_gap_rad]
+        [
+            self.offset_rad - self.half_gap_rad,
+            self.offset_rad + self.half_gap_rad,
+        ]
     }
 
     /// The total gap, as a control is told it.
@@ -96,6 +104,7 @@ pub struct SolverReport {
     pub solves: u32,
     /// Samples with variables of their own in the last solve.
     pub explicit_samples: usize,
-    /// Gradient of the whole objective at the result, per sample and in scaled units; 0 at the exact minimum.
+    /// Gradient of the whole objective at the result, per sample and in scaled units; 0 at the
+    /// exact minimum.
     pub optimality: f64,
 }

@@ -5,33 +5,38 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::FitError;
 
-/// Settings of a fit. Motor data come from the data sheet; everything else has a default that suits logs of 0.1 to 1 ms.
+/// Settings of a fit. Motor data come from the data sheet; everything else has a default that suits
+/// logs of 0.1 to 1 ms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitSettings {
     /// Torque per current, N m/A.
     pub torque_constant_nm_per_a: f64,
-    /// Inertia of the motor with what is fixed to its shaft, kg m2; fitted if not given, which costs accuracy and needs a
-    /// load in which current and acceleration do not always go together.
+    /// Inertia of the motor with what is fixed to its shaft, kg m2; fitted if not given, which
+    /// costs accuracy and needs a load in which current and acceleration do not always go together.
     pub motor_inertia_kgm2: Option<f64>,
-    /// Viscous friction of the motor, N m s/rad. Give it where the inertia is fitted: what is missing here then goes into
-    /// the inertia and from there into the gap (a few percent of the gap on a load with much friction).
+    /// Viscous friction of the motor, N m s/rad. Give it where the inertia is fitted: what is
+    /// missing here then goes into the inertia and from there into the gap (a few percent of the
+    /// gap on a load with much friction).
     pub motor_viscous_nm_s_per_rad: f64,
     /// Coulomb friction of the motor's own bearings, N m.
     pub motor_coulomb_nm: f64,
     /// Stiffness of the shaft where it is known, N m/rad; otherwise it is fitted.
     pub stiffness_nm_per_rad: Option<f64>,
-    /// Whether the shaft's damping is fitted, too. Without it a torque that falls while in contact makes the gap look larger.
+    /// Whether the shaft's damping is fitted, too. Without it a torque that falls while in contact
+    /// makes the gap look larger.
     pub fit_damping: bool,
     /// Contact torque from which on the side counts as known, N m; from the data if not given.
     pub torque_threshold_nm: Option<f64>,
-    /// Residual at which the Huber loss turns from square to linear, rad; 1.345 robust standard deviations if not given.
+    /// Residual at which the Huber loss turns from square to linear, rad; 1.345 robust standard
+    /// deviations if not given.
     pub huber_delta_rad: Option<f64>,
     /// Half the width of the triangular averaging window, s.
     pub half_window_s: f64,
     /// Time after contact was made that is left out, s: bouncing and ringing of the shaft.
     pub settle_s: f64,
-    /// Largest change of the position difference over one window, as a share of the span that it covers in the log.
+    /// Largest change of the position difference over one window, as a share of the span that it
+    /// covers in the log.
     pub slip_share: f64,
     /// Changes of side that the log has to hold.
     pub min_traversals: usize,
@@ -65,7 +70,11 @@ impl Default for FitSettings {
 impl FitSettings {
     /// Defaults for a motor of this torque constant (N m/A) and, where known, inertia (kg m2).
     pub fn new(torque_constant_nm_per_a: f64, motor_inertia_kgm2: Option<f64>) -> Self {
-        Self { torque_constant_nm_per_a, motor_inertia_kgm2, ..Self::default() }
+        Self {
+            torque_constant_nm_per_a,
+            motor_inertia_kgm2,
+            ..Self::default()
+        }
     }
 
     /// Defaults with a motor's data sheet: torque constant, inertia, and its own friction.
@@ -77,10 +86,14 @@ impl FitSettings {
         }
     }
 
-    /// The same with windows short enough for a fit from the motor alone: what it sees of a resting load lasts milliseconds.
+    /// The same with windows short enough for a fit from the motor alone: what it sees of a resting
+    /// load lasts milliseconds.
     #[must_use]
     pub fn motor_only(self) -> Self {
-        Self { half_window_s: 1e-3, ..self }
+        Self {
+            half_window_s: 1e-3,
+            ..self
+        }
     }
 
     /// Checks every setting.
@@ -89,7 +102,10 @@ impl FitSettings {
     /// The first that is out of its range.
     pub fn check(&self) -> Result<(), FitError> {
         let positive = [
-            ("torque_constant_nm_per_a", Some(self.torque_constant_nm_per_a)),
+            (
+                "torque_constant_nm_per_a",
+                Some(self.torque_constant_nm_per_a),
+            ),
             ("stiffness_nm_per_rad", self.stiffness_nm_per_rad),
             ("torque_threshold_nm", self.torque_threshold_nm),
             ("huber_delta_rad", self.huber_delta_rad),
@@ -98,23 +114,44 @@ impl FitSettings {
         ];
         let not_negative = [
             ("motor_inertia_kgm2", self.motor_inertia_kgm2),
-            ("motor_viscous_nm_s_per_rad", Some(self.motor_viscous_nm_s_per_rad)),
+            (
+                "motor_viscous_nm_s_per_rad",
+                Some(self.motor_viscous_nm_s_per_rad),
+            ),
             ("motor_coulomb_nm", Some(self.motor_coulomb_nm)),
             ("half_window_s", Some(self.half_window_s)),
             ("settle_s", Some(self.settle_s)),
         ];
-        for (name, value) in positive.into_iter().filter_map(|(name, value)| Some((name, value?))) {
+        for (name, value) in positive
+            .into_iter()
+            .filter_map(|(name, value)| Some((name, value?)))
+        {
             if !(value.is_finite() && value > 0.0) {
-                return Err(FitError::Setting { name, value, expected: "a positive finite number" });
+                return Err(FitError::Setting {
+                    name,
+                    value,
+                    expected: "a positive finite number",
+                });
             }
         }
-        for (name, value) in not_negative.into_iter().filter_map(|(name, value)| Some((name, value?))) {
+        for (name, value) in not_negative
+            .into_iter()
+            .filter_map(|(name, value)| Some((name, value?)))
+        {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(FitError::Setting { name, value, expected: "finite and not negative" });
+                return Err(FitError::Setting {
+                    name,
+                    value,
+                    expected: "finite and not negative",
+                });
             }
         }
         if self.solver_iterations == 0 {
-            return Err(FitError::Setting { name: "solver_iterations", value: 0.0, expected: "at least 1" });
+            return Err(FitError::Setting {
+                name: "solver_iterations",
+                value: 0.0,
+                expected: "at least 1",
+            });
         }
         Ok(())
     }

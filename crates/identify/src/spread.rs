@@ -1,11 +1,13 @@
 //! Standard errors that hold although neighbouring samples err alike.
 //!
-//! Samples of one contact share their encoder error, ringing and stick, so they are far from independent, and the textbook
-//! error over all samples would be much too small. Here the log is cut into blocks, whole contact episodes where there are
-//! enough of them, and each block is left out in turn: the delete-a-block jackknife (Quenouille, Tukey; for regression the
-//! CR3 form of cluster-robust errors, Bell and McCaffrey 2002), with one Newton step per left-out block. Whatever samples
-//! have in common within a block is in the scatter between blocks. Student's t then allows for the number of blocks, counted
-//! by their weight on the coefficient (Carter, Schnepel and Steigerwald 2017).
+//! Samples of one contact share their encoder error, ringing and stick, so they are far from
+//! independent, and the textbook error over all samples would be much too small. Here the log is
+//! cut into blocks, whole contact episodes where there are enough of them, and each block is left
+//! out in turn: the delete-a-block jackknife (Quenouille, Tukey; for regression the CR3 form of
+//! cluster-robust errors, Bell and McCaffrey 2002), with one Newton step per left-out block.
+//! Whatever samples have in common within a block is in the scatter between blocks. Student's t
+//! then allows for the number of blocks, counted by their weight on the coefficient (Carter,
+//! Schnepel and Steigerwald 2017).
 
 use crate::huber::{Normal, Piece, Regression, solve_small};
 
@@ -27,20 +29,30 @@ pub struct Spread {
 
 /// Blocks as index ranges over the samples, from each sample's episode (non-decreasing).
 pub fn blocks(episodes: &[usize]) -> Vec<std::ops::Range<usize>> {
-    let runs: Vec<_> = episodes.chunk_by(|a, b| a == b).map(<[usize]>::len).collect();
-    let parts = if runs.is_empty() { 1 } else { WANTED_BLOCKS.div_ceil(runs.len()) };
+    let runs: Vec<_> = episodes
+        .chunk_by(|a, b| a == b)
+        .map(<[usize]>::len)
+        .collect();
+    let parts = if runs.is_empty() {
+        1
+    } else {
+        WANTED_BLOCKS.div_ceil(runs.len())
+    };
     let mut blocks = Vec::new();
     let mut first = 0;
     for length in runs {
         let parts = parts.min(length);
-        blocks.extend((0..parts).map(|part| first + length * part / parts..first + length * (part + 1) / parts));
+        blocks.extend(
+            (0..parts)
+                .map(|part| first + length * part / parts..first + length * (part + 1) / parts),
+        );
         first += length;
     }
     blocks
 }
 
-/// Spread of the coefficient `which` of a Huber regression at its minimiser `x`; `None` where the samples left after some
-/// block is taken out no longer determine the coefficients.
+/// Spread of the coefficient `which` of a Huber regression at its minimiser `x`; `None` where the
+/// samples left after some block is taken out no longer determine the coefficients.
 pub fn spread<const P: usize>(
     data: &Regression<P>,
     x: &[f64; P],
@@ -64,7 +76,8 @@ pub fn spread<const P: usize>(
     for block in blocks {
         let block = part(block.clone());
         let mut rest = whole.without(&block);
-        // at the minimiser the whole gradient is zero, save where a bound holds it; the shift is the block's own pull
+        // at the minimiser the whole gradient is zero, save where a bound holds it; the shift is
+        // the block's own pull
         rest.gradient = block.gradient.map(|pull| -pull);
         let shift = rest.newton(&[true; P])?[which];
         square += shift * shift;
@@ -76,19 +89,33 @@ pub fn spread<const P: usize>(
     let variance = (count - 1.0) / count * (square - shifts * shifts / count).max(0.0);
     let standard_error = delta * variance.sqrt();
     let freedom = weight * weight / weight_square - 1.0;
-    let psi_square: f64 = (0..data.rows.len()).map(|k| (data.residual(k, x) / delta).clamp(-1.0, 1.0)).map(|psi| psi * psi).sum();
+    let psi_square: f64 = (0..data.rows.len())
+        .map(|k| (data.residual(k, x) / delta).clamp(-1.0, 1.0))
+        .map(|psi| psi * psi)
+        .sum();
     let naive = delta * delta * influence[which] * psi_square / data.rows.len() as f64;
-    let effective_samples =
-        if standard_error > 0.0 { data.rows.len() as f64 * naive / (standard_error * standard_error) } else { data.rows.len() as f64 };
-    Some(Spread { standard_error, half_width: student_975(freedom) * standard_error, effective_samples, blocks: blocks.len() })
+    let effective_samples = if standard_error > 0.0 {
+        data.rows.len() as f64 * naive / (standard_error * standard_error)
+    } else {
+        data.rows.len() as f64
+    };
+    Some(Spread {
+        standard_error,
+        half_width: student_975(freedom) * standard_error,
+        effective_samples,
+        blocks: blocks.len(),
+    })
 }
 
 fn quadratic_form<const P: usize>(matrix: &[[f64; P]; P], v: &[f64; P]) -> f64 {
-    (0..P).map(|i| (0..P).map(|j| v[i] * matrix[i][j] * v[j]).sum::<f64>()).sum()
+    (0..P)
+        .map(|i| (0..P).map(|j| v[i] * matrix[i][j] * v[j]).sum::<f64>())
+        .sum()
 }
 
-/// The 97.5 % quantile of Student's t for at least 2 degrees of freedom (fewer count as 2), by the expansion about the
-/// normal quantile in powers of 1/freedom (Abramowitz and Stegun 26.7.5); within 1 % at 2 and 0.1 % from 3 on.
+/// The 97.5 % quantile of Student's t for at least 2 degrees of freedom (fewer count as 2), by the
+/// expansion about the normal quantile in powers of 1/freedom (Abramowitz and Stegun 26.7.5);
+/// within 1 % at 2 and 0.1 % from 3 on.
 fn student_975(freedom: f64) -> f64 {
     let z: f64 = 1.959_963_984_540_054;
     let z2 = z * z;
@@ -106,7 +133,15 @@ mod tests {
 
     #[test]
     fn student_matches_the_printed_table() {
-        for (freedom, t) in [(2.0, 4.303), (3.0, 3.182), (4.0, 2.776), (5.0, 2.571), (10.0, 2.228), (30.0, 2.042), (120.0, 1.980)] {
+        for (freedom, t) in [
+            (2.0, 4.303),
+            (3.0, 3.182),
+            (4.0, 2.776),
+            (5.0, 2.571),
+            (10.0, 2.228),
+            (30.0, 2.042),
+            (120.0, 1.980),
+        ] {
             assert!((student_975(freedom) - t).abs() < 0.01 * t, "{freedom}");
         }
         assert!((student_975(f64::NAN) - student_975(2.0)).abs() < 1e-12);
@@ -119,17 +154,25 @@ mod tests {
         assert!(blocks(&many).iter().all(|block| block.len() == 2));
         let few: Vec<usize> = (0..30).map(|k| k / 10).collect();
         let cut = blocks(&few);
-        assert_eq!((cut.len(), cut[0].clone(), cut[11].clone()), (12, 0..2, 27..30));
+        assert_eq!(
+            (cut.len(), cut[0].clone(), cut[11].clone()),
+            (12, 0..2, 27..30)
+        );
         assert_eq!(blocks(&[0, 0, 1]), [0..1, 1..2, 2..3]);
         assert!(blocks(&[]).is_empty());
     }
 
     #[test]
     fn the_error_of_a_mean_is_that_of_its_block_means() {
-        // five blocks of four equal samples: the mean's error is that of five numbers, sqrt(s^2/5), not of twenty
+        // five blocks of four equal samples: the mean's error is that of five numbers, sqrt(s^2/5),
+        // not of twenty
         let means: [f64; 5] = [1.0, 2.0, 4.0, 4.0, 9.0];
         let targets: Vec<f64> = means.iter().flat_map(|&mean| [mean; 4]).collect();
-        let data = Regression { rows: vec![[1.0]; 20], targets, nonnegative: [false] };
+        let data = Regression {
+            rows: vec![[1.0]; 20],
+            targets,
+            nonnegative: [false],
+        };
         let blocks: Vec<_> = (0..5).map(|n| 4 * n..4 * n + 4).collect();
         let spread = spread(&data, &[4.0], 100.0, &blocks, 0).unwrap();
         let variance = means.iter().map(|m| (m - 4.0) * (m - 4.0)).sum::<f64>() / 4.0;

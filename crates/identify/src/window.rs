@@ -1,11 +1,13 @@
 //! From the log to pairs of position difference and contact torque.
 //!
-//! Motor acceleration is not in the log and must not be got by filtering the position alone: a filter on one side of
-//! `y = s b + c T + o` and not on the other biases `c` and with it `b`. So both sides are averaged with one triangular
-//! window of half-width `H`, `w(t) = (H - |t|)/H^2`. Integrating by parts twice turns the average of the acceleration into
-//! the plain difference `(theta(t+H) - 2 theta(t) + theta(t-H))/H^2`, exact whatever the motion, and the average of the
-//! velocity, as well as of the rate of the position difference, into the difference of two plain means. Windows are placed one half-width apart: there the triangles add up
-//! to one, so every sample counts once and none of the log is lost although it shrinks by that factor.
+//! Motor acceleration is not in the log and must not be got by filtering the position alone: a
+//! filter on one side of `y = s b + c T + o` and not on the other biases `c` and with it `b`. So
+//! both sides are averaged with one triangular window of half-width `H`, `w(t) = (H - |t|)/H^2`.
+//! Integrating by parts twice turns the average of the acceleration into the plain difference
+//! `(theta(t+H) - 2 theta(t) + theta(t-H))/H^2`, exact whatever the motion, and the average of the
+//! velocity, as well as of the rate of the position difference, into the difference of two plain
+//! means. Windows are placed one half-width apart: there the triangles add up to one, so every
+//! sample counts once and none of the log is lost although it shrinks by that factor.
 
 use crate::{log::BacklashLog, settings::FitSettings};
 
@@ -29,16 +31,30 @@ pub fn half_width(settings: &FitSettings, period_s: f64) -> usize {
     (samples as usize).max(1)
 }
 
-/// The log as window averages, one every `half` samples, for a motor of this inertia; empty if the log is shorter than a window.
-pub fn averages(log: &BacklashLog, settings: &FitSettings, inertia_kgm2: f64, half: usize) -> Vec<WindowSample> {
+/// The log as window averages, one every `half` samples, for a motor of this inertia; empty if the
+/// log is shorter than a window.
+pub fn averages(
+    log: &BacklashLog,
+    settings: &FitSettings,
+    inertia_kgm2: f64,
+    half: usize,
+) -> Vec<WindowSample> {
     let span = half.saturating_mul(2).saturating_add(1);
     if log.len() < span {
         return Vec::new();
     }
-    (0..=(log.len() - span) / half).map(|n| average(log, settings, inertia_kgm2, half, n * half)).collect()
+    (0..=(log.len() - span) / half)
+        .map(|n| average(log, settings, inertia_kgm2, half, n * half))
+        .collect()
 }
 
-fn average(log: &BacklashLog, settings: &FitSettings, inertia_kgm2: f64, half: usize, start: usize) -> WindowSample {
+fn average(
+    log: &BacklashLog,
+    settings: &FitSettings,
+    inertia_kgm2: f64,
+    half: usize,
+    start: usize,
+) -> WindowSample {
     let motor = &log.motor()[start..=start + 2 * half];
     let load = &log.load()[start..=start + 2 * half];
     let current = &log.current()[start..=start + 2 * half];
@@ -59,7 +75,11 @@ fn average(log: &BacklashLog, settings: &FitSettings, inertia_kgm2: f64, half: u
     let width_s = half as f64 * log.period_s();
     let velocity = swing / (area * log.period_s());
     let acceleration = (motor[2 * half] - 2.0 * middle + motor[0]) / (width_s * width_s);
-    let coulomb = if velocity == 0.0 { 0.0 } else { settings.motor_coulomb_nm * velocity.signum() };
+    let coulomb = if velocity == 0.0 {
+        0.0
+    } else {
+        settings.motor_coulomb_nm * velocity.signum()
+    };
     WindowSample {
         difference_rad: difference / area,
         rate_rad_s: slip / (area * log.period_s()),
@@ -83,17 +103,35 @@ mod tests {
 
     #[test]
     fn a_parabola_gives_its_own_torque() {
-        // theta = 3 + 5 t + 7 t^2: acceleration 14, velocity 5 + 14 t, both exact under a symmetric window
-        let log = log(|t| (3.0 + 5.0 * t + 7.0 * t * t, 2.0 + 2.0 * t + 7.0 * t * t, 2.0));
-        let settings = FitSettings { motor_viscous_nm_s_per_rad: 0.1, motor_coulomb_nm: 0.25, ..FitSettings::new(1.5, None) };
+        // theta = 3 + 5 t + 7 t^2: acceleration 14, velocity 5 + 14 t, both exact under a symmetric
+        // window
+        let log = log(|t| {
+            (
+                3.0 + 5.0 * t + 7.0 * t * t,
+                2.0 + 2.0 * t + 7.0 * t * t,
+                2.0,
+            )
+        });
+        let settings = FitSettings {
+            motor_viscous_nm_s_per_rad: 0.1,
+            motor_coulomb_nm: 0.25,
+            ..FitSettings::new(1.5, None)
+        };
         for half in [1, 4, 10] {
             let averages = averages(&log, &settings, 0.01, half);
             assert_eq!(averages.len(), 100 / half - 1);
             for (n, sample) in averages.iter().enumerate() {
                 let t = ((n + 1) * half) as f64 * 1e-3;
                 let torque = 1.5 * 2.0 - 0.01 * 14.0 - 0.1 * (5.0 + 14.0 * t) - 0.25;
-                assert!((sample.torque_nm - torque).abs() < 1e-9, "{} {torque}", sample.torque_nm);
-                assert!((sample.difference_rad - 1.0 - 3.0 * t).abs() < 1e-12 && (sample.rate_rad_s - 3.0).abs() < 1e-9);
+                assert!(
+                    (sample.torque_nm - torque).abs() < 1e-9,
+                    "{} {torque}",
+                    sample.torque_nm
+                );
+                assert!(
+                    (sample.difference_rad - 1.0 - 3.0 * t).abs() < 1e-12
+                        && (sample.rate_rad_s - 3.0).abs() < 1e-9
+                );
                 assert!((sample.acceleration_rad_s2 - 14.0).abs() < 1e-7);
             }
         }
@@ -101,10 +139,24 @@ mod tests {
 
     #[test]
     fn windows_share_the_log_out_without_loss() {
-        // a spike of one ampere sample weighs 1/half wherever it stands, so long as windows surround it
+        // a spike of one ampere sample weighs 1/half wherever it stands, so long as windows
+        // surround it
         for spike in 20..40 {
-            let log = log(|t| (0.0, 0.0, if (t - f64::from(spike) * 1e-3).abs() < 1e-9 { 1.0 } else { 0.0 }));
-            let sum: f64 = averages(&log, &FitSettings::new(1.0, None), 0.0, 10).iter().map(|sample| sample.torque_nm).sum();
+            let log = log(|t| {
+                (
+                    0.0,
+                    0.0,
+                    if (t - f64::from(spike) * 1e-3).abs() < 1e-9 {
+                        1.0
+                    } else {
+                        0.0
+                    },
+                )
+            });
+            let sum: f64 = averages(&log, &FitSettings::new(1.0, None), 0.0, 10)
+                .iter()
+                .map(|sample| sample.torque_nm)
+                .sum();
             assert!((sum - 0.1).abs() < 1e-12, "{spike}: {sum}");
         }
     }

@@ -13,9 +13,13 @@ use lostmotion_identify::{
 use proptest::prelude::*;
 use rig::Random;
 
-const OPTIONS: SolveOptions = SolveOptions { tolerance: 1e-9, iterations: 100 };
+const OPTIONS: SolveOptions = SolveOptions {
+    tolerance: 1e-9,
+    iterations: 100,
+};
 
-/// y = 0.5 s + 0.2 + 0.01 T with unit noise times `noise`, and every tenth sample far off to one side.
+/// y = 0.5 s + 0.2 + 0.01 T with unit noise times `noise`, and every tenth sample far off to one
+/// side.
 fn data(samples: usize, noise: f64, seed: u64) -> Regression<3> {
     let mut random = Random(seed);
     let rows: Vec<[f64; 3]> = (0..samples)
@@ -27,9 +31,19 @@ fn data(samples: usize, noise: f64, seed: u64) -> Regression<3> {
     let targets = rows
         .iter()
         .enumerate()
-        .map(|(k, row)| 0.5 * row[0] + 0.2 + 0.01 * row[2] + noise * random.normal() + if k % 10 == 3 { 0.3 } else { 0.0 })
+        .map(|(k, row)| {
+            0.5 * row[0]
+                + 0.2
+                + 0.01 * row[2]
+                + noise * random.normal()
+                + if k % 10 == 3 { 0.3 } else { 0.0 }
+        })
         .collect();
-    Regression { rows, targets, nonnegative: [true, false, true] }
+    Regression {
+        rows,
+        targets,
+        nonnegative: [true, false, true],
+    }
 }
 
 /// Golden section for the minimum of a convex function.
@@ -74,13 +88,17 @@ fn a_wide_delta_gives_least_squares() {
     let r = |i: usize| sum(&|k| data.rows[k][i] * data.targets[k]);
     let matrix: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| m(i, j)));
     let determinant = |m: &[[f64; 3]; 3]| {
-        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+            - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
             + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
     };
     for (column, x) in found.iter().enumerate() {
         let mut replaced = matrix;
         (0..3).for_each(|i| replaced[i][column] = r(i));
-        assert!((x - determinant(&replaced) / determinant(&matrix)).abs() < 1e-12, "{column}");
+        assert!(
+            (x - determinant(&replaced) / determinant(&matrix)).abs() < 1e-12,
+            "{column}"
+        );
     }
 }
 
@@ -95,7 +113,11 @@ impl QpSolver for Counting {
         "counting"
     }
 
-    fn solve(&self, problem: &QuadraticProgram, options: &SolveOptions) -> Result<QpSolution, FitError> {
+    fn solve(
+        &self,
+        problem: &QuadraticProgram,
+        options: &SolveOptions,
+    ) -> Result<QpSolution, FitError> {
         self.largest.set(self.largest.get().max(problem.equations));
         Clarabel.solve(problem, options)
     }
@@ -108,7 +130,8 @@ fn summing_up_is_exact() {
     let found = data.minimise(0.03, &counting, &OPTIONS).unwrap();
     assert!(counting.largest.get() < 4000, "{}", counting.largest.get());
     assert!(found.optimality < 1e-12, "{:e}", found.optimality);
-    // the minimum of a convex function: no way leads down, by a finite difference that has no part in the method
+    // the minimum of a convex function: no way leads down, by a finite difference that has no part
+    // in the method
     let best = data.objective(&found.x, 0.03);
     for j in 0..3 {
         for step in [1e-6, -1e-6] {
@@ -137,7 +160,9 @@ fn bounds_hold_where_data_pull_against_them() {
     }
     let found = data.minimise(10.0, &Clarabel, &OPTIONS).unwrap();
     assert_eq!(found.x[0].to_bits(), 0.0_f64.to_bits());
-    let (_, best) = golden(0.0, 0.5, |c| golden(-1.0, 1.0, |o| data.objective(&[0.0, o, c], 10.0)).1);
+    let (_, best) = golden(0.0, 0.5, |c| {
+        golden(-1.0, 1.0, |o| data.objective(&[0.0, o, c], 10.0)).1
+    });
     assert!((data.objective(&found.x, 10.0) / best - 1.0).abs() < 1e-9);
     assert!(found.optimality < 1e-12);
 }
@@ -151,18 +176,39 @@ impl QpSolver for Failing {
     }
 
     fn solve(&self, problem: &QuadraticProgram, _: &SolveOptions) -> Result<QpSolution, FitError> {
-        Ok(QpSolution { x: vec![0.0; problem.linear.len()], objective: 0.0, status: self.0, iterations: 3 })
+        Ok(QpSolution {
+            x: vec![0.0; problem.linear.len()],
+            objective: 0.0,
+            status: self.0,
+            iterations: 3,
+        })
     }
 }
 
 #[test]
 fn a_solver_that_fails_is_reported() {
     let data = data(50, 0.02, 8);
-    for status in [SolverStatus::IterationLimit, SolverStatus::NumericalFailure, SolverStatus::Infeasible, SolverStatus::Unbounded] {
+    for status in [
+        SolverStatus::IterationLimit,
+        SolverStatus::NumericalFailure,
+        SolverStatus::Infeasible,
+        SolverStatus::Unbounded,
+    ] {
         let error = data.minimise(0.03, &Failing(status), &OPTIONS).unwrap_err();
-        assert_eq!(error, FitError::Solver { status, iterations: 3 });
+        assert_eq!(
+            error,
+            FitError::Solver {
+                status,
+                iterations: 3
+            }
+        );
     }
-    assert_eq!(data.minimise(0.03, &Failing(SolverStatus::AlmostSolved), &OPTIONS).unwrap().status, SolverStatus::AlmostSolved);
+    assert_eq!(
+        data.minimise(0.03, &Failing(SolverStatus::AlmostSolved), &OPTIONS)
+            .unwrap()
+            .status,
+        SolverStatus::AlmostSolved
+    );
 }
 
 proptest! {

@@ -1,4 +1,5 @@
-//! The fit on logs of the axis that the library simulates: current loop at 50 us, exact steps, true stick.
+//! The fit on logs of the axis that the library simulates: current loop at 50 us, exact steps, true
+//! stick.
 
 use lostmotion_axis::{
     AxisConfig, AxisOutput, Setpoint, build_runner,
@@ -13,10 +14,15 @@ fn setpoints(seconds: f64) -> Vec<Setpoint> {
         let parts = [(3.0, 9.0), (1.1, 23.0)];
         let position = parts.iter().map(|(a, w)| a * math::sin(w * t)).sum();
         let velocity = parts.iter().map(|(a, w)| a * w * math::cos(w * t)).sum();
-        let acceleration = parts.iter().map(|(a, w)| -a * w * w * math::sin(w * t)).sum();
+        let acceleration = parts
+            .iter()
+            .map(|(a, w)| -a * w * w * math::sin(w * t))
+            .sum();
         Setpoint::moving(position, velocity, acceleration)
     };
-    (0..(seconds * 1e3) as u32).map(|n| at(f64::from(n) * 1e-3)).collect()
+    (0..(seconds * 1e3) as u32)
+        .map(|n| at(f64::from(n) * 1e-3))
+        .collect()
 }
 
 fn axis(gap: f64, load_friction: f64, motor_friction: f64) -> AxisConfig {
@@ -32,7 +38,10 @@ fn axis(gap: f64, load_friction: f64, motor_friction: f64) -> AxisConfig {
 #[allow(clippy::unwrap_used)]
 fn fit(config: &AxisConfig, counts: f64) -> BacklashFit {
     let mut out = AxisOutput::new(true);
-    build_runner(config, "none", 0.0).unwrap().push(&setpoints(4.0), &mut out).unwrap();
+    build_runner(config, "none", 0.0)
+        .unwrap()
+        .push(&setpoints(4.0), &mut out)
+        .unwrap();
     let mut trace = out.trace.unwrap();
     let step = std::f64::consts::TAU / counts;
     for sample in &mut trace {
@@ -49,10 +58,20 @@ fn the_simulated_gap_is_found_within_a_tenth_of_a_percent() {
         for friction in [0.0, 0.22, 1.1, 3.3] {
             let fit = fit(&axis(gap, friction, 0.0), 1_048_576.0);
             let error = 2.0 * fit.half_gap_rad / gap - 1.0;
-            assert!(error.abs() < 1e-3, "gap {gap}, friction {friction}: {error:+.2e}");
+            assert!(
+                error.abs() < 1e-3,
+                "gap {gap}, friction {friction}: {error:+.2e}"
+            );
             let [low, high] = fit.half_gap_interval_rad;
-            assert!(low <= 0.5 * gap && 0.5 * gap <= high, "gap {gap}, friction {friction}: {low} {high}");
-            assert!((fit.compliance_rad_per_nm * 2000.0 - 1.0).abs() < 3e-3, "{}", fit.compliance_rad_per_nm);
+            assert!(
+                low <= 0.5 * gap && 0.5 * gap <= high,
+                "gap {gap}, friction {friction}: {low} {high}"
+            );
+            assert!(
+                (fit.compliance_rad_per_nm * 2000.0 - 1.0).abs() < 3e-3,
+                "{}",
+                fit.compliance_rad_per_nm
+            );
         }
     }
 }
@@ -60,7 +79,10 @@ fn the_simulated_gap_is_found_within_a_tenth_of_a_percent() {
 #[test]
 fn the_contact_law_and_the_motor_s_own_friction_do_not_matter() {
     for law in [ContactLaw::Linear, ContactLaw::Clamped, ContactLaw::Bounded] {
-        let config = AxisConfig { contact: law, ..axis(12.57e-3, 1.1, 0.3) };
+        let config = AxisConfig {
+            contact: law,
+            ..axis(12.57e-3, 1.1, 0.3)
+        };
         let fit = fit(&config, 1_048_576.0);
         let error = 2.0 * fit.half_gap_rad / 12.57e-3 - 1.0;
         assert!(error.abs() < 1e-3, "{law:?}: {error:+.2e}");

@@ -1,5 +1,6 @@
-//! Worst error of forward after inverse, and time of each, for every family: `cargo run --release -p lostmotion-kinematics
-//! --example survey [POSES]` (a million poses if not given).
+//! Worst error of forward after inverse, and time of each, for every family:
+//! `cargo run --release -p lostmotion-kinematics --example survey [POSES]` (a million poses if not
+//! given).
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 #[path = "../tests/common/mod.rs"]
@@ -13,7 +14,9 @@ const SPEED_POSES: usize = 20_000;
 const BATCH: usize = 100;
 
 fn main() {
-    let poses: usize = std::env::args().nth(1).map_or(1_000_000, |text| text.parse().unwrap());
+    let poses: usize = std::env::args()
+        .nth(1)
+        .map_or(1_000_000, |text| text.parse().unwrap());
     println!(
         "{:36} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
         "machine", "worst mm", "worst rad", "refused", "inverse", "jets", "fwd ns", ""
@@ -31,8 +34,13 @@ fn main() {
             let (mm, rad) = difference(&described, &words, &machine.forward(&joints, &tool));
             (linear, angular) = (linear.max(mm), angular.max(rad));
         }
-        let list: Vec<_> = (0..SPEED_POSES).map(|_| described.pose(machine.as_ref(), &mut random)).collect();
-        let joints: Vec<_> = list.iter().map(|(words, tool)| machine.inverse(words, tool).unwrap_or_default()).collect();
+        let list: Vec<_> = (0..SPEED_POSES)
+            .map(|_| described.pose(machine.as_ref(), &mut random))
+            .collect();
+        let joints: Vec<_> = list
+            .iter()
+            .map(|(words, tool)| machine.inverse(words, tool).unwrap_or_default())
+            .collect();
         let mut sum = 0.0;
         // The quickest of many short batches: other work on the machine makes the rest slower.
         let mut time = |work: &mut dyn FnMut(usize) -> f64| {
@@ -46,10 +54,16 @@ fn main() {
             }
             quickest
         };
-        let inverse = time(&mut |i| machine.inverse(&list[i].0, &list[i].1).map_or(0.0, |joints| joints.0[0]));
+        let inverse = time(&mut |i| {
+            machine
+                .inverse(&list[i].0, &list[i].1)
+                .map_or(0.0, |joints| joints.0[0])
+        });
         let jets = time(&mut |i| {
             let jets = list[i].0.0.map(|word| Jet::new(word, 0.1, 0.01, 0.001));
-            machine.inverse_jet(&jets, &list[i].1).map_or(0.0, |joints| joints[0].0[3])
+            machine
+                .inverse_jet(&jets, &list[i].1)
+                .map_or(0.0, |joints| joints[0].0[3])
         });
         let forward = time(&mut |i| machine.forward(&joints[i], &list[i].1).0[0]);
         println!(

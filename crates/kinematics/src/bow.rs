@@ -8,24 +8,43 @@ use lostmotion_base::Coords;
 const PARTS: u32 = 64;
 const HALVINGS: usize = 40;
 
-/// Way of the joint that goes farthest, mm or rad, over which the tip's derivatives are differenced: the rest of the difference is below 1e-7 of it.
+/// Way of the joint that goes farthest, mm or rad, over which the tip's derivatives are
+/// differenced: the rest of the difference is below 1e-7 of it.
 const STEP: f64 = 1e-4;
-/// Where the tip goes less than this for each mm or rad of that joint, it stands still and has no direction, mm.
+/// Where the tip goes less than this for each mm or rad of that joint, it stands still and has no
+/// direction, mm.
 const STILL: f64 = 1e-6;
 
-/// What draws the tip away from the chord of its joints, in the part's frame: the part square to the tip's way of the second derivative that the joints'
-/// own second derivatives give it. Between two places at a parameter's distance T the middle of the joints' chord is off the way by T2/8 of it.
-/// Derivatives by any parameter (path length, time), in mm and rad over its square.
-pub fn chord_bend(kinematics: &dyn Kinematics, [joints, first, second]: [&Coords; 3], tool: &[f64; 3]) -> f64 {
-    let (way, bend) = (tip_derivative(kinematics, joints, first, tool), tip_derivative(kinematics, joints, second, tool));
+/// What draws the tip away from the chord of its joints, in the part's frame: the part square to
+/// the tip's way of the second derivative that the joints' own second derivatives give it. Between
+/// two places at a parameter's distance T the middle of the joints' chord is off the way by T2/8 of
+/// it. Derivatives by any parameter (path length, time), in mm and rad over its square.
+pub fn chord_bend(
+    kinematics: &dyn Kinematics,
+    [joints, first, second]: [&Coords; 3],
+    tool: &[f64; 3],
+) -> f64 {
+    let (way, bend) = (
+        tip_derivative(kinematics, joints, first, tool),
+        tip_derivative(kinematics, joints, second, tool),
+    );
     let square = dot(way, way);
     let still = STILL * largest(first);
-    let along = if square > still * still { dot(bend, way) / square } else { 0.0 };
+    let along = if square > still * still {
+        dot(bend, way) / square
+    } else {
+        0.0
+    };
     norm(sub(bend, scale(way, along)))
 }
 
 /// How fast the tip goes if the joints do, by central differences.
-fn tip_derivative(kinematics: &dyn Kinematics, joints: &Coords, speeds: &Coords, tool: &[f64; 3]) -> Vector<f64> {
+fn tip_derivative(
+    kinematics: &dyn Kinematics,
+    joints: &Coords,
+    speeds: &Coords,
+    tool: &[f64; 3],
+) -> Vector<f64> {
     let largest = largest(speeds);
     if largest == 0.0 {
         return [0.0; 3];
@@ -39,8 +58,9 @@ fn largest(coords: &Coords) -> f64 {
     coords.0.iter().fold(0.0, |most, c| f64::max(most, c.abs()))
 }
 
-/// How far the tip leaves the straight way in the part's frame when all joints go linearly from one place to another (a line without
-/// tool-centre-point control), mm: at most r (1 - cos(dtheta / 2)) for one rotary joint at a distance r.
+/// How far the tip leaves the straight way in the part's frame when all joints go linearly from one
+/// place to another (a line without tool-centre-point control), mm: at most r (1 - cos(dtheta / 2))
+/// for one rotary joint at a distance r.
 pub fn bow_mm(kinematics: &dyn Kinematics, from: &Coords, to: &Coords, tool: &[f64; 3]) -> f64 {
     let tip = |joints: &Coords| kinematics.tool_pose(joints, tool).tip;
     let (start, end) = (tip(from), tip(to));
@@ -48,12 +68,20 @@ pub fn bow_mm(kinematics: &dyn Kinematics, from: &Coords, to: &Coords, tool: &[f
     let square = dot(way, way);
     let at = |part: f64| {
         let away = sub(tip(&from.lerp(*to, part)), start);
-        let along = if square > 0.0 { (dot(away, way) / square).clamp(0.0, 1.0) } else { 0.0 };
+        let along = if square > 0.0 {
+            (dot(away, way) / square).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         norm(add(away, scale(way, -along)))
     };
     let step = 1.0 / f64::from(PARTS);
-    let places = (1..PARTS).map(|part| f64::from(part) * step).map(|part| (at(part), part));
-    let Some((most, top)) = places.max_by(|a, b| a.0.total_cmp(&b.0)) else { return 0.0 };
+    let places = (1..PARTS)
+        .map(|part| f64::from(part) * step)
+        .map(|part| (at(part), part));
+    let Some((most, top)) = places.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+        return 0.0;
+    };
     let (mut low, mut high) = (top - step, top + step);
     for _ in 0..HALVINGS {
         let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);

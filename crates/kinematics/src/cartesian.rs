@@ -1,8 +1,8 @@
 //! Every joint carries the axis of its own name.
 //!
-//! Joint = program coordinate, plus the tool's offset on X, Y and Z. Rotary axes are joints like the others: the program
-//! gives coordinates that already hold for the tilted part (no tool-centre-point control), as on a mill with a rotary table
-//! whose CAM knows the table.
+//! Joint = program coordinate, plus the tool's offset on X, Y and Z. Rotary axes are joints like
+//! the others: the program gives coordinates that already hold for the tilted part (no
+//! tool-centre-point control), as on a mill with a rotary table whose CAM knows the table.
 
 use crate::registry::check_parameters;
 use crate::{Kinematics, KinematicsError, KinematicsSpec, ToolPose};
@@ -16,7 +16,10 @@ pub const KIND: &str = "cartesian";
 pub struct Cartesian;
 
 /// Builds it from a machine file's description.
-pub(crate) fn build(spec: &KinematicsSpec, _: &crate::Reach) -> Result<Box<dyn Kinematics>, KinematicsError> {
+pub(crate) fn build(
+    spec: &KinematicsSpec,
+    _: &crate::Reach,
+) -> Result<Box<dyn Kinematics>, KinematicsError> {
     check_parameters(spec, KIND, &[])?;
     Ok(Box::new(Cartesian))
 }
@@ -34,7 +37,11 @@ impl Kinematics for Cartesian {
         Ok(*program + Coords::xyz(tool[0], tool[1], tool[2]))
     }
 
-    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3]) -> Result<[Jet; 9], KinematicsError> {
+    fn inverse_jet(
+        &self,
+        program: &[Jet; 9],
+        tool: &[f64; 3],
+    ) -> Result<[Jet; 9], KinematicsError> {
         let mut joints = *program;
         for (joint, offset) in joints.iter_mut().zip(tool) {
             joint.0[0] += offset;
@@ -46,9 +53,12 @@ impl Kinematics for Cartesian {
         *joints - Coords::xyz(tool[0], tool[1], tool[2])
     }
 
-    /// The tip in program coordinates and an axis along +Z: where rotary axes sit is not known here, so an orientation in the
-    /// part's frame cannot be told.
+    /// The tip in program coordinates and an axis along +Z: where rotary axes sit is not known
+    /// here, so an orientation in the part's frame cannot be told.
     fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose {
-        ToolPose { tip: self.forward(joints, tool).linear(), axis: [0.0, 0.0, 1.0] }
+        ToolPose {
+            tip: self.forward(joints, tool).linear(),
+            axis: [0.0, 0.0, 1.0],
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! CoreXY: two motors that stand still move one belt each, and together the carriage.
 //!
-//! a = x + y and b = x - y are the ways of the belts, which are the joints X and Y; Z and all others are as programmed. The
-//! tool's offset is added before.
+//! a = x + y and b = x - y are the ways of the belts, which are the joints X and Y; Z and all
+//! others are as programmed. The tool's offset is added before.
 
 use crate::registry::check_parameters;
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
@@ -15,7 +15,10 @@ pub const KIND: &str = "corexy";
 pub struct CoreXy;
 
 /// Builds it from a machine file's description.
-pub(crate) fn build(spec: &KinematicsSpec, _: &Reach) -> Result<Box<dyn Kinematics>, KinematicsError> {
+pub(crate) fn build(
+    spec: &KinematicsSpec,
+    _: &Reach,
+) -> Result<Box<dyn Kinematics>, KinematicsError> {
     check_parameters(spec, KIND, &[])?;
     Ok(Box::new(CoreXy))
 }
@@ -40,18 +43,29 @@ impl Kinematics for CoreXy {
         Ok(Coords(joints(&program.0, tool)))
     }
 
-    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3]) -> Result<[Jet; 9], KinematicsError> {
+    fn inverse_jet(
+        &self,
+        program: &[Jet; 9],
+        tool: &[f64; 3],
+    ) -> Result<[Jet; 9], KinematicsError> {
         Ok(joints(program, tool))
     }
 
     fn forward(&self, joints: &Coords, tool: &[f64; 3]) -> Coords {
         let [a, b, z] = joints.linear();
         let mut program = *joints;
-        program.0[..3].copy_from_slice(&[0.5 * (a + b) - tool[0], 0.5 * (a - b) - tool[1], z - tool[2]]);
+        program.0[..3].copy_from_slice(&[
+            0.5 * (a + b) - tool[0],
+            0.5 * (a - b) - tool[1],
+            z - tool[2],
+        ]);
         program
     }
 
     fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose {
-        ToolPose { tip: self.forward(joints, tool).linear(), axis: [0.0, 0.0, 1.0] }
+        ToolPose {
+            tip: self.forward(joints, tool).linear(),
+            axis: [0.0, 0.0, 1.0],
+        }
     }
 }

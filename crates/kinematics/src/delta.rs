@@ -1,12 +1,14 @@
 //! Linear delta: three carriages on upright towers carry the tool on rods.
 //!
-//! The towers stand at `tower_angles_deg` on a circle of `tower_radius_mm`, which is the distance of the rods' joints on the
-//! towers less that on the platform; L is `rod_mm`. With (x, y, z) the platform (tip plus the tool's offset), the joint of the
-//! tower at (px, py) is the height of its carriage
+//! The towers stand at `tower_angles_deg` on a circle of `tower_radius_mm`, which is the distance
+//! of the rods' joints on the towers less that on the platform; L is `rod_mm`. With (x, y, z) the
+//! platform (tip plus the tool's offset), the joint of the tower at (px, py) is the height of its
+//! carriage
 //!
 //! h = z + sqrt(L2 - (x - px)2 - (y - py)2).
 //!
-//! Forward is the intersection of three spheres of radius L about the carriages, the lower one of its two points.
+//! Forward is the intersection of three spheres of radius L about the carriages, the lower one of
+//! its two points.
 
 use crate::registry::check_parameters;
 use crate::vector::{cross, dot, scale, sub, unit};
@@ -17,7 +19,8 @@ use lostmotion_base::{AXES, Coords, Jet, Real, math};
 /// Registered name.
 pub const KIND: &str = "delta";
 
-/// Where the towers stand if nothing else is said, degrees: X front left, Y front right, Z at the back.
+/// Where the towers stand if nothing else is said, degrees: X front left, Y front right, Z at the
+/// back.
 const ANGLES_DEG: [f64; 3] = [210.0, 330.0, 90.0];
 /// Least part of the rod's length that has to stand upright.
 const UPRIGHT: f64 = 0.05;
@@ -30,14 +33,28 @@ pub struct Delta {
 }
 
 /// Builds it from a machine file's description.
-pub(crate) fn build(spec: &KinematicsSpec, _: &Reach) -> Result<Box<dyn Kinematics>, KinematicsError> {
-    check_parameters(spec, KIND, &["tower_radius_mm", "rod_mm", "tower_angles_deg"])?;
-    let refuse = |why: &str| Err(KinematicsError::Description { kind: KIND.to_owned(), why: why.to_owned() });
+pub(crate) fn build(
+    spec: &KinematicsSpec,
+    _: &Reach,
+) -> Result<Box<dyn Kinematics>, KinematicsError> {
+    check_parameters(
+        spec,
+        KIND,
+        &["tower_radius_mm", "rod_mm", "tower_angles_deg"],
+    )?;
+    let refuse = |why: &str| {
+        Err(KinematicsError::Description {
+            kind: KIND.to_owned(),
+            why: why.to_owned(),
+        })
+    };
     let (Some(radius), Some(rod_mm)) = (spec.tower_radius_mm, spec.rod_mm) else {
         return refuse("`tower_radius_mm` and `rod_mm` are both needed");
     };
     if !(radius > 0.0 && rod_mm > radius) {
-        return refuse("the rods (`rod_mm`) have to be longer than `tower_radius_mm`, and both above 0");
+        return refuse(
+            "the rods (`rod_mm`) have to be longer than `tower_radius_mm`, and both above 0",
+        );
     }
     let towers = spec.tower_angles_deg.unwrap_or(ANGLES_DEG).map(|degrees| {
         let (sin, cos) = math::sin_cos(rad(degrees));
@@ -67,7 +84,10 @@ impl Delta {
     }
 
     fn unreachable(pose: Coords) -> KinematicsError {
-        KinematicsError::Unreachable { pose, why: "a rod would lie flat or be too short".into() }
+        KinematicsError::Unreachable {
+            pose,
+            why: "a rod would lie flat or be too short".into(),
+        }
     }
 }
 
@@ -81,22 +101,34 @@ impl Kinematics for Delta {
     }
 
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
-        self.joints(&program.0, tool).map(Coords).ok_or_else(|| Delta::unreachable(*program))
+        self.joints(&program.0, tool)
+            .map(Coords)
+            .ok_or_else(|| Delta::unreachable(*program))
     }
 
-    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3]) -> Result<[Jet; 9], KinematicsError> {
-        self.joints(program, tool).ok_or_else(|| Delta::unreachable(Coords(program.map(|jet| jet.0[0]))))
+    fn inverse_jet(
+        &self,
+        program: &[Jet; 9],
+        tool: &[f64; 3],
+    ) -> Result<[Jet; 9], KinematicsError> {
+        self.joints(program, tool)
+            .ok_or_else(|| Delta::unreachable(Coords(program.map(|jet| jet.0[0]))))
     }
 
     fn forward(&self, joints: &Coords, tool: &[f64; 3]) -> Coords {
         let heights = joints.linear();
-        let carriage = |tower: usize| [self.towers[tower][0], self.towers[tower][1], heights[tower]];
+        let carriage =
+            |tower: usize| [self.towers[tower][0], self.towers[tower][1], heights[tower]];
         let [p, q, r] = [0, 1, 2].map(carriage);
-        // The centre of the circle through the three carriages, and down from it across their plane.
+        // The centre of the circle through the three carriages, and down from it across their
+        // plane.
         let (u, v) = (sub(q, p), sub(r, p));
         let normal = cross(u, v);
         let square = dot(normal, normal);
-        let to = scale(cross(sub(scale(v, dot(u, u)), scale(u, dot(v, v))), normal), 0.5 / square);
+        let to = scale(
+            cross(sub(scale(v, dot(u, u)), scale(u, dot(v, v))), normal),
+            0.5 / square,
+        );
         let down = unit(normal).map_or([0.0; 3], |n| if n[2] > 0.0 { scale(n, -1.0) } else { n });
         let drop = (self.rod_mm * self.rod_mm - dot(to, to)).max(0.0).sqrt();
         let mut program = *joints;
@@ -107,6 +139,9 @@ impl Kinematics for Delta {
     }
 
     fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose {
-        ToolPose { tip: self.forward(joints, tool).linear(), axis: [0.0, 0.0, 1.0] }
+        ToolPose {
+            tip: self.forward(joints, tool).linear(),
+            axis: [0.0, 0.0, 1.0],
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Machine kinematics: from the tool in the part to the joints and back.
 //!
-//! One file per kind of machine, one line in [`registry`] for each. Serial machines are one description, [`chain`].
+//! One file per kind of machine, one line in [`registry`] for each. Serial machines are one
+//! description, [`chain`].
 
 use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Jet};
 
@@ -23,7 +24,9 @@ pub use cartesian::Cartesian;
 pub use chain::{Chain, ChainJoint, Family};
 pub use machine_tool::MachineTool;
 pub use orient::{OrientError, Orientation};
-pub use registry::{KinematicsSpec, RegistryEntry, TipControl, Words, build, build_within, entries};
+pub use registry::{
+    KinematicsSpec, RegistryEntry, TipControl, Words, build, build_within, entries,
+};
 
 /// Where the tool is and how it points, in the part's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,16 +96,19 @@ impl KinematicsError {
     }
 }
 
-/// A machine's kinematics. Program coordinates (tool tip or axis values, as the machine's control takes them) on one
-/// side, joint positions on the other; both are [`Coords`], a joint having the index of the axis that names it.
+/// A machine's kinematics. Program coordinates (tool tip or axis values, as the machine's control
+/// takes them) on one side, joint positions on the other; both are [`Coords`], a joint having the
+/// index of the axis that names it.
 ///
-/// `tool` is the tool's offset (X, Y, Z in mm) that is in force; program coordinates are those of the tip, so that with all
-/// rotary axes at zero X, Y and Z of the joints are the program's plus the offset.
+/// `tool` is the tool's offset (X, Y, Z in mm) that is in force; program coordinates are those of
+/// the tip, so that with all rotary axes at zero X, Y and Z of the joints are the program's plus
+/// the offset.
 pub trait Kinematics: Send + Sync + std::fmt::Debug {
     /// Registered name.
     fn name(&self) -> &'static str;
 
-    /// Whether joints equal program coordinates up to a constant, so that derivatives by path length are the path's own.
+    /// Whether joints equal program coordinates up to a constant, so that derivatives by path
+    /// length are the path's own.
     fn is_affine(&self) -> bool;
 
     /// Joint positions of program coordinates, mm and rad.
@@ -111,11 +117,13 @@ pub trait Kinematics: Send + Sync + std::fmt::Debug {
     /// A pose out of the machine's reach.
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError>;
 
-    /// The same with the first three derivatives by path parameter: exact joint derivatives for the planner.
+    /// The same with the first three derivatives by path parameter: exact joint derivatives for the
+    /// planner.
     ///
     /// # Errors
     /// A pose out of the machine's reach.
-    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3]) -> Result<[Jet; 9], KinematicsError>;
+    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3])
+    -> Result<[Jet; 9], KinematicsError>;
 
     /// Program coordinates of joint positions: the inverse of [`Kinematics::inverse`].
     fn forward(&self, joints: &Coords, tool: &[f64; 3]) -> Coords;
@@ -128,12 +136,14 @@ pub trait Kinematics: Send + Sync + std::fmt::Debug {
         None
     }
 
-    /// Which words a program gives and which joints the machine has, where these are not the same letters; none where they are.
+    /// Which words a program gives and which joints the machine has, where these are not the same
+    /// letters; none where they are.
     fn layout(&self) -> Option<Layout> {
         None
     }
 
-    /// What turns directions of the tool into rotary words, for machines whose words are rotary joints.
+    /// What turns directions of the tool into rotary words, for machines whose words are rotary
+    /// joints.
     fn orientation(&self) -> Option<&Orientation> {
         None
     }

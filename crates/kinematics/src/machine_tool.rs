@@ -1,13 +1,15 @@
-//! Machine tools as chains: X Y Z are the tool tip in the workpiece's frame, the rotary words are the rotary joints, and
-//! three linear joints named X, Y and Z carry the tip wherever the rotary ones turn it.
+//! Machine tools as chains: X Y Z are the tool tip in the workpiece's frame, the rotary words are
+//! the rotary joints, and three linear joints named X, Y and Z carry the tip wherever the rotary
+//! ones turn it.
 //!
 //! With the rotary joints given the tip is affine in the three linear ones,
 //!
 //! tip = b(theta) + sum m_k(theta) l_k,
 //!
-//! so that the inverse is a 3 x 3 system, exact on jets too. Where no rotary joint lies between the three linear ones (nearly
-//! every machine: table-table, head-head, head-table, nutating, one rotary axis or none) its matrix is constant: the tip goes
-//! backward through the joints before them, the tool forward through those behind, and the difference is what they move.
+//! so that the inverse is a 3 x 3 system, exact on jets too. Where no rotary joint lies between the
+//! three linear ones (nearly every machine: table-table, head-head, head-table, nutating, one
+//! rotary axis or none) its matrix is constant: the tip goes backward through the joints before
+//! them, the tool forward through those behind, and the difference is what they move.
 
 use crate::chain::{Chain, ChainJoint, JointSpec};
 use crate::orient::Orientation;
@@ -43,28 +45,57 @@ struct Together {
 }
 
 /// Builds it from a machine file's description.
-pub(crate) fn build(spec: &KinematicsSpec, reach: &Reach) -> Result<Box<dyn Kinematics>, KinematicsError> {
-    check_parameters(spec, KIND, &["words", "joint", "gauge", "tip_control", "orientation_tolerance_deg", "home"])?;
+pub(crate) fn build(
+    spec: &KinematicsSpec,
+    reach: &Reach,
+) -> Result<Box<dyn Kinematics>, KinematicsError> {
+    check_parameters(
+        spec,
+        KIND,
+        &[
+            "words",
+            "joint",
+            "gauge",
+            "tip_control",
+            "orientation_tolerance_deg",
+            "home",
+        ],
+    )?;
     let chain = JointSpec::chain(&spec.joint, &spec.gauge.unwrap_or_default(), KIND)?;
     if spec.words == Some(crate::Words::Pose) {
         return crate::pose::build(chain, spec, reach);
     }
     if spec.home.is_some() {
         let why = "it has no use for `home` unless `words` is `pose`".to_owned();
-        return Err(KinematicsError::Description { kind: KIND.to_owned(), why });
+        return Err(KinematicsError::Description {
+            kind: KIND.to_owned(),
+            why,
+        });
     }
     let tool = MachineTool::new(KIND, chain, reach, tolerance(spec)?);
-    Ok(Box::new(tool.map_err(|why| KinematicsError::Description { kind: KIND.to_owned(), why })?))
+    Ok(Box::new(tool.map_err(|why| {
+        KinematicsError::Description {
+            kind: KIND.to_owned(),
+            why,
+        }
+    })?))
 }
 
 /// How far the direction of the tool may leave the programmed one, rad.
 pub(crate) fn tolerance(spec: &KinematicsSpec) -> Result<f64, KinematicsError> {
-    let tolerance_deg = spec.orientation_tolerance_deg.unwrap_or(DEFAULT_TOLERANCE_DEG);
+    let tolerance_deg = spec
+        .orientation_tolerance_deg
+        .unwrap_or(DEFAULT_TOLERANCE_DEG);
     if tolerance_deg > 0.0 && tolerance_deg <= 10.0 {
         return Ok(lostmotion_base::units::rad(tolerance_deg));
     }
-    let why = format!("`orientation_tolerance_deg` is {tolerance_deg}; it has to be above 0 and at most 10");
-    Err(KinematicsError::Description { kind: spec.kind.clone(), why })
+    let why = format!(
+        "`orientation_tolerance_deg` is {tolerance_deg}; it has to be above 0 and at most 10"
+    );
+    Err(KinematicsError::Description {
+        kind: spec.kind.clone(),
+        why,
+    })
 }
 
 /// Orientation tolerance of machines that do not say, degrees.
@@ -75,10 +106,18 @@ impl MachineTool {
     ///
     /// # Errors
     /// A chain without them, or one whose three linear joints lie in a plane.
-    pub fn new(kind: &'static str, chain: Chain, reach: &Reach, tolerance_rad: f64) -> Result<MachineTool, String> {
+    pub fn new(
+        kind: &'static str,
+        chain: Chain,
+        reach: &Reach,
+        tolerance_rad: f64,
+    ) -> Result<MachineTool, String> {
         let mut carriers = [0; 3];
         for (slot, axis) in carriers.iter_mut().zip([AxisId::X, AxisId::Y, AxisId::Z]) {
-            let found = chain.joints.iter().position(|joint| joint.axis == axis && !joint.rotary);
+            let found = chain
+                .joints
+                .iter()
+                .position(|joint| joint.axis == axis && !joint.rotary);
             *slot = found.ok_or_else(|| {
                 format!(
                     "linear joint `{axis}` is missing; machines without linear joints X, Y and Z need `words = \"pose\"`",
@@ -91,14 +130,31 @@ impl MachineTool {
         if volume.abs() < INDEPENDENT {
             return Err("the directions of the linear joints x, y and z lie in a plane".into());
         }
-        let (first, last) = (*carriers.iter().min().unwrap_or(&0), *carriers.iter().max().unwrap_or(&0));
+        let (first, last) = (
+            *carriers.iter().min().unwrap_or(&0),
+            *carriers.iter().max().unwrap_or(&0),
+        );
         let apart = chain.joints[first..=last].iter().any(|joint| joint.rotary);
         let plain = directions == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let rows = [cross(directions[1], directions[2]), cross(directions[2], directions[0]), cross(directions[0], directions[1])];
+        let rows = [
+            cross(directions[1], directions[2]),
+            cross(directions[2], directions[0]),
+            cross(directions[0], directions[1]),
+        ];
         let inverse = (!plain).then(|| rows.map(|row| scale(row, 1.0 / volume)));
-        let together = (!apart).then_some(Together { first, last, inverse });
+        let together = (!apart).then_some(Together {
+            first,
+            last,
+            inverse,
+        });
         let orientation = Orientation::new(&chain, reach, tolerance_rad);
-        Ok(MachineTool { kind, chain, carriers, together, orientation })
+        Ok(MachineTool {
+            kind,
+            chain,
+            carriers,
+            together,
+            orientation,
+        })
     }
 
     /// Part to joints, for numbers and for jets alike.
@@ -117,17 +173,37 @@ impl MachineTool {
         joints
     }
 
-    fn ways_together<R: Real>(&self, together: &Together, program: &[R; AXES], target: Vector<R>, tip: Vector<R>) -> Vector<R> {
+    fn ways_together<R: Real>(
+        &self,
+        together: &Together,
+        program: &[R; AXES],
+        target: Vector<R>,
+        tip: Vector<R>,
+    ) -> Vector<R> {
         let at = |joint: &ChainJoint| program[joint.axis.index()];
         let joints = &self.chain.joints;
-        let target = joints[..together.first].iter().fold(target, |point, joint| joint.leave(point, at(joint)));
-        let carried = joints.iter().enumerate().skip(together.first).rev().filter(|(index, _)| !self.carriers.contains(index));
+        let target = joints[..together.first]
+            .iter()
+            .fold(target, |point, joint| joint.leave(point, at(joint)));
+        let carried = joints
+            .iter()
+            .enumerate()
+            .skip(together.first)
+            .rev()
+            .filter(|(index, _)| !self.carriers.contains(index));
         let tip = carried.fold(tip, |point, (_, joint)| joint.carry(point, at(joint)));
         let way = sub(target, tip);
-        together.inverse.map_or(way, |rows| apply(&rows.map(constant), way))
+        together
+            .inverse
+            .map_or(way, |rows| apply(&rows.map(constant), way))
     }
 
-    fn ways_apart<R: Real>(&self, program: &[R; AXES], target: Vector<R>, tip: Vector<R>) -> Vector<R> {
+    fn ways_apart<R: Real>(
+        &self,
+        program: &[R; AXES],
+        target: Vector<R>,
+        tip: Vector<R>,
+    ) -> Vector<R> {
         let mut tip = tip;
         let mut columns = [constant([0.0; 3]); 3];
         for (index, joint) in self.chain.joints.iter().enumerate().rev() {
@@ -142,7 +218,11 @@ impl MachineTool {
         let way = sub(target, tip);
         let [x, y, z] = columns;
         let volume = dot(x, cross(y, z));
-        [dot(way, cross(y, z)) / volume, dot(way, cross(z, x)) / volume, dot(way, cross(x, y)) / volume]
+        [
+            dot(way, cross(y, z)) / volume,
+            dot(way, cross(z, x)) / volume,
+            dot(way, cross(x, y)) / volume,
+        ]
     }
 }
 
@@ -157,10 +237,21 @@ impl Kinematics for MachineTool {
 
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
         let joints = Coords(self.joints(&program.0, tool));
-        if joints.is_finite() { Ok(joints) } else { Err(KinematicsError::singular(program, "the linear joints are in a plane there")) }
+        if joints.is_finite() {
+            Ok(joints)
+        } else {
+            Err(KinematicsError::singular(
+                program,
+                "the linear joints are in a plane there",
+            ))
+        }
     }
 
-    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3]) -> Result<[Jet; 9], KinematicsError> {
+    fn inverse_jet(
+        &self,
+        program: &[Jet; 9],
+        tool: &[f64; 3],
+    ) -> Result<[Jet; 9], KinematicsError> {
         Ok(self.joints(program, tool))
     }
 
@@ -171,7 +262,10 @@ impl Kinematics for MachineTool {
     }
 
     fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose {
-        ToolPose { tip: self.chain.tip(&joints.0, tool), axis: self.chain.axis(joints) }
+        ToolPose {
+            tip: self.chain.tip(&joints.0, tool),
+            axis: self.chain.axis(joints),
+        }
     }
 
     fn chain(&self) -> Option<&Chain> {

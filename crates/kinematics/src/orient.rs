@@ -1,9 +1,10 @@
-//! From directions of the tool to rotary joints: both solutions of every direction, and the way through a list of them that
-//! turns least, stays in the travel, and never jumps.
+//! From directions of the tool to rotary joints: both solutions of every direction, and the way
+//! through a list of them that turns least, stays in the travel, and never jumps.
 //!
-//! The direction of the tool in the workpiece's frame is R(u1, a) R(u2, b) t for two rotary joints in the order from the
-//! workpiece, whatever sits between them, so that one closed form (`turns::two`) serves tables, heads and nutating
-//! ones alike. It has two solutions, and at the pole (the direction on u1) any angle of the first joint will do.
+//! The direction of the tool in the workpiece's frame is R(u1, a) R(u2, b) t for two rotary joints
+//! in the order from the workpiece, whatever sits between them, so that one closed form
+//! (`turns::two`) serves tables, heads and nutating ones alike. It has two solutions, and at the
+//! pole (the direction on u1) any angle of the first joint will do.
 
 mod branch;
 mod follow;
@@ -26,7 +27,8 @@ pub struct Orientation {
     tolerance_rad: f64,
 }
 
-/// Positions of the rotary joints, rad, in the order from the workpiece; for one joint the second is 0.
+/// Positions of the rotary joints, rad, in the order from the workpiece; for one joint the second
+/// is 0.
 pub type Angles = [f64; 2];
 
 /// A direction that the machine cannot bring the tool into.
@@ -63,12 +65,25 @@ pub enum OrientError {
 impl Orientation {
     /// For a chain with one or two rotary joints; none for others.
     pub(crate) fn new(chain: &Chain, reach: &Reach, tolerance_rad: f64) -> Option<Orientation> {
-        let joints: Vec<ChainJoint> = chain.joints.iter().filter(|joint| joint.rotary).copied().collect();
+        let joints: Vec<ChainJoint> = chain
+            .joints
+            .iter()
+            .filter(|joint| joint.rotary)
+            .copied()
+            .collect();
         if joints.is_empty() || joints.len() > 2 {
             return None;
         }
-        let travel = joints.iter().map(|joint| reach.0[joint.axis.index()]).collect();
-        Some(Orientation { joints, travel, tool: chain.axis_at_zero(), tolerance_rad })
+        let travel = joints
+            .iter()
+            .map(|joint| reach.0[joint.axis.index()])
+            .collect();
+        Some(Orientation {
+            joints,
+            travel,
+            tool: chain.axis_at_zero(),
+            tolerance_rad,
+        })
     }
 
     /// The axes of its joints in the order from the workpiece.
@@ -103,38 +118,54 @@ impl Orientation {
     /// Direction of the tool, from tip to spindle, in the workpiece's frame.
     pub fn direction(&self, angles: Angles) -> [f64; 3] {
         let joints = self.joints.iter().zip(angles).rev();
-        joints.fold(self.tool, |direction, (joint, angle)| joint.carry_direction(direction, angle))
+        joints.fold(self.tool, |direction, (joint, angle)| {
+            joint.carry_direction(direction, angle)
+        })
     }
 
-    /// Every pair of angles (within a turn) that gives a direction; none for the first of a pair where any does. Empty if the
-    /// direction cannot be had.
+    /// Every pair of angles (within a turn) that gives a direction; none for the first of a pair
+    /// where any does. Empty if the direction cannot be had.
     pub fn solutions(&self, direction: [f64; 3]) -> Vec<(Option<f64>, f64)> {
-        let Some(direction) = unit(direction) else { return Vec::new() };
+        let Some(direction) = unit(direction) else {
+            return Vec::new();
+        };
         match self.joints.as_slice() {
             [first, second] => {
                 let found = turns::two(&first.turning, &second.turning, self.tool, direction);
-                let positions = |(a, b): (Option<f64>, f64)| (a.map(|a| first.position(a)), second.position(b));
+                let positions =
+                    |(a, b): (Option<f64>, f64)| (a.map(|a| first.position(a)), second.position(b));
                 found.into_iter().flatten().map(positions).collect()
             }
             [only] => {
                 let found = turns::one(&only.turning, self.tool, direction);
-                found.into_iter().map(|angle| (angle.map(|a| only.position(a)), 0.0)).collect()
+                found
+                    .into_iter()
+                    .map(|angle| (angle.map(|a| only.position(a)), 0.0))
+                    .collect()
             }
             _ => Vec::new(),
         }
     }
 
-    /// Angle between a direction and the nearer pole of the first joint, rad; none where there is no pole within reach.
+    /// Angle between a direction and the nearer pole of the first joint, rad; none where there is
+    /// no pole within reach.
     fn pole_distance(&self, direction: [f64; 3]) -> Option<f64> {
-        let [first, _] = self.joints.as_slice() else { return None };
+        let [first, _] = self.joints.as_slice() else {
+            return None;
+        };
         let along = dot(first.direction(), direction);
         let pole = first.direction().map(|c| c * along.signum());
-        self.solutions(pole).first().map(|_| angle_between(pole, direction))
+        self.solutions(pole)
+            .first()
+            .map(|_| angle_between(pole, direction))
     }
 }
 
 /// Angle between two unit vectors, rad; exact for small ones too.
 pub(crate) fn angle_between(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let (sum, difference): ([f64; 3], [f64; 3]) = (std::array::from_fn(|i| a[i] + b[i]), std::array::from_fn(|i| a[i] - b[i]));
+    let (sum, difference): ([f64; 3], [f64; 3]) = (
+        std::array::from_fn(|i| a[i] + b[i]),
+        std::array::from_fn(|i| a[i] - b[i]),
+    );
     2.0 * lostmotion_base::math::atan2(crate::vector::norm(difference), crate::vector::norm(sum))
 }

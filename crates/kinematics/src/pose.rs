@@ -1,8 +1,9 @@
-//! Chains whose words are a pose: X Y Z the tip, A B C roll, pitch and yaw of the tool's frame (R = Rz(C) Ry(B) Rx(A)), both
-//! in the workpiece's frame; joints are whatever the chain has.
+//! Chains whose words are a pose: X Y Z the tip, A B C roll, pitch and yaw of the tool's frame (R =
+//! Rz(C) Ry(B) Rx(A)), both in the workpiece's frame; joints are whatever the chain has.
 //!
-//! Six rotary joints whose last three meet in a point have a closed form ([`arm`]); every other chain is solved by Newton's
-//! method ([`numeric`]). `home` in the machine file picks the branch: the one in which the machine stands at home.
+//! Six rotary joints whose last three meet in a point have a closed form ([`arm`]); every other
+//! chain is solved by Newton's method ([`numeric`]). `home` in the machine file picks the branch:
+//! the one in which the machine stands at home.
 
 mod arm;
 mod numeric;
@@ -17,15 +18,27 @@ pub(crate) use arm::Arm;
 pub(crate) use numeric::Numeric;
 
 /// Builds the closed form if there is one for the chain, else the numeric inverse.
-pub(crate) fn build(chain: Chain, spec: &KinematicsSpec, reach: &Reach) -> Result<Box<dyn Kinematics>, KinematicsError> {
-    let describe = |why: String| KinematicsError::Description { kind: spec.kind.clone(), why };
+pub(crate) fn build(
+    chain: Chain,
+    spec: &KinematicsSpec,
+    reach: &Reach,
+) -> Result<Box<dyn Kinematics>, KinematicsError> {
+    let describe = |why: String| KinematicsError::Description {
+        kind: spec.kind.clone(),
+        why,
+    };
     let home = home(&chain, spec).map_err(describe)?;
     if spec.tip_control.is_some() || spec.orientation_tolerance_deg.is_some() {
-        return Err(describe("words that are a pose have no use for `tip_control` and `orientation_tolerance_deg`".into()));
+        return Err(describe(
+            "words that are a pose have no use for `tip_control` and `orientation_tolerance_deg`"
+                .into(),
+        ));
     }
     match Arm::new(&chain, &home) {
         Some(arm) => Ok(Box::new(arm)),
-        None => Ok(Box::new(Numeric::new(chain, home, reach).map_err(describe)?)),
+        None => Ok(Box::new(
+            Numeric::new(chain, home, reach).map_err(describe)?,
+        )),
     }
 }
 
@@ -58,12 +71,22 @@ impl<R: Real> Pose<R> {
     pub(crate) fn of_words(words: &[R; AXES]) -> Pose<R> {
         let angles = [words[3], words[4], words[5]];
         let column = |axis: [f64; 3]| roll_pitch_yaw(constant(axis), angles);
-        Pose { tip: [words[0], words[1], words[2]], columns: [column([1.0, 0.0, 0.0]), column([0.0, 1.0, 0.0]), column([0.0, 0.0, 1.0])] }
+        Pose {
+            tip: [words[0], words[1], words[2]],
+            columns: [
+                column([1.0, 0.0, 0.0]),
+                column([0.0, 1.0, 0.0]),
+                column([0.0, 0.0, 1.0]),
+            ],
+        }
     }
 
     /// Of a chain's joints.
     pub(crate) fn of_joints(chain: &Chain, joints: &[R; AXES], tool: &[f64; 3]) -> Pose<R> {
-        Pose { tip: chain.tip(joints, tool), columns: chain.columns.map(|column| chain.direction(joints, column)) }
+        Pose {
+            tip: chain.tip(joints, tool),
+            columns: chain.columns.map(|column| chain.direction(joints, column)),
+        }
     }
 }
 
@@ -82,7 +105,10 @@ pub(crate) fn layout(chain: &Chain) -> Layout {
     let joints: AxisSet = chain.joints.iter().map(|joint| joint.axis).collect();
     let pose = AxisId::ALL.into_iter().take(6);
     let extra = joints.iter().filter(|axis| axis.index() >= 6);
-    Layout { words: pose.chain(extra).collect(), joints }
+    Layout {
+        words: pose.chain(extra).collect(),
+        joints,
+    }
 }
 
 /// Joint positions by axis from those in the chain's order.
@@ -94,12 +120,17 @@ pub(crate) fn in_order<R: Real>(chain: &Chain, positions: &[R]) -> [R; AXES] {
     joints
 }
 
-/// A rotary position a whole number of turns away, nearest to another: the cut lies half a turn from it.
+/// A rotary position a whole number of turns away, nearest to another: the cut lies half a turn
+/// from it.
 pub(crate) fn turns_to(angle: f64, near: f64) -> f64 {
     std::f64::consts::TAU * ((near - angle) / std::f64::consts::TAU).round()
 }
 
 /// The axes of a chain's joints, for messages.
 pub(crate) fn letters(chain: &Chain) -> String {
-    chain.joints.iter().map(|joint| AxisId::letter(joint.axis)).collect()
+    chain
+        .joints
+        .iter()
+        .map(|joint| AxisId::letter(joint.axis))
+        .collect()
 }

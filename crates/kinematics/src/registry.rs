@@ -2,7 +2,9 @@
 
 use crate::chain::{GaugeSpec, JointSpec};
 use crate::scara::Elbow;
-use crate::{Kinematics, KinematicsError, Reach, cartesian, corexy, delta, machine_tool, scara, trunnion};
+use crate::{
+    Kinematics, KinematicsError, Reach, cartesian, corexy, delta, machine_tool, scara, trunnion,
+};
 use serde::{Deserialize, Serialize};
 
 /// When X Y Z are the tool's tip.
@@ -12,7 +14,8 @@ pub enum TipControl {
     /// Always, as LinuxCNC's five-axis kinematics do; G43.4 is the tool's length then.
     #[default]
     Always,
-    /// From G43.4 or G43.5 to G49, and in a plane that G53.1 has turned to; else X Y Z are the linear joints.
+    /// From G43.4 or G43.5 to G49, and in a plane that G53.1 has turned to; else X Y Z are the
+    /// linear joints.
     Programmed,
 }
 
@@ -26,8 +29,8 @@ pub enum Words {
     Pose,
 }
 
-/// What a machine file says about its kinematics. Which of the optional keys a kind takes, and which it needs, its own file
-/// says; a key that the kind has no use for is refused.
+/// What a machine file says about its kinematics. Which of the optional keys a kind takes, and
+/// which it needs, its own file says; a key that the kind has no use for is refused.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KinematicsSpec {
@@ -45,19 +48,22 @@ pub struct KinematicsSpec {
     /// From the rotation point to the tilting axis along Z, mm; 0 if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offset_z_mm: Option<f64>,
-    /// Whether positive angles turn the tool counter-clockwise as seen from the part (ISO 841); true if not given.
+    /// Whether positive angles turn the tool counter-clockwise as seen from the part (ISO 841);
+    /// true if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conventional_directions: Option<bool>,
     /// When X Y Z are the tool's tip: `always` or `programmed`; `always` if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_control: Option<TipControl>,
-    /// How far the tool's direction may leave the programmed one while it turns, deg; 0.1 if not given.
+    /// How far the tool's direction may leave the programmed one while it turns, deg; 0.1 if not
+    /// given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub orientation_tolerance_deg: Option<f64>,
     /// What the rotary words are: `axes` or `pose`; `axes` if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub words: Option<Words>,
-    /// Joints at home in the order of the chain, mm and deg: chooses among the solutions where words are a pose.
+    /// Joints at home in the order of the chain, mm and deg: chooses among the solutions where
+    /// words are a pose.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub home: Option<Vec<f64>>,
     /// Distance of a delta's towers from the middle, less that of the rods on the platform, mm.
@@ -130,9 +136,21 @@ pub fn entries() -> &'static [RegistryEntry] {
             summary: "joints in any order from workpiece to tool: tables, heads, nutating ones, arms",
             build: machine_tool::build,
         },
-        RegistryEntry { kind: corexy::KIND, summary: "two belts that move X and Y together", build: corexy::build },
-        RegistryEntry { kind: delta::KIND, summary: "three carriages on towers carry the tool on rods", build: delta::build },
-        RegistryEntry { kind: scara::KIND, summary: "two arms about upright axes (A, B), quill Z, wrist C", build: scara::build },
+        RegistryEntry {
+            kind: corexy::KIND,
+            summary: "two belts that move X and Y together",
+            build: corexy::build,
+        },
+        RegistryEntry {
+            kind: delta::KIND,
+            summary: "three carriages on towers carry the tool on rods",
+            build: delta::build,
+        },
+        RegistryEntry {
+            kind: scara::KIND,
+            summary: "two arms about upright axes (A, B), quill Z, wrist C",
+            build: scara::build,
+        },
     ]
 }
 
@@ -148,13 +166,19 @@ pub fn build(spec: &KinematicsSpec) -> Result<Box<dyn Kinematics>, KinematicsErr
 ///
 /// # Errors
 /// As [`build`].
-pub fn build_within(spec: &KinematicsSpec, reach: &Reach) -> Result<Box<dyn Kinematics>, KinematicsError> {
+pub fn build_within(
+    spec: &KinematicsSpec,
+    reach: &Reach,
+) -> Result<Box<dyn Kinematics>, KinematicsError> {
     match entries().iter().find(|entry| entry.kind == spec.kind) {
         Some(entry) => (entry.build)(spec, reach),
         None => {
             let known: Vec<_> = entries().iter().map(|entry| entry.kind).collect();
             let why = format!("there is no such kind; known are {}", known.join(", "));
-            Err(KinematicsError::Description { kind: spec.kind.clone(), why })
+            Err(KinematicsError::Description {
+                kind: spec.kind.clone(),
+                why,
+            })
         }
     }
 }
@@ -164,33 +188,60 @@ fn given(spec: &KinematicsSpec) -> Vec<(&'static str, Vec<f64>)> {
     let one = |value: Option<f64>| value.map(|value| vec![value]);
     let there = |is: bool| is.then(Vec::new);
     let all = [
-        ("rotation_point_mm", spec.rotation_point_mm.map(|v| v.to_vec())),
+        (
+            "rotation_point_mm",
+            spec.rotation_point_mm.map(|v| v.to_vec()),
+        ),
         ("offset_x_mm", one(spec.offset_x_mm)),
         ("offset_y_mm", one(spec.offset_y_mm)),
         ("offset_z_mm", one(spec.offset_z_mm)),
-        ("conventional_directions", there(spec.conventional_directions.is_some())),
+        (
+            "conventional_directions",
+            there(spec.conventional_directions.is_some()),
+        ),
         ("tip_control", there(spec.tip_control.is_some())),
-        ("orientation_tolerance_deg", one(spec.orientation_tolerance_deg)),
+        (
+            "orientation_tolerance_deg",
+            one(spec.orientation_tolerance_deg),
+        ),
         ("words", there(spec.words.is_some())),
         ("home", spec.home.clone()),
         ("tower_radius_mm", one(spec.tower_radius_mm)),
         ("rod_mm", one(spec.rod_mm)),
-        ("tower_angles_deg", spec.tower_angles_deg.map(|v| v.to_vec())),
+        (
+            "tower_angles_deg",
+            spec.tower_angles_deg.map(|v| v.to_vec()),
+        ),
         ("upper_arm_mm", one(spec.upper_arm_mm)),
         ("forearm_mm", one(spec.forearm_mm)),
         ("elbow", there(spec.elbow.is_some())),
         ("gauge", there(spec.gauge.is_some())),
         ("joint", there(!spec.joint.is_empty())),
     ];
-    all.into_iter().filter_map(|(key, values)| values.map(|values| (key, values))).collect()
+    all.into_iter()
+        .filter_map(|(key, values)| values.map(|values| (key, values)))
+        .collect()
 }
 
 /// Refuses keys that the kind does not take and values that are no numbers.
-pub(crate) fn check_parameters(spec: &KinematicsSpec, kind: &str, taken: &[&str]) -> Result<(), KinematicsError> {
+pub(crate) fn check_parameters(
+    spec: &KinematicsSpec,
+    kind: &str,
+    taken: &[&str],
+) -> Result<(), KinematicsError> {
     for (key, values) in given(spec) {
-        let refuse = |why: String| Err(KinematicsError::Description { kind: kind.to_owned(), why });
+        let refuse = |why: String| {
+            Err(KinematicsError::Description {
+                kind: kind.to_owned(),
+                why,
+            })
+        };
         if !taken.contains(&key) {
-            let takes = if taken.is_empty() { "no parameters".to_owned() } else { taken.join(", ") };
+            let takes = if taken.is_empty() {
+                "no parameters".to_owned()
+            } else {
+                taken.join(", ")
+            };
             return refuse(format!("it has no use for `{key}`; it takes {takes}"));
         }
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {

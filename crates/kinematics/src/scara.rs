@@ -1,14 +1,15 @@
 //! SCARA: two arms that turn about upright axes, a quill, and a wrist that turns the tool.
 //!
-//! Joints: A the upper arm (from +X), B the forearm (from the upper arm), Z the quill, C the wrist (from the forearm). Words:
-//! X Y Z the tip, C the tool's angle; the tool's offset counts in its turned frame in X and Y and adds to Z. With r2 = x2 + y2 of
-//! the wrist, l1 `upper_arm_mm`, l2 `forearm_mm` and e = 1 for `elbow = "left"`, -1 for `"right"`,
+//! Joints: A the upper arm (from +X), B the forearm (from the upper arm), Z the quill, C the wrist
+//! (from the forearm). Words: X Y Z the tip, C the tool's angle; the tool's offset counts in its
+//! turned frame in X and Y and adds to Z. With r2 = x2 + y2 of the wrist, l1 `upper_arm_mm`, l2
+//! `forearm_mm` and e = 1 for `elbow = "left"`, -1 for `"right"`,
 //!
 //! B = e atan2(sqrt(4 l1^2 l2^2 - k^2), k),  k = r2 - l1^2 - l2^2
 //! A = atan2(y, x) - atan2(l2 sin B, l1 + l2 cos B),   wrist = C - A - B.
 //!
-//! The elbow stays on its side, so joints are continuous up to the cut of atan2 behind the base, which the travel of A has
-//! to leave out.
+//! The elbow stays on its side, so joints are continuous up to the cut of atan2 behind the base,
+//! which the travel of A has to leave out.
 
 use crate::registry::check_parameters;
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Layout, Reach, ToolPose};
@@ -41,16 +42,28 @@ pub struct Scara {
 }
 
 /// Builds it from a machine file's description.
-pub(crate) fn build(spec: &KinematicsSpec, _: &Reach) -> Result<Box<dyn Kinematics>, KinematicsError> {
+pub(crate) fn build(
+    spec: &KinematicsSpec,
+    _: &Reach,
+) -> Result<Box<dyn Kinematics>, KinematicsError> {
     check_parameters(spec, KIND, &["upper_arm_mm", "forearm_mm", "elbow"])?;
-    let refuse = |why: &str| Err(KinematicsError::Description { kind: KIND.to_owned(), why: why.to_owned() });
+    let refuse = |why: &str| {
+        Err(KinematicsError::Description {
+            kind: KIND.to_owned(),
+            why: why.to_owned(),
+        })
+    };
     let (Some(upper), Some(fore)) = (spec.upper_arm_mm, spec.forearm_mm) else {
         return refuse("`upper_arm_mm` and `forearm_mm` are both needed");
     };
     if !(upper > 0.0 && fore > 0.0) {
         return refuse("`upper_arm_mm` and `forearm_mm` have to be above 0");
     }
-    let bend = if spec.elbow == Some(Elbow::Left) { -1.0 } else { 1.0 };
+    let bend = if spec.elbow == Some(Elbow::Left) {
+        -1.0
+    } else {
+        1.0
+    };
     Ok(Box::new(Scara { upper, fore, bend }))
 }
 
@@ -85,7 +98,10 @@ impl Scara {
 
     fn unreachable(&self, pose: Coords) -> KinematicsError {
         let (near, far) = ((self.upper - self.fore).abs(), self.upper + self.fore);
-        KinematicsError::Unreachable { pose, why: format!("the arms reach from {near} to {far} mm around the base") }
+        KinematicsError::Unreachable {
+            pose,
+            why: format!("the arms reach from {near} to {far} mm around the base"),
+        }
     }
 }
 
@@ -99,11 +115,18 @@ impl Kinematics for Scara {
     }
 
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
-        self.joints(&program.0, tool).map(Coords).ok_or_else(|| self.unreachable(*program))
+        self.joints(&program.0, tool)
+            .map(Coords)
+            .ok_or_else(|| self.unreachable(*program))
     }
 
-    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3]) -> Result<[Jet; 9], KinematicsError> {
-        self.joints(program, tool).ok_or_else(|| self.unreachable(Coords(program.map(|jet| jet.0[0]))))
+    fn inverse_jet(
+        &self,
+        program: &[Jet; 9],
+        tool: &[f64; 3],
+    ) -> Result<[Jet; 9], KinematicsError> {
+        self.joints(program, tool)
+            .ok_or_else(|| self.unreachable(Coords(program.map(|jet| jet.0[0]))))
     }
 
     fn forward(&self, joints: &Coords, tool: &[f64; 3]) -> Coords {
@@ -112,18 +135,29 @@ impl Kinematics for Scara {
         let (elbow, wrist) = (turn([self.upper, 0.0], a), turn([self.fore, 0.0], a + b));
         let offset = turn([tool[0], tool[1]], c);
         let mut program = *joints;
-        program.0[..3].copy_from_slice(&[elbow[0] + wrist[0] - offset[0], elbow[1] + wrist[1] - offset[1], joints.0[2] - tool[2]]);
+        program.0[..3].copy_from_slice(&[
+            elbow[0] + wrist[0] - offset[0],
+            elbow[1] + wrist[1] - offset[1],
+            joints.0[2] - tool[2],
+        ]);
         (program.0[A], program.0[B], program.0[C]) = (0.0, 0.0, c);
         program
     }
 
     fn layout(&self) -> Option<Layout> {
-        let words = [AxisId::X, AxisId::Y, AxisId::Z, AxisId::C].into_iter().collect();
-        let joints = [AxisId::Z, AxisId::A, AxisId::B, AxisId::C].into_iter().collect();
+        let words = [AxisId::X, AxisId::Y, AxisId::Z, AxisId::C]
+            .into_iter()
+            .collect();
+        let joints = [AxisId::Z, AxisId::A, AxisId::B, AxisId::C]
+            .into_iter()
+            .collect();
         Some(Layout { words, joints })
     }
 
     fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose {
-        ToolPose { tip: self.forward(joints, tool).linear(), axis: [0.0, 0.0, 1.0] }
+        ToolPose {
+            tip: self.forward(joints, tool).linear(),
+            axis: [0.0, 0.0, 1.0],
+        }
     }
 }

@@ -1,7 +1,8 @@
-//! Turns that bring one direction onto another: the closed forms behind every analytic inverse here.
+//! Turns that bring one direction onto another: the closed forms behind every analytic inverse
+//! here.
 //!
-//! Paden and Kahan's subproblems in the form of R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic
-//! Manipulation, CRC Press 1994, chapter 3.3.
+//! Paden and Kahan's subproblems in the form of R. M. Murray, Z. Li, S. S. Sastry, A Mathematical
+//! Introduction to Robotic Manipulation, CRC Press 1994, chapter 3.3.
 
 use crate::vector::{Turning, Vector, constant, cross, dot, norm, scale, sub};
 use lostmotion_base::Real;
@@ -11,16 +12,23 @@ const ROUNDING: f64 = 1e-9;
 /// Square of the sine to an axis below which a direction is that axis.
 const POLE: f64 = 1e-22;
 
-/// Angles x that fulfil a cos x + b sin x = d: x = atan2(b, a) + / - atan2(sqrt((h - d)(h + d)), d) with h = |(a, b)|.
-/// `above` and `below` are h - d and h + d, given because they may be known more exactly than by subtraction. None if no
-/// angle does.
+/// Angles x that fulfil a cos x + b sin x = d: x = atan2(b, a) + / - atan2(sqrt((h - d)(h + d)), d)
+/// with h = |(a, b)|. `above` and `below` are h - d and h + d, given because they may be known more
+/// exactly than by subtraction. None if no angle does.
 pub(crate) fn cosine<R: Real>(a: R, b: R, d: R, above: R, below: R) -> Option<[R; 2]> {
     let size = (a.value() * a.value() + b.value() * b.value()).sqrt();
-    if above.value() < -ROUNDING * (1.0 + size) || below.value() < -ROUNDING * (1.0 + size) || size == 0.0 {
+    if above.value() < -ROUNDING * (1.0 + size)
+        || below.value() < -ROUNDING * (1.0 + size)
+        || size == 0.0
+    {
         return None;
     }
     let square = above * below;
-    let root = if square.value() > 0.0 { square.sqrt() } else { R::constant(0.0) };
+    let root = if square.value() > 0.0 {
+        square.sqrt()
+    } else {
+        R::constant(0.0)
+    };
     let (middle, half) = (b.atan2(a), root.atan2(d));
     Some([middle + half, middle - half])
 }
@@ -37,12 +45,17 @@ pub(crate) fn about<R: Real>(u: [f64; 3], from: Vector<R>, to: Vector<R>) -> Opt
     (seen > POLE * size * size).then(|| sin.atan2(cos))
 }
 
-/// Angles (a, b) with R(u1, a) R(u2, b) t = d for unit vectors. The first angle of a pair is none where the direction lies on
-/// `u1` (the pole), so that any does.
+/// Angles (a, b) with R(u1, a) R(u2, b) t = d for unit vectors. The first angle of a pair is none
+/// where the direction lies on `u1` (the pole), so that any does.
 ///
-/// With t = t_u u2 + t_p, u1 . R(u2, b) t = t_u (u1 . u2) + (u1 . t_p) cos b + u1 . (u2 x t) sin b has to be u1 . d, which
-/// has two solutions or none; a follows from each.
-pub(crate) fn two<R: Real>(u1: &Turning, u2: &Turning, t: [f64; 3], d: Vector<R>) -> Option<[(Option<R>, R); 2]> {
+/// With t = t_u u2 + t_p, u1 . R(u2, b) t = t_u (u1 . u2) + (u1 . t_p) cos b + u1 . (u2 x t) sin b
+/// has to be u1 . d, which has two solutions or none; a follows from each.
+pub(crate) fn two<R: Real>(
+    u1: &Turning,
+    u2: &Turning,
+    t: [f64; 3],
+    d: Vector<R>,
+) -> Option<[(Option<R>, R); 2]> {
     let along = dot(t, u2.u);
     let lean = dot(u1.u, u2.u);
     let a = dot(u1.u, t) - along * lean;
@@ -56,9 +69,23 @@ pub(crate) fn two<R: Real>(u1: &Turning, u2: &Turning, t: [f64; 3], d: Vector<R>
         dot(away, away) * R::constant(0.5)
     };
     let (most, least) = (offset + h, offset - h);
-    let above = if (most - 1.0).abs() < 1e-12 { chord(1.0) } else { R::constant(most) - seen };
-    let below = if (least + 1.0).abs() < 1e-12 { chord(-1.0) } else { seen - R::constant(least) };
-    let angles = cosine(R::constant(a), R::constant(b), seen - R::constant(offset), above, below)?;
+    let above = if (most - 1.0).abs() < 1e-12 {
+        chord(1.0)
+    } else {
+        R::constant(most) - seen
+    };
+    let below = if (least + 1.0).abs() < 1e-12 {
+        chord(-1.0)
+    } else {
+        seen - R::constant(least)
+    };
+    let angles = cosine(
+        R::constant(a),
+        R::constant(b),
+        seen - R::constant(offset),
+        above,
+        below,
+    )?;
     Some(angles.map(|angle| (about(u1.u, u2.by(constant(t), angle), d), angle)))
 }
 

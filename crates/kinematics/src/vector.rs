@@ -29,7 +29,11 @@ pub(crate) fn dot<R: Real>(a: Vector<R>, b: Vector<R>) -> R {
 }
 
 pub(crate) fn cross<R: Real>(a: Vector<R>, b: Vector<R>) -> Vector<R> {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 /// Length of a plain vector.
@@ -68,11 +72,21 @@ impl Turning {
     /// About a unit vector.
     pub(crate) fn about(u: [f64; 3]) -> Turning {
         for axis in 0..3 {
-            if u[axis].abs() > 0.5 && (u[axis].abs() - 1.0).abs() <= SNAP && (1..3).all(|k| u[(axis + k) % 3].abs() <= SNAP) {
+            if u[axis].abs() > 0.5
+                && (u[axis].abs() - 1.0).abs() <= SNAP
+                && (1..3).all(|k| u[(axis + k) % 3].abs() <= SNAP)
+            {
                 let (first, second) = ((axis + 1) % 3, (axis + 2) % 3);
                 let mut exact = [0.0; 3];
                 exact[axis] = u[axis].signum();
-                return Turning { u: exact, mixes: Some(if u[axis] > 0.0 { (first, second) } else { (second, first) }) };
+                return Turning {
+                    u: exact,
+                    mixes: Some(if u[axis] > 0.0 {
+                        (first, second)
+                    } else {
+                        (second, first)
+                    }),
+                };
             }
         }
         Turning { u, mixes: None }
@@ -126,7 +140,8 @@ pub(crate) fn angles_of(columns: &[[f64; 3]; 3]) -> [f64; 3] {
     use lostmotion_base::math::{atan2, hypot};
     let [x, y, z] = columns;
     let flat = hypot(x[0], x[1]);
-    // Looking straight up or down, roll and yaw turn about the same axis: all of it is taken for roll.
+    // Looking straight up or down, roll and yaw turn about the same axis: all of it is taken for
+    // roll.
     if flat < 1e-12 {
         return [atan2(-z[1], y[1]), atan2(-x[2], flat), 0.0];
     }

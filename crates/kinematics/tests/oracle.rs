@@ -33,11 +33,17 @@ fn machine(kins: &str, n: &[f64]) -> Box<dyn Kinematics> {
         // The tilt tips the tool towards -X for a positive B.
         "maxkins" => {
             let sign = if n[0] > 0.5 { 1 } else { -1 };
-            let (table, head) = (rotary("c", "table", "[0, 0, 1]", 0.0, 1), rotary("b", "head", "[0, 1, 0]", pivot, sign));
+            let (table, head) = (
+                rotary("c", "table", "[0, 0, 1]", 0.0, 1),
+                rotary("b", "head", "[0, 1, 0]", pivot, sign),
+            );
             format!("kind = \"chain\"\n{table}{linear}{head}{quill}")
         }
         _ => {
-            let (pan, tilt) = (rotary("c", "head", "[0, 0, 1]", 0.0, 1), rotary("b", "head", "[0, 1, 0]", pivot, -1));
+            let (pan, tilt) = (
+                rotary("c", "head", "[0, 0, 1]", 0.0, 1),
+                rotary("b", "head", "[0, 1, 0]", pivot, -1),
+            );
             format!("kind = \"chain\"\n{linear}{pan}{tilt}{quill}")
         }
     };
@@ -47,7 +53,8 @@ fn machine(kins: &str, n: &[f64]) -> Box<dyn Kinematics> {
 /// Columns: kins, con, xr, yr, zr, xo, yo, zo, tool, pivot, px, py, pz, a, b, c, w, jx, jy, jz.
 #[test]
 fn poses_of_linuxcnc() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/plan/kinematics/five_axis_oracle.csv");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared/plan/kinematics/five_axis_oracle.csv");
     let Ok(text) = std::fs::read_to_string(&path) else {
         println!("skipped: no table of poses beside the repository");
         return;
@@ -55,13 +62,23 @@ fn poses_of_linuxcnc() {
     let (mut rows, mut worst) = (0, 0.0_f64);
     for line in text.lines().skip(1) {
         let kins = line.split(',').next().unwrap();
-        let n: Vec<f64> = line.split(',').skip(1).map(|field| field.parse().unwrap()).collect();
+        let n: Vec<f64> = line
+            .split(',')
+            .skip(1)
+            .map(|field| field.parse().unwrap())
+            .collect();
         let machine = machine(kins, &n);
-        // Its trunnions add the tool's length to the position already; its heads have it in the pivot.
+        // Its trunnions add the tool's length to the position already; its heads have it in the
+        // pivot.
         let length = if kins.ends_with("-trt") { n[7] } else { 0.0 };
         let tool = [0.0, 0.0, length];
         let mut program = Coords::xyz(n[9], n[10], n[11] - length);
-        (program[AxisId::A], program[AxisId::B], program[AxisId::C], program[AxisId::W]) = (rad(n[12]), rad(n[13]), rad(n[14]), n[15]);
+        (
+            program[AxisId::A],
+            program[AxisId::B],
+            program[AxisId::C],
+            program[AxisId::W],
+        ) = (rad(n[12]), rad(n[13]), rad(n[14]), n[15]);
         let meant = Coords::xyz(n[16], n[17], n[18]);
         let joints = machine.inverse(&program, &tool).unwrap();
         let mut back = joints;

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 /// A difference of radii below this is rounding of the numbers that describe a circle, mm.
 const SAME_RADIUS_MM: f64 = 1e-10;
 
-/// Circular, helical or spiral in X Y Z by exact arc length: radius and lift along the normal are linear in angle, all other
-/// axes linear in arc length.
+/// Circular, helical or spiral in X Y Z by exact arc length: radius and lift along the normal are
+/// linear in angle, all other axes linear in arc length.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Arc {
     pub(crate) start: Coords,
@@ -41,7 +41,11 @@ impl Arc {
         let (start_radius, end_radius) = (math::hypot(from[0], from[1]), math::hypot(to[0], to[1]));
         for (end, radius) in [("start", start_radius), ("end", end_radius)] {
             if radius == 0.0 {
-                return Err(PathError::OnCenter { end, first_mm: spec.center[0], second_mm: spec.center[1] });
+                return Err(PathError::OnCenter {
+                    end,
+                    first_mm: spec.center[0],
+                    second_mm: spec.center[1],
+                });
             }
         }
         let sweep = sweep_between(from, to, spec.rotation, start_radius);
@@ -54,7 +58,11 @@ impl Arc {
             start_angle: math::atan2(from[1], from[0]),
             sweep,
             start_radius,
-            radius_change: if change.abs() <= SAME_RADIUS_MM { 0.0 } else { change },
+            radius_change: if change.abs() <= SAME_RADIUS_MM {
+                0.0
+            } else {
+                change
+            },
             length: 0.0,
         };
         arc.measured()
@@ -70,7 +78,12 @@ impl Arc {
     pub(crate) fn moved(&self, by: Coords) -> Arc {
         let [first, second, _] = self.plane.axes();
         let center = [self.center[0] + by.0[first], self.center[1] + by.0[second]];
-        Arc { start: self.start + by, end: self.end + by, center, ..*self }
+        Arc {
+            start: self.start + by,
+            end: self.end + by,
+            center,
+            ..*self
+        }
     }
 
     /// Where it begins.
@@ -169,13 +182,20 @@ impl Arc {
     /// Point and derivatives by s.
     pub fn eval(&self, s: f64) -> CurveDerivs {
         if self.length <= 0.0 {
-            return CurveDerivs { p: self.start, ..CurveDerivs::default() };
+            return CurveDerivs {
+                p: self.start,
+                ..CurveDerivs::default()
+            };
         }
         let u = self.fraction(s);
         let [v, a, j] = self.rates(u);
         let jets = self.plane_jets(u);
         let slope = (self.end - self.start).map(|c| c / self.length);
-        let mut derivs = CurveDerivs { p: self.point(s), d1: slope, ..CurveDerivs::default() };
+        let mut derivs = CurveDerivs {
+            p: self.point(s),
+            d1: slope,
+            ..CurveDerivs::default()
+        };
         for (axis, jet) in self.plane.axes().into_iter().zip(jets) {
             let Jet([_, d1, d2, d3]) = jet.reparametrize(v, a, j);
             derivs.d1.0[axis] = d1;
@@ -203,12 +223,21 @@ impl Arc {
 
     /// The plane's two axes and its normal with their derivatives by u.
     pub(crate) fn plane_jets(&self, u: f64) -> [Jet; 3] {
-        let (r, b, k) = (self.start_radius + self.radius_change * u, self.radius_change, self.sweep);
+        let (r, b, k) = (
+            self.start_radius + self.radius_change * u,
+            self.radius_change,
+            self.sweep,
+        );
         let (sin, cos) = math::sin_cos(self.start_angle + k * u);
-        // Along the radius and across it; d/du turns (radial, across) into (radial' - k across, across' + k radial).
+        // Along the radius and across it; d/du turns (radial, across) into (radial' - k across,
+        // across' + k radial).
         let along = [r, b, -r * k * k, -3.0 * b * k * k];
         let across = [0.0, r * k, 2.0 * b * k, -r * k * k * k];
-        let mut jets = [Jet::default(), Jet::default(), Jet::new(self.lift() * u, self.lift(), 0.0, 0.0)];
+        let mut jets = [
+            Jet::default(),
+            Jet::default(),
+            Jet::new(self.lift() * u, self.lift(), 0.0, 0.0),
+        ];
         for i in 0..4 {
             jets[0].0[i] = along[i] * cos - across[i] * sin;
             jets[1].0[i] = along[i] * sin + across[i] * cos;

@@ -8,12 +8,17 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Largest |cos| over the angles from `a` to `b`.
 fn max_abs_cos(a: f64, b: f64) -> f64 {
     let (low, high) = (a.min(b), a.max(b));
-    if (high / PI).floor() * PI >= low { 1.0 } else { math::cos(low).abs().max(math::cos(high).abs()) }
+    if (high / PI).floor() * PI >= low {
+        1.0
+    } else {
+        math::cos(low).abs().max(math::cos(high).abs())
+    }
 }
 
 impl Arc {
-    /// Upper bounds of the magnitude of each axis' first three derivatives by s, from `s0` to `s1`. Exact on circles and
-    /// helices; on spirals exact in the limit of short stretches and small change of radius.
+    /// Upper bounds of the magnitude of each axis' first three derivatives by s, from `s0` to `s1`.
+    /// Exact on circles and helices; on spirals exact in the limit of short stretches and small
+    /// change of radius.
     pub fn max_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords, Coords) {
         if self.length <= 0.0 {
             return (Coords::ZERO, Coords::ZERO, Coords::ZERO);
@@ -26,11 +31,18 @@ impl Arc {
         // The fastest u runs where the radius is smallest: see `rates` for the terms.
         let w = 1.0 / spiral.speed(if ra < rb { u0 } else { u1 });
         let (w_d1, w_d2) = (k * b * w * w * w, 5.0 * k * k * b * b * w * w * w * w * w);
-        let (a0, a1) = (self.start_angle + self.sweep * u0, self.start_angle + self.sweep * u1);
+        let (a0, a1) = (
+            self.start_angle + self.sweep * u0,
+            self.start_angle + self.sweep * u1,
+        );
         let cos = max_abs_cos(a0, a1);
         let sin = max_abs_cos(a0 - FRAC_PI_2, a1 - FRAC_PI_2);
 
-        let mut bounds = ((self.end - self.start).map(|c| c.abs() / self.length), Coords::ZERO, Coords::ZERO);
+        let mut bounds = (
+            (self.end - self.start).map(|c| c.abs() / self.length),
+            Coords::ZERO,
+            Coords::ZERO,
+        );
         let [first, second, normal] = self.plane.axes();
         for (axis, along, across) in [(first, cos, sin), (second, sin, cos)] {
             let p1 = b * along + r * k * across;
@@ -47,8 +59,9 @@ impl Arc {
         bounds
     }
 
-    /// Upper bounds of the magnitude of each axis' fourth and fifth derivative by s: exact for circles and helices at some
-    /// place; on spirals each order gets as much more as the radius changes on a turn of one rad, several times.
+    /// Upper bounds of the magnitude of each axis' fourth and fifth derivative by s: exact for
+    /// circles and helices at some place; on spirals each order gets as much more as the radius
+    /// changes on a turn of one rad, several times.
     pub(crate) fn higher_derivatives(&self) -> (Coords, Coords) {
         if self.length <= 0.0 {
             return (Coords::ZERO, Coords::ZERO);
@@ -62,7 +75,11 @@ impl Arc {
         let [first, second, normal] = self.plane.axes();
         for axis in [first, second, normal] {
             // The normal is linear in angle, which is linear in s unless the radius changes.
-            let size = if axis == normal { change.min(1.0) * self.lift().abs() / spiral.k } else { ra.max(rb) };
+            let size = if axis == normal {
+                change.min(1.0) * self.lift().abs() / spiral.k
+            } else {
+                ra.max(rb)
+            };
             let square = grown * grown;
             bounds.0.0[axis] = size * square * square;
             bounds.1.0[axis] = size * square * square * grown;
@@ -73,7 +90,10 @@ impl Arc {
     /// The box around it, where it is a circle or helix: the ends and every quarter point passed.
     pub(crate) fn circle_bounds(&self) -> Bounds {
         let mut bounds = Bounds::of(self.start, self.end);
-        let (low, high) = (self.start_angle.min(self.start_angle + self.sweep), self.start_angle.max(self.start_angle + self.sweep));
+        let (low, high) = (
+            self.start_angle.min(self.start_angle + self.sweep),
+            self.start_angle.max(self.start_angle + self.sweep),
+        );
         let [first, second, _] = self.plane.axes();
         let r = self.start_radius;
         let quarter = (low / FRAC_PI_2).ceil();

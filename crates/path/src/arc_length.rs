@@ -1,10 +1,11 @@
 //! Arc length of a circle, helix or Archimedean spiral in closed form, without cancellation.
 //!
-//! Over the fraction u of the sweep, radius r = r0 + b u, the speed is g(u) = sqrt(c2 + k2 r^2) with k the sweep's
-//! magnitude and c2 = b^2 + lift^2. The textbook primitive r g / 2 + c2 / (2 k) asinh(k r / c), over b, is a difference of
-//! nearly equal numbers divided by a nearly vanishing one whenever start and end radius almost agree, which is the usual
-//! case of a programmed arc. Here both differences are rationalised, so that the same formula serves from the exact circle
-//! (b = 0) to the spiral that starts in its centre.
+//! Over the fraction u of the sweep, radius r = r0 + b u, the speed is g(u) = sqrt(c2 + k2 r^2)
+//! with k the sweep's magnitude and c2 = b^2 + lift^2. The textbook primitive r g / 2 + c2 / (2 k)
+//! asinh(k r / c), over b, is a difference of nearly equal numbers divided by a nearly vanishing
+//! one whenever start and end radius almost agree, which is the usual case of a programmed arc.
+//! Here both differences are rationalised, so that the same formula serves from the exact circle (b
+//! = 0) to the spiral that starts in its centre.
 
 use crate::derivs::within;
 use lostmotion_base::math;
@@ -48,11 +49,13 @@ impl Spiral {
         }
         let sum = r + r0;
         let delta = self.k * self.b * u * sum / crossed;
-        0.5 * u * (sum * (self.c2 + self.k * self.k * (r * r + r0 * r0)) / own + self.c2 * sum / crossed * asinh_ratio(delta))
+        0.5 * u
+            * (sum * (self.c2 + self.k * self.k * (r * r + r0 * r0)) / own
+                + self.c2 * sum / crossed * asinh_ratio(delta))
     }
 
-    /// The u at which the length is `s`, `total` being the whole length. Newton's method on a monotone function, kept in
-    /// its bracket.
+    /// The u at which the length is `s`, `total` being the whole length. Newton's method on a
+    /// monotone function, kept in its bracket.
     pub(crate) fn fraction(&self, s: f64, total: f64) -> f64 {
         if s <= 0.0 || total <= 0.0 {
             return 0.0;
@@ -74,11 +77,16 @@ impl Spiral {
             }
             let step = excess / self.speed(u);
             let next = u - step;
-            // The error after a step e is at most k e^2 / 2: such a step was the last one, rounding may point anywhere.
+            // The error after a step e is at most k e^2 / 2: such a step was the last one, rounding
+            // may point anywhere.
             if step.abs() <= 1e-9 {
                 return within(next, 0.0, 1.0);
             }
-            u = if next > low && next < high { next } else { 0.5 * (low + high) };
+            u = if next > low && next < high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
         }
         u
     }
@@ -139,7 +147,12 @@ mod tests {
     fn archimedean_spiral_from_its_center() {
         // r = phi over one turn: length (phi sqrt(1 + phi^2) + asinh phi) / 2.
         let turn = std::f64::consts::TAU;
-        let spiral = Spiral { r0: 0.0, b: turn, k: turn, c2: turn * turn };
+        let spiral = Spiral {
+            r0: 0.0,
+            b: turn,
+            k: turn,
+            c2: turn * turn,
+        };
         let expected = 0.5 * (turn * (1.0 + turn * turn).sqrt() + math::asinh(turn));
         assert!((spiral.length(1.0) - expected).abs() < 1e-13 * expected);
     }

@@ -5,8 +5,9 @@ use crate::{PathError, Plane};
 use lostmotion_base::{Coords, math};
 use std::f64::consts::TAU;
 
-/// An arc whose end is nearer than this to its start, along the circle, is a full turn, mm. Offsets and inches leave the
-/// two ends of a programmed circle some 1e-12 mm apart; nobody programs an arc of a nanometre.
+/// An arc whose end is nearer than this to its start, along the circle, is a full turn, mm. Offsets
+/// and inches leave the two ends of a programmed circle some 1e-12 mm apart; nobody programs an arc
+/// of a nanometre.
 const SAME_POINT_MM: f64 = 1e-6;
 
 /// An arc as RS274 describes it.
@@ -14,14 +15,15 @@ const SAME_POINT_MM: f64 = 1e-6;
 pub struct ArcSpec {
     /// Where it begins, mm and rad.
     pub start: Coords,
-    /// Where it ends, mm and rad. It need not lie on the circle through the start: the radius then changes linearly in angle.
+    /// Where it ends, mm and rad. It need not lie on the circle through the start: the radius then
+    /// changes linearly in angle.
     pub end: Coords,
     /// Plane of the circle.
     pub plane: Plane,
     /// Centre, in the order of the plane's axes ([`Plane::axes`]), mm.
     pub center: [f64; 2],
-    /// Positive: counter-clockwise about the plane's normal. 1: at most one turn, 2: one turn more, and so on; negative
-    /// numbers clockwise. Equal start and end angle make a full turn.
+    /// Positive: counter-clockwise about the plane's normal. 1: at most one turn, 2: one turn more,
+    /// and so on; negative numbers clockwise. Equal start and end angle make a full turn.
     pub rotation: i32,
 }
 
@@ -34,10 +36,18 @@ pub(crate) fn from_center(point: &Coords, plane: Plane, center: [f64; 2]) -> [f6
 /// Signed sweep from one offset to another, rad.
 pub(crate) fn sweep_between(from: [f64; 2], to: [f64; 2], rotation: i32, radius: f64) -> f64 {
     let sign = if rotation > 0 { 1.0 } else { -1.0 };
-    let between = math::atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1]) * sign;
+    let between = math::atan2(
+        from[0] * to[1] - from[1] * to[0],
+        from[0] * to[0] + from[1] * to[1],
+    ) * sign;
     let smallest = SAME_POINT_MM / radius.max(SAME_POINT_MM);
-    // Within one turn: the smallest angles of either sign count as the full turn that they are meant to be.
-    let first = if between <= smallest { between + TAU } else { between };
+    // Within one turn: the smallest angles of either sign count as the full turn that they are
+    // meant to be.
+    let first = if between <= smallest {
+        between + TAU
+    } else {
+        between
+    };
     sign * (first + TAU * f64::from(rotation.unsigned_abs() - 1))
 }
 

@@ -4,8 +4,16 @@
 pub(crate) fn row<const N: usize>(row: &[f64; 6], u0: f64, u1: f64) -> [f64; N] {
     let mut points = [0.0; N];
     points.copy_from_slice(&row[..N]);
-    let head = if u1 < 1.0 { split(points, u1).0 } else { points };
-    if u0 > 0.0 && u1 > 0.0 { split(head, u0 / u1).1 } else { head }
+    let head = if u1 < 1.0 {
+        split(points, u1).0
+    } else {
+        points
+    };
+    if u0 > 0.0 && u1 > 0.0 {
+        split(head, u0 / u1).1
+    } else {
+        head
+    }
 }
 
 /// De Casteljau's subdivision: coefficients before and after u.
@@ -47,7 +55,10 @@ fn raise(basis: &mut [f64], u: f64) {
 }
 
 /// Sum of rows with their weights, axis by axis.
-pub(crate) fn mixed<const N: usize, const M: usize>(rows: &[[f64; N]; M], weights: &[f64; M]) -> [f64; N] {
+pub(crate) fn mixed<const N: usize, const M: usize>(
+    rows: &[[f64; N]; M],
+    weights: &[f64; M],
+) -> [f64; N] {
     let mut sum = [0.0; N];
     for (row, weight) in rows.iter().zip(weights) {
         for (sum, value) in sum.iter_mut().zip(row) {
@@ -58,7 +69,9 @@ pub(crate) fn mixed<const N: usize, const M: usize>(rows: &[[f64; N]; M], weight
 }
 
 /// Differences of neighbouring rows: L is M - 1.
-pub(crate) fn differences<const N: usize, const M: usize, const L: usize>(rows: &[[f64; N]; M]) -> [[f64; N]; L] {
+pub(crate) fn differences<const N: usize, const M: usize, const L: usize>(
+    rows: &[[f64; N]; M],
+) -> [[f64; N]; L] {
     std::array::from_fn(|i| std::array::from_fn(|axis| rows[i + 1][axis] - rows[i][axis]))
 }
 

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 /// The point of a curve nearest to some point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foot {
-    /// Parameter of the foot point on the curve, mm (degrees on a line on which only rotary axes move).
+    /// Parameter of the foot point on the curve, mm (degrees on a line on which only rotary axes
+    /// move).
     pub s: f64,
     /// Distance in the X Y Z space, mm, never negative.
     pub distance: f64,
@@ -97,7 +98,8 @@ impl Curve {
         }
     }
 
-    /// Place, velocity and acceleration by time where s has the given speed and acceleration: mm or rad, per s, per s2.
+    /// Place, velocity and acceleration by time where s has the given speed and acceleration: mm or
+    /// rad, per s, per s2.
     pub fn travel(&self, s: f64, v: f64, a: f64) -> [Coords; 3] {
         match self {
             Curve::Line(line) => [line.point(s), line.direction() * v, line.direction() * a],
@@ -118,7 +120,11 @@ impl Curve {
     pub fn tangent(&self, s: f64) -> [f64; 3] {
         let d1 = self.eval(s).d1.linear();
         let speed = norm(d1);
-        if speed > 0.0 { d1.map(|c| c / speed) } else { [0.0; 3] }
+        if speed > 0.0 {
+            d1.map(|c| c / speed)
+        } else {
+            [0.0; 3]
+        }
     }
 
     /// Curvature in X Y Z, 1/mm; zero where X Y Z stand still.
@@ -126,7 +132,12 @@ impl Curve {
         let derivs = self.eval(s);
         let ([ax, ay, az], [bx, by, bz]) = (derivs.d1.linear(), derivs.d2.linear());
         let speed = norm([ax, ay, az]);
-        if speed > 0.0 { norm([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]) / (speed * speed * speed) } else { 0.0 }
+        if speed > 0.0 {
+            norm([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+                / (speed * speed * speed)
+        } else {
+            0.0
+        }
     }
 
     /// Whether X, Y or Z move at all.
@@ -138,8 +149,9 @@ impl Curve {
         }
     }
 
-    /// The point in X Y Z nearest to `point` (mm) between two s: the global minimum, to within the tolerance in distance
-    /// (closed form on lines and circles, whatever the tolerance). Of a curve on which X Y Z stand still, the first s.
+    /// The point in X Y Z nearest to `point` (mm) between two s: the global minimum, to within the
+    /// tolerance in distance (closed form on lines and circles, whatever the tolerance). Of a curve
+    /// on which X Y Z stand still, the first s.
     pub fn nearest(&self, point: [f64; 3], range: (f64, f64), tolerance_mm: f64) -> Foot {
         let low = within(range.0, 0.0, self.length());
         let range = (low, within(range.1, low, self.length()));
@@ -160,7 +172,8 @@ impl Curve {
         }
     }
 
-    /// The same curve from a start right beside its own, mm and rad: a line to the same end, others moved as a whole.
+    /// The same curve from a start right beside its own, mm and rad: a line to the same end, others
+    /// moved as a whole.
     #[must_use]
     pub fn starting_at(&self, start: Coords) -> Curve {
         let by = start - self.start();
@@ -176,8 +189,8 @@ impl Curve {
         (self.sub(0.0, s), self.sub(s, self.length()))
     }
 
-    /// The smallest and largest value of each axis: exact for lines, circles and helices, at most 1e-6 mm or rad too
-    /// large, never too small, for the others.
+    /// The smallest and largest value of each axis: exact for lines, circles and helices, at most
+    /// 1e-6 mm or rad too large, never too small, for the others.
     pub fn bounds(&self) -> Bounds {
         match self {
             Curve::Line(line) => line.bounds(),
@@ -186,7 +199,8 @@ impl Curve {
         }
     }
 
-    /// Upper bounds of the magnitude of each axis' first, second and third derivative by s from `s0` to `s1`.
+    /// Upper bounds of the magnitude of each axis' first, second and third derivative by s from
+    /// `s0` to `s1`.
     pub fn max_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords, Coords) {
         match self {
             Curve::Line(line) => (line.direction().map(f64::abs), Coords::ZERO, Coords::ZERO),
@@ -195,8 +209,8 @@ impl Curve {
         }
     }
 
-    /// Upper bounds of the magnitude of each axis' fourth and fifth derivative by s from `s0` to `s1`; on spirals generous
-    /// estimates.
+    /// Upper bounds of the magnitude of each axis' fourth and fifth derivative by s from `s0` to
+    /// `s1`; on spirals generous estimates.
     pub fn higher_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords) {
         match self {
             Curve::Line(_) => (Coords::ZERO, Coords::ZERO),

@@ -2,7 +2,8 @@
 
 use lostmotion_base::{AXES, Coords, Jet};
 
-/// A point with its first three derivatives by the curve's parameter `s` (mm, or degrees where only rotary axes move).
+/// A point with its first three derivatives by the curve's parameter `s` (mm, or degrees where only
+/// rotary axes move).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CurveDerivs {
     /// Position, mm and rad.

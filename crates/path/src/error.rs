@@ -16,7 +16,9 @@ pub enum PathError {
     #[error("an arc needs a rotation of at least one turn in either sense, not 0")]
     NoRotation,
     /// An arc whose start or end is the centre, from where no angle can be told.
-    #[error("the {end} of the arc lies on its centre ({first_mm} mm, {second_mm} mm in the axes of the plane)")]
+    #[error(
+        "the {end} of the arc lies on its centre ({first_mm} mm, {second_mm} mm in the axes of the plane)"
+    )]
     OnCenter {
         /// `start` or `end`.
         end: &'static str,

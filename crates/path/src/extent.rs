@@ -7,16 +7,34 @@ use lostmotion_base::{AXES, Coords};
 const SLACK: f64 = 1e-6;
 const MAX_DEPTH: u32 = 24;
 
-/// The box around a curve, never too small and at most a nanometre too large: a stretch of length h lies within M h^2 / 8 of
-/// its chord, M bounding the second derivative; stretches which could reach further out than what is known are halved.
+/// The box around a curve, never too small and at most a nanometre too large: a stretch of length h
+/// lies within M h^2 / 8 of its chord, M bounding the second derivative; stretches which could
+/// reach further out than what is known are halved.
 pub(crate) fn search(curve: &Curve) -> Bounds {
     let mut bounds = Bounds::of(curve.start(), curve.end());
     let mut slack = Coords::ZERO;
-    grow(curve, (0.0, curve.length()), (curve.start(), curve.end()), MAX_DEPTH, &mut bounds, &mut slack);
-    Bounds { min: bounds.min - slack, max: bounds.max + slack }
+    grow(
+        curve,
+        (0.0, curve.length()),
+        (curve.start(), curve.end()),
+        MAX_DEPTH,
+        &mut bounds,
+        &mut slack,
+    );
+    Bounds {
+        min: bounds.min - slack,
+        max: bounds.max + slack,
+    }
 }
 
-fn grow(curve: &Curve, (s0, s1): (f64, f64), (p0, p1): (Coords, Coords), depth: u32, bounds: &mut Bounds, slack: &mut Coords) {
+fn grow(
+    curve: &Curve,
+    (s0, s1): (f64, f64),
+    (p0, p1): (Coords, Coords),
+    depth: u32,
+    bounds: &mut Bounds,
+    slack: &mut Coords,
+) {
     let second = curve.max_derivatives(s0, s1).1;
     let h = s1 - s0;
     let mut halve = false;

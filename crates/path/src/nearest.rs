@@ -1,9 +1,10 @@
 //! Global nearest point on a piece of curve, with proof.
 //!
-//! Branch and bound over the curve's own parameter t. On an interval of half width h about m, with q = P - point:
-//! the distance is at least |q(m)| - h max|P'|; half the square's derivatives are f1 = q.P' and f2 = P'.P' + q.P'', and f2
-//! varies by no more than h (3 max|P'.P''| + max|q| max|P'''|). So an interval is dropped when it is too far, when f1 keeps its
-//! sign, or when f2 stays negative (the minimum is then at an end, which belongs to a neighbour too); where f2 stays
+//! Branch and bound over the curve's own parameter t. On an interval of half width h about m, with
+//! q = P - point: the distance is at least |q(m)| - h max|P'|; half the square's derivatives are f1
+//! = q.P' and f2 = P'.P' + q.P'', and f2 varies by no more than h (3 max|P'.P''| + max|q|
+//! max|P'''|). So an interval is dropped when it is too far, when f1 keeps its sign, or when f2
+//! stays negative (the minimum is then at an end, which belongs to a neighbour too); where f2 stays
 //! positive the one minimum is found by Newton's method in a bracket; else it is halved.
 
 use crate::derivs::{dot, norm, sub, within};
@@ -32,30 +33,46 @@ pub(crate) trait Piece {
     fn rates(&self, t0: f64, t1: f64) -> Rates;
 }
 
-/// Pieces looked at before the best so far is returned; only a curve that runs at a constant distance around the point, and
-/// is no exact circle, comes near it.
+/// Pieces looked at before the best so far is returned; only a curve that runs at a constant
+/// distance around the point, and is no exact circle, comes near it.
 const MAX_PIECES: usize = 20_000;
 /// Halvings of the range, which also bounds the stack: one entry for each.
 const MAX_DEPTH: usize = 60;
 
 /// The t in the range that is nearest to the point and its distance, to within the tolerance in mm.
-pub(crate) fn search(piece: &impl Piece, point: [f64; 3], range: (f64, f64), tolerance: f64) -> (f64, f64) {
-    let mut best = Best { piece, point, t: range.0, distance: f64::INFINITY };
+pub(crate) fn search(
+    piece: &impl Piece,
+    point: [f64; 3],
+    range: (f64, f64),
+    tolerance: f64,
+) -> (f64, f64) {
+    let mut best = Best {
+        piece,
+        point,
+        t: range.0,
+        distance: f64::INFINITY,
+    };
     best.offer(range.0);
     best.offer(range.1);
     let mut stack = Vec::with_capacity(8);
     stack.push((range.0, range.1, 0_usize));
     for _ in 0..MAX_PIECES {
-        let Some((a, b, depth)) = stack.pop() else { break };
+        let Some((a, b, depth)) = stack.pop() else {
+            break;
+        };
         let middle = 0.5 * (a + b);
         match best.examine(a, b, tolerance) {
             Verdict::Done => {}
             _ if depth >= MAX_DEPTH => {}
-            Verdict::Halve { first_half_first: true } => {
+            Verdict::Halve {
+                first_half_first: true,
+            } => {
                 stack.push((middle, b, depth + 1));
                 stack.push((a, middle, depth + 1));
             }
-            Verdict::Halve { first_half_first: false } => {
+            Verdict::Halve {
+                first_half_first: false,
+            } => {
                 stack.push((a, middle, depth + 1));
                 stack.push((middle, b, depth + 1));
             }
@@ -109,13 +126,16 @@ impl<P: Piece> Best<'_, P> {
             self.offer(t);
             return Verdict::Done;
         }
-        // Lower bound of the squared distance to second order; good where the curve runs around the point.
+        // Lower bound of the squared distance to second order; good where the curve runs around the
+        // point.
         let lower = distance * distance - 2.0 * f1.abs() * h - (spread - f2).max(0.0) * h * h;
         let enough = (self.distance - tolerance).max(0.0);
         if lower >= enough * enough || h <= f64::EPSILON * middle.abs() {
             return Verdict::Done;
         }
-        Verdict::Halve { first_half_first: f1 > 0.0 }
+        Verdict::Halve {
+            first_half_first: f1 > 0.0,
+        }
     }
 
     /// The minimum in an interval on which the squared distance is convex.
@@ -136,7 +156,11 @@ impl<P: Piece> Best<'_, P> {
             if (next - t).abs() <= 1e-8 * (b - a) {
                 return next;
             }
-            t = if next < low || next > high { 0.5 * (low + high) } else { next };
+            t = if next < low || next > high {
+                0.5 * (low + high)
+            } else {
+                next
+            };
         }
         t
     }
@@ -144,7 +168,11 @@ impl<P: Piece> Best<'_, P> {
 
 impl Piece for Arc {
     fn local(&self, u: f64) -> Local {
-        let mut local = Local { p: [0.0; 3], d1: [0.0; 3], d2: [0.0; 3] };
+        let mut local = Local {
+            p: [0.0; 3],
+            d1: [0.0; 3],
+            d2: [0.0; 3],
+        };
         for (axis, jet) in self.plane.axes().into_iter().zip(self.plane_jets(u)) {
             [local.p[axis], local.d1[axis], local.d2[axis], _] = jet.0;
         }
@@ -156,45 +184,79 @@ impl Piece for Arc {
         let r = spiral.radius(u0).max(spiral.radius(u1));
         let (k, b) = (spiral.k, spiral.b.abs());
         let k2 = k * k;
-        Rates { d1: (spiral.c2 + k2 * r * r).sqrt(), d1_d2: k2 * r * b, d3: k2 * (9.0 * b * b + k2 * r * r).sqrt() }
+        Rates {
+            d1: (spiral.c2 + k2 * r * r).sqrt(),
+            d1_d2: k2 * r * b,
+            d3: k2 * (9.0 * b * b + k2 * r * r).sqrt(),
+        }
     }
 }
 
 impl Piece for Quintic {
     fn local(&self, s: f64) -> Local {
         let derivs = self.eval(s);
-        Local { p: derivs.p.linear(), d1: derivs.d1.linear(), d2: derivs.d2.linear() }
+        Local {
+            p: derivs.p.linear(),
+            d1: derivs.d1.linear(),
+            d2: derivs.d2.linear(),
+        }
     }
 
     fn rates(&self, s0: f64, s1: f64) -> Rates {
         let (d1, d2, d3) = self.max_derivatives(s0, s1);
-        Rates { d1: d1.linear_norm(), d1_d2: d1.linear_norm() * d2.linear_norm(), d3: d3.linear_norm() }
+        Rates {
+            d1: d1.linear_norm(),
+            d1_d2: d1.linear_norm() * d2.linear_norm(),
+            d3: d3.linear_norm(),
+        }
     }
 }
 
 impl Arc {
-    /// The point nearest to `point` between two s: in closed form on a circle, searched with proof on helix and spiral.
-    /// Among equally near points of a circle (several turns, or a point on its axis) the first is taken.
+    /// The point nearest to `point` between two s: in closed form on a circle, searched with proof
+    /// on helix and spiral. Among equally near points of a circle (several turns, or a point on its
+    /// axis) the first is taken.
     pub fn nearest(&self, point: [f64; 3], range: (f64, f64), tolerance_mm: f64) -> Foot {
         if self.length <= 0.0 {
-            return Foot { s: 0.0, distance: norm(sub(self.start.linear(), point)) };
+            return Foot {
+                s: 0.0,
+                distance: norm(sub(self.start.linear(), point)),
+            };
         }
         if self.is_circle() {
             return self.nearest_on_circle(point, range);
         }
         let spiral = self.spiral();
-        let (u, distance) = search(self, point, (self.fraction(range.0), self.fraction(range.1)), tolerance_mm);
-        Foot { s: within(spiral.length(u), range.0, range.1), distance }
+        let (u, distance) = search(
+            self,
+            point,
+            (self.fraction(range.0), self.fraction(range.1)),
+            tolerance_mm,
+        );
+        Foot {
+            s: within(spiral.length(u), range.0, range.1),
+            distance,
+        }
     }
 
     fn nearest_on_circle(&self, point: [f64; 3], range: (f64, f64)) -> Foot {
         use lostmotion_base::math;
         use std::f64::consts::TAU;
         let [first, second, normal] = self.plane.axes();
-        let offset = [point[first] - self.center[0], point[second] - self.center[1]];
-        let ends = [range.0, range.1].map(|s| Foot { s, distance: norm(sub(self.point(s).linear(), point)) });
+        let offset = [
+            point[first] - self.center[0],
+            point[second] - self.center[1],
+        ];
+        let ends = [range.0, range.1].map(|s| Foot {
+            s,
+            distance: norm(sub(self.point(s).linear(), point)),
+        });
         let [begin, finish] = ends;
-        let nearer_end = if finish.distance < begin.distance { finish } else { begin };
+        let nearer_end = if finish.distance < begin.distance {
+            finish
+        } else {
+            begin
+        };
         if offset == [0.0, 0.0] {
             return begin;
         }
@@ -207,7 +269,14 @@ impl Arc {
         }
         let across = math::hypot(offset[0], offset[1]) - self.start_radius;
         let distance = math::hypot(across, point[normal] - self.start.0[normal]);
-        if nearer_end.distance < distance { nearer_end } else { Foot { s: within(s, range.0, range.1), distance } }
+        if nearer_end.distance < distance {
+            nearer_end
+        } else {
+            Foot {
+                s: within(s, range.0, range.1),
+                distance,
+            }
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! Length, derivatives and bounds of every kind of curve against quadrature, differences and samples.
+//! Length, derivatives and bounds of every kind of curve against quadrature, differences and
+//! samples.
 
 mod common;
 
@@ -29,7 +30,8 @@ proptest! {
     #[test]
     fn derivatives_agree_with_differences(curve in curve(), at in 0.05..0.95_f64) {
         let s = at * curve.length();
-        // Smaller than the smallest radius in `common`, so that the differences' own error stays small.
+        // Smaller than the smallest radius in `common`, so that the differences' own error stays
+        // small.
         let h = 1e-3 * curve.length().min(1.0);
         let derivs = curve.eval(s);
         prop_assert!(close(derivs.p, curve.point(s), 1e-13));

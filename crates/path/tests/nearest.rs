@@ -15,7 +15,9 @@ fn distance(curve: &Curve, s: f64, point: [f64; 3]) -> f64 {
 /// Dense samples; the true minimum lies at most one step's worth of path below.
 fn sampled(curve: &Curve, point: [f64; 3], (s0, s1): (f64, f64)) -> f64 {
     let n = 4000;
-    (0..=n).map(|i| distance(curve, s0 + (s1 - s0) * f64::from(i) / f64::from(n), point)).fold(f64::INFINITY, f64::min)
+    (0..=n)
+        .map(|i| distance(curve, s0 + (s1 - s0) * f64::from(i) / f64::from(n), point))
+        .fold(f64::INFINITY, f64::min)
 }
 
 proptest! {
@@ -38,7 +40,8 @@ proptest! {
 
     #[test]
     fn a_point_set_off_a_gentle_curve_is_found_again(curve in arc(), at in 0.02..0.98_f64, off in -0.01..0.01_f64) {
-        // Off along the binormal direction of the plane by less than any radius: the foot is where it was set off.
+        // Off along the binormal direction of the plane by less than any radius: the foot is where
+        // it was set off.
         let s = at * curve.length();
         let t = curve.tangent(s);
         let normal = curve.eval(s).d2.linear();
@@ -54,7 +57,8 @@ proptest! {
 
 #[test]
 fn a_point_on_the_axis_of_almost_a_circle_ends() {
-    // Nowhere on this spiral is much nearer than elsewhere: the proof has to stop at the tolerance, not at rounding.
+    // Nowhere on this spiral is much nearer than elsewhere: the proof has to stop at the tolerance,
+    // not at rounding.
     for gap in [1e-3, 1e-6, 1e-9] {
         let spec = ArcSpec {
             start: Coords::xyz(10.0, 0.0, 0.0),

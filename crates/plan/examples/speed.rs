@@ -1,5 +1,5 @@
-//! Segments and samples a second: `speed [THOUSANDS] [finish|rough|sine|noisy ...]`. Times are processor-bound and of this run only; the
-//! first column is what later changes are compared with.
+//! Segments and samples a second: `speed [THOUSANDS] [finish|rough|sine|noisy ...]`. Times are
+//! processor-bound and of this run only; the first column is what later changes are compared with.
 
 mod surfaces;
 
@@ -36,9 +36,16 @@ impl Run {
 }
 
 fn run(kind: &str, count: u64) -> Result<Run, Box<dyn Error>> {
-    let kinematics = Arc::from(build(&KinematicsSpec { kind: "cartesian".into(), ..KinematicsSpec::default() })?);
+    let kinematics = Arc::from(build(&KinematicsSpec {
+        kind: "cartesian".into(),
+        ..KinematicsSpec::default()
+    })?);
     let mut planner = Planner::new(surfaces::config(), kinematics, Coords::ZERO)?;
-    let (mut moves, mut run, mut samples) = (surfaces::moves(kind), Run::default(), Vec::with_capacity(CHUNK));
+    let (mut moves, mut run, mut samples) = (
+        surfaces::moves(kind),
+        Run::default(),
+        Vec::with_capacity(CHUNK),
+    );
     for _ in 0..count {
         let thousand: Vec<PlanItem> = moves.by_ref().take(1000).map(PlanItem::Move).collect();
         let begin = Instant::now();
@@ -61,10 +68,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let count: u64 = args.next().map_or(Ok(20), |text| text.parse())?;
     let mut kinds: Vec<String> = args.collect();
     if kinds.is_empty() {
-        kinds = ["finish", "rough", "sine", "noisy"].map(String::from).to_vec();
+        kinds = ["finish", "rough", "sine", "noisy"]
+            .map(String::from)
+            .to_vec();
     }
     for kind in kinds {
-        let Run { push, take, samples, held } = run(&kind, count)?;
+        let Run {
+            push,
+            take,
+            samples,
+            held,
+        } = run(&kind, count)?;
         let segments = (count * 1000) as f64;
         println!(
             "{kind:8} {:9.0} segments/s ({:6.0} ns each), {:6.2} M samples/s ({samples} samples, {:.3} s of motion), {held} pieces held",

@@ -38,11 +38,12 @@ pub struct PlannerConfig {
     pub limits: [Option<AxisLimits>; AXES],
     /// Tolerance of G64 without P, mm.
     pub default_tolerance_mm: f64,
-    /// Distance from the path within which even G61 rounds the steps of curvature between tangent curves (a line that runs
-    /// into an arc) and tangent breaks below `exact_path_angle_deg`, mm. A tenth of a micrometre is below any encoder and
-    /// keeps the jerk finite without stopping.
+    /// Distance from the path within which even G61 rounds the steps of curvature between tangent
+    /// curves (a line that runs into an arc) and tangent breaks below `exact_path_angle_deg`, mm. A
+    /// tenth of a micrometre is below any encoder and keeps the jerk finite without stopping.
     pub exact_path_tolerance_mm: f64,
-    /// Largest change of direction that G61 takes for rounding in the program and passes without a stop, degrees.
+    /// Largest change of direction that G61 takes for rounding in the program and passes without a
+    /// stop, degrees.
     pub exact_path_angle_deg: f64,
     /// How many pieces of path may wait for the look-ahead; the memory that a program takes.
     pub window_pieces: usize,
@@ -72,19 +73,53 @@ impl PlannerConfig {
     pub fn check(&self) -> Result<(), PlanError> {
         for (joint, limits) in AxisId::ALL.into_iter().zip(&self.limits) {
             if let Some(limits) = limits {
-                limits.check().map_err(|source| PlanError::Limits { joint, source })?;
+                limits
+                    .check()
+                    .map_err(|source| PlanError::Limits { joint, source })?;
             }
         }
         let positive = "positive";
         let settings = [
-            ("default_tolerance_mm", self.default_tolerance_mm, self.default_tolerance_mm > 0.0, positive),
-            ("exact_path_tolerance_mm", self.exact_path_tolerance_mm, self.exact_path_tolerance_mm > 0.0, positive),
-            ("exact_path_angle_deg", self.exact_path_angle_deg, (0.0..=10.0).contains(&self.exact_path_angle_deg), "from 0 to 10"),
-            ("window_pieces", self.window_pieces as f64, self.window_pieces >= 64, "64 or more"),
-            ("window_intervals", self.window_intervals as f64, self.window_intervals >= 64, "64 or more"),
+            (
+                "default_tolerance_mm",
+                self.default_tolerance_mm,
+                self.default_tolerance_mm > 0.0,
+                positive,
+            ),
+            (
+                "exact_path_tolerance_mm",
+                self.exact_path_tolerance_mm,
+                self.exact_path_tolerance_mm > 0.0,
+                positive,
+            ),
+            (
+                "exact_path_angle_deg",
+                self.exact_path_angle_deg,
+                (0.0..=10.0).contains(&self.exact_path_angle_deg),
+                "from 0 to 10",
+            ),
+            (
+                "window_pieces",
+                self.window_pieces as f64,
+                self.window_pieces >= 64,
+                "64 or more",
+            ),
+            (
+                "window_intervals",
+                self.window_intervals as f64,
+                self.window_intervals >= 64,
+                "64 or more",
+            ),
         ];
-        match settings.into_iter().find(|(_, value, good, _)| !(value.is_finite() && *good)) {
-            Some((what, value, _, condition)) => Err(PlanError::Setting { what, value, condition }),
+        match settings
+            .into_iter()
+            .find(|(_, value, good, _)| !(value.is_finite() && *good))
+        {
+            Some((what, value, _, condition)) => Err(PlanError::Setting {
+                what,
+                value,
+                condition,
+            }),
             None => Ok(()),
         }
     }

@@ -1,10 +1,12 @@
 //! Rounding a corner in time: the next stretch sets out before the one before has come to rest.
 //!
-//! Where two lines meet at an angle, a stop makes every joint that only one of them moves wait for the other. Letting the end
-//! of one motion and the start of the next add up for a time tau cuts the corner a little and saves tau. With the distance u
-//! still to go on the first line and the distance w gone on the second, the tool is w from the first line and u from the
-//! second, at most, so that it leaves the path by no more than min(u, w): the time for which both stay below the tolerance
-//! follows from the two motions alone, and the joints' limits are checked on the sum of both.
+//! Where two lines meet at an angle, a stop makes every joint that only one of them moves wait for
+//! the other. Letting the end of one motion and the start of the next add up for a time tau cuts
+//! the corner a little and saves tau. With the distance u still to go on the first line and the
+//! distance w gone on the second, the tool is w from the first line and u from the second, at most,
+//! so that it leaves the path by no more than min(u, w): the time for which both stay below the
+//! tolerance follows from the two motions alone, and the joints' limits are checked on the sum of
+//! both.
 
 use crate::chord::Chord;
 use crate::condition::{Piece, size};
@@ -20,7 +22,8 @@ const TIME_HALVINGS: usize = 40;
 const FIT_HALVINGS: usize = 10;
 /// Shorter overlaps are not worth the trouble, s.
 const NEGLIGIBLE_S: f64 = 1e-4;
-/// Steps of the jerk nearer to each other are too near for a difference of accelerations between them.
+/// Steps of the jerk nearer to each other are too near for a difference of accelerations between
+/// them.
 const INSTANT_S: f64 = 1e-7;
 /// Places in a time without a step of the jerk at which the tool's bow is looked at.
 const PLACES: u32 = 8;
@@ -50,20 +53,49 @@ impl Leg {
     /// The end of a stretch that comes to rest on a line.
     pub(crate) fn end_of(stretch: &Stretch) -> Option<Leg> {
         let piece = stretch.last()?;
-        Leg::new(piece, piece.curve.end(), stretch.profile.reversed(), 0.0, stretch.longest_overlap_s())
+        Leg::new(
+            piece,
+            piece.curve.end(),
+            stretch.profile.reversed(),
+            0.0,
+            stretch.longest_overlap_s(),
+        )
     }
 
     /// The start of a stretch on a line.
     pub(crate) fn start_of(stretch: &Stretch) -> Option<Leg> {
         let piece = stretch.first()?;
-        Leg::new(piece, piece.curve.start(), stretch.profile.clone(), stretch.from, stretch.longest_overlap_s())
+        Leg::new(
+            piece,
+            piece.curve.start(),
+            stretch.profile.clone(),
+            stretch.from,
+            stretch.longest_overlap_s(),
+        )
     }
 
-    fn new(piece: &Piece, corner: Coords, profile: Profile, from: f64, longest_s: f64) -> Option<Leg> {
-        let Curve::Line(_) = piece.curve else { return None };
+    fn new(
+        piece: &Piece,
+        corner: Coords,
+        profile: Profile,
+        from: f64,
+        longest_s: f64,
+    ) -> Option<Leg> {
+        let Curve::Line(_) = piece.curve else {
+            return None;
+        };
         let direction = piece.curve.eval(0.0).d1;
         let (room, feed, tool_mm) = (piece.curve.length(), piece.feed, piece.tool_mm);
-        Some(Leg { profile, from, direction, room, longest_s, feed, corner, tool_mm })
+        Some(Leg {
+            profile,
+            from,
+            direction,
+            room,
+            longest_s,
+            feed,
+            corner,
+            tool_mm,
+        })
     }
 
     /// Distance from the corner, speed and acceleration at a time from rest.
@@ -72,7 +104,8 @@ impl Leg {
         [motion.s - self.from, motion.v, motion.a]
     }
 
-    /// The latest time, up to the longest, at which it is no farther from the corner than a distance.
+    /// The latest time, up to the longest, at which it is no farther from the corner than a
+    /// distance.
     fn time_to(&self, distance: f64) -> f64 {
         let (mut low, mut high) = (0.0, self.longest_s);
         if self.at(high)[0] <= distance {
@@ -80,7 +113,11 @@ impl Leg {
         }
         for _ in 0..TIME_HALVINGS {
             let middle = 0.5 * (low + high);
-            if self.at(middle)[0] <= distance { low = middle } else { high = middle }
+            if self.at(middle)[0] <= distance {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         low
     }
@@ -92,13 +129,17 @@ pub(crate) fn sideways(d: &Coords, other: &Coords) -> f64 {
     size(&(*d - *other * along)).min(size(d))
 }
 
-/// How long two motions may overlap at their corner without leaving the path by more than a tolerance, s.
+/// How long two motions may overlap at their corner without leaving the path by more than a
+/// tolerance, s.
 pub(crate) fn overlap_s(machine: &Machine, before: &Leg, after: &Leg, tolerance: f64) -> f64 {
     let (a, b) = (&before.direction, &after.direction);
     let off = sideways(b, a).max(sideways(a, b));
     let reach = tolerance / off.max(f64::MIN_POSITIVE);
-    let longest = (before.time_to(reach) + after.time_to(reach)).min(before.longest_s).min(after.longest_s);
-    // With one motion's jerk after the other's, joints that both move have less to bear than while both have jerk.
+    let longest = (before.time_to(reach) + after.time_to(reach))
+        .min(before.longest_s)
+        .min(after.longest_s);
+    // With one motion's jerk after the other's, joints that both move have less to bear than while
+    // both have jerk.
     let in_turn = before.profile.onset_s() + after.profile.onset_s();
     for overlap in [longest, in_turn] {
         if overlap <= longest && fits(machine, before, after, overlap) {
@@ -108,30 +149,59 @@ pub(crate) fn overlap_s(machine: &Machine, before: &Leg, after: &Leg, tolerance:
     let (mut low, mut high) = (0.0, longest.min(in_turn));
     for _ in 0..FIT_HALVINGS {
         let middle = 0.5 * (low + high);
-        if fits(machine, before, after, middle) { low = middle } else { high = middle }
+        if fits(machine, before, after, middle) {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     if low > NEGLIGIBLE_S { low } else { 0.0 }
 }
 
-/// About how long the motions along two lines overlap at their corner, s, if both use the window T and neither gives more than
-/// `most_s`.
-pub(crate) fn usual_overlap_s(machine: &Machine, [a, b]: [&Coords; 2], tolerance: f64, window_s: f64, most_s: f64) -> f64 {
-    let jerk = |d: &Coords| machine.joints().map(|(joint, [_, a, j])| j.min(a / window_s) / d.0[joint].abs()).fold(f64::INFINITY, f64::min);
+/// About how long the motions along two lines overlap at their corner, s, if both use the window T
+/// and neither gives more than `most_s`.
+pub(crate) fn usual_overlap_s(
+    machine: &Machine,
+    [a, b]: [&Coords; 2],
+    tolerance: f64,
+    window_s: f64,
+    most_s: f64,
+) -> f64 {
+    let jerk = |d: &Coords| {
+        machine
+            .joints()
+            .map(|(joint, [_, a, j])| j.min(a / window_s) / d.0[joint].abs())
+            .fold(f64::INFINITY, f64::min)
+    };
     let (first, second) = (jerk(a), jerk(b));
     let reach = tolerance / sideways(b, a).max(sideways(a, b)).max(f64::MIN_POSITIVE);
     // The jerk lasts one window, and the acceleration is constant from then on.
     let time_to = |jerk: f64| {
         let cubic = math::cbrt(6.0 * reach / jerk);
         let later = 2.0 * reach / (jerk * window_s) - window_s * window_s / 12.0;
-        if cubic <= window_s { cubic } else { 0.5 * window_s + later.sqrt() }
+        if cubic <= window_s {
+            cubic
+        } else {
+            0.5 * window_s + later.sqrt()
+        }
     };
     let longest = (time_to(first) + time_to(second)).min(most_s);
-    let jerks = machine.joints().map(|(joint, [.., j])| [first * a.0[joint] / j, second * b.0[joint] / j]);
+    let jerks = machine
+        .joints()
+        .map(|(joint, [.., j])| [first * a.0[joint] / j, second * b.0[joint] / j]);
     if jerks.clone().any(|[d, e]| (d + e).abs() > ROUNDING) {
         // Not while both have jerk.
-        return if longest >= 2.0 * window_s { 2.0 * window_s } else { 0.0 };
+        return if longest >= 2.0 * window_s {
+            2.0 * window_s
+        } else {
+            0.0
+        };
     }
-    if jerks.clone().any(|[d, e]| (d - e).abs() > ROUNDING) { longest.min(window_s) } else { longest }
+    if jerks.clone().any(|[d, e]| (d - e).abs() > ROUNDING) {
+        longest.min(window_s)
+    } else {
+        longest
+    }
 }
 
 /// Whether the sum of both motions keeps every limit over an overlap.
@@ -154,9 +224,19 @@ fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
             continue;
         }
         let right = states(t);
-        let bows =
-            |chord: &Chord| (1..=PLACES).any(|k| bows(chord, before, after, &states(start + step * f64::from(k) / f64::from(PLACES))));
-        if !keeps(machine, before, after, &left, &right, step) || machine.chord.as_ref().is_some_and(bows) {
+        let bows = |chord: &Chord| {
+            (1..=PLACES).any(|k| {
+                bows(
+                    chord,
+                    before,
+                    after,
+                    &states(start + step * f64::from(k) / f64::from(PLACES)),
+                )
+            })
+        };
+        if !keeps(machine, before, after, &left, &right, step)
+            || machine.chord.as_ref().is_some_and(bows)
+        {
             return false;
         }
         (start, left) = (t, right);
@@ -168,15 +248,28 @@ type State = ([f64; 3], [f64; 3]);
 
 /// Whether a command cycle around a place of the sum takes the tool too far off its way.
 fn bows(chord: &Chord, before: &Leg, after: &Leg, state: &State) -> bool {
-    let sum = |k: usize, sign: f64| after.direction * state.1[k] + before.direction * (sign * state.0[k]);
+    let sum =
+        |k: usize, sign: f64| after.direction * state.1[k] + before.direction * (sign * state.0[k]);
     let joints = after.corner + Coords::xyz(after.tool_mm[0], after.tool_mm[1], after.tool_mm[2]);
     chord.part([&joints, &sum(1, 1.0), &sum(2, -1.0)], &after.tool_mm) > 1.0
 }
 
-/// Whether the sum keeps every limit over a time without a step of the jerk, given the states at its ends.
-fn keeps(machine: &Machine, before: &Leg, after: &Leg, left: &State, right: &State, step: f64) -> bool {
-    // Between its ends a motion of constant jerk leaves the chord of its speed by at most j h^2 / 8.
-    let jerk = [(right.0[2] - left.0[2]) / -step, (right.1[2] - left.1[2]) / step];
+/// Whether the sum keeps every limit over a time without a step of the jerk, given the states at
+/// its ends.
+fn keeps(
+    machine: &Machine,
+    before: &Leg,
+    after: &Leg,
+    left: &State,
+    right: &State,
+    step: f64,
+) -> bool {
+    // Between its ends a motion of constant jerk leaves the chord of its speed by at most j h^2 /
+    // 8.
+    let jerk = [
+        (right.0[2] - left.0[2]) / -step,
+        (right.1[2] - left.1[2]) / step,
+    ];
     let bulge = |k: usize| jerk[k].abs() * step * step / 8.0;
     let fastest = left.0[1].max(right.0[1]) + bulge(0) + left.1[1].max(right.1[1]) + bulge(1);
     let free = fastest <= before.feed.min(after.feed) * ROUNDING;

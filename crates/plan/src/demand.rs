@@ -14,11 +14,19 @@ pub(crate) struct Demand {
 
 impl Demand {
     /// No demand at all.
-    pub(crate) const NONE: Demand = Demand { d: [[0.0; AXES]; 3], sides: [[[0.0; AXES]; 2]; 2], feed: f64::INFINITY };
+    pub(crate) const NONE: Demand = Demand {
+        d: [[0.0; AXES]; 3],
+        sides: [[[0.0; AXES]; 2]; 2],
+        feed: f64::INFINITY,
+    };
 
     /// From bounds of the magnitudes alone.
     pub(crate) fn new(d: [[f64; AXES]; 3], feed: f64) -> Demand {
-        Demand { d, sides: [[d[1]; 2], [d[2]; 2]], feed }
+        Demand {
+            d,
+            sides: [[d[1]; 2], [d[2]; 2]],
+            feed,
+        }
     }
 
     /// Takes in the demands of another stretch.
@@ -28,7 +36,12 @@ impl Demand {
                 self.d[order][joint] = self.d[order][joint].max(other.d[order][joint]);
             }
         }
-        for (mine, others) in self.sides.iter_mut().flatten().zip(other.sides.iter().flatten()) {
+        for (mine, others) in self
+            .sides
+            .iter_mut()
+            .flatten()
+            .zip(other.sides.iter().flatten())
+        {
             for (mine, other) in mine.iter_mut().zip(others) {
                 *mine = mine.max(*other);
             }
@@ -49,9 +62,10 @@ pub(crate) enum Direction {
     Slower,
 }
 
-/// Bounds of |q'| and of what of q'' and q''' pulls a joint's jerk to one side, then to the other: to either side q''' v3
-/// adds to 3 q'' v a of its own sign while speeding up, and to that of the other sign while slowing down. The window's mean
-/// of the acceleration may be anything from none to all of it, so that what pulls the other way is no help.
+/// Bounds of |q'| and of what of q'' and q''' pulls a joint's jerk to one side, then to the other:
+/// to either side q''' v3 adds to 3 q'' v a of its own sign while speeding up, and to that of the
+/// other sign while slowing down. The window's mean of the acceleration may be anything from none
+/// to all of it, so that what pulls the other way is no help.
 pub(crate) fn sides(demand: &Demand, direction: Direction, joint: usize) -> [[f64; 3]; 2] {
     let c1 = demand.d[0][joint];
     let at = |order: usize, side: usize| demand.sides[order][side][joint];

@@ -15,9 +15,11 @@ const QUINTIC_PARTS: usize = 6;
 const MAX_PARTS: f64 = 4096.0;
 /// How often a stretch is halved, at most, while the joints' derivatives vary over it.
 const MAX_HALVINGS: u32 = 10;
-/// How often more, where a joint turns round between the places that were looked at (near a singular pose).
+/// How often more, where a joint turns round between the places that were looked at (near a
+/// singular pose).
 const MORE_HALVINGS: u32 = 10;
-/// Halving goes on while the middle differs from the mean of the ends by more than this part of the largest value.
+/// Halving goes on while the middle differs from the mean of the ends by more than this part of the
+/// largest value.
 const BEND: f64 = 0.02;
 /// Neighbouring intervals shorter together than this part of the way in one window become one.
 const COALESCE: f64 = 0.4;
@@ -35,7 +37,11 @@ pub(crate) struct Intervals {
 impl Intervals {
     /// Starts a path at 0; `window_s` is the longest window of the moving average.
     pub(crate) fn new(window_s: f64) -> Intervals {
-        Intervals { end: 0.0, open: None, window_s }
+        Intervals {
+            end: 0.0,
+            open: None,
+            window_s,
+        }
     }
 
     /// Length of the path so far.
@@ -67,7 +73,12 @@ impl Intervals {
                 open.cap = open.cap.min(cap);
                 open.end = end;
             }
-            open => out.extend(open.replace(Interval { start, end, demand, cap })),
+            open => out.extend(open.replace(Interval {
+                start,
+                end,
+                demand,
+                cap,
+            })),
         }
     }
 
@@ -79,12 +90,21 @@ impl Intervals {
 }
 
 /// Lengths and demands of consecutive parts of a piece.
-pub(crate) fn demands(piece: &Piece, machine: &Machine, kinematics: &dyn Kinematics) -> Result<Vec<(f64, Demand)>, KinematicsError> {
+pub(crate) fn demands(
+    piece: &Piece,
+    machine: &Machine,
+    kinematics: &dyn Kinematics,
+) -> Result<Vec<(f64, Demand)>, KinematicsError> {
     let length = piece.curve.length();
     let mut parts = parts(&piece.curve);
     if let (Curve::Quintic(quintic), true) = (&piece.curve, kinematics.is_affine()) {
         let mut whole = signed(quintic, 0.0, length);
-        whole.feed = feed(piece, 0.0, length, Coords(whole.d[0])).min(straight(piece, machine, kinematics, [0.0, length])?);
+        whole.feed = feed(piece, 0.0, length, Coords(whole.d[0])).min(straight(
+            piece,
+            machine,
+            kinematics,
+            [0.0, length],
+        )?);
         // More parts would be gathered again.
         let gathered = COALESCE * machine.longest_window_s() * machine.speed_cap(&whole);
         if length <= gathered {
@@ -94,16 +114,31 @@ pub(crate) fn demands(piece: &Piece, machine: &Machine, kinematics: &dyn Kinemat
     }
     let mut out = Vec::with_capacity(parts);
     for part in 0..parts {
-        let (s0, s1) = (length * (part as f64 / parts as f64), length * ((part + 1) as f64 / parts as f64));
+        let (s0, s1) = (
+            length * (part as f64 / parts as f64),
+            length * ((part + 1) as f64 / parts as f64),
+        );
         if kinematics.is_affine() {
             let mut demand = match &piece.curve {
                 Curve::Quintic(quintic) => signed(quintic, s0, s1),
                 curve => of(curve, s0, s1),
             };
-            demand.feed = feed(piece, s0, s1, Coords(demand.d[0])).min(straight(piece, machine, kinematics, [s0, s1])?);
+            demand.feed = feed(piece, s0, s1, Coords(demand.d[0])).min(straight(
+                piece,
+                machine,
+                kinematics,
+                [s0, s1],
+            )?);
             out.push((s1 - s0, demand));
         } else {
-            bend(piece, machine, kinematics, (s0, s1), MAX_HALVINGS + MORE_HALVINGS, &mut out)?;
+            bend(
+                piece,
+                machine,
+                kinematics,
+                (s0, s1),
+                MAX_HALVINGS + MORE_HALVINGS,
+                &mut out,
+            )?;
         }
     }
     Ok(out)
@@ -120,7 +155,9 @@ fn signed(quintic: &Quintic, s0: f64, s1: f64) -> Demand {
     let mut demand = Demand::NONE;
     for joint in 0..quintic.moving() {
         let (first, second, third) = quintic.derivative_points(joint, s0, s1);
-        demand.d[0][joint] = first.into_iter().fold(0.0, |most: f64, b| most.max(b.abs()));
+        demand.d[0][joint] = first
+            .into_iter()
+            .fold(0.0, |most: f64, b| most.max(b.abs()));
         for (order, points) in [second.as_slice(), &third].into_iter().enumerate() {
             let up = points.iter().fold(0.0, |most: f64, b| most.max(*b));
             let down = points.iter().fold(0.0, |most: f64, b| most.max(-b));
@@ -140,26 +177,40 @@ fn parts(curve: &Curve) -> usize {
     }
 }
 
-/// Largest speed of the parameter that keeps the feed: where X Y Z move faster than the parameter, the less.
+/// Largest speed of the parameter that keeps the feed: where X Y Z move faster than the parameter,
+/// the less.
 fn feed(piece: &Piece, s0: f64, s1: f64, d1: Coords) -> f64 {
-    let Curve::Quintic(quintic) = &piece.curve else { return piece.feed };
+    let Curve::Quintic(quintic) = &piece.curve else {
+        return piece.feed;
+    };
     if d1.linear_norm() <= 1.0 {
         return piece.feed;
     }
     let [x, y, z] = [0, 1, 2].map(|axis| quintic.derivative_points(axis, s0, s1).0);
-    let squares = x.iter().zip(&y).zip(&z).map(|((x, y), z)| x * x + y * y + z * z);
+    let squares = x
+        .iter()
+        .zip(&y)
+        .zip(&z)
+        .map(|((x, y), z)| x * x + y * y + z * z);
     piece.feed / squares.fold(1.0, f64::max).sqrt()
 }
 
-/// Largest speed of the parameter that keeps the tool near its way between two commands; joints that go straight do.
-fn straight(piece: &Piece, machine: &Machine, kinematics: &dyn Kinematics, ends: [f64; 2]) -> Result<f64, KinematicsError> {
+/// Largest speed of the parameter that keeps the tool near its way between two commands; joints
+/// that go straight do.
+fn straight(
+    piece: &Piece,
+    machine: &Machine,
+    kinematics: &dyn Kinematics,
+    ends: [f64; 2],
+) -> Result<f64, KinematicsError> {
     match (&machine.chord, &piece.curve) {
         (None, _) | (_, Curve::Line(_)) => Ok(f64::INFINITY),
         (Some(chord), _) => chord.speed_over(piece, kinematics, ends),
     }
 }
 
-/// Whether some joint goes farther between the ends of a stretch than its speeds there and in the middle say (Simpson's rule).
+/// Whether some joint goes farther between the ends of a stretch than its speeds there and in the
+/// middle say (Simpson's rule).
 fn hides_a_peak([first, second, third]: &[[Jet; AXES]; 3], length: f64) -> bool {
     first.iter().zip(second).zip(third).any(|((a, m), b)| {
         let fastest = a.0[1].abs().max(m.0[1].abs()).max(b.0[1].abs());
@@ -168,8 +219,8 @@ fn hides_a_peak([first, second, third]: &[[Jet; AXES]; 3], length: f64) -> bool 
     })
 }
 
-/// Demands under kinematics that bend the path: from exact derivatives at the ends and the middle of a stretch, halved
-/// until the middle lies near the chord of the ends.
+/// Demands under kinematics that bend the path: from exact derivatives at the ends and the middle
+/// of a stretch, halved until the middle lies near the chord of the ends.
 fn bend(
     piece: &Piece,
     machine: &Machine,
@@ -199,7 +250,9 @@ fn bend(
     if (smooth || halvings <= MORE_HALVINGS) && (!hidden || halvings == 0) {
         demand = Demand::new(demand.d, demand.feed);
         let (d1, _, _) = piece.curve.max_derivatives(s0, s1);
-        let chord = machine.chord.as_ref().map_or(f64::INFINITY, |chord| chord.speed([&first, &second, &third], &piece.tool_mm));
+        let chord = machine.chord.as_ref().map_or(f64::INFINITY, |chord| {
+            chord.speed([&first, &second, &third], &piece.tool_mm)
+        });
         demand.feed = feed(piece, s0, s1, d1).min(chord);
         out.push((s1 - s0, demand));
         return Ok(());
@@ -212,7 +265,8 @@ fn bend(
 mod tests {
     use super::*;
 
-    /// Dense samples of the derivatives lie within the bounds, and come near those that should be exact.
+    /// Dense samples of the derivatives lie within the bounds, and come near those that should be
+    /// exact.
     #[test]
     fn signed_bounds_hold_everywhere() {
         let height = [0.0, 0.3, -0.2, 0.9, 0.1, 0.5];
@@ -221,18 +275,30 @@ mod tests {
             *point = Coords::xyz(0.4 * k as f64, height[k], -height[5 - k]);
         }
         let quintic = Quintic::from_control_points(points, 2.0).ok();
-        let Some(quintic) = quintic else { return assert!(quintic.is_some()) };
+        let Some(quintic) = quintic else {
+            return assert!(quintic.is_some());
+        };
         for (s0, s1) in [(0.0, 2.0), (0.3, 0.7), (1.2, 1.25), (1.9, 2.0)] {
             let demand = signed(&quintic, s0, s1);
             let (mut second, mut third) = (0.0_f64, 0.0_f64);
             for i in 0..=1000 {
                 let at = quintic.eval(s0 + (s1 - s0) * (f64::from(i) / 1000.0));
                 let within = |bounds: [&[f64; AXES]; 2], d: Coords| {
-                    bounds[0].iter().zip(bounds[1]).zip(d.0).all(|((up, down), d)| -down - 1e-9 <= d && d <= up + 1e-9)
+                    bounds[0]
+                        .iter()
+                        .zip(bounds[1])
+                        .zip(d.0)
+                        .all(|((up, down), d)| -down - 1e-9 <= d && d <= up + 1e-9)
                 };
                 assert!(within([&demand.d[0]; 2], at.d1));
-                assert!(within([&demand.sides[0][0], &demand.sides[0][1]], at.d2), "second from {s0} to {s1}");
-                assert!(within([&demand.sides[1][0], &demand.sides[1][1]], at.d3), "third from {s0} to {s1}");
+                assert!(
+                    within([&demand.sides[0][0], &demand.sides[0][1]], at.d2),
+                    "second from {s0} to {s1}"
+                );
+                assert!(
+                    within([&demand.sides[1][0], &demand.sides[1][1]], at.d3),
+                    "third from {s0} to {s1}"
+                );
                 (second, third) = (second.max(at.d2.0[1].abs()), third.max(at.d3.0[1].abs()));
             }
             if s1 - s0 < 0.1 {

@@ -43,7 +43,8 @@ impl FeedLimit {
     }
 }
 
-/// Which of the operator's overrides changes how fast a place is passed; where moves meet, the later of these.
+/// Which of the operator's overrides changes how fast a place is passed; where moves meet, the
+/// later of these.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Heeds {
     /// That of rapid moves.
@@ -58,7 +59,8 @@ pub enum Heeds {
 /// One programmed move.
 #[derive(Clone, Copy, Debug)]
 pub struct Move {
-    /// Programmed curve in program coordinates (machine frame of the kinematics' program side), mm and rad.
+    /// Programmed curve in program coordinates (machine frame of the kinematics' program side), mm
+    /// and rad.
     pub curve: Curve,
     /// Speed limit.
     pub feed: FeedLimit,
@@ -79,7 +81,8 @@ pub struct Dwell {
     pub block: BlockRef,
 }
 
-/// Coming to rest for something that takes no time in the simulation (tool change, program stop, spindle event).
+/// Coming to rest for something that takes no time in the simulation (tool change, program stop,
+/// spindle event).
 #[derive(Clone, Copy, Debug)]
 pub struct Halt {
     /// Block that commanded it.

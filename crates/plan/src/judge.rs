@@ -9,7 +9,8 @@ use lostmotion_base::Coords;
 use lostmotion_kinematics::Kinematics;
 use lostmotion_path::Curve;
 
-/// Part of what soft ends save on lines long enough to get fast that is held against a blend: how fast that is by the end is known too little to count all of it.
+/// Part of what soft ends save on lines long enough to get fast that is held against a blend: how
+/// fast that is by the end is known too little to count all of it.
 const SOFT: f64 = 0.5;
 
 /// Compares times.
@@ -17,15 +18,25 @@ const SOFT: f64 = 0.5;
 pub(crate) struct TimeJudge<'a> {
     pub(crate) machine: &'a Machine,
     pub(crate) kinematics: &'a dyn Kinematics,
-    /// Whether motions are made soft at a corner: where they are retimed afterwards, that sees to it.
+    /// Whether motions are made soft at a corner: where they are retimed afterwards, that sees to
+    /// it.
     pub(crate) softens: bool,
 }
 
 impl Judge for TimeJudge<'_> {
-    /// A stop takes v/A to slow down, the window T, and v/A to speed up. A blend at the speed w takes (v - w)/A twice, T,
-    /// and its own time, but gets on meanwhile. A stop may be cut short by an overlap.
-    fn is_faster(&self, blend: &Piece, before: &Programmed, next: &Programmed, tolerance: f64) -> bool {
-        let Ok(parts) = demands(blend, self.machine, self.kinematics) else { return false };
+    /// A stop takes v/A to slow down, the window T, and v/A to speed up. A blend at the speed w
+    /// takes (v - w)/A twice, T, and its own time, but gets on meanwhile. A stop may be cut short
+    /// by an overlap.
+    fn is_faster(
+        &self,
+        blend: &Piece,
+        before: &Programmed,
+        next: &Programmed,
+        tolerance: f64,
+    ) -> bool {
+        let Ok(parts) = demands(blend, self.machine, self.kinematics) else {
+            return false;
+        };
         let mut all = Demand::NONE;
         for (_, demand) in &parts {
             all.join(demand);
@@ -33,34 +44,66 @@ impl Judge for TimeJudge<'_> {
         let pace = self.machine.speed_cap(&all);
         let straight = Demand::new([all.d[0], [0.0; 9], [0.0; 9]], before.feed.min(next.feed));
         let window = self.machine.window_s(&all);
-        let acceleration = self.machine.acceleration(&straight, Direction::Faster, f64::INFINITY, 0.0, window, NO_LIMIT);
+        let acceleration = self.machine.acceleration(
+            &straight,
+            Direction::Faster,
+            f64::INFINITY,
+            0.0,
+            window,
+            NO_LIMIT,
+        );
         let reachable = (acceleration * before.length.min(next.length)).sqrt();
         let speed = self.machine.speed_cap(&straight).min(reachable);
         if pace >= speed {
             return true;
         }
         // Between two stops on a short move the window shrinks as it does on a straight one.
-        let window = window.min(self.machine.straight_window_s(&straight, before.length.min(next.length)));
+        let window = window.min(
+            self.machine
+                .straight_window_s(&straight, before.length.min(next.length)),
+        );
         let own = blend.curve.length() / pace;
-        let saved = 2.0 * pace / acceleration + pace * (window + own) / speed - pace * pace / (acceleration * speed);
+        let saved = 2.0 * pace / acceleration + pace * (window + own) / speed
+            - pace * pace / (acceleration * speed);
         // A stretch gives at most half of its time to an overlap.
         let shorter = before.length.min(next.length) / speed + speed / acceleration + window;
         saved > own + self.overlap_s(before, next, tolerance, window, 0.5 * shorter)
     }
 
     fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft> {
-        self.softened(before, next, tolerance).filter(|_| self.softens).map(|(soft, _)| soft)
+        self.softened(before, next, tolerance)
+            .filter(|_| self.softens)
+            .map(|(soft, _)| soft)
     }
 }
 
 impl TimeJudge<'_> {
     /// About how long the motions before and after a stop overlap, s.
-    fn overlap_s(&self, before: &Programmed, next: &Programmed, tolerance: f64, window_s: f64, most_s: f64) -> f64 {
+    fn overlap_s(
+        &self,
+        before: &Programmed,
+        next: &Programmed,
+        tolerance: f64,
+        window_s: f64,
+        most_s: f64,
+    ) -> f64 {
         match (&before.curve, &next.curve) {
             (Curve::Line(a), Curve::Line(b)) if self.kinematics.is_affine() => {
-                let usual = usual_overlap_s(self.machine, [&a.eval(0.0).d1, &b.eval(0.0).d1], tolerance, window_s, most_s);
-                let is_long =
-                    [before, next].into_iter().all(|line| soft::gets_fast(self.machine, &line.curve.eval(0.0).d1, line.feed, line.length));
+                let usual = usual_overlap_s(
+                    self.machine,
+                    [&a.eval(0.0).d1, &b.eval(0.0).d1],
+                    tolerance,
+                    window_s,
+                    most_s,
+                );
+                let is_long = [before, next].into_iter().all(|line| {
+                    soft::gets_fast(
+                        self.machine,
+                        &line.curve.eval(0.0).d1,
+                        line.feed,
+                        line.length,
+                    )
+                });
                 let soft = self.softened(before, next, tolerance).filter(|_| is_long);
                 soft.map_or(usual, |(_, saved)| usual.max((SOFT * saved).min(most_s)))
             }
@@ -68,14 +111,28 @@ impl TimeJudge<'_> {
         }
     }
 
-    /// How soft the motions along two lines have to be to overlap at their corner, and what that saves, s.
-    fn softened(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<(Soft, f64)> {
-        let (Curve::Line(_), Curve::Line(_), true) = (&before.curve, &next.curve, self.kinematics.is_affine()) else {
+    /// How soft the motions along two lines have to be to overlap at their corner, and what that
+    /// saves, s.
+    fn softened(
+        &self,
+        before: &Programmed,
+        next: &Programmed,
+        tolerance: f64,
+    ) -> Option<(Soft, f64)> {
+        let (Curve::Line(_), Curve::Line(_), true) =
+            (&before.curve, &next.curve, self.kinematics.is_affine())
+        else {
             return None;
         };
         let directions = [before, next].map(|line| line.curve.eval(0.0).d1);
-        let speed = |line: &Programmed, d: &Coords| soft::fastest(self.machine, d, line.feed, line.length);
+        let speed =
+            |line: &Programmed, d: &Coords| soft::fastest(self.machine, d, line.feed, line.length);
         let speeds = [speed(before, &directions[0]), speed(next, &directions[1])];
-        soft::soften(self.machine, [&directions[0], &directions[1]], speeds, tolerance)
+        soft::soften(
+            self.machine,
+            [&directions[0], &directions[1]],
+            speeds,
+            tolerance,
+        )
     }
 }

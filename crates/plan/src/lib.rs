@@ -2,18 +2,21 @@
 //!
 //! What happens to one move:
 //! 1. it is checked (finite, connected, inside the travel, every moving joint has limits);
-//! 2. the conditioner joins it to its neighbours: a blend within the tolerance, a smooth run in place of many short lines,
-//!    or a stop, so that between two stops the path has a continuous second derivative;
+//! 2. the conditioner joins it to its neighbours: a blend within the tolerance, a smooth run in
+//!    place of many short lines, or a stop, so that between two stops the path has a continuous
+//!    second derivative;
 //! 3. bounds of every joint's derivatives along the path say how fast it may go;
 //! 4. the look-ahead window plans a speed profile and gives out what later moves cannot change;
-//! 5. a moving average over time makes the profile jerk-limited, a time law makes it faster where it can, and the sampler reads
-//!    it at every tick.
+//! 5. a moving average over time makes the profile jerk-limited, a time law makes it faster where
+//!    it can, and the sampler reads it at every tick.
 //!
-//! Of quality `optimal`, the samples of all joints are then retimed as a whole to nearly the least time (module `optimal`).
+//! Of quality `optimal`, the samples of all joints are then retimed as a whole to nearly the least
+//! time (module `optimal`).
 //!
-//! Where the tolerance allows to cut a corner but no blend is faster than a stop, the next stretch sets out before the one
-//! before has come to rest, so that the two motions add up for a while. The tool then stays within the tolerance of the path
-//! and passes the corner itself within twice as much; where the path turns back by more than 175 degrees it comes to rest.
+//! Where the tolerance allows to cut a corner but no blend is faster than a stop, the next stretch
+//! sets out before the one before has come to rest, so that the two motions add up for a while. The
+//! tool then stays within the tolerance of the path and passes the corner itself within twice as
+//! much; where the path turns back by more than 175 degrees it comes to rest.
 
 mod admit;
 mod chord;

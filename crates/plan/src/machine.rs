@@ -1,8 +1,9 @@
 //! What the joints demand of speed and acceleration along the path.
 //!
-//! A joint q(s) on a path travelled with speed v, acceleration a and jerk j has the velocity q' v, the acceleration
-//! q'' v2 + q' a and the jerk q''' v3 + 3 q'' v a + q' j. The planner makes j by a moving average over a window T, which
-//! turns a path acceleration that steps by at most `a` into a jerk of at most a / T.
+//! A joint q(s) on a path travelled with speed v, acceleration a and jerk j has the velocity q' v,
+//! the acceleration q'' v2 + q' a and the jerk q''' v3 + 3 q'' v a + q' j. The planner makes j by a
+//! moving average over a window T, which turns a path acceleration that steps by at most `a` into a
+//! jerk of at most a / T.
 
 use crate::chord::Chord;
 use crate::demand::sides;
@@ -33,9 +34,10 @@ impl Joint {
 
     /// The largest acceleration up to `a` that keeps the jerk.
     ///
-    /// A window that begins at the speed v and the acceleration a has a mean speed of at most v + a T/2, so that the jerk is
-    /// at most q''' (v + a T/2)^3 + 3 q'' (v + a T/2) a + q' a / T: convex in a, solved from above by Newton's method and
-    /// then bounded from below by a chord. Its mean speed is at most `cap`, too, which may leave more room.
+    /// A window that begins at the speed v and the acceleration a has a mean speed of at most v + a
+    /// T/2, so that the jerk is at most q''' (v + a T/2)^3 + 3 q'' (v + a T/2) a + q' a / T: convex
+    /// in a, solved from above by Newton's method and then bounded from below by a chord. Its mean
+    /// speed is at most `cap`, too, which may leave more room.
     fn jerk_room(&self, [c1, c2, c3]: [f64; 3], cap: f64, v: f64, window_s: f64, a: f64) -> f64 {
         let half = 0.5 * window_s;
         let excess = |a: f64| self.excess([c1, c2, c3], v, window_s, a);
@@ -69,7 +71,8 @@ const MARGIN: f64 = 1.0 - 1e-6;
 
 /// By what a ramp may take longer than the best one.
 const SHORT: f64 = 1.05;
-/// Part of the steady speed that a joint's acceleration and jerk would allow, so that some of both is left to get there.
+/// Part of the steady speed that a joint's acceleration and jerk would allow, so that some of both
+/// is left to get there.
 const STEADY: f64 = 0.99;
 /// From far above, each step of Newton's method on a cubic takes off about a third.
 const NEWTON_STEPS: usize = 8;
@@ -90,15 +93,30 @@ pub(crate) struct Machine {
 impl Machine {
     pub(crate) fn new(limits: &[Option<AxisLimits>; AXES]) -> Machine {
         let joint = |(index, limits): (usize, &Option<AxisLimits>)| {
-            limits.map(|l| Joint { index, v: l.velocity * MARGIN, a: l.acceleration * MARGIN, j: l.jerk * MARGIN })
+            limits.map(|l| Joint {
+                index,
+                v: l.velocity * MARGIN,
+                a: l.acceleration * MARGIN,
+                j: l.jerk * MARGIN,
+            })
         };
-        Machine { joints: limits.iter().enumerate().filter_map(joint).collect(), chord: None }
+        Machine {
+            joints: limits.iter().enumerate().filter_map(joint).collect(),
+            chord: None,
+        }
     }
 
     /// The same with part of the acceleration and the jerk.
     pub(crate) fn part(&self, part: f64) -> Machine {
-        let joints = self.joints.iter().map(|joint| Joint { a: joint.a * part, j: joint.j * part, ..*joint });
-        Machine { joints: joints.collect(), chord: self.chord.clone() }
+        let joints = self.joints.iter().map(|joint| Joint {
+            a: joint.a * part,
+            j: joint.j * part,
+            ..*joint
+        });
+        Machine {
+            joints: joints.collect(),
+            chord: self.chord.clone(),
+        }
     }
 
     /// Takes in the demands of another stretch on the joints that there are.
@@ -109,7 +127,8 @@ impl Machine {
             }
             for order in 0..2 {
                 for side in 0..2 {
-                    all.sides[order][side][*index] = all.sides[order][side][*index].max(other.sides[order][side][*index]);
+                    all.sides[order][side][*index] =
+                        all.sides[order][side][*index].max(other.sides[order][side][*index]);
                 }
             }
         }
@@ -117,18 +136,27 @@ impl Machine {
 
     /// Joints by axis index with the largest velocity, acceleration and jerk planned.
     pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, [f64; 3])> + Clone + '_ {
-        self.joints.iter().map(|joint| (joint.index, [joint.v, joint.a, joint.j]))
+        self.joints
+            .iter()
+            .map(|joint| (joint.index, [joint.v, joint.a, joint.j]))
     }
 
-    /// The window T over which the slowest moving joint builds up its acceleration: the largest A / J, s.
+    /// The window T over which the slowest moving joint builds up its acceleration: the largest A /
+    /// J, s.
     pub(crate) fn window_s(&self, demand: &Demand) -> f64 {
-        let moving = self.joints.iter().filter(|joint| demand.d[0][joint.index] > 0.0 || demand.d[1][joint.index] > 0.0);
+        let moving = self
+            .joints
+            .iter()
+            .filter(|joint| demand.d[0][joint.index] > 0.0 || demand.d[1][joint.index] > 0.0);
         moving.map(|joint| joint.a / joint.j).fold(0.0, f64::max)
     }
 
     /// The same over all joints.
     pub(crate) fn longest_window_s(&self) -> f64 {
-        self.joints.iter().map(|joint| joint.a / joint.j).fold(0.0, f64::max)
+        self.joints
+            .iter()
+            .map(|joint| joint.a / joint.j)
+            .fold(0.0, f64::max)
     }
 
     /// Largest steady speed.
@@ -149,9 +177,17 @@ impl Machine {
         cap
     }
 
-    /// Largest acceleration up to `most` at a speed, with the window over which it is averaged, where the speed never
-    /// passes `cap`. Never rises with the speed.
-    pub(crate) fn acceleration(&self, demand: &Demand, direction: Direction, cap: f64, v: f64, window_s: f64, most: f64) -> f64 {
+    /// Largest acceleration up to `most` at a speed, with the window over which it is averaged,
+    /// where the speed never passes `cap`. Never rises with the speed.
+    pub(crate) fn acceleration(
+        &self,
+        demand: &Demand,
+        direction: Direction,
+        cap: f64,
+        v: f64,
+        window_s: f64,
+        most: f64,
+    ) -> f64 {
         let mut a = most;
         for joint in &self.joints {
             let [c1, c2] = [0, 1].map(|order| demand.d[order][joint.index]);
@@ -189,20 +225,35 @@ impl Machine {
     }
 
     /// Whether [`Machine::acceleration`] allows so much.
-    pub(crate) fn allows(&self, demand: &Demand, direction: Direction, cap: f64, v: f64, window_s: f64, a: f64) -> bool {
+    pub(crate) fn allows(
+        &self,
+        demand: &Demand,
+        direction: Direction,
+        cap: f64,
+        v: f64,
+        window_s: f64,
+        a: f64,
+    ) -> bool {
         self.joints.iter().all(|joint| {
             let [c1, c2, c3] = [0, 1, 2].map(|order| demand.d[order][joint.index]);
-            let side = |side| joint.excess(side, v, window_s, a) <= 0.0 || a <= joint.at_cap(side, cap, window_s);
+            let side = |side| {
+                joint.excess(side, v, window_s, a) <= 0.0 || a <= joint.at_cap(side, cap, window_s)
+            };
             (c1 == 0.0 || c2 * v * v + c1 * a <= joint.a && c1 * a <= joint.j * window_s)
-                && (c2 == 0.0 && c3 == 0.0 || sides(demand, direction, joint.index).into_iter().all(side))
+                && (c2 == 0.0 && c3 == 0.0
+                    || sides(demand, direction, joint.index).into_iter().all(side))
         })
     }
 
-    /// Whether a motion of constant jerk between two states keeps this part of the limits wherever the demands hold.
+    /// Whether a motion of constant jerk between two states keeps this part of the limits wherever
+    /// the demands hold.
     pub(crate) fn keeps(&self, demand: &Demand, ends: &[Knot], part: f64) -> bool {
         let [left, right] = ends else { return true };
         let (h, j) = (right.t - left.t, left.j.abs());
-        let (v, a) = (left.v.max(right.v) + j * h * h / 8.0, left.a.abs().max(right.a.abs()));
+        let (v, a) = (
+            left.v.max(right.v) + j * h * h / 8.0,
+            left.a.abs().max(right.a.abs()),
+        );
         v <= demand.feed * part
             && self.joints.iter().all(|joint| {
                 let [d1, d2, d3] = [0, 1, 2].map(|order| demand.d[order][joint.index]);
@@ -212,7 +263,8 @@ impl Machine {
             })
     }
 
-    /// Whether a window is not much longer than the best one for a ramp from rest to the largest speed.
+    /// Whether a window is not much longer than the best one for a ramp from rest to the largest
+    /// speed.
     pub(crate) fn is_short(&self, intervals: &[Interval], window_s: f64) -> bool {
         let mut all = Demand::NONE;
         let mut speed = 0.0_f64;
@@ -228,9 +280,14 @@ impl Machine {
         speed / a + window_s <= SHORT * 2.0 * (speed / j).sqrt()
     }
 
-    /// The best window for a straight stretch from rest to rest: the time-optimal profile with limited jerk.
+    /// The best window for a straight stretch from rest to rest: the time-optimal profile with
+    /// limited jerk.
     pub(crate) fn straight_window_s(&self, demand: &Demand, length: f64) -> f64 {
-        let jerk = self.joints.iter().filter(|joint| demand.d[0][joint.index] > 0.0).map(|joint| joint.j / demand.d[0][joint.index]);
+        let jerk = self
+            .joints
+            .iter()
+            .filter(|joint| demand.d[0][joint.index] > 0.0)
+            .map(|joint| joint.j / demand.d[0][joint.index]);
         let jerk = jerk.fold(f64::INFINITY, f64::min);
         let speed = self.speed_cap(demand);
         (speed / jerk).sqrt().min(math::cbrt(0.5 * length / jerk))

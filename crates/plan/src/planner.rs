@@ -17,15 +17,17 @@ use lostmotion_kinematics::Kinematics;
 use lostmotion_path::Curve;
 use std::sync::Arc;
 
-/// Moves shorter than this do not move, mm or degrees: a nanometre, which no control resolves, but a path that bends in it would be slow.
+/// Moves shorter than this do not move, mm or degrees: a nanometre, which no control resolves, but
+/// a path that bends in it would be slow.
 const NOTHING: f64 = 1e-6;
 /// What is left of them where the motion comes to rest is made up for down to this, mm or degrees.
 const ROUNDING: f64 = 1e-9;
 
 /// Plans a program as it comes and gives out samples as they become final.
 ///
-/// Push items, take samples in between, and finish: memory stays within the window of the configuration as long as the
-/// samples are taken. The samples do not depend on how pushing and taking interleave.
+/// Push items, take samples in between, and finish: memory stays within the window of the
+/// configuration as long as the samples are taken. The samples do not depend on how pushing and
+/// taking interleave.
 #[derive(Clone, Debug)]
 pub struct Planner {
     config: PlannerConfig,
@@ -57,18 +59,35 @@ impl Planner {
     ///
     /// # Errors
     /// A setting or limit that makes no sense, a start that the machine cannot take.
-    pub fn new(config: PlannerConfig, kinematics: Arc<dyn Kinematics>, start: Coords) -> Result<Planner, PlanError> {
+    pub fn new(
+        config: PlannerConfig,
+        kinematics: Arc<dyn Kinematics>,
+        start: Coords,
+    ) -> Result<Planner, PlanError> {
         config.check()?;
-        let joints = kinematics.inverse(&start, &[0.0; 3]).map_err(|source| PlanError::Start(Box::new(source)))?;
+        let joints = kinematics
+            .inverse(&start, &[0.0; 3])
+            .map_err(|source| PlanError::Start(Box::new(source)))?;
         let machine = Machine::new(&config.limits);
         let retimer = (config.quality == Quality::Optimal).then(|| Box::new(Retimer::new(&config)));
-        let clock = if retimer.is_some() { nominal_clock(config.clock) } else { config.clock };
+        let clock = if retimer.is_some() {
+            nominal_clock(config.clock)
+        } else {
+            config.clock
+        };
         Ok(Planner {
-            corner_machine: if retimer.is_some() { Machine::new(&optimal::loosened(&config.limits)) } else { machine.clone() },
+            corner_machine: if retimer.is_some() {
+                Machine::new(&optimal::loosened(&config.limits))
+            } else {
+                machine.clone()
+            },
             conditioner: Conditioner::new(config.clone()),
             window: Window::new(&machine, &config),
             sampler: Sampler::new(clock, start, joints),
-            here: Position { program: start, tool_mm: [0.0; 3] },
+            here: Position {
+                program: start,
+                tool_mm: [0.0; 3],
+            },
             gap: Coords::ZERO,
             gap_of: None,
             config,
@@ -83,10 +102,15 @@ impl Planner {
         })
     }
 
-    /// The same for drives that join commands by straight lines of the joints: the tool stays within the chord's limit of its way.
+    /// The same for drives that join commands by straight lines of the joints: the tool stays
+    /// within the chord's limit of its way.
     #[must_use]
     pub fn with_chord(mut self, chord: Chord) -> Planner {
-        let pace = if self.retimer.is_some() { optimal::end_pace() } else { 1.0 };
+        let pace = if self.retimer.is_some() {
+            optimal::end_pace()
+        } else {
+            1.0
+        };
         self.corner_machine.chord = Some(chord.at_pace(pace));
         self.machine.chord = Some(chord.clone());
         self.sampler.chord = Some(chord);
@@ -96,7 +120,8 @@ impl Planner {
     /// Takes the next item.
     ///
     /// # Errors
-    /// What is wrong with it; the planner is then as before, and can go on with another item or be finished.
+    /// What is wrong with it; the planner is then as before, and can go on with another item or be
+    /// finished.
     pub fn push(&mut self, item: PlanItem) -> Result<(), PlanError> {
         if self.finished {
             return Err(PlanError::Finished);
@@ -105,7 +130,10 @@ impl Planner {
             PlanItem::Move(item) => self.push_move(&item),
             PlanItem::Dwell(item) => {
                 dwell(item.block, item.seconds)?;
-                self.rest(Stop { dwell_s: item.seconds, ..Stop::default() })
+                self.rest(Stop {
+                    dwell_s: item.seconds,
+                    ..Stop::default()
+                })
             }
             PlanItem::Halt(_) => self.rest(Stop::default()),
         }
@@ -126,7 +154,11 @@ impl Planner {
 
     /// Takes up to `max_samples` samples that are final; returns how many.
     pub fn take(&mut self, max_samples: usize, out: &mut Vec<Sample>) -> usize {
-        let Some(retimer) = &mut self.retimer else { return self.sampler.take(max_samples, self.kinematics.as_ref(), out) };
+        let Some(retimer) = &mut self.retimer else {
+            return self
+                .sampler
+                .take(max_samples, self.kinematics.as_ref(), out);
+        };
         let (before, mut nominal) = (out.len(), Vec::with_capacity(1));
         while out.len() - before < max_samples {
             if let Some(sample) = retimer.next() {
@@ -140,31 +172,60 @@ impl Planner {
         out.len() - before
     }
 
-    /// How often the motion came to rest because the look-ahead window was too short for the path's detail.
+    /// How often the motion came to rest because the look-ahead window was too short for the path's
+    /// detail.
     pub fn forced_stops(&self) -> u64 {
         self.forced_stops
     }
 
     /// How many pieces of path are held, waiting to be planned or sampled.
     pub fn held_pieces(&self) -> usize {
-        self.window.len() + self.sampler.stretches.iter().map(Stretch::len).sum::<usize>()
+        self.window.len()
+            + self
+                .sampler
+                .stretches
+                .iter()
+                .map(Stretch::len)
+                .sum::<usize>()
     }
 
     fn push_move(&mut self, item: &Move) -> Result<(), PlanError> {
         let feed = admit(&self.config, self.kinematics.as_ref(), &self.here, item)?;
         let segment = self.segments;
         self.segments += 1;
-        let Move { mut curve, control, tool_mm, block, .. } = *item;
+        let Move {
+            mut curve,
+            control,
+            tool_mm,
+            block,
+            ..
+        } = *item;
         // Where the tool offset changes, the same joints have other coordinates.
-        let last = if tool_mm == self.here.tool_mm { self.here.program } else { curve.start() };
+        let last = if tool_mm == self.here.tool_mm {
+            self.here.program
+        } else {
+            curve.start()
+        };
         let drawn = last + self.gap;
         if curve.start() != drawn {
             curve = curve.starting_at(drawn);
         }
         let length = curve.length();
-        self.here = Position { program: item.curve.end(), tool_mm };
+        self.here = Position {
+            program: item.curve.end(),
+            tool_mm,
+        };
         let heeds = item.feed.heeds();
-        let programmed = Programmed { curve, length, feed, heeds, control, tool_mm, segment, block };
+        let programmed = Programmed {
+            curve,
+            length,
+            feed,
+            heeds,
+            control,
+            tool_mm,
+            segment,
+            block,
+        };
         let is_nothing = length <= NOTHING;
         self.gap = if is_nothing { drawn } else { curve.end() } - item.curve.end();
         self.gap_of = (self.gap != Coords::ZERO).then(|| Box::new(programmed));
@@ -172,20 +233,36 @@ impl Planner {
             return Ok(());
         }
         let mut steps = Vec::new();
-        let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref(), softens: self.retimer.is_none() };
+        let judge = TimeJudge {
+            machine: &self.machine,
+            kinematics: self.kinematics.as_ref(),
+            softens: self.retimer.is_none(),
+        };
         self.conditioner.push(&programmed, &judge, &mut steps);
         self.follow(steps)
     }
 
     fn rest(&mut self, stop: Stop) -> Result<(), PlanError> {
         let mut steps = Vec::new();
-        let judge = TimeJudge { machine: &self.machine, kinematics: self.kinematics.as_ref(), softens: self.retimer.is_none() };
+        let judge = TimeJudge {
+            machine: &self.machine,
+            kinematics: self.kinematics.as_ref(),
+            softens: self.retimer.is_none(),
+        };
         if let Some(last) = self.gap_of.take() {
             let end = self.here.program;
             let curve = Curve::line(end + self.gap, end);
             if curve.length() > ROUNDING {
                 self.gap = Coords::ZERO;
-                self.conditioner.push(&Programmed { curve, length: curve.length(), ..*last }, &judge, &mut steps);
+                self.conditioner.push(
+                    &Programmed {
+                        curve,
+                        length: curve.length(),
+                        ..*last
+                    },
+                    &judge,
+                    &mut steps,
+                );
             }
         }
         self.conditioner.stop(stop, &judge, &mut steps);
@@ -196,16 +273,24 @@ impl Planner {
         for step in steps {
             match step {
                 Step::Piece(piece) => {
-                    self.window.push(piece, &self.machine, self.kinematics.as_ref())?;
+                    self.window
+                        .push(piece, &self.machine, self.kinematics.as_ref())?;
                     while self.window.is_due() {
-                        let Some((settled, forced)) = self.window.settle(&self.machine, self.kinematics.as_ref()) else { break };
+                        let Some((settled, forced)) =
+                            self.window.settle(&self.machine, self.kinematics.as_ref())
+                        else {
+                            break;
+                        };
                         self.commit(settled);
                         self.forced_stops += u64::from(forced);
                     }
                 }
                 Step::Stop(stop) => {
                     let ends = [self.soft.take(), stop.soft];
-                    if let Some(settled) = self.window.finish(&self.machine, self.kinematics.as_ref(), ends) {
+                    if let Some(settled) =
+                        self.window
+                            .finish(&self.machine, self.kinematics.as_ref(), ends)
+                    {
                         self.soft = stop.soft.filter(|_| settled.soft);
                         self.commit(settled);
                     }
@@ -220,8 +305,16 @@ impl Planner {
     /// Adds a final part of a profile to the open stretch, or begins one with it.
     fn commit(&mut self, settled: Settled) {
         let from = settled.knots.first().map_or(0.0, |knot| knot.s);
-        let open = self.sampler.stretches.back().is_some_and(|stretch| !stretch.complete);
-        let open = if open { self.sampler.stretches.pop_back() } else { None };
+        let open = self
+            .sampler
+            .stretches
+            .back()
+            .is_some_and(|stretch| !stretch.complete);
+        let open = if open {
+            self.sampler.stretches.pop_back()
+        } else {
+            None
+        };
         let is_new = open.is_none();
         let mut stretch = open.unwrap_or_else(|| Stretch::new(from));
         stretch.extend(settled.pieces.into_iter(), &settled.knots);
@@ -229,7 +322,10 @@ impl Planner {
         if is_new {
             let overlap_s = self.overlap_s(&stretch);
             stretch.start_s = self.sampler.end_s - overlap_s;
-            stretch.corner = stretch.first().filter(|_| overlap_s > 0.0).map(|piece| piece.curve.start());
+            stretch.corner = stretch
+                .first()
+                .filter(|_| overlap_s > 0.0)
+                .map(|piece| piece.curve.start());
         }
         self.sampler.end_s = stretch.rest_s();
         self.sampler.add(stretch);
@@ -238,10 +334,14 @@ impl Planner {
     /// How long before the end of the stretch before a stretch may set out, s.
     fn overlap_s(&mut self, stretch: &Stretch) -> f64 {
         // Program coordinates add up to joints only where the one is the other up to a constant.
-        let Some(tolerance) = self.corner.take().filter(|_| self.kinematics.is_affine()) else { return 0.0 };
+        let Some(tolerance) = self.corner.take().filter(|_| self.kinematics.is_affine()) else {
+            return 0.0;
+        };
         let before = self.sampler.stretches.back().and_then(Leg::end_of);
         match (before, Leg::start_of(stretch)) {
-            (Some(before), Some(after)) => overlap_s(&self.corner_machine, &before, &after, tolerance),
+            (Some(before), Some(after)) => {
+                overlap_s(&self.corner_machine, &before, &after, tolerance)
+            }
             _ => 0.0,
         }
     }

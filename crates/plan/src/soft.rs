@@ -1,5 +1,7 @@
-//! Soft ends of straight motions: at a corner that two lines pass while both still move, their jerks add up. Where the sum is more than a joint has, both motions
-//! take so much less jerk for as long as they overlap that it is not. What that costs is far less than what the overlap saves, as little way is left there.
+//! Soft ends of straight motions: at a corner that two lines pass while both still move, their
+//! jerks add up. Where the sum is more than a joint has, both motions take so much less jerk for as
+//! long as they overlap that it is not. What that costs is far less than what the overlap saves, as
+//! little way is left there.
 
 use crate::corner::sideways;
 use crate::machine::Machine;
@@ -22,7 +24,8 @@ pub(crate) struct Soft {
     time_s: f64,
 }
 
-/// What a straight motion has: speed, acceleration and jerk of the path, of which joints in its direction take no more than theirs.
+/// What a straight motion has: speed, acceleration and jerk of the path, of which joints in its
+/// direction take no more than theirs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
     pub(crate) v: f64,
@@ -33,8 +36,17 @@ pub(crate) struct Reach {
 impl Reach {
     /// In a direction, at no more than a speed.
     pub(crate) fn along(machine: &Machine, d: &Coords, speed: f64) -> Reach {
-        let least = |kind: usize| machine.joints().map(|(joint, limits)| limits[kind] / d.0[joint].abs()).fold(f64::INFINITY, f64::min);
-        Reach { v: least(0).min(speed), a: least(1), j: least(2) }
+        let least = |kind: usize| {
+            machine
+                .joints()
+                .map(|(joint, limits)| limits[kind] / d.0[joint].abs())
+                .fold(f64::INFINITY, f64::min)
+        };
+        Reach {
+            v: least(0).min(speed),
+            a: least(1),
+            j: least(2),
+        }
     }
 }
 
@@ -45,7 +57,9 @@ struct Ramp([(f64, f64); 4]);
 impl Ramp {
     /// To a speed.
     fn to(v: f64, Reach { a, j, .. }: Reach, soft: Option<Soft>) -> Ramp {
-        let (low, knee) = soft.map_or((j, 0.0), |soft| (soft.part * j, (soft.part * j * soft.time_s).min(a)));
+        let (low, knee) = soft.map_or((j, 0.0), |soft| {
+            (soft.part * j, (soft.part * j * soft.time_s).min(a))
+        });
         // Speed when the acceleration has gone up to the knee, and down again from a peak above it.
         let rise = 0.5 * knee * knee * (1.0 / low - 1.0 / j);
         let full = rise + a * a / j;
@@ -57,7 +71,12 @@ impl Ramp {
             (2.0 * v / (1.0 / low + 1.0 / j)).sqrt()
         };
         let first = peak.min(knee);
-        Ramp([(first / low, low), ((peak - first) / j, j), ((v - full).max(0.0) / a, 0.0), (peak / j, -j)])
+        Ramp([
+            (first / low, low),
+            ((peak - first) / j, j),
+            ((v - full).max(0.0) / a, 0.0),
+            (peak / j, -j),
+        ])
     }
 
     /// How long it takes, and how far it goes.
@@ -82,23 +101,43 @@ pub(crate) fn line(from: f64, length: f64, reach: Reach, ends: [Option<Soft>; 2]
         let (mut low, mut high) = (0.0, v);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if way(middle) <= length { low = middle } else { high = middle }
+            if way(middle) <= length {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         v = low;
     }
     let [up, down] = ramps(v);
     let cruise = ((length - way(v)) / v).max(0.0);
-    let phases = up.0.into_iter().chain([(cruise, 0.0)]).chain(down.0.into_iter().rev());
-    let mut here = Knot { s: from, ..Knot::default() };
+    let phases =
+        up.0.into_iter()
+            .chain([(cruise, 0.0)])
+            .chain(down.0.into_iter().rev());
+    let mut here = Knot {
+        s: from,
+        ..Knot::default()
+    };
     let mut knots = Vec::with_capacity(10);
     for (time, jerk) in phases.filter(|(time, _)| *time > 0.0) {
         here.j = jerk;
         knots.push(here);
         let t = here.t + time;
         let motion = here.at(t);
-        here = Knot { t, s: motion.s, v: motion.v.max(0.0), a: motion.a, j: 0.0 };
+        here = Knot {
+            t,
+            s: motion.s,
+            v: motion.v.max(0.0),
+            a: motion.a,
+            j: 0.0,
+        };
     }
-    knots.push(Knot { t: here.t, s: from + length, ..Knot::default() });
+    knots.push(Knot {
+        t: here.t,
+        s: from + length,
+        ..Knot::default()
+    });
     knots
 }
 
@@ -127,20 +166,40 @@ fn lost_s(reach: Reach, soft: Option<Soft>) -> f64 {
     time - way / reach.v
 }
 
-/// How soft the ends of two motions along these directions have to be so that they may overlap at their corner as long as the tolerance allows, and what the
-/// overlap saves, s; none if they need not be or that saves nothing. Speeds are those that the lines are long enough for.
-pub(crate) fn soften(machine: &Machine, [d, e]: [&Coords; 2], speeds: [f64; 2], tolerance: f64) -> Option<(Soft, f64)> {
-    let legs = [Reach::along(machine, d, speeds[0]), Reach::along(machine, e, speeds[1])];
-    let sum = machine.joints().map(|(joint, [.., j])| (legs[0].j * d.0[joint] + legs[1].j * e.0[joint]).abs() / j).fold(0.0, f64::max);
+/// How soft the ends of two motions along these directions have to be so that they may overlap at
+/// their corner as long as the tolerance allows, and what the overlap saves, s; none if they need
+/// not be or that saves nothing. Speeds are those that the lines are long enough for.
+pub(crate) fn soften(
+    machine: &Machine,
+    [d, e]: [&Coords; 2],
+    speeds: [f64; 2],
+    tolerance: f64,
+) -> Option<(Soft, f64)> {
+    let legs = [
+        Reach::along(machine, d, speeds[0]),
+        Reach::along(machine, e, speeds[1]),
+    ];
+    let sum = machine
+        .joints()
+        .map(|(joint, [.., j])| (legs[0].j * d.0[joint] + legs[1].j * e.0[joint]).abs() / j)
+        .fold(0.0, f64::max);
     if sum <= 1.0 {
         return None;
     }
     let part = PART / sum;
     let reach = tolerance / sideways(e, d).max(sideways(d, e)).max(f64::MIN_POSITIVE);
-    let longest: f64 = legs.iter().map(|leg| math::cbrt(6.0 * reach / (part * leg.j))).sum();
-    let time_s = legs.iter().fold(longest, |time, leg| time.min(leg.a / (part * leg.j)));
+    let longest: f64 = legs
+        .iter()
+        .map(|leg| math::cbrt(6.0 * reach / (part * leg.j)))
+        .sum();
+    let time_s = legs
+        .iter()
+        .fold(longest, |time, leg| time.min(leg.a / (part * leg.j)));
     let soft = Soft { part, time_s };
-    let cost: f64 = legs.iter().map(|leg| lost_s(*leg, Some(soft)) - lost_s(*leg, None)).sum();
+    let cost: f64 = legs
+        .iter()
+        .map(|leg| lost_s(*leg, Some(soft)) - lost_s(*leg, None))
+        .sum();
     (time_s > WORTH * cost).then_some((soft, time_s - cost))
 }
 
@@ -148,28 +207,51 @@ pub(crate) fn soften(machine: &Machine, [d, e]: [&Coords; 2], speeds: [f64; 2], 
 mod tests {
     use super::*;
 
-    /// Knots meet, ends rest, limits hold, and without soft ends it is the S-curve of the closed form.
+    /// Knots meet, ends rest, limits hold, and without soft ends it is the S-curve of the closed
+    /// form.
     #[test]
     fn lines_with_soft_ends_are_one_motion() {
-        let reach = Reach { v: 100.0, a: 1000.0, j: 30_000.0 };
+        let reach = Reach {
+            v: 100.0,
+            a: 1000.0,
+            j: 30_000.0,
+        };
         let soft = |part, time_s| Some(Soft { part, time_s });
         for length in [0.01, 0.5, 3.0, 40.0] {
             let mut shortest = f64::INFINITY;
-            for ends in [[None, None], [None, soft(0.6, 0.02)], [soft(0.5, 0.08), soft(0.8, 0.01)]] {
+            for ends in [
+                [None, None],
+                [None, soft(0.6, 0.02)],
+                [soft(0.5, 0.08), soft(0.8, 0.01)],
+            ] {
                 let knots = line(2.0, length, reach, ends);
                 for pair in knots.windows(2) {
                     let (end, next) = (pair[0].at(pair[1].t), pair[1]);
                     assert!(
-                        (end.s - next.s).abs() < 1e-9 && (end.v - next.v).abs() < 1e-6 && (end.a - next.a).abs() < 1e-4,
+                        (end.s - next.s).abs() < 1e-9
+                            && (end.v - next.v).abs() < 1e-6
+                            && (end.a - next.a).abs() < 1e-4,
                         "{end:?} {next:?}"
                     );
-                    assert!(end.v <= reach.v * (1.0 + 1e-9) && end.a.abs() <= reach.a * (1.0 + 1e-9) && pair[0].j.abs() <= reach.j);
+                    assert!(
+                        end.v <= reach.v * (1.0 + 1e-9)
+                            && end.a.abs() <= reach.a * (1.0 + 1e-9)
+                            && pair[0].j.abs() <= reach.j
+                    );
                 }
                 let duration = knots.last().map_or(0.0, |knot| knot.t);
-                shortest = if ends == [None, None] { duration } else { shortest };
-                assert!(duration >= shortest && duration < shortest * 1.6, "{length}: {duration} {shortest}");
+                shortest = if ends == [None, None] {
+                    duration
+                } else {
+                    shortest
+                };
+                assert!(
+                    duration >= shortest && duration < shortest * 1.6,
+                    "{length}: {duration} {shortest}"
+                );
             }
-            // From rest to rest: four phases of jerk; with a phase of constant acceleration; with a cruise.
+            // From rest to rest: four phases of jerk; with a phase of constant acceleration; with a
+            // cruise.
             let expected = match length {
                 l if l <= 2.0 * 1000.0 / (30.0 * 30.0) => 4.0 * math::cbrt(0.5 * l / 30_000.0),
                 l if l <= 100.0 * (0.1 + 1.0 / 30.0) => {
@@ -179,7 +261,10 @@ mod tests {
                 }
                 l => l / 100.0 + 0.1 + 1.0 / 30.0,
             };
-            assert!((shortest - expected).abs() < 1e-9, "{length}: {shortest} {expected}");
+            assert!(
+                (shortest - expected).abs() < 1e-9,
+                "{length}: {shortest} {expected}"
+            );
         }
     }
 }

@@ -27,11 +27,23 @@ pub(crate) struct Stretch {
 
 impl Stretch {
     pub(crate) fn new(from: f64) -> Stretch {
-        Stretch { start_s: 0.0, profile: Profile::default(), from, pieces: VecDeque::new(), settled_s: 0.0, complete: false, corner: None }
+        Stretch {
+            start_s: 0.0,
+            profile: Profile::default(),
+            from,
+            pieces: VecDeque::new(),
+            settled_s: 0.0,
+            complete: false,
+            corner: None,
+        }
     }
 
     /// Adds pieces and the motion over them.
-    pub(crate) fn extend(&mut self, pieces: impl Iterator<Item = (f64, Arc<Piece>)>, knots: &[Knot]) {
+    pub(crate) fn extend(
+        &mut self,
+        pieces: impl Iterator<Item = (f64, Arc<Piece>)>,
+        knots: &[Knot],
+    ) {
         self.pieces.extend(pieces);
         self.settled_s = self.profile.end_s();
         self.profile.extend(knots);
@@ -42,22 +54,36 @@ impl Stretch {
         self.start_s + self.profile.end_s()
     }
 
-    /// The longest time at its start, and at its end if it is complete, over which it may move together with its
-    /// neighbour: less than half of it, and nothing of what may have been sampled before its end was known.
+    /// The longest time at its start, and at its end if it is complete, over which it may move
+    /// together with its neighbour: less than half of it, and nothing of what may have been sampled
+    /// before its end was known.
     pub(crate) fn longest_overlap_s(&self) -> f64 {
         let half = 0.5 * self.profile.end_s();
-        if self.complete { half.min(self.profile.end_s() - self.settled_s) } else { half }
+        if self.complete {
+            half.min(self.profile.end_s() - self.settled_s)
+        } else {
+            half
+        }
     }
 
     /// Up to when the motion is known for good, s since the start of the program.
     pub(crate) fn known_s(&self) -> f64 {
-        if self.complete { self.rest_s() - self.longest_overlap_s() } else { self.rest_s() }
+        if self.complete {
+            self.rest_s() - self.longest_overlap_s()
+        } else {
+            self.rest_s()
+        }
     }
 
     /// The motion at a time that never falls; what lies before it is forgotten.
     pub(crate) fn advance(&mut self, t: f64) -> Motion {
         let motion = self.profile.advance(t);
-        while self.pieces.len() > 1 && self.pieces.get(1).is_some_and(|(start, _)| *start <= motion.s) {
+        while self.pieces.len() > 1
+            && self
+                .pieces
+                .get(1)
+                .is_some_and(|(start, _)| *start <= motion.s)
+        {
             self.pieces.pop_front();
         }
         motion
@@ -65,13 +91,20 @@ impl Stretch {
 
     /// The piece at the place where it has advanced to, and the place on it.
     pub(crate) fn here(&self, s: f64) -> Option<(&Piece, f64)> {
-        self.pieces.front().map(|(start, piece)| (piece.as_ref(), (s - start).max(0.0)))
+        self.pieces
+            .front()
+            .map(|(start, piece)| (piece.as_ref(), (s - start).max(0.0)))
     }
 
     /// The piece at a place and the place on it.
     pub(crate) fn peek(&self, s: f64) -> Option<(&Piece, f64)> {
-        let index = self.pieces.partition_point(|(start, _)| *start <= s).saturating_sub(1);
-        self.pieces.get(index).map(|(start, piece)| (piece.as_ref(), (s - start).max(0.0)))
+        let index = self
+            .pieces
+            .partition_point(|(start, _)| *start <= s)
+            .saturating_sub(1);
+        self.pieces
+            .get(index)
+            .map(|(start, piece)| (piece.as_ref(), (s - start).max(0.0)))
     }
 
     /// The first piece of those that it holds.

@@ -12,10 +12,11 @@ const SLACK: f64 = 1e-6;
 /// Points at which a move is looked at where the kinematics bends it.
 const POINTS: usize = 64;
 
-/// Checks moves against the joints' travel without planning them: a pass over a whole program before anything is done.
+/// Checks moves against the joints' travel without planning them: a pass over a whole program
+/// before anything is done.
 ///
-/// Exact for kinematics whose joints are program coordinates up to a constant; for others the joints are looked at in
-/// 65 points of every move.
+/// Exact for kinematics whose joints are program coordinates up to a constant; for others the
+/// joints are looked at in 65 points of every move.
 #[derive(Clone, Debug)]
 pub struct TravelCheck {
     limits: [Option<AxisLimits>; AXES],
@@ -26,7 +27,11 @@ pub struct TravelCheck {
 impl TravelCheck {
     /// A check with the planner's settings.
     pub fn new(config: &PlannerConfig, kinematics: Arc<dyn Kinematics>) -> TravelCheck {
-        TravelCheck { limits: config.limits, kinematics, violations: Vec::new() }
+        TravelCheck {
+            limits: config.limits,
+            kinematics,
+            violations: Vec::new(),
+        }
     }
 
     /// Looks at a move.
@@ -39,12 +44,14 @@ impl TravelCheck {
         Ok(())
     }
 
-    /// Hands over the violations found since the last call, so that a long program does not pile them up.
+    /// Hands over the violations found since the last call, so that a long program does not pile
+    /// them up.
     pub fn take_violations(&mut self) -> Vec<TravelViolation> {
         std::mem::take(&mut self.violations)
     }
 
-    /// Every violation so far, in the order of the program: for each move and joint the farthest position.
+    /// Every violation so far, in the order of the program: for each move and joint the farthest
+    /// position.
     pub fn violations(&self) -> &[TravelViolation] {
         &self.violations
     }
@@ -56,29 +63,51 @@ pub(crate) fn violations(
     kinematics: &dyn Kinematics,
     item: &Move,
 ) -> Result<Vec<TravelViolation>, PlanError> {
-    let bounds = joint_bounds(kinematics, &item.curve, &item.tool_mm)
-        .map_err(|source| PlanError::Pose { block: item.block, source: Box::new(source) })?;
+    let bounds =
+        joint_bounds(kinematics, &item.curve, &item.tool_mm).map_err(|source| PlanError::Pose {
+            block: item.block,
+            source: Box::new(source),
+        })?;
     let mut found = Vec::new();
     for (joint, limit) in AxisId::ALL.into_iter().zip(limits) {
         let Some(limit) = limit else { continue };
         let (low, high) = (bounds.min[joint], bounds.max[joint]);
         let (below, above) = (limit.min - low, high - limit.max);
         if below.max(above) > SLACK {
-            let (value, limit) = if below > above { (low, limit.min) } else { (high, limit.max) };
-            found.push(TravelViolation { block: item.block, joint, value, limit });
+            let (value, limit) = if below > above {
+                (low, limit.min)
+            } else {
+                (high, limit.max)
+            };
+            found.push(TravelViolation {
+                block: item.block,
+                joint,
+                value,
+                limit,
+            });
         }
     }
     Ok(found)
 }
 
 /// From where to where each joint goes on a curve.
-fn joint_bounds(kinematics: &dyn Kinematics, curve: &Curve, tool_mm: &[f64; 3]) -> Result<Bounds, KinematicsError> {
+fn joint_bounds(
+    kinematics: &dyn Kinematics,
+    curve: &Curve,
+    tool_mm: &[f64; 3],
+) -> Result<Bounds, KinematicsError> {
     let start = kinematics.inverse(&curve.start(), tool_mm)?;
     if kinematics.is_affine() {
         let (offset, bounds) = (start - curve.start(), curve.bounds());
-        return Ok(Bounds { min: bounds.min + offset, max: bounds.max + offset });
+        return Ok(Bounds {
+            min: bounds.min + offset,
+            max: bounds.max + offset,
+        });
     }
-    let mut bounds = Bounds { min: start, max: start };
+    let mut bounds = Bounds {
+        min: start,
+        max: start,
+    };
     let length = curve.length();
     let mut before = (0.0, start);
     for point in 1..=POINTS {
@@ -105,13 +134,33 @@ fn is_continuous(
     (s1, end): (f64, Coords),
     halvings: u32,
 ) -> Result<(), KinematicsError> {
-    let far = AxisId::ALL.into_iter().find(|axis| (end[*axis] - start[*axis]).abs() > FAR[usize::from(axis.is_rotary())]);
+    let far = AxisId::ALL
+        .into_iter()
+        .find(|axis| (end[*axis] - start[*axis]).abs() > FAR[usize::from(axis.is_rotary())]);
     let Some(joint) = far else { return Ok(()) };
     let middle = 0.5 * (s0 + s1);
     if halvings == 0 || middle <= s0 || middle >= s1 {
-        return Err(KinematicsError::Jump { pose: curve.point(s0), joint, by: end[joint] - start[joint] });
+        return Err(KinematicsError::Jump {
+            pose: curve.point(s0),
+            joint,
+            by: end[joint] - start[joint],
+        });
     }
     let joints = kinematics.inverse(&curve.point(middle), tool_mm)?;
-    is_continuous(kinematics, curve, tool_mm, (s0, start), (middle, joints), halvings - 1)?;
-    is_continuous(kinematics, curve, tool_mm, (middle, joints), (s1, end), halvings - 1)
+    is_continuous(
+        kinematics,
+        curve,
+        tool_mm,
+        (s0, start),
+        (middle, joints),
+        halvings - 1,
+    )?;
+    is_continuous(
+        kinematics,
+        curve,
+        tool_mm,
+        (middle, joints),
+        (s1, end),
+        halvings - 1,
+    )
 }

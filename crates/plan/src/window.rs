@@ -3,7 +3,10 @@
 use crate::condition::Piece;
 use crate::demands::Intervals;
 use crate::machine::{Demand, Machine};
-use crate::profile::{Certificate, Interval, Knot, Node, Plan, Section, Task, TimeLaw, average, duration_s, ideal, last_cut, plan};
+use crate::profile::{
+    Certificate, Interval, Knot, Node, Plan, Section, Task, TimeLaw, average, duration_s, ideal,
+    last_cut, plan,
+};
 use crate::soft::{self, Soft};
 use crate::{PlanError, PlannerConfig};
 use lostmotion_kinematics::{Kinematics, KinematicsError};
@@ -14,12 +17,14 @@ use std::sync::Arc;
 const SHORTER: [f64; 5] = [0.75, 0.6, 0.45, 0.3, 0.2];
 /// How much of the path the windows are compared on.
 const TRIED_INTERVALS: usize = 192;
-/// A window with which the time is within this factor of that without a limit of the jerk is good enough.
+/// A window with which the time is within this factor of that without a limit of the jerk is good
+/// enough.
 const ENOUGH: f64 = 1.003;
 /// A window that takes longer than the best by this factor is followed by none that is better.
 const HOPELESS: f64 = 1.02;
-/// Parts of the limits of acceleration and jerk that are planned for, one after the other, until the motion is proven to keep
-/// all of them. The first nearly always is: all but one of 7,000 sections of generated programs.
+/// Parts of the limits of acceleration and jerk that are planned for, one after the other, until
+/// the motion is proven to keep all of them. The first nearly always is: all but one of 7,000
+/// sections of generated programs.
 const PARTS: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.05];
 
 /// Path between two stops that is not planned for good yet.
@@ -27,7 +32,8 @@ const PARTS: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.05];
 pub(crate) struct Window {
     builder: Intervals,
     pieces: VecDeque<(f64, Arc<Piece>)>,
-    /// How many of them at the front are given out, and held because the next section begins on them.
+    /// How many of them at the front are given out, and held because the next section begins on
+    /// them.
     given: usize,
     intervals: Vec<Interval>,
     /// Where the profile goes on, and the speed squared there.
@@ -71,11 +77,21 @@ impl Window {
     }
 
     /// Adds a piece.
-    pub(crate) fn push(&mut self, piece: Arc<Piece>, machine: &Machine, kinematics: &dyn Kinematics) -> Result<(), PlanError> {
+    pub(crate) fn push(
+        &mut self,
+        piece: Arc<Piece>,
+        machine: &Machine,
+        kinematics: &dyn Kinematics,
+    ) -> Result<(), PlanError> {
         let block = piece.marks[0].block;
         let start = self.builder.end();
-        let pose = |source: KinematicsError| PlanError::Pose { block, source: Box::new(source) };
-        self.builder.push(&piece, machine, kinematics, &mut self.intervals).map_err(pose)?;
+        let pose = |source: KinematicsError| PlanError::Pose {
+            block,
+            source: Box::new(source),
+        };
+        self.builder
+            .push(&piece, machine, kinematics, &mut self.intervals)
+            .map_err(pose)?;
         self.pieces.push_back((start, piece));
         Ok(())
     }
@@ -91,7 +107,14 @@ impl Window {
     }
 
     fn task<'a>(&'a self, machine: &'a Machine, complete: bool, window_s: f64) -> Task<'a> {
-        Task { machine, intervals: &self.intervals, from: self.from.s, speed_squared: self.from.b, complete, window_s }
+        Task {
+            machine,
+            intervals: &self.intervals,
+            from: self.from.s,
+            speed_squared: self.from.b,
+            complete,
+            window_s,
+        }
     }
 
     /// The longest window that a moving joint needs.
@@ -101,27 +124,45 @@ impl Window {
             all.join(&interval.demand);
         }
         let window = machine.window_s(&all);
-        if window > 0.0 { window } else { machine.longest_window_s() }
+        if window > 0.0 {
+            window
+        } else {
+            machine.longest_window_s()
+        }
     }
 
-    /// Plans what is there and gives out what is final; nothing if the window may still grow. The flag tells whether the
-    /// profile had to come to rest for want of look-ahead.
-    pub(crate) fn settle(&mut self, machine: &Machine, kinematics: &dyn Kinematics) -> Option<(Settled, bool)> {
+    /// Plans what is there and gives out what is final; nothing if the window may still grow. The
+    /// flag tells whether the profile had to come to rest for want of look-ahead.
+    pub(crate) fn settle(
+        &mut self,
+        machine: &Machine,
+        kinematics: &dyn Kinematics,
+    ) -> Option<(Settled, bool)> {
         if self.from.b == 0.0 {
             self.window_s = self.best_window_s(machine);
         }
         for part in PARTS {
             let plan = plan(&self.task(&machine.part(part), false, self.window_s));
-            let Some(cut) = last_cut(&plan, self.window_s).filter(|cut| cut.s > self.from.s) else { break };
-            let nodes: Vec<Node> = plan.nodes.iter().copied().take_while(|node| node.s <= cut.s).collect();
+            let Some(cut) = last_cut(&plan, self.window_s).filter(|cut| cut.s > self.from.s) else {
+                break;
+            };
+            let nodes: Vec<Node> = plan
+                .nodes
+                .iter()
+                .copied()
+                .take_while(|node| node.s <= cut.s)
+                .collect();
             if let Some(knots) = self.timed(machine, kinematics, &nodes, false) {
                 return Some((self.give(knots, &plan, cut), false));
             }
         }
         let full = self.intervals.len() >= self.max_intervals || self.len() >= self.max_pieces;
         if full {
-            // The stop separates what is there from what will come, so that all of it can be planned.
-            return self.finish(machine, kinematics, [None; 2]).map(|settled| (settled, true));
+            // The stop separates what is there from what will come, so that all of it can be
+            // planned.
+            return self
+                .finish(machine, kinematics, [None; 2])
+                .map(|settled| (settled, true));
         }
         self.due = [self.max_intervals, self.max_pieces];
         None
@@ -132,26 +173,53 @@ impl Window {
         let done = self.pieces.partition_point(|(start, _)| *start < cut.s);
         let next = knots.last().map_or(0.0, |knot| knot.s);
         let past = plan.reach_ends.partition_point(|end| *end <= cut.s);
-        let pieces = self.pieces.range(self.given.min(done)..done).cloned().collect();
-        let past_pieces = self.pieces.partition_point(|(start, _)| *start <= next).saturating_sub(1).min(done);
+        let pieces = self
+            .pieces
+            .range(self.given.min(done)..done)
+            .cloned()
+            .collect();
+        let past_pieces = self
+            .pieces
+            .partition_point(|(start, _)| *start <= next)
+            .saturating_sub(1)
+            .min(done);
         self.pieces.drain(..past_pieces);
         self.given = done - past_pieces;
         self.intervals.drain(..past);
         self.from = cut;
         // Not at once again: each plan looks at all that waits.
         let later = |waiting: usize, most: usize| most.min(waiting + most / 2);
-        self.due = [later(self.intervals.len(), self.max_intervals), later(self.len(), self.max_pieces)];
-        Settled { pieces, knots, complete: false, soft: false }
+        self.due = [
+            later(self.intervals.len(), self.max_intervals),
+            later(self.len(), self.max_pieces),
+        ];
+        Settled {
+            pieces,
+            knots,
+            complete: false,
+            soft: false,
+        }
     }
 
-    /// Plans the rest, which ends at a stop, its ends soft if it is one line; nothing if there is no path left.
-    pub(crate) fn finish(&mut self, machine: &Machine, kinematics: &dyn Kinematics, ends: [Option<Soft>; 2]) -> Option<Settled> {
+    /// Plans the rest, which ends at a stop, its ends soft if it is one line; nothing if there is
+    /// no path left.
+    pub(crate) fn finish(
+        &mut self,
+        machine: &Machine,
+        kinematics: &dyn Kinematics,
+        ends: [Option<Soft>; 2],
+    ) -> Option<Settled> {
         self.builder.finish(&mut self.intervals);
         let settled = (!self.intervals.is_empty()).then(|| {
             let soft = self.soft_knots(machine, kinematics, ends);
             let is_soft = soft.is_some();
             let knots = soft.unwrap_or_else(|| self.final_knots(machine, kinematics));
-            Settled { pieces: self.pieces.drain(..).skip(self.given).collect(), knots, complete: true, soft: is_soft }
+            Settled {
+                pieces: self.pieces.drain(..).skip(self.given).collect(),
+                knots,
+                complete: true,
+                soft: is_soft,
+            }
         });
         self.pieces.clear();
         self.given = 0;
@@ -162,22 +230,56 @@ impl Window {
     }
 
     /// The motion over a final part of the profile; none if it does not keep every limit.
-    fn timed(&self, machine: &Machine, kinematics: &dyn Kinematics, nodes: &[Node], complete: bool) -> Option<Vec<Knot>> {
+    fn timed(
+        &self,
+        machine: &Machine,
+        kinematics: &dyn Kinematics,
+        nodes: &[Node],
+        complete: bool,
+    ) -> Option<Vec<Knot>> {
         let base = average(nodes, self.window_s, complete);
-        let section = Section { machine, kinematics, pieces: &self.pieces, intervals: &self.intervals, nodes, base: &base };
-        Certificate::new(&section).holds(&base).then(|| self.law.plan(&section))
+        let section = Section {
+            machine,
+            kinematics,
+            pieces: &self.pieces,
+            intervals: &self.intervals,
+            nodes,
+            base: &base,
+        };
+        Certificate::new(&section)
+            .holds(&base)
+            .then(|| self.law.plan(&section))
     }
 
     /// The motion over one line with soft ends.
-    fn soft_knots(&self, machine: &Machine, kinematics: &dyn Kinematics, ends: [Option<Soft>; 2]) -> Option<Vec<Knot>> {
-        let ([only], 1, true) = (self.intervals.as_slice(), self.pieces.len(), ends != [None; 2] && self.from.b == 0.0) else {
+    fn soft_knots(
+        &self,
+        machine: &Machine,
+        kinematics: &dyn Kinematics,
+        ends: [Option<Soft>; 2],
+    ) -> Option<Vec<Knot>> {
+        let ([only], 1, true) = (
+            self.intervals.as_slice(),
+            self.pieces.len(),
+            ends != [None; 2] && self.from.b == 0.0,
+        ) else {
             return None;
         };
-        let (_, piece) = self.pieces.front().filter(|_| only.demand.is_straight() && self.from.s == only.start)?;
+        let (_, piece) = self
+            .pieces
+            .front()
+            .filter(|_| only.demand.is_straight() && self.from.s == only.start)?;
         let reach = soft::Reach::along(machine, &piece.curve.eval(0.0).d1, only.cap);
         let knots = soft::line(only.start, only.end - only.start, reach, ends);
         let (nodes, base) = (&[], &knots);
-        let section = Section { machine, kinematics, pieces: &self.pieces, intervals: &self.intervals, nodes, base };
+        let section = Section {
+            machine,
+            kinematics,
+            pieces: &self.pieces,
+            intervals: &self.intervals,
+            nodes,
+            base,
+        };
         Certificate::new(&section).holds(&knots).then_some(knots)
     }
 
@@ -206,12 +308,20 @@ impl Window {
         }
         let intervals = &self.intervals[..self.intervals.len().min(TRIED_INTERVALS)];
         let time = |window_s: f64| {
-            let task = Task { intervals, ..self.task(machine, true, window_s) };
+            let task = Task {
+                intervals,
+                ..self.task(machine, true, window_s)
+            };
             duration_s(&plan(&task).nodes) + window_s
         };
         let (mut best, mut least) = (usual, time(usual));
-        let (from, to) = (self.from, Node::new(intervals.last().map_or(self.from.s, |last| last.end), 0.0));
-        if least <= usual + ENOUGH * duration_s(&ideal(machine, intervals, from, to)) && machine.is_short(intervals, usual) {
+        let (from, to) = (
+            self.from,
+            Node::new(intervals.last().map_or(self.from.s, |last| last.end), 0.0),
+        );
+        if least <= usual + ENOUGH * duration_s(&ideal(machine, intervals, from, to))
+            && machine.is_short(intervals, usual)
+        {
             return usual;
         }
         for part in SHORTER {

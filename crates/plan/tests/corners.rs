@@ -3,7 +3,9 @@
 
 mod common;
 
-use common::{LIMITS, Program, assert_limits, cartesian, continuous, deviation, optimal, three_axes};
+use common::{
+    LIMITS, Program, assert_limits, cartesian, continuous, deviation, optimal, three_axes,
+};
 use lostmotion_base::units::rad;
 use lostmotion_base::{Coords, math};
 use lostmotion_plan::{PathControl, PlanItem, Planner, Sample};
@@ -28,11 +30,19 @@ fn a_square_corner_saves_the_time_of_two_cubics() {
         let exact = seconds(&corner(PathControl::ExactPath, 60.0, 90.0, 0.0).run());
         let program = corner(continuous(tolerance), 60.0, 90.0, 0.0);
         let samples = program.run();
-        // Both axes follow J t^3 / 6 and are one tolerance from the corner when they are equally far from it.
+        // Both axes follow J t^3 / 6 and are one tolerance from the corner when they are equally
+        // far from it.
         let saved = 2.0 * math::cbrt(6.0 * tolerance / LIMITS.jerk);
-        assert!((exact - seconds(&samples) - saved).abs() < 1.1e-3, "{tolerance}: {exact} {} {saved}", seconds(&samples));
+        assert!(
+            (exact - seconds(&samples) - saved).abs() < 1.1e-3,
+            "{tolerance}: {exact} {} {saved}",
+            seconds(&samples)
+        );
         let worst = deviation(&samples, &program.moves);
-        assert!(worst <= tolerance + 1e-9 && worst > 0.8 * tolerance, "{worst} of {tolerance}");
+        assert!(
+            worst <= tolerance + 1e-9 && worst > 0.8 * tolerance,
+            "{worst} of {tolerance}"
+        );
         assert_limits(&samples, &[Some(LIMITS); 3]);
     }
 }
@@ -41,22 +51,39 @@ fn a_square_corner_saves_the_time_of_two_cubics() {
 fn a_larger_tolerance_is_hardly_ever_slower_and_breaks_nothing() {
     for turn in (5..180).step_by(25) {
         for rotation in (0..90).step_by(15) {
-            let mut last = seconds(&corner(PathControl::ExactPath, 90.0, f64::from(turn), f64::from(rotation)).run());
+            let mut last = seconds(
+                &corner(
+                    PathControl::ExactPath,
+                    90.0,
+                    f64::from(turn),
+                    f64::from(rotation),
+                )
+                .run(),
+            );
             for tolerance in [0.001, 0.005, 0.02, 0.05, 0.2, 0.5] {
-                let program = corner(continuous(tolerance), 90.0, f64::from(turn), f64::from(rotation));
+                let program = corner(
+                    continuous(tolerance),
+                    90.0,
+                    f64::from(turn),
+                    f64::from(rotation),
+                );
                 let samples = program.run();
                 assert_limits(&samples, &[Some(LIMITS); 3]);
                 assert!(deviation(&samples, &program.moves) <= tolerance + 1e-8);
                 let time = seconds(&samples);
                 // Whether to blend or to stop is decided from estimates of both times.
-                assert!(time <= 1.01 * last, "{turn} degrees from {rotation}, {tolerance} mm: {time} after {last}");
+                assert!(
+                    time <= 1.01 * last,
+                    "{turn} degrees from {rotation}, {tolerance} mm: {time} after {last}"
+                );
                 last = last.min(time);
             }
         }
     }
 }
 
-/// Wherever the corner points: the jerks of both motions add up to more than a joint has in most directions.
+/// Wherever the corner points: the jerks of both motions add up to more than a joint has in most
+/// directions.
 #[test]
 fn corners_of_any_direction_are_passed_nearly_as_fast_as_can_be() {
     for turn in [60.0, 90.0, 120.0] {
@@ -68,7 +95,10 @@ fn corners_of_any_direction_are_passed_nearly_as_fast_as_can_be() {
             assert_limits(&samples, &[Some(LIMITS); 3]);
             assert!(deviation(&samples, &program.moves) <= 0.01 + 1e-9);
             // Of what quality `optimal` saves at least two thirds.
-            assert!(exact - fast >= 0.66 * (exact - least) - 1.1e-3, "{turn} degrees from {rotation}: {exact}, {fast}, {least}");
+            assert!(
+                exact - fast >= 0.66 * (exact - least) - 1.1e-3,
+                "{turn} degrees from {rotation}: {exact}, {fast}, {least}"
+            );
         }
     }
 }
@@ -78,7 +108,10 @@ fn the_feed_holds_while_two_motions_add_up() {
     for feed in [0.5, 3.0, 10.0] {
         for turn in [60.0, 90.0, 120.0, 150.0] {
             for sample in corner(continuous(0.1), feed, turn, 0.0).run() {
-                assert!(sample.velocity.linear_norm() <= feed * (1.0 + 1e-6), "{turn} degrees at {feed}: {sample:?}");
+                assert!(
+                    sample.velocity.linear_norm() <= feed * (1.0 + 1e-6),
+                    "{turn} degrees at {feed}: {sample:?}"
+                );
             }
         }
     }
@@ -121,7 +154,8 @@ fn corners_are_the_same_however_samples_are_taken() {
     assert!(all == take(2, 13));
     assert_limits(&all, &[Some(LIMITS); 3]);
     assert!(deviation(&all, &program.moves) <= 0.05 + 1e-8);
-    assert!(all.windows(2).all(|pair| pair[0].segment < pair[1].segment || pair[0].segment == pair[1].segment && pair[0].s <= pair[1].s));
+    assert!(all.windows(2).all(|pair| pair[0].segment < pair[1].segment
+        || pair[0].segment == pair[1].segment && pair[0].s <= pair[1].s));
     assert!(seconds(&all) < 0.98 * seconds(&zigzag(PathControl::ExactPath).run()));
     assert!((all[all.len() - 1].position - program.here).linear_norm() < 1e-9);
 }

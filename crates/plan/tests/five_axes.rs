@@ -24,12 +24,29 @@ fn trunnion() -> Arc<dyn Kinematics> {
 }
 
 fn config() -> PlannerConfig {
-    let linear = AxisLimits { min: -2000.0, max: 2000.0, velocity: 200.0, acceleration: 2000.0, jerk: 50_000.0 };
-    let rotary = AxisLimits { min: -100.0, max: 100.0, velocity: 1.0, acceleration: 8.0, jerk: 200.0 };
+    let linear = AxisLimits {
+        min: -2000.0,
+        max: 2000.0,
+        velocity: 200.0,
+        acceleration: 2000.0,
+        jerk: 50_000.0,
+    };
+    let rotary = AxisLimits {
+        min: -100.0,
+        max: 100.0,
+        velocity: 1.0,
+        acceleration: 8.0,
+        jerk: 200.0,
+    };
     let mut config = PlannerConfig::new([None; 9]);
     config.limits[..3].fill(Some(linear));
     config.limits[3] = Some(rotary);
-    config.limits[5] = Some(AxisLimits { velocity: 2.0, acceleration: 15.0, jerk: 400.0, ..rotary });
+    config.limits[5] = Some(AxisLimits {
+        velocity: 2.0,
+        acceleration: 15.0,
+        jerk: 400.0,
+        ..rotary
+    });
     config
 }
 
@@ -45,18 +62,30 @@ fn check(poses: &[Coords], control: PathControl) {
     let start = kinematics.forward(&kinematics.inverse(&poses[0], &tool_mm).unwrap(), &[0.0; 3]);
     let items = poses.windows(2).map(|ends| {
         let curve = Curve::line(ends[0], ends[1]);
-        PlanItem::Move(Move { curve, feed: FeedLimit::PerSecond(80.0), control, tool_mm, block: BlockRef::default() })
+        PlanItem::Move(Move {
+            curve,
+            feed: FeedLimit::PerSecond(80.0),
+            control,
+            tool_mm,
+            block: BlockRef::default(),
+        })
     });
     let samples = run(config(), kinematics.clone(), start, items);
     assert_limits(&samples, &config().limits);
-    let last = kinematics.inverse(&poses[poses.len() - 1], &tool_mm).unwrap();
+    let last = kinematics
+        .inverse(&poses[poses.len() - 1], &tool_mm)
+        .unwrap();
     assert!((samples[samples.len() - 1].position - last).linear_norm() < 1e-8);
 }
 
 #[test]
 fn a_turn_about_the_tip_keeps_the_linear_joints_in_their_limits() {
     check(
-        &[pose(80.0, 0.0, 10.0, 0.0, 0.0), pose(80.0, 0.1, 10.0, 60.0, 170.0), pose(0.0, 60.0, 30.0, -20.0, 90.0)],
+        &[
+            pose(80.0, 0.0, 10.0, 0.0, 0.0),
+            pose(80.0, 0.1, 10.0, 60.0, 170.0),
+            pose(0.0, 60.0, 30.0, -20.0, 90.0),
+        ],
         PathControl::ExactPath,
     );
 }
@@ -64,7 +93,11 @@ fn a_turn_about_the_tip_keeps_the_linear_joints_in_their_limits() {
 #[test]
 fn rotary_moves_alone_keep_the_limits() {
     check(
-        &[pose(60.0, 20.0, 5.0, 10.0, 0.0), pose(60.0, 20.0, 5.0, 10.0, 300.0), pose(60.0, 20.0, 5.0, 80.0, 300.0)],
+        &[
+            pose(60.0, 20.0, 5.0, 10.0, 0.0),
+            pose(60.0, 20.0, 5.0, 10.0, 300.0),
+            pose(60.0, 20.0, 5.0, 80.0, 300.0),
+        ],
         PathControl::ExactPath,
     );
 }
@@ -75,7 +108,13 @@ fn a_swarf_of_many_short_moves_keeps_the_limits() {
         .map(|i| {
             let u = f64::from(i) / 160.0;
             let turn = 6.0 * u;
-            pose(50.0 * math::cos(turn), 50.0 * math::sin(turn), 10.0 * u, 25.0 + 10.0 * math::sin(3.0 * turn), 180.0 * u)
+            pose(
+                50.0 * math::cos(turn),
+                50.0 * math::sin(turn),
+                10.0 * u,
+                25.0 + 10.0 * math::sin(3.0 * turn),
+                180.0 * u,
+            )
         })
         .collect();
     check(&poses, continuous(0.02));

@@ -13,7 +13,8 @@ use proptest::test_runner::RngSeed;
 enum Step {
     Line(f64, f64, f64),
     Arc(f64, f64, f64),
-    /// Straight on from a line or arc in the direction of a fixed tangent, then an arc tangent to it.
+    /// Straight on from a line or arc in the direction of a fixed tangent, then an arc tangent to
+    /// it.
     Fillet(f64, f64),
 }
 
@@ -41,7 +42,11 @@ fn control() -> impl Strategy<Value = PathControl> {
 fn program(steps: &[Step], control: PathControl, feed: f64) -> Program {
     let mut program = Program::new(control, feed);
     for (number, step) in steps.iter().enumerate() {
-        program.feed = if number % 5 == 4 { FeedLimit::Rapid } else { FeedLimit::PerSecond(feed) };
+        program.feed = if number % 5 == 4 {
+            FeedLimit::Rapid
+        } else {
+            FeedLimit::PerSecond(feed)
+        };
         let [x, y, z] = program.here.linear();
         match *step {
             Step::Line(dx, dy, dz) => program.line(x + dx, y + dy, z + dz),

@@ -39,10 +39,16 @@ fn a_wave_is_travelled_within_all_limits_and_faster() {
     let (fast, samples) = (program.run(), program.run_with(optimal()));
     assert_limits(&samples, &[Some(LIMITS); 3]);
     assert!(deviation(&samples, &program.moves) <= 0.01 + 1e-8);
-    assert!(time_s(&samples) < time_s(&fast), "{} {}", time_s(&samples), time_s(&fast));
+    assert!(
+        time_s(&samples) < time_s(&fast),
+        "{} {}",
+        time_s(&samples),
+        time_s(&fast)
+    );
 }
 
-/// Corners are cut as far as the tolerance allows, whatever the sum of the two motions would ask of the joints before it is retimed.
+/// Corners are cut as far as the tolerance allows, whatever the sum of the two motions would ask of
+/// the joints before it is retimed.
 #[test]
 fn corners_are_passed_within_the_tolerance_and_faster() {
     let mut last = f64::INFINITY;
@@ -52,7 +58,10 @@ fn corners_are_passed_within_the_tolerance_and_faster() {
         assert_limits(&samples, &[Some(LIMITS); 3]);
         let worst = deviation(&samples, &program.moves);
         assert!(worst <= tolerance + 1e-8, "{worst} of {tolerance}");
-        assert!(time_s(&samples) < time_s(&fast) && time_s(&samples) < last, "{tolerance}");
+        assert!(
+            time_s(&samples) < time_s(&fast) && time_s(&samples) < last,
+            "{tolerance}"
+        );
         last = time_s(&samples);
     }
 }
@@ -63,12 +72,23 @@ fn dwells_keep_their_time() {
     let mut program = Program::new(PathControl::ExactPath, 100.0);
     program.line(20.0, 0.0, 0.0);
     program.line(40.0, 10.0, 0.0);
-    let dwell = PlanItem::Dwell(Dwell { seconds: 0.4, block: BlockRef::default() });
-    let items = [PlanItem::Move(program.moves[0]), dwell, PlanItem::Move(program.moves[1])];
+    let dwell = PlanItem::Dwell(Dwell {
+        seconds: 0.4,
+        block: BlockRef::default(),
+    });
+    let items = [
+        PlanItem::Move(program.moves[0]),
+        dwell,
+        PlanItem::Move(program.moves[1]),
+    ];
     let samples = run(optimal(), cartesian(), Coords::ZERO, items.into_iter());
     let corner = Coords::xyz(20.0, 0.0, 0.0);
-    let resting = samples.iter().filter(|sample| (sample.position - corner).linear_norm() < 1e-7).count();
-    // The motion creeps within a tenth of a nanometre of the corner for some milliseconds on both sides.
+    let resting = samples
+        .iter()
+        .filter(|sample| (sample.position - corner).linear_norm() < 1e-7)
+        .count();
+    // The motion creeps within a tenth of a nanometre of the corner for some milliseconds on both
+    // sides.
     assert!((400..=410).contains(&resting), "{resting}");
     assert_limits(&samples, &[Some(LIMITS); 3]);
 }
@@ -101,9 +121,18 @@ fn velocity_and_acceleration_belong_to_the_position() {
         for joint in 0..2 {
             let [p0, p1, p2] = [0, 1, 2].map(|k| window[k].position.0[joint]);
             let (v, a) = (window[1].velocity.0[joint], window[1].acceleration.0[joint]);
-            // Central differences over 1 ms miss at most j h^2 / 6 of the velocity and, where the jerk turns round, j h / 3 of the acceleration.
-            assert!((v - (p2 - p0) * 500.0).abs() < 0.02, "{v} {}", (p2 - p0) * 500.0);
-            assert!((a - (p2 - 2.0 * p1 + p0) * 1e6).abs() < 20.0, "{a} {}", (p2 - 2.0 * p1 + p0) * 1e6);
+            // Central differences over 1 ms miss at most j h^2 / 6 of the velocity and, where the
+            // jerk turns round, j h / 3 of the acceleration.
+            assert!(
+                (v - (p2 - p0) * 500.0).abs() < 0.02,
+                "{v} {}",
+                (p2 - p0) * 500.0
+            );
+            assert!(
+                (a - (p2 - 2.0 * p1 + p0) * 1e6).abs() < 20.0,
+                "{a} {}",
+                (p2 - 2.0 * p1 + p0) * 1e6
+            );
         }
     }
 }

@@ -13,14 +13,22 @@ fn seconds(samples: &[Sample]) -> f64 {
 
 /// Largest part of the limits of acceleration and jerk that any joint takes.
 fn used(samples: &[Sample]) -> f64 {
-    (0..3).map(|joint| peaks(samples, joint)).map(|[_, a, j]| (a / LIMITS.acceleration).max(j / LIMITS.jerk)).fold(0.0, f64::max)
+    (0..3)
+        .map(|joint| peaks(samples, joint))
+        .map(|[_, a, j]| (a / LIMITS.acceleration).max(j / LIMITS.jerk))
+        .fold(0.0, f64::max)
 }
 
-/// Programs, those whose plans of quality `optimal` pass a limit, and how long those and the plans of `fast` take in all, s.
+/// Programs, those whose plans of quality `optimal` pass a limit, and how long those and the plans
+/// of `fast` take in all, s.
 fn optimal_plans(seeds: std::ops::Range<u64>) -> (usize, [f64; 2]) {
     let (mut beyond, mut time_s) = (0, [0.0; 2]);
     for seed in seeds {
-        let program = program(seed, continuous([0.002, 0.01, 0.05][(seed % 3) as usize]), 20.0 + (seed % 7) as f64 * 20.0);
+        let program = program(
+            seed,
+            continuous([0.002, 0.01, 0.05][(seed % 3) as usize]),
+            20.0 + (seed % 7) as f64 * 20.0,
+        );
         let (fast, samples) = (program.run(), program.run_with(optimal()));
         time_s = [time_s[0] + seconds(&fast), time_s[1] + seconds(&samples)];
         let used = used(&samples);

@@ -11,15 +11,29 @@ use proptest::prelude::*;
 
 /// What comes of a hold: cycles to the stop.
 fn stop_ms(samples: &[Sample], hold: usize) -> usize {
-    samples[hold..].windows(2).position(|pair| pair[0].position == pair[1].position).unwrap()
+    samples[hold..]
+        .windows(2)
+        .position(|pair| pair[0].position == pair[1].position)
+        .unwrap()
 }
 
 fn holds(plan: &Plan, step: usize, longest_ms: usize) {
     let untouched = plan.check(&[], 0.01);
     for hold in (0..untouched.len() - 1).step_by(step) {
-        let samples = plan.check(&[(hold as u64, Action::Hold), (hold as u64 + 800, Action::Resume)], 0.01);
+        let samples = plan.check(
+            &[
+                (hold as u64, Action::Hold),
+                (hold as u64 + 800, Action::Resume),
+            ],
+            0.01,
+        );
         assert!(samples[..=hold] == untouched[..=hold]);
-        assert!(samples.len() < untouched.len() + 800 + longest_ms, "hold at {hold}: {} of {}", samples.len(), untouched.len());
+        assert!(
+            samples.len() < untouched.len() + 800 + longest_ms,
+            "hold at {hold}: {} of {}",
+            samples.len(),
+            untouched.len()
+        );
         if hold + longest_ms < untouched.len() {
             let stop = stop_ms(&samples, hold);
             assert!(stop < longest_ms, "hold at {hold}: stops after {stop} ms");
@@ -50,22 +64,35 @@ fn holds_everywhere() {
         let untouched = plan.paced(&[]);
         let mut stops: Vec<usize> = Vec::new();
         for hold in (0..untouched.len() - 500).step_by(100) {
-            let samples = plan.check(&[(hold as u64, Action::Hold), (hold as u64 + 900, Action::Resume)], 0.01);
+            let samples = plan.check(
+                &[
+                    (hold as u64, Action::Hold),
+                    (hold as u64 + 900, Action::Resume),
+                ],
+                0.01,
+            );
             stops.push(stop_ms(&samples, hold));
         }
         stops.sort_unstable();
-        println!("stops after {} ms in the median, {} at most, {} holds", stops[stops.len() / 2], stops.last().unwrap(), stops.len());
+        println!(
+            "stops after {} ms in the median, {} at most, {} holds",
+            stops[stops.len() / 2],
+            stops.last().unwrap(),
+            stops.len()
+        );
     }
 }
 
-/// On a straight line at a steady speed the way to the stop is the S-curve's, v (v/a + a/j) / 2, and so is the time.
+/// On a straight line at a steady speed the way to the stop is the S-curve's, v (v/a + a/j) / 2,
+/// and so is the time.
 #[test]
 fn on_a_line_it_stops_as_soon_as_can_be() {
     let mut program = Program::new(PathControl::ExactPath, 60.0);
     program.line(60.0, 20.0, 0.0);
     let plan = Plan::program(&program);
     let samples = plan.check(&[(400, Action::Hold), (900, Action::Resume)], 1e-9);
-    // X moves by 3/sqrt(10) of the path, and its limits hold it: 1000 and 30,000 are 1054 and 31,623 along the path.
+    // X moves by 3/sqrt(10) of the path, and its limits hold it: 1000 and 30,000 are 1054 and
+    // 31,623 along the path.
     let (v, part) = (60.0, 0.9_f64.sqrt());
     let (a, j) = (LIMITS.acceleration / part, LIMITS.jerk / part);
     let time_s = v / a + a / j;
@@ -80,8 +107,14 @@ fn on_a_line_it_stops_as_soon_as_can_be() {
 fn an_override_scales_the_speed() {
     let mut program = Program::new(PathControl::ExactPath, 60.0);
     program.line(60.0, 0.0, 0.0);
-    let samples = Plan::program(&program).check(&[(300, Action::Override(0.5)), (700, Action::Override(1.0))], 1e-9);
-    assert!((samples[600].velocity.0[0] - 30.0).abs() < 1e-6 && (samples[600].path_speed - 30.0).abs() < 1e-6);
+    let samples = Plan::program(&program).check(
+        &[(300, Action::Override(0.5)), (700, Action::Override(1.0))],
+        1e-9,
+    );
+    assert!(
+        (samples[600].velocity.0[0] - 30.0).abs() < 1e-6
+            && (samples[600].path_speed - 30.0).abs() < 1e-6
+    );
     assert!((samples[900].velocity.0[0] - 60.0).abs() < 1e-6);
 }
 
@@ -91,11 +124,34 @@ fn dwells_are_not_stretched() {
     let mut program = Program::new(PathControl::ExactPath, 60.0);
     program.line(20.0, 0.0, 0.0);
     program.line(20.0, 20.0, 0.0);
-    let dwell = PlanItem::Dwell(Dwell { seconds: 0.4, block: BlockRef::default() });
-    let plan = Plan::of(&three_axes(), vec![PlanItem::Move(program.moves[0]), dwell, PlanItem::Move(program.moves[1])]);
-    let resting = |samples: &[Sample]| samples.windows(2).filter(|pair| pair[0].position == pair[1].position).count();
-    let (alone, slow) = (plan.check(&[], 1e-9), plan.check(&[(0, Action::Override(0.3))], 1e-9));
-    assert!(resting(&alone).abs_diff(resting(&slow)) <= 2, "{} {}", resting(&alone), resting(&slow));
+    let dwell = PlanItem::Dwell(Dwell {
+        seconds: 0.4,
+        block: BlockRef::default(),
+    });
+    let plan = Plan::of(
+        &three_axes(),
+        vec![
+            PlanItem::Move(program.moves[0]),
+            dwell,
+            PlanItem::Move(program.moves[1]),
+        ],
+    );
+    let resting = |samples: &[Sample]| {
+        samples
+            .windows(2)
+            .filter(|pair| pair[0].position == pair[1].position)
+            .count()
+    };
+    let (alone, slow) = (
+        plan.check(&[], 1e-9),
+        plan.check(&[(0, Action::Override(0.3))], 1e-9),
+    );
+    assert!(
+        resting(&alone).abs_diff(resting(&slow)) <= 2,
+        "{} {}",
+        resting(&alone),
+        resting(&slow)
+    );
 }
 
 #[test]

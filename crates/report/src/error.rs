@@ -39,7 +39,11 @@ pub enum WriteError {
 impl WriteError {
     /// An I/O error with what was being done to which file.
     pub fn io(action: &'static str, path: &Path, source: std::io::Error) -> WriteError {
-        WriteError::Io { action, path: path.to_path_buf(), source }
+        WriteError::Io {
+            action,
+            path: path.to_path_buf(),
+            source,
+        }
     }
 }
 
@@ -76,7 +80,9 @@ pub enum ReadError {
         found: String,
     },
     /// Two columns that both could be meant.
-    #[error("{name}, line {line}: both `{first}` and `{second}` could be the {what}; keep one, or name it")]
+    #[error(
+        "{name}, line {line}: both `{first}` and `{second}` could be the {what}; keep one, or name it"
+    )]
     AmbiguousColumn {
         /// The file's name.
         name: String,
@@ -130,7 +136,9 @@ pub enum ReadError {
         offset: u64,
     },
     /// Two unit suffixes in one table.
-    #[error("{name}, line {line}: `{first}` and `{second}` are in different units; give both in the same one")]
+    #[error(
+        "{name}, line {line}: `{first}` and `{second}` are in different units; give both in the same one"
+    )]
     MixedUnits {
         /// The file's name.
         name: String,

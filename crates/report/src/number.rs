@@ -20,14 +20,16 @@ const TEN: [u64; 16] = [
     1_000_000_000_000_000,
 ];
 
-/// Largest magnitude that [`push_fixed`] writes by integer arithmetic: integers up to here are exact.
+/// Largest magnitude that [`push_fixed`] writes by integer arithmetic: integers up to here are
+/// exact.
 const EXACT: f64 = 9_007_199_254_740_992.0;
 
 /// Appends `value` with `decimals` (at most 15) digits after the point, `1.500`.
 ///
-/// The last digit is rounded to nearest of the fraction times a power of ten in `f64`, which can differ from the correctly
-/// rounded decimal by one unit only when the value lies within 1e-16 of the middle between two. Minus zero is written without
-/// its sign; values that are not finite are written as nothing (an empty cell).
+/// The last digit is rounded to nearest of the fraction times a power of ten in `f64`, which can
+/// differ from the correctly rounded decimal by one unit only when the value lies within 1e-16 of
+/// the middle between two. Minus zero is written without its sign; values that are not finite are
+/// written as nothing (an empty cell).
 pub fn push_fixed(out: &mut Vec<u8>, value: f64, decimals: usize) {
     if !value.is_finite() {
         return;
@@ -78,7 +80,8 @@ fn push_padded(out: &mut Vec<u8>, mut value: u64, width: usize) {
     out.extend_from_slice(&digits[..width]);
 }
 
-/// Appends a time given as a whole number of nanoseconds in s, with as few decimals (3, 6 or 9) as a clock of this period needs.
+/// Appends a time given as a whole number of nanoseconds in s, with as few decimals (3, 6 or 9) as
+/// a clock of this period needs.
 pub fn push_seconds(out: &mut Vec<u8>, time_ns: u64, period_ns: u64) {
     const NS_PER_S: u64 = 1_000_000_000;
     push_integer(out, time_ns / NS_PER_S);
@@ -93,7 +96,8 @@ pub fn push_seconds(out: &mut Vec<u8>, time_ns: u64, period_ns: u64) {
     push_padded(out, time_ns % NS_PER_S / unit, width);
 }
 
-/// A number with a fixed number of decimals, without a minus sign on what rounds to zero; `-` if it is not finite.
+/// A number with a fixed number of decimals, without a minus sign on what rounds to zero; `-` if it
+/// is not finite.
 pub fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return "-".to_owned();
@@ -119,7 +123,11 @@ const LARGE: f64 = 1e6;
 
 /// As [`fixed`], with an exponent from a million on: `3.63e7`.
 pub fn compact(value: f64, decimals: usize) -> String {
-    if value.is_finite() && value.abs() >= LARGE { format!("{value:.2e}") } else { fixed(value, decimals) }
+    if value.is_finite() && value.abs() >= LARGE {
+        format!("{value:.2e}")
+    } else {
+        fixed(value, decimals)
+    }
 }
 
 /// An error in um or mdeg for running text: 2 decimals below 100, 1 below 10 000, else none.
@@ -130,7 +138,11 @@ pub fn error(value: f64) -> String {
 /// A value that was given by people, with at most 6 decimals and no trailing zeros: `10`, `2.5`.
 pub fn plain(value: f64) -> String {
     let text = fixed(value, 6);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
 }
 
 /// A share in per cent for people: one decimal below 10 %, whole per cent above.
@@ -158,7 +170,11 @@ pub fn duration(seconds: f64) -> String {
 pub fn round_to(value: f64, decimals: usize) -> f64 {
     let scale = TEN[decimals.min(TEN.len() - 1)] as f64;
     let scaled = (value * scale).round();
-    if scaled.abs() < EXACT { scaled / scale + 0.0 } else { value }
+    if scaled.abs() < EXACT {
+        scaled / scale + 0.0
+    } else {
+        value
+    }
 }
 
 #[cfg(test)]
@@ -212,7 +228,10 @@ mod tests {
         assert_eq!(percent(0.0213), "2.1 %");
         assert_eq!(percent(1.8), "180 %");
         assert_eq!(fixed(-0.0004, 2), "0.00");
-        assert_eq!([plain(10.0), plain(2.5), plain(0.0), plain(1e-9)], ["10", "2.5", "0", "0"]);
+        assert_eq!(
+            [plain(10.0), plain(2.5), plain(0.0), plain(1e-9)],
+            ["10", "2.5", "0", "0"]
+        );
     }
 
     proptest! {

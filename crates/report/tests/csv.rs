@@ -7,7 +7,9 @@ use lostmotion_axis::{AxisSample, Engagement, Reference, Setpoint};
 use lostmotion_base::{AxisId, AxisSet, BlockRef, Clock, Coords, Span};
 use lostmotion_plan::{Heeds, Sample};
 use lostmotion_report::ReadError;
-use lostmotion_report::csv::{AxisTraceWriter, PlanWriter, SetpointReader, SetpointSource, read_log};
+use lostmotion_report::csv::{
+    AxisTraceWriter, PlanWriter, SetpointReader, SetpointSource, read_log,
+};
 use proptest::prelude::*;
 
 fn sample(tick: u64, x: f64, c: f64) -> Sample {
@@ -25,13 +27,25 @@ fn sample(tick: u64, x: f64, c: f64) -> Sample {
         chord_part: 0.0,
         heeds: Heeds::Feed,
         tool_mm: [0.0; 3],
-        block: BlockRef { span: Span { line: 7, ..Span::default() }, call_stack: 0 },
+        block: BlockRef {
+            span: Span {
+                line: 7,
+                ..Span::default()
+            },
+            call_stack: 0,
+        },
     }
 }
 
 fn plan(samples: &[Sample]) -> String {
     let axes: AxisSet = [AxisId::X, AxisId::C].into_iter().collect();
-    let mut writer = PlanWriter::new(Vec::new(), axes, [AxisId::A, AxisId::B, AxisId::C].into_iter().collect(), Clock::CNC).unwrap();
+    let mut writer = PlanWriter::new(
+        Vec::new(),
+        axes,
+        [AxisId::A, AxisId::B, AxisId::C].into_iter().collect(),
+        Clock::CNC,
+    )
+    .unwrap();
     writer.push(samples).unwrap();
     String::from_utf8(writer.finish().unwrap()).unwrap()
 }
@@ -50,7 +64,11 @@ fn a_plan_has_a_row_a_millisecond() {
 #[test]
 fn an_axis_trace_is_in_the_axis_own_unit_and_leaves_missing_estimates_empty() {
     let trace = AxisSample {
-        reference: Reference { position: 2.0, velocity: 1.0, acceleration: -1.0 },
+        reference: Reference {
+            position: 2.0,
+            velocity: 1.0,
+            acceleration: -1.0,
+        },
         motor_position: 1.0,
         load_position: 0.5,
         current: 3.0,
@@ -89,7 +107,15 @@ fn a_trace_is_a_log() {
     for tick in 0..5 {
         let position = tick as f64 * 0.125;
         writer
-            .push(tick, &AxisSample { motor_position: position, load_position: -position, current: 0.5, ..AxisSample::default() })
+            .push(
+                tick,
+                &AxisSample {
+                    motor_position: position,
+                    load_position: -position,
+                    current: 0.5,
+                    ..AxisSample::default()
+                },
+            )
             .unwrap();
     }
     let log = read_log(writer.finish().unwrap().as_slice(), "log").unwrap();
@@ -101,17 +127,39 @@ fn a_trace_is_a_log() {
 }
 
 fn setpoints(text: &str) -> Result<Vec<f64>, ReadError> {
-    SetpointReader::new(text.as_bytes(), "in.csv", SetpointSource::Position, Clock::CNC)?.map(|setpoint| Ok(setpoint?.position)).collect()
+    SetpointReader::new(
+        text.as_bytes(),
+        "in.csv",
+        SetpointSource::Position,
+        Clock::CNC,
+    )?
+    .map(|setpoint| Ok(setpoint?.position))
+    .collect()
 }
 
 #[test]
 fn setpoints_with_extra_columns_marks_and_line_ends_are_read() {
-    for text in ["\u{feff}note,t_s, position\nx,0.000, 1.5\n,0.001,-2e-3\n", "t_s,position\r\n5.000,1.5\r\n5.001,-0.002\r\n"] {
+    for text in [
+        "\u{feff}note,t_s, position\nx,0.000, 1.5\n,0.001,-2e-3\n",
+        "t_s,position\r\n5.000,1.5\r\n5.001,-0.002\r\n",
+    ] {
         assert_eq!(setpoints(text).unwrap(), [1.5, -0.002]);
     }
-    let reader = SetpointReader::new("t_s,position_rad\n0,1\n".as_bytes(), "in", SetpointSource::Position, Clock::CNC).unwrap();
+    let reader = SetpointReader::new(
+        "t_s,position_rad\n0,1\n".as_bytes(),
+        "in",
+        SetpointSource::Position,
+        Clock::CNC,
+    )
+    .unwrap();
     assert_eq!(reader.unit(), Some(AxisUnit::Rad));
-    let reader = SetpointReader::new("t_s,x_mm\n0,1\n".as_bytes(), "in", SetpointSource::Column("x_mm"), Clock::CNC).unwrap();
+    let reader = SetpointReader::new(
+        "t_s,x_mm\n0,1\n".as_bytes(),
+        "in",
+        SetpointSource::Column("x_mm"),
+        Clock::CNC,
+    )
+    .unwrap();
     assert_eq!(reader.unit(), Some(AxisUnit::Mm));
 }
 
@@ -119,12 +167,28 @@ fn setpoints_with_extra_columns_marks_and_line_ends_are_read() {
 fn setpoints_may_bring_velocity_and_acceleration() {
     let text = "t_s,acceleration,position,velocity\n0,3,1,2\n0.00025,6,4,5\n";
     let clock = Clock::from_nanos(250_000).unwrap();
-    let reader = SetpointReader::new(text.as_bytes(), "in", SetpointSource::Position, clock).unwrap();
+    let reader =
+        SetpointReader::new(text.as_bytes(), "in", SetpointSource::Position, clock).unwrap();
     assert!(reader.serves(Interpolator::QuinticHermite));
     let read: Vec<Setpoint> = reader.map(Result::unwrap).collect();
-    assert_eq!(read, [Setpoint::moving(1.0, 2.0, 3.0), Setpoint::moving(4.0, 5.0, 6.0)]);
-    let positions = SetpointReader::new("t_s,position\n".as_bytes(), "in", SetpointSource::Position, clock).unwrap();
-    assert!(positions.serves(Interpolator::CatmullRom) && !positions.serves(Interpolator::CompensatedBSpline));
+    assert_eq!(
+        read,
+        [
+            Setpoint::moving(1.0, 2.0, 3.0),
+            Setpoint::moving(4.0, 5.0, 6.0)
+        ]
+    );
+    let positions = SetpointReader::new(
+        "t_s,position\n".as_bytes(),
+        "in",
+        SetpointSource::Position,
+        clock,
+    )
+    .unwrap();
+    assert!(
+        positions.serves(Interpolator::CatmullRom)
+            && !positions.serves(Interpolator::CompensatedBSpline)
+    );
 }
 
 /// Every refusal, as people see it.
@@ -143,7 +207,10 @@ fn refusals_name_the_place_the_value_and_what_to_do() {
         ("backwards", "t_s,position\n0,1\n0.001,2\n0.000,3\n"),
         ("twice", "t_s,position\n0,1\n0,2\n"),
         ("2 ms", "t_s,position\n0,1\n0.002,2\n"),
-        ("missing row, CRLF", "t_s,position\r\n0,1\r\n0.001,2\r\n0.003,2\r\n"),
+        (
+            "missing row, CRLF",
+            "t_s,position\r\n0,1\r\n0.001,2\r\n0.003,2\r\n",
+        ),
         ("ragged", "t_s,position\n0,1\n0.001\n"),
         ("binary", "\u{7f}ELF\u{2}\u{1}\u{1}\0\0,\0\n"),
     ];
@@ -152,13 +219,26 @@ fn refusals_name_the_place_the_value_and_what_to_do() {
         let error = setpoints(text).expect_err(what);
         out.push_str(&format!("== {what}\n{error}\n"));
     }
-    let latin1 = SetpointReader::new(&b"t_s,pos\xe9\n"[..], "in.csv", SetpointSource::Position, Clock::CNC).err().unwrap();
+    let latin1 = SetpointReader::new(
+        &b"t_s,pos\xe9\n"[..],
+        "in.csv",
+        SetpointSource::Position,
+        Clock::CNC,
+    )
+    .err()
+    .unwrap();
     out.push_str(&format!("== not UTF-8\n{latin1}\n"));
     for (what, text) in [
         ("log: units", "t_s,motor_mm,load_deg,current_a\n"),
         ("log: current", "t_s,motor_mm,load_mm\n"),
-        ("log: spacing", "t_s,motor_mm,load_mm,current_a\n0,0,0,0\n0.001,0,0,0\n0.003,0,0,0\n"),
-        ("log: order", "t_s,motor_mm,load_mm,current_a\n0,0,0,0\n0,0,0,0\n"),
+        (
+            "log: spacing",
+            "t_s,motor_mm,load_mm,current_a\n0,0,0,0\n0.001,0,0,0\n0.003,0,0,0\n",
+        ),
+        (
+            "log: order",
+            "t_s,motor_mm,load_mm,current_a\n0,0,0,0\n0,0,0,0\n",
+        ),
         ("log: short", "t_s,motor_mm,load_mm,current_a\n0,0,0,0\n"),
     ] {
         let error = read_log(text.as_bytes(), "log.csv").expect_err(what);
@@ -169,7 +249,13 @@ fn refusals_name_the_place_the_value_and_what_to_do() {
 
 #[test]
 fn a_reader_ends_after_its_first_error() {
-    let mut reader = SetpointReader::new("t_s,position\n0,x\n0.001,1\n".as_bytes(), "in", SetpointSource::Position, Clock::CNC).unwrap();
+    let mut reader = SetpointReader::new(
+        "t_s,position\n0,x\n0.001,1\n".as_bytes(),
+        "in",
+        SetpointSource::Position,
+        Clock::CNC,
+    )
+    .unwrap();
     assert!(reader.next().unwrap().is_err());
     assert!(reader.next().is_none());
 }

@@ -5,7 +5,9 @@ mod common;
 use common::{comparison, method, simulation};
 use lostmotion_report::csv::{BlockWriter, ReversalWriter};
 use lostmotion_report::json;
-use lostmotion_report::text::{Harm, TextOptions, comparison as render_comparison, harm, simulation as render_simulation};
+use lostmotion_report::text::{
+    Harm, TextOptions, comparison as render_comparison, harm, simulation as render_simulation,
+};
 
 fn options() -> TextOptions {
     TextOptions::default()
@@ -35,16 +37,28 @@ fn a_program_that_does_not_cut_is_said_to() {
 #[test]
 fn colour_is_only_where_it_was_asked_for_and_changes_no_word() {
     let plain = render_simulation(&simulation(), &options());
-    let coloured = render_simulation(&simulation(), &TextOptions { color: true, ..options() });
+    let coloured = render_simulation(
+        &simulation(),
+        &TextOptions {
+            color: true,
+            ..options()
+        },
+    );
     assert!(!plain.contains('\x1b'));
     assert!(coloured.contains("\x1b[1;31mOUTSIDE tolerance\x1b[0m"));
-    assert_eq!(coloured.replace("\x1b[1;31m", "").replace("\x1b[0m", ""), plain);
+    assert_eq!(
+        coloured.replace("\x1b[1;31m", "").replace("\x1b[0m", ""),
+        plain
+    );
 }
 
 #[test]
 fn harm_is_a_larger_rms_or_else_a_larger_peak() {
     let none = method("none", 10.0, 10.0);
-    assert_eq!(harm(&method("twice", 20.0, 20.0), &none), Some(Harm::Rms(2.0)));
+    assert_eq!(
+        harm(&method("twice", 20.0, 20.0), &none),
+        Some(Harm::Rms(2.0))
+    );
     assert_eq!(harm(&method("same", 10.0, 10.1), &none), None);
     assert_eq!(harm(&none, &none), None);
     let mut peak = method("peak", 10.0, 15.0);
@@ -83,6 +97,8 @@ fn blocks_and_reversals_as_tables() {
     blocks.push("fixed", &run.result.worst_blocks).unwrap();
     let mut reversals = ReversalWriter::new(Vec::new()).unwrap();
     reversals.push("fixed", &run.result.reversals).unwrap();
-    let text = [blocks.finish().unwrap(), reversals.finish().unwrap()].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
+    let text = [blocks.finish().unwrap(), reversals.finish().unwrap()]
+        .map(|bytes| String::from_utf8(bytes).unwrap())
+        .concat();
     insta::assert_snapshot!(text);
 }

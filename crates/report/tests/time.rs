@@ -6,20 +6,53 @@ use lostmotion_base::{BlockRef, Span};
 use lostmotion_report::csv::TimeWriter;
 use lostmotion_report::text;
 use lostmotion_sim::results::ProgramInfo;
-use lostmotion_sim::time::results::{BlockTime, CycleTime, KindTimes, LimitShare, TIME_SCHEMA, TimeKind, WhatIf};
+use lostmotion_sim::time::results::{
+    BlockTime, CycleTime, KindTimes, LimitShare, TIME_SCHEMA, TimeKind, WhatIf,
+};
 
 fn share(limit: &str, time_s: f64, share: f64) -> LimitShare {
-    LimitShare { limit: limit.to_owned(), time_s, share }
+    LimitShare {
+        limit: limit.to_owned(),
+        time_s,
+        share,
+    }
 }
 
-fn block(line: u32, kind: TimeKind, start_s: f64, time_s: f64, limits: Vec<LimitShare>, text: &str) -> BlockTime {
-    let block = BlockRef { span: Span { line, ..Span::default() }, call_stack: 0 };
-    BlockTime { block, text: text.to_owned(), segment: u64::from(line), kind, start_s, time_s, limits }
+fn block(
+    line: u32,
+    kind: TimeKind,
+    start_s: f64,
+    time_s: f64,
+    limits: Vec<LimitShare>,
+    text: &str,
+) -> BlockTime {
+    let block = BlockRef {
+        span: Span {
+            line,
+            ..Span::default()
+        },
+        call_stack: 0,
+    };
+    BlockTime {
+        block,
+        text: text.to_owned(),
+        segment: u64::from(line),
+        kind,
+        start_s,
+        time_s,
+        limits,
+    }
 }
 
 /// Figures that were chosen.
 fn answer() -> CycleTime {
-    let program = ProgramInfo { name: "pocket.ngc".to_owned(), bytes: 99, lines: 9, moves: 5, ..ProgramInfo::default() };
+    let program = ProgramInfo {
+        name: "pocket.ngc".to_owned(),
+        bytes: 99,
+        lines: 9,
+        moves: 5,
+        ..ProgramInfo::default()
+    };
     let feed = vec![
         share("feed", 7.5, 0.9375),
         share("jerk X", 0.3, 0.0375),
@@ -41,15 +74,36 @@ fn answer() -> CycleTime {
             spindle_events: 2,
             spindle_event_s: 1.0,
         },
-        limits: vec![share("feed", 7.5, 0.75), share("velocity X", 2.0, 0.2), share("dwell", 0.5, 0.05)],
+        limits: vec![
+            share("feed", 7.5, 0.75),
+            share("velocity X", 2.0, 0.2),
+            share("dwell", 0.5, 0.05),
+        ],
         blocks: vec![
             block(4, TimeKind::Cutting, 2.0, 8.0, feed, "G3 I-25 F600"),
-            block(3, TimeKind::Dwell, 1.5, 0.5, vec![share("dwell", 0.5, 1.0)], "G4 P0.5"),
+            block(
+                3,
+                TimeKind::Dwell,
+                1.5,
+                0.5,
+                vec![share("dwell", 0.5, 1.0)],
+                "G4 P0.5",
+            ),
         ],
         block_count: 3,
         what_if: vec![
-            WhatIf { change: "feed +20 %".to_owned(), plan_s: 8.75, saved_s: 1.25, saved_share: 0.125 },
-            WhatIf { change: "jerk limits +20 %".to_owned(), plan_s: 10.0, saved_s: 0.0, saved_share: 0.0 },
+            WhatIf {
+                change: "feed +20 %".to_owned(),
+                plan_s: 8.75,
+                saved_s: 1.25,
+                saved_share: 0.125,
+            },
+            WhatIf {
+                change: "jerk limits +20 %".to_owned(),
+                plan_s: 10.0,
+                saved_s: 0.0,
+                saved_share: 0.0,
+            },
         ],
     }
 }

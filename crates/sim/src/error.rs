@@ -33,7 +33,9 @@ pub enum SimError {
         diagnostics: Box<Diagnostics>,
     },
     /// The program has nothing to simulate.
-    #[error("{name}: the program moves nothing ({bytes} bytes, {lines} lines read); is it the right file?")]
+    #[error(
+        "{name}: the program moves nothing ({bytes} bytes, {lines} lines read); is it the right file?"
+    )]
     Empty {
         /// Name of the program.
         name: String,
@@ -71,7 +73,9 @@ pub enum SimError {
         provenance: Box<Provenance>,
     },
     /// The program runs longer than allowed.
-    #[error("the program runs longer than {limit_s} s; raise the limit on the duration if that is meant")]
+    #[error(
+        "the program runs longer than {limit_s} s; raise the limit on the duration if that is meant"
+    )]
     TooLong {
         /// The limit, s.
         limit_s: f64,

@@ -1,7 +1,8 @@
 //! The session: a machine, a part program, the whole chain, the answer.
 //!
-//! [`simulate`], [`compare`] and [`plan`] are the front door. They take a [`ProgramSource`] and a [`Machine`], go through the program in
-//! chunks of constant size, and answer with plain data ([`results`]); an [`Observer`] sees rows and points as they are finished.
+//! [`simulate`], [`compare`] and [`plan`] are the front door. They take a [`ProgramSource`] and a
+//! [`Machine`], go through the program in chunks of constant size, and answer with plain data
+//! ([`results`]); an [`Observer`] sees rows and points as they are finished.
 
 pub mod error;
 pub mod import;

@@ -22,10 +22,11 @@ pub struct ContourPoint {
     pub block: BlockRef,
 }
 
-/// Takes rows as they are finished, so that nobody has to hold them all. Every method does nothing unless overridden.
+/// Takes rows as they are finished, so that nobody has to hold them all. Every method does nothing
+/// unless overridden.
 ///
-/// `method` is the index in the list of methods compared; 0 for `simulate`. Rows come in a fixed order, whatever the number
-/// of threads.
+/// `method` is the index in the list of methods compared; 0 for `simulate`. Rows come in a fixed
+/// order, whatever the number of threads.
 pub trait Observer {
     /// How far the run is.
     fn progress(&mut self, _done_bytes: u64, _total_bytes: u64, _simulated_s: f64) {}

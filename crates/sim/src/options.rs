@@ -2,7 +2,9 @@
 
 use lostmotion_contour::ContourConfig;
 use lostmotion_gcode::motion::SPLINE_TOLERANCE_MM;
-use lostmotion_gcode::{Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable};
+use lostmotion_gcode::{
+    Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable,
+};
 use lostmotion_plan::{Action, Quality};
 use std::sync::Arc;
 
@@ -22,7 +24,8 @@ pub struct SimulateOptions {
     pub tolerance_um: Option<f64>,
     /// Size of the cutting force on feed moves, N; the machine's own if none.
     pub cutting_force_n: Option<f64>,
-    /// Largest distance of the tool from its way between two commands that are joined by straight lines of the joints, um, that is not warned of; the machine's own if none.
+    /// Largest distance of the tool from its way between two commands that are joined by straight
+    /// lines of the joints, um, that is not warned of; the machine's own if none.
     pub bow_limit_um: Option<f64>,
     /// Threads; 0 takes one per core. The result does not depend on it.
     pub threads: usize,
@@ -34,7 +37,8 @@ pub struct SimulateOptions {
     pub reversal_window_s: f64,
     /// Longest motion simulated, s; beyond it the run ends with an error.
     pub max_duration_s: f64,
-    /// Samples (a command cycle each) that go through the stages at a time. The result does not depend on it.
+    /// Samples (a command cycle each) that go through the stages at a time. The result does not
+    /// depend on it.
     pub chunk_samples: usize,
     /// How the foot point on the contour is searched.
     pub contour: ContourConfig,
@@ -42,11 +46,13 @@ pub struct SimulateOptions {
     pub block_delete: bool,
     /// Tools, in place of the machine's own.
     pub tool_table: Option<ToolTable>,
-    /// How far the the polynomials may lie from the splines (G5, G5.1, G5.2) that they stand for, mm.
+    /// How far the the polynomials may lie from the splines (G5, G5.1, G5.2) that they stand for,
+    /// mm.
     pub spline_tolerance_mm: f64,
     /// How much trouble the planner takes over the time.
     pub quality: Quality,
-    /// What an operator does while the program runs: feed hold, resume, override, stop; in the order of their times.
+    /// What an operator does while the program runs: feed hold, resume, override, stop; in the
+    /// order of their times.
     pub interventions: Vec<Intervention>,
     /// Bounds of the G-code front end.
     pub limits: Limits,

@@ -1,7 +1,9 @@
-//! What a run answers, as data. Text, JSON, CSV and pictures are made from these by the report crate.
+//! What a run answers, as data. Text, JSON, CSV and pictures are made from these by the report
+//! crate.
 //!
-//! Errors are in micrometres (linear) and millidegrees (orientation), times in s; every field says so. The JSON form of
-//! these types is the versioned output of the command line: fields are only ever added within one schema number.
+//! Errors are in micrometres (linear) and millidegrees (orientation), times in s; every field says
+//! so. The JSON form of these types is the versioned output of the command line: fields are only
+//! ever added within one schema number.
 
 pub use crate::straightness::Straightness;
 use lostmotion_base::{AxisId, BlockRef};
@@ -110,7 +112,8 @@ pub struct AxisResult {
     pub range: [f64; 2],
 }
 
-/// Skew of an axis that two motors drive: how far its first end is ahead of the second while anything moves.
+/// Skew of an axis that two motors drive: how far its first end is ahead of the second while
+/// anything moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GantryResult {
     /// The axis.
@@ -138,7 +141,8 @@ pub struct MethodResult {
     pub backlash: ErrorStats,
     /// Tool-axis orientation error on cutting moves, mdeg, on machines with rotary axes.
     pub orientation_mdeg: Option<ErrorStats>,
-    /// Cutting blocks with the largest error, worst first; G0 blocks only if the program cuts nothing.
+    /// Cutting blocks with the largest error, worst first; G0 blocks only if the program cuts
+    /// nothing.
     pub worst_blocks: Vec<BlockResult>,
     /// Reversals with the largest error, worst first; the number kept is bounded.
     pub reversals: Vec<ReversalResult>,
@@ -187,15 +191,17 @@ pub struct PlanInfo {
     /// Size of the cutting force on feed moves, N.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub cutting_force_n: f64,
-    /// On machines whose joints do not go straight with the tool, and where there is a limit to keep: how far it leaves its planned way between two commands if the drives join them by straight
-    /// lines of the joints, in the part's frame.
+    /// On machines whose joints do not go straight with the tool, and where there is a limit to
+    /// keep: how far it leaves its planned way between two commands if the drives join them by
+    /// straight lines of the joints, in the part's frame.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bow: Option<Straightness>,
     /// How far it may be at most, um, where the motion is planned to keep a limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bow_limit_um: Option<f64>,
-    /// How far a straight feed move with linear and rotary words, without tool-centre-point control, is from the straight line between its ends in the part's
-    /// frame; none where there is no such move.
+    /// How far a straight feed move with linear and rotary words, without tool-centre-point
+    /// control, is from the straight line between its ends in the part's frame; none where there is
+    /// no such move.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unstraight: Option<Straightness>,
 }
@@ -217,7 +223,8 @@ pub struct Simulation {
     pub tolerance_um: f64,
     /// The plan.
     pub plan: PlanInfo,
-    /// The same machine without any gap and without compensation: the best that compensation can reach, um on cutting moves.
+    /// The same machine without any gap and without compensation: the best that compensation can
+    /// reach, um on cutting moves.
     pub without_gap: ErrorStats,
     /// The method asked for.
     pub result: MethodResult,
@@ -240,6 +247,7 @@ pub struct Comparison {
     pub without_gap: ErrorStats,
     /// One row a method, in the order asked for.
     pub results: Vec<MethodResult>,
-    /// The method with the smallest RMS of the part that backlash causes among those that need nothing a drive does not have; `adaptive` where it is near.
+    /// The method with the smallest RMS of the part that backlash causes among those that need
+    /// nothing a drive does not have; `adaptive` where it is near.
     pub recommended: Option<String>,
 }

@@ -7,8 +7,9 @@ use std::sync::Arc;
 
 /// A part program that can be read several times, from a file or from memory.
 ///
-/// A run reads it several times, each time from the start on and without holding it: to check it, to count its lines, to
-/// simulate it, to fetch the text of the worst blocks. A pipe cannot be a program for that reason; read it into memory first.
+/// A run reads it several times, each time from the start on and without holding it: to check it,
+/// to count its lines, to simulate it, to fetch the text of the worst blocks. A pipe cannot be a
+/// program for that reason; read it into memory first.
 #[derive(Clone, Debug)]
 pub struct ProgramSource {
     name: String,
@@ -25,12 +26,18 @@ impl ProgramSource {
     /// A file; its path as given is its name.
     pub fn from_path(path: impl AsRef<Path>) -> ProgramSource {
         let path = path.as_ref();
-        ProgramSource { name: path.display().to_string(), origin: Origin::File(path.to_path_buf()) }
+        ProgramSource {
+            name: path.display().to_string(),
+            origin: Origin::File(path.to_path_buf()),
+        }
     }
 
     /// A program in memory.
     pub fn from_bytes(name: impl Into<String>, bytes: impl Into<Arc<[u8]>>) -> ProgramSource {
-        ProgramSource { name: name.into(), origin: Origin::Bytes(bytes.into()) }
+        ProgramSource {
+            name: name.into(),
+            origin: Origin::Bytes(bytes.into()),
+        }
     }
 
     /// Name for messages.
@@ -48,7 +55,10 @@ impl ProgramSource {
             Origin::File(path) => {
                 let metadata = std::fs::metadata(path)?;
                 if metadata.is_dir() {
-                    return Err(std::io::Error::new(std::io::ErrorKind::IsADirectory, "is a folder, not a part program"));
+                    return Err(std::io::Error::new(
+                        std::io::ErrorKind::IsADirectory,
+                        "is a folder, not a part program",
+                    ));
                 }
                 Ok(metadata.len())
             }

@@ -29,8 +29,14 @@ impl BowLimit {
     /// Kept where somebody has said it, and where a drive joins commands by straight lines.
     pub fn new(machine: &Machine, options: &SimulateOptions) -> BowLimit {
         let told = options.bow_limit_um.or(machine.simulate().bow_limit_um);
-        let is_linear = machine.axes().iter().any(|axis| axis.config.interpolator == Interpolator::Linear);
-        BowLimit { um: told.unwrap_or(BOW_LIMIT_UM), is_kept: told.is_some() || is_linear }
+        let is_linear = machine
+            .axes()
+            .iter()
+            .any(|axis| axis.config.interpolator == Interpolator::Linear);
+        BowLimit {
+            um: told.unwrap_or(BOW_LIMIT_UM),
+            is_kept: told.is_some() || is_linear,
+        }
     }
 }
 

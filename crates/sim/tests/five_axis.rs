@@ -1,4 +1,5 @@
-//! Programs of the other machines as motion: tilted planes, directions, tool-centre-point control on and off, arms.
+//! Programs of the other machines as motion: tilted planes, directions, tool-centre-point control
+//! on and off, arms.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::disallowed_methods)]
 
 use lostmotion_base::{AxisId, Coords};
@@ -7,7 +8,9 @@ use lostmotion_sim::{Machine, ProgramSource, SimulateOptions, Unobserved, plan, 
 use std::path::PathBuf;
 
 fn part(name: &str) -> ProgramSource {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../gcode_samples/parts").join(name);
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../../gcode_samples/parts")
+        .join(name);
     ProgramSource::from_bytes(name, std::fs::read(path).unwrap())
 }
 
@@ -25,15 +28,37 @@ fn text(text: &str) -> ProgramSource {
     ProgramSource::from_bytes("test.nc", text.as_bytes().to_vec())
 }
 
-/// Every limit of every joint, on differences of positions as an outsider would take them; and joints never jump.
+/// Every limit of every joint, on differences of positions as an outsider would take them; and
+/// joints never jump.
 fn judge(name: &str, machine: &Machine, samples: &[Sample]) {
     for axis in machine.axes() {
-        let mut series: Vec<f64> = samples.iter().map(|sample| sample.position[axis.id]).collect();
-        assert!(series.iter().all(|p| axis.limits.contains(*p, 1e-6)), "{name}: travel of {}", axis.id);
-        for (what, limit) in [("velocity", axis.limits.velocity), ("acceleration", axis.limits.acceleration), ("jerk", axis.limits.jerk)] {
-            series = series.windows(2).map(|pair| (pair[1] - pair[0]) * 1e3).collect();
-            let peak = series.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-            assert!(peak <= limit * 1.001, "{name} on {}: {what} of {} reaches {peak} of {limit}", machine.name(), axis.id);
+        let mut series: Vec<f64> = samples
+            .iter()
+            .map(|sample| sample.position[axis.id])
+            .collect();
+        assert!(
+            series.iter().all(|p| axis.limits.contains(*p, 1e-6)),
+            "{name}: travel of {}",
+            axis.id
+        );
+        for (what, limit) in [
+            ("velocity", axis.limits.velocity),
+            ("acceleration", axis.limits.acceleration),
+            ("jerk", axis.limits.jerk),
+        ] {
+            series = series
+                .windows(2)
+                .map(|pair| (pair[1] - pair[0]) * 1e3)
+                .collect();
+            let peak = series
+                .iter()
+                .fold(0.0_f64, |most, value| most.max(value.abs()));
+            assert!(
+                peak <= limit * 1.001,
+                "{name} on {}: {what} of {} reaches {peak} of {limit}",
+                machine.name(),
+                axis.id
+            );
         }
     }
 }
@@ -78,14 +103,35 @@ fn a_tilted_plane_is_cut_flat() {
     .collect();
     for sample in planned(&source, &machine) {
         let line = sample.block.span.line as usize;
-        let Some(tilt) = lines[..line].iter().rev().find(|line| line.starts_with("G68.2")) else { continue };
+        let Some(tilt) = lines[..line]
+            .iter()
+            .rev()
+            .find(|line| line.starts_with("G68.2"))
+        else {
+            continue;
+        };
         if lines[line - 1].starts_with("G1 Y") || lines[line - 1].starts_with("G1 X-24") {
-            turn = tilt.split_once('I').unwrap().1.split(' ').next().unwrap().parse::<f64>().unwrap().to_radians();
+            turn = tilt
+                .split_once('I')
+                .unwrap()
+                .1
+                .split(' ')
+                .next()
+                .unwrap()
+                .parse::<f64>()
+                .unwrap()
+                .to_radians();
             let normal = [0.5 * turn.sin(), -0.5 * turn.cos(), 0.75_f64.sqrt()];
             let pose = kinematics.tool_pose(&sample.position, &sample.tool_mm);
-            let height: f64 = (0..3).map(|i| (pose.tip[i] - zero.0[i] - if i == 2 { 30.0 } else { 0.0 }) * normal[i]).sum();
+            let height: f64 = (0..3)
+                .map(|i| (pose.tip[i] - zero.0[i] - if i == 2 { 30.0 } else { 0.0 }) * normal[i])
+                .sum();
             assert!((height + 1.0).abs() < 0.011, "line {line}: {height}");
-            assert!((0..3).all(|i| (pose.axis[i] - normal[i]).abs() < 1e-9), "{:?} {normal:?}", pose.axis);
+            assert!(
+                (0..3).all(|i| (pose.axis[i] - normal[i]).abs() < 1e-9),
+                "{:?} {normal:?}",
+                pose.axis
+            );
             cuts += 1;
         }
     }
@@ -100,36 +146,62 @@ fn the_tool_stands_upright_on_a_dome() {
     let samples = planned(&part("swivel_dome.ngc"), &machine);
     let (mut on_top, mut worst) = (0, 0.0_f64);
     let mut c: Vec<f64> = Vec::new();
-    for sample in samples.iter().filter(|sample| (13..=42).contains(&sample.block.span.line)) {
+    for sample in samples
+        .iter()
+        .filter(|sample| (13..=42).contains(&sample.block.span.line))
+    {
         let pose = kinematics.tool_pose(&sample.position, &sample.tool_mm);
-        let from_center: [f64; 3] = std::array::from_fn(|i| pose.tip[i] - zero.0[i] + if i == 2 { 20.0 } else { 0.0 });
+        let from_center: [f64; 3] =
+            std::array::from_fn(|i| pose.tip[i] - zero.0[i] + if i == 2 { 20.0 } else { 0.0 });
         let size = from_center.iter().map(|c| c * c).sum::<f64>().sqrt();
         let cosine: f64 = (0..3).map(|i| from_center[i] * pose.axis[i] / size).sum();
         worst = worst.max(cosine.clamp(-1.0, 1.0).acos().to_degrees());
         on_top += i32::from(from_center[0].abs() < 1.0);
         c.push(sample.position[AxisId::C]);
     }
-    // The chords of 2.5 mm on a sphere of 60 mm are off by 1.2 degrees where two meet, blending included.
+    // The chords of 2.5 mm on a sphere of 60 mm are off by 1.2 degrees where two meet, blending
+    // included.
     assert!(on_top > 10 && worst < 1.3, "{on_top} {worst}");
-    let (least, most) = c.iter().fold((f64::MAX, f64::MIN), |(a, b), c| (a.min(*c), b.max(*c)));
-    assert!(most - least < 1e-3, "C stays while B tilts through the pole: {least} {most}");
+    let (least, most) = c
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(a, b), c| (a.min(*c), b.max(*c)));
+    assert!(
+        most - least < 1e-3,
+        "C stays while B tilts through the pole: {least} {most}"
+    );
 }
 
 #[test]
 fn without_tip_control_the_linear_joints_stand_still() {
     let machine = Machine::preset("swivel5").unwrap();
-    let samples = planned(&text("G21 G90 G54 G61.1 G0 X10 Y20 Z50\nG1 B30 F600\nG43.4 H1\nG1 B-20 F600\nG49\nM30\n"), &machine);
-    let at = |line: u32| samples.iter().filter(move |sample| sample.block.span.line == line).map(|sample| sample.position);
+    let samples = planned(
+        &text("G21 G90 G54 G61.1 G0 X10 Y20 Z50\nG1 B30 F600\nG43.4 H1\nG1 B-20 F600\nG49\nM30\n"),
+        &machine,
+    );
+    let at = |line: u32| {
+        samples
+            .iter()
+            .filter(move |sample| sample.block.span.line == line)
+            .map(|sample| sample.position)
+    };
     let spread = |line: u32| {
         let first: Coords = at(line).next().unwrap();
-        at(line).map(|p| (p - first).linear_norm()).fold(0.0, f64::max)
+        at(line)
+            .map(|p| (p - first).linear_norm())
+            .fold(0.0, f64::max)
     };
     assert!(spread(2) < 1e-9, "{}", spread(2));
     // The tip stays, so the joints go round it: 250 mm and more from the pivot, over 50 degrees.
     assert!(spread(4) > 100.0, "{}", spread(4));
     let kinematics = machine.build_kinematics().unwrap();
-    let tips: Vec<[f64; 3]> = at(4).map(|joints| kinematics.tool_pose(&joints, &[0.0; 3]).tip).collect();
-    assert!(tips.iter().all(|tip| (0..3).all(|i| (tip[i] - tips[0][i]).abs() < 1e-6)), "the tip stands");
+    let tips: Vec<[f64; 3]> = at(4)
+        .map(|joints| kinematics.tool_pose(&joints, &[0.0; 3]).tip)
+        .collect();
+    assert!(
+        tips.iter()
+            .all(|tip| (0..3).all(|i| (tip[i] - tips[0][i]).abs() < 1e-6)),
+        "the tip stands"
+    );
 }
 
 #[test]
@@ -141,8 +213,14 @@ fn a_sample_is_simulated_in_part_space_on_every_machine() {
         ("swivel_dome.ngc", "swivel5", 150.0),
     ] {
         let machine = Machine::preset(on).unwrap();
-        let result = simulate(&part(name), &machine, "none", &SimulateOptions::default(), &mut Unobserved)
-            .unwrap_or_else(|error| panic!("{name}: {error}"));
+        let result = simulate(
+            &part(name),
+            &machine,
+            "none",
+            &SimulateOptions::default(),
+            &mut Unobserved,
+        )
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
         let worst = result.result.cutting.max;
         assert!(worst > 1.0 && worst < most_um, "{name} on {on}: {worst} um");
     }
@@ -152,24 +230,41 @@ fn a_sample_is_simulated_in_part_space_on_every_machine() {
 fn an_arm_that_would_have_to_change_over_is_refused() {
     let machine = Machine::preset("arm6").unwrap();
     // Through the axis of joint 1 and out behind the arm.
-    let refused = plan(&text("G21 G90 G54\nG1 X-1600 F3000\nM2\n"), &machine, &SimulateOptions::default(), &mut |_| Ok(()));
+    let refused = plan(
+        &text("G21 G90 G54\nG1 X-1600 F3000\nM2\n"),
+        &machine,
+        &SimulateOptions::default(),
+        &mut |_| Ok(()),
+    );
     assert!(refused.is_err());
 }
 
 #[test]
 fn a_tool_may_be_taken_up_while_it_leans() {
     let machine = Machine::preset("trunnion5").unwrap();
-    let samples = planned(&text("G21 G90 G54 G61.1 G0 X10 Y20 Z50\nG0 A30 C40\nG43.1 Z60\nG1 X15 F900\nM2\n"), &machine);
+    let samples = planned(
+        &text("G21 G90 G54 G61.1 G0 X10 Y20 Z50\nG0 A30 C40\nG43.1 Z60\nG1 X15 F900\nM2\n"),
+        &machine,
+    );
     judge("tool", &machine, &samples);
     let kinematics = machine.build_kinematics().unwrap();
     let tip = |line: u32| {
-        let sample = samples.iter().rfind(|sample| sample.block.span.line == line).unwrap();
-        (kinematics.tool_pose(&sample.position, &sample.tool_mm), sample.tool_mm)
+        let sample = samples
+            .iter()
+            .rfind(|sample| sample.block.span.line == line)
+            .unwrap();
+        (
+            kinematics.tool_pose(&sample.position, &sample.tool_mm),
+            sample.tool_mm,
+        )
     };
     let ((before, _), (after, tool)) = (tip(2), tip(4));
     assert_eq!(tool[2], 60.0);
     // The tip comes 60 mm before the spindle along the leaning tool, and X goes where it was told.
     let zero = machine.work_offsets()[0];
     assert!((after.tip[0] - zero.0[0] - 15.0).abs() < 1e-6);
-    assert!((1..3).all(|i| (after.tip[i] - before.tip[i] + 60.0 * before.axis[i]).abs() < 1e-6), "{before:?} {after:?}");
+    assert!(
+        (1..3).all(|i| (after.tip[i] - before.tip[i] + 60.0 * before.axis[i]).abs() < 1e-6),
+        "{before:?} {after:?}"
+    );
 }

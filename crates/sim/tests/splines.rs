@@ -8,10 +8,19 @@ fn planned(text: &str) -> Vec<[[f64; 2]; 3]> {
     let machine = Machine::preset("bench3").unwrap();
     let mut out = Vec::new();
     let source = ProgramSource::from_bytes("spline.ngc", text.as_bytes().to_vec());
-    plan(&source, &machine, &SimulateOptions::default(), &mut |samples| {
-        out.extend(samples.iter().map(|s| [s.position, s.velocity, s.acceleration].map(|c| [c.0[0], c.0[1]])));
-        Ok(())
-    })
+    plan(
+        &source,
+        &machine,
+        &SimulateOptions::default(),
+        &mut |samples| {
+            out.extend(
+                samples
+                    .iter()
+                    .map(|s| [s.position, s.velocity, s.acceleration].map(|c| [c.0[0], c.0[1]])),
+            );
+            Ok(())
+        },
+    )
     .unwrap();
     out
 }
@@ -28,17 +37,33 @@ fn cubic(t: f64) -> [f64; 2] {
 #[test]
 fn a_spline_is_travelled_at_the_feed_without_a_stop_on_its_curve() {
     let samples = planned(PART);
-    let curve: Vec<[f64; 2]> = (0..=40_000).map(|k| cubic(f64::from(k) / 40_000.0)).collect();
-    let distance = |a: [f64; 2], b: [f64; 2]| ((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1])).sqrt();
-    let length: f64 = curve.windows(2).map(|pair| distance(pair[0], pair[1])).sum();
+    let curve: Vec<[f64; 2]> = (0..=40_000)
+        .map(|k| cubic(f64::from(k) / 40_000.0))
+        .collect();
+    let distance = |a: [f64; 2], b: [f64; 2]| {
+        ((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1])).sqrt()
+    };
+    let length: f64 = curve
+        .windows(2)
+        .map(|pair| distance(pair[0], pair[1]))
+        .sum();
     for sample in samples.iter().step_by(50) {
-        let nearest = curve.iter().map(|point| distance(*point, sample[0])).fold(f64::INFINITY, f64::min);
+        let nearest = curve
+            .iter()
+            .map(|point| distance(*point, sample[0]))
+            .fold(f64::INFINITY, f64::min);
         // A micrometre of the spline's tolerance, and what the points of the curve leave out.
-        assert!(nearest < 1.0e-3 + 2e-3 * 0.5 * 1e-3 + length / 80_000.0, "{nearest}");
+        assert!(
+            nearest < 1.0e-3 + 2e-3 * 0.5 * 1e-3 + length / 80_000.0,
+            "{nearest}"
+        );
     }
     // 20 mm/s all the way but for one start and one stop: v/a + a/j more than its length takes.
     let time = (samples.len() - 1) as f64 * 1e-3;
-    assert!((time - length / 20.0).abs() < 0.06, "{time} s for {length} mm");
+    assert!(
+        (time - length / 20.0).abs() < 0.06,
+        "{time} s for {length} mm"
+    );
     let moving = &samples[80..samples.len() - 80];
     for [_, v, _] in moving {
         let speed = distance(*v, [0.0; 2]);

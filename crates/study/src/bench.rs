@@ -1,8 +1,11 @@
-//! A virtual test bench: two motors back to back, a coupler of known stiffness and an adjustable gap between their shafts.
+//! A virtual test bench: two motors back to back, a coupler of known stiffness and an adjustable
+//! gap between their shafts.
 //!
-//! The first motor runs the axis' loops, the second is the load: its rotor is the inertia, its friction the load's, and its drive puts a torque on the
-//! coupler. So everything that an estimator has to find is known beforehand. [`run`] gives two recordings: one in which the second motor pulls and pushes, and the
-//! coupler winds up under loads of every size, and one in which it is towed, as a slide is; and the gap that `adaptive` learned towing it.
+//! The first motor runs the axis' loops, the second is the load: its rotor is the inertia, its
+//! friction the load's, and its drive puts a torque on the coupler. So everything that an estimator
+//! has to find is known beforehand. [`run`] gives two recordings: one in which the second motor
+//! pulls and pushes, and the coupler winds up under loads of every size, and one in which it is
+//! towed, as a slide is; and the gap that `adaptive` learned towing it.
 
 use crate::error::StudyError;
 use lostmotion_axis::config::Load;
@@ -40,11 +43,26 @@ impl Coupler {
 
 /// Couplers that one would put in: three gaps, two of them soft and stiff.
 pub const COUPLERS: [Coupler; 5] = [
-    Coupler { gap_rad: 0.1, stiffness_nm_per_rad: 2000.0 },
-    Coupler { gap_rad: 0.02, stiffness_nm_per_rad: 500.0 },
-    Coupler { gap_rad: 0.02, stiffness_nm_per_rad: 2000.0 },
-    Coupler { gap_rad: 0.005, stiffness_nm_per_rad: 500.0 },
-    Coupler { gap_rad: 0.005, stiffness_nm_per_rad: 5000.0 },
+    Coupler {
+        gap_rad: 0.1,
+        stiffness_nm_per_rad: 2000.0,
+    },
+    Coupler {
+        gap_rad: 0.02,
+        stiffness_nm_per_rad: 500.0,
+    },
+    Coupler {
+        gap_rad: 0.02,
+        stiffness_nm_per_rad: 2000.0,
+    },
+    Coupler {
+        gap_rad: 0.005,
+        stiffness_nm_per_rad: 500.0,
+    },
+    Coupler {
+        gap_rad: 0.005,
+        stiffness_nm_per_rad: 5000.0,
+    },
 ];
 
 /// What was recorded on the bench.
@@ -52,13 +70,15 @@ pub const COUPLERS: [Coupler; 5] = [
 pub struct Recording {
     /// The first motor's axis.
     pub axis: AxisConfig,
-    /// With the second motor pulling and pushing: a sample every 250 us, as encoders of 2^20 counts read them.
+    /// With the second motor pulling and pushing: a sample every 250 us, as encoders of 2^20 counts
+    /// read them.
     pub loaded: Vec<AxisSample>,
     /// The same with the second motor towed.
     pub towed: Vec<AxisSample>,
     /// Total gap that `adaptive` learned towing it, rad; none if it claims none.
     pub adaptive_gap_rad: Option<f64>,
-    /// Stiffness, N m/rad, and damping, N m s/rad, estimated online in that run; none where the motion did not excite the coupler.
+    /// Stiffness, N m/rad, and damping, N m s/rad, estimated online in that run; none where the
+    /// motion did not excite the coupler.
     pub online: Option<[f64; 2]>,
 }
 
@@ -71,11 +91,20 @@ pub fn axis(coupler: &Coupler) -> AxisConfig {
     config.drive.encoder_counts_per_rev = Some(COUNTS);
     config.compensation.estimate_shaft = true;
     // the loop on both rotors as the paper has it on its own inertias
-    config.drive.velocity_gain_a_s_per_rad *= 2.0 * rotor / (rotor + config.reflected_load().inertia_kgm2);
+    config.drive.velocity_gain_a_s_per_rad *=
+        2.0 * rotor / (rotor + config.reflected_load().inertia_kgm2);
     let damping = coupler.damping_nm_s_per_rad(rotor);
     if let Load::Reflected(load) = &mut config.load {
-        (load.inertia_kgm2, load.coulomb_nm, load.viscous_nm_s_per_rad) = (rotor, FRICTION_NM, config.motor.viscous_nm_s_per_rad);
-        (load.gap_rad, load.stiffness_nm_per_rad, load.damping_nm_s_per_rad) = (coupler.gap_rad, coupler.stiffness_nm_per_rad, damping);
+        (
+            load.inertia_kgm2,
+            load.coulomb_nm,
+            load.viscous_nm_s_per_rad,
+        ) = (rotor, FRICTION_NM, config.motor.viscous_nm_s_per_rad);
+        (
+            load.gap_rad,
+            load.stiffness_nm_per_rad,
+            load.damping_nm_s_per_rad,
+        ) = (coupler.gap_rad, coupler.stiffness_nm_per_rad, damping);
     }
     config
 }
@@ -88,41 +117,70 @@ pub fn run(coupler: &Coupler) -> Result<Recording, StudyError> {
     let axis = axis(coupler);
     let count = TAU / f64::from(COUNTS);
     let read = |angle: f64| (angle / count).round() * count;
-    let (mut loaded, mut towed, adaptive) =
-        (record(&axis, "none", TORQUE_NM)?, record(&axis, "none", 0.0)?, record(&axis, "adaptive", 0.0)?);
+    let (mut loaded, mut towed, adaptive) = (
+        record(&axis, "none", TORQUE_NM)?,
+        record(&axis, "none", 0.0)?,
+        record(&axis, "adaptive", 0.0)?,
+    );
     for sample in loaded.iter_mut().chain(&mut towed) {
-        (sample.motor_position, sample.load_position) = (read(sample.motor_position), read(sample.load_position));
+        (sample.motor_position, sample.load_position) =
+            (read(sample.motor_position), read(sample.load_position));
     }
-    Ok(Recording { adaptive_gap_rad: learned(&adaptive), online: estimated(&adaptive), axis, loaded, towed })
+    Ok(Recording {
+        adaptive_gap_rad: learned(&adaptive),
+        online: estimated(&adaptive),
+        axis,
+        loaded,
+        towed,
+    })
 }
 
 fn record(axis: &AxisConfig, method: &str, torque_nm: f64) -> Result<Vec<AxisSample>, StudyError> {
     let mut out = AxisOutput::new(true);
-    let points: Vec<Setpoint> = (0..1000 * SECONDS).map(|n| setpoint(1e-3 * f64::from(n), torque_nm)).collect();
+    let points: Vec<Setpoint> = (0..1000 * SECONDS)
+        .map(|n| setpoint(1e-3 * f64::from(n), torque_nm))
+        .collect();
     build_runner(axis, method, 0.0)?.push(&points, &mut out)?;
     Ok(out.trace.unwrap_or_default())
 }
 
 /// Two sines whose periods do not match, and the torque of the second motor against them.
 fn setpoint(t: f64, torque_nm: f64) -> Setpoint {
-    let sum = |value: &dyn Fn(f64, f64) -> f64| MOTION.into_iter().map(|(a, w)| value(a, w)).sum::<f64>();
+    let sum =
+        |value: &dyn Fn(f64, f64) -> f64| MOTION.into_iter().map(|(a, w)| value(a, w)).sum::<f64>();
     let [slow, fast] = TORQUE_HZ.map(|hz| math::sin(TAU * hz * t));
-    let (position, velocity) = (sum(&|a, w| a * (1.0 - math::cos(w * t))), sum(&|a, w| a * w * math::sin(w * t)));
-    let moving = Setpoint::moving(position, velocity, sum(&|a, w| a * w * w * math::cos(w * t)));
-    Setpoint { load_force: Some(0.5 * torque_nm * (slow + fast)), ..moving }
+    let (position, velocity) = (
+        sum(&|a, w| a * (1.0 - math::cos(w * t))),
+        sum(&|a, w| a * w * math::sin(w * t)),
+    );
+    let moving = Setpoint::moving(
+        position,
+        velocity,
+        sum(&|a, w| a * w * w * math::cos(w * t)),
+    );
+    Setpoint {
+        load_force: Some(0.5 * torque_nm * (slow + fast)),
+        ..moving
+    }
 }
 
 /// Stiffness and damping as estimated at the end.
 fn estimated(samples: &[AxisSample]) -> Option<[f64; 2]> {
     let last = samples.last()?;
-    last.stiffness_estimate.is_finite().then_some([last.stiffness_estimate, last.damping_estimate])
+    last.stiffness_estimate
+        .is_finite()
+        .then_some([last.stiffness_estimate, last.damping_estimate])
 }
 
 /// Mean of the estimate over the last quarter, on either flank.
 fn learned(samples: &[AxisSample]) -> Option<f64> {
     let last = samples.get(samples.len() / 4 * 3..)?;
-    let touching = last.iter().filter(|s| s.engagement_estimate != Engagement::Gap && s.gap_angle_estimate.is_finite());
-    let (count, sum) = touching.fold((0_u32, 0.0), |(count, sum), s| (count + 1, sum + s.gap_angle_estimate.abs()));
+    let touching = last
+        .iter()
+        .filter(|s| s.engagement_estimate != Engagement::Gap && s.gap_angle_estimate.is_finite());
+    let (count, sum) = touching.fold((0_u32, 0.0), |(count, sum), s| {
+        (count + 1, sum + s.gap_angle_estimate.abs())
+    });
     (count > 0 && sum > 0.0).then(|| 2.0 * sum / f64::from(count))
 }
 
@@ -134,7 +192,10 @@ mod tests {
     fn adaptive_finds_the_gap_that_was_set() {
         for coupler in [COUPLERS[0], COUPLERS[2]] {
             let found = run(&coupler).unwrap().adaptive_gap_rad.unwrap();
-            assert!((found / coupler.gap_rad - 1.0).abs() < 0.03, "{found} {coupler:?}");
+            assert!(
+                (found / coupler.gap_rad - 1.0).abs() < 0.03,
+                "{found} {coupler:?}"
+            );
         }
     }
 
@@ -144,8 +205,14 @@ mod tests {
             let recording = run(&coupler).unwrap();
             let [stiffness, damping] = recording.online.unwrap();
             let told = coupler.damping_nm_s_per_rad(recording.axis.motor.inertia_kgm2);
-            assert!((stiffness / coupler.stiffness_nm_per_rad - 1.0).abs() < 0.03, "{stiffness} {coupler:?}");
-            assert!((damping / told - 1.0).abs() < 0.2, "{damping} {told} {coupler:?}");
+            assert!(
+                (stiffness / coupler.stiffness_nm_per_rad - 1.0).abs() < 0.03,
+                "{stiffness} {coupler:?}"
+            );
+            assert!(
+                (damping / told - 1.0).abs() < 0.2,
+                "{damping} {told} {coupler:?}"
+            );
         }
     }
 
@@ -154,9 +221,17 @@ mod tests {
         // wherever the second motor moves steadily, what it takes is its friction and torque
         let coupler = COUPLERS[1];
         let recording = run(&coupler).unwrap();
-        let most = recording.loaded.iter().map(|s| (s.motor_position - s.load_position).abs()).fold(0.0, f64::max);
+        let most = recording
+            .loaded
+            .iter()
+            .map(|s| (s.motor_position - s.load_position).abs())
+            .fold(0.0, f64::max);
         let torque = most_torque(&recording.loaded) / coupler.stiffness_nm_per_rad;
-        assert!(most > 0.5 * coupler.gap_rad + 0.5 * torque && most < 0.5 * coupler.gap_rad + 2.0 * torque, "{most} {torque}");
+        assert!(
+            most > 0.5 * coupler.gap_rad + 0.5 * torque
+                && most < 0.5 * coupler.gap_rad + 2.0 * torque,
+            "{most} {torque}"
+        );
     }
 
     fn most_torque(samples: &[AxisSample]) -> f64 {

@@ -1,7 +1,8 @@
 //! An hour of motion: does a method that learns stay what it is?
 //!
-//! One axis of a cell of the matrix makes turns of a circle at the cell's feed, five and a rest, again and again. Beside it run the same axis without compensation and without
-//! its gap. A cell that drifts does so over the whole time.
+//! One axis of a cell of the matrix makes turns of a circle at the cell's feed, five and a rest,
+//! again and again. Beside it run the same axis without compensation and without its gap. A cell
+//! that drifts does so over the whole time.
 
 use crate::error::StudyError;
 use crate::matrix::factor::{Cell, FEED, SHAPE};
@@ -34,7 +35,8 @@ pub struct Stretch {
     pub rms_um: [f64; 2],
     /// Largest of that.
     pub max_um: [f64; 2],
-    /// Mean relative error of the estimated half gap while load and motor are in contact; none if the method estimates none.
+    /// Mean relative error of the estimated half gap while load and motor are in contact; none if
+    /// the method estimates none.
     pub gap_error: Option<f64>,
 }
 
@@ -52,20 +54,30 @@ impl Sums {
     fn stretch(&self, until_s: f64) -> Stretch {
         Stretch {
             until_s,
-            rms_um: self.squares.map(|squares| (squares / self.ticks.max(1) as f64).sqrt()),
+            rms_um: self
+                .squares
+                .map(|squares| (squares / self.ticks.max(1) as f64).sqrt()),
             max_um: self.max,
             gap_error: (self.gap_ticks > 0).then(|| self.gap_error / self.gap_ticks as f64),
         }
     }
 }
 
-/// Runs an axis of a cell with a method for so many s; an answer for each of [`STRETCHES`] equal stretches.
+/// Runs an axis of a cell with a method for so many s; an answer for each of [`STRETCHES`] equal
+/// stretches.
 ///
 /// # Errors
 /// An unknown method.
 pub fn run(cell: &Cell, method: &str, seconds: f64) -> Result<Vec<Stretch>, StudyError> {
-    let config = AxisConfig { drift: machine::drift(cell, seconds), ..machine::axis(cell)? };
-    let runners = [(config.without_gap(), "none"), (config.clone(), "none"), (config.clone(), method)];
+    let config = AxisConfig {
+        drift: machine::drift(cell, seconds),
+        ..machine::axis(cell)?
+    };
+    let runners = [
+        (config.without_gap(), "none"),
+        (config.clone(), "none"),
+        (config.clone(), method),
+    ];
     let mut axes = Vec::with_capacity(runners.len());
     for (config, method) in &runners {
         axes.push((build_runner(config, method, 0.0)?, AxisOutput::new(true)));
@@ -78,7 +90,9 @@ pub fn run(cell: &Cell, method: &str, seconds: f64) -> Result<Vec<Stretch>, Stud
         let end = ticks * index / STRETCHES as u64;
         while tick < end {
             let until = end.min(tick + CHUNK);
-            let points: Vec<Setpoint> = (tick..until).map(|tick| motion.at(Clock::CNC.seconds(tick))).collect();
+            let points: Vec<Setpoint> = (tick..until)
+                .map(|tick| motion.at(Clock::CNC.seconds(tick)))
+                .collect();
             chunk(&mut axes, &points, &config, tick, &mut sums)?;
             tick = until;
         }
@@ -89,15 +103,29 @@ pub fn run(cell: &Cell, method: &str, seconds: f64) -> Result<Vec<Stretch>, Stud
 
 type Axis = (Box<dyn AxisRunner>, AxisOutput);
 
-fn chunk(axes: &mut [Axis], points: &[Setpoint], config: &AxisConfig, from: u64, sums: &mut Sums) -> Result<(), StudyError> {
+fn chunk(
+    axes: &mut [Axis],
+    points: &[Setpoint],
+    config: &AxisConfig,
+    from: u64,
+    sums: &mut Sums,
+) -> Result<(), StudyError> {
     for (runner, out) in axes.iter_mut() {
         out.clear();
         runner.push(points, out)?;
     }
-    let [rigid, none, with] = axes else { return Ok(()) };
+    let [rigid, none, with] = axes else {
+        return Ok(());
+    };
     let time_s = Clock::CNC.seconds(from);
-    let half_gap = 0.5 * config.reflected_load().gap_rad * config.drift.gap.map_or(1.0, |change| change.at(time_s));
-    let loads = rigid.1.load.iter().zip(none.1.load.iter().zip(&with.1.load));
+    let half_gap = 0.5
+        * config.reflected_load().gap_rad
+        * config.drift.gap.map_or(1.0, |change| change.at(time_s));
+    let loads = rigid
+        .1
+        .load
+        .iter()
+        .zip(none.1.load.iter().zip(&with.1.load));
     for ((rigid, (none, load)), sample) in loads.zip(with.1.trace.iter().flatten()) {
         let off = [none, load].map(|load| UM_PER_MM * (load - rigid));
         for (which, off) in off.into_iter().enumerate() {
@@ -105,7 +133,10 @@ fn chunk(axes: &mut [Axis], points: &[Setpoint], config: &AxisConfig, from: u64,
             sums.max[which] = sums.max[which].max(off.abs());
         }
         sums.ticks += 1;
-        if sample.engagement != Engagement::Gap && sample.engagement_estimate != Engagement::Gap && sample.gap_angle_estimate.is_finite() {
+        if sample.engagement != Engagement::Gap
+            && sample.engagement_estimate != Engagement::Gap
+            && sample.gap_angle_estimate.is_finite()
+        {
             sums.gap_error += (sample.gap_angle_estimate.abs() / half_gap - 1.0).abs();
             sums.gap_ticks += 1;
         }
@@ -122,8 +153,15 @@ struct Motion {
 
 impl Motion {
     fn of(cell: &Cell) -> Motion {
-        let radius_mm = if cell.level_name(SHAPE).starts_with("circle") { cell.number(SHAPE) } else { RADIUS_MM };
-        Motion { radius_mm, turning_s: PEAK * TURNS * TAU * radius_mm / (cell.number(FEED) / 60.0) }
+        let radius_mm = if cell.level_name(SHAPE).starts_with("circle") {
+            cell.number(SHAPE)
+        } else {
+            RADIUS_MM
+        };
+        Motion {
+            radius_mm,
+            turning_s: PEAK * TURNS * TAU * radius_mm / (cell.number(FEED) / 60.0),
+        }
     }
 
     /// The setpoint at a time, mm: angles go from rest to rest on a quintic.
@@ -136,7 +174,11 @@ impl Motion {
         let change = turns / (span * span) * 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u);
         let (sin, cos) = math::sin_cos(angle);
         let r = self.radius_mm;
-        Setpoint::moving(r * (1.0 - cos), r * sin * rate, r * (cos * rate * rate + sin * change))
+        Setpoint::moving(
+            r * (1.0 - cos),
+            r * sin * rate,
+            r * (cos * rate * rate + sin * change),
+        )
     }
 }
 
@@ -147,8 +189,13 @@ mod tests {
     #[test]
     fn the_motion_is_smooth_and_as_fast_as_the_cell() {
         let motion = Motion::of(&Cell::parse(USUAL).unwrap());
-        let points: Vec<Setpoint> = (0..80_000).map(|n| motion.at(1e-3 * f64::from(n))).collect();
-        let most = points.iter().map(|point| point.velocity.unwrap().abs()).fold(0.0, f64::max);
+        let points: Vec<Setpoint> = (0..80_000)
+            .map(|n| motion.at(1e-3 * f64::from(n)))
+            .collect();
+        let most = points
+            .iter()
+            .map(|point| point.velocity.unwrap().abs())
+            .fold(0.0, f64::max);
         assert!(most <= 50.0 && most > 0.95 * 50.0, "{most}");
         for pair in points.windows(2) {
             let mean = 0.5e-3 * (pair[0].velocity.unwrap() + pair[1].velocity.unwrap());

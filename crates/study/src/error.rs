@@ -10,7 +10,9 @@ use lostmotion_sim::machine::MachineError;
 #[non_exhaustive]
 pub enum StudyError {
     /// A number of cells that cannot be sampled.
-    #[error("{asked} cells were asked for; it has to be 1 to {most}, or all {all} of the full factorial")]
+    #[error(
+        "{asked} cells were asked for; it has to be 1 to {most}, or all {all} of the full factorial"
+    )]
     Cells {
         /// The number asked for.
         asked: usize,
@@ -64,7 +66,9 @@ pub enum StudyError {
         why: String,
     },
     /// A journal of another study.
-    #[error("the results there are of another study: {what} is {there}, now {here}; take another folder, or start afresh")]
+    #[error(
+        "the results there are of another study: {what} is {there}, now {here}; take another folder, or start afresh"
+    )]
     OtherStudy {
         /// What differs.
         what: &'static str,

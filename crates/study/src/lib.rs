@@ -1,9 +1,11 @@
 //! Studies of compensators: many machines and motions, one table.
 //!
-//! [`matrix`] is the wide one: cells of motion, feed, gap, friction, inertia and encoder, each run through the real chain from G-code to
-//! contour error with every registered method, each held against the same machine without a gap.
+//! [`matrix`] is the wide one: cells of motion, feed, gap, friction, inertia and encoder, each run
+//! through the real chain from G-code to contour error with every registered method, each held
+//! against the same machine without a gap.
 //!
-//! [`paper`] runs the experiments of the paper again, [`mod@bench`] two motors back to back with a coupler that is known, [`endurance`] an axis for an hour.
+//! [`paper`] runs the experiments of the paper again, [`mod@bench`] two motors back to back with a
+//! coupler that is known, [`endurance`] an axis for an hour.
 //!
 //! Everything here computes; files are written by whoever calls.
 

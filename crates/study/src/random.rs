@@ -1,4 +1,5 @@
-//! A small deterministic generator, so that a sample is the same on every machine and in every release of a library.
+//! A small deterministic generator, so that a sample is the same on every machine and in every
+//! release of a library.
 
 /// `SplitMix64` (Steele, Lea, Flood, *Fast splittable pseudorandom number generators*, 2014).
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +18,8 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number from 0 to `end` - 1; 0 if `end` is 0. The bias of the remainder is below 1e-14 for what is sampled here.
+    /// A number from 0 to `end` - 1; 0 if `end` is 0. The bias of the remainder is below 1e-14 for
+    /// what is sampled here.
     pub(crate) fn below(&mut self, end: usize) -> usize {
         (self.next() % (end.max(1) as u64)) as usize
     }
@@ -39,7 +41,14 @@ mod tests {
         // first outputs for the seed 1234567, as other implementations print them
         let mut random = Random::new(1_234_567);
         let first: Vec<u64> = (0..3).map(|_| random.next()).collect();
-        assert_eq!(first, [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423]);
+        assert_eq!(
+            first,
+            [
+                6_457_827_717_110_365_317,
+                3_203_168_211_198_807_973,
+                9_817_491_932_198_370_423
+            ]
+        );
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! A fixed sample of the matrix with bounds: every level of gap, friction, inertia, encoder and motion occurs.
+//! A fixed sample of the matrix with bounds: every level of gap, friction, inertia, encoder and
+//! motion occurs.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use lostmotion_study::matrix::summary::{MethodSummary, summary};
@@ -27,36 +28,63 @@ fn run() -> Vec<CellResult> {
 }
 
 fn row(results: &[CellResult], method: &str) -> MethodSummary {
-    summary(results).methods.into_iter().find(|row| row.method == method).unwrap()
+    summary(results)
+        .methods
+        .into_iter()
+        .find(|row| row.method == method)
+        .unwrap()
 }
 
 #[test]
 fn the_fixed_sample_keeps_its_bounds() {
     let results = run();
-    assert!(results.iter().all(|cell| cell.ratios("none") == Some([1.0, 1.0])));
+    assert!(
+        results
+            .iter()
+            .all(|cell| cell.ratios("none") == Some([1.0, 1.0]))
+    );
 
     // told everything: what a predicted flank and a planned traverse can do
     let lookup = row(&results, "lookup");
     let rms = lookup.rms_ratio.unwrap();
     assert!(rms.median < 0.05 && rms.worst < 0.35, "{rms:?}");
-    assert_eq!((lookup.worse_rms, lookup.worse_max, lookup.hunts), (0, 0, 0));
+    assert_eq!(
+        (lookup.worse_rms, lookup.worse_max, lookup.hunts),
+        (0, 0, 0)
+    );
 
     // told nothing
     let adaptive = row(&results, "adaptive");
     let (rms, max) = (adaptive.rms_ratio.unwrap(), adaptive.max_ratio.unwrap());
     assert!(rms.median < 0.02 && rms.worst < 0.2, "{rms:?}");
     assert!(max.median < 0.1 && max.worst < 0.5, "{max:?}");
-    assert_eq!((adaptive.worse_rms, adaptive.worse_max, adaptive.hunts, adaptive.saturated), (0, 0, 0, 0));
+    assert_eq!(
+        (
+            adaptive.worse_rms,
+            adaptive.worse_max,
+            adaptive.hunts,
+            adaptive.saturated
+        ),
+        (0, 0, 0, 0)
+    );
     assert!(adaptive.gap_error.unwrap().median < 0.015, "{adaptive:?}");
 
     // does harm on arcs, and the more the coarser the encoder
     let published = row(&results, "published");
-    assert!(published.worse_rms >= 5 && published.rms_ratio.unwrap().worst > 100.0, "{published:?}");
+    assert!(
+        published.worse_rms >= 5 && published.rms_ratio.unwrap().worst > 100.0,
+        "{published:?}"
+    );
 
     // nothing does better than physics allows
     for cell in &results {
         for figures in &cell.methods {
-            assert!(figures.max_um > cell.limit_max_um, "{} {figures:?} {}", cell.cell, cell.limit_max_um);
+            assert!(
+                figures.max_um > cell.limit_max_um,
+                "{} {figures:?} {}",
+                cell.cell,
+                cell.limit_max_um
+            );
         }
     }
 }

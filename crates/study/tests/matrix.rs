@@ -23,40 +23,79 @@ const SHORT: [&str; 4] = [
 
 fn run_short(threads: usize) -> Vec<CellResult> {
     let cells = SHORT.map(cell);
-    run_cells(&cells, &names(&["fixed", "adaptive"]), threads, &mut |_, _| Ok(())).unwrap()
+    run_cells(
+        &cells,
+        &names(&["fixed", "adaptive"]),
+        threads,
+        &mut |_, _| Ok(()),
+    )
+    .unwrap()
 }
 
 #[test]
 fn a_slow_load_with_friction_lies_half_the_gap_behind() {
-    // friction of 30 % winds the shaft up by 3.3/2400 rad = 4.4 um on either machine; what backlash adds is half the gap, all the time
-    let result = run_cell(&cell("circle25-f300-ccw-g20-t30-v0-j1-ideal-steady"), &[], None).unwrap();
+    // friction of 30 % winds the shaft up by 3.3/2400 rad = 4.4 um on either machine; what backlash
+    // adds is half the gap, all the time
+    let result = run_cell(
+        &cell("circle25-f300-ccw-g20-t30-v0-j1-ideal-steady"),
+        &[],
+        None,
+    )
+    .unwrap();
     for rms in result.methods[0].axis_rms_um {
         assert!((rms / 10.0 - 1.0).abs() < 0.02, "{rms}");
     }
-    // both along the radius of a circle: half the gap times (|cos phi| - |sin phi|), whose RMS over a turn is half the gap times sqrt(1 - 2/pi)
-    // at this feed the time in the gap adds two parts in a hundred
+    // both along the radius of a circle: half the gap times (|cos phi| - |sin phi|), whose RMS over
+    // a turn is half the gap times sqrt(1 - 2/pi) at this feed the time in the gap adds two parts
+    // in a hundred
     let expected = 10.0 * (1.0 - std::f64::consts::FRAC_2_PI).sqrt();
-    assert!((result.methods[0].rms_um / expected - 1.0).abs() < 0.03, "{} {expected}", result.methods[0].rms_um);
+    assert!(
+        (result.methods[0].rms_um / expected - 1.0).abs() < 0.03,
+        "{} {expected}",
+        result.methods[0].rms_um
+    );
 }
 
 #[test]
 fn both_ways_round_are_alike() {
-    let [one, other] = ["ccw", "cw"]
-        .map(|way| run_cell(&cell(&format!("circle10-f3000-{way}-g20-t10-v20-j2-ideal-steady")), &names(&["fixed"]), None).unwrap());
+    let [one, other] = ["ccw", "cw"].map(|way| {
+        run_cell(
+            &cell(&format!("circle10-f3000-{way}-g20-t10-v20-j2-ideal-steady")),
+            &names(&["fixed"]),
+            None,
+        )
+        .unwrap()
+    });
     for (one, other) in one.methods.iter().zip(&other.methods) {
-        assert!((one.rms_um / other.rms_um - 1.0).abs() < 1e-3, "{one:?} {other:?}");
+        assert!(
+            (one.rms_um / other.rms_um - 1.0).abs() < 1e-3,
+            "{one:?} {other:?}"
+        );
     }
 }
 
 #[test]
 fn every_motion_reverses_more_than_four_times_and_is_as_fast_as_its_name() {
     for shape in lostmotion_study::matrix::FACTORS[0].levels {
-        let result = run_cell(&cell(&format!("{shape}-f10000-cw-g5-t10-v0-j1-ideal-steady")), &[], None).unwrap();
-        assert!(result.reversals.iter().all(|count| *count >= 8), "{shape} {:?}", result.reversals);
+        let result = run_cell(
+            &cell(&format!("{shape}-f10000-cw-g5-t10-v0-j1-ideal-steady")),
+            &[],
+            None,
+        )
+        .unwrap();
+        assert!(
+            result.reversals.iter().all(|count| *count >= 8),
+            "{shape} {:?}",
+            result.reversals
+        );
         assert!(result.samples > 4000, "{shape} {}", result.samples);
         if shape.starts_with("circle") {
             // the time law comes near a limit of speed, not onto it
-            assert!((result.reached_mm_min / 1e4 - 1.0).abs() < 1e-3, "{shape} {}", result.reached_mm_min);
+            assert!(
+                (result.reached_mm_min / 1e4 - 1.0).abs() < 1e-3,
+                "{shape} {}",
+                result.reached_mm_min
+            );
         }
     }
 }
@@ -68,12 +107,19 @@ fn every_machine_is_sound() {
             let id = format!("circle10-f10000-ccw-g2-{friction}-v20-{ratio}-e20-steady");
             let axis = machine::axis(&cell(&id)).unwrap();
             let wanted: f64 = ratio[1..].parse().unwrap();
-            assert!((axis.reflected_load().inertia_kgm2 / axis.motor.inertia_kgm2 - wanted).abs() < 1e-12);
+            assert!(
+                (axis.reflected_load().inertia_kgm2 / axis.motor.inertia_kgm2 - wanted).abs()
+                    < 1e-12
+            );
             assert!((axis.gap_in_unit() - 0.002).abs() < 1e-12);
             // the planner's largest acceleration with all friction stays within the drive's torque
             let inertia = axis.motor.inertia_kgm2 + axis.reflected_load().inertia_kgm2;
-            let torque = inertia * 7000.0 * axis.transmission.motor_rad_per_unit() + axis.reflected_load().coulomb_nm;
-            assert!(torque < axis.motor.torque_constant_nm_per_a * axis.drive.current_limit_a, "{ratio} {torque}");
+            let torque = inertia * 7000.0 * axis.transmission.motor_rad_per_unit()
+                + axis.reflected_load().coulomb_nm;
+            assert!(
+                torque < axis.motor.torque_constant_nm_per_a * axis.drive.current_limit_a,
+                "{ratio} {torque}"
+            );
         }
     }
 }
@@ -93,7 +139,11 @@ fn a_journal_gives_back_what_was_put_in() {
     }
     let found = read(&text, &header).unwrap();
     assert_eq!(found.whole_bytes, text.len());
-    assert!(results.iter().all(|result| found.results.get(&result.cell) == Some(result)));
+    assert!(
+        results
+            .iter()
+            .all(|result| found.results.get(&result.cell) == Some(result))
+    );
     // stopped in the middle of a line: that cell counts for nothing
     let cut = read(&text[..text.len() - 20], &header).unwrap();
     assert_eq!(cut.results.len(), 3);
@@ -107,10 +157,25 @@ fn journals_of_other_studies_and_broken_ones_are_refused() {
     let header = Header::new(Some(4), 1, &names(&["fixed"]));
     let mut text = line(&Header::new(Some(4), 2, &names(&["fixed"]))).unwrap();
     let refused = read(&text, &header).unwrap_err();
-    assert!(matches!(refused, StudyError::OtherStudy { what: "the seed", .. }), "{refused}");
+    assert!(
+        matches!(
+            refused,
+            StudyError::OtherStudy {
+                what: "the seed",
+                ..
+            }
+        ),
+        "{refused}"
+    );
     text = line(&header).unwrap() + "{\"cell\":\"circle5\"}\n";
-    assert!(matches!(read(&text, &header), Err(StudyError::Journal { line: 2, .. })));
-    assert!(matches!(read("nonsense\n", &header), Err(StudyError::Journal { line: 1, .. })));
+    assert!(matches!(
+        read(&text, &header),
+        Err(StudyError::Journal { line: 2, .. })
+    ));
+    assert!(matches!(
+        read("nonsense\n", &header),
+        Err(StudyError::Journal { line: 1, .. })
+    ));
 }
 
 #[test]
@@ -131,6 +196,11 @@ fn a_trace_shows_what_the_figures_sum_up() {
 
 #[test]
 fn an_unknown_method_is_refused_with_the_cell_named() {
-    let error = run_cell(&cell(SHORT[0]), &names(&["magic"]), None).unwrap_err().to_string();
-    assert!(error.contains("cell circle5-f3000") && error.contains("magic"), "{error}");
+    let error = run_cell(&cell(SHORT[0]), &names(&["magic"]), None)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("cell circle5-f3000") && error.contains("magic"),
+        "{error}"
+    );
 }

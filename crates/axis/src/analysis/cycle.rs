@@ -16,9 +16,10 @@ const TURNS: usize = 9;
 
 /// Watches a load while its reference stands still.
 ///
-/// Constant memory. A turning point counts where the load has come back from it by more than `least_swing`. A limit cycle is told from
-/// what dies away by the last four swings: none may be smaller than nine tenths of the one before (ringing), and the last two may not
-/// take longer than the first two by more than a twentieth (a load that bounces between its flanks, ever slower).
+/// Constant memory. A turning point counts where the load has come back from it by more than
+/// `least_swing`. A limit cycle is told from what dies away by the last four swings: none may be
+/// smaller than nine tenths of the one before (ringing), and the last two may not take longer than
+/// the first two by more than a twentieth (a load that bounces between its flanks, ever slower).
 #[derive(Clone, Debug, PartialEq)]
 pub struct CycleDetector {
     least_swing: f64,
@@ -33,7 +34,8 @@ pub struct CycleDetector {
 }
 
 impl CycleDetector {
-    /// For samples at a period, and swings (peak to peak) above a least one, in the unit of the positions.
+    /// For samples at a period, and swings (peak to peak) above a least one, in the unit of the
+    /// positions.
     pub fn new(period_s: f64, least_swing: f64) -> CycleDetector {
         let nowhere = (0.0, 0);
         CycleDetector {
@@ -84,12 +86,19 @@ impl CycleDetector {
         let period_s = (last - first) as f64 * self.period_s / (TURNS / 2) as f64;
         // a swing that has come to rest makes no more turns
         let since = (self.sample - last) as f64 * self.period_s;
-        let swings: Vec<f64> = self.turns.windows(2).map(|pair| (pair[1].0 - pair[0].0).abs()).collect();
+        let swings: Vec<f64> = self
+            .turns
+            .windows(2)
+            .map(|pair| (pair[1].0 - pair[0].0).abs())
+            .collect();
         let keeps = swings.windows(2).all(|pair| pair[1] > 0.9 * pair[0]);
         let middle = self.turns[TURNS / 2].1;
         let steady = (last - middle) as f64 <= 1.05 * (middle - first) as f64;
         let mean = swings.iter().sum::<f64>() / swings.len() as f64;
-        (keeps && steady && since < 2.0 * period_s).then(|| Cycle { amplitude: 0.5 * mean, frequency_hz: 1.0 / period_s })
+        (keeps && steady && since < 2.0 * period_s).then(|| Cycle {
+            amplitude: 0.5 * mean,
+            frequency_hz: 1.0 / period_s,
+        })
     }
 }
 
@@ -110,11 +119,28 @@ mod tests {
     #[test]
     fn a_swing_is_seen_and_ringing_is_not() {
         let found = watch(|t| 0.02 * math::sin(std::f64::consts::TAU * 8.0 * t)).unwrap();
-        assert!((found.frequency_hz / 8.0 - 1.0).abs() < 1e-2 && (found.amplitude / 0.02 - 1.0).abs() < 1e-3, "{found:?}");
-        assert_eq!(watch(|t| 0.02 * math::exp(-2.0 * t) * math::sin(50.0 * t)), None);
-        assert_eq!(watch(|t| if t < 1.5 { 0.02 * math::sin(50.0 * t) } else { 0.0 }), None);
+        assert!(
+            (found.frequency_hz / 8.0 - 1.0).abs() < 1e-2
+                && (found.amplitude / 0.02 - 1.0).abs() < 1e-3,
+            "{found:?}"
+        );
+        assert_eq!(
+            watch(|t| 0.02 * math::exp(-2.0 * t) * math::sin(50.0 * t)),
+            None
+        );
+        assert_eq!(
+            watch(|t| if t < 1.5 {
+                0.02 * math::sin(50.0 * t)
+            } else {
+                0.0
+            }),
+            None
+        );
         // ever slower
-        assert_eq!(watch(|t| 0.02 * math::sin(40.0 * math::log(1.0 + 2.0 * t))), None);
+        assert_eq!(
+            watch(|t| 0.02 * math::sin(40.0 * math::log(1.0 + 2.0 * t))),
+            None
+        );
         assert_eq!(watch(|t| 2e-4 * math::sin(50.0 * t)), None);
     }
 }

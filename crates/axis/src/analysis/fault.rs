@@ -40,13 +40,31 @@ impl Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let LoopAnalysis { kind, regime, margins, .. } = self.at();
+        let LoopAnalysis {
+            kind,
+            regime,
+            margins,
+            ..
+        } = self.at();
         match self {
             Fault::Unstable(_) => {
-                write!(f, "the {kind} is unstable {regime}: largest pole {:.4}", margins.spectral_radius)?;
-                let gain = margins.gain_margin_db.map(|db| format!(", gain margin {db:.1} dB"));
-                let phase = margins.phase_margin_deg.map(|deg| format!(", phase margin {deg:.1} deg"));
-                write!(f, "{}{}", gain.unwrap_or_default(), phase.unwrap_or_default())
+                write!(
+                    f,
+                    "the {kind} is unstable {regime}: largest pole {:.4}",
+                    margins.spectral_radius
+                )?;
+                let gain = margins
+                    .gain_margin_db
+                    .map(|db| format!(", gain margin {db:.1} dB"));
+                let phase = margins
+                    .phase_margin_deg
+                    .map(|deg| format!(", phase margin {deg:.1} deg"));
+                write!(
+                    f,
+                    "{}{}",
+                    gain.unwrap_or_default(),
+                    phase.unwrap_or_default()
+                )
             }
             Fault::Phase(_, least) => {
                 write!(
@@ -67,15 +85,27 @@ impl fmt::Display for Fault {
 }
 
 impl AxisAnalysis {
-    /// The first thing wrong with the tuning, innermost loop first: instability, then margins below those that the axis asks for.
+    /// The first thing wrong with the tuning, innermost loop first: instability, then margins below
+    /// those that the axis asks for.
     pub fn fault(&self, config: &AxisConfig) -> Option<Fault> {
         let least = config.drive.least_margins;
-        let unstable = self.loops.iter().find(|at| !at.margins.stable()).map(|at| Fault::Unstable(*at));
+        let unstable = self
+            .loops
+            .iter()
+            .find(|at| !at.margins.stable())
+            .map(|at| Fault::Unstable(*at));
         let short = |at: &LoopAnalysis| {
-            if at.margins.phase_margin_deg.is_some_and(|deg| deg < least.phase_deg) {
+            if at
+                .margins
+                .phase_margin_deg
+                .is_some_and(|deg| deg < least.phase_deg)
+            {
                 return Some(Fault::Phase(*at, least.phase_deg));
             }
-            at.margins.gain_margin_db.is_some_and(|db| db < least.gain_db).then_some(Fault::Gain(*at, least.gain_db))
+            at.margins
+                .gain_margin_db
+                .is_some_and(|db| db < least.gain_db)
+                .then_some(Fault::Gain(*at, least.gain_db))
         };
         unstable.or_else(|| self.loops.iter().find_map(short))
     }

@@ -11,7 +11,10 @@ pub(super) struct Matrix {
 
 impl Matrix {
     pub(super) fn zero(size: usize) -> Matrix {
-        Matrix { size, entries: vec![0.0; size * size] }
+        Matrix {
+            size,
+            entries: vec![0.0; size * size],
+        }
     }
 
     pub(super) fn identity(size: usize) -> Matrix {
@@ -45,7 +48,11 @@ impl Matrix {
 
     pub(super) fn product(&self, other: &Matrix) -> Matrix {
         let mut out = Matrix::zero(self.size);
-        for (target, row) in out.entries.chunks_mut(self.size.max(1)).zip(self.entries.chunks(self.size.max(1))) {
+        for (target, row) in out
+            .entries
+            .chunks_mut(self.size.max(1))
+            .zip(self.entries.chunks(self.size.max(1)))
+        {
             for (factor, other_row) in row.iter().zip(other.entries.chunks(self.size.max(1))) {
                 for (sum, entry) in target.iter_mut().zip(other_row) {
                     *sum += factor * entry;
@@ -57,8 +64,17 @@ impl Matrix {
 
     /// Largest sum of magnitudes in a row; not a number if an entry is not.
     fn norm(&self) -> f64 {
-        let rows = self.entries.chunks(self.size.max(1)).map(|row| row.iter().map(|entry| entry.abs()).sum());
-        rows.fold(0.0, |largest: f64, sum: f64| if sum > largest || sum.is_nan() { sum } else { largest })
+        let rows = self
+            .entries
+            .chunks(self.size.max(1))
+            .map(|row| row.iter().map(|entry| entry.abs()).sum());
+        rows.fold(0.0, |largest: f64, sum: f64| {
+            if sum > largest || sum.is_nan() {
+                sum
+            } else {
+                largest
+            }
+        })
     }
 
     /// `exp(self)` by scaling, 20 Taylor terms and squaring.
@@ -81,7 +97,8 @@ impl Matrix {
         (0..squarings).fold(sum, |power, _| power.product(&power))
     }
 
-    /// Largest magnitude of an eigenvalue: `|A^m|^(1/m)` for m = 2^36, by squaring. What is not a number counts as infinite.
+    /// Largest magnitude of an eigenvalue: `|A^m|^(1/m)` for m = 2^36, by squaring. What is not a
+    /// number counts as infinite.
     pub(super) fn spectral_radius(&self) -> f64 {
         let mut power = self.clone().balanced();
         let (mut log, mut weight) = (0.0, 1.0);
@@ -101,8 +118,8 @@ impl Matrix {
         math::exp(log)
     }
 
-    /// A similar matrix whose rows and columns are alike in size (Osborne's iteration, powers of two): states in A, V and rad side by side
-    /// would otherwise cost digits.
+    /// A similar matrix whose rows and columns are alike in size (Osborne's iteration, powers of
+    /// two): states in A, V and rad side by side would otherwise cost digits.
     fn balanced(mut self) -> Matrix {
         for _ in 0..20 {
             let mut changed = false;
@@ -132,7 +149,10 @@ mod tests {
     use super::*;
 
     fn of<const N: usize>(rows: [[f64; N]; N]) -> Matrix {
-        Matrix { size: N, entries: rows.concat() }
+        Matrix {
+            size: N,
+            entries: rows.concat(),
+        }
     }
 
     #[test]

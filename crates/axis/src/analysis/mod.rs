@@ -1,9 +1,12 @@
-//! What linear theory says of an axis: margins of its loops, stability, limit cycles through the gap.
+//! What linear theory says of an axis: margins of its loops, stability, limit cycles through the
+//! gap.
 //!
-//! - [`analyse`]: gain and phase margin, crossover and bandwidth of current, velocity and position loop, on a flank and in the gap, from the
-//!   exact model in discrete time (`model`), with every delay of the drive; and which loop is unstable or has too little margin.
+//! - [`analyse`]: gain and phase margin, crossover and bandwidth of current, velocity and position
+//!   loop, on a flank and in the gap, from the exact model in discrete time (`model`), with every
+//!   delay of the drive; and which loop is unstable or has too little margin.
 //! - [`limit_cycle`]: the oscillation through the gap that the describing function predicts.
-//! - [`simulated_cycle`]: the oscillation that the simulated axis shows after a push; [`CycleDetector`] finds it in any run.
+//! - [`simulated_cycle`]: the oscillation that the simulated axis shows after a push;
+//!   [`CycleDetector`] finds it in any run.
 //!
 //! Nothing here runs while an axis is simulated, but for the detector where somebody asks for it.
 

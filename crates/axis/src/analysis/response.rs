@@ -27,20 +27,32 @@ impl Complex {
     }
 
     pub(super) fn plus(self, other: Complex) -> Complex {
-        Complex { re: self.re + other.re, im: self.im + other.im }
+        Complex {
+            re: self.re + other.re,
+            im: self.im + other.im,
+        }
     }
 
     pub(super) fn times(self, other: Complex) -> Complex {
-        Complex { re: self.re * other.re - self.im * other.im, im: self.re * other.im + self.im * other.re }
+        Complex {
+            re: self.re * other.re - self.im * other.im,
+            im: self.re * other.im + self.im * other.re,
+        }
     }
 
     pub(super) fn scaled(self, factor: f64) -> Complex {
-        Complex { re: self.re * factor, im: self.im * factor }
+        Complex {
+            re: self.re * factor,
+            im: self.im * factor,
+        }
     }
 
     pub(super) fn over(self, other: Complex) -> Complex {
         let size = other.re * other.re + other.im * other.im;
-        self.times(Complex { re: other.re / size, im: -other.im / size })
+        self.times(Complex {
+            re: other.re / size,
+            im: -other.im / size,
+        })
     }
 }
 
@@ -56,9 +68,20 @@ pub(super) struct StateSpace {
 }
 
 impl StateSpace {
-    /// The matrices of a step that is written as code: `step(state, input)` changes the state and returns the output, and is linear.
-    pub(super) fn of(size: usize, period_s: f64, step: impl Fn(&mut [f64], f64) -> f64) -> StateSpace {
-        let mut out = StateSpace { a: Matrix::zero(size), b: vec![0.0; size], c: vec![0.0; size], d: 0.0, period_s };
+    /// The matrices of a step that is written as code: `step(state, input)` changes the state and
+    /// returns the output, and is linear.
+    pub(super) fn of(
+        size: usize,
+        period_s: f64,
+        step: impl Fn(&mut [f64], f64) -> f64,
+    ) -> StateSpace {
+        let mut out = StateSpace {
+            a: Matrix::zero(size),
+            b: vec![0.0; size],
+            c: vec![0.0; size],
+            d: 0.0,
+            period_s,
+        };
         let mut state = vec![0.0; size];
         for column in 0..size {
             state.fill(0.0);
@@ -74,7 +97,8 @@ impl StateSpace {
         out
     }
 
-    /// Largest magnitude of a pole when the output is fed back to the input, `u = -y`. The output must not follow the input at once.
+    /// Largest magnitude of a pole when the output is fed back to the input, `u = -y`. The output
+    /// must not follow the input at once.
     pub(super) fn closed_radius(&self) -> f64 {
         let mut closed = self.a.clone();
         for (row, into) in self.b.iter().enumerate() {
@@ -94,23 +118,48 @@ impl StateSpace {
     pub(super) fn at(&self, frequency_hz: f64) -> Complex {
         let z = Complex::turn(std::f64::consts::TAU * frequency_hz * self.period_s);
         let size = self.a.size();
-        let mut rows: Vec<Vec<Complex>> =
-            (0..size).map(|i| self.a.row(i).iter().map(|entry| Complex { re: -entry, im: 0.0 }).collect()).collect();
+        let mut rows: Vec<Vec<Complex>> = (0..size)
+            .map(|i| {
+                self.a
+                    .row(i)
+                    .iter()
+                    .map(|entry| Complex {
+                        re: -entry,
+                        im: 0.0,
+                    })
+                    .collect()
+            })
+            .collect();
         for (i, row) in rows.iter_mut().enumerate() {
             row[i] = row[i].plus(z);
-            row.push(Complex { re: self.b[i], im: 0.0 });
+            row.push(Complex {
+                re: self.b[i],
+                im: 0.0,
+            });
         }
         let x = solve(rows);
-        let zero = Complex { re: self.d, im: 0.0 };
-        x.iter().zip(&self.c).fold(zero, |sum, (entry, factor)| sum.plus(entry.scaled(*factor)))
+        let zero = Complex {
+            re: self.d,
+            im: 0.0,
+        };
+        x.iter()
+            .zip(&self.c)
+            .fold(zero, |sum, (entry, factor)| sum.plus(entry.scaled(*factor)))
     }
 }
 
-/// Solution of equations given as rows with the right-hand side last: Gauss' elimination with the largest pivot of each column.
+/// Solution of equations given as rows with the right-hand side last: Gauss' elimination with the
+/// largest pivot of each column.
 fn solve(mut rows: Vec<Vec<Complex>>) -> Vec<Complex> {
     let size = rows.len();
     for column in 0..size {
-        let pivot = (column..size).fold(column, |best, row| if rows[row][column].abs() > rows[best][column].abs() { row } else { best });
+        let pivot = (column..size).fold(column, |best, row| {
+            if rows[row][column].abs() > rows[best][column].abs() {
+                row
+            } else {
+                best
+            }
+        });
         rows.swap(column, pivot);
         let (upper, lower) = rows.split_at_mut(column + 1);
         let pivot_row = &upper[column];
@@ -123,7 +172,9 @@ fn solve(mut rows: Vec<Vec<Complex>>) -> Vec<Complex> {
     }
     let mut x = vec![Complex::default(); size];
     for i in (0..size).rev() {
-        let known = (i + 1..size).fold(rows[i][size], |sum, j| sum.plus(rows[i][j].times(x[j]).scaled(-1.0)));
+        let known = (i + 1..size).fold(rows[i][size], |sum, j| {
+            sum.plus(rows[i][j].times(x[j]).scaled(-1.0))
+        });
         x[i] = known.over(rows[i][i]);
     }
     x
@@ -147,10 +198,16 @@ mod tests {
         for f in [1.0, 30.0, 400.0] {
             let half = std::f64::consts::PI * f * period;
             let got = system.at(f);
-            assert!((got.abs() * 2.0 * math::sin(half) / period - 1.0).abs() < 1e-12, "{f}");
+            assert!(
+                (got.abs() * 2.0 * math::sin(half) / period - 1.0).abs() < 1e-12,
+                "{f}"
+            );
             // T z^-3/(1 - 1/z) = T z^-2.5/(2 j sin(wT/2))
             let phase = -std::f64::consts::FRAC_PI_2 - 5.0 * half;
-            assert!((Complex::turn(phase).over(got).phase()).abs() < 1e-12, "{f}");
+            assert!(
+                (Complex::turn(phase).over(got).phase()).abs() < 1e-12,
+                "{f}"
+            );
         }
     }
 }

@@ -14,10 +14,14 @@ const RUN_S: f64 = 4.0;
 /// Length of the push, s.
 const PUSH_S: f64 = 0.04;
 
-/// What an axis that has been checked does after a quick move of one and a half gaps: the limit cycle it is in four seconds later, in its own
-/// unit, if it is in one. The position loop is closed on the motor or on the load.
+/// What an axis that has been checked does after a quick move of one and a half gaps: the limit
+/// cycle it is in four seconds later, in its own unit, if it is in one. The position loop is closed
+/// on the motor or on the load.
 pub fn simulated_cycle(config: &AxisConfig, feedback: Feedback) -> Option<Cycle> {
-    let config = AxisConfig { interpolator: Interpolator::QuinticHermite, ..config.clone() };
+    let config = AxisConfig {
+        interpolator: Interpolator::QuinticHermite,
+        ..config.clone()
+    };
     match feedback {
         Feedback::Motor => watch(&config, AxisSim::new(&config, Uncompensated, 0.0)),
         Feedback::Load => watch(&config, AxisSim::new(&config, LoadFeedback, 0.0)),

@@ -1,4 +1,5 @@
-//! A group of axes: the servo tick of those with plain drives and the periods of the current loop in vectors, everything else lane by lane.
+//! A group of axes: the servo tick of those with plain drives and the periods of the current loop
+//! in vectors, everything else lane by lane.
 
 use super::kernel::{Periods, Stop};
 use super::lanes::{Lanes, WIDTH};
@@ -9,7 +10,8 @@ use crate::runner::{AxisOutput, AxisRunner};
 use crate::signal::Setpoint;
 use pulp::Arch;
 
-/// Up to [`WIDTH`] axes with the same number of servo ticks in a command cycle and of current periods in a servo tick.
+/// Up to [`WIDTH`] axes with the same number of servo ticks in a command cycle and of current
+/// periods in a servo tick.
 pub(super) struct Group {
     axes: Vec<Box<dyn AxisRunner>>,
     servo_ticks: u32,
@@ -37,12 +39,22 @@ impl Group {
     pub(super) fn new(axis: Box<dyn AxisRunner>, periods: u32) -> Group {
         let servo_ticks = axis.servo_ticks() as u32;
         let lanes = Box::new(Lanes::new(servo_ticks as usize));
-        Group { axes: vec![axis], servo_ticks, periods, lanes, twins: Box::default(), arch: Arch::new(), marks: Marks::default() }
+        Group {
+            axes: vec![axis],
+            servo_ticks,
+            periods,
+            lanes,
+            twins: Box::default(),
+            arch: Arch::new(),
+            marks: Marks::default(),
+        }
     }
 
     /// Whether it has room for one more axis in a group of at most `size`.
     pub(super) fn takes(&self, axis: &dyn AxisRunner, periods: u32, size: usize) -> bool {
-        self.axes.len() < size.min(WIDTH) && self.periods == periods && self.servo_ticks as usize == axis.servo_ticks()
+        self.axes.len() < size.min(WIDTH)
+            && self.periods == periods
+            && self.servo_ticks as usize == axis.servo_ticks()
     }
 
     pub(super) fn add(&mut self, axis: Box<dyn AxisRunner>) {
@@ -58,7 +70,11 @@ impl Group {
     }
 
     /// Setpoints and outputs lane by lane, possibly of different lengths.
-    pub(super) fn push(&mut self, setpoints: &[&[Setpoint]], outputs: &mut [AxisOutput]) -> Vec<Result<(), AxisError>> {
+    pub(super) fn push(
+        &mut self,
+        setpoints: &[&[Setpoint]],
+        outputs: &mut [AxisOutput],
+    ) -> Vec<Result<(), AxisError>> {
         let mut results: Vec<Result<(), AxisError>> = outputs.iter().map(|_| Ok(())).collect();
         let longest = setpoints.iter().map(|list| list.len()).max().unwrap_or(0);
         for (lane, output) in outputs.iter().enumerate() {
@@ -69,7 +85,11 @@ impl Group {
         for tick in 0..longest {
             for (lane, (axis, list)) in self.axes.iter_mut().zip(setpoints).enumerate() {
                 self.marks.running[lane] = false;
-                let (Some(setpoint), Some(result @ Ok(()))) = (list.get(tick), results.get_mut(lane)) else { continue };
+                let (Some(setpoint), Some(result @ Ok(()))) =
+                    (list.get(tick), results.get_mut(lane))
+                else {
+                    continue;
+                };
                 *result = axis.begin_setpoint(setpoint);
                 self.marks.running[lane] = result.is_ok();
             }
@@ -87,9 +107,16 @@ impl Group {
         results
     }
 
-    /// Takes up the axes that begin and those whose numbers may have changed, the setpoints of all, and gives back those that do not go on.
+    /// Takes up the axes that begin and those whose numbers may have changed, the setpoints of all,
+    /// and gives back those that do not go on.
     fn take_up(&mut self, described: &mut [bool; WIDTH], outputs: &mut [AxisOutput]) {
-        let Group { axes, lanes, twins, marks, .. } = self;
+        let Group {
+            axes,
+            lanes,
+            twins,
+            marks,
+            ..
+        } = self;
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs).enumerate() {
             let mut axis = axis.current_loop();
             if !marks.running[lane] {
@@ -97,7 +124,8 @@ impl Group {
                     lanes.release(lane, &mut axis);
                     output.saturated_samples += lanes.loops.saturated_ticks.0[lane] as u64;
                 }
-                (marks.active[lane], marks.resident[lane], marks.asked[lane]) = (false, false, false);
+                (marks.active[lane], marks.resident[lane], marks.asked[lane]) =
+                    (false, false, false);
                 continue;
             }
             if !described[lane] || axis.drifting {
@@ -115,21 +143,45 @@ impl Group {
     }
 
     fn servo_tick(&mut self, index: u32, outputs: &mut [AxisOutput]) {
-        let Group { axes, periods, lanes, twins, arch, marks, .. } = self;
+        let Group {
+            axes,
+            periods,
+            lanes,
+            twins,
+            arch,
+            marks,
+            ..
+        } = self;
         let (lanes, resident) = (&mut **lanes, marks.resident);
-        arch.dispatch(Measure { lanes, index: index as usize, resident });
+        arch.dispatch(Measure {
+            lanes,
+            index: index as usize,
+            resident,
+        });
         if marks.asked.iter().any(|asked| *asked) {
             let mut steps = [const { None }; WIDTH];
-            for (lane, axis) in axes.iter_mut().enumerate().filter(|(lane, _)| marks.asked[*lane]) {
+            for (lane, axis) in axes
+                .iter_mut()
+                .enumerate()
+                .filter(|(lane, _)| marks.asked[*lane])
+            {
                 steps[lane] = axis.begin_compensation(index, &lanes.seen(lane));
             }
             twins.step(*arch, &mut steps, *periods);
-            for (lane, axis) in axes.iter_mut().enumerate().filter(|(lane, _)| marks.asked[*lane]) {
+            for (lane, axis) in axes
+                .iter_mut()
+                .enumerate()
+                .filter(|(lane, _)| marks.asked[*lane])
+            {
                 let correction = axis.finish_compensation(index, &lanes.seen(lane));
                 lanes.loops.correct(lane, &correction);
             }
         }
-        arch.dispatch(Command { lanes, index: index as usize, resident });
+        arch.dispatch(Command {
+            lanes,
+            index: index as usize,
+            resident,
+        });
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
             if !marks.running[lane] || resident[lane] {
                 continue;
@@ -145,7 +197,12 @@ impl Group {
             }
         }
         let mut from = 0;
-        while let Some(stop) = arch.dispatch(Periods { lanes, from, to: *periods, active: marks.active }) {
+        while let Some(stop) = arch.dispatch(Periods {
+            lanes,
+            from,
+            to: *periods,
+            active: marks.active,
+        }) {
             by_themselves(axes, lanes, &stop, &resident);
             from = stop.period + 1;
         }
@@ -163,16 +220,37 @@ impl Group {
 
     /// Appends what the resident lanes showed during a setpoint.
     fn show(&self, outputs: &mut [AxisOutput]) {
-        for (lane, output) in outputs.iter_mut().enumerate().filter(|(lane, _)| self.marks.resident[*lane]) {
-            output.load.extend(self.lanes.loops.shown.iter().map(|[load, _]| load.0[lane]));
-            output.reference.extend(self.lanes.loops.shown.iter().map(|[_, reference]| reference.0[lane]));
+        for (lane, output) in outputs
+            .iter_mut()
+            .enumerate()
+            .filter(|(lane, _)| self.marks.resident[*lane])
+        {
+            output
+                .load
+                .extend(self.lanes.loops.shown.iter().map(|[load, _]| load.0[lane]));
+            output.reference.extend(
+                self.lanes
+                    .loops
+                    .shown
+                    .iter()
+                    .map(|[_, reference]| reference.0[lane]),
+            );
         }
     }
 }
 
 /// The period of the lanes that the kernel has left as they were.
-fn by_themselves(axes: &mut [Box<dyn AxisRunner>], lanes: &mut Lanes, stop: &Stop, resident: &[bool; WIDTH]) {
-    for (lane, axis) in axes.iter_mut().enumerate().filter(|(lane, _)| stop.lanes[*lane]) {
+fn by_themselves(
+    axes: &mut [Box<dyn AxisRunner>],
+    lanes: &mut Lanes,
+    stop: &Stop,
+    resident: &[bool; WIDTH],
+) {
+    for (lane, axis) in axes
+        .iter_mut()
+        .enumerate()
+        .filter(|(lane, _)| stop.lanes[*lane])
+    {
         let mut fast = axis.current_loop();
         if resident[lane] {
             lanes.hand_over(lane, &mut fast);

@@ -5,7 +5,8 @@ use crate::current_loop::CurrentLoop;
 use crate::plant::Lane;
 use crate::runner::Seen;
 
-/// Axes in a group: two of the widest vectors, so that the processor has something to do while one waits for its own results.
+/// Axes in a group: two of the widest vectors, so that the processor has something to do while one
+/// waits for its own results.
 pub const WIDTH: usize = 16;
 
 /// One quantity of all lanes.
@@ -116,7 +117,12 @@ impl Lanes {
 
     /// Takes up the numbers of an axis in the mode it is in; false if it has to step by itself.
     pub(super) fn describe(&mut self, lane: usize, axis: &CurrentLoop<'_>) -> bool {
-        let (Some(servo), Some(plant)) = (axis.servo.current_numbers(), axis.plant.lane(axis.plant_state.mode)) else { return false };
+        let (Some(servo), Some(plant)) = (
+            axis.servo.current_numbers(),
+            axis.plant.lane(axis.plant_state.mode),
+        ) else {
+            return false;
+        };
         let n = &mut self.numbers;
         n.gain.0[lane] = servo.gain;
         n.share.0[lane] = servo.share;
@@ -145,8 +151,17 @@ impl Lanes {
         put(&mut n.holding, lane, plant.look.holding);
         n.torque_margin.0[lane] = plant.look.torque_margin;
         self.modes[lane] = Some(plant);
-        self.any_pushing = self.modes.iter().flatten().any(|lane| lane.look.push_margin > f64::NEG_INFINITY);
-        self.any_stuck = self.modes.iter().flatten().any(|lane| lane.look.holding.iter().any(|torque| *torque < f64::INFINITY));
+        self.any_pushing = self
+            .modes
+            .iter()
+            .flatten()
+            .any(|lane| lane.look.push_margin > f64::NEG_INFINITY);
+        self.any_stuck = self.modes.iter().flatten().any(|lane| {
+            lane.look
+                .holding
+                .iter()
+                .any(|torque| *torque < f64::INFINITY)
+        });
         true
     }
 
@@ -180,7 +195,8 @@ impl Lanes {
 
     /// Brings a resident axis up to date for a period of its own.
     pub(super) fn hand_over(&self, lane: usize, axis: &mut CurrentLoop<'_>) {
-        self.loops.hand_over(lane, self.inputs.back_emf.0[lane], axis);
+        self.loops
+            .hand_over(lane, self.inputs.back_emf.0[lane], axis);
         self.scatter(lane, axis);
     }
 
@@ -205,7 +221,11 @@ impl Lanes {
 
     /// Takes up an axis' state.
     pub(super) fn gather(&mut self, lane: usize, axis: &CurrentLoop<'_>) {
-        let (s, plant, current) = (&mut self.states, &*axis.plant_state, &axis.servo_state.current);
+        let (s, plant, current) = (
+            &mut self.states,
+            &*axis.plant_state,
+            &axis.servo_state.current,
+        );
         s.current_q.0[lane] = plant.current_q;
         s.current_d.0[lane] = plant.current_d;
         s.gap_angle.0[lane] = plant.gap_angle;
@@ -221,7 +241,11 @@ impl Lanes {
 
     /// Gives an axis its state back.
     pub(super) fn scatter(&self, lane: usize, axis: &mut CurrentLoop<'_>) {
-        let (s, plant, current) = (&self.states, &mut *axis.plant_state, &mut axis.servo_state.current);
+        let (s, plant, current) = (
+            &self.states,
+            &mut *axis.plant_state,
+            &mut axis.servo_state.current,
+        );
         plant.current_q = s.current_q.0[lane];
         plant.current_d = s.current_d.0[lane];
         plant.gap_angle = s.gap_angle.0[lane];

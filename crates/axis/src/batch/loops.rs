@@ -1,7 +1,7 @@
 //! Measuring, position and velocity loop of a group of axes, quantity by quantity.
 //!
-//! A lane that is *resident* has its whole drive here between two setpoints; the axis itself is brought up to date where it steps by itself, and
-//! when it is released.
+//! A lane that is *resident* has its whole drive here between two setpoints; the axis itself is
+//! brought up to date where it steps by itself, and when it is released.
 
 use super::lanes::{Row, WIDTH};
 use crate::compensation::Correction;
@@ -84,21 +84,35 @@ impl Loops {
     /// For so many servo ticks in a setpoint.
     pub(super) fn new(servo_ticks: usize) -> Loops {
         let none = || [Row::default(), Row::default()];
-        let (references, shown) = ((0..=servo_ticks).map(|_| none()).collect(), (0..servo_ticks).map(|_| none()).collect());
-        Loops { references, shown, ..Loops::default() }
+        let (references, shown) = (
+            (0..=servo_ticks).map(|_| none()).collect(),
+            (0..servo_ticks).map(|_| none()).collect(),
+        );
+        Loops {
+            references,
+            shown,
+            ..Loops::default()
+        }
     }
 
     /// Takes up an axis; false if its drive is not a plain one.
     pub(super) fn take_up(&mut self, lane: usize, axis: &CurrentLoop<'_>) -> bool {
-        let Some(numbers) = axis.servo.tick_numbers() else { return false };
+        let Some(numbers) = axis.servo.tick_numbers() else {
+            return false;
+        };
         self.numbers.put(lane, &numbers);
         self.numbers.units.0[lane] = axis.units_per_motor_rad;
-        let (s, velocity, current) = (&mut self.states, &axis.servo_state.velocity, &axis.servo_state.current);
+        let (s, velocity, current) = (
+            &mut self.states,
+            &axis.servo_state.velocity,
+            &axis.servo_state.current,
+        );
         s.seen.0[lane] = velocity.position;
         s.reference.0[lane] = velocity.reference;
         s.integral.0[lane] = velocity.integral;
         s.command.0[lane] = velocity.current_command;
-        (s.earlier[0].0[lane], s.earlier[1].0[lane]) = (velocity.earlier_commands[0], velocity.earlier_commands[1]);
+        (s.earlier[0].0[lane], s.earlier[1].0[lane]) =
+            (velocity.earlier_commands[0], velocity.earlier_commands[1]);
         s.first.0[lane] = current.first;
         s.electric_speed.0[lane] = current.electric_speed;
         self.saturated_ticks.0[lane] = 0.0;
@@ -122,7 +136,11 @@ impl Loops {
     }
 
     pub(super) fn correct(&mut self, lane: usize, by: &Correction) {
-        for (row, value) in self.correction.iter_mut().zip([by.position, by.velocity, by.torque, by.feedback]) {
+        for (row, value) in
+            self.correction
+                .iter_mut()
+                .zip([by.position, by.velocity, by.torque, by.feedback])
+        {
             row.0[lane] = value;
         }
     }

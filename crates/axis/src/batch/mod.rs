@@ -1,11 +1,15 @@
 //! Several variants of an axis side by side: methods, gaps, gains, or whole axes.
 //!
-//! Most of an axis' time goes into the periods of the current loop. A batch takes them for up to [`WIDTH`] axes at once with the widest vectors
-//! the processor has (`kernel`), operation by operation in the order of the single axis, without contracting products and sums: so
-//! the results are those of single runs to the last bit. A lane in whose period something happens that is no plain product
-//! (a contact made or broken, friction that stops or breaks away, a voltage at its limit) takes that period by itself, as a single axis does. Measuring, position and
-//! velocity loop are vectors, too (`tick`), for drives without filters, friction feed-forward and delayed commands whose axes neither drift nor
-//! keep a trace; the others do them lane by lane, and so do all compensators but `none`, which is not asked. Groups of lanes run on all threads of the rayon pool in force.
+//! Most of an axis' time goes into the periods of the current loop. A batch takes them for up to
+//! [`WIDTH`] axes at once with the widest vectors the processor has (`kernel`), operation by
+//! operation in the order of the single axis, without contracting products and sums: so the results
+//! are those of single runs to the last bit. A lane in whose period something happens that is no
+//! plain product (a contact made or broken, friction that stops or breaks away, a voltage at its
+//! limit) takes that period by itself, as a single axis does. Measuring, position and velocity loop
+//! are vectors, too (`tick`), for drives without filters, friction feed-forward and delayed
+//! commands whose axes neither drift nor keep a trace; the others do them lane by lane, and so do
+//! all compensators but `none`, which is not asked. Groups of lanes run on all threads of the rayon
+//! pool in force.
 
 mod current;
 mod group;
@@ -31,7 +35,8 @@ pub struct AxisBatch {
 }
 
 impl AxisBatch {
-    /// Of axes that need not be alike. Those with the same cycles share vectors best if they are neighbours.
+    /// Of axes that need not be alike. Those with the same cycles share vectors best if they are
+    /// neighbours.
     pub fn new(axes: Vec<Box<dyn AxisRunner>>) -> AxisBatch {
         // no thread idle while another has more than it needs
         let size = axes.len().div_ceil(rayon::current_num_threads().max(1));
@@ -61,12 +66,18 @@ impl AxisBatch {
         self.groups.iter().flat_map(Group::axes)
     }
 
-    /// Gives each axis its setpoints and an output to append to, as [`AxisRunner::push`] does; `setpoints` and `outputs` are in the order of the
-    /// axes, and what is missing in one of them leaves its axis where it is.
+    /// Gives each axis its setpoints and an output to append to, as [`AxisRunner::push`] does;
+    /// `setpoints` and `outputs` are in the order of the axes, and what is missing in one of them
+    /// leaves its axis where it is.
     ///
     /// # Errors
-    /// Those of each axis, in their order. The setpoints before the faulty one have been taken; other axes go on.
-    pub fn push(&mut self, setpoints: &[&[Setpoint]], outputs: &mut [AxisOutput]) -> Vec<Result<(), AxisError>> {
+    /// Those of each axis, in their order. The setpoints before the faulty one have been taken;
+    /// other axes go on.
+    pub fn push(
+        &mut self,
+        setpoints: &[&[Setpoint]],
+        outputs: &mut [AxisOutput],
+    ) -> Vec<Result<(), AxisError>> {
         let mut tasks = Vec::with_capacity(self.groups.len());
         let (mut setpoints, mut outputs) = (setpoints, outputs);
         for group in &mut self.groups {
@@ -76,8 +87,10 @@ impl AxisBatch {
             (setpoints, outputs) = (others, other_outputs);
             tasks.push((group, mine, my_outputs));
         }
-        let results: Vec<Vec<Result<(), AxisError>>> =
-            tasks.into_par_iter().map(|(group, setpoints, outputs)| group.push(setpoints, outputs)).collect();
+        let results: Vec<Vec<Result<(), AxisError>>> = tasks
+            .into_par_iter()
+            .map(|(group, setpoints, outputs)| group.push(setpoints, outputs))
+            .collect();
         results.into_iter().flatten().collect()
     }
 }

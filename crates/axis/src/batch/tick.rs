@@ -1,4 +1,5 @@
-//! The servo tick for all resident lanes: what `Servo::measure` and `Servo::command` do, operation by operation.
+//! The servo tick for all resident lanes: what `Servo::measure` and `Servo::command` do, operation
+//! by operation.
 
 use super::lanes::{Lanes, WIDTH};
 use super::loops::DriveNumbers;
@@ -21,7 +22,11 @@ pub(super) struct Command<'a> {
 
 /// Vectors that hold all marked lanes.
 pub(super) fn parts<S: Simd>(marked: &[bool; WIDTH]) -> usize {
-    marked.iter().rposition(|marked| *marked).map_or(0, |last| last + 1).div_ceil(S::F64_LANES)
+    marked
+        .iter()
+        .rposition(|marked| *marked)
+        .map_or(0, |last| last + 1)
+        .div_ceil(S::F64_LANES)
 }
 
 impl WithSimd for Measure<'_> {
@@ -51,13 +56,20 @@ impl<S: Simd> Vector<S> {
     fn measure(self, lanes: &mut Lanes, index: usize) {
         let (x, loops) = (&mut lanes.states, &mut lanes.loops);
         let (n, s) = (&loops.numbers, &mut loops.states);
-        let (load, current, step) = (self.get(&x.position), self.get(&x.current_q), self.get(&n.encoder_step));
+        let (load, current, step) = (
+            self.get(&x.position),
+            self.get(&x.current_q),
+            self.get(&n.encoder_step),
+        );
         let place = self.add(load, self.get(&x.gap_angle));
         let counted = self.mul(self.round(self.div(place, step)), step);
         let position = self.choose(self.less(self.all(0.0), step), counted, place);
         let velocity = self.div(self.sub(position, self.get(&s.seen)), self.get(&n.period));
         let change = self.mul(self.all(0.5), self.sub(current, self.get(&s.first)));
-        let mean = self.div(self.add(self.get(&x.sum), change), self.get(&n.current_steps));
+        let mean = self.div(
+            self.add(self.get(&x.sum), change),
+            self.get(&n.current_steps),
+        );
         let units = self.get(&n.units);
         let reference = self.get(&loops.references[index][0]);
         self.put(&mut s.seen, position);
@@ -73,7 +85,8 @@ impl<S: Simd> Vector<S> {
     fn command(self, lanes: &mut Lanes, index: usize) {
         let (inputs, loops) = (&mut lanes.inputs, &mut lanes.loops);
         let (n, s, c) = (&loops.numbers, &mut loops.states, &loops.correction);
-        let [position, velocity] = [0, 1].map(|which: usize| self.get(&loops.references[index][which]));
+        let [position, velocity] =
+            [0, 1].map(|which: usize| self.get(&loops.references[index][which]));
         let measured = self.get(&loops.velocity);
         let asked = Asked {
             position,
@@ -86,8 +99,16 @@ impl<S: Simd> Vector<S> {
             integral: self.get(&s.integral),
             limited: self.get(&s.limited),
         };
-        let Commanded { cut, free, integral } = self.velocity_loop(n, &asked);
-        let saturated = self.choose(self.simd.equal_f64s(cut, free), self.all(0.0), self.all(1.0));
+        let Commanded {
+            cut,
+            free,
+            integral,
+        } = self.velocity_loop(n, &asked);
+        let saturated = self.choose(
+            self.simd.equal_f64s(cut, free),
+            self.all(0.0),
+            self.all(1.0),
+        );
         let electric_speed = self.mul(self.get(&n.pole_pairs), measured);
         let (last, before) = (self.get(&s.command), self.get(&s.earlier[0]));
         self.put(&mut s.integral, integral);
@@ -99,31 +120,54 @@ impl<S: Simd> Vector<S> {
         self.put(&mut s.limited, self.all(0.0));
         self.put(&mut s.saturated, saturated);
         self.put(&mut inputs.command, cut);
-        self.put(&mut inputs.cross, self.mul(electric_speed, self.get(&n.inductance)));
-        self.put(&mut inputs.back_emf, self.mul(self.get(&n.back_emf), measured));
+        self.put(
+            &mut inputs.cross,
+            self.mul(electric_speed, self.get(&n.inductance)),
+        );
+        self.put(
+            &mut inputs.back_emf,
+            self.mul(self.get(&n.back_emf), measured),
+        );
     }
 
     /// Position and velocity loop of a plain drive: what `VelocityState::command` computes.
     #[inline(always)]
-    pub(super) fn velocity_loop(self, n: &DriveNumbers, asked: &Asked<S::f64s>) -> Commanded<S::f64s> {
+    pub(super) fn velocity_loop(
+        self,
+        n: &DriveNumbers,
+        asked: &Asked<S::f64s>,
+    ) -> Commanded<S::f64s> {
         let (zero, period, c) = (self.all(0.0), self.get(&n.period), &asked.correction);
         let mean_velocity = self.div(self.sub(asked.position, asked.last_position), period);
         let mean_acceleration = self.div(self.sub(asked.next_velocity, asked.velocity), period);
         let position_error = self.sub(self.add(asked.position, c[0]), self.sub(asked.seen, c[3]));
         let fed = self.mul(self.get(&n.velocity_feedforward), mean_velocity);
-        let wanted = self.add(self.add(self.mul(self.get(&n.position_gain), position_error), fed), c[1]);
-        let torque = self.add(self.mul(self.get(&n.inertia_feedforward), mean_acceleration), c[2]);
+        let wanted = self.add(
+            self.add(self.mul(self.get(&n.position_gain), position_error), fed),
+            c[1],
+        );
+        let torque = self.add(
+            self.mul(self.get(&n.inertia_feedforward), mean_acceleration),
+            c[2],
+        );
 
         let error = self.sub(wanted, asked.measured);
         let push = self.mul(self.get(&n.velocity_gain), error);
-        let free = self.add(self.add(push, asked.integral), self.div(torque, self.get(&n.torque_constant)));
+        let free = self.add(
+            self.add(push, asked.integral),
+            self.div(torque, self.get(&n.torque_constant)),
+        );
         let most = self.get(&n.current_limit);
         let cut = self.clamp(free, self.simd.neg_f64s(most), most);
 
         let outward = self.less(zero, self.mul(error, cut));
         let held = self.both(self.less(zero, asked.limited), outward);
         let gain = self.add(self.choose(held, zero, push), self.sub(cut, free));
-        Commanded { cut, free, integral: self.add(asked.integral, self.mul(self.get(&n.velocity_share), gain)) }
+        Commanded {
+            cut,
+            free,
+            integral: self.add(asked.integral, self.mul(self.get(&n.velocity_share), gain)),
+        }
     }
 }
 

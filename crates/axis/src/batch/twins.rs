@@ -1,7 +1,8 @@
-//! The models that compensators have of their own axes (`compensation::twin`), stepped side by side: what `Twin::step` does, operation by operation.
+//! The models that compensators have of their own axes (`compensation::twin`), stepped side by
+//! side: what `Twin::step` does, operation by operation.
 //!
-//! Each tick they are taken up from their compensators and given back, so these need not know that they have company. One whose voltage would be cut is
-//! left as it was and steps by itself.
+//! Each tick they are taken up from their compensators and given back, so these need not know that
+//! they have company. One whose voltage would be cut is left as it was and steps by itself.
 
 use super::lanes::{Row, WIDTH};
 use super::loops::DriveNumbers;
@@ -67,12 +68,18 @@ impl Twins {
     }
 
     /// Steps all that there are.
-    pub(super) fn step(&mut self, arch: Arch, steps: &mut [Option<TwinStep<'_>>; WIDTH], periods: u32) {
+    pub(super) fn step(
+        &mut self,
+        arch: Arch,
+        steps: &mut [Option<TwinStep<'_>>; WIDTH],
+        periods: u32,
+    ) {
         let mut taken = [false; WIDTH];
         for (lane, step) in steps.iter().enumerate() {
             let Some(step) = step else { continue };
             if !self.known[lane] {
-                (self.plain[lane], self.known[lane]) = (self.numbers.put(lane, step.twin.twin), true);
+                (self.plain[lane], self.known[lane]) =
+                    (self.numbers.put(lane, step.twin.twin), true);
             }
             if self.plain[lane] {
                 self.states.take(lane, step);
@@ -80,12 +87,17 @@ impl Twins {
             }
         }
         if taken.iter().any(|taken| *taken) {
-            arch.dispatch(Steps { twins: self, taken, periods });
+            arch.dispatch(Steps {
+                twins: self,
+                taken,
+                periods,
+            });
         }
         for (lane, step) in steps.iter_mut().enumerate() {
             let Some(step) = step.take() else { continue };
             if taken[lane] && self.states.cut.0[lane] <= 0.0 {
-                self.states.give(lane, step.twin.state, step.reference.position);
+                self.states
+                    .give(lane, step.twin.state, step.reference.position);
             } else {
                 step.run();
             }
@@ -96,7 +108,11 @@ impl Twins {
 impl Numbers {
     /// Takes up a twin; false if its drive is not a plain one.
     fn put(&mut self, lane: usize, twin: &Twin) -> bool {
-        let (Some(tick), Some(current)) = (twin.servo().tick_numbers(), twin.servo().current_numbers()) else { return false };
+        let (Some(tick), Some(current)) =
+            (twin.servo().tick_numbers(), twin.servo().current_numbers())
+        else {
+            return false;
+        };
         self.drive.put(lane, &tick);
         self.gain.0[lane] = current.gain;
         self.share.0[lane] = current.share;
@@ -130,17 +146,52 @@ fn fill<const N: usize>(rows: &mut [Row; N], lane: usize, values: [f64; N]) {
 
 impl States {
     fn take(&mut self, lane: usize, step: &TwinStep<'_>) {
-        let (state, rates): (&TwinState, Rates) = (step.twin.state, step.twin.twin.rates(&step.twin.load));
-        fill(&mut self.reference, lane, [step.reference.position, step.reference.velocity, step.next.velocity]);
-        let load = [rates.load_constant, rates.load_viscous, rates.load_coulomb, rates.inverse_load, rates.load_step, rates.load_most];
-        fill(&mut self.rates, lane, [load[0], load[1], load[2], load[3], load[4], load[5], rates.stiffness, rates.damping, rates.give]);
-        let (velocity, current, plant) = (&state.servo.velocity, &state.servo.current, &state.plant);
+        let (state, rates): (&TwinState, Rates) =
+            (step.twin.state, step.twin.twin.rates(&step.twin.load));
+        fill(
+            &mut self.reference,
+            lane,
+            [
+                step.reference.position,
+                step.reference.velocity,
+                step.next.velocity,
+            ],
+        );
+        let load = [
+            rates.load_constant,
+            rates.load_viscous,
+            rates.load_coulomb,
+            rates.inverse_load,
+            rates.load_step,
+            rates.load_most,
+        ];
+        fill(
+            &mut self.rates,
+            lane,
+            [
+                load[0],
+                load[1],
+                load[2],
+                load[3],
+                load[4],
+                load[5],
+                rates.stiffness,
+                rates.damping,
+                rates.give,
+            ],
+        );
+        let (velocity, current, plant) =
+            (&state.servo.velocity, &state.servo.current, &state.plant);
         self.seen.0[lane] = velocity.position;
         self.last_position.0[lane] = velocity.reference;
         self.integral.0[lane] = velocity.integral;
         self.command.0[lane] = velocity.current_command;
         self.limited.0[lane] = f64::from(u8::from(current.limited));
-        fill(&mut self.fast_integral, lane, [current.integral_d, current.integral_q]);
+        fill(
+            &mut self.fast_integral,
+            lane,
+            [current.integral_d, current.integral_q],
+        );
         fill(&mut self.pending, lane, current.pending);
         self.sum.0[lane] = current.sum;
         fill(&mut self.current, lane, [plant.current_d, plant.current_q]);
@@ -152,7 +203,11 @@ impl States {
     }
 
     fn give(&self, lane: usize, state: &mut TwinState, reference: f64) {
-        let (velocity, current, plant) = (&mut state.servo.velocity, &mut state.servo.current, &mut state.plant);
+        let (velocity, current, plant) = (
+            &mut state.servo.velocity,
+            &mut state.servo.current,
+            &mut state.plant,
+        );
         velocity.position = self.seen.0[lane];
         velocity.reference = reference;
         velocity.integral = self.integral.0[lane];
@@ -161,7 +216,8 @@ impl States {
         current.limited = false;
         current.electric_speed = self.electric_speed.0[lane];
         current.back_emf = self.back_emf.0[lane];
-        (current.integral_d, current.integral_q) = (self.fast_integral[0].0[lane], self.fast_integral[1].0[lane]);
+        (current.integral_d, current.integral_q) =
+            (self.fast_integral[0].0[lane], self.fast_integral[1].0[lane]);
         current.pending = [self.pending[0].0[lane], self.pending[1].0[lane]];
         current.sum = self.sum.0[lane];
         plant.current_q = self.current[1].0[lane];

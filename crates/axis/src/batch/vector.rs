@@ -115,9 +115,34 @@ mod tests {
     fn it_rounds_as_the_standard_library_does() {
         let below_half = f64::from_bits(0.5_f64.to_bits() - 1);
         let edge = ALL_WHOLE - 0.5;
-        let mut values =
-            vec![0.0, -0.0, 0.5, -0.5, 1.5, 2.5, -2.5, below_half, -below_half, 0.2, -0.2, edge, -edge, ALL_WHOLE, ALL_WHOLE + 1.0, 1e300];
-        values.extend([f64::INFINITY, f64::NEG_INFINITY, 5e-324, -5e-324, 4_503_599_627_370_495.5, 123_456.5, 123_457.5, -123_456.499]);
+        let mut values = vec![
+            0.0,
+            -0.0,
+            0.5,
+            -0.5,
+            1.5,
+            2.5,
+            -2.5,
+            below_half,
+            -below_half,
+            0.2,
+            -0.2,
+            edge,
+            -edge,
+            ALL_WHOLE,
+            ALL_WHOLE + 1.0,
+            1e300,
+        ];
+        values.extend([
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            5e-324,
+            -5e-324,
+            4_503_599_627_370_495.5,
+            123_456.5,
+            123_457.5,
+            -123_456.499,
+        ]);
         values.extend((0..200).map(|n| (f64::from(n) - 100.0) * 0.25 * 1.000_000_1));
         for chunk in values.chunks(WIDTH) {
             let mut row = Row([0.0; WIDTH]);

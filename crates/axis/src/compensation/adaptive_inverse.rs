@@ -1,4 +1,5 @@
-//! The adaptive inverse of backlash: the motor is put where the load will be right, the two half gaps are learned by a gradient.
+//! The adaptive inverse of backlash: the motor is put where the load will be right, the two half
+//! gaps are learned by a gradient.
 //!
 //! ```text
 //! backlash (slope 1):   theta_L = theta_M - c_r while it moves up, theta_M - c_l while it moves down, else as it was
@@ -7,16 +8,21 @@
 //! gradient, normalised: c_r += gamma (y - c_r) T_s on strokes up, c_l likewise on strokes down, once a stroke has gone on for 30 ms
 //! bounds:               |c| <= the largest half gap
 //! ```
-//! With the indicator functions of the strokes as regressor, the gradient is a first-order average per direction. The jump of the inverse takes the
-//! ramp's time. `T/k` keeps the shaft's wind-up out of the gap: it is there without a gap, too.
+//! With the indicator functions of the strokes as regressor, the gradient is a first-order average
+//! per direction. The jump of the inverse takes the ramp's time. `T/k` keeps the shaft's wind-up
+//! out of the gap: it is there without a gap, too.
 //!
-//! **It needs the load's side**: the theory adapts on the error of the backlash' output. A motor-side surrogate of that output (the torque) does not hold
-//! the gap while the motor is where it should be, so a scale is required; on a machine without one an ideal scale is taken.
-//! Signals: reference, motor position (rad), load position (rad at the motor), current (A). It knows the stiffness of the shaft and the motor's data.
-//! Tunables: gamma (1/s), largest half gap as a total gap (um, mdeg or motor rad), ramp time (ms).
-//! Fails: the backlash of the theory has no inertia: its output stays where it is as soon as the input turns. That is a friction-driven load. A load
-//! without friction coasts across the gap at the reversal, where the inverse crosses it, and is off until it has changed flanks; there it is worse than nothing.
-//! Source: Tao and Kokotovic, *Adaptive Control of Systems with Actuator and Sensor Nonlinearities*, Wiley 1996, chapters 2 to 4.
+//! **It needs the load's side**: the theory adapts on the error of the backlash' output. A
+//! motor-side surrogate of that output (the torque) does not hold the gap while the motor is where
+//! it should be, so a scale is required; on a machine without one an ideal scale is taken. Signals:
+//! reference, motor position (rad), load position (rad at the motor), current (A). It knows the
+//! stiffness of the shaft and the motor's data. Tunables: gamma (1/s), largest half gap as a total
+//! gap (um, mdeg or motor rad), ramp time (ms). Fails: the backlash of the theory has no inertia:
+//! its output stays where it is as soon as the input turns. That is a friction-driven load. A load
+//! without friction coasts across the gap at the reversal, where the inverse crosses it, and is off
+//! until it has changed flanks; there it is worse than nothing. Source: Tao and Kokotovic,
+//! *Adaptive Control of Systems with Actuator and Sensor Nonlinearities*, Wiley 1996, chapters 2 to
+//! 4.
 
 use super::ramp::{Ramp, RampTime, direction};
 use super::registry::Registered;
@@ -59,7 +65,11 @@ impl Registered for AdaptiveInverse {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "adaptive-inverse",
         summary: "right inverse of the backlash at the reference, both half gaps learned by a gradient from a scale at the load",
-        knows: Knowledge { load_scale: true, gap: false, load: false },
+        knows: Knowledge {
+            load_scale: true,
+            gap: false,
+            load: false,
+        },
         source: "Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley 1996",
     };
 
@@ -69,7 +79,10 @@ impl Registered for AdaptiveInverse {
         let turn = std::f64::consts::TAU;
         AdaptiveInverse {
             gain: (settings.gain_per_s * period_s).min(1.0),
-            most: 0.5 * settings.largest_gap.map_or(turn, |gap| gap.motor_rad(&config.transmission)),
+            most: 0.5
+                * settings
+                    .largest_gap
+                    .map_or(turn, |gap| gap.motor_rad(&config.transmission)),
             time: RampTime::from_ms(settings.ramp_ms, period_s),
             period_s,
             settle_ticks: config.cycles.ticks(SETTLE_MS),
@@ -84,14 +97,22 @@ impl Registered for AdaptiveInverse {
 
 impl AdaptiveInverse {
     fn learn(&self, state: &mut AdaptiveInverseState, signals: &Signals) {
-        let Some(load) = signals.load_position else { return };
+        let Some(load) = signals.load_position else {
+            return;
+        };
         let (reference, sign) = (&signals.reference, f64::from(state.direction));
-        let own = self.inertia * reference.acceleration + self.viscous * reference.velocity + self.coulomb * sign;
+        let own = self.inertia * reference.acceleration
+            + self.viscous * reference.velocity
+            + self.coulomb * sign;
         let wind_up = (self.torque_constant * signals.current - own) * self.compliance;
         let output = signals.motor_position - load - wind_up;
         let learned = &mut state.learned[usize::from(state.direction > 0)];
         let next = *learned + self.gain * (output - *learned);
-        *learned = if next.is_finite() { next.clamp(-self.most, self.most) } else { *learned };
+        *learned = if next.is_finite() {
+            next.clamp(-self.most, self.most)
+        } else {
+            *learned
+        };
     }
 }
 
@@ -103,7 +124,13 @@ impl Compensator for AdaptiveInverse {
     }
 
     fn initial(&self, _motor_position: f64) -> AdaptiveInverseState {
-        AdaptiveInverseState { direction: 0, ticks: 0, learned: [0.0; 2], target: 0.0, ramp: Ramp::DONE }
+        AdaptiveInverseState {
+            direction: 0,
+            ticks: 0,
+            learned: [0.0; 2],
+            target: 0.0,
+            ramp: Ramp::DONE,
+        }
     }
 
     #[inline]
@@ -111,14 +138,18 @@ impl Compensator for AdaptiveInverse {
         let before = state.ramp.towards(state.target);
         let direction = direction(signals.reference.velocity, state.direction);
         if direction != state.direction {
-            // what was learned since is taken up by the next stroke: a target that moves would move the motor it is learned from
+            // what was learned since is taken up by the next stroke: a target that moves would move
+            // the motor it is learned from
             state.target = state.learned[usize::from(direction > 0)];
             state.direction = direction;
             state.ticks = 0;
             state.ramp.start(before);
         }
         state.ticks = (state.ticks + 1).min(self.settle_ticks);
-        if state.ticks >= self.settle_ticks && state.ramp.done() && signals.reference.velocity.abs() > super::ramp::STANDING_RAD_S {
+        if state.ticks >= self.settle_ticks
+            && state.ramp.done()
+            && signals.reference.velocity.abs() > super::ramp::STANDING_RAD_S
+        {
             self.learn(state, signals);
         }
         state.ramp.advance(self.time);

@@ -1,21 +1,25 @@
-//! A disturbance observer around the motor: what the motor gives beyond its nominal inertia's need is taken for a disturbance and cancelled.
+//! A disturbance observer around the motor: what the motor gives beyond its nominal inertia's need
+//! is taken for a disturbance and cancelled.
 //!
 //! ```text
 //! d = Q(s) (K_t i - J_n s w),   Q = g/(s + g),   g = 2 pi f           resisting torque, J_n the inertia that the drive was told
 //! without a derivative:  y += (1 - exp(-g T)) (K_t i + g J_n w - y),   d = y - g J_n w
 //! torque = share d, cut at the rated torque
 //! ```
-//! Signals: motor velocity (rad/s), current (A). Tunables: bandwidth f of the filter (Hz), share (0 to 1). It knows K_t and the inertia of the drive's
-//! own feed-forward, right or wrong; nothing about gap or friction.
+//! Signals: motor velocity (rad/s), current (A). Tunables: bandwidth f of the filter (Hz), share (0
+//! to 1). It knows K_t and the inertia of the drive's own feed-forward, right or wrong; nothing
+//! about gap or friction.
 //!
-//! What it does: friction that turns round at a reversal is cancelled within 1/g instead of the velocity integral's time, so the motor's own
-//! error at the reversal shrinks. The torque that the contact takes up or loses is cancelled just the same.
-//! What it cannot do: the gap does not resist. The motor stands where its reference is while the load is off by half a gap, and no torque tells; the
-//! offset stays in full, with friction and without. In the gap the motor is lighter than J_n, and the observer pretends the nominal
-//! inertia: it makes the crossing slower, by `d = -(J_n - J_M) alpha`.
-//! Fails: a bandwidth near the shaft's resonance or the loop's delays makes it oscillate; coarse encoders are heard as `g J_n` times the noise of
-//! the velocity. With little load friction, stiffening the motor makes landings harder.
-//! Source: Ohnishi (1987), Umeno and Hori, IEEE Trans. Ind. Electron. 38 (1991); in drives as load torque observer.
+//! What it does: friction that turns round at a reversal is cancelled within 1/g instead of the
+//! velocity integral's time, so the motor's own error at the reversal shrinks. The torque that the
+//! contact takes up or loses is cancelled just the same. What it cannot do: the gap does not
+//! resist. The motor stands where its reference is while the load is off by half a gap, and no
+//! torque tells; the offset stays in full, with friction and without. In the gap the motor is
+//! lighter than J_n, and the observer pretends the nominal inertia: it makes the crossing slower,
+//! by `d = -(J_n - J_M) alpha`. Fails: a bandwidth near the shaft's resonance or the loop's delays
+//! makes it oscillate; coarse encoders are heard as `g J_n` times the noise of the velocity. With
+//! little load friction, stiffening the motor makes landings harder. Source: Ohnishi (1987), Umeno
+//! and Hori, IEEE Trans. Ind. Electron. 38 (1991); in drives as load torque observer.
 
 use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
@@ -46,7 +50,11 @@ impl Registered for DisturbanceObserver {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "disturbance-observer",
         summary: "torque beyond what the nominal inertia needs is observed at the motor and cancelled; the gap's offset stays",
-        knows: Knowledge { load_scale: false, gap: false, load: false },
+        knows: Knowledge {
+            load_scale: false,
+            gap: false,
+            load: false,
+        },
         source: "Ohnishi (1987); Umeno and Hori (1991)",
     };
 
@@ -72,7 +80,10 @@ impl Compensator for DisturbanceObserver {
     }
 
     fn initial(&self, _motor_position: f64) -> DisturbanceObserverState {
-        DisturbanceObserverState { filtered: 0.0, started: false }
+        DisturbanceObserverState {
+            filtered: 0.0,
+            started: false,
+        }
     }
 
     #[inline]
@@ -81,10 +92,16 @@ impl Compensator for DisturbanceObserver {
         let input = self.torque_constant * signals.current + momentum;
         if !state.started {
             // a drive that holds a load against gravity already carries it in its integral
-            *state = DisturbanceObserverState { filtered: momentum, started: true };
+            *state = DisturbanceObserverState {
+                filtered: momentum,
+                started: true,
+            };
         }
         state.filtered += self.smoothing * (input - state.filtered);
         let resisting = state.filtered - momentum;
-        Correction { torque: (self.share * resisting).clamp(-self.most, self.most), ..Correction::NONE }
+        Correction {
+            torque: (self.share * resisting).clamp(-self.most, self.most),
+            ..Correction::NONE
+        }
     }
 }

@@ -7,9 +7,10 @@
 //! T_c = s-th flank: k (theta_b - s b) + d (w_M - w_L);  in the gap: 0
 //! b' = 0
 //! ```
-//! Friction is steep below w_0, so that a load that sticks is one that creeps by nothing worth mentioning. With flank and kind of friction given the
-//! model is linear; its exact steps over a servo period are computed once for each. Noise: a torque at the motor and one at the load, and the half
-//! gap's own wandering, each constant over a period.
+//! Friction is steep below w_0, so that a load that sticks is one that creeps by nothing worth
+//! mentioning. With flank and kind of friction given the model is linear; its exact steps over a
+//! servo period are computed once for each. Noise: a torque at the motor and one at the load, and
+//! the half gap's own wandering, each constant over a period.
 
 use super::Signals;
 use super::twin::LoadModel;
@@ -82,10 +83,16 @@ impl Filter {
     pub(super) fn new(config: &AxisConfig, noises: &Noises) -> Filter {
         let load = LoadModel::told(config);
         let step = |contact: bool, slides: bool| Step::new(config, &load, contact, slides);
-        let count = config.drive.encoder_counts_per_rev.map_or(0.0, |counts| TAU / f64::from(counts));
+        let count = config
+            .drive
+            .encoder_counts_per_rev
+            .map_or(0.0, |counts| TAU / f64::from(counts));
         let variance = noises.torque_nm * noises.torque_nm;
         Filter {
-            steps: [[step(false, false), step(false, true)], [step(true, false), step(true, true)]],
+            steps: [
+                [step(false, false), step(false, true)],
+                [step(true, false), step(true, true)],
+            ],
             load,
             torque_constant: config.motor.torque_constant_nm_per_a,
             motor_coulomb: config.motor.coulomb_nm,
@@ -107,36 +114,60 @@ impl Filter {
         let [half_gap, spread] = self.first;
         let wide = spread * spread + half_gap * half_gap;
         let mut covariance = [[0.0; N]; N];
-        for (index, variance) in [self.reading, 1e-6, wide, 1e-6, spread * spread].into_iter().enumerate() {
+        for (index, variance) in [self.reading, 1e-6, wide, 1e-6, spread * spread]
+            .into_iter()
+            .enumerate()
+        {
             covariance[index][index] = variance;
         }
-        Belief { mean: [position, 0.0, 0.0, 0.0, half_gap], covariance }
+        Belief {
+            mean: [position, 0.0, 0.0, 0.0, half_gap],
+            covariance,
+        }
     }
 
-    /// One period on with a flank (-1, 1) or without contact (0); `current` is the mean over the period, A.
+    /// One period on with a flank (-1, 1) or without contact (0); `current` is the mean over the
+    /// period, A.
     pub(super) fn predict(&self, belief: &mut Belief, side: i8, current: f64) {
         let x = &belief.mean;
         let slides = x[LOAD_SPEED].abs() > STICKING_RAD_S;
         let table = &self.steps[usize::from(side != 0)][usize::from(slides)];
-        let motor_friction = self.motor_coulomb * (x[MOTOR_SPEED] / STICKING_RAD_S).clamp(-1.0, 1.0);
-        let load_friction = if slides { self.load.coulomb * x[LOAD_SPEED].signum() } else { 0.0 };
-        let torques = [self.torque_constant * current - motor_friction, -load_friction - self.load.constant];
+        let motor_friction =
+            self.motor_coulomb * (x[MOTOR_SPEED] / STICKING_RAD_S).clamp(-1.0, 1.0);
+        let load_friction = if slides {
+            self.load.coulomb * x[LOAD_SPEED].signum()
+        } else {
+            0.0
+        };
+        let torques = [
+            self.torque_constant * current - motor_friction,
+            -load_friction - self.load.constant,
+        ];
         let step = table.on_flank(side);
         let mut mean = [0.0; N];
         for (to, (row, gains)) in mean.iter_mut().zip(step.iter().zip(&table.torques)) {
-            *to = row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>() + gains[0] * torques[0] + gains[1] * torques[1];
+            *to = row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>()
+                + gains[0] * torques[0]
+                + gains[1] * torques[1];
         }
         belief.mean = mean;
         belief.covariance = self.spread(&step, table, &belief.covariance);
     }
 
     fn spread(&self, step: &Square, table: &Step, before: &Square) -> Square {
-        let half: Square = step.map(|row| std::array::from_fn(|j| (0..N).map(|k| row[k] * before[k][j]).sum()));
+        let half: Square =
+            step.map(|row| std::array::from_fn(|j| (0..N).map(|k| row[k] * before[k][j]).sum()));
         std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 let moved: f64 = (0..N).map(|k| half[i][k] * step[j][k]).sum();
-                let noise: f64 = (0..2).map(|k| table.torques[i][k] * table.torques[j][k] * self.noise[k]).sum();
-                let wandering = if i == HALF_GAP && j == HALF_GAP { self.wandering } else { 0.0 };
+                let noise: f64 = (0..2)
+                    .map(|k| table.torques[i][k] * table.torques[j][k] * self.noise[k])
+                    .sum();
+                let wandering = if i == HALF_GAP && j == HALF_GAP {
+                    self.wandering
+                } else {
+                    0.0
+                };
                 moved + noise + wandering
             })
         })
@@ -185,26 +216,53 @@ impl Belief {
     /// Variance of how far a flank is pressed, rad2.
     pub(super) fn pressed_variance(&self, side: i8) -> f64 {
         let p = &self.covariance;
-        (p[GAP_ANGLE][GAP_ANGLE] + p[HALF_GAP][HALF_GAP] - 2.0 * f64::from(side) * p[GAP_ANGLE][HALF_GAP]).max(0.0)
+        (p[GAP_ANGLE][GAP_ANGLE] + p[HALF_GAP][HALF_GAP]
+            - 2.0 * f64::from(side) * p[GAP_ANGLE][HALF_GAP])
+            .max(0.0)
     }
 
     /// Whether every number is one.
     pub(super) fn is_finite(&self) -> bool {
-        self.mean.iter().chain(self.covariance.iter().flatten()).all(|x| x.is_finite())
+        self.mean
+            .iter()
+            .chain(self.covariance.iter().flatten())
+            .all(|x| x.is_finite())
     }
 }
 
 impl Step {
     fn new(config: &AxisConfig, load: &LoadModel, contact: bool, slides: bool) -> Step {
         let (motor_inertia, period) = (config.motor_side_inertia_kgm2(), config.servo_period_s());
-        let (stiffness, damping) = if contact { (load.stiffness, load.damping) } else { (0.0, 0.0) };
-        let sticky = if slides { 0.0 } else { load.coulomb / STICKING_RAD_S };
+        let (stiffness, damping) = if contact {
+            (load.stiffness, load.damping)
+        } else {
+            (0.0, 0.0)
+        };
+        let sticky = if slides {
+            0.0
+        } else {
+            load.coulomb / STICKING_RAD_S
+        };
         let mut rates = [[0.0; WITH_TORQUES]; WITH_TORQUES];
         rates[0][MOTOR_SPEED] = 1.0;
         rates[GAP_ANGLE][MOTOR_SPEED] = 1.0;
         rates[GAP_ANGLE][LOAD_SPEED] = -1.0;
-        let motor = [-config.motor.viscous_nm_s_per_rad - damping, -stiffness, damping, stiffness, 1.0, 0.0];
-        let of_load = [damping, stiffness, -load.viscous - sticky - damping, -stiffness, 0.0, 1.0];
+        let motor = [
+            -config.motor.viscous_nm_s_per_rad - damping,
+            -stiffness,
+            damping,
+            stiffness,
+            1.0,
+            0.0,
+        ];
+        let of_load = [
+            damping,
+            stiffness,
+            -load.viscous - sticky - damping,
+            -stiffness,
+            0.0,
+            1.0,
+        ];
         for column in 1..WITH_TORQUES {
             rates[MOTOR_SPEED][column] = motor[column - 1] / motor_inertia;
             rates[LOAD_SPEED][column] = of_load[column - 1] / load.inertia;
@@ -231,14 +289,19 @@ fn exponential<const M: usize>(rates: &[[f64; M]; M], time: f64) -> [[f64; M]; M
     let product = |a: &[[f64; M]; M], b: &[[f64; M]; M]| -> [[f64; M]; M] {
         std::array::from_fn(|i| std::array::from_fn(|j| (0..M).map(|k| a[i][k] * b[k][j]).sum()))
     };
-    let norm = rates.iter().map(|row| row.iter().map(|a| a.abs()).sum::<f64>()).fold(0.0, f64::max) * time;
+    let norm = rates
+        .iter()
+        .map(|row| row.iter().map(|a| a.abs()).sum::<f64>())
+        .fold(0.0, f64::max)
+        * time;
     let (mut halvings, mut part) = (0, 1.0);
     while norm * part > 0.25 && halvings < 60 {
         halvings += 1;
         part *= 0.5;
     }
     let short = rates.map(|row| row.map(|a| a * time * part));
-    let identity: [[f64; M]; M] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let identity: [[f64; M]; M] =
+        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     let mut whole = identity;
     for order in (1..=14).rev() {
         let scaled = product(&short, &whole).map(|row| row.map(|a| a / f64::from(order)));
@@ -258,8 +321,16 @@ mod tests {
         let (w, t) = (1000.0, 3e-3);
         let step = exponential(&[[0.0, 1.0], [-w * w, 0.0]], t);
         let (s, c) = math::sin_cos(w * t);
-        for (found, wanted) in [(step[0][0], c), (step[0][1], s / w), (step[1][0], -w * s), (step[1][1], c)] {
-            assert!((found - wanted).abs() < 1e-10 * wanted.abs().max(1.0), "{found} {wanted}");
+        for (found, wanted) in [
+            (step[0][0], c),
+            (step[0][1], s / w),
+            (step[1][0], -w * s),
+            (step[1][1], c),
+        ] {
+            assert!(
+                (found - wanted).abs() < 1e-10 * wanted.abs().max(1.0),
+                "{found} {wanted}"
+            );
         }
     }
 }

@@ -4,13 +4,15 @@
 //! direction s changes where w_ref changes sign (|w_ref| <= 1e-6 rad/s keeps it)
 //! correction: from where it is to s b, along 3 u^2 - 2 u^3 over the ramp time; its derivative goes to the velocity
 //! ```
-//! Signals: reference velocity, rad/s. Tunables: told total gap (um, mdeg or motor rad), ramp time (ms).
-//! Fails: where the load does not follow the commanded direction. A load without friction coasts through the reversal and changes flanks
-//! where the acceleration changes sign, so the correction comes a quarter period late or early; an error of the told gap stays
-//! in full; the ramp adds its own error while the load still rests.
-//! Source: common practice: backlash in a machine parameter, taken up over a second one, a time (Heidenhain iTNC: MP 710 and MP 752; what curve
-//! it follows there is not published); Kao et al. as cited by Gan, Wang, Huang (2023). Take-up within limits of speed and acceleration is
-//! `fixed-linuxcnc`, two amounts are `fixed-fanuc`.
+//! Signals: reference velocity, rad/s. Tunables: told total gap (um, mdeg or motor rad), ramp time
+//! (ms). Fails: where the load does not follow the commanded direction. A load without friction
+//! coasts through the reversal and changes flanks where the acceleration changes sign, so the
+//! correction comes a quarter period late or early; an error of the told gap stays in full; the
+//! ramp adds its own error while the load still rests. Source: common practice: backlash in a
+//! machine parameter, taken up over a second one, a time (Heidenhain iTNC: MP 710 and MP 752; what
+//! curve it follows there is not published); Kao et al. as cited by Gan, Wang, Huang (2023).
+//! Take-up within limits of speed and acceleration is `fixed-linuxcnc`, two amounts are
+//! `fixed-fanuc`.
 
 use super::ramp::{Ramp, RampTime, direction};
 use super::registry::Registered;
@@ -38,15 +40,27 @@ impl Registered for Fixed {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "fixed",
         summary: "known half gap added at each reversal of the commanded velocity, with a ramp",
-        knows: Knowledge { load_scale: false, gap: true, load: false },
+        knows: Knowledge {
+            load_scale: false,
+            gap: true,
+            load: false,
+        },
         source: "common practice: Heidenhain and others",
     };
 
     fn from_axis(config: &AxisConfig) -> Fixed {
         let settings = &config.compensation.fixed;
-        let gap = settings.gap.map_or(config.reflected_load().gap_rad, |told| told.motor_rad(&config.transmission));
+        let gap = settings
+            .gap
+            .map_or(config.reflected_load().gap_rad, |told| {
+                told.motor_rad(&config.transmission)
+            });
         let period_s = config.servo_period_s();
-        Fixed { half_gap: 0.5 * gap, time: RampTime::from_ms(settings.ramp_ms, period_s), period_s }
+        Fixed {
+            half_gap: 0.5 * gap,
+            time: RampTime::from_ms(settings.ramp_ms, period_s),
+            period_s,
+        }
     }
 }
 
@@ -58,7 +72,10 @@ impl Compensator for Fixed {
     }
 
     fn initial(&self, _motor_position: f64) -> FixedState {
-        FixedState { direction: 0, ramp: Ramp::DONE }
+        FixedState {
+            direction: 0,
+            ramp: Ramp::DONE,
+        }
     }
 
     #[inline]
@@ -83,6 +100,8 @@ impl Compensator for Fixed {
 
 impl Fixed {
     fn position(&self, state: &FixedState) -> f64 {
-        state.ramp.towards(f64::from(state.direction) * self.half_gap)
+        state
+            .ramp
+            .towards(f64::from(state.direction) * self.half_gap)
     }
 }

@@ -1,19 +1,23 @@
-//! Half the gap towards the commanded direction, with one amount for cutting and another for rapid traverse, as Fanuc does.
+//! Half the gap towards the commanded direction, with one amount for cutting and another for rapid
+//! traverse, as Fanuc does.
 //!
 //! ```text
 //! direction s changes where w_ref changes sign (|w_ref| <= 1e-6 rad/s keeps it)
 //! rapid becomes true where |w_ref| exceeds a threshold, and false again at the next reversal or standstill
 //! target: s A/2 while cutting, s B/2 in rapid;  the way there along 3 u^2 - 2 u^3 over the ramp time
 //! ```
-//! A and B are total gaps, so a reversal while cutting moves the motor by A, one from cutting to rapid by (A + B)/2, and a change
-//! between cutting and rapid in one direction by (B - A)/2: the table of the control's manual.
+//! A and B are total gaps, so a reversal while cutting moves the motor by A, one from cutting to
+//! rapid by (A + B)/2, and a change between cutting and rapid in one direction by (B - A)/2: the
+//! table of the control's manual.
 //!
-//! Signals: reference velocity, rad/s. Tunables: both amounts (um, mdeg or motor rad; B is A if left out), the speed above which a motion
-//! counts as rapid (axis unit per s), ramp time (ms).
-//! A Fanuc control knows from the block whether it is G00. An axis is not told; the threshold stands in for it. A rapid stroke begins as cutting
-//! until it is fast enough, and cutting faster than the threshold counts as rapid: set it between the fastest cutting feed and the rapid speed.
-//! Fails: as `fixed`; two amounts help where wind-up or overshoot differ between slow and fast reversals, and cannot help where the load coasts.
-//! Source: Fanuc series 16i/18i/21i/30i, parameters 1851 (cutting), 1852 (rapid) and RBK of 1800.
+//! Signals: reference velocity, rad/s. Tunables: both amounts (um, mdeg or motor rad; B is A if
+//! left out), the speed above which a motion counts as rapid (axis unit per s), ramp time (ms). A
+//! Fanuc control knows from the block whether it is G00. An axis is not told; the threshold stands
+//! in for it. A rapid stroke begins as cutting until it is fast enough, and cutting faster than the
+//! threshold counts as rapid: set it between the fastest cutting feed and the rapid speed. Fails:
+//! as `fixed`; two amounts help where wind-up or overshoot differ between slow and fast reversals,
+//! and cannot help where the load coasts. Source: Fanuc series 16i/18i/21i/30i, parameters 1851
+//! (cutting), 1852 (rapid) and RBK of 1800.
 
 use super::ramp::{Ramp, RampTime, STANDING_RAD_S, direction};
 use super::registry::Registered;
@@ -44,14 +48,24 @@ impl Registered for FixedFanuc {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "fixed-fanuc",
         summary: "known half gap added at each reversal, with separate amounts for cutting and rapid traverse",
-        knows: Knowledge { load_scale: false, gap: true, load: false },
+        knows: Knowledge {
+            load_scale: false,
+            gap: true,
+            load: false,
+        },
         source: "Fanuc, parameters 1851 and 1852",
     };
 
     fn from_axis(config: &AxisConfig) -> FixedFanuc {
         let settings = &config.compensation.fixed_fanuc;
-        let cutting = settings.cutting.map_or(config.reflected_load().gap_rad, |told| told.motor_rad(&config.transmission));
-        let rapid = settings.rapid.map_or(cutting, |told| told.motor_rad(&config.transmission));
+        let cutting = settings
+            .cutting
+            .map_or(config.reflected_load().gap_rad, |told| {
+                told.motor_rad(&config.transmission)
+            });
+        let rapid = settings
+            .rapid
+            .map_or(cutting, |told| told.motor_rad(&config.transmission));
         FixedFanuc {
             half: [0.5 * cutting, 0.5 * rapid],
             rapid_above: settings.rapid_above_units_s * config.transmission.motor_rad_per_unit(),
@@ -75,7 +89,11 @@ impl Compensator for FixedFanuc {
     }
 
     fn initial(&self, _motor_position: f64) -> FixedFanucState {
-        FixedFanucState { direction: 0, rapid: false, ramp: Ramp::DONE }
+        FixedFanucState {
+            direction: 0,
+            rapid: false,
+            ramp: Ramp::DONE,
+        }
     }
 
     #[inline]

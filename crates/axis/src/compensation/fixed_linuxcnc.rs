@@ -1,18 +1,23 @@
-//! Half the gap towards the commanded direction, taken up within limits of speed and acceleration, as LinuxCNC does.
+//! Half the gap towards the commanded direction, taken up within limits of speed and acceleration,
+//! as LinuxCNC does.
 //!
 //! ```text
 //! direction s changes where w_ref changes sign (|w_ref| <= 1e-6 rad/s keeps it); target s b
 //! each tick, x the way to the target:  v = min(v + a T, v_max, sqrt(a^2 T^2/4 + 2 a x) - a T/2),   correction += v T
 //! a = half the joint's limit of acceleration,   v_max = half its limit of velocity
 //! ```
-//! So the correction is a trapezoid (for small gaps a triangle) in speed: its time is `2 sqrt(2 b/a)`, longer for a larger gap. The
-//! correction comes on top of the programmed motion, so both together may exceed the joint's limits by half: LinuxCNC accepts the same.
+//! So the correction is a trapezoid (for small gaps a triangle) in speed: its time is
+//! `2 sqrt(2 b/a)`, longer for a larger gap. The correction comes on top of the programmed motion,
+//! so both together may exceed the joint's limits by half: LinuxCNC accepts the same.
 //!
-//! Signals: reference velocity, rad/s. Tunables: told total gap (um, mdeg or motor rad), the joint's limits of velocity and acceleration
-//! (axis unit per s, s2; if left out: no limit of velocity, and the acceleration that the rated torque gives the whole axis).
-//! Fails: as `fixed`, of which it differs only in the curve: on a load without friction, which coasts through the reversal and changes flanks where the
-//! acceleration changes sign, the correction comes at the wrong time; an error of the told gap stays in full.
-//! Source: LinuxCNC, BACKLASH in the joint's section of the INI file; motion controller, ramped backlash compensation at half of the joint's limits.
+//! Signals: reference velocity, rad/s. Tunables: told total gap (um, mdeg or motor rad), the
+//! joint's limits of velocity and acceleration (axis unit per s, s2; if left out: no limit of
+//! velocity, and the acceleration that the rated torque gives the whole axis). Fails: as `fixed`,
+//! of which it differs only in the curve: on a load without friction, which coasts through the
+//! reversal and changes flanks where the acceleration changes sign, the correction comes at the
+//! wrong time; an error of the told gap stays in full. Source: LinuxCNC, BACKLASH in the joint's
+//! section of the INI file; motion controller, ramped backlash compensation at half of the joint's
+//! limits.
 
 use super::ramp::direction;
 use super::registry::Registered;
@@ -47,21 +52,34 @@ impl Registered for FixedLinuxcnc {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "fixed-linuxcnc",
         summary: "known half gap added at each reversal, taken up within half of the joint's limits of velocity and acceleration",
-        knows: Knowledge { load_scale: false, gap: true, load: false },
+        knows: Knowledge {
+            load_scale: false,
+            gap: true,
+            load: false,
+        },
         source: "LinuxCNC, BACKLASH",
     };
 
     fn from_axis(config: &AxisConfig) -> FixedLinuxcnc {
         let settings = &config.compensation.fixed_linuxcnc;
-        let gap = settings.gap.map_or(config.reflected_load().gap_rad, |told| told.motor_rad(&config.transmission));
+        let gap = settings
+            .gap
+            .map_or(config.reflected_load().gap_rad, |told| {
+                told.motor_rad(&config.transmission)
+            });
         let per_unit = config.transmission.motor_rad_per_unit();
         let inertia = config.motor_side_inertia_kgm2() + config.reflected_load().inertia_kgm2;
         let rated = config.motor.rated_torque_nm / inertia;
-        let acceleration = settings.acceleration_units_s2.map_or(rated, |limit| limit * per_unit);
+        let acceleration = settings
+            .acceleration_units_s2
+            .map_or(rated, |limit| limit * per_unit);
         let period_s = config.servo_period_s();
         FixedLinuxcnc {
             half_gap: 0.5 * gap,
-            velocity: PART_OF_LIMITS * settings.velocity_units_s.map_or(f64::MAX, |limit| limit * per_unit),
+            velocity: PART_OF_LIMITS
+                * settings
+                    .velocity_units_s
+                    .map_or(f64::MAX, |limit| limit * per_unit),
             step: PART_OF_LIMITS * acceleration * period_s,
             period_s,
         }
@@ -76,7 +94,11 @@ impl Compensator for FixedLinuxcnc {
     }
 
     fn initial(&self, _motor_position: f64) -> FixedLinuxcncState {
-        FixedLinuxcncState { direction: 0, position: 0.0, speed: 0.0 }
+        FixedLinuxcncState {
+            direction: 0,
+            position: 0.0,
+            speed: 0.0,
+        }
     }
 
     #[inline]
@@ -84,7 +106,11 @@ impl Compensator for FixedLinuxcnc {
         let direction = direction(signals.reference.velocity, state.direction);
         if direction != state.direction {
             // a reversal within a take-up turns it round on the spot, as a new way from where it is
-            *state = FixedLinuxcncState { direction, speed: 0.0, ..*state };
+            *state = FixedLinuxcncState {
+                direction,
+                speed: 0.0,
+                ..*state
+            };
         }
         let target = f64::from(direction) * self.half_gap;
         let way = target - state.position;

@@ -1,4 +1,5 @@
-//! Iterative learning for motions that come again: what the load did wrong last time is corrected this time.
+//! Iterative learning for motions that come again: what the load did wrong last time is corrected
+//! this time.
 //!
 //! ```text
 //! stroke:      from one reversal of the reference to the next, in cells of 1 ms from the instant of the reversal (found between ticks)
@@ -9,18 +10,23 @@
 //! Q:           running mean over 2 m + 1 cells, three times: no shift in phase
 //! correction:  u at the present time within the stroke, straight between cells, blended in over 4 ms; its slope goes to the velocity
 //! ```
-//! P-type learning with lead and zero-phase filter. The lead stands for the delay from a change of the reference to the load. A run whose error is a tenth
-//! above that of the first one drops the correction and halves gamma for that stroke. |u| stays below a twentieth of a turn.
+//! P-type learning with lead and zero-phase filter. The lead stands for the delay from a change of
+//! the reference to the load. A run whose error is a tenth above that of the first one drops the
+//! correction and halves gamma for that stroke. |u| stays below a twentieth of a turn.
 //!
-//! **It needs the load's side**, the scale of `load-feedback` (ideal on a machine without one), and the same stroke again: it is the method for series of
-//! parts, circles and pockets in many passes. Repetitions are told from the reference alone; nothing has to mark a pass. What it learns is all of the
-//! load's error, the servo's share and the wind-up as well as the gap's.
-//! Signals: reference position, velocity and acceleration, load position (rad at the motor). Tunables: gamma (0 to 1), lead (ms), filter m (ms), memory (s of
-//! strokes; 16 bytes a ms). When the memory is full the stroke that was used longest ago goes; a stroke longer than the memory is not learned.
+//! **It needs the load's side**, the scale of `load-feedback` (ideal on a machine without one), and
+//! the same stroke again: it is the method for series of parts, circles and pockets in many passes.
+//! Repetitions are told from the reference alone; nothing has to mark a pass. What it learns is all
+//! of the load's error, the servo's share and the wind-up as well as the gap's. Signals: reference
+//! position, velocity and acceleration, load position (rad at the motor). Tunables: gamma (0 to 1),
+//! lead (ms), filter m (ms), memory (s of strokes; 16 bytes a ms). When the memory is full the
+//! stroke that was used longest ago goes; a stroke longer than the memory is not learned.
 //!
-//! Fails: on what does not come again it does nothing. A load without friction bounces differently after each landing, so that learning stops at what the
-//! filter lets through. A stroke that shares its beginning with another one gets the wrong correction until they part.
-//! Source: Arimoto, Kawamura, Miyazaki, J. Robotic Systems 1 (1984); Bristow, Tharayil, Alleyne, IEEE Control Syst. Mag. 26 (2006).
+//! Fails: on what does not come again it does nothing. A load without friction bounces differently
+//! after each landing, so that learning stops at what the filter lets through. A stroke that shares
+//! its beginning with another one gets the wrong correction until they part. Source: Arimoto,
+//! Kawamura, Miyazaki, J. Robotic Systems 1 (1984); Bristow, Tharayil, Alleyne, IEEE Control Syst.
+//! Mag. 26 (2006).
 
 use super::ramp::direction;
 use super::registry::Registered;
@@ -57,7 +63,8 @@ pub struct IterativeLearningState {
     known: Option<usize>,
     /// Ticks since the reversal.
     age: f64,
-    /// Ticks since one correction began to give way to the next, and by how much they differed then, rad.
+    /// Ticks since one correction began to give way to the next, and by how much they differed
+    /// then, rad.
     blend: [f64; 2],
     /// Reference position and velocity, error and correction of the tick before; none at the start.
     before: Option<[f64; 4]>,
@@ -67,7 +74,11 @@ impl Registered for IterativeLearning {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "iterative-learning",
         summary: "strokes that come again are corrected by what the load's scale showed last time",
-        knows: Knowledge { load_scale: true, gap: false, load: false },
+        knows: Knowledge {
+            load_scale: true,
+            gap: false,
+            load: false,
+        },
         source: "Arimoto et al. (1984); Bristow, Tharayil, Alleyne (2006)",
     };
 
@@ -82,13 +93,24 @@ impl Registered for IterativeLearning {
         };
         let period_s = config.servo_period_s();
         let cell = CELL_S / period_s;
-        IterativeLearning { law, period_s, cell, blend: BLEND * cell }
+        IterativeLearning {
+            law,
+            period_s,
+            cell,
+            blend: BLEND * cell,
+        }
     }
 }
 
 impl IterativeLearning {
     /// Ends a stroke and begins the next.
-    fn turn(&self, state: &mut IterativeLearningState, signals: &Signals, direction: i8, since: f64) {
+    fn turn(
+        &self,
+        state: &mut IterativeLearningState,
+        signals: &Signals,
+        direction: i8,
+        since: f64,
+    ) {
         let mut run = std::mem::take(&mut state.run);
         let whole = run.ways.len() <= self.law.most_cells;
         if run.beginning.direction != 0 && whole {
@@ -96,7 +118,11 @@ impl IterativeLearning {
         }
         let reference = &signals.reference;
         let way_since = reference.velocity * since * self.period_s * 0.5;
-        run.beginning = Beginning { position: reference.position - way_since, acceleration: reference.acceleration, direction };
+        run.beginning = Beginning {
+            position: reference.position - way_since,
+            acceleration: reference.acceleration,
+            direction,
+        };
         for cells in [&mut run.ways, &mut run.applied, &mut run.errors] {
             cells.clear();
         }
@@ -114,7 +140,14 @@ impl IterativeLearning {
     }
 
     /// Fills the cell that lies between the tick before and this one, if one does.
-    fn record(&self, state: &mut IterativeLearningState, before: [f64; 4], position: f64, error: f64, correction: f64) {
+    fn record(
+        &self,
+        state: &mut IterativeLearningState,
+        before: [f64; 4],
+        position: f64,
+        error: f64,
+        correction: f64,
+    ) {
         let cell = state.run.ways.len();
         if cell > self.law.most_cells || state.age < self.cell * cell as f64 {
             return;
@@ -125,7 +158,10 @@ impl IterativeLearning {
         state.run.ways.push(way);
         state.run.errors.push(at(error, before[2]));
         state.run.applied.push(at(correction, before[3]));
-        if state.known.is_some_and(|known| !state.strokes.goes_on(known, cell, way)) {
+        if state
+            .known
+            .is_some_and(|known| !state.strokes.goes_on(known, cell, way))
+        {
             let other = state.strokes.find(&state.run.beginning, &state.run.ways);
             self.switch(state, other);
         }
@@ -135,7 +171,8 @@ impl IterativeLearning {
 impl IterativeLearningState {
     /// Correction of the stored stroke at the present time, rad; `cell` in ticks.
     fn planned(&self, cell: f64) -> f64 {
-        self.known.map_or(0.0, |known| self.strokes.correction(known, self.age / cell))
+        self.known
+            .map_or(0.0, |known| self.strokes.correction(known, self.age / cell))
     }
 }
 
@@ -158,21 +195,35 @@ impl Compensator for IterativeLearning {
     }
 
     fn step(&self, state: &mut IterativeLearningState, signals: &Signals) -> Correction {
-        let Some(load) = signals.load_position else { return Correction::NONE };
+        let Some(load) = signals.load_position else {
+            return Correction::NONE;
+        };
         let (position, velocity) = (signals.reference.position, signals.reference.velocity);
-        let before = state.before.unwrap_or([position, velocity, position - load, 0.0]);
+        let before = state
+            .before
+            .unwrap_or([position, velocity, position - load, 0.0]);
         let now = direction(velocity, state.run.beginning.direction);
         state.age += 1.0;
         if now != state.run.beginning.direction {
             // the instant of the reversal, by a straight line through both velocities
-            let since = if before[1] * velocity < 0.0 { velocity / (velocity - before[1]) } else { 1.0 };
+            let since = if before[1] * velocity < 0.0 {
+                velocity / (velocity - before[1])
+            } else {
+                1.0
+            };
             self.turn(state, signals, now, since);
         }
         state.blend[0] = (state.blend[0] + 1.0).min(self.blend);
-        let correction = (state.planned(self.cell) + state.blend[1] * (1.0 - state.blend[0] / self.blend)).clamp(-LARGEST, LARGEST);
+        let correction = (state.planned(self.cell)
+            + state.blend[1] * (1.0 - state.blend[0] / self.blend))
+            .clamp(-LARGEST, LARGEST);
         let error = position - load;
         self.record(state, before, position, error, correction);
         state.before = Some([position, velocity, error, correction]);
-        Correction { position: correction, velocity: (correction - before[3]) / self.period_s, ..Correction::NONE }
+        Correction {
+            position: correction,
+            velocity: (correction - before[3]) / self.period_s,
+            ..Correction::NONE
+        }
     }
 }

@@ -1,21 +1,26 @@
-//! An extended Kalman filter with gap angle and half gap among its states; the gap it finds is crossed on a planned traverse.
+//! An extended Kalman filter with gap angle and half gap among its states; the gap it finds is
+//! crossed on a planned traverse.
 //!
-//! Model, states and noises: `filter` beside this file. Extended: the flank is the one that the mean itself presses on,
+//! Model, states and noises: `filter` beside this file. Extended: the flank is the one that the
+//! mean itself presses on,
 //! ```text
 //! s = 1 where theta_b > b,  -1 where theta_b < -b,  else no contact;   the filter takes the linear step of that flank
 //! ```
-//! The half gap is learned where the motor meets a flank sooner or later than the filter thought. It starts from zero and grows: a half gap
-//! that is thought too large is met too soon, which a filter that believes itself in the gap puts down to noise; it unlearns slowly.
+//! The half gap is learned where the motor meets a flank sooner or later than the filter thought.
+//! It starts from zero and grows: a half gap that is thought too large is met too soon, which a
+//! filter that believes itself in the gap puts down to noise; it unlearns slowly.
 //!
-//! Use: once its standard deviation is below a fifth of it and it agreed within a fifth at the last three changes of flank, the half gap goes to the
-//! traverse of `crossing`.
-//! Signals: references, motor position (rad), current (A): motor side. It is told the load's inertia and friction and the shaft, **not the gap**.
-//! Tunables: noise of the torques (N m), standard deviation of the half gap at the start (as a total gap), how far it may wander (per square root of s).
+//! Use: once its standard deviation is below a fifth of it and it agreed within a fifth at the last
+//! three changes of flank, the half gap goes to the traverse of `crossing`. Signals: references,
+//! motor position (rad), current (A): motor side. It is told the load's inertia and friction and
+//! the shaft, **not the gap**. Tunables: noise of the torques (N m), standard deviation of the half
+//! gap at the start (as a total gap), how far it may wander (per square root of s).
 //!
-//! Fails: where what it is told of load and friction is wrong by more than the noise it was given, since then the difference is explained with the gap. With a
-//! load so free and slow that contact is not felt through the encoder's steps the gap stays at what it was.
-//! Source: Kalman filtering with dead zone and backlash size as states after Lagerberg and Egardt, IEEE Trans. Control Syst. Technol. 15 (2007); here
-//! from the motor's side alone.
+//! Fails: where what it is told of load and friction is wrong by more than the noise it was given,
+//! since then the difference is explained with the gap. With a load so free and slow that contact
+//! is not felt through the encoder's steps the gap stays at what it was. Source: Kalman filtering
+//! with dead zone and backlash size as states after Lagerberg and Egardt, IEEE Trans. Control Syst.
+//! Technol. 15 (2007); here from the motor's side alone.
 
 use super::crossing::{Crossing, CrossingState};
 use super::filter::{Belief, Filter, HALF_GAP};
@@ -46,13 +51,20 @@ impl Registered for Kalman {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "kalman",
         summary: "extended Kalman filter from the motor's side with gap angle and half gap as states; planned traverse",
-        knows: Knowledge { load_scale: false, gap: false, load: true },
+        knows: Knowledge {
+            load_scale: false,
+            gap: false,
+            load: true,
+        },
         source: "after Lagerberg and Egardt, IEEE Trans. Control Syst. Technol. 15 (2007)",
     };
 
     fn from_axis(config: &AxisConfig) -> Kalman {
         let settings = &config.compensation.kalman;
-        Kalman { filter: Filter::new(config, &settings.noises(config)), crossing: Crossing::new(config, settings.torque_share, 0.0) }
+        Kalman {
+            filter: Filter::new(config, &settings.noises(config)),
+            crossing: Crossing::new(config, settings.torque_share, 0.0),
+        }
     }
 }
 
@@ -65,7 +77,12 @@ impl Compensator for Kalman {
 
     fn initial(&self, motor_position: f64) -> KalmanState {
         let crossing = self.crossing.initial(motor_position, self.filter.load());
-        KalmanState { belief: self.filter.initial(motor_position), crossing, current: 0.0, trust: Trust::default() }
+        KalmanState {
+            belief: self.filter.initial(motor_position),
+            crossing,
+            current: 0.0,
+            trust: Trust::default(),
+        }
     }
 
     fn step(&self, state: &mut KalmanState, signals: &Signals) -> Correction {
@@ -73,13 +90,20 @@ impl Compensator for Kalman {
         state.current = signals.current;
         let contact = flank(&state.belief);
         self.filter.predict(&mut state.belief, contact, current);
-        self.filter.update(&mut state.belief, signals.motor_position);
+        self.filter
+            .update(&mut state.belief, signals.motor_position);
         if !state.belief.is_finite() {
             state.belief = self.filter.initial(signals.motor_position);
         }
         let now = flank(&state.belief);
-        let half_gap = state.trust.step(now, state.belief.mean[HALF_GAP], state.belief.half_gap_spread());
-        let crossing = self.crossing.step(&mut state.crossing, signals, self.filter.load(), half_gap);
+        let half_gap = state.trust.step(
+            now,
+            state.belief.mean[HALF_GAP],
+            state.belief.half_gap_spread(),
+        );
+        let crossing =
+            self.crossing
+                .step(&mut state.crossing, signals, self.filter.load(), half_gap);
         Correction {
             gap_angle_estimate: state.belief.mean[super::filter::GAP_ANGLE],
             engagement_estimate: Engagement::of_sign(now),

@@ -37,7 +37,12 @@ mod tests {
 
     #[test]
     fn it_solves_what_was_multiplied() {
-        let a = [[4.0, 1.0, 0.0, 0.5], [1.0, 3.0, 0.2, 0.0], [0.0, 0.2, 2.0, 0.1], [0.5, 0.0, 0.1, 1.0]];
+        let a = [
+            [4.0, 1.0, 0.0, 0.5],
+            [1.0, 3.0, 0.2, 0.0],
+            [0.0, 0.2, 2.0, 0.1],
+            [0.5, 0.0, 0.1, 1.0],
+        ];
         let wanted = [1.0, -2.0, 0.5, 3.0];
         let right = a.map(|row| row.iter().zip(wanted).map(|(a, x)| a * x).sum::<f64>());
         for (x, wanted) in solve(&factor(&a), &right).into_iter().zip(wanted) {

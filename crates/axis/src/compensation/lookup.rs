@@ -1,20 +1,26 @@
-//! Full knowledge: gap, shaft and load are told, the flank is predicted, the gap is crossed on a planned traverse.
+//! Full knowledge: gap, shaft and load are told, the flank is predicted, the gap is crossed on a
+//! planned traverse.
 //!
-//! What a drive can do at best that knows its axis and sees only its motor: the benchmark for methods that have to learn. The load
-//! that is told drives a gapless twin of the axis; where the torque of its shaft is about to change sign, the motor crosses the told gap on
-//! a quintic within a part of the drive's largest torque, with velocity and torque fed forward. Equations: `twin`, `crossing` and
-//! `traverse` beside this file.
+//! What a drive can do at best that knows its axis and sees only its motor: the benchmark for
+//! methods that have to learn. The load that is told drives a gapless twin of the axis; where the
+//! torque of its shaft is about to change sign, the motor crosses the told gap on a quintic within
+//! a part of the drive's largest torque, with velocity and torque fed forward. Equations: `twin`,
+//! `crossing` and `traverse` beside this file.
 //!
-//! Signals: reference, next reference (rad, rad/s, rad/s2). Tunables: told total gap (um, mdeg or motor rad), part of the drive's torque
-//! for a traverse (0 to 1), part of the wind-up T/k that is added to the reference (0 to 1; 0 leaves it as on a machine without a gap). The
-//! load's inertia, friction, constant torque, weight ([`crate::config::Gravity`]) and the shaft's stiffness and damping are those of the description.
+//! Signals: reference, next reference (rad, rad/s, rad/s2). Tunables: told total gap (um, mdeg or
+//! motor rad), part of the drive's torque for a traverse (0 to 1), part of the wind-up T/k that is
+//! added to the reference (0 to 1; 0 leaves it as on a machine without a gap). The load's inertia,
+//! friction, constant torque, weight ([`crate::config::Gravity`]) and the shaft's stiffness and
+//! damping are those of the description.
 //!
-//! Fails: what is told wrongly stays: an error of the gap in full, of the friction as a crossing at the wrong time. A cutting force that
-//! turns the torque around is not foreseen. Without any friction on the load, a landing that is not quite soft lets it float: at a feed so slow
-//! that the load needs less than some thousandths of the rated torque it can take the whole gap to come back. The reference is extrapolated over half
-//! a traverse; a jerk that changes within it makes the crossing early or late.
-//! Source: lookup by torque sign after Gan, Wang, Huang, Machines 2023, 11(2), 193 (their sign(alpha_ref) is the case without friction) and the
-//! controls' sign(v_ref) (the case without inertia); rest-to-rest quintic: standard in trajectory planning.
+//! Fails: what is told wrongly stays: an error of the gap in full, of the friction as a crossing at
+//! the wrong time. A cutting force that turns the torque around is not foreseen. Without any
+//! friction on the load, a landing that is not quite soft lets it float: at a feed so slow that the
+//! load needs less than some thousandths of the rated torque it can take the whole gap to come
+//! back. The reference is extrapolated over half a traverse; a jerk that changes within it makes
+//! the crossing early or late. Source: lookup by torque sign after Gan, Wang, Huang, Machines 2023,
+//! 11(2), 193 (their sign(alpha_ref) is the case without friction) and the controls' sign(v_ref)
+//! (the case without inertia); rest-to-rest quintic: standard in trajectory planning.
 
 use super::crossing::{Crossing, CrossingState};
 use super::registry::Registered;
@@ -39,15 +45,24 @@ impl Registered for Lookup {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "lookup",
         summary: "known gap crossed on a planned traverse where the torque that the known load needs changes sign",
-        knows: Knowledge { load_scale: false, gap: true, load: true },
+        knows: Knowledge {
+            load_scale: false,
+            gap: true,
+            load: true,
+        },
         source: "flank by torque sign after Gan, Wang, Huang, Machines 2023, 11(2), 193; planned traverse",
     };
 
     fn from_axis(config: &AxisConfig) -> Lookup {
         let settings = &config.compensation.lookup;
-        let gap = settings.gap.map_or(config.reflected_load().gap_rad, |told| told.motor_rad(&config.transmission));
+        let gap = settings
+            .gap
+            .map_or(config.reflected_load().gap_rad, |told| {
+                told.motor_rad(&config.transmission)
+            });
         Lookup {
-            crossing: Crossing::new(config, settings.torque_share, settings.wind_up).with_weight(config),
+            crossing: Crossing::new(config, settings.torque_share, settings.wind_up)
+                .with_weight(config),
             load: LoadModel::told(config),
             half_gap: 0.5 * gap,
         }
@@ -66,7 +81,8 @@ impl Compensator for Lookup {
     }
 
     fn step(&self, state: &mut LookupState, signals: &Signals) -> Correction {
-        self.crossing.step(&mut state.0, signals, &self.load, self.half_gap)
+        self.crossing
+            .step(&mut state.0, signals, &self.load, self.half_gap)
     }
 
     fn begin<'a>(&'a self, state: &'a mut LookupState, _: &Signals) -> Option<Twinned<'a>> {
@@ -74,6 +90,7 @@ impl Compensator for Lookup {
     }
 
     fn finish(&self, state: &mut LookupState, signals: &Signals) -> Correction {
-        self.crossing.finish(&mut state.0, signals, &self.load, self.half_gap)
+        self.crossing
+            .finish(&mut state.0, signals, &self.load, self.half_gap)
     }
 }

@@ -1,7 +1,8 @@
 //! Backlash compensators: one file each, one line in the registry.
 //!
-//! A compensator is a block that runs at the servo rate (250 us). Its configuration is immutable and shared, its state is
-//! small, cloneable and serialisable. It sees only what a drive has; [`MethodInfo::knows`] says what it needs beyond that.
+//! A compensator is a block that runs at the servo rate (250 us). Its configuration is immutable
+//! and shared, its state is small, cloneable and serialisable. It sees only what a drive has;
+//! [`MethodInfo::knows`] says what it needs beyond that.
 
 pub mod adaptive;
 pub mod adaptive_inverse;
@@ -39,7 +40,8 @@ pub(crate) use twin::{MotorNumbers, Rates, Twin, TwinState};
 use crate::signal::{Engagement, Reference};
 use serde::{Deserialize, Serialize};
 
-/// What a method may know beyond the signals that every drive has (motor encoder, current, references, motor data sheet).
+/// What a method may know beyond the signals that every drive has (motor encoder, current,
+/// references, motor data sheet).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Knowledge {
     /// It measures the load (a linear scale or a second encoder).
@@ -76,11 +78,13 @@ pub struct Signals {
     pub motor_velocity: f64,
     /// Measured torque-forming current, A.
     pub current: f64,
-    /// Mean of the torque-forming current over the last servo period, from the samples of the current loop, A.
+    /// Mean of the torque-forming current over the last servo period, from the samples of the
+    /// current loop, A.
     pub mean_current: f64,
     /// Whether the drive was at its current or voltage limit in the last period.
     pub saturated: bool,
-    /// Load position from its scale, rad at the motor shaft; only for methods whose [`Knowledge::load_scale`] is set and machines that have one.
+    /// Load position from its scale, rad at the motor shaft; only for methods whose
+    /// [`Knowledge::load_scale`] is set and machines that have one.
     pub load_position: Option<f64>,
 }
 
@@ -122,15 +126,24 @@ impl Correction {
         damping_estimate: f64::NAN,
     };
 
-    /// Whether every output is a number that a drive could act on. A drive ignores an output that is not, for that tick.
+    /// Whether every output is a number that a drive could act on. A drive ignores an output that
+    /// is not, for that tick.
     pub fn is_usable(&self) -> bool {
-        [self.position, self.velocity, self.torque, self.feedback].iter().all(|output| output.abs() < UNUSABLE)
+        [self.position, self.velocity, self.torque, self.feedback]
+            .iter()
+            .all(|output| output.abs() < UNUSABLE)
     }
 
     /// The estimates without any output.
     #[must_use]
     pub fn without_output(self) -> Correction {
-        Correction { position: 0.0, velocity: 0.0, torque: 0.0, feedback: 0.0, ..self }
+        Correction {
+            position: 0.0,
+            velocity: 0.0,
+            torque: 0.0,
+            feedback: 0.0,
+            ..self
+        }
     }
 }
 
@@ -145,7 +158,8 @@ pub trait Compensator: Send + Sync + 'static {
     /// Whether it answers [`Correction::NONE`] to whatever it sees, so that nobody needs to ask.
     const PASSIVE: bool = false;
 
-    /// Whether its [`Correction::inertia_estimate`] is motor and load together, learned for good, and not what the motor carries at the moment.
+    /// Whether its [`Correction::inertia_estimate`] is motor and load together, learned for good,
+    /// and not what the motor carries at the moment.
     const LEARNS_LOAD: bool = false;
 
     /// What it says of itself.
@@ -157,8 +171,9 @@ pub trait Compensator: Send + Sync + 'static {
     /// One servo tick.
     fn step(&self, state: &mut Self::State, signals: &Signals) -> Correction;
 
-    /// What a tick does before the method's own model of the axis is stepped, and that model; nothing for a method that has none. [`Compensator::step`] is
-    /// this, the model's step, and [`Compensator::finish`]; who runs many axes steps their models side by side.
+    /// What a tick does before the method's own model of the axis is stepped, and that model;
+    /// nothing for a method that has none. [`Compensator::step`] is this, the model's step, and
+    /// [`Compensator::finish`]; who runs many axes steps their models side by side.
     fn begin<'a>(&'a self, _state: &'a mut Self::State, _signals: &Signals) -> Option<Twinned<'a>> {
         None
     }

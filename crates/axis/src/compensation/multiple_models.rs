@@ -1,4 +1,5 @@
-//! Interacting multiple models: three Kalman filters, one per flank and one for the gap, mixed by a Markov chain.
+//! Interacting multiple models: three Kalman filters, one per flank and one for the gap, mixed by a
+//! Markov chain.
 //!
 //! Each filter is linear (`filter` beside this file). Every tick:
 //! ```text
@@ -8,13 +9,15 @@
 //! chain:       mu_j = c_j L_j G_j / sum;   p: stays with 1 - p, from flank to gap p, from the gap to either flank p/2
 //! output:      x, P = moments of the mixture with weights mu_j
 //! ```
-//! G is needed because a linear spring also pulls: without it "pulled by the left flank" and "pushed by the right one" look alike.
+//! G is needed because a linear spring also pulls: without it "pulled by the left flank" and
+//! "pushed by the right one" look alike.
 //!
-//! Use: as `kalman`, with changes of the likeliest flank.
-//! Signals: references, motor position (rad), current (A): motor side. It is told the load's inertia and friction and the shaft, **not the gap**.
-//! Tunables: noise of the torques (N m), half gap's spread at the start (as a total gap), its wandering, p (0 to 0.5 a tick).
-//! Fails: as `kalman`; and a chain that changes too readily makes every shake of the torque a change of flank.
-//! Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988).
+//! Use: as `kalman`, with changes of the likeliest flank. Signals: references, motor position
+//! (rad), current (A): motor side. It is told the load's inertia and friction and the shaft, **not
+//! the gap**. Tunables: noise of the torques (N m), half gap's spread at the start (as a total
+//! gap), its wandering, p (0 to 0.5 a tick). Fails: as `kalman`; and a chain that changes too
+//! readily makes every shake of the torque a change of flank. Source: Blom and Bar-Shalom, IEEE
+//! Trans. Automatic Control 33 (1988).
 
 use super::crossing::{Crossing, CrossingState};
 use super::filter::{Belief, Filter, GAP_ANGLE, HALF_GAP, N};
@@ -55,7 +58,11 @@ impl Registered for MultipleModels {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "multiple-models",
         summary: "interacting multiple models {left, gap, right} from the motor's side with the half gap as a state; planned traverse",
-        knows: Knowledge { load_scale: false, gap: false, load: true },
+        knows: Knowledge {
+            load_scale: false,
+            gap: false,
+            load: true,
+        },
         source: "Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988)",
     };
 
@@ -65,14 +72,21 @@ impl Registered for MultipleModels {
         MultipleModels {
             filter: Filter::new(config, &settings.noises(config)),
             crossing: Crossing::new(config, settings.torque_share, 0.0),
-            chain: [[1.0 - p, p, 0.0], [0.5 * p, 1.0 - p, 0.5 * p], [0.0, p, 1.0 - p]],
+            chain: [
+                [1.0 - p, p, 0.0],
+                [0.5 * p, 1.0 - p, 0.5 * p],
+                [0.0, p, 1.0 - p],
+            ],
         }
     }
 }
 
 /// Moments of a mixture.
 fn mixture(beliefs: &[Belief; 3], weights: &[f64; 3]) -> Belief {
-    let mut whole = Belief { mean: [0.0; N], covariance: [[0.0; N]; N] };
+    let mut whole = Belief {
+        mean: [0.0; N],
+        covariance: [[0.0; N]; N],
+    };
     for (belief, weight) in beliefs.iter().zip(weights) {
         for (sum, x) in whole.mean.iter_mut().zip(belief.mean) {
             *sum += weight * x;
@@ -89,7 +103,8 @@ fn mixture(beliefs: &[Belief; 3], weights: &[f64; 3]) -> Belief {
     whole
 }
 
-/// The normal distribution's probability below z, by the logistic curve that lies within a hundredth of it.
+/// The normal distribution's probability below z, by the logistic curve that lies within a
+/// hundredth of it.
 fn probability_below(z: f64) -> f64 {
     1.0 / (1.0 + math::exp((-1.702 * z).clamp(-700.0, 700.0)))
 }
@@ -100,7 +115,11 @@ fn geometry(belief: &Belief, side: i8) -> f64 {
         let spread = (belief.pressed_variance(side) + ROUGHNESS * ROUGHNESS).sqrt();
         probability_below(belief.pressed(side) / spread)
     };
-    if side == 0 { (1.0 - pressed(1)) * (1.0 - pressed(-1)) } else { pressed(side) }
+    if side == 0 {
+        (1.0 - pressed(1)) * (1.0 - pressed(-1))
+    } else {
+        pressed(side)
+    }
 }
 
 impl MultipleModels {
@@ -114,11 +133,14 @@ impl MultipleModels {
             let weights = arriving.map(|weight| weight / prior[j]);
             let mut belief = mixture(&before.0, &weights);
             self.filter.predict(&mut belief, side, current);
-            logs[j] = self.filter.update(&mut belief, reading) + math::log(geometry(&belief, side).max(1e-30));
+            logs[j] = self.filter.update(&mut belief, reading)
+                + math::log(geometry(&belief, side).max(1e-30));
             state.beliefs[j] = belief;
         }
         let largest = logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        let weights: [f64; 3] = std::array::from_fn(|j| (prior[j] * math::exp((logs[j] - largest).max(-700.0))).max(LEAST));
+        let weights: [f64; 3] = std::array::from_fn(|j| {
+            (prior[j] * math::exp((logs[j] - largest).max(-700.0))).max(LEAST)
+        });
         let sum: f64 = weights.iter().sum();
         state.probability = weights.map(|weight| weight / sum);
     }
@@ -145,14 +167,31 @@ impl Compensator for MultipleModels {
         let current = Filter::mean_current(state.current, signals);
         state.current = signals.current;
         self.filter_all(state, signals.motor_position, current);
-        if !state.beliefs.iter().all(Belief::is_finite) || !state.probability.iter().all(|p| p.is_finite()) {
+        if !state.beliefs.iter().all(Belief::is_finite)
+            || !state.probability.iter().all(|p| p.is_finite())
+        {
             state.beliefs = [self.filter.initial(signals.motor_position); 3];
             state.probability = [0.25, 0.5, 0.25];
         }
         let whole = mixture(&state.beliefs, &state.probability);
-        let likeliest = SIDES.into_iter().zip(state.probability).fold((0, 0.5), |best, next| if next.1 > best.1 { next } else { best }).0;
-        let half_gap = state.trust.step(likeliest, whole.mean[HALF_GAP], whole.half_gap_spread());
-        let crossing = self.crossing.step(&mut state.crossing, signals, self.filter.load(), half_gap);
-        Correction { gap_angle_estimate: whole.mean[GAP_ANGLE], engagement_estimate: Engagement::of_sign(likeliest), ..crossing }
+        let likeliest = SIDES
+            .into_iter()
+            .zip(state.probability)
+            .fold(
+                (0, 0.5),
+                |best, next| if next.1 > best.1 { next } else { best },
+            )
+            .0;
+        let half_gap = state
+            .trust
+            .step(likeliest, whole.mean[HALF_GAP], whole.half_gap_spread());
+        let crossing =
+            self.crossing
+                .step(&mut state.crossing, signals, self.filter.load(), half_gap);
+        Correction {
+            gap_angle_estimate: whole.mean[GAP_ANGLE],
+            engagement_estimate: Engagement::of_sign(likeliest),
+            ..crossing
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! No compensation: the axis as it is.
 //!
-//! Signals: none. Tunables: none. Fails: leaves the whole gap in the path. Source: the baseline of every comparison.
+//! Signals: none. Tunables: none. Fails: leaves the whole gap in the path. Source: the baseline of
+//! every comparison.
 
 use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
@@ -14,7 +15,11 @@ impl Registered for Uncompensated {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "none",
         summary: "no compensation",
-        knows: Knowledge { load_scale: false, gap: false, load: false },
+        knows: Knowledge {
+            load_scale: false,
+            gap: false,
+            load: false,
+        },
         source: "baseline",
     };
 

@@ -1,4 +1,5 @@
-//! A compensator with the shaft's estimator beside it: outputs are the compensator's own, bit by bit; only the estimates are more.
+//! A compensator with the shaft's estimator beside it: outputs are the compensator's own, bit by
+//! bit; only the estimates are more.
 
 use super::shaft::{ShaftEstimator, ShaftState};
 use super::{Compensator, Correction, MethodInfo, Signals, Twinned};
@@ -23,16 +24,29 @@ pub struct ObservedState<S> {
 impl<C: Compensator> Observed<C> {
     /// On an axis whose description has been checked.
     pub fn new(compensator: C, config: &AxisConfig) -> Observed<C> {
-        Observed { compensator, shaft: ShaftEstimator::new(config), motor_inertia: config.motor_side_inertia_kgm2() }
+        Observed {
+            compensator,
+            shaft: ShaftEstimator::new(config),
+            motor_inertia: config.motor_side_inertia_kgm2(),
+        }
     }
 }
 
 impl<C: Compensator> Observed<C> {
-    fn watch(&self, state: &mut ShaftState, signals: &Signals, correction: Correction) -> Correction {
+    fn watch(
+        &self,
+        state: &mut ShaftState,
+        signals: &Signals,
+        correction: Correction,
+    ) -> Correction {
         let learned = correction.inertia_estimate - self.motor_inertia;
         let load_inertia = (C::LEARNS_LOAD && learned > 0.0).then_some(learned);
         let found = self.shaft.step(state, signals, load_inertia);
-        Correction { stiffness_estimate: found.stiffness_nm_per_rad, damping_estimate: found.damping_nm_s_per_rad, ..correction }
+        Correction {
+            stiffness_estimate: found.stiffness_nm_per_rad,
+            damping_estimate: found.damping_nm_s_per_rad,
+            ..correction
+        }
     }
 }
 
@@ -46,7 +60,10 @@ impl<C: Compensator> Compensator for Observed<C> {
     }
 
     fn initial(&self, motor_position: f64) -> Self::State {
-        ObservedState { compensator: self.compensator.initial(motor_position), shaft: ShaftState::default() }
+        ObservedState {
+            compensator: self.compensator.initial(motor_position),
+            shaft: ShaftState::default(),
+        }
     }
 
     fn step(&self, state: &mut Self::State, signals: &Signals) -> Correction {

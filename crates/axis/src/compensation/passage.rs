@@ -1,8 +1,10 @@
 //! Does an acceleration that runs towards zero go through, or does it end there?
 //!
-//! On an arc it goes through, and the flank of a load without friction changes there. At the end of a ramp it ends: in steady travel, or at rest; whoever
-//! extrapolates it sees a change of flank that never comes, and a load that is let go there floats. The reference does not tell beforehand. What it
-//! did the last time is expected again, for the ends of speeding up and of slowing down each; at first, that it ends.
+//! On an arc it goes through, and the flank of a load without friction changes there. At the end of
+//! a ramp it ends: in steady travel, or at rest; whoever extrapolates it sees a change of flank
+//! that never comes, and a load that is let go there floats. The reference does not tell
+//! beforehand. What it did the last time is expected again, for the ends of speeding up and of
+//! slowing down each; at first, that it ends.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,8 +30,16 @@ struct Awaited {
 }
 
 impl Passage {
-    /// Speed and acceleration some ticks of `period` (s) ahead (rad/s, rad/s2) from those now and the change of acceleration in a tick. To be asked every tick.
-    pub(super) fn ahead(&mut self, speed: f64, acceleration: f64, step: f64, lead_ticks: f64, period: f64) -> [f64; 2] {
+    /// Speed and acceleration some ticks of `period` (s) ahead (rad/s, rad/s2) from those now and
+    /// the change of acceleration in a tick. To be asked every tick.
+    pub(super) fn ahead(
+        &mut self,
+        speed: f64,
+        acceleration: f64,
+        step: f64,
+        lead_ticks: f64,
+        period: f64,
+    ) -> [f64; 2] {
         self.look(acceleration);
         let free = acceleration + step * lead_ticks;
         let speed_there = speed + (acceleration + 0.5 * step * lead_ticks) * lead_ticks * period;
@@ -39,17 +49,30 @@ impl Passage {
         let slowing = acceleration * speed < 0.0;
         if self.awaited.is_none() {
             let ticks = lead_ticks - acceleration / step;
-            self.awaited = Some(Awaited { slowing, acceleration: step * lead_ticks, ticks: ticks.ceil() as u32 });
+            self.awaited = Some(Awaited {
+                slowing,
+                acceleration: step * lead_ticks,
+                ticks: ticks.ceil() as u32,
+            });
         }
         if self.goes_through[usize::from(slowing)] {
             return [speed_there, free];
         }
         let end = speed - 0.5 * acceleration * acceleration / step * period;
-        [if end.abs() < REST * speed.abs() { 0.0 } else { end }, 0.0]
+        [
+            if end.abs() < REST * speed.abs() {
+                0.0
+            } else {
+                end
+            },
+            0.0,
+        ]
     }
 
     fn look(&mut self, acceleration: f64) {
-        let Some(awaited) = &mut self.awaited else { return };
+        let Some(awaited) = &mut self.awaited else {
+            return;
+        };
         awaited.ticks = awaited.ticks.saturating_sub(1);
         if awaited.ticks == 0 {
             let (wanted, slowing) = (awaited.acceleration, usize::from(awaited.slowing));
@@ -73,13 +96,22 @@ mod tests {
         for tick in 0..2500_u32 {
             let at = |tick: u32| w * f64::from(tick) * Clock::SERVO.period_s();
             let step = math::cos(at(tick + 1)) - math::cos(at(tick));
-            let [_, ahead] = passage.ahead(math::sin(at(tick)) / w, math::cos(at(tick)), step, LEAD, Clock::SERVO.period_s());
+            let [_, ahead] = passage.ahead(
+                math::sin(at(tick)) / w,
+                math::cos(at(tick)),
+                step,
+                LEAD,
+                Clock::SERVO.period_s(),
+            );
             // half a turn holds one end of speeding up and one of slowing down
             if ahead * math::cos(at(tick + LEAD as u32)) <= 0.0 {
                 wrong[(tick / 628) as usize] += 1;
             }
         }
-        assert!(wrong[0] > 4 && wrong[2..].iter().sum::<i32>() <= 2, "{wrong:?}");
+        assert!(
+            wrong[0] > 4 && wrong[2..].iter().sum::<i32>() <= 2,
+            "{wrong:?}"
+        );
     }
 
     #[test]
@@ -93,7 +125,10 @@ mod tests {
                 assert!(ahead[0] >= -1e-12 && ahead[1] <= 0.0, "{left} {ahead:?}");
             }
             for _ in 0..20 {
-                assert_eq!(passage.ahead(0.0, 0.0, 0.0, LEAD, Clock::SERVO.period_s()), [0.0, 0.0]);
+                assert_eq!(
+                    passage.ahead(0.0, 0.0, 0.0, LEAD, Clock::SERVO.period_s()),
+                    [0.0, 0.0]
+                );
             }
         }
     }

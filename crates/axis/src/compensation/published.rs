@@ -1,5 +1,5 @@
-//! The adaptive compensation of Gan, Wang, Huang, *Adaptive Backlash Compensation for CNC Machining Applications*,
-//! Machines 2023, 11(2), 193, equations (4) to (13), at the servo period T = 250 us.
+//! The adaptive compensation of Gan, Wang, Huang, *Adaptive Backlash Compensation for CNC Machining
+//! Applications*, Machines 2023, 11(2), 193, equations (4) to (13), at the servo period T = 250 us.
 //!
 //! ```text
 //! (4)  ES in {-1, 0, 1}: which flank is in contact; starts at 0
@@ -17,22 +17,30 @@
 //!      dtheta_c = dtheta_M(k) latched where ES became 0 (the load is taken to coast at that speed)
 //! (13) theta_L = theta_M - theta_b goes to the position loop
 //! ```
-//! Signals: motor position (rad), current (A), reference acceleration (rad/s2). It knows K_t and J_M (rotor and screw) from the data sheets.
-//! Tunables: lambda (0 to 1), P0 (same for all three parameters), and the acceleration that counts as zero (rad/s2).
+//! Signals: motor position (rad), current (A), reference acceleration (rad/s2). It knows K_t and
+//! J_M (rotor and screw) from the data sheets. Tunables: lambda (0 to 1), P0 (same for all three
+//! parameters), and the acceleration that counts as zero (rad/s2).
 //!
-//! The paper gives neither lambda nor P0. On its own axis, moving 0 -> 20 rad -> 0, the settled offset falls below a tenth of that without compensation for P0 from 100
-//! to 300 with lambda 0.4 to 0.77, and again from 1e7 on; P0 below 10 learns too slowly, from 1e3 to 1e5 the way back ends on
-//! the wrong flank, and lambda 0.2 never works. Another motor needs another P0: it scales with the square of K_t T^2/J.
+//! The paper gives neither lambda nor P0. On its own axis, moving 0 -> 20 rad -> 0, the settled
+//! offset falls below a tenth of that without compensation for P0 from 100 to 300 with lambda 0.4
+//! to 0.77, and again from 1e7 on; P0 below 10 learns too slowly, from 1e3 to 1e5 the way back ends
+//! on the wrong flank, and lambda 0.2 never works. Another motor needs another P0: it scales with
+//! the square of K_t T^2/J.
 //!
 //! Fails:
 //! - The printed gain of (6) diverges once phi' P phi > 2.
-//! - (8) fires only where the acceleration leaves exact zero. On an arc it never does again: ES latches, theta_b stays on one side, and the
-//!   error reaches the whole gap, **twice that of no compensation**.
-//! - J_min has to lie below J_M + J_L, which nobody told the drive: lambda < 1 - J_M/(J_M + J_L). Above it, theta_b grows without bound.
-//! - theta_b is a sum of differences that nothing re-anchors: it drifts. Wind-up of the shaft counts as gap.
-//! - Three parameters from absolute angles, of which 1 + a1 + a2 = 0 always holds: ill-conditioned far from zero, and with an encoder of finite resolution
-//!   a large P0 fits its steps. With 2^20 counts theta_b can run away by millimetres where load friction is small.
-//! - A friction-driven load changes flanks with the velocity; `sign(alpha_ref)` in (11) is then wrong.
+//! - (8) fires only where the acceleration leaves exact zero. On an arc it never does again: ES
+//!   latches, theta_b stays on one side, and the error reaches the whole gap, **twice that of no
+//!   compensation**.
+//! - J_min has to lie below J_M + J_L, which nobody told the drive: lambda < 1 - J_M/(J_M + J_L).
+//!   Above it, theta_b grows without bound.
+//! - theta_b is a sum of differences that nothing re-anchors: it drifts. Wind-up of the shaft
+//!   counts as gap.
+//! - Three parameters from absolute angles, of which 1 + a1 + a2 = 0 always holds: ill-conditioned
+//!   far from zero, and with an encoder of finite resolution a large P0 fits its steps. With 2^20
+//!   counts theta_b can run away by millimetres where load friction is small.
+//! - A friction-driven load changes flanks with the velocity; `sign(alpha_ref)` in (11) is then
+//!   wrong.
 
 use super::registry::Registered;
 use super::{Compensator, Correction, Knowledge, MethodInfo, Signals};
@@ -72,14 +80,22 @@ pub struct PublishedState {
 static USUAL: MethodInfo = MethodInfo {
     name: "published",
     summary: "recursive least squares of the carried inertia; the gap angle is summed up while it is small (usual gain)",
-    knows: Knowledge { load_scale: false, gap: false, load: false },
+    knows: Knowledge {
+        load_scale: false,
+        gap: false,
+        load: false,
+    },
     source: SOURCE,
 };
 
 static AS_PRINTED: MethodInfo = MethodInfo {
     name: "published-literal",
     summary: "the same with the least squares' gain as printed, which diverges for large P0",
-    knows: Knowledge { load_scale: false, gap: false, load: false },
+    knows: Knowledge {
+        load_scale: false,
+        gap: false,
+        load: false,
+    },
     source: SOURCE,
 };
 
@@ -97,7 +113,9 @@ impl<const LITERAL: bool> Published<LITERAL> {
         let period = config.servo_period_s();
         let motor_inertia = config.motor_side_inertia_kgm2();
         let load_inertia = config.reflected_load().inertia_kgm2;
-        let lambda = settings.lambda.unwrap_or(PART_OF_BOUND * load_inertia / (motor_inertia + load_inertia));
+        let lambda = settings
+            .lambda
+            .unwrap_or(PART_OF_BOUND * load_inertia / (motor_inertia + load_inertia));
         Published {
             impulse: config.motor.torque_constant_nm_per_a * period * period,
             motor_inertia,
@@ -108,12 +126,18 @@ impl<const LITERAL: bool> Published<LITERAL> {
     }
 
     fn start_covariance(&self) -> [[f64; 3]; 3] {
-        [[self.p0, 0.0, 0.0], [0.0, self.p0, 0.0], [0.0, 0.0, self.p0]]
+        [
+            [self.p0, 0.0, 0.0],
+            [0.0, self.p0, 0.0],
+            [0.0, 0.0, self.p0],
+        ]
     }
 
     /// Equations (6) and (7).
     fn least_squares(&self, state: &mut PublishedState, phi: &[f64; 3], position: f64) {
-        let p_phi = state.covariance.map(|row| row[0] * phi[0] + row[1] * phi[1] + row[2] * phi[2]);
+        let p_phi = state
+            .covariance
+            .map(|row| row[0] * phi[0] + row[1] * phi[1] + row[2] * phi[2]);
         let denominator = 1.0 + phi[0] * p_phi[0] + phi[1] * p_phi[1] + phi[2] * p_phi[2];
         let [a1, a2, b0] = state.parameters;
         let error = position - (phi[0] * a1 + phi[1] * a2 + phi[2] * b0);

@@ -1,4 +1,5 @@
-//! A way from one offset to another within a set time: `3 u^2 - 2 u^3`, at rest at both ends. And the direction of a reference.
+//! A way from one offset to another within a set time: `3 u^2 - 2 u^3`, at rest at both ends. And
+//! the direction of a reference.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +27,13 @@ impl RampTime {
     /// A ramp of so many ms in ticks of `period_s`; a single tick if it is shorter than that.
     pub(super) fn from_ms(ms: f64, period_s: f64) -> RampTime {
         let ramp_s = ms * 1e-3;
-        RampTime { per_tick: if ramp_s > period_s { period_s / ramp_s } else { 1.0 } }
+        RampTime {
+            per_tick: if ramp_s > period_s {
+                period_s / ramp_s
+            } else {
+                1.0
+            },
+        }
     }
 }
 
@@ -39,11 +46,17 @@ pub(super) struct Ramp {
 
 impl Ramp {
     /// Arrived.
-    pub(super) const DONE: Ramp = Ramp { from: 0.0, progress: 1.0 };
+    pub(super) const DONE: Ramp = Ramp {
+        from: 0.0,
+        progress: 1.0,
+    };
 
     /// Sets out from here.
     pub(super) fn start(&mut self, from: f64) {
-        *self = Ramp { from, progress: 0.0 };
+        *self = Ramp {
+            from,
+            progress: 0.0,
+        };
     }
 
     /// One tick on.

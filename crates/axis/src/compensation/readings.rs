@@ -1,9 +1,12 @@
-//! What is known of a number of which readings come one after the other: the largest group of the last ones that agree.
+//! What is known of a number of which readings come one after the other: the largest group of the
+//! last ones that agree.
 //!
-//! A reading may be wrong and sure of itself, so none counts alone, and none is believed because it came first. Readings agree within their variances and
-//! the drift since; those of the largest group (of groups of one size, the one with the newest reading) are joined by a scalar Kalman filter
-//! from the oldest on. Where the flank wavered, the motor may have crossed more than once, and the way adds up: such a reading counts only if it is not much larger
-//! than those of single crossings.
+//! A reading may be wrong and sure of itself, so none counts alone, and none is believed because it
+//! came first. Readings agree within their variances and the drift since; those of the largest
+//! group (of groups of one size, the one with the newest reading) are joined by a scalar Kalman
+//! filter from the oldest on. Where the flank wavered, the motor may have crossed more than once,
+//! and the way adds up: such a reading counts only if it is not much larger than those of single
+//! crossings.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,10 +18,12 @@ const DRIFT: f64 = 0.005;
 const LEAST: f64 = 0.005;
 /// Standard deviations within which readings agree.
 const GATE: f64 = 3.0;
-/// Standard deviation over value below which what is known is used, and a reading that counts alone.
+/// Standard deviation over value below which what is known is used, and a reading that counts
+/// alone.
 const SURE: f64 = 0.1;
 const ALONE: f64 = 0.2;
-/// A reading over a flank that wavered is too large if it is so many times one of a single crossing.
+/// A reading over a flank that wavered is too large if it is so many times one of a single
+/// crossing.
 const LARGER: f64 = 1.5;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -43,43 +48,82 @@ struct Kept {
 }
 
 impl Readings {
-    /// Takes a reading and its variance; `wavered`: the flank wavered meanwhile; `alone`: it is so clear that it counts alone.
+    /// Takes a reading and its variance; `wavered`: the flank wavered meanwhile; `alone`: it is so
+    /// clear that it counts alone.
     pub(super) fn take(&mut self, value: f64, variance: f64, wavered: bool, alone: bool) {
-        let single = |kept: &Kept| if kept.wavered { f64::INFINITY } else { kept.value };
-        let most = LARGER * self.recent.iter().flatten().map(single).fold(if wavered { f64::INFINITY } else { value }, f64::min);
+        let single = |kept: &Kept| {
+            if kept.wavered {
+                f64::INFINITY
+            } else {
+                kept.value
+            }
+        };
+        let most = LARGER
+            * self
+                .recent
+                .iter()
+                .flatten()
+                .map(single)
+                .fold(if wavered { f64::INFINITY } else { value }, f64::min);
         if wavered && value > most {
             return;
         }
         self.seen = self.seen.saturating_add(1);
-        self.recent.iter_mut().for_each(|entry| *entry = entry.filter(|kept| !kept.wavered || kept.value <= most));
+        self.recent
+            .iter_mut()
+            .for_each(|entry| *entry = entry.filter(|kept| !kept.wavered || kept.value <= most));
         self.recent.rotate_right(1);
-        self.recent[0] = Some(Kept { value, variance: variance + LEAST * LEAST * value * value, wavered, alone });
+        self.recent[0] = Some(Kept {
+            value,
+            variance: variance + LEAST * LEAST * value * value,
+            wavered,
+            alone,
+        });
         self.count = 0;
         for age in 0..KEPT {
             let group = self.group(age);
             if group.count > self.count {
-                (self.value, self.variance, self.count) = (group.value, group.variance, group.count);
+                (self.value, self.variance, self.count) =
+                    (group.value, group.variance, group.count);
             }
         }
     }
 
-    /// The readings that agree with one of them, joined: a straight line over their age up to the newest of them, as steep as they show and drifts are.
+    /// The readings that agree with one of them, joined: a straight line over their age up to the
+    /// newest of them, as steep as they show and drifts are.
     fn group(&self, around: usize) -> Readings {
         let mut joined = Readings::default();
-        let Some(Kept { value: centre, variance: its, .. }) = self.recent[around] else { return joined };
+        let Some(Kept {
+            value: centre,
+            variance: its,
+            ..
+        }) = self.recent[around]
+        else {
+            return joined;
+        };
         let drift = DRIFT * centre;
         // what is left out says nothing of how far the drift went meanwhile
         let mut newest = None;
         let (mut normal, mut right) = ([0.0, 0.0, 1.0 / (drift * drift)], [0.0; 2]);
         for (age, reading) in self.recent.iter().enumerate() {
-            let Some(Kept { value, variance, .. }) = *reading else { continue };
+            let Some(Kept {
+                value, variance, ..
+            }) = *reading
+            else {
+                continue;
+            };
             let apart = drift * age.abs_diff(around) as f64;
-            if (value - centre) * (value - centre) > GATE * GATE * (its + variance + apart * apart) {
+            if (value - centre) * (value - centre) > GATE * GATE * (its + variance + apart * apart)
+            {
                 continue;
             }
             let newest = *newest.get_or_insert(age);
             let (weight, age) = (1.0 / variance, (age - newest) as f64);
-            normal = [normal[0] + weight, normal[1] - weight * age, normal[2] + weight * age * age];
+            normal = [
+                normal[0] + weight,
+                normal[1] - weight * age,
+                normal[2] + weight * age * age,
+            ];
             right = [right[0] + weight * value, right[1] - weight * age * value];
             joined.count += 1;
         }
@@ -89,18 +133,30 @@ impl Readings {
         joined
     }
 
-    /// The value to use: that of readings that agree, or the least of those that count alone, since too small a one can do no harm. 0 if none is sure.
+    /// The value to use: that of readings that agree, or the least of those that count alone, since
+    /// too small a one can do no harm. 0 if none is sure.
     pub(super) fn used(&self) -> f64 {
         if self.count > 1 {
             return if self.doubt() < SURE { self.value } else { 0.0 };
         }
-        let alone = |kept: &&Kept| kept.alone && kept.variance < ALONE * ALONE * kept.value * kept.value;
-        self.recent.iter().flatten().filter(alone).map(|kept| kept.value).reduce(f64::min).unwrap_or(0.0)
+        let alone =
+            |kept: &&Kept| kept.alone && kept.variance < ALONE * ALONE * kept.value * kept.value;
+        self.recent
+            .iter()
+            .flatten()
+            .filter(alone)
+            .map(|kept| kept.value)
+            .reduce(f64::min)
+            .unwrap_or(0.0)
     }
 
     /// Standard deviation over value.
     pub(super) fn doubt(&self) -> f64 {
-        if self.count == 0 || self.value <= 0.0 { f64::INFINITY } else { self.variance.sqrt() / self.value }
+        if self.count == 0 || self.value <= 0.0 {
+            f64::INFINITY
+        } else {
+            self.variance.sqrt() / self.value
+        }
     }
 }
 
@@ -115,7 +171,10 @@ mod tests {
             let value = 1.0 + 0.005 * f64::from(n);
             known.take(if n % 7 == 3 { 3.0 } else { value }, 1e-6, false, true);
         }
-        assert!((known.value - 1.245).abs() < 0.03 && known.doubt() < 0.02, "{known:?}");
+        assert!(
+            (known.value - 1.245).abs() < 0.03 && known.doubt() < 0.02,
+            "{known:?}"
+        );
     }
 
     #[test]
@@ -126,9 +185,15 @@ mod tests {
         known.take(1.0, 1e-6, false, true);
         assert_eq!((known.value, known.count), (1.0, 1));
         known.take(1.01, 1e-6, false, true);
-        assert!((known.value - 1.005).abs() < 2e-3 && known.count == 2, "{known:?}");
+        assert!(
+            (known.value - 1.005).abs() < 2e-3 && known.count == 2,
+            "{known:?}"
+        );
         known.take(3.0, 1e-6, false, true);
-        assert!((known.value - 1.005).abs() < 2e-3 && known.count == 2, "{known:?}");
+        assert!(
+            (known.value - 1.005).abs() < 2e-3 && known.count == 2,
+            "{known:?}"
+        );
     }
 
     #[test]
@@ -149,7 +214,13 @@ mod tests {
     fn of_clear_readings_that_contradict_each_other_the_least_is_used_until_two_agree() {
         let mut known = Readings::default();
         let mut used = Vec::new();
-        for (value, alone) in [(2.0, false), (2.6, true), (1.6, true), (3.5, true), (3.51, false)] {
+        for (value, alone) in [
+            (2.0, false),
+            (2.6, true),
+            (1.6, true),
+            (3.5, true),
+            (3.51, false),
+        ] {
             known.take(value, 1e-6, false, alone);
             used.push(known.used());
         }

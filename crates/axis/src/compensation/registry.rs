@@ -42,14 +42,21 @@ pub struct Method {
 
 impl Method {
     const fn of<C: Registered>() -> Method {
-        Method { info: C::INFO, build: built::<C> }
+        Method {
+            info: C::INFO,
+            build: built::<C>,
+        }
     }
 }
 
 fn built<C: Registered>(config: &AxisConfig, start: f64) -> Box<dyn AxisRunner> {
     let compensator = C::from_axis(config);
     if config.compensation.estimate_shaft {
-        return Box::new(AxisSim::new(config, Observed::new(compensator, config), start));
+        return Box::new(AxisSim::new(
+            config,
+            Observed::new(compensator, config),
+            start,
+        ));
     }
     Box::new(AxisSim::new(config, compensator, start))
 }
@@ -79,24 +86,39 @@ pub static METHODS: &[Method] = &[
 /// # Errors
 /// [`AxisError::UnknownMethod`] with the names there are.
 pub fn find_method(name: &str) -> Result<&'static Method, AxisError> {
-    METHODS.iter().find(|method| method.info.name == name).ok_or_else(|| AxisError::UnknownMethod {
-        name: name.to_owned(),
-        known: METHODS.iter().map(|method| method.info.name).collect::<Vec<_>>().join(", "),
-    })
+    METHODS
+        .iter()
+        .find(|method| method.info.name == name)
+        .ok_or_else(|| AxisError::UnknownMethod {
+            name: name.to_owned(),
+            known: METHODS
+                .iter()
+                .map(|method| method.info.name)
+                .collect::<Vec<_>>()
+                .join(", "),
+        })
 }
 
-/// An axis with a compensator, standing still with its motor at `start_position` (mm, deg or rad: the axis' unit).
+/// An axis with a compensator, standing still with its motor at `start_position` (mm, deg or rad:
+/// the axis' unit).
 ///
 /// # Errors
-/// A description that makes no sense, an unknown method, a start position that is not a finite number.
-pub fn build_runner(config: &AxisConfig, method: &str, start_position: f64) -> Result<Box<dyn AxisRunner>, AxisError> {
+/// A description that makes no sense, an unknown method, a start position that is not a finite
+/// number.
+pub fn build_runner(
+    config: &AxisConfig,
+    method: &str,
+    start_position: f64,
+) -> Result<Box<dyn AxisRunner>, AxisError> {
     let method = find_method(method)?;
     config.check()?;
     if method.info.name == Adaptive::INFO.name {
         usual_servo(config)?;
     }
     if !start_position.is_finite() {
-        return Err(AxisError::StartPosition { value: start_position });
+        return Err(AxisError::StartPosition {
+            value: start_position,
+        });
     }
     Ok((method.build)(config, start_position))
 }
@@ -108,7 +130,10 @@ fn usual_servo(config: &AxisConfig) -> Result<(), AxisConfigError> {
     }
     Err(AxisConfigError::Mismatch {
         key: "cycles.servo_us".to_owned(),
-        reason: format!("it is {}, and `adaptive` works at 250 only", config.cycles.servo_us),
+        reason: format!(
+            "it is {}, and `adaptive` works at 250 only",
+            config.cycles.servo_us
+        ),
         hint: "leave servo_us out, or take another method".to_owned(),
     })
 }

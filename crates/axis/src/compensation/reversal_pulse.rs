@@ -1,18 +1,22 @@
-//! A pulse at each reversal: extra speed or torque for a short time that pushes the motor across the gap.
+//! A pulse at each reversal: extra speed or torque for a short time that pushes the motor across
+//! the gap.
 //!
 //! ```text
 //! at each change of sign of w_ref (|w_ref| <= 1e-6 rad/s keeps it), after the set delay:
 //! direction * a (1 - t/T) for 0 <= t < T is added to the velocity reference, direction * m (1 - t/T) to the torque
 //! ```
-//! Nothing holds the motor there afterwards: the position loop does not know of the gap and pulls it back. It shortens the time in which
-//! the load stands still after a reversal; the offset of half a gap stays.
+//! Nothing holds the motor there afterwards: the position loop does not know of the gap and pulls
+//! it back. It shortens the time in which the load stands still after a reversal; the offset of
+//! half a gap stays.
 //!
-//! Signals: reference velocity, rad/s. Tunables: speed a (rad/s at the motor; if left out, so much that the pulse's area is the true gap
-//! and no torque is given), torque m (N m), time T (ms), delay (ms). It knows the gap where neither is given.
-//! Against the velocity loop a torque pulse works only while it is shorter than the loop's own time (about 1/(2 pi f_v)), and it lands the motor hard.
-//! Fails: too strong, it makes a notch of the opposite sign; right at one feed and friction, it is wrong at others; on a load without friction it
-//! pushes at the wrong time.
-//! Source: common practice: backlash acceleration of Fanuc (servo function), stick-slip or friction injection pulse of Siemens and Heidenhain.
+//! Signals: reference velocity, rad/s. Tunables: speed a (rad/s at the motor; if left out, so much
+//! that the pulse's area is the true gap and no torque is given), torque m (N m), time T (ms),
+//! delay (ms). It knows the gap where neither is given. Against the velocity loop a torque pulse
+//! works only while it is shorter than the loop's own time (about 1/(2 pi f_v)), and it lands the
+//! motor hard. Fails: too strong, it makes a notch of the opposite sign; right at one feed and
+//! friction, it is wrong at others; on a load without friction it pushes at the wrong time. Source:
+//! common practice: backlash acceleration of Fanuc (servo function), stick-slip or friction
+//! injection pulse of Siemens and Heidenhain.
 
 use super::ramp::direction;
 use super::registry::Registered;
@@ -40,7 +44,11 @@ impl Registered for ReversalPulse {
     const INFO: &'static MethodInfo = &MethodInfo {
         name: "reversal-pulse",
         summary: "a short pulse of speed or torque at each reversal of the commanded velocity",
-        knows: Knowledge { load_scale: false, gap: true, load: false },
+        knows: Knowledge {
+            load_scale: false,
+            gap: true,
+            load: false,
+        },
         source: "common practice: Fanuc backlash acceleration, Siemens and Heidenhain friction pulse",
     };
 
@@ -50,7 +58,13 @@ impl Registered for ReversalPulse {
         // a triangle of the gap's area
         let of_gap = 2.0 * config.reflected_load().gap_rad / (settings.time_ms * 1e-3);
         ReversalPulse {
-            speed: settings.speed_rad_s.unwrap_or(if settings.torque_nm.is_none() { of_gap } else { 0.0 }),
+            speed: settings
+                .speed_rad_s
+                .unwrap_or(if settings.torque_nm.is_none() {
+                    of_gap
+                } else {
+                    0.0
+                }),
             torque: settings.torque_nm.unwrap_or(0.0),
             ticks: settings.time_ms * per_ms,
             delay: settings.delay_ms * per_ms,
@@ -66,14 +80,20 @@ impl Compensator for ReversalPulse {
     }
 
     fn initial(&self, _motor_position: f64) -> ReversalPulseState {
-        ReversalPulseState { direction: 0, since: self.delay + self.ticks }
+        ReversalPulseState {
+            direction: 0,
+            since: self.delay + self.ticks,
+        }
     }
 
     #[inline]
     fn step(&self, state: &mut ReversalPulseState, signals: &Signals) -> Correction {
         let direction = direction(signals.reference.velocity, state.direction);
         if direction != state.direction {
-            *state = ReversalPulseState { direction, since: 0.0 };
+            *state = ReversalPulseState {
+                direction,
+                since: 0.0,
+            };
         }
         let u = (state.since - self.delay) / self.ticks;
         state.since = (state.since + 1.0).min(self.delay + self.ticks);
@@ -81,6 +101,10 @@ impl Compensator for ReversalPulse {
             return Correction::NONE;
         }
         let shape = f64::from(state.direction) * (1.0 - u);
-        Correction { velocity: self.speed * shape, torque: self.torque * shape, ..Correction::NONE }
+        Correction {
+            velocity: self.speed * shape,
+            torque: self.torque * shape,
+            ..Correction::NONE
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Strokes that were seen, with what was learned for each; a memory with a bound.
 //!
-//! A stroke goes from one reversal of the reference to the next. It is known again by its beginning, and stays known as long as its reference
-//! stays where the stored one was.
+//! A stroke goes from one reversal of the reference to the next. It is known again by its
+//! beginning, and stays known as long as its reference stays where the stored one was.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 const SHORTEST: usize = 20;
 /// What a stroke takes beside its cells, in cells.
 const OVERHEAD: usize = 8;
-/// How near a reference has to be to count as the same: rad, and part of the way since the reversal.
+/// How near a reference has to be to count as the same: rad, and part of the way since the
+/// reversal.
 const NEAR_RAD: f64 = 5e-4;
 const NEAR_SHARE: f64 = 1e-4;
 /// How near the accelerations at the reversal, over the larger.
@@ -34,7 +35,8 @@ impl Beginning {
     }
 }
 
-/// A stroke under way or done: per cell of 1 ms the way of the reference, what was added, and the load's error, rad.
+/// A stroke under way or done: per cell of 1 ms the way of the reference, what was added, and the
+/// load's error, rad.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Run {
     pub(super) beginning: Beginning,
@@ -92,9 +94,15 @@ impl Strokes {
         let same = |stroke: &Stroke| {
             stroke.beginning.is_like(beginning)
                 && stroke.ways.len() >= ways.len()
-                && stroke.ways.iter().zip(ways).all(|(stored, way)| near(*way, *stored))
+                && stroke
+                    .ways
+                    .iter()
+                    .zip(ways)
+                    .all(|(stored, way)| near(*way, *stored))
         };
-        let found = (0..self.strokes.len()).filter(|&n| same(&self.strokes[n])).max_by_key(|&n| self.strokes[n].used)?;
+        let found = (0..self.strokes.len())
+            .filter(|&n| same(&self.strokes[n]))
+            .max_by_key(|&n| self.strokes[n].used)?;
         self.clock += 1;
         self.strokes[found].used = self.clock;
         Some(found)
@@ -102,18 +110,24 @@ impl Strokes {
 
     /// Correction of a stroke at a time in cells since its beginning, rad.
     pub(super) fn correction(&self, stroke: usize, cells: f64) -> f64 {
-        self.strokes.get(stroke).map_or(0.0, |stroke| between(&stroke.correction, cells))
+        self.strokes
+            .get(stroke)
+            .map_or(0.0, |stroke| between(&stroke.correction, cells))
     }
 
     /// Whether a stroke goes on as the stored one does.
     pub(super) fn goes_on(&self, stroke: usize, cell: usize, way: f64) -> bool {
-        self.strokes.get(stroke).and_then(|stroke| stroke.ways.get(cell)).is_some_and(|stored| near(way, *stored))
+        self.strokes
+            .get(stroke)
+            .and_then(|stroke| stroke.ways.get(cell))
+            .is_some_and(|stored| near(way, *stored))
     }
 
     /// Learns from a run, of a stroke that is known or of a new one.
     pub(super) fn learn(&mut self, run: &mut Run, known: Option<usize>, law: &Law) {
         let cells = run.ways.len();
-        let rms = (run.errors.iter().map(|error| error * error).sum::<f64>() / cells.max(1) as f64).sqrt();
+        let rms = (run.errors.iter().map(|error| error * error).sum::<f64>() / cells.max(1) as f64)
+            .sqrt();
         if cells < SHORTEST || cells + OVERHEAD > law.most_cells || !rms.is_finite() {
             return;
         }
@@ -132,16 +146,29 @@ impl Strokes {
                 self.make_room(cells + OVERHEAD, law.most_cells);
                 let correction = law.next(run, law.rate);
                 let ways = std::mem::take(&mut run.ways);
-                self.strokes.push(Stroke { beginning: run.beginning, ways, correction, first: rms, rate: law.rate, used: self.clock });
+                self.strokes.push(Stroke {
+                    beginning: run.beginning,
+                    ways,
+                    correction,
+                    first: rms,
+                    rate: law.rate,
+                    used: self.clock,
+                });
             }
         }
     }
 
     /// Forgets strokes that were not used for the longest time.
     fn make_room(&mut self, wanted: usize, most: usize) {
-        let mut taken: usize = self.strokes.iter().map(|stroke| stroke.ways.len() + OVERHEAD).sum();
+        let mut taken: usize = self
+            .strokes
+            .iter()
+            .map(|stroke| stroke.ways.len() + OVERHEAD)
+            .sum();
         while taken + wanted > most {
-            let Some(oldest) = (0..self.strokes.len()).min_by_key(|&n| self.strokes[n].used) else { return };
+            let Some(oldest) = (0..self.strokes.len()).min_by_key(|&n| self.strokes[n].used) else {
+                return;
+            };
             taken -= self.strokes.swap_remove(oldest).ways.len() + OVERHEAD;
         }
     }
@@ -150,10 +177,13 @@ impl Strokes {
 impl Law {
     /// `Q (u + rate e(n + lead))`.
     fn next(&self, run: &Run, rate: f64) -> Vec<f64> {
-        let raw = |n: usize| run.applied[n] + rate * between(&run.errors, n as f64 + self.lead_cells);
+        let raw =
+            |n: usize| run.applied[n] + rate * between(&run.errors, n as f64 + self.lead_cells);
         let mut cells: Vec<f64> = (0..run.ways.len()).map(raw).collect();
         (0..3).for_each(|_| cells = self.mean(&cells));
-        cells.iter_mut().for_each(|cell| *cell = cell.clamp(-self.largest, self.largest));
+        cells
+            .iter_mut()
+            .for_each(|cell| *cell = cell.clamp(-self.largest, self.largest));
         cells
     }
 
@@ -173,11 +203,21 @@ impl Law {
 mod tests {
     use super::*;
 
-    const LAW: Law = Law { rate: 0.5, lead_cells: 2.0, filter_cells: 0, most_cells: 200, largest: 1.0 };
+    const LAW: Law = Law {
+        rate: 0.5,
+        lead_cells: 2.0,
+        filter_cells: 0,
+        most_cells: 200,
+        largest: 1.0,
+    };
 
     fn run(position: f64, cells: usize, error: impl Fn(usize) -> f64) -> Run {
         Run {
-            beginning: Beginning { position, acceleration: 10.0, direction: 1 },
+            beginning: Beginning {
+                position,
+                acceleration: 10.0,
+                direction: 1,
+            },
             ways: (0..cells).map(|n| 1e-3 * (n * n) as f64).collect(),
             applied: vec![0.0; cells],
             errors: (0..cells).map(error).collect(),
@@ -190,9 +230,33 @@ mod tests {
         strokes.learn(&mut run(1.0, 50, |n| n as f64 * 1e-3), None, &LAW);
         let found = strokes.find(&run(1.0, 0, |_| 0.0).beginning, &[]).unwrap();
         assert!((strokes.correction(found, 10.5) - 0.5 * 12.5e-3).abs() < 1e-15);
-        assert!(strokes.goes_on(found, 20, 0.4) && !strokes.goes_on(found, 20, 0.41) && !strokes.goes_on(found, 50, 2.5));
-        assert_eq!(strokes.find(&Beginning { position: 1.01, acceleration: 10.0, direction: 1 }, &[]), None);
-        assert_eq!(strokes.find(&Beginning { position: 1.0, acceleration: 10.0, direction: -1 }, &[]), None);
+        assert!(
+            strokes.goes_on(found, 20, 0.4)
+                && !strokes.goes_on(found, 20, 0.41)
+                && !strokes.goes_on(found, 50, 2.5)
+        );
+        assert_eq!(
+            strokes.find(
+                &Beginning {
+                    position: 1.01,
+                    acceleration: 10.0,
+                    direction: 1
+                },
+                &[]
+            ),
+            None
+        );
+        assert_eq!(
+            strokes.find(
+                &Beginning {
+                    position: 1.0,
+                    acceleration: 10.0,
+                    direction: -1
+                },
+                &[]
+            ),
+            None
+        );
     }
 
     #[test]
@@ -201,7 +265,13 @@ mod tests {
         for position in 0..4 {
             strokes.learn(&mut run(f64::from(position), 50, |_| 1e-3), None, &LAW);
         }
-        let known: Vec<bool> = (0..4).map(|p| strokes.find(&run(f64::from(p), 0, |_| 0.0).beginning, &[]).is_some()).collect();
+        let known: Vec<bool> = (0..4)
+            .map(|p| {
+                strokes
+                    .find(&run(f64::from(p), 0, |_| 0.0).beginning, &[])
+                    .is_some()
+            })
+            .collect();
         assert_eq!(known, [false, true, true, true]);
         strokes.learn(&mut run(9.0, 300, |_| 1e-3), None, &LAW);
         assert_eq!(strokes.find(&run(9.0, 0, |_| 0.0).beginning, &[]), None);
@@ -217,8 +287,16 @@ mod tests {
 
     #[test]
     fn the_filter_has_no_lag_and_keeps_a_straight_line() {
-        let law = Law { filter_cells: 3, ..LAW };
+        let law = Law {
+            filter_cells: 3,
+            ..LAW
+        };
         let line: Vec<f64> = (0..40).map(f64::from).collect();
-        assert!(law.mean(&line).iter().zip(&line).all(|(a, b)| (a - b).abs() < 1e-12));
+        assert!(
+            law.mean(&line)
+                .iter()
+                .zip(&line)
+                .all(|(a, b)| (a - b).abs() < 1e-12)
+        );
     }
 }

@@ -1,7 +1,8 @@
 //! A planned rest-to-rest way of the motor across the gap: the quintic `10 u^3 - 15 u^4 + 6 u^5`.
 //!
-//! It starts and ends without speed and acceleration. Its peak acceleration is 10/sqrt(3) = 5.77 times way over time squared, so the
-//! torque that a drive may spend on it sets its time: `T_g = sqrt(5.77 J_M way/torque)`.
+//! It starts and ends without speed and acceleration. Its peak acceleration is 10/sqrt(3) = 5.77
+//! times way over time squared, so the torque that a drive may spend on it sets its time:
+//! `T_g = sqrt(5.77 J_M way/torque)`.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,8 @@ pub(super) struct Traverse {
     ticks: u32,
 }
 
-/// Offset of the motor (rad), its speed over the last tick (rad/s) and its mean acceleration over the coming tick (rad/s2), as the servo takes them.
+/// Offset of the motor (rad), its speed over the last tick (rad/s) and its mean acceleration over
+/// the coming tick (rad/s2), as the servo takes them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Offset {
     pub(super) position: f64,
@@ -29,13 +31,22 @@ const PEAK: f64 = 5.773_502_691_896_258;
 pub(super) fn ticks_for(way: f64, acceleration: f64, period: f64, [least, most]: [u32; 2]) -> u32 {
     let time = (PEAK * way.abs() / acceleration).sqrt();
     let ticks = (time / period).ceil();
-    if ticks < f64::from(most) { (ticks as u32).max(least) } else { most }
+    if ticks < f64::from(most) {
+        (ticks as u32).max(least)
+    } else {
+        most
+    }
 }
 
 impl Traverse {
     /// Sets out from where it is to another offset.
     pub(super) fn start(&mut self, to: f64, ticks: u32) {
-        *self = Traverse { from: self.position(f64::from(self.tick)), to, tick: 0, ticks };
+        *self = Traverse {
+            from: self.position(f64::from(self.tick)),
+            to,
+            tick: 0,
+            ticks,
+        };
     }
 
     /// Whether it is still under way.
@@ -48,7 +59,8 @@ impl Traverse {
         self.position(f64::from(self.tick))
     }
 
-    /// Takes one tick of `period` s. The acceleration is that of a moment later: `lead_ticks` for whatever delays the torque.
+    /// Takes one tick of `period` s. The acceleration is that of a moment later: `lead_ticks` for
+    /// whatever delays the torque.
     pub(super) fn step(&mut self, lead_ticks: f64, period: f64) -> Offset {
         let before = self.position(f64::from(self.tick));
         self.tick = (self.tick + 1).min(self.ticks);
@@ -57,7 +69,9 @@ impl Traverse {
         Offset {
             position,
             velocity: (position - before) / period,
-            acceleration: (self.velocity(now + 1.0 + lead_ticks, period) - self.velocity(now + lead_ticks, period)) / period,
+            acceleration: (self.velocity(now + 1.0 + lead_ticks, period)
+                - self.velocity(now + lead_ticks, period))
+                / period,
         }
     }
 
@@ -95,16 +109,27 @@ mod tests {
             peak = peak.max(last.acceleration.abs());
         }
         assert!((last.position - way).abs() < 1e-15 && (sum - way).abs() < 1e-15);
-        // the mean over a tick is a little below the peak itself, and the next whole tick makes the way a little slower
+        // the mean over a tick is a little below the peak itself, and the next whole tick makes the
+        // way a little slower
         assert!(peak < limit && peak > 0.7 * limit, "{peak}");
-        assert_eq!(traverse.step(0.0, period), Offset { position: way, velocity: 0.0, acceleration: 0.0 });
+        assert_eq!(
+            traverse.step(0.0, period),
+            Offset {
+                position: way,
+                velocity: 0.0,
+                acceleration: 0.0
+            }
+        );
     }
 
     #[test]
     fn its_time_follows_from_the_torque() {
         // 100 ms at 5.77 way/T^2
         let acceleration = 10.0 / 3.0_f64.sqrt() * 0.01 / 0.01;
-        assert_eq!(ticks_for(0.01, acceleration * (1.0 + 1e-12), 250e-6, [1, 1000]), 400);
+        assert_eq!(
+            ticks_for(0.01, acceleration * (1.0 + 1e-12), 250e-6, [1, 1000]),
+            400
+        );
         assert_eq!(ticks_for(0.01, 1e9, 250e-6, [12, 400]), 12);
         assert_eq!(ticks_for(0.01, 0.0, 250e-6, [12, 400]), 400);
     }

@@ -1,4 +1,5 @@
-//! When an estimated half gap may be used: after three changes of flank, once the estimates there agree and the filter itself is sure.
+//! When an estimated half gap may be used: after three changes of flank, once the estimates there
+//! agree and the filter itself is sure.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +19,8 @@ pub(super) struct Trust {
 }
 
 impl Trust {
-    /// Takes the flank that is pressed now (0 for none) and the estimate with its standard deviation; gives the half gap to use, 0 if unsure.
+    /// Takes the flank that is pressed now (0 for none) and the estimate with its standard
+    /// deviation; gives the half gap to use, 0 if unsure.
     pub(super) fn step(&mut self, flank: i8, half_gap: f64, spread: f64) -> f64 {
         if flank != 0 && flank != self.side {
             if self.side != 0 {
@@ -28,9 +30,17 @@ impl Trust {
             }
             self.side = flank;
         }
-        let most = self.readings.iter().fold(half_gap, |most, reading| most.max(*reading));
-        let least = self.readings.iter().fold(half_gap, |least, reading| least.min(*reading));
-        let sure = self.seen >= CHANGES as u32 && most - least <= AGREE * most && spread <= SURE * half_gap;
+        let most = self
+            .readings
+            .iter()
+            .fold(half_gap, |most, reading| most.max(*reading));
+        let least = self
+            .readings
+            .iter()
+            .fold(half_gap, |least, reading| least.min(*reading));
+        let sure = self.seen >= CHANGES as u32
+            && most - least <= AGREE * most
+            && spread <= SURE * half_gap;
         if sure { half_gap } else { 0.0 }
     }
 }
@@ -43,7 +53,10 @@ mod tests {
     fn three_changes_that_agree_are_trusted_and_a_jump_ends_it() {
         let mut trust = Trust::default();
         let mut used = Vec::new();
-        for (n, half_gap) in [1.0, 1.0, 0.9, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0].into_iter().enumerate() {
+        for (n, half_gap) in [1.0, 1.0, 0.9, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]
+            .into_iter()
+            .enumerate()
+        {
             let flank = if n % 2 == 0 { 1 } else { -1 };
             used.push(trust.step(flank, half_gap, 0.1 * half_gap));
         }

@@ -1,4 +1,5 @@
-//! Settings of the methods that controls and textbooks have, one table per method, every field with a default.
+//! Settings of the methods that controls and textbooks have, one table per method, every field with
+//! a default.
 
 use super::compensation::Gap;
 use super::error::{AxisConfigError, between, finite, not_negative, positive};
@@ -6,7 +7,9 @@ use super::transmission::Transmission;
 use serde::{Deserialize, Serialize};
 
 fn told(key: &str, gap: Option<Gap>, transmission: &Transmission) -> Result<(), AxisConfigError> {
-    gap.map_or(Ok(()), |gap| gap.check(transmission).map_err(|e| e.within(key)))
+    gap.map_or(Ok(()), |gap| {
+        gap.check(transmission).map_err(|e| e.within(key))
+    })
 }
 
 /// Settings of `fixed-linuxcnc`.
@@ -16,10 +19,12 @@ pub struct FixedLinuxcncSettings {
     /// Total gap that the control was told (BACKLASH); the machine's true gap if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap: Option<Gap>,
-    /// The joint's limit of velocity, of which half is used: mm, deg or rad per s. None if left out.
+    /// The joint's limit of velocity, of which half is used: mm, deg or rad per s. None if left
+    /// out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_units_s: Option<f64>,
-    /// The joint's limit of acceleration, of which half is used: mm, deg or rad per s2. What the rated torque gives the whole axis if left out.
+    /// The joint's limit of acceleration, of which half is used: mm, deg or rad per s2. What the
+    /// rated torque gives the whole axis if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acceleration_units_s2: Option<f64>,
 }
@@ -28,7 +33,10 @@ impl FixedLinuxcncSettings {
     pub(super) fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
         told("gap", self.gap, transmission)?;
         positive("velocity_units_s", self.velocity_units_s.unwrap_or(1.0))?;
-        positive("acceleration_units_s2", self.acceleration_units_s2.unwrap_or(1.0))
+        positive(
+            "acceleration_units_s2",
+            self.acceleration_units_s2.unwrap_or(1.0),
+        )
     }
 }
 
@@ -50,7 +58,12 @@ pub struct FixedFanucSettings {
 
 impl Default for FixedFanucSettings {
     fn default() -> FixedFanucSettings {
-        FixedFanucSettings { cutting: None, rapid: None, rapid_above_units_s: 200.0, ramp_ms: 8.0 }
+        FixedFanucSettings {
+            cutting: None,
+            rapid: None,
+            rapid_above_units_s: 200.0,
+            ramp_ms: 8.0,
+        }
     }
 }
 
@@ -78,7 +91,11 @@ pub struct AdaptiveInverseSettings {
 
 impl Default for AdaptiveInverseSettings {
     fn default() -> AdaptiveInverseSettings {
-        AdaptiveInverseSettings { gain_per_s: 10.0, largest_gap: None, ramp_ms: 8.0 }
+        AdaptiveInverseSettings {
+            gain_per_s: 10.0,
+            largest_gap: None,
+            ramp_ms: 8.0,
+        }
     }
 }
 
@@ -102,7 +119,10 @@ pub struct DisturbanceObserverSettings {
 
 impl Default for DisturbanceObserverSettings {
     fn default() -> DisturbanceObserverSettings {
-        DisturbanceObserverSettings { bandwidth_hz: 30.0, share: 0.8 }
+        DisturbanceObserverSettings {
+            bandwidth_hz: 30.0,
+            share: 0.8,
+        }
     }
 }
 
@@ -152,14 +172,19 @@ pub struct FittedLookupSettings {
 
 impl Default for FittedLookupSettings {
     fn default() -> FittedLookupSettings {
-        FittedLookupSettings { gap: None, load: None, torque_share: 0.5 }
+        FittedLookupSettings {
+            gap: None,
+            load: None,
+            torque_share: 0.5,
+        }
     }
 }
 
 impl FittedLookupSettings {
     pub(super) fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
         told("gap", self.gap, transmission)?;
-        self.load.map_or(Ok(()), |load| load.check().map_err(|e| e.within("load")))?;
+        self.load
+            .map_or(Ok(()), |load| load.check().map_err(|e| e.within("load")))?;
         between("torque_share", self.torque_share, 0.01, 1.0)
     }
 }
@@ -168,8 +193,8 @@ impl FittedLookupSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReversalPulseSettings {
-    /// Speed at the start of the pulse, rad/s at the motor; if left out, so much that the pulse's area is the machine's true gap, or none where
-    /// the pulse is one of torque.
+    /// Speed at the start of the pulse, rad/s at the motor; if left out, so much that the pulse's
+    /// area is the machine's true gap, or none where the pulse is one of torque.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_rad_s: Option<f64>,
     /// Torque at the start of the pulse, N m; none if left out.
@@ -183,7 +208,12 @@ pub struct ReversalPulseSettings {
 
 impl Default for ReversalPulseSettings {
     fn default() -> ReversalPulseSettings {
-        ReversalPulseSettings { speed_rad_s: None, torque_nm: None, time_ms: 20.0, delay_ms: 0.0 }
+        ReversalPulseSettings {
+            speed_rad_s: None,
+            torque_nm: None,
+            time_ms: 20.0,
+            delay_ms: 0.0,
+        }
     }
 }
 
@@ -212,7 +242,12 @@ pub struct IterativeLearningSettings {
 
 impl Default for IterativeLearningSettings {
     fn default() -> IterativeLearningSettings {
-        IterativeLearningSettings { rate: 0.5, lead_ms: 4.0, filter_ms: 2.0, memory_s: 60.0 }
+        IterativeLearningSettings {
+            rate: 0.5,
+            lead_ms: 4.0,
+            filter_ms: 2.0,
+            memory_s: 60.0,
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Settings of the compensators: one table per method, every field with a default.
 
 use super::classic::{
-    AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings, FixedLinuxcncSettings,
-    IterativeLearningSettings, ReversalPulseSettings,
+    AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings,
+    FixedLinuxcncSettings, IterativeLearningSettings, ReversalPulseSettings,
 };
 use super::error::{AxisConfigError, between, not_negative, positive};
 use super::estimators::{KalmanSettings, MultipleModelsSettings};
@@ -10,7 +10,8 @@ use super::table::ARCSEC_PER_DEG;
 use super::transmission::{AxisUnit, Transmission};
 use serde::{Deserialize, Serialize};
 
-/// A total gap in the unit that suits whoever tells it: `{ um = 10.0 }`, `{ mdeg = 3.0 }`, `{ arcsec = 11.0 }`, `{ deg = 0.003 }` or `{ motor_rad = 0.2 }`.
+/// A total gap in the unit that suits whoever tells it: `{ um = 10.0 }`, `{ mdeg = 3.0 }`,
+/// `{ arcsec = 11.0 }`, `{ deg = 0.003 }` or `{ motor_rad = 0.2 }`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Gap {
@@ -76,7 +77,10 @@ pub struct FixedSettings {
 
 impl Default for FixedSettings {
     fn default() -> FixedSettings {
-        FixedSettings { gap: None, ramp_ms: 15.0 }
+        FixedSettings {
+            gap: None,
+            ramp_ms: 15.0,
+        }
     }
 }
 
@@ -84,20 +88,26 @@ impl Default for FixedSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PublishedSettings {
-    /// Threshold of the inertia: J_min = J_M/(1 - lambda), 0 < lambda < 1. It has to be below 1 - J_M/(J_M + J_L). If left out: 0.775 of that
-    /// bound, which makes 0.60 on the paper's axis; who commissions an axis would choose it so.
+    /// Threshold of the inertia: J_min = J_M/(1 - lambda), 0 < lambda < 1. It has to be below 1 -
+    /// J_M/(J_M + J_L). If left out: 0.775 of that bound, which makes 0.60 on the paper's axis; who
+    /// commissions an axis would choose it so.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lambda: Option<f64>,
     /// Initial covariance P0 = p0 I of the recursive least squares (angles in rad, current in A).
     pub p0: f64,
-    /// A reference acceleration no larger than this counts as zero, rad/s2 at the motor. The paper compares with exact zero;
-    /// a spline of floating-point setpoints leaves rounding where the acceleration is meant to be zero.
+    /// A reference acceleration no larger than this counts as zero, rad/s2 at the motor. The paper
+    /// compares with exact zero; a spline of floating-point setpoints leaves rounding where the
+    /// acceleration is meant to be zero.
     pub acceleration_zero_rad_s2: f64,
 }
 
 impl Default for PublishedSettings {
     fn default() -> PublishedSettings {
-        PublishedSettings { lambda: None, p0: 300.0, acceleration_zero_rad_s2: 1e-3 }
+        PublishedSettings {
+            lambda: None,
+            p0: 300.0,
+            acceleration_zero_rad_s2: 1e-3,
+        }
     }
 }
 
@@ -116,7 +126,11 @@ pub struct LookupSettings {
 
 impl Default for LookupSettings {
     fn default() -> LookupSettings {
-        LookupSettings { gap: None, torque_share: 0.5, wind_up: 0.0 }
+        LookupSettings {
+            gap: None,
+            torque_share: 0.5,
+            wind_up: 0.0,
+        }
     }
 }
 
@@ -144,7 +158,8 @@ fn is_default<T: Default + PartialEq>(settings: &T) -> bool {
 pub struct CompensationConfig {
     /// Registered name of the method that the axis uses when nothing else is asked for.
     pub method: String,
-    /// Whether the drive estimates stiffness and damping of its shaft while it runs, whatever the method; it changes nothing but traces.
+    /// Whether the drive estimates stiffness and damping of its shaft while it runs, whatever the
+    /// method; it changes nothing but traces.
     #[serde(skip_serializing_if = "is_default")]
     pub estimate_shaft: bool,
     /// Settings of `fixed`.
@@ -222,21 +237,48 @@ impl CompensationConfig {
             between("published.lambda", lambda, 1e-6, 1.0 - 1e-6)?;
         }
         if let Some(gap) = &self.lookup.gap {
-            gap.check(transmission).map_err(|e| e.within("lookup.gap"))?;
+            gap.check(transmission)
+                .map_err(|e| e.within("lookup.gap"))?;
         }
         between("lookup.torque_share", self.lookup.torque_share, 0.01, 1.0)?;
-        self.fixed_linuxcnc.check(transmission).map_err(|e| e.within("fixed_linuxcnc"))?;
-        self.fixed_fanuc.check(transmission).map_err(|e| e.within("fixed_fanuc"))?;
-        self.adaptive_inverse.check(transmission).map_err(|e| e.within("adaptive_inverse"))?;
-        self.disturbance_observer.check().map_err(|e| e.within("disturbance_observer"))?;
-        self.iterative_learning.check().map_err(|e| e.within("iterative_learning"))?;
-        self.kalman.check(transmission).map_err(|e| e.within("kalman"))?;
-        self.multiple_models.check(transmission).map_err(|e| e.within("multiple_models"))?;
-        self.fitted_lookup.check(transmission).map_err(|e| e.within("fitted_lookup"))?;
-        self.reversal_pulse.check().map_err(|e| e.within("reversal_pulse"))?;
-        between("adaptive.torque_share", self.adaptive.torque_share, 0.01, 1.0)?;
+        self.fixed_linuxcnc
+            .check(transmission)
+            .map_err(|e| e.within("fixed_linuxcnc"))?;
+        self.fixed_fanuc
+            .check(transmission)
+            .map_err(|e| e.within("fixed_fanuc"))?;
+        self.adaptive_inverse
+            .check(transmission)
+            .map_err(|e| e.within("adaptive_inverse"))?;
+        self.disturbance_observer
+            .check()
+            .map_err(|e| e.within("disturbance_observer"))?;
+        self.iterative_learning
+            .check()
+            .map_err(|e| e.within("iterative_learning"))?;
+        self.kalman
+            .check(transmission)
+            .map_err(|e| e.within("kalman"))?;
+        self.multiple_models
+            .check(transmission)
+            .map_err(|e| e.within("multiple_models"))?;
+        self.fitted_lookup
+            .check(transmission)
+            .map_err(|e| e.within("fitted_lookup"))?;
+        self.reversal_pulse
+            .check()
+            .map_err(|e| e.within("reversal_pulse"))?;
+        between(
+            "adaptive.torque_share",
+            self.adaptive.torque_share,
+            0.01,
+            1.0,
+        )?;
         between("lookup.wind_up", self.lookup.wind_up, 0.0, 1.0)?;
         positive("published.p0", self.published.p0)?;
-        not_negative("published.acceleration_zero_rad_s2", self.published.acceleration_zero_rad_s2)
+        not_negative(
+            "published.acceleration_zero_rad_s2",
+            self.published.acceleration_zero_rad_s2,
+        )
     }
 }

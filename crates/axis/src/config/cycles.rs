@@ -7,9 +7,11 @@ use serde::{Deserialize, Serialize};
 /// Longest current period that follows from the servo's cycle, us.
 const USUAL_CURRENT_PERIOD_US: f64 = 50.0;
 
-/// How often a control sends a setpoint, and how often position and velocity loop run. One divides the other.
+/// How often a control sends a setpoint, and how often position and velocity loop run. One divides
+/// the other.
 ///
-/// In a file: `[cycles]` with `command_ms` (0.25 to 8) and `servo_us` (31.25 to 1000), both whole numbers of nanoseconds.
+/// In a file: `[cycles]` with `command_ms` (0.25 to 8) and `servo_us` (31.25 to 1000), both whole
+/// numbers of nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Cycles {
@@ -21,7 +23,10 @@ pub struct Cycles {
 
 impl Default for Cycles {
     fn default() -> Cycles {
-        Cycles { command_ms: 1.0, servo_us: 250.0 }
+        Cycles {
+            command_ms: 1.0,
+            servo_us: 250.0,
+        }
     }
 }
 
@@ -59,11 +64,14 @@ impl Cycles {
         ((ms * 1e-3 / self.servo().period_s()).round() as u32).max(1)
     }
 
-    /// The longest whole part of the servo's cycle that is a whole number of nanoseconds and no longer than 50 us, in us.
+    /// The longest whole part of the servo's cycle that is a whole number of nanoseconds and no
+    /// longer than 50 us, in us.
     pub fn usual_current_period_us(&self) -> f64 {
         let servo_ns = self.servo().period_ns();
         let least = (self.servo_us / USUAL_CURRENT_PERIOD_US).ceil() as u64;
-        let parts = (least.max(1)..=servo_ns).find(|parts| servo_ns.is_multiple_of(*parts)).unwrap_or(1);
+        let parts = (least.max(1)..=servo_ns)
+            .find(|parts| servo_ns.is_multiple_of(*parts))
+            .unwrap_or(1);
         (servo_ns / parts) as f64 * 1e-3
     }
 
@@ -77,8 +85,15 @@ impl Cycles {
         whole("command_ms", self.command_ms, 1e6)?;
         whole("servo_us", self.servo_us, 1e3)?;
         if self.command().ratio(self.servo()).is_none() {
-            let allowed = format!("a whole fraction of the command's {} us: 1/1, 1/2, 1/3, ...", self.command_ms * 1e3);
-            return Err(AxisConfigError::Range { key: "servo_us".to_owned(), value: self.servo_us, allowed });
+            let allowed = format!(
+                "a whole fraction of the command's {} us: 1/1, 1/2, 1/3, ...",
+                self.command_ms * 1e3
+            );
+            return Err(AxisConfigError::Range {
+                key: "servo_us".to_owned(),
+                value: self.servo_us,
+                allowed,
+            });
         }
         Ok(())
     }
@@ -94,7 +109,11 @@ fn whole(key: &str, value: f64, per_unit: f64) -> Result<(), AxisConfigError> {
     if is_whole(value, per_unit) {
         return Ok(());
     }
-    Err(AxisConfigError::Range { key: key.to_owned(), value, allowed: "a whole number of nanoseconds".to_owned() })
+    Err(AxisConfigError::Range {
+        key: key.to_owned(),
+        value,
+        allowed: "a whole number of nanoseconds".to_owned(),
+    })
 }
 
 #[cfg(test)]
@@ -105,21 +124,59 @@ mod tests {
     fn every_pair_of_usual_cycles_is_good_where_one_divides_the_other() {
         for command_ms in [0.25, 0.5, 1.0, 2.0, 4.0, 8.0] {
             for servo_us in [31.25, 62.5, 125.0, 250.0, 500.0, 1000.0] {
-                let cycles = Cycles { command_ms, servo_us };
-                assert_eq!(cycles.check().is_ok(), servo_us <= 1e3 * command_ms, "{cycles:?}");
+                let cycles = Cycles {
+                    command_ms,
+                    servo_us,
+                };
+                assert_eq!(
+                    cycles.check().is_ok(),
+                    servo_us <= 1e3 * command_ms,
+                    "{cycles:?}"
+                );
                 let parts = servo_us / cycles.usual_current_period_us();
-                assert!((parts - parts.round()).abs() < 1e-12 && cycles.usual_current_period_us() <= 50.0, "{cycles:?}");
+                assert!(
+                    (parts - parts.round()).abs() < 1e-12
+                        && cycles.usual_current_period_us() <= 50.0,
+                    "{cycles:?}"
+                );
             }
         }
-        assert_eq!(Cycles { command_ms: 8.0, servo_us: 31.25 }.servo_ticks(), 256);
+        assert_eq!(
+            Cycles {
+                command_ms: 8.0,
+                servo_us: 31.25
+            }
+            .servo_ticks(),
+            256
+        );
         assert!((Cycles::default().usual_current_period_us() - 50.0).abs() < 1e-12);
-        assert!((Cycles { servo_us: 125.0, ..Cycles::default() }.usual_current_period_us() - 31.25).abs() < 1e-12);
+        assert!(
+            (Cycles {
+                servo_us: 125.0,
+                ..Cycles::default()
+            }
+            .usual_current_period_us()
+                - 31.25)
+                .abs()
+                < 1e-12
+        );
     }
 
     #[test]
     fn what_does_not_divide_or_is_no_whole_nanosecond_is_refused() {
-        let refused = |command_ms, servo_us| Cycles { command_ms, servo_us }.check().unwrap_err().to_string();
-        assert_eq!(refused(1.0, 400.0), "servo_us is 400; it has to be a whole fraction of the command's 1000 us: 1/1, 1/2, 1/3, ...");
+        let refused = |command_ms, servo_us| {
+            Cycles {
+                command_ms,
+                servo_us,
+            }
+            .check()
+            .unwrap_err()
+            .to_string()
+        };
+        assert_eq!(
+            refused(1.0, 400.0),
+            "servo_us is 400; it has to be a whole fraction of the command's 1000 us: 1/1, 1/2, 1/3, ..."
+        );
         assert!(refused(1.0, 333.333_333_3).contains("whole number of nanoseconds"));
         assert!(refused(9.0, 250.0).contains("from 0.25 to 8"));
         assert!(refused(f64::NAN, 250.0).starts_with("command_ms is NaN"));

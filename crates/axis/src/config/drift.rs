@@ -18,7 +18,8 @@ pub enum Shape {
 
 /// One parameter's change: it is multiplied by a factor that is 1 at the start.
 ///
-/// In a file: `gap = { factor = 1.5, over_s = 60.0 }`, or `{ factor = 1.5, over_s = 60.0, shape = "cycle" }`.
+/// In a file: `gap = { factor = 1.5, over_s = 60.0 }`, or
+/// `{ factor = 1.5, over_s = 60.0, shape = "cycle" }`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Change {
@@ -48,11 +49,13 @@ impl Change {
     }
 }
 
-/// Which parameters of the plant change while the axis runs, and how. The drive and the compensator are not told.
+/// Which parameters of the plant change while the axis runs, and how. The drive and the compensator
+/// are not told.
 ///
-/// Time counts from the start of the axis. Gap and Coulomb friction follow at every setpoint (1 ms); what the exact steps are
-/// made of (inertia, viscous friction, stiffness) follows every [`crate::runner::DRIFT_MS`] (100 ms). Speeds do not jump
-/// when the inertia changes: mass comes and goes with the speed that the load has.
+/// Time counts from the start of the axis. Gap and Coulomb friction follow at every setpoint (1
+/// ms); what the exact steps are made of (inertia, viscous friction, stiffness) follows every
+/// [`crate::runner::DRIFT_MS`] (100 ms). Speeds do not jump when the inertia changes: mass comes
+/// and goes with the speed that the load has.
 ///
 /// In a file: a table `drift`; a parameter that is left out stays as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -100,7 +103,14 @@ impl Drift {
 
     /// Whether something changes that the precomputed steps are made of.
     pub(crate) fn changes_steps(&self) -> bool {
-        [self.load_viscous, self.load_inertia, self.motor_viscous, self.stiffness].iter().any(Option::is_some)
+        [
+            self.load_viscous,
+            self.load_inertia,
+            self.motor_viscous,
+            self.stiffness,
+        ]
+        .iter()
+        .any(Option::is_some)
     }
 
     /// Checks every value.
@@ -117,6 +127,8 @@ impl Drift {
             ("motor_viscous", self.motor_viscous),
             ("stiffness", self.stiffness),
         ];
-        changes.into_iter().try_for_each(|(key, change)| change.map_or(Ok(()), |change| change.check().map_err(|e| e.within(key))))
+        changes.into_iter().try_for_each(|(key, change)| {
+            change.map_or(Ok(()), |change| change.check().map_err(|e| e.within(key)))
+        })
     }
 }

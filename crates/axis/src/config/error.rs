@@ -27,36 +27,69 @@ pub enum AxisConfigError {
 }
 
 impl AxisConfigError {
-    /// The same error with the key put into an outer table: `gap_um` in `load.slide` becomes `load.slide.gap_um`.
+    /// The same error with the key put into an outer table: `gap_um` in `load.slide` becomes
+    /// `load.slide.gap_um`.
     #[must_use]
     pub fn within(self, table: &str) -> AxisConfigError {
         match self {
-            AxisConfigError::Range { key, value, allowed } => AxisConfigError::Range { key: format!("{table}.{key}"), value, allowed },
-            AxisConfigError::Mismatch { key, reason, hint } => AxisConfigError::Mismatch { key: format!("{table}.{key}"), reason, hint },
+            AxisConfigError::Range {
+                key,
+                value,
+                allowed,
+            } => AxisConfigError::Range {
+                key: format!("{table}.{key}"),
+                value,
+                allowed,
+            },
+            AxisConfigError::Mismatch { key, reason, hint } => AxisConfigError::Mismatch {
+                key: format!("{table}.{key}"),
+                reason,
+                hint,
+            },
         }
     }
 }
 
 fn range(key: &str, value: f64, allowed: &str) -> AxisConfigError {
-    AxisConfigError::Range { key: key.to_owned(), value, allowed: allowed.to_owned() }
+    AxisConfigError::Range {
+        key: key.to_owned(),
+        value,
+        allowed: allowed.to_owned(),
+    }
 }
 
 /// A finite number above zero.
 pub(crate) fn positive(key: &str, value: f64) -> Result<(), AxisConfigError> {
-    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(range(key, value, "a finite number above 0")) }
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(range(key, value, "a finite number above 0"))
+    }
 }
 
 /// A finite number, zero or above.
 pub(crate) fn not_negative(key: &str, value: f64) -> Result<(), AxisConfigError> {
-    if value.is_finite() && value >= 0.0 { Ok(()) } else { Err(range(key, value, "a finite number, 0 or above")) }
+    if value.is_finite() && value >= 0.0 {
+        Ok(())
+    } else {
+        Err(range(key, value, "a finite number, 0 or above"))
+    }
 }
 
 /// A finite number.
 pub(crate) fn finite(key: &str, value: f64) -> Result<(), AxisConfigError> {
-    if value.is_finite() { Ok(()) } else { Err(range(key, value, "a finite number")) }
+    if value.is_finite() {
+        Ok(())
+    } else {
+        Err(range(key, value, "a finite number"))
+    }
 }
 
 /// A number from `low` to `high`, both included.
 pub(crate) fn between(key: &str, value: f64, low: f64, high: f64) -> Result<(), AxisConfigError> {
-    if value >= low && value <= high { Ok(()) } else { Err(range(key, value, &format!("from {low} to {high}"))) }
+    if value >= low && value <= high {
+        Ok(())
+    } else {
+        Err(range(key, value, &format!("from {low} to {high}")))
+    }
 }

@@ -11,9 +11,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct KalmanSettings {
-    /// Standard deviation of the torques that the model does not explain, as part of the rated torque.
+    /// Standard deviation of the torques that the model does not explain, as part of the rated
+    /// torque.
     pub torque_noise_share: f64,
-    /// Standard deviation of the unknown gap at the start, as a total gap; a two-hundredth of a turn of the motor if left out.
+    /// Standard deviation of the unknown gap at the start, as a total gap; a two-hundredth of a
+    /// turn of the motor if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_spread: Option<Gap>,
     /// How far the half gap may wander, as a part of its spread at the start per square root of s.
@@ -24,17 +26,33 @@ pub struct KalmanSettings {
 
 impl Default for KalmanSettings {
     fn default() -> KalmanSettings {
-        KalmanSettings { torque_noise_share: 2e-3, gap_spread: None, wandering_share: 1e-3, torque_share: 0.5 }
+        KalmanSettings {
+            torque_noise_share: 2e-3,
+            gap_spread: None,
+            wandering_share: 1e-3,
+            torque_share: 0.5,
+        }
     }
 }
 
 impl KalmanSettings {
     pub(super) fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
-        check(self.torque_noise_share, self.gap_spread, self.wandering_share, self.torque_share, transmission)
+        check(
+            self.torque_noise_share,
+            self.gap_spread,
+            self.wandering_share,
+            self.torque_share,
+            transmission,
+        )
     }
 
     pub(crate) fn noises(&self, config: &AxisConfig) -> Noises {
-        noises(self.torque_noise_share, self.gap_spread, self.wandering_share, config)
+        noises(
+            self.torque_noise_share,
+            self.gap_spread,
+            self.wandering_share,
+            config,
+        )
     }
 }
 
@@ -42,9 +60,11 @@ impl KalmanSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MultipleModelsSettings {
-    /// Standard deviation of the torques that the models do not explain, as part of the rated torque.
+    /// Standard deviation of the torques that the models do not explain, as part of the rated
+    /// torque.
     pub torque_noise_share: f64,
-    /// Standard deviation of the unknown gap at the start, as a total gap; a two-hundredth of a turn of the motor if left out.
+    /// Standard deviation of the unknown gap at the start, as a total gap; a two-hundredth of a
+    /// turn of the motor if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_spread: Option<Gap>,
     /// How far the half gap may wander, as a part of its spread at the start per square root of s.
@@ -70,18 +90,36 @@ impl Default for MultipleModelsSettings {
 impl MultipleModelsSettings {
     pub(super) fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
         between("change_per_tick", self.change_per_tick, 1e-9, 0.5)?;
-        check(self.torque_noise_share, self.gap_spread, self.wandering_share, self.torque_share, transmission)
+        check(
+            self.torque_noise_share,
+            self.gap_spread,
+            self.wandering_share,
+            self.torque_share,
+            transmission,
+        )
     }
 
     pub(crate) fn noises(&self, config: &AxisConfig) -> Noises {
-        noises(self.torque_noise_share, self.gap_spread, self.wandering_share, config)
+        noises(
+            self.torque_noise_share,
+            self.gap_spread,
+            self.wandering_share,
+            config,
+        )
     }
 }
 
-fn check(noise: f64, spread: Option<Gap>, wandering: f64, share: f64, transmission: &Transmission) -> Result<(), AxisConfigError> {
+fn check(
+    noise: f64,
+    spread: Option<Gap>,
+    wandering: f64,
+    share: f64,
+    transmission: &Transmission,
+) -> Result<(), AxisConfigError> {
     between("torque_noise_share", noise, 1e-9, 1.0)?;
     if let Some(gap) = spread {
-        gap.check(transmission).map_err(|e| e.within("gap_spread"))?;
+        gap.check(transmission)
+            .map_err(|e| e.within("gap_spread"))?;
         positive("gap_spread", gap.motor_rad(transmission))?;
     }
     not_negative("wandering_share", wandering)?;
@@ -91,5 +129,9 @@ fn check(noise: f64, spread: Option<Gap>, wandering: f64, share: f64, transmissi
 fn noises(share: f64, spread: Option<Gap>, wandering: f64, config: &AxisConfig) -> Noises {
     let turn = std::f64::consts::TAU;
     let spread = 0.5 * spread.map_or(turn / 200.0, |gap| gap.motor_rad(&config.transmission));
-    Noises { torque_nm: share * config.motor.rated_torque_nm, first: [0.0, spread], wandering: wandering * spread }
+    Noises {
+        torque_nm: share * config.motor.rated_torque_nm,
+        first: [0.0, spread],
+        wandering: wandering * spread,
+    }
 }

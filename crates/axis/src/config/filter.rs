@@ -6,12 +6,14 @@ use serde::{Deserialize, Serialize};
 /// Most filters that a drive has in series.
 pub const MAX_TORQUE_FILTERS: usize = 4;
 
-/// Highest frequency of a filter over the servo's rate: below it warped and true frequency still have a finite ratio.
+/// Highest frequency of a filter over the servo's rate: below it warped and true frequency still
+/// have a finite ratio.
 const HIGHEST_SHARE: f64 = 0.45;
 
 /// One second-order filter on the current command, at the servo's rate.
 ///
-/// In a file: `torque_filter = [{ notch = { frequency_hz = 180.0, width_hz = 60.0, depth_db = 30.0 } }, { low-pass = { frequency_hz = 800.0 } }]`.
+/// In a file:
+/// `torque_filter = [{ notch = { frequency_hz = 180.0, width_hz = 60.0, depth_db = 30.0 } }, { low-pass = { frequency_hz = 800.0 } }]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TorqueFilter {
@@ -21,7 +23,8 @@ pub enum TorqueFilter {
     LowPass(LowPass),
 }
 
-/// `(s^2 + 2 D_n w s + w^2)/(s^2 + 2 D_d w s + w^2)` with `D_d = width/(2 frequency)` and `D_n = D_d 10^(-depth/20)`.
+/// `(s^2 + 2 D_n w s + w^2)/(s^2 + 2 D_d w s + w^2)` with `D_d = width/(2 frequency)` and
+/// `D_n = D_d 10^(-depth/20)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Notch {
@@ -53,7 +56,12 @@ impl TorqueFilter {
         match self {
             TorqueFilter::Notch(notch) => {
                 between("notch.frequency_hz", notch.frequency_hz, 1.0, highest_hz)?;
-                between("notch.width_hz", notch.width_hz, 0.01 * notch.frequency_hz, 10.0 * notch.frequency_hz)?;
+                between(
+                    "notch.width_hz",
+                    notch.width_hz,
+                    0.01 * notch.frequency_hz,
+                    10.0 * notch.frequency_hz,
+                )?;
                 between("notch.depth_db", notch.depth_db, 0.0, 200.0)
             }
             TorqueFilter::LowPass(low) => {
@@ -82,9 +90,11 @@ impl TorqueFilters {
 
     pub(super) fn check(&self, servo_period_s: f64) -> Result<(), AxisConfigError> {
         let highest_hz = HIGHEST_SHARE / servo_period_s;
-        self.iter()
-            .enumerate()
-            .try_for_each(|(index, filter)| filter.check(highest_hz).map_err(|error| error.within(&format!("torque_filter[{index}]"))))
+        self.iter().enumerate().try_for_each(|(index, filter)| {
+            filter
+                .check(highest_hz)
+                .map_err(|error| error.within(&format!("torque_filter[{index}]")))
+        })
     }
 }
 
@@ -93,7 +103,10 @@ impl TryFrom<Vec<TorqueFilter>> for TorqueFilters {
 
     fn try_from(list: Vec<TorqueFilter>) -> Result<TorqueFilters, String> {
         if list.len() > MAX_TORQUE_FILTERS {
-            return Err(format!("there are {} torque filters; a drive has at most {MAX_TORQUE_FILTERS}", list.len()));
+            return Err(format!(
+                "there are {} torque filters; a drive has at most {MAX_TORQUE_FILTERS}",
+                list.len()
+            ));
         }
         let mut filters = TorqueFilters::default();
         for (slot, filter) in filters.0.iter_mut().zip(list) {

@@ -6,24 +6,26 @@ use serde::{Deserialize, Serialize};
 
 /// More friction at rest than in motion, falling in a straight line up to a speed.
 ///
-/// `F(v) = F_c + (F_s - F_c) max(0, 1 - |v|/v_s)` while it slides; at rest it holds up to `F_s`. In a file:
-/// `friction.load.stribeck = { static_factor = 1.5, speed_units_s = 2.0 }`.
+/// `F(v) = F_c + (F_s - F_c) max(0, 1 - |v|/v_s)` while it slides; at rest it holds up to `F_s`. In
+/// a file: `friction.load.stribeck = { static_factor = 1.5, speed_units_s = 2.0 }`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stribeck {
     /// Breakaway over Coulomb friction, F_s/F_c; 1 to 10.
     pub static_factor: f64,
-    /// Speed v_s from which Coulomb friction alone is left: axis units per s at the load, rad/s at the motor; above 0.
+    /// Speed v_s from which Coulomb friction alone is left: axis units per s at the load, rad/s at
+    /// the motor; above 0.
     pub speed_units_s: f64,
 }
 
-/// Bristles that bend before they slip: the model of Canudas de Wit, Olsson, Astrom, Lischinsky, *A New Model for Control of Systems
-/// with Friction* (IEEE Trans. Automatic Control 40(3), 1995).
+/// Bristles that bend before they slip: the model of Canudas de Wit, Olsson, Astrom, Lischinsky, *A
+/// New Model for Control of Systems with Friction* (IEEE Trans. Automatic Control 40(3), 1995).
 ///
 /// ```text
 /// dz/dt = v - s0 |v| z / g(v),  F = s0 z + s1 dz/dt,  g(v) = F_c + (F_s - F_c) exp(-(v/v_s)^2),  s0 = F_c / presliding
 /// ```
-/// Viscous friction comes on top. There is no true stick: what stands under a torque creeps by bending bristles alone.
+/// Viscous friction comes on top. There is no true stick: what stands under a torque creeps by
+/// bending bristles alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lugre {
@@ -31,7 +33,8 @@ pub struct Lugre {
     pub static_factor: f64,
     /// Stribeck speed v_s: axis units per s at the load, rad/s at the motor; above 0.
     pub speed_units_s: f64,
-    /// Deflection at which the bristles carry the Coulomb friction, F_c/s0: axis units at the load, rad at the motor; above 0.
+    /// Deflection at which the bristles carry the Coulomb friction, F_c/s0: axis units at the load,
+    /// rad at the motor; above 0.
     pub presliding_units: f64,
     /// Damping of the bristles over their stiffness, s1/s0, s; 0 to 1.
     #[serde(default)]
@@ -66,7 +69,11 @@ pub struct Frictions {
 impl Frictions {
     /// Whether both are plain.
     pub fn is_plain(&self) -> bool {
-        *self == Frictions { motor: FrictionLaw::Coulomb, load: FrictionLaw::Coulomb }
+        *self
+            == Frictions {
+                motor: FrictionLaw::Coulomb,
+                load: FrictionLaw::Coulomb,
+            }
     }
 
     /// Checks every value.
@@ -83,7 +90,10 @@ impl Frictions {
         let factor = transmission.motor_rad_per_unit();
         match self.load {
             FrictionLaw::Coulomb => FrictionLaw::Coulomb,
-            FrictionLaw::Stribeck(law) => FrictionLaw::Stribeck(Stribeck { speed_units_s: law.speed_units_s * factor, ..law }),
+            FrictionLaw::Stribeck(law) => FrictionLaw::Stribeck(Stribeck {
+                speed_units_s: law.speed_units_s * factor,
+                ..law
+            }),
             FrictionLaw::Lugre(law) => FrictionLaw::Lugre(Lugre {
                 speed_units_s: law.speed_units_s * factor,
                 presliding_units: law.presliding_units * factor,
@@ -98,8 +108,10 @@ impl FrictionLaw {
         match self {
             FrictionLaw::Coulomb => Ok(()),
             FrictionLaw::Stribeck(law) => {
-                let check =
-                    || between("static_factor", law.static_factor, 1.0, 10.0).and_then(|()| positive("speed_units_s", law.speed_units_s));
+                let check = || {
+                    between("static_factor", law.static_factor, 1.0, 10.0)
+                        .and_then(|()| positive("speed_units_s", law.speed_units_s))
+                };
                 check().map_err(|e| e.within("stribeck"))
             }
             FrictionLaw::Lugre(law) => law.check().map_err(|e| e.within("lugre")),

@@ -4,7 +4,8 @@ use super::error::{AxisConfigError, between};
 use super::transmission::Transmission;
 use serde::{Deserialize, Serialize};
 
-/// Torque `torque_nm sin(angle - hangs_at)` against the positive direction. In a file: a table `gravity`; needs a rotary transmission.
+/// Torque `torque_nm sin(angle - hangs_at)` against the positive direction. In a file: a table
+/// `gravity`; needs a rotary transmission.
 ///
 /// Gravity on a slide is the constant force of `load.slide`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,8 +31,10 @@ impl Gravity {
                 hint: "on a slide gravity is the constant_n of load.slide".to_owned(),
             });
         }
-        let check =
-            || between("torque_nm", self.torque_nm, 0.0, 1e6).and_then(|()| between("hangs_at_deg", self.hangs_at_deg, -360.0, 360.0));
+        let check = || {
+            between("torque_nm", self.torque_nm, 0.0, 1e6)
+                .and_then(|()| between("hangs_at_deg", self.hangs_at_deg, -360.0, 360.0))
+        };
         check().map_err(|e| e.within("gravity"))
     }
 }

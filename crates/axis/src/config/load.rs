@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 pub struct Slide {
     /// Moving mass, kg.
     pub mass_kg: f64,
-    /// Inertia of the screw and its coupling, kg m2. It turns with the motor: the gap and most of the give are in nut and bearings.
+    /// Inertia of the screw and its coupling, kg m2. It turns with the motor: the gap and most of
+    /// the give are in nut and bearings.
     #[serde(default)]
     pub screw_inertia_kgm2: f64,
     /// Viscous friction of the guides, N s/m.
@@ -20,7 +21,8 @@ pub struct Slide {
     /// Coulomb friction of the guides, N.
     #[serde(default)]
     pub coulomb_n: f64,
-    /// Constant force against the positive direction, N (gravity on a vertical axis, net of its counterweight).
+    /// Constant force against the positive direction, N (gravity on a vertical axis, net of its
+    /// counterweight).
     #[serde(default)]
     pub constant_n: f64,
     /// Axial stiffness of screw, nut and bearings together, N/um.
@@ -81,11 +83,16 @@ impl Load {
     /// Checks every value, and that the transmission is of the right kind.
     ///
     /// # Errors
-    /// The first value out of range, or a slide on a rotary transmission, or a table on a linear one.
+    /// The first value out of range, or a slide on a rotary transmission, or a table on a linear
+    /// one.
     pub fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
         match (self, transmission) {
-            (Load::Slide(_), Transmission::Rotary(_)) => return Err(mismatch("slide", "a slide needs a linear transmission")),
-            (Load::Table(_), Transmission::Linear(_)) => return Err(mismatch("table", "a table needs a rotary transmission")),
+            (Load::Slide(_), Transmission::Rotary(_)) => {
+                return Err(mismatch("slide", "a slide needs a linear transmission"));
+            }
+            (Load::Table(_), Transmission::Linear(_)) => {
+                return Err(mismatch("table", "a table needs a rotary transmission"));
+            }
             _ => {}
         }
         match self {
@@ -122,7 +129,8 @@ fn mismatch(key: &str, reason: &str) -> AxisConfigError {
     AxisConfigError::Mismatch {
         key: key.to_owned(),
         reason: reason.to_owned(),
-        hint: "change the kind of load or of transmission, or describe the load as load.reflected".to_owned(),
+        hint: "change the kind of load or of transmission, or describe the load as load.reflected"
+            .to_owned(),
     }
 }
 

@@ -1,12 +1,14 @@
-//! What a drive's loops do besides their gains: friction feed-forward, anti-windup, and the margins asked of them.
+//! What a drive's loops do besides their gains: friction feed-forward, anti-windup, and the margins
+//! asked of them.
 
 use super::error::{AxisConfigError, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// Torque fed forward against friction: `coulomb w/sqrt(w^2 + smoothing^2) + viscous w`, w the reference's mean velocity over the coming
-/// servo period, rad/s at the motor.
+/// Torque fed forward against friction: `coulomb w/sqrt(w^2 + smoothing^2) + viscous w`, w the
+/// reference's mean velocity over the coming servo period, rad/s at the motor.
 ///
-/// The smoothing keeps the torque from jumping at a reversal: at `w = smoothing` it is 71 % of the Coulomb friction.
+/// The smoothing keeps the torque from jumping at a reversal: at `w = smoothing` it is 71 % of the
+/// Coulomb friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FrictionFeedforward {
@@ -27,7 +29,10 @@ fn smoothing_rad_s() -> f64 {
 impl FrictionFeedforward {
     pub(super) fn check(&self) -> Result<(), AxisConfigError> {
         not_negative("friction_feedforward.coulomb_nm", self.coulomb_nm)?;
-        not_negative("friction_feedforward.viscous_nm_s_per_rad", self.viscous_nm_s_per_rad)?;
+        not_negative(
+            "friction_feedforward.viscous_nm_s_per_rad",
+            self.viscous_nm_s_per_rad,
+        )?;
         positive("friction_feedforward.smoothing_rad_s", self.smoothing_rad_s)
     }
 }
@@ -36,12 +41,14 @@ impl FrictionFeedforward {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AntiWindup {
-    /// Back-calculation: a command cut by `delta` moves the integral by `delta` times period over integral time, so the tracking
-    /// time is the integral time. While the voltage is at its limit the integral takes up no error that asks for still more torque.
-    /// Source: Astrom and Haegglund, *Advanced PID Control* (2006), section 3.5.
+    /// Back-calculation: a command cut by `delta` moves the integral by `delta` times period over
+    /// integral time, so the tracking time is the integral time. While the voltage is at its limit
+    /// the integral takes up no error that asks for still more torque. Source: Astrom and
+    /// Haegglund, *Advanced PID Control* (2006), section 3.5.
     #[default]
     BackCalculation,
-    /// Conditional integration: while current or voltage is at its limit the integral takes up no error that asks for still more torque.
+    /// Conditional integration: while current or voltage is at its limit the integral takes up no
+    /// error that asks for still more torque.
     Conditional,
     /// None: the integral goes on. For showing what the others are there for.
     None,
@@ -49,7 +56,8 @@ pub enum AntiWindup {
 
 /// Margins below which [`crate::analysis`] calls a loop badly tuned.
 ///
-/// The defaults are low: they refuse what is about to oscillate, not what a commissioning engineer would do better.
+/// The defaults are low: they refuse what is about to oscillate, not what a commissioning engineer
+/// would do better.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LeastMargins {
@@ -71,7 +79,10 @@ fn gain_db() -> f64 {
 
 impl Default for LeastMargins {
     fn default() -> LeastMargins {
-        LeastMargins { phase_deg: phase_deg(), gain_db: gain_db() }
+        LeastMargins {
+            phase_deg: phase_deg(),
+            gain_db: gain_db(),
+        }
     }
 }
 

@@ -1,6 +1,8 @@
-//! Description of an axis, as machine files hold it: keys carry their unit, those that do not are in the axis' own; unknown keys are refused.
+//! Description of an axis, as machine files hold it: keys carry their unit, those that do not are
+//! in the axis' own; unknown keys are refused.
 //!
-//! What a file may add to an axis, all of it optional and off where left out (in a machine file the tables are `[axis.x.friction]` and so on):
+//! What a file may add to an axis, all of it optional and off where left out (in a machine file the
+//! tables are `[axis.x.friction]` and so on):
 //!
 //! ```
 //! # use lostmotion_axis::AxisConfig;
@@ -61,10 +63,12 @@ mod transmission;
 mod tuning;
 
 pub use classic::{
-    AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings, FixedLinuxcncSettings,
-    IterativeLearningSettings, ReversalPulseSettings, ToldLoad,
+    AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings,
+    FixedLinuxcncSettings, IterativeLearningSettings, ReversalPulseSettings, ToldLoad,
 };
-pub use compensation::{AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings};
+pub use compensation::{
+    AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings,
+};
 pub use contact::{ContactLaw, StartInGap};
 pub use cycles::Cycles;
 pub use drift::{Change, Drift, Shape};
@@ -141,19 +145,28 @@ impl AxisConfig {
     /// # Errors
     /// The first value out of range, with its key, value and what is allowed.
     pub fn check(&self) -> Result<(), AxisConfigError> {
-        self.transmission.check().map_err(|e| e.within("transmission"))?;
+        self.transmission
+            .check()
+            .map_err(|e| e.within("transmission"))?;
         self.motor.check().map_err(|e| e.within("motor"))?;
-        self.load.check(&self.transmission).map_err(|e| e.within("load"))?;
+        self.load
+            .check(&self.transmission)
+            .map_err(|e| e.within("load"))?;
         self.cycles.check().map_err(|e| e.within("cycles"))?;
-        self.drive.check(&self.cycles).map_err(|e| e.within("drive"))?;
+        self.drive
+            .check(&self.cycles)
+            .map_err(|e| e.within("drive"))?;
         between("start_in_gap", self.start_in_gap.0, -1.0, 1.0)?;
-        self.compensation.check(&self.transmission).map_err(|e| e.within("compensation"))?;
+        self.compensation
+            .check(&self.transmission)
+            .map_err(|e| e.within("compensation"))?;
         self.friction.check().map_err(|e| e.within("friction"))?;
         self.flanks
             .check(self.gap_in_unit() * self.drift.gap.map_or(1.0, |change| change.factor.max(1.0)))
             .map_err(|e| e.within("flanks"))?;
         self.ripple.check().map_err(|e| e.within("ripple"))?;
-        self.gravity.map_or(Ok(()), |gravity| gravity.check(&self.transmission))?;
+        self.gravity
+            .map_or(Ok(()), |gravity| gravity.check(&self.transmission))?;
         self.scale.check().map_err(|e| e.within("scale"))?;
         self.drift.check().map_err(|e| e.within("drift"))?;
         self.check_rates()
@@ -199,11 +212,14 @@ impl AxisConfig {
     #[must_use]
     pub fn with_gap(&self, gap: f64) -> AxisConfig {
         let gap_rad = gap * self.transmission.motor_rad_per_unit();
-        AxisConfig { load: self.load.with_gap_motor_rad(gap_rad, &self.transmission), ..self.clone() }
+        AxisConfig {
+            load: self.load.with_gap_motor_rad(gap_rad, &self.transmission),
+            ..self.clone()
+        }
     }
 
-    /// The same axis whose compensators that may know the gap were told another total gap (a fit's result): `fixed`, `fixed-linuxcnc`,
-    /// `fixed-fanuc` for cutting, `lookup`, `fitted-lookup`.
+    /// The same axis whose compensators that may know the gap were told another total gap (a fit's
+    /// result): `fixed`, `fixed-linuxcnc`, `fixed-fanuc` for cutting, `lookup`, `fitted-lookup`.
     #[must_use]
     pub fn with_told_gap(&self, gap: Gap) -> AxisConfig {
         let mut told = self.clone();
@@ -215,11 +231,18 @@ impl AxisConfig {
         told
     }
 
-    /// The gains follow from the rule of [`Tuning`]; limits, encoder, delays, filters and what else the drive does stay.
+    /// The gains follow from the rule of [`Tuning`]; limits, encoder, delays, filters and what else
+    /// the drive does stay.
     #[must_use]
     pub fn tuned(&self, tuning: &Tuning) -> AxisConfig {
         let old = self.drive;
-        let new = Drive::tuned(&self.motor, &self.reflected_load(), tuning, old.current_limit_a, old.bus_voltage_v);
+        let new = Drive::tuned(
+            &self.motor,
+            &self.reflected_load(),
+            tuning,
+            old.current_limit_a,
+            old.bus_voltage_v,
+        );
         let drive = Drive {
             encoder_counts_per_rev: old.encoder_counts_per_rev,
             current_period_us: old.current_period_us,
@@ -231,6 +254,9 @@ impl AxisConfig {
             least_margins: old.least_margins,
             ..new
         };
-        AxisConfig { drive, ..self.clone() }
+        AxisConfig {
+            drive,
+            ..self.clone()
+        }
     }
 }

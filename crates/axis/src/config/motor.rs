@@ -5,15 +5,17 @@ use serde::{Deserialize, Serialize};
 
 /// A permanent-magnet synchronous motor.
 ///
-/// Currents and voltages in dq are amplitude-invariant (the length of the vector is the amplitude of a phase), so
-/// `torque = torque_constant * i_q` and the back-EMF is `(2/3) torque_constant * speed`: mechanical power
-/// `K_t i_q w` has to equal the electric power `(3/2) u_emf i_q`.
+/// Currents and voltages in dq are amplitude-invariant (the length of the vector is the amplitude
+/// of a phase), so `torque = torque_constant * i_q` and the back-EMF is
+/// `(2/3) torque_constant * speed`: mechanical power `K_t i_q w` has to equal the electric power
+/// `(3/2) u_emf i_q`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Motor {
     /// Resistance between two terminals, ohm. A phase has half of it.
     pub resistance_ohm: f64,
-    /// Inductance between two terminals, H. A phase has half of it; the same in d and q (surface magnets).
+    /// Inductance between two terminals, H. A phase has half of it; the same in d and q (surface
+    /// magnets).
     pub inductance_h: f64,
     /// Number of poles (twice the pole pairs).
     pub poles: u32,

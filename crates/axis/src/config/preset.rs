@@ -18,16 +18,22 @@ use super::scale::Scale;
 use super::transmission::{AxisUnit, Rotary, Transmission};
 
 impl AxisConfig {
-    /// The axis of Gan, Wang, Huang, *Adaptive Backlash Compensation for CNC Machining Applications*, Machines 2023, 11(2), 193,
-    /// Tables 2 and 3: a rotary axis in rad at the motor's shaft, its 5:1 gear already reflected.
+    /// The axis of Gan, Wang, Huang, *Adaptive Backlash Compensation for CNC Machining
+    /// Applications*, Machines 2023, 11(2), 193, Tables 2 and 3: a rotary axis in rad at the
+    /// motor's shaft, its 5:1 gear already reflected.
     ///
-    /// The paper gives no current limit, bus voltage, rated torque or encoder: limits are set so wide (60 A, 560 V) that its motion does not
-    /// meet them, the rated torque is taken as 11 N m, the encoder is ideal. The viscous friction sits on the motor, as in the
-    /// paper's equation (2). The velocity gain of 1.74 is in A s/rad: with K_t = 1.08 and the total inertia that is a natural frequency of
-    /// 161 rad/s with damping 0.70. The printed voltage constant (296 V/krpm) contradicts K_t and is not used.
+    /// The paper gives no current limit, bus voltage, rated torque or encoder: limits are set so
+    /// wide (60 A, 560 V) that its motion does not meet them, the rated torque is taken as 11 N m,
+    /// the encoder is ideal. The viscous friction sits on the motor, as in the paper's equation
+    /// (2). The velocity gain of 1.74 is in A s/rad: with K_t = 1.08 and the total inertia that is
+    /// a natural frequency of 161 rad/s with damping 0.70. The printed voltage constant (296
+    /// V/krpm) contradicts K_t and is not used.
     pub fn paper() -> AxisConfig {
         AxisConfig {
-            transmission: Transmission::Rotary(Rotary { gear: 1.0, unit: AxisUnit::Rad }),
+            transmission: Transmission::Rotary(Rotary {
+                gear: 1.0,
+                unit: AxisUnit::Rad,
+            }),
             motor: Motor {
                 resistance_ohm: 0.42,
                 inductance_h: 4.5e-3,

@@ -5,8 +5,9 @@ use std::fmt;
 
 /// How a drive goes from setpoint to setpoint.
 ///
-/// T is the command's cycle. The delay is the time from a setpoint's arrival to the reference reaching it. Errors as measured by the tests, at
-/// T = 1 ms and a servo cycle of 250 us, the worst of a jerk-limited line (100 mm/s, 1 m/s2, 30 m/s3) and a circle of 5 mm at the same
+/// T is the command's cycle. The delay is the time from a setpoint's arrival to the reference
+/// reaching it. Errors as measured by the tests, at T = 1 ms and a servo cycle of 250 us, the worst
+/// of a jerk-limited line (100 mm/s, 1 m/s2, 30 m/s3) and a circle of 5 mm at the same
 /// acceleration: see `docs/interpolation.md`.
 ///
 /// | name | delay | needs | position error | nm | jerk over the motion's |
@@ -20,7 +21,8 @@ use std::fmt;
 /// | `compensated-b-spline` | 2 T | acceleration | fourth order | 0.7 | 1.1 |
 /// | `quintic-differences` | 3 T | positions | fifth order | 0.4 | 1.4 |
 ///
-/// Equal delay on all axes makes no contour error; unequal delays do, `v dt/2` on a line at 45 degrees.
+/// Equal delay on all axes makes no contour error; unequal delays do, `v dt/2` on a line at 45
+/// degrees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Interpolator {
@@ -36,7 +38,8 @@ pub enum Interpolator {
     #[default]
     #[serde(alias = "sent-along")]
     QuinticHermite,
-    /// Uniform cubic B-spline with the positions for control points: smooth, but it cuts every curve.
+    /// Uniform cubic B-spline with the positions for control points: smooth, but it cuts every
+    /// curve.
     BSpline,
     /// The same with `p - a T^2/6` for control points, which takes the cut away.
     CompensatedBSpline,
@@ -74,26 +77,39 @@ impl Interpolator {
 
     /// The interpolator of a name.
     pub fn from_name(name: &str) -> Option<Interpolator> {
-        Interpolator::ALL.into_iter().find(|interpolator| interpolator.name() == name)
+        Interpolator::ALL
+            .into_iter()
+            .find(|interpolator| interpolator.name() == name)
     }
 
     /// Command cycles from a setpoint's arrival to the reference reaching it.
     pub const fn delay_cycles(self) -> u32 {
         match self {
-            Interpolator::Linear | Interpolator::CubicDifferences | Interpolator::CubicHermite | Interpolator::QuinticHermite => 1,
-            Interpolator::CatmullRom | Interpolator::BSpline | Interpolator::CompensatedBSpline => 2,
+            Interpolator::Linear
+            | Interpolator::CubicDifferences
+            | Interpolator::CubicHermite
+            | Interpolator::QuinticHermite => 1,
+            Interpolator::CatmullRom | Interpolator::BSpline | Interpolator::CompensatedBSpline => {
+                2
+            }
             Interpolator::QuinticDifferences => 3,
         }
     }
 
     /// Whether the control has to send the velocity along.
     pub const fn needs_velocity(self) -> bool {
-        matches!(self, Interpolator::CubicHermite | Interpolator::QuinticHermite)
+        matches!(
+            self,
+            Interpolator::CubicHermite | Interpolator::QuinticHermite
+        )
     }
 
     /// Whether the control has to send the acceleration along.
     pub const fn needs_acceleration(self) -> bool {
-        matches!(self, Interpolator::QuinticHermite | Interpolator::CompensatedBSpline)
+        matches!(
+            self,
+            Interpolator::QuinticHermite | Interpolator::CompensatedBSpline
+        )
     }
 }
 

@@ -12,8 +12,8 @@ pub const MAX_HARMONICS: usize = 4;
 pub struct Harmonic {
     /// Amplitude: N m for cogging (up to 100), parts of the torque constant for ripple (up to 0.2).
     pub amplitude: f64,
-    /// Periods for one mechanical turn of the motor, 1 to 1000. Cogging has multiples of the least common multiple of slots and poles, ripple
-    /// mostly 6 and 12 for each pole pair.
+    /// Periods for one mechanical turn of the motor, 1 to 1000. Cogging has multiples of the least
+    /// common multiple of slots and poles, ripple mostly 6 and 12 for each pole pair.
     pub per_turn: u32,
     /// Phase, degrees.
     #[serde(default)]
@@ -43,10 +43,20 @@ impl Ripple {
     /// # Errors
     /// The first value out of range.
     pub fn check(&self) -> Result<(), AxisConfigError> {
-        for (key, list, highest) in [("cogging", &self.cogging, 100.0), ("torque", &self.torque, 0.2)] {
-            between(&format!("{key}: number of harmonics"), list.len() as f64, 0.0, MAX_HARMONICS as f64)?;
+        for (key, list, highest) in [
+            ("cogging", &self.cogging, 100.0),
+            ("torque", &self.torque, 0.2),
+        ] {
+            between(
+                &format!("{key}: number of harmonics"),
+                list.len() as f64,
+                0.0,
+                MAX_HARMONICS as f64,
+            )?;
             for (index, harmonic) in list.iter().enumerate() {
-                harmonic.check(highest).map_err(|e| e.within(&format!("{key}[{index}]")))?;
+                harmonic
+                    .check(highest)
+                    .map_err(|e| e.within(&format!("{key}[{index}]")))?;
             }
         }
         Ok(())

@@ -25,7 +25,8 @@ pub struct Table {
     pub stiffness_nm_per_rad: f64,
     /// Torsional damping, N m s/rad.
     pub damping_nm_s_per_rad: f64,
-    /// Total gap between the flanks at the table, mdeg. A file may say `gap_arcsec` or `gap_deg` instead.
+    /// Total gap between the flanks at the table, mdeg. A file may say `gap_arcsec` or `gap_deg`
+    /// instead.
     pub gap_mdeg: f64,
     /// Step of the table's encoder, mdeg; 0 for an ideal one.
     pub scale_mdeg: f64,

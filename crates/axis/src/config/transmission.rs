@@ -74,15 +74,19 @@ impl Transmission {
     /// The first value out of range, or a rotary axis in mm.
     pub fn check(&self) -> Result<(), AxisConfigError> {
         match self {
-            Transmission::Linear(linear) => {
-                positive("lead_mm", linear.lead_mm).and_then(|()| positive("gear", linear.gear)).map_err(|e| e.within("linear"))
-            }
-            Transmission::Rotary(Rotary { unit: AxisUnit::Mm, .. }) => Err(AxisConfigError::Mismatch {
+            Transmission::Linear(linear) => positive("lead_mm", linear.lead_mm)
+                .and_then(|()| positive("gear", linear.gear))
+                .map_err(|e| e.within("linear")),
+            Transmission::Rotary(Rotary {
+                unit: AxisUnit::Mm, ..
+            }) => Err(AxisConfigError::Mismatch {
                 key: "rotary.unit".to_owned(),
                 reason: "a rotary axis cannot be in mm".to_owned(),
                 hint: "use rad or deg".to_owned(),
             }),
-            Transmission::Rotary(rotary) => positive("gear", rotary.gear).map_err(|e| e.within("rotary")),
+            Transmission::Rotary(rotary) => {
+                positive("gear", rotary.gear).map_err(|e| e.within("rotary"))
+            }
         }
     }
 
@@ -98,13 +102,16 @@ impl Transmission {
     pub fn motor_rad_per_unit(&self) -> f64 {
         match self {
             Transmission::Linear(linear) => TAU * linear.gear / linear.lead_mm,
-            Transmission::Rotary(Rotary { gear, unit: AxisUnit::Deg }) => gear * (TAU / 360.0),
+            Transmission::Rotary(Rotary {
+                gear,
+                unit: AxisUnit::Deg,
+            }) => gear * (TAU / 360.0),
             Transmission::Rotary(rotary) => rotary.gear,
         }
     }
 
-    /// Radius of the drive in m per motor rad (linear), or table rad per motor rad (rotary): the factor that reflects
-    /// forces and torques at the load to the motor.
+    /// Radius of the drive in m per motor rad (linear), or table rad per motor rad (rotary): the
+    /// factor that reflects forces and torques at the load to the motor.
     pub fn load_per_motor_rad(&self) -> f64 {
         match self {
             Transmission::Linear(linear) => linear.lead_mm * 1e-3 / (TAU * linear.gear),

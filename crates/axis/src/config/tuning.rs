@@ -11,10 +11,11 @@ use std::f64::consts::TAU;
 /// What the gains of a drive follow from.
 ///
 /// Rule:
-/// - current PI by pole-zero cancellation: integral time `L/R`, gain `2 pi f_c L`, so the closed loop is a first-order lag of
-///   bandwidth `f_c`;
-/// - velocity PI for the rigid axis, inertia `J` of rotor, screw and load: natural frequency `w_n = 2 pi f_v` and damping `D`, so the gain is
-///   `(2 D w_n J - b)/K_t` and the integral time `(2 D w_n J - b)/(w_n^2 J)`;
+/// - current PI by pole-zero cancellation: integral time `L/R`, gain `2 pi f_c L`, so the closed
+///   loop is a first-order lag of bandwidth `f_c`;
+/// - velocity PI for the rigid axis, inertia `J` of rotor, screw and load: natural frequency
+///   `w_n = 2 pi f_v` and damping `D`, so the gain is `(2 D w_n J - b)/K_t` and the integral time
+///   `(2 D w_n J - b)/(w_n^2 J)`;
 /// - position gain `Kv = position_ratio * w_n`.
 ///
 /// `f_v` has to stay well below the first resonance and below what the loop's delays allow.
@@ -36,7 +37,8 @@ pub struct Tuning {
 }
 
 impl Default for Tuning {
-    /// A stiffly tuned machine tool axis: 800 Hz, 40 Hz, D 1, ratio 1/4 (Kv 63 1/s), full feed-forward.
+    /// A stiffly tuned machine tool axis: 800 Hz, 40 Hz, D 1, ratio 1/4 (Kv 63 1/s), full
+    /// feed-forward.
     fn default() -> Tuning {
         Tuning {
             current_bandwidth_hz: 800.0,
@@ -52,9 +54,16 @@ impl Default for Tuning {
 impl Drive {
     /// A drive whose gains follow from the motor and the load by the rule of [`Tuning`].
     ///
-    /// The limits are the caller's: `current_limit_a` as i_q amplitude, `bus_voltage_v` as DC. The encoder is ideal, the current
-    /// loop has its usual period (50 us) and one period of delay; all fields can be set afterwards.
-    pub fn tuned(motor: &Motor, load: &Reflected, tuning: &Tuning, current_limit_a: f64, bus_voltage_v: f64) -> Drive {
+    /// The limits are the caller's: `current_limit_a` as i_q amplitude, `bus_voltage_v` as DC. The
+    /// encoder is ideal, the current loop has its usual period (50 us) and one period of delay; all
+    /// fields can be set afterwards.
+    pub fn tuned(
+        motor: &Motor,
+        load: &Reflected,
+        tuning: &Tuning,
+        current_limit_a: f64,
+        bus_voltage_v: f64,
+    ) -> Drive {
         let inductance = motor.phase_inductance_h();
         let inertia = motor.inertia_kgm2 + load.motor_side_inertia_kgm2 + load.inertia_kgm2;
         let viscous = motor.viscous_nm_s_per_rad + load.viscous_nm_s_per_rad;

@@ -51,7 +51,8 @@ impl Brush {
         if n == 0 {
             self.level[0] += self.coulomb;
         }
-        // deflection over level, by long division; its own coefficient n is still zero in the product
+        // deflection over level, by long division; its own coefficient n is still zero in the
+        // product
         self.ratio[n] = (deflection[n] - product(&self.level, &self.ratio, n)) / self.level[0];
         self.rate[n] = speed[n] - self.sign * self.stiffness * product(speed, &self.ratio, n);
         self.torque[n] = self.stiffness * deflection[n] + self.damping * self.rate[n];

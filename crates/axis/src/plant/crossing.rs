@@ -1,19 +1,21 @@
 //! First crossing of a polynomial to below zero on [0, 1].
 //!
-//! In Bernstein's form a polynomial lies in the hull of its coefficients, and has no more roots in (0, 1) than they have changes of
-//! sign. So no crossing is overlooked, however short the excursion, and most polynomials are settled by one look.
+//! In Bernstein's form a polynomial lies in the hull of its coefficients, and has no more roots in
+//! (0, 1) than they have changes of sign. So no crossing is overlooked, however short the
+//! excursion, and most polynomials are settled by one look.
 
 use super::taylor::COEFFICIENTS;
 
 type Poly = [f64; COEFFICIENTS];
 const LAST: usize = COEFFICIENTS - 1;
-/// Halvings of [0, 1] in the search for the first of several roots; a shorter excursion counts as touching.
+/// Halvings of [0, 1] in the search for the first of several roots; a shorter excursion counts as
+/// touching.
 const DEPTH: u32 = 40;
 
 /// The smallest tau in [0, 1] from which the polynomial (by powers) is negative; none if it is not.
 ///
-/// The first `zeros` coefficients are known to vanish, whatever rounding has made of them. A polynomial that starts at zero
-/// crosses there if it leaves downwards.
+/// The first `zeros` coefficients are known to vanish, whatever rounding has made of them. A
+/// polynomial that starts at zero crosses there if it leaves downwards.
 pub(super) fn first_crossing(power: &Poly, zeros: usize) -> Option<f64> {
     let mut power = *power;
     let mut lead = 0;
@@ -33,7 +35,8 @@ pub(super) fn first_crossing(power: &Poly, zeros: usize) -> Option<f64> {
 
 fn bernstein(power: &Poly) -> Poly {
     let mut out = *power;
-    // out[j] = sum over i <= j of C(j,i)/C(n,i) power[i], by repeated running sums of power[i]/C(n,i)
+    // out[j] = sum over i <= j of C(j,i)/C(n,i) power[i], by repeated running sums of
+    // power[i]/C(n,i)
     let mut binomial = 1.0;
     for (i, entry) in out.iter_mut().enumerate() {
         *entry /= binomial;
@@ -48,7 +51,10 @@ fn bernstein(power: &Poly) -> Poly {
 }
 
 fn search(form: &Poly, power: &Poly, low: f64, high: f64, depth: u32) -> Option<f64> {
-    let changes = form.windows(2).filter(|pair| (pair[0] < 0.0) != (pair[1] < 0.0)).count();
+    let changes = form
+        .windows(2)
+        .filter(|pair| (pair[0] < 0.0) != (pair[1] < 0.0))
+        .count();
     match changes {
         0 => (form[0] < 0.0).then_some(low),
         1 if form[0] >= 0.0 && form[LAST] < 0.0 => Some(root(power, low, high)),
@@ -56,7 +62,8 @@ fn search(form: &Poly, power: &Poly, low: f64, high: f64, depth: u32) -> Option<
         _ => {
             let (left, right) = halves(form);
             let middle = 0.5 * (low + high);
-            search(&left, power, low, middle, depth - 1).or_else(|| search(&right, power, middle, high, depth - 1))
+            search(&left, power, low, middle, depth - 1)
+                .or_else(|| search(&right, power, middle, high, depth - 1))
         }
     }
 }
@@ -82,7 +89,8 @@ fn value_and_slope(power: &Poly, tau: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// The one root between `low` (not negative there) and `high` (negative there): Newton's steps, halved where they leave the bracket.
+/// The one root between `low` (not negative there) and `high` (negative there): Newton's steps,
+/// halved where they leave the bracket.
 fn root(power: &Poly, mut low: f64, mut high: f64) -> f64 {
     let mut tau = 0.5 * (low + high);
     for _ in 0..100 {
@@ -93,7 +101,11 @@ fn root(power: &Poly, mut low: f64, mut high: f64) -> f64 {
             low = tau;
         }
         let newton = tau - value / slope;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let next = if newton > low && newton < high {
+            newton
+        } else {
+            0.5 * (low + high)
+        };
         if (next - tau).abs() <= 1e-15 || high - low <= 1e-15 {
             return next;
         }

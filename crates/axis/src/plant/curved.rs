@@ -60,7 +60,8 @@ impl Waves {
         all
     }
 
-    /// Torque of an axis' weight against the positive direction over the load's angle, N m and rad at the motor; none without [`crate::config::Gravity`].
+    /// Torque of an axis' weight against the positive direction over the load's angle, N m and rad
+    /// at the motor; none without [`crate::config::Gravity`].
     pub(crate) fn gravity(config: &AxisConfig) -> Waves {
         let ratio = config.transmission.load_per_motor_rad();
         Waves::new(config.gravity.map(|gravity| Wave {
@@ -85,12 +86,17 @@ impl Waves {
 
     /// Their sum at an angle, rad.
     pub fn at(&self, angle: f64) -> f64 {
-        self.as_slice().iter().map(|wave| wave.amplitude * math::sin(wave.per_rad * angle + wave.phase_rad)).sum()
+        self.as_slice()
+            .iter()
+            .map(|wave| wave.amplitude * math::sin(wave.per_rad * angle + wave.phase_rad))
+            .sum()
     }
 
     /// The fastest of them, periods times 2 pi for one rad.
     fn per_rad(&self) -> f64 {
-        self.as_slice().iter().fold(0.0, |highest, wave| wave.per_rad.max(highest))
+        self.as_slice()
+            .iter()
+            .fold(0.0, |highest, wave| wave.per_rad.max(highest))
     }
 }
 
@@ -123,18 +129,35 @@ impl Curved {
 impl PlantParams {
     /// Whether the equations are not linear within a mode.
     pub(super) fn is_curved(&self) -> bool {
-        let bristles = [(self.motor_coulomb_nm, self.motor_friction), (self.load_coulomb_nm, self.load_friction)];
-        self.curved != Curved::default() || bristles.iter().any(|(coulomb, law)| *coulomb > 0.0 && law.bristles.is_some())
+        let bristles = [
+            (self.motor_coulomb_nm, self.motor_friction),
+            (self.load_coulomb_nm, self.load_friction),
+        ];
+        self.curved != Curved::default()
+            || bristles
+                .iter()
+                .any(|(coulomb, law)| *coulomb > 0.0 && law.bristles.is_some())
     }
 
     /// An upper bound of how fast anything moves at these speeds, 1/s.
     pub(super) fn rate_at(&self, motor_speed: f64, load_speed: f64) -> f64 {
-        let waves = self.curved.cogging.per_rad().max(self.curved.ripple.per_rad()) * motor_speed.abs();
-        let bend = |bristles: Option<super::friction::Bristles>, speed: f64| bristles.map_or(0.0, |b| speed.abs() / b.presliding_rad);
-        self.rate() + waves + bend(self.motor_friction.bristles, motor_speed) + bend(self.load_friction.bristles, load_speed)
+        let waves = self
+            .curved
+            .cogging
+            .per_rad()
+            .max(self.curved.ripple.per_rad())
+            * motor_speed.abs();
+        let bend = |bristles: Option<super::friction::Bristles>, speed: f64| {
+            bristles.map_or(0.0, |b| speed.abs() / b.presliding_rad)
+        };
+        self.rate()
+            + waves
+            + bend(self.motor_friction.bristles, motor_speed)
+            + bend(self.load_friction.bristles, load_speed)
     }
 
-    /// Gap angle at which a flank of a sign begins with the load at a place; the middle of the gap for 0. Rad.
+    /// Gap angle at which a flank of a sign begins with the load at a place; the middle of the gap
+    /// for 0. Rad.
     pub(super) fn flank_at(&self, sign: f64, place: f64) -> f64 {
         match &self.curved.wear {
             None => self.flank(sign),

@@ -1,6 +1,7 @@
 //! Equations of motion of one mode.
 //!
-//! With penetration `p = theta_b - s b` (s the flank's sign, 0 in the gap), u the voltage, sigma the signs of sliding:
+//! With penetration `p = theta_b - s b` (s the flank's sign, 0 in the gap), u the voltage, sigma
+//! the signs of sliding:
 //! ```text
 //! L di/dt    = u - R i - K_e w_M
 //! dp/dt      = w_M - w_L
@@ -8,7 +9,8 @@
 //! J_L dw_L/dt = T_c - b_L w_L - sigma_L F_L - T_ext        (0 if the load is stuck)
 //! T_c        = 0 | k p + d (w_M - w_L) | 2 k p
 //! ```
-//! While a mass creeps (Stribeck), its F is the breakaway friction and its b less by `(F_s - F_c)/v_s`.
+//! While a mass creeps (Stribeck), its F is the breakaway friction and its b less by
+//! `(F_s - F_c)/v_s`.
 
 use super::mode::{Coupling, Mass, Mode};
 use super::params::PlantParams;
@@ -50,13 +52,24 @@ impl PlantParams {
     /// The homogeneous part of the derivative.
     pub(super) fn linear(&self, mode: Mode, x: &Vector) -> Vector {
         let torque = self.contact_torque(mode, x);
-        let motor = self.torque_constant_nm_per_a * x[CURRENT] - self.viscous(Mass::Motor, mode.motor) * x[MOTOR] - torque;
+        let motor = self.torque_constant_nm_per_a * x[CURRENT]
+            - self.viscous(Mass::Motor, mode.motor) * x[MOTOR]
+            - torque;
         let load = torque - self.viscous(Mass::Load, mode.load) * x[LOAD];
         [
-            (-self.resistance_ohm * x[CURRENT] - self.back_emf_v_s_per_rad * x[MOTOR]) / self.inductance_h,
+            (-self.resistance_ohm * x[CURRENT] - self.back_emf_v_s_per_rad * x[MOTOR])
+                / self.inductance_h,
             x[MOTOR] - x[LOAD],
-            if mode.motor.stuck() { 0.0 } else { motor / self.motor_inertia_kgm2 },
-            if mode.load.stuck() { 0.0 } else { load / self.load_inertia_kgm2 },
+            if mode.motor.stuck() {
+                0.0
+            } else {
+                motor / self.motor_inertia_kgm2
+            },
+            if mode.load.stuck() {
+                0.0
+            } else {
+                load / self.load_inertia_kgm2
+            },
         ]
     }
 
@@ -67,8 +80,16 @@ impl PlantParams {
         [
             held.voltage / self.inductance_h,
             0.0,
-            if mode.motor.stuck() { 0.0 } else { -motor / self.motor_inertia_kgm2 },
-            if mode.load.stuck() { 0.0 } else { -load / self.load_inertia_kgm2 },
+            if mode.motor.stuck() {
+                0.0
+            } else {
+                -motor / self.motor_inertia_kgm2
+            },
+            if mode.load.stuck() {
+                0.0
+            } else {
+                -load / self.load_inertia_kgm2
+            },
         ]
     }
 

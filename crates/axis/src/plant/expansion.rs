@@ -1,7 +1,7 @@
 //! The solution of the equations that are not linear, as power series of time.
 //!
-//! With w the width of the gap at the load's place, s the flank's sign and m the middle of the gap in half gaps, the flank is at
-//! `theta_b = (m + s) b w(x_L)`, and
+//! With w the width of the gap at the load's place, s the flank's sign and m the middle of the gap
+//! in half gaps, the flank is at `theta_b = (m + s) b w(x_L)`, and
 //! ```text
 //! p           = theta_b - (m + s) b w(x_L)
 //! dp/dt       = w_M - w_L (1 + (m + s) b w'(x_L))
@@ -9,7 +9,8 @@
 //! J_L dw_L/dt = T_c (1 + (m + s) b w'(x_L)) - T_ext - T_g(x_L) - b_L w_L - F_L
 //! L di/dt     = u - R i - K_e (1 + r(theta_M)) w_M
 //! ```
-//! An inclined flank takes its part of the force along the load, so that the spring's energy is that of its compression, wherever it is.
+//! An inclined flank takes its part of the force along the load, so that the spring's energy is
+//! that of its compression, wherever it is.
 
 use super::bristles::Brush;
 use super::dynamics::Held;
@@ -20,7 +21,8 @@ use super::state::PlantState;
 use super::taylor::COEFFICIENTS;
 use crate::config::MAX_HARMONICS;
 
-/// Order before which no series counts as settled: what acts on the motor shows in the load four orders later.
+/// Order before which no series counts as settled: what acts on the motor shows in the load four
+/// orders later.
 const FEWEST: usize = 6;
 /// How small the last two coefficients have to be beside the largest.
 const SETTLED: f64 = 2e-16;
@@ -55,7 +57,12 @@ pub(super) struct Expansion<'a> {
 }
 
 impl<'a> Expansion<'a> {
-    pub(super) fn new(params: &'a PlantParams, state: &PlantState, held: &Held, span: f64) -> Expansion<'a> {
+    pub(super) fn new(
+        params: &'a PlantParams,
+        state: &PlantState,
+        held: &Held,
+        span: f64,
+    ) -> Expansion<'a> {
         let sines = |waves: &super::curved::Waves| {
             let mut list = [Sine::new(super::curved::Wave::default()); MAX_HARMONICS];
             for (slot, wave) in list.iter_mut().zip(waves.as_slice()) {
@@ -64,7 +71,9 @@ impl<'a> Expansion<'a> {
             list
         };
         let brush = |mass: Mass| match (state.mode.friction(mass), params.friction(mass).bristles) {
-            (Friction::Bristles(side), Some(bristles)) => Some(Brush::new(params, mass, side.sign(), bristles)),
+            (Friction::Bristles(side), Some(bristles)) => {
+                Some(Brush::new(params, mass, side.sign(), bristles))
+            }
             _ => None,
         };
         let mut all = Expansion {
@@ -119,7 +128,11 @@ impl<'a> Expansion<'a> {
         };
         self.depth[n] = self.angle[n] - flank * (params.half_gap_rad * times);
         self.lever[n] = unit + flank * params.half_gap_rad * slope;
-        let load = if self.width.is_some() { product(&self.speed[1], &self.lever, n) } else { self.speed[1][n] };
+        let load = if self.width.is_some() {
+            product(&self.speed[1], &self.lever, n)
+        } else {
+            self.speed[1][n]
+        };
         self.closing[n] = self.speed[0][n] - load;
         let (k, d) = params.shaft(self.mode.contact.coupling());
         self.contact[n] = k * self.depth[n] + d * self.closing[n];
@@ -130,16 +143,36 @@ impl<'a> Expansion<'a> {
         let params = self.params;
         self.motor_angle[n] = self.place[n] + self.angle[n];
         let sum = |sines: &mut [Sine], count: usize, angle: &Series| -> f64 {
-            sines.iter_mut().take(count).map(|sine| sine.extend(angle, n)).sum()
+            sines
+                .iter_mut()
+                .take(count)
+                .map(|sine| sine.extend(angle, n))
+                .sum()
         };
         let curved = &params.curved;
-        let cogging = sum(&mut self.cogging, curved.cogging.as_slice().len(), &self.motor_angle);
-        let gravity = sum(&mut self.gravity, curved.gravity.as_slice().len(), &self.place);
+        let cogging = sum(
+            &mut self.cogging,
+            curved.cogging.as_slice().len(),
+            &self.motor_angle,
+        );
+        let gravity = sum(
+            &mut self.gravity,
+            curved.gravity.as_slice().len(),
+            &self.place,
+        );
         let ripples = curved.ripple.as_slice().len();
         let unit = if n == 0 { 1.0 } else { 0.0 };
         self.constant[n] = unit + sum(&mut self.ripple, ripples, &self.motor_angle);
-        let drive = if ripples > 0 { product(&self.constant, &self.current, n) } else { self.current[n] };
-        let on_load = if self.width.is_some() { product(&self.contact, &self.lever, n) } else { self.contact[n] };
+        let drive = if ripples > 0 {
+            product(&self.constant, &self.current, n)
+        } else {
+            self.current[n]
+        };
+        let on_load = if self.width.is_some() {
+            product(&self.contact, &self.lever, n)
+        } else {
+            self.contact[n]
+        };
         self.need[0][n] = params.torque_constant_nm_per_a * drive - self.contact[n] - cogging;
         self.need[1][n] = on_load - gravity - unit * self.held.load_torque;
         for (mass, brush) in self.brushes.iter_mut().enumerate() {
@@ -154,8 +187,14 @@ impl<'a> Expansion<'a> {
         let params = self.params;
         let unit = if n == 0 { 1.0 } else { 0.0 };
         let over = self.span / (n + 1) as f64;
-        let emf = if params.curved.ripple.as_slice().is_empty() { self.speed[0][n] } else { product(&self.constant, &self.speed[0], n) };
-        let voltage = unit * self.held.voltage - params.resistance_ohm * self.current[n] - params.back_emf_v_s_per_rad * emf;
+        let emf = if params.curved.ripple.as_slice().is_empty() {
+            self.speed[0][n]
+        } else {
+            product(&self.constant, &self.speed[0], n)
+        };
+        let voltage = unit * self.held.voltage
+            - params.resistance_ohm * self.current[n]
+            - params.back_emf_v_s_per_rad * emf;
         self.current[n + 1] = over * voltage / params.inductance_h;
         self.angle[n + 1] = over * (self.speed[0][n] - self.speed[1][n]);
         self.place[n + 1] = over * self.speed[1][n];
@@ -169,17 +208,33 @@ impl<'a> Expansion<'a> {
                 }
                 None => unit * params.sliding_torque(mass, state),
             };
-            let torque = self.need[index][n] - params.viscous(mass, state) * self.speed[index][n] - friction;
-            self.speed[index][n + 1] = if state.stuck() { 0.0 } else { over * torque / inertia[index] };
+            let torque =
+                self.need[index][n] - params.viscous(mass, state) * self.speed[index][n] - friction;
+            self.speed[index][n + 1] = if state.stuck() {
+                0.0
+            } else {
+                over * torque / inertia[index]
+            };
         }
     }
 
-    /// Whether coefficients n and n + 1 of all states are down to rounding (n and n - 1 at the end).
+    /// Whether coefficients n and n + 1 of all states are down to rounding (n and n - 1 at the
+    /// end).
     fn has_come_down(&self, n: usize) -> bool {
         let last = (n + 1).min(COEFFICIENTS - 1);
-        let states = [&self.current, &self.angle, &self.speed[0], &self.speed[1], &self.place, &self.bristles[0], &self.bristles[1]];
+        let states = [
+            &self.current,
+            &self.angle,
+            &self.speed[0],
+            &self.speed[1],
+            &self.place,
+            &self.bristles[0],
+            &self.bristles[1],
+        ];
         states.iter().all(|series| {
-            let largest = series[..=last].iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+            let largest = series[..=last]
+                .iter()
+                .fold(0.0, |most: f64, c| most.max(c.abs()));
             series[last].abs().max(series[last - 1].abs()) <= SETTLED * largest
         })
     }
@@ -208,7 +263,8 @@ impl<'a> Expansion<'a> {
         }
     }
 
-    /// Stiffness times depth and damping times closing speed: the two parts of the contact torque, whether or not it acts.
+    /// Stiffness times depth and damping times closing speed: the two parts of the contact torque,
+    /// whether or not it acts.
     pub(super) fn spring_and_damper(&self) -> (Series, Series) {
         let (k, d) = self.params.shaft(Coupling::Spring);
         (self.depth.map(|c| k * c), self.closing.map(|c| d * c))

@@ -26,19 +26,28 @@ pub struct FrictionShape {
 
 impl FrictionShape {
     /// The same at every speed.
-    pub const PLAIN: FrictionShape = FrictionShape { static_factor: 1.0, speed_rad_s: 0.0, bristles: None };
+    pub const PLAIN: FrictionShape = FrictionShape {
+        static_factor: 1.0,
+        speed_rad_s: 0.0,
+        bristles: None,
+    };
 
     /// The law of a description whose speeds and ways are at the motor's shaft.
     pub(super) fn new(law: &FrictionLaw) -> FrictionShape {
         match *law {
             FrictionLaw::Coulomb => FrictionShape::PLAIN,
-            FrictionLaw::Stribeck(law) => {
-                FrictionShape { static_factor: law.static_factor, speed_rad_s: law.speed_units_s, bristles: None }
-            }
+            FrictionLaw::Stribeck(law) => FrictionShape {
+                static_factor: law.static_factor,
+                speed_rad_s: law.speed_units_s,
+                bristles: None,
+            },
             FrictionLaw::Lugre(law) => FrictionShape {
                 static_factor: law.static_factor,
                 speed_rad_s: law.speed_units_s,
-                bristles: Some(Bristles { presliding_rad: law.presliding_units, damping_s: law.damping_s }),
+                bristles: Some(Bristles {
+                    presliding_rad: law.presliding_units,
+                    damping_s: law.damping_s,
+                }),
             },
         }
     }
@@ -82,7 +91,11 @@ impl PlantParams {
     /// Slope at which friction falls with speed while a mass creeps, N m s/rad.
     pub(super) fn fall(&self, mass: Mass) -> f64 {
         let shape = self.friction(mass);
-        if shape.creeps() { self.coulomb(mass) * (shape.static_factor - 1.0) / shape.speed_rad_s } else { 0.0 }
+        if shape.creeps() {
+            self.coulomb(mass) * (shape.static_factor - 1.0) / shape.speed_rad_s
+        } else {
+            0.0
+        }
     }
 
     /// Viscous friction of a mass in a state, N m s/rad.
@@ -92,19 +105,31 @@ impl PlantParams {
             Mass::Motor => self.motor_viscous_nm_s_per_rad,
             Mass::Load => self.load_viscous_nm_s_per_rad,
         };
-        if state.creeps() { viscous - self.fall(mass) } else { viscous }
+        if state.creeps() {
+            viscous - self.fall(mass)
+        } else {
+            viscous
+        }
     }
 
     /// The part of a sliding mass' friction torque that does not change with speed, N m.
     #[inline]
     pub(super) fn sliding_torque(&self, mass: Mass, state: Friction) -> f64 {
         let torque = self.coulomb(mass) * state.sign();
-        if state.creeps() { torque * self.friction(mass).static_factor } else { torque }
+        if state.creeps() {
+            torque * self.friction(mass).static_factor
+        } else {
+            torque
+        }
     }
 
     /// Moving from rest in a direction.
     pub(super) fn starting(&self, mass: Mass, side: Side) -> Friction {
-        if self.friction(mass).creeps() { Friction::Creeping(side) } else { Friction::Sliding(side) }
+        if self.friction(mass).creeps() {
+            Friction::Creeping(side)
+        } else {
+            Friction::Sliding(side)
+        }
     }
 
     /// At rest.

@@ -48,7 +48,8 @@ pub(super) struct Guard {
 /// At most two guards each for contact, motor and load; one more for a bounded contact.
 pub(super) const MAX_GUARDS: usize = 7;
 
-/// The guards of a mode, contact first: of events at the same instant the first one listed happens first.
+/// The guards of a mode, contact first: of events at the same instant the first one listed happens
+/// first.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guards {
     list: [Guard; MAX_GUARDS],
@@ -57,8 +58,15 @@ pub(super) struct Guards {
 
 impl Guards {
     pub(super) fn of(params: &PlantParams, mode: Mode, held: &Held) -> Guards {
-        let none = Guard { event: Event::Open, offset: 0.0, row: [0.0; 4] };
-        let mut guards = Guards { list: [none; MAX_GUARDS], len: 0 };
+        let none = Guard {
+            event: Event::Open,
+            offset: 0.0,
+            row: [0.0; 4],
+        };
+        let mut guards = Guards {
+            list: [none; MAX_GUARDS],
+            len: 0,
+        };
         guards.contact(params, mode);
         guards.mass(params, mode, Mass::Motor, held);
         guards.mass(params, mode, Mass::Load, held);
@@ -84,8 +92,16 @@ impl Guards {
         match mode.contact {
             Contact::Rigid => {}
             Contact::Gap => {
-                self.push(Event::Close(Side::Positive), params.half_gap_rad, [0.0, -1.0, 0.0, 0.0]);
-                self.push(Event::Close(Side::Negative), params.half_gap_rad, [0.0, 1.0, 0.0, 0.0]);
+                self.push(
+                    Event::Close(Side::Positive),
+                    params.half_gap_rad,
+                    [0.0, -1.0, 0.0, 0.0],
+                );
+                self.push(
+                    Event::Close(Side::Negative),
+                    params.half_gap_rad,
+                    [0.0, 1.0, 0.0, 0.0],
+                );
             }
             Contact::Spring(_) => {
                 self.push(Event::Open, 0.0, depth);
@@ -117,17 +133,29 @@ impl Guards {
         match mode.friction(mass) {
             Friction::None | Friction::Bristles(_) => {}
             Friction::Sliding(side) if params.friction(mass).creeps() => {
-                self.push(Event::Slow(mass), -params.friction(mass).speed_rad_s, along(side));
+                self.push(
+                    Event::Slow(mass),
+                    -params.friction(mass).speed_rad_s,
+                    along(side),
+                );
             }
             Friction::Sliding(side) => self.push(Event::Stop(mass), 0.0, along(side)),
             Friction::Creeping(side) => {
                 self.push(Event::Stop(mass), 0.0, along(side));
-                self.push(Event::Fast(mass), params.friction(mass).speed_rad_s, along(side).map(|entry| -entry));
+                self.push(
+                    Event::Fast(mass),
+                    params.friction(mass).speed_rad_s,
+                    along(side).map(|entry| -entry),
+                );
             }
             Friction::Stuck => {
                 let (need, against) = need_row(params, mode, mass, held);
                 let limit = params.breakaway(mass);
-                self.push(Event::Break(mass, Side::Positive), limit + against, need.map(|entry| -entry));
+                self.push(
+                    Event::Break(mass, Side::Positive),
+                    limit + against,
+                    need.map(|entry| -entry),
+                );
                 self.push(Event::Break(mass, Side::Negative), limit - against, need);
             }
         }
@@ -147,20 +175,31 @@ fn need_row(params: &PlantParams, mode: Mode, mass: Mass, held: &Held) -> (Vecto
     }
 }
 
-/// A guard that is known to start at zero after an event, with how many of its Taylor coefficients vanish.
+/// A guard that is known to start at zero after an event, with how many of its Taylor coefficients
+/// vanish.
 pub(super) type Vanishing = Option<(Event, usize)>;
 
 impl PlantParams {
-    /// Puts the states exactly on the event's boundary and returns the mode that follows, with what vanishes in it. `need` is the torque that
-    /// the friction of a standing mass has to hold.
-    pub(super) fn switch(&self, event: Event, mode: Mode, x: &mut Vector, need: impl Fn(Mass, &Vector) -> f64) -> (Mode, Vanishing) {
+    /// Puts the states exactly on the event's boundary and returns the mode that follows, with what
+    /// vanishes in it. `need` is the torque that the friction of a standing mass has to hold.
+    pub(super) fn switch(
+        &self,
+        event: Event,
+        mode: Mode,
+        x: &mut Vector,
+        need: impl Fn(Mass, &Vector) -> f64,
+    ) -> (Mode, Vanishing) {
         let mut next = mode;
         let vanishing = match event {
             Event::Close(side) => {
                 x[PENETRATION] = 0.0;
                 let closing = self.damping_nm_s_per_rad * (x[MOTOR] - x[LOAD]) * side.sign();
                 let bounded = self.contact == ContactLaw::Bounded && closing > 0.0;
-                next.contact = if bounded { Contact::Doubled(side) } else { Contact::Spring(side) };
+                next.contact = if bounded {
+                    Contact::Doubled(side)
+                } else {
+                    Contact::Spring(side)
+                };
                 None
             }
             Event::Open => {
@@ -194,20 +233,30 @@ impl PlantParams {
                 Some((Event::Slow(mass), 1))
             }
             Event::Turn(mass) => {
-                next.set_friction(mass, Friction::Bristles(Side::of(-mode.friction(mass).sign())));
+                next.set_friction(
+                    mass,
+                    Friction::Bristles(Side::of(-mode.friction(mass).sign())),
+                );
                 Some((event, 1))
             }
         };
         (next, vanishing)
     }
 
-    /// What a mass does whose speed has come to zero under a torque: stands if its friction can hold it, else slides with the torque.
+    /// What a mass does whose speed has come to zero under a torque: stands if its friction can
+    /// hold it, else slides with the torque.
     fn stop(&self, mass: Mass, need: f64) -> (Friction, Vanishing) {
         let (side, limit) = (Side::of(need), self.breakaway(mass));
         if need.abs() > limit {
-            (self.starting(mass, side), smooth_start(need, limit, Event::Stop(mass)))
+            (
+                self.starting(mass, side),
+                smooth_start(need, limit, Event::Stop(mass)),
+            )
         } else {
-            (Friction::Stuck, at_border(need, limit).then_some((Event::Break(mass, side), 1)))
+            (
+                Friction::Stuck,
+                at_border(need, limit).then_some((Event::Break(mass, side), 1)),
+            )
         }
     }
 }
@@ -220,7 +269,8 @@ fn at_border(need: f64, limit: f64) -> bool {
     (need.abs() - limit).abs() <= BORDER * limit
 }
 
-/// A mass that breaks away just as the torque reaches its friction starts without acceleration; after a jump of torque it has one.
+/// A mass that breaks away just as the torque reaches its friction starts without acceleration;
+/// after a jump of torque it has one.
 fn smooth_start(need: f64, limit: f64, stops: Event) -> Vanishing {
     at_border(need, limit).then_some((stops, 2))
 }

@@ -1,7 +1,8 @@
 //! The plant's fast step as plain numbers: what a batch needs to take it for several axes at once.
 //!
-//! A lane holds the numbers of one plant in one mode. [`crate::batch`] computes with them exactly what [`super::Plant::step`] does up to
-//! and including the look for events, operation by operation; where that look finds that something may happen, the plant itself steps.
+//! A lane holds the numbers of one plant in one mode. [`crate::batch`] computes with them exactly
+//! what [`super::Plant::step`] does up to and including the look for events, operation by
+//! operation; where that look finds that something may happen, the plant itself steps.
 
 use super::Plant;
 use super::mode::{Contact, Friction, Mass, Mode};
@@ -11,7 +12,8 @@ use crate::config::ContactLaw;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lane {
     pub(crate) mode: Mode,
-    /// Columns of the step's matrix, then the row of the load's travel: see [`super::table::StepTable`].
+    /// Columns of the step's matrix, then the row of the load's travel: see
+    /// [`super::table::StepTable`].
     pub(crate) columns: [[f64; 4]; 7],
     pub(crate) travel: [f64; 7],
     pub(crate) decay_d: f64,
@@ -50,8 +52,9 @@ pub(crate) struct Look {
 }
 
 impl Plant {
-    /// The numbers of a mode; none where a step of this plant is not such a product. In a mode whose look for events is a different one the range of
-    /// the penetration is empty, so that something may happen at every step.
+    /// The numbers of a mode; none where a step of this plant is not such a product. In a mode
+    /// whose look for events is a different one the range of the penetration is empty, so that
+    /// something may happen at every step.
     pub(crate) fn lane(&self, mode: Mode) -> Option<Lane> {
         let (params, table) = (&self.params, self.tables.get(mode.matrix())?);
         if self.curved {
@@ -70,7 +73,10 @@ impl Plant {
             torque_constant: params.torque_constant_nm_per_a,
             load_constant: params.load_constant_nm,
             offset: params.flank(mode.contact.sign()),
-            friction: [params.sliding_torque(Mass::Motor, mode.motor), params.sliding_torque(Mass::Load, mode.load)],
+            friction: [
+                params.sliding_torque(Mass::Motor, mode.motor),
+                params.sliding_torque(Mass::Load, mode.load),
+            ],
             shaft: [stiffness, damping],
             look: self.look(mode),
         })
@@ -78,7 +84,12 @@ impl Plant {
 
     fn look(&self, mode: Mode) -> Look {
         let (params, margins) = (&self.params, &self.margins);
-        let other = |friction: Friction| !matches!(friction, Friction::None | Friction::Sliding(_) | Friction::Stuck);
+        let other = |friction: Friction| {
+            !matches!(
+                friction,
+                Friction::None | Friction::Sliding(_) | Friction::Stuck
+            )
+        };
         let range = match mode.contact {
             _ if other(mode.motor) || other(mode.load) => [f64::INFINITY, f64::NEG_INFINITY],
             Contact::Rigid => [f64::NEG_INFINITY, f64::INFINITY],
@@ -87,18 +98,36 @@ impl Plant {
             Contact::Spring(_) => [f64::NEG_INFINITY, 0.0],
             Contact::Doubled(_) | Contact::Lifted(_) => [f64::INFINITY, f64::NEG_INFINITY],
         };
-        let pushes = matches!(mode.contact, Contact::Spring(_)) && params.contact != ContactLaw::Linear;
+        let pushes =
+            matches!(mode.contact, Contact::Spring(_)) && params.contact != ContactLaw::Linear;
         let sign = mode.contact.sign();
         let speed_margin = |mass: Mass| match mode.friction(mass) {
             Friction::Sliding(_) => margins.speed() + params.friction(mass).slow_rad_s(),
             _ => f64::NEG_INFINITY,
         };
-        let holding = |mass: Mass| if mode.friction(mass).stuck() { params.breakaway(mass) } else { f64::INFINITY };
+        let holding = |mass: Mass| {
+            if mode.friction(mass).stuck() {
+                params.breakaway(mass)
+            } else {
+                f64::INFINITY
+            }
+        };
         Look {
             third: margins.third(),
             range,
-            push: if pushes { [params.stiffness_nm_per_rad * sign, params.damping_nm_s_per_rad] } else { [0.0; 2] },
-            push_margin: if pushes { margins.torque() } else { f64::NEG_INFINITY },
+            push: if pushes {
+                [
+                    params.stiffness_nm_per_rad * sign,
+                    params.damping_nm_s_per_rad,
+                ]
+            } else {
+                [0.0; 2]
+            },
+            push_margin: if pushes {
+                margins.torque()
+            } else {
+                f64::NEG_INFINITY
+            },
             sliding: [mode.motor.sign(), mode.load.sign()],
             speed_margin: [speed_margin(Mass::Motor), speed_margin(Mass::Load)],
             holding: [holding(Mass::Motor), holding(Mass::Load)],

@@ -22,8 +22,9 @@ fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
 
 /// `exp(a * time)` by Taylor's series with scaling and squaring.
 ///
-/// `rate` bounds the norm of `a` in units in which its entries are balanced. The series converges as in those units whatever
-/// units the entries are in, so a shaft in rad and a current in A need no more squarings than their physics asks for.
+/// `rate` bounds the norm of `a` in units in which its entries are balanced. The series converges
+/// as in those units whatever units the entries are in, so a shaft in rad and a current in A need
+/// no more squarings than their physics asks for.
 pub(super) fn exponential<const N: usize>(a: &Matrix<N>, time: f64, rate: f64) -> Matrix<N> {
     let mut squarings = 0;
     let mut step = time;

@@ -1,14 +1,16 @@
 //! The plant: motor, shaft with a gap, load, friction. Steps are exact.
 //!
-//! In each [`Mode`] (contact x motor friction x load friction) the plant is linear and time-invariant, and the voltage is held
-//! over a period of the current loop; so a step is one product with a precomputed matrix exponential. Where a mode ends
-//! within the step, the instant is found on the exact solution (a Taylor polynomial whose remainder is below rounding), the states are
-//! put on the boundary, and the rest of the step is taken in the next mode. Source: `theta_M/I` of Gan, Wang, Huang (2023), equations
-//! (2) and (3), with friction on both masses added.
+//! In each [`Mode`] (contact x motor friction x load friction) the plant is linear and
+//! time-invariant, and the voltage is held over a period of the current loop; so a step is one
+//! product with a precomputed matrix exponential. Where a mode ends within the step, the instant is
+//! found on the exact solution (a Taylor polynomial whose remainder is below rounding), the states
+//! are put on the boundary, and the rest of the step is taken in the next mode. Source: `theta_M/I`
+//! of Gan, Wang, Huang (2023), equations (2) and (3), with friction on both masses added.
 //!
-//! State: the load's position and the gap angle `theta_b = theta_M - theta_L` of its own, so that a contact a thousand turns out is
-//! as sharp as at the origin; i_q; both speeds. i_d has an exact step of its own. The voltages that couple d and q
-//! (`w_e L i`) and would make the equations bilinear are held over a period at their value at its start.
+//! State: the load's position and the gap angle `theta_b = theta_M - theta_L` of its own, so that a
+//! contact a thousand turns out is as sharp as at the origin; i_q; both speeds. i_d has an exact
+//! step of its own. The voltages that couple d and q (`w_e L i`) and would make the equations
+//! bilinear are held over a period at their value at its start.
 
 mod bristles;
 mod crossing;
@@ -49,8 +51,9 @@ use quiet::Margins;
 use table::StepTable;
 use taylor::Taylor;
 
-/// Events in one step after which the rest of the step is taken without looking for more. Contact and friction cannot follow each other
-/// that fast; the bound is there so that no input whatever can hang a run.
+/// Events in one step after which the rest of the step is taken without looking for more. Contact
+/// and friction cannot follow each other that fast; the bound is there so that no input whatever
+/// can hang a run.
 const MAX_EVENTS: u32 = 32;
 /// Taylor pieces are so short that `rate * span` stays below this.
 const PIECE: f64 = 0.5;
@@ -62,7 +65,8 @@ pub struct PlantInput {
     pub voltage_d: f64,
     /// Voltage in q, V.
     pub voltage_q: f64,
-    /// Torque against the load's positive direction on top of the constant one, N m (cutting force).
+    /// Torque against the load's positive direction on top of the constant one, N m (cutting
+    /// force).
     pub load_torque: f64,
 }
 
@@ -106,9 +110,11 @@ impl Plant {
     pub fn contact_torque(&self, state: &PlantState) -> f64 {
         if self.curved {
             let held = Held::default();
-            return Expansion::new(&self.params, state, &held, self.params.period_s).contact_torque();
+            return Expansion::new(&self.params, state, &held, self.params.period_s)
+                .contact_torque();
         }
-        self.params.contact_torque(state.mode, &state.vector(&self.params))
+        self.params
+            .contact_torque(state.mode, &state.vector(&self.params))
     }
 
     /// One period of the current loop.
@@ -116,16 +122,23 @@ impl Plant {
     pub fn step(&self, state: &mut PlantState, input: &PlantInput) {
         let electric_speed = self.params.pole_pairs * state.motor_velocity;
         let cross = electric_speed * self.params.inductance_h;
-        let held =
-            Held { voltage: input.voltage_q - cross * state.current_d, load_torque: self.params.load_constant_nm + input.load_torque };
-        state.current_d = self.decay_d * state.current_d + self.gain_d * (input.voltage_d + cross * state.current_q);
+        let held = Held {
+            voltage: input.voltage_q - cross * state.current_d,
+            load_torque: self.params.load_constant_nm + input.load_torque,
+        };
+        state.current_d = self.decay_d * state.current_d
+            + self.gain_d * (input.voltage_d + cross * state.current_q);
         if self.curved {
             self.curved_step(state, &held);
             return;
         }
         let before = state.vector(&self.params);
-        let (after, travel) = self.tables[state.mode.matrix()].step(&self.params, state.mode, &before, &held);
-        if self.margins.quiet(&self.params, state.mode, &held, &before, &after) {
+        let (after, travel) =
+            self.tables[state.mode.matrix()].step(&self.params, state.mode, &before, &held);
+        if self
+            .margins
+            .quiet(&self.params, state.mode, &held, &before, &after)
+        {
             state.store(&self.params, &after, travel);
         } else {
             self.careful_step(state, &held, &after, travel);
@@ -142,12 +155,16 @@ impl Plant {
         let mut vanishing = None;
         for _ in 0..self.pieces {
             let mut left = piece;
-            while let Some((span, event)) = self.advance(state, held, left, vanishing, events < MAX_EVENTS) {
+            while let Some((span, event)) =
+                self.advance(state, held, left, vanishing, events < MAX_EVENTS)
+            {
                 let (mut x, before) = (state.vector(&self.params), state.mode);
-                let (mode, next) = self.params.switch(event, state.mode, &mut x, |mass, x| match mass {
-                    Mass::Motor => self.params.motor_need(before, x),
-                    Mass::Load => self.params.load_need(before, x, held),
-                });
+                let (mode, next) =
+                    self.params
+                        .switch(event, state.mode, &mut x, |mass, x| match mass {
+                            Mass::Motor => self.params.motor_need(before, x),
+                            Mass::Load => self.params.load_need(before, x, held),
+                        });
                 state.mode = mode;
                 state.store(&self.params, &x, 0.0);
                 state.events += 1;
@@ -163,18 +180,36 @@ impl Plant {
         }
     }
 
-    /// Advances to the first event within `left` seconds, or to their end. Returns the time taken and the event.
-    fn advance(&self, state: &mut PlantState, held: &Held, left: f64, vanishing: Vanishing, look: bool) -> Option<(f64, Event)> {
+    /// Advances to the first event within `left` seconds, or to their end. Returns the time taken
+    /// and the event.
+    fn advance(
+        &self,
+        state: &mut PlantState,
+        held: &Held,
+        left: f64,
+        vanishing: Vanishing,
+        look: bool,
+    ) -> Option<(f64, Event)> {
         let x = state.vector(&self.params);
         let taylor = Taylor::new(&self.params, state.mode, &x, held, left);
-        let first = if look { self.first_event(state.mode, held, &taylor, vanishing) } else { None };
+        let first = if look {
+            self.first_event(state.mode, held, &taylor, vanishing)
+        } else {
+            None
+        };
         let tau = first.map_or(1.0, |(tau, _)| tau);
         let (next, travel) = taylor.at(tau, left);
         state.store(&self.params, &next, travel);
         first.map(|(tau, event)| (tau * left, event))
     }
 
-    fn first_event(&self, mode: Mode, held: &Held, taylor: &Taylor, vanishing: Vanishing) -> Option<(f64, Event)> {
+    fn first_event(
+        &self,
+        mode: Mode,
+        held: &Held,
+        taylor: &Taylor,
+        vanishing: Vanishing,
+    ) -> Option<(f64, Event)> {
         let mut first: Option<(f64, Event)> = None;
         for guard in Guards::of(&self.params, mode, held).iter() {
             let zeros = match vanishing {

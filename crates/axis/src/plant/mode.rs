@@ -23,7 +23,11 @@ impl Side {
 
     /// The side of a number's sign; positive for zero.
     pub(super) fn of(value: f64) -> Side {
-        if value < 0.0 { Side::Negative } else { Side::Positive }
+        if value < 0.0 {
+            Side::Negative
+        } else {
+            Side::Positive
+        }
     }
 }
 
@@ -38,7 +42,8 @@ pub enum Contact {
     Spring(Side),
     /// On a flank, the damper's torque bounded to the spring's: twice the spring.
     Doubled(Side),
-    /// Past a flank's free position, but separating so fast that the flanks do not touch: no torque.
+    /// Past a flank's free position, but separating so fast that the flanks do not touch: no
+    /// torque.
     Lifted(Side),
 }
 
@@ -111,7 +116,9 @@ impl Friction {
     pub(super) const fn sign(self) -> f64 {
         match self {
             Friction::None | Friction::Stuck => 0.0,
-            Friction::Sliding(side) | Friction::Creeping(side) | Friction::Bristles(side) => side.sign(),
+            Friction::Sliding(side) | Friction::Creeping(side) | Friction::Bristles(side) => {
+                side.sign()
+            }
         }
     }
 
@@ -176,7 +183,11 @@ impl Mode {
             1 => Contact::Rigid,
             _ => Contact::Doubled(Side::Positive),
         };
-        Mode { contact, motor: friction_of(index / 3 % 3), load: friction_of(index % 3) }
+        Mode {
+            contact,
+            motor: friction_of(index / 3 % 3),
+            load: friction_of(index % 3),
+        }
     }
 }
 

@@ -90,15 +90,18 @@ impl PlantParams {
         (self.gap_middle + sign) * self.half_gap_rad
     }
 
-    /// An upper bound of how fast any mode of the plant moves, 1/s: the norm of its system matrix in balanced units.
+    /// An upper bound of how fast any mode of the plant moves, 1/s: the norm of its system matrix
+    /// in balanced units.
     pub(super) fn rate(&self) -> f64 {
         let joint = 1.0 / self.motor_inertia_kgm2 + 1.0 / self.load_inertia_kgm2;
         let electric = self.resistance_ohm / self.inductance_h;
-        let electromechanic =
-            (self.torque_constant_nm_per_a * self.back_emf_v_s_per_rad / (self.inductance_h * self.motor_inertia_kgm2)).sqrt();
+        let electromechanic = (self.torque_constant_nm_per_a * self.back_emf_v_s_per_rad
+            / (self.inductance_h * self.motor_inertia_kgm2))
+            .sqrt();
         // twice the stiffness: bounded damping doubles the spring
         let spring = (2.0 * self.stiffness_nm_per_rad * joint).sqrt();
-        let friction = (self.motor_viscous_nm_s_per_rad + self.fall(Mass::Motor)) / self.motor_inertia_kgm2
+        let friction = (self.motor_viscous_nm_s_per_rad + self.fall(Mass::Motor))
+            / self.motor_inertia_kgm2
             + (self.load_viscous_nm_s_per_rad + self.fall(Mass::Load)) / self.load_inertia_kgm2;
         electric + electromechanic + spring + self.damping_nm_s_per_rad * joint + friction
     }

@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 
 /// A scale with its step, the place of its index pulse and its errors, at the motor's shaft.
 ///
-/// It reads `index + step round((x + e(x) - index)/step)`, e the error: whole counts from the index pulse.
+/// It reads `index + step round((x + e(x) - index)/step)`, e the error: whole counts from the index
+/// pulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadScale {
     step_rad: f64,
@@ -37,6 +38,10 @@ impl LoadScale {
     pub fn read(&self, position: f64) -> f64 {
         let from_index = position - self.index_rad;
         let seen = from_index + self.slope * from_index + self.errors.at(position);
-        if self.step_rad > 0.0 { (seen / self.step_rad).round() * self.step_rad + self.index_rad } else { seen + self.index_rad }
+        if self.step_rad > 0.0 {
+            (seen / self.step_rad).round() * self.step_rad + self.index_rad
+        } else {
+            seen + self.index_rad
+        }
     }
 }

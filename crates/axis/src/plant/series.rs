@@ -1,6 +1,7 @@
-//! Arithmetic of power series, one coefficient at a time: what a product, a sine or an exponential of series adds at order n follows from the
-//! orders up to n. Source: the recurrences of automatic differentiation, as in Jorba and Zou, *A Software Package for the Numerical
-//! Integration of ODEs by Means of High-Order Taylor Methods* (Experimental Mathematics 14, 2005).
+//! Arithmetic of power series, one coefficient at a time: what a product, a sine or an exponential
+//! of series adds at order n follows from the orders up to n. Source: the recurrences of automatic
+//! differentiation, as in Jorba and Zou, *A Software Package for the Numerical Integration of ODEs
+//! by Means of High-Order Taylor Methods* (Experimental Mathematics 14, 2005).
 
 use super::curved::{Bell, Wave};
 use super::taylor::COEFFICIENTS;
@@ -18,10 +19,15 @@ pub(super) fn value(series: &Series, tau: f64) -> f64 {
 /// Coefficient n of a product.
 #[inline]
 pub(super) fn product(a: &Series, b: &Series, n: usize) -> f64 {
-    a[..=n].iter().zip(b[..=n].iter().rev()).map(|(x, y)| x * y).sum()
+    a[..=n]
+        .iter()
+        .zip(b[..=n].iter().rev())
+        .map(|(x, y)| x * y)
+        .sum()
 }
 
-/// Sum over k of `k inner_k outer_(n-k)`, over n: coefficient n of a series whose derivative is `outer inner'`.
+/// Sum over k of `k inner_k outer_(n-k)`, over n: coefficient n of a series whose derivative is
+/// `outer inner'`.
 #[inline]
 fn chain(inner: &Series, outer: &Series, n: usize) -> f64 {
     let mut sum = 0.0;
@@ -41,7 +47,11 @@ pub(super) struct Sine {
 
 impl Sine {
     pub(super) fn new(wave: Wave) -> Sine {
-        Sine { wave, sin: NOTHING, cos: NOTHING }
+        Sine {
+            wave,
+            sin: NOTHING,
+            cos: NOTHING,
+        }
     }
 
     /// Coefficient n of it.
@@ -65,11 +75,18 @@ pub(super) struct Gauss {
 }
 
 impl Gauss {
-    pub(super) const NEW: Gauss = Gauss { square: NOTHING, value: NOTHING };
+    pub(super) const NEW: Gauss = Gauss {
+        square: NOTHING,
+        value: NOTHING,
+    };
 
     pub(super) fn extend(&mut self, u: &Series, n: usize) {
         self.square[n] = -product(u, u, n);
-        self.value[n] = if n == 0 { math::exp(self.square[0]) } else { chain(&self.square, &self.value, n) };
+        self.value[n] = if n == 0 {
+            math::exp(self.square[0])
+        } else {
+            chain(&self.square, &self.value, n)
+        };
     }
 }
 
@@ -87,11 +104,21 @@ pub(super) struct Width {
 
 impl Width {
     pub(super) fn new(bell: Bell) -> Width {
-        Width { bell, u: NOTHING, gauss: Gauss::NEW, times: NOTHING, slope: NOTHING }
+        Width {
+            bell,
+            u: NOTHING,
+            gauss: Gauss::NEW,
+            times: NOTHING,
+            slope: NOTHING,
+        }
     }
 
     pub(super) fn extend(&mut self, place: &Series, n: usize) {
-        let Bell { excess, at_rad, width_rad } = self.bell;
+        let Bell {
+            excess,
+            at_rad,
+            width_rad,
+        } = self.bell;
         self.u[n] = if n == 0 { place[0] - at_rad } else { place[n] } / width_rad;
         self.gauss.extend(&self.u, n);
         self.times[n] = excess * self.gauss.value[n];

@@ -31,10 +31,11 @@ pub struct PlantState {
 }
 
 impl PlantState {
-    /// Standing still with the motor at a position; `gap_fraction` from -1 (negative flank) to 1 says where in the gap.
+    /// Standing still with the motor at a position; `gap_fraction` from -1 (negative flank) to 1
+    /// says where in the gap.
     ///
-    /// A constant load torque that the load's friction cannot hold is carried by the flank it presses on, with the shaft
-    /// wound up and the current that holds it.
+    /// A constant load torque that the load's friction cannot hold is carried by the flank it
+    /// presses on, with the shaft wound up and the current that holds it.
     pub fn at_rest(params: &PlantParams, motor_position: f64, gap_fraction: f64) -> PlantState {
         let mut state = PlantState {
             current_q: 0.0,
@@ -43,7 +44,11 @@ impl PlantState {
             motor_velocity: 0.0,
             load_velocity: 0.0,
             load_position: motor_position,
-            mode: Mode { contact: Contact::Rigid, motor: params.resting(Mass::Motor), load: params.resting(Mass::Load) },
+            mode: Mode {
+                contact: Contact::Rigid,
+                motor: params.resting(Mass::Motor),
+                load: params.resting(Mass::Load),
+            },
             events: 0,
             bristles: [0.0; 2],
         };
@@ -73,7 +78,8 @@ impl PlantState {
         self.gap_angle = params.flank_at(part, self.load_position) + wind_up;
         self.load_position = motor_position - self.gap_angle;
         let cogging = params.curved.cogging.at(motor_position);
-        let constant = params.torque_constant_nm_per_a * (1.0 + params.curved.ripple.at(motor_position));
+        let constant =
+            params.torque_constant_nm_per_a * (1.0 + params.curved.ripple.at(motor_position));
         self.current_q = (held + cogging) / constant;
         if let (false, Some(bristles)) = (hangs, params.load_friction.bristles)
             && params.load_coulomb_nm > 0.0
@@ -96,7 +102,12 @@ impl PlantState {
     #[inline]
     pub(super) fn vector(&self, params: &PlantParams) -> Vector {
         let penetration = self.gap_angle - params.flank(self.mode.contact.sign());
-        [self.current_q, penetration, self.motor_velocity, self.load_velocity]
+        [
+            self.current_q,
+            penetration,
+            self.motor_velocity,
+            self.load_velocity,
+        ]
     }
 
     #[inline]

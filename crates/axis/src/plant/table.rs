@@ -11,7 +11,8 @@ const SIZE: usize = 8;
 const TRAVEL: usize = 4;
 const INPUTS: usize = 5;
 
-/// `x(h) = sum of column * input`; the inputs are the four states, the voltage and the two torques that oppose motion.
+/// `x(h) = sum of column * input`; the inputs are the four states, the voltage and the two torques
+/// that oppose motion.
 #[derive(Clone, Debug)]
 pub(super) struct StepTable {
     columns: [Vector; 7],
@@ -37,14 +38,23 @@ impl StepTable {
             a[LOAD][INPUTS + 2] = -1.0 / params.load_inertia_kgm2;
         }
         let e = exponential(&a, params.period_s, params.rate());
-        let sources = [CURRENT, PENETRATION, MOTOR, LOAD, INPUTS, INPUTS + 1, INPUTS + 2];
+        let sources = [
+            CURRENT,
+            PENETRATION,
+            MOTOR,
+            LOAD,
+            INPUTS,
+            INPUTS + 1,
+            INPUTS + 2,
+        ];
         StepTable {
             columns: sources.map(|source| [0, 1, 2, 3].map(|row: usize| e[row][source])),
             travel: sources.map(|source| e[TRAVEL][source]),
         }
     }
 
-    /// All tables of a plant, by [`Mode::matrix`]. Modes that the plant cannot come to have those of the mode nearest to them.
+    /// All tables of a plant, by [`Mode::matrix`]. Modes that the plant cannot come to have those
+    /// of the mode nearest to them.
     pub(super) fn all(params: &PlantParams) -> [StepTable; MATRICES] {
         let bounded = params.contact == ContactLaw::Bounded;
         let mut tables: Vec<StepTable> = Vec::with_capacity(MATRICES);
@@ -54,10 +64,14 @@ impl StepTable {
             let like = match (idle(Mass::Motor), idle(Mass::Load)) {
                 (true, _) => index.checked_sub(6),
                 (_, true) => index.checked_sub(2),
-                _ if mode.contact.coupling() == Coupling::Doubled && !bounded => index.checked_sub(9),
+                _ if mode.contact.coupling() == Coupling::Doubled && !bounded => {
+                    index.checked_sub(9)
+                }
                 _ => None,
             };
-            let table = like.and_then(|like| tables.get(like).cloned()).unwrap_or_else(|| StepTable::new(params, mode));
+            let table = like
+                .and_then(|like| tables.get(like).cloned())
+                .unwrap_or_else(|| StepTable::new(params, mode));
             tables.push(table);
         }
         std::array::from_fn(|index| tables[index].clone())
@@ -70,7 +84,13 @@ impl StepTable {
 
     /// States after the period, and how far the load went.
     #[inline]
-    pub(super) fn step(&self, params: &PlantParams, mode: Mode, x: &Vector, held: &Held) -> (Vector, f64) {
+    pub(super) fn step(
+        &self,
+        params: &PlantParams,
+        mode: Mode,
+        x: &Vector,
+        held: &Held,
+    ) -> (Vector, f64) {
         let motor = params.sliding_torque(Mass::Motor, mode.motor);
         let load = params.sliding_torque(Mass::Load, mode.load) + held.load_torque;
         let inputs = [x[0], x[1], x[2], x[3], held.voltage, motor, load];

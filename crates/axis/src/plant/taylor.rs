@@ -4,7 +4,8 @@ use super::dynamics::{Held, LOAD, Vector};
 use super::mode::Mode;
 use super::params::PlantParams;
 
-/// Degree of the polynomial. With `rate * span <= 0.5` the remainder is below 0.5^15/15! = 2e-17 of the states.
+/// Degree of the polynomial. With `rate * span <= 0.5` the remainder is below 0.5^15/15! = 2e-17 of
+/// the states.
 const DEGREE: usize = 14;
 /// Number of its coefficients.
 pub(super) const COEFFICIENTS: usize = DEGREE + 1;
@@ -15,7 +16,13 @@ pub(super) struct Taylor {
 }
 
 impl Taylor {
-    pub(super) fn new(params: &PlantParams, mode: Mode, x: &Vector, held: &Held, span: f64) -> Taylor {
+    pub(super) fn new(
+        params: &PlantParams,
+        mode: Mode,
+        x: &Vector,
+        held: &Held,
+        span: f64,
+    ) -> Taylor {
         let mut coefficients = [*x; COEFFICIENTS];
         let mut derivative = params.linear(mode, x);
         for (d, f) in derivative.iter_mut().zip(params.forcing(mode, held)) {
@@ -32,7 +39,9 @@ impl Taylor {
 
     /// A linear functional of the states, as a polynomial of tau.
     pub(super) fn functional(&self, offset: f64, row: &Vector) -> [f64; COEFFICIENTS] {
-        let mut out = self.coefficients.map(|c| row[0] * c[0] + row[1] * c[1] + row[2] * c[2] + row[3] * c[3]);
+        let mut out = self
+            .coefficients
+            .map(|c| row[0] * c[0] + row[1] * c[1] + row[2] * c[2] + row[3] * c[3]);
         out[0] += offset;
         out
     }

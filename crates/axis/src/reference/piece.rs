@@ -3,7 +3,8 @@
 use crate::signal::Reference;
 use serde::{Deserialize, Serialize};
 
-/// A setpoint with its derivatives: position in the axis' unit, derivatives at the motor; none is 0.
+/// A setpoint with its derivatives: position in the axis' unit, derivatives at the motor; none is
+/// 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Node {
     pub(super) position: f64,
@@ -43,19 +44,35 @@ impl Piece {
 
     /// Cubic over a way with a speed at both ends, both for the whole period.
     pub(super) fn hermite(base: f64, way: f64, [v0, v1]: [f64; 2]) -> Piece {
-        Piece { base, c: [v0, 3.0 * way - 2.0 * v0 - v1, v0 + v1 - 2.0 * way, 0.0, 0.0] }
+        Piece {
+            base,
+            c: [v0, 3.0 * way - 2.0 * v0 - v1, v0 + v1 - 2.0 * way, 0.0, 0.0],
+        }
     }
 
     /// Straight.
     pub(super) fn line(base: f64, way: f64) -> Piece {
-        Piece { base, c: [way, 0.0, 0.0, 0.0, 0.0] }
+        Piece {
+            base,
+            c: [way, 0.0, 0.0, 0.0, 0.0],
+        }
     }
 
-    /// Uniform cubic B-spline between the second and the third of four control points, which are given from `base` on.
+    /// Uniform cubic B-spline between the second and the third of four control points, which are
+    /// given from `base` on.
     pub(super) fn b_spline(base: f64, [q0, q1, q2, q3]: [f64; 4]) -> Piece {
         let start = (q0 + 4.0 * q1 + q2) / 6.0;
-        let c = [0.5 * (q2 - q0), 0.5 * (q0 + q2) - q1, (q3 - q0 + 3.0 * (q1 - q2)) / 6.0, 0.0, 0.0];
-        Piece { base: base + start, c }
+        let c = [
+            0.5 * (q2 - q0),
+            0.5 * (q0 + q2) - q1,
+            (q3 - q0 + 3.0 * (q1 - q2)) / 6.0,
+            0.0,
+            0.0,
+        ];
+        Piece {
+            base: base + start,
+            c,
+        }
     }
 
     /// Where it is at a part of the period of length `h`.

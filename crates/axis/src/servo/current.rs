@@ -40,7 +40,12 @@ impl CurrentState {
     }
 
     #[inline]
-    pub(super) fn voltage(&mut self, servo: &Servo, command: f64, plant: &PlantState) -> PlantInput {
+    pub(super) fn voltage(
+        &mut self,
+        servo: &Servo,
+        command: f64,
+        plant: &PlantState,
+    ) -> PlantInput {
         self.sum += plant.current_q;
         let gain = servo.drive.current_gain_v_per_a;
         let share = servo.current_share;
@@ -60,8 +65,16 @@ impl CurrentState {
         };
         self.integral_d += share * (gain * error_d + (cut_d - free_d));
         self.integral_q += share * (gain * error_q + (cut_q - free_q));
-        let [voltage_d, voltage_q] = if servo.drive.voltage_delay_periods == 0 { [cut_d, cut_q] } else { self.pending };
+        let [voltage_d, voltage_q] = if servo.drive.voltage_delay_periods == 0 {
+            [cut_d, cut_q]
+        } else {
+            self.pending
+        };
         self.pending = [cut_d, cut_q];
-        PlantInput { voltage_d, voltage_q, load_torque: 0.0 }
+        PlantInput {
+            voltage_d,
+            voltage_q,
+            load_torque: 0.0,
+        }
     }
 }

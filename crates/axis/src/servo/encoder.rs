@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-/// An encoder: rounds to its nearest count, halves away from zero, so that it reads the same in both directions.
+/// An encoder: rounds to its nearest count, halves away from zero, so that it reads the same in
+/// both directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Encoder {
     step_rad: f64,
@@ -14,7 +15,9 @@ impl Encoder {
 
     /// An encoder of so many counts for one turn of the motor.
     pub fn with_counts(counts_per_rev: u32) -> Encoder {
-        Encoder { step_rad: TAU / f64::from(counts_per_rev) }
+        Encoder {
+            step_rad: TAU / f64::from(counts_per_rev),
+        }
     }
 
     /// Its step, rad; 0 if it reads the position itself.
@@ -25,6 +28,10 @@ impl Encoder {
     /// What it shows at a position, rad.
     #[inline]
     pub fn read(&self, position: f64) -> f64 {
-        if self.step_rad > 0.0 { (position / self.step_rad).round() * self.step_rad } else { position }
+        if self.step_rad > 0.0 {
+            (position / self.step_rad).round() * self.step_rad
+        } else {
+            position
+        }
     }
 }

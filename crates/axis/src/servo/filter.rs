@@ -1,7 +1,8 @@
 //! Second-order filters on the current command, once per servo tick.
 //!
-//! A filter's transfer function in s becomes one in z by the bilinear transformation `s = w/tan(w T/2) (z - 1)/(z + 1)`, w the filter's own
-//! frequency: there, and at 0, the response is that of the filter in continuous time, to the last digit. Transposed direct form II:
+//! A filter's transfer function in s becomes one in z by the bilinear transformation
+//! `s = w/tan(w T/2) (z - 1)/(z + 1)`, w the filter's own frequency: there, and at 0, the response
+//! is that of the filter in continuous time, to the last digit. Transposed direct form II:
 //! ```text
 //! y  = b0 u + s1
 //! s1 = b1 u - a1 y + s2
@@ -27,9 +28,18 @@ impl Biquad {
     /// `(n2 s^2 + n1 s + n0)/(s^2 + d1 s + d0)` for s in units of the filter's angular frequency.
     fn bilinear(angle: f64, numerator: [f64; 3], denominator: [f64; 3]) -> Biquad {
         let k = 1.0 / math::tan(0.5 * angle);
-        let discrete = |[c0, c1, c2]: [f64; 3]| [c0 + c1 * k + c2 * k * k, 2.0 * (c0 - c2 * k * k), c0 - c1 * k + c2 * k * k];
+        let discrete = |[c0, c1, c2]: [f64; 3]| {
+            [
+                c0 + c1 * k + c2 * k * k,
+                2.0 * (c0 - c2 * k * k),
+                c0 - c1 * k + c2 * k * k,
+            ]
+        };
         let ([n0, n1, n2], [d0, d1, d2]) = (discrete(numerator), discrete(denominator));
-        Biquad { b: [n0 / d0, n1 / d0, n2 / d0], a: [d1 / d0, d2 / d0] }
+        Biquad {
+            b: [n0 / d0, n1 / d0, n2 / d0],
+            a: [d1 / d0, d2 / d0],
+        }
     }
 
     fn new(filter: &TorqueFilter, period_s: f64) -> Biquad {
@@ -37,11 +47,17 @@ impl Biquad {
             TorqueFilter::Notch(notch) => {
                 let width = notch.width_hz / notch.frequency_hz;
                 let rest = width * math::pow(10.0, -notch.depth_db / 20.0);
-                Biquad::bilinear(TAU * notch.frequency_hz * period_s, [1.0, rest, 1.0], [1.0, width, 1.0])
+                Biquad::bilinear(
+                    TAU * notch.frequency_hz * period_s,
+                    [1.0, rest, 1.0],
+                    [1.0, width, 1.0],
+                )
             }
-            TorqueFilter::LowPass(low) => {
-                Biquad::bilinear(TAU * low.frequency_hz * period_s, [1.0, 0.0, 0.0], [1.0, 2.0 * low.damping, 1.0])
-            }
+            TorqueFilter::LowPass(low) => Biquad::bilinear(
+                TAU * low.frequency_hz * period_s,
+                [1.0, 0.0, 0.0],
+                [1.0, 2.0 * low.damping, 1.0],
+            ),
         }
     }
 
@@ -67,7 +83,12 @@ pub(crate) struct Filters(Vec<Biquad>);
 
 impl Filters {
     pub(crate) fn new(filters: &TorqueFilters, period_s: f64) -> Filters {
-        Filters(filters.iter().map(|filter| Biquad::new(filter, period_s)).collect())
+        Filters(
+            filters
+                .iter()
+                .map(|filter| Biquad::new(filter, period_s))
+                .collect(),
+        )
     }
 
     /// State after a constant input since for ever.
@@ -81,7 +102,10 @@ impl Filters {
 
     #[inline]
     pub(crate) fn step(&self, state: &mut [[f64; 2]], input: f64) -> f64 {
-        self.0.iter().zip(state).fold(input, |signal, (filter, state)| filter.step(state, signal))
+        self.0
+            .iter()
+            .zip(state)
+            .fold(input, |signal, (filter, state)| filter.step(state, signal))
     }
 
     /// Number of filters.
@@ -107,7 +131,9 @@ mod tests {
         let (mut re, mut im) = (0.0, 0.0);
         let periods = 400;
         for n in 0..periods * samples_per_period {
-            let (s, c) = math::sin_cos(TAU * f64::from(n % samples_per_period) / f64::from(samples_per_period));
+            let (s, c) = math::sin_cos(
+                TAU * f64::from(n % samples_per_period) / f64::from(samples_per_period),
+            );
             let y = filters.step(&mut state, s);
             if n >= (periods - 1) * samples_per_period {
                 re += y * s;
@@ -121,22 +147,37 @@ mod tests {
     #[test]
     fn a_notch_takes_out_its_middle_and_lets_the_rest_through() {
         // 250 Hz: 16 samples a period
-        let notch = |depth_db| filters(&[TorqueFilter::Notch(Notch { frequency_hz: 250.0, width_hz: 50.0, depth_db })]);
+        let notch = |depth_db| {
+            filters(&[TorqueFilter::Notch(Notch {
+                frequency_hz: 250.0,
+                width_hz: 50.0,
+                depth_db,
+            })])
+        };
         let (gain, _) = response(&notch(30.0), 16);
         assert!((gain / math::pow(10.0, -1.5) - 1.0).abs() < 1e-9, "{gain}");
         let (far, _) = response(&notch(30.0), 400);
         assert!((far - 1.0).abs() < 1e-3, "{far}");
         let (flat, phase) = response(&notch(0.0), 16);
-        assert!((flat - 1.0).abs() < 1e-12 && phase.abs() < 1e-12, "{flat} {phase}");
+        assert!(
+            (flat - 1.0).abs() < 1e-12 && phase.abs() < 1e-12,
+            "{flat} {phase}"
+        );
     }
 
     #[test]
     fn a_low_pass_has_the_continuous_response_at_its_corner() {
         // at w the filter is 1/(2 D j): half over D, a quarter turn behind
         for damping in [0.3, std::f64::consts::FRAC_1_SQRT_2, 1.2] {
-            let low = filters(&[TorqueFilter::LowPass(LowPass { frequency_hz: 500.0, damping })]);
+            let low = filters(&[TorqueFilter::LowPass(LowPass {
+                frequency_hz: 500.0,
+                damping,
+            })]);
             let (gain, phase) = response(&low, 8);
-            assert!((gain * 2.0 * damping - 1.0).abs() < 1e-9, "{damping}: {gain}");
+            assert!(
+                (gain * 2.0 * damping - 1.0).abs() < 1e-9,
+                "{damping}: {gain}"
+            );
             assert!((phase + 0.25 * TAU).abs() < 1e-9, "{damping}: {phase}");
         }
     }
@@ -144,8 +185,15 @@ mod tests {
     #[test]
     fn a_constant_goes_through_from_the_first_tick() {
         let both = filters(&[
-            TorqueFilter::Notch(Notch { frequency_hz: 180.0, width_hz: 60.0, depth_db: 40.0 }),
-            TorqueFilter::LowPass(LowPass { frequency_hz: 700.0, damping: 0.7 }),
+            TorqueFilter::Notch(Notch {
+                frequency_hz: 180.0,
+                width_hz: 60.0,
+                depth_db: 40.0,
+            }),
+            TorqueFilter::LowPass(LowPass {
+                frequency_hz: 700.0,
+                damping: 0.7,
+            }),
         ]);
         let mut state = both.settled(3.7);
         for _ in 0..100 {

@@ -7,16 +7,20 @@
 //! i_ff  = (f_a J_told (w_ref'(k+1) - w_ref'(k))/T + c_torque + T_f((theta_ref(k+1) - theta_ref(k))/T)) / K_t   (w_ref' the spline's velocity)
 //! i_ref = clamp(F(z) (Kp (w_ref - w) + I + i_ff))
 //! ```
-//! with the friction T_f that the drive was told ([`crate::config::FrictionFeedforward`]) and the filters F(z) (`filter`), both none by default,
-//! and every period of the current loop (50 us), from the currents at that instant (`current`, [`Servo::voltage`]) the voltages in d and q. The velocity
-//! fed forward is the reference's mean over the same period as the encoder's difference, and the acceleration the mean over
-//! the coming period, in which the torque acts: so neither leaves a following error of its own.
+//! with the friction T_f that the drive was told ([`crate::config::FrictionFeedforward`]) and the
+//! filters F(z) (`filter`), both none by default, and every period of the current loop (50 us),
+//! from the currents at that instant (`current`, [`Servo::voltage`]) the voltages in d and q. The
+//! velocity fed forward is the reference's mean over the same period as the encoder's difference,
+//! and the acceleration the mean over the coming period, in which the torque acts: so neither
+//! leaves a following error of its own.
 //!
-//! Anti-windup of the velocity loop is selectable ([`crate::config::AntiWindup`]); the current loops always use back-calculation: an output
-//! that was cut by `delta` moves its integral by `delta` times period over integral time.
+//! Anti-windup of the velocity loop is selectable ([`crate::config::AntiWindup`]); the current
+//! loops always use back-calculation: an output that was cut by `delta` moves its integral by
+//! `delta` times period over integral time.
 //!
-//! Delays: the command takes effect `command_delay_periods` current periods after the encoder was read, a voltage
-//! `voltage_delay_periods` after the current was; [`crate::analysis`] lists them and what they cost in phase.
+//! Delays: the command takes effect `command_delay_periods` current periods after the encoder was
+//! read, a voltage `voltage_delay_periods` after the current was; [`crate::analysis`] lists them
+//! and what they cost in phase.
 
 mod current;
 mod encoder;
@@ -83,18 +87,23 @@ impl Servo {
     /// The drive of an axis.
     pub fn new(config: &AxisConfig) -> Servo {
         let (drive, motor, load) = (config.drive, &config.motor, config.reflected_load());
-        let (current_period_s, servo_period_s) = (config.current_period_us() * 1e-6, config.servo_period_s());
+        let (current_period_s, servo_period_s) =
+            (config.current_period_us() * 1e-6, config.servo_period_s());
         Servo {
             drive,
             filters: Filters::new(&drive.torque_filter, servo_period_s),
-            encoder: drive.encoder_counts_per_rev.map_or(Encoder::IDEAL, Encoder::with_counts),
+            encoder: drive
+                .encoder_counts_per_rev
+                .map_or(Encoder::IDEAL, Encoder::with_counts),
             scale: LoadScale::new(config),
             servo_period_s,
             velocity_share: servo_period_s / drive.velocity_time_s,
             current_share: current_period_s / drive.current_time_s,
             current_steps: drive.current_periods(&config.cycles),
             torque_constant: motor.torque_constant_nm_per_a,
-            told_inertia: drive.told_inertia_kgm2.unwrap_or(config.motor_side_inertia_kgm2() + load.inertia_kgm2),
+            told_inertia: drive
+                .told_inertia_kgm2
+                .unwrap_or(config.motor_side_inertia_kgm2() + load.inertia_kgm2),
             inductance: motor.phase_inductance_h(),
             resistance: motor.phase_resistance_ohm(),
             back_emf: motor.back_emf_v_s_per_rad(),
@@ -106,8 +115,17 @@ impl Servo {
     /// State of a drive that stands still, holding whatever current flows.
     pub fn initial(&self, plant: &PlantState, reference: f64) -> ServoState {
         ServoState {
-            velocity: VelocityState::new(self, self.encoder.read(plant.motor_position()), reference, plant.current_q),
-            current: CurrentState::new(self.resistance * plant.current_q, plant.current_q, f64::from(self.current_steps)),
+            velocity: VelocityState::new(
+                self,
+                self.encoder.read(plant.motor_position()),
+                reference,
+                plant.current_q,
+            ),
+            current: CurrentState::new(
+                self.resistance * plant.current_q,
+                plant.current_q,
+                f64::from(self.current_steps),
+            ),
             saturated: false,
         }
     }
@@ -130,18 +148,30 @@ impl Servo {
         self.scale.read(load_position)
     }
 
-    /// Mean i_q over the servo period that ends now, by the trapezoidal rule over the samples of the current loop, A.
+    /// Mean i_q over the servo period that ends now, by the trapezoidal rule over the samples of
+    /// the current loop, A.
     pub fn mean_current(&self, state: &mut ServoState, plant: &PlantState) -> f64 {
         let current = &mut state.current;
-        let mean = (current.sum + 0.5 * (plant.current_q - current.first)) / f64::from(self.current_steps);
+        let mean =
+            (current.sum + 0.5 * (plant.current_q - current.first)) / f64::from(self.current_steps);
         (current.first, current.sum) = (plant.current_q, 0.0);
         mean
     }
 
     /// Position and velocity loop: sets the current command for the coming servo period.
-    pub fn command(&self, state: &mut ServoState, reference: &Reference, next: &Reference, measured: &Measured, correction: &Correction) {
+    pub fn command(
+        &self,
+        state: &mut ServoState,
+        reference: &Reference,
+        next: &Reference,
+        measured: &Measured,
+        correction: &Correction,
+    ) {
         let voltage_limited = state.current.limited;
-        let limited = state.velocity.command(self, reference, next, measured, correction, voltage_limited);
+        let limited =
+            state
+                .velocity
+                .command(self, reference, next, measured, correction, voltage_limited);
         state.current.limited = false;
         state.current.periods = 0;
         state.current.electric_speed = self.pole_pairs * measured.velocity;
@@ -158,16 +188,22 @@ impl Servo {
         input
     }
 
-    /// The current command that holds in the coming current period: the newest one that has taken effect.
+    /// The current command that holds in the coming current period: the newest one that has taken
+    /// effect.
     #[inline]
     fn command_in_force(&self, state: &mut ServoState) -> f64 {
         let delay = self.drive.command_delay_periods;
         if delay == 0 {
             return state.velocity.current_command;
         }
-        let age = delay.saturating_sub(state.current.periods).div_ceil(self.current_steps);
+        let age = delay
+            .saturating_sub(state.current.periods)
+            .div_ceil(self.current_steps);
         state.current.periods += 1;
         let [last, before] = state.velocity.earlier_commands;
-        [state.velocity.current_command, last, before].get(age as usize).copied().unwrap_or(before)
+        [state.velocity.current_command, last, before]
+            .get(age as usize)
+            .copied()
+            .unwrap_or(before)
     }
 }

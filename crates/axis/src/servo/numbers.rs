@@ -1,4 +1,5 @@
-//! The drive's numbers for a batch, which computes with them what the drive itself does, operation by operation.
+//! The drive's numbers for a batch, which computes with them what the drive itself does, operation
+//! by operation.
 
 use super::Servo;
 use crate::config::AntiWindup;
@@ -13,7 +14,8 @@ pub(crate) struct CurrentNumbers {
     pub(crate) delayed: bool,
 }
 
-/// What [`Servo::measure`], [`Servo::mean_current`] and [`Servo::command`] compute with in a plain drive.
+/// What [`Servo::measure`], [`Servo::mean_current`] and [`Servo::command`] compute with in a plain
+/// drive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TickNumbers {
     /// Servo period, s.
@@ -34,7 +36,8 @@ pub(crate) struct TickNumbers {
 }
 
 impl Servo {
-    /// Numbers of the current loops for a batch; none where the command changes within a servo period.
+    /// Numbers of the current loops for a batch; none where the command changes within a servo
+    /// period.
     pub(crate) fn current_numbers(&self) -> Option<CurrentNumbers> {
         (self.drive.command_delay_periods == 0).then_some(CurrentNumbers {
             gain: self.drive.current_gain_v_per_a,
@@ -45,8 +48,9 @@ impl Servo {
         })
     }
 
-    /// Numbers of measuring and of position and velocity loop for a batch; none where the drive has filters, friction feed-forward, another anti-windup
-    /// than back-calculation, or a command that changes within a servo period.
+    /// Numbers of measuring and of position and velocity loop for a batch; none where the drive has
+    /// filters, friction feed-forward, another anti-windup than back-calculation, or a command that
+    /// changes within a servo period.
     pub(crate) fn tick_numbers(&self) -> Option<TickNumbers> {
         let drive = &self.drive;
         let plain = drive.command_delay_periods == 0

@@ -51,16 +51,23 @@ impl VelocityState {
         let mean_velocity = (reference.position - self.reference) / period;
         let mean_acceleration = (next.velocity - reference.velocity) / period;
         self.reference = reference.position;
-        let position_error = (reference.position + correction.position) - (measured.position - correction.feedback);
-        let wanted = drive.position_gain_per_s * position_error + drive.velocity_feedforward * mean_velocity + correction.velocity;
-        let mut torque = drive.acceleration_feedforward * servo.told_inertia * mean_acceleration + correction.torque;
+        let position_error =
+            (reference.position + correction.position) - (measured.position - correction.feedback);
+        let wanted = drive.position_gain_per_s * position_error
+            + drive.velocity_feedforward * mean_velocity
+            + correction.velocity;
+        let mut torque = drive.acceleration_feedforward * servo.told_inertia * mean_acceleration
+            + correction.torque;
         if let Some(friction) = &drive.friction_feedforward {
             torque += friction.torque((next.position - reference.position) / period);
         }
 
         let error = wanted - measured.velocity;
         let push = drive.velocity_gain_a_s_per_rad * error;
-        let free = servo.filters.step(&mut self.filters, push + self.integral + torque / servo.torque_constant);
+        let free = servo.filters.step(
+            &mut self.filters,
+            push + self.integral + torque / servo.torque_constant,
+        );
         let cut = free.clamp(-drive.current_limit_a, drive.current_limit_a);
         self.integrate(servo, push, error * cut > 0.0, cut - free, voltage_limited);
         self.earlier_commands = [self.current_command, self.earlier_commands[0]];
@@ -68,12 +75,27 @@ impl VelocityState {
         cut != free
     }
 
-    /// The integral's step; `outward` says that the error asks for more of the torque that there is.
+    /// The integral's step; `outward` says that the error asks for more of the torque that there
+    /// is.
     #[inline]
-    fn integrate(&mut self, servo: &Servo, push: f64, outward: bool, cut: f64, voltage_limited: bool) {
+    fn integrate(
+        &mut self,
+        servo: &Servo,
+        push: f64,
+        outward: bool,
+        cut: f64,
+        voltage_limited: bool,
+    ) {
         let share = servo.velocity_share;
         self.integral += match servo.drive.anti_windup {
-            AntiWindup::BackCalculation => share * (if voltage_limited && outward { 0.0 } else { push } + cut),
+            AntiWindup::BackCalculation => {
+                share
+                    * (if voltage_limited && outward {
+                        0.0
+                    } else {
+                        push
+                    } + cut)
+            }
             AntiWindup::Conditional if outward && (voltage_limited || cut != 0.0) => 0.0,
             AntiWindup::Conditional | AntiWindup::None => share * push,
         };
@@ -84,7 +106,8 @@ impl FrictionFeedforward {
     /// Torque at a reference velocity, N m.
     #[inline]
     fn torque(&self, velocity: f64) -> f64 {
-        let smoothed = velocity / (velocity * velocity + self.smoothing_rad_s * self.smoothing_rad_s).sqrt();
+        let smoothed =
+            velocity / (velocity * velocity + self.smoothing_rad_s * self.smoothing_rad_s).sqrt();
         self.coulomb_nm * smoothed + self.viscous_nm_s_per_rad * velocity
     }
 }

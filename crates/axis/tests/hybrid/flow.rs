@@ -1,7 +1,8 @@
 //! Integration by the solvers of the crate `differential-equations`.
 //!
-//! The solver stops at the first step after which a guard is negative; where in that step it became so is found by halving, on the solver's
-//! own solution from the step's start (the crate's root finder on interpolated states can end beside the root).
+//! The solver stops at the first step after which a guard is negative; where in that step it became
+//! so is found by halving, on the solver's own solution from the step's start (the crate's root
+//! finder on interpolated states can end beside the root).
 
 use super::{Cause, Machine, Phase, State};
 use differential_equations::control::ControlFlag;
@@ -22,7 +23,8 @@ pub(crate) enum Method {
 /// How far a guard has to be negative: a mode may begin on the boundary, to rounding.
 const PAST: f64 = -1e-13;
 
-/// Longest step of the implicit method, s. Left to its own control at 1e-12 it lets 3e-6 of a gap through.
+/// Longest step of the implicit method, s. Left to its own control at 1e-12 it lets 3e-6 of a gap
+/// through.
 const RADAU_STEP: f64 = 1e-5;
 
 struct Running<'a> {
@@ -53,7 +55,11 @@ impl Solout<f64, State> for Watch<'_> {
         I: Interpolation<f64, State> + ?Sized,
     {
         (kept.t, kept.y) = (vec![before, now], vec![*y_before, *y]);
-        if now > before && self.0.past(y) { ControlFlag::Terminate } else { ControlFlag::Continue }
+        if now > before && self.0.past(y) {
+            ControlFlag::Terminate
+        } else {
+            ControlFlag::Continue
+        }
     }
 }
 
@@ -66,13 +72,27 @@ impl Running<'_> {
     fn last_step(&self, method: Method, start: State, span: f64) -> [(f64, State); 2] {
         let problem = IVP::ode(self, 0.0, span, start).solout(Watch(self));
         let solution = match method {
-            Method::Radau(tolerance) => {
-                problem.method(ImplicitRungeKutta::radau5().h_max(RADAU_STEP).rtol(tolerance).atol(1e-3 * tolerance)).solve()
-            }
-            Method::Explicit(tolerance) => problem.method(ExplicitRungeKutta::dop853().rtol(tolerance).atol(1e-3 * tolerance)).solve(),
+            Method::Radau(tolerance) => problem
+                .method(
+                    ImplicitRungeKutta::radau5()
+                        .h_max(RADAU_STEP)
+                        .rtol(tolerance)
+                        .atol(1e-3 * tolerance),
+                )
+                .solve(),
+            Method::Explicit(tolerance) => problem
+                .method(
+                    ExplicitRungeKutta::dop853()
+                        .rtol(tolerance)
+                        .atol(1e-3 * tolerance),
+                )
+                .solve(),
         };
         match solution {
-            Ok(solution) => [(solution.t[0], solution.y[0]), (solution.t[1], solution.y[1])],
+            Ok(solution) => [
+                (solution.t[0], solution.y[0]),
+                (solution.t[1], solution.y[1]),
+            ],
             Err(error) => panic!("the solver gave up: {error:?} at {:?}", self.phase),
         }
     }
@@ -101,14 +121,19 @@ impl Machine {
     pub(crate) fn advance(&self, phase: &mut Phase, span: f64, method: Method) {
         let mut left = span;
         for _ in 0..200 {
-            let running = Running { machine: self, phase };
+            let running = Running {
+                machine: self,
+                phase,
+            };
             let [(before, y_before), (now, y)] = running.last_step(method, phase.y, left);
             if !running.past(&y) {
                 phase.y = y;
                 return;
             }
             let (time, y) = running.locate(method, y_before, now - before, y);
-            let (_, Some(cause)) = self.lowest(phase, &y) else { panic!("an event of no guard") };
+            let (_, Some(cause)) = self.lowest(phase, &y) else {
+                panic!("an event of no guard")
+            };
             let cause: Cause = cause;
             phase.y = y;
             self.switch(phase, cause);

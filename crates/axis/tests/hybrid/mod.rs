@@ -1,6 +1,11 @@
-//! The plant written a second time, from its documented equations: a right-hand side in absolute angles, guards, and transitions between modes. How
-//! it is integrated and where its guards cross is left to a general-purpose solver, `flow`.
-#![allow(dead_code, clippy::panic, reason = "a part of it for each test file; a test may panic")]
+//! The plant written a second time, from its documented equations: a right-hand side in absolute
+//! angles, guards, and transitions between modes. How it is integrated and where its guards cross
+//! is left to a general-purpose solver, `flow`.
+#![allow(
+    dead_code,
+    clippy::panic,
+    reason = "a part of it for each test file; a test may panic"
+)]
 
 mod flow;
 
@@ -8,7 +13,10 @@ use lostmotion_axis::config::ContactLaw;
 use lostmotion_axis::plant::{PlantParams, PlantState, Wave};
 use lostmotion_base::math;
 
-#[allow(unused_imports, reason = "the balance of energy needs the equations alone")]
+#[allow(
+    unused_imports,
+    reason = "the balance of energy needs the equations alone"
+)]
 pub(crate) use flow::Method;
 
 /// i, theta_M, theta_L, w_M, w_L, z_M, z_L.
@@ -58,13 +66,18 @@ pub(crate) struct Machine {
 }
 
 fn waves(list: &[Wave], angle: f64) -> f64 {
-    list.iter().map(|wave| wave.amplitude * math::sin(wave.per_rad * angle + wave.phase_rad)).sum()
+    list.iter()
+        .map(|wave| wave.amplitude * math::sin(wave.per_rad * angle + wave.phase_rad))
+        .sum()
 }
 
 impl Phase {
     /// At rest as the axis is.
     pub(crate) fn of(p: &PlantParams, state: &PlantState) -> Phase {
-        let laws = [(p.motor_coulomb_nm, p.motor_friction), (p.load_coulomb_nm, p.load_friction)];
+        let laws = [
+            (p.motor_coulomb_nm, p.motor_friction),
+            (p.load_coulomb_nm, p.load_friction),
+        ];
         let friction = laws.map(|(coulomb, law)| match (coulomb > 0.0, law.bristles) {
             (false, _) => Friction::Free,
             (true, None) => Friction::Stuck,
@@ -74,10 +87,25 @@ impl Phase {
         let contact = match state.mode.contact {
             Theirs::Rigid => Contact::Rigid,
             Theirs::Gap => Contact::Gap,
-            Theirs::Spring(side) | Theirs::Doubled(side) | Theirs::Lifted(side) => Contact::Spring(side.sign()),
+            Theirs::Spring(side) | Theirs::Doubled(side) | Theirs::Lifted(side) => {
+                Contact::Spring(side.sign())
+            }
         };
-        let y = [state.current_q, state.motor_position(), state.load_position, 0.0, 0.0, state.bristles[0], state.bristles[1]];
-        Phase { y, contact, friction, events: 0 }
+        let y = [
+            state.current_q,
+            state.motor_position(),
+            state.load_position,
+            0.0,
+            0.0,
+            state.bristles[0],
+            state.bristles[1],
+        ];
+        Phase {
+            y,
+            contact,
+            friction,
+            events: 0,
+        }
     }
 }
 
@@ -92,11 +120,16 @@ impl Machine {
         })
     }
 
-    /// Depth past a flank (past the middle of the gap for 0), its speed, and by how much the load's lever is longer.
+    /// Depth past a flank (past the middle of the gap for 0), its speed, and by how much the load's
+    /// lever is longer.
     pub(crate) fn depth(&self, sign: f64, y: &State) -> [f64; 3] {
         let (b, slope) = self.half_gap(y[2]);
         let m = self.p.gap_middle + sign;
-        [y[1] - y[2] - m * b, y[3] - y[4] * (1.0 + m * slope), 1.0 + m * slope]
+        [
+            y[1] - y[2] - m * b,
+            y[3] - y[4] * (1.0 + m * slope),
+            1.0 + m * slope,
+        ]
     }
 
     fn side(contact: Contact) -> f64 {
@@ -111,7 +144,9 @@ impl Machine {
         let [depth, speed, lever] = self.depth(Machine::side(contact), y);
         let torque = match contact {
             Contact::Gap | Contact::Lifted(_) => 0.0,
-            Contact::Rigid | Contact::Spring(_) => self.p.stiffness_nm_per_rad * depth + self.p.damping_nm_s_per_rad * speed,
+            Contact::Rigid | Contact::Spring(_) => {
+                self.p.stiffness_nm_per_rad * depth + self.p.damping_nm_s_per_rad * speed
+            }
             Contact::Doubled(_) => 2.0 * self.p.stiffness_nm_per_rad * depth,
         };
         [torque, torque * lever]
@@ -121,7 +156,8 @@ impl Machine {
     pub(crate) fn need(&self, contact: Contact, y: &State) -> [f64; 2] {
         let [motor, load] = self.contact_torques(contact, y);
         let curved = &self.p.curved;
-        let constant = self.p.torque_constant_nm_per_a * (1.0 + waves(curved.ripple.as_slice(), y[1]));
+        let constant =
+            self.p.torque_constant_nm_per_a * (1.0 + waves(curved.ripple.as_slice(), y[1]));
         [
             constant * y[0] - motor - waves(curved.cogging.as_slice(), y[1]),
             load - self.p.load_constant_nm - self.extra - waves(curved.gravity.as_slice(), y[2]),
@@ -147,7 +183,10 @@ impl Machine {
             Friction::Slide(s) => (s * coulomb, 0.0),
             Friction::Creep(s) => (s * most - (most - coulomb) * v / speed, 0.0),
             Friction::Bristles(s) => {
-                let Some(bristles) = [self.p.motor_friction, self.p.load_friction][mass].bristles else { panic!("no bristles") };
+                let Some(bristles) = [self.p.motor_friction, self.p.load_friction][mass].bristles
+                else {
+                    panic!("no bristles")
+                };
                 let level = coulomb + (most - coulomb) * math::exp(-(v / speed) * (v / speed));
                 let stiffness = coulomb / bristles.presliding_rad;
                 let rate = v - stiffness * s * v * z / level;
@@ -163,7 +202,14 @@ impl Machine {
         let mass = |m: usize, viscous: f64, inertia: f64| {
             let (friction, rate) = self.friction(m, phase.friction[m], y);
             let moving = phase.friction[m] != Friction::Stuck;
-            (if moving { (need[m] - viscous * y[3 + m] - friction) / inertia } else { 0.0 }, rate)
+            (
+                if moving {
+                    (need[m] - viscous * y[3 + m] - friction) / inertia
+                } else {
+                    0.0
+                },
+                rate,
+            )
         };
         let (motor, z_motor) = mass(0, p.motor_viscous_nm_s_per_rad, p.motor_inertia_kgm2);
         let (load, z_load) = mass(1, p.load_viscous_nm_s_per_rad, p.load_inertia_kgm2);
@@ -184,21 +230,34 @@ impl Machine {
         for mass in 0..2 {
             let (v, (most, speed)) = (y[3 + mass], self.breakaway(mass));
             let falls = most > self.coulomb(mass);
-            let start = |s: f64| Cause::Friction(mass, if falls { Friction::Creep(s) } else { Friction::Slide(s) });
+            let start = |s: f64| {
+                Cause::Friction(
+                    mass,
+                    if falls {
+                        Friction::Creep(s)
+                    } else {
+                        Friction::Slide(s)
+                    },
+                )
+            };
             match phase.friction[mass] {
                 Friction::Free => {}
                 Friction::Stuck => {
                     guard((most - need[mass]) / most, start(1.0));
                     guard((most + need[mass]) / most, start(-1.0));
                 }
-                Friction::Slide(s) if falls => guard(s * v - speed, Cause::Friction(mass, Friction::Creep(s))),
+                Friction::Slide(s) if falls => {
+                    guard(s * v - speed, Cause::Friction(mass, Friction::Creep(s)))
+                }
                 Friction::Slide(s) => guard(s * v, Cause::Rest(mass)),
                 Friction::Creep(s) => {
                     guard(s * v, Cause::Rest(mass));
                     guard(speed - s * v, Cause::Friction(mass, Friction::Slide(s)));
                 }
                 // a speed of 1e-10 the wrong way round makes no difference to bristles
-                Friction::Bristles(s) => guard(s * v + 1e-10, Cause::Friction(mass, Friction::Bristles(-s))),
+                Friction::Bristles(s) => {
+                    guard(s * v + 1e-10, Cause::Friction(mass, Friction::Bristles(-s)))
+                }
             }
         }
         lowest
@@ -208,7 +267,11 @@ impl Machine {
         let p = &self.p;
         let parts = |s: f64| {
             let [depth, speed, _] = self.depth(s, y);
-            (s * depth / p.half_gap_rad, s * p.stiffness_nm_per_rad * depth, s * p.damping_nm_s_per_rad * speed)
+            (
+                s * depth / p.half_gap_rad,
+                s * p.stiffness_nm_per_rad * depth,
+                s * p.damping_nm_s_per_rad * speed,
+            )
         };
         let mut to = |value: f64, contact: Contact| guard(value, Cause::Contact(contact));
         match contact {
@@ -216,7 +279,11 @@ impl Machine {
             Contact::Gap => {
                 for s in [1.0, -1.0] {
                     let (depth, _, damper) = parts(s);
-                    let touching = if p.contact == ContactLaw::Bounded && damper > 0.0 { Contact::Doubled(s) } else { Contact::Spring(s) };
+                    let touching = if p.contact == ContactLaw::Bounded && damper > 0.0 {
+                        Contact::Doubled(s)
+                    } else {
+                        Contact::Spring(s)
+                    };
                     to(-depth, touching);
                 }
             }
@@ -249,7 +316,10 @@ impl Machine {
             Cause::Friction(mass, friction) => phase.friction[mass] = friction,
             Cause::Rest(mass) => {
                 phase.y[3 + mass] = 0.0;
-                let (need, (most, _)) = (self.need(phase.contact, &phase.y)[mass], self.breakaway(mass));
+                let (need, (most, _)) = (
+                    self.need(phase.contact, &phase.y)[mass],
+                    self.breakaway(mass),
+                );
                 let falls = most > self.coulomb(mass);
                 phase.friction[mass] = match need.abs() > most {
                     false => Friction::Stuck,

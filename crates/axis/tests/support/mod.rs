@@ -1,5 +1,9 @@
 //! Motions with closed forms, and a short way to run an axis along one.
-#![allow(dead_code, clippy::expect_used, reason = "a part of it for each test file; a test may panic")]
+#![allow(
+    dead_code,
+    clippy::expect_used,
+    reason = "a part of it for each test file; a test may panic"
+)]
 
 use lostmotion_axis::{AxisConfig, AxisOutput, Setpoint, build_runner};
 use lostmotion_base::math;
@@ -22,9 +26,20 @@ impl Move {
         let tj = self.acceleration / self.jerk;
         let ta = self.velocity / self.acceleration - tj;
         let cruise = self.distance.abs() / self.velocity - (ta + 2.0 * tj);
-        assert!(ta >= 0.0 && cruise >= 0.0, "the move does not reach its limits");
+        assert!(
+            ta >= 0.0 && cruise >= 0.0,
+            "the move does not reach its limits"
+        );
         let j = self.jerk * self.distance.signum();
-        [(tj, j), (ta, 0.0), (tj, -j), (cruise, 0.0), (tj, -j), (ta, 0.0), (tj, j)]
+        [
+            (tj, j),
+            (ta, 0.0),
+            (tj, -j),
+            (cruise, 0.0),
+            (tj, -j),
+            (ta, 0.0),
+            (tj, j),
+        ]
     }
 
     pub(crate) fn duration(&self) -> f64 {
@@ -61,14 +76,22 @@ pub(crate) fn there_and_back(forward: Move, rest: f64, t: f64) -> (f64, f64, f64
     if t < half {
         forward.at(t)
     } else {
-        let back = Move { distance: -forward.distance, ..forward };
+        let back = Move {
+            distance: -forward.distance,
+            ..forward
+        };
         let (p, v, a) = back.at(t - half);
         (forward.distance + p, v, a)
     }
 }
 
 /// The paper's kind of move: 0 -> 20 rad at 40 rad/s, 400 rad/s2, 8000 rad/s3.
-pub(crate) const PAPER_MOVE: Move = Move { distance: 20.0, velocity: 40.0, acceleration: 400.0, jerk: 8000.0 };
+pub(crate) const PAPER_MOVE: Move = Move {
+    distance: 20.0,
+    velocity: 40.0,
+    acceleration: 400.0,
+    jerk: 8000.0,
+};
 
 /// `radius (1 - cos(w t))`: starts without velocity, but with acceleration.
 pub(crate) fn circle(radius: f64, w: f64, t: f64) -> (f64, f64, f64) {
@@ -76,14 +99,19 @@ pub(crate) fn circle(radius: f64, w: f64, t: f64) -> (f64, f64, f64) {
     (radius * (1.0 - c), radius * w * s, radius * w * w * c)
 }
 
-/// Radial error of two like axes on a circle of `radius` mm at `feed` mm/min, entered smoothly from rest: rms and max over all but the first turn, um.
+/// Radial error of two like axes on a circle of `radius` mm at `feed` mm/min, entered smoothly from
+/// rest: rms and max over all but the first turn, um.
 pub(crate) fn circle_error(config: &AxisConfig, method: &str, radius: f64, feed: f64) -> [f64; 2] {
     let w = feed / 60.0 / radius;
     let angle = |t: f64| {
         let (rise, t) = (0.2, t - 0.1);
         let u = (t / rise).clamp(0.0, 1.0);
         let way = rise * (u * u * u - 0.5 * u * u * u * u) + (t - rise).max(0.0);
-        (w * way, w * (3.0 * u * u - 2.0 * u * u * u), w * 6.0 * (u - u * u) / rise)
+        (
+            w * way,
+            w * (3.0 * u * u - 2.0 * u * u * u),
+            w * 6.0 * (u - u * u) / rise,
+        )
     };
     let x = |t: f64| {
         let ((q, v, a), r) = (angle(t), radius);
@@ -96,8 +124,12 @@ pub(crate) fn circle_error(config: &AxisConfig, method: &str, radius: f64, feed:
         (r * s, r * c * v, r * (c * a - s * v * v))
     };
     let seconds = 3.0 * std::f64::consts::TAU / w;
-    let (xs, ys) = (run(config, method, &x, seconds).load, run(config, method, &y, seconds).load);
-    let error = |(x, y): (&f64, &f64)| (((radius - x) * (radius - x) + y * y).sqrt() - radius) * 1e3;
+    let (xs, ys) = (
+        run(config, method, &x, seconds).load,
+        run(config, method, &y, seconds).load,
+    );
+    let error =
+        |(x, y): (&f64, &f64)| (((radius - x) * (radius - x) + y * y).sqrt() - radius) * 1e3;
     let errors: Vec<f64> = xs.iter().zip(&ys).skip(xs.len() / 3).map(error).collect();
     [rms(errors.iter().copied()), max_abs(errors)]
 }
@@ -116,7 +148,9 @@ pub(crate) fn setpoints(motion: Motion, seconds: f64) -> Vec<Setpoint> {
 pub(crate) fn run(config: &AxisConfig, method: &str, motion: Motion, seconds: f64) -> AxisOutput {
     let mut runner = build_runner(config, method, motion(0.0).0).expect("a good axis");
     let mut out = AxisOutput::new(true);
-    runner.push(&setpoints(motion, seconds), &mut out).expect("good setpoints");
+    runner
+        .push(&setpoints(motion, seconds), &mut out)
+        .expect("good setpoints");
     out
 }
 
@@ -131,18 +165,28 @@ pub(crate) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 pub(crate) fn max_abs(values: impl IntoIterator<Item = f64>) -> f64 {
-    values.into_iter().fold(0.0, |max: f64, value| max.max(value.abs()))
+    values
+        .into_iter()
+        .fold(0.0, |max: f64, value| max.max(value.abs()))
 }
 
 /// Reference minus load, in the axis' unit.
 pub(crate) fn errors(out: &AxisOutput) -> Vec<f64> {
-    out.reference.iter().zip(&out.load).map(|(r, l)| r - l).collect()
+    out.reference
+        .iter()
+        .zip(&out.load)
+        .map(|(r, l)| r - l)
+        .collect()
 }
 
-/// An axis of a mid-size mill, tuned by the library's rule: 10 mm lead, 350 kg, 10 um gap; friction as given.
+/// An axis of a mid-size mill, tuned by the library's rule: 10 mm lead, 350 kg, 10 um gap; friction
+/// as given.
 pub(crate) fn mill(coulomb_n: f64, viscous_n_s_per_m: f64) -> AxisConfig {
     use lostmotion_axis::config::{Drive, Linear, Load, Motor, Slide, Transmission, Tuning};
-    let transmission = Transmission::Linear(Linear { lead_mm: 10.0, gear: 1.0 });
+    let transmission = Transmission::Linear(Linear {
+        lead_mm: 10.0,
+        gear: 1.0,
+    });
     let motor = Motor {
         resistance_ohm: 0.6,
         inductance_h: 6e-3,
@@ -164,14 +208,31 @@ pub(crate) fn mill(coulomb_n: f64, viscous_n_s_per_m: f64) -> AxisConfig {
         gap_um: 10.0,
         scale_um: 0.0,
     });
-    let drive = Drive::tuned(&motor, &load.reflected(&transmission), &Tuning::default(), 60.0, 560.0);
-    AxisConfig { transmission, motor, load, drive, ..AxisConfig::paper() }
+    let drive = Drive::tuned(
+        &motor,
+        &load.reflected(&transmission),
+        &Tuning::default(),
+        60.0,
+        560.0,
+    );
+    AxisConfig {
+        transmission,
+        motor,
+        load,
+        drive,
+        ..AxisConfig::paper()
+    }
 }
 
-/// The X axis of a vertical mill (screw 40 x 16 mm, 300 kg, 238 N/um), load friction as part of the rated torque, total gap in um.
+/// The X axis of a vertical mill (screw 40 x 16 mm, 300 kg, 238 N/um), load friction as part of the
+/// rated torque, total gap in um.
 pub(crate) fn mill_x(friction_share: f64, gap_um: f64, counts: Option<u32>) -> AxisConfig {
     use lostmotion_axis::config::{Drive, Linear, Load, Motor, Slide, Transmission};
-    let motor = Motor { viscous_nm_s_per_rad: 0.002, coulomb_nm: 0.15, ..AxisConfig::paper().motor };
+    let motor = Motor {
+        viscous_nm_s_per_rad: 0.002,
+        coulomb_nm: 0.15,
+        ..AxisConfig::paper().motor
+    };
     let load = Load::Slide(Slide {
         mass_kg: 300.0,
         screw_inertia_kgm2: 0.00198,
@@ -199,21 +260,50 @@ pub(crate) fn mill_x(friction_share: f64, gap_um: f64, counts: Option<u32>) -> A
         voltage_delay_periods: 1,
         ..AxisConfig::paper().drive
     };
-    AxisConfig { transmission: Transmission::Linear(Linear { lead_mm: 16.0, gear: 1.0 }), motor, load, drive, ..AxisConfig::paper() }
+    AxisConfig {
+        transmission: Transmission::Linear(Linear {
+            lead_mm: 16.0,
+            gear: 1.0,
+        }),
+        motor,
+        load,
+        drive,
+        ..AxisConfig::paper()
+    }
 }
 
-/// What the gap does to the load on a sine, over the last three eighths of so many turns: rms and max, in the axis' unit times 1e3.
-pub(crate) fn lost_on_a_sine(config: &AxisConfig, method: &str, radius: f64, w: f64, turns: f64) -> [f64; 2] {
+/// What the gap does to the load on a sine, over the last three eighths of so many turns: rms and
+/// max, in the axis' unit times 1e3.
+pub(crate) fn lost_on_a_sine(
+    config: &AxisConfig,
+    method: &str,
+    radius: f64,
+    w: f64,
+    turns: f64,
+) -> [f64; 2] {
     let seconds = turns * std::f64::consts::TAU / w;
     let motion = |t: f64| circle(radius, w, t);
     let rigid = run(&config.without_gap(), "none", &motion, seconds);
     let out = run(config, method, &motion, seconds);
-    let lost: Vec<f64> = out.load.iter().zip(&rigid.load).skip(out.load.len() * 5 / 8).map(|(a, b)| (a - b) * 1e3).collect();
+    let lost: Vec<f64> = out
+        .load
+        .iter()
+        .zip(&rigid.load)
+        .skip(out.load.len() * 5 / 8)
+        .map(|(a, b)| (a - b) * 1e3)
+        .collect();
     [rms(lost.iter().copied()), max_abs(lost)]
 }
 
 /// Both figures over those of `none`.
-pub(crate) fn ratio_on_a_sine(config: &AxisConfig, method: &str, radius: f64, w: f64, turns: f64) -> [f64; 2] {
-    let [with, without] = [method, "none"].map(|method| lost_on_a_sine(config, method, radius, w, turns));
+pub(crate) fn ratio_on_a_sine(
+    config: &AxisConfig,
+    method: &str,
+    radius: f64,
+    w: f64,
+    turns: f64,
+) -> [f64; 2] {
+    let [with, without] =
+        [method, "none"].map(|method| lost_on_a_sine(config, method, radius, w, turns));
     [with[0] / without[0], with[1] / without[1]]
 }

@@ -92,7 +92,8 @@ pub(crate) struct WritePart {
     pub(crate) part: PathBuf,
     #[command(flatten)]
     pub(crate) setup: Setup,
-    /// Work coordinate system, 1 for G54 to 9 for G59.3, that the coordinates of the new program are in
+    /// Work coordinate system, 1 for G54 to 9 for G59.3, that the coordinates of the new program
+    /// are in
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) system: u8,
     /// File to write; stdout, if left out

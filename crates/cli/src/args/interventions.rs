@@ -8,8 +8,9 @@ use lostmotion::sim::Intervention;
 /// Feed hold and the like.
 #[derive(Debug, Default, Args)]
 pub(crate) struct Interventions {
-    /// What the operator does at a time since the start: hold, resume, stop, override:PERCENT (of the feed, 0 to 200) or rapid:PERCENT (of rapid
-    /// moves, 0 to 100); such as 3.2s=hold; may be repeated
+    /// What the operator does at a time since the start: hold, resume, stop, override:PERCENT (of
+    /// the feed, 0 to 200) or rapid:PERCENT (of rapid moves, 0 to 100); such as 3.2s=hold; may be
+    /// repeated
     #[arg(long, value_name = "TIME=ACTION")]
     pub(crate) at: Vec<String>,
 }
@@ -20,7 +21,11 @@ impl Interventions {
     /// # Errors
     /// A word that says nothing.
     pub(crate) fn read(&self) -> Result<Vec<Intervention>, Failure> {
-        let mut all = self.at.iter().map(|word| intervention(word)).collect::<Result<Vec<_>, _>>()?;
+        let mut all = self
+            .at
+            .iter()
+            .map(|word| intervention(word))
+            .collect::<Result<Vec<_>, _>>()?;
         all.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         Ok(all)
     }
@@ -28,9 +33,12 @@ impl Interventions {
 
 fn intervention(word: &str) -> Result<Intervention, Failure> {
     let wrong = || {
-        let hint = "for example: --at 3.2s=hold --at 4500ms=resume --at 7s=override:50 --at 9s=stop";
+        let hint =
+            "for example: --at 3.2s=hold --at 4500ms=resume --at 7s=override:50 --at 9s=stop";
         Failure::with_hint(
-            format!("--at {word} is not a time in s or ms and hold, resume, stop, override:PERCENT (0 to 200) or rapid:PERCENT (0 to 100)"),
+            format!(
+                "--at {word} is not a time in s or ms and hold, resume, stop, override:PERCENT (0 to 200) or rapid:PERCENT (0 to 100)"
+            ),
             hint,
         )
     };
@@ -55,5 +63,9 @@ fn intervention(word: &str) -> Result<Intervention, Failure> {
         }
     };
     let good = at_s.is_finite() && at_s >= 0.0 && action.check().is_ok();
-    if good { Ok(Intervention { at_s, action }) } else { Err(wrong()) }
+    if good {
+        Ok(Intervention { at_s, action })
+    } else {
+        Err(wrong())
+    }
 }

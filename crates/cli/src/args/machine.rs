@@ -7,7 +7,8 @@ use std::path::PathBuf;
 /// `axis`.
 #[derive(Debug, Args)]
 pub(crate) struct Axis {
-    /// CSV with the columns t_s and position, a row a command cycle; velocity and acceleration where the interpolator needs them
+    /// CSV with the columns t_s and position, a row a command cycle; velocity and acceleration
+    /// where the interpolator needs them
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) setpoints: PathBuf,
     /// Axis: a name from `machine list`, or a file with the tables of one axis
@@ -19,7 +20,8 @@ pub(crate) struct Axis {
     /// Column of the setpoints that holds the position, such as x_mm of a plan
     #[arg(long, value_name = "NAME")]
     pub(crate) column: Option<String>,
-    /// How the drive goes from setpoint to setpoint; quintic-differences, or the axis' own where the setpoints bring velocity and acceleration
+    /// How the drive goes from setpoint to setpoint; quintic-differences, or the axis' own where
+    /// the setpoints bring velocity and acceleration
     #[arg(long, value_name = "NAME")]
     pub(crate) interpolator: Option<String>,
     #[command(flatten)]
@@ -34,7 +36,8 @@ pub(crate) struct Axis {
 pub(crate) struct Fit {
     /// CSV with the columns t_s, motor_U, load_U (U: mm, deg or rad) and current_a
     pub(crate) log: PathBuf,
-    /// Use motor position and current alone: for a log without load_U (needs --axis for the motor's inertia)
+    /// Use motor position and current alone: for a log without load_U (needs --axis for the motor's
+    /// inertia)
     #[arg(long, requires = "axis")]
     pub(crate) motor_only: bool,
     /// The axis that was logged: motor data and transmission make the fit sharper
@@ -61,7 +64,8 @@ pub(crate) enum Machine {
         #[arg(value_name = "FILE.toml|NAME")]
         file: PathBuf,
     },
-    /// Make a machine file of another program's description: LinuxCNC INI, grbl `$$`, FreeCAD .fcm, URDF
+    /// Make a machine file of another program's description: LinuxCNC INI, grbl `$$`, FreeCAD .fcm,
+    /// URDF
     Import {
         /// The description
         file: PathBuf,
@@ -71,7 +75,8 @@ pub(crate) enum Machine {
         /// Machine that lends what the description does not say: drives, loads, gaps, jerk
         #[arg(long, value_name = "NAME", default_value = "vmc3")]
         preset: String,
-        /// Write the machine file here, and the report of every key to stdout; without it the file goes to stdout and the report to stderr
+        /// Write the machine file here, and the report of every key to stdout; without it the file
+        /// goes to stdout and the report to stderr
         #[arg(long, value_name = "FILE.toml")]
         out: Option<PathBuf>,
     },

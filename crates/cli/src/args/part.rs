@@ -6,7 +6,8 @@ use std::path::PathBuf;
 /// How a program is read.
 #[derive(Debug, Default, Args)]
 pub(crate) struct Reading {
-    /// Dialect of the program: linuxcnc, fanuc, haas, marlin, klipper or siemens; the machine's, if left out
+    /// Dialect of the program: linuxcnc, fanuc, haas, marlin, klipper or siemens; the machine's, if
+    /// left out
     #[arg(long, value_name = "NAME")]
     pub(crate) dialect: Option<String>,
     /// Accept, with a warning, what the dialect does not: the code of that warning; may be repeated
@@ -26,8 +27,8 @@ pub(crate) struct Reading {
 /// A part program that is read, on a machine or without one.
 #[derive(Debug, Args)]
 pub(crate) struct Setup {
-    /// Take tools, offsets, the place at the start and, where it matters, the travel from a machine: a name from `machine list`, or a
-    /// machine file
+    /// Take tools, offsets, the place at the start and, where it matters, the travel from a
+    /// machine: a name from `machine list`, or a machine file
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub(crate) machine: Option<String>,
     /// Tool table in LinuxCNC's format
@@ -47,7 +48,8 @@ pub(crate) struct OnMachine {
     pub(crate) machine: Option<String>,
     #[command(flatten)]
     pub(crate) reading: Reading,
-    /// How far the planned curves may lie from the splines (G5, G5.1, G5.2) that they stand for, in millimetres
+    /// How far the planned curves may lie from the splines (G5, G5.1, G5.2) that they stand for, in
+    /// millimetres
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) spline_tolerance_mm: Option<f64>,
 }

@@ -22,10 +22,13 @@ pub(crate) struct Run {
     /// Tolerance of the contour error in micrometres; the machine's, if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) tolerance_um: Option<f64>,
-    /// Size of a cutting force in newton, against the tool's way through the part on every feed move; the machine's (mostly none), if left out
+    /// Size of a cutting force in newton, against the tool's way through the part on every feed
+    /// move; the machine's (mostly none), if left out
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) cutting_force_n: Option<f64>,
-    /// How far the tool may bow from its way between two commands, in micrometres: the motion slows down to keep it; if left out the machine's, or 5, which is kept if a drive interpolates linearly and else warned of
+    /// How far the tool may bow from its way between two commands, in micrometres: the motion slows
+    /// down to keep it; if left out the machine's, or 5, which is kept if a drive interpolates
+    /// linearly and else warned of
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) bow_limit_um: Option<f64>,
     /// Form of the answer
@@ -37,7 +40,9 @@ pub(crate) struct Run {
     /// Also write every sample of the contour error (needs --out; a row a servo tick)
     #[arg(long, requires = "out")]
     pub(crate) trace: bool,
-    /// Tell the methods that may know it the gap of an axis from a result of `fit` (`fitted-lookup` needs one, and takes the load of `fit --motor-only`, too); y2 is the second motor of a gantry's Y; may be repeated
+    /// Tell the methods that may know it the gap of an axis from a result of `fit` (`fitted-lookup`
+    /// needs one, and takes the load of `fit --motor-only`, too); y2 is the second motor of a
+    /// gantry's Y; may be repeated
     #[arg(long, value_name = "AXIS=FILE.json")]
     pub(crate) fitted: Vec<String>,
     /// Threads to use at most; all cores, if left out. The answer does not depend on it
@@ -98,7 +103,9 @@ pub(crate) struct Plan {
     /// How much trouble to take over the time
     #[arg(long, value_enum, default_value_t)]
     pub(crate) quality: Quality,
-    /// How far the tool may bow from its way between two commands, in micrometres: the motion slows down to keep it; if left out the machine's, or 5, which is kept if a drive interpolates linearly and else warned of
+    /// How far the tool may bow from its way between two commands, in micrometres: the motion slows
+    /// down to keep it; if left out the machine's, or 5, which is kept if a drive interpolates
+    /// linearly and else warned of
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) bow_limit_um: Option<f64>,
     /// CSV to write: t_s, a position per axis (x_mm ... c_deg), source line

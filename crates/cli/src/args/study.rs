@@ -11,7 +11,8 @@ pub(crate) enum Study {
     Matrix(Matrix),
     /// Run one cell of the matrix and write its trace
     Cell(Cell),
-    /// Two motors back to back, a coupler with a known gap and stiffness: what the fits and `adaptive` find of it
+    /// Two motors back to back, a coupler with a known gap and stiffness: what the fits and
+    /// `adaptive` find of it
     Bench(Bench),
     /// An axis for an hour, turns and rests: whether what a method has learned stays
     Endurance(Endurance),
@@ -90,7 +91,8 @@ pub(crate) struct Endurance {
 /// What to reproduce.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Reproduce {
-    /// The experiments of Gan, Wang, Huang, Machines 2023, 11(2), 193: figures 3 and 7 to 11, and what the paper does not say, scanned
+    /// The experiments of Gan, Wang, Huang, Machines 2023, 11(2), 193: figures 3 and 7 to 11, and
+    /// what the paper does not say, scanned
     Paper(Paper),
 }
 

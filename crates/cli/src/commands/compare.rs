@@ -1,6 +1,8 @@
 //! `lostmotion compare`.
 
-use super::{DONE, FITTED, accepted, check_fit, failure, has_fit, prepare, show, text_options, to_json};
+use super::{
+    DONE, FITTED, accepted, check_fit, failure, has_fit, prepare, show, text_options, to_json,
+};
 use crate::args::Form;
 use crate::args::run::Compare;
 use crate::failure::Failure;
@@ -14,7 +16,11 @@ use lostmotion::sim::Machine;
 /// Runs a program with several methods. Exit code 0 whatever the verdicts are.
 pub(crate) fn run(args: &Compare, voice: Voice) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(&args.run)?;
-    let methods = methods(&args.methods, &machine, voice.quiet || voice.diagnostics != Form::Text)?;
+    let methods = methods(
+        &args.methods,
+        &machine,
+        voice.quiet || voice.diagnostics != Form::Text,
+    )?;
     let mut record = Record::new(&args.run, &methods, voice.quiet)?;
     let result = lostmotion::sim::compare(&program, &machine, &methods, &options, &mut record);
     let comparison = result.map_err(|error| failure(&program, &error, voice))?;
@@ -32,26 +38,46 @@ pub(crate) fn run(args: &Compare, voice: Voice) -> Result<u8, Failure> {
         text_name: "comparison.txt",
         text: &plain,
     })?;
-    show(args.run.format, &json, &text::comparison(&comparison, &text_options(stdout_has_color())))?;
+    show(
+        args.run.format,
+        &json,
+        &text::comparison(&comparison, &text_options(stdout_has_color())),
+    )?;
     Ok(DONE)
 }
 
-/// The methods asked for, each once; if none is named, all of them, without the one for fits where there is no fit.
+/// The methods asked for, each once; if none is named, all of them, without the one for fits where
+/// there is no fit.
 fn methods(asked: &[String], machine: &Machine, quiet: bool) -> Result<Vec<String>, Failure> {
     let mut methods: Vec<String> = Vec::new();
-    for name in asked.iter().map(|name| name.trim()).filter(|name| !name.is_empty()) {
+    for name in asked
+        .iter()
+        .map(|name| name.trim())
+        .filter(|name| !name.is_empty())
+    {
         if methods.iter().any(|known| known == name) {
-            return Err(Failure::message(format!("--methods names \"{name}\" twice")));
+            return Err(Failure::message(format!(
+                "--methods names \"{name}\" twice"
+            )));
         }
         methods.push(name.to_owned());
     }
     if methods.is_empty() {
         let fitted = has_fit(machine);
-        methods = METHODS.iter().map(|method| method.info.name).filter(|name| fitted || *name != FITTED).map(str::to_owned).collect();
+        methods = METHODS
+            .iter()
+            .map(|method| method.info.name)
+            .filter(|name| fitted || *name != FITTED)
+            .map(str::to_owned)
+            .collect();
         if !fitted && !quiet {
-            remark(&format!("note: {FITTED} is left out: no axis was told a fitted gap (--fitted AXIS=FILE.json)"));
+            remark(&format!(
+                "note: {FITTED} is left out: no axis was told a fitted gap (--fitted AXIS=FILE.json)"
+            ));
         }
     }
-    methods.iter().try_for_each(|name| check_fit(name, machine))?;
+    methods
+        .iter()
+        .try_for_each(|name| check_fit(name, machine))?;
     Ok(methods)
 }

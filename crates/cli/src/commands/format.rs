@@ -5,7 +5,9 @@ use crate::args::front::{FormatPart, LetterCase};
 use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{input, output};
-use lostmotion::gcode::format::{Case, FormatOptions, FormatSummary, LineNumbers, format, refers_to_line_numbers};
+use lostmotion::gcode::format::{
+    Case, FormatOptions, FormatSummary, LineNumbers, format, refers_to_line_numbers,
+};
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::sim::ProgramSource;
 use std::io::{self, Write};
@@ -16,13 +18,18 @@ const WOULD_CHANGE: u8 = 1;
 /// Formats to stdout or in place, or checks.
 pub(crate) fn run(args: &FormatPart, voice: Voice) -> Result<u8, Failure> {
     let source = input::program(&args.part)?;
-    let failed = |error: io::Error| Failure::message(format!("cannot format {}: {error}", source.name()));
+    let failed =
+        |error: io::Error| Failure::message(format!("cannot format {}: {error}", source.name()));
     let options = options(args, &source)?;
     let reader = source.open().map_err(failed)?;
     let summary = if args.check {
         let summary = format(reader, &options, &mut io::sink()).map_err(failed)?;
         output::print(&changes(&source, &summary))?;
-        return Ok(if summary.changed > 0 { WOULD_CHANGE } else { DONE });
+        return Ok(if summary.changed > 0 {
+            WOULD_CHANGE
+        } else {
+            DONE
+        });
     } else if args.write {
         let mut file = AtomicFile::create(&args.part)?;
         let summary = format(reader, &options, &mut file).map_err(failed)?;
@@ -41,7 +48,12 @@ pub(crate) fn run(args: &FormatPart, voice: Voice) -> Result<u8, Failure> {
         }
     };
     if args.write && !voice.quiet {
-        output::print(&format!("{}: {} of {} lines changed\n", source.name(), summary.changed, summary.lines))?;
+        output::print(&format!(
+            "{}: {} of {} lines changed\n",
+            source.name(),
+            summary.changed,
+            summary.lines
+        ))?;
     }
     Ok(DONE)
 }
@@ -57,32 +69,57 @@ fn options(args: &FormatPart, source: &ProgramSource) -> Result<FormatOptions, F
         "remove" => LineNumbers::Remove,
         step => match step.parse() {
             Ok(step @ 1..=10_000) => LineNumbers::Renumber { step },
-            _ => return Err(Failure::message(format!("--line-numbers {step} is neither keep nor remove nor a step from 1 to 10000"))),
+            _ => {
+                return Err(Failure::message(format!(
+                    "--line-numbers {step} is neither keep nor remove nor a step from 1 to 10000"
+                )));
+            }
         },
     };
     if line_numbers != LineNumbers::Keep {
-        let failed = |error: io::Error| Failure::message(format!("cannot read {}: {error}", source.name()));
-        if let Some(line) = refers_to_line_numbers(source.open().map_err(failed)?).map_err(failed)? {
-            let text = format!("{}, line {line}: the program refers to its line numbers", source.name());
+        let failed =
+            |error: io::Error| Failure::message(format!("cannot read {}: {error}", source.name()));
+        if let Some(line) =
+            refers_to_line_numbers(source.open().map_err(failed)?).map_err(failed)?
+        {
+            let text = format!(
+                "{}, line {line}: the program refers to its line numbers",
+                source.name()
+            );
             return Err(Failure::with_hint(text, "leave --line-numbers at keep"));
         }
     }
-    Ok(FormatOptions { case, indent: args.indent.min(16), line_numbers, ..FormatOptions::default() })
+    Ok(FormatOptions {
+        case,
+        indent: args.indent.min(16),
+        line_numbers,
+        ..FormatOptions::default()
+    })
 }
 
 /// What would be changed, as lines that go and lines that come.
 fn changes(source: &ProgramSource, summary: &FormatSummary) -> String {
     let mut text = String::new();
     for change in &summary.changes {
-        let [before, after] = [&change.before, &change.after].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
-        text.push_str(&format!("{}:{}\n- {before}\n+ {after}\n", source.name(), change.line));
+        let [before, after] = [&change.before, &change.after]
+            .map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+        text.push_str(&format!(
+            "{}:{}\n- {before}\n+ {after}\n",
+            source.name(),
+            change.line
+        ));
     }
     let more = summary.changed - summary.changes.len() as u64;
     if more > 0 {
         text.push_str(&format!("and {more} more\n"));
     }
     if summary.changed > 0 {
-        text.push_str(&format!("{}: {} of {} lines would change\n", source.name(), summary.changed, summary.lines));
+        text.push_str(&format!(
+            "{}: {} of {} lines would change\n",
+            source.name(),
+            summary.changed,
+            summary.lines
+        ));
     }
     text
 }

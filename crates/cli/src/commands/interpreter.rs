@@ -13,19 +13,26 @@ pub(crate) type Reading = Program<Box<dyn BufRead + Send>>;
 
 /// Opens a program.
 pub(crate) fn open(source: &ProgramSource, config: InterpreterConfig) -> Result<Reading, Failure> {
-    let reader = source.open().map_err(|error| Failure::message(format!("cannot read {}: {error}", source.name())))?;
+    let reader = source
+        .open()
+        .map_err(|error| Failure::message(format!("cannot read {}: {error}", source.name())))?;
     Ok(Program::new(reader, config))
 }
 
 /// The tool table of a file.
 pub(crate) fn tools(path: &Path) -> Result<ToolTable, Failure> {
     let text = input::text(path, "tool table")?;
-    ToolTable::parse(&text).map_err(|problem| Failure::message(format!("{}: {problem}", path.display())))
+    ToolTable::parse(&text)
+        .map_err(|problem| Failure::message(format!("{}: {problem}", path.display())))
 }
 
 /// Settings of the interpreter with what was asked for: those of the machine, if one is named.
 pub(crate) fn config(setup: &Setup) -> Result<(InterpreterConfig, Option<Machine>), Failure> {
-    let machine = setup.machine.as_deref().map(|name| machines::load(Some(name))).transpose()?;
+    let machine = setup
+        .machine
+        .as_deref()
+        .map(|name| machines::load(Some(name)))
+        .transpose()?;
     let mut config = match &machine {
         Some(machine) => lostmotion::sim::interpreter_config(machine, &SimulateOptions::default()),
         None => InterpreterConfig::default(),

@@ -22,18 +22,33 @@ pub(crate) fn run(args: &Lint, voice: Voice) -> Result<u8, Failure> {
     let source = input::program(&args.part)?;
     let (config, machine) = interpreter::config(&args.setup)?;
     let travel = rules::find("outside-travel").map_or(Level::Warn, |rule| levels.of(rule));
-    let mut program = interpreter::open(&source, config)?.with_loader(args.setup.reading.loader(&args.part)?);
+    let mut program =
+        interpreter::open(&source, config)?.with_loader(args.setup.reading.loader(&args.part)?);
     let found = lint(&mut program, levels);
     let mut findings = Findings::of(&source, program.diagnostics());
-    let origin = Origin { program: source.name(), provenance: program.diagnostics().provenance() };
-    findings.list.extend(found.kept().iter().map(|finding| Finding::from_lint(finding, &origin)));
+    let origin = Origin {
+        program: source.name(),
+        provenance: program.diagnostics().provenance(),
+    };
+    findings.list.extend(
+        found
+            .kept()
+            .iter()
+            .map(|finding| Finding::from_lint(finding, &origin)),
+    );
     findings.counts.errors += found.denied();
     findings.counts.warnings += found.warned();
     if let Some(machine) = machine.filter(|_| findings.counts.errors == 0) {
-        let options = args.setup.reading.options(&args.part, machine.dialect(), SimulateOptions::default())?;
+        let options = args.setup.reading.options(
+            &args.part,
+            machine.dialect(),
+            SimulateOptions::default(),
+        )?;
         on_machine((&source, &machine, &options), travel, &mut findings, voice)?;
     }
-    findings.list.sort_by_key(|finding| (finding.span.file, finding.span.start));
+    findings
+        .list
+        .sort_by_key(|finding| (finding.span.file, finding.span.start));
     output::print(&findings.render(args.format.unwrap_or(voice.diagnostics))?)?;
     Ok(match findings.counts {
         counts if counts.errors > 0 => ERRORS,
@@ -55,7 +70,15 @@ fn on_machine(
     match lostmotion::sim::check(source, machine, options) {
         Ok(_) | Err(SimError::Empty { .. }) => Ok(()),
         Err(SimError::Travel { violations, .. }) => {
-            add_travel(findings, if level == Level::Deny { Severity::Error } else { Severity::Warning }, &violations);
+            add_travel(
+                findings,
+                if level == Level::Deny {
+                    Severity::Error
+                } else {
+                    Severity::Warning
+                },
+                &violations,
+            );
             Ok(())
         }
         Err(error) => Err(failure(source, &error, voice)),
@@ -64,13 +87,22 @@ fn on_machine(
 
 fn levels(args: &Lint) -> Result<Levels, Failure> {
     let mut levels = Levels::default();
-    let given = [(&args.allow, Level::Allow), (&args.warn, Level::Warn), (&args.deny, Level::Deny)];
-    let (all, named): (Vec<_>, Vec<_>) =
-        given.iter().flat_map(|(codes, level)| codes.iter().map(|code| (code.as_str(), *level))).partition(|(code, _)| *code == "all");
+    let given = [
+        (&args.allow, Level::Allow),
+        (&args.warn, Level::Warn),
+        (&args.deny, Level::Deny),
+    ];
+    let (all, named): (Vec<_>, Vec<_>) = given
+        .iter()
+        .flat_map(|(codes, level)| codes.iter().map(|code| (code.as_str(), *level)))
+        .partition(|(code, _)| *code == "all");
     for (code, level) in all.into_iter().chain(named) {
         if code != "all" && rules::find(code).is_none() {
             let known: Vec<&str> = rules::all().map(|rule| rule.code).collect();
-            return Err(Failure::with_hint(format!("there is no lint \"{code}\""), format!("known lints: {}", known.join(", "))));
+            return Err(Failure::with_hint(
+                format!("there is no lint \"{code}\""),
+                format!("known lints: {}", known.join(", ")),
+            ));
         }
         levels.set(code, level);
     }

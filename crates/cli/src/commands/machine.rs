@@ -14,11 +14,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<u8, Failure> {
     let text = match arguments {
         Arguments::List => list(),
         Arguments::Show { name } => show(name)?,
-        Arguments::Import { file, from, preset, out } => return import::run(file, from.as_deref(), preset, out.as_deref()),
+        Arguments::Import {
+            file,
+            from,
+            preset,
+            out,
+        } => return import::run(file, from.as_deref(), preset, out.as_deref()),
         Arguments::Check { file } => {
             let (machine, tuning) = machines::check(file)?;
             let (figures, loops) = (review(&machine), tuning::table(&machine, &tuning));
-            format!("{}: machine \"{}\" is sound\n\n{figures}\n{loops}", file.display(), machine.name())
+            format!(
+                "{}: machine \"{}\" is sound\n\n{figures}\n{loops}",
+                file.display(),
+                machine.name()
+            )
         }
     };
     output::print(&text)?;
@@ -28,19 +37,35 @@ pub(crate) fn run(arguments: &Arguments) -> Result<u8, Failure> {
 fn list() -> String {
     let mut table = Table::new(&[("machine", Align::Left), ("", Align::Left)]);
     for preset in presets() {
-        let note = if preset.name == DEFAULT_MACHINE { " (the one taken if none is named)" } else { "" };
-        table.row([preset.name.into(), format!("{}{note}", preset.summary).into()]);
+        let note = if preset.name == DEFAULT_MACHINE {
+            " (the one taken if none is named)"
+        } else {
+            ""
+        };
+        table.row([
+            preset.name.into(),
+            format!("{}{note}", preset.summary).into(),
+        ]);
     }
-    format!("{}\naxes for `axis` and `fit`: {}\n", table.render(), axis_presets().join(", "))
+    format!(
+        "{}\naxes for `axis` and `fit`: {}\n",
+        table.render(),
+        axis_presets().join(", ")
+    )
 }
 
-/// The file of a preset as it came, with its comments; then, as comments too, how its loops are tuned. Axes as files for `axis --axis`.
+/// The file of a preset as it came, with its comments; then, as comments too, how its loops are
+/// tuned. Axes as files for `axis --axis`.
 fn show(name: &str) -> Result<String, Failure> {
     match presets().iter().find(|preset| preset.name == name) {
         Some(preset) => Ok(format!("{}{}", preset.toml, tuned(name))),
         None => axis_preset_toml(name).ok_or_else(|| {
             let known: Vec<&str> = presets().iter().map(|preset| preset.name).collect();
-            let hint = format!("known machines: {}; axes: {}", known.join(", "), axis_presets().join(", "));
+            let hint = format!(
+                "known machines: {}; axes: {}",
+                known.join(", "),
+                axis_presets().join(", ")
+            );
             Failure::with_hint(format!("there is no machine \"{name}\""), hint)
         }),
     }
@@ -48,10 +73,18 @@ fn show(name: &str) -> Result<String, Failure> {
 
 /// Comments at the end of a preset's file.
 fn tuned(name: &str) -> String {
-    let Some(machine) = Machine::preset(name) else { return String::new() };
+    let Some(machine) = Machine::preset(name) else {
+        return String::new();
+    };
     let table = tuning::table(&machine, &machine.tuning());
-    let lines: Vec<String> = table.lines().map(|line| format!("# {line}").trim_end().to_owned()).collect();
-    format!("\n# The loops as they are tuned here; `lostmotion machine check FILE` says it for a file.\n{}\n", lines.join("\n"))
+    let lines: Vec<String> = table
+        .lines()
+        .map(|line| format!("# {line}").trim_end().to_owned())
+        .collect();
+    format!(
+        "\n# The loops as they are tuned here; `lostmotion machine check FILE` says it for a file.\n{}\n",
+        lines.join("\n")
+    )
 }
 
 /// What the machine's figures mean.

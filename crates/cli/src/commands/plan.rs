@@ -15,9 +15,19 @@ use lostmotion::sim::{BowLimit, SimError, SimulateOptions};
 
 /// Cycles of a plan: that of the command counts alone, and any servo's that goes with it will do.
 fn planned(command_ms: Option<f64>, own: Cycles) -> Result<Cycles, Failure> {
-    let Some(command_ms) = command_ms else { return Ok(own) };
-    let servo_us = (0..4).map(|halves| command_ms * 1e3 / f64::from(1 << halves)).find(|us| *us <= 1000.0);
-    drives::cycles(Given { command_ms: Some(command_ms), servo_us }, own)
+    let Some(command_ms) = command_ms else {
+        return Ok(own);
+    };
+    let servo_us = (0..4)
+        .map(|halves| command_ms * 1e3 / f64::from(1 << halves))
+        .find(|us| *us <= 1000.0);
+    drives::cycles(
+        Given {
+            command_ms: Some(command_ms),
+            servo_us,
+        },
+        own,
+    )
 }
 
 /// Writes the plan of a program as CSV.
@@ -27,7 +37,13 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
     let machine = machine.with_cycles(planned(args.command_ms, machine.cycles())?);
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
     let create = AtomicFile::create(&args.out)?;
-    let mut writer = PlanWriter::new(create, machine.axis_set(), machine.rotary_joints(), machine.cycles().command()).map_err(unwritten)?;
+    let mut writer = PlanWriter::new(
+        create,
+        machine.axis_set(),
+        machine.rotary_joints(),
+        machine.cycles().command(),
+    )
+    .map_err(unwritten)?;
     let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
     let (quality, interventions) = (args.quality.of_planner(), args.interventions.read()?);
     let options = SimulateOptions {
@@ -36,10 +52,15 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
         bow_limit_um: args.bow_limit_um,
         ..args.on.options(&machine, SimulateOptions::default())?
     };
-    let info = lostmotion::sim::plan(&program, &machine, &options, &mut sink).map_err(|error| match error {
-        SimError::Sink(why) => Failure::message(format!("cannot write {}: {why}", args.out.display())),
-        other => failure(&program, &other, voice),
-    })?;
+    let info =
+        lostmotion::sim::plan(&program, &machine, &options, &mut sink).map_err(
+            |error| match error {
+                SimError::Sink(why) => {
+                    Failure::message(format!("cannot write {}: {why}", args.out.display()))
+                }
+                other => failure(&program, &other, voice),
+            },
+        )?;
     accepted(&program, &machine, &options, voice)?;
     writer.finish().map_err(unwritten)?.commit()?;
     if !voice.quiet {

@@ -21,13 +21,17 @@ pub(crate) fn run(what: &Reproduce) -> Result<u8, Failure> {
     let shafts = shaft_trials().map_err(failed)?;
     let markdown = text::markdown(&trials, &scanned, &shafts);
     if let Some(mut folder) = folder {
-        let mut files = vec![("paper.md".to_owned(), markdown.clone()), ("scan.csv".to_owned(), text::csv(&scanned))];
+        let mut files = vec![
+            ("paper.md".to_owned(), markdown.clone()),
+            ("scan.csv".to_owned(), text::csv(&scanned)),
+        ];
         files.extend(figures::figures(&trials));
         files.extend(figures::scan_figures(&scanned));
         files.extend(outlook::figures(&shafts));
         for (name, content) in files {
             let mut file = folder.file(&name)?;
-            file.write_all(content.as_bytes()).map_err(|error| WriteError::io("write into", folder.path(), error))?;
+            file.write_all(content.as_bytes())
+                .map_err(|error| WriteError::io("write into", folder.path(), error))?;
             folder.add(file);
         }
         folder.commit()?;

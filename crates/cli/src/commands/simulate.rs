@@ -29,6 +29,14 @@ pub(crate) fn run(args: &Simulate, voice: Voice) -> Result<u8, Failure> {
         text_name: "simulation.txt",
         text: &plain,
     })?;
-    show(args.run.format, &json, &text::simulation(&simulation, &text_options(stdout_has_color())))?;
-    Ok(if simulation.result.within_tolerance { DONE } else { OUTSIDE })
+    show(
+        args.run.format,
+        &json,
+        &text::simulation(&simulation, &text_options(stdout_has_color())),
+    )?;
+    Ok(if simulation.result.within_tolerance {
+        DONE
+    } else {
+        OUTSIDE
+    })
 }

@@ -17,7 +17,8 @@ use std::path::PathBuf;
 /// The folder of an answer, with its table of blocks.
 struct Files {
     blocks: TimeWriter<AtomicFile>,
-    /// Last, so that it goes when the files in it are gone and can take a folder that it made along.
+    /// Last, so that it goes when the files in it are gone and can take a folder that it made
+    /// along.
     folder: OutputFolder,
 }
 
@@ -34,7 +35,8 @@ impl Files {
         folder.add(blocks);
         for (name, content) in [("time.json", json), ("time.txt", text)] {
             let mut file = folder.file(name)?;
-            file.write_all(content.as_bytes()).map_err(unwritten(&folder))?;
+            file.write_all(content.as_bytes())
+                .map_err(unwritten(&folder))?;
             folder.add(file);
         }
         folder.commit()?;
@@ -49,13 +51,22 @@ fn unwritten(folder: &OutputFolder) -> impl Fn(io::Error) -> Failure + '_ {
 /// Tells where the time of a program goes.
 pub(crate) fn run(args: &Time, voice: Voice) -> Result<u8, Failure> {
     if args.threads == Some(0) {
-        return Err(Failure::with_hint("--threads is 0", "leave it out to use all cores"));
+        return Err(Failure::with_hint(
+            "--threads is 0",
+            "leave it out to use all cores",
+        ));
     }
     let program = input::program(&args.on.part)?;
     let machine = args.on.machine()?;
     let (quality, interventions) = (args.quality.of_planner(), args.interventions.read()?);
     let (threads, bow_limit_um) = (args.threads.unwrap_or(0), args.bow_limit_um);
-    let options = SimulateOptions { threads, quality, interventions, bow_limit_um, ..SimulateOptions::default() };
+    let options = SimulateOptions {
+        threads,
+        quality,
+        interventions,
+        bow_limit_um,
+        ..SimulateOptions::default()
+    };
     let options = args.on.options(&machine, options)?;
     let wanted = TimeOptions {
         keep_blocks: args.top,
@@ -64,11 +75,18 @@ pub(crate) fn run(args: &Time, voice: Voice) -> Result<u8, Failure> {
         what_if: !args.no_what_if,
     };
     let mut files = args.out.as_ref().map(Files::new).transpose()?;
-    let mut sink = |rows: &[BlockTime]| files.as_mut().map_or(Ok(()), |files| files.blocks.push(rows)).map_err(Into::into);
-    let time = lostmotion::sim::time(&program, &machine, &options, &wanted, &mut sink).map_err(|error| match error {
-        SimError::Sink(why) => Failure::message(format!("cannot write blocks.csv: {why}")),
-        other => failure(&program, &other, voice),
-    })?;
+    let mut sink = |rows: &[BlockTime]| {
+        files
+            .as_mut()
+            .map_or(Ok(()), |files| files.blocks.push(rows))
+            .map_err(Into::into)
+    };
+    let time = lostmotion::sim::time(&program, &machine, &options, &wanted, &mut sink).map_err(
+        |error| match error {
+            SimError::Sink(why) => Failure::message(format!("cannot write blocks.csv: {why}")),
+            other => failure(&program, &other, voice),
+        },
+    )?;
     accepted(&program, &machine, &options, voice)?;
     let (json, text) = (to_json(&time)?, text::time(&time));
     if let Some(files) = files {

@@ -23,12 +23,19 @@ pub(crate) fn table(machine: &Machine, tuning: &[AxisTuning]) -> String {
             table.row(row(axis.axis, at));
         }
     }
-    let lines: String = tuning.iter().map(|axis| format!("axis {}: {}\n", axis.axis, delays_and_cycles(machine, axis))).collect();
+    let lines: String = tuning
+        .iter()
+        .map(|axis| format!("axis {}: {}\n", axis.axis, delays_and_cycles(machine, axis)))
+        .collect();
     format!("{}{lines}", table.render())
 }
 
 fn row(axis: AxisId, at: &LoopAnalysis) -> [Cell; 7] {
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.1}")).into();
+    let number = |value: Option<f64>| {
+        value
+            .map_or("-".to_owned(), |value| format!("{value:.1}"))
+            .into()
+    };
     let margins = &at.margins;
     [
         axis.letter().to_string().into(),
@@ -47,21 +54,38 @@ fn delays_and_cycles(machine: &Machine, tuning: &AxisTuning) -> String {
         "dead times {} us (current), {} us (velocity), {} us (position)",
         delays.current_us, delays.velocity_us, delays.position_us
     );
-    let Some(axis) = machine.axis(tuning.axis) else { return line };
+    let Some(axis) = machine.axis(tuning.axis) else {
+        return line;
+    };
     if axis.config.gap_in_unit() <= 0.0 {
         return line;
     }
     let unit = axis.config.unit().symbol();
-    let swing = |frequency_hz: f64, amplitude: f64| format!("{frequency_hz:.1} Hz, load +-{amplitude:.3e} {unit}");
+    let swing = |frequency_hz: f64, amplitude: f64| {
+        format!("{frequency_hz:.1} Hz, load +-{amplitude:.3e} {unit}")
+    };
     let predicted = match &tuning.predicted {
         LimitCycle::None => "none predicted".to_owned(),
-        LimitCycle::Swing { frequency_hz, load_rad, .. } => {
-            format!("{} predicted", swing(*frequency_hz, load_rad / axis.config.transmission.motor_rad_per_unit()))
+        LimitCycle::Swing {
+            frequency_hz,
+            load_rad,
+            ..
+        } => {
+            format!(
+                "{} predicted",
+                swing(
+                    *frequency_hz,
+                    load_rad / axis.config.transmission.motor_rad_per_unit()
+                )
+            )
         }
         LimitCycle::Unstable => "the loop itself is unstable".to_owned(),
     };
-    let simulated =
-        tuning.simulated.map_or("none simulated".to_owned(), |cycle| format!("{} simulated", swing(cycle.frequency_hz, cycle.amplitude)));
+    let simulated = tuning
+        .simulated
+        .map_or("none simulated".to_owned(), |cycle| {
+            format!("{} simulated", swing(cycle.frequency_hz, cycle.amplitude))
+        });
     line.push_str(&format!("; limit cycle: {predicted}, {simulated}"));
     line
 }

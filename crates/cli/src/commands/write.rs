@@ -16,7 +16,8 @@ pub(crate) fn run(args: &WritePart, voice: Voice) -> Result<u8, Failure> {
     let (config, _) = interpreter::config(&args.setup)?;
     let loader = args.setup.reading.loader(&args.part)?;
     // Nothing is written of a program that is refused.
-    let mut program = interpreter::open(&source, config.clone())?.with_loader(std::sync::Arc::clone(&loader));
+    let mut program =
+        interpreter::open(&source, config.clone())?.with_loader(std::sync::Arc::clone(&loader));
     for _ in program.by_ref() {}
     let findings = Findings::of(&source, program.diagnostics());
     if findings.counts.errors > 0 {

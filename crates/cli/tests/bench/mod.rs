@@ -15,7 +15,9 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new() -> Bench {
-        Bench { folder: tempfile::tempdir().unwrap() }
+        Bench {
+            folder: tempfile::tempdir().unwrap(),
+        }
     }
 
     pub(crate) fn file(&self, name: &str, content: impl AsRef<[u8]>) -> &Bench {
@@ -29,7 +31,10 @@ impl Bench {
 
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lostmotion"));
-        command.args(arguments).current_dir(self.folder.path()).stdin(Stdio::null());
+        command
+            .args(arguments)
+            .current_dir(self.folder.path())
+            .stdin(Stdio::null());
         command
     }
 
@@ -53,7 +58,10 @@ impl Bench {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
         assert!(!stderr.contains("panicked"), "{arguments:?}: {stderr}");
         for text in texts {
-            assert!(stderr.contains(text), "{arguments:?}: `{text}` is not in\n{stderr}");
+            assert!(
+                stderr.contains(text),
+                "{arguments:?}: `{text}` is not in\n{stderr}"
+            );
         }
         assert_eq!(self.names(), before, "{arguments:?} left something behind");
     }
@@ -64,7 +72,10 @@ impl Bench {
 }
 
 pub(crate) fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
     names.sort();
     names
 }

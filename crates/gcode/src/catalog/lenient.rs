@@ -4,7 +4,8 @@ use super::{CatalogRow, warning};
 use crate::diagnostics::Severity;
 use crate::dialect::{LENIENCIES, Leniency};
 
-/// Two leniencies have rows of their own: the end of the program and the byte order mark, which come first.
+/// Two leniencies have rows of their own: the end of the program and the byte order mark, which
+/// come first.
 const OWN: usize = 2;
 const NOTE: &str = "Nothing needs to be done; told once a file, with how often it occurs.";
 const ADVICE: &str = "Write it as RS274/NGC has it, or refuse it by this code.";

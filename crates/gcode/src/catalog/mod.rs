@@ -1,6 +1,7 @@
 //! The table of diagnostics: one row for every code that the front end can report.
 //!
-//! `docs/diagnostics.md` is made from it, and it gives SARIF its rules. Tests fail for a code without a row.
+//! `docs/diagnostics.md` is made from it, and it gives SARIF its rules. Tests fail for a code
+//! without a row.
 
 mod lenient;
 mod meaning;
@@ -26,7 +27,10 @@ pub struct CatalogRow {
 
 /// All rows: first those about how a program is written, then those about what it means.
 pub fn rows() -> impl Iterator<Item = &'static CatalogRow> {
-    syntax::ROWS.iter().chain(meaning::ROWS).chain(&lenient::ROWS)
+    syntax::ROWS
+        .iter()
+        .chain(meaning::ROWS)
+        .chain(&lenient::ROWS)
 }
 
 /// The row of a code.
@@ -35,9 +39,19 @@ pub fn find(code: &str) -> Option<&'static CatalogRow> {
 }
 
 const fn error(code: &'static str, summary: &'static str, advice: &'static str) -> CatalogRow {
-    CatalogRow { code, severity: Severity::Error, summary, advice }
+    CatalogRow {
+        code,
+        severity: Severity::Error,
+        summary,
+        advice,
+    }
 }
 
 const fn warning(code: &'static str, summary: &'static str, advice: &'static str) -> CatalogRow {
-    CatalogRow { code, severity: Severity::Warning, summary, advice }
+    CatalogRow {
+        code,
+        severity: Severity::Warning,
+        summary,
+        advice,
+    }
 }

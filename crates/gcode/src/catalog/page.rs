@@ -20,14 +20,27 @@ pub fn page() -> String {
             Severity::Note => "note",
         };
         // Writing to a String cannot fail.
-        let _ = writeln!(page, "| `{}` | {severity} | {} | {} |", row.code, cell(row.summary), cell(row.advice));
+        let _ = writeln!(
+            page,
+            "| `{}` | {severity} | {} | {} |",
+            row.code,
+            cell(row.summary),
+            cell(row.advice)
+        );
     }
     page.push_str(
         "\n## Lints\n\n`lostmotion lint PART` reports these besides. `--allow CODE` switches one off, `--deny CODE` makes it an error, `--warn CODE` switches one on that \
          is off.\n\n| code | | what has been found | why it matters, what to do |\n|---|---|---|---|\n",
     );
     for rule in rules::all() {
-        let _ = writeln!(page, "| `{}` | {} | {} | {} |", rule.code, rule.level.name(), cell(rule.summary), cell(rule.advice));
+        let _ = writeln!(
+            page,
+            "| `{}` | {} | {} | {} |",
+            rule.code,
+            rule.level.name(),
+            cell(rule.summary),
+            cell(rule.advice)
+        );
     }
     page
 }

@@ -1,6 +1,7 @@
 //! The table of codes: one row per code.
 //!
-//! Adding a code is one row in `g` or `m`, one function that carries it out, and one sample program.
+//! Adding a code is one row in `g` or `m`, one function that carries it out, and one sample
+//! program.
 
 mod g;
 mod m;
@@ -37,13 +38,22 @@ static M_INDEX: [u8; M_SIZE] = index(m::ROWS);
 
 /// The row of a code, if this interpreter has it.
 pub fn find(code: Code) -> Option<&'static CodeRow> {
-    let (rows, index) = if code.letter == 'G' { (g::ROWS, &G_INDEX[..]) } else { (m::ROWS, &M_INDEX[..]) };
-    index.get(usize::from(code.tenths)).and_then(|&row| rows.get(usize::from(row)))
+    let (rows, index) = if code.letter == 'G' {
+        (g::ROWS, &G_INDEX[..])
+    } else {
+        (m::ROWS, &M_INDEX[..])
+    };
+    index
+        .get(usize::from(code.tenths))
+        .and_then(|&row| rows.get(usize::from(row)))
 }
 
 /// Names of the codes that take a word, for hints.
 pub(crate) fn users(letter: char) -> String {
-    let codes: Vec<String> = rows().filter(|row| row.words.contains(letter)).map(|row| row.code.to_string()).collect();
+    let codes: Vec<String> = rows()
+        .filter(|row| row.words.contains(letter))
+        .map(|row| row.code.to_string())
+        .collect();
     codes.join(" ")
 }
 
@@ -56,14 +66,31 @@ mod tests {
         for row in rows() {
             assert!(std::ptr::eq(find(row.code).unwrap(), row), "{}", row.code);
         }
-        assert!(find(Code { letter: 'G', tenths: 390 }).is_none());
-        assert!(find(Code { letter: 'M', tenths: 9999 }).is_none());
+        assert!(
+            find(Code {
+                letter: 'G',
+                tenths: 390
+            })
+            .is_none()
+        );
+        assert!(
+            find(Code {
+                letter: 'M',
+                tenths: 9999
+            })
+            .is_none()
+        );
     }
 
     #[test]
     fn examples_name_their_code() {
         for row in rows() {
-            assert!(row.example.contains(&row.code.to_string()), "{}: {}", row.code, row.example);
+            assert!(
+                row.example.contains(&row.code.to_string()),
+                "{}: {}",
+                row.code,
+                row.example
+            );
         }
     }
 }

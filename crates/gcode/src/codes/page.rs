@@ -13,11 +13,21 @@ pub fn page() -> String {
     let mut page = String::from(HEAD);
     for (letter, title) in [('G', "G codes"), ('M', "M codes")] {
         // Writing to a String cannot fail.
-        let _ = write!(page, "\n## {title}\n\n| code | group | words | meaning | example | sample |\n|---|---|---|---|---|---|\n");
+        let _ = write!(
+            page,
+            "\n## {title}\n\n| code | group | words | meaning | example | sample |\n|---|---|---|---|---|---|\n"
+        );
         for row in rows().filter(|row| row.code.letter == letter) {
             let sample = format!("[{0}](../gcode_samples/codes/{0})", row.sample);
-            let _ =
-                writeln!(page, "| {} | {} | {} | {} | `{}` | {sample} |", row.code, row.group.name(), words(row), row.meaning, row.example);
+            let _ = writeln!(
+                page,
+                "| {} | {} | {} | {} | `{}` | {sample} |",
+                row.code,
+                row.group.name(),
+                words(row),
+                row.meaning,
+                row.example
+            );
         }
     }
     page
@@ -30,5 +40,8 @@ fn words(row: &CodeRow) -> String {
         AxisUse::Needs => Some("axes".to_owned()),
     };
     let letters = row.words.chars().map(String::from);
-    axes.into_iter().chain(letters).collect::<Vec<_>>().join(" ")
+    axes.into_iter()
+        .chain(letters)
+        .collect::<Vec<_>>()
+        .join(" ")
 }

@@ -171,7 +171,10 @@ const fn bits(letters: &str) -> u32 {
 impl CodeRow {
     /// The same for a code of other dialects.
     pub(crate) const fn only_with(self, leniency: Leniency) -> CodeRow {
-        CodeRow { leniency: Some(leniency), ..self }
+        CodeRow {
+            leniency: Some(leniency),
+            ..self
+        }
     }
 }
 
@@ -179,9 +182,20 @@ impl CodeRow {
 pub(crate) type Texts = [&'static str; 3];
 
 /// A row; `tenths` is ten times the number.
-pub(crate) const fn row(letter: char, tenths: u16, group: Group, uses: (AxisUse, &'static str), texts: Texts, action: Action) -> CodeRow {
+pub(crate) const fn row(
+    letter: char,
+    tenths: u16,
+    group: Group,
+    uses: (AxisUse, &'static str),
+    texts: Texts,
+    action: Action,
+) -> CodeRow {
     let [meaning, example, sample] = texts;
-    let phase = if letter == 'G' && tenths == 40 { PHASE_DWELL } else { phase(group) };
+    let phase = if letter == 'G' && tenths == 40 {
+        PHASE_DWELL
+    } else {
+        phase(group)
+    };
     CodeRow {
         code: Code { letter, tenths },
         group,

@@ -71,8 +71,8 @@ pub enum Leniency {
     SecondaryAxes,
     /// Lines longer than LinuxCNC reads.
     LongLines,
-    /// Codes of controls that change no path: high-speed modes (G5.1 Q1, G8 P1, G187), look-ahead (G103), the ends of modes that never began
-    /// (G15, G50, G50.1).
+    /// Codes of controls that change no path: high-speed modes (G5.1 Q1, G8 P1, G187), look-ahead
+    /// (G103), the ends of modes that never began (G15, G50, G50.1).
     IgnoredCodes,
     /// G70 under G41 and G42 goes to the end of its profile first.
     FinishDetour,
@@ -134,7 +134,9 @@ impl Leniency {
     /// How the use of it is told: habits of writing that controls agree about are notes.
     pub const fn severity(self) -> Severity {
         match self {
-            Leniency::LowerCase | Leniency::NoBlanks | Leniency::CrLf | Leniency::SecondaryAxes => Severity::Note,
+            Leniency::LowerCase | Leniency::NoBlanks | Leniency::CrLf | Leniency::SecondaryAxes => {
+                Severity::Note
+            }
             _ => Severity::Warning,
         }
     }
@@ -150,44 +152,134 @@ impl Leniency {
 
     /// The leniency of a name.
     pub fn from_name(name: &str) -> Option<Leniency> {
-        LENIENCIES.into_iter().find(|leniency| leniency.name() == name)
+        LENIENCIES
+            .into_iter()
+            .find(|leniency| leniency.name() == name)
     }
 
     const fn row(self) -> (&'static str, &'static str, &'static [Dialect]) {
         match self {
-            Leniency::MissingEnd => ("no-program-end", "the program ends without M2, M30 or its closing %", EVERY),
-            Leniency::ByteOrderMark => ("byte-order-mark", "a byte order mark at the start is skipped", EVERY),
+            Leniency::MissingEnd => (
+                "no-program-end",
+                "the program ends without M2, M30 or its closing %",
+                EVERY,
+            ),
+            Leniency::ByteOrderMark => (
+                "byte-order-mark",
+                "a byte order mark at the start is skipped",
+                EVERY,
+            ),
             Leniency::Exponents => ("exponent", "a number with an exponent", CONTROLS),
-            Leniency::ExtraMotion => ("extra-motion", "a motion code beside a code that takes its axis words only sets the mode", CONTROLS),
-            Leniency::OffPlaneZero => ("off-plane-zero", "an arc offset of zero along the plane's normal is ignored", EVERY),
-            Leniency::PeckDwell => ("peck-dwell", "P in G73 and G83, which do not dwell", CONTROLS),
+            Leniency::ExtraMotion => (
+                "extra-motion",
+                "a motion code beside a code that takes its axis words only sets the mode",
+                CONTROLS,
+            ),
+            Leniency::OffPlaneZero => (
+                "off-plane-zero",
+                "an arc offset of zero along the plane's normal is ignored",
+                EVERY,
+            ),
+            Leniency::PeckDwell => (
+                "peck-dwell",
+                "P in G73 and G83, which do not dwell",
+                CONTROLS,
+            ),
             Leniency::BareReturns => ("bare-return", "lines that end with CR alone", EVERY),
             Leniency::LowerCase => ("lower-case", "letters of words in lower case", EVERY),
             Leniency::FiveAxis => ("five-axis", "five-axis codes of other controls", FANUC),
-            Leniency::BareArithmetic => ("bare-arithmetic", "arithmetic without brackets after =", FANUC),
-            Leniency::MacroFlow => ("macro-flow", "WHILE DO END, IF GOTO, IF THEN and GOTO of Macro B", FANUC),
-            Leniency::MacroCalls => ("macro-call", "G65, G66 and G67 call macros with arguments by letter", FANUC),
-            Leniency::Vacant => ("vacant", "#0 and parameters without a value are vacant: words with them are left out", FANUC),
-            Leniency::PackedCalls => ("packed-call", "rounds and program in the P of one M98, or a line in that of M99", FANUC),
-            Leniency::CornerWords => ("corner-word", "a corner rounded by ,R or chamfered by ,C", FANUC),
-            Leniency::ToolMemory => ("tool-memory", "G10 L10 to L13 with R set length and radius of a tool", FANUC),
-            Leniency::LocalCalls => ("local-call", "M97 calls the lines from an N number on", &[Haas]),
-            Leniency::CircularPockets => ("circular-pocket", "G12 and G13 cut circular pockets", &[Haas]),
-            Leniency::HolePatterns => ("hole-pattern", "G70, G71 and G72 are patterns of holes", &[Haas]),
-            Leniency::ExtruderWords => ("extruder-word", "E words of an extruder are ignored", PRINTERS),
-            Leniency::PrinterCodes => ("printer-code", "codes of printers that do not move the axes are skipped", PRINTERS),
-            Leniency::StringCommands => ("string-command", "commands with text are skipped", PRINTERS),
+            Leniency::BareArithmetic => (
+                "bare-arithmetic",
+                "arithmetic without brackets after =",
+                FANUC,
+            ),
+            Leniency::MacroFlow => (
+                "macro-flow",
+                "WHILE DO END, IF GOTO, IF THEN and GOTO of Macro B",
+                FANUC,
+            ),
+            Leniency::MacroCalls => (
+                "macro-call",
+                "G65, G66 and G67 call macros with arguments by letter",
+                FANUC,
+            ),
+            Leniency::Vacant => (
+                "vacant",
+                "#0 and parameters without a value are vacant: words with them are left out",
+                FANUC,
+            ),
+            Leniency::PackedCalls => (
+                "packed-call",
+                "rounds and program in the P of one M98, or a line in that of M99",
+                FANUC,
+            ),
+            Leniency::CornerWords => (
+                "corner-word",
+                "a corner rounded by ,R or chamfered by ,C",
+                FANUC,
+            ),
+            Leniency::ToolMemory => (
+                "tool-memory",
+                "G10 L10 to L13 with R set length and radius of a tool",
+                FANUC,
+            ),
+            Leniency::LocalCalls => (
+                "local-call",
+                "M97 calls the lines from an N number on",
+                &[Haas],
+            ),
+            Leniency::CircularPockets => (
+                "circular-pocket",
+                "G12 and G13 cut circular pockets",
+                &[Haas],
+            ),
+            Leniency::HolePatterns => (
+                "hole-pattern",
+                "G70, G71 and G72 are patterns of holes",
+                &[Haas],
+            ),
+            Leniency::ExtruderWords => (
+                "extruder-word",
+                "E words of an extruder are ignored",
+                PRINTERS,
+            ),
+            Leniency::PrinterCodes => (
+                "printer-code",
+                "codes of printers that do not move the axes are skipped",
+                PRINTERS,
+            ),
+            Leniency::StringCommands => {
+                ("string-command", "commands with text are skipped", PRINTERS)
+            }
             Leniency::Checksums => ("checksum", "checksums are verified and left out", PRINTERS),
-            Leniency::BareLetters => ("bare-letter", "an axis letter without a number counts as 0", PRINTERS),
+            Leniency::BareLetters => (
+                "bare-letter",
+                "an axis letter without a number counts as 0",
+                PRINTERS,
+            ),
             Leniency::NoBlanks => ("no-blanks", "words without blanks between them", EVERY),
             Leniency::CrLf => ("crlf", "lines that end with CR LF", EVERY),
-            Leniency::SecondaryAxes => ("uvw-axes", "axes U, V and W, which most machines do not have", EVERY),
+            Leniency::SecondaryAxes => (
+                "uvw-axes",
+                "axes U, V and W, which most machines do not have",
+                EVERY,
+            ),
             Leniency::LongLines => ("long-line", "a line of more than 255 bytes", EVERY),
-            Leniency::FinishDetour => {
-                ("finish-detour", "G70 under cutter compensation goes to the end of its profile first; refused, it does not", &[LinuxCnc])
-            }
-            Leniency::ReadBeforeSet => ("read-before-set", "a name that reads itself in its first setting counts from 0", &[LinuxCnc]),
-            Leniency::IgnoredCodes => ("ignored-code", "a code of the control that changes no path is skipped", FANUC),
+            Leniency::FinishDetour => (
+                "finish-detour",
+                "G70 under cutter compensation goes to the end of its profile first; refused, it does not",
+                &[LinuxCnc],
+            ),
+            Leniency::ReadBeforeSet => (
+                "read-before-set",
+                "a name that reads itself in its first setting counts from 0",
+                &[LinuxCnc],
+            ),
+            Leniency::IgnoredCodes => (
+                "ignored-code",
+                "a code of the control that changes no path is skipped",
+                FANUC,
+            ),
         }
     }
 }
@@ -217,7 +309,9 @@ impl Leniencies {
 
 impl FromIterator<Leniency> for Leniencies {
     fn from_iter<I: IntoIterator<Item = Leniency>>(leniencies: I) -> Leniencies {
-        leniencies.into_iter().fold(Leniencies::default(), Leniencies::with)
+        leniencies
+            .into_iter()
+            .fold(Leniencies::default(), Leniencies::with)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Dialects: the G-code of other controls, as named leniencies that can be switched one by one.
 //!
-//! The base is RS274/NGC as LinuxCNC 2.9 reads it. A [`Leniency`] accepts one thing more, and says so with a warning of its own
-//! code the first time. A [`Dialect`] is a set of leniencies, and how a few words are meant that controls disagree about.
+//! The base is RS274/NGC as LinuxCNC 2.9 reads it. A [`Leniency`] accepts one thing more, and says
+//! so with a warning of its own code the first time. A [`Dialect`] is a set of leniencies, and how
+//! a few words are meant that controls disagree about.
 
 mod leniency;
 
@@ -10,7 +11,9 @@ pub use leniency::{LENIENCIES, Leniencies, Leniency};
 use serde::{Deserialize, Serialize};
 
 /// Whose G-code a program is in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Dialect {
     /// RS274/NGC.
@@ -18,7 +21,8 @@ pub enum Dialect {
     LinuxCnc,
     /// Fanuc with Macro B; P of G4 and of cycles is in milliseconds.
     Fanuc,
-    /// Fanuc with the pockets and hole patterns of Haas; P without a decimal point is in milliseconds.
+    /// Fanuc with the pockets and hole patterns of Haas; P without a decimal point is in
+    /// milliseconds.
     Haas,
     /// Printers with Marlin; P of G4 is in milliseconds, S in seconds.
     Marlin,
@@ -30,7 +34,14 @@ pub enum Dialect {
 
 impl Dialect {
     /// All of them.
-    pub const ALL: [Dialect; 6] = [Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Haas, Dialect::Marlin, Dialect::Klipper, Dialect::Siemens];
+    pub const ALL: [Dialect; 6] = [
+        Dialect::LinuxCnc,
+        Dialect::Fanuc,
+        Dialect::Haas,
+        Dialect::Marlin,
+        Dialect::Klipper,
+        Dialect::Siemens,
+    ];
 
     /// Its name on command lines and in machine files.
     pub const fn name(self) -> &'static str {
@@ -46,12 +57,18 @@ impl Dialect {
 
     /// The dialect of a name.
     pub fn from_name(name: &str) -> Option<Dialect> {
-        Dialect::ALL.into_iter().find(|dialect| dialect.name() == name)
+        Dialect::ALL
+            .into_iter()
+            .find(|dialect| dialect.name() == name)
     }
 
     /// What it accepts beyond RS274/NGC.
     pub fn leniencies(self) -> Leniencies {
-        LENIENCIES.iter().copied().filter(|leniency| leniency.dialects().contains(&self)).collect()
+        LENIENCIES
+            .iter()
+            .copied()
+            .filter(|leniency| leniency.dialects().contains(&self))
+            .collect()
     }
 
     /// Whether it is for printers.

@@ -4,7 +4,8 @@ use crate::syntax::block::{Binary, Unary};
 use crate::syntax::operators::precedence;
 use crate::syntax::{Block, Keyword, Label, Op, Target, Text, Value};
 
-/// A block as a line that is parsed to the same block. Its comment is not part of a block and has to be given with it.
+/// A block as a line that is parsed to the same block. Its comment is not part of a block and has
+/// to be given with it.
 pub fn block_text(block: &Block, comment: Option<&str>) -> String {
     if block.percent {
         return "%".to_owned();
@@ -18,25 +19,49 @@ pub fn block_text(block: &Block, comment: Option<&str>) -> String {
             Label::Number(value) => value_text(block, value),
             Label::Name(name) => name_text(block, name),
         };
-        parts.push(format!("o{label} {}", keyword_text(keyword)).trim_end().to_owned());
+        parts.push(
+            format!("o{label} {}", keyword_text(keyword))
+                .trim_end()
+                .to_owned(),
+        );
         parts.extend(block.arguments.iter().map(|value| bracketed(block, *value)));
     }
     // Words and settings in the order in which they stood.
     let mut items: Vec<(u32, String)> = Vec::new();
     for word in &block.words {
-        items.push((word.text.start, format!("{}{}", char::from(word.letter), value_text(block, word.value))));
+        items.push((
+            word.text.start,
+            format!(
+                "{}{}",
+                char::from(word.letter),
+                value_text(block, word.value)
+            ),
+        ));
     }
     for setting in &block.settings {
         let target = match setting.target {
             Target::Numbered(value) => value_text(block, value),
             Target::Named(name) => name_text(block, name),
         };
-        items.push((setting.text.start, format!("#{target} = {}", value_text(block, setting.value))));
+        items.push((
+            setting.text.start,
+            format!("#{target} = {}", value_text(block, setting.value)),
+        ));
     }
     items.sort_by_key(|(start, _)| *start);
     parts.extend(items.into_iter().map(|(_, text)| text));
-    parts.extend(comment.map(|text| if text.contains(['(', ')']) { format!(";{text}") } else { format!("({text})") }));
-    format!("{}{}", if block.deletable { "/" } else { "" }, parts.join(" "))
+    parts.extend(comment.map(|text| {
+        if text.contains(['(', ')']) {
+            format!(";{text}")
+        } else {
+            format!("({text})")
+        }
+    }));
+    format!(
+        "{}{}",
+        if block.deletable { "/" } else { "" },
+        parts.join(" ")
+    )
 }
 
 /// Rank of what is no operation of two arguments.
@@ -48,10 +73,15 @@ fn name_text(block: &Block, name: Text) -> String {
 
 fn bracketed(block: &Block, value: Value) -> String {
     let text = value_text(block, value);
-    if text.starts_with('[') { text } else { format!("[{text}]") }
+    if text.starts_with('[') {
+        text
+    } else {
+        format!("[{text}]")
+    }
 }
 
-/// A value as it may stand after a letter: a number, a parameter, a function or an expression in brackets.
+/// A value as it may stand after a letter: a number, a parameter, a function or an expression in
+/// brackets.
 fn value_text(block: &Block, value: Value) -> String {
     let (from, to) = match value {
         Value::Number(number) => return number.to_string(),
@@ -61,11 +91,22 @@ fn value_text(block: &Block, value: Value) -> String {
     for op in block.ops.get(from..to).unwrap_or_default() {
         let top = match op {
             Op::Binary(operator) => {
-                let (right, left) = (stack.pop().unwrap_or_default(), stack.pop().unwrap_or_default());
+                let (right, left) = (
+                    stack.pop().unwrap_or_default(),
+                    stack.pop().unwrap_or_default(),
+                );
                 let own = precedence(*operator);
                 // From left to right: of equal rank only the right side needs its brackets.
-                let left = if left.1 != OPERAND && left.1 >= own { inside(left.0) } else { left.0 };
-                let right = if right.1 != OPERAND && right.1 > own { inside(right.0) } else { right.0 };
+                let left = if left.1 != OPERAND && left.1 >= own {
+                    inside(left.0)
+                } else {
+                    left.0
+                };
+                let right = if right.1 != OPERAND && right.1 > own {
+                    inside(right.0)
+                } else {
+                    right.0
+                };
                 stack.push((format!("[{left} {} {right}]", binary(*operator)), own));
                 continue;
             }
@@ -92,7 +133,10 @@ fn pop(stack: &mut Vec<(String, u8)>) -> String {
 
 /// An argument without brackets of its own. `[a][b]`, which is no single pair, cannot come about.
 fn inside(text: String) -> String {
-    text.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')).map(str::to_owned).unwrap_or(text)
+    text.strip_prefix('[')
+        .and_then(|rest| rest.strip_suffix(']'))
+        .map(str::to_owned)
+        .unwrap_or(text)
 }
 
 const fn unary(function: Unary) -> &'static str {

@@ -101,7 +101,9 @@ impl Document {
     pub fn line(&self, line: usize) -> Result<&[u8], EditError> {
         let lines = self.len();
         let found = line.checked_sub(1).and_then(|index| self.lines.get(index));
-        found.map(|raw| raw.text.as_slice()).ok_or(EditError::NoSuchLine { line, lines })
+        found
+            .map(|raw| raw.text.as_slice())
+            .ok_or(EditError::NoSuchLine { line, lines })
     }
 
     /// A line as a block.
@@ -110,7 +112,8 @@ impl Document {
     /// There is no such line, or it cannot be parsed.
     pub fn block(&self, line: usize) -> Result<Block, EditError> {
         let mut block = Block::default();
-        parse_block(self.line(line)?, &mut block, &Limits::default()).map_err(|fault| EditError::Unreadable { line, fault })?;
+        parse_block(self.line(line)?, &mut block, &Limits::default())
+            .map_err(|fault| EditError::Unreadable { line, fault })?;
         Ok(block)
     }
 
@@ -127,7 +130,8 @@ impl Document {
         Ok(())
     }
 
-    /// Puts a new line before a line; one more than the last line appends. It ends as its neighbour does.
+    /// Puts a new line before a line; one more than the last line appends. It ends as its neighbour
+    /// does.
     ///
     /// # Errors
     /// There is no such place, or the text is more than one line.
@@ -137,13 +141,24 @@ impl Document {
         if line == 0 || line > lines + 1 {
             return Err(EditError::NoSuchLine { line, lines });
         }
-        let end = self.lines.iter().map(|raw| raw.end).find(|end| !end.is_empty()).unwrap_or(b"\n");
+        let end = self
+            .lines
+            .iter()
+            .map(|raw| raw.end)
+            .find(|end| !end.is_empty())
+            .unwrap_or(b"\n");
         if line == lines + 1
             && let Some(last) = self.lines.last_mut().filter(|last| last.end.is_empty())
         {
             last.end = end;
         }
-        self.lines.insert(line - 1, RawLine { text: text.to_vec(), end });
+        self.lines.insert(
+            line - 1,
+            RawLine {
+                text: text.to_vec(),
+                end,
+            },
+        );
         Ok(())
     }
 
@@ -166,7 +181,12 @@ impl Document {
             return Err(EditError::NotANumber { value });
         }
         let is_it = |word: &&Word| char::from(word.letter) == letter.to_ascii_uppercase();
-        let text = self.block(line)?.words.iter().find(is_it).map(|word| word.text);
+        let text = self
+            .block(line)?
+            .words
+            .iter()
+            .find(is_it)
+            .map(|word| word.text);
         let text = text.ok_or(EditError::NoSuchWord { line, letter })?;
         let (from, to) = (text.start as usize + 1, (text.start + text.len) as usize);
         if let Some(raw) = self.lines.get_mut(line - 1) {
@@ -177,5 +197,9 @@ impl Document {
 }
 
 fn one_line(text: &[u8]) -> Result<(), EditError> {
-    if text.iter().any(|byte| matches!(byte, b'\n' | b'\r')) { Err(EditError::SeveralLines) } else { Ok(()) }
+    if text.iter().any(|byte| matches!(byte, b'\n' | b'\r')) {
+        Err(EditError::SeveralLines)
+    } else {
+        Ok(())
+    }
 }

@@ -9,36 +9,60 @@ use crate::syntax::evaluate::whole;
 impl Exec<'_> {
     /// The spindle that `$` names for a move in step with it, 0 without the word.
     pub(crate) fn spindle_number(&self, code: Code) -> Result<u8, Problem> {
-        let Some(value) = self.word(b'$') else { return Ok(0) };
+        let Some(value) = self.word(b'$') else {
+            return Ok(0);
+        };
         match whole(value).filter(|number| (0.0..8.0).contains(number)) {
             Some(number) => Ok(number as u8),
-            None => Err(Problem::WordOutOfRange { code, letter: '$', value, allowed: "a spindle from 0 to 7" }),
+            None => Err(Problem::WordOutOfRange {
+                code,
+                letter: '$',
+                value,
+                allowed: "a spindle from 0 to 7",
+            }),
         }
     }
 
-    /// The spindles that `$` names, as bits: one of them, or with -1 all that the program has used so far.
+    /// The spindles that `$` names, as bits: one of them, or with -1 all that the program has used
+    /// so far.
     pub(crate) fn spindles(&self) -> Result<Spindles, Problem> {
         let number = self.word(b'$').unwrap_or(0.0);
         match whole(number).filter(|number| (-1.0..8.0).contains(number)) {
             Some(-1.0) => {
-                let used = self.state.more_spindles.iter().enumerate().filter(|(_, spindle)| **spindle != Spindle::default());
+                let used = self
+                    .state
+                    .more_spindles
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, spindle)| **spindle != Spindle::default());
                 Ok(Spindles(used.fold(1, |bits, (index, _)| bits | 2 << index)))
             }
             Some(number) => Ok(Spindles(1 << number as u8)),
-            None => Err(Problem::BadWordValue { letter: '$', value: number }),
+            None => Err(Problem::BadWordValue {
+                letter: '$',
+                value: number,
+            }),
         }
     }
 
     /// What is known of a spindle.
     pub(crate) fn spindle_state(&mut self, spindle: u8) -> &mut Spindle {
         let index = usize::from(spindle).wrapping_sub(1);
-        self.state.more_spindles.get_mut(index).unwrap_or(&mut self.state.spindle)
+        self.state
+            .more_spindles
+            .get_mut(index)
+            .unwrap_or(&mut self.state.spindle)
     }
 
     /// P of an override: on unless it is 0.
     fn switched_on(&self, code: Code) -> Result<bool, Problem> {
         match self.word(b'P') {
-            Some(value) if value < 0.0 => Err(Problem::WordOutOfRange { code, letter: 'P', value, allowed: "0 or 1" }),
+            Some(value) if value < 0.0 => Err(Problem::WordOutOfRange {
+                code,
+                letter: 'P',
+                value,
+                allowed: "0 or 1",
+            }),
             value => Ok(value != Some(0.0)),
         }
     }

@@ -43,32 +43,71 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
     if unused == 0 {
         return Ok(());
     }
-    let letter = (b'@'..=b'^').chain(*b"$rc").find(|&letter| unused & bit(letter) != 0).unwrap_or(b'?');
+    let letter = (b'@'..=b'^')
+        .chain(*b"$rc")
+        .find(|&letter| unused & bit(letter) != 0)
+        .unwrap_or(b'?');
     let value = words.get(letter).unwrap_or_default();
     let letter_char = char::from(letter);
-    Err((Problem::UnusedWord { letter: letter_char, value, users: users(letter_char) }, Some(words.text(letter))))
+    Err((
+        Problem::UnusedWord {
+            letter: letter_char,
+            value,
+            users: users(letter_char),
+        },
+        Some(words.text(letter)),
+    ))
 }
 
 fn find_motion(words: &mut Words, state: &State) -> Result<(), Placed> {
     let has_axes = words.mask & (AXIS_BITS | POLAR) != 0;
-    let explicit = words.codes().iter().find(|used| used.row.group == Group::Motion).copied();
-    let other = words.codes().iter().find(|used| used.row.group != Group::Motion && used.row.axes != AxisUse::None).copied();
+    let explicit = words
+        .codes()
+        .iter()
+        .find(|used| used.row.group == Group::Motion)
+        .copied();
+    let other = words
+        .codes()
+        .iter()
+        .find(|used| used.row.group != Group::Motion && used.row.axes != AxisUse::None)
+        .copied();
     if let Some(other) = other {
         if words.mask & POLAR != 0 {
-            return Err((Problem::PolarWithoutMotion { code: other.row.code }, Some(other.text)));
+            return Err((
+                Problem::PolarWithoutMotion {
+                    code: other.row.code,
+                },
+                Some(other.text),
+            ));
         }
         check_user(other, has_axes)?;
     }
     match (explicit, other) {
         (Some(motion), Some(other)) if motion.row.axes != AxisUse::None => {
-            return Err((Problem::TwoAxisUsers { code: other.row.code, other: motion.row.code }, Some(motion.text)));
+            return Err((
+                Problem::TwoAxisUsers {
+                    code: other.row.code,
+                    other: motion.row.code,
+                },
+                Some(motion.text),
+            ));
         }
         (Some(motion), None) if has_axes && motion.row.axes == AxisUse::None => {
-            return Err((Problem::AxesNotAllowed { code: motion.row.code }, Some(motion.text)));
+            return Err((
+                Problem::AxesNotAllowed {
+                    code: motion.row.code,
+                },
+                Some(motion.text),
+            ));
         }
         (Some(motion), _) => {
             if motion.row.axes == AxisUse::Needs && !has_axes {
-                return Err((Problem::AxesMissing { code: motion.row.code }, Some(motion.text)));
+                return Err((
+                    Problem::AxesMissing {
+                        code: motion.row.code,
+                    },
+                    Some(motion.text),
+                ));
             }
             words.motion = Some(motion.row);
         }
@@ -80,22 +119,47 @@ fn find_motion(words: &mut Words, state: &State) -> Result<(), Placed> {
 
 fn check_user(user: UsedCode, has_axes: bool) -> Result<(), Placed> {
     if user.row.axes == AxisUse::Needs && !has_axes {
-        return Err((Problem::AxesMissing { code: user.row.code }, Some(user.text)));
+        return Err((
+            Problem::AxesMissing {
+                code: user.row.code,
+            },
+            Some(user.text),
+        ));
     }
     Ok(())
 }
 
 /// The motion mode in force, if the block's words call for motion.
-fn modal_motion(words: &Words, state: &State, has_axes: bool) -> Result<Option<&'static crate::codes::CodeRow>, Placed> {
+fn modal_motion(
+    words: &Words,
+    state: &State,
+    has_axes: bool,
+) -> Result<Option<&'static crate::codes::CodeRow>, Placed> {
     let modal = state.motion.and_then(find);
-    let is_arc = matches!(state.motion, Some(Code { letter: 'G', tenths: 20 | 30 }));
+    let is_arc = matches!(
+        state.motion,
+        Some(Code {
+            letter: 'G',
+            tenths: 20 | 30
+        })
+    );
     if has_axes {
-        let axis = super::words::AXIS_LETTERS.into_iter().chain(*b"@^").find(|&letter| words.has(letter));
+        let axis = super::words::AXIS_LETTERS
+            .into_iter()
+            .chain(*b"@^")
+            .find(|&letter| words.has(letter));
         return match modal {
             Some(row) => Ok(Some(row)),
             _ if state.motion_unknown => Ok(None),
-            _ => Err((Problem::AxisWithoutCode, axis.map(|letter| words.text(letter)))),
+            _ => Err((
+                Problem::AxisWithoutCode,
+                axis.map(|letter| words.text(letter)),
+            )),
         };
     }
-    Ok(if is_arc && words.mask & ARC_OFFSETS != 0 { modal } else { None })
+    Ok(if is_arc && words.mask & ARC_OFFSETS != 0 {
+        modal
+    } else {
+        None
+    })
 }

@@ -21,14 +21,24 @@ impl Exec<'_> {
         let text = String::from_utf8_lossy(inside).into_owned();
         let start = text.trim_start();
         for (prefix, kind, fill) in ACTIVE {
-            if start.get(..prefix.len()).is_some_and(|head| head.eq_ignore_ascii_case(prefix)) {
+            if start
+                .get(..prefix.len())
+                .is_some_and(|head| head.eq_ignore_ascii_case(prefix))
+            {
                 let rest = start.get(prefix.len()..).unwrap_or_default();
-                let text = if fill { self.fill(rest) } else { rest.to_owned() };
+                let text = if fill {
+                    self.fill(rest)
+                } else {
+                    rest.to_owned()
+                };
                 self.emit(CanonicalOp::Text { kind, text });
                 return;
             }
         }
-        self.emit(CanonicalOp::Text { kind: TextKind::Comment, text });
+        self.emit(CanonicalOp::Text {
+            kind: TextKind::Comment,
+            text,
+        });
     }
 
     /// The text with every `#parameter` replaced by its value; what is no parameter stays as it is.
@@ -50,9 +60,17 @@ impl Exec<'_> {
 
     fn value_of(&mut self, reference: &str) -> Option<f64> {
         let mut block = Block::default();
-        parse_block(format!("X{reference}").as_bytes(), &mut block, &self.config.limits).ok()?;
+        parse_block(
+            format!("X{reference}").as_bytes(),
+            &mut block,
+            &self.config.limits,
+        )
+        .ok()?;
         let value = block.words.first()?.value;
-        let mut view = View { parameters: self.parameters, state: self.state };
+        let mut view = View {
+            parameters: self.parameters,
+            state: self.state,
+        };
         let value = evaluate(&block, value, &mut view, &mut Vec::new()).ok()?;
         Some(value)
     }
@@ -62,7 +80,13 @@ impl Exec<'_> {
 fn reference(text: &str) -> &str {
     let end = match text.as_bytes() {
         [_, b'<', ..] => text.find('>').map_or(text.len(), |at| at + 1),
-        bytes => 1 + bytes.iter().skip(1).take_while(|byte| byte.is_ascii_digit()).count(),
+        bytes => {
+            1 + bytes
+                .iter()
+                .skip(1)
+                .take_while(|byte| byte.is_ascii_digit())
+                .count()
+        }
     };
     text.get(..end).unwrap_or(text)
 }

@@ -15,9 +15,17 @@ pub(crate) struct Saved {
 
 /// M70 and M73.
 pub(crate) fn save(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let modes = Some(Box::new(State { nurbs: None, corner: None, corner_exit: None, ..exec.state.clone() }));
+    let modes = Some(Box::new(State {
+        nurbs: None,
+        corner: None,
+        corner_exit: None,
+        ..exec.state.clone()
+    }));
     if let Some(level) = exec.saved.last_mut() {
-        *level = Saved { modes, automatic: code.tenths == 730 };
+        *level = Saved {
+            modes,
+            automatic: code.tenths == 730,
+        };
     }
     Ok(())
 }
@@ -32,13 +40,17 @@ pub(crate) fn forget(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 
 /// M72.
 pub(crate) fn bring_back(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let modes = exec.saved.last().and_then(|level| level.modes.clone()).ok_or(Problem::NothingSaved { code })?;
+    let modes = exec
+        .saved
+        .last()
+        .and_then(|level| level.modes.clone())
+        .ok_or(Problem::NothingSaved { code })?;
     exec.restore(&modes)
 }
 
 impl Exec<'_> {
-    /// Brings saved modes back. The motion mode, the position and the tool stay as they are; cutter compensation
-    /// ends if it was off.
+    /// Brings saved modes back. The motion mode, the position and the tool stay as they are; cutter
+    /// compensation ends if it was off.
     pub(crate) fn restore(&mut self, saved: &State) -> Result<(), Problem> {
         if saved.compensation.is_none() {
             self.end_compensation()?;
@@ -59,7 +71,9 @@ impl Exec<'_> {
         if self.state.offsets.tool != tool {
             self.apply_tool_offset(tool)?;
         }
-        if (self.state.path_control, self.state.merge_tolerance) != (saved.path_control, saved.merge_tolerance) {
+        if (self.state.path_control, self.state.merge_tolerance)
+            != (saved.path_control, saved.merge_tolerance)
+        {
             self.set_path_control(saved.path_control);
             self.state.merge_tolerance = saved.merge_tolerance;
             self.emit(CanonicalOp::SetNaiveCamTolerance(saved.merge_tolerance));
@@ -81,14 +95,23 @@ impl Exec<'_> {
         }
         let (now, then) = (self.state.spindle, saved.spindle);
         if now.surface_limit != then.surface_limit {
-            self.emit(CanonicalOp::SetSpindleMode { spindle: 0, highest: then.surface_limit.unwrap_or(0.0) });
+            self.emit(CanonicalOp::SetSpindleMode {
+                spindle: 0,
+                highest: then.surface_limit.unwrap_or(0.0),
+            });
         }
         if now.speed != then.speed {
-            self.emit(CanonicalOp::SetSpindleSpeed { spindle: 0, speed: then.speed });
+            self.emit(CanonicalOp::SetSpindleSpeed {
+                spindle: 0,
+                speed: then.speed,
+            });
         }
         match then.clockwise {
             turns if turns == now.clockwise => {}
-            Some(clockwise) => self.emit(CanonicalOp::StartSpindle { spindle: 0, clockwise }),
+            Some(clockwise) => self.emit(CanonicalOp::StartSpindle {
+                spindle: 0,
+                clockwise,
+            }),
             None => self.emit(CanonicalOp::StopSpindle { spindle: 0 }),
         }
         self.state.spindle = then;
@@ -99,10 +122,26 @@ impl Exec<'_> {
         let switches: [Switch; 6] = [
             (|state| &mut state.mist, saved.mist, CanonicalOp::Mist),
             (|state| &mut state.flood, saved.flood, CanonicalOp::Flood),
-            (|state| &mut state.feed_override, saved.feed_override, CanonicalOp::FeedOverride),
-            (|state| &mut state.speed_override, saved.speed_override, CanonicalOp::SpeedOverride),
-            (|state| &mut state.adaptive_feed, saved.adaptive_feed, CanonicalOp::AdaptiveFeed),
-            (|state| &mut state.feed_hold, saved.feed_hold, CanonicalOp::FeedHold),
+            (
+                |state| &mut state.feed_override,
+                saved.feed_override,
+                CanonicalOp::FeedOverride,
+            ),
+            (
+                |state| &mut state.speed_override,
+                saved.speed_override,
+                CanonicalOp::SpeedOverride,
+            ),
+            (
+                |state| &mut state.adaptive_feed,
+                saved.adaptive_feed,
+                CanonicalOp::AdaptiveFeed,
+            ),
+            (
+                |state| &mut state.feed_hold,
+                saved.feed_hold,
+                CanonicalOp::FeedHold,
+            ),
         ];
         for (slot, then, op) in switches {
             let now = slot(self.state);

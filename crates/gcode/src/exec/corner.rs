@@ -30,7 +30,11 @@ fn failed(message: &'static str) -> Problem {
 
 impl Exec<'_> {
     /// Holds a straight feed whose block has `,R` or `,C`; false if it has neither.
-    pub(crate) fn hold_corner(&mut self, start: &Position, corner: Position) -> Result<bool, Problem> {
+    pub(crate) fn hold_corner(
+        &mut self,
+        start: &Position,
+        corner: Position,
+    ) -> Result<bool, Problem> {
         let (size, rounds) = match (self.word(CORNER_RADIUS), self.word(CORNER_CHAMFER)) {
             (None, None) => return Ok(false),
             (Some(_), Some(_)) => return Err(failed("is given with both ,R and ,C")),
@@ -44,35 +48,60 @@ impl Exec<'_> {
             return Err(failed("cannot be made under cutter compensation"));
         }
         let start = self.state.corner_exit.take().unwrap_or(*start);
-        self.state.corner = Some(Box::new(PendingCorner { start, corner, size, rounds, block: self.block }));
+        self.state.corner = Some(Box::new(PendingCorner {
+            start,
+            corner,
+            size,
+            rounds,
+            block: self.block,
+        }));
         Ok(true)
     }
 
     /// Makes the corner before the block that follows it.
     #[cold]
     pub(crate) fn turn_corner(&mut self) -> Result<(), Problem> {
-        let Some(pending) = self.state.corner.take() else { return Ok(()) };
+        let Some(pending) = self.state.corner.take() else {
+            return Ok(());
+        };
         let result = self.make_corner(&pending);
         if result.is_err() {
-            self.out.push(SourcedOp { op: CanonicalOp::StraightFeed(pending.corner), block: pending.block });
+            self.out.push(SourcedOp {
+                op: CanonicalOp::StraightFeed(pending.corner),
+                block: pending.block,
+            });
         }
         result
     }
 
     fn make_corner(&mut self, pending: &PendingCorner) -> Result<(), Problem> {
-        let plain = self.words.codes().iter().all(|used| used.row.group == Group::Motion);
-        let straight = self.words.motion.is_some_and(|row| row.code.tenths == 10 && row.code.letter == 'G');
+        let plain = self
+            .words
+            .codes()
+            .iter()
+            .all(|used| used.row.group == Group::Motion);
+        let straight = self
+            .words
+            .motion
+            .is_some_and(|row| row.code.tenths == 10 && row.code.letter == 'G');
         if !(plain && straight) {
             return Err(failed("needs a G1 after it, without other codes"));
         }
         let end = self.target()?;
         let plane = self.state.plane;
         let [first, second, normal] = plane.axes();
-        let flat = |a: &Position, b: &Position| (0..9).all(|axis| axis == first || axis == second || a[axis] == b[axis]);
+        let flat = |a: &Position, b: &Position| {
+            (0..9).all(|axis| axis == first || axis == second || a[axis] == b[axis])
+        };
         if !flat(&pending.start, &pending.corner) || !flat(&pending.corner, &end) {
             return Err(failed("can only be made between moves in the plane"));
         }
-        let way = |to: &Position| [to[first] - pending.corner[first], to[second] - pending.corner[second]];
+        let way = |to: &Position| {
+            [
+                to[first] - pending.corner[first],
+                to[second] - pending.corner[second],
+            ]
+        };
         let (back, on) = (way(&pending.start), way(&end));
         let lengths = [math::hypot(back[0], back[1]), math::hypot(on[0], on[1])];
         let sine = back[0] * on[1] - back[1] * on[0];
@@ -80,7 +109,11 @@ impl Exec<'_> {
         if !(angle > 1e-9 && angle < std::f64::consts::PI - 1e-9) {
             return Err(failed("needs two directions"));
         }
-        let cut = if pending.rounds { pending.size / math::tan(0.5 * angle) } else { pending.size };
+        let cut = if pending.rounds {
+            pending.size / math::tan(0.5 * angle)
+        } else {
+            pending.size
+        };
         if cut > lengths[0] || cut > lengths[1] {
             return Err(failed("is larger than its moves are long"));
         }
@@ -91,20 +124,42 @@ impl Exec<'_> {
             place
         };
         let (from, to) = (along(back, lengths[0]), along(on, lengths[1]));
-        self.out.push(SourcedOp { op: CanonicalOp::StraightFeed(from), block: pending.block });
+        self.out.push(SourcedOp {
+            op: CanonicalOp::StraightFeed(from),
+            block: pending.block,
+        });
         let op = if pending.rounds {
-            let middle = [0.5 * (from[first] + to[first]), 0.5 * (from[second] + to[second])];
-            let out = [middle[0] - pending.corner[first], middle[1] - pending.corner[second]];
+            let middle = [
+                0.5 * (from[first] + to[first]),
+                0.5 * (from[second] + to[second]),
+            ];
+            let out = [
+                middle[0] - pending.corner[first],
+                middle[1] - pending.corner[second],
+            ];
             // The centre lies on the bisector, at the radius over the sine of half the angle.
             let scale = (pending.size / math::sin(0.5 * angle)) / (cut * math::cos(0.5 * angle));
-            let center = [pending.corner[first] + out[0] * scale, pending.corner[second] + out[1] * scale];
+            let center = [
+                pending.corner[first] + out[0] * scale,
+                pending.corner[second] + out[1] * scale,
+            ];
             let [_, _, _, others @ ..] = to;
             let turns = if sine < 0.0 { 1 } else { -1 };
-            CanonicalOp::ArcFeed(ArcFeed { plane, end: [to[first], to[second]], center, turns, axis_end: to[normal], others })
+            CanonicalOp::ArcFeed(ArcFeed {
+                plane,
+                end: [to[first], to[second]],
+                center,
+                turns,
+                axis_end: to[normal],
+                others,
+            })
         } else {
             CanonicalOp::StraightFeed(to)
         };
-        self.out.push(SourcedOp { op, block: pending.block });
+        self.out.push(SourcedOp {
+            op,
+            block: pending.block,
+        });
         self.state.corner_exit = Some(to);
         Ok(())
     }

@@ -1,4 +1,5 @@
-//! Canned cycles: where the holes are and what the words mean. What is done at a hole is in [`super::holes`].
+//! Canned cycles: where the holes are and what the words mean. What is done at a hole is in
+//! [`super::holes`].
 
 use super::Exec;
 use super::holes::Hole;
@@ -10,24 +11,40 @@ use crate::state::{CycleWords, FeedMode};
 use crate::syntax::evaluate::whole;
 
 /// What is missing without the word of the axis that is drilled along.
-const BOTTOM: [&str; 3] = ["X, the bottom of the hole", "Y, the bottom of the hole", "Z, the bottom of the hole"];
+const BOTTOM: [&str; 3] = [
+    "X, the bottom of the hole",
+    "Y, the bottom of the hole",
+    "Z, the bottom of the hole",
+];
 
 /// G73, G74 and G81 to G89.
 pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     if exec.state.motion != Some(code) {
-        // Words stick only within the same cycle, the level where cycles began until another motion.
-        let in_cycle = exec.state.motion.is_some_and(|mode| matches!(mode.tenths, 730 | 740 | 810..=890));
-        exec.state.cycle =
-            CycleWords { level: exec.state.cycle.level.filter(|_| in_cycle), last_p: exec.state.cycle.last_p, ..CycleWords::default() };
+        // Words stick only within the same cycle, the level where cycles began until another
+        // motion.
+        let in_cycle = exec
+            .state
+            .motion
+            .is_some_and(|mode| matches!(mode.tenths, 730 | 740 | 810..=890));
+        exec.state.cycle = CycleWords {
+            level: exec.state.cycle.level.filter(|_| in_cycle),
+            last_p: exec.state.cycle.last_p,
+            ..CycleWords::default()
+        };
         exec.state.motion = Some(code);
     }
     exec.check_feed(code)?;
     // Other controls turn the part between holes.
-    if exec.config.dialect == Dialect::LinuxCnc && (3..6).any(|axis| exec.axis_word(axis).is_some()) {
-        return Err(Problem::Cycle { message: "a rotary axis in a canned cycle: turn it on a line of its own" });
+    if exec.config.dialect == Dialect::LinuxCnc && (3..6).any(|axis| exec.axis_word(axis).is_some())
+    {
+        return Err(Problem::Cycle {
+            message: "a rotary axis in a canned cycle: turn it on a line of its own",
+        });
     }
     if exec.state.feed_mode == FeedMode::InverseTime {
-        return Err(Problem::Cycle { message: "a canned cycle in inverse time feed (G93)" });
+        return Err(Problem::Cycle {
+            message: "a canned cycle in inverse time feed (G93)",
+        });
     }
     if matches!(code.tenths, 730 | 830) && exec.words.has(b'P') {
         exec.forgive_dwell()?;
@@ -47,25 +64,42 @@ impl Exec<'_> {
     fn forgive_dwell(&mut self) -> Result<(), Problem> {
         if !self.config.leniencies.has(Leniency::PeckDwell) {
             let value = self.word(b'P').unwrap_or_default();
-            return Err(Problem::UnusedWord { letter: 'P', value, users: users('P') });
+            return Err(Problem::UnusedWord {
+                letter: 'P',
+                value,
+                users: users('P'),
+            });
         }
-        self.warnings.push(Problem::Lenient { leniency: Leniency::PeckDwell });
+        self.warnings.push(Problem::Lenient {
+            leniency: Leniency::PeckDwell,
+        });
         Ok(())
     }
 
     /// L.
     fn repeats(&self, code: Code) -> Result<u32, Problem> {
-        let Some(value) = self.word(b'L') else { return Ok(1) };
+        let Some(value) = self.word(b'L') else {
+            return Ok(1);
+        };
         match whole(value).filter(|value| (1.0..=f64::from(u32::MAX)).contains(value)) {
             Some(value) => Ok(value as u32),
-            None => Err(Problem::WordOutOfRange { code, letter: 'L', value, allowed: "a whole number from 1" }),
+            None => Err(Problem::WordOutOfRange {
+                code,
+                letter: 'L',
+                value,
+                allowed: "a whole number from 1",
+            }),
         }
     }
 
     /// The cycle's words: from the block, or kept from an earlier one.
     fn cycle_words(&mut self, code: Code, normal: usize) -> Result<CycleWords, Problem> {
         let kept = self.state.cycle;
-        let spindle = if self.words.has(b'$') { self.spindle_number(code)? } else { kept.spindle };
+        let spindle = if self.words.has(b'$') {
+            self.spindle_number(code)?
+        } else {
+            kept.spindle
+        };
         let words = CycleWords {
             level: kept.level.or(Some(self.state.current[normal])),
             r: self.word(b'R').or(kept.r),
@@ -83,8 +117,14 @@ impl Exec<'_> {
     fn holes(&mut self, code: Code, repeats: u32) -> Result<(), Problem> {
         let normal = self.state.plane.axes()[2];
         let words = self.cycle_words(code, normal)?;
-        let r = words.r.ok_or(Problem::WordMissing { code, what: "R, the clearance plane" })?;
-        let bottom = words.bottom.ok_or(Problem::WordMissing { code, what: BOTTOM[normal] })?;
+        let r = words.r.ok_or(Problem::WordMissing {
+            code,
+            what: "R, the clearance plane",
+        })?;
+        let bottom = words.bottom.ok_or(Problem::WordMissing {
+            code,
+            what: BOTTOM[normal],
+        })?;
         let start = self.state.current;
         let began = words.level.unwrap_or(start[normal]);
         let hole = self.resolve_hole(code, &words, began, [r, bottom])?;
@@ -98,29 +138,52 @@ impl Exec<'_> {
         if saved != PathControl::ExactPath {
             self.emit(CanonicalOp::SetMotionControlMode(PathControl::ExactPath));
         }
-        let incremental_polar = !self.state.absolute && (self.words.has(b'@') || self.words.has(b'^'));
+        let incremental_polar =
+            !self.state.absolute && (self.words.has(b'@') || self.words.has(b'^'));
         for round in 1..=repeats {
-            let ahead = if self.state.absolute { 1.0 } else { f64::from(round) };
+            let ahead = if self.state.absolute {
+                1.0
+            } else {
+                f64::from(round)
+            };
             if incremental_polar {
                 // An angle leads on from where the last hole was.
                 let place = self.target()?;
                 self.hole(&hole, &place)?;
                 continue;
             }
-            self.hole(&hole, &std::array::from_fn(|axis| start[axis] + ahead * (target[axis] - start[axis])))?;
+            self.hole(
+                &hole,
+                &std::array::from_fn(|axis| start[axis] + ahead * (target[axis] - start[axis])),
+            )?;
         }
         if saved != PathControl::ExactPath {
             self.emit(CanonicalOp::SetMotionControlMode(saved));
-            self.emit(CanonicalOp::SetNaiveCamTolerance(self.state.merge_tolerance));
+            self.emit(CanonicalOp::SetNaiveCamTolerance(
+                self.state.merge_tolerance,
+            ));
         }
         Ok(())
     }
 
-    /// A hole from R and bottom as programmed: under G91 they count from the level where the cycle began.
-    fn resolve_hole(&self, code: Code, words: &CycleWords, began: f64, [r, bottom]: [f64; 2]) -> Result<Hole, Problem> {
-        let (r, bottom) = if self.state.absolute { (r, bottom) } else { (r + began, r + began + bottom) };
+    /// A hole from R and bottom as programmed: under G91 they count from the level where the cycle
+    /// began.
+    fn resolve_hole(
+        &self,
+        code: Code,
+        words: &CycleWords,
+        began: f64,
+        [r, bottom]: [f64; 2],
+    ) -> Result<Hole, Problem> {
+        let (r, bottom) = if self.state.absolute {
+            (r, bottom)
+        } else {
+            (r + began, r + began + bottom)
+        };
         if r < bottom {
-            return Err(Problem::Cycle { message: "R is below the bottom of the hole" });
+            return Err(Problem::Cycle {
+                message: "R is below the bottom of the hole",
+            });
         }
         Ok(Hole {
             code,
@@ -128,7 +191,11 @@ impl Exec<'_> {
             normal: self.state.plane.axes()[2],
             r,
             bottom,
-            clear: if self.state.retract_to_start { began.max(r) } else { r },
+            clear: if self.state.retract_to_start {
+                began.max(r)
+            } else {
+                r
+            },
             p: words.p,
             last_p: words.last_p,
             q: words.q,
@@ -142,7 +209,10 @@ impl Exec<'_> {
         let normal = self.state.plane.axes()[2];
         let words = self.state.cycle;
         let (Some(r), Some(bottom)) = (words.r, words.bottom) else {
-            return Err(Problem::WordMissing { code, what: "R and the bottom of the hole from a cycle before the pattern" });
+            return Err(Problem::WordMissing {
+                code,
+                what: "R and the bottom of the hole from a cycle before the pattern",
+            });
         };
         let began = words.level.unwrap_or(self.state.current[normal]);
         let hole = self.resolve_hole(code, &words, began, [r, bottom])?;
@@ -150,8 +220,8 @@ impl Exec<'_> {
         self.hole(&hole, &place)
     }
 
-    /// One hole: across to it at the present level, or up to R on the way if that is higher (as recorded), down to R, and what the
-    /// cycle does.
+    /// One hole: across to it at the present level, or up to R on the way if that is higher (as
+    /// recorded), down to R, and what the cycle does.
     fn hole(&mut self, hole: &Hole, place: &Position) -> Result<(), Problem> {
         let mut above = *place;
         above[hole.normal] = self.state.current[hole.normal].max(hole.r);
@@ -166,12 +236,23 @@ impl Exec<'_> {
     /// Refuses cycles of endless pecks and repetitions.
     fn check_moves(&self, hole: &Hole, repeats: u32) -> Result<(), Problem> {
         let limit = self.config.limits.cycle_moves;
-        let pecks = hole.q.filter(|q| *q > 0.0).map_or(0.0, |q| (hole.r - hole.bottom) / q);
-        if f64::from(repeats) * (pecks * 3.0 + 4.0) > f64::from(limit) { Err(Problem::CycleTooLong { limit }) } else { Ok(()) }
+        let pecks = hole
+            .q
+            .filter(|q| *q > 0.0)
+            .map_or(0.0, |q| (hole.r - hole.bottom) / q);
+        if f64::from(repeats) * (pecks * 3.0 + 4.0) > f64::from(limit) {
+            Err(Problem::CycleTooLong { limit })
+        } else {
+            Ok(())
+        }
     }
 
     pub(crate) fn move_to(&mut self, end: Position, feed: bool) {
         self.state.current = end;
-        self.emit(if feed { CanonicalOp::StraightFeed(end) } else { CanonicalOp::StraightTraverse(end) });
+        self.emit(if feed {
+            CanonicalOp::StraightFeed(end)
+        } else {
+            CanonicalOp::StraightTraverse(end)
+        });
     }
 }

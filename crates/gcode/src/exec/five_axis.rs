@@ -28,7 +28,11 @@ pub(crate) fn tip(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         return Err(failed("tool-centre-point control needs the XY plane (G17)"));
     }
     super::tool::length(exec, code)?;
-    exec.state.tip_control = if code.tenths == 435 { TipControl::WithVector } else { TipControl::On };
+    exec.state.tip_control = if code.tenths == 435 {
+        TipControl::WithVector
+    } else {
+        TipControl::On
+    };
     exec.emit(CanonicalOp::ToolTipControl(true));
     Ok(())
 }
@@ -37,7 +41,9 @@ pub(crate) fn tip(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 pub(crate) fn rotate(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.no_tilt_yet()?;
     if exec.state.plane != Plane::Xy {
-        return Err(failed("coordinates can only be turned in the XY plane (G17)"));
+        return Err(failed(
+            "coordinates can only be turned in the XY plane (G17)",
+        ));
     }
     let degrees = exec.need(b'R', code, "R, the angle")?;
     let center = [0, 1].map(|axis| exec.axis_word(axis).unwrap_or(exec.state.current[axis]));
@@ -48,7 +54,9 @@ pub(crate) fn rotate(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 pub(crate) fn tilt(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     exec.no_tilt_yet()?;
     if exec.state.tip_control != TipControl::Off {
-        return Err(failed("a tilted plane cannot begin under tool-centre-point control (G49 comes first)"));
+        return Err(failed(
+            "a tilted plane cannot begin under tool-centre-point control (G49 comes first)",
+        ));
     }
     let origin = [0, 1, 2].map(|axis| exec.axis_word(axis).unwrap_or(0.0));
     let euler = [b'I', b'J', b'K'].map(|letter| exec.word(letter).unwrap_or(0.0));
@@ -73,9 +81,17 @@ pub(crate) fn orient(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 impl Exec<'_> {
     fn no_tilt_yet(&self) -> Result<(), Problem> {
         if self.state.compensation.is_some() {
-            return Err(Problem::Compensation { message: "the coordinates cannot turn under cutter compensation" });
+            return Err(Problem::Compensation {
+                message: "the coordinates cannot turn under cutter compensation",
+            });
         }
-        if self.state.offsets.tilt.is_some() { Err(failed("the coordinates are turned already (G69 comes first)")) } else { Ok(()) }
+        if self.state.offsets.tilt.is_some() {
+            Err(failed(
+                "the coordinates are turned already (G69 comes first)",
+            ))
+        } else {
+            Ok(())
+        }
     }
 
     pub(crate) fn set_tilt(&mut self, tilt: Option<Tilt>) -> Result<(), Problem> {
@@ -106,7 +122,11 @@ impl Exec<'_> {
         if length == 0.0 {
             return Err(failed("the direction of the tool (I, J, K) has no length"));
         }
-        self.emit(CanonicalOp::OrientTool([i / length, j / length, k / length]));
+        self.emit(CanonicalOp::OrientTool([
+            i / length,
+            j / length,
+            k / length,
+        ]));
         Ok(())
     }
 }

@@ -32,9 +32,20 @@ pub(crate) fn g10(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         }),
         Some(11.0) => exec.set_tool(code, number, |exec, tool| {
             let origin = exec.system_offsets(FIXTURE_SYSTEM);
-            exec.measured(&tool, &Offsets { g92: [0.0; 9], ..origin })
+            exec.measured(
+                &tool,
+                &Offsets {
+                    g92: [0.0; 9],
+                    ..origin
+                },
+            )
         }),
-        _ => Err(Problem::WordOutOfRange { code, letter: 'L', value: selector, allowed: "1, 2, 10, 11 or 20" }),
+        _ => Err(Problem::WordOutOfRange {
+            code,
+            letter: 'L',
+            value: selector,
+            allowed: "1, 2, 10, 11 or 20",
+        }),
     }
 }
 
@@ -42,8 +53,18 @@ impl Exec<'_> {
     /// The offsets that a system would have if it were in force; the tool is none.
     fn system_offsets(&self, system: u8) -> Offsets {
         let first = system_parameter(system);
-        let g5x = convert(&self.parameters.position(first), self.config.machine_units, self.state.units);
-        Offsets { g5x, g92: self.state.offsets.g92, tool: [0.0; 9], rotation_deg: self.parameters.get(first + 9), tilt: None }
+        let g5x = convert(
+            &self.parameters.position(first),
+            self.config.machine_units,
+            self.state.units,
+        );
+        Offsets {
+            g5x,
+            g92: self.state.offsets.g92,
+            tool: [0.0; 9],
+            rotation_deg: self.parameters.get(first + 9),
+            tilt: None,
+        }
     }
 
     /// L2 gives the origin, L20 the coordinates that the present place is to have.
@@ -51,15 +72,29 @@ impl Exec<'_> {
         let system = match whole(number).filter(|number| (0.0..=9.0).contains(number)) {
             Some(0.0) => self.state.system,
             Some(number) => number as u8,
-            None => return Err(Problem::WordOutOfRange { code, letter: 'P', value: number, allowed: "a system from 0 to 9" }),
+            None => {
+                return Err(Problem::WordOutOfRange {
+                    code,
+                    letter: 'P',
+                    value: number,
+                    allowed: "a system from 0 to 9",
+                });
+            }
         };
         for letter in *b"IJQ" {
             if let Some(value) = self.word(letter) {
-                return Err(Problem::UnusedWord { letter: char::from(letter), value, users: "G10 L1, L10 and L11".to_owned() });
+                return Err(Problem::UnusedWord {
+                    letter: char::from(letter),
+                    value,
+                    users: "G10 L1, L10 and L11".to_owned(),
+                });
             }
         }
         let mut offsets = self.system_offsets(system);
-        offsets.rotation_deg = self.word(b'R').filter(|_| !from_place).unwrap_or(offsets.rotation_deg);
+        offsets.rotation_deg = self
+            .word(b'R')
+            .filter(|_| !from_place)
+            .unwrap_or(offsets.rotation_deg);
         if from_place {
             let place = subtract(&self.state.machine(), &self.state.offsets.tool);
             let wanted = self.with_axis_words(&offsets.to_program(&place));
@@ -84,9 +119,13 @@ impl Exec<'_> {
         }
     }
 
-    /// The tool offset with which the present place would have the coordinates that the block names.
+    /// The tool offset with which the present place would have the coordinates that the block
+    /// names.
     fn measured(&self, tool: &Position, offsets: &Offsets) -> Position {
-        let without = Offsets { tool: [0.0; 9], ..*offsets };
+        let without = Offsets {
+            tool: [0.0; 9],
+            ..*offsets
+        };
         let mut place = subtract(&self.state.machine(), &without.g5x);
         rotate(&mut place, -without.rotation_deg);
         let here = subtract(&subtract(&place, &without.g92), tool);
@@ -95,16 +134,27 @@ impl Exec<'_> {
         std::array::from_fn(|axis| tool[axis] + change[axis])
     }
 
-    /// A tool memory of Fanuc: L10 and L12 give length and radius, L11 and L13 what their wear adds.
+    /// A tool memory of Fanuc: L10 and L12 give length and radius, L11 and L13 what their wear
+    /// adds.
     fn set_memory(&mut self, code: Code, memory: f64, number: f64) -> Result<(), Problem> {
         let value = self.need(b'R', code, "R, the value of the tool memory")?;
-        self.warnings.push(Problem::Lenient { leniency: Leniency::ToolMemory });
+        self.warnings.push(Problem::Lenient {
+            leniency: Leniency::ToolMemory,
+        });
         let allowed = "a tool number";
         let number = whole(number).filter(|number| (1.0..1e9).contains(number));
-        let number = number.ok_or(Problem::WordOutOfRange { code, letter: 'P', value, allowed })? as i32;
+        let number = number.ok_or(Problem::WordOutOfRange {
+            code,
+            letter: 'P',
+            value,
+            allowed,
+        })? as i32;
         let value = self.state.units.convert(value, self.config.machine_units);
         let table = self.tools.get_or_insert_with(ToolTable::default);
-        let mut tool = table.get(number).copied().unwrap_or(Tool { number, ..Tool::default() });
+        let mut tool = table.get(number).copied().unwrap_or(Tool {
+            number,
+            ..Tool::default()
+        });
         match memory as u8 {
             10 => tool.offset[2] = value,
             11 => tool.offset[2] += value,
@@ -115,28 +165,57 @@ impl Exec<'_> {
         Ok(())
     }
 
-    /// Changes a tool's offset, radius (R), angles (I, J) and orientation (Q). In force with the next G43.
-    fn set_tool(&mut self, code: Code, number: f64, offset: impl FnOnce(&Self, Position) -> Position) -> Result<(), Problem> {
+    /// Changes a tool's offset, radius (R), angles (I, J) and orientation (Q). In force with the
+    /// next G43.
+    fn set_tool(
+        &mut self,
+        code: Code,
+        number: f64,
+        offset: impl FnOnce(&Self, Position) -> Position,
+    ) -> Result<(), Problem> {
         let whole_number = whole(number).filter(|number| (1.0..1e9).contains(number));
-        let number = whole_number.ok_or(Problem::WordOutOfRange { code, letter: 'P', value: number, allowed: "a tool number" })? as i32;
-        let known = self.tools.as_ref().and_then(|table| table.get(number)).copied();
+        let number = whole_number.ok_or(Problem::WordOutOfRange {
+            code,
+            letter: 'P',
+            value: number,
+            allowed: "a tool number",
+        })? as i32;
+        let known = self
+            .tools
+            .as_ref()
+            .and_then(|table| table.get(number))
+            .copied();
         if known.is_none() && self.tools.is_some() {
-            return Err(Problem::NoSuchTool { tool: i64::from(number) });
+            return Err(Problem::NoSuchTool {
+                tool: i64::from(number),
+            });
         }
-        let mut tool = known.unwrap_or(Tool { number, ..Tool::default() });
+        let mut tool = known.unwrap_or(Tool {
+            number,
+            ..Tool::default()
+        });
         let (program, machine) = (self.state.units, self.config.machine_units);
         let changed = offset(self, convert(&tool.offset, machine, program));
         self.check_target(&changed)?;
         tool.offset = convert(&changed, program, machine);
-        tool.diameter = self.word(b'R').map_or(tool.diameter, |radius| 2.0 * program.convert(radius, machine));
+        tool.diameter = self.word(b'R').map_or(tool.diameter, |radius| {
+            2.0 * program.convert(radius, machine)
+        });
         tool.front_angle = self.word(b'I').unwrap_or(tool.front_angle);
         tool.back_angle = self.word(b'J').unwrap_or(tool.back_angle);
         if let Some(value) = self.word(b'Q') {
             let orientation = whole(value).filter(|value| (0.0..=9.0).contains(value));
             let allowed = "an orientation from 0 to 9";
-            tool.orientation = orientation.ok_or(Problem::WordOutOfRange { code, letter: 'Q', value, allowed })? as i32;
+            tool.orientation = orientation.ok_or(Problem::WordOutOfRange {
+                code,
+                letter: 'Q',
+                value,
+                allowed,
+            })? as i32;
         }
-        self.tools.get_or_insert_with(ToolTable::default).insert(tool);
+        self.tools
+            .get_or_insert_with(ToolTable::default)
+            .insert(tool);
         Ok(())
     }
 }

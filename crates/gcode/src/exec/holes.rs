@@ -73,15 +73,26 @@ impl Exec<'_> {
     }
 
     fn hole_dwell(&mut self, hole: &Hole) -> Result<(), Problem> {
-        let seconds = hole.p.ok_or(Problem::WordMissing { code: hole.code, what: "P, the seconds to wait" })?;
+        let seconds = hole.p.ok_or(Problem::WordMissing {
+            code: hole.code,
+            what: "P, the seconds to wait",
+        })?;
         self.pause(seconds)
     }
 
     /// G83 clears the hole after each peck, G73 only breaks the chip.
     fn peck(&mut self, hole: &Hole) -> Result<(), Problem> {
-        let delta = hole.q.ok_or(Problem::WordMissing { code: hole.code, what: "Q, the depth of a peck" })?;
+        let delta = hole.q.ok_or(Problem::WordMissing {
+            code: hole.code,
+            what: "Q, the depth of a peck",
+        })?;
         if delta <= 0.0 {
-            return Err(Problem::WordOutOfRange { code: hole.code, letter: 'Q', value: delta, allowed: "greater than zero" });
+            return Err(Problem::WordOutOfRange {
+                code: hole.code,
+                letter: 'Q',
+                value: delta,
+                allowed: "greater than zero",
+            });
         }
         let clearance = Units::Mm.convert(PECK_CLEARANCE_MM, self.state.units);
         let mut depth = hole.r - delta;
@@ -108,8 +119,11 @@ impl Exec<'_> {
     fn tap(&mut self, hole: &Hole) -> Result<(), Problem> {
         let clockwise = hole.code.tenths == 840;
         if self.spindle_state(hole.spindle).clockwise != Some(clockwise) {
-            let message =
-                if clockwise { "G84 needs the spindle to turn clockwise" } else { "G74 needs the spindle to turn counter-clockwise" };
+            let message = if clockwise {
+                "G84 needs the spindle to turn clockwise"
+            } else {
+                "G74 needs the spindle to turn counter-clockwise"
+            };
             return Err(Problem::Cycle { message });
         }
         let (feed, speed) = (self.state.feed_override, self.state.speed_override);
@@ -143,16 +157,28 @@ impl Exec<'_> {
         self.state.current = asked;
     }
 
-    /// G87 lowers the tool beside the hole's centre line with the spindle held, bores upwards to the middle level, and
-    /// comes out the same way.
+    /// G87 lowers the tool beside the hole's centre line with the spindle held, bores upwards to
+    /// the middle level, and comes out the same way.
     fn back_bore(&mut self, hole: &Hole) -> Result<(), Problem> {
         let Some(clockwise) = self.state.spindle.clockwise else {
-            return Err(Problem::Cycle { message: "the cycle needs the spindle to turn" });
+            return Err(Problem::Cycle {
+                message: "the cycle needs the spindle to turn",
+            });
         };
         let [first, second, normal] = hole.plane.axes();
-        let offset = |axis: usize| hole.ijk[axis].ok_or(Problem::WordMissing { code: hole.code, what: "I, J and K" });
-        let (along_first, along_second, middle) = (offset(first)?, offset(second)?, offset(normal)?);
-        let middle = if self.state.absolute { middle } else { middle + hole.bottom };
+        let offset = |axis: usize| {
+            hole.ijk[axis].ok_or(Problem::WordMissing {
+                code: hole.code,
+                what: "I, J and K",
+            })
+        };
+        let (along_first, along_second, middle) =
+            (offset(first)?, offset(second)?, offset(normal)?);
+        let middle = if self.state.absolute {
+            middle
+        } else {
+            middle + hole.bottom
+        };
         let center = self.state.current;
         let mut beside = center;
         beside[first] += along_first;
@@ -162,9 +188,21 @@ impl Exec<'_> {
             end[normal] = level;
             end
         };
-        let way = if clockwise { OrientWay::Clockwise } else { OrientWay::CounterClockwise };
-        let orient = CanonicalOp::OrientSpindle { spindle: 0, degrees: 0.0, way, boring: true };
-        let start = CanonicalOp::StartSpindle { spindle: 0, clockwise };
+        let way = if clockwise {
+            OrientWay::Clockwise
+        } else {
+            OrientWay::CounterClockwise
+        };
+        let orient = CanonicalOp::OrientSpindle {
+            spindle: 0,
+            degrees: 0.0,
+            way,
+            boring: true,
+        };
+        let start = CanonicalOp::StartSpindle {
+            spindle: 0,
+            clockwise,
+        };
         self.move_to(beside, false);
         self.emit(CanonicalOp::StopSpindle { spindle: 0 });
         self.emit(orient.clone());
@@ -185,7 +223,9 @@ impl Exec<'_> {
     /// G86 retracts with the spindle stopped, G88 lets the operator do it.
     fn bore(&mut self, hole: &Hole) -> Result<(), Problem> {
         let Some(clockwise) = self.state.spindle.clockwise else {
-            return Err(Problem::Cycle { message: "the cycle needs the spindle to turn" });
+            return Err(Problem::Cycle {
+                message: "the cycle needs the spindle to turn",
+            });
         };
         self.level(hole, hole.bottom, true);
         self.hole_dwell(hole)?;
@@ -197,7 +237,10 @@ impl Exec<'_> {
         } else {
             self.level(hole, hole.clear, false);
         }
-        self.emit(CanonicalOp::StartSpindle { spindle: 0, clockwise });
+        self.emit(CanonicalOp::StartSpindle {
+            spindle: 0,
+            clockwise,
+        });
         Ok(())
     }
 }

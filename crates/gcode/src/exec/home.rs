@@ -10,7 +10,11 @@ use crate::state::convert;
 const SECOND: u16 = 20;
 
 const fn first_parameter(code: Code) -> u16 {
-    if code.tenths >= 300 { HOME + SECOND } else { HOME }
+    if code.tenths >= 300 {
+        HOME + SECOND
+    } else {
+        HOME
+    }
 }
 
 /// Through the programmed point, then to the home of the named axes; of all, if none is named.
@@ -18,7 +22,11 @@ pub(crate) fn go(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let by_way = exec.target()?;
     exec.emit(CanonicalOp::StraightTraverse(by_way));
     exec.state.current = by_way;
-    let home = convert(&exec.parameters.position(first_parameter(code)), exec.config.machine_units, exec.state.units);
+    let home = convert(
+        &exec.parameters.position(first_parameter(code)),
+        exec.config.machine_units,
+        exec.state.units,
+    );
     let named = |axis: usize| exec.axis_word(axis).is_some();
     let all = !(0..9).any(named);
     let mut end = exec.state.machine();
@@ -36,7 +44,11 @@ pub(crate) fn go(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 
 /// G28.1 and G30.1.
 pub(crate) fn store(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let here = convert(&exec.state.machine(), exec.state.units, exec.config.machine_units);
+    let here = convert(
+        &exec.state.machine(),
+        exec.state.units,
+        exec.config.machine_units,
+    );
     exec.parameters.put_position(first_parameter(code), &here);
     Ok(())
 }

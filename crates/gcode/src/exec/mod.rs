@@ -76,7 +76,10 @@ impl Exec<'_> {
         if self.state.compensation.is_some() {
             return self.hold(op);
         }
-        self.out.push(SourcedOp { op, block: self.block });
+        self.out.push(SourcedOp {
+            op,
+            block: self.block,
+        });
     }
 
     /// The value of a word.
@@ -88,7 +91,11 @@ impl Exec<'_> {
     pub(crate) fn axis_word(&self, axis: usize) -> Option<f64> {
         let value = self.words.get(words::AXIS_LETTERS[axis]);
         // X is a diameter in G7.
-        if axis == 0 && self.state.diameter { value.map(|x| 0.5 * x) } else { value }
+        if axis == 0 && self.state.diameter {
+            value.map(|x| 0.5 * x)
+        } else {
+            value
+        }
     }
 
     /// A position with the axes that the block names.
@@ -105,7 +112,11 @@ impl Exec<'_> {
     pub(crate) fn check_target(&self, target: &Position) -> Result<(), Problem> {
         let limit = self.config.limits.coordinate;
         for (index, &value) in target.iter().enumerate() {
-            let size = if is_angle(index) { value.abs() } else { value.abs() * self.state.units.mm() };
+            let size = if is_angle(index) {
+                value.abs()
+            } else {
+                value.abs() * self.state.units.mm()
+            };
             if size.is_nan() || size > limit {
                 let axis = AxisId::from_index(index).map_or('?', AxisId::letter);
                 return Err(Problem::CoordinateTooLarge { axis, value, limit });

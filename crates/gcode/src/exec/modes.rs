@@ -13,7 +13,9 @@ pub(crate) fn plane(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         _ => Plane::Xy,
     };
     if plane != exec.state.plane && exec.state.compensation.is_some() {
-        return Err(Problem::Compensation { message: "the plane cannot change under cutter compensation" });
+        return Err(Problem::Compensation {
+            message: "the plane cannot change under cutter compensation",
+        });
     }
     exec.state.plane = plane;
     exec.emit(CanonicalOp::SelectPlane(plane));
@@ -22,15 +24,24 @@ pub(crate) fn plane(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 
 /// G20 and G21: places and offsets stay where they are.
 pub(crate) fn units(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let units = if code.tenths == 200 { Units::Inch } else { Units::Mm };
+    let units = if code.tenths == 200 {
+        Units::Inch
+    } else {
+        Units::Mm
+    };
     exec.emit(CanonicalOp::UseLengthUnits(units));
     let state = &mut *exec.state;
     if units != state.units {
         if state.compensation.is_some() {
-            return Err(Problem::Compensation { message: "the units cannot change under cutter compensation" });
+            return Err(Problem::Compensation {
+                message: "the units cannot change under cutter compensation",
+            });
         }
         if exec.words.has(b'F') && state.feed_mode != FeedMode::InverseTime {
-            exec.warnings.push(Problem::FeedBeforeUnits { code, unit: state.units.name() });
+            exec.warnings.push(Problem::FeedBeforeUnits {
+                code,
+                unit: state.units.name(),
+            });
         }
         exec.change_units(units);
     }
@@ -90,7 +101,12 @@ pub(crate) fn continuous(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem>
     let merge = exec.word(b'Q').unwrap_or(tolerance);
     for (letter, value) in [('P', tolerance), ('Q', merge)] {
         if value < 0.0 {
-            return Err(Problem::WordOutOfRange { code, letter, value, allowed: "zero or more" });
+            return Err(Problem::WordOutOfRange {
+                code,
+                letter,
+                value,
+                allowed: "zero or more",
+            });
         }
     }
     exec.set_path_control(PathControl::Continuous { tolerance });
@@ -104,7 +120,12 @@ impl Exec<'_> {
     pub(crate) fn change_units(&mut self, units: Units) {
         let state = &mut *self.state;
         let from = state.units;
-        for position in [&mut state.current, &mut state.offsets.g5x, &mut state.offsets.g92, &mut state.offsets.tool] {
+        for position in [
+            &mut state.current,
+            &mut state.offsets.g5x,
+            &mut state.offsets.g92,
+            &mut state.offsets.tool,
+        ] {
             *position = convert(position, from, units);
         }
         state.offsets.tilt = state.offsets.tilt.map(|tilt| tilt.convert(from, units));
@@ -114,7 +135,9 @@ impl Exec<'_> {
     /// Puts a feed mode into force.
     pub(crate) fn set_feed_mode(&mut self, mode: FeedMode) {
         self.state.feed_mode = mode;
-        self.emit(CanonicalOp::SetFeedMode { per_revolution: mode == FeedMode::PerRevolution });
+        self.emit(CanonicalOp::SetFeedMode {
+            per_revolution: mode == FeedMode::PerRevolution,
+        });
         if mode != FeedMode::InverseTime {
             self.set_feed(0.0, None);
         }

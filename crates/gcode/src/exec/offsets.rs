@@ -16,7 +16,11 @@ pub(crate) fn system_parameter(system: u8) -> u16 {
 
 /// G54 to G59.3.
 pub(crate) fn select(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
-    let system = if code.tenths > 590 { code.tenths - 590 + 6 } else { (code.tenths - 540) / 10 + 1 } as u8;
+    let system = if code.tenths > 590 {
+        code.tenths - 590 + 6
+    } else {
+        (code.tenths - 540) / 10 + 1
+    } as u8;
     if system != exec.state.system {
         exec.load_system(system);
         exec.emit(CanonicalOp::SetG92Offset(exec.state.offsets.g92));
@@ -29,7 +33,11 @@ impl Exec<'_> {
     /// Puts a coordinate system into force as its parameters describe it.
     pub(crate) fn load_system(&mut self, system: u8) {
         let first = system_parameter(system);
-        let origin = convert(&self.parameters.position(first), self.config.machine_units, self.state.units);
+        let origin = convert(
+            &self.parameters.position(first),
+            self.config.machine_units,
+            self.state.units,
+        );
         let rotation = self.parameters.get(first + 9);
         self.state.rebase(|offsets| {
             offsets.g5x = origin;
@@ -37,7 +45,10 @@ impl Exec<'_> {
         });
         self.state.system = system;
         self.parameters.put(SYSTEM, f64::from(system));
-        self.emit(CanonicalOp::SetG5xOffset { system, offset: origin });
+        self.emit(CanonicalOp::SetG5xOffset {
+            system,
+            offset: origin,
+        });
     }
 
     /// Puts a G92 offset into force.
@@ -47,7 +58,11 @@ impl Exec<'_> {
     }
 
     fn remember_g92(&mut self) {
-        let stored = convert(&self.state.offsets.g92, self.state.units, self.config.machine_units);
+        let stored = convert(
+            &self.state.offsets.g92,
+            self.state.units,
+            self.config.machine_units,
+        );
         self.parameters.put_position(G92, &stored);
         self.parameters.put(G92_ACTIVE, 1.0);
     }
@@ -96,7 +111,11 @@ pub(crate) fn g92_suspend(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 
 /// G92.3.
 pub(crate) fn g92_restore(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
-    let offset = convert(&exec.parameters.position(G92), exec.config.machine_units, exec.state.units);
+    let offset = convert(
+        &exec.parameters.position(G92),
+        exec.config.machine_units,
+        exec.state.units,
+    );
     exec.check_target(&offset)?;
     exec.apply_g92(offset);
     exec.parameters.put(G92_ACTIVE, 1.0);

@@ -14,7 +14,12 @@ impl Exec<'_> {
     fn port(&self, code: Code, letter: u8, value: f64) -> Result<u8, Problem> {
         match whole(value).filter(|number| (0.0..=HIGHEST).contains(number)) {
             Some(number) => Ok(number as u8),
-            None => Err(Problem::WordOutOfRange { code, letter: char::from(letter), value, allowed: "a number from 0 to 255" }),
+            None => Err(Problem::WordOutOfRange {
+                code,
+                letter: char::from(letter),
+                value,
+                allowed: "a number from 0 to 255",
+            }),
         }
     }
 }
@@ -24,7 +29,11 @@ pub(crate) fn digital(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let number = exec.need(b'P', code, "P, the number of the output")?;
     let index = exec.port(code, b'P', number)?;
     let on = matches!(code.tenths, 620 | 640);
-    exec.emit(CanonicalOp::SetOutput { index, value: OutputValue::Digital(on), with_motion: code.tenths < 640 });
+    exec.emit(CanonicalOp::SetOutput {
+        index,
+        value: OutputValue::Digital(on),
+        with_motion: code.tenths < 640,
+    });
     Ok(())
 }
 
@@ -33,7 +42,11 @@ pub(crate) fn analog(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let number = exec.need(b'E', code, "E, the number of the output")?;
     let index = exec.port(code, b'E', number)?;
     let value = exec.need(b'Q', code, "Q, the value of the output")?;
-    exec.emit(CanonicalOp::SetOutput { index, value: OutputValue::Analog(value), with_motion: code.tenths == 670 });
+    exec.emit(CanonicalOp::SetOutput {
+        index,
+        value: OutputValue::Analog(value),
+        with_motion: code.tenths == 670,
+    });
     Ok(())
 }
 
@@ -42,7 +55,12 @@ pub(crate) fn input(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let (letter, number) = match (exec.word(b'P'), exec.word(b'E')) {
         (Some(number), None) => (b'P', number),
         (None, Some(number)) => (b'E', number),
-        _ => return Err(Problem::WordMissing { code, what: "either P, a digital input, or E, an analogue one" }),
+        _ => {
+            return Err(Problem::WordMissing {
+                code,
+                what: "either P, a digital input, or E, an analogue one",
+            });
+        }
     };
     let index = exec.port(code, letter, number)?;
     let mode = exec.word(b'L').unwrap_or(0.0);
@@ -52,17 +70,37 @@ pub(crate) fn input(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         Some(2.0) => WaitFor::Fall,
         Some(3.0) => WaitFor::High,
         Some(4.0) => WaitFor::Low,
-        _ => return Err(Problem::WordOutOfRange { code, letter: 'L', value: mode, allowed: "0 to 4" }),
+        _ => {
+            return Err(Problem::WordOutOfRange {
+                code,
+                letter: 'L',
+                value: mode,
+                allowed: "0 to 4",
+            });
+        }
     };
     let analog = letter == b'E';
     let seconds = exec.word(b'Q').unwrap_or(0.0);
     if wait != WaitFor::Now && analog {
-        return Err(Problem::WordOutOfRange { code, letter: 'L', value: mode, allowed: "0 for an analogue input" });
+        return Err(Problem::WordOutOfRange {
+            code,
+            letter: 'L',
+            value: mode,
+            allowed: "0 for an analogue input",
+        });
     }
     if wait != WaitFor::Now && seconds <= 0.0 {
-        return Err(Problem::WordMissing { code, what: "Q, how many seconds to wait at most" });
+        return Err(Problem::WordMissing {
+            code,
+            what: "Q, how many seconds to wait at most",
+        });
     }
     exec.parameters.put(RESULT, 0.0);
-    exec.emit(CanonicalOp::ReadInput { index, analog, wait, seconds });
+    exec.emit(CanonicalOp::ReadInput {
+        index,
+        analog,
+        wait,
+        seconds,
+    });
     Ok(())
 }

@@ -5,7 +5,8 @@ use crate::ops::{CanonicalOp, StraightProbe, Units};
 use crate::problem::{Code, Problem};
 use crate::state::FeedMode;
 
-/// How far before its end a probing move is taken to stop, as in LinuxCNC's stand-alone interpreter: 0.254 mm.
+/// How far before its end a probing move is taken to stop, as in LinuxCNC's stand-alone
+/// interpreter: 0.254 mm.
 const STOP_MM: f64 = 0.254;
 /// Shortest probing move (LinuxCNC: 0.00000001 units).
 const SHORTEST: f64 = 1e-8;
@@ -14,8 +15,8 @@ const TOUCHED: u16 = 5061;
 /// Parameter: whether it touched.
 const SUCCESS: u16 = 5070;
 
-/// Probes up to the programmed end. There is no probe: #5061 to #5069 become the end, #5070 says that nothing was
-/// touched, and the tool is taken to be a little before the end.
+/// Probes up to the programmed end. There is no probe: #5061 to #5069 become the end, #5070 says
+/// that nothing was touched, and the tool is taken to be a little before the end.
 pub(crate) fn probe(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.state.motion = Some(code);
     let end = exec.target()?;
@@ -38,7 +39,12 @@ pub(crate) fn probe(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
             stop[axis] -= ways[axis] * share;
         }
     }
-    let probe = StraightProbe { end, stop, away: code.tenths >= 384, must };
+    let probe = StraightProbe {
+        end,
+        stop,
+        away: code.tenths >= 384,
+        must,
+    };
     exec.parameters.put_position(TOUCHED, &end);
     exec.parameters.put(SUCCESS, 0.0);
     exec.emit(CanonicalOp::StraightProbe(Box::new(probe)));

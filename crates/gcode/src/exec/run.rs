@@ -11,7 +11,10 @@ use crate::syntax::Text;
 use crate::syntax::evaluate::whole;
 
 /// G5, which goes on as the one before it ended.
-const CUBIC: Code = Code { letter: 'G', tenths: 50 };
+const CUBIC: Code = Code {
+    letter: 'G',
+    tenths: 50,
+};
 
 impl Exec<'_> {
     /// Carries the block out.
@@ -20,7 +23,11 @@ impl Exec<'_> {
         if self.state.corner.is_some() {
             self.turn_corner().map_err(|problem| (problem, None))?;
         }
-        self.state.corner_exit = self.state.corner_exit.take().filter(|_| words.mask & CORNERS != 0);
+        self.state.corner_exit = self
+            .state
+            .corner_exit
+            .take()
+            .filter(|_| words.mask & CORNERS != 0);
         let mut next = 0;
         let mut moved = false;
         for used in words.codes() {
@@ -33,7 +40,8 @@ impl Exec<'_> {
                 moved = true;
                 self.state.motion_unknown = false;
             }
-            self.act(used.row).map_err(|problem| (problem, Some(used.text)))?;
+            self.act(used.row)
+                .map_err(|problem| (problem, Some(used.text)))?;
         }
         self.words_before(&mut next, u8::MAX)?;
         if !moved {
@@ -46,8 +54,20 @@ impl Exec<'_> {
         if self.state.compensation.is_some() {
             self.under_compensation(row.code)?;
         }
-        if self.state.nurbs.is_some() && row.group != Group::Stop && !matches!(row.code, Code { letter: 'G', tenths: 52 | 53 }) {
-            return Err(Problem::Curve { code: row.code, message: "cannot stand between G5.2 and G5.3" });
+        if self.state.nurbs.is_some()
+            && row.group != Group::Stop
+            && !matches!(
+                row.code,
+                Code {
+                    letter: 'G',
+                    tenths: 52 | 53
+                }
+            )
+        {
+            return Err(Problem::Curve {
+                code: row.code,
+                message: "cannot stand between G5.2 and G5.3",
+            });
         }
         if row.group == Group::Motion && row.code != CUBIC {
             self.state.spline_exit = None;
@@ -69,7 +89,8 @@ impl Exec<'_> {
             if *next <= at && at < phase {
                 *next = at + 1;
                 if let Some(value) = self.word(letter) {
-                    self.plain_word(letter, value).map_err(|problem| (problem, Some(self.words.text(letter))))?;
+                    self.plain_word(letter, value)
+                        .map_err(|problem| (problem, Some(self.words.text(letter))))?;
                 }
             }
         }
@@ -77,11 +98,17 @@ impl Exec<'_> {
     }
 
     fn plain_word(&mut self, letter: u8, value: f64) -> Result<(), Problem> {
-        let bad = Problem::BadWordValue { letter: char::from(letter), value };
+        let bad = Problem::BadWordValue {
+            letter: char::from(letter),
+            value,
+        };
         match letter {
             b'F' if value < 0.0 => Err(bad),
             b'F' if value * self.state.units.mm() > self.config.limits.feed => {
-                Err(Problem::FeedTooLarge { rate: value, limit: self.config.limits.feed })
+                Err(Problem::FeedTooLarge {
+                    rate: value,
+                    limit: self.config.limits.feed,
+                })
             }
             b'F' => {
                 if self.state.feed_mode != FeedMode::InverseTime {
@@ -93,7 +120,10 @@ impl Exec<'_> {
             b'S' => {
                 for spindle in self.spindles()? {
                     self.spindle_state(spindle).speed = value;
-                    self.emit(CanonicalOp::SetSpindleSpeed { spindle, speed: value });
+                    self.emit(CanonicalOp::SetSpindleSpeed {
+                        spindle,
+                        speed: value,
+                    });
                 }
                 Ok(())
             }

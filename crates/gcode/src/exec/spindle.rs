@@ -23,7 +23,10 @@ pub(crate) fn surface_speed(exec: &mut Exec<'_>, code: Code) -> Result<(), Probl
 pub(crate) fn constant_speed(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     for spindle in exec.spindles()? {
         exec.spindle_state(spindle).surface_limit = None;
-        exec.emit(CanonicalOp::SetSpindleMode { spindle, highest: 0.0 });
+        exec.emit(CanonicalOp::SetSpindleMode {
+            spindle,
+            highest: 0.0,
+        });
     }
     Ok(())
 }
@@ -33,12 +36,29 @@ pub(crate) fn orient(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let spindles = exec.spindles()?;
     let degrees = exec.word(b'R').unwrap_or(0.0);
     if !(0.0..=360.0).contains(&degrees) {
-        return Err(Problem::WordOutOfRange { code, letter: 'R', value: degrees, allowed: "an angle from 0 to 360" });
+        return Err(Problem::WordOutOfRange {
+            code,
+            letter: 'R',
+            value: degrees,
+            allowed: "an angle from 0 to 360",
+        });
     }
     let value = exec.word(b'P').unwrap_or(0.0);
-    let ways = [OrientWay::Shortest, OrientWay::Clockwise, OrientWay::CounterClockwise];
-    let way = whole(value).and_then(|number| ways.into_iter().find(|way| f64::from(way.number()) == number));
-    let way = way.ok_or(Problem::WordOutOfRange { code, letter: 'P', value, allowed: "0, 1 or 2" })?;
+    let ways = [
+        OrientWay::Shortest,
+        OrientWay::Clockwise,
+        OrientWay::CounterClockwise,
+    ];
+    let way = whole(value).and_then(|number| {
+        ways.into_iter()
+            .find(|way| f64::from(way.number()) == number)
+    });
+    let way = way.ok_or(Problem::WordOutOfRange {
+        code,
+        letter: 'P',
+        value,
+        allowed: "0, 1 or 2",
+    })?;
     let turns = exec.word(b'R').is_some() || exec.word(b'P').is_some();
     let wait = exec.word(b'Q');
     for spindle in spindles {
@@ -47,10 +67,20 @@ pub(crate) fn orient(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         if !turns {
             continue;
         }
-        exec.emit(CanonicalOp::OrientSpindle { spindle, degrees, way, boring: false });
+        exec.emit(CanonicalOp::OrientSpindle {
+            spindle,
+            degrees,
+            way,
+            boring: false,
+        });
     }
     match wait {
-        Some(seconds) if seconds <= 0.0 => Err(Problem::WordOutOfRange { code, letter: 'Q', value: seconds, allowed: "greater than zero" }),
+        Some(seconds) if seconds <= 0.0 => Err(Problem::WordOutOfRange {
+            code,
+            letter: 'Q',
+            value: seconds,
+            allowed: "greater than zero",
+        }),
         Some(seconds) => {
             for spindle in spindles {
                 exec.emit(CanonicalOp::WaitOrient { spindle, seconds });
@@ -85,7 +115,8 @@ pub(crate) fn synchronised(exec: &mut Exec<'_>, code: Code) -> Result<(), Proble
     Ok(())
 }
 
-/// G33.1: there and back in step with the spindle, which is reversed at the end; the tool is then where it was.
+/// G33.1: there and back in step with the spindle, which is reversed at the end; the tool is then
+/// where it was.
 pub(crate) fn rigid_tap(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.state.motion = Some(code);
     let end = exec.target()?;

@@ -30,10 +30,23 @@ pub(crate) fn pallet(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 /// M98: the call comes after everything else on the line.
 pub(crate) fn call(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let number = exec.need(b'P', code, "P, the number of the subroutine")?;
-    let number = whole(number).filter(|value| *value >= 0.0).ok_or(Problem::BadWordValue { letter: 'P', value: number })?;
+    let number = whole(number)
+        .filter(|value| *value >= 0.0)
+        .ok_or(Problem::BadWordValue {
+            letter: 'P',
+            value: number,
+        })?;
     let rounds = exec.word(b'L').unwrap_or(1.0);
-    let rounds = whole(rounds).filter(|value| (0.0..=1e15).contains(value)).ok_or(Problem::BadWordValue { letter: 'L', value: rounds })?;
-    *exec.jump = Some(Jump::Call { name: format!("{number}"), rounds: rounds as u64 });
+    let rounds = whole(rounds)
+        .filter(|value| (0.0..=1e15).contains(value))
+        .ok_or(Problem::BadWordValue {
+            letter: 'L',
+            value: rounds,
+        })?;
+    *exec.jump = Some(Jump::Call {
+        name: format!("{number}"),
+        rounds: rounds as u64,
+    });
     Ok(())
 }
 
@@ -44,9 +57,15 @@ pub(crate) fn back(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
         return Ok(());
     };
     if !exec.config.leniencies.has(Leniency::PackedCalls) {
-        return Err(Problem::UnusedWord { letter: 'P', value, users: users('P') });
+        return Err(Problem::UnusedWord {
+            letter: 'P',
+            value,
+            users: users('P'),
+        });
     }
-    exec.warnings.push(Problem::Lenient { leniency: Leniency::PackedCalls });
+    exec.warnings.push(Problem::Lenient {
+        leniency: Leniency::PackedCalls,
+    });
     *exec.jump = Some(Jump::ReturnTo { line: value });
     Ok(())
 }
@@ -70,11 +89,14 @@ impl Exec<'_> {
         }
         self.state.absolute = true;
         self.state.feed_mode = FeedMode::PerMinute;
-        self.emit(CanonicalOp::SetFeedMode { per_revolution: false });
+        self.emit(CanonicalOp::SetFeedMode {
+            per_revolution: false,
+        });
         self.set_feed(0.0, None);
-        for (allowed, op) in
-            [(self.state.feed_override, CanonicalOp::FeedOverride(true)), (self.state.speed_override, CanonicalOp::SpeedOverride(true))]
-        {
+        for (allowed, op) in [
+            (self.state.feed_override, CanonicalOp::FeedOverride(true)),
+            (self.state.speed_override, CanonicalOp::SpeedOverride(true)),
+        ] {
             if !allowed {
                 self.emit(op);
             }
@@ -83,17 +105,24 @@ impl Exec<'_> {
         self.state.spindle.clockwise = None;
         self.state.spindle.surface_limit = None;
         for number in 1..=self.state.more_spindles.len() as u8 {
-            let turned = std::mem::take(self.spindle_state(number)).clockwise.is_some();
+            let turned = std::mem::take(self.spindle_state(number))
+                .clockwise
+                .is_some();
             if turned {
                 self.emit(CanonicalOp::StopSpindle { spindle: number });
             }
         }
         self.emit(CanonicalOp::StopSpindle { spindle: 0 });
-        self.emit(CanonicalOp::SetSpindleMode { spindle: 0, highest: 0.0 });
+        self.emit(CanonicalOp::SetSpindleMode {
+            spindle: 0,
+            highest: 0.0,
+        });
         if self.state.mist || self.state.flood {
             self.coolant_off();
         }
-        self.state.motion = crate::codes::rows().find(|row| row.group == Group::Motion && row.code.tenths == 10).map(|row| row.code);
+        self.state.motion = crate::codes::rows()
+            .find(|row| row.group == Group::Motion && row.code.tenths == 10)
+            .map(|row| row.code);
         self.state.ended = true;
         self.emit(CanonicalOp::ProgramEnd);
         Ok(())

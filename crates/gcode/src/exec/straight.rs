@@ -42,13 +42,26 @@ pub(crate) fn machine_coordinates(exec: &mut Exec<'_>, _: Code) -> Result<(), Pr
         Some(row) if row.code.tenths <= 10 => {}
         _ => return Err(Problem::G53WithoutMotion),
     }
-    if exec.state.absolute { Ok(()) } else { Err(Problem::G53Incremental) }
+    if exec.state.absolute {
+        Ok(())
+    } else {
+        Err(Problem::G53Incremental)
+    }
 }
 
 /// What the feed rate is measured along: X Y Z, or U V W if those stand still, or degrees of A B C.
 pub(crate) fn straight_length(start: &Position, end: &Position) -> f64 {
-    let norm = |from: usize| (from..from + 3).map(|i| (end[i] - start[i]) * (end[i] - start[i])).sum::<f64>().sqrt();
-    [0, 6, 3].into_iter().map(norm).find(|length| *length > 0.0).unwrap_or(0.0)
+    let norm = |from: usize| {
+        (from..from + 3)
+            .map(|i| (end[i] - start[i]) * (end[i] - start[i]))
+            .sum::<f64>()
+            .sqrt()
+    };
+    [0, 6, 3]
+        .into_iter()
+        .map(norm)
+        .find(|length| *length > 0.0)
+        .unwrap_or(0.0)
 }
 
 /// Bits of the tool's direction (G43.5).
@@ -58,7 +71,11 @@ impl Exec<'_> {
     /// Where the axis words lead to.
     pub(crate) fn target(&self) -> Result<Position, Problem> {
         let in_machine = self.words.has_g(530);
-        let mut end = if in_machine { self.state.machine() } else { self.state.current };
+        let mut end = if in_machine {
+            self.state.machine()
+        } else {
+            self.state.current
+        };
         let absolute = in_machine || self.state.absolute;
         for (axis, coordinate) in end.iter_mut().enumerate() {
             if let Some(value) = self.axis_word(axis) {
@@ -74,15 +91,29 @@ impl Exec<'_> {
     }
 
     /// A straight move, compensated for the cutter if that is on.
-    pub(crate) fn straight(&mut self, start: &Position, end: Position, feed: bool) -> Result<(), Problem> {
+    pub(crate) fn straight(
+        &mut self,
+        start: &Position,
+        end: Position,
+        feed: bool,
+    ) -> Result<(), Problem> {
         self.state.arc_not_allowed = false;
         if self.words.mask & VECTOR != 0 && self.state.tip_control == TipControl::WithVector {
             self.tool_vector()?;
         }
-        if self.state.compensation.as_ref().is_some_and(|compensation| compensation.acts()) {
+        if self
+            .state
+            .compensation
+            .as_ref()
+            .is_some_and(|compensation| compensation.acts())
+        {
             return self.compensated_line(start, end, feed);
         }
-        self.emit(if feed { CanonicalOp::StraightFeed(end) } else { CanonicalOp::StraightTraverse(end) });
+        self.emit(if feed {
+            CanonicalOp::StraightFeed(end)
+        } else {
+            CanonicalOp::StraightTraverse(end)
+        });
         Ok(())
     }
 
@@ -93,7 +124,9 @@ impl Exec<'_> {
                 Some(f) if f > 0.0 => Ok(()),
                 _ => Err(Problem::NoInverseTimeFeed { code }),
             },
-            FeedMode::PerRevolution if self.state.spindle.speed == 0.0 && !self.state.feed_missed => {
+            FeedMode::PerRevolution
+                if self.state.spindle.speed == 0.0 && !self.state.feed_missed =>
+            {
                 self.state.feed_missed = true;
                 match code.tenths {
                     10 => Err(Problem::NoRevolutions { code: "G1" }),
@@ -111,14 +144,22 @@ impl Exec<'_> {
         }
     }
 
-    /// In inverse time, the rate that does a length in 1/F minutes. Under cutter compensation, and on the move that leaves it, the
-    /// path has another length than what was programmed; it is the rate that then holds (as recorded), also for the arcs at corners.
+    /// In inverse time, the rate that does a length in 1/F minutes. Under cutter compensation, and
+    /// on the move that leaves it, the path has another length than what was programmed; it is the
+    /// rate that then holds (as recorded), also for the arcs at corners.
     pub(crate) fn inverse_time(&mut self, length: impl FnOnce() -> f64) {
         if self.state.feed_mode == FeedMode::InverseTime {
             let per_minute = self.word(b'F').unwrap_or_default();
-            let acts = self.state.compensation.as_ref().is_some_and(|compensation| compensation.acts());
+            let acts = self
+                .state
+                .compensation
+                .as_ref()
+                .is_some_and(|compensation| compensation.acts());
             let differs = acts || self.state.arc_not_allowed;
-            self.set_feed((length() * per_minute).max(LEAST_RATE), Some(per_minute).filter(|_| !differs));
+            self.set_feed(
+                (length() * per_minute).max(LEAST_RATE),
+                Some(per_minute).filter(|_| !differs),
+            );
         }
     }
 }

@@ -31,12 +31,14 @@ struct Thread {
     tapers: [f64; 2],
 }
 
-/// G76. P pitch, I from the drive line to the crest, J first depth, K full depth, R degression, Q angle of the slide, H
-/// spring passes, E length of the tapers, L which ends have them.
+/// G76. P pitch, I from the drive line to the crest, J first depth, K full depth, R degression, Q
+/// angle of the slide, H spring passes, E length of the tapers, L which ends have them.
 pub(crate) fn thread(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.state.motion = Some(code);
     if exec.state.plane != Plane::Zx {
-        return Err(Problem::Cycle { message: "G76 needs the ZX plane (G18)" });
+        return Err(Problem::Cycle {
+            message: "G76 needs the ZX plane (G18)",
+        });
     }
     if exec.state.spindle.clockwise.is_none() {
         return Err(Problem::SpindleStopped { code });
@@ -48,14 +50,26 @@ pub(crate) fn thread(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let depth = exec.radial(exec.positive(code, b'K', "K, the depth of the thread")?);
     let crest = exec.radial(exec.need(b'I', code, "I, from the drive line to the crest")?);
     if crest == 0.0 {
-        return Err(Problem::WordOutOfRange { code, letter: 'I', value: crest, allowed: "other than zero" });
+        return Err(Problem::WordOutOfRange {
+            code,
+            letter: 'I',
+            value: crest,
+            allowed: "other than zero",
+        });
     }
     if depth <= first {
-        return Err(Problem::Cycle { message: "the depth of the thread (K) has to be more than that of its first pass (J)" });
+        return Err(Problem::Cycle {
+            message: "the depth of the thread (K) has to be more than that of its first pass (J)",
+        });
     }
     let angle = exec.word(b'Q').unwrap_or(0.0);
     if angle.abs() > 80.0 {
-        return Err(Problem::WordOutOfRange { code, letter: 'Q', value: angle, allowed: "an angle from -80 to 80" });
+        return Err(Problem::WordOutOfRange {
+            code,
+            letter: 'Q',
+            value: angle,
+            allowed: "an angle from -80 to 80",
+        });
     }
     let thread = Thread {
         pitch,
@@ -77,18 +91,36 @@ impl Exec<'_> {
     fn positive(&self, code: Code, letter: u8, what: &'static str) -> Result<f64, Problem> {
         let value = self.need(letter, code, what)?;
         let allowed = "greater than zero";
-        if value > 0.0 { Ok(value) } else { Err(Problem::WordOutOfRange { code, letter: char::from(letter), value, allowed }) }
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(Problem::WordOutOfRange {
+                code,
+                letter: char::from(letter),
+                value,
+                allowed,
+            })
+        }
     }
 
     /// A length in X, which is a diameter in G7.
     fn radial(&self, length: f64) -> f64 {
-        if self.state.diameter { 0.5 * length } else { length }
+        if self.state.diameter {
+            0.5 * length
+        } else {
+            length
+        }
     }
 
     fn tapers(&self, code: Code) -> Result<[f64; 2], Problem> {
         let length = self.word(b'E').unwrap_or(0.0);
         if length < 0.0 {
-            return Err(Problem::WordOutOfRange { code, letter: 'E', value: length, allowed: "zero or more" });
+            return Err(Problem::WordOutOfRange {
+                code,
+                letter: 'E',
+                value: length,
+                allowed: "zero or more",
+            });
         }
         let value = self.word(b'L').unwrap_or(0.0);
         match whole(value) {
@@ -96,7 +128,12 @@ impl Exec<'_> {
             Some(1.0) => Ok([length, 0.0]),
             Some(2.0) => Ok([0.0, length]),
             Some(3.0) => Ok([length; 2]),
-            _ => Err(Problem::WordOutOfRange { code, letter: 'L', value, allowed: "0 to 3" }),
+            _ => Err(Problem::WordOutOfRange {
+                code,
+                letter: 'L',
+                value,
+                allowed: "0 to 3",
+            }),
         }
     }
 
@@ -105,9 +142,16 @@ impl Exec<'_> {
         let degression = self.word(b'R').unwrap_or(1.0).max(1.0);
         let value = self.word(b'H').unwrap_or(0.0);
         let springs = whole(value).filter(|springs| *springs >= 0.0);
-        let springs = springs.ok_or(Problem::WordOutOfRange { code, letter: 'H', value, allowed: "a whole number from 0" })?;
+        let springs = springs.ok_or(Problem::WordOutOfRange {
+            code,
+            letter: 'H',
+            value,
+            allowed: "a whole number from 0",
+        })?;
         let limit = self.config.limits.cycle_moves;
-        if (math::pow(thread.depth / first, degression) + springs + 2.0) * OPS_PER_PASS > f64::from(limit) {
+        if (math::pow(thread.depth / first, degression) + springs + 2.0) * OPS_PER_PASS
+            > f64::from(limit)
+        {
             return Err(Problem::CycleTooLong { limit });
         }
         let mut depth = first;
@@ -127,7 +171,10 @@ impl Exec<'_> {
         let clear = thread.drive - thread.outwards * (thread.depth - depth);
         let cut = thread.crest + thread.outwards * depth;
         let out = cut - thread.outwards * thread.depth;
-        let [start, end] = [thread.ends[0] - depth * thread.slide, thread.ends[1] + (thread.depth - depth) * thread.slide];
+        let [start, end] = [
+            thread.ends[0] - depth * thread.slide,
+            thread.ends[1] + (thread.depth - depth) * thread.slide,
+        ];
         let way = (end - start).signum();
         let [entry, exit] = thread.tapers;
         self.lathe(clear, start, false);

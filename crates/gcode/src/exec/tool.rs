@@ -19,7 +19,9 @@ impl Exec<'_> {
     /// Refuses tools that the table does not have; 0 is no tool.
     pub(crate) fn check_tool(&mut self, tool: i32) -> Result<(), Problem> {
         match &*self.tools {
-            Some(table) if tool != 0 && table.get(tool).is_none() => Err(Problem::NoSuchTool { tool: i64::from(tool) }),
+            Some(table) if tool != 0 && table.get(tool).is_none() => Err(Problem::NoSuchTool {
+                tool: i64::from(tool),
+            }),
             _ => Ok(()),
         }
     }
@@ -31,7 +33,9 @@ impl Exec<'_> {
             self.warnings.push(Problem::NoToolTable { tool });
         }
         let entry = self.tools.as_ref().and_then(|table| table.get(tool));
-        Ok(entry.map_or([0.0; 9], |tool| convert(&tool.offset, self.config.machine_units, self.state.units)))
+        Ok(entry.map_or([0.0; 9], |tool| {
+            convert(&tool.offset, self.config.machine_units, self.state.units)
+        }))
     }
 
     pub(crate) fn apply_tool_offset(&mut self, offset: Position) -> Result<(), Problem> {
@@ -41,14 +45,21 @@ impl Exec<'_> {
         Ok(())
     }
 
-    /// The tool that H or D names; without it the one in the spindle. For LinuxCNC, 0 is the spindle's, too; for other
-    /// controls it is no tool.
+    /// The tool that H or D names; without it the one in the spindle. For LinuxCNC, 0 is the
+    /// spindle's, too; for other controls it is no tool.
     pub(crate) fn named_tool(&self, code: Code, letter: u8) -> Result<i32, Problem> {
-        let Some(value) = self.word(letter) else { return Ok(self.state.loaded_tool) };
+        let Some(value) = self.word(letter) else {
+            return Ok(self.state.loaded_tool);
+        };
         match whole(value).filter(|number| (0.0..1e9).contains(number)) {
             Some(0.0) if self.config.dialect == Dialect::LinuxCnc => Ok(self.state.loaded_tool),
             Some(number) => Ok(number as i32),
-            None => Err(Problem::WordOutOfRange { code, letter: char::from(letter), value, allowed: "a tool number" }),
+            None => Err(Problem::WordOutOfRange {
+                code,
+                letter: char::from(letter),
+                value,
+                allowed: "a tool number",
+            }),
         }
     }
 }
@@ -68,7 +79,12 @@ pub(crate) fn change(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 pub(crate) fn set_number(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let value = exec.need(b'Q', code, "Q, the tool's number")?;
     let number = whole(value).filter(|number| (0.0..1e9).contains(number));
-    let tool = number.ok_or(Problem::WordOutOfRange { code, letter: 'Q', value, allowed: "a tool number" })? as i32;
+    let tool = number.ok_or(Problem::WordOutOfRange {
+        code,
+        letter: 'Q',
+        value,
+        allowed: "a tool number",
+    })? as i32;
     exec.check_tool(tool)?;
     exec.state.loaded_tool = tool;
     exec.state.selected_tool = Some(tool);
@@ -96,12 +112,24 @@ pub(crate) fn dynamic_length(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem
 pub(crate) fn added_length(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let named = exec.word(b'H').is_some();
     if !named && (0..9).all(|axis| exec.axis_word(axis).is_none()) {
-        return Err(Problem::WordMissing { code, what: "H or an axis word" });
+        return Err(Problem::WordMissing {
+            code,
+            what: "H or an axis word",
+        });
     }
     let mut offset = exec.state.offsets.tool;
-    let more = if named { exec.named_tool(code, b'H').and_then(|tool| exec.tool_offset(tool))? } else { [0.0; 9] };
+    let more = if named {
+        exec.named_tool(code, b'H')
+            .and_then(|tool| exec.tool_offset(tool))?
+    } else {
+        [0.0; 9]
+    };
     for axis in 0..9 {
-        offset[axis] += if named { more[axis] } else { exec.axis_word(axis).unwrap_or(0.0) };
+        offset[axis] += if named {
+            more[axis]
+        } else {
+            exec.axis_word(axis).unwrap_or(0.0)
+        };
     }
     exec.apply_tool_offset(offset)
 }

@@ -10,7 +10,8 @@ use crate::turning::{self, Finishing, Frame, Move, Pockets, ProfileMove, Roughin
 /// I and R where they are not given (LinuxCNC: 1 and 0.5, whatever the units).
 const DEPTH: f64 = 1.0;
 const RETRACT: f64 = 0.5;
-/// By how much ends of arcs may miss each other and a profile turn back, mm: the rounding of programs.
+/// By how much ends of arcs may miss each other and a profile turn back, mm: the rounding of
+/// programs.
 const ROUNDING_MM: f64 = 0.002;
 /// Most passes of G70.
 const MOST_PASSES: f64 = 10_000.0;
@@ -31,7 +32,13 @@ enum Kind {
     /// D, E and P.
     Finish { first: f64, last: f64, passes: u32 },
     /// D, I, R, along Z or X, which pockets.
-    Rough { distance: f64, depth: f64, retract: f64, along_z: bool, pockets: Pockets },
+    Rough {
+        distance: f64,
+        depth: f64,
+        retract: f64,
+        along_z: bool,
+        pockets: Pockets,
+    },
 }
 
 /// Whether a code is a turning cycle.
@@ -39,13 +46,19 @@ pub(crate) const fn is_turning(code: Code) -> bool {
     code.letter == 'G' && matches!(code.tenths, 700 | 710..=712 | 720..=722)
 }
 
-/// G70 to G72.2: goes to X and Z at rapid and asks for the profile, the subroutine Q. The rest is made when that has been read.
+/// G70 to G72.2: goes to X and Z at rapid and asks for the profile, the subroutine Q. The rest is
+/// made when that has been read.
 pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     if exec.state.plane != Plane::Zx {
-        return Err(Problem::TurningPlane { code, plane: exec.state.plane.name() });
+        return Err(Problem::TurningPlane {
+            code,
+            plane: exec.state.plane.name(),
+        });
     }
     if exec.state.feed_mode == FeedMode::InverseTime {
-        return Err(Problem::Cycle { message: "a turning cycle in inverse time feed (G93)" });
+        return Err(Problem::Cycle {
+            message: "a turning cycle in inverse time feed (G93)",
+        });
     }
     let end = exec.target()?;
     let turning = exec.turning(code, &end)?;
@@ -59,56 +72,140 @@ pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 
 impl Exec<'_> {
     fn turning(&self, code: Code, end: &Position) -> Result<Turning, Problem> {
-        let value = self.need(b'Q', code, "Q, the number of the subroutine with the profile")?;
+        let value = self.need(
+            b'Q',
+            code,
+            "Q, the number of the subroutine with the profile",
+        )?;
         let number = whole(value).filter(|number| *number >= 0.0);
-        let number = number.ok_or(Problem::WordOutOfRange { code, letter: 'Q', value, allowed: "the number of a subroutine" })?;
+        let number = number.ok_or(Problem::WordOutOfRange {
+            code,
+            letter: 'Q',
+            value,
+            allowed: "the number of a subroutine",
+        })?;
         let distance = self.not_negative(code, b'D', 0.0)?;
         let kind = if code.tenths == 700 {
-            Kind::Finish { first: distance, last: self.not_negative(code, b'E', 0.0)?, passes: self.passes_of_finishing(code)? }
+            Kind::Finish {
+                first: distance,
+                last: self.not_negative(code, b'E', 0.0)?,
+                passes: self.passes_of_finishing(code)?,
+            }
         } else {
             let depth = self.word(b'I').unwrap_or(DEPTH);
             if depth <= 0.0 {
-                return Err(Problem::WordOutOfRange { code, letter: 'I', value: depth, allowed: "greater than zero" });
+                return Err(Problem::WordOutOfRange {
+                    code,
+                    letter: 'I',
+                    value: depth,
+                    allowed: "greater than zero",
+                });
             }
             let pockets = match code.tenths % 10 {
                 1 => Pockets::First,
                 2 => Pockets::Later,
                 _ => Pockets::All,
             };
-            Kind::Rough { distance, depth, retract: self.not_negative(code, b'R', RETRACT)?, along_z: code.tenths < 720, pockets }
+            Kind::Rough {
+                distance,
+                depth,
+                retract: self.not_negative(code, b'R', RETRACT)?,
+                along_z: code.tenths < 720,
+                pockets,
+            }
         };
-        let from = if self.strays() { self.place_for_profile(end) } else { *end };
-        Ok(Turning { code, name: format!("{number}"), kind, from })
+        let from = if self.strays() {
+            self.place_for_profile(end)
+        } else {
+            *end
+        };
+        Ok(Turning {
+            code,
+            name: format!("{number}"),
+            kind,
+            from,
+        })
     }
 
     fn not_negative(&self, code: Code, letter: u8, otherwise: f64) -> Result<f64, Problem> {
         let value = self.word(letter).unwrap_or(otherwise);
         let allowed = "zero or more";
-        if value >= 0.0 { Ok(value) } else { Err(Problem::WordOutOfRange { code, letter: char::from(letter), value, allowed }) }
+        if value >= 0.0 {
+            Ok(value)
+        } else {
+            Err(Problem::WordOutOfRange {
+                code,
+                letter: char::from(letter),
+                value,
+                allowed,
+            })
+        }
     }
 
     fn passes_of_finishing(&self, code: Code) -> Result<u32, Problem> {
         let value = self.word(b'P').unwrap_or(1.0);
         match whole(value).filter(|passes| (1.0..=MOST_PASSES).contains(passes)) {
             Some(passes) => Ok(passes as u32),
-            None => Err(Problem::WordOutOfRange { code, letter: 'P', value, allowed: "a whole number from 1 to 10000" }),
+            None => Err(Problem::WordOutOfRange {
+                code,
+                letter: 'P',
+                value,
+                allowed: "a whole number from 1 to 10000",
+            }),
         }
     }
 
     /// The moves of a cycle whose profile is known, in its frame.
-    pub(crate) fn turning_moves(&self, turning: &Turning, profile: &[ProfileMove]) -> Result<(Frame, Vec<Move>), Trouble> {
+    pub(crate) fn turning_moves(
+        &self,
+        turning: &Turning,
+        profile: &[ProfileMove],
+    ) -> Result<(Frame, Vec<Move>), Trouble> {
         let forgiven = ROUNDING_MM / self.state.units.mm();
         let most = self.config.limits.cycle_moves as usize;
         match turning.kind {
-            Kind::Finish { first, last, passes } => turning::finish(profile, &Finishing { first, last, passes, most }, forgiven),
-            Kind::Rough { distance, depth, retract, along_z, pockets } => {
-                turning::rough(profile, along_z, distance, &Roughing { depth, retract, pockets, most }, forgiven)
-            }
+            Kind::Finish {
+                first,
+                last,
+                passes,
+            } => turning::finish(
+                profile,
+                &Finishing {
+                    first,
+                    last,
+                    passes,
+                    most,
+                },
+                forgiven,
+            ),
+            Kind::Rough {
+                distance,
+                depth,
+                retract,
+                along_z,
+                pockets,
+            } => turning::rough(
+                profile,
+                along_z,
+                distance,
+                &Roughing {
+                    depth,
+                    retract,
+                    pockets,
+                    most,
+                },
+                forgiven,
+            ),
         }
     }
 
     /// Carries the moves out.
-    pub(crate) fn make_moves(&mut self, code: Code, frame: &Frame, moves: &[Move]) -> Result<(), Problem> {
+    pub(crate) fn make_moves(
+        &mut self,
+        code: Code,
+        frame: &Frame,
+        moves: &[Move],
+    ) -> Result<(), Problem> {
         for step in moves {
             let (place, feed) = match *step {
                 Move::Rapid(place) => (place, false),
@@ -132,11 +229,29 @@ impl Exec<'_> {
         Ok(())
     }
 
-    fn turn_arc(&mut self, start: &Position, end: &Position, center: [f64; 2], ccw: bool) -> Result<(), Problem> {
+    fn turn_arc(
+        &mut self,
+        start: &Position,
+        end: &Position,
+        center: [f64; 2],
+        ccw: bool,
+    ) -> Result<(), Problem> {
         let [x, y, z, others @ ..] = *end;
         let turns = if ccw { 1 } else { -1 };
-        let arc = ArcFeed { plane: Plane::Zx, end: [z, x], center, turns, axis_end: y, others };
-        if self.state.compensation.as_ref().is_some_and(|compensation| compensation.acts()) {
+        let arc = ArcFeed {
+            plane: Plane::Zx,
+            end: [z, x],
+            center,
+            turns,
+            axis_end: y,
+            others,
+        };
+        if self
+            .state
+            .compensation
+            .as_ref()
+            .is_some_and(|compensation| compensation.acts())
+        {
             return self.compensated_arc(start, arc);
         }
         self.emit(CanonicalOp::ArcFeed(arc));

@@ -10,13 +10,24 @@ use crate::syntax::evaluate::whole;
 /// Letters of the axes in index order.
 pub(crate) const AXIS_LETTERS: [u8; 9] = *b"XYZABCUVW";
 /// Bits of the axes.
-pub(crate) const AXIS_BITS: u32 = bit(b'X') | bit(b'Y') | bit(b'Z') | bit(b'A') | bit(b'B') | bit(b'C') | bit(b'U') | bit(b'V') | bit(b'W');
+pub(crate) const AXIS_BITS: u32 = bit(b'X')
+    | bit(b'Y')
+    | bit(b'Z')
+    | bit(b'A')
+    | bit(b'B')
+    | bit(b'C')
+    | bit(b'U')
+    | bit(b'V')
+    | bit(b'W');
 /// Bits of U, V and W.
 pub(crate) const SECONDARY_BITS: u32 = bit(b'U') | bit(b'V') | bit(b'W');
 /// Most codes that one line can have without two of a group.
 const CODES: usize = 24;
 
-const CANCEL: Code = Code { letter: 'G', tenths: 800 };
+const CANCEL: Code = Code {
+    letter: 'G',
+    tenths: 800,
+};
 
 /// A code of the block.
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +54,10 @@ pub(crate) struct Words {
 /// The code of a letter and number; none for numbers that no code has.
 pub(crate) fn code_of(letter: char, value: f64) -> Option<Code> {
     let tenths = whole(value * 10.0).filter(|tenths| (0.0..=65_535.0).contains(tenths))?;
-    Some(Code { letter, tenths: tenths as u16 })
+    Some(Code {
+        letter,
+        tenths: tenths as u16,
+    })
 }
 
 fn slot(letter: u8) -> usize {
@@ -53,7 +67,10 @@ fn slot(letter: u8) -> usize {
 impl Words {
     /// No words yet, with what is accepted beyond RS274/NGC.
     pub(crate) fn accepting(accepted: Leniencies) -> Words {
-        Words { accepted, ..Words::default() }
+        Words {
+            accepted,
+            ..Words::default()
+        }
     }
 
     pub(crate) fn clear(&mut self) {
@@ -70,7 +87,11 @@ impl Words {
 
     /// The value of a letter.
     pub(crate) fn get(&self, letter: u8) -> Option<f64> {
-        if self.has(letter) { self.values.get(slot(letter)).copied() } else { None }
+        if self.has(letter) {
+            self.values.get(slot(letter)).copied()
+        } else {
+            None
+        }
     }
 
     /// Where a letter stands.
@@ -85,7 +106,13 @@ impl Words {
 
     /// Whether a G code is there.
     pub(crate) fn has_g(&self, tenths: u16) -> bool {
-        self.codes.iter().any(|used| used.row.code == Code { letter: 'G', tenths })
+        self.codes.iter().any(|used| {
+            used.row.code
+                == Code {
+                    letter: 'G',
+                    tenths,
+                }
+        })
     }
 
     /// Sets the value of a letter.
@@ -112,7 +139,9 @@ impl Words {
             return self.add_code(letter, value, text);
         }
         if self.has(letter) {
-            return Err(Problem::RepeatedWord { letter: char::from(letter) });
+            return Err(Problem::RepeatedWord {
+                letter: char::from(letter),
+            });
         }
         self.mask |= bit(letter);
         let slot = slot(letter);
@@ -136,25 +165,47 @@ impl Words {
         if row.group == Group::Motion && self.replaces_motion(row) {
             return Ok(());
         }
-        if let Some(other) = self.codes.iter().find(|used| used.row.group == row.group && used.row.code.letter == letter) {
-            return Err(Problem::ModalConflict { first: other.row.code, second: code, group: row.group.name() });
+        if let Some(other) = self
+            .codes
+            .iter()
+            .find(|used| used.row.group == row.group && used.row.code.letter == letter)
+        {
+            return Err(Problem::ModalConflict {
+                first: other.row.code,
+                second: code,
+                group: row.group.name(),
+            });
         }
         if self.codes.len() >= CODES {
             return Err(Problem::TooManyWords { limit: CODES });
         }
-        let at = self.codes.iter().position(|used| used.row.phase > row.phase).unwrap_or(self.codes.len());
+        let at = self
+            .codes
+            .iter()
+            .position(|used| used.row.phase > row.phase)
+            .unwrap_or(self.codes.len());
         self.codes.insert(at, UsedCode { row, text });
         Ok(())
     }
 
-    /// G80 may stand beside another motion code and then means nothing: true if the new code is that G80. If the G80
-    /// came first, it is taken out.
+    /// G80 may stand beside another motion code and then means nothing: true if the new code is
+    /// that G80. If the G80 came first, it is taken out.
     fn replaces_motion(&mut self, new: &CodeRow) -> bool {
-        let Some(at) = self.codes.iter().position(|used| used.row.group == Group::Motion) else { return false };
+        let Some(at) = self
+            .codes
+            .iter()
+            .position(|used| used.row.group == Group::Motion)
+        else {
+            return false;
+        };
         if new.code == CANCEL {
             return true;
         }
-        if self.codes.get(at).is_some_and(|used| used.row.code == CANCEL) {
+        if self
+            .codes
+            .get(at)
+            .is_some_and(|used| used.row.code == CANCEL)
+        {
             self.codes.remove(at);
         }
         false

@@ -1,4 +1,5 @@
-//! What a line does: its words in plain language, the modes and the position before and after, the motions it makes.
+//! What a line does: its words in plain language, the modes and the position before and after, the
+//! motions it makes.
 
 mod action;
 mod modes;
@@ -93,23 +94,38 @@ pub struct Snapshot {
 
 impl Snapshot {
     fn of(state: &State, compensated: bool) -> Snapshot {
-        Snapshot { modes: modes::modes(state, compensated), position: state.current, machine_position: state.machine() }
+        Snapshot {
+            modes: modes::modes(state, compensated),
+            position: state.current,
+            machine_position: state.machine(),
+        }
     }
 }
 
 /// Runs a program to its end and explains a line of it; none if the program does not have the line.
 pub fn explain<R: BufRead>(program: &mut Program<R>, line: u32) -> Option<Explanation> {
-    let mut explanation = Explanation { line, ..Explanation::default() };
+    let mut explanation = Explanation {
+        line,
+        ..Explanation::default()
+    };
     let (mut first, mut last) = (None::<Seen>, None::<Seen>);
     watch(program, |event| {
         let span = event.place.span;
         if (span.file, span.line) == (0, line) && !event.passed {
             if explanation.executions == 0 {
                 explanation.text = String::from_utf8_lossy(event.interpreter.line()).into_owned();
-                explanation.parts = word::parts(event.interpreter.block(), event.interpreter.line(), Some(event));
+                explanation.parts = word::parts(
+                    event.interpreter.block(),
+                    event.interpreter.line(),
+                    Some(event),
+                );
             }
             explanation.executions += 1;
-            *(if first.is_none() { &mut first } else { &mut last }) = Some(Seen::of(event));
+            *(if first.is_none() {
+                &mut first
+            } else {
+                &mut last
+            }) = Some(Seen::of(event));
         } else if (span.file, span.line) == (0, line) {
             explanation.passed_over += 1;
             if explanation.text.is_empty() {
@@ -133,7 +149,9 @@ pub fn explain<R: BufRead>(program: &mut Program<R>, line: u32) -> Option<Explan
         if explanation.passed_over == 0 {
             return None;
         }
-        explanation.never = Some("it was only passed over: its branch is not taken, or its subroutine is not called");
+        explanation.never = Some(
+            "it was only passed over: its branch is not taken, or its subroutine is not called",
+        );
     }
     Some(explanation)
 }

@@ -13,13 +13,24 @@ pub struct Mode {
     pub value: String,
 }
 
-const SYSTEMS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
+const SYSTEMS: [&str; 9] = [
+    "G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3",
+];
 
 /// Axis letters with values that are not zero.
 pub(super) fn axes(position: &Position) -> String {
     let one = |(letter, value): (char, &f64)| format!("{letter}{value}");
-    let some: Vec<String> = "XYZABCUVW".chars().zip(position).filter(|(_, value)| **value != 0.0).map(one).collect();
-    if some.is_empty() { "none".to_owned() } else { some.join(" ") }
+    let some: Vec<String> = "XYZABCUVW"
+        .chars()
+        .zip(position)
+        .filter(|(_, value)| **value != 0.0)
+        .map(one)
+        .collect();
+    if some.is_empty() {
+        "none".to_owned()
+    } else {
+        some.join(" ")
+    }
 }
 
 fn switch(on: bool) -> &'static str {
@@ -31,7 +42,9 @@ fn path(control: PathControl, merge: f64) -> String {
         PathControl::ExactPath => "exact path (G61)".to_owned(),
         PathControl::ExactStop => "exact stop (G61.1)".to_owned(),
         PathControl::Continuous { tolerance: 0.0 } => "continuous (G64)".to_owned(),
-        PathControl::Continuous { tolerance } => format!("continuous within {tolerance} (G64 P), merging within {merge}"),
+        PathControl::Continuous { tolerance } => {
+            format!("continuous within {tolerance} (G64 P), merging within {merge}")
+        }
     }
 }
 
@@ -51,7 +64,11 @@ fn spindle(state: &State) -> String {
         Some(true) => "clockwise (M3)",
         Some(false) => "counter-clockwise (M4)",
     };
-    let unit = if spindle.surface_limit.is_some() { "surface speed (G96)" } else { "rev/min" };
+    let unit = if spindle.surface_limit.is_some() {
+        "surface speed (G96)"
+    } else {
+        "rev/min"
+    };
     format!("{turns}, S{} {unit}", spindle.speed)
 }
 
@@ -64,13 +81,49 @@ pub(super) fn modes(state: &State, compensated: bool) -> Vec<Mode> {
         Plane::Yz => "YZ (G19)",
     };
     let offsets = &state.offsets;
-    let system = SYSTEMS.get(usize::from(state.system).wrapping_sub(1)).copied().unwrap_or("?");
-    let compensation = if compensated { "on (G41, G42)" } else { "off (G40)" };
+    let system = SYSTEMS
+        .get(usize::from(state.system).wrapping_sub(1))
+        .copied()
+        .unwrap_or("?");
+    let compensation = if compensated {
+        "on (G41, G42)"
+    } else {
+        "off (G40)"
+    };
     vec![
-        mode("motion", state.motion.map_or("none (G80)".to_owned(), |code| code.to_string())),
-        mode("units", if state.units == Units::Mm { "mm (G21)" } else { "inch (G20)" }.to_owned()),
-        mode("distances", if state.absolute { "absolute (G90)" } else { "incremental (G91)" }.to_owned()),
-        mode("arc centres", if state.arc_absolute { "absolute (G90.1)" } else { "relative (G91.1)" }.to_owned()),
+        mode(
+            "motion",
+            state
+                .motion
+                .map_or("none (G80)".to_owned(), |code| code.to_string()),
+        ),
+        mode(
+            "units",
+            if state.units == Units::Mm {
+                "mm (G21)"
+            } else {
+                "inch (G20)"
+            }
+            .to_owned(),
+        ),
+        mode(
+            "distances",
+            if state.absolute {
+                "absolute (G90)"
+            } else {
+                "incremental (G91)"
+            }
+            .to_owned(),
+        ),
+        mode(
+            "arc centres",
+            if state.arc_absolute {
+                "absolute (G90.1)"
+            } else {
+                "relative (G91.1)"
+            }
+            .to_owned(),
+        ),
         mode("plane", plane.to_owned()),
         mode("feed", feed(state)),
         mode("spindle", spindle(state)),
@@ -79,7 +132,11 @@ pub(super) fn modes(state: &State, compensated: bool) -> Vec<Mode> {
             format!(
                 "T{} in the spindle, {}",
                 state.loaded_tool,
-                state.selected_tool.map_or("none selected".to_owned(), |tool| format!("T{tool} selected"))
+                state
+                    .selected_tool
+                    .map_or("none selected".to_owned(), |tool| format!(
+                        "T{tool} selected"
+                    ))
             ),
         ),
         mode("tool offset", axes(&offsets.tool)),
@@ -88,8 +145,27 @@ pub(super) fn modes(state: &State, compensated: bool) -> Vec<Mode> {
         mode("G92 offset", axes(&offsets.g92)),
         mode("cutter compensation", compensation.to_owned()),
         mode("path", path(state.path_control, state.merge_tolerance)),
-        mode("coolant", format!("flood {}, mist {}", switch(state.flood), switch(state.mist))),
-        mode("cycles return to", if state.retract_to_start { "where they began (G98)" } else { "R (G99)" }.to_owned()),
-        mode("X", if state.diameter { "a diameter (G7)" } else { "a radius (G8)" }.to_owned()),
+        mode(
+            "coolant",
+            format!("flood {}, mist {}", switch(state.flood), switch(state.mist)),
+        ),
+        mode(
+            "cycles return to",
+            if state.retract_to_start {
+                "where they began (G98)"
+            } else {
+                "R (G99)"
+            }
+            .to_owned(),
+        ),
+        mode(
+            "X",
+            if state.diameter {
+                "a diameter (G7)"
+            } else {
+                "a radius (G8)"
+            }
+            .to_owned(),
+        ),
     ]
 }

@@ -53,11 +53,19 @@ impl Seen {
             file: interpreter.file_name(site.call.file).map(str::to_owned),
         };
         Execution {
-            calls: interpreter.call_stacks().trace(self.call_stack).map(call).collect(),
+            calls: interpreter
+                .call_stacks()
+                .trace(self.call_stack)
+                .map(call)
+                .collect(),
             refused: self.refused,
             before: Snapshot::of(&self.before.0, self.before.1),
             after: Snapshot::of(&self.after.0, self.after.1),
-            actions: self.ops.iter().map(|(at, op)| action::describe(op, at, self.after.0.units)).collect(),
+            actions: self
+                .ops
+                .iter()
+                .map(|(at, op)| action::describe(op, at, self.after.0.units))
+                .collect(),
             action_count: self.count,
         }
     }

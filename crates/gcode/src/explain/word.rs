@@ -10,31 +10,75 @@ use crate::trace::Event;
 /// The parts of a line in its order. With the event of its execution, values and modes are known.
 pub(super) fn parts(block: &Block, line: &[u8], event: Option<&Event<'_>>) -> Vec<Part> {
     let text = |text: Text| {
-        let piece = line.get(text.start as usize..(text.start + text.len) as usize).unwrap_or_default();
+        let piece = line
+            .get(text.start as usize..(text.start + text.len) as usize)
+            .unwrap_or_default();
         String::from_utf8_lossy(piece).into_owned()
     };
     let mut parts: Vec<(u32, Part)> = Vec::new();
     if block.deletable {
-        parts.push((0, Part { text: "/".to_owned(), meaning: "skipped if block delete is on".to_owned() }));
+        parts.push((
+            0,
+            Part {
+                text: "/".to_owned(),
+                meaning: "skipped if block delete is on".to_owned(),
+            },
+        ));
     }
     if let Some(number) = block.line_number {
-        parts.push((0, Part { text: format!("N{number}"), meaning: "line number".to_owned() }));
+        parts.push((
+            0,
+            Part {
+                text: format!("N{number}"),
+                meaning: "line number".to_owned(),
+            },
+        ));
     }
     if block.percent {
-        parts.push((0, Part { text: "%".to_owned(), meaning: "start or end of the program".to_owned() }));
+        parts.push((
+            0,
+            Part {
+                text: "%".to_owned(),
+                meaning: "start or end of the program".to_owned(),
+            },
+        ));
     }
     if let Some((_, keyword)) = block.flow {
         let shown = String::from_utf8_lossy(line.trim_ascii()).into_owned();
-        parts.push((0, Part { text: shown, meaning: flow(keyword).to_owned() }));
+        parts.push((
+            0,
+            Part {
+                text: shown,
+                meaning: flow(keyword).to_owned(),
+            },
+        ));
     }
     for word in &block.words {
-        parts.push((word.text.start, Part { text: text(word.text), meaning: meaning(word, block, event) }));
+        parts.push((
+            word.text.start,
+            Part {
+                text: text(word.text),
+                meaning: meaning(word, block, event),
+            },
+        ));
     }
     for setting in &block.settings {
-        parts.push((setting.text.start, Part { text: text(setting.text), meaning: setting_meaning(setting, event) }));
+        parts.push((
+            setting.text.start,
+            Part {
+                text: text(setting.text),
+                meaning: setting_meaning(setting, event),
+            },
+        ));
     }
     if let Some(comment) = block.comment.filter(|_| block.flow.is_none()) {
-        parts.push((comment.start, Part { text: text(comment), meaning: "comment".to_owned() }));
+        parts.push((
+            comment.start,
+            Part {
+                text: text(comment),
+                meaning: "comment".to_owned(),
+            },
+        ));
     }
     parts.sort_by_key(|(start, _)| *start);
     parts.into_iter().map(|(_, part)| part).collect()
@@ -65,11 +109,16 @@ const fn flow(keyword: Keyword) -> &'static str {
 
 fn setting_meaning(setting: &Setting, event: Option<&Event<'_>>) -> String {
     let number = match setting.target {
-        Target::Numbered(Value::Number(number)) if (1.0..=5602.0).contains(&number) => number as u16,
+        Target::Numbered(Value::Number(number)) if (1.0..=5602.0).contains(&number) => {
+            number as u16
+        }
         _ => return "sets the parameter, after the rest of the line has been read".to_owned(),
     };
     match event {
-        Some(event) => format!("parameter #{number} becomes {}", event.interpreter.parameters().get(number)),
+        Some(event) => format!(
+            "parameter #{number} becomes {}",
+            event.interpreter.parameters().get(number)
+        ),
         None => format!("sets parameter #{number}"),
     }
 }
@@ -85,9 +134,14 @@ fn row_of(word: &Word) -> Option<&'static CodeRow> {
 fn meaning(word: &Word, block: &Block, event: Option<&Event<'_>>) -> String {
     let letter = char::from(word.letter);
     if matches!(letter, 'G' | 'M') {
-        return row_of(word).map_or("a code that is not known".to_owned(), |row| format!("{} ({})", row.meaning, row.group.name()));
+        return row_of(word).map_or("a code that is not known".to_owned(), |row| {
+            format!("{} ({})", row.meaning, row.group.name())
+        });
     }
-    let value = match (word.value, event.and_then(|event| event.interpreter.value_of(word))) {
+    let value = match (
+        word.value,
+        event.and_then(|event| event.interpreter.value_of(word)),
+    ) {
         (Value::Number(number), None) => Some(number),
         (_, value) => value,
     };
@@ -96,11 +150,16 @@ fn meaning(word: &Word, block: &Block, event: Option<&Event<'_>>) -> String {
     let user = user(word, block, state);
     match letter {
         'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' | 'U' | 'V' | 'W' => axis(letter, &shown, state, user),
-        'F' => format!("feed rate {shown}{}", state.map_or(String::new(), feed_unit)),
+        'F' => format!(
+            "feed rate {shown}{}",
+            state.map_or(String::new(), feed_unit)
+        ),
         'S' => format!("spindle speed {shown}"),
         'T' => format!("selects tool {shown}"),
         'I' | 'J' | 'K' | 'R' | 'P' if user.is_some_and(is_arc) => arc_word(letter, &shown, state),
-        _ => user.map_or(format!("{letter} = {shown}"), |row| format!("{letter} of {}: {shown}", row.code)),
+        _ => user.map_or(format!("{letter} = {shown}"), |row| {
+            format!("{letter} of {}: {shown}", row.code)
+        }),
     }
 }
 
@@ -113,13 +172,28 @@ fn user(word: &Word, block: &Block, state: Option<&State>) -> Option<&'static Co
     let letter = char::from(word.letter);
     let takes = |row: &&'static CodeRow| row.words.contains(letter);
     let modal = state.and_then(|state| state.motion).and_then(codes::find);
-    block.words.iter().filter_map(row_of).find(takes).or(modal.filter(takes))
+    block
+        .words
+        .iter()
+        .filter_map(row_of)
+        .find(takes)
+        .or(modal.filter(takes))
 }
 
 fn axis(letter: char, shown: &str, state: Option<&State>, _: Option<&CodeRow>) -> String {
-    let Some(state) = state else { return format!("{letter} {shown}") };
-    let unit = if "ABC".contains(letter) { "degrees" } else { state.units.name() };
-    let diameter = if letter == 'X' && state.diameter { ", a diameter" } else { "" };
+    let Some(state) = state else {
+        return format!("{letter} {shown}");
+    };
+    let unit = if "ABC".contains(letter) {
+        "degrees"
+    } else {
+        state.units.name()
+    };
+    let diameter = if letter == 'X' && state.diameter {
+        ", a diameter"
+    } else {
+        ""
+    };
     let how = if state.absolute { "to" } else { "by" };
     format!("{letter} {how} {shown} {unit}{diameter}")
 }
@@ -128,7 +202,9 @@ fn arc_word(letter: char, shown: &str, state: Option<&State>) -> String {
     match letter {
         'R' => format!("radius {shown}; negative: the longer way round"),
         'P' => format!("{shown} turns begun"),
-        _ if state.is_some_and(|state| state.arc_absolute) => format!("centre at {shown} in {}", axis_of(letter)),
+        _ if state.is_some_and(|state| state.arc_absolute) => {
+            format!("centre at {shown} in {}", axis_of(letter))
+        }
         _ => format!("centre {shown} from the start in {}", axis_of(letter)),
     }
 }

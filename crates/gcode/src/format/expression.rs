@@ -4,9 +4,13 @@ use super::Case;
 
 /// A letter with its value, without blanks between them or inside a plain number.
 pub(super) fn put_value(out: &mut Vec<u8>, word: &[u8], case: Case) {
-    let Some((&letter, value)) = word.split_first() else { return };
+    let Some((&letter, value)) = word.split_first() else {
+        return;
+    };
     out.push(cased(letter, case));
-    let is_plain = value.iter().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-' | b' ' | b'\t'));
+    let is_plain = value
+        .iter()
+        .all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-' | b' ' | b'\t'));
     if is_plain {
         out.extend(value.iter().filter(|byte| !matches!(byte, b' ' | b'\t')));
     } else {
@@ -14,7 +18,8 @@ pub(super) fn put_value(out: &mut Vec<u8>, word: &[u8], case: Case) {
     }
 }
 
-/// Text with runs of blanks made one, and one blank around the `=` of a setting; names and comments stay as they are.
+/// Text with runs of blanks made one, and one blank around the `=` of a setting; names and comments
+/// stay as they are.
 pub(super) fn put_text(out: &mut Vec<u8>, text: &[u8], case: Case) {
     let mut closing = None;
     let mut pending = false;
@@ -31,7 +36,8 @@ pub(super) fn put_text(out: &mut Vec<u8>, text: &[u8], case: Case) {
             continue;
         }
         let after_equals = out.last() == Some(&b'=');
-        if (pending || byte == b'=' || after_equals) && out.last().is_some_and(|last| *last != b' ') {
+        if (pending || byte == b'=' || after_equals) && out.last().is_some_and(|last| *last != b' ')
+        {
             out.push(b' ');
         }
         pending = false;
@@ -41,7 +47,11 @@ pub(super) fn put_text(out: &mut Vec<u8>, text: &[u8], case: Case) {
             b';' => Some(b'\n'),
             _ => None,
         };
-        out.push(if closing.is_some() { byte } else { cased(byte, case) });
+        out.push(if closing.is_some() {
+            byte
+        } else {
+            cased(byte, case)
+        });
     }
 }
 

@@ -14,13 +14,19 @@ const DEEPEST: usize = 40;
 impl Indent {
     /// The level of a line; what it opens counts for the next.
     pub(super) fn level(&mut self, block: &Block) -> usize {
-        let Some((label, keyword)) = block.flow else { return self.shown() };
+        let Some((label, keyword)) = block.flow else {
+            return self.shown();
+        };
         let name = match label {
             Label::Name(text) => String::from_utf8_lossy(block.name(text)).into_owned(),
             Label::Number(Value::Number(number)) => format!("{number}"),
             Label::Number(Value::Ops(..)) => String::new(),
         };
-        let ends_do = keyword == Keyword::While && self.open.last().is_some_and(|(open, is_do)| *is_do && *open == name);
+        let ends_do = keyword == Keyword::While
+            && self
+                .open
+                .last()
+                .is_some_and(|(open, is_do)| *is_do && *open == name);
         match keyword {
             Keyword::EndSub | Keyword::EndIf | Keyword::EndWhile | Keyword::EndRepeat => {
                 self.open.pop();

@@ -7,7 +7,9 @@ use crate::syntax::{Block, Text, parse_block};
 impl Formatter<'_> {
     /// The line in its new form; none if it has to stay as it is.
     pub(super) fn line(&mut self, line: &[u8]) -> Option<Vec<u8>> {
-        if line.len() > self.options.limits.line_bytes || parse_block(line, &mut self.block, &self.options.limits).is_err() {
+        if line.len() > self.options.limits.line_bytes
+            || parse_block(line, &mut self.block, &self.options.limits).is_err()
+        {
             return None;
         }
         let (shown, before) = (self.indent.level(&self.block), self.number);
@@ -34,7 +36,8 @@ impl Formatter<'_> {
         if deletable {
             at = blanks(line, at + 1);
         }
-        let number = matches!(line.get(at), Some(b'n' | b'N')).then(|| (at, number_end(line, at + 1)));
+        let number =
+            matches!(line.get(at), Some(b'n' | b'N')).then(|| (at, number_end(line, at + 1)));
         at = number.map_or(at, |(_, end)| end);
         if let Some(number) = self.number(line, number) {
             out.extend_from_slice(&number);
@@ -42,7 +45,11 @@ impl Formatter<'_> {
         if self.block.flow.is_some() {
             let rest = line.get(at..)?.trim_ascii_start();
             separate(&mut out);
-            let case = if self.options.case == Case::Upper { Case::Keep } else { self.options.case };
+            let case = if self.options.case == Case::Upper {
+                Case::Keep
+            } else {
+                self.options.case
+            };
             put_text(&mut out, rest, case);
         } else {
             self.items(line, at, &mut out)?;
@@ -67,7 +74,18 @@ impl Formatter<'_> {
                     return None;
                 }
                 self.number += u64::from(step);
-                Some(format!("{}{}", if self.options.case == Case::Lower { 'n' } else { 'N' }, self.number).into_bytes())
+                Some(
+                    format!(
+                        "{}{}",
+                        if self.options.case == Case::Lower {
+                            'n'
+                        } else {
+                            'N'
+                        },
+                        self.number
+                    )
+                    .into_bytes(),
+                )
             }
             _ => {
                 let (from, to) = old?;
@@ -84,7 +102,9 @@ impl Formatter<'_> {
         let mut at = from;
         loop {
             at = blanks(line, at);
-            let Some(&first) = line.get(at) else { return Some(()) };
+            let Some(&first) = line.get(at) else {
+                return Some(());
+            };
             separate(out);
             let starts = |text: &&Text| text.start as usize == at;
             let end = if first == b'(' {
@@ -99,7 +119,11 @@ impl Formatter<'_> {
                 put_value(out, line.get(at..end)?, self.options.case);
                 end
             } else {
-                let text = block.settings.iter().map(|setting| &setting.text).find(starts)?;
+                let text = block
+                    .settings
+                    .iter()
+                    .map(|setting| &setting.text)
+                    .find(starts)?;
                 let end = at + text.len as usize;
                 put_text(out, line.get(at..end)?, self.options.case);
                 end
@@ -119,7 +143,10 @@ fn separate(out: &mut Vec<u8>) {
 /// The place after blanks.
 fn blanks(line: &[u8], from: usize) -> usize {
     let rest = line.get(from..).unwrap_or_default();
-    from + rest.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count()
+    from + rest
+        .iter()
+        .take_while(|byte| matches!(byte, b' ' | b'\t'))
+        .count()
 }
 
 /// Where a literal number ends that may have blanks inside.
@@ -137,12 +164,23 @@ fn number_end(line: &[u8], from: usize) -> usize {
 /// Whether two parsed lines mean the same, apart from line numbers.
 fn same(one: &Block, line: &[u8], other: &Block, formatted: &[u8]) -> bool {
     let comment = |block: &Block, line: &[u8]| {
-        block.comment.and_then(|text| line.get(text.start as usize..(text.start + text.len) as usize).map(<[u8]>::to_vec))
+        block.comment.and_then(|text| {
+            line.get(text.start as usize..(text.start + text.len) as usize)
+                .map(<[u8]>::to_vec)
+        })
     };
-    let words =
-        one.words.len() == other.words.len() && one.words.iter().zip(&other.words).all(|(a, b)| a.letter == b.letter && a.value == b.value);
+    let words = one.words.len() == other.words.len()
+        && one
+            .words
+            .iter()
+            .zip(&other.words)
+            .all(|(a, b)| a.letter == b.letter && a.value == b.value);
     let settings = one.settings.len() == other.settings.len()
-        && one.settings.iter().zip(&other.settings).all(|(a, b)| a.target == b.target && a.value == b.value);
+        && one
+            .settings
+            .iter()
+            .zip(&other.settings)
+            .all(|(a, b)| a.target == b.target && a.value == b.value);
     words
         && settings
         && (one.deletable, one.percent, one.flow) == (other.deletable, other.percent, other.flow)

@@ -1,7 +1,8 @@
-//! Programs in one style, without any change of what they do: blanks, case, indentation, line numbers.
+//! Programs in one style, without any change of what they do: blanks, case, indentation, line
+//! numbers.
 //!
-//! Comments, numbers and the order of the words stay as they are. A line that the parser does not understand, or that would
-//! mean anything else afterwards, is left alone byte for byte.
+//! Comments, numbers and the order of the words stay as they are. A line that the parser does not
+//! understand, or that would mean anything else afterwards, is left alone byte for byte.
 
 mod expression;
 mod indent;
@@ -28,7 +29,8 @@ pub enum Case {
     Keep,
 }
 
-/// What becomes of line numbers (N). References to them are not followed: see [`refers_to_line_numbers`].
+/// What becomes of line numbers (N). References to them are not followed: see
+/// [`refers_to_line_numbers`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LineNumbers {
     /// They stay.
@@ -58,7 +60,12 @@ pub struct FormatOptions {
 
 impl Default for FormatOptions {
     fn default() -> FormatOptions {
-        FormatOptions { case: Case::default(), indent: 2, line_numbers: LineNumbers::default(), limits: Limits::default() }
+        FormatOptions {
+            case: Case::default(),
+            indent: 2,
+            line_numbers: LineNumbers::default(),
+            limits: Limits::default(),
+        }
     }
 }
 
@@ -90,17 +97,31 @@ pub struct FormatSummary {
 const CHANGES: usize = 20;
 const MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Formats a program line by line, in memory that does not grow with its length. Line ends stay as they are.
+/// Formats a program line by line, in memory that does not grow with its length. Line ends stay as
+/// they are.
 ///
 /// # Errors
 /// Those of the reader and the writer.
-pub fn format(mut source: impl BufRead, options: &FormatOptions, out: &mut impl Write) -> io::Result<FormatSummary> {
-    let mut formatter = Formatter { options, block: Block::default(), indent: Indent::default(), number: 0 };
+pub fn format(
+    mut source: impl BufRead,
+    options: &FormatOptions,
+    out: &mut impl Write,
+) -> io::Result<FormatSummary> {
+    let mut formatter = Formatter {
+        options,
+        block: Block::default(),
+        indent: Indent::default(),
+        number: 0,
+    };
     let mut summary = FormatSummary::default();
     let mut line = RawLine::default();
     while read_line(&mut source, &mut line)? {
         summary.lines += 1;
-        let mark = if summary.lines == 1 && line.text.starts_with(MARK) { MARK } else { b"" };
+        let mark = if summary.lines == 1 && line.text.starts_with(MARK) {
+            MARK
+        } else {
+            b""
+        };
         let text = line.text.get(mark.len()..).unwrap_or_default();
         let formatted = formatter.line(text);
         summary.left_alone += u64::from(formatted.is_none());
@@ -108,7 +129,11 @@ pub fn format(mut source: impl BufRead, options: &FormatOptions, out: &mut impl 
         if formatted != text {
             summary.changed += 1;
             if summary.changes.len() < CHANGES {
-                summary.changes.push(Change { line: summary.lines, before: text.to_vec(), after: formatted.to_vec() });
+                summary.changes.push(Change {
+                    line: summary.lines,
+                    before: text.to_vec(),
+                    after: formatted.to_vec(),
+                });
             }
         }
         out.write_all(mark)?;

@@ -3,8 +3,8 @@
 use crate::raw_lines::{RawLine, read_line};
 use std::io::{self, BufRead};
 
-/// The first line, from 1, that refers to line numbers: GOTO, M99 P, or the contours of G70 to G73 by P and Q. Renumbering
-/// such a program, or removing its numbers, changes what it does.
+/// The first line, from 1, that refers to line numbers: GOTO, M99 P, or the contours of G70 to G73
+/// by P and Q. Renumbering such a program, or removing its numbers, changes what it does.
 ///
 /// # Errors
 /// Those of the reader.

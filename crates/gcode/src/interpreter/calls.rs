@@ -11,7 +11,10 @@ use crate::problem::{Code, Problem};
 use crate::syntax::Keyword;
 use crate::syntax::evaluate::whole;
 
-const M98: Code = Code { letter: 'M', tenths: 980 };
+const M98: Code = Code {
+    letter: 'M',
+    tenths: 980,
+};
 
 impl Interpreter {
     /// A subroutine line that is carried out.
@@ -20,16 +23,25 @@ impl Interpreter {
             Keyword::Bare if self.flow.seek.is_none() => {
                 // The program's own number is a label that nothing has come before.
                 if self.begun {
-                    Err(flow_error(format!("subroutine o{label} begins here, but the program has not ended before it")))
+                    Err(flow_error(format!(
+                        "subroutine o{label} begins here, but the program has not ended before it"
+                    )))
                 } else {
                     Ok(())
                 }
             }
             Keyword::Sub | Keyword::Bare => {
                 if !self.flow.frames.is_empty() && self.flow.seek.is_none() {
-                    return Err(flow_error(format!("o{label} is defined inside another subroutine")));
+                    return Err(flow_error(format!(
+                        "o{label} is defined inside another subroutine"
+                    )));
                 }
-                self.flow.record = Some(Record { name: label, bare: keyword == Keyword::Bare, body: Tape::default(), span: self.span });
+                self.flow.record = Some(Record {
+                    name: label,
+                    bare: keyword == Keyword::Bare,
+                    body: Tape::default(),
+                    span: self.span,
+                });
                 Ok(())
             }
             Keyword::Call => {
@@ -47,20 +59,33 @@ impl Interpreter {
                     self.leave();
                     Ok(())
                 }
-                Some(frame) => Err(flow_error(format!("o{label} cannot end o{}, which is running", frame.name))),
-                None => Err(flow_error(format!("o{label} returns, but no subroutine is running"))),
+                Some(frame) => Err(flow_error(format!(
+                    "o{label} cannot end o{}, which is running",
+                    frame.name
+                ))),
+                None => Err(flow_error(format!(
+                    "o{label} returns, but no subroutine is running"
+                ))),
             },
             _ => Ok(()),
         }
     }
 
     fn set_value(&mut self, value: Option<f64>) {
-        self.parameters.put_global(b"_value_returned", if value.is_some() { 1.0 } else { 0.0 });
-        self.parameters.put_global(b"_value", value.unwrap_or_default());
+        self.parameters
+            .put_global(b"_value_returned", if value.is_some() { 1.0 } else { 0.0 });
+        self.parameters
+            .put_global(b"_value", value.unwrap_or_default());
     }
 
-    /// Calls a subroutine; without arguments it shares the caller's #1 to #30. Looks further on if it is not defined yet.
-    pub(crate) fn call(&mut self, name: String, arguments: Option<&[f64]>, rounds: u64) -> Result<(), Problem> {
+    /// Calls a subroutine; without arguments it shares the caller's #1 to #30. Looks further on if
+    /// it is not defined yet.
+    pub(crate) fn call(
+        &mut self,
+        name: String,
+        arguments: Option<&[f64]>,
+        rounds: u64,
+    ) -> Result<(), Problem> {
         let Some(body) = self.flow.subs.get(&name).cloned() else {
             return self.look_for(name);
         };
@@ -81,7 +106,11 @@ impl Interpreter {
             caller: self.stack_index,
             rounds: rounds - 1,
         };
-        self.stack_index = self.diagnostics.provenance_mut().call_stacks_mut().enter(&frame.name, self.span, self.stack_index);
+        self.stack_index = self.diagnostics.provenance_mut().call_stacks_mut().enter(
+            &frame.name,
+            self.span,
+            self.stack_index,
+        );
         self.saved.push(Saved::default());
         self.flow.frames.push(frame);
         self.flow.at = 0;
@@ -91,8 +120,14 @@ impl Interpreter {
     /// The subroutine of an M98 on the line, if it is not known yet.
     pub(crate) fn wanted_sub(&self) -> Option<String> {
         let is_call = self.words.codes().iter().any(|used| used.row.code == M98);
-        let number = if is_call { self.words.get(b'P').and_then(whole) } else { None };
-        number.map(|number| format!("{number}")).filter(|name| !self.flow.subs.contains_key(name))
+        let number = if is_call {
+            self.words.get(b'P').and_then(whole)
+        } else {
+            None
+        };
+        number
+            .map(|number| format!("{number}"))
+            .filter(|name| !self.flow.subs.contains_key(name))
     }
 
     /// Carries out what M98 or M99 asked for.
@@ -130,7 +165,11 @@ impl Interpreter {
             return Err(Problem::NoSuchSub { name });
         }
         self.flow.at -= 1;
-        let after = self.flow.frames.first().map_or(self.flow.at + 1, |frame| frame.return_to);
+        let after = self
+            .flow
+            .frames
+            .first()
+            .map_or(self.flow.at + 1, |frame| frame.return_to);
         // A local subroutine may stand before its call.
         let at = if self.flow.keeps { 0 } else { after };
         self.flow.seek = Some(Seek { name, at });
@@ -157,22 +196,44 @@ impl Interpreter {
     }
 
     /// Adds the current line to the definition being recorded; true while there is one.
-    pub(crate) fn recording(&mut self, flow: Option<(&str, Keyword)>, ends_bare: bool) -> Result<bool, Problem> {
-        let Some(record) = &mut self.flow.record else { return Ok(false) };
+    pub(crate) fn recording(
+        &mut self,
+        flow: Option<(&str, Keyword)>,
+        ends_bare: bool,
+    ) -> Result<bool, Problem> {
+        let Some(record) = &mut self.flow.record else {
+            return Ok(false);
+        };
         let limit = self.config.limits.held_bytes;
-        if record.body.push(&self.line, self.place, limit.saturating_sub(self.flow.held)).is_err() {
+        if record
+            .body
+            .push(&self.line, self.place, limit.saturating_sub(self.flow.held))
+            .is_err()
+        {
             self.flow.record = None;
             return Err(Problem::TooMuchHeld { limit });
         }
         let name = &record.name;
-        let ends = if record.bare { ends_bare } else { flow.is_some_and(|(label, keyword)| keyword == Keyword::EndSub && label == name) };
+        let ends = if record.bare {
+            ends_bare
+        } else {
+            flow.is_some_and(|(label, keyword)| keyword == Keyword::EndSub && label == name)
+        };
         if let Some((_, Keyword::Sub)) = flow {
-            let message = format!("subroutine o{name} of line {} is not closed before another begins", record.span.line);
+            let message = format!(
+                "subroutine o{name} of line {} is not closed before another begins",
+                record.span.line
+            );
             self.flow.record = None;
             return Err(flow_error(message));
         }
         if let Some(record) = self.flow.record.take_if(|_| ends) {
-            if self.flow.seek.as_ref().is_some_and(|seek| seek.name == record.name) {
+            if self
+                .flow
+                .seek
+                .as_ref()
+                .is_some_and(|seek| seek.name == record.name)
+            {
                 self.flow.seek = None;
             }
             self.flow.keep(record.name, record.body);

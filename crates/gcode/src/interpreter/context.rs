@@ -5,7 +5,8 @@ use crate::ops::SourcedOp;
 use crate::problem::Problem;
 
 impl Interpreter {
-    /// Forgets what the level that is left has saved; what M73 saved comes back before the next block.
+    /// Forgets what the level that is left has saved; what M73 saved comes back before the next
+    /// block.
     pub(crate) fn leave_level(&mut self) {
         if self.saved.len() > 1
             && let Some(saved) = self.saved.pop()

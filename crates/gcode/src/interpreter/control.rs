@@ -9,7 +9,9 @@ use crate::syntax::Keyword;
 const MOST_ROUNDS: f64 = 1e15;
 
 pub(crate) fn flow_error(message: impl Into<String>) -> Problem {
-    Problem::Flow { message: message.into() }
+    Problem::Flow {
+        message: message.into(),
+    }
 }
 
 impl Interpreter {
@@ -20,7 +22,11 @@ impl Interpreter {
             Keyword::ElseIf | Keyword::Else => {
                 let kind = self.top(&label, "if", |kind| !kind.is_loop())?;
                 self.skip(label.clone(), Skip::EndIf);
-                if kind == OpenKind::Else { Err(flow_error(format!("o{label} has had its else"))) } else { Ok(()) }
+                if kind == OpenKind::Else {
+                    Err(flow_error(format!("o{label} has had its else")))
+                } else {
+                    Ok(())
+                }
             }
             Keyword::EndIf => {
                 self.top(&label, "if", |kind| !kind.is_loop())?;
@@ -29,7 +35,9 @@ impl Interpreter {
             }
             Keyword::While => self.while_line(label),
             Keyword::EndWhile => {
-                if let OpenKind::While(line) = self.top(&label, "while", |kind| matches!(kind, OpenKind::While(_)))? {
+                if let OpenKind::While(line) =
+                    self.top(&label, "while", |kind| matches!(kind, OpenKind::While(_)))?
+                {
                     self.flow.opens.pop();
                     self.flow.at = line;
                 }
@@ -38,7 +46,9 @@ impl Interpreter {
             Keyword::Do => self.open(label, OpenKind::Do(self.flow.at - 1)),
             Keyword::Repeat => self.repeat(label),
             Keyword::EndRepeat => {
-                if let OpenKind::Repeat(line, rounds) = self.top(&label, "repeat", |kind| matches!(kind, OpenKind::Repeat(..)))? {
+                if let OpenKind::Repeat(line, rounds) = self.top(&label, "repeat", |kind| {
+                    matches!(kind, OpenKind::Repeat(..))
+                })? {
                     self.next_round(line, rounds);
                 }
                 Ok(())
@@ -48,14 +58,19 @@ impl Interpreter {
         }
     }
 
-    /// Opens a structure. One too many ends the program: nothing after it would be where it belongs.
+    /// Opens a structure. One too many ends the program: nothing after it would be where it
+    /// belongs.
     fn open(&mut self, label: String, kind: OpenKind) -> Result<(), Problem> {
         let limit = self.config.limits.open_structures;
         if self.flow.opens.len() >= limit {
             self.state.ended = true;
             return Err(Problem::TooManyOpen { limit });
         }
-        self.flow.opens.push(Open { label, kind, span: self.span });
+        self.flow.opens.push(Open {
+            label,
+            kind,
+            span: self.span,
+        });
         Ok(())
     }
 
@@ -64,19 +79,32 @@ impl Interpreter {
     }
 
     /// The innermost open structure, if it is the one that a line belongs to.
-    fn top(&self, label: &str, what: &str, is_kind: impl Fn(OpenKind) -> bool) -> Result<OpenKind, Problem> {
+    fn top(
+        &self,
+        label: &str,
+        what: &str,
+        is_kind: impl Fn(OpenKind) -> bool,
+    ) -> Result<OpenKind, Problem> {
         match self.flow.opens.last() {
-            Some(open) if self.flow.own_opens() > 0 && open.label == label && is_kind(open.kind) => Ok(open.kind),
-            Some(open) if self.flow.own_opens() > 0 => {
-                Err(flow_error(format!("o{label} does not close what is open: o{} of line {}", open.label, open.span.line)))
+            Some(open)
+                if self.flow.own_opens() > 0 && open.label == label && is_kind(open.kind) =>
+            {
+                Ok(open.kind)
             }
+            Some(open) if self.flow.own_opens() > 0 => Err(flow_error(format!(
+                "o{label} does not close what is open: o{} of line {}",
+                open.label, open.span.line
+            ))),
             _ => Err(flow_error(format!("o{label} without its {what}"))),
         }
     }
 
     /// The condition of a line; none given is an error, one that fails counts as false.
     fn condition(&mut self) -> Result<bool, Problem> {
-        Ok(self.argument(0)?.ok_or_else(|| flow_error("a condition in brackets is missing"))? != 0.0)
+        Ok(self
+            .argument(0)?
+            .ok_or_else(|| flow_error("a condition in brackets is missing"))?
+            != 0.0)
     }
 
     fn branch(&mut self, label: String) -> Result<(), Problem> {
@@ -93,7 +121,11 @@ impl Interpreter {
         let condition = self.condition();
         let holds = matches!(condition, Ok(true));
         match self.flow.opens.last() {
-            Some(Open { label: open, kind: OpenKind::Do(line), .. }) if *open == label && self.flow.own_opens() > 0 => {
+            Some(Open {
+                label: open,
+                kind: OpenKind::Do(line),
+                ..
+            }) if *open == label && self.flow.own_opens() > 0 => {
                 if holds {
                     self.flow.at = line + 1;
                 } else {
@@ -107,10 +139,15 @@ impl Interpreter {
     }
 
     fn repeat(&mut self, label: String) -> Result<(), Problem> {
-        let rounds = self.argument(0).and_then(|rounds| rounds.ok_or_else(|| flow_error("the number of repetitions is missing")));
+        let rounds = self.argument(0).and_then(|rounds| {
+            rounds.ok_or_else(|| flow_error("the number of repetitions is missing"))
+        });
         match rounds {
             Ok(rounds) if rounds.round() >= 1.0 => {
-                self.open(label, OpenKind::Repeat(self.flow.at - 1, rounds.round().min(MOST_ROUNDS) as u64 - 1))?;
+                self.open(
+                    label,
+                    OpenKind::Repeat(self.flow.at - 1, rounds.round().min(MOST_ROUNDS) as u64 - 1),
+                )?;
             }
             _ => self.skip(label, Skip::LoopEnd),
         }
@@ -133,9 +170,16 @@ impl Interpreter {
     /// `break` and `continue`.
     fn leave_loop(&mut self, label: String, go_on: bool) -> Result<(), Problem> {
         let base = self.flow.opens.len() - self.flow.own_opens();
-        let index = self.flow.opens.iter().rposition(|open| open.kind.is_loop() && open.label == label).filter(|index| *index >= base);
+        let index = self
+            .flow
+            .opens
+            .iter()
+            .rposition(|open| open.kind.is_loop() && open.label == label)
+            .filter(|index| *index >= base);
         let Some(index) = index else {
-            return Err(flow_error(format!("o{label} is not a loop that is open here")));
+            return Err(flow_error(format!(
+                "o{label} is not a loop that is open here"
+            )));
         };
         self.flow.opens.truncate(index + 1);
         let kind = self.flow.opens.last().map(|open| open.kind);
@@ -158,9 +202,12 @@ impl Interpreter {
         Ok(())
     }
 
-    /// A flow line met while skipping: whether it ends the skipping, and has to be carried out itself.
+    /// A flow line met while skipping: whether it ends the skipping, and has to be carried out
+    /// itself.
     pub(crate) fn while_skipping(&mut self, label: &str, keyword: Keyword) -> Result<(), Problem> {
-        let Some((wanted, skip, _)) = &self.flow.skip else { return Ok(()) };
+        let Some((wanted, skip, _)) = &self.flow.skip else {
+            return Ok(());
+        };
         if wanted != label {
             return Ok(());
         }
@@ -183,7 +230,9 @@ impl Interpreter {
                 }
                 condition?;
             }
-            (Skip::LoopEnd, Keyword::EndWhile | Keyword::EndRepeat | Keyword::While) => self.flow.skip = None,
+            (Skip::LoopEnd, Keyword::EndWhile | Keyword::EndRepeat | Keyword::While) => {
+                self.flow.skip = None
+            }
             (Skip::DoWhile, Keyword::While) => {
                 self.flow.skip = None;
                 self.while_line(label.to_owned())?;

@@ -21,14 +21,26 @@ impl Interpreter {
         }
         self.check_open();
         self.let_go(out);
-        self.span = Span { column: 1, len: 0, ..self.span };
-        self.forgive(if self.percent == Percent::Open { Problem::NoClosingPercent } else { Problem::NoProgramEnd }, Leniency::MissingEnd);
+        self.span = Span {
+            column: 1,
+            len: 0,
+            ..self.span
+        };
+        self.forgive(
+            if self.percent == Percent::Open {
+                Problem::NoClosingPercent
+            } else {
+                Problem::NoProgramEnd
+            },
+            Leniency::MissingEnd,
+        );
         self.settle_habits();
         self.state.ended = true;
         Step::Ended
     }
 
-    /// Moves that cutter compensation still holds go out as they are; a curve that is not closed is told.
+    /// Moves that cutter compensation still holds go out as they are; a curve that is not closed is
+    /// told.
     pub(super) fn let_go(&mut self, out: &mut Vec<SourcedOp>) {
         if self.state.nurbs.take().is_some() {
             self.report(crate::exec::curves::unclosed());
@@ -44,11 +56,21 @@ impl Interpreter {
             self.report_at(Problem::UnclosedSub { name: record.name }, record.span);
         }
         if let Some((label, skip, span)) = self.flow.skip.take() {
-            let what = if matches!(skip, Skip::Branch | Skip::EndIf) { "if" } else { "loop" };
-            self.report_at(flow_error(format!("the {what} o{label} is not closed")), span);
+            let what = if matches!(skip, Skip::Branch | Skip::EndIf) {
+                "if"
+            } else {
+                "loop"
+            };
+            self.report_at(
+                flow_error(format!("the {what} o{label} is not closed")),
+                span,
+            );
         } else if let Some(open) = self.flow.opens.pop() {
             let what = if open.kind.is_loop() { "loop" } else { "if" };
-            self.report_at(flow_error(format!("the {what} o{} is not closed", open.label)), open.span);
+            self.report_at(
+                flow_error(format!("the {what} o{} is not closed", open.label)),
+                open.span,
+            );
         }
     }
 }

@@ -102,7 +102,8 @@ pub(crate) struct Flow {
     pub(crate) record: Option<Record>,
     /// A jump whose target has not been read yet.
     pub(crate) goto: Option<Goto>,
-    /// Lines of the main program are kept, as far as there is room, because a jump may come back to them.
+    /// Lines of the main program are kept, as far as there is room, because a jump may come back to
+    /// them.
     pub(crate) keeps: bool,
     pub(crate) subs: BTreeMap<String, Arc<Tape>>,
     /// What the bodies of `subs` hold, in bytes.
@@ -117,7 +118,9 @@ impl Flow {
 
     /// Forgets main program lines that cannot run again.
     pub(crate) fn forget(&mut self) {
-        let may_return = self.seek.is_some() || !self.frames.is_empty() || self.opens.iter().any(|open| open.kind.is_loop());
+        let may_return = self.seek.is_some()
+            || !self.frames.is_empty()
+            || self.opens.iter().any(|open| open.kind.is_loop());
         let keeps = self.keeps && self.main.bytes() < KEPT_BYTES;
         if !may_return && !keeps && self.at >= self.main.len() {
             self.main.clear();

@@ -19,7 +19,9 @@ pub(crate) struct Goto {
 pub(crate) fn line_number(line: &[u8]) -> Option<f64> {
     let text = line.trim_ascii_start();
     let text = text.strip_prefix(b"/").unwrap_or(text).trim_ascii_start();
-    let [b'N' | b'n', rest @ ..] = text else { return None };
+    let [b'N' | b'n', rest @ ..] = text else {
+        return None;
+    };
     let rest = rest.trim_ascii_start();
     let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
     std::str::from_utf8(rest.get(..digits)?).ok()?.parse().ok()
@@ -36,20 +38,33 @@ fn end_number(line: &[u8]) -> Option<f64> {
     } else {
         text
     };
-    let rest = text.get(..3).filter(|head| head.eq_ignore_ascii_case(b"end")).and(text.get(3..))?.trim_ascii();
+    let rest = text
+        .get(..3)
+        .filter(|head| head.eq_ignore_ascii_case(b"end"))
+        .and(text.get(3..))?
+        .trim_ascii();
     let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
     std::str::from_utf8(rest.get(..digits)?).ok()?.parse().ok()
 }
 
 impl Interpreter {
-    /// Goes to a line: first among those that are held after this one, then before it, then further on in the program.
+    /// Goes to a line: first among those that are held after this one, then before it, then further
+    /// on in the program.
     pub(crate) fn goto(&mut self, number: f64) -> Result<(), Problem> {
-        let number = whole(number).filter(|number| *number >= 0.0).ok_or(Problem::NoSuchLine { number })?;
+        let number = whole(number)
+            .filter(|number| *number >= 0.0)
+            .ok_or(Problem::NoSuchLine { number })?;
         // Searching takes time too: so many lines count as a block.
         self.looped += (self.flow.tape().len() / LINES_A_BLOCK) as u64;
         let (at, tape) = (self.flow.at, self.flow.tape());
-        let is_it = |index: &usize| tape.get(*index).is_some_and(|(_, line)| line_number(line) == Some(number));
-        if let Some(target) = (at..tape.len()).find(is_it).or_else(|| (0..at.min(tape.len())).find(is_it)) {
+        let is_it = |index: &usize| {
+            tape.get(*index)
+                .is_some_and(|(_, line)| line_number(line) == Some(number))
+        };
+        if let Some(target) = (at..tape.len())
+            .find(is_it)
+            .or_else(|| (0..at.min(tape.len())).find(is_it))
+        {
             self.leave_loops(Some(target));
             self.flow.at = target;
             return Ok(());
@@ -63,7 +78,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Closes the loops that a jump leaves. Beyond what is held, all of them are left but those whose end comes later.
+    /// Closes the loops that a jump leaves. Beyond what is held, all of them are left but those
+    /// whose end comes later.
     fn leave_loops(&mut self, target: Option<usize>) {
         while self.flow.own_opens() > 0
             && let Some(open) = self.flow.opens.last()
@@ -73,9 +89,14 @@ impl Interpreter {
                 OpenKind::If | OpenKind::Else => usize::MAX,
             };
             let tape = self.flow.tape();
-            let is_end =
-                |index: &usize| tape.get(*index).and_then(|(_, line)| end_number(line)).is_some_and(|end| format!("{end}") == open.label);
-            let end = (start.saturating_add(1)..tape.len()).find(is_end).unwrap_or(usize::MAX);
+            let is_end = |index: &usize| {
+                tape.get(*index)
+                    .and_then(|(_, line)| end_number(line))
+                    .is_some_and(|end| format!("{end}") == open.label)
+            };
+            let end = (start.saturating_add(1)..tape.len())
+                .find(is_end)
+                .unwrap_or(usize::MAX);
             let place = target.unwrap_or_else(|| tape.len());
             if start < place && place <= end && start != usize::MAX {
                 return;
@@ -86,7 +107,9 @@ impl Interpreter {
 
     /// A line met while a jump looks for its target: true if it is passed over.
     pub(crate) fn passes_goto(&mut self) -> bool {
-        let Some(goto) = self.flow.goto else { return false };
+        let Some(goto) = self.flow.goto else {
+            return false;
+        };
         if line_number(&self.line) == Some(goto.number) {
             self.flow.goto = None;
             return false;
@@ -94,7 +117,13 @@ impl Interpreter {
         if let Some(end) = end_number(&self.line) {
             let label = format!("{end}");
             let base = self.flow.opens.len() - self.flow.own_opens();
-            if let Some(index) = self.flow.opens.iter().rposition(|open| open.label == label).filter(|index| *index >= base) {
+            if let Some(index) = self
+                .flow
+                .opens
+                .iter()
+                .rposition(|open| open.label == label)
+                .filter(|index| *index >= base)
+            {
                 self.flow.opens.truncate(index);
             }
         }
@@ -103,8 +132,12 @@ impl Interpreter {
 
     /// The end of the source while a jump is looking.
     pub(crate) fn goto_failed(&mut self) -> bool {
-        let Some(goto) = self.flow.goto.take() else { return false };
-        self.report(Problem::NoSuchLine { number: goto.number });
+        let Some(goto) = self.flow.goto.take() else {
+            return false;
+        };
+        self.report(Problem::NoSuchLine {
+            number: goto.number,
+        });
         true
     }
 

@@ -22,7 +22,10 @@ pub(super) struct Habits {
 
 impl Default for Habits {
     fn default() -> Habits {
-        Habits { own: [0; LENIENCIES.len()], others: BTreeMap::new() }
+        Habits {
+            own: [0; LENIENCIES.len()],
+            others: BTreeMap::new(),
+        }
     }
 }
 
@@ -44,8 +47,18 @@ impl Interpreter {
             return;
         }
         let accepted = self.config.leniencies.has(leniency);
-        let problem = if accepted { Problem::Habit { leniency, count: 1 } } else { Problem::NotLenient { leniency } };
-        self.diagnostics.push(Diagnostic { problem, place: BlockRef { span, call_stack: self.stack_index } });
+        let problem = if accepted {
+            Problem::Habit { leniency, count: 1 }
+        } else {
+            Problem::NotLenient { leniency }
+        };
+        self.diagnostics.push(Diagnostic {
+            problem,
+            place: BlockRef {
+                span,
+                call_stack: self.stack_index,
+            },
+        });
     }
 
     /// The habits of a line that has been parsed.
@@ -59,7 +72,11 @@ impl Interpreter {
     #[cold]
     fn note_writing(&mut self) {
         let long = self.line.len() > LINUXCNC_LINE;
-        let found = [(self.block.lower_case, Leniency::LowerCase), (self.block.glued, Leniency::NoBlanks), (long, Leniency::LongLines)];
+        let found = [
+            (self.block.lower_case, Leniency::LowerCase),
+            (self.block.glued, Leniency::NoBlanks),
+            (long, Leniency::LongLines),
+        ];
         for (_, leniency) in found.into_iter().filter(|(there, _)| *there) {
             self.habit_at(leniency, self.span);
         }
@@ -74,7 +91,11 @@ impl Interpreter {
 
     /// Puts the counts into what has been told.
     pub(crate) fn settle_habits(&mut self) {
-        for (leniency, &count) in LENIENCIES.into_iter().zip(&self.habits.own).filter(|(_, count)| **count > 1) {
+        for (leniency, &count) in LENIENCIES
+            .into_iter()
+            .zip(&self.habits.own)
+            .filter(|(_, count)| **count > 1)
+        {
             self.diagnostics.recount(0, leniency, count);
         }
         for (&(file, leniency), &count) in &self.habits.others {

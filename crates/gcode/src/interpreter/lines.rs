@@ -18,7 +18,11 @@ impl Interpreter {
             return Step::Ended;
         }
         if !self.fetch() {
-            return if self.at_end { self.finish(out) } else { Step::NeedsLine };
+            return if self.at_end {
+                self.finish(out)
+            } else {
+                Step::NeedsLine
+            };
         }
         let before = out.len();
         self.executed += 1;
@@ -46,11 +50,16 @@ impl Interpreter {
         Step::Ran
     }
 
-    /// Takes the motion mode from a refused block, so that the blocks after it are judged as they were meant.
+    /// Takes the motion mode from a refused block, so that the blocks after it are judged as they
+    /// were meant.
     fn salvage(&mut self) {
         for word in self.block.words.iter().filter(|word| word.letter == b'G') {
-            let Value::Number(number) = word.value else { continue };
-            let Some(code) = code_of('G', number) else { continue };
+            let Value::Number(number) = word.value else {
+                continue;
+            };
+            let Some(code) = code_of('G', number) else {
+                continue;
+            };
             match codes::find(code) {
                 Some(row) if row.group == Group::Motion && row.axes != AxisUse::None => {
                     self.state.motion = Some(code);
@@ -68,7 +77,9 @@ impl Interpreter {
             Some(seek) => self.flow.main.get(seek.at),
             None => self.flow.tape().get(self.flow.at),
         };
-        let Some((place, line)) = found else { return false };
+        let Some((place, line)) = found else {
+            return false;
+        };
         self.line.clear();
         self.line.extend_from_slice(line);
         self.place = place;
@@ -81,13 +92,26 @@ impl Interpreter {
     }
 
     pub(crate) fn place_and_report(&mut self, problem: Problem, text: Option<Text>) {
-        self.report_at(problem, text.map_or(self.span, |text| self.place.span(text)));
+        self.report_at(
+            problem,
+            text.map_or(self.span, |text| self.place.span(text)),
+        );
     }
 
     /// Whether the line is the one that a local subroutine (M97) begins with.
     fn seeks_line(&self) -> bool {
-        let Some(seek) = self.flow.seek.as_ref().filter(|_| self.flow.record.is_none()) else { return false };
-        let wanted = seek.name.strip_prefix('n').and_then(|number| number.parse::<f64>().ok());
+        let Some(seek) = self
+            .flow
+            .seek
+            .as_ref()
+            .filter(|_| self.flow.record.is_none())
+        else {
+            return false;
+        };
+        let wanted = seek
+            .name
+            .strip_prefix('n')
+            .and_then(|number| number.parse::<f64>().ok());
         wanted.is_some() && wanted == self.block.line_number
     }
 
@@ -98,20 +122,31 @@ impl Interpreter {
 
     fn line_step(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
         if self.is_passing() && !self.flow.keeps && !may_matter(&self.line) {
-            self.recording(None, false).map_err(|problem| (problem, None))?;
+            self.recording(None, false)
+                .map_err(|problem| (problem, None))?;
             return Ok(());
         }
         if self.passes_goto() {
             return Ok(());
         }
         self.state.line = self.place.line;
-        let parsed = parse_block(&self.line, &mut self.block, &self.config.limits).or_else(|fault| self.parse_specially(fault));
+        let parsed = parse_block(&self.line, &mut self.block, &self.config.limits)
+            .or_else(|fault| self.parse_specially(fault));
         if let Err(fault) = parsed {
             if self.is_passing() {
-                return self.recording(None, false).map(|_| ()).map_err(|problem| (problem, None));
+                return self
+                    .recording(None, false)
+                    .map(|_| ())
+                    .map_err(|problem| (problem, None));
             }
             let start = (self.line.len() - fault.rest.min(self.line.len())) as u32;
-            return Err((*fault.problem, Some(Text { start, len: u32::from(fault.rest > 0) })));
+            return Err((
+                *fault.problem,
+                Some(Text {
+                    start,
+                    len: u32::from(fault.rest > 0),
+                }),
+            ));
         }
         if self.block.percent {
             return self.percent_line().map_err(|problem| (problem, None));
@@ -123,16 +158,32 @@ impl Interpreter {
             return Ok(());
         }
         match self.block.flow {
-            Some((label, keyword)) => self.flow_line(label, keyword, out).map_err(|problem| (problem, None)),
+            Some((label, keyword)) => self
+                .flow_line(label, keyword, out)
+                .map_err(|problem| (problem, None)),
             None if self.seeks_line() => {
-                let name = self.flow.seek.as_ref().map(|seek| seek.name.clone()).unwrap_or_default();
-                self.flow.record = Some(Record { name, bare: true, body: Tape::default(), span: self.span });
+                let name = self
+                    .flow
+                    .seek
+                    .as_ref()
+                    .map(|seek| seek.name.clone())
+                    .unwrap_or_default();
+                self.flow.record = Some(Record {
+                    name,
+                    bare: true,
+                    body: Tape::default(),
+                    span: self.span,
+                });
                 let ends_bare = has_code(&self.block, b'M', 99.0);
-                self.recording(None, ends_bare).map(|_| ()).map_err(|problem| (problem, None))
+                self.recording(None, ends_bare)
+                    .map(|_| ())
+                    .map_err(|problem| (problem, None))
             }
             None if self.is_passing() => {
                 let ends_bare = has_code(&self.block, b'M', 99.0);
-                self.recording(None, ends_bare).map(|_| ()).map_err(|problem| (problem, None))
+                self.recording(None, ends_bare)
+                    .map(|_| ())
+                    .map_err(|problem| (problem, None))
             }
             None => self.plain_line(out),
         }
@@ -145,7 +196,9 @@ impl Interpreter {
                 self.opened = self.place.line;
             }
             // The search for a subroutine goes through the program from its first line.
-            Percent::Open if self.flow.seek.is_some() && self.flow.frames.is_empty() => self.at_end |= self.place.line != self.opened,
+            Percent::Open if self.flow.seek.is_some() && self.flow.frames.is_empty() => {
+                self.at_end |= self.place.line != self.opened
+            }
             Percent::Open if self.flow.frames.is_empty() => {
                 self.check_open();
                 self.state.ended = true;
@@ -160,7 +213,12 @@ impl Interpreter {
         Ok(())
     }
 
-    fn flow_line(&mut self, label: Label, keyword: Keyword, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
+    fn flow_line(
+        &mut self,
+        label: Label,
+        keyword: Keyword,
+        out: &mut Vec<SourcedOp>,
+    ) -> Result<(), Problem> {
         // While lines are passed over, parameters of a label need not have values yet.
         let label = match self.label(label) {
             Err(_) if self.is_passing() => String::new(),
@@ -174,12 +232,18 @@ impl Interpreter {
         }
         if let Some(seek) = &self.flow.seek {
             let wanted = seek.name == label || keyword == Keyword::Sub;
-            return if wanted && matches!(keyword, Keyword::Sub | Keyword::Bare) { self.subroutine(label, keyword) } else { Ok(()) };
+            return if wanted && matches!(keyword, Keyword::Sub | Keyword::Bare) {
+                self.subroutine(label, keyword)
+            } else {
+                Ok(())
+            };
         }
         self.run_comment(out);
         match keyword {
             Keyword::Goto | Keyword::Then => self.macro_flow(&label, keyword),
-            Keyword::Sub | Keyword::EndSub | Keyword::Call | Keyword::Return | Keyword::Bare => self.subroutine(label, keyword),
+            Keyword::Sub | Keyword::EndSub | Keyword::Call | Keyword::Return | Keyword::Bare => {
+                self.subroutine(label, keyword)
+            }
             _ => self.control(label, keyword),
         }
     }
@@ -190,7 +254,9 @@ impl Interpreter {
             Label::Name(text) => Ok(String::from_utf8_lossy(self.block.name(text)).into_owned()),
             Label::Number(value) => {
                 let value = self.value(value)?;
-                whole(value).map(|number| format!("{number}")).ok_or(Problem::BadWordValue { letter: 'O', value })
+                whole(value)
+                    .map(|number| format!("{number}"))
+                    .ok_or(Problem::BadWordValue { letter: 'O', value })
             }
         }
     }
@@ -198,16 +264,26 @@ impl Interpreter {
 
 /// Whether a line can begin with an O-word or a percent sign, or hold an M99.
 fn may_matter(line: &[u8]) -> bool {
-    line.iter().any(|byte| matches!(byte, b'o' | b'O' | b'%' | b'm' | b'M'))
+    line.iter()
+        .any(|byte| matches!(byte, b'o' | b'O' | b'%' | b'm' | b'M'))
 }
 
 fn has_code(block: &Block, letter: u8, number: f64) -> bool {
-    block.words.iter().any(|word| word.letter == letter && word.value == crate::syntax::Value::Number(number))
+    block
+        .words
+        .iter()
+        .any(|word| word.letter == letter && word.value == crate::syntax::Value::Number(number))
 }
 
 /// The block within its line: without the blanks around it.
 fn block_span(line: &[u8], place: super::Place) -> Span {
     let trimmed = line.trim_ascii();
     let from = line.len() - line.trim_ascii_start().len();
-    Span { file: place.file, line: place.line, column: from as u32 + 1, start: place.start + from as u64, len: trimmed.len() as u32 }
+    Span {
+        file: place.file,
+        line: place.line,
+        column: from as u32 + 1,
+        start: place.start + from as u64,
+        len: trimmed.len() as u32,
+    }
 }

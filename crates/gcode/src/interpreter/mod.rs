@@ -1,7 +1,7 @@
 //! The interpreter: lines in, canonical operations out, one block per step.
 //!
-//! Memory is constant in the program's length: a line is held only while a loop is open that may run it again, or as the
-//! body of a subroutine.
+//! Memory is constant in the program's length: a line is held only while a loop is open that may
+//! run it again, or as the body of a subroutine.
 
 mod calls;
 mod context;
@@ -62,8 +62,8 @@ enum Percent {
     Open,
 }
 
-/// A modal interpreter of RS274/NGC.
-/// Drive it with [`Interpreter::push_line`] and [`Interpreter::step`], or let [`crate::Program`] do it.
+/// A modal interpreter of RS274/NGC. Drive it with [`Interpreter::push_line`] and
+/// [`Interpreter::step`], or let [`crate::Program`] do it.
 #[derive(Debug)]
 pub struct Interpreter {
     config: InterpreterConfig,
@@ -123,27 +123,47 @@ impl Interpreter {
             }
         }
         let mut state = State::new(config.program_units);
-        let start: [f64; 9] = std::array::from_fn(|i| if (3..6).contains(&i) { deg(config.start.0[i]) } else { config.start.0[i] });
+        let start: [f64; 9] = std::array::from_fn(|i| {
+            if (3..6).contains(&i) {
+                deg(config.start.0[i])
+            } else {
+                config.start.0[i]
+            }
+        });
         let unit = |position| convert(&position, config.machine_units, config.program_units);
         let system = parameters.get(crate::parameters::SYSTEM);
-        state.system = if (1.0..=9.0).contains(&system) { system as u8 } else { 1 };
+        state.system = if (1.0..=9.0).contains(&system) {
+            system as u8
+        } else {
+            1
+        };
         let first = crate::exec::offsets::system_parameter(state.system);
         state.offsets.g5x = unit(parameters.position(first));
         state.offsets.rotation_deg = parameters.get(first + 9);
         if parameters.get(crate::parameters::G92_ACTIVE) != 0.0 {
             state.offsets.g92 = unit(parameters.position(crate::parameters::G92));
         }
-        state.current = state.offsets.to_program(&convert(&start, crate::ops::Units::Mm, config.program_units));
+        state.current = state.offsets.to_program(&convert(
+            &start,
+            crate::ops::Units::Mm,
+            config.program_units,
+        ));
         let accepted = config.leniencies;
-        let special = config.dialect != Dialect::LinuxCnc || config.leniencies != Dialect::LinuxCnc.leniencies();
-        let keeps = [Leniency::MacroFlow, Leniency::LocalCalls].into_iter().any(|leniency| config.leniencies.has(leniency));
+        let special = config.dialect != Dialect::LinuxCnc
+            || config.leniencies != Dialect::LinuxCnc.leniencies();
+        let keeps = [Leniency::MacroFlow, Leniency::LocalCalls]
+            .into_iter()
+            .any(|leniency| config.leniencies.has(leniency));
         Interpreter {
             diagnostics: Diagnostics::new(config.limits.diagnostics),
             tools: config.tool_table.clone(),
             config,
             state,
             parameters,
-            flow: Flow { keeps, ..Flow::default() },
+            flow: Flow {
+                keeps,
+                ..Flow::default()
+            },
             block: Block::default(),
             words: Words::accepting(accepted),
             line: Vec::new(),
@@ -179,16 +199,23 @@ impl Interpreter {
         self.state.current = place;
     }
 
-    /// The operations that put the initial state into words: units and offsets in force before the first line.
+    /// The operations that put the initial state into words: units and offsets in force before the
+    /// first line.
     pub fn begin(&self, out: &mut Vec<SourcedOp>) {
         let offsets = &self.state.offsets;
         let ops = [
             CanonicalOp::UseLengthUnits(self.state.units),
-            CanonicalOp::SetG5xOffset { system: self.state.system, offset: offsets.g5x },
+            CanonicalOp::SetG5xOffset {
+                system: self.state.system,
+                offset: offsets.g5x,
+            },
             CanonicalOp::SetG92Offset(offsets.g92),
             CanonicalOp::SetXyRotation(offsets.rotation_deg),
         ];
-        out.extend(ops.map(|op| SourcedOp { op, block: BlockRef::default() }));
+        out.extend(ops.map(|op| SourcedOp {
+            op,
+            block: BlockRef::default(),
+        }));
     }
 
     /// Takes subroutines that the program does not define from files.
@@ -198,13 +225,27 @@ impl Interpreter {
         self
     }
 
-    /// Gives the next line of the program, without its terminator. To be called when a step asks for it.
+    /// Gives the next line of the program, without its terminator. To be called when a step asks
+    /// for it.
     pub fn push_line(&mut self, line: &[u8], place: Place) {
         self.flow.forget();
         (self.looped, self.made, self.idle) = (0, 0, 0);
-        if let Err(problem) = self.flow.main.push(line, place, self.config.limits.held_bytes.max(self.config.limits.line_bytes)) {
+        if let Err(problem) = self.flow.main.push(
+            line,
+            place,
+            self.config
+                .limits
+                .held_bytes
+                .max(self.config.limits.line_bytes),
+        ) {
             self.place = place;
-            self.span = Span { file: place.file, line: place.line, column: 1, start: place.start, len: 0 };
+            self.span = Span {
+                file: place.file,
+                line: place.line,
+                column: 1,
+                start: place.start,
+                len: 0,
+            };
             self.report(problem);
             self.state.ended = true;
         }
@@ -217,7 +258,13 @@ impl Interpreter {
 
     /// Reports something about the source as a whole or about the place given.
     pub(crate) fn report_at(&mut self, problem: Problem, span: Span) {
-        self.diagnostics.push(Diagnostic { problem, place: BlockRef { span, call_stack: self.stack_index } });
+        self.diagnostics.push(Diagnostic {
+            problem,
+            place: BlockRef {
+                span,
+                call_stack: self.stack_index,
+            },
+        });
     }
 
     /// Reports a byte order mark.
@@ -244,7 +291,10 @@ impl Interpreter {
 
     /// A value, or NaN for a vacant parameter.
     pub(crate) fn value_or_vacant(&mut self, value: Value) -> Result<f64, Problem> {
-        let mut view = View { parameters: &mut self.parameters, state: &self.state };
+        let mut view = View {
+            parameters: &mut self.parameters,
+            state: &self.state,
+        };
         evaluate(&self.block, value, &mut view, &mut self.stack)
     }
 }

@@ -14,7 +14,10 @@ use crate::syntax::evaluate::whole;
 use crate::turning::{Corner, Piece, ProfileMove, Trouble};
 use lostmotion_base::span::BlockRef;
 
-const FEED: Code = Code { letter: 'G', tenths: 10 };
+const FEED: Code = Code {
+    letter: 'G',
+    tenths: 10,
+};
 
 /// A profile that is being read.
 #[derive(Debug)]
@@ -42,19 +45,40 @@ const fn unplaced(problem: Problem) -> Placed {
 impl Interpreter {
     /// The subroutine of a turning cycle on the line, if it is not known yet.
     pub(crate) fn wanted_profile(&self) -> Option<String> {
-        let is_cycle = self.words.codes().iter().any(|used| is_turning(used.row.code));
-        let number = if is_cycle { self.words.get(b'Q').and_then(whole) } else { None };
-        number.map(|number| format!("{number}")).filter(|name| !self.flow.subs.contains_key(name))
+        let is_cycle = self
+            .words
+            .codes()
+            .iter()
+            .any(|used| is_turning(used.row.code));
+        let number = if is_cycle {
+            self.words.get(b'Q').and_then(whole)
+        } else {
+            None
+        };
+        number
+            .map(|number| format!("{number}"))
+            .filter(|name| !self.flow.subs.contains_key(name))
     }
 
     /// Begins to read the profile of a cycle.
     pub(crate) fn begin_profile(&mut self, turning: Turning) -> Result<(), Problem> {
-        let block = BlockRef { span: self.span, call_stack: self.stack_index };
+        let block = BlockRef {
+            span: self.span,
+            call_stack: self.stack_index,
+        };
         self.call(turning.name.clone(), Some(&[]), 1)?;
         let state = Box::new(self.state.clone());
         (self.state.current[2], self.state.current[0]) = (turning.from[2], turning.from[0]);
         let depth = self.flow.frames.len();
-        self.profile = Some(Box::new(Collecting { turning, block, depth, state, moves: Vec::new(), places: Vec::new(), failed: false }));
+        self.profile = Some(Box::new(Collecting {
+            turning,
+            block,
+            depth,
+            state,
+            moves: Vec::new(),
+            places: Vec::new(),
+            failed: false,
+        }));
         Ok(())
     }
 
@@ -65,7 +89,8 @@ impl Interpreter {
         }
     }
 
-    /// A line inside a profile: only G0 to G3 count, as moves; parameters are set, everything else is passed over.
+    /// A line inside a profile: only G0 to G3 count, as moves; parameters are set, everything else
+    /// is passed over.
     pub(crate) fn profile_line(&mut self) -> Result<(), Placed> {
         let mut motion = self.state.motion.filter(|code| code.tenths <= 30);
         for used in self.words.codes() {
@@ -77,8 +102,20 @@ impl Interpreter {
                 _ if used.row.axes != AxisUse::None && self.words.mask & AXIS_BITS != 0 => {
                     return Err((Problem::ProfileCode { code }, Some(used.text)));
                 }
-                _ if code == (Code { letter: 'M', tenths: 980 }) => return Err((Problem::ProfileCode { code }, Some(used.text))),
-                _ if code == (Code { letter: 'M', tenths: 990 }) => {
+                _ if code
+                    == (Code {
+                        letter: 'M',
+                        tenths: 980,
+                    }) =>
+                {
+                    return Err((Problem::ProfileCode { code }, Some(used.text)));
+                }
+                _ if code
+                    == (Code {
+                        letter: 'M',
+                        tenths: 990,
+                    }) =>
+                {
                     self.leave();
                     return Ok(());
                 }
@@ -89,7 +126,9 @@ impl Interpreter {
         let is_arc = motion.is_some_and(|code| matches!(code.tenths, 20 | 30));
         let moves = *b"XZUW";
         let centers = *b"IKR";
-        if moves.iter().any(|&letter| self.words.has(letter)) || (is_arc && centers.iter().any(|&letter| self.words.has(letter))) {
+        if moves.iter().any(|&letter| self.words.has(letter))
+            || (is_arc && centers.iter().any(|&letter| self.words.has(letter)))
+        {
             self.profile_move(motion.filter(|_| is_arc))?;
         }
         Ok(())
@@ -108,14 +147,24 @@ impl Interpreter {
             None => Piece::line(from, to),
             Some(code) => {
                 let clockwise = code.tenths == 20;
-                Piece::arc(from, to, exec.center(from, to, clockwise).map_err(unplaced)?, !clockwise)
+                Piece::arc(
+                    from,
+                    to,
+                    exec.center(from, to, clockwise).map_err(unplaced)?,
+                    !clockwise,
+                )
             }
         };
         exec.state.current = end;
         let corner = self.profile_corner()?;
         let limit = self.config.limits.cycle_moves;
-        let place = BlockRef { span: self.span, call_stack: self.stack_index };
-        let Some(profile) = &mut self.profile else { return Ok(()) };
+        let place = BlockRef {
+            span: self.span,
+            call_stack: self.stack_index,
+        };
+        let Some(profile) = &mut self.profile else {
+            return Ok(());
+        };
         // Recorded: a first move that leads nowhere does not count.
         if arc.is_none() && from == to {
             return Ok(());
@@ -124,7 +173,10 @@ impl Interpreter {
             return Err(unplaced(Problem::CycleTooLong { limit }));
         }
         if profile.moves.is_empty() && arc.is_some() {
-            profile.moves.push(ProfileMove { piece: Piece::line(from, from), corner: None });
+            profile.moves.push(ProfileMove {
+                piece: Piece::line(from, from),
+                corner: None,
+            });
             profile.places.push(place);
         }
         profile.moves.push(ProfileMove { piece, corner });
@@ -134,19 +186,31 @@ impl Interpreter {
 
     /// Where X, Z, U and W lead; U and W are increments of X and Z.
     fn profile_target(&mut self) -> Result<[f64; 2], Placed> {
-        let absolute = self.profile.as_ref().is_none_or(|profile| profile.state.absolute);
+        let absolute = self
+            .profile
+            .as_ref()
+            .is_none_or(|profile| profile.state.absolute);
         let scale = if self.state.diameter { 0.5 } else { 1.0 };
         let [x, _, z, ..] = self.state.current;
         let mut target = [z, x];
         for (letter, index, scale) in [(b'X', 1, scale), (b'Z', 0, 1.0)] {
             if let Some(value) = self.words.get(letter) {
-                target[index] = if absolute { scale * value } else { target[index] + scale * value };
+                target[index] = if absolute {
+                    scale * value
+                } else {
+                    target[index] + scale * value
+                };
             }
         }
         for (letter, index, scale) in [(b'U', 1, scale), (b'W', 0, 1.0)] {
             if let Some(value) = self.words.get(letter) {
                 if !absolute {
-                    return Err((Problem::ProfileIncrement { letter: char::from(letter) }, Some(self.words.text(letter))));
+                    return Err((
+                        Problem::ProfileIncrement {
+                            letter: char::from(letter),
+                        },
+                        Some(self.words.text(letter)),
+                    ));
                 }
                 target[index] += scale * value;
             }
@@ -158,7 +222,14 @@ impl Interpreter {
     fn profile_corner(&self) -> Result<Option<Corner>, Placed> {
         let corner = match (self.words.get(b'A'), self.words.get(b'C')) {
             (Some(_), Some(value)) => {
-                return Err((Problem::ProfileCorner { letter: 'C', size: value, two: true }, Some(self.words.text(b'C'))));
+                return Err((
+                    Problem::ProfileCorner {
+                        letter: 'C',
+                        size: value,
+                        two: true,
+                    },
+                    Some(self.words.text(b'C')),
+                ));
             }
             (Some(radius), None) => Corner::Fillet(radius),
             (None, Some(length)) => Corner::Chamfer(length),
@@ -166,7 +237,14 @@ impl Interpreter {
         };
         let (letter, size) = (corner.letter(), corner.size());
         if size < 0.0 {
-            return Err((Problem::ProfileCorner { letter, size, two: false }, Some(self.words.text(letter as u8))));
+            return Err((
+                Problem::ProfileCorner {
+                    letter,
+                    size,
+                    two: false,
+                },
+                Some(self.words.text(letter as u8)),
+            ));
         }
         Ok(Some(corner).filter(|_| size > 0.0))
     }
@@ -174,7 +252,9 @@ impl Interpreter {
     /// Makes the moves of a cycle whose profile has been read.
     pub(crate) fn end_profile(&mut self, out: &mut Vec<SourcedOp>) {
         let depth = self.flow.frames.len();
-        let Some(profile) = self.profile.take_if(|profile| depth < profile.depth) else { return };
+        let Some(profile) = self.profile.take_if(|profile| depth < profile.depth) else {
+            return;
+        };
         self.state.motion = Some(FEED);
         self.words.clear();
         if profile.failed {
@@ -187,7 +267,10 @@ impl Interpreter {
         let strays = exec.stray_to(&read_to);
         let code = profile.turning.code;
         let problem = match exec.turning_moves(&profile.turning, &profile.moves) {
-            Ok((frame, moves)) => exec.make_moves(code, &frame, &moves).err().map(|problem| (problem, profile.block)),
+            Ok((frame, moves)) => exec
+                .make_moves(code, &frame, &moves)
+                .err()
+                .map(|problem| (problem, profile.block)),
             Err(trouble) => Some(self.profile_problem(&profile, trouble)),
         };
         if strays {
@@ -195,7 +278,8 @@ impl Interpreter {
         }
         if let Some((problem, place)) = problem {
             if let Some(last) = profile.moves.last() {
-                (self.state.current[2], self.state.current[0]) = (last.piece.end[0], last.piece.end[1]);
+                (self.state.current[2], self.state.current[0]) =
+                    (last.piece.end[0], last.piece.end[1]);
             }
             self.diagnostics.push(Diagnostic { problem, place });
         }
@@ -205,23 +289,61 @@ impl Interpreter {
     fn tell_detour(&mut self, profile: &Collecting, to: &Position) {
         if !self.told.has(Leniency::FinishDetour) {
             self.told = self.told.with(Leniency::FinishDetour);
-            let x = if self.state.diameter { 2.0 * to[0] } else { to[0] };
-            let problem = Problem::FinishDetour { code: profile.turning.code, x, z: to[2] };
-            self.diagnostics.push(Diagnostic { problem, place: profile.block });
+            let x = if self.state.diameter {
+                2.0 * to[0]
+            } else {
+                to[0]
+            };
+            let problem = Problem::FinishDetour {
+                code: profile.turning.code,
+                x,
+                z: to[2],
+            };
+            self.diagnostics.push(Diagnostic {
+                problem,
+                place: profile.block,
+            });
         }
     }
 
     fn profile_problem(&self, profile: &Collecting, trouble: Trouble) -> (Problem, BlockRef) {
         let code = profile.turning.code;
-        let of = |index: usize| (profile.moves.get(index), profile.places.get(index).copied().unwrap_or(profile.block));
+        let of = |index: usize| {
+            (
+                profile.moves.get(index),
+                profile.places.get(index).copied().unwrap_or(profile.block),
+            )
+        };
         match trouble {
-            Trouble::Empty => (Problem::ProfileEmpty { code, name: profile.turning.name.clone() }, profile.block),
-            Trouble::TooLong => (Problem::CycleTooLong { limit: self.config.limits.cycle_moves }, profile.block),
-            Trouble::Distance { distance } => (Problem::ProfileDistance { code, distance }, profile.block),
+            Trouble::Empty => (
+                Problem::ProfileEmpty {
+                    code,
+                    name: profile.turning.name.clone(),
+                },
+                profile.block,
+            ),
+            Trouble::TooLong => (
+                Problem::CycleTooLong {
+                    limit: self.config.limits.cycle_moves,
+                },
+                profile.block,
+            ),
+            Trouble::Distance { distance } => {
+                (Problem::ProfileDistance { code, distance }, profile.block)
+            }
             Trouble::Corner { index } => {
                 let (found, place) = of(index);
-                let corner = found.and_then(|found| found.corner).unwrap_or(Corner::Fillet(0.0));
-                (Problem::ProfileCorner { letter: corner.letter(), size: corner.size(), two: false }, place)
+                let corner = found
+                    .and_then(|found| found.corner)
+                    .unwrap_or(Corner::Fillet(0.0));
+                (
+                    Problem::ProfileCorner {
+                        letter: corner.letter(),
+                        size: corner.size(),
+                        two: false,
+                    },
+                    place,
+                )
             }
             Trouble::TurnsBack { index, along_z } => {
                 let (found, place) = of(index);
@@ -229,7 +351,15 @@ impl Interpreter {
                     let axis = usize::from(!along_z);
                     [found.piece.start[axis], found.piece.end[axis]]
                 });
-                (Problem::ProfileTurnsBack { code, axis: if along_z { 'Z' } else { 'X' }, from, to }, place)
+                (
+                    Problem::ProfileTurnsBack {
+                        code,
+                        axis: if along_z { 'Z' } else { 'X' },
+                        from,
+                        to,
+                    },
+                    place,
+                )
             }
         }
     }

@@ -1,8 +1,9 @@
-//! Moves that need nothing but their axis words and centres, which nearly all blocks of real programs are.
+//! Moves that need nothing but their axis words and centres, which nearly all blocks of real
+//! programs are.
 //!
-//! What a block means stands in `exec`; this does the same for G0 to G3 with literal X Y Z A B C I J K and F in the modes that
-//! nearly all programs are in, and leaves every other block, and every block with something wrong, to that. The tests run
-//! programs both ways.
+//! What a block means stands in `exec`; this does the same for G0 to G3 with literal X Y Z A B C I
+//! J K and F in the modes that nearly all programs are in, and leaves every other block, and every
+//! block with something wrong, to that. The tests run programs both ways.
 
 use super::Interpreter;
 use crate::exec::arc::{arc_feed, check_radius};
@@ -13,10 +14,22 @@ use crate::state::{FeedMode, State};
 use crate::syntax::Value;
 use lostmotion_base::span::BlockRef;
 
-const RAPID: Code = Code { letter: 'G', tenths: 0 };
-const FEED: Code = Code { letter: 'G', tenths: 10 };
-const CLOCKWISE: Code = Code { letter: 'G', tenths: 20 };
-const COUNTER_CLOCKWISE: Code = Code { letter: 'G', tenths: 30 };
+const RAPID: Code = Code {
+    letter: 'G',
+    tenths: 0,
+};
+const FEED: Code = Code {
+    letter: 'G',
+    tenths: 10,
+};
+const CLOCKWISE: Code = Code {
+    letter: 'G',
+    tenths: 20,
+};
+const COUNTER_CLOCKWISE: Code = Code {
+    letter: 'G',
+    tenths: 30,
+};
 
 /// Whether nothing is in force that such a move has to ask about.
 fn is_plain(state: &State) -> bool {
@@ -49,12 +62,26 @@ impl Gathered {
     #[inline(always)]
     fn take(&mut self, letter: u8, value: f64) -> bool {
         let (slot, seen, bit) = match letter {
-            b'X'..=b'Z' => (self.end.get_mut(usize::from(letter - b'X')), &mut self.axes, letter - b'X'),
-            b'A'..=b'C' => (self.end.get_mut(usize::from(letter - b'A') + 3), &mut self.axes, letter - b'A' + 3),
-            b'I'..=b'K' => (self.center.get_mut(usize::from(letter - b'I')), &mut self.centers, letter - b'I'),
+            b'X'..=b'Z' => (
+                self.end.get_mut(usize::from(letter - b'X')),
+                &mut self.axes,
+                letter - b'X',
+            ),
+            b'A'..=b'C' => (
+                self.end.get_mut(usize::from(letter - b'A') + 3),
+                &mut self.axes,
+                letter - b'A' + 3,
+            ),
+            b'I'..=b'K' => (
+                self.center.get_mut(usize::from(letter - b'I')),
+                &mut self.centers,
+                letter - b'I',
+            ),
             b'G' if !self.explicit => {
                 self.explicit = true;
-                self.code = [RAPID, FEED, CLOCKWISE, COUNTER_CLOCKWISE].into_iter().find(|code| value * 10.0 == f64::from(code.tenths));
+                self.code = [RAPID, FEED, CLOCKWISE, COUNTER_CLOCKWISE]
+                    .into_iter()
+                    .find(|code| value * 10.0 == f64::from(code.tenths));
                 return self.code.is_some();
             }
             b'F' if self.rate.is_none() && value >= 0.0 => {
@@ -77,20 +104,38 @@ impl Interpreter {
     #[inline]
     pub(super) fn quick_move(&mut self, out: &mut Vec<SourcedOp>) -> bool {
         let waits = self.special || self.profile.is_some() || self.modal_macro.is_some();
-        if waits || self.block.comment.is_some() || !self.block.settings.is_empty() || !is_plain(&self.state) {
+        if waits
+            || self.block.comment.is_some()
+            || !self.block.settings.is_empty()
+            || !is_plain(&self.state)
+        {
             return false;
         }
         let (code, end) = (self.state.motion, self.state.current);
-        let mut said = Gathered { code, explicit: false, rate: None, end, axes: 0, center: [0.0; 3], centers: 0 };
+        let mut said = Gathered {
+            code,
+            explicit: false,
+            rate: None,
+            end,
+            axes: 0,
+            center: [0.0; 3],
+            centers: 0,
+        };
         for word in &self.block.words {
-            let Value::Number(value) = word.value else { return false };
+            let Value::Number(value) = word.value else {
+                return false;
+            };
             if !said.take(word.letter, value) {
                 return false;
             }
         }
-        let Some(op) = self.quick_op(&said) else { return false };
+        let Some(op) = self.quick_op(&said) else {
+            return false;
+        };
         let mut exec = self.exec(out);
-        let too_fast = said.rate.is_some_and(|rate| rate * exec.state.units.mm() > exec.config.limits.feed);
+        let too_fast = said
+            .rate
+            .is_some_and(|rate| rate * exec.state.units.mm() > exec.config.limits.feed);
         if too_fast || exec.check_target(&said.end).is_err() {
             return false;
         }
@@ -99,8 +144,19 @@ impl Interpreter {
         }
         let state = exec.state;
         state.motion = said.code;
-        (state.current, state.corner_exit, state.spline_exit, state.arc_not_allowed) = (said.end, None, None, false);
-        out.push(SourcedOp { op, block: BlockRef { span: self.span, call_stack: self.stack_index } });
+        (
+            state.current,
+            state.corner_exit,
+            state.spline_exit,
+            state.arc_not_allowed,
+        ) = (said.end, None, None, false);
+        out.push(SourcedOp {
+            op,
+            block: BlockRef {
+                span: self.span,
+                call_stack: self.stack_index,
+            },
+        });
         true
     }
 
@@ -109,8 +165,12 @@ impl Interpreter {
     fn quick_op(&self, said: &Gathered) -> Option<CanonicalOp> {
         let is_fed = said.rate.unwrap_or(self.state.feed) > 0.0;
         match said.code? {
-            RAPID if said.axes != 0 && said.centers == 0 => Some(CanonicalOp::StraightTraverse(said.end)),
-            FEED if said.axes != 0 && said.centers == 0 && is_fed => Some(CanonicalOp::StraightFeed(said.end)),
+            RAPID if said.axes != 0 && said.centers == 0 => {
+                Some(CanonicalOp::StraightTraverse(said.end))
+            }
+            FEED if said.axes != 0 && said.centers == 0 && is_fed => {
+                Some(CanonicalOp::StraightFeed(said.end))
+            }
             CLOCKWISE if is_fed => self.quick_arc(said, -1),
             COUNTER_CLOCKWISE if is_fed => self.quick_arc(said, 1),
             _ => None,
@@ -127,8 +187,20 @@ impl Interpreter {
         }
         let from = [state.current[first], state.current[second]];
         let center = [from[0] + said.center[first], from[1] + said.center[second]];
-        check_center(from, [said.end[first], said.end[second]], center, state.units, false).ok()?;
+        check_center(
+            from,
+            [said.end[first], said.end[second]],
+            center,
+            state.units,
+            false,
+        )
+        .ok()?;
         check_radius(from, center, state.units, self.config.limits.radius_mm).ok()?;
-        Some(CanonicalOp::ArcFeed(arc_feed(state.plane, &said.end, center, turns)))
+        Some(CanonicalOp::ArcFeed(arc_feed(
+            state.plane,
+            &said.end,
+            center,
+            turns,
+        )))
     }
 }

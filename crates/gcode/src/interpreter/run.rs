@@ -13,10 +13,16 @@ use lostmotion_base::span::BlockRef;
 impl Interpreter {
     /// The comment of the current block.
     pub(crate) fn run_comment(&mut self, out: &mut Vec<SourcedOp>) {
-        let Some(text) = self.block.comment else { return };
+        let Some(text) = self.block.comment else {
+            return;
+        };
         let from = text.start as usize;
         let inside = std::mem::take(&mut self.line);
-        self.exec(out).comment(inside.get(from..from + text.len as usize).unwrap_or_default());
+        self.exec(out).comment(
+            inside
+                .get(from..from + text.len as usize)
+                .unwrap_or_default(),
+        );
         self.line = inside;
     }
 
@@ -29,14 +35,20 @@ impl Interpreter {
             jump: &mut self.jump,
             saved: &mut self.saved,
             words: &self.words,
-            block: BlockRef { span: self.span, call_stack: self.stack_index },
+            block: BlockRef {
+                span: self.span,
+                call_stack: self.stack_index,
+            },
             out,
             warnings: &mut self.warnings,
         }
     }
 
     /// A line of words, settings and comments.
-    pub(crate) fn plain_line(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
+    pub(crate) fn plain_line(
+        &mut self,
+        out: &mut Vec<SourcedOp>,
+    ) -> Result<(), (Problem, Option<Text>)> {
         self.begun |= !self.block.words.is_empty();
         self.note_habits();
         if self.quick_move(out) {
@@ -54,8 +66,13 @@ impl Interpreter {
             self.special_words();
         }
         self.note_axes();
-        // A subroutine that stands further on is looked for before anything is carried out, so that the line runs once.
-        if let Some(name) = self.wanted_sub().or_else(|| self.wanted_macro()).or_else(|| self.wanted_profile()) {
+        // A subroutine that stands further on is looked for before anything is carried out, so that
+        // the line runs once.
+        if let Some(name) = self
+            .wanted_sub()
+            .or_else(|| self.wanted_macro())
+            .or_else(|| self.wanted_profile())
+        {
             return self.look_for(name).map_err(|problem| (problem, None));
         }
         self.apply_settings()?;
@@ -77,7 +94,11 @@ impl Interpreter {
         self.warn();
         result?;
         self.jump(out).map_err(|problem| (problem, None))?;
-        if self.modal_macro.is_some() { self.call_modal_macro().map_err(|problem| (problem, None)) } else { Ok(()) }
+        if self.modal_macro.is_some() {
+            self.call_modal_macro().map_err(|problem| (problem, None))
+        } else {
+            Ok(())
+        }
     }
 
     /// Words that other dialects mean otherwise.
@@ -95,13 +116,16 @@ impl Interpreter {
         self.words.clear();
         let mut first = Ok(());
         for index in 0..self.block.words.len() {
-            let Some(&word) = self.block.words.get(index) else { break };
+            let Some(&word) = self.block.words.get(index) else {
+                break;
+            };
             let value = self.value_or_vacant(word.value);
             if value.as_ref().is_ok_and(|value| value.is_nan()) {
                 continue;
             }
-            let added =
-                value.and_then(|value| self.words.add(word.letter, value, word.text)).map_err(|problem| self.control_cycle(problem));
+            let added = value
+                .and_then(|value| self.words.add(word.letter, value, word.text))
+                .map_err(|problem| self.control_cycle(problem));
             first = match (first, added) {
                 (Ok(()), Err(problem)) => Err((problem, Some(word.text))),
                 (Err((earlier, place)), Err(problem)) => {
@@ -121,33 +145,55 @@ impl Interpreter {
         }
         let mut values = Vec::with_capacity(self.block.settings.len());
         for index in 0..self.block.settings.len() {
-            let Some(&setting) = self.block.settings.get(index) else { break };
-            self.read_before_set(index).map_err(|problem| (problem, Some(setting.text)))?;
-            let value = self.setting_value(setting).map_err(|problem| (problem, Some(setting.text)))?;
+            let Some(&setting) = self.block.settings.get(index) else {
+                break;
+            };
+            self.read_before_set(index)
+                .map_err(|problem| (problem, Some(setting.text)))?;
+            let value = self
+                .setting_value(setting)
+                .map_err(|problem| (problem, Some(setting.text)))?;
             values.push((setting, value));
         }
         for (setting, (number, value)) in values {
             let result = match setting.target {
                 Target::Numbered(_) => self.parameters.set(number, value),
-                Target::Named(name) => self.parameters.set_name(self.block.name(name), valued(value), &self.state),
+                Target::Named(name) => {
+                    self.parameters
+                        .set_name(self.block.name(name), valued(value), &self.state)
+                }
             };
             result.map_err(|problem| (problem, Some(setting.text)))?;
         }
         Ok(())
     }
 
-    /// LinuxCNC creates a name with 0 as soon as it reads `#<name>=`, so that `#<n>=[#<n>+1]` counts from 0.
+    /// LinuxCNC creates a name with 0 as soon as it reads `#<name>=`, so that `#<n>=[#<n>+1]`
+    /// counts from 0.
     fn read_before_set(&mut self, index: usize) -> Result<(), Problem> {
         let set = self.block.settings.get(..=index).unwrap_or_default();
-        let Some(Value::Ops(from, to)) = set.last().map(|setting| setting.value) else { return Ok(()) };
-        let is_set = |name: &[u8]| set.iter().any(|setting| matches!(setting.target, Target::Named(own) if self.block.name(own) == name));
-        let ops = self.block.ops.get(from as usize..to as usize).unwrap_or_default();
+        let Some(Value::Ops(from, to)) = set.last().map(|setting| setting.value) else {
+            return Ok(());
+        };
+        let is_set = |name: &[u8]| {
+            set.iter().any(|setting| matches!(setting.target, Target::Named(own) if self.block.name(own) == name))
+        };
+        let ops = self
+            .block
+            .ops
+            .get(from as usize..to as usize)
+            .unwrap_or_default();
         for op in ops {
             let Op::Named(name) = *op else { continue };
             let name = self.block.name(name);
-            if is_set(name) && !self.parameters.has_name(name, &self.state) && self.config.leniencies.has(Leniency::ReadBeforeSet) {
+            if is_set(name)
+                && !self.parameters.has_name(name, &self.state)
+                && self.config.leniencies.has(Leniency::ReadBeforeSet)
+            {
                 self.parameters.set_name(name, 0.0, &self.state)?;
-                self.warnings.push(Problem::Lenient { leniency: Leniency::ReadBeforeSet });
+                self.warnings.push(Problem::Lenient {
+                    leniency: Leniency::ReadBeforeSet,
+                });
             }
         }
         Ok(())

@@ -25,7 +25,8 @@ pub struct CallStacks {
 }
 
 impl CallStacks {
-    /// The call of an index, as [`lostmotion_base::span::BlockRef`] has it; none for the main program.
+    /// The call of an index, as [`lostmotion_base::span::BlockRef`] has it; none for the main
+    /// program.
     pub fn get(&self, index: u32) -> Option<&CallSite> {
         self.sites.get((index as usize).checked_sub(1)?)
     }
@@ -46,7 +47,11 @@ impl CallStacks {
         if self.sites.len() >= MOST {
             return 0;
         }
-        self.sites.push(CallSite { name: name.to_owned(), call, within });
+        self.sites.push(CallSite {
+            name: name.to_owned(),
+            call,
+            within,
+        });
         let index = self.sites.len() as u32;
         self.known.insert((within, call), index);
         index

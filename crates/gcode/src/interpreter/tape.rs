@@ -18,7 +18,13 @@ pub struct Place {
 impl Place {
     /// The place of a part of the line.
     pub fn span(self, text: Text) -> Span {
-        Span { file: self.file, line: self.line, column: text.start + 1, start: self.start + u64::from(text.start), len: text.len }
+        Span {
+            file: self.file,
+            line: self.line,
+            column: text.start + 1,
+            start: self.start + u64::from(text.start),
+            len: text.len,
+        }
     }
 }
 

@@ -50,12 +50,14 @@ impl Interpreter {
         self.diagnostics
     }
 
-    /// The last block, as it was parsed. After a block that could not be parsed, what stood before the fault.
+    /// The last block, as it was parsed. After a block that could not be parsed, what stood before
+    /// the fault.
     pub fn block(&self) -> &Block {
         &self.block
     }
 
-    /// The state without what may be large: the moves that cutter compensation holds, the points of an open curve.
+    /// The state without what may be large: the moves that cutter compensation holds, the points of
+    /// an open curve.
     pub(crate) fn light_state(&mut self) -> State {
         let (compensation, nurbs) = (self.state.compensation.take(), self.state.nurbs.take());
         let light = self.state.clone();
@@ -70,21 +72,27 @@ impl Interpreter {
 
     /// Where the last block stands, with the call that is running now.
     pub fn place(&self) -> BlockRef {
-        BlockRef { span: self.span, call_stack: self.stack_index }
+        BlockRef {
+            span: self.span,
+            call_stack: self.stack_index,
+        }
     }
 
-    /// Whether the next line will only be looked at: it lies in a branch that is not taken, in the definition of a
-    /// subroutine, or is passed on the way to one.
+    /// Whether the next line will only be looked at: it lies in a branch that is not taken, in the
+    /// definition of a subroutine, or is passed on the way to one.
     pub fn passes_over(&self) -> bool {
         self.is_passing()
     }
 
     /// The value that a word of the last block had, where it has been evaluated and is not a code.
     pub fn value_of(&self, word: &Word) -> Option<f64> {
-        self.words.get(word.letter).filter(|_| self.words.text(word.letter) == word.text)
+        self.words
+            .get(word.letter)
+            .filter(|_| self.words.text(word.letter) == word.text)
     }
 
-    /// The codes of the last block in the order in which they are carried out, with their places on the line.
+    /// The codes of the last block in the order in which they are carried out, with their places on
+    /// the line.
     pub fn codes(&self) -> impl Iterator<Item = (&'static CodeRow, Text)> + '_ {
         self.words.codes().iter().map(|used| (used.row, used.text))
     }

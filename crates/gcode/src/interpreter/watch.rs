@@ -28,15 +28,27 @@ impl Interpreter {
         };
         self.looped += 1;
         self.made += ops.len() as u64;
-        self.idle = if ops.iter().any(acts) { 0 } else { self.idle + 1 };
+        self.idle = if ops.iter().any(acts) {
+            0
+        } else {
+            self.idle + 1
+        };
         let problem = if self.idle > limits.idle_blocks {
-            Problem::IdleLoop { limit: limits.idle_blocks }
+            Problem::IdleLoop {
+                limit: limits.idle_blocks,
+            }
         } else if self.executed > limits.executed_blocks {
-            Problem::TooManyBlocks { limit: limits.executed_blocks }
+            Problem::TooManyBlocks {
+                limit: limits.executed_blocks,
+            }
         } else if self.looped > self.looped_limit() {
-            Problem::TooManyLoopedBlocks { limit: self.looped_limit() }
+            Problem::TooManyLoopedBlocks {
+                limit: self.looped_limit(),
+            }
         } else if self.looped > 1 && self.made > limits.looped_operations {
-            Problem::TooManyOperations { limit: limits.looped_operations }
+            Problem::TooManyOperations {
+                limit: limits.looped_operations,
+            }
         } else {
             return;
         };
@@ -47,6 +59,10 @@ impl Interpreter {
     /// A loop of a program that is refused anyway often runs on because of its errors.
     fn looped_limit(&self) -> u64 {
         let limit = self.config.limits.looped_blocks;
-        if self.diagnostics.errors() > 0 { limit.min(LOOPED_AFTER_ERROR) } else { limit }
+        if self.diagnostics.errors() > 0 {
+            limit.min(LOOPED_AFTER_ERROR)
+        } else {
+            limit
+        }
     }
 }

@@ -19,7 +19,8 @@ pub struct Limits {
     pub expression_depth: usize,
     /// Executed blocks, repetitions counted.
     pub executed_blocks: u64,
-    /// Executed blocks without reading a further line: what loops and subroutines may do at a stretch.
+    /// Executed blocks without reading a further line: what loops and subroutines may do at a
+    /// stretch.
     pub looped_blocks: u64,
     /// Operations that they may make at a stretch: a canned cycle can make many with one block.
     pub looped_operations: u64,

@@ -79,21 +79,45 @@ const ROWS: [LimitRow; 19] = [
     whole!(line_bytes, usize, "bytes of one line"),
     whole!(source_bytes, u64, "bytes of the whole source"),
     whole!(words, usize, "words on one line"),
-    whole!(expression_depth, usize, "nesting of brackets, signs and # in one value"),
+    whole!(
+        expression_depth,
+        usize,
+        "nesting of brackets, signs and # in one value"
+    ),
     whole!(executed_blocks, u64, "executed blocks, repetitions counted"),
-    whole!(looped_blocks, u64, "executed blocks without reading a further line"),
-    whole!(looped_operations, u64, "operations made without reading a further line"),
-    whole!(idle_blocks, u64, "executed blocks in a row that neither move nor dwell, without reading a further line"),
+    whole!(
+        looped_blocks,
+        u64,
+        "executed blocks without reading a further line"
+    ),
+    whole!(
+        looped_operations,
+        u64,
+        "operations made without reading a further line"
+    ),
+    whole!(
+        idle_blocks,
+        u64,
+        "executed blocks in a row that neither move nor dwell, without reading a further line"
+    ),
     whole!(call_depth, usize, "nesting of subroutine calls"),
     whole!(open_structures, usize, "branches and loops open at once"),
-    whole!(held_bytes, usize, "bytes of source held for loops and subroutines"),
+    whole!(
+        held_bytes,
+        usize,
+        "bytes of source held for loops and subroutines"
+    ),
     real!(coordinate, "largest coordinate, mm or degrees"),
     real!(radius_mm, "largest radius of an arc, mm"),
     real!(feed, "largest feed rate, mm or degrees per minute"),
     real!(dwell_s, "largest dwell, s"),
     whole!(cycle_moves, u32, "moves of one canned cycle block"),
     whole!(curve_points, usize, "control points of one curve"),
-    whole!(diagnostics, usize, "diagnostics kept; the others are counted"),
+    whole!(
+        diagnostics,
+        usize,
+        "diagnostics kept; the others are counted"
+    ),
     whole!(named_parameters, usize, "named parameters alive at once"),
 ];
 
@@ -109,14 +133,30 @@ impl Limits {
     /// No such limit, or not a number that it can have.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), LimitError> {
         let Some(row) = ROWS.iter().find(|row| row.name == name) else {
-            let known = ROWS.iter().map(|row| row.name).collect::<Vec<_>>().join(", ");
-            return Err(LimitError::Unknown { name: name.to_owned(), known });
+            let known = ROWS
+                .iter()
+                .map(|row| row.name)
+                .collect::<Vec<_>>()
+                .join(", ");
+            return Err(LimitError::Unknown {
+                name: name.to_owned(),
+                known,
+            });
         };
-        let condition = if row.whole { "a whole number from 1" } else { "a positive number" };
+        let condition = if row.whole {
+            "a whole number from 1"
+        } else {
+            "a positive number"
+        };
         let highest = if row.whole { 9e15 } else { f64::MAX };
-        let number =
-            value.parse::<f64>().ok().filter(|number| *number > 0.0 && *number <= highest && (!row.whole || number.fract() == 0.0));
-        let number = number.ok_or_else(|| LimitError::Value { name: row.name, value: value.to_owned(), condition })?;
+        let number = value.parse::<f64>().ok().filter(|number| {
+            *number > 0.0 && *number <= highest && (!row.whole || number.fract() == 0.0)
+        });
+        let number = number.ok_or_else(|| LimitError::Value {
+            name: row.name,
+            value: value.to_owned(),
+            condition,
+        })?;
         (row.set)(self, number);
         Ok(())
     }
@@ -139,14 +179,23 @@ mod tests {
             assert!(limits.set(row.name, "NaN").is_err());
             assert!(limits.set(row.name, "-1").is_err());
         }
-        assert!(matches!(Limits::default().set("words", "1.5"), Err(LimitError::Value { .. })));
-        assert!(matches!(Limits::default().set("word", "1"), Err(LimitError::Unknown { .. })));
+        assert!(matches!(
+            Limits::default().set("words", "1.5"),
+            Err(LimitError::Value { .. })
+        ));
+        assert!(matches!(
+            Limits::default().set("word", "1"),
+            Err(LimitError::Unknown { .. })
+        ));
     }
 
     /// The fields of the struct in their order, from its debug text.
     fn fields() -> Vec<String> {
         let text = format!("{:?}", Limits::default());
         let inside = text.split_once('{').unwrap().1;
-        inside.split(',').map(|field| field.split(':').next().unwrap().trim().to_owned()).collect()
+        inside
+            .split(',')
+            .map(|field| field.split(':').next().unwrap().trim().to_owned())
+            .collect()
     }
 }

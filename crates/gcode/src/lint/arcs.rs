@@ -38,20 +38,38 @@ fn shape(start: &Position, arc: &ArcFeed) -> Shape {
     let turn = if arc.turns > 0 { turn } else { -turn };
     let chord = math::hypot(to[0] - from[0], to[1] - from[1]);
     let sweep = if turn <= 0.0 { turn + TAU } else { turn };
-    Shape { radius: math::hypot(from[0], from[1]), chord, sweep }
+    Shape {
+        radius: math::hypot(from[0], from[1]),
+        chord,
+        sweep,
+    }
 }
 
 /// Most decimals that the words of an arc are written with.
 fn decimals(event: &Event<'_>) -> i32 {
     let of = |word: &Word| {
         let from = word.text.start as usize;
-        let text = event.interpreter.line().get(from..from + word.text.len as usize).unwrap_or_default();
+        let text = event
+            .interpreter
+            .line()
+            .get(from..from + word.text.len as usize)
+            .unwrap_or_default();
         match word.value {
-            Value::Number(_) => text.iter().position(|byte| *byte == b'.').map_or(0, |at| (text.len() - at - 1) as i32),
+            Value::Number(_) => text
+                .iter()
+                .position(|byte| *byte == b'.')
+                .map_or(0, |at| (text.len() - at - 1) as i32),
             Value::Ops(..) => COMPUTED_DECIMALS,
         }
     };
-    event.block().words.iter().filter(|word| b"XYZIJKR".contains(&word.letter)).map(of).max().unwrap_or(0)
+    event
+        .block()
+        .words
+        .iter()
+        .filter(|word| b"XYZIJKR".contains(&word.letter))
+        .map(of)
+        .max()
+        .unwrap_or(0)
 }
 
 /// 10 to the power of minus `decimals`.
@@ -63,11 +81,26 @@ impl Arcs {
     fn centers(&mut self, event: &Event<'_>, found: &mut LintFindings) {
         let absolute = event.after.arc_absolute;
         let [relative_seen, absolute_seen] = &mut self.centers;
-        let (this, other) = if absolute { (absolute_seen, relative_seen) } else { (relative_seen, absolute_seen) };
+        let (this, other) = if absolute {
+            (absolute_seen, relative_seen)
+        } else {
+            (relative_seen, absolute_seen)
+        };
         if *other && !*this {
-            let (now, before) = if absolute { ("absolute", "relative") } else { ("relative", "absolute") };
-            let message = format!("this arc has an {now} centre, arcs before it had {before} ones").replace("an relative", "a relative");
-            found.add(&rules::ARC_CENTERS_MIXED, event.place, message, &[], "keep one of G90.1 and G91.1 throughout");
+            let (now, before) = if absolute {
+                ("absolute", "relative")
+            } else {
+                ("relative", "absolute")
+            };
+            let message = format!("this arc has an {now} centre, arcs before it had {before} ones")
+                .replace("an relative", "a relative");
+            found.add(
+                &rules::ARC_CENTERS_MIXED,
+                event.place,
+                message,
+                &[],
+                "keep one of G90.1 and G91.1 throughout",
+            );
         }
         *this = true;
     }
@@ -79,8 +112,15 @@ fn nearly_full(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
         return;
     }
     let (unit, sweep) = (event.after.units.name(), deg(shape.sweep));
-    let message = format!("start and end are {:.6} {unit} apart, and the arc goes {sweep:.4} degrees round", shape.chord);
-    let values = [("distance", shape.chord), ("sweep_deg", sweep), ("radius", shape.radius)];
+    let message = format!(
+        "start and end are {:.6} {unit} apart, and the arc goes {sweep:.4} degrees round",
+        shape.chord
+    );
+    let values = [
+        ("distance", shape.chord),
+        ("sweep_deg", sweep),
+        ("radius", shape.radius),
+    ];
     let hint = "a control that rounds differently makes a full circle of nothing, or nothing of a full circle";
     found.add(&rules::ARC_NEARLY_FULL, event.place, message, &values, hint);
 }
@@ -98,16 +138,34 @@ fn nearly_half(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
         "an arc by radius of {:.4} degrees: rounding of R and of the ends moves its centre by up to {uncertain:.4} {unit}",
         deg(shape.sweep)
     );
-    let values = [("sweep_deg", deg(shape.sweep)), ("radius", shape.radius), ("center_uncertainty", uncertain)];
-    found.add(&rules::ARC_NEARLY_HALF, event.place, message, &values, "give the centre with I, J, K");
+    let values = [
+        ("sweep_deg", deg(shape.sweep)),
+        ("radius", shape.radius),
+        ("center_uncertainty", uncertain),
+    ];
+    found.add(
+        &rules::ARC_NEARLY_HALF,
+        event.place,
+        message,
+        &values,
+        "give the centre with I, J, K",
+    );
 }
 
 impl Check for Arcs {
     fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
-        let has = |letters: &[u8]| event.block().words.iter().any(|word| letters.contains(&word.letter));
+        let has = |letters: &[u8]| {
+            event
+                .block()
+                .words
+                .iter()
+                .any(|word| letters.contains(&word.letter))
+        };
         let by_center = has(b"IJK");
         for leg in legs {
-            let CanonicalOp::ArcFeed(arc) = leg.op else { continue };
+            let CanonicalOp::ArcFeed(arc) = leg.op else {
+                continue;
+            };
             let shape = shape(&leg.start, arc);
             if has(b"R") {
                 nearly_half(event, &shape, found);

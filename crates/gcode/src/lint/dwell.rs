@@ -15,14 +15,22 @@ pub(super) struct Dwell;
 impl Check for Dwell {
     fn block(&mut self, event: &Event<'_>, _: &[Leg<'_>], found: &mut LintFindings) {
         for sourced in event.ops {
-            let CanonicalOp::Dwell(seconds) = sourced.op else { continue };
+            let CanonicalOp::Dwell(seconds) = sourced.op else {
+                continue;
+            };
             let values = [("seconds", seconds)];
             let message = format!("a dwell of {seconds} s ({:.1} min)", seconds / 60.0);
             let hint = format!("P is in seconds; {seconds} ms are P{}", seconds / 1000.0);
             if seconds >= ENDLESS_S {
                 found.add(&rules::DWELL_ENDLESS, event.place, message, &values, &hint);
             } else if seconds >= MILLISECONDS_S && seconds.fract() == 0.0 {
-                found.add(&rules::DWELL_MILLISECONDS, event.place, message, &values, &hint);
+                found.add(
+                    &rules::DWELL_MILLISECONDS,
+                    event.place,
+                    message,
+                    &values,
+                    &hint,
+                );
             }
         }
     }

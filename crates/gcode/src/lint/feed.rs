@@ -25,23 +25,39 @@ impl Check for Feed {
     fn block(&mut self, event: &Event<'_>, _: &[Leg<'_>], found: &mut LintFindings) {
         let state = event.after;
         for sourced in event.ops {
-            let CanonicalOp::SetFeedRate { rate, inverse_time: None } = sourced.op else { continue };
+            let CanonicalOp::SetFeedRate {
+                rate,
+                inverse_time: None,
+            } = sourced.op
+            else {
+                continue;
+            };
             if rate <= 0.0 {
                 continue;
             }
             let unit = state.units.name();
             let (doubtful, per, meant) = match (state.feed_mode, state.units) {
-                (FeedMode::PerMinute, Units::Mm) if rate < LEAST_MM_MIN => (true, "min", "in/min or mm/rev"),
+                (FeedMode::PerMinute, Units::Mm) if rate < LEAST_MM_MIN => {
+                    (true, "min", "in/min or mm/rev")
+                }
                 (FeedMode::PerMinute, Units::Mm) => (rate > MOST_MM_MIN, "min", "um/s"),
                 (FeedMode::PerMinute, Units::Inch) => (rate > MOST_INCH_MIN, "min", "mm/min"),
-                (FeedMode::PerRevolution, units) => (rate * units.mm() > MOST_MM_REV, "rev", "a feed per minute"),
+                (FeedMode::PerRevolution, units) => {
+                    (rate * units.mm() > MOST_MM_REV, "rev", "a feed per minute")
+                }
                 (FeedMode::InverseTime, _) => continue,
             };
             let mode = (state.feed_mode, state.units);
             if doubtful && !self.told.contains(&mode) {
                 self.told.push(mode);
                 let message = format!("F{rate} is {rate} {unit}/{per} here; it looks like {meant}");
-                found.add(&rules::FEED_UNITS, event.place, message, &[("feed", rate)], "check the units and the feed mode");
+                found.add(
+                    &rules::FEED_UNITS,
+                    event.place,
+                    message,
+                    &[("feed", rate)],
+                    "check the units and the feed mode",
+                );
             }
         }
     }

@@ -39,14 +39,29 @@ pub struct LintFindings {
 impl LintFindings {
     /// Findings that are judged by these levels.
     pub fn new(levels: Levels) -> LintFindings {
-        LintFindings { levels, ..LintFindings::default() }
+        LintFindings {
+            levels,
+            ..LintFindings::default()
+        }
     }
 
     /// Adds a finding, unless its lint is off or the same has been said of this place.
-    pub fn add(&mut self, rule: &'static LintRule, place: BlockRef, message: String, values: &[(&'static str, f64)], hint: &str) {
+    pub fn add(
+        &mut self,
+        rule: &'static LintRule,
+        place: BlockRef,
+        message: String,
+        values: &[(&'static str, f64)],
+        hint: &str,
+    ) {
         let level = self.levels.of(rule);
         let count = self.counts.entry(rule.code).or_default();
-        if level == Level::Allow || (*count <= KEPT_PER_RULE && !self.seen.insert((rule.code, place.span.file, place.span.start))) {
+        if level == Level::Allow
+            || (*count <= KEPT_PER_RULE
+                && !self
+                    .seen
+                    .insert((rule.code, place.span.file, place.span.start)))
+        {
             return;
         }
         *count += 1;
@@ -55,7 +70,14 @@ impl LintFindings {
             _ => self.warned += 1,
         }
         if *count <= KEPT_PER_RULE {
-            self.kept.push(LintFinding { rule, level, message, values: values.to_vec(), hint: hint.to_owned(), place });
+            self.kept.push(LintFinding {
+                rule,
+                level,
+                message,
+                values: values.to_vec(),
+                hint: hint.to_owned(),
+                place,
+            });
         }
     }
 
@@ -65,7 +87,8 @@ impl LintFindings {
     }
 
     pub(super) fn sort(&mut self) {
-        self.kept.sort_by_key(|finding| (finding.place.span.file, finding.place.span.start));
+        self.kept
+            .sort_by_key(|finding| (finding.place.span.file, finding.place.span.start));
     }
 
     /// How many were counted, of lints that warn.

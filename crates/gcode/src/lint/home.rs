@@ -14,14 +14,35 @@ impl Check for Home {
         }
         let Some(by_way) = legs.first() else { return };
         let (z, to_z, unit) = (by_way.start[2], by_way.end[2], event.after.units.name());
-        let sideways = by_way.start.iter().zip(&by_way.end).enumerate().any(|(axis, (from, to))| axis != 2 && from != to);
+        let sideways = by_way
+            .start
+            .iter()
+            .zip(&by_way.end)
+            .enumerate()
+            .any(|(axis, (from, to))| axis != 2 && from != to);
         let values = [("from_z", z), ("to_z", to_z)];
         if to_z < z {
-            let message = format!("{code} in G90 first rapids down from Z{z} to Z{to_z} {unit} of the work, then home");
-            found.add(&rules::HOME_ABSOLUTE, event.place, message, &values, &format!("G91 {code} Z0 goes straight home"));
+            let message = format!(
+                "{code} in G90 first rapids down from Z{z} to Z{to_z} {unit} of the work, then home"
+            );
+            found.add(
+                &rules::HOME_ABSOLUTE,
+                event.place,
+                message,
+                &values,
+                &format!("G91 {code} Z0 goes straight home"),
+            );
         } else if sideways && z < 0.0 {
-            let message = format!("{code} in G90 first rapids to the point it names, at Z{z} {unit} below Z0");
-            found.add(&rules::HOME_ABSOLUTE, event.place, message, &values, "retract Z first");
+            let message = format!(
+                "{code} in G90 first rapids to the point it names, at Z{z} {unit} below Z0"
+            );
+            found.add(
+                &rules::HOME_ABSOLUTE,
+                event.place,
+                message,
+                &values,
+                "retract Z first",
+            );
         }
     }
 }

@@ -34,7 +34,8 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Sets the level of a code; a later setting replaces an earlier one. `all` stands for every lint.
+    /// Sets the level of a code; a later setting replaces an earlier one. `all` stands for every
+    /// lint.
     pub fn set(&mut self, code: &str, level: Level) {
         if code == "all" {
             self.changed.clear();
@@ -44,7 +45,10 @@ impl Levels {
 
     /// The level of a lint.
     pub fn of(&self, rule: &LintRule) -> Level {
-        let set = self.changed.get(rule.code).or_else(|| self.changed.get("all"));
+        let set = self
+            .changed
+            .get(rule.code)
+            .or_else(|| self.changed.get("all"));
         set.copied().unwrap_or(rule.level)
     }
 }

@@ -1,7 +1,8 @@
 //! Lints: programs that are correct and may still break a tool, a part or a machine.
 //!
-//! [`lint`] runs a program and looks at every block that is carried out, and at every line of the file whether it runs or not.
-//! Each lint has a code in the table of [`rules`] and can be switched off, or made an error, by [`Levels`].
+//! [`lint`] runs a program and looks at every block that is carried out, and at every line of the
+//! file whether it runs or not. Each lint has a code in the table of [`rules`] and can be switched
+//! off, or made an error, by [`Levels`].
 
 mod arcs;
 mod dwell;
@@ -41,8 +42,8 @@ trait Check {
     fn end(&mut self, _last: BlockRef, _found: &mut LintFindings) {}
 }
 
-/// Runs a program to its end and gives what the lints say about it. What the front end itself finds is in
-/// [`Program::diagnostics`] afterwards.
+/// Runs a program to its end and gives what the lints say about it. What the front end itself finds
+/// is in [`Program::diagnostics`] afterwards.
 pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFindings {
     let mut found = LintFindings::new(levels);
     let mut checks: Vec<Box<dyn Check>> = vec![
@@ -87,5 +88,8 @@ pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFinding
 
 /// Whether an operation moves at the feed rate.
 fn is_feed(op: &CanonicalOp) -> bool {
-    matches!(op, CanonicalOp::StraightFeed(_) | CanonicalOp::ArcFeed(_) | CanonicalOp::NurbsFeed(_))
+    matches!(
+        op,
+        CanonicalOp::StraightFeed(_) | CanonicalOp::ArcFeed(_) | CanonicalOp::NurbsFeed(_)
+    )
 }

@@ -7,7 +7,13 @@ use crate::codes::Group;
 use crate::ops::CanonicalOp;
 use crate::trace::Event;
 
-const GROUPS: [Group; 5] = [Group::Units, Group::Distance, Group::Plane, Group::FeedMode, Group::CoordinateSystem];
+const GROUPS: [Group; 5] = [
+    Group::Units,
+    Group::Distance,
+    Group::Plane,
+    Group::FeedMode,
+    Group::CoordinateSystem,
+];
 
 /// Which of the modes have been set, or reported.
 #[derive(Debug, Default)]
@@ -16,11 +22,23 @@ pub(super) struct Modes {
 }
 
 impl Modes {
-    fn need(&mut self, group: usize, rule: &'static LintRule, event: &Event<'_>, found: &mut LintFindings) {
+    fn need(
+        &mut self,
+        group: usize,
+        rule: &'static LintRule,
+        event: &Event<'_>,
+        found: &mut LintFindings,
+    ) {
         if let Some(settled) = self.settled.get_mut(group).filter(|settled| !**settled) {
             *settled = true;
             let what = GROUPS.get(group).map_or("mode", |group| group.name());
-            found.add(rule, event.place, format!("this block moves, and nothing has set the {what} before it"), &[], rule.advice);
+            found.add(
+                rule,
+                event.place,
+                format!("this block moves, and nothing has set the {what} before it"),
+                &[],
+                rule.advice,
+            );
         }
     }
 }
@@ -35,7 +53,11 @@ impl Check for Modes {
         }
         self.need(0, &rules::UNSET_UNITS, event, found);
         self.need(1, &rules::UNSET_DISTANCE, event, found);
-        if in_cycle(event) || legs.iter().any(|leg| matches!(leg.op, CanonicalOp::ArcFeed(_))) {
+        if in_cycle(event)
+            || legs
+                .iter()
+                .any(|leg| matches!(leg.op, CanonicalOp::ArcFeed(_)))
+        {
             self.need(2, &rules::UNSET_PLANE, event, found);
         }
         if legs.iter().any(|leg| is_feed(leg.op)) {

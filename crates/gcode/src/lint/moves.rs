@@ -12,7 +12,8 @@ pub(super) struct Leg<'a> {
     pub(super) end: Position,
 }
 
-/// The moves that a block gave out, in order. Under cutter compensation they belong to the block before: none then.
+/// The moves that a block gave out, in order. Under cutter compensation they belong to the block
+/// before: none then.
 pub(super) fn legs<'a>(event: &'a Event<'_>) -> Vec<Leg<'a>> {
     if event.compensated || event.compensates {
         return Vec::new();
@@ -27,7 +28,11 @@ pub(super) fn legs<'a>(event: &'a Event<'_>) -> Vec<Leg<'a>> {
             CanonicalOp::StraightProbe(probe) => probe.stop,
             _ => continue,
         };
-        legs.push(Leg { op: &sourced.op, start: at, end });
+        legs.push(Leg {
+            op: &sourced.op,
+            start: at,
+            end,
+        });
         at = end;
     }
     legs
@@ -44,12 +49,17 @@ pub(super) fn is_g(row: &CodeRow, tenths: u16) -> bool {
 
 /// Whether a block moves in machine coordinates: G53, G28, G30.
 pub(super) fn in_machine(event: &Event<'_>) -> bool {
-    [280, 300, 530].into_iter().any(|tenths| has_g(event, tenths))
+    [280, 300, 530]
+        .into_iter()
+        .any(|tenths| has_g(event, tenths))
 }
 
 /// Whether a block runs a canned cycle.
 pub(super) fn in_cycle(event: &Event<'_>) -> bool {
-    event.after.motion.is_some_and(|code| (730..=899).contains(&code.tenths) && code.tenths != 800)
+    event
+        .after
+        .motion
+        .is_some_and(|code| (730..=899).contains(&code.tenths) && code.tenths != 800)
 }
 
 /// Whether a state looks like that of a lathe, where Z below zero says nothing about material.

@@ -25,10 +25,22 @@ impl Rapid {
         let into_own_hole = !moves_sideways(leg) && self.cut_z.is_some_and(|cut| to >= cut - EQUAL);
         if to < -EQUAL && to < from - EQUAL && !into_own_hole {
             let message = format!("a rapid goes down from Z{from} to Z{to} {unit}, below Z0");
-            found.add(&rules::RAPID_PLUNGE, event.place, message, &[("from_z", from), ("to_z", to)], "go down with G1 from above the work");
+            found.add(
+                &rules::RAPID_PLUNGE,
+                event.place,
+                message,
+                &[("from_z", from), ("to_z", to)],
+                "go down with G1 from above the work",
+            );
         } else if to < -EQUAL && from < -EQUAL && moves_sideways(leg) {
             let message = format!("a rapid moves sideways at Z{to} {unit}, below Z0");
-            found.add(&rules::RAPID_BELOW_SURFACE, event.place, message, &[("z", to)], "retract first, or use G1");
+            found.add(
+                &rules::RAPID_BELOW_SURFACE,
+                event.place,
+                message,
+                &[("z", to)],
+                "retract first, or use G1",
+            );
         }
     }
 }

@@ -16,7 +16,12 @@ pub struct LintRule {
 }
 
 const fn rule(code: &'static str, summary: &'static str, advice: &'static str) -> LintRule {
-    LintRule { code, level: Level::Warn, summary, advice }
+    LintRule {
+        code,
+        level: Level::Warn,
+        summary,
+        advice,
+    }
 }
 
 /// Makes a static for every rule and the list of all.

@@ -1,4 +1,5 @@
-//! A look at every line of the file, whether it runs or not: names that are set, read, defined and called.
+//! A look at every line of the file, whether it runs or not: names that are set, read, defined and
+//! called.
 
 use crate::limits::Limits;
 use crate::syntax::evaluate::whole;
@@ -85,7 +86,14 @@ impl Scan {
         self.last = span.line;
         let mut block = std::mem::take(&mut self.block);
         if parse_block(line, &mut block, &self.limits).is_ok() && !block.percent {
-            self.block(&block, line, BlockRef { span, call_stack: 0 });
+            self.block(
+                &block,
+                line,
+                BlockRef {
+                    span,
+                    call_stack: 0,
+                },
+            );
         }
         self.block = block;
     }
@@ -119,7 +127,9 @@ impl Scan {
         }
         if self.inside.is_none() {
             // A file of subroutines often ends with M2 all the same.
-            let is_end = |word: &Word| word.letter == b'M' && matches!(word.value, Value::Number(2.0 | 30.0));
+            let is_end = |word: &Word| {
+                word.letter == b'M' && matches!(word.value, Value::Number(2.0 | 30.0))
+            };
             self.has_main |= !block.words.iter().all(is_end);
             if self.ended {
                 self.after_end.get_or_insert(place);
@@ -144,7 +154,9 @@ impl Scan {
                 self.numbers.clear();
                 self.inside = Some(name);
             }
-            (Keyword::EndSub, Some(name)) if self.inside.as_ref() == Some(&name) => self.inside = None,
+            (Keyword::EndSub, Some(name)) if self.inside.as_ref() == Some(&name) => {
+                self.inside = None
+            }
             (Keyword::Call, Some(name)) => {
                 self.called.insert(name);
             }
@@ -155,7 +167,9 @@ impl Scan {
 
     /// Whether the N number of a line has been there.
     fn line_number(&mut self, block: &Block, place: BlockRef) {
-        let Some(number) = block.line_number.map(|number| number as u64) else { return };
+        let Some(number) = block.line_number.map(|number| number as u64) else {
+            return;
+        };
         if number < self.last_number && self.last_number >= WRAPS {
             self.numbers.clear();
         }
@@ -170,13 +184,28 @@ impl Scan {
         }
     }
 
-    /// M98, G65 and G66 call the subroutine of their P, which may have rounds before it; lathe cycles take the contour of their Q.
+    /// M98, G65 and G66 call the subroutine of their P, which may have rounds before it; lathe
+    /// cycles take the contour of their Q.
     fn m98(&mut self, block: &Block) {
-        let is = |letter: u8, number: f64| block.words.iter().any(|word| word.letter == letter && word.value == Value::Number(number));
+        let is = |letter: u8, number: f64| {
+            block
+                .words
+                .iter()
+                .any(|word| word.letter == letter && word.value == Value::Number(number))
+        };
         let calls = is(b'M', 98.0) || is(b'G', 65.0) || is(b'G', 66.0);
         let letter = if calls { b'P' } else { b'Q' };
-        if letter == b'P' || [70.0, 71.0, 71.1, 71.2, 72.0, 72.1, 72.2].into_iter().any(|number| is(b'G', number)) {
-            match block.words.iter().find(|word| word.letter == letter).map(|word| word.value) {
+        if letter == b'P'
+            || [70.0, 71.0, 71.1, 71.2, 72.0, 72.1, 72.2]
+                .into_iter()
+                .any(|number| is(b'G', number))
+        {
+            match block
+                .words
+                .iter()
+                .find(|word| word.letter == letter)
+                .map(|word| word.value)
+            {
                 Some(Value::Number(number)) => {
                     self.called.insert(format!("{}", number.round()));
                     self.called.insert(format!("{}", number.round() % PACKED));
@@ -206,13 +235,18 @@ impl Scan {
     /// Parameters in comments such as `(DEBUG, #1)`.
     fn comment_reads(&mut self, line: &[u8]) {
         let text = String::from_utf8_lossy(line).to_lowercase();
-        if !["debug,", "print,", "log,"].iter().any(|active| text.contains(active)) {
+        if !["debug,", "print,", "log,"]
+            .iter()
+            .any(|active| text.contains(active))
+        {
             return;
         }
         for piece in text.split('#').skip(1) {
             let digits = piece.bytes().take_while(u8::is_ascii_digit).count();
             let name = match piece.find('>') {
-                Some(end) if piece.starts_with('<') => piece.get(..=end).map(|name| name.replace([' ', '\t'], "")),
+                Some(end) if piece.starts_with('<') => {
+                    piece.get(..=end).map(|name| name.replace([' ', '\t'], ""))
+                }
                 _ => piece.get(..digits).map(str::to_owned),
             };
             self.read.extend(name.map(|name| format!("#{name}")));

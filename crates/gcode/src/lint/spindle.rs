@@ -33,17 +33,31 @@ impl Spindles {
 impl Check for Spindles {
     fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
         self.speed |= event.after.spindle.speed > 0.0;
-        if event.ops.iter().any(|sourced| matches!(sourced.op, CanonicalOp::StartSpindle { .. })) {
+        if event
+            .ops
+            .iter()
+            .any(|sourced| matches!(sourced.op, CanonicalOp::StartSpindle { .. }))
+        {
             if !self.speed {
                 let hint = "put S on this line or before it";
-                found.add(&rules::SPINDLE_NO_SPEED, event.place, "the spindle is started before any S".to_owned(), &[], hint);
+                found.add(
+                    &rules::SPINDLE_NO_SPEED,
+                    event.place,
+                    "the spindle is started before any S".to_owned(),
+                    &[],
+                    hint,
+                );
             }
             (self.started, self.speed, self.off) = (true, true, false);
         }
-        let turns = event.after.spindle.clockwise.is_some() || event.before.spindle.clockwise.is_some();
+        let turns =
+            event.after.spindle.clockwise.is_some() || event.before.spindle.clockwise.is_some();
         if turns {
             self.off = false;
-        } else if !in_machine(event) && !is_lathe(event.after) && legs.iter().any(|leg| is_feed(leg.op) && leg.end[2] < 0.0) {
+        } else if !in_machine(event)
+            && !is_lathe(event.after)
+            && legs.iter().any(|leg| is_feed(leg.op) && leg.end[2] < 0.0)
+        {
             self.cut(event.place);
         }
     }
@@ -52,11 +66,24 @@ impl Check for Spindles {
         if self.started {
             for place in &self.cuts {
                 let message = "a feed below Z0 while the spindle stands still".to_owned();
-                found.add(&rules::SPINDLE_OFF, *place, message, &[], "start it with M3 S; M6 and M5 have stopped it, or it comes later");
+                found.add(
+                    &rules::SPINDLE_OFF,
+                    *place,
+                    message,
+                    &[],
+                    "start it with M3 S; M6 and M5 have stopped it, or it comes later",
+                );
             }
         } else if let Some(first) = self.cuts.first() {
-            let message = "the first feed below Z0 of a program that never starts the spindle".to_owned();
-            found.add(&rules::SPINDLE_NEVER_STARTED, *first, message, &[], "add M3 S");
+            let message =
+                "the first feed below Z0 of a program that never starts the spindle".to_owned();
+            found.add(
+                &rules::SPINDLE_NEVER_STARTED,
+                *first,
+                message,
+                &[],
+                "add M3 S",
+            );
         }
     }
 }

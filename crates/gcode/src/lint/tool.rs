@@ -23,8 +23,17 @@ impl Tools {
         let z = event.before.current[2];
         self.changed = (tool != 0).then_some((tool, event.place.span.line));
         if z < 0.0 && !is_lathe(event.after) {
-            let message = format!("the tool is changed at Z{z} {}, below Z0", event.after.units.name());
-            found.add(&rules::TOOL_CHANGE_LOW, event.place, message, &[("z", z)], "retract before M6");
+            let message = format!(
+                "the tool is changed at Z{z} {}, below Z0",
+                event.after.units.name()
+            );
+            found.add(
+                &rules::TOOL_CHANGE_LOW,
+                event.place,
+                message,
+                &[("z", z)],
+                "retract before M6",
+            );
         }
     }
 
@@ -33,11 +42,25 @@ impl Tools {
             return;
         }
         (self.applied, self.changed) = (true, None);
-        let h = event.block().words.iter().find(|word| word.letter == b'H').and_then(|word| event.interpreter.value_of(word));
+        let h = event
+            .block()
+            .words
+            .iter()
+            .find(|word| word.letter == b'H')
+            .and_then(|word| event.interpreter.value_of(word));
         let loaded = f64::from(event.after.loaded_tool);
-        if let Some(h) = h.filter(|h| has_g(event, 430) && *h != 0.0 && loaded != 0.0 && *h != loaded) {
-            let message = format!("H{h} is the length of tool {h}, but tool {loaded} is in the spindle");
-            found.add(&rules::TOOL_LENGTH_OTHER, event.place, message, &[("h", h), ("tool", loaded)], &format!("H{loaded}?"));
+        if let Some(h) =
+            h.filter(|h| has_g(event, 430) && *h != 0.0 && loaded != 0.0 && *h != loaded)
+        {
+            let message =
+                format!("H{h} is the length of tool {h}, but tool {loaded} is in the spindle");
+            found.add(
+                &rules::TOOL_LENGTH_OTHER,
+                event.place,
+                message,
+                &[("h", h), ("tool", loaded)],
+                &format!("H{loaded}?"),
+            );
         }
     }
 }
@@ -64,8 +87,16 @@ impl Check for Tools {
         // Who never uses G43 sets up each tool by hand: that is said once.
         let shown = if self.applied { self.missing.len() } else { 1 };
         for (place, tool, line) in self.missing.iter().take(shown) {
-            let message = format!("Z moves, but no tool length has been applied since tool {tool} came in line {line}");
-            found.add(&rules::TOOL_LENGTH_MISSING, *place, message, &[("tool", f64::from(*tool))], &format!("put G43 H{tool} before it"));
+            let message = format!(
+                "Z moves, but no tool length has been applied since tool {tool} came in line {line}"
+            );
+            found.add(
+                &rules::TOOL_LENGTH_MISSING,
+                *place,
+                message,
+                &[("tool", f64::from(*tool))],
+                &format!("put G43 H{tool} before it"),
+            );
         }
     }
 }

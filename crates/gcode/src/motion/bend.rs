@@ -1,5 +1,5 @@
-//! Curves as polynomials of degree five by their length that share the curve's points, directions and curvatures, fine enough to
-//! stay within a tolerance.
+//! Curves as polynomials of degree five by their length that share the curve's points, directions
+//! and curvatures, fine enough to stay within a tolerance.
 
 use super::spline::Spline;
 use lostmotion_base::math;
@@ -12,7 +12,8 @@ const CHECKS: u32 = 8;
 const UNEVEN: f64 = 0.01;
 /// Steps of Newton's method towards the curve's nearest point.
 const STEPS: usize = 4;
-/// Gauss-Legendre quadrature with five points: places on [-1, 1] and weights (Abramowitz and Stegun, table 25.4).
+/// Gauss-Legendre quadrature with five points: places on [-1, 1] and weights (Abramowitz and
+/// Stegun, table 25.4).
 const GAUSS: [(f64, f64); 5] = [
     (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
     (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
@@ -61,12 +62,21 @@ fn dot(a: Point, b: Point) -> f64 {
 
 impl Stretch {
     fn between(from: &End, to: &End, length: f64) -> Stretch {
-        let bend = Bent { tangents: [from.tangent, to.tangent], curvatures: [from.curvature, to.curvature], length };
-        Stretch { start: from.place, end: to.place, bend: Some(bend) }
+        let bend = Bent {
+            tangents: [from.tangent, to.tangent],
+            curvatures: [from.curvature, to.curvature],
+            length,
+        };
+        Stretch {
+            start: from.place,
+            end: to.place,
+            bend: Some(bend),
+        }
     }
 
     pub(super) fn length(&self) -> f64 {
-        self.bend.map_or_else(|| distance(self.start, self.end), |bend| bend.length)
+        self.bend
+            .map_or_else(|| distance(self.start, self.end), |bend| bend.length)
     }
 
     /// Place and derivative by length, a share of the way along.
@@ -74,22 +84,33 @@ impl Stretch {
         let mut points = self.control();
         for level in (2..6).rev() {
             for index in 0..level {
-                points[index] = std::array::from_fn(|i| (1.0 - share) * points[index][i] + share * points[index + 1][i]);
+                points[index] = std::array::from_fn(|i| {
+                    (1.0 - share) * points[index][i] + share * points[index + 1][i]
+                });
             }
         }
         let [a, b, ..] = points;
-        [std::array::from_fn(|i| (1.0 - share) * a[i] + share * b[i]), std::array::from_fn(|i| 5.0 * (b[i] - a[i]) / self.length())]
+        [
+            std::array::from_fn(|i| (1.0 - share) * a[i] + share * b[i]),
+            std::array::from_fn(|i| 5.0 * (b[i] - a[i]) / self.length()),
+        ]
     }
 
     /// Bernstein control points.
     fn control(&self) -> [Point; 6] {
         let length = self.length();
         let way = [0, 1].map(|i| (self.end[i] - self.start[i]) / length);
-        let ([t0, t1], [k0, k1]) = self.bend.map_or(([way; 2], [[0.0; 2]; 2]), |bend| (bend.tangents, bend.curvatures));
+        let ([t0, t1], [k0, k1]) = self.bend.map_or(([way; 2], [[0.0; 2]; 2]), |bend| {
+            (bend.tangents, bend.curvatures)
+        });
         let mut points = [self.start; 6];
         for i in 0..2 {
-            let (v0, v1, a0, a1) =
-                (t0[i] * length / 5.0, t1[i] * length / 5.0, k0[i] * length * length / 20.0, k1[i] * length * length / 20.0);
+            let (v0, v1, a0, a1) = (
+                t0[i] * length / 5.0,
+                t1[i] * length / 5.0,
+                k0[i] * length * length / 20.0,
+                k1[i] * length * length / 20.0,
+            );
             let column = [0.0, v0, 2.0 * v0 + a0].map(|p| self.start[i] + p);
             let back = [a1 - 2.0 * v1, -v1, 0.0].map(|p| self.end[i] + p);
             for (point, value) in points.iter_mut().zip(column.into_iter().chain(back)) {
@@ -107,17 +128,33 @@ fn length(spline: &Spline, span: usize, from: f64, to: f64) -> f64 {
         let [_, d1, _] = spline.derivatives(span, middle + half * x);
         math::hypot(d1[0], d1[1])
     };
-    half * GAUSS.iter().map(|(x, weight)| weight * speed(*x)).sum::<f64>()
+    half * GAUSS
+        .iter()
+        .map(|(x, weight)| weight * speed(*x))
+        .sum::<f64>()
 }
 
 /// Length of a whole curve, in the unit of its points.
 pub(super) fn whole_length(spline: &Spline) -> f64 {
-    let pieces = |span: usize| (0..PIECES).map(move |piece| [piece, piece + 1].map(|end| span as f64 + f64::from(end) / f64::from(PIECES)));
-    (0..spline.spans()).flat_map(|span| pieces(span).map(move |[from, to]| length(spline, span, from, to))).sum()
+    let pieces = |span: usize| {
+        (0..PIECES).map(move |piece| {
+            [piece, piece + 1].map(|end| span as f64 + f64::from(end) / f64::from(PIECES))
+        })
+    };
+    (0..spline.spans())
+        .flat_map(|span| pieces(span).map(move |[from, to]| length(spline, span, from, to)))
+        .sum()
 }
 
 /// Polynomials along a stretch of a span of a curve within a tolerance, in order.
-pub(super) fn stretches(spline: &Spline, span: usize, [from, to]: [f64; 2], tolerance: f64, halvings: u32, out: &mut Vec<Stretch>) {
+pub(super) fn stretches(
+    spline: &Spline,
+    span: usize,
+    [from, to]: [f64; 2],
+    tolerance: f64,
+    halvings: u32,
+    out: &mut Vec<Stretch>,
+) {
     let (start, end) = (spline.end(span, from), spline.end(span, to));
     let middle = 0.5 * (from + to);
     let splits = halvings < MOST_HALVINGS && middle > from && middle < to;
@@ -134,13 +171,23 @@ pub(super) fn stretches(spline: &Spline, span: usize, [from, to]: [f64; 2], tole
     } else {
         let [start, end] = [from, to].map(|parameter| spline.derivatives(span, parameter)[0]);
         if start != end {
-            out.push(Stretch { start, end, bend: None });
+            out.push(Stretch {
+                start,
+                end,
+                bend: None,
+            });
         }
     }
 }
 
 /// Whether a polynomial keeps near the curve and its parameter near its length.
-fn fits(spline: &Spline, span: usize, [from, to]: [f64; 2], stretch: &Stretch, tolerance: f64) -> bool {
+fn fits(
+    spline: &Spline,
+    span: usize,
+    [from, to]: [f64; 2],
+    stretch: &Stretch,
+    tolerance: f64,
+) -> bool {
     (0..=CHECKS).all(|check| {
         let share = f64::from(check) / f64::from(CHECKS);
         let [place, slope] = stretch.at(share);
@@ -152,9 +199,11 @@ fn fits(spline: &Spline, span: usize, [from, to]: [f64; 2], stretch: &Stretch, t
             if square == 0.0 {
                 break;
             }
-            parameter = (parameter + dot([place[0] - at[0], place[1] - at[1]], d1) / square).clamp(from, to);
+            parameter = (parameter + dot([place[0] - at[0], place[1] - at[1]], d1) / square)
+                .clamp(from, to);
             here = spline.derivatives(span, parameter);
         }
-        (math::hypot(slope[0], slope[1]) - 1.0).abs() <= UNEVEN && distance(here[0], place) <= 0.5 * tolerance
+        (math::hypot(slope[0], slope[1]) - 1.0).abs() <= UNEVEN
+            && distance(here[0], place) <= 0.5 * tolerance
     })
 }

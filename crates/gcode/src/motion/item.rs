@@ -43,7 +43,8 @@ pub struct Circle {
     pub turns: i32,
 }
 
-/// A curve that is no circle: the polynomial of degree five in each of X, Y and Z with these derivatives by length at its ends.
+/// A curve that is no circle: the polynomial of degree five in each of X, Y and Z with these
+/// derivatives by length at its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bend {
     /// Unit vectors along the curve at its start and its end, machine frame.
@@ -69,19 +70,22 @@ pub struct Motion {
     pub feed: Feed,
     /// In inverse time (G93): how long it is to take, s. The feed says the same.
     pub duration_s: Option<f64>,
-    /// Whether the operator's feed override changes it: not under M49 and M50 P0, nor in step with the spindle. A rapid move has an override of its own.
+    /// Whether the operator's feed override changes it: not under M49 and M50 P0, nor in step with
+    /// the spindle. A rapid move has an override of its own.
     pub feed_override: bool,
     /// How it joins the next one.
     pub path: PathMode,
     /// Offset of the tool in force, mm and rad.
     pub tool_offset: Coords,
-    /// Where the program's zero lies in the machine frame (work coordinate system and G92), mm and rad.
+    /// Where the program's zero lies in the machine frame (work coordinate system and G92), mm and
+    /// rad.
     pub origin: Coords,
     /// The block that asked for it.
     pub block: BlockRef,
 }
 
-/// What a program makes the machine do, in order. Most items are moves, so that boxing them would only cost.
+/// What a program makes the machine do, in order. Most items are moves, so that boxing them would
+/// only cost.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]

@@ -1,8 +1,9 @@
-//! Canonical operations folded into motion: machine coordinates in mm and rad, with everything that was in force.
+//! Canonical operations folded into motion: machine coordinates in mm and rad, with everything that
+//! was in force.
 //!
-//! Positions are those of the controlled point in the machine frame without the tool: program coordinates plus the G92
-//! offset, rotated about Z, plus the origin of the work coordinate system. The spindle is at that place plus the tool
-//! offset, which every motion carries.
+//! Positions are those of the controlled point in the machine frame without the tool: program
+//! coordinates plus the G92 offset, rotated about Z, plus the origin of the work coordinate system.
+//! The spindle is at that place plus the tool offset, which every motion carries.
 
 mod bend;
 mod item;
@@ -76,7 +77,10 @@ impl MotionFold {
     /// How far the polynomials may lie from the spline that they stand for, mm.
     #[must_use]
     pub fn with_spline_tolerance_mm(self, spline_tolerance_mm: f64) -> MotionFold {
-        MotionFold { spline_tolerance_mm, ..self }
+        MotionFold {
+            spline_tolerance_mm,
+            ..self
+        }
     }
 
     /// Where the controlled point is, mm and rad.
@@ -96,8 +100,14 @@ impl MotionFold {
 
     /// A direction of the program in the machine's frame: turned as its coordinates are.
     pub fn turned(&self, direction: [f64; 3]) -> [f64; 3] {
-        let place = |[x, y, z]: [f64; 3]| self.machine(&[x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).linear();
-        let (from, to) = (place([0.0; 3]), place(direction.map(|c| c / self.units.mm())));
+        let place = |[x, y, z]: [f64; 3]| {
+            self.machine(&[x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+                .linear()
+        };
+        let (from, to) = (
+            place([0.0; 3]),
+            place(direction.map(|c| c / self.units.mm())),
+        );
         std::array::from_fn(|axis| to[axis] - from[axis])
     }
 
@@ -106,11 +116,13 @@ impl MotionFold {
         self.advance(end, None, Feed::Rapid, block)
     }
 
-    /// Takes one operation and gives what it makes the machine do, if anything. What makes several moves (splines and rigid
-    /// tapping) needs [`MotionFold::push_all`].
+    /// Takes one operation and gives what it makes the machine do, if anything. What makes several
+    /// moves (splines and rigid tapping) needs [`MotionFold::push_all`].
     ///
     /// # Errors
-    /// Operations of several moves; feed per revolution at constant surface speed, which is not motion yet; feed per revolution without a turning spindle; an arc whose plane is none of the machine's, because the coordinates are turned or tilted.
+    /// Operations of several moves; feed per revolution at constant surface speed, which is not
+    /// motion yet; feed per revolution without a turning spindle; an arc whose plane is none of the
+    /// machine's, because the coordinates are turned or tilted.
     pub fn push(&mut self, sourced: &SourcedOp) -> Result<Option<MotionItem>, Problem> {
         let block = sourced.block;
         Ok(Some(match &sourced.op {
@@ -129,15 +141,25 @@ impl MotionFold {
                 let feed = self.feed(&end, "G38")?;
                 self.advance(end, None, feed, block)
             }
-            CanonicalOp::NurbsFeed(_) => return Err(Problem::NoMotionFor { what: "a spline (G5, G5.1, G5.2), as one move," }),
-            CanonicalOp::RigidTap(_) => return Err(Problem::NoMotionFor { what: "rigid tapping (G33.1), as one move," }),
+            CanonicalOp::NurbsFeed(_) => {
+                return Err(Problem::NoMotionFor {
+                    what: "a spline (G5, G5.1, G5.2), as one move,",
+                });
+            }
+            CanonicalOp::RigidTap(_) => {
+                return Err(Problem::NoMotionFor {
+                    what: "rigid tapping (G33.1), as one move,",
+                });
+            }
             CanonicalOp::OrientTool(_) => {
                 return Err(Problem::NoMotionFor {
                     what: "a direction of the tool (G53.1, or I J K under G43.5), instead of angles of the rotary axes,",
                 });
             }
             CanonicalOp::ArcFeed(arc) if self.tilts(arc.plane) => {
-                return Err(Problem::NoMotionFor { what: "an arc in a plane that is turned or tilted, as one move," });
+                return Err(Problem::NoMotionFor {
+                    what: "an arc in a plane that is turned or tilted, as one move,",
+                });
             }
             CanonicalOp::ArcFeed(arc) => {
                 let end = self.machine(&arc.position());
@@ -145,10 +167,19 @@ impl MotionFold {
                 let circle = self.circle(arc);
                 self.advance(end, Some(circle), feed, block)
             }
-            CanonicalOp::Dwell(seconds) => MotionItem::Dwell { seconds: seconds.max(0.0), block },
+            CanonicalOp::Dwell(seconds) => MotionItem::Dwell {
+                seconds: seconds.max(0.0),
+                block,
+            },
             CanonicalOp::ChangeTool(tool) => MotionItem::ToolChange { tool: *tool, block },
-            CanonicalOp::ProgramStop => MotionItem::Stop { optional: false, block },
-            CanonicalOp::OptionalProgramStop => MotionItem::Stop { optional: true, block },
+            CanonicalOp::ProgramStop => MotionItem::Stop {
+                optional: false,
+                block,
+            },
+            CanonicalOp::OptionalProgramStop => MotionItem::Stop {
+                optional: true,
+                block,
+            },
             CanonicalOp::ProgramEnd => MotionItem::End { block },
             setting => {
                 self.set(setting);
@@ -157,7 +188,13 @@ impl MotionFold {
         }))
     }
 
-    fn advance(&mut self, end: Coords, circle: Option<Circle>, feed: Feed, block: BlockRef) -> MotionItem {
+    fn advance(
+        &mut self,
+        end: Coords,
+        circle: Option<Circle>,
+        feed: Feed,
+        block: BlockRef,
+    ) -> MotionItem {
         let per_minute = self.inverse_time.filter(|_| feed != Feed::Rapid);
         let motion = Motion {
             start: self.at,
@@ -180,7 +217,9 @@ impl MotionFold {
     pub(super) fn tilts(&self, plane: Plane) -> bool {
         match plane {
             Plane::Xy => self.offsets.tilt.is_some_and(|tilt| !tilt.keeps_plane()),
-            Plane::Zx | Plane::Yz => self.offsets.tilt.is_some() || self.offsets.rotation_deg != 0.0,
+            Plane::Zx | Plane::Yz => {
+                self.offsets.tilt.is_some() || self.offsets.rotation_deg != 0.0
+            }
         }
     }
 
@@ -188,20 +227,35 @@ impl MotionFold {
         match self.control {
             PathControl::ExactPath => PathMode::ExactPath,
             PathControl::ExactStop => PathMode::ExactStop,
-            PathControl::Continuous { tolerance } => {
-                PathMode::Continuous { tolerance_mm: if tolerance > 0.0 { Some(tolerance) } else { None }, merge_mm: self.merge }
-            }
+            PathControl::Continuous { tolerance } => PathMode::Continuous {
+                tolerance_mm: if tolerance > 0.0 {
+                    Some(tolerance)
+                } else {
+                    None
+                },
+                merge_mm: self.merge,
+            },
         }
     }
 
     /// Where the controlled point is, as the program has it.
     pub fn program_place(&self) -> Position {
-        let at: Position = std::array::from_fn(|axis| if is_angle(axis) { deg(self.at.0[axis]) } else { self.at.0[axis] });
+        let at: Position = std::array::from_fn(|axis| {
+            if is_angle(axis) {
+                deg(self.at.0[axis])
+            } else {
+                self.at.0[axis]
+            }
+        });
         convert(&self.offsets.to_program(&at), Units::Mm, self.units)
     }
 
     fn machine(&self, program: &Position) -> Coords {
-        coords(&self.offsets.to_machine(&convert(program, self.units, Units::Mm)))
+        coords(
+            &self
+                .offsets
+                .to_machine(&convert(program, self.units, Units::Mm)),
+        )
     }
 
     fn circle(&self, arc: &ArcFeed) -> Circle {
@@ -209,11 +263,21 @@ impl MotionFold {
         let mut center = arc.position();
         (center[first], center[second]) = (arc.center[0], arc.center[1]);
         let center = self.machine(&center);
-        Circle { plane: arc.plane, center_mm: [center.0[first], center.0[second]], turns: arc.turns }
+        Circle {
+            plane: arc.plane,
+            center_mm: [center.0[first], center.0[second]],
+            turns: arc.turns,
+        }
     }
 }
 
 /// Millimetres and degrees to mm and rad.
 fn coords(position: &Position) -> Coords {
-    Coords(std::array::from_fn(|index| if is_angle(index) { rad(position[index]) } else { position[index] }))
+    Coords(std::array::from_fn(|index| {
+        if is_angle(index) {
+            rad(position[index])
+        } else {
+            position[index]
+        }
+    }))
 }

@@ -20,7 +20,11 @@ impl MotionFold {
     /// At constant surface speed the spindle's speed changes along the move.
     pub(super) fn revolutions_are_known(&self) -> Result<(), Problem> {
         let what = "a feed per revolution at constant surface speed (G95 or G33 with G96)";
-        if self.surface_speed { Err(Problem::NoMotionFor { what }) } else { Ok(()) }
+        if self.surface_speed {
+            Err(Problem::NoMotionFor { what })
+        } else {
+            Ok(())
+        }
     }
 
     pub(super) fn feed(&self, end: &Coords, code: &'static str) -> Result<Feed, Problem> {
@@ -35,7 +39,11 @@ impl MotionFold {
         let moves = |index: usize| end.0[index] != self.at.0[index];
         let linear = (0..9).any(|index| !is_angle(index) && moves(index));
         let turns = (3..6).any(moves);
-        Ok(if linear || !turns { Feed::MmPerMin(self.rate_mm * per_minute) } else { Feed::RadPerMin(rad(self.rate_deg * per_minute)) })
+        Ok(if linear || !turns {
+            Feed::MmPerMin(self.rate_mm * per_minute)
+        } else {
+            Feed::RadPerMin(rad(self.rate_deg * per_minute))
+        })
     }
 
     pub(super) fn arc_feed(&self) -> Result<Feed, Problem> {

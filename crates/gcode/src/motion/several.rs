@@ -1,4 +1,5 @@
-//! Operations that make several moves: splines as polynomials by length, and rigid tapping there and back.
+//! Operations that make several moves: splines as polynomials by length, and rigid tapping there
+//! and back.
 
 use super::bend::{Point, Stretch, stretches, whole_length};
 use super::spline::Spline;
@@ -27,16 +28,23 @@ pub(crate) fn curve_length(curve: &NurbsFeed) -> Option<f64> {
 impl MotionFold {
     /// Takes one operation and adds what it makes the machine do.
     ///
-    /// A spline becomes moves with a [`Bend`] that keep its ends, its directions and curvatures there, and stay within
-    /// the tolerance of [`MotionFold::with_spline_tolerance_mm`]. Rigid tapping goes down and comes back at the programmed spindle speed, with a
-    /// stop at either end, where the spindle is taken to reverse.
+    /// A spline becomes moves with a [`Bend`] that keep its ends, its directions and curvatures
+    /// there, and stay within the tolerance of [`MotionFold::with_spline_tolerance_mm`]. Rigid
+    /// tapping goes down and comes back at the programmed spindle speed, with a stop at either end,
+    /// where the spindle is taken to reverse.
     ///
     /// # Errors
     /// As [`MotionFold::push`], but for splines and rigid tapping.
-    pub fn push_all(&mut self, sourced: &SourcedOp, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
+    pub fn push_all(
+        &mut self,
+        sourced: &SourcedOp,
+        out: &mut impl Extend<MotionItem>,
+    ) -> Result<(), Problem> {
         match &sourced.op {
             CanonicalOp::NurbsFeed(curve) => self.curve(curve, sourced.block, out),
-            CanonicalOp::ArcFeed(arc) if self.tilts(arc.plane) => self.tilted_arc(arc, sourced.block, out),
+            CanonicalOp::ArcFeed(arc) if self.tilts(arc.plane) => {
+                self.tilted_arc(arc, sourced.block, out)
+            }
             CanonicalOp::RigidTap(end) => self.tap(*end, sourced.block, out),
             _ => {
                 out.extend(self.push(sourced)?);
@@ -45,16 +53,33 @@ impl MotionFold {
         }
     }
 
-    fn curve(&mut self, curve: &NurbsFeed, block: BlockRef, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
+    fn curve(
+        &mut self,
+        curve: &NurbsFeed,
+        block: BlockRef,
+        out: &mut impl Extend<MotionItem>,
+    ) -> Result<(), Problem> {
         // In the program's plane, mm: coordinates may be turned and tilted.
         let mm = self.units.mm();
-        let points = curve.points.iter().map(|point| (point.at.map(|place| place * mm), point.weight));
-        let spline =
-            Spline::new(points, curve.order as usize).ok_or(Problem::CurvePoints { points: curve.points.len(), order: curve.order })?;
+        let points = curve
+            .points
+            .iter()
+            .map(|point| (point.at.map(|place| place * mm), point.weight));
+        let spline = Spline::new(points, curve.order as usize).ok_or(Problem::CurvePoints {
+            points: curve.points.len(),
+            order: curve.order,
+        })?;
         let feed = self.arc_feed()?;
         let mut parts: Vec<Stretch> = Vec::new();
         for span in 0..spline.spans() {
-            stretches(&spline, span, [span as f64, (span + 1) as f64], self.spline_tolerance_mm, 0, &mut parts);
+            stretches(
+                &spline,
+                span,
+                [span as f64, (span + 1) as f64],
+                self.spline_tolerance_mm,
+                0,
+                &mut parts,
+            );
         }
         let whole: f64 = parts.iter().map(Stretch::length).sum();
         let place = |fold: &MotionFold, [x, y]: Point| {
@@ -66,7 +91,11 @@ impl MotionFold {
         let count = parts.len();
         for (index, part) in parts.into_iter().enumerate() {
             // The last one ends exactly where the curve does.
-            let to = if index + 1 < count { place(self, part.end) } else { self.machine(&curve.end) };
+            let to = if index + 1 < count {
+                place(self, part.end)
+            } else {
+                self.machine(&curve.end)
+            };
             let turned = |vector: Point| (place(self, vector) - origin).linear();
             let bend = part.bend.map(|bent| Bend {
                 tangents: bent.tangents.map(turned),
@@ -76,7 +105,9 @@ impl MotionFold {
             let mut item = self.advance(to, None, feed, block);
             if let MotionItem::Move(motion) = &mut item {
                 motion.bend = bend;
-                motion.duration_s = motion.duration_s.map(|seconds| seconds * part.length() / whole);
+                motion.duration_s = motion
+                    .duration_s
+                    .map(|seconds| seconds * part.length() / whole);
             }
             out.extend([item]);
         }
@@ -84,11 +115,17 @@ impl MotionFold {
     }
 
     /// An arc in a plane that is turned or tilted, as lines within the tolerance of splines.
-    fn tilted_arc(&mut self, arc: &ArcFeed, block: BlockRef, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
+    fn tilted_arc(
+        &mut self,
+        arc: &ArcFeed,
+        block: BlockRef,
+        out: &mut impl Extend<MotionItem>,
+    ) -> Result<(), Problem> {
         let mut start = self.program_place();
         let end = arc.position();
         let [first, second, _] = arc.plane.axes();
-        // There and back through the machine's coordinates, the start of a full circle is its end but for rounding.
+        // There and back through the machine's coordinates, the start of a full circle is its end
+        // but for rounding.
         if (start[first] - end[first]).abs() + (start[second] - end[second]).abs() < SAME_PLACE {
             (start[first], start[second]) = (end[first], end[second]);
         }
@@ -96,22 +133,30 @@ impl MotionFold {
         let to = [end[first] - arc.center[0], end[second] - arc.center[1]];
         let radii = [math::hypot(from[0], from[1]), math::hypot(to[0], to[1])];
         let way = if arc.turns > 0 { 1.0 } else { -1.0 };
-        let turn = way * math::atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1]);
+        let turn = way
+            * math::atan2(
+                from[0] * to[1] - from[1] * to[0],
+                from[0] * to[0] + from[1] * to[1],
+            );
         let turn = if turn <= 0.0 { turn + TAU } else { turn };
         let sweep = turn + TAU * f64::from(arc.turns.unsigned_abs().saturating_sub(1));
         let largest = radii[0].max(radii[1]) * self.units.mm();
         // The sagitta of a chord over an angle a is r (1 - cos(a / 2)).
         let share = (self.spline_tolerance_mm / largest).min(1.0);
-        let pieces = (sweep / (2.0 * math::acos(1.0 - share))).ceil().clamp(1.0, MOST_LINES);
+        let pieces = (sweep / (2.0 * math::acos(1.0 - share)))
+            .ceil()
+            .clamp(1.0, MOST_LINES);
         let feed = self.arc_feed()?;
         let angle = math::atan2(from[1], from[0]);
         for piece in 1..=(pieces as u64) {
             let part = piece as f64 / pieces;
-            let mut place: Position = std::array::from_fn(|axis| start[axis] + part * (end[axis] - start[axis]));
+            let mut place: Position =
+                std::array::from_fn(|axis| start[axis] + part * (end[axis] - start[axis]));
             if part < 1.0 {
                 let radius = radii[0] + part * (radii[1] - radii[0]);
                 let (sin, cos) = math::sin_cos(angle + way * part * sweep);
-                (place[first], place[second]) = (arc.center[0] + radius * cos, arc.center[1] + radius * sin);
+                (place[first], place[second]) =
+                    (arc.center[0] + radius * cos, arc.center[1] + radius * sin);
             }
             let to = self.machine(&place);
             let mut item = self.advance(to, None, feed, block);
@@ -123,7 +168,12 @@ impl MotionFold {
         Ok(())
     }
 
-    fn tap(&mut self, end: [f64; 3], block: BlockRef, out: &mut impl Extend<MotionItem>) -> Result<(), Problem> {
+    fn tap(
+        &mut self,
+        end: [f64; 3],
+        block: BlockRef,
+        out: &mut impl Extend<MotionItem>,
+    ) -> Result<(), Problem> {
         let top = self.at;
         let mut place = [0.0; 9];
         place[..3].copy_from_slice(&end);

@@ -1,4 +1,5 @@
-//! Rational B-splines on a clamped uniform knot vector: points, directions and curvatures (de Boor's algorithm).
+//! Rational B-splines on a clamped uniform knot vector: points, directions and curvatures (de
+//! Boor's algorithm).
 
 use super::bend::{End, Point};
 use lostmotion_base::{Jet, Real, math};
@@ -17,8 +18,17 @@ pub(super) struct Spline {
 impl Spline {
     /// From points, weights and the order, which is at least 2 and at most the number of points.
     pub(super) fn new(points: impl Iterator<Item = (Point, f64)>, order: usize) -> Option<Spline> {
-        let points: Vec<[f64; 3]> = points.map(|(at, weight)| [at[0] * weight, at[1] * weight, weight]).collect();
-        if order < 2 || points.len() < order { None } else { Some(Spline { degree: order - 1, points }) }
+        let points: Vec<[f64; 3]> = points
+            .map(|(at, weight)| [at[0] * weight, at[1] * weight, weight])
+            .collect();
+        if order < 2 || points.len() < order {
+            None
+        } else {
+            Some(Spline {
+                degree: order - 1,
+                points,
+            })
+        }
     }
 
     /// Number of spans between knots; the parameter runs from 0 to this.
@@ -30,9 +40,16 @@ impl Spline {
         index.saturating_sub(self.degree).min(self.spans()) as f64
     }
 
-    /// The point of a parameter in a span or at its ends, and its first two derivatives by the parameter there.
+    /// The point of a parameter in a span or at its ends, and its first two derivatives by the
+    /// parameter there.
     pub(super) fn derivatives(&self, span: usize, parameter: f64) -> [Point; 3] {
-        let mut points: Vec<[Jet; 3]> = self.points.iter().skip(span).take(self.degree + 1).map(|point| point.map(Jet::constant)).collect();
+        let mut points: Vec<[Jet; 3]> = self
+            .points
+            .iter()
+            .skip(span)
+            .take(self.degree + 1)
+            .map(|point| point.map(Jet::constant))
+            .collect();
         let parameter = Jet::new(parameter, 1.0, 0.0, 0.0);
         for level in 1..=self.degree {
             for index in (level..=self.degree).rev() {
@@ -45,7 +62,11 @@ impl Spline {
                 }
             }
         }
-        let [x, y, w] = points.last().copied().unwrap_or([Jet::default(), Jet::default(), Jet::constant(1.0)]);
+        let [x, y, w] =
+            points
+                .last()
+                .copied()
+                .unwrap_or([Jet::default(), Jet::default(), Jet::constant(1.0)]);
         let [x, y] = [x / w, y / w];
         [0, 1, 2].map(|order| [x.0[order], y.0[order]])
     }
@@ -58,12 +79,20 @@ impl Spline {
             let tangent = d1.map(|d| d / speed);
             let along = d2[0] * tangent[0] + d2[1] * tangent[1];
             let curvature = std::array::from_fn(|i| (d2[i] - along * tangent[i]) / (speed * speed));
-            return Some(End { place, tangent, curvature });
+            return Some(End {
+                place,
+                tangent,
+                curvature,
+            });
         }
         // Where two control points are one the curve sets out the way that it speeds up.
         let pull = math::hypot(d2[0], d2[1]);
         let way = if parameter > span as f64 { -1.0 } else { 1.0 };
-        (pull > STILL).then(|| End { place, tangent: d2.map(|d| way * d / pull), curvature: [0.0; 2] })
+        (pull > STILL).then(|| End {
+            place,
+            tangent: d2.map(|d| way * d / pull),
+            curvature: [0.0; 2],
+        })
     }
 }
 
@@ -80,7 +109,14 @@ mod tests {
     fn whole(spline: &Spline, tolerance: f64) -> Vec<Stretch> {
         let mut out = Vec::new();
         for span in 0..spline.spans() {
-            stretches(spline, span, [span as f64, span as f64 + 1.0], tolerance, 0, &mut out);
+            stretches(
+                spline,
+                span,
+                [span as f64, span as f64 + 1.0],
+                tolerance,
+                0,
+                &mut out,
+            );
         }
         out
     }
@@ -90,18 +126,29 @@ mod tests {
         let half = 0.5f64.sqrt();
         let quarter = curve(&[[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], &[1.0, half, 1.0], 3);
         for step in 0..=20 {
-            let End { place: [x, y], tangent: [u, v], curvature: [p, q] } = quarter.end(0, f64::from(step) / 20.0).unwrap();
+            let End {
+                place: [x, y],
+                tangent: [u, v],
+                curvature: [p, q],
+            } = quarter.end(0, f64::from(step) / 20.0).unwrap();
             assert!((math::hypot(x, y) - 1.0).abs() < 1e-14);
             assert!((u * x + v * y).abs() < 1e-12 && v * x - u * y > 0.0);
             assert!((p + x).abs() < 1e-12 && (q + y).abs() < 1e-12);
         }
         let stretches = whole(&quarter, 1e-3);
         assert!(stretches.len() <= 4);
-        assert!((stretches.iter().map(Stretch::length).sum::<f64>() - std::f64::consts::FRAC_PI_2).abs() < 1e-6);
+        assert!(
+            (stretches.iter().map(Stretch::length).sum::<f64>() - std::f64::consts::FRAC_PI_2)
+                .abs()
+                < 1e-6
+        );
         for stretch in &stretches {
             for step in 0..=10 {
                 let [[x, y], [u, v]] = stretch.at(f64::from(step) / 10.0);
-                assert!((math::hypot(x, y) - 1.0).abs() < 5e-4 && (math::hypot(u, v) - 1.0).abs() < 0.011);
+                assert!(
+                    (math::hypot(x, y) - 1.0).abs() < 5e-4
+                        && (math::hypot(u, v) - 1.0).abs() < 0.011
+                );
             }
         }
     }
@@ -119,9 +166,17 @@ mod tests {
             for axis in 0..2 {
                 let p = points.map(|point| point[axis]);
                 let [d0, d1, d2] = [p[1] - p[0], p[2] - p[1], p[3] - p[2]];
-                assert!((slope[axis] - (first[0] * d0 + first[1] * d1 + first[2] * d2)).abs() < 1e-11);
-                assert!((bend[axis] - (second[0] * (d1 - d0) + second[1] * (d2 - d1))).abs() < 1e-11);
-                let expected: f64 = points.iter().zip(weights).map(|(point, weight)| point[axis] * weight).sum();
+                assert!(
+                    (slope[axis] - (first[0] * d0 + first[1] * d1 + first[2] * d2)).abs() < 1e-11
+                );
+                assert!(
+                    (bend[axis] - (second[0] * (d1 - d0) + second[1] * (d2 - d1))).abs() < 1e-11
+                );
+                let expected: f64 = points
+                    .iter()
+                    .zip(weights)
+                    .map(|(point, weight)| point[axis] * weight)
+                    .sum();
                 assert!((place[axis] - expected).abs() < 1e-12);
             }
         }
@@ -134,7 +189,9 @@ mod tests {
             let [[x, y], _] = stretch.at(f64::from(step) / f64::from(steps));
             math::hypot(x - point[0], y - point[1])
         };
-        ((0..=steps).map(distance).fold(f64::INFINITY, f64::min) - stretch.length() / f64::from(steps)).max(0.0)
+        ((0..=steps).map(distance).fold(f64::INFINITY, f64::min)
+            - stretch.length() / f64::from(steps))
+        .max(0.0)
     }
 
     proptest! {
@@ -160,7 +217,8 @@ mod tests {
                     }
                 }
             }
-            // Brute force: every point of the curve has a stretch that it lies on, within the tolerance.
+            // Brute force: every point of the curve has a stretch that it lies on, within the
+            // tolerance.
             for step in 0..=50 {
                 let parameter = spans as f64 * f64::from(step) / 50.0;
                 let [place, ..] = spline.derivatives((parameter as usize).min(spans - 1), parameter);

@@ -1,14 +1,18 @@
 //! Canonical operations: what a program does, resolved and free of modes.
 //!
-//! Numbers are as the program has them: lengths in the units in force (millimetres or inches), angles in degrees,
-//! positions without offsets. [`crate::motion`] turns them into machine coordinates in mm and rad.
+//! Numbers are as the program has them: lengths in the units in force (millimetres or inches),
+//! angles in degrees, positions without offsets. [`crate::motion`] turns them into machine
+//! coordinates in mm and rad.
 
 mod parts;
 
 use crate::tilt::Tilt;
 pub use lostmotion_base::Plane;
 use lostmotion_base::span::BlockRef;
-pub use parts::{ArcFeed, ControlPoint, NurbsFeed, OrientWay, OutputValue, PathControl, Position, StraightProbe, TextKind, Units, WaitFor};
+pub use parts::{
+    ArcFeed, ControlPoint, NurbsFeed, OrientWay, OutputValue, PathControl, Position, StraightProbe,
+    TextKind, Units, WaitFor,
+};
 use serde::{Deserialize, Serialize};
 
 /// One action.
@@ -68,8 +72,8 @@ pub enum CanonicalOp {
     SetTilt(Option<Box<Tilt>>),
     /// Whether X Y Z are the tool's tip, whatever the rotary axes do (G43.4, G43.5).
     ToolTipControl(bool),
-    /// The tool turns to a direction, a unit vector from its tip to the spindle in the workpiece's coordinates (G53.1), or in
-    /// those of the program with the next move (G43.5).
+    /// The tool turns to a direction, a unit vector from its tip to the spindle in the workpiece's
+    /// coordinates (G53.1), or in those of the program with the next move (G43.5).
     OrientTool([f64; 3]),
     /// Offset of the tool in force.
     UseToolLengthOffset(Position),

@@ -121,7 +121,8 @@ pub struct ControlPoint {
     pub weight: f64,
 }
 
-/// A rational B-spline from the first to the last control point, on the clamped uniform knot vector.
+/// A rational B-spline from the first to the last control point, on the clamped uniform knot
+/// vector.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NurbsFeed {
     /// Plane of the curve.

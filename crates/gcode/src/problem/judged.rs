@@ -27,32 +27,51 @@ impl Problem {
     /// What to try.
     pub fn hint(&self) -> Option<String> {
         if let Some(limit) = self.limit() {
-            return Some(format!("the limit `{limit}` can be raised: --limit {limit}=VALUE on the command line"));
+            return Some(format!(
+                "the limit `{limit}` can be raised: --limit {limit}=VALUE on the command line"
+            ));
         }
         let text = match self {
-            Problem::ArcRadii { center_absolute: false, .. } => "did you mean G90.1, absolute arc centres?",
+            Problem::ArcRadii {
+                center_absolute: false,
+                ..
+            } => "did you mean G90.1, absolute arc centres?",
             Problem::ArcRadii { .. } => "did you mean G91.1, centres relative to the start?",
-            Problem::ArcRadiusShort { .. } => "check R, and whether the start is where it is meant to be",
+            Problem::ArcRadiusShort { .. } => {
+                "check R, and whether the start is where it is meant to be"
+            }
             Problem::ArcSamePoint => "write a full circle with I, J or K",
             Problem::NoFeed { .. } => "set F first",
             Problem::FeedBeforeUnits { .. } => "put F on the next line",
-            Problem::NoInverseTimeFeed { .. } => "G93 needs F on every G1, G2 and G3; G94 goes back to units per minute",
+            Problem::NoInverseTimeFeed { .. } => {
+                "G93 needs F on every G1, G2 and G3; G94 goes back to units per minute"
+            }
             Problem::NoRevolutions { .. } => "start the spindle with M3 or M4 and S, or use G94",
             Problem::AxisWithoutCode => "start the line with G0 or G1",
             Problem::Nul => "the file may be damaged or not a text file",
             Problem::SpindleStopped { .. } => "start the spindle with M3 or M4",
             Problem::TurningPlane { .. } => "put G18 before it",
-            Problem::ProfileEmpty { .. } => "the first move leads to the profile, the others are the profile",
-            Problem::ProfileTurnsBack { .. } => "write it so that it never goes back, or cut it in two cycles",
+            Problem::ProfileEmpty { .. } => {
+                "the first move leads to the profile, the others are the profile"
+            }
+            Problem::ProfileTurnsBack { .. } => {
+                "write it so that it never goes back, or cut it in two cycles"
+            }
             Problem::ProfileCode { .. } => "a profile consists of G0, G1, G2 and G3",
-            Problem::ProfileCorner { two: false, .. } => "make it positive and smaller than the moves before and after it",
-            Problem::ProfileIncrement { .. } => "X and Z are incremental already; U and W are for G90",
+            Problem::ProfileCorner { two: false, .. } => {
+                "make it positive and smaller than the moves before and after it"
+            }
+            Problem::ProfileIncrement { .. } => {
+                "X and Z are incremental already; U and W are for G90"
+            }
             Problem::ProfileDistance { .. } => "reduce D, or widen the grooves of the profile",
             Problem::FinishDetour { .. } => {
                 "write the finishing pass without G41 and G42 (G40, with D or E), or refuse finish-detour if the control goes straight to the profile"
             }
             Problem::G53Incremental => "put G90 before it",
-            Problem::Siemens { .. } => "write it as RS274/NGC (G-code), or post-process the part for another control",
+            Problem::Siemens { .. } => {
+                "write it as RS274/NGC (G-code), or post-process the part for another control"
+            }
             Problem::Checksum { .. } => "the line has been changed since the checksum was made",
             Problem::NoProgramEnd => "end the program with M2",
             Problem::NoClosingPercent => "a program that starts with % also ends with %",
@@ -62,10 +81,16 @@ impl Problem {
             }
             Problem::Heidenhain => "post-process the part for a control that reads G-code",
             Problem::NoSuchTool { .. } => "check the tool table",
-            Problem::UnusedWord { letter: 'E', users, .. } if !users.is_empty() => {
-                return Some(format!("it belongs to {users}; an exponent needs its sign (1E+3), or --dialect fanuc"));
+            Problem::UnusedWord {
+                letter: 'E', users, ..
+            } if !users.is_empty() => {
+                return Some(format!(
+                    "it belongs to {users}; an exponent needs its sign (1E+3), or --dialect fanuc"
+                ));
             }
-            Problem::UnusedWord { users, .. } if !users.is_empty() => return Some(format!("it belongs to {users}")),
+            Problem::UnusedWord { users, .. } if !users.is_empty() => {
+                return Some(format!("it belongs to {users}"));
+            }
             Problem::ControlCycle { hint, .. } => hint,
             Problem::Habit { leniency, .. } => return leniency.remedy().map(str::to_owned),
             _ => return None,

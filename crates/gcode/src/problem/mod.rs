@@ -8,7 +8,8 @@ use crate::dialect::Leniency;
 pub use code::Code;
 use serde::Serialize;
 
-/// What is wrong, with the values that show it. Lengths are in the program's units unless a name says otherwise.
+/// What is wrong, with the values that show it. Lengths are in the program's units unless a name
+/// says otherwise.
 ///
 /// [`Problem::code`] is stable across releases; the wording is not.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize)]
@@ -57,11 +58,23 @@ pub enum Problem {
     #[error("{} is not supported", .what)]
     Unsupported { what: String },
     #[error("{code} is {what}, which is not read")]
-    ControlCycle { code: Code, what: &'static str, hint: &'static str },
+    ControlCycle {
+        code: Code,
+        what: &'static str,
+        hint: &'static str,
+    },
     #[error("{first} and {second} exclude each other: both set the {group}")]
-    ModalConflict { first: Code, second: Code, group: &'static str },
+    ModalConflict {
+        first: Code,
+        second: Code,
+        group: &'static str,
+    },
     #[error("no code on this line uses {letter}{value}")]
-    UnusedWord { letter: char, value: f64, users: String },
+    UnusedWord {
+        letter: char,
+        value: f64,
+        users: String,
+    },
     #[error("{code} and {other} both use the axis words")]
     TwoAxisUsers { code: Code, other: Code },
     #[error("axis words without a code that uses them: no motion mode is active")]
@@ -73,7 +86,12 @@ pub enum Problem {
     #[error("{code} needs {what}")]
     WordMissing { code: Code, what: &'static str },
     #[error("{letter}{value} for {code} has to be {allowed}")]
-    WordOutOfRange { code: Code, letter: char, value: f64, allowed: &'static str },
+    WordOutOfRange {
+        code: Code,
+        letter: char,
+        value: f64,
+        allowed: &'static str,
+    },
 
     #[error("{what} of {value}")]
     Domain { what: &'static str, value: f64 },
@@ -104,12 +122,31 @@ pub enum Problem {
     NoRevolutions { code: &'static str },
     #[error("{code} in feed per revolution (G95)")]
     ProbeFeed { code: Code },
-    #[error("radius to start {start_radius:.4} {unit}, to end {end_radius:.4} {unit}, which differ by {difference:.4}")]
-    ArcRadii { start_radius: f64, end_radius: f64, difference: f64, unit: &'static str, center_absolute: bool },
+    #[error(
+        "radius to start {start_radius:.4} {unit}, to end {end_radius:.4} {unit}, which differ by {difference:.4}"
+    )]
+    ArcRadii {
+        start_radius: f64,
+        end_radius: f64,
+        difference: f64,
+        unit: &'static str,
+        center_absolute: bool,
+    },
     #[error("the arc's radius is {radius} {unit}, smaller than {least} {unit}")]
-    ArcTooSmall { radius: f64, least: f64, unit: &'static str },
-    #[error("radius {radius} is too small: the end is {distance:.4} {unit} away from the start, which takes at least {least:.4}")]
-    ArcRadiusShort { radius: f64, distance: f64, least: f64, unit: &'static str },
+    ArcTooSmall {
+        radius: f64,
+        least: f64,
+        unit: &'static str,
+    },
+    #[error(
+        "radius {radius} is too small: the end is {distance:.4} {unit} away from the start, which takes at least {least:.4}"
+    )]
+    ArcRadiusShort {
+        radius: f64,
+        distance: f64,
+        least: f64,
+        unit: &'static str,
+    },
     #[error("an arc by radius whose end is its start")]
     ArcSamePoint,
     #[error("an arc with neither R nor {offsets}")]
@@ -160,7 +197,9 @@ pub enum Problem {
     NothingSaved { code: Code },
     #[error("{what} cannot be turned into motion yet")]
     NoMotionFor { what: &'static str },
-    #[error("the move follows the spindle, which is taken to turn at its programmed speed all the time")]
+    #[error(
+        "the move follows the spindle, which is taken to turn at its programmed speed all the time"
+    )]
     SpindleAssumed,
     #[error("{message}")]
     Compensation { message: &'static str },
@@ -173,10 +212,17 @@ pub enum Problem {
 
     #[error("{code} needs the ZX plane (G18); the {plane} plane is selected")]
     TurningPlane { code: Code, plane: &'static str },
-    #[error("the profile of {code}, subroutine o{name}, has no move after the one that leads to its start")]
+    #[error(
+        "the profile of {code}, subroutine o{name}, has no move after the one that leads to its start"
+    )]
     ProfileEmpty { code: Code, name: String },
     #[error("the profile of {code} turns back in {axis}: this move goes from {from} to {to}")]
-    ProfileTurnsBack { code: Code, axis: char, from: f64, to: f64 },
+    ProfileTurnsBack {
+        code: Code,
+        axis: char,
+        from: f64,
+        to: f64,
+    },
     #[error("{code} cannot stand in a profile")]
     ProfileCode { code: Code },
     #[error("the corner {letter}{size} of the profile {}", if *.two { "is given with both A and C" } else { "cannot be made between its moves" })]
@@ -186,7 +232,9 @@ pub enum Problem {
     #[error("there is no room for the profile of {code} at a distance of {distance}")]
     ProfileDistance { code: Code, distance: f64 },
 
-    #[error("{code} under cutter compensation goes to the end of its profile first, X{x} Z{z}, as LinuxCNC 2.9 does")]
+    #[error(
+        "{code} under cutter compensation goes to the end of its profile first, X{x} Z{z}, as LinuxCNC 2.9 does"
+    )]
     FinishDetour { code: Code, x: f64, z: f64 },
 
     #[error("{message}")]
@@ -207,9 +255,13 @@ pub enum Problem {
     TooMuchHeld { limit: usize },
     #[error("{limit} blocks have run; the program does not seem to end")]
     TooManyBlocks { limit: u64 },
-    #[error("loops and subroutines have run {limit} blocks at a stretch; the program does not seem to end")]
+    #[error(
+        "loops and subroutines have run {limit} blocks at a stretch; the program does not seem to end"
+    )]
     TooManyLoopedBlocks { limit: u64 },
-    #[error("loops and subroutines have made {limit} operations at a stretch; the program does not seem to end")]
+    #[error(
+        "loops and subroutines have made {limit} operations at a stretch; the program does not seem to end"
+    )]
     TooManyOperations { limit: u64 },
     #[error("{limit} blocks in a row have run without any motion; the loop does not seem to end")]
     IdleLoop { limit: u64 },
@@ -241,9 +293,17 @@ pub enum Problem {
 }
 
 fn show_byte(byte: u8) -> String {
-    if byte.is_ascii_graphic() { format!("'{}'", char::from(byte)) } else { format!("byte 0x{byte:02x}") }
+    if byte.is_ascii_graphic() {
+        format!("'{}'", char::from(byte))
+    } else {
+        format!("byte 0x{byte:02x}")
+    }
 }
 
 fn times(count: u64) -> String {
-    if count > 1 { format!(" ({count} times)") } else { String::new() }
+    if count > 1 {
+        format!(" ({count} times)")
+    } else {
+        String::new()
+    }
 }

@@ -113,7 +113,9 @@ impl Problem {
             P::Heidenhain => "heidenhain",
             P::FiveAxis { .. } => "five-axis-use",
             P::Corner { .. } => "corner",
-            P::Lenient { leniency } | P::Habit { leniency, .. } | P::NotLenient { leniency } => leniency.name(),
+            P::Lenient { leniency } | P::Habit { leniency, .. } | P::NotLenient { leniency } => {
+                leniency.name()
+            }
             P::NoProgramEnd => "no-program-end",
             P::NoClosingPercent => "no-closing-percent",
             P::ByteOrderMark => "byte-order-mark",

@@ -105,7 +105,8 @@ pub struct State {
     pub line: u32,
     /// An M2, M30 or closing % has been reached.
     pub ended: bool,
-    /// A code that may have been a motion mode was refused: what follows may lack a mode because of that.
+    /// A code that may have been a motion mode was refused: what follows may lack a mode because of
+    /// that.
     pub motion_unknown: bool,
     /// The missing feed has been reported.
     pub feed_missed: bool,

@@ -22,7 +22,8 @@ pub struct Offsets {
 }
 
 impl Offsets {
-    /// Program coordinates to machine coordinates of the spindle: the work coordinates are turned, then shifted.
+    /// Program coordinates to machine coordinates of the spindle: the work coordinates are turned,
+    /// then shifted.
     pub fn to_machine(&self, program: &Position) -> Position {
         let mut work = *program;
         if let Some(tilt) = &self.tilt {

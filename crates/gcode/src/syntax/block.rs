@@ -203,11 +203,16 @@ impl Block {
 
     /// The bytes of a name.
     pub fn name(&self, text: Text) -> &[u8] {
-        self.names.get(text.start as usize..(text.start + text.len) as usize).unwrap_or_default()
+        self.names
+            .get(text.start as usize..(text.start + text.len) as usize)
+            .unwrap_or_default()
     }
 
     /// Whether there is nothing to execute on the line.
     pub fn is_blank(&self) -> bool {
-        self.words.is_empty() && self.settings.is_empty() && self.flow.is_none() && self.comment.is_none()
+        self.words.is_empty()
+            && self.settings.is_empty()
+            && self.flow.is_none()
+            && self.comment.is_none()
     }
 }

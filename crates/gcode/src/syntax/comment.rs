@@ -20,5 +20,9 @@ pub(crate) fn parenthesis(input: &[u8]) -> Parsed<'_, &[u8]> {
 pub(crate) fn semicolon(input: &[u8]) -> Parsed<'_, &[u8]> {
     let inside = input.get(1..).unwrap_or_default();
     let (rest, text) = take_till(|byte| byte == 0)(inside)?;
-    if rest.is_empty() { Ok((rest, text)) } else { fail(rest, Problem::Nul) }
+    if rest.is_empty() {
+        Ok((rest, text))
+    } else {
+        fail(rest, Problem::Nul)
+    }
 }

@@ -20,8 +20,14 @@ pub(crate) trait Lookup {
     fn named(&self, name: &[u8]) -> Option<f64>;
 }
 
-/// The value of a word, setting or argument; NaN if it is a vacant parameter alone. `stack` is scratch.
-pub(crate) fn evaluate(block: &Block, value: Value, lookup: &mut impl Lookup, stack: &mut Vec<f64>) -> Result<f64, Problem> {
+/// The value of a word, setting or argument; NaN if it is a vacant parameter alone. `stack` is
+/// scratch.
+pub(crate) fn evaluate(
+    block: &Block,
+    value: Value,
+    lookup: &mut impl Lookup,
+    stack: &mut Vec<f64>,
+) -> Result<f64, Problem> {
     let (from, to) = match value {
         Value::Number(number) => return Ok(number),
         Value::Ops(from, to) => (from as usize, to as usize),
@@ -43,10 +49,19 @@ fn pop(stack: &mut Vec<f64>) -> f64 {
 }
 
 fn finite(value: f64) -> Result<f64, Problem> {
-    if value.is_finite() { Ok(value) } else { Err(Problem::NotFinite) }
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Problem::NotFinite)
+    }
 }
 
-fn step(block: &Block, op: Op, lookup: &mut impl Lookup, stack: &mut Vec<f64>) -> Result<(), Problem> {
+fn step(
+    block: &Block,
+    op: Op,
+    lookup: &mut impl Lookup,
+    stack: &mut Vec<f64>,
+) -> Result<(), Problem> {
     let result = match op {
         Op::Push(number) => number,
         Op::Parameter => {
@@ -57,7 +72,11 @@ fn step(block: &Block, op: Op, lookup: &mut impl Lookup, stack: &mut Vec<f64>) -
         }
         Op::Named(text) => {
             let name = block.name(text);
-            lookup.named(name).ok_or_else(|| Problem::UnknownParameter { name: String::from_utf8_lossy(name).into_owned() })?
+            lookup
+                .named(name)
+                .ok_or_else(|| Problem::UnknownParameter {
+                    name: String::from_utf8_lossy(name).into_owned(),
+                })?
         }
         Op::Exists(text) => truth(lookup.named(block.name(text)).is_some()),
         Op::ExistsNumber => truth(lookup.numbered_exists(valued(pop(stack)))),
@@ -72,8 +91,12 @@ fn step(block: &Block, op: Op, lookup: &mut impl Lookup, stack: &mut Vec<f64>) -
             let left = pop(stack);
             match operator {
                 // What is vacant equals only what is vacant, not 0.
-                Binary::Equal if left.is_nan() || right.is_nan() => truth(left.is_nan() && right.is_nan()),
-                Binary::NotEqual if left.is_nan() || right.is_nan() => truth(left.is_nan() != right.is_nan()),
+                Binary::Equal if left.is_nan() || right.is_nan() => {
+                    truth(left.is_nan() && right.is_nan())
+                }
+                Binary::NotEqual if left.is_nan() || right.is_nan() => {
+                    truth(left.is_nan() != right.is_nan())
+                }
                 _ => binary(operator, valued(left), valued(right))?,
             }
         }
@@ -111,7 +134,10 @@ fn unary(function: Unary, x: f64) -> Result<f64, Problem> {
 fn binary(operator: Binary, left: f64, right: f64) -> Result<f64, Problem> {
     Ok(match operator {
         Binary::Power if left < 0.0 && right.fract() != 0.0 => {
-            return Err(Problem::Domain { what: "a fractional power of a negative number, exponent", value: right });
+            return Err(Problem::Domain {
+                what: "a fractional power of a negative number, exponent",
+                value: right,
+            });
         }
         Binary::Power => math::pow(left, right),
         Binary::Times => left * right,
@@ -119,7 +145,11 @@ fn binary(operator: Binary, left: f64, right: f64) -> Result<f64, Problem> {
         Binary::Divide => left / right,
         Binary::Modulo => {
             let remainder = left % right;
-            if remainder < 0.0 { remainder + right.abs() } else { remainder }
+            if remainder < 0.0 {
+                remainder + right.abs()
+            } else {
+                remainder
+            }
         }
         Binary::Plus => left + right,
         Binary::Minus => left - right,
@@ -138,5 +168,9 @@ fn binary(operator: Binary, left: f64, right: f64) -> Result<f64, Problem> {
 /// The whole number that a value stands for.
 pub(crate) fn whole(value: f64) -> Option<f64> {
     let nearest = value.round();
-    if (value - nearest).abs() <= WHOLE { Some(nearest) } else { None }
+    if (value - nearest).abs() <= WHOLE {
+        Some(nearest)
+    } else {
+        None
+    }
 }

@@ -1,6 +1,7 @@
 //! Values and expressions, by nom, into postfix code.
 //!
-//! A sign binds tighter than any operator (`-2**2` is 4); operators of equal precedence go from left to right.
+//! A sign binds tighter than any operator (`-2**2` is 4); operators of equal precedence go from
+//! left to right.
 
 use super::block::{Op, Target, Text, Value};
 use super::fault::{Parsed, fail};
@@ -41,13 +42,20 @@ pub(crate) fn bracket_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<
     Ok((rest, Value::Ops(from, code.ops.len() as u32)))
 }
 
-/// An expression with or without brackets around it, and whether an operator stood outside brackets.
+/// An expression with or without brackets around it, and whether an operator stood outside
+/// brackets.
 pub(crate) fn bare_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a, (Value, bool)> {
     let from = code.ops.len();
     let (rest, ()) = operand(input, code, code.depth)?;
     let first = code.ops.len();
     let (rest, ()) = operations(rest, code, code.depth, 0)?;
-    Ok((rest, (Value::Ops(from as u32, code.ops.len() as u32), code.ops.len() > first)))
+    Ok((
+        rest,
+        (
+            Value::Ops(from as u32, code.ops.len() as u32),
+            code.ops.len() > first,
+        ),
+    ))
 }
 
 /// The target of a setting with its `#` and `=`: the rest is its value.
@@ -82,7 +90,9 @@ fn operand<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a,
             let depth = deeper::<()>(input, code, depth)?;
             parameter(after, code, depth)
         }
-        [sign @ (b'+' | b'-'), after @ ..] if !matches!(skip(after).first(), Some(b'0'..=b'9' | b'.')) => {
+        [sign @ (b'+' | b'-'), after @ ..]
+            if !matches!(skip(after).first(), Some(b'0'..=b'9' | b'.')) =>
+        {
             let depth = deeper::<()>(input, code, depth)?;
             let (rest, ()) = operand(after, code, depth)?;
             if *sign == b'-' {
@@ -124,14 +134,23 @@ fn parameter<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'
 /// `<name>`, put into `names` in lower case and without blanks.
 pub(crate) fn name<'a>(input: &'a [u8], names: &mut Vec<u8>) -> Parsed<'a, Text> {
     let (rest, _) = tag(&b"<"[..])(input)?;
-    let (rest, inside) =
-        take_while1(|byte: u8| byte != b'>' && byte != 0).parse(rest).or_else(|_: nom::Err<super::Fault>| expected(rest, "a name"))?;
+    let (rest, inside) = take_while1(|byte: u8| byte != b'>' && byte != 0)
+        .parse(rest)
+        .or_else(|_: nom::Err<super::Fault>| expected(rest, "a name"))?;
     if rest.first() != Some(&b'>') {
         return expected(input, "> after the name");
     }
     let start = names.len() as u32;
-    names.extend(inside.iter().filter(|byte| !matches!(byte, b' ' | b'\t')).map(u8::to_ascii_lowercase));
-    let text = Text { start, len: names.len() as u32 - start };
+    names.extend(
+        inside
+            .iter()
+            .filter(|byte| !matches!(byte, b' ' | b'\t'))
+            .map(u8::to_ascii_lowercase),
+    );
+    let text = Text {
+        start,
+        len: names.len() as u32 - start,
+    };
     if text.len == 0 {
         return expected(input, "a name");
     }
@@ -160,7 +179,12 @@ fn bracket<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a,
 }
 
 /// Operators of at least a precedence with their right operands.
-fn operations<'a>(mut input: &'a [u8], code: &mut Code<'_>, depth: usize, least: u8) -> Parsed<'a, ()> {
+fn operations<'a>(
+    mut input: &'a [u8],
+    code: &mut Code<'_>,
+    depth: usize,
+    least: u8,
+) -> Parsed<'a, ()> {
     loop {
         let at = skip(input);
         let Ok((after, operator)) = binary(at) else {
@@ -229,9 +253,19 @@ fn exists<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a, 
 
 #[cold]
 fn unknown<T>(input: &[u8]) -> Parsed<'_, T> {
-    let name: String = input.iter().take_while(|byte| byte.is_ascii_alphabetic()).take(20).map(|&byte| char::from(byte)).collect();
+    let name: String = input
+        .iter()
+        .take_while(|byte| byte.is_ascii_alphabetic())
+        .take(20)
+        .map(|&byte| char::from(byte))
+        .collect();
     if name.len() <= 1 {
-        fail(input, Problem::MissingNumber { after: "the letter or operator".to_owned() })
+        fail(
+            input,
+            Problem::MissingNumber {
+                after: "the letter or operator".to_owned(),
+            },
+        )
     } else {
         fail(input, Problem::UnknownName { name })
     }

@@ -4,7 +4,8 @@ use crate::problem::Problem;
 use nom::error::{ErrorKind, ParseError};
 use nom::{Err, IResult};
 
-/// A problem found while parsing, with the number of bytes that were left of the line when it was found.
+/// A problem found while parsing, with the number of bytes that were left of the line when it was
+/// found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
     /// Bytes of the line after the place of the fault.
@@ -18,8 +19,15 @@ pub type Parsed<'a, T> = IResult<&'a [u8], T, Fault>;
 
 impl<'a> ParseError<&'a [u8]> for Fault {
     fn from_error_kind(input: &'a [u8], _: ErrorKind) -> Fault {
-        let problem = input.first().map_or(Problem::Expected { expected: "more" }, |&byte| Problem::BadCharacter { byte });
-        Fault { rest: input.len(), problem: Box::new(problem) }
+        let problem = input
+            .first()
+            .map_or(Problem::Expected { expected: "more" }, |&byte| {
+                Problem::BadCharacter { byte }
+            });
+        Fault {
+            rest: input.len(),
+            problem: Box::new(problem),
+        }
     }
 
     fn append(_: &'a [u8], _: ErrorKind, other: Fault) -> Fault {
@@ -30,5 +38,8 @@ impl<'a> ParseError<&'a [u8]> for Fault {
 /// A fault that no alternative can recover from.
 #[cold]
 pub(crate) fn fail<T>(input: &[u8], problem: Problem) -> Parsed<'_, T> {
-    Err(Err::Failure(Fault { rest: input.len(), problem: Box::new(problem) }))
+    Err(Err::Failure(Fault {
+        rest: input.len(),
+        problem: Box::new(problem),
+    }))
 }

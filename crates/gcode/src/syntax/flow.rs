@@ -34,8 +34,20 @@ pub(crate) fn flow_line<'a>(input: &'a [u8], block: &mut Block, limit: usize) ->
         if block.arguments.len() >= limit.max(30) {
             return fail(rest, Problem::TooManyWords { limit });
         }
-        let Block { ops, names, arguments, .. } = block;
-        let (after, value) = bracket_value(rest, &mut Code { ops, names, depth: limit })?;
+        let Block {
+            ops,
+            names,
+            arguments,
+            ..
+        } = block;
+        let (after, value) = bracket_value(
+            rest,
+            &mut Code {
+                ops,
+                names,
+                depth: limit,
+            },
+        )?;
         arguments.push(value);
         rest = after;
     }
@@ -48,7 +60,14 @@ fn label<'a>(input: &'a [u8], block: &mut Block, limit: usize) -> Parsed<'a, Lab
         return Ok((rest, Label::Name(text)));
     }
     let Block { ops, names, .. } = block;
-    let (rest, value) = word_value(input, &mut Code { ops, names, depth: limit })?;
+    let (rest, value) = word_value(
+        input,
+        &mut Code {
+            ops,
+            names,
+            depth: limit,
+        },
+    )?;
     Ok((rest, Label::Number(value)))
 }
 
@@ -62,7 +81,13 @@ fn keyword(input: &[u8]) -> Parsed<'_, Keyword> {
             return Ok((rest, keyword));
         }
     }
-    fail(input, Problem::Flow { message: "an O-word keyword (sub, call, if, while, ...) expected after the label".to_owned() })
+    fail(
+        input,
+        Problem::Flow {
+            message: "an O-word keyword (sub, call, if, while, ...) expected after the label"
+                .to_owned(),
+        },
+    )
 }
 
 fn starts_with<'a>(input: &'a [u8], text: &[u8]) -> Option<&'a [u8]> {

@@ -1,4 +1,5 @@
-//! From the bytes of a line to a block: words, values, settings, comments. Nothing here knows what a code means.
+//! From the bytes of a line to a block: words, values, settings, comments. Nothing here knows what
+//! a code means.
 
 pub mod block;
 pub mod comment;

@@ -4,8 +4,10 @@ use super::fault::{Parsed, fail};
 use crate::problem::Problem;
 
 /// Powers of ten that are exact in an f64.
-const POWERS: [f64; 23] =
-    [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22];
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+];
 /// Digits that always fit a u64.
 const SAFE_DIGITS: usize = 19;
 /// Integers up to here are exact in an f64.
@@ -27,19 +29,24 @@ pub(crate) fn skip(mut input: &[u8]) -> &[u8] {
     input
 }
 
-/// A number: sign, digits with at most one point, no exponent. Blanks may stand between its characters.
+/// A number: sign, digits with at most one point, no exponent. Blanks may stand between its
+/// characters.
 ///
-/// The value is the f64 nearest to the decimal: up to 19 digits go through one exact integer and one exact power of ten,
-/// whose quotient IEEE 754 rounds correctly; others through the standard library.
+/// The value is the f64 nearest to the decimal: up to 19 digits go through one exact integer and
+/// one exact power of ten, whose quotient IEEE 754 rounds correctly; others through the standard
+/// library.
 pub(crate) fn number(input: &[u8]) -> Parsed<'_, f64> {
     match literal(input) {
-        Some((rest, value)) if !matches!(skip(rest).first(), Some(b'0'..=b'9' | b'.')) => Ok((rest, value)),
+        Some((rest, value)) if !matches!(skip(rest).first(), Some(b'0'..=b'9' | b'.')) => {
+            Ok((rest, value))
+        }
         _ => spread(input),
     }
 }
 
-/// A number without blanks whose digits and power of ten are exact in an f64, so that one division rounds it correctly.
-/// It may go on after what is returned. Inlined because it is most of the time that reading words takes.
+/// A number without blanks whose digits and power of ten are exact in an f64, so that one division
+/// rounds it correctly. It may go on after what is returned. Inlined because it is most of the time
+/// that reading words takes.
 #[inline(always)]
 pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
     let (negative, digits) = match input {
@@ -60,7 +67,10 @@ pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
     }
     let value = mantissa as f64 / POWERS.get(fraction)?;
     // Without a branch: signs are as good as random.
-    Some((rest, f64::from_bits(value.to_bits() | u64::from(negative) << 63)))
+    Some((
+        rest,
+        f64::from_bits(value.to_bits() | u64::from(negative) << 63),
+    ))
 }
 
 /// Appends digits to a mantissa, which wraps if there are too many.
@@ -96,7 +106,11 @@ fn spread(input: &[u8]) -> Parsed<'_, f64> {
         }
     }
     if !text.bytes().any(|byte| byte.is_ascii_digit()) {
-        let after = if text.is_empty() { "the letter or operator".to_owned() } else { text };
+        let after = if text.is_empty() {
+            "the letter or operator".to_owned()
+        } else {
+            text
+        };
         return fail(input, Problem::MissingNumber { after });
     }
     match text.parse::<f64>() {
@@ -114,7 +128,10 @@ mod tests {
     use proptest::prelude::*;
 
     fn value(text: &str) -> Option<f64> {
-        number(text.as_bytes()).ok().filter(|(rest, _)| rest.is_empty()).map(|(_, value)| value)
+        number(text.as_bytes())
+            .ok()
+            .filter(|(rest, _)| rest.is_empty())
+            .map(|(_, value)| value)
     }
 
     #[test]

@@ -20,14 +20,21 @@ pub fn parse_block(line: &[u8], block: &mut Block, limits: &Limits) -> Result<()
     match items(line, block, limits) {
         Ok(_) => Ok(()),
         Err(Err::Error(fault) | Err::Failure(fault)) => Err(fault),
-        Err(Err::Incomplete(_)) => Err(Fault { rest: 0, problem: Box::new(Problem::Expected { expected: "more" }) }),
+        Err(Err::Incomplete(_)) => Err(Fault {
+            rest: 0,
+            problem: Box::new(Problem::Expected { expected: "more" }),
+        }),
     }
 }
 
 fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let (mut rest, ()) = head(line, block, limits)?;
     loop {
-        rest = if block.flow.is_some() { skip(rest) } else { plain::words(rest, line.len(), block, limits) };
+        rest = if block.flow.is_some() {
+            skip(rest)
+        } else {
+            plain::words(rest, line.len(), block, limits)
+        };
         let Some(&first) = rest.first() else {
             return Ok((rest, ()));
         };
@@ -35,25 +42,40 @@ fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, (
         rest = match first {
             b'(' => {
                 let (after, inside) = comment::parenthesis(rest)?;
-                block.comment = Some(Text { start: at as u32 + 1, len: inside.len() as u32 });
+                block.comment = Some(Text {
+                    start: at as u32 + 1,
+                    len: inside.len() as u32,
+                });
                 after
             }
             b';' => {
                 let (after, inside) = comment::semicolon(rest)?;
-                block.comment = Some(Text { start: at as u32 + 1, len: inside.len() as u32 });
+                block.comment = Some(Text {
+                    start: at as u32 + 1,
+                    len: inside.len() as u32,
+                });
                 after
             }
             _ if block.flow.is_some() => return after_flow(rest, first),
             b'#' => setting(rest, at, block, limits)?.0,
             b'o' | b'O' if block.words.is_empty() && block.settings.is_empty() => {
-                let (after, ()) = flow_line(rest.get(1..).unwrap_or_default(), block, limits.expression_depth)?;
+                let (after, ()) = flow_line(
+                    rest.get(1..).unwrap_or_default(),
+                    block,
+                    limits.expression_depth,
+                )?;
                 block.flow_text = between(line, rest, after);
                 after
             }
             _ => word(rest, at, block, limits)?.0,
         };
         if block.words.len() + block.settings.len() > limits.words {
-            return fail(rest, Problem::TooManyWords { limit: limits.words });
+            return fail(
+                rest,
+                Problem::TooManyWords {
+                    limit: limits.words,
+                },
+            );
         }
     }
 }
@@ -77,11 +99,26 @@ pub(crate) fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Pa
         let Block { ops, names, .. } = block;
         let (after, value) = match plain::number(after) {
             Some((after, number)) => (after, Value::Number(number)),
-            None => word_value(after, &mut Code { ops, names, depth: limits.expression_depth })?,
+            None => word_value(
+                after,
+                &mut Code {
+                    ops,
+                    names,
+                    depth: limits.expression_depth,
+                },
+            )?,
         };
         match value {
             Value::Number(number) if number >= 0.0 => block.line_number = Some(number),
-            Value::Number(number) => return fail(rest, Problem::BadWordValue { letter: 'N', value: number }),
+            Value::Number(number) => {
+                return fail(
+                    rest,
+                    Problem::BadWordValue {
+                        letter: 'N',
+                        value: number,
+                    },
+                );
+            }
             Value::Ops(..) => return expected(rest, "a plain number after N"),
         }
         block.line_number_text = between(line, rest, after);
@@ -93,7 +130,10 @@ pub(crate) fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Pa
 /// What lies between two ends of a line, without blanks at its end.
 fn between(line: &[u8], rest: &[u8], after: &[u8]) -> Text {
     let taken = rest.get(..rest.len() - after.len()).unwrap_or_default();
-    Text { start: (line.len() - rest.len()) as u32, len: taken.trim_ascii_end().len() as u32 }
+    Text {
+        start: (line.len() - rest.len()) as u32,
+        len: taken.trim_ascii_end().len() as u32,
+    }
 }
 
 #[cold]
@@ -101,24 +141,47 @@ fn after_flow(rest: &[u8], first: u8) -> Parsed<'_, ()> {
     if first == 0 {
         return fail(rest, Problem::Nul);
     }
-    fail(rest, Problem::Flow { message: "only arguments in brackets and a comment may follow an O-word".to_owned() })
+    fail(
+        rest,
+        Problem::Flow {
+            message: "only arguments in brackets and a comment may follow an O-word".to_owned(),
+        },
+    )
 }
 
 /// `#... = value`.
 fn setting<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let Block { ops, names, .. } = block;
-    let mut code = Code { ops, names, depth: limits.expression_depth };
+    let mut code = Code {
+        ops,
+        names,
+        depth: limits.expression_depth,
+    };
     let (rest, target) = target(input, &mut code)?;
     let (rest, value) = word_value(rest, &mut code)?;
-    let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
-    block.settings.push(Setting { target, value, text });
+    let text = Text {
+        start: at as u32,
+        len: (input.len() - rest.len()) as u32,
+    };
+    block.settings.push(Setting {
+        target,
+        value,
+        text,
+    });
     Ok((rest, ()))
 }
 
 /// A letter with its value.
-pub(crate) fn word<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
+pub(crate) fn word<'a>(
+    input: &'a [u8],
+    at: usize,
+    block: &mut Block,
+    limits: &Limits,
+) -> Parsed<'a, ()> {
     let (letter, after) = match input {
-        [letter, after @ ..] if letter.is_ascii_alphabetic() || matches!(letter, b'@' | b'^' | b'$') => {
+        [letter, after @ ..]
+            if letter.is_ascii_alphabetic() || matches!(letter, b'@' | b'^' | b'$') =>
+        {
             (letter.to_ascii_uppercase(), after)
         }
         [0, ..] => return fail(input, Problem::Nul),
@@ -127,16 +190,40 @@ pub(crate) fn word<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &L
     };
     match letter {
         b'N' => return fail(input, Problem::MisplacedLineNumber),
-        b'O' => return fail(input, Problem::Flow { message: "an O-word has to stand first on its line".to_owned() }),
+        b'O' => {
+            return fail(
+                input,
+                Problem::Flow {
+                    message: "an O-word has to stand first on its line".to_owned(),
+                },
+            );
+        }
         _ => {}
     }
     let Block { ops, names, .. } = block;
-    let (rest, value) =
-        word_value(after, &mut Code { ops, names, depth: limits.expression_depth }).map_err(|fault| missing(fault, letter))?;
-    let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
+    let (rest, value) = word_value(
+        after,
+        &mut Code {
+            ops,
+            names,
+            depth: limits.expression_depth,
+        },
+    )
+    .map_err(|fault| missing(fault, letter))?;
+    let text = Text {
+        start: at as u32,
+        len: (input.len() - rest.len()) as u32,
+    };
     block.lower_case |= input.first().is_some_and(u8::is_ascii_lowercase);
-    block.glued |= block.words.last().is_some_and(|last| last.text.start + last.text.len == text.start);
-    block.words.push(Word { letter, value, text });
+    block.glued |= block
+        .words
+        .last()
+        .is_some_and(|last| last.text.start + last.text.len == text.start);
+    block.words.push(Word {
+        letter,
+        value,
+        text,
+    });
     Ok((rest, ()))
 }
 

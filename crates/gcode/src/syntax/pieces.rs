@@ -50,7 +50,15 @@ pub struct Pieces<'a> {
 impl<'a> Pieces<'a> {
     /// Pieces of a line and the block that it was parsed to.
     pub fn new(line: &'a [u8], block: &'a Block) -> Pieces<'a> {
-        Pieces { line, block, at: 0, words: 0, settings: 0, deleted: false, percent: false }
+        Pieces {
+            line,
+            block,
+            at: 0,
+            words: 0,
+            settings: 0,
+            deleted: false,
+            percent: false,
+        }
     }
 
     /// The kind and length of the piece that the rest of the line begins with.
@@ -59,7 +67,12 @@ impl<'a> Pieces<'a> {
         let here = |text: Text| text.len > 0 && text.start as usize == self.at;
         let length = |text: Text| text.len as usize;
         match first {
-            b' ' | b'\t' => (PieceKind::Blank, rest.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count()),
+            b' ' | b'\t' => (
+                PieceKind::Blank,
+                rest.iter()
+                    .take_while(|byte| matches!(byte, b' ' | b'\t'))
+                    .count(),
+            ),
             b'(' | b';' if self.percent => (PieceKind::Comment, all),
             b'%' if self.block.percent && !self.percent => {
                 self.percent = true;
@@ -69,16 +82,32 @@ impl<'a> Pieces<'a> {
                 self.deleted = true;
                 (PieceKind::Delete, 1)
             }
-            b'(' => comment::parenthesis(rest).map_or((PieceKind::Unread, all), |(after, _)| (PieceKind::Comment, all - after.len())),
-            b';' => comment::semicolon(rest).map_or((PieceKind::Unread, all), |(after, _)| (PieceKind::Comment, all - after.len())),
-            _ if here(self.block.line_number_text) => (PieceKind::LineNumber, length(self.block.line_number_text)),
+            b'(' => comment::parenthesis(rest).map_or((PieceKind::Unread, all), |(after, _)| {
+                (PieceKind::Comment, all - after.len())
+            }),
+            b';' => comment::semicolon(rest).map_or((PieceKind::Unread, all), |(after, _)| {
+                (PieceKind::Comment, all - after.len())
+            }),
+            _ if here(self.block.line_number_text) => {
+                (PieceKind::LineNumber, length(self.block.line_number_text))
+            }
             _ if here(self.block.flow_text) => (PieceKind::Flow, length(self.block.flow_text)),
             _ => {
-                if let Some(word) = self.block.words.get(self.words).filter(|word| here(word.text)) {
+                if let Some(word) = self
+                    .block
+                    .words
+                    .get(self.words)
+                    .filter(|word| here(word.text))
+                {
                     self.words += 1;
                     return (PieceKind::Word(self.words - 1), length(word.text));
                 }
-                if let Some(setting) = self.block.settings.get(self.settings).filter(|setting| here(setting.text)) {
+                if let Some(setting) = self
+                    .block
+                    .settings
+                    .get(self.settings)
+                    .filter(|setting| here(setting.text))
+                {
                     self.settings += 1;
                     return (PieceKind::Setting(self.settings - 1), length(setting.text));
                 }
@@ -95,7 +124,10 @@ impl Iterator for Pieces<'_> {
         let line = self.line;
         let rest = line.get(self.at..)?;
         let (kind, length) = self.first(rest, *rest.first()?);
-        let text = Text { start: self.at as u32, len: length as u32 };
+        let text = Text {
+            start: self.at as u32,
+            len: length as u32,
+        };
         self.at += length;
         Some(Piece { kind, text })
     }

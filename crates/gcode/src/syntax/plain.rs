@@ -1,6 +1,7 @@
 //! The path of most bytes: words of a letter and a literal, read without going through the grammar.
 //!
-//! What is found here is what the grammar would have found; anything else is left to it from the word on.
+//! What is found here is what the grammar would have found; anything else is left to it from the
+//! word on.
 
 use super::block::{Block, Text, Value, Word};
 use super::number::{literal, skip};
@@ -21,23 +22,40 @@ pub(crate) fn number(input: &[u8]) -> Option<(&[u8], f64)> {
     literal(input).filter(|(tail, _)| !goes_on(tail, skip(tail)))
 }
 
-/// Takes plain words off `input`, the end of a line of `length` bytes, up to the first item that is not one.
-pub(crate) fn words<'a>(input: &'a [u8], length: usize, block: &mut Block, limits: &Limits) -> &'a [u8] {
+/// Takes plain words off `input`, the end of a line of `length` bytes, up to the first item that is
+/// not one.
+pub(crate) fn words<'a>(
+    input: &'a [u8],
+    length: usize,
+    block: &mut Block,
+    limits: &Limits,
+) -> &'a [u8] {
     let mut rest = skip(input);
     let (mut lower, mut glued, mut touches) = (0, false, false);
-    let mut room = limits.words.saturating_sub(block.words.len() + block.settings.len());
+    let mut room = limits
+        .words
+        .saturating_sub(block.words.len() + block.settings.len());
     while let [first, after @ ..] = rest {
         let letter = first & !0x20;
         if !letter.is_ascii_uppercase() || matches!(letter, b'N' | b'O') || room == 0 {
             break;
         }
-        let Some((tail, value)) = literal(after) else { break };
+        let Some((tail, value)) = literal(after) else {
+            break;
+        };
         let next = skip(tail);
         if goes_on(tail, next) {
             break;
         }
-        let text = Text { start: (length - rest.len()) as u32, len: (rest.len() - tail.len()) as u32 };
-        block.words.push(Word { letter, value: Value::Number(value), text });
+        let text = Text {
+            start: (length - rest.len()) as u32,
+            len: (rest.len() - tail.len()) as u32,
+        };
+        block.words.push(Word {
+            letter,
+            value: Value::Number(value),
+            text,
+        });
         room -= 1;
         lower |= first & 0x20;
         glued |= touches;

@@ -1,4 +1,5 @@
-//! Lines that RS274/NGC does not have: Macro B of Fanuc, and what printers read. Looked at only when a line is a fault otherwise.
+//! Lines that RS274/NGC does not have: Macro B of Fanuc, and what printers read. Looked at only
+//! when a line is a fault otherwise.
 
 use super::block::{Block, Keyword, Label, Setting, Text, Value, Word};
 use super::comment;
@@ -20,33 +21,65 @@ pub(crate) const CORNER_CHAMFER: u8 = b'c';
 ///
 /// # Errors
 /// The first fault of the line.
-pub(crate) fn parse_special(line: &[u8], block: &mut Block, limits: &Limits, accepted: Leniencies) -> Result<Vec<Leniency>, Fault> {
+pub(crate) fn parse_special(
+    line: &[u8],
+    block: &mut Block,
+    limits: &Limits,
+    accepted: Leniencies,
+) -> Result<Vec<Leniency>, Fault> {
     block.clear();
     let mut taken = Vec::new();
-    let (line, checked) = if accepted.has(Leniency::Checksums) { checksum(line)? } else { (line, false) };
+    let (line, checked) = if accepted.has(Leniency::Checksums) {
+        checksum(line)?
+    } else {
+        (line, false)
+    };
     if checked {
         taken.push(Leniency::Checksums);
     }
-    let mut reader = Reader { line, limits, accepted, taken };
+    let mut reader = Reader {
+        line,
+        limits,
+        accepted,
+        taken,
+    };
     match reader.items(block) {
         Ok(_) => Ok(reader.taken),
         Err(Err::Error(fault) | Err::Failure(fault)) => Err(fault),
-        Err(Err::Incomplete(_)) => Err(Fault { rest: 0, problem: Box::new(Problem::Expected { expected: "more" }) }),
+        Err(Err::Incomplete(_)) => Err(Fault {
+            rest: 0,
+            problem: Box::new(Problem::Expected { expected: "more" }),
+        }),
     }
 }
 
 /// The line without its checksum, which is the exclusive or of the bytes before its `*`.
 fn checksum(line: &[u8]) -> Result<(&[u8], bool), Fault> {
-    let comment = line.iter().position(|byte| matches!(byte, b'(' | b';')).unwrap_or(line.len());
-    let Some(at) = line.iter().take(comment).rposition(|byte| *byte == b'*') else { return Ok((line, false)) };
-    let (before, after) = (line.get(..at).unwrap_or_default(), line.get(at + 1..comment).unwrap_or_default());
-    let digits = std::str::from_utf8(after).ok().and_then(|text| text.trim().parse::<u8>().ok());
-    let Some(found) = digits else { return Ok((line, false)) };
+    let comment = line
+        .iter()
+        .position(|byte| matches!(byte, b'(' | b';'))
+        .unwrap_or(line.len());
+    let Some(at) = line.iter().take(comment).rposition(|byte| *byte == b'*') else {
+        return Ok((line, false));
+    };
+    let (before, after) = (
+        line.get(..at).unwrap_or_default(),
+        line.get(at + 1..comment).unwrap_or_default(),
+    );
+    let digits = std::str::from_utf8(after)
+        .ok()
+        .and_then(|text| text.trim().parse::<u8>().ok());
+    let Some(found) = digits else {
+        return Ok((line, false));
+    };
     let wanted = before.iter().fold(0, |sum, byte| sum ^ byte);
     if found == wanted {
         return Ok((before, true));
     }
-    Err(Fault { rest: line.len() - at, problem: Box::new(Problem::Checksum { found, wanted }) })
+    Err(Fault {
+        rest: line.len() - at,
+        problem: Box::new(Problem::Checksum { found, wanted }),
+    })
 }
 
 struct Reader<'a> {
@@ -75,7 +108,9 @@ impl<'a> Reader<'a> {
         }
         loop {
             rest = skip(rest);
-            let Some(&first) = rest.first() else { return Ok((rest, ())) };
+            let Some(&first) = rest.first() else {
+                return Ok((rest, ()));
+            };
             let at = self.line.len() - rest.len();
             rest = match first {
                 b'(' => comment::parenthesis(rest)?.0,
@@ -85,7 +120,12 @@ impl<'a> Reader<'a> {
                 _ => self.word(rest, at, block)?.0,
             };
             if block.words.len() + block.settings.len() > self.limits.words {
-                return fail(rest, Problem::TooManyWords { limit: self.limits.words });
+                return fail(
+                    rest,
+                    Problem::TooManyWords {
+                        limit: self.limits.words,
+                    },
+                );
             }
         }
     }
@@ -93,15 +133,30 @@ impl<'a> Reader<'a> {
     /// A word; in printers' programs its number may be missing.
     fn word(&mut self, rest: &'a [u8], at: usize, block: &mut Block) -> Parsed<'a, ()> {
         let parsed = word(rest, at, block, self.limits);
-        let [letter, after @ ..] = rest else { return parsed };
-        let alone = letter.is_ascii_alphabetic() && !matches!(letter.to_ascii_uppercase(), b'G' | b'M' | b'N' | b'O' | b'T');
+        let [letter, after @ ..] = rest else {
+            return parsed;
+        };
+        let alone = letter.is_ascii_alphabetic()
+            && !matches!(
+                letter.to_ascii_uppercase(),
+                b'G' | b'M' | b'N' | b'O' | b'T'
+            );
         if parsed.is_err()
             && alone
-            && after.first().is_none_or(|byte| matches!(byte, b' ' | b'\t' | b';'))
+            && after
+                .first()
+                .is_none_or(|byte| matches!(byte, b' ' | b'\t' | b';'))
             && self.take(Leniency::BareLetters)
         {
-            let text = Text { start: at as u32, len: 1 };
-            block.words.push(Word { letter: letter.to_ascii_uppercase(), value: Value::Number(0.0), text });
+            let text = Text {
+                start: at as u32,
+                len: 1,
+            };
+            block.words.push(Word {
+                letter: letter.to_ascii_uppercase(),
+                value: Value::Number(0.0),
+                text,
+            });
             return Ok((after, ()));
         }
         parsed
@@ -110,7 +165,11 @@ impl<'a> Reader<'a> {
     /// `#5 = expression`, the expression with or without brackets.
     fn setting(&mut self, input: &'a [u8], at: usize, block: &mut Block) -> Parsed<'a, ()> {
         let Block { ops, names, .. } = block;
-        let mut code = Code { ops, names, depth: self.limits.expression_depth };
+        let mut code = Code {
+            ops,
+            names,
+            depth: self.limits.expression_depth,
+        };
         let (rest, target) = target(input, &mut code)?;
         let (rest, value) = if self.accepted.has(Leniency::BareArithmetic) {
             let (rest, (value, bare)) = bare_value(rest, &mut code)?;
@@ -121,8 +180,15 @@ impl<'a> Reader<'a> {
         } else {
             word_value(rest, &mut code)?
         };
-        let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
-        block.settings.push(Setting { target, value, text });
+        let text = Text {
+            start: at as u32,
+            len: (input.len() - rest.len()) as u32,
+        };
+        block.settings.push(Setting {
+            target,
+            value,
+            text,
+        });
         Ok((rest, ()))
     }
 
@@ -138,10 +204,21 @@ impl<'a> Reader<'a> {
             return fail(input, Problem::BadCharacter { byte: b',' });
         }
         let Block { ops, names, .. } = block;
-        let mut code = Code { ops, names, depth: self.limits.expression_depth };
+        let mut code = Code {
+            ops,
+            names,
+            depth: self.limits.expression_depth,
+        };
         let (rest, value) = word_value(after.get(1..).unwrap_or_default(), &mut code)?;
-        let text = Text { start: at as u32, len: (input.len() - rest.len()) as u32 };
-        block.words.push(Word { letter, value, text });
+        let text = Text {
+            start: at as u32,
+            len: (input.len() - rest.len()) as u32,
+        };
+        block.words.push(Word {
+            letter,
+            value,
+            text,
+        });
         Ok((rest, ()))
     }
 
@@ -169,8 +246,17 @@ impl<'a> Reader<'a> {
     fn flow_rest(&mut self, keyword: Keyword, rest: &'a [u8], block: &mut Block) -> Parsed<'a, ()> {
         let mut rest = rest;
         if matches!(keyword, Keyword::While | Keyword::If) {
-            let Block { ops, names, arguments, .. } = block;
-            let mut code = Code { ops, names, depth: self.limits.expression_depth };
+            let Block {
+                ops,
+                names,
+                arguments,
+                ..
+            } = block;
+            let mut code = Code {
+                ops,
+                names,
+                depth: self.limits.expression_depth,
+            };
             let (after, condition) = bracket_value(rest, &mut code)?;
             arguments.push(condition);
             rest = skip(after);
@@ -199,7 +285,14 @@ impl<'a> Reader<'a> {
             return self.flow_end(rest);
         }
         let Block { ops, names, .. } = block;
-        let (rest, label) = word_value(rest, &mut Code { ops, names, depth: self.limits.expression_depth })?;
+        let (rest, label) = word_value(
+            rest,
+            &mut Code {
+                ops,
+                names,
+                depth: self.limits.expression_depth,
+            },
+        )?;
         block.flow = Some((Label::Number(label), keyword));
         self.flow_end(rest)
     }
@@ -217,9 +310,13 @@ impl<'a> Reader<'a> {
             return None;
         }
         let is_name = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
-        let letters = input.iter().take_while(|byte| byte.is_ascii_alphabetic() || **byte == b'_').count();
+        let letters = input
+            .iter()
+            .take_while(|byte| byte.is_ascii_alphabetic() || **byte == b'_')
+            .count();
         let name = input.iter().take_while(|byte| is_name(byte)).count();
-        let is_extended = letters >= 2 && matches!(input.get(name), None | Some(b' ' | b'\t' | b';' | b'='));
+        let is_extended =
+            letters >= 2 && matches!(input.get(name), None | Some(b' ' | b'\t' | b';' | b'='));
         let is_text = matches!(input, [b'M' | b'm', b'0'..=b'9', ..]);
         if !(is_extended || is_text) {
             return None;
@@ -233,5 +330,9 @@ impl<'a> Reader<'a> {
 /// The rest after a keyword, in any case.
 fn starts_with<'a>(input: &'a [u8], text: &[u8]) -> Option<&'a [u8]> {
     let head = input.get(..text.len())?;
-    if head.eq_ignore_ascii_case(text) { input.get(text.len()..) } else { None }
+    if head.eq_ignore_ascii_case(text) {
+        input.get(text.len()..)
+    } else {
+        None
+    }
 }

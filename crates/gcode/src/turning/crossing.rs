@@ -2,19 +2,28 @@
 
 use super::piece::{Circle, Piece, Point, along, cross, direction, distance, dot, left_of, minus};
 
-/// Where two pieces cross, prolonged without end: both places where circles are concerned. Circles and lines that miss each
-/// other by no more than `forgiven` are taken to touch.
+/// Where two pieces cross, prolonged without end: both places where circles are concerned. Circles
+/// and lines that miss each other by no more than `forgiven` are taken to touch.
 pub(crate) fn crossings(a: &Piece, b: &Piece, forgiven: f64) -> Option<[Point; 2]> {
     between((a, a.radius()), (b, b.radius()), forgiven)
 }
 
-/// The same for pieces of which the second follows the first. Where the ends of an arc have slightly different radii, the one
-/// that counts is that of the end which stays where it is (as recorded).
+/// The same for pieces of which the second follows the first. Where the ends of an arc have
+/// slightly different radii, the one that counts is that of the end which stays where it is (as
+/// recorded).
 pub(crate) fn joints(a: &Piece, b: &Piece, forgiven: f64) -> Option<[Point; 2]> {
-    between((a, a.radius()), (b, b.circle.map(|circle| distance(circle.center, b.end))), forgiven)
+    between(
+        (a, a.radius()),
+        (b, b.circle.map(|circle| distance(circle.center, b.end))),
+        forgiven,
+    )
 }
 
-fn between((a, a_radius): (&Piece, Option<f64>), (b, b_radius): (&Piece, Option<f64>), forgiven: f64) -> Option<[Point; 2]> {
+fn between(
+    (a, a_radius): (&Piece, Option<f64>),
+    (b, b_radius): (&Piece, Option<f64>),
+    forgiven: f64,
+) -> Option<[Point; 2]> {
     match (a.circle, b.circle) {
         (None, None) => {
             let (u, v) = (direction(a.start, a.end), direction(b.start, b.end));
@@ -50,5 +59,8 @@ fn circles((c, r): (Point, f64), (d, s): (Point, f64), forgiven: f64) -> Option<
     let to_foot = ((gap * gap + r * r - s * s) / (2.0 * gap)).clamp(-r, r);
     let half = (r * r - to_foot * to_foot).max(0.0).sqrt();
     let foot = along(c, u, to_foot);
-    Some([along(foot, left_of(u), half), along(foot, left_of(u), -half)])
+    Some([
+        along(foot, left_of(u), half),
+        along(foot, left_of(u), -half),
+    ])
 }

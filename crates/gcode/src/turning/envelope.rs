@@ -1,4 +1,5 @@
-//! The moved profile where pieces vanish: everything that keeps the distance from all of the profile.
+//! The moved profile where pieces vanish: everything that keeps the distance from all of the
+//! profile.
 
 use super::crossing::crossings;
 use super::piece::{Piece, Point, Stretch, cross, distance, dot};
@@ -6,11 +7,16 @@ use super::piece::{Piece, Point, Stretch, cross, distance, dot};
 /// Comparisons that one profile may take.
 const MOST_WORK: usize = 1_000_000;
 
-/// The pieces at a distance above the profile, cut where they cross each other, without those parts that come nearer to it.
-/// None if what is left has gaps, or the profile is too long.
+/// The pieces at a distance above the profile, cut where they cross each other, without those parts
+/// that come nearer to it. None if what is left has gaps, or the profile is too long.
 pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
     let raw = candidates(profile, by);
-    let scale = 1.0 + by + raw.iter().map(|piece| piece.end[0].abs().max(piece.end[1].abs())).fold(0.0, f64::max);
+    let scale = 1.0
+        + by
+        + raw
+            .iter()
+            .map(|piece| piece.end[0].abs().max(piece.end[1].abs()))
+            .fold(0.0, f64::max);
     let close = 1e-9 * scale;
     let reaches: Vec<[f64; 2]> = raw.iter().map(|piece| piece.reach(0)).collect();
     let mut work = 0;
@@ -23,7 +29,9 @@ pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<
             }
             work += 1;
             let places = crossings(piece, with, close).into_iter().flatten();
-            cuts.extend(places.filter_map(|place| share(piece, place, close).filter(|_| share(with, place, close).is_some())));
+            cuts.extend(places.filter_map(|place| {
+                share(piece, place, close).filter(|_| share(with, place, close).is_some())
+            }));
         }
         cuts.sort_by(f64::total_cmp);
         for pair in cuts.windows(2) {
@@ -32,14 +40,29 @@ pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<
             if work > MOST_WORK {
                 return None;
             }
-            if to - from > 1e-9 && is_free(profile, piece.at(0.5 * (from + to)), by - forgiven - close) {
-                push(&mut kept, index, Piece { start: piece.at(from), end: piece.at(to), circle: piece.circle }, close);
+            if to - from > 1e-9
+                && is_free(profile, piece.at(0.5 * (from + to)), by - forgiven - close)
+            {
+                push(
+                    &mut kept,
+                    index,
+                    Piece {
+                        start: piece.at(from),
+                        end: piece.at(to),
+                        circle: piece.circle,
+                    },
+                    close,
+                );
             }
         }
     }
     kept.sort_by(|(i, a), (j, b)| {
         let [u, v] = [a, b].map(|piece| 0.5 * (piece.start[0] + piece.end[0]));
-        if (u - v).abs() > close { u.total_cmp(&v) } else { i.cmp(j) }
+        if (u - v).abs() > close {
+            u.total_cmp(&v)
+        } else {
+            i.cmp(j)
+        }
     });
     chain(kept, close, 10.0 * forgiven + 1e3 * close)
 }
@@ -52,7 +75,8 @@ fn candidates(profile: &[Piece], by: f64) -> Vec<Piece> {
         if let Some(before) = index.checked_sub(1).and_then(|before| profile.get(before)) {
             let (leaves, enters) = (before.heading(before.end), piece.heading(piece.start));
             let turn = cross(leaves, enters);
-            if turn < -1e-9 || (turn.abs() <= 1e-9 && dot(leaves, enters) < 0.0 && leaves[1] > 0.0) {
+            if turn < -1e-9 || (turn.abs() <= 1e-9 && dot(leaves, enters) < 0.0 && leaves[1] > 0.0)
+            {
                 let out = |way: Point| [before.end[0] - by * way[1], before.end[1] + by * way[0]];
                 raw.push(Piece::arc(out(leaves), out(enters), before.end, false));
             }
@@ -112,10 +136,19 @@ fn height(piece: &Piece, stretch: &Stretch, at: f64) -> f64 {
     if let (Some(circle), Some(radius)) = (piece.circle, piece.radius()) {
         let across = at - circle.center[0];
         let half = (radius * radius - across * across).max(0.0).sqrt();
-        return circle.center[1] + if from[1] + to[1] > 2.0 * circle.center[1] { half } else { -half };
+        return circle.center[1]
+            + if from[1] + to[1] > 2.0 * circle.center[1] {
+                half
+            } else {
+                -half
+            };
     }
     let run = to[0] - from[0];
-    if run.abs() < 1e-12 { from[1].min(to[1]) } else { from[1] + (at - from[0]) / run * (to[1] - from[1]) }
+    if run.abs() < 1e-12 {
+        from[1].min(to[1])
+    } else {
+        from[1] + (at - from[0]) / run * (to[1] - from[1])
+    }
 }
 
 /// Adds a part, to the last one if it goes on with that.
@@ -130,7 +163,8 @@ fn push(kept: &mut Vec<(usize, Piece)>, index: usize, part: Piece, close: f64) {
     kept.push((index, part));
 }
 
-/// The parts in their order, joined; none if there is a gap. Parts that nearly touch are joined where they cross.
+/// The parts in their order, joined; none if there is a gap. Parts that nearly touch are joined
+/// where they cross.
 fn chain(kept: Vec<(usize, Piece)>, close: f64, gap: f64) -> Option<Vec<Piece>> {
     let mut chain: Vec<Piece> = Vec::with_capacity(kept.len());
     for (_, mut piece) in kept {
@@ -141,8 +175,11 @@ fn chain(kept: Vec<(usize, Piece)>, close: f64, gap: f64) -> Option<Vec<Piece>> 
             }
             if apart > close {
                 let places = crossings(before, &piece, 0.0).into_iter().flatten();
-                let near = places.min_by(|a, b| distance(*a, piece.start).total_cmp(&distance(*b, piece.start)));
-                before.end = near.filter(|place| distance(*place, piece.start) <= gap).unwrap_or(piece.start);
+                let near = places
+                    .min_by(|a, b| distance(*a, piece.start).total_cmp(&distance(*b, piece.start)));
+                before.end = near
+                    .filter(|place| distance(*place, piece.start) <= gap)
+                    .unwrap_or(piece.start);
             }
             piece.start = before.end;
         }

@@ -28,17 +28,28 @@ impl Corner {
     }
 }
 
-/// Shortens two pieces so that a corner fits between them, and gives the corner. None where it does not fit. Pieces that go on
-/// in the same direction have no corner.
-pub(crate) fn corner(before: &mut Piece, after: &mut Piece, corner: Corner) -> Option<Option<Piece>> {
+/// Shortens two pieces so that a corner fits between them, and gives the corner. None where it does
+/// not fit. Pieces that go on in the same direction have no corner.
+pub(crate) fn corner(
+    before: &mut Piece,
+    after: &mut Piece,
+    corner: Corner,
+) -> Option<Option<Piece>> {
     let (leaves, enters) = (before.heading(before.end), after.heading(after.start));
     let turn = cross(leaves, enters);
     if turn.abs() < 1e-9 {
-        return if dot(leaves, enters) > 0.0 { Some(None) } else { None };
+        return if dot(leaves, enters) > 0.0 {
+            Some(None)
+        } else {
+            None
+        };
     }
     let radius = corner.size();
     let side = if turn > 0.0 { radius } else { -radius };
-    let center = nearest(crossings(&before.offset(side)?, &after.offset(side)?, 0.0)?, before.end);
+    let center = nearest(
+        crossings(&before.offset(side)?, &after.offset(side)?, 0.0)?,
+        before.end,
+    );
     let (from, to) = (foot(before, center), foot(after, center));
     if !within(before, from) || !within(after, to) {
         return None;
@@ -51,7 +62,11 @@ pub(crate) fn corner(before: &mut Piece, after: &mut Piece, corner: Corner) -> O
 }
 
 fn nearest([first, second]: [Point; 2], to: Point) -> Point {
-    if distance(first, to) <= distance(second, to) { first } else { second }
+    if distance(first, to) <= distance(second, to) {
+        first
+    } else {
+        second
+    }
 }
 
 /// The place of a piece that is nearest to another place.
@@ -63,7 +78,11 @@ fn foot(piece: &Piece, place: Point) -> Point {
     let out = minus(place, circle.center);
     let length = distance(circle.center, place);
     let radius = piece.radius().unwrap_or_default();
-    if length > 0.0 { along(circle.center, [out[0] / length, out[1] / length], radius) } else { piece.start }
+    if length > 0.0 {
+        along(circle.center, [out[0] / length, out[1] / length], radius)
+    } else {
+        piece.start
+    }
 }
 
 fn within(piece: &Piece, place: Point) -> bool {

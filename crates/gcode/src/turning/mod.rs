@@ -1,10 +1,13 @@
-//! The turning cycles G70 to G72.2: a profile is finished, or roughed by cuts along it (G71) or across it (G72).
+//! The turning cycles G70 to G72.2: a profile is finished, or roughed by cuts along it (G71) or
+//! across it (G72).
 //!
-//! What the words mean is LinuxCNC's documentation. What it leaves open (the order of the moves, which of them are at rapid,
-//! how a level retracts, which moves of no length there are) follows recordings of its stand-alone interpreter, and the
-//! comments name what was recorded. No source of another interpreter was looked at.
+//! What the words mean is LinuxCNC's documentation. What it leaves open (the order of the moves,
+//! which of them are at rapid, how a level retracts, which moves of no length there are) follows
+//! recordings of its stand-alone interpreter, and the comments name what was recorded. No source of
+//! another interpreter was looked at.
 //!
-//! All geometry is in the plane of [`frame::Frame`]: the profile goes from left to right, the material lies above it.
+//! All geometry is in the plane of [`frame::Frame`]: the profile goes from left to right, the
+//! material lies above it.
 
 mod crossing;
 mod envelope;
@@ -61,7 +64,8 @@ struct Laid {
     pieces: Vec<Piece>,
 }
 
-/// The moves of G71 (along Z) or G72 (along X). `forgiven` is the rounding of a program, in its units.
+/// The moves of G71 (along Z) or G72 (along X). `forgiven` is the rounding of a program, in its
+/// units.
 pub(crate) fn rough(
     profile: &[ProfileMove],
     along_z: bool,
@@ -72,7 +76,10 @@ pub(crate) fn rough(
     let frame = monotone(profile, Frame::of(along_z, ends(profile)?), forgiven)?;
     let laid = lay(profile, frame)?;
     let moved = laid.moved(distance, forgiven)?;
-    let (Some(begin), Some(end)) = (moved.first().map(|piece| piece.start), moved.last().map(|piece| piece.end)) else {
+    let (Some(begin), Some(end)) = (
+        moved.first().map(|piece| piece.start),
+        moved.last().map(|piece| piece.end),
+    ) else {
         return Err(Trouble::Empty);
     };
     let mut path = vec![Piece::line(laid.from, begin)];
@@ -86,19 +93,28 @@ pub(crate) fn rough(
 }
 
 /// The moves of G70.
-pub(crate) fn finish(profile: &[ProfileMove], words: &Finishing, forgiven: f64) -> Result<(Frame, Vec<Move>), Trouble> {
+pub(crate) fn finish(
+    profile: &[ProfileMove],
+    words: &Finishing,
+    forgiven: f64,
+) -> Result<(Frame, Vec<Move>), Trouble> {
     let frame = frame_of_finish(profile, forgiven)?;
     let laid = lay(profile, frame)?;
     let mut moves = vec![Move::Rapid(laid.from)];
     for pass in (0..words.passes).rev() {
-        let distance = f64::from(pass) * (words.first - words.last) / f64::from(words.passes) + words.last;
+        let distance =
+            f64::from(pass) * (words.first - words.last) / f64::from(words.passes) + words.last;
         let pieces = laid.moved(distance, forgiven)?;
         if pass + 1 < words.passes {
             moves.push(Move::Rapid(laid.from));
         }
         moves.extend(pieces.first().map(|piece| Move::Rapid(piece.start)));
         moves.extend(pieces.iter().map(|piece| match piece.circle {
-            Some(Circle { center, ccw }) => Move::Arc { end: piece.end, center, ccw },
+            Some(Circle { center, ccw }) => Move::Arc {
+                end: piece.end,
+                center,
+                ccw,
+            },
             None => Move::Feed(piece.end),
         }));
         if moves.len() > words.most {
@@ -116,8 +132,8 @@ fn ends(profile: &[ProfileMove]) -> Result<[Point; 2], Trouble> {
     }
 }
 
-/// The frame of G70. Recorded: it goes along Z, and towards larger Z only if the profile does so after its first move; along X
-/// where it would turn back in that.
+/// The frame of G70. Recorded: it goes along Z, and towards larger Z only if the profile does so
+/// after its first move; along X where it would turn back in that.
 fn frame_of_finish(profile: &[ProfileMove], forgiven: f64) -> Result<Frame, Trouble> {
     let ends = ends(profile)?;
     let along_z = Frame::of(true, ends);
@@ -125,7 +141,9 @@ fn frame_of_finish(profile: &[ProfileMove], forgiven: f64) -> Result<Frame, Trou
     if let Some(first) = profile.get(1) {
         recorded.signs[0] = Frame::of(true, [first.piece.end, ends[1]]).signs[0];
     }
-    let tried = [recorded, Frame::of(false, ends)].into_iter().find_map(|frame| monotone(profile, frame, forgiven).ok());
+    let tried = [recorded, Frame::of(false, ends)]
+        .into_iter()
+        .find_map(|frame| monotone(profile, frame, forgiven).ok());
     tried.map_or_else(|| monotone(profile, along_z, forgiven), Ok)
 }
 
@@ -133,7 +151,10 @@ fn frame_of_finish(profile: &[ProfileMove], forgiven: f64) -> Result<Frame, Trou
 fn monotone(profile: &[ProfileMove], frame: Frame, forgiven: f64) -> Result<Frame, Trouble> {
     let back = |entry: &ProfileMove| !frame.piece(&entry.piece).advances(forgiven);
     match profile.iter().skip(1).position(back) {
-        Some(index) => Err(Trouble::TurnsBack { index: index + 1, along_z: frame.along_z }),
+        Some(index) => Err(Trouble::TurnsBack {
+            index: index + 1,
+            along_z: frame.along_z,
+        }),
         None => Ok(frame),
     }
 }
@@ -147,13 +168,17 @@ fn lay(profile: &[ProfileMove], frame: Frame) -> Result<Laid, Trouble> {
             piece.start[0] = piece.start[0].min(piece.end[0]);
         }
         if let (Some((at, corner)), Some(before)) = (open.take(), pieces.last_mut()) {
-            let made = fillet::corner(before, &mut piece, corner).ok_or(Trouble::Corner { index: at })?;
+            let made =
+                fillet::corner(before, &mut piece, corner).ok_or(Trouble::Corner { index: at })?;
             pieces.extend(made);
         }
         pieces.push(piece);
         open = entry.corner.map(|corner| (index, corner));
     }
-    let from = pieces.first().map(|piece| piece.start).ok_or(Trouble::Empty)?;
+    let from = pieces
+        .first()
+        .map(|piece| piece.start)
+        .ok_or(Trouble::Empty)?;
     // What a corner has taken whole is left out.
     let mut kept = 0;
     pieces.retain(|piece| {
@@ -164,14 +189,21 @@ fn lay(profile: &[ProfileMove], frame: Frame) -> Result<Laid, Trouble> {
 }
 
 impl Laid {
-    /// The profile at a distance, towards where the tool is. Recorded: that is told by the line from the profile's start to
-    /// where its last move begins; a profile of one move is always offset upwards.
+    /// The profile at a distance, towards where the tool is. Recorded: that is told by the line
+    /// from the profile's start to where its last move begins; a profile of one move is always
+    /// offset upwards.
     fn moved(&self, distance: f64, forgiven: f64) -> Result<Vec<Piece>, Trouble> {
         let profile = self.pieces.get(1..).unwrap_or_default();
-        let below = profile.first().zip(profile.last()).is_some_and(|(first, last)| {
-            let side = cross(minus(last.start, first.start), minus(self.from, first.start));
-            side < -1e-9
-        });
+        let below = profile
+            .first()
+            .zip(profile.last())
+            .is_some_and(|(first, last)| {
+                let side = cross(
+                    minus(last.start, first.start),
+                    minus(self.from, first.start),
+                );
+                side < -1e-9
+            });
         let moved = if !below {
             offset::offset(profile, distance, forgiven)
         } else {

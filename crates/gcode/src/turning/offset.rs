@@ -6,8 +6,8 @@ use super::piece::{Piece, Point, cross, distance, dot};
 
 /// Directions that differ by less than this, rad, go on without a corner.
 const STRAIGHT_ON: f64 = 1e-3;
-/// Rounded corners that would be shorter than this along the travel are left as points, where the moves prolonged meet: recorded
-/// at all directions and distances tried.
+/// Rounded corners that would be shorter than this along the travel are left as points, where the
+/// moves prolonged meet: recorded at all directions and distances tried.
 const SHORT_ROUNDING: f64 = 0.01;
 /// Cosine of the turn up to which that is done.
 const BLUNT: f64 = 0.5;
@@ -24,8 +24,9 @@ enum Joint {
     None,
 }
 
-/// The profile moved up by a distance, corners that stick out rounded. `forgiven` is by how much ends of arcs may miss one
-/// another, which they do by the rounding of the program. None if the distance does not fit into the profile.
+/// The profile moved up by a distance, corners that stick out rounded. `forgiven` is by how much
+/// ends of arcs may miss one another, which they do by the rounding of the program. None if the
+/// distance does not fit into the profile.
 pub(crate) fn offset(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
     if by == 0.0 {
         return Some(profile.to_vec());
@@ -59,9 +60,16 @@ fn adjacent(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
     (forward && keeps_directions(profile, &moved)).then_some(moved)
 }
 
-/// Lines have to go the way they went: each one of the moved profile follows its original's direction.
+/// Lines have to go the way they went: each one of the moved profile follows its original's
+/// direction.
 fn keeps_directions(profile: &[Piece], moved: &[Piece]) -> bool {
-    let lines = |pieces: &[Piece]| pieces.iter().filter(|piece| piece.circle.is_none()).copied().collect::<Vec<_>>();
+    let lines = |pieces: &[Piece]| {
+        pieces
+            .iter()
+            .filter(|piece| piece.circle.is_none())
+            .copied()
+            .collect::<Vec<_>>()
+    };
     lines(profile).iter().zip(&lines(moved)).all(|(was, is)| {
         let way = [is.end[0] - is.start[0], is.end[1] - is.start[1]];
         dot(was.heading(was.start), way) >= -1e-9
@@ -77,18 +85,24 @@ fn joint(before: &Piece, held: &Piece, piece: &Piece, next: &Piece, forgiven: f6
     }
     let near = |places: [Point; 2]| {
         let [first, second] = places;
-        if distance(first, before.end) <= distance(second, before.end) { first } else { second }
+        if distance(first, before.end) <= distance(second, before.end) {
+            first
+        } else {
+            second
+        }
     };
     let met = joints(held, next, 0.0).map(near);
     if turn < 0.0 || (turn.abs() < STRAIGHT_ON && leaves[1] > 0.0) {
-        let short = (next.start[0] - held.end[0]).abs() < SHORT_ROUNDING && dot(leaves, enters) > BLUNT;
+        let short =
+            (next.start[0] - held.end[0]).abs() < SHORT_ROUNDING && dot(leaves, enters) > BLUNT;
         return met.filter(|_| short).map_or(Joint::Rounded, Joint::At);
     }
     met.map_or(Joint::None, Joint::At)
 }
 
-/// Where pieces that go on in the same direction meet. They miss each other by the rounding of the program; of two
-/// crossings the tool takes the first, as the recordings show where one arc turns into another.
+/// Where pieces that go on in the same direction meet. They miss each other by the rounding of the
+/// program; of two crossings the tool takes the first, as the recordings show where one arc turns
+/// into another.
 fn touching(held: &Piece, next: &Piece, forgiven: f64) -> Point {
     if distance(held.end, next.start) < 1e-9 || (held.circle.is_none() && next.circle.is_none()) {
         return held.end;
@@ -96,5 +110,7 @@ fn touching(held: &Piece, next: &Piece, forgiven: f64) -> Point {
     let reach = JOINT_REACH * distance(held.start, held.end).min(distance(next.start, next.end));
     let places = joints(held, next, forgiven).into_iter().flatten();
     let close = places.filter(|place| distance(*place, held.end) <= reach);
-    close.min_by(|a, b| a[0].total_cmp(&b[0])).unwrap_or(held.end)
+    close
+        .min_by(|a, b| a[0].total_cmp(&b[0]))
+        .unwrap_or(held.end)
 }

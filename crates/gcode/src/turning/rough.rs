@@ -12,7 +12,11 @@ const MOST_WORK: u64 = 200_000_000;
 pub(crate) enum Move {
     Rapid(Point),
     Feed(Point),
-    Arc { end: Point, center: Point, ccw: bool },
+    Arc {
+        end: Point,
+        center: Point,
+        ccw: bool,
+    },
 }
 
 /// Which pockets are cleared.
@@ -47,14 +51,22 @@ struct Rougher<'a> {
     work: u64,
 }
 
-/// The moves that rough a path. Its first piece leads from where the tool is to the moved profile: above the material it is
-/// passed at rapid, and it and all that falls on after it belong to the first pocket. None if there are too many.
+/// The moves that rough a path. Its first piece leads from where the tool is to the moved profile:
+/// above the material it is passed at rapid, and it and all that falls on after it belong to the
+/// first pocket. None if there are too many.
 pub(crate) fn rough(path: &[Piece], words: &Roughing) -> Option<Vec<Move>> {
     let top = match (words.pockets, path.first()) {
         (Pockets::Later, _) | (_, None) => f64::NEG_INFINITY,
         (_, Some(entry)) => entry.start[1],
     };
-    let mut rougher = Rougher { words, path, moves: Vec::new(), top, cuts: 0.0, work: 0 };
+    let mut rougher = Rougher {
+        words,
+        path,
+        moves: Vec::new(),
+        top,
+        cuts: 0.0,
+        work: 0,
+    };
     let mut falling = true;
     let mut bridge = None;
     for (index, piece) in path.iter().enumerate() {
@@ -92,8 +104,15 @@ impl Rougher<'_> {
         self.top - self.cuts * self.words.depth
     }
 
-    /// Follows a stretch as far as levels begin on it, and cuts those. Gives the place it has come to.
-    fn levels(&mut self, at: (usize, usize), piece: &Piece, stretch: &Stretch, mut from: Point) -> Option<Point> {
+    /// Follows a stretch as far as levels begin on it, and cuts those. Gives the place it has come
+    /// to.
+    fn levels(
+        &mut self,
+        at: (usize, usize),
+        piece: &Piece,
+        stretch: &Stretch,
+        mut from: Point,
+    ) -> Option<Point> {
         if stretch.rises {
             self.rise(stretch.to[1]);
         }
@@ -105,7 +124,11 @@ impl Rougher<'_> {
         }
         while stretch.to[1] < self.level() - CLOSE {
             let level = self.level();
-            let place = if level >= stretch.from[1] { stretch.from } else { piece.at_level(stretch, level) };
+            let place = if level >= stretch.from[1] {
+                stretch.from
+            } else {
+                piece.at_level(stretch, level)
+            };
             self.along(piece, from, place, rapid);
             from = place;
             self.cut(at, place, rapid);
@@ -117,8 +140,8 @@ impl Rougher<'_> {
         Some(from)
     }
 
-    /// The path has come up to a level: what it leads down from there is cut from there, or from the levels of the pocket that
-    /// it rises in.
+    /// The path has come up to a level: what it leads down from there is cut from there, or from
+    /// the levels of the pocket that it rises in.
     fn rise(&mut self, to: f64) {
         if to > self.top {
             // Recorded: above where the cycle begins there is nothing to cut.
@@ -131,18 +154,24 @@ impl Rougher<'_> {
         }
     }
 
-    /// A part of a piece. Parts of arcs that have no length are left out, those of lines are not (as recorded).
+    /// A part of a piece. Parts of arcs that have no length are left out, those of lines are not
+    /// (as recorded).
     fn along(&mut self, piece: &Piece, from: Point, to: Point, rapid: bool) {
         match piece.circle {
             Some(_) if distance(from, to) < CLOSE => {}
-            Some(circle) => self.moves.push(Move::Arc { end: to, center: circle.center, ccw: circle.ccw }),
+            Some(circle) => self.moves.push(Move::Arc {
+                end: to,
+                center: circle.center,
+                ccw: circle.ccw,
+            }),
             None if rapid => self.moves.push(Move::Rapid(to)),
             None => self.moves.push(Move::Feed(to)),
         }
     }
 
-    /// Cuts a level from a place of the path to where the path comes up again, and goes back: away from the material by R at 45
-    /// degrees, but no further than half way, back along the level and down to the path.
+    /// Cuts a level from a place of the path to where the path comes up again, and goes back: away
+    /// from the material by R at 45 degrees, but no further than half way, back along the level and
+    /// down to the path.
     fn cut(&mut self, (index, stretch): (usize, usize), from: Point, rapid: bool) {
         let to = self.end_of_level(index, stretch, from);
         if to - from[0] < CLOSE {
@@ -153,10 +182,15 @@ impl Rougher<'_> {
         self.moves.push(Move::Feed([to, level]));
         self.moves.push(Move::Rapid([to - away, level + away]));
         self.moves.push(Move::Rapid([from[0] + away, level + away]));
-        self.moves.push(if rapid { Move::Rapid(from) } else { Move::Feed(from) });
+        self.moves.push(if rapid {
+            Move::Rapid(from)
+        } else {
+            Move::Feed(from)
+        });
     }
 
-    /// Where the path comes up to a level again after a stretch on which it falls below; at the latest at its end.
+    /// Where the path comes up to a level again after a stretch on which it falls below; at the
+    /// latest at its end.
     fn end_of_level(&mut self, index: usize, after: usize, from: Point) -> f64 {
         let mut skip = after + 1;
         for piece in self.path.iter().skip(index) {
@@ -169,29 +203,39 @@ impl Rougher<'_> {
             }
             skip = 0;
         }
-        self.path.last().map_or(from[0], |piece| piece.end[0].max(from[0]))
+        self.path
+            .last()
+            .map_or(from[0], |piece| piece.end[0].max(from[0]))
     }
 
-    /// Goes over pockets: only those parts of a piece that rise above all before it are followed, and a straight feed leads to
-    /// each of them, even where it has no length (as recorded).
+    /// Goes over pockets: only those parts of a piece that rise above all before it are followed,
+    /// and a straight feed leads to each of them, even where it has no length (as recorded).
     fn over(&mut self, piece: &Piece, stretch: &Stretch, bridge: &mut Option<Bridge>) {
         self.work += 1;
         let Stretch { from, to, rises } = *stretch;
-        let held = *bridge.get_or_insert(Bridge { base: from[1], rise: 0.0 });
+        let held = *bridge.get_or_insert(Bridge {
+            base: from[1],
+            rise: 0.0,
+        });
         let slack = if piece.circle.is_some() { CLOSE } else { 0.0 };
         if !rises || to[1] - held.base < held.rise - slack {
             return;
         }
         let level = held.base + held.rise;
-        let place = if from[1] >= level { from } else { piece.at_level(stretch, level) };
+        let place = if from[1] >= level {
+            from
+        } else {
+            piece.at_level(stretch, level)
+        };
         self.moves.push(Move::Feed(place));
         self.along(piece, place, to, false);
         *bridge = Some(Bridge::over(piece, to));
     }
 }
 
-/// The level of the way over pockets. The highest place of an arc is kept as its radius above its centre: a flat line that goes
-/// on there has the same level but for rounding, and rounding decides (as recorded) whether a move of no length leads to it.
+/// The level of the way over pockets. The highest place of an arc is kept as its radius above its
+/// centre: a flat line that goes on there has the same level but for rounding, and rounding decides
+/// (as recorded) whether a move of no length leads to it.
 #[derive(Clone, Copy, Debug)]
 struct Bridge {
     base: f64,
@@ -202,9 +246,15 @@ impl Bridge {
     fn over(piece: &Piece, to: Point) -> Bridge {
         match (piece.circle, piece.radius()) {
             (Some(circle), Some(radius)) if (circle.center[1] + radius - to[1]).abs() < CLOSE => {
-                Bridge { base: circle.center[1], rise: radius }
+                Bridge {
+                    base: circle.center[1],
+                    rise: radius,
+                }
             }
-            _ => Bridge { base: to[1], rise: 0.0 },
+            _ => Bridge {
+                base: to[1],
+                rise: 0.0,
+            },
         }
     }
 }

@@ -39,7 +39,9 @@ pub enum WriterError {
         block: BlockRef,
     },
     /// The frame asked for is rotated.
-    #[error("work coordinate system {system} is rotated by {degrees} degrees; take one that is not")]
+    #[error(
+        "work coordinate system {system} is rotated by {degrees} degrees; take one that is not"
+    )]
     RotatedFrame {
         /// The system, 1 for G54.
         system: u8,
@@ -67,15 +69,25 @@ impl WriterError {
     /// The same at a block.
     pub(super) fn at(self, place: BlockRef) -> WriterError {
         match self {
-            WriterError::RotatedArc { plane, degrees, .. } => WriterError::RotatedArc { plane, degrees, block: place },
+            WriterError::RotatedArc { plane, degrees, .. } => WriterError::RotatedArc {
+                plane,
+                degrees,
+                block: place,
+            },
             other => other,
         }
     }
 
-    pub(super) fn not_writable(expected: Option<&SourcedOp>, got: Option<&CanonicalOp>, text: &str) -> WriterError {
+    pub(super) fn not_writable(
+        expected: Option<&SourcedOp>,
+        got: Option<&CanonicalOp>,
+        text: &str,
+    ) -> WriterError {
         WriterError::NotWritable {
             op: expected.map_or("nothing".to_owned(), |sourced| sourced.op.to_string()),
-            got: got.map_or(String::new(), |got| format!(": `{}` is {got}", text.trim_end())),
+            got: got.map_or(String::new(), |got| {
+                format!(": `{}` is {got}", text.trim_end())
+            }),
             block: expected.map(|sourced| sourced.block).unwrap_or_default(),
         }
     }

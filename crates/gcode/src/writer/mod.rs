@@ -1,8 +1,10 @@
-//! From canonical operations back to a program: straight moves and arcs with coordinates, nothing that is computed.
+//! From canonical operations back to a program: straight moves and arcs with coordinates, nothing
+//! that is computed.
 //!
-//! [`Resolver`] brings operations into one frame: offsets, rotations and everything that sets what is set already are gone.
-//! [`Writer`] writes resolved operations as blocks. It interprets what it writes and holds the result against what was to be
-//! written, bit for bit, so that reading the new program gives the same resolved operations, or writing fails.
+//! [`Resolver`] brings operations into one frame: offsets, rotations and everything that sets what
+//! is set already are gone. [`Writer`] writes resolved operations as blocks. It interprets what it
+//! writes and holds the result against what was to be written, bit for bit, so that reading the new
+//! program gives the same resolved operations, or writing fails.
 
 mod error;
 mod line;
@@ -40,16 +42,32 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// A writer for a frame, and the head of the program: it sets every mode that the blocks rely on.
+    /// A writer for a frame, and the head of the program: it sets every mode that the blocks rely
+    /// on.
     ///
     /// # Errors
     /// The head cannot be read back: see [`WriterError`].
-    pub fn new(config: &InterpreterConfig, frame: Frame, out: &mut String) -> Result<Writer, WriterError> {
-        let config = InterpreterConfig { tool_table: None, block_delete: false, ..config.clone() };
+    pub fn new(
+        config: &InterpreterConfig,
+        frame: Frame,
+        out: &mut String,
+    ) -> Result<Writer, WriterError> {
+        let config = InterpreterConfig {
+            tool_table: None,
+            block_delete: false,
+            ..config.clone()
+        };
         let resolver = Resolver::new(&config, frame);
         let reader = Feeder::new(config);
         let (window, expected, got) = (VecDeque::new(), VecDeque::new(), VecDeque::new());
-        let mut writer = Writer { reader, resolver, window, expected, got, sync: None };
+        let mut writer = Writer {
+            reader,
+            resolver,
+            window,
+            expected,
+            got,
+            sync: None,
+        };
         for line in line::head(&frame) {
             writer.put(&line, out)?;
         }
@@ -82,14 +100,20 @@ impl Writer {
         self.compare("the end of the program")?;
         match (self.expected.pop_front(), self.got.pop_front()) {
             (None, None) => Ok(()),
-            (expected, got) => Err(WriterError::not_writable(expected.as_ref(), got.as_ref(), "the end of the program")),
+            (expected, got) => Err(WriterError::not_writable(
+                expected.as_ref(),
+                got.as_ref(),
+                "the end of the program",
+            )),
         }
     }
 
     /// Writes the blocks of the next operations.
     fn next(&mut self, out: &mut String) -> Result<(), WriterError> {
         let ops: Vec<&CanonicalOp> = self.window.iter().map(|sourced| &sourced.op).collect();
-        let Some(Line { text, ops }) = line::line(&ops, self.reader.interpreter().state(), self.sync) else {
+        let Some(Line { text, ops }) =
+            line::line(&ops, self.reader.interpreter().state(), self.sync)
+        else {
             return Err(WriterError::not_writable(self.window.front(), None, ""));
         };
         for sourced in self.window.drain(..ops.min(self.window.len())) {
@@ -112,9 +136,21 @@ impl Writer {
         for sourced in &fed.ops {
             self.got.extend(self.resolver.push(&sourced.op)?);
         }
-        if let Some(diagnostic) = fed.diagnostics.iter().find(|diagnostic| diagnostic.severity() == crate::Severity::Error) {
-            let block = self.expected.front().map(|sourced| sourced.block).unwrap_or_default();
-            return Err(WriterError::Refused { line: line.to_owned(), problem: Box::new(diagnostic.problem.clone()), block });
+        if let Some(diagnostic) = fed
+            .diagnostics
+            .iter()
+            .find(|diagnostic| diagnostic.severity() == crate::Severity::Error)
+        {
+            let block = self
+                .expected
+                .front()
+                .map(|sourced| sourced.block)
+                .unwrap_or_default();
+            return Err(WriterError::Refused {
+                line: line.to_owned(),
+                problem: Box::new(diagnostic.problem.clone()),
+                block,
+            });
         }
         out.push_str(line);
         out.push('\n');
@@ -136,16 +172,20 @@ impl Writer {
 /// Rates that follow from inverse time may differ by this much: they are computed from lengths.
 const SAME_RATE: f64 = 1e-9;
 
-/// Equality, but for what follows from lengths in the frame: rates in inverse time, and the place where a probing move is
-/// taken to stop.
+/// Equality, but for what follows from lengths in the frame: rates in inverse time, and the place
+/// where a probing move is taken to stop.
 fn same(one: &CanonicalOp, other: &CanonicalOp) -> bool {
     match (one, other) {
         (CanonicalOp::StraightProbe(one), CanonicalOp::StraightProbe(other)) => {
             (one.end, one.away, one.must) == (other.end, other.away, other.must)
         }
-        (CanonicalOp::SetFeedRate { rate: one, inverse_time: Some(per_minute) }, CanonicalOp::SetFeedRate { rate, inverse_time }) => {
-            *inverse_time == Some(*per_minute) && (one - rate).abs() <= SAME_RATE * one.abs()
-        }
+        (
+            CanonicalOp::SetFeedRate {
+                rate: one,
+                inverse_time: Some(per_minute),
+            },
+            CanonicalOp::SetFeedRate { rate, inverse_time },
+        ) => *inverse_time == Some(*per_minute) && (one - rate).abs() <= SAME_RATE * one.abs(),
         _ => one == other,
     }
 }

@@ -18,9 +18,10 @@ pub struct Written {
 /// Text that is held before it goes out, bytes.
 const BUFFER: usize = 1 << 16;
 
-/// Runs a program and writes what it does as a program without parameters, loops, calls, cycles and offsets. Its coordinates
-/// are those of a work coordinate system, 1 for G54 to 9 for G59.3, as it is before the program. `config` has to be that of the
-/// program. Memory does not grow with the program's length.
+/// Runs a program and writes what it does as a program without parameters, loops, calls, cycles and
+/// offsets. Its coordinates are those of a work coordinate system, 1 for G54 to 9 for G59.3, as it
+/// is before the program. `config` has to be that of the program. Memory does not grow with the
+/// program's length.
 ///
 /// # Errors
 /// The program has errors, or something in it has no block of its own: see [`WriterError`].
@@ -52,11 +53,23 @@ fn write_in<R: BufRead>(
     let mut text = String::new();
     let mut writer = Writer::new(config, frame, &mut text)?;
     let mut written = Written::default();
-    let mut last = SourcedOp { op: crate::CanonicalOp::ProgramEnd, block: lostmotion_base::span::BlockRef::default() };
+    let mut last = SourcedOp {
+        op: crate::CanonicalOp::ProgramEnd,
+        block: lostmotion_base::span::BlockRef::default(),
+    };
     for sourced in program.by_ref() {
-        for op in resolver.push(&sourced.op).map_err(|error| error.at(sourced.block))? {
+        for op in resolver
+            .push(&sourced.op)
+            .map_err(|error| error.at(sourced.block))?
+        {
             written.operations += 1;
-            writer.push(SourcedOp { op, block: sourced.block }, &mut text)?;
+            writer.push(
+                SourcedOp {
+                    op,
+                    block: sourced.block,
+                },
+                &mut text,
+            )?;
         }
         last = sourced;
         if text.len() > BUFFER {
@@ -64,7 +77,13 @@ fn write_in<R: BufRead>(
         }
     }
     if let Some(op) = resolver.finish() {
-        writer.push(SourcedOp { op, block: last.block }, &mut text)?;
+        writer.push(
+            SourcedOp {
+                op,
+                block: last.block,
+            },
+            &mut text,
+        )?;
     }
     writer.finish(&mut text)?;
     flush(&mut text, &mut written, out)?;
@@ -72,7 +91,11 @@ fn write_in<R: BufRead>(
     Ok(written)
 }
 
-fn flush(text: &mut String, written: &mut Written, out: &mut impl Write) -> Result<(), WriterError> {
+fn flush(
+    text: &mut String,
+    written: &mut Written,
+    out: &mut impl Write,
+) -> Result<(), WriterError> {
     written.blocks += text.bytes().filter(|byte| *byte == b'\n').count() as u64;
     out.write_all(text.as_bytes())?;
     text.clear();

@@ -44,17 +44,30 @@ impl Settled {
     /// What is in force before a program.
     pub(super) fn new(units: Units) -> Settled {
         use CanonicalOp as O;
-        let mut settled = Settled { last: vec![None; KINDS] };
+        let mut settled = Settled {
+            last: vec![None; KINDS],
+        };
         let start = [
             O::UseLengthUnits(units),
-            O::SetFeedRate { rate: 0.0, inverse_time: None },
-            O::SetFeedMode { per_revolution: false },
+            O::SetFeedRate {
+                rate: 0.0,
+                inverse_time: None,
+            },
+            O::SetFeedMode {
+                per_revolution: false,
+            },
             O::SelectPlane(Plane::Xy),
             O::SetMotionControlMode(PathControl::Continuous { tolerance: 0.0 }),
             O::SetNaiveCamTolerance(0.0),
             O::UseToolLengthOffset([0.0; 9]),
-            O::SetSpindleSpeed { spindle: 0, speed: 0.0 },
-            O::SetSpindleMode { spindle: 0, highest: 0.0 },
+            O::SetSpindleSpeed {
+                spindle: 0,
+                speed: 0.0,
+            },
+            O::SetSpindleMode {
+                spindle: 0,
+                highest: 0.0,
+            },
             O::StopSpindle { spindle: 0 },
             O::Mist(false),
             O::Flood(false),
@@ -72,16 +85,30 @@ impl Settled {
 
     /// Whether an operation changes anything; it is remembered.
     pub(super) fn is_news(&mut self, op: &CanonicalOp) -> bool {
-        if matches!(op, CanonicalOp::UseLengthUnits(_)) && kind(op).is_some_and(|kind| self.last.get(kind) != Some(&Some(op.clone()))) {
+        if matches!(op, CanonicalOp::UseLengthUnits(_))
+            && kind(op).is_some_and(|kind| self.last.get(kind) != Some(&Some(op.clone())))
+        {
             self.forget_lengths();
         }
         // A spindle that has been turned to an angle stands still.
-        if matches!(op, CanonicalOp::OrientSpindle { spindle: 0, .. } | CanonicalOp::WaitOrient { spindle: 0, .. }) {
+        if matches!(
+            op,
+            CanonicalOp::OrientSpindle { spindle: 0, .. }
+                | CanonicalOp::WaitOrient { spindle: 0, .. }
+        ) {
             self.forget(TURNING);
         }
-        let Some(slot) = kind(op).and_then(|kind| self.last.get_mut(kind)) else { return true };
+        let Some(slot) = kind(op).and_then(|kind| self.last.get_mut(kind)) else {
+            return true;
+        };
         // The rate of an inverse time holds for one move.
-        let lasting = !matches!(op, CanonicalOp::SetFeedRate { inverse_time: Some(_), .. });
+        let lasting = !matches!(
+            op,
+            CanonicalOp::SetFeedRate {
+                inverse_time: Some(_),
+                ..
+            }
+        );
         let news = slot.as_ref() != Some(op);
         *slot = lasting.then(|| op.clone());
         if news && matches!(op, CanonicalOp::SetFeedMode { .. }) {
@@ -101,7 +128,9 @@ impl Settled {
     fn forget_lengths(&mut self) {
         for kind in [RATE, 4, 5, 6, 16] {
             if let Some(slot) = self.last.get_mut(kind) {
-                *slot = slot.take().filter(|op| matches!(op, CanonicalOp::StopSpeedFeedSync));
+                *slot = slot
+                    .take()
+                    .filter(|op| matches!(op, CanonicalOp::StopSpeedFeedSync));
             }
         }
     }

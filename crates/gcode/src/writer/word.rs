@@ -12,13 +12,31 @@ pub(super) fn word(letter: char, value: f64) -> String {
 /// Words of the axes whose end is not where they are; X if there is none.
 pub(super) fn axes(from: &Position, to: &Position) -> String {
     let moved = |(_, (from, to)): &(usize, (&f64, &f64))| from.to_bits() != to.to_bits();
-    let words: Vec<String> = from.iter().zip(to).enumerate().filter(moved).map(|(axis, (_, to))| word(LETTERS[axis], *to)).collect();
-    if words.is_empty() { word('X', to[0]) } else { words.join(" ") }
+    let words: Vec<String> = from
+        .iter()
+        .zip(to)
+        .enumerate()
+        .filter(moved)
+        .map(|(axis, (_, to))| word(LETTERS[axis], *to))
+        .collect();
+    if words.is_empty() {
+        word('X', to[0])
+    } else {
+        words.join(" ")
+    }
 }
 
 /// Words of the axes that differ, none if there is none.
 pub(super) fn changed(from: &Position, to: &Position) -> String {
-    if from.iter().zip(to).all(|(from, to)| from.to_bits() == to.to_bits()) { String::new() } else { axes(from, to) }
+    if from
+        .iter()
+        .zip(to)
+        .all(|(from, to)| from.to_bits() == to.to_bits())
+    {
+        String::new()
+    } else {
+        axes(from, to)
+    }
 }
 
 /// A text as a comment.
@@ -29,5 +47,9 @@ pub(super) fn comment(kind: TextKind, text: &str) -> String {
         TextKind::Print => "PRINT,",
         TextKind::Log => "LOG,",
     };
-    if text.contains(['(', ')']) { format!(";{prefix}{text}") } else { format!("({prefix}{text})") }
+    if text.contains(['(', ')']) {
+        format!(";{prefix}{text}")
+    } else {
+        format!("({prefix}{text})")
+    }
 }

@@ -9,5 +9,9 @@ pub(crate) fn line() -> impl Strategy<Value = String> {
         G98|G10 L2|L20|M2|M3|M6|M98|M99|X1|Y-2.5|Z[1/0]|I5|J0|K1|R3|P1|Q0.5|F100|S200|T1|H2|#1=2|#<a>=[#1+1]|X#<a>|Y##1|(msg,x)|(|;c|\
         o1 sub|o1 endsub|o1 call [1]|o2 if [#1 gt 0]|o2 endif|o2 else|o3 while [#1 lt 5]|o3 endwhile|o4 repeat [3]|o4 endrepeat|o3 break|\
         o5 do|o5 while [0]|o1|A90|1e3|%|/|N5|$1|@3|^45|[|]|**|--3|ATAN[1]/[2]|\u{e9}|\0";
-    prop::collection::vec(prop::sample::select(PIECES.split('|').collect::<Vec<_>>()), 0..5).prop_map(|pieces| pieces.join(" "))
+    prop::collection::vec(
+        prop::sample::select(PIECES.split('|').collect::<Vec<_>>()),
+        0..5,
+    )
+    .prop_map(|pieces| pieces.join(" "))
 }

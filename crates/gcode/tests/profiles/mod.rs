@@ -14,7 +14,10 @@ pub(crate) struct Random(pub(crate) u64);
 impl Random {
     /// A whole number below a bound.
     pub(crate) fn below(&mut self, bound: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) % bound
     }
 }
@@ -32,12 +35,19 @@ impl Lie {
     pub(crate) fn zx(self, [along, level]: Point) -> Point {
         let along = if self.backwards { -along } else { along };
         let level = if self.inside { 20.0 - level } else { level };
-        if self.facing { [level, along] } else { [along, level] }
+        if self.facing {
+            [level, along]
+        } else {
+            [along, level]
+        }
     }
 
     pub(crate) fn back(self, [z, x]: Point) -> Point {
         let [along, level] = if self.facing { [x, z] } else { [z, x] };
-        [if self.backwards { -along } else { along }, if self.inside { 20.0 - level } else { level }]
+        [
+            if self.backwards { -along } else { along },
+            if self.inside { 20.0 - level } else { level },
+        ]
     }
 
     pub(crate) fn mirrors(self) -> bool {
@@ -61,7 +71,11 @@ fn arc_points(from: Point, to: Point, center: Point, ccw: bool) -> Vec<Point> {
     let radius = math::hypot(from[0] - center[0], from[1] - center[1]);
     let [a, b] = [from, to].map(|place| math::atan2(place[1] - center[1], place[0] - center[0]));
     let full = std::f64::consts::TAU;
-    let sweep = if ccw { (b - a).rem_euclid(full) } else { -(a - b).rem_euclid(full) };
+    let sweep = if ccw {
+        (b - a).rem_euclid(full)
+    } else {
+        -(a - b).rem_euclid(full)
+    };
     let count = (2.0 * sweep.abs() * radius / STEP).ceil().max(2.0) as usize;
     let at = |index: usize| a + sweep * index as f64 / count as f64;
     let place = |index| {
@@ -87,19 +101,35 @@ pub(crate) fn profile(random: &mut Random, lie: Lie, pockets: bool) -> Profile {
             1 if !last => ([at[0], at[1] + up], None),
             2 => ([at[0] + size, at[1] + up], Some([at[0] + size, at[1]])),
             3 => ([at[0] + size, at[1] + up], Some([at[0], at[1] + up])),
-            _ => ([at[0] + 0.3 + 0.1 * random.below(20) as f64, at[1] + if last { up + (top - at[1]) } else { up }], None),
+            _ => (
+                [
+                    at[0] + 0.3 + 0.1 * random.below(20) as f64,
+                    at[1] + if last { up + (top - at[1]) } else { up },
+                ],
+                None,
+            ),
         };
         match center {
             None => {
                 let _ = writeln!(text, "G1 {}", lie.words(to));
                 let count = (math::hypot(to[0] - at[0], to[1] - at[1]) / STEP).ceil() as usize;
-                line.extend((1..=count).map(|i| [0, 1].map(|axis| at[axis] + (to[axis] - at[axis]) * i as f64 / count as f64)));
+                line.extend((1..=count).map(|i| {
+                    [0, 1].map(|axis| at[axis] + (to[axis] - at[axis]) * i as f64 / count as f64)
+                }));
             }
             Some(center) => {
-                let ccw = (at[0] - center[0]) * (to[1] - center[1]) - (at[1] - center[1]) * (to[0] - center[0]) > 0.0;
+                let ccw = (at[0] - center[0]) * (to[1] - center[1])
+                    - (at[1] - center[1]) * (to[0] - center[0])
+                    > 0.0;
                 let (from, middle) = (lie.zx(at), lie.zx(center));
                 let code = if ccw != lie.mirrors() { 3 } else { 2 };
-                let _ = writeln!(text, "G{code} {} I{:.4} K{:.4}", lie.words(to), middle[1] - from[1], middle[0] - from[0]);
+                let _ = writeln!(
+                    text,
+                    "G{code} {} I{:.4} K{:.4}",
+                    lie.words(to),
+                    middle[1] - from[1],
+                    middle[0] - from[0]
+                );
                 line.extend(arc_points(at, to, center, ccw));
             }
         }
@@ -110,7 +140,10 @@ pub(crate) fn profile(random: &mut Random, lie: Lie, pockets: bool) -> Profile {
     let to = [at[0] + 0.3, top.max(at[1]) + 0.3];
     let _ = writeln!(text, "G1 {}\no1 endsub", lie.words(to));
     let count = (math::hypot(to[0] - at[0], to[1] - at[1]) / STEP).ceil() as usize;
-    line.extend((1..=count).map(|i| [0, 1].map(|axis| at[axis] + (to[axis] - at[axis]) * i as f64 / count as f64)));
+    line.extend(
+        (1..=count)
+            .map(|i| [0, 1].map(|axis| at[axis] + (to[axis] - at[axis]) * i as f64 / count as f64)),
+    );
     top = top.max(to[1]);
     Profile { text, line, top }
 }
@@ -124,7 +157,11 @@ pub(crate) fn moves(text: &str, lie: Lie) -> Result<Vec<(bool, Vec<Point>)>, Str
         let (feed, end, arc) = match sourced.op {
             CanonicalOp::StraightTraverse(end) => (false, [end[2], end[0]], None),
             CanonicalOp::StraightFeed(end) => (true, [end[2], end[0]], None),
-            CanonicalOp::ArcFeed(arc) => (true, arc.end, Some((lie.back(arc.center), (arc.turns > 0) != lie.mirrors()))),
+            CanonicalOp::ArcFeed(arc) => (
+                true,
+                arc.end,
+                Some((lie.back(arc.center), (arc.turns > 0) != lie.mirrors())),
+            ),
             _ => continue,
         };
         let end = lie.back(end);
@@ -132,8 +169,16 @@ pub(crate) fn moves(text: &str, lie: Lie) -> Result<Vec<(bool, Vec<Point>)>, Str
             let places = match arc {
                 Some((center, ccw)) => arc_points(from, end, center, ccw),
                 None => {
-                    let count = (2.0 * math::hypot(end[0] - from[0], end[1] - from[1]) / STEP).ceil().max(1.0) as usize;
-                    (0..=count).map(|i| [0, 1].map(|axis| from[axis] + (end[axis] - from[axis]) * i as f64 / count as f64)).collect()
+                    let count = (2.0 * math::hypot(end[0] - from[0], end[1] - from[1]) / STEP)
+                        .ceil()
+                        .max(1.0) as usize;
+                    (0..=count)
+                        .map(|i| {
+                            [0, 1].map(|axis| {
+                                from[axis] + (end[axis] - from[axis]) * i as f64 / count as f64
+                            })
+                        })
+                        .collect()
                 }
             };
             found.push((feed, places));
@@ -141,7 +186,11 @@ pub(crate) fn moves(text: &str, lie: Lie) -> Result<Vec<(bool, Vec<Point>)>, Str
         at = Some(end);
     }
     let diagnostics = program.diagnostics();
-    if diagnostics.errors() > 0 { Err(format!("{:?}", diagnostics.kept())) } else { Ok(found) }
+    if diagnostics.errors() > 0 {
+        Err(format!("{:?}", diagnostics.kept()))
+    } else {
+        Ok(found)
+    }
 }
 
 /// How far a place is from a polyline.
@@ -150,9 +199,16 @@ pub(crate) fn away(line: &[Point], place: Point) -> f64 {
         let (a, b) = (pair[0], pair[1]);
         let way = [b[0] - a[0], b[1] - a[1]];
         let length = way[0] * way[0] + way[1] * way[1];
-        let share = if length > 0.0 { ((place[0] - a[0]) * way[0] + (place[1] - a[1]) * way[1]) / length } else { 0.0 };
+        let share = if length > 0.0 {
+            ((place[0] - a[0]) * way[0] + (place[1] - a[1]) * way[1]) / length
+        } else {
+            0.0
+        };
         let share = share.clamp(0.0, 1.0);
-        math::hypot(place[0] - a[0] - share * way[0], place[1] - a[1] - share * way[1])
+        math::hypot(
+            place[0] - a[0] - share * way[0],
+            place[1] - a[1] - share * way[1],
+        )
     };
     line.windows(2).map(to_part).fold(f64::INFINITY, f64::min)
 }

@@ -4,7 +4,12 @@ use proptest::prelude::*;
 
 /// Lines as people and post processors write them, good ones for the most part.
 pub(crate) fn line() -> impl Strategy<Value = String> {
-    let number = prop_oneof!["[+-]?[0-9]{1,3}", "-?[0-9]{1,2}\\.[0-9]{1,4}", "-?\\.[0-9]{1,3}", "[0-9] \\. [0-9]"];
+    let number = prop_oneof![
+        "[+-]?[0-9]{1,3}",
+        "-?[0-9]{1,2}\\.[0-9]{1,4}",
+        "-?\\.[0-9]{1,3}",
+        "[0-9] \\. [0-9]"
+    ];
     let axes = prop::collection::vec(("[xyzXYZaA]", number.clone(), " ?"), 1..4);
     let axes = axes.prop_map(|words| {
         let mut seen = String::new();
@@ -42,16 +47,25 @@ pub(crate) fn line() -> impl Strategy<Value = String> {
 }
 
 fn line_simple() -> impl Strategy<Value = String> {
-    prop_oneof![Just("g1x#1 F99".to_owned()), Just("g91 g0 y.125\ng90".to_owned()), Just("(in)".to_owned())]
+    prop_oneof![
+        Just("g1x#1 F99".to_owned()),
+        Just("g91 g0 y.125\ng90".to_owned()),
+        Just("(in)".to_owned())
+    ]
 }
 
 /// A program of such lines.
 pub(crate) fn program() -> impl Strategy<Value = String> {
-    (prop::collection::vec(line(), 1..25), prop_oneof![Just("\n"), Just("\r\n"), Just("\r")], any::<bool>()).prop_map(|(lines, end, m2)| {
-        let mut text = lines.join("\n") + "\n";
-        if m2 {
-            text += "m2\n";
-        }
-        text.replace('\n', end)
-    })
+    (
+        prop::collection::vec(line(), 1..25),
+        prop_oneof![Just("\n"), Just("\r\n"), Just("\r")],
+        any::<bool>(),
+    )
+        .prop_map(|(lines, end, m2)| {
+            let mut text = lines.join("\n") + "\n";
+            if m2 {
+                text += "m2\n";
+            }
+            text.replace('\n', end)
+        })
 }

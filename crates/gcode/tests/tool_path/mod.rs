@@ -24,7 +24,10 @@ pub(crate) fn sampled(motion: &Motion, steps: u32) -> impl Iterator<Item = Point
     (0..=steps).map(move |step| {
         let share = f64::from(step) / f64::from(steps);
         let Some(circle) = motion.circle else {
-            return [start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])];
+            return [
+                start[0] + share * (end[0] - start[0]),
+                start[1] + share * (end[1] - start[1]),
+            ];
         };
         let [cx, cy] = circle.center_mm;
         let from = (start[1] - cy).atan2(start[0] - cx);

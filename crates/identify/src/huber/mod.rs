@@ -3,17 +3,22 @@
 //! ```text
 //! minimise  sum_k rho(y_k - a_k x),   rho(r) = r^2/2 for |r| <= delta, else delta |r| - delta^2/2,   some x_j >= 0
 //! ```
-//! (Huber 1964). As a quadratic program each sample costs three auxiliary variables, which for 10^5 samples is slow. But a
-//! sample of which it is known in advance that its residual ends inside the square part adds only a quadratic form in `x`,
-//! and one that ends in a linear part only a linear form. So:
+//! (Huber 1964). As a quadratic program each sample costs three auxiliary variables, which for 10^5
+//! samples is slow. But a sample of which it is known in advance that its residual ends inside the
+//! square part adds only a quadratic form in `x`, and one that ends in a linear part only a linear
+//! form. So:
 //!
-//! 1. A thinned copy of the samples is solved in full. It lies within a few standard errors of the answer.
-//! 2. Samples whose residual there lies within a narrow band around a corner of the loss stay explicit; the others are summed up.
-//! 3. After the solve every summed-up sample is checked against what was assumed of it. If all hold, the point satisfies the
-//!    optimality conditions of the **whole** problem, which is convex: it is the exact minimiser, not an approximation.
-//!    Otherwise the violators become explicit and the solve is repeated. The explicit set only grows, so this ends, at worst
-//!    with the full problem.
-//! 4. A Newton step on the final pieces removes the solver's own tolerance. [`Minimiser::optimality`] reports what is left.
+//! 1. A thinned copy of the samples is solved in full. It lies within a few standard errors of the
+//!    answer.
+//! 2. Samples whose residual there lies within a narrow band around a corner of the loss stay
+//!    explicit; the others are summed up.
+//! 3. After the solve every summed-up sample is checked against what was assumed of it. If all
+//!    hold, the point satisfies the optimality conditions of the **whole** problem, which is
+//!    convex: it is the exact minimiser, not an approximation. Otherwise the violators become
+//!    explicit and the solve is repeated. The explicit set only grows, so this ends, at worst with
+//!    the full problem.
+//! 4. A Newton step on the final pieces removes the solver's own tolerance.
+//!    [`Minimiser::optimality`] reports what is left.
 //!
 //! Everything is scaled: columns to RMS 1, residuals to units of delta.
 
@@ -32,8 +37,9 @@ pub(crate) use program::Piece;
 const THINNED: usize = 2000;
 /// Distance from a corner of the loss, in deltas, within which a sample stays explicit at first.
 const BAND: f64 = 0.05;
-/// Scaled distance from zero, in deltas, beyond which a bound is left out of the program until a solve violates it: a bound
-/// a million deltas away is the one badly scaled row of an otherwise well scaled program, and keeps a solver from converging.
+/// Scaled distance from zero, in deltas, beyond which a bound is left out of the program until a
+/// solve violates it: a bound a million deltas away is the one badly scaled row of an otherwise
+/// well scaled program, and keeps a solver from converging.
 const FAR: f64 = 10.0;
 /// Most Newton steps at the end; one is the rule.
 const POLISH: usize = 20;
@@ -62,7 +68,8 @@ pub struct Minimiser<const P: usize> {
     pub solves: u32,
     /// Samples that were explicit in the last solve.
     pub explicit: usize,
-    /// Largest component of the loss' gradient that no bound excuses, per sample, in scaled units; 0 at the minimum.
+    /// Largest component of the loss' gradient that no bound excuses, per sample, in scaled units;
+    /// 0 at the minimum.
     pub optimality: f64,
 }
 
@@ -74,8 +81,16 @@ impl<const P: usize> Regression<P> {
 
     /// The objective at `x`.
     pub fn objective(&self, x: &[f64; P], delta: f64) -> f64 {
-        let loss = |r: f64| if r <= delta { 0.5 * r * r } else { delta * (r - 0.5 * delta) };
-        (0..self.targets.len()).map(|k| loss(self.residual(k, x).abs())).sum()
+        let loss = |r: f64| {
+            if r <= delta {
+                0.5 * r * r
+            } else {
+                delta * (r - 0.5 * delta)
+            }
+        };
+        (0..self.targets.len())
+            .map(|k| loss(self.residual(k, x).abs()))
+            .sum()
     }
 
     /// Least squares, coefficients that may not be negative cut off at zero.
@@ -89,19 +104,48 @@ impl<const P: usize> Regression<P> {
     ///
     /// # Errors
     /// Any solve that ends without a solution, with its status.
-    pub fn minimise(&self, delta: f64, solver: &dyn QpSolver, options: &SolveOptions) -> Result<Minimiser<P>, FitError> {
+    pub fn minimise(
+        &self,
+        delta: f64,
+        solver: &dyn QpSolver,
+        options: &SolveOptions,
+    ) -> Result<Minimiser<P>, FitError> {
         let (scaled, units) = self.scaled(delta);
-        let mut state = Descent { z: scaled.scaled_least_squares(), status: SolverStatus::Solved, iterations: 0, solves: 0, explicit: 0 };
+        let mut state = Descent {
+            z: scaled.scaled_least_squares(),
+            status: SolverStatus::Solved,
+            iterations: 0,
+            solves: 0,
+            explicit: 0,
+        };
         let thinned = scaled.thinned(THINNED);
-        state.solve(&thinned, &vec![Piece::Explicit; thinned.targets.len()], solver, options)?;
+        state.solve(
+            &thinned,
+            &vec![Piece::Explicit; thinned.targets.len()],
+            solver,
+            options,
+        )?;
         if thinned.targets.len() < scaled.targets.len() {
             scaled.reduce(&mut state, solver, options)?;
         }
         scaled.polish(&mut state.z);
         let optimality = scaled.optimality(&state.z);
         let x = std::array::from_fn(|j| state.z[j] * units[j]);
-        let Descent { status, iterations, solves, explicit, .. } = state;
-        Ok(Minimiser { x, status, iterations, solves, explicit, optimality })
+        let Descent {
+            status,
+            iterations,
+            solves,
+            explicit,
+            ..
+        } = state;
+        Ok(Minimiser {
+            x,
+            status,
+            iterations,
+            solves,
+            explicit,
+            optimality,
+        })
     }
 
     /// Columns of RMS 1, targets in deltas, and what one unit of each scaled coefficient is.
@@ -109,11 +153,26 @@ impl<const P: usize> Regression<P> {
         let count = self.rows.len().max(1) as f64;
         let rms: [f64; P] = std::array::from_fn(|j| {
             let square: f64 = self.rows.iter().map(|row| row[j] * row[j]).sum();
-            if square > 0.0 { (square / count).sqrt() } else { 1.0 }
+            if square > 0.0 {
+                (square / count).sqrt()
+            } else {
+                1.0
+            }
         });
-        let rows = self.rows.iter().map(|row| std::array::from_fn(|j| row[j] / rms[j])).collect();
+        let rows = self
+            .rows
+            .iter()
+            .map(|row| std::array::from_fn(|j| row[j] / rms[j]))
+            .collect();
         let targets = self.targets.iter().map(|y| y / delta).collect();
-        (Self { rows, targets, nonnegative: self.nonnegative }, std::array::from_fn(|j| delta / rms[j]))
+        (
+            Self {
+                rows,
+                targets,
+                nonnegative: self.nonnegative,
+            },
+            std::array::from_fn(|j| delta / rms[j]),
+        )
     }
 
     /// Every n-th sample, so that at most `most` are left.
@@ -126,9 +185,16 @@ impl<const P: usize> Regression<P> {
         }
     }
 
-    fn reduce(&self, state: &mut Descent<P>, solver: &dyn QpSolver, options: &SolveOptions) -> Result<(), FitError> {
+    fn reduce(
+        &self,
+        state: &mut Descent<P>,
+        solver: &dyn QpSolver,
+        options: &SolveOptions,
+    ) -> Result<(), FitError> {
         let centre = state.z;
-        let mut pieces: Vec<Piece> = (0..self.targets.len()).map(|k| Piece::assume(self.residual(k, &centre), BAND)).collect();
+        let mut pieces: Vec<Piece> = (0..self.targets.len())
+            .map(|k| Piece::assume(self.residual(k, &centre), BAND))
+            .collect();
         loop {
             state.z = centre;
             state.solve(self, &pieces, solver, options)?;
@@ -150,8 +216,12 @@ impl<const P: usize> Regression<P> {
         let mut best = self.objective(z, 1.0);
         for _ in 0..POLISH {
             let normal = Normal::at(self, z);
-            let free = std::array::from_fn(|j| !(self.nonnegative[j] && z[j] <= 1e-6 && normal.gradient[j] <= 0.0));
-            let Some(step) = normal.newton(&free) else { return };
+            let free = std::array::from_fn(|j| {
+                !(self.nonnegative[j] && z[j] <= 1e-6 && normal.gradient[j] <= 0.0)
+            });
+            let Some(step) = normal.newton(&free) else {
+                return;
+            };
             let next: [f64; P] = std::array::from_fn(|j| match (free[j], self.nonnegative[j]) {
                 (false, _) => 0.0,
                 (true, true) => (z[j] + step[j]).max(0.0),
@@ -159,7 +229,8 @@ impl<const P: usize> Regression<P> {
             });
             let objective = self.objective(&next, 1.0);
             let gain = best - objective;
-            // a tie is taken: near the minimum the objective no longer resolves what the gradient does
+            // a tie is taken: near the minimum the objective no longer resolves what the gradient
+            // does
             if gain < -1e-12 * best || self.optimality(&next) > self.optimality(z) {
                 return;
             }
@@ -170,14 +241,23 @@ impl<const P: usize> Regression<P> {
     fn optimality(&self, z: &[f64; P]) -> f64 {
         let gradient = Normal::at(self, z).gradient;
         let excused = |j: usize| self.nonnegative[j] && z[j] <= 0.0 && gradient[j] <= 0.0;
-        let worst = (0..P).filter(|&j| !excused(j)).map(|j| gradient[j].abs()).fold(0.0, f64::max);
+        let worst = (0..P)
+            .filter(|&j| !excused(j))
+            .map(|j| gradient[j].abs())
+            .fold(0.0, f64::max);
         worst / self.rows.len().max(1) as f64
     }
 
     fn scaled_least_squares(&self) -> [f64; P] {
         // with every sample in the square part, one Newton step from zero is least squares
         let step = Normal::square(self).newton(&[true; P]).unwrap_or([0.0; P]);
-        std::array::from_fn(|j| if self.nonnegative[j] { step[j].max(0.0) } else { step[j] })
+        std::array::from_fn(|j| {
+            if self.nonnegative[j] {
+                step[j].max(0.0)
+            } else {
+                step[j]
+            }
+        })
     }
 }
 
@@ -191,8 +271,15 @@ struct Descent<const P: usize> {
 }
 
 impl<const P: usize> Descent<P> {
-    /// One program around the present point, and again with any bound that it was wrong to leave out.
-    fn solve(&mut self, data: &Regression<P>, pieces: &[Piece], solver: &dyn QpSolver, options: &SolveOptions) -> Result<(), FitError> {
+    /// One program around the present point, and again with any bound that it was wrong to leave
+    /// out.
+    fn solve(
+        &mut self,
+        data: &Regression<P>,
+        pieces: &[Piece],
+        solver: &dyn QpSolver,
+        options: &SolveOptions,
+    ) -> Result<(), FitError> {
         let mut bounded = std::array::from_fn(|j| data.nonnegative[j] && self.z[j] <= FAR);
         loop {
             let (program, unit) = program::build(data, pieces, &self.z, &bounded);
@@ -203,13 +290,27 @@ impl<const P: usize> Descent<P> {
             match solution.status {
                 SolverStatus::Solved => {}
                 SolverStatus::AlmostSolved => self.status = SolverStatus::AlmostSolved,
-                status => return Err(FitError::Solver { status, iterations: self.iterations }),
+                status => {
+                    return Err(FitError::Solver {
+                        status,
+                        iterations: self.iterations,
+                    });
+                }
             }
-            let z: [f64; P] = std::array::from_fn(|j| self.z[j] + unit * solution.x.get(j).copied().unwrap_or(0.0));
-            let missed: [bool; P] = std::array::from_fn(|j| data.nonnegative[j] && !bounded[j] && z[j] < 0.0);
+            let z: [f64; P] = std::array::from_fn(|j| {
+                self.z[j] + unit * solution.x.get(j).copied().unwrap_or(0.0)
+            });
+            let missed: [bool; P] =
+                std::array::from_fn(|j| data.nonnegative[j] && !bounded[j] && z[j] < 0.0);
             if !missed.contains(&true) {
                 // what is still below zero is within the solver's tolerance of its bound
-                self.z = std::array::from_fn(|j| if data.nonnegative[j] { z[j].max(0.0) } else { z[j] });
+                self.z = std::array::from_fn(|j| {
+                    if data.nonnegative[j] {
+                        z[j].max(0.0)
+                    } else {
+                        z[j]
+                    }
+                });
                 return Ok(());
             }
             bounded = std::array::from_fn(|j| bounded[j] || missed[j]);

@@ -18,7 +18,10 @@ pub struct Normal<const P: usize> {
 
 impl<const P: usize> Default for Normal<P> {
     fn default() -> Self {
-        Self { matrix: [[0.0; P]; P], gradient: [0.0; P] }
+        Self {
+            matrix: [[0.0; P]; P],
+            gradient: [0.0; P],
+        }
     }
 }
 
@@ -36,14 +39,21 @@ impl<const P: usize> Normal<P> {
     /// At zero, with every sample in the square part.
     pub(super) fn square(data: &Regression<P>) -> Self {
         let mut normal = Self::default();
-        data.rows.iter().zip(&data.targets).for_each(|(row, &target)| normal.add(row, target, Piece::Square));
+        data.rows
+            .iter()
+            .zip(&data.targets)
+            .for_each(|(row, &target)| normal.add(row, target, Piece::Square));
         normal
     }
 
     /// Of the samples that are summed up, around a centre.
     pub(super) fn of_pieces(data: &Regression<P>, pieces: &[Piece], centre: &[f64; P]) -> Self {
         let mut normal = Self::default();
-        for (k, &piece) in pieces.iter().enumerate().filter(|(_, piece)| **piece != Piece::Explicit) {
+        for (k, &piece) in pieces
+            .iter()
+            .enumerate()
+            .filter(|(_, piece)| **piece != Piece::Explicit)
+        {
             normal.add(&data.rows[k], data.residual(k, centre), piece);
         }
         normal
@@ -55,42 +65,61 @@ impl<const P: usize> Normal<P> {
             Piece::Explicit => return,
             Piece::Square => {
                 for (i, line) in self.matrix.iter_mut().enumerate() {
-                    line.iter_mut().zip(row).for_each(|(entry, a)| *entry += row[i] * a);
+                    line.iter_mut()
+                        .zip(row)
+                        .for_each(|(entry, a)| *entry += row[i] * a);
                 }
                 residual
             }
             Piece::Above => 1.0,
             Piece::Below => -1.0,
         };
-        self.gradient.iter_mut().zip(row).for_each(|(entry, a)| *entry += a * psi);
+        self.gradient
+            .iter_mut()
+            .zip(row)
+            .for_each(|(entry, a)| *entry += a * psi);
     }
 
     /// Takes another sum away, as when a block of the samples is left out.
     pub fn without(&self, other: &Self) -> Self {
         Self {
-            matrix: std::array::from_fn(|i| std::array::from_fn(|j| self.matrix[i][j] - other.matrix[i][j])),
+            matrix: std::array::from_fn(|i| {
+                std::array::from_fn(|j| self.matrix[i][j] - other.matrix[i][j])
+            }),
             gradient: std::array::from_fn(|j| self.gradient[j] - other.gradient[j]),
         }
     }
 
-    /// Newton step over the free coefficients, zero in the others; `None` where the curvature is singular.
+    /// Newton step over the free coefficients, zero in the others; `None` where the curvature is
+    /// singular.
     pub fn newton(&self, free: &[bool; P]) -> Option<[f64; P]> {
         let matrix = std::array::from_fn(|i| {
-            std::array::from_fn(|j| if free[i] && free[j] { self.matrix[i][j] } else { f64::from(u8::from(i == j)) })
+            std::array::from_fn(|j| {
+                if free[i] && free[j] {
+                    self.matrix[i][j]
+                } else {
+                    f64::from(u8::from(i == j))
+                }
+            })
         });
         let right = std::array::from_fn(|j| if free[j] { self.gradient[j] } else { 0.0 });
         solve_small(&matrix, &right)
     }
 }
 
-/// Solves `M x = r` for a symmetric positive definite matrix by Cholesky; `None` if it is not, to working accuracy.
+/// Solves `M x = r` for a symmetric positive definite matrix by Cholesky; `None` if it is not, to
+/// working accuracy.
 pub fn solve_small<const P: usize>(matrix: &[[f64; P]; P], right: &[f64; P]) -> Option<[f64; P]> {
     // equilibrated to a unit diagonal, so that the pivots tell how far from singular it is
     let scale: [f64; P] = std::array::from_fn(|j| matrix[j][j].sqrt());
     if !scale.iter().all(|s| s.is_finite() && *s > 0.0) {
         return None;
     }
-    let factor = Llt::new(Mat::from_fn(P, P, |i, j| matrix[i][j] / (scale[i] * scale[j])).as_ref(), Side::Lower).ok()?;
+    let factor = Llt::new(
+        Mat::from_fn(P, P, |i, j| matrix[i][j] / (scale[i] * scale[j])).as_ref(),
+        Side::Lower,
+    )
+    .ok()?;
     if (0..P).any(|j| factor.L()[(j, j)] < 1e-7) {
         return None;
     }
@@ -108,6 +137,9 @@ mod tests {
         assert!((x[0] - 1.75).abs() < 1e-14 && (x[1] - 1.5).abs() < 1e-14);
         assert_eq!(solve_small(&[[1.0, 1.0], [1.0, 1.0]], &[1.0, 1.0]), None);
         assert_eq!(solve_small(&[[0.0, 0.0], [0.0, 1.0]], &[1.0, 1.0]), None);
-        assert_eq!(solve_small(&[[f64::NAN, 0.0], [0.0, 1.0]], &[1.0, 1.0]), None);
+        assert_eq!(
+            solve_small(&[[f64::NAN, 0.0], [0.0, 1.0]], &[1.0, 1.0]),
+            None
+        );
     }
 }

@@ -18,7 +18,11 @@ pub(crate) enum Piece {
 
 impl Piece {
     pub(super) fn assume(residual: f64, band: f64) -> Self {
-        if (residual.abs() - 1.0).abs() <= band { Piece::Explicit } else { Self::of(residual) }
+        if (residual.abs() - 1.0).abs() <= band {
+            Piece::Explicit
+        } else {
+            Self::of(residual)
+        }
     }
 
     /// The piece that a residual lies in.
@@ -42,19 +46,23 @@ impl Piece {
     }
 }
 
-/// Variables: step `d` (P), then for each explicit sample its square part `u`, its excess above `v >= 0` and below
-/// `w >= 0` with `a d + u + v - w = r`, `r` the residual at the centre; loss `u^2/2 + v + w`. The other samples add
-/// `d'Hd/2 - h'd`. A coefficient that is `bounded` keeps centre plus step from falling below zero.
+/// Variables: step `d` (P), then for each explicit sample its square part `u`, its excess above
+/// `v >= 0` and below `w >= 0` with `a d + u + v - w = r`, `r` the residual at the centre; loss
+/// `u^2/2 + v + w`. The other samples add `d'Hd/2 - h'd`. A coefficient that is `bounded` keeps
+/// centre plus step from falling below zero.
 ///
-/// The step is in units of `1/sqrt(samples)`, the size that steps have, so that `H` does not outgrow the explicit samples. Returned
-/// with the program is what one unit of its first variables is.
+/// The step is in units of `1/sqrt(samples)`, the size that steps have, so that `H` does not
+/// outgrow the explicit samples. Returned with the program is what one unit of its first variables
+/// is.
 pub(super) fn build<const P: usize>(
     data: &Regression<P>,
     pieces: &[Piece],
     centre: &[f64; P],
     bounded: &[bool; P],
 ) -> (QuadraticProgram, f64) {
-    let explicit: Vec<usize> = (0..pieces.len()).filter(|&k| pieces[k] == Piece::Explicit).collect();
+    let explicit: Vec<usize> = (0..pieces.len())
+        .filter(|&k| pieces[k] == Piece::Explicit)
+        .collect();
     let count = explicit.len();
     let unit = 1.0 / (data.rows.len().max(1) as f64).sqrt();
     let summed = Normal::of_pieces(data, pieces, centre);
@@ -71,13 +79,20 @@ pub(super) fn build<const P: usize>(
 
     let mut constraints = SparseColumns::new(rows);
     for j in 0..P {
-        let slopes = explicit.iter().enumerate().map(|(row, &k)| (row, unit * data.rows[k][j]));
-        let bound = bounded.iter().position(|&b| b == j).map(|n| (count + n, -1.0));
+        let slopes = explicit
+            .iter()
+            .enumerate()
+            .map(|(row, &k)| (row, unit * data.rows[k][j]));
+        let bound = bounded
+            .iter()
+            .position(|&b| b == j)
+            .map(|n| (count + n, -1.0));
         constraints.push_column(slopes.chain(bound));
     }
     (0..count).for_each(|n| constraints.push_column([(n, 1.0)]));
     (0..count).for_each(|n| constraints.push_column([(n, 1.0), (first_excess_row + n, -1.0)]));
-    (0..count).for_each(|n| constraints.push_column([(n, -1.0), (first_excess_row + count + n, -1.0)]));
+    (0..count)
+        .for_each(|n| constraints.push_column([(n, -1.0), (first_excess_row + count + n, -1.0)]));
 
     let mut linear: Vec<f64> = summed.gradient.iter().map(|h| -unit * h).collect();
     linear.resize(P + count, 0.0);
@@ -85,5 +100,14 @@ pub(super) fn build<const P: usize>(
     let mut bounds: Vec<f64> = explicit.iter().map(|&k| data.residual(k, centre)).collect();
     bounds.extend(bounded.iter().map(|&j| centre[j] / unit));
     bounds.resize(rows, 0.0);
-    (QuadraticProgram { quadratic, linear, constraints, bounds, equations: count }, unit)
+    (
+        QuadraticProgram {
+            quadratic,
+            linear,
+            constraints,
+            bounds,
+            equations: count,
+        },
+        unit,
+    )
 }

@@ -1,12 +1,15 @@
-//! What is doubtful before the gap is: noise of the current, which the load's motion adds up, and coefficients that are known roughly.
+//! What is doubtful before the gap is: noise of the current, which the load's motion adds up, and
+//! coefficients that are known roughly.
 //!
-//! White noise of the torque becomes an integrated random walk of the load's place. Between two windows that the load has been under way for
-//! `s <= t` its covariance is
+//! White noise of the torque becomes an integrated random walk of the load's place. Between two
+//! windows that the load has been under way for `s <= t` its covariance is
 //! ```text
 //! p^2 q s^2 (3 t - s)/6,      q = (K_t sigma_i)^2 T
 //! ```
-//! beside the white noise of a window. [`Drift`] turns a crossing's equations into ones whose errors are alike and independent (generalised least
-//! squares), so that windows near the gap count for what they are worth. A prior is one more equation for a coefficient, with what is known of it and how well.
+//! beside the white noise of a window. [`Drift`] turns a crossing's equations into ones whose
+//! errors are alike and independent (generalised least squares), so that windows near the gap count
+//! for what they are worth. A prior is one more equation for a coefficient, with what is known of
+//! it and how well.
 
 use faer::{Mat, Side, linalg::solvers::Llt};
 
@@ -14,10 +17,12 @@ use super::load::FittedLoad;
 
 /// How well inertia and friction of the load are known from where it slides, as a part of them.
 const UNSURE: f64 = 1e-2;
-/// Part of the walk that is weighed. In full it would make the windows' differences count most, in which the noise of the torque exceeds its changes: the
-/// compliance comes out too small then, to a fifth, and the gap too large.
+/// Part of the walk that is weighed. In full it would make the windows' differences count most, in
+/// which the noise of the torque exceeds its changes: the compliance comes out too small then, to a
+/// fifth, and the gap too large.
 const WALK: f64 = 0.1;
-/// How late a sampled current may be, in sampling periods, and the longest time in which a shaft's damping acts, s.
+/// How late a sampled current may be, in sampling periods, and the longest time in which a shaft's
+/// damping acts, s.
 const LATE: f64 = 0.5;
 const DAMPED_S: f64 = 2e-3;
 
@@ -55,14 +60,23 @@ impl Beforehand {
 
     /// What is known of the coefficients beside gap and compliance, and how well.
     pub(super) fn priors(&self, found: &Found) -> Vec<Prior> {
-        let FittedLoad { inertia_kgm2, viscous_nm_s_per_rad, coulomb_nm, .. } = self.load;
+        let FittedLoad {
+            inertia_kgm2,
+            viscous_nm_s_per_rad,
+            coulomb_nm,
+            ..
+        } = self.load;
         if inertia_kgm2 <= 0.0 {
             return Vec::new();
         }
         let (p, late) = (1.0 / inertia_kgm2, LATE * self.period_s);
         let friction = UNSURE * (coulomb_nm + UNSURE * self.largest_nm);
         let compliance = found.compliance.max(1e-9);
-        let of = |column, value, doubt| Prior { column, value, doubt };
+        let of = |column, value, doubt| Prior {
+            column,
+            value,
+            doubt,
+        };
         vec![
             of(2, 0.0, compliance * DAMPED_S),
             of(3, p, UNSURE * p),
@@ -70,7 +84,11 @@ impl Beforehand {
             of(5, 0.0, p * late),
             of(6, 0.0, DAMPED_S),
             of(7, 0.0, compliance * late),
-            of(8, p * viscous_nm_s_per_rad, p * friction / self.fastest_rad_s),
+            of(
+                8,
+                p * viscous_nm_s_per_rad,
+                p * friction / self.fastest_rad_s,
+            ),
         ]
     }
 }
@@ -80,17 +98,23 @@ impl Beforehand {
 pub(super) struct Drift(pub(super) f64);
 
 impl Drift {
-    /// The lower triangle that whitens windows in which the load has been under way for so long; none if there is nothing to whiten.
+    /// The lower triangle that whitens windows in which the load has been under way for so long;
+    /// none if there is nothing to whiten.
     pub(super) fn whitener(self, under_way: &[f64]) -> Option<Mat<f64>> {
         if self.0 <= 0.0 {
             return None;
         }
         let size = under_way.len();
         let covariance = Mat::from_fn(size, size, |i, j| {
-            let (s, t) = (under_way[i].min(under_way[j]), under_way[i].max(under_way[j]));
+            let (s, t) = (
+                under_way[i].min(under_way[j]),
+                under_way[i].max(under_way[j]),
+            );
             f64::from(u8::from(i == j)) + self.0 * s * s * (3.0 * t - s) / 6.0
         });
-        Llt::new(covariance.as_ref(), Side::Lower).ok().map(|factor| factor.L().to_owned())
+        Llt::new(covariance.as_ref(), Side::Lower)
+            .ok()
+            .map(|factor| factor.L().to_owned())
     }
 }
 
@@ -117,12 +141,20 @@ mod tests {
 
     #[test]
     fn whitened_random_walks_are_white() {
-        // independent draws of the integrated walk, whitened, have the unit covariance; here by its definition L L' = C
+        // independent draws of the integrated walk, whitened, have the unit covariance; here by its
+        // definition L L' = C
         let under_way = [0.0, 0.0, 1.0, 2.5, 4.0];
         let lower = Drift(0.3).whitener(&under_way).unwrap();
         let walk = |s: f64, t: f64| 0.3 * s * s * (3.0 * t - s) / 6.0;
         for j in 0..5 {
-            let mut column: Vec<f64> = (0..5).map(|k| walk(under_way[k].min(under_way[j]), under_way[k].max(under_way[j]))).collect();
+            let mut column: Vec<f64> = (0..5)
+                .map(|k| {
+                    walk(
+                        under_way[k].min(under_way[j]),
+                        under_way[k].max(under_way[j]),
+                    )
+                })
+                .collect();
             column[j] += 1.0;
             whiten(&lower, &mut column);
             // L^-1 C e_j = L' e_j

@@ -23,14 +23,16 @@ use super::sides::Sides;
 const HUBER: f64 = 1.345;
 /// Rounds in which delta and the crossings' choice settle.
 const ROUNDS: usize = 3;
-/// Standard errors that the compliance has to exceed to be told from the gap; and share of the gap that is allowed for where it does not, as in
-/// a log that repeats one stroke: what all crossings have in common scatter cannot show.
+/// Standard errors that the compliance has to exceed to be told from the gap; and share of the gap
+/// that is allowed for where it does not, as in a log that repeats one stroke: what all crossings
+/// have in common scatter cannot show.
 const SURE: f64 = 3.0;
 const BLURRED: f64 = 1e-2;
 /// A crossing whose median residual exceeds so many times that of all was labelled wrongly.
 const ODD: f64 = 4.0;
-/// Share of the wind-up that the model is at best good to: on logs whose gap is known it came out a hundredth to a fiftieth too compliant,
-/// because masses that slide together are taken for rigid, and what is alike on both flanks of that falls out.
+/// Share of the wind-up that the model is at best good to: on logs whose gap is known it came out a
+/// hundredth to a fiftieth too compliant, because masses that slide together are taken for rigid,
+/// and what is alike on both flanks of that falls out.
 const MODELLED: f64 = 3e-3;
 
 /// Fits the gap of an axis from the motor's signals alone, with [`Clarabel`].
@@ -38,8 +40,9 @@ const MODELLED: f64 = 3e-3;
 /// The motor's inertia has to be given.
 ///
 /// # Errors
-/// Settings out of range, a log shorter than a window, a log that does not excite the gap, or a solver that fails. A gap that
-/// was fitted but cannot be told from zero is no error: see [`BacklashFit::excited`].
+/// Settings out of range, a log shorter than a window, a log that does not excite the gap, or a
+/// solver that fails. A gap that was fitted but cannot be told from zero is no error: see
+/// [`BacklashFit::excited`].
 pub fn fit_motor_only(log: &MotorLog, settings: &FitSettings) -> Result<BacklashFit, FitError> {
     fit_motor_only_with(log, settings, &Clarabel)
 }
@@ -48,7 +51,11 @@ pub fn fit_motor_only(log: &MotorLog, settings: &FitSettings) -> Result<Backlash
 ///
 /// # Errors
 /// As [`fit_motor_only`].
-pub fn fit_motor_only_with(log: &MotorLog, settings: &FitSettings, solver: &dyn QpSolver) -> Result<BacklashFit, FitError> {
+pub fn fit_motor_only_with(
+    log: &MotorLog,
+    settings: &FitSettings,
+    solver: &dyn QpSolver,
+) -> Result<BacklashFit, FitError> {
     settings.check()?;
     let inertia = settings.motor_inertia_kgm2.ok_or(FitError::Setting {
         name: "motor_inertia_kgm2",
@@ -58,14 +65,24 @@ pub fn fit_motor_only_with(log: &MotorLog, settings: &FitSettings, solver: &dyn 
     let half = window::half_width(settings, log.period_s());
     let windows = window::averages(log.as_backlash_log(), settings, inertia, half);
     if windows.len() < 3 {
-        return Err(FitError::TooShort { samples: log.len(), needed: half.saturating_mul(4).saturating_add(1) });
+        return Err(FitError::TooShort {
+            samples: log.len(),
+            needed: half.saturating_mul(4).saturating_add(1),
+        });
     }
     let spacing_s = half as f64 * log.period_s();
     let settle = ((settings.settle_s / spacing_s).ceil() as usize).max(1);
     let sides = Sides::new(&windows, settings)?;
     let needed = settings.min_traversals.max(2);
-    let thin = |usable, seen| FitError::NotExcited(NotExcited::CrossingsUnclear { usable, seen, needed });
-    let load = FittedLoad::find(&windows, &sides, settle, settings, solver)?.ok_or_else(|| thin(0, sides.changes()))?;
+    let thin = |usable, seen| {
+        FitError::NotExcited(NotExcited::CrossingsUnclear {
+            usable,
+            seen,
+            needed,
+        })
+    };
+    let load = FittedLoad::find(&windows, &sides, settle, settings, solver)?
+        .ok_or_else(|| thin(0, sides.changes()))?;
     let samples = window::averages(log.as_backlash_log(), settings, inertia, 1);
     let cutter = Cutter {
         windows: &windows,
@@ -90,11 +107,15 @@ pub fn fit_motor_only_with(log: &MotorLog, settings: &FitSettings, solver: &dyn 
         changes,
         half,
         beforehand: Beforehand {
-            torque_noise_nm: settings.torque_constant_nm_per_a * noise(log.as_backlash_log().current().iter().copied()),
+            torque_noise_nm: settings.torque_constant_nm_per_a
+                * noise(log.as_backlash_log().current().iter().copied()),
             period_s: log.period_s(),
             spacing_s,
             load,
-            fastest_rad_s: windows.iter().map(|window| window.rate_rad_s.abs()).fold(0.0, f64::max),
+            fastest_rad_s: windows
+                .iter()
+                .map(|window| window.rate_rad_s.abs())
+                .fold(0.0, f64::max),
             largest_nm: sides.largest_nm(),
         },
         threshold_nm: sides.threshold_nm,
@@ -102,7 +123,8 @@ pub fn fit_motor_only_with(log: &MotorLog, settings: &FitSettings, solver: &dyn 
     job.fit(segments)
 }
 
-/// The solver's tolerance here, in parts of the setting: priors in units of a window's deviation make rows of unlike sizes.
+/// The solver's tolerance here, in parts of the setting: priors in units of a window's deviation
+/// make rows of unlike sizes.
 const SHARPER: f64 = 0.1;
 
 struct Job<'a> {
@@ -118,23 +140,51 @@ struct Job<'a> {
 
 impl Job<'_> {
     fn fit(&self, mut segments: Vec<Segment>) -> Result<BacklashFit, FitError> {
-        let options = SolveOptions { tolerance: SHARPER * self.settings.solver_tolerance, iterations: self.settings.solver_iterations };
+        let options = SolveOptions {
+            tolerance: SHARPER * self.settings.solver_tolerance,
+            iterations: self.settings.solver_iterations,
+        };
         let floor = (RESOLVED * self.log.resolution_rad()).max(1e-12);
         let robust = |residuals: Vec<f64>| (quantile(residuals, 0.5) / 0.6745).max(floor);
-        let mut found = Found { deviation: self.log.resolution_rad().max(floor), compliance: 1.0 };
+        let mut found = Found {
+            deviation: self.log.resolution_rad().max(floor),
+            compliance: 1.0,
+        };
         for round in 1.. {
             let priors = self.beforehand.priors(&found);
-            let data = Projected::new(&segments, self.beforehand.drift(&found), &priors, found.deviation);
+            let data = Projected::new(
+                &segments,
+                self.beforehand.drift(&found),
+                &priors,
+                found.deviation,
+            );
             let start = data.regression.least_squares();
-            let first = || robust((0..data.equations).map(|k| data.regression.residual(k, &start).abs()).collect());
+            let first = || {
+                robust(
+                    (0..data.equations)
+                        .map(|k| data.regression.residual(k, &start).abs())
+                        .collect(),
+                )
+            };
             if round == 1 {
                 found.deviation = first();
             }
-            let delta = self.settings.huber_delta_rad.unwrap_or(HUBER * found.deviation);
+            let delta = self
+                .settings
+                .huber_delta_rad
+                .unwrap_or(HUBER * found.deviation);
             let solved = data.solve(delta, self.solver, &options)?;
-            let residuals: Vec<f64> = solved.residuals.iter().take(data.equations).map(|r| r.abs()).collect();
+            let residuals: Vec<f64> = solved
+                .residuals
+                .iter()
+                .take(data.equations)
+                .map(|r| r.abs())
+                .collect();
             let usual = quantile(residuals.clone(), 0.5);
-            found = Found { deviation: robust(residuals), compliance: solved.x[1] };
+            found = Found {
+                deviation: robust(residuals),
+                compliance: solved.x[1],
+            };
             if round == ROUNDS {
                 return self.report(&data, &priors, &segments, &solved, delta, found.deviation);
             }
@@ -147,7 +197,11 @@ impl Job<'_> {
     }
 
     fn unclear(&self, usable: usize) -> NotExcited {
-        NotExcited::CrossingsUnclear { usable, seen: self.changes, needed: self.settings.min_traversals.max(usable + 1) }
+        NotExcited::CrossingsUnclear {
+            usable,
+            seen: self.changes,
+            needed: self.settings.min_traversals.max(usable + 1),
+        }
     }
 
     fn report(
@@ -162,22 +216,36 @@ impl Job<'_> {
         let profiled = data.profiled(solved, delta);
         let blocks = spread::blocks(&data.segment[..data.equations]);
         let thin = || self.unclear(segments.len());
-        let spread = |which| spread::spread(&profiled, &solved.x, delta, &blocks, which).ok_or_else(thin);
+        let spread =
+            |which| spread::spread(&profiled, &solved.x, delta, &blocks, which).ok_or_else(thin);
         let (gap, compliance_spread) = (spread(0)?, spread(1)?);
-        let presumed = data.presumed(&profiled, solved, delta, priors).ok_or_else(thin)?;
+        let presumed = data
+            .presumed(&profiled, solved, delta, priors)
+            .ok_or_else(thin)?;
         let (half_gap, compliance) = (solved.x[0], solved.x[1]);
         let residuals = &solved.residuals[..data.equations];
         let equations = || segments.iter().flat_map(|segment| &segment.equations);
         let count = equations().count().max(1) as f64;
-        let wind_up = compliance * (equations().map(|e| e.torque * e.torque).sum::<f64>() / count).sqrt();
+        let wind_up =
+            compliance * (equations().map(|e| e.torque * e.torque).sum::<f64>() / count).sqrt();
         let told_apart = compliance > SURE * compliance_spread.standard_error;
         let blurred = if told_apart { 0.0 } else { BLURRED * half_gap };
         let allowance = RESOLVED * self.log.resolution_rad() + MODELLED * wind_up + blurred;
         let half_width = math::hypot(gap.half_width, 2.0 * presumed) + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
-        let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise { half_gap_rad: half_gap, upper_rad: interval[1] });
+        let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
+            half_gap_rad: half_gap,
+            upper_rad: interval[1],
+        });
         let positive = equations().filter(|equation| equation.side > 0.0).count();
-        let load = FittedLoad { inertia_kgm2: if solved.x[3] > 0.0 { 1.0 / solved.x[3] } else { self.load.inertia_kgm2 }, ..self.load };
+        let load = FittedLoad {
+            inertia_kgm2: if solved.x[3] > 0.0 {
+                1.0 / solved.x[3]
+            } else {
+                self.load.inertia_kgm2
+            },
+            ..self.load
+        };
         Ok(BacklashFit {
             half_gap_rad: half_gap,
             half_gap_interval_rad: interval,
@@ -211,9 +279,19 @@ impl Job<'_> {
 }
 
 /// The crossings whose median residual is not odd.
-fn keep(segments: Vec<Segment>, data: &Projected<COMMON>, solved: &Solved<COMMON>, most: f64) -> Vec<Segment> {
+fn keep(
+    segments: Vec<Segment>,
+    data: &Projected<COMMON>,
+    solved: &Solved<COMMON>,
+    most: f64,
+) -> Vec<Segment> {
     let mut medians = vec![Vec::new(); segments.len()];
-    for (index, residual) in data.segment.iter().zip(&solved.residuals).take(data.equations) {
+    for (index, residual) in data
+        .segment
+        .iter()
+        .zip(&solved.residuals)
+        .take(data.equations)
+    {
         medians[*index].push(residual.abs());
     }
     segments

@@ -40,13 +40,18 @@ impl FittedLoad {
         settings: &FitSettings,
         solver: &dyn QpSolver,
     ) -> Result<Option<FittedLoad>, FitError> {
-        let fastest = windows.iter().map(|window| window.rate_rad_s.abs()).fold(0.0, f64::max);
+        let fastest = windows
+            .iter()
+            .map(|window| window.rate_rad_s.abs())
+            .fold(0.0, f64::max);
         let slides = |n: usize| windows[n].rate_rad_s.abs() > SLOW_SHARE * fastest;
         // settled: the same side and the same direction for the settling time
         let mut since = 0;
         let mut chosen = Vec::new();
         for n in 1..windows.len() {
-            let same = sides.of(n) != 0 && sides.of(n) == sides.of(n - 1) && windows[n].rate_rad_s * windows[n - 1].rate_rad_s > 0.0;
+            let same = sides.of(n) != 0
+                && sides.of(n) == sides.of(n - 1)
+                && windows[n].rate_rad_s * windows[n - 1].rate_rad_s > 0.0;
             since = if same && slides(n) { since + 1 } else { 0 };
             if since > settle && sides.firm(n) {
                 chosen.push(n);
@@ -62,16 +67,36 @@ impl FittedLoad {
             return Ok(None);
         }
         let regression = Regression {
-            rows: taken().map(|w| [w.acceleration_rad_s2, w.rate_rad_s, w.rate_rad_s.signum(), 1.0]).collect(),
+            rows: taken()
+                .map(|w| {
+                    [
+                        w.acceleration_rad_s2,
+                        w.rate_rad_s,
+                        w.rate_rad_s.signum(),
+                        1.0,
+                    ]
+                })
+                .collect(),
             targets: taken().map(|w| w.torque_nm).collect(),
             nonnegative: [true, true, true, false],
         };
         let start = regression.least_squares();
-        let residuals = (0..regression.targets.len()).map(|k| regression.residual(k, &start).abs()).collect();
+        let residuals = (0..regression.targets.len())
+            .map(|k| regression.residual(k, &start).abs())
+            .collect();
         let scale = crate::contact::quantile(residuals, 0.5) / 0.6745;
-        let options = SolveOptions { tolerance: settings.solver_tolerance, iterations: settings.solver_iterations };
+        let options = SolveOptions {
+            tolerance: settings.solver_tolerance,
+            iterations: settings.solver_iterations,
+        };
         let delta = (1.345 * scale).max(1e-9 * sides.largest_nm());
-        let [inertia_kgm2, viscous_nm_s_per_rad, coulomb_nm, constant_nm] = regression.minimise(delta, solver, &options)?.x;
-        Ok(Some(FittedLoad { inertia_kgm2, viscous_nm_s_per_rad, coulomb_nm, constant_nm }))
+        let [inertia_kgm2, viscous_nm_s_per_rad, coulomb_nm, constant_nm] =
+            regression.minimise(delta, solver, &options)?.x;
+        Ok(Some(FittedLoad {
+            inertia_kgm2,
+            viscous_nm_s_per_rad,
+            coulomb_nm,
+            constant_nm,
+        }))
     }
 }

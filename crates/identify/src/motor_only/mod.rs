@@ -1,21 +1,26 @@
 //! The fit from the motor alone: motor position and current, no load position.
 //!
-//! The contact torque `T = K_t i - J_M alpha - b_v w - T_cM sign(w)` is data, so the load's motion follows from it but for the load's inertia and a few
-//! constants (`segments`). Over the windows in firm contact of all crossings, with one set of constants for each,
+//! The contact torque `T = K_t i - J_M alpha - b_v w - T_cM sign(w)` is data, so the load's motion
+//! follows from it but for the load's inertia and a few constants (`segments`). Over the windows in
+//! firm contact of all crossings, with one set of constants for each,
 //! ```text
 //! minimise  sum Huber_delta( theta_M - x_L - s b - c T + c tau T' ),   b >= 0, c >= 0, p = 1/J_L >= 0
 //! ```
-//! is convex (`program`). The load's dynamics hold exactly within a crossing, which is the limit of the tight weights that such a fit needs; between
-//! crossings nothing is assumed, so that errors of the torque do not add up over the log.
+//! is convex (`program`). The load's dynamics hold exactly within a crossing, which is the limit of
+//! the tight weights that such a fit needs; between crossings nothing is assumed, so that errors of
+//! the torque do not add up over the log.
 //!
 //! 1. `sides`: flank of each window from the torque.
 //! 2. `load`: inertia and friction of the load while it slides in contact.
-//! 3. `segments`: crossings in which it certainly rests or certainly slides, judged by that friction.
+//! 3. `segments`: crossings in which it certainly rests or certainly slides, judged by that
+//!    friction.
 //! 4. `program` and a second round without the crossings that do not fit: their labels were wrong.
-//! 5. `doubt`: how the current's noise adds up in the load's motion, and what is known of the other coefficients beforehand.
+//! 5. `doubt`: how the current's noise adds up in the load's motion, and what is known of the other
+//!    coefficients beforehand.
 //! 6. [`crate::spread`] over whole crossings.
 //!
-//! What the motor alone cannot tell: the middle of the gap (every crossing has its own zero), and with it whether the two half gaps differ.
+//! What the motor alone cannot tell: the middle of the gap (every crossing has its own zero), and
+//! with it whether the two half gaps differ.
 
 mod away;
 mod doubt;

@@ -1,4 +1,5 @@
-//! What the equations say of a coefficient once the crossings' own constants and the priors are accounted for.
+//! What the equations say of a coefficient once the crossings' own constants and the priors are
+//! accounted for.
 
 use crate::huber::{Normal, Piece, Regression};
 
@@ -6,34 +7,63 @@ use super::doubt::Prior;
 use super::program::{LOCAL, Projected, Solved};
 
 impl<const P: usize> Projected<P> {
-    /// Standard deviation of the first coefficient for what the priors presume; `None` where the equations do not determine it.
-    pub(super) fn presumed(&self, profiled: &Regression<P>, solved: &Solved<P>, delta: f64, priors: &[Prior]) -> Option<f64> {
+    /// Standard deviation of the first coefficient for what the priors presume; `None` where the
+    /// equations do not determine it.
+    pub(super) fn presumed(
+        &self,
+        profiled: &Regression<P>,
+        solved: &Solved<P>,
+        delta: f64,
+        priors: &[Prior],
+    ) -> Option<f64> {
         let mut normal = Normal::<P>::default();
         for (k, row) in profiled.rows.iter().enumerate() {
             let residual = profiled.residual(k, &solved.x) / delta;
             normal.add(row, residual, Piece::of(residual));
         }
-        let influence = crate::huber::solve_small(&normal.matrix, &std::array::from_fn(|j| f64::from(u8::from(j == 0))))?;
+        let influence = crate::huber::solve_small(
+            &normal.matrix,
+            &std::array::from_fn(|j| f64::from(u8::from(j == 0))),
+        )?;
         let rows = self.regression.rows.iter().skip(self.equations);
-        let shifts = rows.zip(priors).map(|(row, prior)| influence[prior.column] * row[prior.column] * row[prior.column] * prior.doubt);
+        let shifts = rows.zip(priors).map(|(row, prior)| {
+            influence[prior.column] * row[prior.column] * row[prior.column] * prior.doubt
+        });
         Some(shifts.map(|shift| shift * shift).sum::<f64>().sqrt())
     }
 
-    /// The regression with the crossings' own constants taken out as the loss weighs them, its residuals those of the solve: what
-    /// [`crate::spread`] needs.
+    /// The regression with the crossings' own constants taken out as the loss weighs them, its
+    /// residuals those of the solve: what [`crate::spread`] needs.
     pub(super) fn profiled(&self, solved: &Solved<P>, delta: f64) -> Regression<P> {
         let mut rows = self.regression.rows.clone();
         let mut first = 0;
         for run in self.segment.chunk_by(|a, b| a == b) {
             let range = first..first + run.len();
-            let inner: Vec<bool> = solved.residuals[range.clone()].iter().map(|r| r.abs() <= delta).collect();
+            let inner: Vec<bool> = solved.residuals[range.clone()]
+                .iter()
+                .map(|r| r.abs() <= delta)
+                .collect();
             profile(&mut rows[range.clone()], &self.local[range], &inner);
             first += run.len();
         }
         // a prior that the log contradicts is still what holds its coefficient
-        let shown = |k: usize| if k < self.equations { solved.residuals[k] } else { solved.residuals[k].clamp(-delta, delta) };
-        let targets = rows.iter().enumerate().map(|(k, row)| shown(k) + crate::huber::dot(row, &solved.x)).collect();
-        Regression { rows, targets, nonnegative: self.regression.nonnegative }
+        let shown = |k: usize| {
+            if k < self.equations {
+                solved.residuals[k]
+            } else {
+                solved.residuals[k].clamp(-delta, delta)
+            }
+        };
+        let targets = rows
+            .iter()
+            .enumerate()
+            .map(|(k, row)| shown(k) + crate::huber::dot(row, &solved.x))
+            .collect();
+        Regression {
+            rows,
+            targets,
+            nonnegative: self.regression.nonnegative,
+        }
     }
 }
 
@@ -42,7 +72,9 @@ fn profile<const P: usize>(rows: &mut [[f64; P]], local: &[[f64; LOCAL]], inner:
     let mut normal = [[0.0; LOCAL]; LOCAL];
     for (l, _) in local.iter().zip(inner).filter(|(_, inner)| **inner) {
         for (i, line) in normal.iter_mut().enumerate() {
-            line.iter_mut().zip(l).for_each(|(entry, b)| *entry += l[i] * b);
+            line.iter_mut()
+                .zip(l)
+                .for_each(|(entry, b)| *entry += l[i] * b);
         }
     }
     for (i, line) in normal.iter_mut().enumerate() {
@@ -50,10 +82,17 @@ fn profile<const P: usize>(rows: &mut [[f64; P]], local: &[[f64; LOCAL]], inner:
     }
     for j in 0..P {
         let right: [f64; LOCAL] = std::array::from_fn(|i| {
-            rows.iter().zip(local).zip(inner).filter(|(_, inner)| **inner).map(|((row, l), _)| l[i] * row[j]).sum()
+            rows.iter()
+                .zip(local)
+                .zip(inner)
+                .filter(|(_, inner)| **inner)
+                .map(|((row, l), _)| l[i] * row[j])
+                .sum()
         });
         if let Some(shares) = crate::huber::solve_small(&normal, &right) {
-            rows.iter_mut().zip(local).for_each(|(row, l)| row[j] -= crate::huber::dot(&shares, l));
+            rows.iter_mut()
+                .zip(local)
+                .for_each(|(row, l)| row[j] -= crate::huber::dot(&shares, l));
         }
     }
 }

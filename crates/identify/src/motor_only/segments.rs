@@ -1,6 +1,7 @@
 //! Crossings of the gap during which the load's motion is known but for a few constants.
 //!
-//! Two kinds. The load **rests**, held by its friction while the torque passes from one flank to the other:
+//! Two kinds. The load **rests**, held by its friction while the torque passes from one flank to
+//! the other:
 //! ```text
 //! x_L = X,   and from where it breaks away   x_L = X + p G,   G = double integral of T - T_0 - b_L w - T_f s
 //! ```
@@ -9,9 +10,10 @@
 //! x_L = X + V t + Q t^2/2 + p G - p b_L D + p e L,   G = double integral of T,   L = single integral of K_t i,
 //!                                                 D = double integral of w
 //! ```
-//! with p = 1/J_L, and X, V, Q of this crossing alone; Q takes up friction and constant torque. The contact torque T is data: the
-//! double integral of a triangular average over its own width is an exact second difference, so that the encoder's noise in
-//! `J_M alpha` comes out of the sum as it went in. The current between two samples is not their mean; to first order it is the current of
+//! with p = 1/J_L, and X, V, Q of this crossing alone; Q takes up friction and constant torque. The
+//! contact torque T is data: the double integral of a triangular average over its own width is an
+//! exact second difference, so that the encoder's noise in `J_M alpha` comes out of the sum as it
+//! went in. The current between two samples is not their mean; to first order it is the current of
 //! a moment e later, which L takes up.
 
 use super::away::{BrokenAway, Chosen};
@@ -35,19 +37,24 @@ const LEAST_SPEED: f64 = 0.1;
 const LONGEST_SLIDING: usize = 300;
 const LONGEST_RESTING: usize = 1000;
 
-/// One window in firm contact, as an equation: motor = offset(X, V, Q) + side b + torque c - sliding_rate r - slip tau + resting_rate c e + travel p + impulse p e + friction p dT_f - drag p b_L.
+/// One window in firm contact, as an equation: motor = offset(X, V, Q) + side b + torque c -
+/// sliding_rate r - slip tau + resting_rate c e + travel p + impulse p e + friction p dT_f - drag p
+/// b_L.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Equation {
     pub(super) motor: f64,
     pub(super) side: f64,
-    /// Torque of the contact, N m; where the load slides without what is constant, and free of the encoder's noise.
+    /// Torque of the contact, N m; where the load slides without what is constant, and free of the
+    /// encoder's noise.
     pub(super) torque: f64,
-    /// Rate of the motor's torque, N m/s, where the load slides; zero where it rests. In contact that of the contact follows it, and it is
-    /// free of the encoder's noise.
+    /// Rate of the motor's torque, N m/s, where the load slides; zero where it rests. In contact
+    /// that of the contact follows it, and it is free of the encoder's noise.
     pub(super) sliding_rate: f64,
-    /// Speed of the motor against the load, rad/s, where the load rests or breaks away; zero where it slides.
+    /// Speed of the motor against the load, rad/s, where the load rests or breaks away; zero where
+    /// it slides.
     pub(super) slip: f64,
-    /// Rate of the motor's torque, N m/s, where the load rests or breaks away; zero where it slides.
+    /// Rate of the motor's torque, N m/s, where the load rests or breaks away; zero where it
+    /// slides.
     pub(super) resting_rate: f64,
     pub(super) travel: f64,
     /// Single integral of the motor's torque, beyond that at the break-away if there is one, N m s.
@@ -93,13 +100,23 @@ impl Cutter<'_> {
     pub(super) fn cut(&self) -> (Vec<Segment>, usize) {
         let stretches = self.sides.stretches();
         let changes = |stretches: &[Stretch]| -> Vec<[Stretch; 2]> {
-            stretches.windows(2).filter(|pair| pair[0].0 != pair[1].0).map(|pair| [pair[0], pair[1]]).collect()
+            stretches
+                .windows(2)
+                .filter(|pair| pair[0].0 != pair[1].0)
+                .map(|pair| [pair[0], pair[1]])
+                .collect()
         };
         // a landing may bounce: between two long stretches the short ones are part of the crossing
-        let long: Vec<Stretch> = stretches.iter().copied().filter(|stretch| stretch.2 - stretch.1 > self.settle).collect();
+        let long: Vec<Stretch> = stretches
+            .iter()
+            .copied()
+            .filter(|stretch| stretch.2 - stretch.1 > self.settle)
+            .collect();
         let (all, landed) = (changes(&stretches), changes(&long));
         let resting = all.iter().filter_map(|[from, to]| self.resting(*from, *to));
-        let sliding = landed.iter().filter_map(|[from, to]| self.sliding(*from, *to));
+        let sliding = landed
+            .iter()
+            .filter_map(|[from, to]| self.sliding(*from, *to));
         (resting.chain(sliding).collect(), all.len())
     }
 
@@ -120,9 +137,16 @@ impl Cutter<'_> {
         let (old, new) = (f64::from(from.0), f64::from(to.0));
         let unloads = |n: usize| self.rests(n) && self.rate(n) * old < 0.0;
         let last = from.2;
-        let backed = (from.1..=last).rev().take(LONGEST_RESTING).take_while(|&n| unloads(n)).count();
-        // the load came to rest where the motor turned round; without that turn it may slide backwards, braked
-        let turn = (last + 1).checked_sub(backed + 1).filter(|&n| n >= from.1 && self.rate(n) * old >= 0.0)?;
+        let backed = (from.1..=last)
+            .rev()
+            .take(LONGEST_RESTING)
+            .take_while(|&n| unloads(n))
+            .count();
+        // the load came to rest where the motor turned round; without that turn it may slide
+        // backwards, braked
+        let turn = (last + 1)
+            .checked_sub(backed + 1)
+            .filter(|&n| n >= from.1 && self.rate(n) * old >= 0.0)?;
         let first = (turn + 1 + TURNED).max(last.saturating_sub(MOST));
         if (last..to.1).any(|n| !self.rests(n)) || to.1 - last > LONGEST_RESTING {
             return None;
@@ -130,7 +154,10 @@ impl Cutter<'_> {
         let firm = |n: &usize| self.sides.firm(*n);
         let mut chosen: Vec<Chosen> = (first..=last).filter(firm).map(Chosen::at_rest).collect();
         let before = chosen.len();
-        let held = (to.1..=to.2).take_while(|&n| self.rests(n)).count().min(MOST);
+        let held = (to.1..=to.2)
+            .take_while(|&n| self.rests(n))
+            .count()
+            .min(MOST);
         let end = (to.1 + held + AFTER).min(to.2);
         let away = BrokenAway::new(self, to.1 + held, end, new);
         chosen.extend((to.1..end).filter(firm).map(|n| away.chosen(n, self.half)));
@@ -141,33 +168,49 @@ impl Cutter<'_> {
     fn sliding(&self, from: Stretch, to: Stretch) -> Option<Segment> {
         let way = self.rate(from.2);
         let goes_on = |n: &usize| self.rate(*n) * way > 0.0 && self.rate(*n) / way > LEAST_SPEED;
-        let first = (from.1.max(from.2.saturating_sub(MOST))..=from.2).rev().take_while(goes_on).last()?;
+        let first = (from.1.max(from.2.saturating_sub(MOST))..=from.2)
+            .rev()
+            .take_while(goes_on)
+            .last()?;
         let landed = to.1 + self.settle;
         let end = to.2.min(landed + MOST);
         if end <= landed || landed - from.2 > LONGEST_SLIDING {
             return None;
         }
         let square = self.spacing_s * self.spacing_s;
-        let (mut before, mut now, mut impulse, mut speed) = ([0.0; 2], [0.0; 2], 0.0, self.rate(first));
+        let (mut before, mut now, mut impulse, mut speed) =
+            ([0.0; 2], [0.0; 2], 0.0, self.rate(first));
         let (mut chosen, mut counts) = (Vec::new(), [0, 0]);
         for n in first..=end {
             let window = &self.windows[n];
             if speed / way < LEAST_SPEED {
                 break;
             }
-            // the motor's own friction is constant as long as it goes one way: its part is a parabola's
+            // the motor's own friction is constant as long as it goes one way: its part is a
+            // parabola's
             let drive = self.spacing_s * self.motor_torque(n);
             let steps = [window.torque_nm, window.rate_rad_s];
             if self.sides.firm(n) && (n <= from.2 || n >= landed) {
                 let [travel, drag] = std::array::from_fn(|i| now[i] + square * steps[i] / 12.0);
                 let under_way = (n - first) as f64;
-                chosen.push(Chosen { travel, drag, under_way, impulse: impulse + 0.5 * drive, ..Chosen::at_rest(n) });
+                chosen.push(Chosen {
+                    travel,
+                    drag,
+                    under_way,
+                    impulse: impulse + 0.5 * drive,
+                    ..Chosen::at_rest(n)
+                });
                 counts[usize::from(n >= landed)] += 1;
             }
-            (before, now) = (now, std::array::from_fn(|i| 2.0 * now[i] - before[i] + square * steps[i]));
+            (before, now) = (
+                now,
+                std::array::from_fn(|i| 2.0 * now[i] - before[i] + square * steps[i]),
+            );
             impulse += drive;
             let viscous = self.load.viscous_nm_s_per_rad * speed;
-            speed += self.spacing_s * (self.drive(n) - viscous - self.load.coulomb_nm * way.signum()) / self.load.inertia_kgm2;
+            speed += self.spacing_s
+                * (self.drive(n) - viscous - self.load.coulomb_nm * way.signum())
+                / self.load.inertia_kgm2;
         }
         // a straight line, a parabola and a step need more windows than a step
         (counts.iter().all(|count| *count >= 2 * LEAST)).then(|| self.segment(&chosen, true))
@@ -181,18 +224,28 @@ impl Cutter<'_> {
     fn segment(&self, chosen: &[Chosen], slides: bool) -> Segment {
         let start = chosen.first().map_or(0, |first| first.window);
         let origin = self.windows[start].difference_rad;
-        // while both masses slide together the contact carries the load's part of the motor's torque, and a constant of the crossing's own
+        // while both masses slide together the contact carries the load's part of the motor's
+        // torque, and a constant of the crossing's own
         let clean = self.load.inertia_kgm2 / (self.load.inertia_kgm2 + self.motor_inertia_kgm2);
         let equation = |chosen: &Chosen| {
             let n = chosen.window;
-            let rate = (self.motor_torque(n + 1) - self.motor_torque(n - 1)) / (2.0 * self.spacing_s);
+            let rate =
+                (self.motor_torque(n + 1) - self.motor_torque(n - 1)) / (2.0 * self.spacing_s);
             Equation {
                 motor: self.windows[n].difference_rad - origin,
                 side: f64::from(self.sides.of(n)),
-                torque: if slides { clean * self.motor_torque(n) } else { self.windows[n].torque_nm },
+                torque: if slides {
+                    clean * self.motor_torque(n)
+                } else {
+                    self.windows[n].torque_nm
+                },
                 sliding_rate: if slides { rate } else { 0.0 },
                 resting_rate: if slides { 0.0 } else { rate },
-                slip: if slides { 0.0 } else { self.rate(n) - chosen.load_speed },
+                slip: if slides {
+                    0.0
+                } else {
+                    self.rate(n) - chosen.load_speed
+                },
                 travel: chosen.travel,
                 impulse: chosen.impulse,
                 friction: chosen.friction,
@@ -201,6 +254,9 @@ impl Cutter<'_> {
                 under_way: chosen.under_way,
             }
         };
-        Segment { slides, equations: chosen.iter().map(equation).collect() }
+        Segment {
+            slides,
+            equations: chosen.iter().map(equation).collect(),
+        }
     }
 }

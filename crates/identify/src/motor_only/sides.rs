@@ -7,7 +7,8 @@ use crate::{
     window::WindowSample,
 };
 
-/// Share of the log's largest torque from which on the side counts as known, unless torque noise asks for more.
+/// Share of the log's largest torque from which on the side counts as known, unless torque noise
+/// asks for more.
 const THRESHOLD_SHARE: f64 = 0.02;
 /// Standard deviations of the torque's noise that it has to exceed.
 const NOISE_FACTOR: f64 = 6.0;
@@ -24,16 +25,33 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    pub(super) fn new(windows: &[WindowSample], settings: &FitSettings) -> Result<Sides, NotExcited> {
+    pub(super) fn new(
+        windows: &[WindowSample],
+        settings: &FitSettings,
+    ) -> Result<Sides, NotExcited> {
         let torques = || windows.iter().map(|window| window.torque_nm);
         let largest_nm = quantile(torques().map(f64::abs).collect(), 0.999);
-        let threshold_nm =
-            settings.torque_threshold_nm.unwrap_or_else(|| (THRESHOLD_SHARE * largest_nm).max(NOISE_FACTOR * noise(torques())));
+        let threshold_nm = settings
+            .torque_threshold_nm
+            .unwrap_or_else(|| (THRESHOLD_SHARE * largest_nm).max(NOISE_FACTOR * noise(torques())));
         if largest_nm <= threshold_nm {
-            return Err(NotExcited::TorqueBelowThreshold { largest_nm, threshold_nm });
+            return Err(NotExcited::TorqueBelowThreshold {
+                largest_nm,
+                threshold_nm,
+            });
         }
-        let side = |torque: f64| if torque.abs() <= threshold_nm { 0 } else { torque.signum() as i8 };
-        Ok(Sides { sides: torques().map(side).collect(), threshold_nm, largest_nm })
+        let side = |torque: f64| {
+            if torque.abs() <= threshold_nm {
+                0
+            } else {
+                torque.signum() as i8
+            }
+        };
+        Ok(Sides {
+            sides: torques().map(side).collect(),
+            threshold_nm,
+            largest_nm,
+        })
     }
 
     /// Side of a window, 0 if unsure or beyond the log.
@@ -41,8 +59,8 @@ impl Sides {
         self.sides.get(window).copied().unwrap_or(0)
     }
 
-    /// Whether a window and two on either side press on one flank: contact that begins within a neighbour's triangle may begin
-    /// within its own.
+    /// Whether a window and two on either side press on one flank: contact that begins within a
+    /// neighbour's triangle may begin within its own.
     pub(super) fn firm(&self, window: usize) -> bool {
         let side = self.of(window);
         side != 0 && window >= 2 && (window - 2..=window + 2).all(|n| self.of(n) == side)
@@ -54,7 +72,10 @@ impl Sides {
 
     /// How often a stretch of one side is followed by one of the other.
     pub(super) fn changes(&self) -> usize {
-        self.stretches().windows(2).filter(|pair| pair[0].0 != pair[1].0).count()
+        self.stretches()
+            .windows(2)
+            .filter(|pair| pair[0].0 != pair[1].0)
+            .count()
     }
 
     /// Stretches of one side, first and last window, unsure ones left out.

@@ -2,7 +2,10 @@
 
 use clarabel::{
     algebra::CscMatrix,
-    solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus as Status, ZeroConeT},
+    solver::{
+        DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus as Status,
+        ZeroConeT,
+    },
 };
 
 use super::{QpSolution, QpSolver, QuadraticProgram, SolveOptions, SolverStatus, SparseColumns};
@@ -17,7 +20,11 @@ impl QpSolver for Clarabel {
         "clarabel"
     }
 
-    fn solve(&self, problem: &QuadraticProgram, options: &SolveOptions) -> Result<QpSolution, FitError> {
+    fn solve(
+        &self,
+        problem: &QuadraticProgram,
+        options: &SolveOptions,
+    ) -> Result<QpSolution, FitError> {
         let settings = DefaultSettings {
             verbose: false,
             max_threads: 1,
@@ -29,11 +36,20 @@ impl QpSolver for Clarabel {
             ..DefaultSettings::default()
         };
         let rows = problem.constraints.rows;
-        let inequalities = rows.checked_sub(problem.equations).ok_or_else(|| refused("more equations than constraints"))?;
+        let inequalities = rows
+            .checked_sub(problem.equations)
+            .ok_or_else(|| refused("more equations than constraints"))?;
         let cones = [ZeroConeT(problem.equations), NonnegativeConeT(inequalities)];
         let (quadratic, constraints) = (matrix(&problem.quadratic)?, matrix(&problem.constraints)?);
-        let mut solver = DefaultSolver::new(&quadratic, &problem.linear, &constraints, &problem.bounds, &cones, settings)
-            .map_err(|error| refused(&error.to_string()))?;
+        let mut solver = DefaultSolver::new(
+            &quadratic,
+            &problem.linear,
+            &constraints,
+            &problem.bounds,
+            &cones,
+            settings,
+        )
+        .map_err(|error| refused(&error.to_string()))?;
         solver.solve();
         let solution = solver.solution;
         let status = match solution.status {
@@ -44,7 +60,12 @@ impl QpSolver for Clarabel {
             Status::MaxIterations | Status::MaxTime => SolverStatus::IterationLimit,
             _ => SolverStatus::NumericalFailure,
         };
-        Ok(QpSolution { x: solution.x, objective: solution.obj_val, status, iterations: solution.iterations })
+        Ok(QpSolution {
+            x: solution.x,
+            objective: solution.obj_val,
+            status,
+            iterations: solution.iterations,
+        })
     }
 }
 
@@ -56,12 +77,16 @@ fn matrix(columns: &SparseColumns) -> Result<CscMatrix<f64>, FitError> {
         rowval: columns.indices.clone(),
         nzval: columns.values.clone(),
     };
-    matrix.check_format().map_err(|error| refused(&error.to_string()))?;
+    matrix
+        .check_format()
+        .map_err(|error| refused(&error.to_string()))?;
     Ok(matrix)
 }
 
 fn refused(reason: &str) -> FitError {
-    FitError::SolverRefused { reason: reason.to_owned() }
+    FitError::SolverRefused {
+        reason: reason.to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -76,16 +101,29 @@ mod tests {
         let mut constraints = SparseColumns::new(2);
         constraints.push_column([(0, 1.0), (1, 1.0)]);
         constraints.push_column([(0, -1.0)]);
-        QuadraticProgram { quadratic, linear: vec![-2.0, -4.0], constraints, bounds: vec![0.0, 0.5], equations: 1 }
+        QuadraticProgram {
+            quadratic,
+            linear: vec![-2.0, -4.0],
+            constraints,
+            bounds: vec![0.0, 0.5],
+            equations: 1,
+        }
     }
 
-    const OPTIONS: SolveOptions = SolveOptions { tolerance: 1e-10, iterations: 50 };
+    const OPTIONS: SolveOptions = SolveOptions {
+        tolerance: 1e-10,
+        iterations: 50,
+    };
 
     #[test]
     fn equations_and_inequalities_are_kept() {
         let solution = Clarabel.solve(&corner(), &OPTIONS).unwrap();
         assert_eq!(solution.status, SolverStatus::Solved);
-        assert!(solution.x.iter().all(|x| (x - 0.5).abs() < 1e-8), "{:?}", solution.x);
+        assert!(
+            solution.x.iter().all(|x| (x - 0.5).abs() < 1e-8),
+            "{:?}",
+            solution.x
+        );
     }
 
     #[test]
@@ -94,20 +132,55 @@ mod tests {
         infeasible.constraints.rows = 3;
         infeasible.bounds = vec![0.0, 0.5, -1.0];
         infeasible.constraints = SparseColumns::new(3);
-        infeasible.constraints.push_column([(0, 1.0), (1, 1.0), (2, -1.0)]);
+        infeasible
+            .constraints
+            .push_column([(0, 1.0), (1, 1.0), (2, -1.0)]);
         infeasible.constraints.push_column([(0, -1.0)]);
-        assert_eq!(Clarabel.solve(&infeasible, &OPTIONS).unwrap().status, SolverStatus::Infeasible);
-        assert_eq!(Clarabel.solve(&corner(), &SolveOptions { iterations: 1, ..OPTIONS }).unwrap().status, SolverStatus::IterationLimit);
+        assert_eq!(
+            Clarabel.solve(&infeasible, &OPTIONS).unwrap().status,
+            SolverStatus::Infeasible
+        );
+        assert_eq!(
+            Clarabel
+                .solve(
+                    &corner(),
+                    &SolveOptions {
+                        iterations: 1,
+                        ..OPTIONS
+                    }
+                )
+                .unwrap()
+                .status,
+            SolverStatus::IterationLimit
+        );
     }
 
     #[test]
     fn a_malformed_problem_is_refused() {
         let mut wrong = corner();
         wrong.constraints.indices[0] = 7;
-        assert!(matches!(Clarabel.solve(&wrong, &OPTIONS), Err(FitError::SolverRefused { .. })));
-        assert!(matches!(Clarabel.solve(&QuadraticProgram { equations: 3, ..corner() }, &OPTIONS), Err(FitError::SolverRefused { .. })));
         assert!(matches!(
-            Clarabel.solve(&QuadraticProgram { linear: vec![1.0], ..corner() }, &OPTIONS),
+            Clarabel.solve(&wrong, &OPTIONS),
+            Err(FitError::SolverRefused { .. })
+        ));
+        assert!(matches!(
+            Clarabel.solve(
+                &QuadraticProgram {
+                    equations: 3,
+                    ..corner()
+                },
+                &OPTIONS
+            ),
+            Err(FitError::SolverRefused { .. })
+        ));
+        assert!(matches!(
+            Clarabel.solve(
+                &QuadraticProgram {
+                    linear: vec![1.0],
+                    ..corner()
+                },
+                &OPTIONS
+            ),
             Err(FitError::SolverRefused { .. })
         ));
     }

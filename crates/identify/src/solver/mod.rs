@@ -1,6 +1,7 @@
 //! Quadratic programs and who solves them.
 //!
-//! The fits see this trait only, so that another solver is one file and no type of a solver's library leaks out.
+//! The fits see this trait only, so that another solver is one file and no type of a solver's
+//! library leaks out.
 
 mod clarabel;
 
@@ -25,7 +26,12 @@ pub struct SparseColumns {
 impl SparseColumns {
     /// An empty matrix of so many rows, to be filled by [`SparseColumns::push_column`].
     pub fn new(rows: usize) -> Self {
-        Self { rows, starts: vec![0], indices: Vec::new(), values: Vec::new() }
+        Self {
+            rows,
+            starts: vec![0],
+            indices: Vec::new(),
+            values: Vec::new(),
+        }
     }
 
     /// Appends a column, given as (row, value) with ascending rows.
@@ -117,9 +123,15 @@ pub trait QpSolver {
     /// Name for reports.
     fn name(&self) -> &'static str;
 
-    /// Solves one problem. A solve that ends without a solution is not an error here: its status says so.
+    /// Solves one problem. A solve that ends without a solution is not an error here: its status
+    /// says so.
     ///
     /// # Errors
-    /// [`FitError::SolverRefused`] for a problem that the solver does not accept, such as matrices of the wrong size.
-    fn solve(&self, problem: &QuadraticProgram, options: &SolveOptions) -> Result<QpSolution, FitError>;
+    /// [`FitError::SolverRefused`] for a problem that the solver does not accept, such as matrices
+    /// of the wrong size.
+    fn solve(
+        &self,
+        problem: &QuadraticProgram,
+        options: &SolveOptions,
+    ) -> Result<QpSolution, FitError>;
 }

@@ -1,5 +1,5 @@
-//! A two-mass axis with a gap under cascade control, integrated in tiny semi-implicit steps: a source of logs that shares
-//! no code with the fit or with the axis crate.
+//! A two-mass axis with a gap under cascade control, integrated in tiny semi-implicit steps: a
+//! source of logs that shares no code with the fit or with the axis crate.
 
 use lostmotion_base::math;
 use lostmotion_identify::{BacklashLog, FitSettings};
@@ -27,7 +27,8 @@ impl Random {
     }
 }
 
-/// The axis; defaults are the published servo axis with its motor data, SI units at the motor shaft.
+/// The axis; defaults are the published servo axis with its motor data, SI units at the motor
+/// shaft.
 #[derive(Clone, Copy)]
 pub struct Rig {
     pub half_gap: f64,
@@ -94,16 +95,27 @@ impl Motion {
         self.duration = random.between(moves[0], moves[1]);
         // at most 5.77 D/T^2 = 600 rad/s^2 and 1.875 D/T = 60 rad/s
         let most = (600.0 * self.duration * self.duration / 5.77).min(60.0 * self.duration / 1.875);
-        let back = if self.from.abs() < 1e-9 { random.unit() < 0.5 } else { self.from > 0.0 };
+        let back = if self.from.abs() < 1e-9 {
+            random.unit() < 0.5
+        } else {
+            self.from > 0.0
+        };
         self.distance = random.between(0.3, 1.0) * if back { -most } else { most };
-        self.rest = if random.unit() < 0.3 { random.between(0.0, 0.1) } else { 0.0 };
+        self.rest = if random.unit() < 0.3 {
+            random.between(0.0, 0.1)
+        } else {
+            0.0
+        };
     }
 
     /// Position and velocity at a time.
     fn at(&self, t: f64) -> (f64, f64) {
         let x = ((t - self.start) / self.duration).clamp(0.0, 1.0);
         let position = self.from + self.distance * x * x * x * (10.0 - 15.0 * x + 6.0 * x * x);
-        (position, self.distance / self.duration * 30.0 * x * x * (1.0 - 2.0 * x + x * x))
+        (
+            position,
+            self.distance / self.duration * 30.0 * x * x * (1.0 - 2.0 * x + x * x),
+        )
     }
 }
 
@@ -144,7 +156,13 @@ impl Rig {
         let mut random = Random(self.seed);
         let steps = (self.period / 10e-6).round().max(1.0);
         let dt = self.period / steps;
-        let mut motion = Motion { start: 0.0, from: 0.0, distance: 0.0, duration: 0.0, rest: 0.0 };
+        let mut motion = Motion {
+            start: 0.0,
+            from: 0.0,
+            distance: 0.0,
+            duration: 0.0,
+            rest: 0.0,
+        };
         let (mut theta_m, mut w_m, mut theta_l, mut w_l) = (self.offset, 0.0_f64, 0.0, 0.0_f64);
         let (mut current, mut integral) = (0.0_f64, 0.0);
         let (mut motor, mut load, mut currents) = (vec![], vec![], vec![]);
@@ -164,7 +182,8 @@ impl Rig {
             for _ in 0..steps as usize {
                 current += (wanted - current) * dt / 3e-4;
                 let torque = self.contact_torque(theta_m - theta_l, w_m - w_l);
-                w_m += dt / self.motor_inertia * (self.torque_constant * current - self.motor_viscous * w_m - torque);
+                w_m += dt / self.motor_inertia
+                    * (self.torque_constant * current - self.motor_viscous * w_m - torque);
                 let free = w_l + dt / self.load_inertia * (torque - self.load_viscous * w_l);
                 let held = dt / self.load_inertia * self.friction;
                 w_l = free.signum() * (free.abs() - held).max(0.0);

@@ -61,15 +61,20 @@ impl Family {
                     _ => Family::HeadTable,
                 }
             }
-            [_, _, _, _, _, _] if linear == 0 && wrist_center(chain).is_some() => Family::SphericalWristArm,
+            [_, _, _, _, _, _] if linear == 0 && wrist_center(chain).is_some() => {
+                Family::SphericalWristArm
+            }
             _ => Family::General,
         }
     }
 }
 
-/// Where the last three of six axes meet with all joints at zero, mm; none if they do not meet within a micrometre.
+/// Where the last three of six axes meet with all joints at zero, mm; none if they do not meet
+/// within a micrometre.
 pub(crate) fn wrist_center(chain: &Chain) -> Option<[f64; 3]> {
-    let [.., fourth, fifth, sixth] = chain.joints.as_slice() else { return None };
+    let [.., fourth, fifth, sixth] = chain.joints.as_slice() else {
+        return None;
+    };
     let (p, q) = (fourth.point, fifth.point);
     let (u, v) = (fourth.direction(), fifth.direction());
     // Nearest points of the two lines p + s u and q + r v.
@@ -84,7 +89,9 @@ pub(crate) fn wrist_center(chain: &Chain) -> Option<[f64; 3]> {
     let off = |joint: &ChainJoint| {
         let away = sub(center, joint.point);
         let along = dot(away, joint.direction());
-        norm(std::array::from_fn(|i| away[i] - along * joint.direction()[i]))
+        norm(std::array::from_fn(|i| {
+            away[i] - along * joint.direction()[i]
+        }))
     };
     (off(fifth) < 1e-3 && off(sixth) < 1e-3).then_some(center)
 }

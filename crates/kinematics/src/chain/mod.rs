@@ -1,15 +1,17 @@
 //! One serial chain from the workpiece over the base to the tool.
 //!
-//! With all joints at their zero the tool's gauge point and frame lie at known places in machine coordinates; each joint then
-//! moves everything on the tool's side of it, as seen from the workpiece: linear joints along a direction, rotary ones about
-//! an axis (direction and point, also at zero). The tool in the workpiece's frame is the product of exponentials
+//! With all joints at their zero the tool's gauge point and frame lie at known places in machine
+//! coordinates; each joint then moves everything on the tool's side of it, as seen from the
+//! workpiece: linear joints along a direction, rotary ones about an axis (direction and point, also
+//! at zero). The tool in the workpiece's frame is the product of exponentials
 //!
 //! T(q) = E1(q1) E2(q2) ... En(qn) T0,   Ei(q) = exp(xi_i s_i (q - zero_i))
 //!
-//! in the order from the workpiece to the tool (R. W. Brockett, 1984). s = 1 is ISO 841: a positive coordinate moves the tool
-//! relative to the workpiece along (or right-handed about) the direction, whichever side really moves; s = -1 is the other
-//! way round, as LinuxCNC's tables turn by default. Where the base stands between the joints does not change T, only which
-//! joint carries what; it is kept because it names the family of the machine.
+//! in the order from the workpiece to the tool (R. W. Brockett, 1984). s = 1 is ISO 841: a positive
+//! coordinate moves the tool relative to the workpiece along (or right-handed about) the direction,
+//! whichever side really moves; s = -1 is the other way round, as LinuxCNC's tables turn by
+//! default. Where the base stands between the joints does not change T, only which joint carries
+//! what; it is kept because it names the family of the machine.
 
 mod family;
 mod spec;
@@ -69,7 +71,11 @@ impl ChainJoint {
 
     /// The same for a direction.
     pub(crate) fn carry_direction<R: Real>(&self, direction: Vector<R>, position: R) -> Vector<R> {
-        if self.rotary { self.turning.by(direction, self.moved(position)) } else { direction }
+        if self.rotary {
+            self.turning.by(direction, self.moved(position))
+        } else {
+            direction
+        }
     }
 
     /// The reverse of [`ChainJoint::carry`].
@@ -89,7 +95,8 @@ pub struct Chain {
     pub(crate) joints: Vec<ChainJoint>,
     /// Gauge point of the spindle with all joints at zero, mm.
     pub(crate) gauge: [f64; 3],
-    /// The tool's frame with all joints at zero, by columns: X, Y, and Z from the tip to the spindle.
+    /// The tool's frame with all joints at zero, by columns: X, Y, and Z from the tip to the
+    /// spindle.
     pub(crate) columns: [[f64; 3]; 3],
 }
 
@@ -118,12 +125,20 @@ impl Chain {
     /// The tip in the workpiece's frame, mm, for joint positions: for plain numbers and jets alike.
     pub fn tip<R: Real>(&self, joints: &[R; AXES], tool: &[f64; 3]) -> [R; 3] {
         let start = constant(self.tip_at_zero(tool));
-        self.joints.iter().rev().fold(start, |point, joint| joint.carry(point, joints[joint.axis.index()]))
+        self.joints.iter().rev().fold(start, |point, joint| {
+            joint.carry(point, joints[joint.axis.index()])
+        })
     }
 
-    /// A direction that is fixed to the tool, in the workpiece's frame; given as it points with all joints at zero.
+    /// A direction that is fixed to the tool, in the workpiece's frame; given as it points with all
+    /// joints at zero.
     pub fn direction<R: Real>(&self, joints: &[R; AXES], at_zero: [f64; 3]) -> [R; 3] {
-        self.joints.iter().rev().fold(constant(at_zero), |v, joint| joint.carry_direction(v, joints[joint.axis.index()]))
+        self.joints
+            .iter()
+            .rev()
+            .fold(constant(at_zero), |v, joint| {
+                joint.carry_direction(v, joints[joint.axis.index()])
+            })
     }
 
     /// From the tip to the spindle in the workpiece's frame, unit length.
@@ -131,8 +146,9 @@ impl Chain {
         self.direction(&joints.0, self.axis_at_zero())
     }
 
-    /// What each joint does to the tip and to directions for a unit of its position: (velocity of the tip, angular velocity),
-    /// the columns of the geometric Jacobian in the workpiece's frame, in the order of [`Chain::joints`].
+    /// What each joint does to the tip and to directions for a unit of its position: (velocity of
+    /// the tip, angular velocity), the columns of the geometric Jacobian in the workpiece's frame,
+    /// in the order of [`Chain::joints`].
     pub fn jacobian(&self, joints: &Coords, tool: &[f64; 3]) -> Vec<([f64; 3], [f64; 3])> {
         let mut columns: Vec<([f64; 3], [f64; 3])> = Vec::with_capacity(self.joints.len());
         let mut tip = self.tip_at_zero(tool);
@@ -144,7 +160,11 @@ impl Chain {
                 *angular = joint.carry_direction(*angular, position);
             }
             let axis = scale(joint.turning.u, joint.sign);
-            columns.push(if joint.rotary { (crate::vector::cross(axis, sub(tip, joint.point)), axis) } else { (axis, [0.0; 3]) });
+            columns.push(if joint.rotary {
+                (crate::vector::cross(axis, sub(tip, joint.point)), axis)
+            } else {
+                (axis, [0.0; 3])
+            });
         }
         columns.reverse();
         columns

@@ -39,7 +39,8 @@ pub struct JointSpec {
     /// `table` or `head`; linear joints may leave it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Side>,
-    /// Along which (about which) positive coordinates move the tool relative to the workpiece, with all joints at zero; any length.
+    /// Along which (about which) positive coordinates move the tool relative to the workpiece, with
+    /// all joints at zero; any length.
     pub direction: [f64; 3],
     /// A point on the axis of a rotary joint with all joints at zero, machine coordinates, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -83,12 +84,18 @@ fn right() -> [f64; 3] {
 
 impl Default for GaugeSpec {
     fn default() -> GaugeSpec {
-        GaugeSpec { point_mm: [0.0; 3], axis: up(), x_axis: right() }
+        GaugeSpec {
+            point_mm: [0.0; 3],
+            axis: up(),
+            x_axis: right(),
+        }
     }
 }
 
 fn finite(values: &[f64]) -> bool {
-    values.iter().all(|value| value.is_finite() && value.abs() <= 1e6)
+    values
+        .iter()
+        .all(|value| value.is_finite() && value.abs() <= 1e6)
 }
 
 impl Chain {
@@ -99,9 +106,15 @@ impl Chain {
     pub fn new(joints: &[JointSpec], gauge: &GaugeSpec) -> Result<Chain, String> {
         let mut made: Vec<ChainJoint> = Vec::new();
         for (index, spec) in joints.iter().enumerate() {
-            let joint = spec.joint().map_err(|why| format!("joint {} (`{}`): {why}", index + 1, spec.axis))?;
+            let joint = spec
+                .joint()
+                .map_err(|why| format!("joint {} (`{}`): {why}", index + 1, spec.axis))?;
             if made.iter().any(|other| other.axis == joint.axis) {
-                return Err(format!("joint {}: axis {} moves a joint already", index + 1, joint.axis));
+                return Err(format!(
+                    "joint {}: axis {} moves a joint already",
+                    index + 1,
+                    joint.axis
+                ));
             }
             if joint.side == Side::Table && made.iter().any(|other| other.side == Side::Head) {
                 return Err(format!(
@@ -113,13 +126,19 @@ impl Chain {
             made.push(joint);
         }
         let (Some(z), true) = (unit(gauge.axis), finite(&gauge.point_mm)) else {
-            return Err("the gauge's `axis` has to be a direction and its `point_mm` finite".into());
+            return Err(
+                "the gauge's `axis` has to be a direction and its `point_mm` finite".into(),
+            );
         };
         let lean = dot(gauge.x_axis, z);
         let Some(x) = unit(std::array::from_fn(|i| gauge.x_axis[i] - lean * z[i])) else {
             return Err("the gauge's `x_axis` has to be a direction across its `axis`".into());
         };
-        Ok(Chain { joints: made, gauge: gauge.point_mm, columns: [x, cross(z, x), z] })
+        Ok(Chain {
+            joints: made,
+            gauge: gauge.point_mm,
+            columns: [x, cross(z, x), z],
+        })
     }
 }
 
@@ -132,16 +151,30 @@ impl JointSpec {
         };
         let axis = axis.ok_or("`axis` has to be one of x, y, z, a, b, c, u, v, w")?;
         let rotary = self.kind == JointType::Rotary;
-        let direction = unit(self.direction).filter(|_| finite(&self.direction)).ok_or("`direction` has to have a length")?;
+        let direction = unit(self.direction)
+            .filter(|_| finite(&self.direction))
+            .ok_or("`direction` has to have a length")?;
         let sign = self.sign.unwrap_or(1.0);
         if sign.abs() != 1.0 {
             return Err(format!("`sign` is {sign}; it has to be 1 or -1"));
         }
-        match (rotary, self.point_mm, self.zero_mm, self.zero_deg, self.wrap) {
-            (true, None, ..) => return Err("a rotary joint needs `point_mm`, a point on its axis".into()),
-            (true, _, Some(_), ..) => return Err("`zero_mm` is for linear joints; a rotary one has `zero_deg`".into()),
+        match (
+            rotary,
+            self.point_mm,
+            self.zero_mm,
+            self.zero_deg,
+            self.wrap,
+        ) {
+            (true, None, ..) => {
+                return Err("a rotary joint needs `point_mm`, a point on its axis".into());
+            }
+            (true, _, Some(_), ..) => {
+                return Err("`zero_mm` is for linear joints; a rotary one has `zero_deg`".into());
+            }
             (false, Some(_), ..) => return Err("a linear joint has no use for `point_mm`".into()),
-            (false, _, _, Some(_), _) => return Err("`zero_deg` is for rotary joints; a linear one has `zero_mm`".into()),
+            (false, _, _, Some(_), _) => {
+                return Err("`zero_deg` is for rotary joints; a linear one has `zero_mm`".into());
+            }
             (false, .., Some(true)) => return Err("a linear joint cannot wrap".into()),
             _ => {}
         }
@@ -152,15 +185,34 @@ impl JointSpec {
             }
             None => Side::Head,
         };
-        let (point, zero) = (self.point_mm.unwrap_or_default(), self.zero_mm.or(self.zero_deg.map(rad)).unwrap_or(0.0));
+        let (point, zero) = (
+            self.point_mm.unwrap_or_default(),
+            self.zero_mm.or(self.zero_deg.map(rad)).unwrap_or(0.0),
+        );
         if !finite(&point) || !finite(&[zero]) {
             return Err("`point_mm` and the zero have to be finite and within 1e6".into());
         }
-        Ok(ChainJoint { axis, rotary, side, point, sign, zero, wraps: self.wrap.unwrap_or(false), turning: Turning::about(direction) })
+        Ok(ChainJoint {
+            axis,
+            rotary,
+            side,
+            point,
+            sign,
+            zero,
+            wraps: self.wrap.unwrap_or(false),
+            turning: Turning::about(direction),
+        })
     }
 
     /// Refusals as the crate's error.
-    pub(crate) fn chain(joints: &[JointSpec], gauge: &GaugeSpec, kind: &str) -> Result<Chain, KinematicsError> {
-        Chain::new(joints, gauge).map_err(|why| KinematicsError::Description { kind: kind.to_owned(), why })
+    pub(crate) fn chain(
+        joints: &[JointSpec],
+        gauge: &GaugeSpec,
+        kind: &str,
+    ) -> Result<Chain, KinematicsError> {
+        Chain::new(joints, gauge).map_err(|why| KinematicsError::Description {
+            kind: kind.to_owned(),
+            why,
+        })
     }
 }

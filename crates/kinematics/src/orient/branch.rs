@@ -26,34 +26,56 @@ struct State {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Wanted {
     pub(crate) direction: [f64; 3],
-    /// Whether the first joint may stay where it is: the direction is the pole within the tolerance.
+    /// Whether the first joint may stay where it is: the direction is the pole within the
+    /// tolerance.
     pub(crate) free: bool,
 }
 
 impl Orientation {
-    /// Positions of the rotary joints for a list of directions, from where they are: of all solutions those that turn least
-    /// in sum, the shortest way for joints that may go a turn more or less, within the travel.
+    /// Positions of the rotary joints for a list of directions, from where they are: of all
+    /// solutions those that turn least in sum, the shortest way for joints that may go a turn more
+    /// or less, within the travel.
     ///
-    /// Exact over the whole list: a search by stages (Bellman), whose states are the solutions with all their turns.
+    /// Exact over the whole list: a search by stages (Bellman), whose states are the solutions with
+    /// all their turns.
     ///
     /// # Errors
     /// The first direction that cannot be had.
-    pub fn choose(&self, from: Angles, directions: &[[f64; 3]]) -> Result<Vec<Angles>, OrientError> {
-        let wanted: Vec<Wanted> = directions.iter().map(|direction| self.wanted(*direction)).collect();
+    pub fn choose(
+        &self,
+        from: Angles,
+        directions: &[[f64; 3]],
+    ) -> Result<Vec<Angles>, OrientError> {
+        let wanted: Vec<Wanted> = directions
+            .iter()
+            .map(|direction| self.wanted(*direction))
+            .collect();
         self.through(from, None, &wanted)
     }
 
     /// A direction, free where it is the pole within the tolerance.
     pub(crate) fn wanted(&self, direction: [f64; 3]) -> Wanted {
-        let free = self.pole_distance(direction).is_some_and(|away| away <= 0.5 * self.tolerance_rad);
+        let free = self
+            .pole_distance(direction)
+            .is_some_and(|away| away <= 0.5 * self.tolerance_rad);
         Wanted { direction, free }
     }
 
-    /// The same; with `start`, the direction at the beginning, the list is a path: solutions may only be changed between where
-    /// the tool stays near the great circle meanwhile.
-    pub(crate) fn through(&self, from: Angles, start: Option<[f64; 3]>, wanted: &[Wanted]) -> Result<Vec<Angles>, OrientError> {
+    /// The same; with `start`, the direction at the beginning, the list is a path: solutions may
+    /// only be changed between where the tool stays near the great circle meanwhile.
+    pub(crate) fn through(
+        &self,
+        from: Angles,
+        start: Option<[f64; 3]>,
+        wanted: &[Wanted],
+    ) -> Result<Vec<Angles>, OrientError> {
         let branch = start.and_then(|start| self.branch_at(from, start));
-        let mut stages = vec![vec![State { angles: from, turned: 0.0, from: 0, branch }]];
+        let mut stages = vec![vec![State {
+            angles: from,
+            turned: 0.0,
+            from: 0,
+            branch,
+        }]];
         let mut here = start;
         for next in wanted {
             let before = stages.last().map(Vec::as_slice).unwrap_or_default();
@@ -61,7 +83,9 @@ impl Orientation {
             stages.push(states);
             here = here.map(|_| next.direction);
         }
-        let least = |states: &[State]| (0..states.len()).min_by(|a, b| states[*a].turned.total_cmp(&states[*b].turned));
+        let least = |states: &[State]| {
+            (0..states.len()).min_by(|a, b| states[*a].turned.total_cmp(&states[*b].turned))
+        };
         let mut at = stages.last().and_then(|states| least(states)).unwrap_or(0);
         let mut angles = Vec::with_capacity(wanted.len());
         for states in stages.iter().skip(1).rev() {
@@ -80,23 +104,45 @@ impl Orientation {
         }
         let off = |(first, second): &(Option<f64>, f64)| {
             let turn = |a: f64, b: f64| (a - b - TAU * ((a - b) / TAU).round()).abs();
-            turn(first.unwrap_or(angles[0]), angles[0]) + if self.joints.len() > 1 { turn(*second, angles[1]) } else { 0.0 }
+            turn(first.unwrap_or(angles[0]), angles[0])
+                + if self.joints.len() > 1 {
+                    turn(*second, angles[1])
+                } else {
+                    0.0
+                }
         };
         let solutions = self.solutions(direction);
         (0..solutions.len()).min_by(|a, b| off(&solutions[*a]).total_cmp(&off(&solutions[*b])))
     }
 
     /// Where the joints may be on one of a direction's solutions, near where they are.
-    pub(crate) fn positions(&self, near: Angles, wanted: &Wanted, (first, second): &(Option<f64>, f64)) -> Vec<Angles> {
+    pub(crate) fn positions(
+        &self,
+        near: Angles,
+        wanted: &Wanted,
+        (first, second): &(Option<f64>, f64),
+    ) -> Vec<Angles> {
         let firsts = match first {
             Some(first) if !wanted.free => self.nearby(0, *first, near[0]),
             _ => vec![near[0]],
         };
-        let seconds = if self.joints.len() > 1 { self.nearby(1, *second, near[1]) } else { vec![0.0] };
-        firsts.iter().flat_map(|a| seconds.iter().map(move |b| [*a, *b])).collect()
+        let seconds = if self.joints.len() > 1 {
+            self.nearby(1, *second, near[1])
+        } else {
+            vec![0.0]
+        };
+        firsts
+            .iter()
+            .flat_map(|a| seconds.iter().map(move |b| [*a, *b]))
+            .collect()
     }
 
-    fn stage(&self, before: &[State], here: Option<[f64; 3]>, wanted: &Wanted) -> Result<Vec<State>, OrientError> {
+    fn stage(
+        &self,
+        before: &[State],
+        here: Option<[f64; 3]>,
+        wanted: &Wanted,
+    ) -> Result<Vec<State>, OrientError> {
         let direction = wanted.direction;
         let solutions = self.solutions(direction);
         if solutions.is_empty() {
@@ -109,11 +155,25 @@ impl Orientation {
                 let branch = (solution.0.is_some() && !wanted.free).then_some(branch);
                 let changes = branch.zip(state.branch).is_some_and(|(a, b)| a != b);
                 for angles in positions {
-                    if changes && here.is_some_and(|here| self.leaves(here, state.angles, direction, angles) > self.tolerance_rad) {
+                    if changes
+                        && here.is_some_and(|here| {
+                            self.leaves(here, state.angles, direction, angles) > self.tolerance_rad
+                        })
+                    {
                         continue;
                     }
-                    let turned = state.turned + (angles[0] - state.angles[0]).abs() + (angles[1] - state.angles[1]).abs();
-                    keep(&mut states, State { angles, turned, from: index, branch });
+                    let turned = state.turned
+                        + (angles[0] - state.angles[0]).abs()
+                        + (angles[1] - state.angles[1]).abs();
+                    keep(
+                        &mut states,
+                        State {
+                            angles,
+                            turned,
+                            from: index,
+                            branch,
+                        },
+                    );
                 }
             }
         }
@@ -125,18 +185,26 @@ impl Orientation {
         Ok(states)
     }
 
-    /// The positions that are the same but for whole turns, within the travel: the nearest one, and the nearest on either side.
+    /// The positions that are the same but for whole turns, within the travel: the nearest one, and
+    /// the nearest on either side.
     fn nearby(&self, joint: usize, angle: f64, to: f64) -> Vec<f64> {
         let nearest = angle + TAU * ((to - angle) / TAU).round();
         let travel = self.travel.get(joint).copied().flatten();
-        let inside = |angle: f64| travel.is_none_or(|(min, max)| angle >= min - SLACK && angle <= max + SLACK);
-        [nearest, nearest + TAU, nearest - TAU].into_iter().filter(|angle| inside(*angle)).collect()
+        let inside = |angle: f64| {
+            travel.is_none_or(|(min, max)| angle >= min - SLACK && angle <= max + SLACK)
+        };
+        [nearest, nearest + TAU, nearest - TAU]
+            .into_iter()
+            .filter(|angle| inside(*angle))
+            .collect()
     }
 }
 
 /// Adds a state, or takes it in place of a longer way to the same.
 fn keep(states: &mut Vec<State>, new: State) {
-    let same = |old: &&mut State| old.branch == new.branch && (0..2).all(|i| (old.angles[i] - new.angles[i]).abs() < SAME);
+    let same = |old: &&mut State| {
+        old.branch == new.branch && (0..2).all(|i| (old.angles[i] - new.angles[i]).abs() < SAME)
+    };
     match states.iter_mut().find(same) {
         Some(old) if new.turned < old.turned => *old = new,
         Some(_) => {}

@@ -1,13 +1,18 @@
 //! Six-axis arm with a spherical wrist: closed form.
 //!
-//! The last three axes meet in the wrist's centre w, whose place c follows from the pose alone. Where the second and third
-//! axes are parallel and across the first (nearly every arm), the rest is three steps (D. L. Pieper, 1968):
+//! The last three axes meet in the wrist's centre w, whose place c follows from the pose alone.
+//! Where the second and third axes are parallel and across the first (nearly every arm), the rest
+//! is three steps (D. L. Pieper, 1968):
 //!
-//! 1. shoulder: the part of c along u2 in the first link is that of w; a cos x + b sin x = d, two solutions;
-//! 2. elbow: |E2 E3 w - p2| = |c - p2| in the plane across u2; two solutions, then the second joint is one angle;
-//! 3. wrist: R4 R5 R6 = (R1 R2 R3)^-1 R, as for two rotary axes of a machine tool ([`crate::turns::two`]); two solutions.
+//! 1. shoulder: the part of c along u2 in the first link is that of w; a cos x + b sin x = d, two
+//!    solutions;
+//! 2. elbow: |E2 E3 w - p2| = |c - p2| in the plane across u2; two solutions, then the second joint
+//!    is one angle;
+//! 3. wrist: R4 R5 R6 = (R1 R2 R3)^-1 R, as for two rotary axes of a machine tool
+//!    ([`crate::turns::two`]); two solutions.
 //!
-//! Of the eight the one is taken that holds at home; it stays the same everywhere, so joints are continuous in the pose.
+//! Of the eight the one is taken that holds at home; it stays the same everywhere, so joints are
+//! continuous in the pose.
 
 use super::{Pose, in_order, layout, turns_to, words};
 use crate::chain::{Chain, wrist_center};
@@ -18,7 +23,8 @@ use lostmotion_base::{AXES, Coords, Jet, Real};
 
 /// Registered name.
 const KIND: &str = "chain";
-/// Largest cosine between axes that should be across each other, and distance from 1 of those that should be parallel.
+/// Largest cosine between axes that should be across each other, and distance from 1 of those that
+/// should be parallel.
 const SQUARE: f64 = 1e-9;
 
 /// An arm on one of its eight branches.
@@ -38,7 +44,9 @@ struct Branch(usize, usize, usize);
 impl Arm {
     /// If the chain is of that kind, and home is not singular.
     pub(crate) fn new(chain: &Chain, home: &Coords) -> Option<Arm> {
-        let [first, second, third, ..] = chain.joints.as_slice() else { return None };
+        let [first, second, third, ..] = chain.joints.as_slice() else {
+            return None;
+        };
         let six = chain.joints.len() == 6 && chain.joints.iter().all(|joint| joint.rotary);
         let (u1, u2, u3) = (first.direction(), second.direction(), third.direction());
         let square = dot(u1, u2).abs() < SQUARE && (dot(u2, u3).abs() - 1.0).abs() < SQUARE;
@@ -46,13 +54,23 @@ impl Arm {
         if !(six && square) {
             return None;
         }
-        let mut arm = Arm { chain: chain.clone(), center, home: *home, branch: Branch(0, 0, 0) };
+        let mut arm = Arm {
+            chain: chain.clone(),
+            center,
+            home: *home,
+            branch: Branch(0, 0, 0),
+        };
         let pose = Pose::of_joints(chain, &home.0, &[0.0; 3]);
         let mut nearest: Option<(f64, Branch)> = None;
         for index in 0..8 {
             let branch = Branch(index & 1, index >> 1 & 1, index >> 2);
-            let Ok(joints) = arm.solve(&pose, &[0.0; 3], branch) else { continue };
-            let away = (Coords(joints) - *home).0.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
+            let Ok(joints) = arm.solve(&pose, &[0.0; 3], branch) else {
+                continue;
+            };
+            let away = (Coords(joints) - *home)
+                .0
+                .iter()
+                .fold(0.0_f64, |most, d| most.max(d.abs()));
             if nearest.is_none_or(|(least, _)| away < least) {
                 nearest = Some((away, branch));
             }
@@ -62,12 +80,21 @@ impl Arm {
         (away < 1e-6).then_some(arm)
     }
 
-    fn solve<R: Real>(&self, pose: &Pose<R>, tool: &[f64; 3], branch: Branch) -> Result<[R; AXES], &'static str> {
+    fn solve<R: Real>(
+        &self,
+        pose: &Pose<R>,
+        tool: &[f64; 3],
+        branch: Branch,
+    ) -> Result<[R; AXES], &'static str> {
         let c = self.wrist_place(pose, tool);
         let [x1, x2, x3] = self.shoulder(c, branch)?;
         let [x4, x5, x6] = self.wrist(pose, [x1, x2, x3], branch)?;
         let mut positions = [R::constant(0.0); 6];
-        for ((position, joint), moved) in positions.iter_mut().zip(&self.chain.joints).zip([x1, x2, x3, x4, x5, x6]) {
+        for ((position, joint), moved) in positions
+            .iter_mut()
+            .zip(&self.chain.joints)
+            .zip([x1, x2, x3, x4, x5, x6])
+        {
             let angle = joint.position(moved);
             *position = angle + R::constant(turns_to(angle.value(), self.home[joint.axis]));
         }
@@ -76,21 +103,38 @@ impl Arm {
 
     /// What the pose turns a direction to that is given as it points with all joints at zero.
     fn turned<R: Real>(&self, pose: &Pose<R>, at_zero: [f64; 3]) -> Vector<R> {
-        let parts = self.chain.columns.map(|column| R::constant(dot(column, at_zero)));
+        let parts = self
+            .chain
+            .columns
+            .map(|column| R::constant(dot(column, at_zero)));
         let [x, y, z] = pose.columns;
-        add(add(scale(x, parts[0]), scale(y, parts[1])), scale(z, parts[2]))
+        add(
+            add(scale(x, parts[0]), scale(y, parts[1])),
+            scale(z, parts[2]),
+        )
     }
 
     fn wrist_place<R: Real>(&self, pose: &Pose<R>, tool: &[f64; 3]) -> Vector<R> {
-        add(pose.tip, self.turned(pose, sub(self.center, self.chain.tip_at_zero(tool))))
+        add(
+            pose.tip,
+            self.turned(pose, sub(self.center, self.chain.tip_at_zero(tool))),
+        )
     }
 
     /// The first three angles, that bring the wrist's centre to its place.
     fn shoulder<R: Real>(&self, c: Vector<R>, branch: Branch) -> Result<[R; 3], &'static str> {
-        let [j1, j2, j3, ..] = self.chain.joints.as_slice() else { return Err("there is no shoulder") };
+        let [j1, j2, j3, ..] = self.chain.joints.as_slice() else {
+            return Err("there is no shoulder");
+        };
         let u2 = j2.direction();
         let out = sub(c, constant(j1.point));
-        let (a, b) = (dot(constant(u2), out), -dot(constant(u2), crate::vector::cross(constant(j1.direction()), out)));
+        let (a, b) = (
+            dot(constant(u2), out),
+            -dot(
+                constant(u2),
+                crate::vector::cross(constant(j1.direction()), out),
+            ),
+        );
         let d = R::constant(dot(u2, sub(self.center, j2.point)) - dot(u2, sub(j1.point, j2.point)));
         let h = (a * a + b * b).sqrt();
         let firsts = cosine(a, b, d, h - d, h + d).ok_or("it lies too near to the first axis")?;
@@ -113,22 +157,48 @@ impl Arm {
     }
 
     /// The last three angles, that turn the tool.
-    fn wrist<R: Real>(&self, pose: &Pose<R>, moved: [R; 3], branch: Branch) -> Result<[R; 3], &'static str> {
-        let [j1, j2, j3, j4, j5, j6] = self.chain.joints.as_slice() else { return Err("there is no wrist") };
-        let unturn = |v: Vector<R>| j3.turning.by(j2.turning.by(j1.turning.by(v, -moved[0]), -moved[1]), -moved[2]);
+    fn wrist<R: Real>(
+        &self,
+        pose: &Pose<R>,
+        moved: [R; 3],
+        branch: Branch,
+    ) -> Result<[R; 3], &'static str> {
+        let [j1, j2, j3, j4, j5, j6] = self.chain.joints.as_slice() else {
+            return Err("there is no wrist");
+        };
+        let unturn = |v: Vector<R>| {
+            j3.turning.by(
+                j2.turning.by(j1.turning.by(v, -moved[0]), -moved[1]),
+                -moved[2],
+            )
+        };
         let along = unturn(self.turned(pose, j6.direction()));
-        let solutions = two(&j4.turning, &j5.turning, j6.direction(), along).ok_or("the wrist cannot turn there")?;
+        let solutions = two(&j4.turning, &j5.turning, j6.direction(), along)
+            .ok_or("the wrist cannot turn there")?;
         let [(first, second), (third, fourth)] = solutions;
-        let (x4, x5) = if branch.2 == 0 { (first, second) } else { (third, fourth) };
-        let x4 = x4.ok_or("the wrist is straight, where its first and last axis turn the same (singular)")?;
+        let (x4, x5) = if branch.2 == 0 {
+            (first, second)
+        } else {
+            (third, fourth)
+        };
+        let x4 = x4.ok_or(
+            "the wrist is straight, where its first and last axis turn the same (singular)",
+        )?;
         let marker = across(j6.direction());
         let seen = unturn(self.turned(pose, marker));
-        let x6 = about(j6.direction(), constant(marker), j5.turning.by(j4.turning.by(seen, -x4), -x5));
+        let x6 = about(
+            j6.direction(),
+            constant(marker),
+            j5.turning.by(j4.turning.by(seen, -x4), -x5),
+        );
         Ok([x4, x5, x6.ok_or("the wrist cannot turn there")?])
     }
 
     fn error(&self, pose: &Coords, why: &'static str) -> KinematicsError {
-        KinematicsError::Unreachable { pose: *pose, why: why.to_owned() }
+        KinematicsError::Unreachable {
+            pose: *pose,
+            why: why.to_owned(),
+        }
     }
 }
 
@@ -147,10 +217,16 @@ impl Kinematics for Arm {
     }
 
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
-        self.solve(&Pose::of_words(&program.0), tool, self.branch).map(Coords).map_err(|why| self.error(program, why))
+        self.solve(&Pose::of_words(&program.0), tool, self.branch)
+            .map(Coords)
+            .map_err(|why| self.error(program, why))
     }
 
-    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3]) -> Result<[Jet; 9], KinematicsError> {
+    fn inverse_jet(
+        &self,
+        program: &[Jet; 9],
+        tool: &[f64; 3],
+    ) -> Result<[Jet; 9], KinematicsError> {
         let joints = self.solve(&Pose::of_words(program), tool, self.branch);
         joints.map_err(|why| self.error(&Coords(program.map(|jet| jet.0[0])), why))
     }
@@ -160,7 +236,10 @@ impl Kinematics for Arm {
     }
 
     fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose {
-        ToolPose { tip: self.chain.tip(&joints.0, tool), axis: self.chain.axis(joints) }
+        ToolPose {
+            tip: self.chain.tip(&joints.0, tool),
+            axis: self.chain.axis(joints),
+        }
     }
 
     fn chain(&self) -> Option<&Chain> {

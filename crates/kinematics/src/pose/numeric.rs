@@ -1,12 +1,15 @@
 //! Inverse of any chain by Newton's method.
 //!
-//! With e(q) the way still to go, (tip, turn) in six numbers, and J the geometric Jacobian, each step is the damped
-//! least-squares step q += J' (J J' + lambda I)^-1 e (Y. Nakamura, H. Hanafusa, 1986; K. Levenberg, 1944), bounded in length,
-//! so that the solution nearest to where it starts is found. Of more than six joints those named U, V and W stand where their
-//! own words say (an arm on a rail). It starts at home; where that does not lead to the pose, the pose is approached from home in parts.
+//! With e(q) the way still to go, (tip, turn) in six numbers, and J the geometric Jacobian, each
+//! step is the damped least-squares step q += J' (J J' + lambda I)^-1 e (Y. Nakamura, H. Hanafusa,
+//! 1986; K. Levenberg, 1944), bounded in length, so that the solution nearest to where it starts is
+//! found. Of more than six joints those named U, V and W stand where their own words say (an arm on
+//! a rail). It starts at home; where that does not lead to the pose, the pose is approached from
+//! home in parts.
 //!
-//! Derivatives along a path come from the same step on jets: with J frozen at the solution, each step makes one more order
-//! exact, since what an order lacks depends on lower orders only. That is implicit differentiation of e(q(s), s) = 0.
+//! Derivatives along a path come from the same step on jets: with J frozen at the solution, each
+//! step makes one more order exact, since what an order lacks depends on lower orders only. That is
+//! implicit differentiation of e(q(s), s) = 0.
 
 mod task;
 
@@ -48,15 +51,31 @@ impl Numeric {
     /// # Errors
     /// A chain without joints, or one whose home is singular.
     pub(crate) fn new(chain: Chain, home: Coords, reach: &Reach) -> Result<Numeric, String> {
-        let extra = |axis: AxisId| chain.joints.len() > 6 && matches!(axis, AxisId::U | AxisId::V | AxisId::W);
-        let free: AxisSet = chain.joints.iter().map(|joint| joint.axis).filter(|axis| !extra(*axis)).collect();
+        let extra = |axis: AxisId| {
+            chain.joints.len() > 6 && matches!(axis, AxisId::U | AxisId::V | AxisId::W)
+        };
+        let free: AxisSet = chain
+            .joints
+            .iter()
+            .map(|joint| joint.axis)
+            .filter(|axis| !extra(*axis))
+            .collect();
         if free.len() > 6 {
             return Err("of more than six joints those that are extra have to be named u, v or w, and stand where these words say".into());
         }
-        let mut numeric = Numeric { chain, home, reach: reach.clone(), free, rank: 0 };
+        let mut numeric = Numeric {
+            chain,
+            home,
+            reach: reach.clone(),
+            free,
+            rank: 0,
+        };
         let pivots = numeric.pivots(&home, &[0.0; 3]);
         let largest = pivots.first().copied().unwrap_or(0.0);
-        numeric.rank = pivots.iter().filter(|pivot| **pivot > SINGULAR * largest).count();
+        numeric.rank = pivots
+            .iter()
+            .filter(|pivot| **pivot > SINGULAR * largest)
+            .count();
         let wanted = numeric.rows().min(free.len());
         if free.is_empty() || numeric.rank < wanted {
             return Err(format!(
@@ -106,7 +125,12 @@ impl Numeric {
     /// Home, with the joints that have words of their own where these say.
     fn home_for(&self, program: &Coords) -> Coords {
         let mut home = self.home;
-        for joint in self.chain.joints.iter().filter(|joint| !self.free.contains(joint.axis)) {
+        for joint in self
+            .chain
+            .joints
+            .iter()
+            .filter(|joint| !self.free.contains(joint.axis))
+        {
             home[joint.axis] = program[joint.axis];
         }
         home
@@ -115,28 +139,54 @@ impl Numeric {
     /// From home to a pose, if need be in parts.
     fn solve(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
         let target = Pose::of_words(&program.0);
-        let found = self.search(&target, tool, self.home_for(program)).or_else(|| self.approach(program, tool));
+        let found = self
+            .search(&target, tool, self.home_for(program))
+            .or_else(|| self.approach(program, tool));
         let Some(mut joints) = found else {
-            return Err(KinematicsError::Unreachable { pose: *program, why: "no joint positions near home give it".into() });
+            return Err(KinematicsError::Unreachable {
+                pose: *program,
+                why: "no joint positions near home give it".into(),
+            });
         };
-        for joint in self.chain.joints.iter().filter(|joint| joint.rotary && self.free.contains(joint.axis)) {
+        for joint in self
+            .chain
+            .joints
+            .iter()
+            .filter(|joint| joint.rotary && self.free.contains(joint.axis))
+        {
             joints[joint.axis] += turns_to(joints[joint.axis], self.home[joint.axis]);
         }
         let pivots = self.pivots(&joints, tool);
-        if pivots.iter().filter(|pivot| **pivot > SINGULAR * pivots.first().copied().unwrap_or(0.0)).count() < self.rank {
-            return Err(KinematicsError::singular(program, "the joints cannot move the tool in every direction there"));
+        if pivots
+            .iter()
+            .filter(|pivot| **pivot > SINGULAR * pivots.first().copied().unwrap_or(0.0))
+            .count()
+            < self.rank
+        {
+            return Err(KinematicsError::singular(
+                program,
+                "the joints cannot move the tool in every direction there",
+            ));
         }
         for joint in &self.chain.joints {
-            if let Some((min, max)) = self.reach.0[joint.axis.index()].filter(|(min, max)| !(*min..=*max).contains(&joints[joint.axis])) {
-                let why =
-                    format!("joint {} would stand at {:.4}, outside {min:.4} to {max:.4} (mm or rad)", joint.axis, joints[joint.axis]);
-                return Err(KinematicsError::Unreachable { pose: *program, why });
+            if let Some((min, max)) = self.reach.0[joint.axis.index()]
+                .filter(|(min, max)| !(*min..=*max).contains(&joints[joint.axis]))
+            {
+                let why = format!(
+                    "joint {} would stand at {:.4}, outside {min:.4} to {max:.4} (mm or rad)",
+                    joint.axis, joints[joint.axis]
+                );
+                return Err(KinematicsError::Unreachable {
+                    pose: *program,
+                    why,
+                });
             }
         }
         Ok(joints)
     }
 
-    /// The pose in parts along the words from those at home, each solved from where the one before led.
+    /// The pose in parts along the words from those at home, each solved from where the one before
+    /// led.
     fn approach(&self, program: &Coords, tool: &[f64; 3]) -> Option<Coords> {
         let home = self.home_for(program);
         let from = words(&self.chain, &home, tool);
@@ -160,22 +210,42 @@ impl Kinematics for Numeric {
         self.solve(program, tool)
     }
 
-    fn inverse_jet(&self, program: &[Jet; 9], tool: &[f64; 3]) -> Result<[Jet; 9], KinematicsError> {
+    fn inverse_jet(
+        &self,
+        program: &[Jet; 9],
+        tool: &[f64; 3],
+    ) -> Result<[Jet; 9], KinematicsError> {
         let place = Coords(program.map(|jet| jet.0[0]));
         let solution = self.solve(&place, tool)?;
         let target = Pose::of_words(program);
         let frame = self.frame(&solution);
         let inverse = Self::inverse_of(&self.jacobian(&solution, tool), 1e-15);
-        let inverse = inverse.ok_or_else(|| KinematicsError::singular(&place, "its Jacobian cannot be inverted"))?;
-        let mut joints = in_order(&self.chain, &self.chain.joints.iter().map(|j| Jet::constant(solution[j.axis])).collect::<Vec<_>>());
-        for joint in self.chain.joints.iter().filter(|joint| !self.free.contains(joint.axis)) {
+        let inverse = inverse
+            .ok_or_else(|| KinematicsError::singular(&place, "its Jacobian cannot be inverted"))?;
+        let mut joints = in_order(
+            &self.chain,
+            &self
+                .chain
+                .joints
+                .iter()
+                .map(|j| Jet::constant(solution[j.axis]))
+                .collect::<Vec<_>>(),
+        );
+        for joint in self
+            .chain
+            .joints
+            .iter()
+            .filter(|joint| !self.free.contains(joint.axis))
+        {
             joints[joint.axis.index()] = program[joint.axis.index()];
         }
         // One step an order, and two more to take rounding out.
         for _ in 0..5 {
             let residual = self.residual(&target, &joints, &frame, tool);
             for index in self.free.iter().map(AxisId::index) {
-                let step = (0..6).fold(Jet::constant(0.0), |sum, row| sum + residual[row] * Jet::constant(inverse[(index, row)]));
+                let step = (0..6).fold(Jet::constant(0.0), |sum, row| {
+                    sum + residual[row] * Jet::constant(inverse[(index, row)])
+                });
                 joints[index] = joints[index] + step;
             }
         }
@@ -187,7 +257,10 @@ impl Kinematics for Numeric {
     }
 
     fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose {
-        ToolPose { tip: self.chain.tip(&joints.0, tool), axis: self.chain.axis(joints) }
+        ToolPose {
+            tip: self.chain.tip(&joints.0, tool),
+            axis: self.chain.axis(joints),
+        }
     }
 
     fn chain(&self) -> Option<&Chain> {

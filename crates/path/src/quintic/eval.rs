@@ -1,4 +1,5 @@
-//! A polynomial piece at a place: all axes that move at once, so that the compiler makes vectors of them.
+//! A polynomial piece at a place: all axes that move at once, so that the compiler makes vectors of
+//! them.
 
 use super::Quintic;
 use crate::CurveDerivs;
@@ -12,7 +13,11 @@ impl Quintic {
     /// The point at s; s is held within the piece.
     pub fn point(&self, s: f64) -> Coords {
         let u = self.parameter(s);
-        if self.moving() == 3 { self.point_of::<LINEAR>(u) } else { self.point_of::<AXES>(u) }
+        if self.moving() == 3 {
+            self.point_of::<LINEAR>(u)
+        } else {
+            self.point_of::<AXES>(u)
+        }
     }
 
     fn point_of<const N: usize>(&self, u: f64) -> Coords {
@@ -24,7 +29,11 @@ impl Quintic {
     /// Point and derivatives by s.
     pub fn eval(&self, s: f64) -> CurveDerivs {
         let u = self.parameter(s);
-        if self.moving() == 3 { self.eval_of::<LINEAR>(u) } else { self.eval_of::<AXES>(u) }
+        if self.moving() == 3 {
+            self.eval_of::<LINEAR>(u)
+        } else {
+            self.eval_of::<AXES>(u)
+        }
     }
 
     fn eval_of<const N: usize>(&self, u: f64) -> CurveDerivs {
@@ -36,7 +45,10 @@ impl Quintic {
         let first: [_; 5] = differences(&points);
         let second: [_; 4] = differences(&first);
         let third: [_; 3] = differences(&second);
-        let mut out = CurveDerivs { p: self.origin, ..CurveDerivs::default() };
+        let mut out = CurveDerivs {
+            p: self.origin,
+            ..CurveDerivs::default()
+        };
         add(&mut out.p, &mixed(&points, &raised::<5, 6>(&b1, u)));
         out.d1.0[..N].copy_from_slice(&mixed(&first, &b1).map(|d| d * k1));
         out.d2.0[..N].copy_from_slice(&mixed(&second, &b2).map(|d| d * k2));
@@ -47,7 +59,11 @@ impl Quintic {
     /// Place, velocity and acceleration where s has the given speed and acceleration.
     pub(crate) fn travel(&self, s: f64, v: f64, a: f64) -> [Coords; 3] {
         let u = self.parameter(s);
-        if self.moving() == 3 { self.travel_of::<LINEAR>(u, v, a) } else { self.travel_of::<AXES>(u, v, a) }
+        if self.moving() == 3 {
+            self.travel_of::<LINEAR>(u, v, a)
+        } else {
+            self.travel_of::<AXES>(u, v, a)
+        }
     }
 
     fn travel_of<const N: usize>(&self, u: f64, v: f64, a: f64) -> [Coords; 3] {
@@ -77,11 +93,15 @@ impl Quintic {
         columns
     }
 
-    /// Magnitudes of each axis' fourth derivative, the larger one of both ends of the stretch from `s0` to `s1`, and of the
-    /// constant fifth.
+    /// Magnitudes of each axis' fourth derivative, the larger one of both ends of the stretch from
+    /// `s0` to `s1`, and of the constant fifth.
     pub(crate) fn higher_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords) {
         let ends = [self.parameter(s0), self.parameter(s1)];
-        if self.moving() == 3 { self.higher_of::<LINEAR>(ends) } else { self.higher_of::<AXES>(ends) }
+        if self.moving() == 3 {
+            self.higher_of::<LINEAR>(ends)
+        } else {
+            self.higher_of::<AXES>(ends)
+        }
     }
 
     fn higher_of<const N: usize>(&self, [u0, u1]: [f64; 2]) -> (Coords, Coords) {
@@ -93,7 +113,10 @@ impl Quintic {
         let mut bounds = (Coords::ZERO, Coords::ZERO);
         for axis in 0..N {
             let slope = right[axis] - left[axis];
-            bounds.0.0[axis] = (left[axis] + slope * u0).abs().max((left[axis] + slope * u1).abs()) * k4;
+            bounds.0.0[axis] = (left[axis] + slope * u0)
+                .abs()
+                .max((left[axis] + slope * u1).abs())
+                * k4;
             bounds.1.0[axis] = slope.abs() * (k4 / self.length);
         }
         bounds

@@ -22,10 +22,12 @@ pub struct HermiteEnd {
 
 /// A polynomial piece of degree five in each axis, for blends and smoothed runs.
 ///
-/// Its parameter is nominal: s = u * length with the polynomial's own u in `[0, 1]`, and |d1| in X Y Z need not be 1.
+/// Its parameter is nominal: s = u * length with the polynomial's own u in `[0, 1]`, and |d1| in X
+/// Y Z need not be 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quintic {
-    /// Where it begins; the control points are relative to it, so that derivatives lose nothing to large coordinates.
+    /// Where it begins; the control points are relative to it, so that derivatives lose nothing to
+    /// large coordinates.
     origin: Coords,
     /// Bernstein control points 1 to 5 relative to the origin.
     control: [Coords; 5],
@@ -38,11 +40,18 @@ impl Quintic {
     /// # Errors
     /// Numbers that are not finite, a length that is not positive.
     pub fn hermite(start: HermiteEnd, end: HermiteEnd, length: f64) -> Result<Quintic, PathError> {
-        let (v0, a0) = (start.d1 * (length / 5.0), start.d2 * (length * length / 20.0));
+        let (v0, a0) = (
+            start.d1 * (length / 5.0),
+            start.d2 * (length * length / 20.0),
+        );
         let (v1, a1) = (end.d1 * (length / 5.0), end.d2 * (length * length / 20.0));
         let last = end.p - start.p;
         let control = [v0, v0 * 2.0 + a0, last - v1 * 2.0 + a1, last - v1, last];
-        Quintic::checked(Quintic { origin: start.p, control, length })
+        Quintic::checked(Quintic {
+            origin: start.p,
+            control,
+            length,
+        })
     }
 
     /// From its six Bernstein control points and the nominal length in s.
@@ -51,12 +60,18 @@ impl Quintic {
     /// Numbers that are not finite, a length that is not positive.
     pub fn from_control_points(points: [Coords; 6], length: f64) -> Result<Quintic, PathError> {
         let [origin, rest @ ..] = points;
-        Quintic::checked(Quintic { origin, control: rest.map(|p| p - origin), length })
+        Quintic::checked(Quintic {
+            origin,
+            control: rest.map(|p| p - origin),
+            length,
+        })
     }
 
     fn checked(self) -> Result<Quintic, PathError> {
         if !(self.length.is_finite() && self.length > 0.0) {
-            return Err(PathError::Length { value_mm: self.length });
+            return Err(PathError::Length {
+                value_mm: self.length,
+            });
         }
         finite("the start of a polynomial piece", &self.origin.0)?;
         for point in &self.control {
@@ -71,7 +86,10 @@ impl Quintic {
     }
 
     pub(crate) fn moved(&self, by: Coords) -> Quintic {
-        Quintic { origin: self.origin + by, ..*self }
+        Quintic {
+            origin: self.origin + by,
+            ..*self
+        }
     }
 
     /// Where it ends.
@@ -118,8 +136,8 @@ impl Quintic {
         (k1, k2, k2 * 3.0 / self.length)
     }
 
-    /// Upper bounds of the magnitude of each axis' first three derivatives by s, from `s0` to `s1`: the largest Bernstein
-    /// coefficient of each derivative over the stretch.
+    /// Upper bounds of the magnitude of each axis' first three derivatives by s, from `s0` to `s1`:
+    /// the largest Bernstein coefficient of each derivative over the stretch.
     pub fn max_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords, Coords) {
         let mut bounds = (Coords::ZERO, Coords::ZERO, Coords::ZERO);
         for axis in 0..self.moving() {
@@ -143,13 +161,23 @@ impl Quintic {
         if bits << 1 == 0 { 3 } else { AXES }
     }
 
-    /// Bernstein coefficients of an axis' first, second and third derivative by s over the stretch from `s0` to `s1`, 5, 4 and 3
-    /// of them: between the least and the largest of them lies the derivative.
-    pub fn derivative_points(&self, axis: usize, s0: f64, s1: f64) -> ([f64; 5], [f64; 4], [f64; 3]) {
+    /// Bernstein coefficients of an axis' first, second and third derivative by s over the stretch
+    /// from `s0` to `s1`, 5, 4 and 3 of them: between the least and the largest of them lies the
+    /// derivative.
+    pub fn derivative_points(
+        &self,
+        axis: usize,
+        s0: f64,
+        s1: f64,
+    ) -> ([f64; 5], [f64; 4], [f64; 3]) {
         let [_, first, second, third] = self.axis(axis);
         let (k1, k2, k3) = self.factors();
         let (u0, u1) = (self.parameter(s0), self.parameter(s1));
-        (row(&first, u0, u1).map(|d| d * k1), row(&second, u0, u1).map(|d| d * k2), row(&third, u0, u1).map(|d| d * k3))
+        (
+            row(&first, u0, u1).map(|d| d * k1),
+            row(&second, u0, u1).map(|d| d * k2),
+            row(&third, u0, u1).map(|d| d * k3),
+        )
     }
 
     /// The stretch from `s0` to `s1`.
@@ -157,7 +185,11 @@ impl Quintic {
         let s0 = within(s0, 0.0, self.length);
         let s1 = within(s1, s0, self.length);
         let (u0, u1) = (self.parameter(s0), self.parameter(s1));
-        let mut sub = Quintic { origin: self.origin, control: [Coords::ZERO; 5], length: s1 - s0 };
+        let mut sub = Quintic {
+            origin: self.origin,
+            control: [Coords::ZERO; 5],
+            length: s1 - s0,
+        };
         for axis in 0..self.moving() {
             let [first, rest @ ..] = row::<6>(&self.axis(axis)[0], u0, u1);
             sub.origin.0[axis] = self.origin.0[axis] + first;

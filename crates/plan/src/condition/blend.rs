@@ -8,7 +8,8 @@ use lostmotion_path::{Curve, CurveDerivs, HermiteEnd, Quintic};
 const PARTS: usize = 8;
 /// How often a blend that is too long is shortened before the corner is given up.
 const ATTEMPTS: usize = 24;
-/// Largest deviation at a corner with tangents t0, t1 of a blend of half length d: this times d |t1 - t0|.
+/// Largest deviation at a corner with tangents t0, t1 of a blend of half length d: this times d |t1
+/// - t0|.
 const CORNER: f64 = 0.1875;
 /// Largest deviation at a step k of the second derivative: this times d2 k.
 const CURVATURE: f64 = 0.0108;
@@ -21,16 +22,20 @@ pub(crate) struct Blend {
     pub(crate) half: f64,
 }
 
-/// Size of a difference between two points: mm of X Y Z, of U V W, or degrees of A B C, whichever is largest. A tolerance of
-/// so many mm allows the rotary axes as many degrees, as the feed rule treats them alike.
+/// Size of a difference between two points: mm of X Y Z, of U V W, or degrees of A B C, whichever
+/// is largest. A tolerance of so many mm allows the rotary axes as many degrees, as the feed rule
+/// treats them alike.
 pub(crate) fn size(delta: &Coords) -> f64 {
     let [.., u, v, w] = delta.0;
     let [a, b, c] = delta.rotary();
-    delta.linear_norm().max((u * u + v * v + w * w).sqrt()).max(deg((a * a + b * b + c * c).sqrt()))
+    delta
+        .linear_norm()
+        .max((u * u + v * v + w * w).sqrt())
+        .max(deg((a * a + b * b + c * c).sqrt()))
 }
 
-/// The longest blend between the end of one curve and the start of the next that stays within the tolerance, at most
-/// `longest` on either side; none if even a tiny one does not.
+/// The longest blend between the end of one curve and the start of the next that stays within the
+/// tolerance, at most `longest` on either side; none if even a tiny one does not.
 pub(crate) fn blend(before: &Curve, after: &Curve, tolerance: f64, longest: f64) -> Option<Blend> {
     let (end, start) = (before.eval(before.length()), after.eval(0.0));
     let corner = size(&(start.d1 - end.d1));
@@ -42,7 +47,10 @@ pub(crate) fn blend(before: &Curve, after: &Curve, tolerance: f64, longest: f64)
         if half <= longest * 1e-9 {
             return None;
         }
-        let blend = Blend { quintic: hermite(before, after, half)?, half };
+        let blend = Blend {
+            quintic: hermite(before, after, half)?,
+            half,
+        };
         let deviation = deviation(&blend, before, after);
         if deviation <= tolerance {
             return Some(blend);
@@ -53,21 +61,30 @@ pub(crate) fn blend(before: &Curve, after: &Curve, tolerance: f64, longest: f64)
 }
 
 fn hermite(before: &Curve, after: &Curve, half: f64) -> Option<Quintic> {
-    let end = |derivs: CurveDerivs| HermiteEnd { p: derivs.p, d1: derivs.d1, d2: derivs.d2 };
+    let end = |derivs: CurveDerivs| HermiteEnd {
+        p: derivs.p,
+        d1: derivs.d1,
+        d2: derivs.d2,
+    };
     let (first, last) = (before.eval(before.length() - half), after.eval(half));
     Quintic::hermite(end(first), end(last), 2.0 * half).ok()
 }
 
-/// Upper bound of the distance between the blend and the curves that it replaces, point by point at the same parameter.
+/// Upper bound of the distance between the blend and the curves that it replaces, point by point at
+/// the same parameter.
 fn deviation(blend: &Blend, before: &Curve, after: &Curve) -> f64 {
     let half = blend.half;
     let start = before.length() - half;
     let third = |curve: &Curve, s0: f64, s1: f64| size(&curve.max_derivatives(s0, s1).2);
-    let first = third(before, start, before.length()) + size(&blend.quintic.max_derivatives(0.0, half).2);
+    let first =
+        third(before, start, before.length()) + size(&blend.quintic.max_derivatives(0.0, half).2);
     let second = third(after, 0.0, half) + size(&blend.quintic.max_derivatives(half, 2.0 * half).2);
     let at = |s: f64| blend.quintic.eval(s);
-    one_side(half, first, |x| difference(&at(x), &before.eval(start + x)))
-        .max(one_side(half, second, |x| difference(&at(half + x), &after.eval(x))))
+    one_side(half, first, |x| difference(&at(x), &before.eval(start + x))).max(one_side(
+        half,
+        second,
+        |x| difference(&at(half + x), &after.eval(x)),
+    ))
 }
 
 /// Distance of two points, and of their second derivatives.
@@ -75,8 +92,9 @@ fn difference(a: &CurveDerivs, b: &CurveDerivs) -> (f64, f64) {
     (size(&(a.p - b.p)), size(&(a.d2 - b.d2)))
 }
 
-/// Bound of a difference over `[0, length]` from its values, its second derivatives and a bound of its third: a function
-/// leaves the chord of an interval h by at most h2/8 times its largest second derivative.
+/// Bound of a difference over `[0, length]` from its values, its second derivatives and a bound of
+/// its third: a function leaves the chord of an interval h by at most h2/8 times its largest second
+/// derivative.
 fn one_side(length: f64, third: f64, at: impl Fn(f64) -> (f64, f64)) -> f64 {
     let step = length / PARTS as f64;
     let mut bound = 0.0_f64;

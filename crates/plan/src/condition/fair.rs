@@ -1,15 +1,19 @@
-//! Fairing: moves the vertices of a run within a tolerance so that the curve through them bends evenly.
+//! Fairing: moves the vertices of a run within a tolerance so that the curve through them bends
+//! evenly.
 //!
-//! Noise and rounding of the points are far below the tolerance, yet differences of third order blow them up. The offsets e
-//! minimise the integral of w e^2 + l^6 (x''')^2 over the run, in divided differences: what is longer than the length l stays
-//! as it is. Where an offset would pass its bound, w is what just holds it there. (Whittaker, Proc. Edinburgh Math. Soc. 41, 1923, with weights.)
+//! Noise and rounding of the points are far below the tolerance, yet differences of third order
+//! blow them up. The offsets e minimise the integral of w e^2 + l^6 (x''')^2 over the run, in
+//! divided differences: what is longer than the length l stays as it is. Where an offset would pass
+//! its bound, w is what just holds it there. (Whittaker, Proc. Edinburgh Math. Soc. 41, 1923, with
+//! weights.)
 
 use super::blend::size;
 use lostmotion_base::{AXES, Coords, math};
 
 /// Most rounds of weights.
 const ROUNDS: usize = 48;
-/// Part of its bound that an offset is to have where it is held back, and by what it may have more or less.
+/// Part of its bound that an offset is to have where it is held back, and by what it may have more
+/// or less.
 const AIM: f64 = 0.9;
 const CLOSE: f64 = 1.0 / AIM;
 const LOOSE: f64 = 0.8;
@@ -36,7 +40,11 @@ pub(super) struct Point {
 /// Offsets of the points; `length` is l.
 pub(super) fn offsets(points: &[Point], length: f64) -> Vec<Coords> {
     let linear = |pair: &[Point]| pair[0].p.0[3..] == pair[1].p.0[3..];
-    if points.windows(2).all(linear) { offsets_of::<3>(points, length) } else { offsets_of::<AXES>(points, length) }
+    if points.windows(2).all(linear) {
+        offsets_of::<3>(points, length)
+    } else {
+        offsets_of::<AXES>(points, length)
+    }
 }
 
 /// The same where only the first N axes move.
@@ -45,22 +53,37 @@ fn offsets_of<const N: usize>(points: &[Point], length: f64) -> Vec<Coords> {
     let (stiffness, pull) = stiffness::<N>(points, length);
     let mut offsets = vec![Coords::ZERO; points.len()];
     for _ in 0..ROUNDS {
-        for (offset, solved) in offsets.iter_mut().zip(solve(points, &weights, &stiffness, &pull)) {
+        for (offset, solved) in offsets
+            .iter_mut()
+            .zip(solve(points, &weights, &stiffness, &pull))
+        {
             offset.0[..N].copy_from_slice(&solved);
         }
         let mut settled = true;
-        for ((point, offset), weight) in points.iter().zip(&offsets).zip(&mut weights).filter(|((point, _), _)| point.bound > 0.0) {
+        for ((point, offset), weight) in points
+            .iter()
+            .zip(&offsets)
+            .zip(&mut weights)
+            .filter(|((point, _), _)| point.bound > 0.0)
+        {
             settled &= weight.adapt(size(offset) / (AIM * point.bound));
         }
         if settled {
             break;
         }
     }
-    let held = points.iter().zip(&offsets).filter(|(point, _)| point.bound > 0.0);
-    let most = held.map(|(point, offset)| size(offset) / point.bound).fold(0.0, f64::max);
+    let held = points
+        .iter()
+        .zip(&offsets)
+        .filter(|(point, _)| point.bound > 0.0);
+    let most = held
+        .map(|(point, offset)| size(offset) / point.bound)
+        .fold(0.0, f64::max);
     // All of them alike: one vertex alone would be a kink.
     if most > 1.0 {
-        offsets.iter_mut().for_each(|offset| *offset = *offset * (1.0 / most));
+        offsets
+            .iter_mut()
+            .for_each(|offset| *offset = *offset * (1.0 / most));
     }
     offsets
 }
@@ -76,14 +99,22 @@ struct Weight {
 }
 
 impl Weight {
-    const FREE: Weight = Weight { value: 1.0, power: 1.5, over: false };
+    const FREE: Weight = Weight {
+        value: 1.0,
+        power: 1.5,
+        over: false,
+    };
 
-    /// Grows where an offset passes its bound and falls where it needs less, faster as long as it goes the same way; whether the offset
-    /// was as it should be.
+    /// Grows where an offset passes its bound and falls where it needs less, faster as long as it
+    /// goes the same way; whether the offset was as it should be.
     fn adapt(&mut self, part: f64) -> bool {
         let settled = part <= CLOSE && (part >= LOOSE || self.value < NEARLY_FREE);
         let over = part > 1.0;
-        self.power = if over == self.over { (FASTER * self.power).min(POWERS[1]) } else { (SLOWER * self.power).max(POWERS[0]) };
+        self.power = if over == self.over {
+            (FASTER * self.power).min(POWERS[1])
+        } else {
+            (SLOWER * self.power).max(POWERS[0])
+        };
         self.over = over;
         self.value = (self.value * math::pow(part.max(LEAST), self.power)).max(1.0);
         settled
@@ -91,18 +122,30 @@ impl Weight {
 }
 
 /// The matrix of the bending, by rows from the diagonal on, and what it makes of the points.
-fn stiffness<const N: usize>(points: &[Point], length: f64) -> (Vec<[f64; REACH + 1]>, Vec<[f64; N]>) {
-    let (mut rows, mut pull) = (vec![[0.0; REACH + 1]; points.len()], vec![[0.0; N]; points.len()]);
+fn stiffness<const N: usize>(
+    points: &[Point],
+    length: f64,
+) -> (Vec<[f64; REACH + 1]>, Vec<[f64; N]>) {
+    let (mut rows, mut pull) = (
+        vec![[0.0; REACH + 1]; points.len()],
+        vec![[0.0; N]; points.len()],
+    );
     let cube = length * length * length;
     for (k, four) in points.windows(REACH + 1).enumerate() {
         let factor = cube * ((four[REACH].u - four[0].u) / 3.0).sqrt();
         let mut d = [0.0; REACH + 1];
         for (m, d) in d.iter_mut().enumerate() {
-            let product: f64 = (0..=REACH).filter(|l| *l != m).map(|l| four[m].u - four[l].u).product();
+            let product: f64 = (0..=REACH)
+                .filter(|l| *l != m)
+                .map(|l| four[m].u - four[l].u)
+                .product();
             *d = 6.0 * factor / product;
         }
-        let third: [f64; N] =
-            std::array::from_fn(|axis| four.iter().zip(d).fold(0.0, |sum, (point, d)| sum + (point.p.0[axis] - four[0].p.0[axis]) * d));
+        let third: [f64; N] = std::array::from_fn(|axis| {
+            four.iter().zip(d).fold(0.0, |sum, (point, d)| {
+                sum + (point.p.0[axis] - four[0].p.0[axis]) * d
+            })
+        });
         for (i, di) in d.iter().enumerate() {
             less(&mut pull[k + i], third, *di);
             for (j, dj) in d.iter().enumerate().skip(i) {
@@ -114,7 +157,12 @@ fn stiffness<const N: usize>(points: &[Point], length: f64) -> (Vec<[f64; REACH 
 }
 
 /// Offsets for given weights, by LDL' with three bands.
-fn solve<const N: usize>(points: &[Point], weights: &[Weight], stiffness: &[[f64; REACH + 1]], pull: &[[f64; N]]) -> Vec<[f64; N]> {
+fn solve<const N: usize>(
+    points: &[Point],
+    weights: &[Weight],
+    stiffness: &[[f64; REACH + 1]],
+    pull: &[[f64; N]],
+) -> Vec<[f64; N]> {
     let n = points.len();
     let mut rows = stiffness.to_vec();
     let mut x = pull.to_vec();
@@ -164,7 +212,8 @@ fn less<const N: usize>(from: &mut [f64; N], what: [f64; N], factor: f64) {
 mod tests {
     use super::*;
 
-    /// A noisy sine: what the noise does to the third differences goes, the sine stays, and no point moves too far.
+    /// A noisy sine: what the noise does to the third differences goes, the sine stays, and no
+    /// point moves too far.
     #[test]
     fn noise_goes_and_the_curve_stays() {
         let (h, bound) = (0.2, 0.008);
@@ -179,38 +228,73 @@ mod tests {
             .collect();
         let offsets = offsets(&points, 0.8);
         let third = |z: &dyn Fn(usize) -> f64| {
-            (20..170).map(|i| ((z(i + 3) - 3.0 * z(i + 2) + 3.0 * z(i + 1) - z(i)) / (h * h * h)).abs()).fold(0.0, f64::max)
+            (20..170)
+                .map(|i| ((z(i + 3) - 3.0 * z(i + 2) + 3.0 * z(i + 1) - z(i)) / (h * h * h)).abs())
+                .fold(0.0, f64::max)
         };
         let faired = |i: usize| points[i].p.0[2] + offsets[i].0[2];
-        assert!(offsets.iter().zip(&points).all(|(e, point)| size(e) <= point.bound + 1e-15));
+        assert!(
+            offsets
+                .iter()
+                .zip(&points)
+                .all(|(e, point)| size(e) <= point.bound + 1e-15)
+        );
         assert!((20..180).all(|i| (faired(i) - exact(i)).abs() < 0.006));
         let (before, after, ideal) = (third(&|i| points[i].p.0[2]), third(&faired), third(&exact));
-        assert!(after < 2.0 * ideal && before > 10.0 * ideal, "{before} {after} {ideal}");
-        assert!(offsets.iter().all(|e| (0..AXES).all(|axis| axis == 2 || e.0[axis].abs() < 1e-9)));
+        assert!(
+            after < 2.0 * ideal && before > 10.0 * ideal,
+            "{before} {after} {ideal}"
+        );
+        assert!(
+            offsets
+                .iter()
+                .all(|e| (0..AXES).all(|axis| axis == 2 || e.0[axis].abs() < 1e-9))
+        );
     }
 
     /// What is minimised, over the windows and points from `from` to `to`.
     fn energy(z: &[f64], u: &[f64], e: &[f64], length: f64, from: usize, to: usize) -> f64 {
         let third = |k: usize| {
-            let part = |m: usize| z[m] / (k..k + 4).filter(|l| *l != m).map(|l| u[m] - u[l]).product::<f64>();
+            let part = |m: usize| {
+                z[m] / (k..k + 4)
+                    .filter(|l| *l != m)
+                    .map(|l| u[m] - u[l])
+                    .product::<f64>()
+            };
             6.0 * (k..k + 4).map(part).sum::<f64>()
         };
-        let bend = |k: usize| math::pow(length, 6.0) * third(k) * third(k) * (u[k + 3] - u[k]) / 3.0;
-        let pull = |k: usize| e[k] * e[k] * 0.5 * (u[(k + 1).min(u.len() - 1)] - u[k.saturating_sub(1)]);
-        (from.saturating_sub(3)..(to + 1).min(u.len() - 3)).map(bend).sum::<f64>() + (from..to + 1).map(pull).sum::<f64>()
+        let bend =
+            |k: usize| math::pow(length, 6.0) * third(k) * third(k) * (u[k + 3] - u[k]) / 3.0;
+        let pull =
+            |k: usize| e[k] * e[k] * 0.5 * (u[(k + 1).min(u.len() - 1)] - u[k.saturating_sub(1)]);
+        (from.saturating_sub(3)..(to + 1).min(u.len() - 3))
+            .map(bend)
+            .sum::<f64>()
+            + (from..to + 1).map(pull).sum::<f64>()
     }
 
-    /// Bounds that most of the noise passes: as smooth as what moving one vertex after the other finds, ten thousand times, within the bounds
-    /// that are aimed at.
+    /// Bounds that most of the noise passes: as smooth as what moving one vertex after the other
+    /// finds, ten thousand times, within the bounds that are aimed at.
     #[test]
     fn held_vertices_leave_no_kinks() {
         let (n, bound, length) = (40, 0.003, 0.7);
-        let u: Vec<f64> = (0..n).map(|i| 0.2 * i as f64 + 0.05 * math::sin(i as f64)).collect();
-        let given: Vec<f64> = (0..n).map(|i| math::sin(0.4 * u[i]) + 0.006 * math::sin(12.9898 * (i * i) as f64)).collect();
+        let u: Vec<f64> = (0..n)
+            .map(|i| 0.2 * i as f64 + 0.05 * math::sin(i as f64))
+            .collect();
+        let given: Vec<f64> = (0..n)
+            .map(|i| math::sin(0.4 * u[i]) + 0.006 * math::sin(12.9898 * (i * i) as f64))
+            .collect();
         let held = |i: usize| i < 2 || i + 2 >= n;
-        let point = |i: usize| Point { p: Coords::xyz(u[i], 0.0, given[i]), u: u[i], bound: if held(i) { 0.0 } else { bound } };
+        let point = |i: usize| Point {
+            p: Coords::xyz(u[i], 0.0, given[i]),
+            u: u[i],
+            bound: if held(i) { 0.0 } else { bound },
+        };
         let points: Vec<Point> = (0..n).map(point).collect();
-        let ours: Vec<f64> = offsets(&points, length).iter().map(|offset| offset.0[2]).collect();
+        let ours: Vec<f64> = offsets(&points, length)
+            .iter()
+            .map(|offset| offset.0[2])
+            .collect();
         assert!(ours.iter().all(|e| e.abs() <= bound * (1.0 + 1e-12)));
         let (mut z, mut e) = (given.clone(), vec![0.0; n]);
         for _ in 0..10_000 {
@@ -220,7 +304,8 @@ mod tests {
                     energy(&z, &u, &e, length, k, k)
                 };
                 let (low, middle, high) = (at(-1.0), at(0.0), at(1.0));
-                at((0.5 * (low - high) / (low - 2.0 * middle + high)).clamp(-AIM * bound, AIM * bound));
+                at((0.5 * (low - high) / (low - 2.0 * middle + high))
+                    .clamp(-AIM * bound, AIM * bound));
             }
         }
         let all = |e: &[f64]| {

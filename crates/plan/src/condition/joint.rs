@@ -12,7 +12,8 @@ use lostmotion_path::Curve;
 const REVERSAL_DEG: f64 = 175.0;
 /// Vertices of a run turn by at most this, degrees.
 const VERTEX_DEG: f64 = 30.0;
-/// A curve that passes each vertex in the direction of its longer chord leaves the shorter, of length h, by 0.148 h angle for either end.
+/// A curve that passes each vertex in the direction of its longer chord leaves the shorter, of
+/// length h, by 0.148 h angle for either end.
 const VERTEX_DEVIATION: f64 = 0.3;
 /// The same for the end of a long line beside a short one, which takes all of the angle.
 const LONG_DEVIATION: f64 = 0.25;
@@ -41,14 +42,22 @@ fn allowed(config: &PlannerConfig, control: PathControl) -> Option<(f64, bool)> 
         PathControl::ExactPath => Some((config.exact_path_tolerance_mm, false)),
         PathControl::Continuous { tolerance_mm, .. } => {
             let tolerance = tolerance_mm.unwrap_or(config.default_tolerance_mm);
-            Some((tolerance.max(config.exact_path_tolerance_mm), tolerance > config.exact_path_tolerance_mm))
+            Some((
+                tolerance.max(config.exact_path_tolerance_mm),
+                tolerance > config.exact_path_tolerance_mm,
+            ))
         }
     }
 }
 
 /// Tolerance for a run of short lines, mm; none if they are not to be merged.
 pub(crate) fn merge_tolerance(config: &PlannerConfig, control: PathControl) -> Option<f64> {
-    let PathControl::Continuous { merge_tolerance_mm, .. } = control else { return None };
+    let PathControl::Continuous {
+        merge_tolerance_mm, ..
+    } = control
+    else {
+        return None;
+    };
     let (tolerance, wide) = allowed(config, control)?;
     let merge = merge_tolerance_mm.unwrap_or(tolerance).min(tolerance);
     (wide && merge > 0.0).then_some(merge)
@@ -76,26 +85,46 @@ fn angle(a: &Coords, b: &Coords) -> f64 {
     2.0 * math::atan2(difference.sqrt(), sum.sqrt())
 }
 
-/// How much of a long line may bend next to the vertex where two lines meet, mm: a curve through it leaves chords so long by no more
-/// than the tolerance.
+/// How much of a long line may bend next to the vertex where two lines meet, mm: a curve through it
+/// leaves chords so long by no more than the tolerance.
 pub(super) fn reach(before: &Programmed, next: &Programmed, tolerance: f64) -> f64 {
-    let angle = angle(&before.curve.eval(before.length).d1, &next.curve.eval(0.0).d1);
-    (tolerance / (LONG_DEVIATION * angle.max(f64::MIN_POSITIVE))).min(LONG_CHORDS * before.length.min(next.length))
+    let angle = angle(
+        &before.curve.eval(before.length).d1,
+        &next.curve.eval(0.0).d1,
+    );
+    (tolerance / (LONG_DEVIATION * angle.max(f64::MIN_POSITIVE)))
+        .min(LONG_CHORDS * before.length.min(next.length))
 }
 
 /// Tells what becomes of the place where `next` follows `before`.
 pub(crate) fn joint(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> Joint {
-    let (Some(first), Some(second)) = (allowed(config, before.control), allowed(config, next.control)) else {
-        // Only the end of an exact stop move is a stop; what follows one has none at its start besides.
+    let (Some(first), Some(second)) = (
+        allowed(config, before.control),
+        allowed(config, next.control),
+    ) else {
+        // Only the end of an exact stop move is a stop; what follows one has none at its start
+        // besides.
         return match allowed(config, before.control) {
             None => Joint::Stop,
             Some((tolerance, _)) => corner(config, before, next, tolerance, false),
         };
     };
-    corner(config, before, next, first.0.min(second.0), first.1 && second.1)
+    corner(
+        config,
+        before,
+        next,
+        first.0.min(second.0),
+        first.1 && second.1,
+    )
 }
 
-fn corner(config: &PlannerConfig, before: &Programmed, next: &Programmed, tolerance: f64, cut: bool) -> Joint {
+fn corner(
+    config: &PlannerConfig,
+    before: &Programmed,
+    next: &Programmed,
+    tolerance: f64,
+    cut: bool,
+) -> Joint {
     if before.tool_mm != next.tool_mm {
         return Joint::Stop;
     }
@@ -116,10 +145,19 @@ fn corner(config: &PlannerConfig, before: &Programmed, next: &Programmed, tolera
 }
 
 fn is_vertex(config: &PlannerConfig, before: &Programmed, next: &Programmed, turn: f64) -> bool {
-    let (Some(first), Some(second)) = (merge_tolerance(config, before.control), merge_tolerance(config, next.control)) else {
+    let (Some(first), Some(second)) = (
+        merge_tolerance(config, before.control),
+        merge_tolerance(config, next.control),
+    ) else {
         return false;
     };
-    let lines = matches!((&before.curve, &next.curve), (Curve::Line(_), Curve::Line(_)));
+    let lines = matches!(
+        (&before.curve, &next.curve),
+        (Curve::Line(_), Curve::Line(_))
+    );
     let tips = before.curve.moves_tip() && next.curve.moves_tip();
-    lines && tips && turn <= rad(VERTEX_DEG) && VERTEX_DEVIATION * turn * before.length.min(next.length) <= first.min(second)
+    lines
+        && tips
+        && turn <= rad(VERTEX_DEG)
+        && VERTEX_DEVIATION * turn * before.length.min(next.length) <= first.min(second)
 }

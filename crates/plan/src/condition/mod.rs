@@ -1,8 +1,10 @@
-//! From programmed moves to the path that is travelled: pieces that join with continuous second derivative, between stops.
+//! From programmed moves to the path that is travelled: pieces that join with continuous second
+//! derivative, between stops.
 //!
-//! Between two moves of general shape lies a blend, a run of short lines becomes a smooth curve through its vertices, and
-//! what is left of each move stays as programmed. No two of these share a stretch of the path, so the whole tolerance is
-//! there for each of them: half of every move belongs to what happens at its either end.
+//! Between two moves of general shape lies a blend, a run of short lines becomes a smooth curve
+//! through its vertices, and what is left of each move stays as programmed. No two of these share a
+//! stretch of the path, so the whole tolerance is there for each of them: half of every move
+//! belongs to what happens at its either end.
 
 mod blend;
 mod choice;
@@ -23,14 +25,16 @@ use std::sync::Arc;
 
 /// A run is worked off when it has this many chords ...
 const RUN_BUFFER: usize = 96;
-/// ... all but so many; a spline forgets by a factor of 3.7 per vertex, so that the rest cannot move what is done.
+/// ... all but so many; a spline forgets by a factor of 3.7 per vertex, so that the rest cannot
+/// move what is done.
 const RUN_KEPT: usize = 32;
 /// So many vertices of what is kept are settled: a spline forgets what follows.
 const CARRIED: usize = 8;
 /// Fairing evens out what is shorter than so many mean chords.
 const FAIRED_CHORDS: f64 = 3.3;
 
-/// A line so many times as long as the shorter one beside it ends a run if that bends no more than this part of it.
+/// A line so many times as long as the shorter one beside it ends a run if that bends no more than
+/// this part of it.
 const FAR: f64 = 12.0;
 const BENT: f64 = 0.3;
 
@@ -50,7 +54,13 @@ pub(crate) struct Conditioner {
 
 impl Conditioner {
     pub(crate) fn new(config: PlannerConfig) -> Conditioner {
-        Conditioner { config, chain: Vec::new(), spent: 0.0, knot: None, carried: Vec::new() }
+        Conditioner {
+            config,
+            chain: Vec::new(),
+            spent: 0.0,
+            knot: None,
+            carried: Vec::new(),
+        }
     }
 
     /// Takes a move of positive length.
@@ -106,24 +116,39 @@ impl Conditioner {
         self.spent = 0.0;
     }
 
-    /// Gives out the rest of the last move up to a blend, and the blend; or a stop in its place. Returns how much of the
-    /// next move is spent.
-    fn blend(&mut self, next: &Programmed, tolerance: f64, judge: &dyn Judge, out: &mut Vec<Step>) -> f64 {
-        let Some(before) = self.chain.last() else { return 0.0 };
+    /// Gives out the rest of the last move up to a blend, and the blend; or a stop in its place.
+    /// Returns how much of the next move is spent.
+    fn blend(
+        &mut self,
+        next: &Programmed,
+        tolerance: f64,
+        judge: &dyn Judge,
+        out: &mut Vec<Step>,
+    ) -> f64 {
+        let Some(before) = self.chain.last() else {
+            return 0.0;
+        };
         let longest = (before.length - self.spent).min(0.5 * next.length);
         match choice::best_blend(before, next, tolerance, longest, judge) {
             Some((half, piece)) => {
                 if before.length - half > self.spent {
-                    out.push(Step::Piece(Arc::new(before.part(self.spent, before.length - half))));
+                    out.push(Step::Piece(Arc::new(
+                        before.part(self.spent, before.length - half),
+                    )));
                 }
                 out.push(Step::Piece(Arc::new(piece)));
                 half
             }
             None => {
-                let allowed = (tolerance > self.config.exact_path_tolerance_mm).then_some(tolerance);
+                let allowed =
+                    (tolerance > self.config.exact_path_tolerance_mm).then_some(tolerance);
                 let soft = allowed.and_then(|tolerance| judge.soft(before, next, tolerance));
                 self.end(out);
-                out.push(Step::Stop(Stop { tolerance: allowed, soft, ..Stop::default() }));
+                out.push(Step::Stop(Stop {
+                    tolerance: allowed,
+                    soft,
+                    ..Stop::default()
+                }));
                 0.0
             }
         }
@@ -142,7 +167,13 @@ impl Conditioner {
             self.spent = spent;
         } else if self.knot.is_some() || self.chain.len() > 2 {
             let (first, chords) = self.chords();
-            let knots = run::knots(first, &chords, &self.carried, self.tolerance(), fairing_length(&chords));
+            let knots = run::knots(
+                first,
+                &chords,
+                &self.carried,
+                self.tolerance(),
+                fairing_length(&chords),
+            );
             if self.knot.is_none() {
                 self.lead_in(&chords, out);
             }
@@ -156,35 +187,63 @@ impl Conditioner {
         }
     }
 
-    /// Whether a run would have to end in the direction of a line that is far too short for the curve to get there.
+    /// Whether a run would have to end in the direction of a line that is far too short for the
+    /// curve to get there.
     fn ends_in_a_stub(&self) -> bool {
         matches!(self.chain.as_slice(), [_, .., before, last] if FAR * last.length < before.length)
     }
 
-    /// Whether the last line of the chain is so long that a run ends at its start and another begins at its end.
+    /// Whether the last line of the chain is so long that a run ends at its start and another
+    /// begins at its end.
     fn is_straight(&self, last: &Programmed, next: &Programmed) -> bool {
-        let Some(before) = self.chain.len().checked_sub(2).and_then(|k| self.chain.get(k)) else { return false };
+        let Some(before) = self
+            .chain
+            .len()
+            .checked_sub(2)
+            .and_then(|k| self.chain.get(k))
+        else {
+            return false;
+        };
         let short = before.length.min(next.length);
-        let (longer, far) = (last.length > before.length + next.length, last.length > FAR * short);
-        // A vertex reaches over more than the shorter of its lines, so that most lines need no closer look.
+        let (longer, far) = (
+            last.length > before.length + next.length,
+            last.length > FAR * short,
+        );
+        // A vertex reaches over more than the shorter of its lines, so that most lines need no
+        // closer look.
         if !longer && !far {
             return false;
         }
         let tolerance = self.tolerance();
         let far = far && short > tolerance;
-        let (first, second) = (joint::reach(before, last, tolerance), joint::reach(last, next, tolerance));
+        let (first, second) = (
+            joint::reach(before, last, tolerance),
+            joint::reach(last, next, tolerance),
+        );
         longer && first + second < last.length || far && first.min(second) < BENT * last.length
     }
 
     /// Tolerance of the run that the chain is, mm.
     fn tolerance(&self) -> f64 {
-        let tolerances = self.chain.iter().filter_map(|line| joint::merge_tolerance(&self.config, line.control));
+        let tolerances = self
+            .chain
+            .iter()
+            .filter_map(|line| joint::merge_tolerance(&self.config, line.control));
         tolerances.fold(f64::INFINITY, f64::min).min(1e3)
     }
 
-    /// First knot and chords of the run: from the second half of the first move, where a run begins, into the first half of the last.
+    /// First knot and chords of the run: from the second half of the first move, where a run
+    /// begins, into the first half of the last.
     fn chords(&self) -> (Knot, Vec<Chord<'_>>) {
-        let mut chords: Vec<Chord<'_>> = self.chain.iter().map(|line| Chord { line, from: 0.0, to: line.length }).collect();
+        let mut chords: Vec<Chord<'_>> = self
+            .chain
+            .iter()
+            .map(|line| Chord {
+                line,
+                from: 0.0,
+                to: line.length,
+            })
+            .collect();
         let tolerance = self.tolerance();
         let bent = |pair: Option<&[Programmed]>, line: &Programmed| match pair {
             Some([before, next]) => joint::reach(before, next, tolerance).min(0.5 * line.length),
@@ -206,14 +265,25 @@ impl Conditioner {
     /// Gives out the older part of a long run.
     fn work_off(&mut self, out: &mut Vec<Step>) {
         let (first, chords) = self.chords();
-        let knots = run::knots(first, &chords, &self.carried, self.tolerance(), fairing_length(&chords));
+        let knots = run::knots(
+            first,
+            &chords,
+            &self.carried,
+            self.tolerance(),
+            fairing_length(&chords),
+        );
         let done = chords.len() - RUN_KEPT;
         if self.knot.is_none() {
             self.lead_in(&chords, out);
         }
         emit(&knots[..=done], &chords[..done], out);
         self.knot = knots.get(done).copied();
-        self.carried = knots.iter().skip(done + 1).take(CARRIED).map(|knot| knot.p).collect();
+        self.carried = knots
+            .iter()
+            .skip(done + 1)
+            .take(CARRIED)
+            .map(|knot| knot.p)
+            .collect();
         self.chain.drain(..done);
         self.spent = 0.0;
     }
@@ -223,13 +293,15 @@ impl Conditioner {
         if let Some(first) = chords.first()
             && first.from > self.spent
         {
-            out.push(Step::Piece(Arc::new(first.line.part(self.spent, first.from))));
+            out.push(Step::Piece(Arc::new(
+                first.line.part(self.spent, first.from),
+            )));
         }
     }
 }
 
-/// What is longer than this stays in a run as it is, mm. It depends on the program alone, so that a machine that can do more is not given
-/// a rougher path.
+/// What is longer than this stays in a run as it is, mm. It depends on the program alone, so that a
+/// machine that can do more is not given a rougher path.
 fn fairing_length(chords: &[Chord<'_>]) -> f64 {
     FAIRED_CHORDS * chords.iter().map(Chord::length).sum::<f64>() / chords.len().max(1) as f64
 }

@@ -18,8 +18,9 @@ pub(crate) struct Mark {
     pub(crate) block: BlockRef,
 }
 
-/// A piece of the path that is really travelled: part of a programmed curve, a blend, or a piece of a smoothed run.
-/// Consecutive pieces between two stops agree in position and the first two derivatives by their parameter.
+/// A piece of the path that is really travelled: part of a programmed curve, a blend, or a piece of
+/// a smoothed run. Consecutive pieces between two stops agree in position and the first two
+/// derivatives by their parameter.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     pub(crate) curve: Curve,
@@ -45,8 +46,8 @@ impl Piece {
 pub(crate) struct Stop {
     /// How long to stand still, s.
     pub(crate) dwell_s: f64,
-    /// How far the tool may leave the path here, mm, to set out again before it has come to rest; none if it has to come to
-    /// rest.
+    /// How far the tool may leave the path here, mm, to set out again before it has come to rest;
+    /// none if it has to come to rest.
     pub(crate) tolerance: Option<f64>,
     /// How soft the motions before and after it should be for that.
     pub(crate) soft: Option<Soft>,
@@ -75,12 +76,27 @@ pub(crate) struct Programmed {
 
 impl Programmed {
     pub(crate) fn mark(&self, from: f64, s: f64) -> Mark {
-        Mark { from, segment: self.segment, s, block: self.block }
+        Mark {
+            from,
+            segment: self.segment,
+            s,
+            block: self.block,
+        }
     }
 
     /// The part from `s0` to `s1` as a piece.
     pub(crate) fn part(&self, s0: f64, s1: f64) -> Piece {
-        let curve = if s0 <= 0.0 && s1 >= self.length { self.curve } else { self.curve.sub(s0, s1) };
-        Piece { curve, marks: [self.mark(0.0, s0); 2], feed: self.feed, heeds: self.heeds, tool_mm: self.tool_mm }
+        let curve = if s0 <= 0.0 && s1 >= self.length {
+            self.curve
+        } else {
+            self.curve.sub(s0, s1)
+        };
+        Piece {
+            curve,
+            marks: [self.mark(0.0, s0); 2],
+            feed: self.feed,
+            heeds: self.heeds,
+            tool_mm: self.tool_mm,
+        }
     }
 }

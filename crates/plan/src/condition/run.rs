@@ -1,9 +1,10 @@
 //! Runs: polylines that stand for curves, replaced by a smooth curve through their vertices.
 //!
-//! A cubic spline by chord length through the vertices gives first and second derivatives there; polynomial pieces of degree
-//! five take them over, so that neighbours agree exactly in both. A spline's third derivative is nearly that of the curve
-//! which the program's vertices were taken from, which is what keeps the jerk low. Each piece is bounded against its chord;
-//! where it leaves the tolerance its ends fall back to the direction of their longer chord, which cannot.
+//! A cubic spline by chord length through the vertices gives first and second derivatives there;
+//! polynomial pieces of degree five take them over, so that neighbours agree exactly in both. A
+//! spline's third derivative is nearly that of the curve which the program's vertices were taken
+//! from, which is what keeps the jerk low. Each piece is bounded against its chord; where it leaves
+//! the tolerance its ends fall back to the direction of their longer chord, which cannot.
 
 use super::blend::size;
 use super::fair::{self, Point};
@@ -13,7 +14,8 @@ use lostmotion_path::{Curve, HermiteEnd, Quintic};
 
 /// Part of the tolerance by which a vertex may be moved.
 const FAIRED: f64 = 0.88;
-/// Tries with bounds narrowed by a factor near a piece that leaves the tolerance; after as many more with none there, it falls back.
+/// Tries with bounds narrowed by a factor near a piece that leaves the tolerance; after as many
+/// more with none there, it falls back.
 const FAIRINGS: usize = 4;
 const TIGHTER: f64 = 0.5;
 
@@ -39,14 +41,26 @@ impl Chord<'_> {
 
     /// The programmed line itself has these derivatives.
     pub(super) fn knot(&self, s: f64) -> Knot {
-        Knot { p: self.line.curve.point(s), d1: self.direction(), d2: Coords::ZERO }
+        Knot {
+            p: self.line.curve.point(s),
+            d1: self.direction(),
+            d2: Coords::ZERO,
+        }
     }
 }
 
-/// Knots of a run from its first one, which is given, to the end of its last chord, whose direction it takes there.
+/// Knots of a run from its first one, which is given, to the end of its last chord, whose direction
+/// it takes there.
 ///
-/// The knots after the first one are `carried` over from the run's last part, the others are faired: see [`fair`].
-pub(super) fn knots(first: Knot, chords: &[Chord<'_>], carried: &[Coords], tolerance: f64, length: f64) -> Vec<Knot> {
+/// The knots after the first one are `carried` over from the run's last part, the others are
+/// faired: see [`fair`].
+pub(super) fn knots(
+    first: Knot,
+    chords: &[Chord<'_>],
+    carried: &[Coords],
+    tolerance: f64,
+    length: f64,
+) -> Vec<Knot> {
     let mut vertices = vec![first];
     for chord in chords {
         vertices.push(chord.knot(chord.to));
@@ -85,21 +99,42 @@ fn tighten(bounds: &mut [f64], chord: usize, factor: f64) {
     }
 }
 
-/// The vertices moved to where the curve through them bends evenly; it goes on as the first knot and the last chord say.
+/// The vertices moved to where the curve through them bends evenly; it goes on as the first knot
+/// and the last chord say.
 fn faired(vertices: &[Knot], chords: &[Chord<'_>], bounds: &[f64], length: f64) -> Vec<Knot> {
     let mut points = Vec::with_capacity(vertices.len() + 4);
-    let (Some(first), Some(last)) = (vertices.first(), vertices.last()) else { return Vec::new() };
-    let outside = |knot: &Knot, u: f64, x: f64| Point { p: knot.p + (knot.d1 + knot.d2 * (0.5 * x)) * x, u: u + x, bound: 0.0 };
-    let (h, g) = (chords.first().map_or(1.0, Chord::length), chords.last().map_or(1.0, Chord::length));
+    let (Some(first), Some(last)) = (vertices.first(), vertices.last()) else {
+        return Vec::new();
+    };
+    let outside = |knot: &Knot, u: f64, x: f64| Point {
+        p: knot.p + (knot.d1 + knot.d2 * (0.5 * x)) * x,
+        u: u + x,
+        bound: 0.0,
+    };
+    let (h, g) = (
+        chords.first().map_or(1.0, Chord::length),
+        chords.last().map_or(1.0, Chord::length),
+    );
     points.extend([-2.0, -1.0].map(|k| outside(first, 0.0, k * h)));
     let mut u = 0.0;
     for (k, (vertex, bound)) in vertices.iter().zip(bounds).enumerate() {
-        points.push(Point { p: vertex.p, u, bound: *bound });
+        points.push(Point {
+            p: vertex.p,
+            u,
+            bound: *bound,
+        });
         u += chords.get(k).map_or(0.0, Chord::length);
     }
     points.extend([1.0, 2.0].map(|k| outside(last, u, k * g)));
     let offsets = fair::offsets(&points, length);
-    vertices.iter().zip(&offsets[2..]).map(|(vertex, offset)| Knot { p: vertex.p + *offset, ..*vertex }).collect()
+    vertices
+        .iter()
+        .zip(&offsets[2..])
+        .map(|(vertex, offset)| Knot {
+            p: vertex.p + *offset,
+            ..*vertex
+        })
+        .collect()
 }
 
 fn keeps(from: &Knot, to: &Knot, chord: &Chord<'_>, tolerance: f64) -> bool {
@@ -109,7 +144,8 @@ fn keeps(from: &Knot, to: &Knot, chord: &Chord<'_>, tolerance: f64) -> bool {
 /// First and second derivatives of the cubic spline with given slopes at both ends.
 fn smooth(knots: &mut [Knot], chords: &[Chord<'_>]) {
     let n = chords.len();
-    let secant = |j: usize, knots: &[Knot]| (knots[j + 1].p - knots[j].p) * (1.0 / chords[j].length());
+    let secant =
+        |j: usize, knots: &[Knot]| (knots[j + 1].p - knots[j].p) * (1.0 / chords[j].length());
     let mut factor = vec![0.0; n + 1];
     for j in 1..n {
         let (left, right) = (1.0 / chords[j - 1].length(), 1.0 / chords[j].length());
@@ -140,11 +176,22 @@ fn settle(knots: &mut [Knot], chords: &[Chord<'_>], tolerance: f64) {
                 continue;
             }
             for k in [j, j + 1] {
-                if let Some(knot) = knots.get_mut(k).filter(|_| k > 0 && k < chords.len() && !fallen[k]) {
+                if let Some(knot) = knots
+                    .get_mut(k)
+                    .filter(|_| k > 0 && k < chords.len() && !fallen[k])
+                {
                     fallen[k] = true;
                     again = true;
-                    let longer = if chords[k - 1].length() >= chords[k].length() { &chords[k - 1] } else { &chords[k] };
-                    *knot = Knot { d1: longer.direction(), d2: Coords::ZERO, ..chords[k - 1].knot(chords[k - 1].to) };
+                    let longer = if chords[k - 1].length() >= chords[k].length() {
+                        &chords[k - 1]
+                    } else {
+                        &chords[k]
+                    };
+                    *knot = Knot {
+                        d1: longer.direction(),
+                        d2: Coords::ZERO,
+                        ..chords[k - 1].knot(chords[k - 1].to)
+                    };
                 }
             }
         }
@@ -155,16 +202,24 @@ fn quintic(from: &Knot, to: &Knot, chord: &Chord<'_>) -> Option<Quintic> {
     Quintic::hermite(*from, *to, chord.length()).ok()
 }
 
-/// Bound of the distance between a piece and its chord: that of its control points, after halving it where that is not near enough.
+/// Bound of the distance between a piece and its chord: that of its control points, after halving
+/// it where that is not near enough.
 fn deviation(quintic: &Quintic, chord: &Chord<'_>, tolerance: f64) -> f64 {
-    let (start, direction, length) = (chord.line.curve.point(chord.from), chord.direction(), chord.length());
+    let (start, direction, length) = (
+        chord.line.curve.point(chord.from),
+        chord.direction(),
+        chord.length(),
+    );
     let axis = Coords::xyz(direction.0[0], direction.0[1], direction.0[2]);
     let farthest = |part: &Quintic| {
         let distance = |point: Coords| {
             let along = (point - start).dot(&axis).max(0.0).min(length);
             size(&(point - (start + direction * along)))
         };
-        part.control_points().into_iter().map(distance).fold(0.0, f64::max)
+        part.control_points()
+            .into_iter()
+            .map(distance)
+            .fold(0.0, f64::max)
     };
     // Those of the halves are means of them, and no farther.
     let whole = farthest(quintic);
@@ -179,7 +234,10 @@ fn deviation(quintic: &Quintic, chord: &Chord<'_>, tolerance: f64) -> f64 {
 pub(super) fn piece(from: &Knot, to: &Knot, chord: &Chord<'_>) -> Piece {
     let part = chord.line.part(chord.from, chord.to);
     match quintic(from, to, chord) {
-        Some(quintic) => Piece { curve: Curve::Quintic(quintic), ..part },
+        Some(quintic) => Piece {
+            curve: Curve::Quintic(quintic),
+            ..part
+        },
         None => part,
     }
 }

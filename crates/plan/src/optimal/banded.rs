@@ -3,7 +3,8 @@
 /// The matrix by its diagonals, factored in place as L D L'.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Banded {
-    /// Main diagonal, first and second diagonal below it: row `i` has the entries at `i`, `i - 1` and `i - 2`.
+    /// Main diagonal, first and second diagonal below it: row `i` has the entries at `i`, `i - 1`
+    /// and `i - 2`.
     rows: Vec<[f64; 3]>,
 }
 
@@ -19,9 +20,12 @@ impl Banded {
         self.rows[row][0] += value;
     }
 
-    /// Adds a symmetric block over three consecutive unknowns from `first`: entries 00, 10, 11, 20, 21, 22.
+    /// Adds a symmetric block over three consecutive unknowns from `first`: entries 00, 10, 11, 20,
+    /// 21, 22.
     pub(super) fn add_block(&mut self, first: usize, block: &[f64; 6]) {
-        let [a, b, c] = &mut self.rows[first..first + 3] else { return };
+        let [a, b, c] = &mut self.rows[first..first + 3] else {
+            return;
+        };
         a[0] += block[0];
         b[0] += block[2];
         b[1] += block[1];
@@ -63,7 +67,8 @@ impl Banded {
 
     /// Solves for `x` in place of the right side and leaves the factors behind.
     pub(super) fn solve(&mut self, x: &mut [f64]) {
-        // L has ones on its diagonal; the two rows before are kept as (pivot, first subdiagonal of L).
+        // L has ones on its diagonal; the two rows before are kept as (pivot, first subdiagonal of
+        // L).
         let (mut before, mut last) = ([1.0, 0.0], [1.0, 0.0]);
         let (mut x_before, mut x_last) = (0.0, 0.0);
         for (row, x) in self.rows.iter_mut().zip(x.iter_mut()) {
@@ -100,7 +105,17 @@ mod tests {
             matrix.reset(size);
             for first in 0..size - 2 {
                 let a = [random(), random(), random()];
-                matrix.add_block(first, &[a[0] * a[0], a[1] * a[0], a[1] * a[1], a[2] * a[0], a[2] * a[1], a[2] * a[2]]);
+                matrix.add_block(
+                    first,
+                    &[
+                        a[0] * a[0],
+                        a[1] * a[0],
+                        a[1] * a[1],
+                        a[2] * a[0],
+                        a[2] * a[1],
+                        a[2] * a[2],
+                    ],
+                );
             }
             (0..size).for_each(|i| matrix.add_diagonal(i, 0.1));
             matrix.isolate(1);
@@ -115,7 +130,11 @@ mod tests {
                 }
             }
             matrix.solve(&mut product);
-            let worst = product.iter().zip(&known).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let worst = product
+                .iter()
+                .zip(&known)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
             assert!(worst < 1e-12, "{size}: {worst}");
         }
     }

@@ -8,7 +8,8 @@ pub(crate) enum End {
     /// In a given state of motion: two coefficients stay as they are.
     #[default]
     Moving,
-    /// At rest: beta, which has no influence on the joints there, is constant over so many intervals.
+    /// At rest: beta, which has no influence on the joints there, is constant over so many
+    /// intervals.
     Rest(usize),
 }
 

@@ -1,9 +1,10 @@
 //! A primal-dual interior point method for the least time over beta = (d sigma / dt)^2.
 //!
-//! Unknown are the coefficients x of beta as a quadratic spline over equal intervals of the nominal time sigma. The joints' limits
-//! of velocity and acceleration are linear in x. That of jerk, divided by sqrt(beta), is |L(x)| <= beta^(-1/2): the right side is
-//! convex, so its tangent at the last iterate lies below it, what keeps the tangent keeps the limit, and every iterate is feasible.
-//! Each step solves one system with five diagonals.
+//! Unknown are the coefficients x of beta as a quadratic spline over equal intervals of the nominal
+//! time sigma. The joints' limits of velocity and acceleration are linear in x. That of jerk,
+//! divided by sqrt(beta), is |L(x)| <= beta^(-1/2): the right side is convex, so its tangent at the
+//! last iterate lies below it, what keeps the tangent keeps the limit, and every iterate is
+//! feasible. Each step solves one system with five diagonals.
 
 use super::banded::Banded;
 use super::ends;
@@ -26,7 +27,8 @@ pub(super) struct Goal {
     pub(super) max_steps: usize,
 }
 
-/// Slacks and multipliers of a limit to both sides: slack up, slack down, multiplier up, multiplier down.
+/// Slacks and multipliers of a limit to both sides: slack up, slack down, multiplier up, multiplier
+/// down.
 type Pair = [f64; 4];
 
 /// Working memory, kept between windows.
@@ -50,13 +52,18 @@ fn weight(index: usize, intervals: usize) -> f64 {
 }
 
 impl Interior {
-    /// Lowers the time from a start `x` (all positive). A start that keeps all limits leads to results that do. Returns the duality gap
-    /// as a part of the time, for the limits linearised at the last iterate; not a number where numbers went out of bounds.
+    /// Lowers the time from a start `x` (all positive). A start that keeps all limits leads to
+    /// results that do. Returns the duality gap as a part of the time, for the limits linearised at
+    /// the last iterate; not a number where numbers went out of bounds.
     pub(super) fn solve(&mut self, problem: &Problem, x: &mut [f64], goal: &Goal) -> f64 {
         let count = problem.rows.len() * 4 + problem.inverse_ceilings.len();
         let time = |x: &[f64]| {
             let n = problem.inverse_ceilings.len();
-            problem.step_s * x.iter().enumerate().map(|(i, x)| weight(i, n) / x.sqrt()).sum::<f64>()
+            problem.step_s
+                * x.iter()
+                    .enumerate()
+                    .map(|(i, x)| weight(i, n) / x.sqrt())
+                    .sum::<f64>()
         };
         let mut mu = goal.first_gap * time(x) / count as f64;
         self.start(problem, x, mu);
@@ -88,7 +95,8 @@ impl Interior {
                 for (kind, row) in rows.iter().enumerate() {
                     let (right, _) = local.right(kind);
                     let left = dot(row, &local.x);
-                    let [up, down] = [right - left, right + left].map(|slack| slack.max(SMALLEST_SLACK));
+                    let [up, down] =
+                        [right - left, right + left].map(|slack| slack.max(SMALLEST_SLACK));
                     self.pairs.push([up, down, mu / up, mu / down]);
                 }
             }
@@ -108,17 +116,28 @@ impl Interior {
             self.matrix.add_diagonal(i, 1.5 * slope / *x);
         }
         let mut pairs = self.pairs.iter();
-        for (interval, (inverse, [slack, multiplier])) in problem.inverse_ceilings.iter().zip(&self.ceilings).enumerate() {
+        for (interval, (inverse, [slack, multiplier])) in problem
+            .inverse_ceilings
+            .iter()
+            .zip(&self.ceilings)
+            .enumerate()
+        {
             let local = Local::at(x, interval);
             let per = 1.0 / slack;
             let residual = 1.0 - inverse * local.beta - slack;
-            // Sums over all limits of this interval: w G G', w G, with G = slope of beta; and rows apart.
-            let mut middle = [inverse * inverse * multiplier * per, -inverse * (mu - multiplier * residual) * per];
+            // Sums over all limits of this interval: w G G', w G, with G = slope of beta; and rows
+            // apart.
+            let mut middle = [
+                inverse * inverse * multiplier * per,
+                -inverse * (mu - multiplier * residual) * per,
+            ];
             let mut block = [0.0; 6];
             let mut push = [0.0; 3];
             for rows in &problem.rows[interval * problem.joints..(interval + 1) * problem.joints] {
                 for (kind, row) in rows.iter().enumerate() {
-                    let Some([up, down, more, less]) = pairs.next() else { return };
+                    let Some([up, down, more, less]) = pairs.next() else {
+                        return;
+                    };
                     let (right, slope) = local.right(kind);
                     let left = dot(row, &local.x);
                     let (per_up, per_down) = (1.0 / up, 1.0 / down);
@@ -145,7 +164,10 @@ impl Interior {
                 }
             }
             let [e, f] = [MIDDLE[0], MIDDLE[1]];
-            for (entry, product) in block.iter_mut().zip([e * e, e * f, f * f, e * e, e * f, e * e]) {
+            for (entry, product) in block
+                .iter_mut()
+                .zip([e * e, e * f, f * f, e * e, e * f, e * e])
+            {
                 *entry += middle[0] * product;
             }
             self.matrix.add_block(interval, &block);
@@ -166,13 +188,20 @@ impl Interior {
         let mut index = 0;
         for (interval, inverse) in problem.inverse_ceilings.iter().enumerate() {
             let local = Local::at(x, interval);
-            let dx = [self.dx[interval], self.dx[interval + 1], self.dx[interval + 2]];
+            let dx = [
+                self.dx[interval],
+                self.dx[interval + 1],
+                self.dx[interval + 2],
+            ];
             let dbeta = dot(&MIDDLE, &dx);
             let [slack, multiplier] = self.ceilings[interval];
             let change = 1.0 - inverse * (local.beta + dbeta) - slack;
             let dual = (mu - multiplier * (slack + change)) / slack;
             self.ceiling_changes[interval] = [change, dual];
-            rates = [rates[0].max(-change / slack), rates[1].max(-dual / multiplier)];
+            rates = [
+                rates[0].max(-change / slack),
+                rates[1].max(-dual / multiplier),
+            ];
             for rows in &problem.rows[interval * problem.joints..(interval + 1) * problem.joints] {
                 for (kind, row) in rows.iter().enumerate() {
                     let [up, down, more, less] = self.pairs[index];
@@ -226,7 +255,8 @@ impl Interior {
     }
 }
 
-/// The true slack where the limit is kept by more than the step said, which convexity promises once it is kept at all.
+/// The true slack where the limit is kept by more than the step said, which convexity promises once
+/// it is kept at all.
 fn kept(real: f64, predicted: f64) -> f64 {
     if real >= predicted { real } else { predicted }
 }

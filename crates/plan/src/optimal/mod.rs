@@ -1,12 +1,14 @@
 //! Quality `optimal`: the whole motion of all joints retimed to nearly the least time.
 //!
-//! The motion that the look-ahead planned is taken as nominal: every joint as a function p of a nominal time sigma. Sought is the pace
-//! d sigma / dt, by its square beta over sigma. Since p comes to rest where the motion does, beta has no singularity there, and corners
-//! that are rounded in time, dwells and kinematics are all in p. [`nominal`] makes the limits of beta, [`interior`] lowers the time,
-//! [`warp`] makes samples of it.
+//! The motion that the look-ahead planned is taken as nominal: every joint as a function p of a
+//! nominal time sigma. Sought is the pace d sigma / dt, by its square beta over sigma. Since p
+//! comes to rest where the motion does, beta has no singularity there, and corners that are rounded
+//! in time, dwells and kinematics are all in p. [`nominal`] makes the limits of beta, [`interior`]
+//! lowers the time, [`warp`] makes samples of it.
 //!
-//! Windows overlap: each starts in the state in which the last one was left and ends at a part of the nominal pace, at which everything
-//! that may come keeps its limits. What is given out lies far enough before that end not to feel it.
+//! Windows overlap: each starts in the state in which the last one was left and ends at a part of
+//! the nominal pace, at which everything that may come keeps its limits. What is given out lies far
+//! enough before that end not to feel it.
 
 mod banded;
 mod ends;
@@ -43,8 +45,8 @@ pub(crate) fn end_pace() -> f64 {
     TAIL.sqrt() / LOOSE
 }
 
-/// Limits that the nominal motion has to keep where it will be retimed: what it keeps of velocity, acceleration and jerk at the pace at which
-/// windows end.
+/// Limits that the nominal motion has to keep where it will be retimed: what it keeps of velocity,
+/// acceleration and jerk at the pace at which windows end.
 pub(crate) fn loosened(limits: &[Option<AxisLimits>; AXES]) -> [Option<AxisLimits>; AXES] {
     let pace = end_pace();
     limits.map(|limits| {
@@ -77,7 +79,13 @@ impl Retimer {
     pub(crate) fn new(config: &PlannerConfig) -> Retimer {
         let clock = nominal_clock(config.clock);
         let windows = Windows::new(config, clock, TAIL);
-        Retimer { windows, step_s: clock.period_s(), at_rest: true, tick: 0, ready: VecDeque::new() }
+        Retimer {
+            windows,
+            step_s: clock.period_s(),
+            at_rest: true,
+            tick: 0,
+            ready: VecDeque::new(),
+        }
     }
 
     /// Adds a step of the nominal motion.
@@ -92,7 +100,9 @@ impl Retimer {
 
     /// Ends the motion at rest; false if it has ended before.
     pub(crate) fn finish(&mut self) -> bool {
-        let Some(last) = self.windows.points.last().copied() else { return false };
+        let Some(last) = self.windows.points.last().copied() else {
+            return false;
+        };
         let intervals = self.windows.points.len() - 1;
         if intervals > 0 {
             self.plan(Windows::rest(intervals), intervals);
@@ -109,7 +119,11 @@ impl Retimer {
 
     fn plan(&mut self, end: End, given: usize) {
         let windows = &mut self.windows;
-        let start = if self.at_rest { Windows::rest(windows.points.len()) } else { End::Moving };
+        let start = if self.at_rest {
+            Windows::rest(windows.points.len())
+        } else {
+            End::Moving
+        };
         let trial = windows.best([start, end], given, windows.known().saturating_sub(2));
         for placed in windows.give(trial, given) {
             self.name(placed.sample);
@@ -118,7 +132,10 @@ impl Retimer {
     }
 
     fn name(&mut self, sample: Sample) {
-        self.ready.push_back(Sample { tick: self.tick, ..sample });
+        self.ready.push_back(Sample {
+            tick: self.tick,
+            ..sample
+        });
         self.tick += 1;
     }
 }

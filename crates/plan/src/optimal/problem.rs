@@ -10,7 +10,8 @@ const EASE: f64 = 2e-4;
 /// The same for a largest beta: what is reached by a limit of its own needs next to no margin.
 const ROUNDING: f64 = 1e-5;
 
-/// One joint's limits in one interval, divided by the limit: acceleration by the three coefficients, jerk over sqrt(beta) likewise.
+/// One joint's limits in one interval, divided by the limit: acceleration by the three
+/// coefficients, jerk over sqrt(beta) likewise.
 pub(super) type Rows = [[f64; 3]; 2];
 
 /// A window of intervals.
@@ -29,8 +30,8 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    /// Lets the first intervals keep the start, which a given state at the start may force on them: what it does not keep by a margin is
-    /// scaled until it does.
+    /// Lets the first intervals keep the start, which a given state at the start may force on them:
+    /// what it does not keep by a margin is scaled until it does.
     pub(super) fn ease(&mut self, intervals: usize, x: &[f64]) {
         for interval in 0..intervals.min(self.inverse_ceilings.len()) {
             let local = Local::at(x, interval);
@@ -60,7 +61,8 @@ impl Problem {
     }
 }
 
-/// beta in the middle of an interval and what the right side of the jerk's limit and its slope are there.
+/// beta in the middle of an interval and what the right side of the jerk's limit and its slope are
+/// there.
 #[derive(Clone, Copy)]
 pub(super) struct Local {
     pub(super) x: [f64; 3],
@@ -74,12 +76,21 @@ impl Local {
         let x = [x[interval], x[interval + 1], x[interval + 2]];
         let beta = dot(&MIDDLE, &x);
         let root = 1.0 / beta.sqrt();
-        Local { x, beta, root, slope: -0.5 * root / beta }
+        Local {
+            x,
+            beta,
+            root,
+            slope: -0.5 * root / beta,
+        }
     }
 
     /// The right side of a limit and its slope by beta: row 0 acceleration, row 1 jerk.
     pub(super) fn right(&self, kind: usize) -> (f64, f64) {
-        if kind == 0 { (1.0, 0.0) } else { (self.root, self.slope) }
+        if kind == 0 {
+            (1.0, 0.0)
+        } else {
+            (self.root, self.slope)
+        }
     }
 }
 

@@ -18,7 +18,8 @@ pub(crate) struct Placed {
 pub(crate) struct Trial {
     pub(super) samples: Vec<Placed>,
     pub(super) walk: Walk,
-    /// Intervals around what passes a limit, with the part of the limits of acceleration and jerk that is left to them.
+    /// Intervals around what passes a limit, with the part of the limits of acceleration and jerk
+    /// that is left to them.
     pub(super) excess: Excess,
     /// Whether the solver found something.
     pub(crate) found: bool,
@@ -27,6 +28,9 @@ pub(crate) struct Trial {
 impl Trial {
     /// The least part of a limit that is left to an interval.
     pub(crate) fn least(&self) -> f64 {
-        self.excess.iter().flat_map(|(_, scale)| *scale).fold(1.0, f64::min)
+        self.excess
+            .iter()
+            .flat_map(|(_, scale)| *scale)
+            .fold(1.0, f64::min)
     }
 }

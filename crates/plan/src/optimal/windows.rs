@@ -11,20 +11,30 @@ use super::warp::Walk;
 use crate::{PlannerConfig, Sample};
 use lostmotion_base::{Clock, Coords};
 
-/// What is given out ends at least so many times before the end of its window as the slowest joint takes to stop.
+/// What is given out ends at least so many times before the end of its window as the slowest joint
+/// takes to stop.
 const STOPS: f64 = 2.0;
 /// Over how many steps at rest beta is constant.
 const TIED: usize = 8;
-/// Parts of the limits that are planned: within an interval the jerk passes its middle's a little where the path is tightly curved.
+/// Parts of the limits that are planned: within an interval the jerk passes its middle's a little
+/// where the path is tightly curved.
 const PARTS: [f64; 3] = [1.0 - 1e-6, 0.999, 0.982];
 /// When a window is good enough.
-const GOAL: Goal = Goal { gap: 3e-4, first_gap: 1.0, max_steps: 60 };
+const GOAL: Goal = Goal {
+    gap: 3e-4,
+    first_gap: 1.0,
+    max_steps: 60,
+};
 /// The same where only some room was taken away.
-const AGAIN: Goal = Goal { first_gap: 0.03, ..GOAL };
+const AGAIN: Goal = Goal {
+    first_gap: 0.03,
+    ..GOAL
+};
 /// How often room is taken away, at most, and while a limit is passed by how much.
 const ROUNDS: usize = 10;
 const COARSE: f64 = 8e-4;
-/// Where less than this part of a limit is left to an interval after all, the pace of the window's end may be better for all of it.
+/// Where less than this part of a limit is left to an interval after all, the pace of the window's
+/// end may be better for all of it.
 const TOLERABLE: f64 = 0.9985;
 /// How often the pace is lowered around what still passes a limit.
 const DIPS: usize = 100;
@@ -32,7 +42,8 @@ const DIPS: usize = 100;
 const LONGER: f64 = 1.01;
 /// A gap that is not below this means that no better motion was found.
 const FAILED: f64 = 0.05;
-/// Intervals at the start of a window in which its given state leaves little choice, so that what was planned before may be done again.
+/// Intervals at the start of a window in which its given state leaves little choice, so that what
+/// was planned before may be done again.
 const GIVEN: usize = 60;
 /// What is retimed, and how.
 #[derive(Clone, Debug)]
@@ -57,12 +68,15 @@ pub(crate) struct Windows {
 }
 
 impl Windows {
-    /// For samples at the configuration's clock from a nominal motion at another; `tail` is the pace, squared, at which a window ends that is not
-    /// the last.
+    /// For samples at the configuration's clock from a nominal motion at another; `tail` is the
+    /// pace, squared, at which a window ends that is not the last.
     pub(crate) fn new(config: &PlannerConfig, nominal: Clock, tail: f64) -> Windows {
         let joints = joints(&config.limits, PARTS);
         let step_s = nominal.period_s();
-        let stop_s = joints.iter().map(|joint| joint.limits[0] / joint.limits[1] + joint.limits[1] / joint.limits[2]).fold(0.0, f64::max);
+        let stop_s = joints
+            .iter()
+            .map(|joint| joint.limits[0] / joint.limits[1] + joint.limits[1] / joint.limits[2])
+            .fold(0.0, f64::max);
         Windows {
             width: settle::width(joints.iter().map(|joint| joint.limits), step_s),
             joints,
@@ -72,7 +86,10 @@ impl Windows {
             x: Vec::new(),
             room: Vec::new(),
             margin: ((STOPS * stop_s / step_s).ceil() as usize).max(4 * TIED),
-            walk: Walk { ahead_s: 0.0, period_s: config.clock.period_s() },
+            walk: Walk {
+                ahead_s: 0.0,
+                period_s: config.clock.period_s(),
+            },
             solver: Interior::default(),
             judge: Judge::new(config),
         }
@@ -83,8 +100,9 @@ impl Windows {
         End::Rest(TIED.min(steps / 4))
     }
 
-    /// Plans all that is there; `given` is the number of intervals that are to be given out. The first so many intervals keep at least what they would
-    /// have to for the pace to go on as it is said to.
+    /// Plans all that is there; `given` is the number of intervals that are to be given out. The
+    /// first so many intervals keep at least what they would have to for the pace to go on as it is
+    /// said to.
     pub(crate) fn best(&mut self, ends: [End; 2], given: usize, eased: usize) -> Trial {
         let intervals = self.points.len() - 1;
         self.room.resize(intervals, [1.0; 2]);
@@ -100,7 +118,10 @@ impl Windows {
             }
             for (interval, scale) in &trial.excess {
                 problem.tighten(*interval, *scale);
-                self.room[*interval] = [self.room[*interval][0] * scale[0], self.room[*interval][1] * scale[1]];
+                self.room[*interval] = [
+                    self.room[*interval][0] * scale[0],
+                    self.room[*interval][1] * scale[1],
+                ];
             }
             problem.ease(GIVEN.min(eased), &known);
             trial = self.improve(&problem, &AGAIN, ends[1], given);
@@ -117,7 +138,8 @@ impl Windows {
         self.settle(trial, ends, given)
     }
 
-    /// Lowers the pace where a limit is still passed by a little, if that does it and takes hardly longer.
+    /// Lowers the pace where a limit is still passed by a little, if that does it and takes hardly
+    /// longer.
     fn settle(&mut self, first: Trial, ends: [End; 2], given: usize) -> Trial {
         if first.excess.is_empty() {
             return first;
@@ -153,19 +175,44 @@ impl Windows {
         self.trial(end, given, found)
     }
 
-    /// The samples of the first `given` intervals, and what of the limits they and all that is planned pass.
+    /// The samples of the first `given` intervals, and what of the limits they and all that is
+    /// planned pass.
     fn trial(&self, end: End, given: usize, found: bool) -> Trial {
         let intervals = self.points.len() - 1;
         let (mut walk, mut samples) = (self.walk, Vec::new());
-        walk.go(&self.points[..=given], self.step_s, &self.x[..given + 2], &mut samples);
+        walk.go(
+            &self.points[..=given],
+            self.step_s,
+            &self.x[..given + 2],
+            &mut samples,
+        );
         let mut more = samples.clone();
         let mut beyond = walk;
-        beyond.go(&self.points[given..], self.step_s, &self.x[given..], &mut more);
-        more[samples.len()..].iter_mut().for_each(|placed| placed.interval += given);
+        beyond.go(
+            &self.points[given..],
+            self.step_s,
+            &self.x[given..],
+            &mut more,
+        );
+        more[samples.len()..]
+            .iter_mut()
+            .for_each(|placed| placed.interval += given);
         if let (End::Rest(_), Some(last)) = (end, self.points.last()) {
-            more.extend([Placed { interval: intervals - 1, part: 1.0, pace: [1.0, 0.0], sample: *last }; REACH]);
+            more.extend(
+                [Placed {
+                    interval: intervals - 1,
+                    part: 1.0,
+                    pace: [1.0, 0.0],
+                    sample: *last,
+                }; REACH],
+            );
         }
-        Trial { excess: self.judge.excess(&more, intervals), samples, walk, found }
+        Trial {
+            excess: self.judge.excess(&more, intervals),
+            samples,
+            walk,
+            found,
+        }
     }
 
     /// Gives out what a plan says about the first `given` intervals, and forgets them.
@@ -178,7 +225,8 @@ impl Windows {
         trial.samples
     }
 
-    /// Begins in a given state of motion: coefficients of beta for all points, of which the first two hold, and the last positions given out before.
+    /// Begins in a given state of motion: coefficients of beta for all points, of which the first
+    /// two hold, and the last positions given out before.
     pub(crate) fn begin(&mut self, x: Vec<f64>, before: Vec<Coords>) {
         self.x = x;
         self.judge.follow(before);

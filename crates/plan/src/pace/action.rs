@@ -2,10 +2,11 @@
 
 use crate::{Heeds, PlanError};
 
-/// The least pace, as a part of the planned one, at which places are passed between others of another pace; so a place is come to where the motion is to
-/// rest.
+/// The least pace, as a part of the planned one, at which places are passed between others of
+/// another pace; so a place is come to where the motion is to rest.
 const CREEP: f64 = 0.03;
-/// Part of the least pace asked for at which everything that may come keeps its limits with some room.
+/// Part of the least pace asked for at which everything that may come keeps its limits with some
+/// room.
 const SURE: f64 = 0.95;
 
 /// What an operator does.
@@ -17,10 +18,13 @@ pub enum Action {
     Resume,
     /// Comes to rest in the same way, for good.
     Stop,
-    /// The feed as a part of the programmed one, from 0 to 2. Rapid moves and those that heed no override stay as they are. Up to 1 it is the pace of
-    /// the whole motion along a feed move; above it the motion gets as fast as the joints allow with that feed. At 0 it rests on a feed move.
+    /// The feed as a part of the programmed one, from 0 to 2. Rapid moves and those that heed no
+    /// override stay as they are. Up to 1 it is the pace of the whole motion along a feed move;
+    /// above it the motion gets as fast as the joints allow with that feed. At 0 it rests on a feed
+    /// move.
     Override(f64),
-    /// The pace of rapid moves as a part of the planned one, from 0 to 1. At 0 it rests on a rapid move.
+    /// The pace of rapid moves as a part of the planned one, from 0 to 1. At 0 it rests on a rapid
+    /// move.
     Rapid(f64),
 }
 
@@ -31,12 +35,16 @@ impl Action {
     /// An override out of its range.
     pub fn check(self) -> Result<(), PlanError> {
         match self {
-            Action::Override(value) if !(0.0..=2.0).contains(&value) => {
-                Err(PlanError::Setting { what: "feed override", value, condition: "from 0 to 2" })
-            }
-            Action::Rapid(value) if !(0.0..=1.0).contains(&value) => {
-                Err(PlanError::Setting { what: "rapid override", value, condition: "from 0 to 1" })
-            }
+            Action::Override(value) if !(0.0..=2.0).contains(&value) => Err(PlanError::Setting {
+                what: "feed override",
+                value,
+                condition: "from 0 to 2",
+            }),
+            Action::Rapid(value) if !(0.0..=1.0).contains(&value) => Err(PlanError::Setting {
+                what: "rapid override",
+                value,
+                condition: "from 0 to 1",
+            }),
             _ => Ok(()),
         }
     }
@@ -64,7 +72,8 @@ impl Asked {
         self.of(heeds) == 0.0
     }
 
-    /// The pace that a place is to be passed at between others; above 1 the feed may be so many times the programmed one.
+    /// The pace that a place is to be passed at between others; above 1 the feed may be so many
+    /// times the programmed one.
     pub(super) fn cap(&self, heeds: Heeds) -> f64 {
         self.of(heeds).max(CREEP)
     }

@@ -3,12 +3,25 @@
 use super::course::Course;
 use super::ramp::{Effort, Ramp, State};
 
-/// Command cycles that a change may wait for a place where it can be made, if that makes it sooner done.
-const WAITS: [u32; 22] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 64, 80, 96];
-/// Parts of the most that the pace may change by that are tried, each with the part of the least reach that joints which hardly move may
-/// count on.
-const EFFORTS: [[f64; 2]; 8] = [[1.0, 0.5], [1.0, 0.0], [0.85, 0.0], [0.7, 0.0], [0.55, 0.0], [0.4, 0.0], [0.25, 0.0], [0.12, 0.0]];
-/// Parts of the pace aimed at that do where the plan leaves no room to come up to it: what is missing follows as soon as it can.
+/// Command cycles that a change may wait for a place where it can be made, if that makes it sooner
+/// done.
+const WAITS: [u32; 22] = [
+    0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 64, 80, 96,
+];
+/// Parts of the most that the pace may change by that are tried, each with the part of the least
+/// reach that joints which hardly move may count on.
+const EFFORTS: [[f64; 2]; 8] = [
+    [1.0, 0.5],
+    [1.0, 0.0],
+    [0.85, 0.0],
+    [0.7, 0.0],
+    [0.55, 0.0],
+    [0.4, 0.0],
+    [0.25, 0.0],
+    [0.12, 0.0],
+];
+/// Parts of the pace aimed at that do where the plan leaves no room to come up to it: what is
+/// missing follows as soon as it can.
 const NEARLY: [f64; 9] = [1.0, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3, 0.1];
 /// Up to this part a pace is the one aimed at.
 pub(super) const REACHED: f64 = 1e-6;
@@ -20,20 +33,39 @@ pub(super) struct Aim {
     pub(super) ramp: Ramp,
 }
 
-/// The best change to a pace found: for less pace the one that is done first, for more the one that gets nearest. `after` tells the state
-/// after so many command cycles as things are; none if that is not known.
-pub(super) fn aim(course: &Course, target: f64, period_s: f64, after: &dyn Fn(u32) -> Option<State>) -> Option<Aim> {
+/// The best change to a pace found: for less pace the one that is done first, for more the one that
+/// gets nearest. `after` tells the state after so many command cycles as things are; none if that
+/// is not known.
+pub(super) fn aim(
+    course: &Course,
+    target: f64,
+    period_s: f64,
+    after: &dyn Fn(u32) -> Option<State>,
+) -> Option<Aim> {
     let now = after(0)?;
-    if now.w < target { rise(course, target, &now) } else { fall(course, target, period_s, after) }
+    if now.w < target {
+        rise(course, target, &now)
+    } else {
+        fall(course, target, period_s, after)
+    }
 }
 
 /// From the hardest to the gentlest.
 fn efforts(course: &Course) -> impl Iterator<Item = Effort<'_>> {
     let reach = course.reach();
-    EFFORTS.into_iter().map(move |[part, of]| Effort { course, part, reach: of * reach })
+    EFFORTS.into_iter().map(move |[part, of]| Effort {
+        course,
+        part,
+        reach: of * reach,
+    })
 }
 
-fn fall(course: &Course, target: f64, period_s: f64, after: &dyn Fn(u32) -> Option<State>) -> Option<Aim> {
+fn fall(
+    course: &Course,
+    target: f64,
+    period_s: f64,
+    after: &dyn Fn(u32) -> Option<State>,
+) -> Option<Aim> {
     let mut best: Option<(f64, Aim)> = None;
     for wait in WAITS {
         let waited_s = f64::from(wait) * period_s;
@@ -53,7 +85,12 @@ fn fall(course: &Course, target: f64, period_s: f64, after: &dyn Fn(u32) -> Opti
 }
 
 fn rise(course: &Course, target: f64, now: &State) -> Option<Aim> {
-    let goals = NEARLY.into_iter().map(|part| part * target).filter(|goal| *goal > now.w + REACHED);
+    let goals = NEARLY
+        .into_iter()
+        .map(|part| part * target)
+        .filter(|goal| *goal > now.w + REACHED);
     let mut tries = goals.flat_map(|goal| efforts(course).map(move |effort| (goal, effort)));
-    tries.find_map(|(goal, effort)| effort.ramp(*now, goal)).map(|ramp| Aim { wait: 0, ramp })
+    tries
+        .find_map(|(goal, effort)| effort.ramp(*now, goal))
+        .map(|ramp| Aim { wait: 0, ramp })
 }

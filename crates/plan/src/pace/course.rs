@@ -18,7 +18,8 @@ pub(super) struct Joint {
     pub(super) limits: [f64; 3],
 }
 
-/// One joint's derivatives by the plan's own time at a place. The third may step in its neighbourhood: its least and largest.
+/// One joint's derivatives by the plan's own time at a place. The third may step in its
+/// neighbourhood: its least and largest.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rates {
     pub(super) v: f64,
@@ -41,7 +42,8 @@ impl Place {
     }
 }
 
-/// The plan: samples at even steps of its own time, between them the quintics that have their velocities and accelerations.
+/// The plan: samples at even steps of its own time, between them the quintics that have their
+/// velocities and accelerations.
 #[derive(Clone, Debug)]
 pub(super) struct Course {
     joints: Vec<Joint>,
@@ -56,20 +58,45 @@ pub(super) struct Course {
 
 impl Course {
     pub(super) fn new(limits: &[Option<AxisLimits>; AXES], step_s: f64) -> Course {
-        let joint =
-            |(index, limits): (usize, &Option<AxisLimits>)| limits.map(|l| Joint { index, limits: [l.velocity, l.acceleration, l.jerk] });
+        let joint = |(index, limits): (usize, &Option<AxisLimits>)| {
+            limits.map(|l| Joint {
+                index,
+                limits: [l.velocity, l.acceleration, l.jerk],
+            })
+        };
         let joints = limits.iter().enumerate().filter_map(joint).collect();
-        Course { joints, samples: VecDeque::new(), first: 0, kinds: VecDeque::new(), step_s, complete: false }
+        Course {
+            joints,
+            samples: VecDeque::new(),
+            first: 0,
+            kinds: VecDeque::new(),
+            step_s,
+            complete: false,
+        }
     }
 
     /// How long the slowest joint takes to stop, s.
     pub(super) fn stop_s(&self) -> f64 {
-        self.joints.iter().map(|Joint { limits: [v, a, j], .. }| v / a + a / j).fold(0.0, f64::max)
+        self.joints
+            .iter()
+            .map(
+                |Joint {
+                     limits: [v, a, j], ..
+                 }| v / a + a / j,
+            )
+            .fold(0.0, f64::max)
     }
 
     /// The least second derivative of the pace that a joint at full speed can follow, 1/s2.
     pub(super) fn reach(&self) -> f64 {
-        self.joints.iter().map(|Joint { limits: [v, _, j], .. }| j / v).fold(f64::INFINITY, f64::min)
+        self.joints
+            .iter()
+            .map(
+                |Joint {
+                     limits: [v, _, j], ..
+                 }| j / v,
+            )
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// How far the plan is looked at ahead of the motion, in steps.
@@ -78,22 +105,37 @@ impl Course {
     }
 
     pub(super) fn push(&mut self, sample: Sample) {
-        if self.kinds.back().is_none_or(|(_, last)| *last != sample.heeds) {
-            self.kinds.push_back((self.first + self.samples.len() as u64, sample.heeds));
+        if self
+            .kinds
+            .back()
+            .is_none_or(|(_, last)| *last != sample.heeds)
+        {
+            self.kinds
+                .push_back((self.first + self.samples.len() as u64, sample.heeds));
         }
         self.samples.push_back(sample);
     }
 
-    /// The overrides that count at a place and ahead of it, as far as the plan is looked at, in order.
+    /// The overrides that count at a place and ahead of it, as far as the plan is looked at, in
+    /// order.
     pub(super) fn kinds(&self, sigma: f64) -> impl Iterator<Item = Heeds> + '_ {
         let far = sigma + self.far() as f64;
-        let begun = self.kinds.partition_point(|(step, _)| *step as f64 <= sigma).saturating_sub(1);
-        self.kinds.iter().skip(begun).take_while(move |(step, _)| *step as f64 <= far).map(|(_, kind)| *kind)
+        let begun = self
+            .kinds
+            .partition_point(|(step, _)| *step as f64 <= sigma)
+            .saturating_sub(1);
+        self.kinds
+            .iter()
+            .skip(begun)
+            .take_while(move |(step, _)| *step as f64 <= far)
+            .map(|(_, kind)| *kind)
     }
 
     /// The last step known; none before the first sample.
     pub(super) fn end(&self) -> Option<f64> {
-        (self.first + self.samples.len() as u64).checked_sub(1).map(|step| step as f64)
+        (self.first + self.samples.len() as u64)
+            .checked_sub(1)
+            .map(|step| step as f64)
     }
 
     /// Forgets what lies well before a place.
@@ -102,7 +144,11 @@ impl Course {
             self.samples.pop_front();
             self.first += 1;
         }
-        while self.kinds.get(1).is_some_and(|(step, _)| *step <= self.first) {
+        while self
+            .kinds
+            .get(1)
+            .is_some_and(|(step, _)| *step <= self.first)
+        {
             self.kinds.pop_front();
         }
     }
@@ -118,7 +164,9 @@ impl Course {
     /// Whether the plan stands still over the interval that a place is in.
     pub(super) fn rests(&self, sigma: f64) -> bool {
         let (index, _) = self.find(sigma);
-        let rests = |sample: &Sample| sample.velocity == Coords::ZERO && sample.acceleration == Coords::ZERO;
+        let rests = |sample: &Sample| {
+            sample.velocity == Coords::ZERO && sample.acceleration == Coords::ZERO
+        };
         match (self.samples.get(index), self.samples.get(index + 1)) {
             (Some(a), Some(b)) => rests(a) && rests(b) && a.position == b.position,
             (Some(a), None) => rests(a),
@@ -128,32 +176,62 @@ impl Course {
 
     /// Whether the plan has neither speed nor acceleration at a place.
     pub(super) fn stands(&self, sigma: f64) -> bool {
-        let sample = self.sample(&State { sigma, w: 1.0, u: 0.0 });
-        sample.is_some_and(|sample| sample.velocity == Coords::ZERO && sample.acceleration == Coords::ZERO)
+        let sample = self.sample(&State {
+            sigma,
+            w: 1.0,
+            u: 0.0,
+        });
+        sample.is_some_and(|sample| {
+            sample.velocity == Coords::ZERO && sample.acceleration == Coords::ZERO
+        })
     }
 
     /// The derivatives of the joints at a place.
     pub(super) fn at(&self, sigma: f64) -> Place {
         let (index, part) = self.find(sigma);
-        let mut place = Place { joints: [Rates::default(); AXES], count: 0 };
-        let around =
-            [index.saturating_sub(1), index, index + 1, index + 2].map(|k| self.samples.get(k.min(self.samples.len().saturating_sub(1))));
-        let [Some(before), Some(a), Some(b), Some(after)] = around else { return place };
+        let mut place = Place {
+            joints: [Rates::default(); AXES],
+            count: 0,
+        };
+        let around = [index.saturating_sub(1), index, index + 1, index + 2].map(|k| {
+            self.samples
+                .get(k.min(self.samples.len().saturating_sub(1)))
+        });
+        let [Some(before), Some(a), Some(b), Some(after)] = around else {
+            return place;
+        };
         for joint in &self.joints {
             let k = joint.index;
             let state = |sample: &Sample| {
-                [sample.position.0[k], sample.velocity.0[k] * self.step_s, sample.acceleration.0[k] * self.step_s * self.step_s]
+                [
+                    sample.position.0[k],
+                    sample.velocity.0[k] * self.step_s,
+                    sample.acceleration.0[k] * self.step_s * self.step_s,
+                ]
             };
             let [_, v, acceleration] = crate::optimal::quintic(state(a), state(b), part);
             let accelerations = [before, a, b, after].map(|sample| sample.acceleration.0[k]);
-            let [j0, j1, j2] = [0, 1, 2].map(|i| (accelerations[i + 1] - accelerations[i]) / self.step_s);
+            let [j0, j1, j2] =
+                [0, 1, 2].map(|i| (accelerations[i + 1] - accelerations[i]) / self.step_s);
             let (v, a) = (v / self.step_s, acceleration / (self.step_s * self.step_s));
             let j = [j0.min(j1).min(j2), j0.max(j1).max(j2)];
             let [most_v, most_a, most_j] = joint.limits;
-            if v.abs() <= STILL * most_v && a.abs() <= STILL * most_a && j[1] - j[0] <= STILL * most_j {
+            if v.abs() <= STILL * most_v
+                && a.abs() <= STILL * most_a
+                && j[1] - j[0] <= STILL * most_j
+            {
                 continue;
             }
-            place.joints[place.count] = Rates { v, a, j, limits: [most_v.max(v.abs()), most_a.max(a.abs()), most_j.max(j[1]).max(-j[0])] };
+            place.joints[place.count] = Rates {
+                v,
+                a,
+                j,
+                limits: [
+                    most_v.max(v.abs()),
+                    most_a.max(a.abs()),
+                    most_j.max(j[1]).max(-j[0]),
+                ],
+            };
             place.count += 1;
         }
         place
@@ -171,6 +249,11 @@ impl Course {
         }
         let b = self.samples.get(index + 1).unwrap_or(a);
         let pair = [a, b].map(|sample| *sample);
-        Some(between([&pair[0], &pair[1]], self.step_s, part, [state.w, state.u]))
+        Some(between(
+            [&pair[0], &pair[1]],
+            self.step_s,
+            part,
+            [state.w, state.u],
+        ))
     }
 }

@@ -1,9 +1,11 @@
-//! A planned motion at another pace: feed hold, resume, feed override and stop at any moment, all within the joints' limits.
+//! A planned motion at another pace: feed hold, resume, feed override and stop at any moment, all
+//! within the joints' limits.
 //!
-//! What was planned stays: the joints go the same way p(sigma), and only how fast its time sigma goes by changes. So the tool never leaves the
-//! path of the plan, wherever it is told to stop, inside a blend or a rounded corner too. [`ramp`] brings the pace from one value to another in
-//! the shortest time that every joint's velocity, acceleration and jerk allow; [`aim`] finds a place where that can be done, at the latest where the plan
-//! itself rests.
+//! What was planned stays: the joints go the same way p(sigma), and only how fast its time sigma
+//! goes by changes. So the tool never leaves the path of the plan, wherever it is told to stop,
+//! inside a blend or a rounded corner too. [`ramp`] brings the pace from one value to another in
+//! the shortest time that every joint's velocity, acceleration and jerk allow; [`aim`] finds a
+//! place where that can be done, at the latest where the plan itself rests.
 
 mod action;
 mod aim;
@@ -26,8 +28,8 @@ use retimed::{MOST_PACE, Retimed};
 const FINEST_NS: u64 = 500_000;
 /// Makes samples of a plan at the pace that is asked for.
 ///
-/// Fed with the samples of a planner whose clock is [`Pacer::plan_clock`], it gives out samples at the command cycle. As long as nothing is
-/// asked for they are the plan's own to the bit.
+/// Fed with the samples of a planner whose clock is [`Pacer::plan_clock`], it gives out samples at
+/// the command cycle. As long as nothing is asked for they are the plan's own to the bit.
 #[derive(Clone, Debug)]
 pub struct Pacer {
     config: PlannerConfig,
@@ -56,14 +58,19 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// The clock that the planner has to have for a pacer with these settings: fine enough that nothing is lost between two of its samples.
+    /// The clock that the planner has to have for a pacer with these settings: fine enough that
+    /// nothing is lost between two of its samples.
     pub fn plan_clock(config: &PlannerConfig) -> Clock {
         let period = config.clock.period_ns();
-        let whole = (period.div_ceil(FINEST_NS)..=period).find(|steps| period.is_multiple_of(*steps));
-        whole.and_then(|steps| Clock::from_nanos(period / steps)).unwrap_or(config.clock)
+        let whole =
+            (period.div_ceil(FINEST_NS)..=period).find(|steps| period.is_multiple_of(*steps));
+        whole
+            .and_then(|steps| Clock::from_nanos(period / steps))
+            .unwrap_or(config.clock)
     }
 
-    /// A pacer at rest at the start of a plan; `config` as for the planner, with the clock of the samples that are wanted.
+    /// A pacer at rest at the start of a plan; `config` as for the planner, with the clock of the
+    /// samples that are wanted.
     ///
     /// # Errors
     /// A setting or limit that makes no sense.
@@ -75,11 +82,18 @@ impl Pacer {
             course: Course::new(&config.limits, step_s),
             steps: (config.clock.period_ns() / Pacer::plan_clock(config).period_ns()) as f64,
             period_s: config.clock.period_s(),
-            state: State { sigma: 0.0, w: 1.0, u: 0.0 },
+            state: State {
+                sigma: 0.0,
+                w: 1.0,
+                u: 0.0,
+            },
             ramp: None,
             next: None,
             retimed: None,
-            asked: Asked { feed: 1.0, rapid: 1.0 },
+            asked: Asked {
+                feed: 1.0,
+                rapid: 1.0,
+            },
             held: false,
             stopping: false,
             patience: 0,
@@ -126,15 +140,27 @@ impl Pacer {
     /// The next sample; none while more of the plan has to be known, or at the end.
     pub fn take(&mut self) -> Option<Sample> {
         let end = self.course.end()?;
-        if self.over || (!self.course.complete && end < self.state.sigma + self.course.far() as f64 + MOST_PACE * self.steps) {
+        if self.over
+            || (!self.course.complete
+                && end < self.state.sigma + self.course.far() as f64 + MOST_PACE * self.steps)
+        {
             return None;
         }
-        let sample = Sample { tick: self.tick, ..self.course.sample(&self.state)? };
+        let sample = Sample {
+            tick: self.tick,
+            ..self.course.sample(&self.state)?
+        };
         self.tick += 1;
-        let [_, past @ ..] = if sample.tick == 0 { [sample.position; 4] } else { self.past };
+        let [_, past @ ..] = if sample.tick == 0 {
+            [sample.position; 4]
+        } else {
+            self.past
+        };
         self.past = [past[0], past[1], past[2], sample.position];
         let rests = self.state.w == 0.0 || self.course.rests(self.state.sigma);
-        if self.stopping && self.ramp.is_none() && rests || self.course.complete && self.state.sigma >= end {
+        if self.stopping && self.ramp.is_none() && rests
+            || self.course.complete && self.state.sigma >= end
+        {
             self.over = true;
         } else {
             self.choose();
@@ -147,7 +173,9 @@ impl Pacer {
     /// The state after so many cycles as things are.
     fn after(&self, cycles: f64) -> Option<State> {
         if let Some(retimed) = &self.retimed {
-            return (cycles as usize).checked_sub(1).map_or(Some(self.state), |cycle| retimed.ready(cycle));
+            return (cycles as usize)
+                .checked_sub(1)
+                .map_or(Some(self.state), |cycle| retimed.ready(cycle));
         }
         let (mut state, mut left_s) = (self.state, cycles * self.period_s);
         if let Some((ramp, gone_s)) = &self.ramp {
@@ -164,7 +192,8 @@ impl Pacer {
         known.then_some(state)
     }
 
-    /// Goes on at a steady pace; where the plan stands still for a time (a dwell), that time is not stretched.
+    /// Goes on at a steady pace; where the plan stands still for a time (a dwell), that time is not
+    /// stretched.
     fn steady(&self, mut sigma: f64, pace: f64, mut left_s: f64) -> f64 {
         while left_s > 0.0 && pace > 0.0 {
             let rate = if self.course.rests(sigma) { 1.0 } else { pace } / self.course.step_s;
@@ -179,7 +208,11 @@ impl Pacer {
 
     fn advance(&mut self) {
         if let Some(retimed) = &mut self.retimed {
-            let end = || State { sigma: self.course.end().unwrap_or_default(), w: 1.0, u: 0.0 };
+            let end = || State {
+                sigma: self.course.end().unwrap_or_default(),
+                w: 1.0,
+                u: 0.0,
+            };
             self.state = retimed.next(&self.course).unwrap_or_else(end);
             return;
         }

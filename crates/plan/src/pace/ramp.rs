@@ -1,17 +1,20 @@
 //! From one pace to another in the shortest time that the joints' limits allow.
 //!
-//! The plan p goes by its own time sigma at the pace w = d sigma / dt. With u and r, the first and second derivative of w by real time, a
-//! joint has the velocity p' w, the acceleration p'' w2 + p' u and the jerk p''' w3 + 3 p'' w u + p' r. A ramp takes the most of r that all
-//! joints leave, then the most of u, and turns round just in time to arrive with u = 0. Whether it keeps every limit is looked at afterwards,
-//! all along.
+//! The plan p goes by its own time sigma at the pace w = d sigma / dt. With u and r, the first and
+//! second derivative of w by real time, a joint has the velocity p' w, the acceleration p'' w2 + p'
+//! u and the jerk p''' w3 + 3 p'' w u + p' r. A ramp takes the most of r that all joints leave,
+//! then the most of u, and turns round just in time to arrive with u = 0. Whether it keeps every
+//! limit is looked at afterwards, all along.
 
 use super::course::{Course, Place};
 
 /// Real time from one choice to the next, s.
 const STEP_S: f64 = 2.5e-4;
-/// The pace may change by 1 in no less than about twice this time, s: where joints rest, nothing else would bound it.
+/// The pace may change by 1 in no less than about twice this time, s: where joints rest, nothing
+/// else would bound it.
 const SWIFTEST_S: f64 = 4e-3;
-/// Part of the limits of acceleration and jerk that is used, since they are looked at in the middle of each step.
+/// Part of the limits of acceleration and jerk that is used, since they are looked at in the middle
+/// of each step.
 const PART: f64 = 0.998;
 /// Halvings of the step in which a ramp turns round.
 const HALVINGS: usize = 30;
@@ -34,7 +37,11 @@ impl State {
     /// After a time at a constant second derivative of the pace, 1/s2.
     pub(super) fn after(&self, t: f64, r: f64, step_s: f64) -> State {
         let State { sigma, w, u } = *self;
-        State { sigma: sigma + (w + (0.5 * u + r * t / 6.0) * t) * t / step_s, w: w + (u + 0.5 * r * t) * t, u: u + r * t }
+        State {
+            sigma: sigma + (w + (0.5 * u + r * t / 6.0) * t) * t / step_s,
+            w: w + (u + 0.5 * r * t) * t,
+            u: u + r * t,
+        }
     }
 }
 
@@ -83,7 +90,11 @@ pub(super) struct Effort<'a> {
 /// The least and largest x with |c + slope x| within a limit for every c between two.
 fn room(c: [f64; 2], slope: f64, limit: f64) -> [f64; 2] {
     let [a, b] = [(-limit - c[0]) / slope, (limit - c[1]) / slope];
-    if slope > 0.0 { [a, b] } else { [(limit - c[1]) / slope, (-limit - c[0]) / slope] }
+    if slope > 0.0 {
+        [a, b]
+    } else {
+        [(limit - c[1]) / slope, (-limit - c[0]) / slope]
+    }
 }
 
 impl Effort<'_> {
@@ -96,10 +107,15 @@ impl Effort<'_> {
             let [low, high] = room(c, joint.v, PART * joint.limits[2]);
             all = [all[0].max(low), all[1].min(high)];
         }
-        if all[0] <= all[1] { all } else { [0.5 * (all[0] + all[1]); 2] }
+        if all[0] <= all[1] {
+            all
+        } else {
+            [0.5 * (all[0] + all[1]); 2]
+        }
     }
 
-    /// The least and largest u. Where a joint hardly moves, r does not reach its jerk, and 3 p'' w u alone has to keep within it.
+    /// The least and largest u. Where a joint hardly moves, r does not reach its jerk, and 3 p'' w
+    /// u alone has to keep within it.
     fn rate_room(&self, place: &Place, w: f64) -> [f64; 2] {
         let most = 1.0 / SWIFTEST_S;
         let mut all = [-most, most];
@@ -111,13 +127,18 @@ impl Effort<'_> {
             let slope = 3.0 * joint.a * w;
             if slope != 0.0 {
                 let reach = joint.v.abs() * self.reach;
-                meet(room(joint.j.map(|j| j * w * w * w), slope, PART * joint.limits[2] + reach));
+                meet(room(
+                    joint.j.map(|j| j * w * w * w),
+                    slope,
+                    PART * joint.limits[2] + reach,
+                ));
             }
         }
         all
     }
 
-    /// The r that changes the pace to one side as fast as it may, where the next choice comes after a time.
+    /// The r that changes the pace to one side as fast as it may, where the next choice comes after
+    /// a time.
     fn hardest(&self, state: &State, up: bool, t: f64) -> f64 {
         let step_s = self.course.step_s;
         let middle = state.after(0.5 * t, 0.0, step_s);
@@ -126,37 +147,56 @@ impl Effort<'_> {
         let [least, most] = self.rate_room(&self.course.at(end.sigma), end.w);
         let soft = |r: f64, forced: bool| if forced { r } else { self.part * r };
         if up {
-            soft(high, high < 0.0).min((self.part * most - state.u) / t).max(low)
+            soft(high, high < 0.0)
+                .min((self.part * most - state.u) / t)
+                .max(low)
         } else {
-            soft(low, low > 0.0).max((self.part * least - state.u) / t).min(high)
+            soft(low, low > 0.0)
+                .max((self.part * least - state.u) / t)
+                .min(high)
         }
     }
 
-    /// From a state to a steady pace, as fast as may be; none where the plan is not known far enough.
+    /// From a state to a steady pace, as fast as may be; none where the plan is not known far
+    /// enough.
     fn level(&self, from: State, pieces: &mut Vec<Piece>) -> Option<State> {
         let (mut state, step_s) = (from, self.course.step_s);
         let last = self.course.end()?;
         let up = from.u < 0.0;
         while state.u != 0.0 {
             let r = self.hardest(&state, up, STEP_S);
-            let crosses = if up { state.u + r * STEP_S >= 0.0 } else { state.u + r * STEP_S <= 0.0 };
+            let crosses = if up {
+                state.u + r * STEP_S >= 0.0
+            } else {
+                state.u + r * STEP_S <= 0.0
+            };
             let t = if crosses { -state.u / r } else { STEP_S };
-            pieces.push(Piece { from: state, lasts_s: t, r });
+            pieces.push(Piece {
+                from: state,
+                lasts_s: t,
+                r,
+            });
             state = state.after(t, r, step_s);
             if crosses {
                 state.u = 0.0;
             }
-            if pieces.len() > LONGEST || state.w < -0.5 || state.w > 4.0 || (state.sigma > last && !self.course.complete) {
+            if pieces.len() > LONGEST
+                || state.w < -0.5
+                || state.w > 4.0
+                || (state.sigma > last && !self.course.complete)
+            {
                 return None;
             }
         }
         Some(state)
     }
 
-    /// The pace that it would arrive at by turning round at once; out of the way where it does not arrive.
+    /// The pace that it would arrive at by turning round at once; out of the way where it does not
+    /// arrive.
     fn arrives(&self, from: State, up: bool) -> f64 {
         let lost = if up { f64::INFINITY } else { f64::NEG_INFINITY };
-        self.level(from, &mut Vec::new()).map_or(lost, |state| state.w)
+        self.level(from, &mut Vec::new())
+            .map_or(lost, |state| state.w)
     }
 
     /// The fastest way from a state to a pace; none where it cannot be had, or passes a limit.
@@ -174,25 +214,49 @@ impl Effort<'_> {
         let (mut low, mut high) = (0.0, last.lasts_s);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if beyond(end(&last, middle)) { high = middle } else { low = middle }
+            if beyond(end(&last, middle)) {
+                high = middle
+            } else {
+                low = middle
+            }
         }
         pieces.truncate(turn);
-        pieces.push(Piece { lasts_s: low, ..last });
+        pieces.push(Piece {
+            lasts_s: low,
+            ..last
+        });
         let arrived = self.level(end(&last, low), &mut pieces)?;
         let near = (arrived.w - target).abs() <= THERE;
         let keeps = near && pieces.iter().all(|piece| self.keeps(piece));
-        keeps.then_some(Ramp { pieces, end: State { w: target, u: 0.0, ..arrived } })
+        keeps.then_some(Ramp {
+            pieces,
+            end: State {
+                w: target,
+                u: 0.0,
+                ..arrived
+            },
+        })
     }
 
     /// As hard as may be to one side, until that passes a limit or the target.
     fn trunk(&self, from: State, target: f64, up: bool) -> Vec<Piece> {
         let mut pieces = Vec::new();
         let mut state = from;
-        while pieces.len() < LONGEST && (self.course.complete || self.course.end().is_some_and(|last| state.sigma < last)) {
-            let piece = Piece { from: state, lasts_s: STEP_S, r: self.hardest(&state, up, STEP_S) };
+        while pieces.len() < LONGEST
+            && (self.course.complete || self.course.end().is_some_and(|last| state.sigma < last))
+        {
+            let piece = Piece {
+                from: state,
+                lasts_s: STEP_S,
+                r: self.hardest(&state, up, STEP_S),
+            };
             pieces.push(piece);
             state = state.after(STEP_S, piece.r, self.course.step_s);
-            let through = if up { state.w > target && state.u > 0.0 } else { state.w < target && state.u < 0.0 };
+            let through = if up {
+                state.w > target && state.u > 0.0
+            } else {
+                state.w < target && state.u < 0.0
+            };
             if through || !self.keeps(&piece) {
                 break;
             }
@@ -203,13 +267,20 @@ impl Effort<'_> {
     /// Whether a piece keeps every limit, and does not go backward.
     fn keeps(&self, piece: &Piece) -> bool {
         [0.0, 0.5, 1.0].into_iter().all(|part| {
-            let State { sigma, w, u } = piece.from.after(part * piece.lasts_s, piece.r, self.course.step_s);
+            let State { sigma, w, u } =
+                piece
+                    .from
+                    .after(part * piece.lasts_s, piece.r, self.course.step_s);
             let place = self.course.at(sigma);
             w >= -THERE
                 && place.joints().iter().all(|joint| {
                     let [v, a, j] = joint.limits.map(|limit| limit * ROUNDING);
-                    let jerk = joint.j.map(|jerk| (jerk * w * w + 3.0 * joint.a * u) * w + joint.v * piece.r);
-                    (joint.v * w).abs() <= v && (joint.a * w * w + joint.v * u).abs() <= a && jerk[0].abs().max(jerk[1].abs()) <= j
+                    let jerk = joint
+                        .j
+                        .map(|jerk| (jerk * w * w + 3.0 * joint.a * u) * w + joint.v * piece.r);
+                    (joint.v * w).abs() <= v
+                        && (joint.a * w * w + joint.v * u).abs() <= a
+                        && jerk[0].abs().max(jerk[1].abs()) <= j
                 })
         })
     }

@@ -1,7 +1,9 @@
-//! A pace that changes all along: feeds above the programmed ones, and overrides that do not hold for all that is ahead.
+//! A pace that changes all along: feeds above the programmed ones, and overrides that do not hold
+//! for all that is ahead.
 //!
-//! The plan is taken as nominal motion and retimed window by window, as quality `optimal` does it, from the state of motion that is. Each window ends at
-//! a steady pace that is within all limits and all that is asked, so that there is always a way on.
+//! The plan is taken as nominal motion and retimed window by window, as quality `optimal` does it,
+//! from the state of motion that is. Each window ends at a steady pace that is within all limits
+//! and all that is asked, so that there is always a way on.
 
 use super::action::Asked;
 use super::course::Course;
@@ -37,7 +39,8 @@ pub(super) struct Retimed {
 }
 
 impl Retimed {
-    /// The way on from a state; none if none is found that keeps the limits. `before` are the last positions given out before that state.
+    /// The way on from a state; none if none is found that keeps the limits. `before` are the last
+    /// positions given out before that state.
     pub(super) fn start(
         config: &PlannerConfig,
         nominal: Clock,
@@ -49,11 +52,25 @@ impl Retimed {
         let sure = asked.sure();
         let windows = Windows::new(config, nominal, sure * sure);
         let margin = (windows.margin as f64 * asked.feed.max(1.0)).ceil() as usize;
-        let mut retimed = Retimed { asked, windows, origin: state.sigma, ready: VecDeque::new(), far: course.far(), margin, done: false };
+        let mut retimed = Retimed {
+            asked,
+            windows,
+            origin: state.sigma,
+            ready: VecDeque::new(),
+            far: course.far(),
+            margin,
+            done: false,
+        };
         let end = retimed.look(course)?;
         let steps = retimed.windows.points.len() - 1;
         let stands = course.stands(state.sigma);
-        let first = [-1.0, 1.0].map(|side| if stands { sure * sure } else { state.w * state.w + side * state.u * course.step_s });
+        let first = [-1.0, 1.0].map(|side| {
+            if stands {
+                sure * sure
+            } else {
+                state.w * state.w + side * state.u * course.step_s
+            }
+        });
         if first.iter().any(|x| *x <= 0.0) {
             return None;
         }
@@ -67,9 +84,16 @@ impl Retimed {
         if !stands {
             retimed.let_slow_down(state.w);
         }
-        retimed.windows.begin(guess(first, sure * sure, steps + 2, [eased, margin]), before.to_vec());
+        retimed.windows.begin(
+            guess(first, sure * sure, steps + 2, [eased, margin]),
+            before.to_vec(),
+        );
         let given = retimed.given(end);
-        let start = if stands { Windows::rest(steps) } else { End::Moving };
+        let start = if stands {
+            Windows::rest(steps)
+        } else {
+            End::Moving
+        };
         let trial = retimed.windows.best([start, end], given, eased);
         if !trial.found || trial.least() < 1.0 - GOOD {
             return None;
@@ -102,17 +126,36 @@ impl Retimed {
         let last = course.end()?;
         let (known, points) = (last - self.origin, &mut self.windows.points);
         let rests = known < self.far as f64;
-        let steps = if rests { known.ceil().max(1.0) as usize } else { self.far };
+        let steps = if rests {
+            known.ceil().max(1.0) as usize
+        } else {
+            self.far
+        };
         for step in points.len()..=steps {
-            let sample = course.sample(&State { sigma: self.origin + step as f64, w: 1.0, u: 0.0 })?;
-            points.push(Sample { feed_part: most(&sample, &self.asked), ..sample });
+            let sample = course.sample(&State {
+                sigma: self.origin + step as f64,
+                w: 1.0,
+                u: 0.0,
+            })?;
+            points.push(Sample {
+                feed_part: most(&sample, &self.asked),
+                ..sample
+            });
         }
-        Some(if rests { Windows::rest(steps) } else { End::Moving })
+        Some(if rests {
+            Windows::rest(steps)
+        } else {
+            End::Moving
+        })
     }
 
     fn given(&self, end: End) -> usize {
         let steps = self.windows.points.len() - 1;
-        if end == End::Moving { steps - self.margin.min(steps - 1) } else { steps }
+        if end == End::Moving {
+            steps - self.margin.min(steps - 1)
+        } else {
+            steps
+        }
     }
 
     /// Where the motion is faster than asked, what is asked comes true by and by.
@@ -128,9 +171,14 @@ impl Retimed {
         let origin = self.origin;
         let state = |placed: Placed| {
             let [w, u] = placed.pace;
-            State { sigma: origin + placed.interval as f64 + placed.part, w, u }
+            State {
+                sigma: origin + placed.interval as f64 + placed.part,
+                w,
+                u,
+            }
         };
-        self.ready.extend(self.windows.give(trial, given).into_iter().map(state));
+        self.ready
+            .extend(self.windows.give(trial, given).into_iter().map(state));
         self.origin += given as f64;
         self.done = end != End::Moving;
     }
@@ -139,11 +187,16 @@ impl Retimed {
 /// One over the largest pace that is asked of a sample.
 fn most(sample: &Sample, asked: &Asked) -> f64 {
     let cap = asked.cap(sample.heeds);
-    let part = if sample.heeds == Heeds::Feed && cap > 1.0 { sample.feed_part / cap } else { 1.0 / cap };
+    let part = if sample.heeds == Heeds::Feed && cap > 1.0 {
+        sample.feed_part / cap
+    } else {
+        1.0 / cap
+    };
     part.max(1.0 / MOST_PACE)
 }
 
-/// Coefficients to begin with: as at the start for a while, then over to the pace of the end, squared.
+/// Coefficients to begin with: as at the start for a while, then over to the pace of the end,
+/// squared.
 fn guess(first: [f64; 2], end: f64, count: usize, [held, over]: [usize; 2]) -> Vec<f64> {
     let coefficient = |index: usize| match index {
         0 | 1 => first[index],

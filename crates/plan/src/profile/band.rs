@@ -1,8 +1,15 @@
-//! Symmetric matrices with two bands on either side: the diagonal and the two entries after it in each row.
+//! Symmetric matrices with two bands on either side: the diagonal and the two entries after it in
+//! each row.
 
-/// Adds the share of one interval: gradient and upper triangle of the second derivatives by three values that are sums over
-/// three coefficients.
-pub(super) fn gather(basis: &[[f64; 3]; 3], g: &[f64; 3], h: &[[f64; 3]; 3], right: &mut [f64], bands: &mut [[f64; 3]]) {
+/// Adds the share of one interval: gradient and upper triangle of the second derivatives by three
+/// values that are sums over three coefficients.
+pub(super) fn gather(
+    basis: &[[f64; 3]; 3],
+    g: &[f64; 3],
+    h: &[[f64; 3]; 3],
+    right: &mut [f64],
+    bands: &mut [[f64; 3]],
+) {
     let full = |i: usize, k: usize| if i <= k { h[i][k] } else { h[k][i] };
     let mut product = [[0.0; 3]; 3];
     for (i, row) in product.iter_mut().enumerate() {
@@ -13,7 +20,9 @@ pub(super) fn gather(basis: &[[f64; 3]; 3], g: &[f64; 3], h: &[[f64; 3]; 3], rig
     for p in 0..3 {
         right[p] += g[0] * basis[0][p] + g[1] * basis[1][p] + g[2] * basis[2][p];
         for q in p..3 {
-            bands[p][q - p] += basis[0][p] * product[0][q] + basis[1][p] * product[1][q] + basis[2][p] * product[2][q];
+            bands[p][q - p] += basis[0][p] * product[0][q]
+                + basis[1][p] * product[1][q]
+                + basis[2][p] * product[2][q];
         }
     }
 }
@@ -73,7 +82,9 @@ mod tests {
             2 => 0.7,
             _ => 0.0,
         };
-        let mut bands: Vec<[f64; 3]> = (0..7).map(|i| [entry(i, i), entry(i, i + 1), entry(i, i + 2)]).collect();
+        let mut bands: Vec<[f64; 3]> = (0..7)
+            .map(|i| [entry(i, i), entry(i, i + 1), entry(i, i + 2)])
+            .collect();
         let right: Vec<f64> = (0..7).map(|i| 1.0 - 0.3 * i as f64).collect();
         let mut x = right.clone();
         solve(&mut bands, &mut x);

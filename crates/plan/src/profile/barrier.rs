@@ -1,8 +1,9 @@
 //! The least time over a section by a primal-dual interior-point method.
 //!
-//! Unknown are the coefficients of the spline b(s), the square of the speed, and a slack for each bound, so that the start need
-//! not keep the bounds. Since a coefficient touches three intervals, the matrix has two bands on either side. The bound of the
-//! jerk is not convex in b; what comes out is judged by who asked for it. (Wright, Primal-Dual Interior-Point Methods, 1997.)
+//! Unknown are the coefficients of the spline b(s), the square of the speed, and a slack for each
+//! bound, so that the start need not keep the bounds. Since a coefficient touches three intervals,
+//! the matrix has two bands on either side. The bound of the jerk is not convex in b; what comes
+//! out is judged by who asked for it. (Wright, Primal-Dual Interior-Point Methods, 1997.)
 
 use super::band;
 use super::spline::Grid;
@@ -64,10 +65,23 @@ pub(super) struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    pub(super) fn new(grid: &'a Grid, caps: Vec<f64>, rows: Vec<Row>, goals: Vec<[f64; 2]>) -> Problem<'a> {
+    pub(super) fn new(
+        grid: &'a Grid,
+        caps: Vec<f64>,
+        rows: Vec<Row>,
+        goals: Vec<[f64; 2]>,
+    ) -> Problem<'a> {
         let n = grid.len();
         let basis = (0..n).map(|interval| grid.basis(interval)).collect();
-        Problem { grid, basis, caps, per: rows.len() / n.max(1), rows, goals, bounds: Vec::new() }
+        Problem {
+            grid,
+            basis,
+            caps,
+            per: rows.len() / n.max(1),
+            rows,
+            goals,
+            bounds: Vec::new(),
+        }
     }
 
     /// b, b' and b'' in the middle of an interval.
@@ -90,8 +104,8 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// What is used of each bound in an interval, as a part of it, with the gradient by b, b', b'': first twice of the speed, then of
-    /// the rows.
+    /// What is used of each bound in an interval, as a part of it, with the gradient by b, b', b'':
+    /// first twice of the speed, then of the rows.
     fn used(&self, c: &[f64], interval: usize, out: &mut Vec<Use>) {
         let x = self.middle(c, interval);
         let cap = 1.0 / self.caps[interval];
@@ -109,7 +123,10 @@ impl<'a> Problem<'a> {
             }
             let End { by: place, root } = &ends[usize::from(row.end > 0.0)];
             let slope = 0.5 * sum / root;
-            (sum * root * by, [0, 1, 2].map(|k| (row.f[k] * root + slope * place[k]) * by))
+            (
+                sum * root * by,
+                [0, 1, 2].map(|k| (row.f[k] * root + slope * place[k]) * by),
+            )
         }));
     }
 
@@ -135,7 +152,10 @@ impl<'a> Problem<'a> {
             let these = interval * per..(interval + 1) * per;
             for ((used, d), bound) in used[these.clone()].iter().zip(&self.bounds[these]) {
                 let over = used + bound.slack - 1.0;
-                let (first, second) = ((weight + bound.dual * over) / bound.slack, bound.dual / bound.slack);
+                let (first, second) = (
+                    (weight + bound.dual * over) / bound.slack,
+                    bound.dual / bound.slack,
+                );
                 for i in 0..3 {
                     g[i] += first * d[i];
                     for k in i..3 {
@@ -143,17 +163,28 @@ impl<'a> Problem<'a> {
                     }
                 }
             }
-            band::gather(&self.basis[interval], &g, &h, &mut right[interval..interval + 3], &mut bands[interval..interval + 3]);
+            band::gather(
+                &self.basis[interval],
+                &g,
+                &h,
+                &mut right[interval..interval + 3],
+                &mut bands[interval..interval + 3],
+            );
         }
         (right, bands)
     }
 
-    /// How slacks and duals change with a step of the coefficients, and how much of both changes is taken at most.
+    /// How slacks and duals change with a step of the coefficients, and how much of both changes is
+    /// taken at most.
     fn changes(&self, used: &[Use], step: &[f64], weight: f64) -> (Vec<Bound>, f64, f64) {
         let (mut primal, mut dual) = (1.0_f64, 1.0_f64);
         let mut changes = Vec::with_capacity(self.bounds.len());
         let per = self.per + 2;
-        for (interval, (used, bounds)) in used.chunks_exact(per).zip(self.bounds.chunks_exact(per)).enumerate() {
+        for (interval, (used, bounds)) in used
+            .chunks_exact(per)
+            .zip(self.bounds.chunks_exact(per))
+            .enumerate()
+        {
             let dx = self.middle(step, interval);
             for ((used, d), old) in used.iter().zip(bounds) {
                 let slack = 1.0 - used - old.slack - (d[0] * dx[0] + d[1] * dx[1] + d[2] * dx[2]);
@@ -164,7 +195,10 @@ impl<'a> Problem<'a> {
                 if change < -REACH * old.dual {
                     dual = dual.min(-REACH * old.dual / change);
                 }
-                changes.push(Bound { slack, dual: change });
+                changes.push(Bound {
+                    slack,
+                    dual: change,
+                });
             }
         }
         (changes, primal, dual)
@@ -178,7 +212,11 @@ impl<'a> Problem<'a> {
         let (changes, mut primal, dual) = self.changes(used, &step, weight);
         let mut tried = c.clone();
         for _ in 0..HALVINGS {
-            tried.iter_mut().zip(c.iter()).zip(&step).for_each(|((tried, c), d)| *tried = c + primal * d);
+            tried
+                .iter_mut()
+                .zip(c.iter())
+                .zip(&step)
+                .for_each(|((tried, c), d)| *tried = c + primal * d);
             if (0..self.grid.len()).all(|interval| self.middle(&tried, interval)[0] > 0.0) {
                 *c = tried;
                 let mut sum = 0.0;
@@ -194,18 +232,23 @@ impl<'a> Problem<'a> {
         None
     }
 
-    /// Lowers the time until the mean product of slacks and duals, which begins with `first`, is at most `last` and the bounds
-    /// are kept within a tolerance; at most so many steps.
+    /// Lowers the time until the mean product of slacks and duals, which begins with `first`, is at
+    /// most `last` and the bounds are kept within a tolerance; at most so many steps.
     pub(super) fn solve(&mut self, c: &mut Vec<f64>, first: f64, last: f64, steps: usize) {
         let bound = |(used, _): Use| {
             let slack = (1.0 - used).max(ROOM);
-            Bound { slack, dual: first / slack }
+            Bound {
+                slack,
+                dual: first / slack,
+            }
         };
         let mut used = self.all_used(c);
         self.bounds = used.iter().copied().map(bound).collect();
         let mut mean = first;
         for _ in 0..steps {
-            let Some(reached) = self.step(c, &used, FALL * mean) else { return };
+            let Some(reached) = self.step(c, &used, FALL * mean) else {
+                return;
+            };
             mean = reached.max(last);
             used = self.all_used(c);
             // The slacks may hide an excess.

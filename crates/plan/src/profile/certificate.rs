@@ -1,10 +1,11 @@
 //! Proof that a motion keeps the limits at every time, not only where it is looked at.
 //!
-//! On a stretch of constant jerk over one piece of path a joint's place is a smooth function of time whose derivatives up to the
-//! fifth are bounded by those of the curve. A function stays within h2/8 times its largest second derivative of the chord of its
-//! ends, which bounds velocity, acceleration and jerk from their values at both ends of a time h; where that is not enough, h is
-//! halved. Where a kinematics bends the path, the joints' fourth and fifth derivatives are not known: the middle's distance from
-//! the chord stands for the bound.
+//! On a stretch of constant jerk over one piece of path a joint's place is a smooth function of
+//! time whose derivatives up to the fifth are bounded by those of the curve. A function stays
+//! within h2/8 times its largest second derivative of the chord of its ends, which bounds velocity,
+//! acceleration and jerk from their values at both ends of a time h; where that is not enough, h is
+//! halved. Where a kinematics bends the path, the joints' fourth and fifth derivatives are not
+//! known: the middle's distance from the chord stands for the bound.
 
 use super::course::{Course, Place};
 use super::{Knot, Motion, Section};
@@ -14,7 +15,8 @@ use lostmotion_base::AXES;
 pub(super) const KEPT: f64 = 1.0 + 1e-6;
 /// How often a stretch is halved.
 const HALVINGS: u32 = 10;
-/// What lasts no longer is rounding of where pieces and knots meet, s: no jerk changes an acceleration in that time.
+/// What lasts no longer is rounding of where pieces and knots meet, s: no jerk changes an
+/// acceleration in that time.
 const INSTANT_S: f64 = 1e-10;
 
 /// Parts that are used of the limits of velocity (feed included), acceleration and jerk.
@@ -28,7 +30,8 @@ type State = [[f64; 3]; AXES];
 pub(crate) struct Certificate<'a> {
     section: &'a Section<'a>,
     course: Course<'a>,
-    /// The place looked at last, with its time: the end of one stretch is mostly the start of the next.
+    /// The place looked at last, with its time: the end of one stretch is mostly the start of the
+    /// next.
     last: Option<(f64, Place)>,
 }
 
@@ -49,10 +52,15 @@ fn worse(a: Used, b: Used) -> Used {
 
 impl<'a> Certificate<'a> {
     pub(crate) fn new(section: &'a Section<'a>) -> Certificate<'a> {
-        Certificate { section, course: Course::new(section), last: None }
+        Certificate {
+            section,
+            course: Course::new(section),
+            last: None,
+        }
     }
 
-    /// Bounds of what consecutive knots use, of which the last one is only an end; none where the machine cannot be.
+    /// Bounds of what consecutive knots use, of which the last one is only an end; none where the
+    /// machine cannot be.
     pub(super) fn most(&mut self, knots: &[Knot]) -> Option<Used> {
         let mut most = [0.0; 3];
         for pair in knots.windows(2) {
@@ -62,7 +70,10 @@ impl<'a> Certificate<'a> {
             }
             while from < pair[1].t {
                 // Up to where the next piece begins.
-                let to = self.course.next().map_or(pair[1].t, |next| pair[0].time_at(next, from, pair[1].t));
+                let to = self
+                    .course
+                    .next()
+                    .map_or(pair[1].t, |next| pair[0].time_at(next, from, pair[1].t));
                 if to - from > INSTANT_S {
                     let left = self.end(&pair[0], from)?;
                     let right = self.end(&pair[0], to)?;
@@ -80,18 +91,29 @@ impl<'a> Certificate<'a> {
         Some(most)
     }
 
-    /// Whether a motion over the whole section keeps every limit. What the bounds of whole intervals tell is looked at first,
-    /// since on most of a long path that is enough.
+    /// Whether a motion over the whole section keeps every limit. What the bounds of whole
+    /// intervals tell is looked at first, since on most of a long path that is enough.
     pub(crate) fn holds(&mut self, knots: &[Knot]) -> bool {
         let mut first = 0;
         let intervals = self.section.intervals;
         for pair in knots.windows(2) {
-            while intervals.get(first).is_some_and(|interval| interval.end <= pair[0].s) {
+            while intervals
+                .get(first)
+                .is_some_and(|interval| interval.end <= pair[0].s)
+            {
                 first += 1;
             }
-            let under = intervals[first.min(intervals.len())..].iter().take_while(|interval| interval.start < pair[1].s);
-            let coarse = under.clone().all(|interval| self.section.machine.keeps(&interval.demand, pair, KEPT));
-            if !coarse && self.most(pair).is_none_or(|used| used.iter().any(|part| *part > KEPT)) {
+            let under = intervals[first.min(intervals.len())..]
+                .iter()
+                .take_while(|interval| interval.start < pair[1].s);
+            let coarse = under
+                .clone()
+                .all(|interval| self.section.machine.keeps(&interval.demand, pair, KEPT));
+            if !coarse
+                && self
+                    .most(pair)
+                    .is_none_or(|used| used.iter().any(|part| *part > KEPT))
+            {
                 return false;
             }
         }
@@ -108,36 +130,59 @@ impl<'a> Certificate<'a> {
         let mut state = State::default();
         for (joint, _) in self.section.machine.joints() {
             let [d1, d2, d3] = [0, 1, 2].map(|order| place.d[order][joint]);
-            state[joint] = [d1 * v, d1 * a + d2 * v * v, d1 * knot.j + (3.0 * d2 * a + d3 * v * v) * v];
+            state[joint] = [
+                d1 * v,
+                d1 * a + d2 * v * v,
+                d1 * knot.j + (3.0 * d2 * a + d3 * v * v) * v,
+            ];
         }
-        Some(End { t, motion, place, state, tip: v / place.feed })
+        Some(End {
+            t,
+            motion,
+            place,
+            state,
+            tip: v / place.feed,
+        })
     }
 
     /// Over a stretch of one jerk and one piece.
     fn stretch(&self, knot: &Knot, left: &End, right: &End, halvings: u32) -> Option<Used> {
         let middle = || self.end(knot, 0.5 * (left.t + right.t));
-        let (seen, bound) =
-            if self.section.kinematics.is_affine() { self.bounds(knot, left, right) } else { self.estimate([left, &middle()?, right]) };
+        let (seen, bound) = if self.section.kinematics.is_affine() {
+            self.bounds(knot, left, right)
+        } else {
+            self.estimate([left, &middle()?, right])
+        };
         let fits = |used: &Used| used.iter().all(|part| *part <= KEPT);
         if fits(&bound) || !fits(&seen) || halvings == 0 {
             return Some(if fits(&seen) { bound } else { seen });
         }
         let middle = middle()?;
         let first = self.stretch(knot, left, &middle, halvings - 1)?;
-        Some(worse(first, self.stretch(knot, &middle, right, halvings - 1)?))
+        Some(worse(
+            first,
+            self.stretch(knot, &middle, right, halvings - 1)?,
+        ))
     }
 
     /// What is used at three places, and about at most in between.
     fn estimate(&self, [left, middle, right]: [&End; 3]) -> (Used, Used) {
         let tip = left.tip.max(middle.tip).max(right.tip);
         let mut seen = [tip, 0.0, 0.0];
-        let mut bound = [tip + (middle.tip - 0.5 * (left.tip + right.tip)).abs(), 0.0, 0.0];
+        let mut bound = [
+            tip + (middle.tip - 0.5 * (left.tip + right.tip)).abs(),
+            0.0,
+            0.0,
+        ];
         for (joint, limits) in self.section.machine.joints() {
             for kind in 0..3 {
                 let [a, m, b] = [left, middle, right].map(|end| end.state[joint][kind]);
                 let most = a.abs().max(m.abs()).max(b.abs());
                 seen[kind] = f64::max(seen[kind], most / limits[kind]);
-                bound[kind] = f64::max(bound[kind], (most + (m - 0.5 * (a + b)).abs()) / limits[kind]);
+                bound[kind] = f64::max(
+                    bound[kind],
+                    (most + (m - 0.5 * (a + b)).abs()) / limits[kind],
+                );
             }
         }
         (seen, bound)
@@ -147,7 +192,9 @@ impl<'a> Certificate<'a> {
     fn bounds(&self, knot: &Knot, left: &End, right: &End) -> (Used, Used) {
         let h = right.t - left.t;
         let eighth = h * h / 8.0;
-        let bends = self.course.bends(left.motion.s, right.motion.s, [&left.place, &right.place]);
+        let bends = self
+            .course
+            .bends(left.motion.s, right.motion.s, [&left.place, &right.place]);
         let a = left.motion.a.abs().max(right.motion.a.abs());
         let v = left.motion.v.max(right.motion.v) + eighth * knot.j.abs();
         let j = knot.j.abs();
@@ -155,10 +202,15 @@ impl<'a> Certificate<'a> {
         let mut tip = 0.0;
         for (joint, limits) in self.section.machine.joints() {
             let [d2, d3, d4, d5] = [0, 1, 2, 3].map(|order| bends[order][joint]);
-            let at = |kind: usize| left.state[joint][kind].abs().max(right.state[joint][kind].abs());
+            let at = |kind: usize| {
+                left.state[joint][kind]
+                    .abs()
+                    .max(right.state[joint][kind].abs())
+            };
             let (v2, a2) = (v * v, a * a);
             // Fifth and fourth derivative by time (Faa di Bruno; the path's jerk is constant).
-            let fifth = ((d5 * v2 + 10.0 * d4 * a) * v2 + (15.0 * a2 + 10.0 * v * j) * d3) * v + 10.0 * d2 * a * j;
+            let fifth = ((d5 * v2 + 10.0 * d4 * a) * v2 + (15.0 * a2 + 10.0 * v * j) * d3) * v
+                + 10.0 * d2 * a * j;
             let fourth = (d4 * v2 + 6.0 * d3 * a) * v2 + d2 * (3.0 * a2 + 4.0 * v * j);
             let jerk = at(2) + eighth * fifth;
             let used = [at(0) + eighth * jerk, at(1) + eighth * fourth, jerk];
@@ -189,18 +241,51 @@ mod tests {
     use std::sync::Arc;
 
     fn piece(curve: Curve) -> Piece {
-        let Move { control, tool_mm, block, .. } =
-            Move { curve, feed: FeedLimit::Rapid, control: PathControl::ExactPath, tool_mm: [0.0; 3], block: BlockRef::default() };
+        let Move {
+            control,
+            tool_mm,
+            block,
+            ..
+        } = Move {
+            curve,
+            feed: FeedLimit::Rapid,
+            control: PathControl::ExactPath,
+            tool_mm: [0.0; 3],
+            block: BlockRef::default(),
+        };
         let length = curve.length();
-        Programmed { curve, length, feed: 200.0, heeds: crate::Heeds::Feed, control, tool_mm, segment: 0, block }.part(0.0, length)
+        Programmed {
+            curve,
+            length,
+            feed: 200.0,
+            heeds: crate::Heeds::Feed,
+            control,
+            tool_mm,
+            segment: 0,
+            block,
+        }
+        .part(0.0, length)
     }
 
     fn curves() -> Vec<Curve> {
         let height = [0.0, 0.3, -0.2, 0.9, 0.1, 0.5];
-        let points = std::array::from_fn(|k| Coords::xyz(0.4 * k as f64, height[k], -height[5 - k]));
+        let points =
+            std::array::from_fn(|k| Coords::xyz(0.4 * k as f64, height[k], -height[5 - k]));
         let start = Coords::xyz(2.0, 0.5, 0.0);
-        let arc = |end, center| path::Arc::new(ArcSpec { start, end, plane: Plane::Xy, center, rotation: 1 }).map(Curve::Arc);
-        let mut curves: Vec<Curve> = Quintic::from_control_points(points, 2.0).map(Curve::Quintic).into_iter().collect();
+        let arc = |end, center| {
+            path::Arc::new(ArcSpec {
+                start,
+                end,
+                plane: Plane::Xy,
+                center,
+                rotation: 1,
+            })
+            .map(Curve::Arc)
+        };
+        let mut curves: Vec<Curve> = Quintic::from_control_points(points, 2.0)
+            .map(Curve::Quintic)
+            .into_iter()
+            .collect();
         curves.extend(arc(Coords::xyz(0.0, 0.5, 0.3), [1.0, 0.5]));
         curves.extend(arc(Coords::xyz(-0.3, 0.5, 0.3), [1.0, 0.5]));
         curves.push(Curve::line(start, Coords::xyz(3.0, 1.5, 2.0)));
@@ -210,32 +295,83 @@ mod tests {
     /// Differences of densely sampled places never pass the bounds, which are not far above them.
     #[test]
     fn bounds_hold_between_and_are_tight() {
-        let limits = AxisLimits { min: -1e3, max: 1e3, velocity: 20.0, acceleration: 900.0, jerk: 60_000.0 };
+        let limits = AxisLimits {
+            min: -1e3,
+            max: 1e3,
+            velocity: 20.0,
+            acceleration: 900.0,
+            jerk: 60_000.0,
+        };
         let mut all = [None; AXES];
         all[..3].fill(Some(limits));
         let machine = Machine::new(&all);
-        let kinematics = build(&KinematicsSpec { kind: "cartesian".into(), ..KinematicsSpec::default() });
-        let Ok(kinematics) = kinematics else { return assert!(kinematics.is_ok()) };
+        let kinematics = build(&KinematicsSpec {
+            kind: "cartesian".into(),
+            ..KinematicsSpec::default()
+        });
+        let Ok(kinematics) = kinematics else {
+            return assert!(kinematics.is_ok());
+        };
         assert_eq!(curves().len(), 4);
         let h = 5e-5;
         for curve in curves() {
             let pieces: VecDeque<(f64, Arc<Piece>)> = [(0.0, Arc::new(piece(curve)))].into();
-            let section =
-                Section { machine: &machine, kinematics: kinematics.as_ref(), pieces: &pieces, intervals: &[], nodes: &[], base: &[] };
-            for (v, a, j) in [(8.0, 0.0, 0.0), (4.0, 60.0, -900.0), (9.0, -80.0, 2000.0), (0.5, 0.0, 4000.0)] {
-                let knot = Knot { t: 0.0, s: 0.2, v, a, j };
-                let end = Knot { t: 0.06, ..Knot::default() };
+            let section = Section {
+                machine: &machine,
+                kinematics: kinematics.as_ref(),
+                pieces: &pieces,
+                intervals: &[],
+                nodes: &[],
+                base: &[],
+            };
+            for (v, a, j) in [
+                (8.0, 0.0, 0.0),
+                (4.0, 60.0, -900.0),
+                (9.0, -80.0, 2000.0),
+                (0.5, 0.0, 4000.0),
+            ] {
+                let knot = Knot {
+                    t: 0.0,
+                    s: 0.2,
+                    v,
+                    a,
+                    j,
+                };
+                let end = Knot {
+                    t: 0.06,
+                    ..Knot::default()
+                };
                 let Motion { s, v, a } = knot.at(end.t);
                 let used = Certificate::new(&section).most(&[knot, Knot { s, v, a, ..end }]);
                 let bound = used.unwrap_or([0.0; 3]);
-                let mut q: Vec<Coords> = (0..=1200).map(|k| curve.point(knot.at(h * f64::from(k)).s)).collect();
-                for (kind, limit) in [limits.velocity, limits.acceleration, limits.jerk].into_iter().enumerate() {
-                    q = q.windows(2).map(|pair| (pair[1] - pair[0]) * (1.0 / h)).collect();
-                    let most = q.iter().flat_map(|q| q.0).fold(0.0_f64, |most, q| most.max(q.abs())) / limit;
+                let mut q: Vec<Coords> = (0..=1200)
+                    .map(|k| curve.point(knot.at(h * f64::from(k)).s))
+                    .collect();
+                for (kind, limit) in [limits.velocity, limits.acceleration, limits.jerk]
+                    .into_iter()
+                    .enumerate()
+                {
+                    q = q
+                        .windows(2)
+                        .map(|pair| (pair[1] - pair[0]) * (1.0 / h))
+                        .collect();
+                    let most = q
+                        .iter()
+                        .flat_map(|q| q.0)
+                        .fold(0.0_f64, |most, q| most.max(q.abs()))
+                        / limit;
                     let (low, high) = (most * (1.0 - 1e-5) - 1e-5, most.max(1.0) * 1.01);
-                    assert!(low <= bound[kind], "{curve:?} {knot:?}: {} of {most} in order {kind}", bound[kind]);
+                    assert!(
+                        low <= bound[kind],
+                        "{curve:?} {knot:?}: {} of {most} in order {kind}",
+                        bound[kind]
+                    );
                     // A bound is only made as tight as it has to be to stay within the limit.
-                    assert!(bound[kind] <= high, "{curve:?} {knot:?}: {} of {most} in order {kind}", bound[kind]);
+                    assert!(
+                        bound[kind] <= high,
+                        "{curve:?} {knot:?}: {} of {most} in order {kind}",
+                        bound[kind]
+                    );
                 }
             }
         }

@@ -3,7 +3,8 @@
 use super::Section;
 use lostmotion_base::AXES;
 
-/// Derivatives of the joints by the path at a place, and the largest speed of the path parameter that the feed and the chords allow, 1/s.
+/// Derivatives of the joints by the path at a place, and the largest speed of the path parameter
+/// that the feed and the chords allow, 1/s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) d: [[f64; AXES]; 3],
@@ -41,7 +42,10 @@ impl<'a> Course<'a> {
         while self.index > 0 && pieces.get(self.index).is_some_and(|(start, _)| *start > s) {
             self.index -= 1;
         }
-        while pieces.get(self.index + 1).is_some_and(|(start, _)| *start <= s) {
+        while pieces
+            .get(self.index + 1)
+            .is_some_and(|(start, _)| *start <= s)
+        {
             self.index += 1;
         }
         self.index != before
@@ -49,7 +53,10 @@ impl<'a> Course<'a> {
 
     /// Where the piece after the one in hand begins.
     pub(super) fn next(&self) -> Option<f64> {
-        self.section.pieces.get(self.index + 1).map(|(start, _)| *start)
+        self.section
+            .pieces
+            .get(self.index + 1)
+            .map(|(start, _)| *start)
     }
 
     /// Goes on to the next piece.
@@ -62,36 +69,67 @@ impl<'a> Course<'a> {
         let (start, piece) = self.section.pieces.get(self.index)?;
         let at = piece.curve.eval(s - start);
         let tip = at.d1.linear_norm();
-        let feed = if tip > 1.0 { piece.feed / tip } else { piece.feed };
+        let feed = if tip > 1.0 {
+            piece.feed / tip
+        } else {
+            piece.feed
+        };
         let chord = self.section.machine.chord.as_ref();
         if self.section.kinematics.is_affine() && chord.is_none() {
-            return Some(Place { d: [at.d1.0, at.d2.0, at.d3.0], feed });
+            return Some(Place {
+                d: [at.d1.0, at.d2.0, at.d3.0],
+                feed,
+            });
         }
-        let jets = self.section.kinematics.inverse_jet(&at.jets(), &piece.tool_mm).ok()?;
-        let feed = chord.map_or(feed, |chord| feed.min(chord.speed_here(&jets, &piece.tool_mm)));
-        Some(Place { d: [1, 2, 3].map(|order| jets.map(|jet| jet.0[order])), feed })
+        let jets = self
+            .section
+            .kinematics
+            .inverse_jet(&at.jets(), &piece.tool_mm)
+            .ok()?;
+        let feed = chord.map_or(feed, |chord| {
+            feed.min(chord.speed_here(&jets, &piece.tool_mm))
+        });
+        Some(Place {
+            d: [1, 2, 3].map(|order| jets.map(|jet| jet.0[order])),
+            feed,
+        })
     }
 
-    /// Bounds of the second to fifth derivatives of affine joints between two places on the piece in hand, given those at
-    /// the ends.
+    /// Bounds of the second to fifth derivatives of affine joints between two places on the piece
+    /// in hand, given those at the ends.
     pub(super) fn bends(&self, from: f64, to: f64, ends: [&Place; 2]) -> Bends {
-        let Some((start, piece)) = self.section.pieces.get(self.index) else { return Bends::default() };
+        let Some((start, piece)) = self.section.pieces.get(self.index) else {
+            return Bends::default();
+        };
         let (fourth, fifth) = piece.curve.higher_derivatives(from - start, to - start);
         let half = 0.5 * (to - from);
         let [left, right] = ends.map(|place| &place.d);
-        let most = |order: usize, joint: usize| f64::abs(left[order][joint]).max(right[order][joint].abs());
-        let third: [f64; AXES] = std::array::from_fn(|joint| most(2, joint) + half * fourth.0[joint]);
+        let most = |order: usize, joint: usize| {
+            f64::abs(left[order][joint]).max(right[order][joint].abs())
+        };
+        let third: [f64; AXES] =
+            std::array::from_fn(|joint| most(2, joint) + half * fourth.0[joint]);
         let second = std::array::from_fn(|joint| most(1, joint) + half * third[joint]);
         [second, third, fourth.0, fifth.0]
     }
 
-    /// Over a stretch: third derivatives at its ends, on both sides of where pieces meet in it, and halfway in between.
+    /// Over a stretch: third derivatives at its ends, on both sides of where pieces meet in it, and
+    /// halfway in between.
     pub(crate) fn over(&mut self, from: f64, to: f64) -> Option<Span> {
         self.find(from);
         let first = self.on_piece(from)?;
-        let mut span = Span { ends: [first; 2], third: [first.d[2]; 2], feed: first.feed };
+        let mut span = Span {
+            ends: [first; 2],
+            third: [first.d[2]; 2],
+            feed: first.feed,
+        };
         let mut here = from;
-        while let Some((next, _)) = self.section.pieces.get(self.index + 1).filter(|(next, _)| *next < to) {
+        while let Some((next, _)) = self
+            .section
+            .pieces
+            .get(self.index + 1)
+            .filter(|(next, _)| *next < to)
+        {
             span.take(&self.on_piece(0.5 * (here + next))?);
             span.take(&self.on_piece(*next)?);
             self.index += 1;

@@ -12,8 +12,9 @@ pub(crate) struct Cell {
     pub(crate) end: f64,
     /// Largest steady speed.
     pub(crate) cap: f64,
-    /// Where the list of intervals that make demands here begins and ends. Each by itself has to be met; their joint maximum
-    /// would ask for the curvature of one and the slope of another at the same time.
+    /// Where the list of intervals that make demands here begins and ends. Each by itself has to be
+    /// met; their joint maximum would ask for the curvature of one and the slope of another at the
+    /// same time.
     first: usize,
     past: usize,
     /// Whether the bound of the acceleration is the same at all speeds.
@@ -22,12 +23,18 @@ pub(crate) struct Cell {
     gentle: [OnceCell<Option<f64>>; 2],
 }
 
-/// A cell is nearly straight if at its cap so much is left of the acceleration that it would allow if it were straight.
+/// A cell is nearly straight if at its cap so much is left of the acceleration that it would allow
+/// if it were straight.
 const GENTLE: f64 = 0.97;
 
 impl Cell {
     /// An acceleration that holds at all speeds, where the cell is nearly straight.
-    pub(super) fn gentle(&self, task: &Task<'_>, members: &[usize], direction: Direction) -> Option<f64> {
+    pub(super) fn gentle(
+        &self,
+        task: &Task<'_>,
+        members: &[usize],
+        direction: Direction,
+    ) -> Option<f64> {
         *self.gentle[direction as usize].get_or_init(|| {
             let mut all = Demand::NONE;
             let mut cap = self.cap;
@@ -36,32 +43,65 @@ impl Cell {
                 cap = cap.max(task.intervals[index].cap);
             }
             let straight = Demand::new([all.d[0], [0.0; AXES], [0.0; AXES]], f64::INFINITY);
-            let most = task.machine.acceleration(&straight, direction, cap, 0.0, task.window_s, NO_LIMIT);
-            let a = task.machine.acceleration(&all, direction, cap, self.cap, task.window_s, most);
+            let most =
+                task.machine
+                    .acceleration(&straight, direction, cap, 0.0, task.window_s, NO_LIMIT);
+            let a = task
+                .machine
+                .acceleration(&all, direction, cap, self.cap, task.window_s, most);
             (a >= GENTLE * most).then_some(a)
         })
     }
 
-    /// Largest acceleration in a direction at a speed; never rises with it. `members` is what [`dilate`] gave with the cell.
-    pub(super) fn acceleration(&self, task: &Task<'_>, members: &[usize], direction: Direction, v: f64) -> f64 {
+    /// Largest acceleration in a direction at a speed; never rises with it. `members` is what
+    /// [`dilate`] gave with the cell.
+    pub(super) fn acceleration(
+        &self,
+        task: &Task<'_>,
+        members: &[usize],
+        direction: Direction,
+        v: f64,
+    ) -> f64 {
         // What one interval leaves is all that the next one has to be asked about.
         let bound = |most: f64, &index: &usize| {
             let interval = &task.intervals[index];
-            task.machine.acceleration(&interval.demand, direction, interval.cap, v, task.window_s, most)
+            task.machine.acceleration(
+                &interval.demand,
+                direction,
+                interval.cap,
+                v,
+                task.window_s,
+                most,
+            )
         };
         members[self.first..self.past].iter().fold(NO_LIMIT, bound)
     }
 
     /// Whether an acceleration is within the bound at a speed.
-    pub(super) fn allows(&self, task: &Task<'_>, members: &[usize], direction: Direction, v: f64, a: f64) -> bool {
+    pub(super) fn allows(
+        &self,
+        task: &Task<'_>,
+        members: &[usize],
+        direction: Direction,
+        v: f64,
+        a: f64,
+    ) -> bool {
         members[self.first..self.past].iter().all(|&index| {
             let interval = &task.intervals[index];
-            task.machine.allows(&interval.demand, direction, interval.cap, v, task.window_s, a)
+            task.machine.allows(
+                &interval.demand,
+                direction,
+                interval.cap,
+                v,
+                task.window_s,
+                a,
+            )
         })
     }
 }
 
-/// Boundaries nearer to each other than this part of a reach become one; the cell then takes in the demands of both sides.
+/// Boundaries nearer to each other than this part of a reach become one; the cell then takes in the
+/// demands of both sides.
 const MERGE: f64 = 0.02;
 
 /// What demands hold where.
@@ -93,15 +133,31 @@ pub(super) fn dilate(task: &Task<'_>) -> Dilated {
         let first = members.len();
         members.extend((low..high).filter(|&k| reaches[k].0 < end && reaches[k].1 > start));
         let here = members[first..].iter().map(|&k| &task.intervals[k]);
-        let cap = here.clone().map(|interval| interval.cap).fold(f64::INFINITY, f64::min);
+        let cap = here
+            .clone()
+            .map(|interval| interval.cap)
+            .fold(f64::INFINITY, f64::min);
         let straight = here.clone().all(|interval| interval.demand.is_straight());
         let gentle = [const { OnceCell::new() }; 2];
-        cells.push(Cell { start, end, cap, first, past: members.len(), straight, gentle });
+        cells.push(Cell {
+            start,
+            end,
+            cap,
+            first,
+            past: members.len(),
+            straight,
+            gentle,
+        });
     }
-    Dilated { cells, members, reach_ends: ends }
+    Dilated {
+        cells,
+        members,
+        reach_ends: ends,
+    }
 }
 
-/// Where the first of each interval and all after it begins to demand, and where the last of it and all before ends to.
+/// Where the first of each interval and all after it begins to demand, and where the last of it and
+/// all before ends to.
 fn envelopes(reaches: &[(f64, f64)]) -> (Vec<f64>, Vec<f64>) {
     let (mut begins, mut ends): (Vec<f64>, Vec<f64>) = reaches.iter().copied().unzip();
     for k in 1..reaches.len() {
@@ -113,7 +169,8 @@ fn envelopes(reaches: &[(f64, f64)]) -> (Vec<f64>, Vec<f64>) {
     (begins, ends)
 }
 
-/// How far the motion gets in a time from an interval's edge, over its neighbours, at no more than a speed.
+/// How far the motion gets in a time from an interval's edge, over its neighbours, at no more than
+/// a speed.
 ///
 /// The interval's own cap holds as far as this, so that the motion cannot get farther.
 fn outward<'a>(speed: f64, time_s: f64, neighbours: impl Iterator<Item = &'a Interval>) -> f64 {
@@ -137,18 +194,24 @@ fn reaches(task: &Task<'_>) -> Vec<(f64, f64)> {
         .enumerate()
         .map(|(k, interval)| {
             let low = interval.start - outward(interval.cap, half, intervals[..k].iter().rev());
-            (low, interval.end + outward(interval.cap, half, intervals[k + 1..].iter()))
+            (
+                low,
+                interval.end + outward(interval.cap, half, intervals[k + 1..].iter()),
+            )
         })
         .collect()
 }
 
 /// Up to where the demands cannot change any more by what comes after the last interval.
 fn settled_end(task: &Task<'_>) -> f64 {
-    let Some(last) = task.intervals.last() else { return task.from };
+    let Some(last) = task.intervals.last() else {
+        return task.from;
+    };
     if task.complete {
         return last.end;
     }
-    // One window, not half of one: the window of the last point planned must not see the unknown either.
+    // One window, not half of one: the window of the last point planned must not see the unknown
+    // either.
     let back = outward(f64::INFINITY, task.window_s, task.intervals.iter().rev());
     (last.end - back).max(task.from)
 }

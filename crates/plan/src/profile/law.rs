@@ -18,8 +18,9 @@ pub(crate) struct Motion {
     pub(crate) a: f64,
 }
 
-/// A corner of a profile: the state at a time, and the jerk from then to the next knot (0 in the last one). Between two knots
-/// the place is the cubic that this makes, which meets the state of the next one.
+/// A corner of a profile: the state at a time, and the jerk from then to the next knot (0 in the
+/// last one). Between two knots the place is the cubic that this makes, which meets the state of
+/// the next one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Knot {
     /// s since the start of the section or stretch.
@@ -58,7 +59,11 @@ impl Knot {
                 high = t;
             }
             let newton = t - (motion.s - s) / motion.v;
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            let next = if newton > low && newton < high {
+                newton
+            } else {
+                0.5 * (low + high)
+            };
             if (next - t).abs() <= f64::EPSILON * to {
                 return next.max(low);
             }
@@ -68,14 +73,16 @@ impl Knot {
     }
 }
 
-/// A section of path between two states that are both given: rest, or a steady speed where the look-ahead is sure of it.
+/// A section of path between two states that are both given: rest, or a steady speed where the
+/// look-ahead is sure of it.
 #[derive(Debug)]
 pub(crate) struct Section<'a> {
     pub(crate) machine: &'a Machine,
     pub(crate) kinematics: &'a dyn Kinematics,
     /// Pieces of path that hold the section, each with the place where it begins.
     pub(crate) pieces: &'a VecDeque<(f64, Arc<Piece>)>,
-    /// Consecutive intervals that hold the section; their demands bound the joints' derivatives all over each of them.
+    /// Consecutive intervals that hold the section; their demands bound the joints' derivatives all
+    /// over each of them.
     pub(crate) intervals: &'a [Interval],
     /// The profile of which the base is the mean.
     pub(crate) nodes: &'a [Node],
@@ -83,10 +90,11 @@ pub(crate) struct Section<'a> {
     pub(crate) base: &'a [Knot],
 }
 
-/// Plans the time over a section. Since both its ends are given, each section is planned for itself, and a program as it
-/// comes.
+/// Plans the time over a section. Since both its ends are given, each section is planned for
+/// itself, and a program as it comes.
 pub(crate) trait TimeLaw: std::fmt::Debug + Sync {
-    /// A motion with the base's first and last state, nowhere backward, that keeps every limit and takes no longer.
+    /// A motion with the base's first and last state, nowhere backward, that keeps every limit and
+    /// takes no longer.
     fn plan(&self, section: &Section<'_>) -> Vec<Knot>;
 }
 
@@ -95,7 +103,11 @@ pub(crate) fn state_at(knots: &[Knot], t: f64) -> Motion {
     let index = knots.partition_point(|knot| knot.t <= t).saturating_sub(1);
     match knots.get(index) {
         Some(knot) if index + 1 < knots.len() && t >= knot.t => knot.at(t),
-        Some(knot) => Motion { s: knot.s, v: knot.v, a: knot.a },
+        Some(knot) => Motion {
+            s: knot.s,
+            v: knot.v,
+            a: knot.a,
+        },
         None => Motion::default(),
     }
 }
@@ -124,16 +136,31 @@ impl Profile {
     pub(crate) fn extend(&mut self, section: &[Knot]) {
         let end_s = self.end_s();
         self.knots.pop_back();
-        self.knots.extend(section.iter().map(|knot| Knot { t: knot.t + end_s, ..*knot }));
+        self.knots.extend(section.iter().map(|knot| Knot {
+            t: knot.t + end_s,
+            ..*knot
+        }));
     }
 
     /// The same motion backward in time, from its end: places are distances to go.
     pub(crate) fn reversed(&self) -> Profile {
         let (time, to) = (self.end_s(), self.to());
         let mut knots = VecDeque::with_capacity(self.knots.len());
-        let before = self.knots.iter().rev().skip(1).map(|knot| knot.j).chain([0.0]);
+        let before = self
+            .knots
+            .iter()
+            .rev()
+            .skip(1)
+            .map(|knot| knot.j)
+            .chain([0.0]);
         for (knot, j) in self.knots.iter().rev().zip(before) {
-            knots.push_back(Knot { t: time - knot.t, s: to - knot.s, v: knot.v, a: -knot.a, j });
+            knots.push_back(Knot {
+                t: time - knot.t,
+                s: to - knot.s,
+                v: knot.v,
+                a: -knot.a,
+                j,
+            });
         }
         Profile { knots }
     }
@@ -150,20 +177,38 @@ impl Profile {
 
     /// How long the jerk lasts with which it sets out, s.
     pub(crate) fn onset_s(&self) -> f64 {
-        self.knots.iter().zip(self.knots.iter().skip(1)).find(|(knot, _)| knot.j != 0.0).map_or(0.0, |(knot, next)| next.t - knot.t)
+        self.knots
+            .iter()
+            .zip(self.knots.iter().skip(1))
+            .find(|(knot, _)| knot.j != 0.0)
+            .map_or(0.0, |(knot, next)| next.t - knot.t)
     }
 
     /// Times up to `until` at which the jerk steps, added to `out`.
     pub(crate) fn steps(&self, until: f64, out: &mut Vec<f64>) {
-        out.extend(self.knots.iter().map(|knot| knot.t).filter(|t| 0.0 < *t && *t < until));
+        out.extend(
+            self.knots
+                .iter()
+                .map(|knot| knot.t)
+                .filter(|t| 0.0 < *t && *t < until),
+        );
     }
 
     /// The state at a time; before its start and after its end it rests in the states there.
     pub(crate) fn at(&self, t: f64) -> Motion {
-        let index = self.knots.partition_point(|knot| knot.t <= t).saturating_sub(1);
-        let Some(knot) = self.knots.get(index) else { return Motion::default() };
+        let index = self
+            .knots
+            .partition_point(|knot| knot.t <= t)
+            .saturating_sub(1);
+        let Some(knot) = self.knots.get(index) else {
+            return Motion::default();
+        };
         if index + 1 == self.knots.len() || t < knot.t {
-            return Motion { s: knot.s, v: knot.v, a: knot.a };
+            return Motion {
+                s: knot.s,
+                v: knot.v,
+                a: knot.a,
+            };
         }
         knot.at(t)
     }
@@ -175,7 +220,11 @@ impl Profile {
         }
         match self.knots.front() {
             Some(knot) if self.knots.len() > 1 && t >= knot.t => knot.at(t),
-            Some(knot) => Motion { s: knot.s, v: knot.v, a: knot.a },
+            Some(knot) => Motion {
+                s: knot.s,
+                v: knot.v,
+                a: knot.a,
+            },
             None => Motion::default(),
         }
     }

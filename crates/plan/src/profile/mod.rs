@@ -1,16 +1,18 @@
 //! From demands along the path to a speed profile that keeps every limit.
 //!
-//! The profile planned here has piecewise constant acceleration; the moving average over the window T that the sampler
-//! applies makes its jerk finite. Every step keeps what that average needs:
+//! The profile planned here has piecewise constant acceleration; the moving average over the window
+//! T that the sampler applies makes its jerk finite. Every step keeps what that average needs:
 //!
-//! 1. [`dilate`]: the demands of each interval hold for as far around it as a window reaches, so that speed and
-//!    acceleration everywhere in a window keep the limits of the point at its middle, and then so does their mean
-//!    (|q''| v2 + |q'| a is convex).
-//! 2. [`scan`]: the highest speed below the caps, backward and forward, with the acceleration carried across.
-//! 3. [`peaks`]: between speeding up and slowing down lies at least one window, so that the acceleration in any window
-//!    changes by no more than its bound.
+//! 1. [`dilate`]: the demands of each interval hold for as far around it as a window reaches, so
+//!    that speed and acceleration everywhere in a window keep the limits of the point at its
+//!    middle, and then so does their mean (|q''| v2 + |q'| a is convex).
+//! 2. [`scan`]: the highest speed below the caps, backward and forward, with the acceleration
+//!    carried across.
+//! 3. [`peaks`]: between speeding up and slowing down lies at least one window, so that the
+//!    acceleration in any window changes by no more than its bound.
 //! 4. [`average`]: the moving average itself, as corners of piecewise constant jerk.
-//! 5. [`law`]: between two states that cannot change any more, a time law may find a faster motion than that.
+//! 5. [`law`]: between two states that cannot change any more, a time law may find a faster motion
+//!    than that.
 
 mod average;
 mod band;
@@ -57,13 +59,15 @@ pub(crate) struct Interval {
 #[derive(Debug)]
 pub(crate) struct Task<'a> {
     pub(crate) machine: &'a Machine,
-    /// Consecutive intervals; those before `from` are there for what they demand of their neighbourhood.
+    /// Consecutive intervals; those before `from` are there for what they demand of their
+    /// neighbourhood.
     pub(crate) intervals: &'a [Interval],
     /// Where the profile begins.
     pub(crate) from: f64,
     /// Square of the speed there: 0, or that of a plateau of at least a window's length.
     pub(crate) speed_squared: f64,
-    /// Whether the path stops at the end of the intervals; else it goes on with demands not known yet.
+    /// Whether the path stops at the end of the intervals; else it goes on with demands not known
+    /// yet.
     pub(crate) complete: bool,
     /// Window of the moving average, s.
     pub(crate) window_s: f64,
@@ -80,9 +84,22 @@ pub(crate) struct Plan {
     pub(crate) reach_ends: Vec<f64>,
 }
 
-/// Plans from `task.from` to a stop: at the end of the path if it is known, else as far as the demands are settled.
+/// Plans from `task.from` to a stop: at the end of the path if it is known, else as far as the
+/// demands are settled.
 pub(crate) fn plan(task: &Task<'_>) -> Plan {
-    let Dilated { cells, members, reach_ends } = dilate::dilate(task);
-    let nodes = scan::scan(&Ground { task, cells: &cells, members: &members });
-    Plan { nodes: peaks::widen(&nodes, task.window_s), cells, reach_ends }
+    let Dilated {
+        cells,
+        members,
+        reach_ends,
+    } = dilate::dilate(task);
+    let nodes = scan::scan(&Ground {
+        task,
+        cells: &cells,
+        members: &members,
+    });
+    Plan {
+        nodes: peaks::widen(&nodes, task.window_s),
+        cells,
+        reach_ends,
+    }
 }

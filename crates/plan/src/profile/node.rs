@@ -23,5 +23,8 @@ impl Node {
 
 /// Time that a profile takes, s.
 pub(crate) fn duration_s(nodes: &[Node]) -> f64 {
-    nodes.windows(2).filter_map(|pair| pair[0].time_to(&pair[1])).sum()
+    nodes
+        .windows(2)
+        .filter_map(|pair| pair[0].time_to(&pair[1]))
+        .sum()
 }

@@ -1,7 +1,8 @@
 //! Widens peaks of the speed to plateaus of at least one window.
 //!
-//! This is the opening of the profile by a flat element that lasts one window: the highest profile below the given one in
-//! which every local maximum lasts that long. Lowering the speed to a constant breaks no limit.
+//! This is the opening of the profile by a flat element that lasts one window: the highest profile
+//! below the given one in which every local maximum lasts that long. Lowering the speed to a
+//! constant breaks no limit.
 
 use super::Node;
 
@@ -10,12 +11,18 @@ const ROUNDING: f64 = 1.0 - 1e-9;
 /// Speeds squared that differ by less than this part are the same but for rounding.
 const SAME: f64 = 1e-12;
 
-/// The profile with every peak held for at least `window_s`. A profile that starts moving is taken to have a plateau
-/// before its start.
+/// The profile with every peak held for at least `window_s`. A profile that starts moving is taken
+/// to have a plateau before its start.
 pub(super) fn widen(nodes: &[Node], window_s: f64) -> Vec<Node> {
     let mut done: Vec<Node> = Vec::with_capacity(nodes.len());
     for &node in nodes {
-        let level = done.last().map_or(node.b, |top| if (node.b - top.b).abs() <= SAME * top.b { top.b } else { node.b });
+        let level = done.last().map_or(node.b, |top| {
+            if (node.b - top.b).abs() <= SAME * top.b {
+                top.b
+            } else {
+                node.b
+            }
+        });
         let node = Node::new(node.s, level);
         while done.last().is_some_and(|top| node.b < top.b) && lower(&mut done, node, window_s) {}
         done.push(node);
@@ -23,10 +30,12 @@ pub(super) fn widen(nodes: &[Node], window_s: f64) -> Vec<Node> {
     done
 }
 
-/// Lowers the plateau at the end of `done`, which `next` comes down from, if it is a peak and too short. False when
-/// nothing is left to do.
+/// Lowers the plateau at the end of `done`, which `next` comes down from, if it is a peak and too
+/// short. False when nothing is left to do.
 fn lower(done: &mut Vec<Node>, next: Node, window_s: f64) -> bool {
-    let Some(&right) = done.last() else { return false };
+    let Some(&right) = done.last() else {
+        return false;
+    };
     let mut first = done.len() - 1;
     while first > 0 && done[first - 1].b == right.b {
         first -= 1;
@@ -39,7 +48,8 @@ fn lower(done: &mut Vec<Node>, next: Node, window_s: f64) -> bool {
     if width >= right.b.sqrt() * window_s * ROUNDING {
         return false;
     }
-    // Both flanks are linear in the speed squared: at the speed v the peak is width + slope (b - v2) wide.
+    // Both flanks are linear in the speed squared: at the speed v the peak is width + slope (b -
+    // v2) wide.
     let rise = (left.s - before.s) / (left.b - before.b);
     let fall = (next.s - right.s) / (right.b - next.b);
     let slope = rise + fall;
@@ -69,15 +79,19 @@ mod tests {
 
     /// Speed squared of a profile at a place.
     fn at(nodes: &[Node], s: f64) -> f64 {
-        let pair = nodes.windows(2).find(|pair| pair[0].s <= s && s <= pair[1].s && pair[1].s > pair[0].s);
-        pair.map_or(0.0, |pair| pair[0].b + (pair[1].b - pair[0].b) * (s - pair[0].s) / (pair[1].s - pair[0].s))
+        let pair = nodes
+            .windows(2)
+            .find(|pair| pair[0].s <= s && s <= pair[1].s && pair[1].s > pair[0].s);
+        pair.map_or(0.0, |pair| {
+            pair[0].b + (pair[1].b - pair[0].b) * (s - pair[0].s) / (pair[1].s - pair[0].s)
+        })
     }
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// The opening, straight from its definition on a grid: a place has the level of the best stretch around it that is
-        /// nowhere lower and lasts a window at that level.
+        /// The opening, straight from its definition on a grid: a place has the level of the best
+        /// stretch around it that is nowhere lower and lasts a window at that level.
         #[test]
         fn it_is_the_opening_by_one_window(steps in prop::collection::vec((0.2..3.0f64, 0.0..9000.0f64), 1..8)) {
             let mut nodes = vec![Node::new(0.0, 0.0)];
@@ -99,7 +113,8 @@ mod tests {
                 };
                 let best = (0..2000).map(|n| f64::from(n) * 0.05).filter(|&level| holds(level)).fold(0.0, f64::max);
                 let found = at(&widened, place(k)).sqrt();
-                // The grid is coarse in place and level: as much as the profile's speed changes over two of its cells.
+                // The grid is coarse in place and level: as much as the profile's speed changes
+                // over two of its cells.
                 let around = [k.saturating_sub(2), (k + 2).min(cells as usize)].map(|i| (speeds[i] - speeds[k]).abs());
                 prop_assert!((found - best).abs() <= around[0].max(around[1]) + 2.0, "{found} {best} at {}", place(k));
                 prop_assert!(found <= speeds[k] + 1e-6);

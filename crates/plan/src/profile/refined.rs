@@ -1,4 +1,5 @@
-//! A time law that starts from the averaged profile and lowers its time by an interior-point method.
+//! A time law that starts from the averaged profile and lowers its time by an interior-point
+//! method.
 
 use super::barrier::Problem;
 use super::certificate::{Certificate, KEPT};
@@ -13,26 +14,27 @@ use super::spline::Grid;
 const INTERVALS: f64 = 8.0;
 /// Part of the time that a faster motion has to promise.
 const WORTH: f64 = 2e-3;
-/// Steps that a ramp on a straight line takes longer than without a limit of the jerk: 0.08 of eight at its start from rest, and
-/// a little at its end.
+/// Steps that a ramp on a straight line takes longer than without a limit of the jerk: 0.08 of
+/// eight at its start from rest, and a little at its end.
 const TURNS: f64 = 1.0;
 /// Fewer intervals are left alone.
 const LEAST: usize = 12;
-/// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens between the intervals'
-/// middles.
+/// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens
+/// between the intervals' middles.
 pub(super) const GOALS: [f64; 2] = [0.9985, 0.99];
-/// Complementarity of the interior-point method at first, where it goes on from what passed a limit, and at last, as a part of an
-/// interval's time.
+/// Complementarity of the interior-point method at first, where it goes on from what passed a
+/// limit, and at last, as a part of an interval's time.
 const FIRST: f64 = 0.3;
 const AGAIN: f64 = 0.02;
 const LAST: f64 = 1e-4;
 /// Most steps of it.
 const STEPS: usize = 20;
-/// How often a part for which no faster motion was found is split, and steps on either side of the place in the way that stay as
-/// they are.
+/// How often a part for which no faster motion was found is split, and steps on either side of the
+/// place in the way that stay as they are.
 const SPLITS: usize = 3;
 const AROUND: f64 = 2.0;
-/// How often limits that are passed are made stricter before the base is kept, and by what beyond the excess.
+/// How often limits that are passed are made stricter before the base is kept, and by what beyond
+/// the excess.
 const REPAIRS: usize = 3;
 const STRICTER: f64 = 0.997;
 
@@ -43,11 +45,21 @@ pub(crate) struct Refined;
 impl TimeLaw for Refined {
     fn plan(&self, section: &Section<'_>) -> Vec<Knot> {
         let base = section.base;
-        if section.intervals.iter().all(|interval| interval.demand.is_straight()) && section.pieces.len() == 1 {
+        if section
+            .intervals
+            .iter()
+            .all(|interval| interval.demand.is_straight())
+            && section.pieces.len() == 1
+        {
             return base.to_vec();
         }
         let step_s = section.machine.longest_window_s() / INTERVALS;
-        let mut joined = Joined { base, knots: Vec::with_capacity(base.len()), next: 0, shift_s: 0.0 };
+        let mut joined = Joined {
+            base,
+            knots: Vec::with_capacity(base.len()),
+            next: 0,
+            shift_s: 0.0,
+        };
         let spans = spans(base, section.intervals, step_s, LEAST);
         let gains = Gains::new(section);
         for span in spans {
@@ -66,7 +78,9 @@ struct Gains<'a> {
 impl<'a> Gains<'a> {
     fn new(section: &'a Section<'a>) -> Gains<'a> {
         let ends = section.nodes.first().zip(section.nodes.last());
-        let ideal = ends.map_or_else(Vec::new, |(from, to)| ideal(section.machine, section.intervals, *from, *to));
+        let ideal = ends.map_or_else(Vec::new, |(from, to)| {
+            ideal(section.machine, section.intervals, *from, *to)
+        });
         Gains { section, ideal }
     }
 
@@ -76,8 +90,8 @@ impl<'a> Gains<'a> {
         own - time_between(&self.ideal, from, to) > WORTH * own + TURNS * step_s
     }
 
-    /// Replaces a part of the motion; where none that is faster was found for all of it, what lies before and after the place that
-    /// was in the way.
+    /// Replaces a part of the motion; where none that is faster was found for all of it, what lies
+    /// before and after the place that was in the way.
     fn take(&self, span: Span, step_s: f64, splits: usize, joined: &mut Joined<'_>) {
         if !self.are_there(&span, step_s) {
             return;
@@ -86,8 +100,20 @@ impl<'a> Gains<'a> {
             Ok(faster) => joined.replace(span, &faster),
             Err(at) if splits > 0 => {
                 let kept_s = AROUND * step_s;
-                let parts = [Span { to: at - kept_s, ..span }, Span { from: at + kept_s, ..span }];
-                for part in parts.into_iter().filter(|part| part.to - part.from > LEAST as f64 * step_s) {
+                let parts = [
+                    Span {
+                        to: at - kept_s,
+                        ..span
+                    },
+                    Span {
+                        from: at + kept_s,
+                        ..span
+                    },
+                ];
+                for part in parts
+                    .into_iter()
+                    .filter(|part| part.to - part.from > LEAST as f64 * step_s)
+                {
                     self.take(part, step_s, splits - 1, joined);
                 }
             }
@@ -109,19 +135,32 @@ struct Joined<'a> {
 impl Joined<'_> {
     fn keep(&mut self, until: f64) {
         let shift_s = self.shift_s;
-        let kept = self.base[self.next..].iter().take_while(|knot| knot.t < until);
+        let kept = self.base[self.next..]
+            .iter()
+            .take_while(|knot| knot.t < until);
         let before = self.knots.len();
-        self.knots.extend(kept.map(|knot| Knot { t: knot.t + shift_s, ..*knot }));
+        self.knots.extend(kept.map(|knot| Knot {
+            t: knot.t + shift_s,
+            ..*knot
+        }));
         self.next += self.knots.len() - before;
     }
 
-    /// Puts knots in the place of a part; their times begin at 0, and the last one is where the base goes on.
+    /// Puts knots in the place of a part; their times begin at 0, and the last one is where the
+    /// base goes on.
     fn replace(&mut self, span: Span, faster: &[Knot]) {
         self.keep(span.from);
         let from = span.from + self.shift_s;
-        self.knots.extend(faster.iter().map(|knot| Knot { t: knot.t + from, ..*knot }));
+        self.knots.extend(faster.iter().map(|knot| Knot {
+            t: knot.t + from,
+            ..*knot
+        }));
         self.next = self.base.partition_point(|knot| knot.t <= span.to);
-        let jerk = self.next.checked_sub(1).and_then(|index| self.base.get(index)).map_or(0.0, |knot| knot.j);
+        let jerk = self
+            .next
+            .checked_sub(1)
+            .and_then(|index| self.base.get(index))
+            .map_or(0.0, |knot| knot.j);
         if let Some(last) = self.knots.last_mut() {
             last.j = jerk;
             self.shift_s = last.t - span.to;
@@ -134,14 +173,17 @@ impl Joined<'_> {
     }
 }
 
-/// A faster motion over a part of the base, its times from 0; or about when in the base lies what none was found for.
+/// A faster motion over a part of the base, its times from 0; or about when in the base lies what
+/// none was found for.
 fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f64> {
     let (base, Span { from, to }) = (section.base, span);
     let count = ((to - from) / step_s).ceil();
     let time = |k: f64| from + (to - from) * (k / count);
     let middle = time(0.5 * count);
     let states = states(base, (0..=count as usize).map(|k| time(k as f64)));
-    let stuck = states.windows(2).position(|pair| pair[1].s <= pair[0].s || pair[0].v <= 0.0 || pair[1].v <= 0.0);
+    let stuck = states
+        .windows(2)
+        .position(|pair| pair[1].s <= pair[0].s || pair[0].v <= 0.0 || pair[1].v <= 0.0);
     if let Some(interval) = stuck {
         return Err(time(interval as f64 + 0.5));
     }
@@ -166,10 +208,16 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
 }
 
 /// Coefficients of the base.
-fn start(base: &[Knot], grid: &Grid, states: &[Motion], (from, to): (f64, f64)) -> Option<Vec<f64>> {
+fn start(
+    base: &[Knot],
+    grid: &Grid,
+    states: &[Motion],
+    (from, to): (f64, f64),
+) -> Option<Vec<f64>> {
     let count = grid.len() as f64;
     let mut c = vec![0.0; grid.len() + 2];
-    let middles = (1..grid.len() - 1).map(|interval| from + (to - from) * ((interval as f64 + 0.5) / count));
+    let middles =
+        (1..grid.len() - 1).map(|interval| from + (to - from) * ((interval as f64 + 0.5) / count));
     for (c, middle) in c[2..].iter_mut().zip(law::states(base, middles)) {
         *c = middle.v * middle.v;
     }
@@ -179,7 +227,8 @@ fn start(base: &[Knot], grid: &Grid, states: &[Motion], (from, to): (f64, f64)) 
     Some(c)
 }
 
-/// The motion that the coefficients describe, two knots to an interval and one at the end; or the interval in which there is none.
+/// The motion that the coefficients describe, two knots to an interval and one at the end; or the
+/// interval in which there is none.
 fn knots(grid: &Grid, c: &[f64]) -> Result<Vec<Knot>, usize> {
     let mut out = Vec::with_capacity(2 * grid.len() + 1);
     let mut end = Knot::default();
@@ -192,20 +241,27 @@ fn knots(grid: &Grid, c: &[f64]) -> Result<Vec<Knot>, usize> {
     Ok(out)
 }
 
-/// Makes the goals of what passes a limit stricter, and of what is near it; then gives the interval that passes one by most, or in
-/// which the machine cannot be.
+/// Makes the goals of what passes a limit stricter, and of what is near it; then gives the interval
+/// that passes one by most, or in which the machine cannot be.
 fn repaired(section: &Section<'_>, problem: &mut Problem<'_>, knots: &[Knot]) -> Result<(), usize> {
     let mut certificate = Certificate::new(section);
     let (mut worst, mut most) = (None, KEPT);
     let count = problem.goals.len();
     for interval in 0..count {
-        let [v, a, j] = certificate.most(&knots[2 * interval..2 * interval + 3]).ok_or(interval)?;
+        let [v, a, j] = certificate
+            .most(&knots[2 * interval..2 * interval + 3])
+            .ok_or(interval)?;
         if v.max(a).max(j) > most {
             (worst, most) = (Some(interval), v.max(a).max(j));
         }
         let near = interval.saturating_sub(2)..(interval + 3).min(count);
-        for (kind, used) in [a, j].into_iter().enumerate().filter(|(_, used)| *used > KEPT) {
-            // From what it was planned to use here: a share of the whole would not change what was made stricter before.
+        for (kind, used) in [a, j]
+            .into_iter()
+            .enumerate()
+            .filter(|(_, used)| *used > KEPT)
+        {
+            // From what it was planned to use here: a share of the whole would not change what was
+            // made stricter before.
             let stricter = problem.goals[interval][kind] * STRICTER / used;
             for goal in &mut problem.goals[near.clone()] {
                 goal[kind] = goal[kind].min(stricter);

@@ -1,4 +1,5 @@
-//! What the limits of velocity, acceleration and jerk ask of the speed over each interval of a part.
+//! What the limits of velocity, acceleration and jerk ask of the speed over each interval of a
+//! part.
 
 use super::barrier::{Problem, Row};
 use super::certificate::KEPT;
@@ -14,29 +15,60 @@ const NEAR: usize = 3;
 
 /// Limits at the ends of each interval.
 pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Problem<'a>> {
-    let moves = |joint: usize| section.intervals.iter().any(|interval| interval.demand.d[0][joint] > 0.0);
-    let moving: Vec<(usize, [f64; 3])> = section.machine.joints().filter(|(joint, _)| moves(*joint)).collect();
+    let moves = |joint: usize| {
+        section
+            .intervals
+            .iter()
+            .any(|interval| interval.demand.d[0][joint] > 0.0)
+    };
+    let moving: Vec<(usize, [f64; 3])> = section
+        .machine
+        .joints()
+        .filter(|(joint, _)| moves(*joint))
+        .collect();
     let mut course = Course::new(section);
-    let (mut caps, mut rows) = (Vec::with_capacity(grid.len()), Vec::with_capacity(6 * moving.len() * grid.len()));
+    let (mut caps, mut rows) = (
+        Vec::with_capacity(grid.len()),
+        Vec::with_capacity(6 * moving.len() * grid.len()),
+    );
     for interval in 0..grid.len() {
         let span = course.over(grid.nodes[interval], grid.nodes[interval + 1])?;
         let mut cap = span.feed;
         for (joint, [v, a, j]) in &moving {
-            let [left, right] = [0, 1].map(|end| [0, 1, 2].map(|order| span.ends[end].d[order][*joint]));
+            let [left, right] =
+                [0, 1].map(|end| [0, 1, 2].map(|order| span.ends[end].d[order][*joint]));
             cap = cap.min(v / left[0].abs().max(right[0].abs()).max(f64::MIN_POSITIVE));
             let half = 0.5 * grid.width(interval);
             // b and b' at an end from those in the middle.
             let [low, high] = [0, 1].map(|side| span.third[side][*joint]);
-            let acceleration = [right[1], right[1] * half + 0.5 * right[0], 0.5 * half * (right[1] * half + right[0])];
+            let acceleration = [
+                right[1],
+                right[1] * half + 0.5 * right[0],
+                0.5 * half * (right[1] * half + right[0]),
+            ];
             for side in [1.0, -1.0] {
                 // The state at the very end is given.
-                let share = if interval + 1 < grid.len() { side / a } else { 0.0 };
-                rows.push(Row { f: acceleration.map(|f| f * share), end: 0.0 });
+                let share = if interval + 1 < grid.len() {
+                    side / a
+                } else {
+                    0.0
+                };
+                rows.push(Row {
+                    f: acceleration.map(|f| f * share),
+                    end: 0.0,
+                });
                 let third = if side > 0.0 { high } else { low };
                 for (end, at) in [(-1.0, &left), (1.0, &right)] {
                     let x = end * half;
-                    let jerk = [third, third * x + 1.5 * at[1], 0.5 * third * x * x + 1.5 * at[1] * x + 0.5 * at[0]];
-                    rows.push(Row { f: jerk.map(|f| f * side / j), end });
+                    let jerk = [
+                        third,
+                        third * x + 1.5 * at[1],
+                        0.5 * third * x * x + 1.5 * at[1] * x + 0.5 * at[0],
+                    ];
+                    rows.push(Row {
+                        f: jerk.map(|f| f * side / j),
+                        end,
+                    });
                 }
             }
         }

@@ -26,8 +26,8 @@ pub(super) fn scan(ground: &Ground<'_>) -> Vec<Node> {
     forward(ground, &ceilings)
 }
 
-/// In curved cells the speed squared rises by at most about this part of its cap per step, since the bound of the
-/// acceleration depends on the speed.
+/// In curved cells the speed squared rises by at most about this part of its cap per step, since
+/// the bound of the acceleration depends on the speed.
 const SPEED_STEP: f64 = 0.08;
 /// Halvings in the search for the acceleration of a step ...
 const HALVINGS: usize = 5;
@@ -41,7 +41,8 @@ struct Step {
     a: f64,
 }
 
-/// The next step up from a speed, within a distance: as much as the bound allows at the speed that the step leads to.
+/// The next step up from a speed, within a distance: as much as the bound allows at the speed that
+/// the step leads to.
 fn step(ground: &Ground<'_>, direction: Direction, cell: &Cell, b: f64, distance: f64) -> Step {
     if !cell.straight
         && let Some(a) = cell.gentle(ground.task, ground.members, direction)
@@ -80,8 +81,16 @@ fn backward(ground: &Ground<'_>) -> Vec<Ceiling> {
         let top = cell.cap * cell.cap;
         let mut end = Node::new(cell.end, b.min(top));
         while end.s > cell.start {
-            let from = if end.b >= top { Node::new(cell.start, top) } else { fall(ground, cell, end) };
-            ceilings.push(Ceiling { from, to: end, cell: index });
+            let from = if end.b >= top {
+                Node::new(cell.start, top)
+            } else {
+                fall(ground, cell, end)
+            };
+            ceilings.push(Ceiling {
+                from,
+                to: end,
+                cell: index,
+            });
             end = from;
         }
         b = end.b;
@@ -97,11 +106,20 @@ fn fall(ground: &Ground<'_>, cell: &Cell, end: Node) -> Node {
     let reached = end.b + 2.0 * a * distance;
     if reached >= top {
         let s = (end.s - (top - end.b) / (2.0 * a)).max(cell.start);
-        return if s < end.s { Node::new(s, top) } else { Node::new(cell.start, top) };
+        return if s < end.s {
+            Node::new(s, top)
+        } else {
+            Node::new(cell.start, top)
+        };
     }
     let s = end.s - distance;
-    // A step too small to count, or one that ends within rounding of the cell's edge, goes all the way.
-    let s = if s >= end.s || s - cell.start < 1e-9 * distance { cell.start } else { s };
+    // A step too small to count, or one that ends within rounding of the cell's edge, goes all the
+    // way.
+    let s = if s >= end.s || s - cell.start < 1e-9 * distance {
+        cell.start
+    } else {
+        s
+    };
     Node::new(s, reached)
 }
 
@@ -132,10 +150,25 @@ fn advance(ground: &Ground<'_>, cell: &Cell, ceiling: &Ceiling, here: Node) -> N
     let way = gap / (2.0 * a + fall);
     if way < distance {
         let s = here.s + way;
-        return if s > here.s { Node::new(s, (here.b + 2.0 * a * way).max(ceiling.to.b)) } else { ceiling.to };
+        return if s > here.s {
+            Node::new(s, (here.b + 2.0 * a * way).max(ceiling.to.b))
+        } else {
+            ceiling.to
+        };
     }
     let s = here.s + distance;
-    let s = if s <= here.s || ceiling.to.s - s < 1e-9 * distance { ceiling.to.s } else { s };
+    let s = if s <= here.s || ceiling.to.s - s < 1e-9 * distance {
+        ceiling.to.s
+    } else {
+        s
+    };
     let b = here.b + 2.0 * a * distance;
-    Node::new(s, if s >= ceiling.to.s { b.min(ceiling.to.b) } else { b })
+    Node::new(
+        s,
+        if s >= ceiling.to.s {
+            b.min(ceiling.to.b)
+        } else {
+            b
+        },
+    )
 }

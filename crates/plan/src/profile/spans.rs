@@ -31,13 +31,28 @@ enum Kind {
 }
 
 /// From the states now and a step later, whose acceleration is at least as telling as that of now.
-fn kind(Motion { s, v, a }: Motion, next: f64, intervals: &mut std::slice::Iter<'_, Interval>, step_s: f64) -> Kind {
-    while intervals.as_slice().get(1).is_some_and(|interval| interval.start <= s) {
+fn kind(
+    Motion { s, v, a }: Motion,
+    next: f64,
+    intervals: &mut std::slice::Iter<'_, Interval>,
+    step_s: f64,
+) -> Kind {
+    while intervals
+        .as_slice()
+        .get(1)
+        .is_some_and(|interval| interval.start <= s)
+    {
         intervals.next();
     }
     if v <= a.abs().max(next.abs()).max((next - a).abs()) * step_s {
         Kind::Slow
-    } else if a == 0.0 && next == 0.0 && intervals.as_slice().first().is_some_and(|interval| v >= interval.cap * MET) {
+    } else if a == 0.0
+        && next == 0.0
+        && intervals
+            .as_slice()
+            .first()
+            .is_some_and(|interval| v >= interval.cap * MET)
+    {
         Kind::Steady
     } else {
         Kind::Free
@@ -46,20 +61,36 @@ fn kind(Motion { s, v, a }: Motion, next: f64, intervals: &mut std::slice::Iter<
 
 /// The parts of a motion that may become faster, each of at least `least` steps.
 pub(super) fn spans(base: &[Knot], intervals: &[Interval], step_s: f64, least: usize) -> Vec<Span> {
-    let (Some(first), Some(last)) = (base.first(), base.last()) else { return Vec::new() };
+    let (Some(first), Some(last)) = (base.first(), base.last()) else {
+        return Vec::new();
+    };
     let count = (last.t / step_s).floor() as usize;
     let mut intervals = intervals.iter();
     let states = states(base, (0..count + 2).map(|k| k as f64 * step_s));
-    let kinds: Vec<Kind> = states.windows(2).map(|pair| kind(pair[0], pair[1].a, &mut intervals, step_s)).collect();
+    let kinds: Vec<Kind> = states
+        .windows(2)
+        .map(|pair| kind(pair[0], pair[1].a, &mut intervals, step_s))
+        .collect();
     let mut free: Vec<bool> = kinds.iter().map(|kind| *kind == Kind::Free).collect();
-    for (k, _) in kinds.iter().enumerate().filter(|(_, kind)| **kind == Kind::Free) {
+    for (k, _) in kinds
+        .iter()
+        .enumerate()
+        .filter(|(_, kind)| **kind == Kind::Free)
+    {
         free[k.saturating_sub(STEADY)..(k + STEADY + 1).min(count + 1)].fill(true);
     }
-    for (k, _) in kinds.iter().enumerate().filter(|(_, kind)| **kind == Kind::Slow) {
+    for (k, _) in kinds
+        .iter()
+        .enumerate()
+        .filter(|(_, kind)| **kind == Kind::Slow)
+    {
         free[k.saturating_sub(NEAR_REST)..(k + NEAR_REST + 1).min(count + 1)].fill(false);
     }
     let rests = |knot: &Knot| if knot.v > 0.0 { 0 } else { AT_REST };
-    let (head, tail) = (rests(first).min(free.len()), free.len().saturating_sub(rests(last)));
+    let (head, tail) = (
+        rests(first).min(free.len()),
+        free.len().saturating_sub(rests(last)),
+    );
     free[..head].fill(false);
     free[tail..].fill(false);
     let mut out = Vec::new();
@@ -68,8 +99,15 @@ pub(super) fn spans(base: &[Knot], intervals: &[Interval], step_s: f64, least: u
         let steps = free[k..].iter().take_while(|free| **free).count();
         if steps > least {
             // The last step of a motion that goes on is not a whole one.
-            let to = if k + steps > count && last.v > 0.0 { last.t } else { (k + steps - 1) as f64 * step_s };
-            out.push(Span { from: k as f64 * step_s, to });
+            let to = if k + steps > count && last.v > 0.0 {
+                last.t
+            } else {
+                (k + steps - 1) as f64 * step_s
+            };
+            out.push(Span {
+                from: k as f64 * step_s,
+                to,
+            });
         }
         k += steps.max(1);
     }

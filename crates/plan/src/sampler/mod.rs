@@ -38,7 +38,8 @@ pub(crate) struct Sampler {
     /// End of the last motion or dwell, s; samples go on to the first tick at or after it.
     pub(crate) end_s: f64,
     pub(crate) finished: bool,
-    /// What is added to program coordinates to get joints under a tool offset, where that is all there is to do.
+    /// What is added to program coordinates to get joints under a tool offset, where that is all
+    /// there is to do.
     offset: Option<([f64; 3], Coords)>,
     /// What is told of how far the tool is off its way between two samples.
     pub(crate) chord: Option<Chord>,
@@ -75,7 +76,12 @@ impl Sampler {
     }
 
     /// Adds up to `most` samples whose time is settled; gives how many.
-    pub(crate) fn take(&mut self, most: usize, kinematics: &dyn Kinematics, out: &mut Vec<Sample>) -> usize {
+    pub(crate) fn take(
+        &mut self,
+        most: usize,
+        kinematics: &dyn Kinematics,
+        out: &mut Vec<Sample>,
+    ) -> usize {
         let before = out.len();
         while out.len() - before < most {
             let t = self.clock.seconds(self.tick);
@@ -83,19 +89,31 @@ impl Sampler {
             if !settled.holds(t) {
                 break;
             }
-            while self.stretches.front().is_some_and(|stretch| stretch.complete && t >= stretch.rest_s()) {
+            while self
+                .stretches
+                .front()
+                .is_some_and(|stretch| stretch.complete && t >= stretch.rest_s())
+            {
                 self.leave();
             }
             if !self.run(before.saturating_add(most), settled, kinematics, out) {
-                let sample = Sample { tick: self.tick, ..self.at(t, kinematics) };
+                let sample = Sample {
+                    tick: self.tick,
+                    ..self.at(t, kinematics)
+                };
                 out.push(sample);
                 self.tick += 1;
             }
-            self.rest.position = out.last().map_or(self.rest.position, |sample| sample.position);
+            self.rest.position = out
+                .last()
+                .map_or(self.rest.position, |sample| sample.position);
         }
         if let Some(chord) = &self.chord {
             for sample in &mut out[before..] {
-                sample.chord_part = chord.part([&sample.position, &sample.velocity, &sample.acceleration], &sample.tool_mm);
+                sample.chord_part = chord.part(
+                    [&sample.position, &sample.velocity, &sample.acceleration],
+                    &sample.tool_mm,
+                );
             }
         }
         out.len() - before
@@ -105,7 +123,9 @@ impl Sampler {
     fn settled(&self) -> Until {
         match self.stretches.back() {
             Some(last) if !(self.finished && last.complete) => Until::Included(last.known_s()),
-            _ if self.finished => Until::Excluded(self.end_s + self.clock.period_s() * (1.0 - 1e-6)),
+            _ if self.finished => {
+                Until::Excluded(self.end_s + self.clock.period_s() * (1.0 - 1e-6))
+            }
             _ => Until::Excluded(f64::NEG_INFINITY),
         }
     }
@@ -117,37 +137,69 @@ impl Sampler {
             && let Some((piece, local)) = stretch.peek(stretch.from)
         {
             let (mark, s) = piece.programmed(local);
-            self.rest = Sample { segment: mark.segment, s, block: mark.block, heeds: piece.heeds, ..self.rest };
+            self.rest = Sample {
+                segment: mark.segment,
+                s,
+                block: mark.block,
+                heeds: piece.heeds,
+                ..self.rest
+            };
         }
         self.stretches.push_back(stretch);
     }
 
     /// Comes to rest at the end of the first stretch.
     fn leave(&mut self) {
-        let Some(stretch) = self.stretches.pop_front() else { return };
+        let Some(stretch) = self.stretches.pop_front() else {
+            return;
+        };
         if let Some((piece, local)) = stretch.peek(stretch.profile.to()) {
             let (mark, s) = piece.programmed(local);
             self.rest_program = piece.curve.point(local);
             let heeds = piece.heeds;
-            self.rest = Sample { segment: mark.segment, s, block: mark.block, tool_mm: piece.tool_mm, heeds, ..self.rest };
+            self.rest = Sample {
+                segment: mark.segment,
+                s,
+                block: mark.block,
+                tool_mm: piece.tool_mm,
+                heeds,
+                ..self.rest
+            };
         }
     }
 
-    /// The sample at a time: that of the first stretch, or rest before it; at a rounded corner that of the sum of two.
+    /// The sample at a time: that of the first stretch, or rest before it; at a rounded corner that
+    /// of the sum of two.
     fn at(&mut self, t: f64, kinematics: &dyn Kinematics) -> Sample {
-        let mut sample = Sample { velocity: Coords::ZERO, acceleration: Coords::ZERO, path_speed: 0.0, feed_part: 0.0, ..self.rest };
+        let mut sample = Sample {
+            velocity: Coords::ZERO,
+            acceleration: Coords::ZERO,
+            path_speed: 0.0,
+            feed_part: 0.0,
+            ..self.rest
+        };
         let mut program = self.rest_program.0.map(|p| Jet::new(p, 0.0, 0.0, 0.0));
-        if let Some(first) = self.stretches.front_mut().and_then(|stretch| follow(stretch, t, &mut sample)) {
+        if let Some(first) = self
+            .stretches
+            .front_mut()
+            .and_then(|stretch| follow(stretch, t, &mut sample))
+        {
             program = first.program;
             sample.feed_part = first.speed / first.feed;
-            let second = self.stretches.get_mut(1).filter(|stretch| t > stretch.start_s);
-            if let Some((stretch, corner)) = second.and_then(|stretch| stretch.corner.map(|corner| (stretch, corner))) {
+            let second = self
+                .stretches
+                .get_mut(1)
+                .filter(|stretch| t > stretch.start_s);
+            if let Some((stretch, corner)) =
+                second.and_then(|stretch| stretch.corner.map(|corner| (stretch, corner)))
+            {
                 let before = sample;
                 if let Some(second) = follow(stretch, t, &mut sample) {
                     for (joint, (a, b)) in program.iter_mut().zip(second.program).enumerate() {
                         *a = *a + b - Jet::new(corner.0[joint], 0.0, 0.0, 0.0);
                     }
-                    // The nearer end of the corner is that of the line on which less is left or gone.
+                    // The nearer end of the corner is that of the line on which less is left or
+                    // gone.
                     let heeds = before.heeds.max(sample.heeds);
                     if second.gone <= first.left {
                         sample = before;
@@ -173,7 +225,8 @@ struct Place {
     feed: f64,
 }
 
-/// Speed of the tip, mm/s, or where it stands still that of the other axes as the feed rule measures them.
+/// Speed of the tip, mm/s, or where it stands still that of the other axes as the feed rule
+/// measures them.
 fn path_speed(program: &[Jet; AXES]) -> f64 {
     let velocity = Coords(program.map(|jet| jet.0[1]));
     let tip = velocity.linear_norm();
@@ -189,16 +242,33 @@ fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<Place> {
     let (piece, local) = stretch.here(motion.s)?;
     let (mark, s) = piece.programmed(local);
     let (tool_mm, heeds) = (piece.tool_mm, piece.heeds);
-    let named = Sample { segment: mark.segment, s, block: mark.block, path_speed: motion.v, tool_mm, heeds, ..*sample };
+    let named = Sample {
+        segment: mark.segment,
+        s,
+        block: mark.block,
+        path_speed: motion.v,
+        tool_mm,
+        heeds,
+        ..*sample
+    };
     *sample = named;
-    let program = piece.curve.jet(local).map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
+    let program = piece
+        .curve
+        .jet(local)
+        .map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
     let tip = Coords(program.map(|jet| jet.0[1])).linear_norm();
     let (gone, left) = (motion.s - stretch.from, stretch.profile.to() - motion.s);
-    Some(Place { program, speed: tip.max(motion.v), feed: piece.feed, gone, left })
+    Some(Place {
+        program,
+        speed: tip.max(motion.v),
+        feed: piece.feed,
+        gone,
+        left,
+    })
 }
 
-/// Joint position, velocity and acceleration from the program side's, both by time. Poses were checked when the move was
-/// pushed; should one fail all the same, the joints stay where they are.
+/// Joint position, velocity and acceleration from the program side's, both by time. Poses were
+/// checked when the move was pushed; should one fail all the same, the joints stay where they are.
 fn joints(sample: &mut Sample, program: &[Jet; AXES], kinematics: &dyn Kinematics) {
     if kinematics.is_affine() {
         let point = Coords(program.map(|jet| jet.0[0]));

@@ -14,21 +14,44 @@ pub(crate) struct Plan {
 
 impl Plan {
     pub(crate) fn of(config: &PlannerConfig, items: Vec<PlanItem>) -> Plan {
-        let fine = PlannerConfig { clock: Pacer::plan_clock(config), ..config.clone() };
-        let moves = items.iter().filter_map(|item| if let PlanItem::Move(item) = item { Some(*item) } else { None }).collect();
-        Plan { config: config.clone(), samples: run(fine, cartesian(), Coords::ZERO, items.into_iter()), moves }
+        let fine = PlannerConfig {
+            clock: Pacer::plan_clock(config),
+            ..config.clone()
+        };
+        let moves = items
+            .iter()
+            .filter_map(|item| {
+                if let PlanItem::Move(item) = item {
+                    Some(*item)
+                } else {
+                    None
+                }
+            })
+            .collect();
+        Plan {
+            config: config.clone(),
+            samples: run(fine, cartesian(), Coords::ZERO, items.into_iter()),
+            moves,
+        }
     }
 
     pub(crate) fn program(program: &Program) -> Plan {
-        Plan::of(&three_axes(), program.moves.iter().map(|m| PlanItem::Move(*m)).collect())
+        Plan::of(
+            &three_axes(),
+            program.moves.iter().map(|m| PlanItem::Move(*m)).collect(),
+        )
     }
 
     /// The samples with actions at times in ms.
     pub(crate) fn paced(&self, actions: &[(u64, Action)]) -> Vec<Sample> {
         let mut pacer = Pacer::new(&self.config).unwrap();
-        let (mut out, mut plan, mut actions): (Vec<Sample>, _, _) = (Vec::new(), self.samples.iter(), actions.iter().peekable());
+        let (mut out, mut plan, mut actions): (Vec<Sample>, _, _) =
+            (Vec::new(), self.samples.iter(), actions.iter().peekable());
         loop {
-            while actions.peek().is_some_and(|(at, _)| *at <= out.len() as u64) {
+            while actions
+                .peek()
+                .is_some_and(|(at, _)| *at <= out.len() as u64)
+            {
                 pacer.act(actions.next().unwrap().1).unwrap();
             }
             if pacer.is_held() && actions.peek().is_none() {
@@ -52,8 +75,15 @@ impl Plan {
         let samples = self.paced(actions);
         assert_limits(&samples, &[Some(LIMITS); 3]);
         let worst = deviation(&samples, &self.moves);
-        assert!(worst <= tolerance + 2e-8, "{actions:?}: {worst} of {tolerance}");
-        assert_eq!(samples.last().unwrap().position, self.samples.last().unwrap().position, "{actions:?}");
+        assert!(
+            worst <= tolerance + 2e-8,
+            "{actions:?}: {worst} of {tolerance}"
+        );
+        assert_eq!(
+            samples.last().unwrap().position,
+            self.samples.last().unwrap().position,
+            "{actions:?}"
+        );
         samples
     }
 }

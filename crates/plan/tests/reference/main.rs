@@ -21,12 +21,24 @@ fn planned(program: &Program) -> f64 {
 fn a_line_takes_the_time_of_the_plain_s_curve() {
     let mut program = Program::new(PathControl::ExactPath, 100.0);
     program.line(60.0, 0.0, 0.0);
-    let closed = 60.0 / LIMITS.velocity + LIMITS.velocity / LIMITS.acceleration + LIMITS.acceleration / LIMITS.jerk;
-    let Reference { time, bound, without_jerk } = best(&program.moves[0].curve, 100.0, 300);
+    let closed = 60.0 / LIMITS.velocity
+        + LIMITS.velocity / LIMITS.acceleration
+        + LIMITS.acceleration / LIMITS.jerk;
+    let Reference {
+        time,
+        bound,
+        without_jerk,
+    } = best(&program.moves[0].curve, 100.0, 300);
     assert!((time / closed - 1.0).abs() < 4e-3, "{time} {closed}");
-    assert!(bound <= time && bound > 0.999 * time && without_jerk < bound, "{bound} {time} {without_jerk}");
+    assert!(
+        bound <= time && bound > 0.999 * time && without_jerk < bound,
+        "{bound} {time} {without_jerk}"
+    );
     let planned = planned(&program);
-    assert!(planned >= closed - 1e-9 && planned < 1.003 * closed, "{planned} {closed}");
+    assert!(
+        planned >= closed - 1e-9 && planned < 1.003 * closed,
+        "{planned} {closed}"
+    );
 }
 
 /// Circles on which speed, acceleration and jerk limit, and one on which the feed does.
@@ -35,11 +47,23 @@ fn circles_take_hardly_longer_than_the_optimum() {
     for (radius, feed) in [(2.0, 100.0), (5.0, 100.0), (12.0, 50.0)] {
         let mut program = Program::new(PathControl::ExactPath, feed);
         program.arc(radius, 0.0, TAU);
-        let Reference { time, bound, without_jerk } = best(&program.moves[0].curve, feed, 300);
-        assert!(bound <= time && bound > 0.999 * time && without_jerk < bound, "{radius}: {bound} {time} {without_jerk}");
+        let Reference {
+            time,
+            bound,
+            without_jerk,
+        } = best(&program.moves[0].curve, feed, 300);
+        assert!(
+            bound <= time && bound > 0.999 * time && without_jerk < bound,
+            "{radius}: {bound} {time} {without_jerk}"
+        );
         let planned = planned(&program);
-        println!("radius {radius} feed {feed}: planned {planned} reference {time} bound {bound} without jerk {without_jerk}");
+        println!(
+            "radius {radius} feed {feed}: planned {planned} reference {time} bound {bound} without jerk {without_jerk}"
+        );
         assert!(planned < 1.005 * time + 1e-3, "{radius}: {planned} {time}");
-        assert!(planned > 0.995 * bound, "{radius}: {planned} is better than the best, {bound}");
+        assert!(
+            planned > 0.995 * bound,
+            "{radius}: {planned} is better than the best, {bound}"
+        );
     }
 }

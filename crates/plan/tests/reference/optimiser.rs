@@ -1,10 +1,13 @@
-//! Least time along a smooth path from rest to rest under limits of velocity, acceleration and jerk of X, Y and Z.
+//! Least time along a smooth path from rest to rest under limits of velocity, acceleration and jerk
+//! of X, Y and Z.
 //!
-//! The path is travelled first by a nominal polynomial motion, whose rest at both ends takes the singularity away; sought is b, the square
-//! of the pace, at even steps of nominal time, by finite differences. The time is a sum of 1 / sqrt(b), made of second-order cones; limits
-//! of velocity and acceleration are linear; that of jerk over sqrt(b) has a convex right side, which is linearised at the last b. Each of
-//! these programs is convex: its dual value proves how near to its optimum it was solved, and since each has all that the last one had, the
-//! times fall until they stand. Leaving the jerk out gives a lower bound that holds whatever the linearisation does.
+//! The path is travelled first by a nominal polynomial motion, whose rest at both ends takes the
+//! singularity away; sought is b, the square of the pace, at even steps of nominal time, by finite
+//! differences. The time is a sum of 1 / sqrt(b), made of second-order cones; limits of velocity
+//! and acceleration are linear; that of jerk over sqrt(b) has a convex right side, which is
+//! linearised at the last b. Each of these programs is convex: its dual value proves how near to
+//! its optimum it was solved, and since each has all that the last one had, the times fall until
+//! they stand. Leaving the jerk out gives a lower bound that holds whatever the linearisation does.
 
 use crate::common::LIMITS;
 use crate::solver::{Clarabel, ConeProgram, ConeSolver};
@@ -51,13 +54,22 @@ pub(crate) fn best(curve: &Curve, feed: f64, steps: usize) -> Reference {
             break;
         }
     }
-    Reference { time, bound, without_jerk }
+    Reference {
+        time,
+        bound,
+        without_jerk,
+    }
 }
 
-/// The septic from rest to rest with a jerk that starts and ends at zero would leave the ends singular; the quintic does not.
+/// The septic from rest to rest with a jerk that starts and ends at zero would leave the ends
+/// singular; the quintic does not.
 fn nominal(curve: &Curve, feed: f64, steps: usize) -> Problem {
     let (length, step) = (curve.length(), 1.0 / steps as f64);
-    let mut problem = Problem { nodes: Vec::new(), ceilings: Vec::new(), step };
+    let mut problem = Problem {
+        nodes: Vec::new(),
+        ceilings: Vec::new(),
+        step,
+    };
     for k in 0..=steps {
         let u = k as f64 * step;
         let s = length * u * u * u * (10.0 + u * (6.0 * u - 15.0));
@@ -67,9 +79,15 @@ fn nominal(curve: &Curve, feed: f64, steps: usize) -> Problem {
         let jets = curve.jet(s);
         let node: Node = std::array::from_fn(|axis| {
             let d = jets[axis].0;
-            [d[1] * v, d[2] * v * v + d[1] * a, d[3] * v * v * v + 3.0 * d[2] * v * a + d[1] * j]
+            [
+                d[1] * v,
+                d[2] * v * v + d[1] * a,
+                d[3] * v * v * v + 3.0 * d[2] * v * a + d[1] * j,
+            ]
         });
-        let fastest = node.iter().fold(v / feed, |most, axis| most.max(axis[0].abs() / LIMITS.velocity));
+        let fastest = node.iter().fold(v / feed, |most, axis| {
+            most.max(axis[0].abs() / LIMITS.velocity)
+        });
         problem.nodes.push(node);
         problem.ceilings.push(fastest * fastest);
     }
@@ -102,7 +120,8 @@ fn stencil(node: usize, count: usize, step: f64) -> (usize, [[f64; 3]; 3]) {
 
 /// Acceleration and jerk over sqrt(b) of an axis as coefficients of the three values.
 fn rows([v, a, j]: [f64; 3], [value, slope, bend]: [[f64; 3]; 3]) -> [[f64; 3]; 2] {
-    let row = |c: [f64; 3]| std::array::from_fn(|k| c[0] * value[k] + c[1] * slope[k] + c[2] * bend[k]);
+    let row =
+        |c: [f64; 3]| std::array::from_fn(|k| c[0] * value[k] + c[1] * slope[k] + c[2] * bend[k]);
     [row([a, 0.5 * v, 0.0]), row([j, 1.5 * a, 0.5 * v])]
 }
 
@@ -113,8 +132,11 @@ fn excess(problem: &Problem, b: &[f64]) -> f64 {
         let (first, derivatives) = stencil(k, b.len(), problem.step);
         worst = worst.max(b[k] * problem.ceilings[k]);
         for axis in node {
-            let [a, j] = rows(*axis, derivatives).map(|row| (0..3).map(|i| row[i] * b[first + i]).sum::<f64>());
-            worst = worst.max(a.abs() / LIMITS.acceleration).max(j.abs() * b[k].sqrt() / LIMITS.jerk);
+            let [a, j] = rows(*axis, derivatives)
+                .map(|row| (0..3).map(|i| row[i] * b[first + i]).sum::<f64>());
+            worst = worst
+                .max(a.abs() / LIMITS.acceleration)
+                .max(j.abs() * b[k].sqrt() / LIMITS.jerk);
         }
     }
     worst - 1.0
@@ -125,7 +147,13 @@ fn solve(problem: &Problem, b: &[f64], jerk: bool) -> (Vec<f64>, f64, f64) {
     let count = b.len();
     // Unknown are b in units of the last b, r <= sqrt(b), t >= 1 / r, each by node.
     let (roots, times) = (count, 2 * count);
-    let weight = |k: usize| if k == 0 || k + 1 == count { 0.5 * problem.step } else { problem.step };
+    let weight = |k: usize| {
+        if k == 0 || k + 1 == count {
+            0.5 * problem.step
+        } else {
+            problem.step
+        }
+    };
     let mut linear = vec![0.0; 3 * count];
     let (mut entries, mut bounds) = (Vec::new(), Vec::new());
     for (k, node) in problem.nodes.iter().enumerate() {
@@ -138,7 +166,9 @@ fn solve(problem: &Problem, b: &[f64], jerk: bool) -> (Vec<f64>, f64, f64) {
             let mut add = |row: [f64; 3], limit: f64, slope: f64| {
                 for sign in [1.0, -1.0] {
                     let at = bounds.len();
-                    (0..3).for_each(|i| entries.push((at, first + i, sign * row[i] * b[first + i] / limit)));
+                    (0..3).for_each(|i| {
+                        entries.push((at, first + i, sign * row[i] * b[first + i] / limit))
+                    });
                     entries.push((at, k, slope));
                     bounds.push(1.0 + slope);
                 }
@@ -157,10 +187,20 @@ fn solve(problem: &Problem, b: &[f64], jerk: bool) -> (Vec<f64>, f64, f64) {
         entries.extend([(at, k, -1.0), (at + 1, roots + k, -2.0), (at + 2, k, -1.0)]);
         bounds.extend([1.0, 0.0, -1.0]);
         let at = bounds.len();
-        entries.extend([(at, times + k, -1.0), (at, roots + k, -1.0), (at + 2, times + k, -1.0), (at + 2, roots + k, 1.0)]);
+        entries.extend([
+            (at, times + k, -1.0),
+            (at, roots + k, -1.0),
+            (at + 2, times + k, -1.0),
+            (at + 2, roots + k, 1.0),
+        ]);
         bounds.extend([0.0, 2.0, 0.0]);
     }
-    let found = Clarabel.solve(&ConeProgram { linear, entries, bounds, inequalities });
+    let found = Clarabel.solve(&ConeProgram {
+        linear,
+        entries,
+        bounds,
+        inequalities,
+    });
     let next = (0..count).map(|k| found.x[k] * b[k]).collect();
     (next, found.value, found.bound)
 }

@@ -1,10 +1,12 @@
 //! The convex solver behind the reference optimiser.
 
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT, SolverStatus};
+use clarabel::solver::{
+    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT, SolverStatus,
+};
 
-/// A linear objective over rows `bounds - matrix x` that lie in cones: first so many that are not negative, then second-order cones of
-/// three rows each.
+/// A linear objective over rows `bounds - matrix x` that lie in cones: first so many that are not
+/// negative, then second-order cones of three rows each.
 pub(crate) struct ConeProgram {
     pub(crate) linear: Vec<f64>,
     /// Entries by row, column, value.
@@ -38,12 +40,35 @@ impl ConeSolver for Clarabel {
         let matrix = CscMatrix::new_from_triplets(rows, columns, i, j, v);
         let mut cones = vec![NonnegativeConeT(program.inequalities)];
         cones.extend((0..(rows - program.inequalities) / 3).map(|_| SecondOrderConeT(3)));
-        let settings = DefaultSettings { verbose: false, max_threads: 1, ..DefaultSettings::default() };
+        let settings = DefaultSettings {
+            verbose: false,
+            max_threads: 1,
+            ..DefaultSettings::default()
+        };
         let none = CscMatrix::zeros((columns, columns));
-        let mut solver = DefaultSolver::new(&none, &program.linear, &matrix, &program.bounds, &cones, settings).unwrap();
+        let mut solver = DefaultSolver::new(
+            &none,
+            &program.linear,
+            &matrix,
+            &program.bounds,
+            &cones,
+            settings,
+        )
+        .unwrap();
         solver.solve();
         let solution = solver.solution;
-        assert!(matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved), "{:?}", solution.status);
-        Certified { x: solution.x, value: solution.obj_val, bound: solution.obj_val_dual }
+        assert!(
+            matches!(
+                solution.status,
+                SolverStatus::Solved | SolverStatus::AlmostSolved
+            ),
+            "{:?}",
+            solution.status
+        );
+        Certified {
+            x: solution.x,
+            value: solution.obj_val,
+            bound: solution.obj_val_dual,
+        }
     }
 }

@@ -21,7 +21,8 @@ enum Target {
 
 /// A file that takes its final name only on [`AtomicFile::commit`].
 ///
-/// A symbolic link is followed, so that the file it points to is replaced. Pipes and devices (`/dev/null`) are written directly.
+/// A symbolic link is followed, so that the file it points to is replaced. Pipes and devices
+/// (`/dev/null`) are written directly.
 #[derive(Debug)]
 pub struct AtomicFile {
     path: PathBuf,
@@ -37,13 +38,21 @@ impl AtomicFile {
         let asked = path.as_ref();
         let path = asked.canonicalize().unwrap_or_else(|_| asked.to_path_buf());
         let target = match path.metadata() {
-            Ok(meta) if meta.is_dir() => return Err(WriteError::IsFolder { path: asked.to_path_buf() }),
+            Ok(meta) if meta.is_dir() => {
+                return Err(WriteError::IsFolder {
+                    path: asked.to_path_buf(),
+                });
+            }
             Ok(meta) if !meta.is_file() => {
-                let file = File::options().write(true).open(&path).map_err(|e| WriteError::io("open", asked, e))?;
+                let file = File::options()
+                    .write(true)
+                    .open(&path)
+                    .map_err(|e| WriteError::io("open", asked, e))?;
                 Target::Special(BufWriter::with_capacity(BUFFER_BYTES, file))
             }
             _ => {
-                let file = temporary_beside(&path).map_err(|e| WriteError::io("create", asked, without_path(&e)))?;
+                let file = temporary_beside(&path)
+                    .map_err(|e| WriteError::io("create", asked, without_path(&e)))?;
                 let unfinished = Unfinished::new(file.path().to_path_buf());
                 Target::Temporary(BufWriter::with_capacity(BUFFER_BYTES, file), unfinished)
             }
@@ -62,7 +71,9 @@ impl AtomicFile {
     /// The disk is full or gone.
     pub(crate) fn complete(&mut self) -> Result<(), WriteError> {
         let result = match &mut self.target {
-            Target::Temporary(writer, _) => writer.flush().and_then(|()| writer.get_ref().as_file().sync_all()),
+            Target::Temporary(writer, _) => writer
+                .flush()
+                .and_then(|()| writer.get_ref().as_file().sync_all()),
             Target::Special(writer) => writer.flush(),
         };
         result.map_err(|e| WriteError::io("write", &self.path, e))
@@ -76,8 +87,11 @@ impl AtomicFile {
         self.complete()?;
         let AtomicFile { path, target } = self;
         if let Target::Temporary(writer, _unfinished) = target {
-            let file = writer.into_inner().map_err(|e| WriteError::io("write", &path, e.into_error()))?;
-            file.persist(&path).map_err(|e| WriteError::io("replace", &path, e.error))?;
+            let file = writer
+                .into_inner()
+                .map_err(|e| WriteError::io("write", &path, e.into_error()))?;
+            file.persist(&path)
+                .map_err(|e| WriteError::io("replace", &path, e.error))?;
         }
         Ok(())
     }
@@ -86,12 +100,15 @@ impl AtomicFile {
 /// The error without the name of the temporary file, which means nothing to anybody.
 fn without_path(error: &std::io::Error) -> std::io::Error {
     match error.kind() {
-        std::io::ErrorKind::NotFound => std::io::Error::new(std::io::ErrorKind::NotFound, "its folder does not exist"),
+        std::io::ErrorKind::NotFound => {
+            std::io::Error::new(std::io::ErrorKind::NotFound, "its folder does not exist")
+        }
         kind => kind.into(),
     }
 }
 
-/// A temporary file in the folder of `path`, with the permissions that an ordinary new file there would get.
+/// A temporary file in the folder of `path`, with the permissions that an ordinary new file there
+/// would get.
 fn temporary_beside(path: &Path) -> std::io::Result<NamedTempFile> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -102,7 +119,9 @@ fn temporary_beside(path: &Path) -> std::io::Result<NamedTempFile> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        let mode = path.metadata().map_or(0o666, |meta| meta.permissions().mode() & 0o777);
+        let mode = path
+            .metadata()
+            .map_or(0o666, |meta| meta.permissions().mode() & 0o777);
         builder.permissions(std::fs::Permissions::from_mode(mode));
         builder.tempfile_in(folder)
     }
@@ -131,8 +150,10 @@ mod tests {
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
-        let mut names: Vec<String> =
-            std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        let mut names: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
         names.sort();
         names
     }
@@ -163,8 +184,17 @@ mod tests {
     #[test]
     fn a_folder_and_a_missing_folder_are_refused() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(matches!(AtomicFile::create(folder.path()), Err(WriteError::IsFolder { .. })));
-        assert!(matches!(AtomicFile::create(folder.path().join("no/plan.csv")), Err(WriteError::Io { action: "create", .. })));
+        assert!(matches!(
+            AtomicFile::create(folder.path()),
+            Err(WriteError::IsFolder { .. })
+        ));
+        assert!(matches!(
+            AtomicFile::create(folder.path().join("no/plan.csv")),
+            Err(WriteError::Io {
+                action: "create",
+                ..
+            })
+        ));
     }
 
     #[cfg(unix)]
@@ -174,7 +204,12 @@ mod tests {
         let mut null = AtomicFile::create("/dev/null").unwrap();
         null.write_all(b"gone").unwrap();
         null.commit().unwrap();
-        assert!(std::fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+        assert!(
+            std::fs::metadata("/dev/null")
+                .unwrap()
+                .file_type()
+                .is_char_device()
+        );
 
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("real"), "old").unwrap();
@@ -182,8 +217,18 @@ mod tests {
         let mut file = AtomicFile::create(folder.path().join("link")).unwrap();
         file.write_all(b"new").unwrap();
         file.commit().unwrap();
-        assert_eq!(std::fs::read_to_string(folder.path().join("real")).unwrap(), "new");
-        assert!(folder.path().join("link").symlink_metadata().unwrap().is_symlink());
+        assert_eq!(
+            std::fs::read_to_string(folder.path().join("real")).unwrap(),
+            "new"
+        );
+        assert!(
+            folder
+                .path()
+                .join("link")
+                .symlink_metadata()
+                .unwrap()
+                .is_symlink()
+        );
     }
 
     #[cfg(unix)]
@@ -192,8 +237,19 @@ mod tests {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("usual"), "").unwrap();
-        AtomicFile::create(folder.path().join("ours")).unwrap().commit().unwrap();
-        let mode = |name: &str| folder.path().join(name).metadata().unwrap().permissions().mode();
+        AtomicFile::create(folder.path().join("ours"))
+            .unwrap()
+            .commit()
+            .unwrap();
+        let mode = |name: &str| {
+            folder
+                .path()
+                .join(name)
+                .metadata()
+                .unwrap()
+                .permissions()
+                .mode()
+        };
         assert_eq!(mode("ours"), mode("usual"));
     }
 }

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 /// A folder of results.
 ///
-/// Files are collected with [`OutputFolder::add`] once each is written; [`OutputFolder::commit`] first brings all of them to the disk
-/// and only then renames them, one right after the other. A failure before the renames leaves the folder as it was, and a folder
-/// made here is removed again.
+/// Files are collected with [`OutputFolder::add`] once each is written; [`OutputFolder::commit`]
+/// first brings all of them to the disk and only then renames them, one right after the other. A
+/// failure before the renames leaves the folder as it was, and a folder made here is removed again.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
@@ -26,14 +26,28 @@ impl OutputFolder {
     /// The path is a file, or the folder cannot be made.
     pub fn create(path: impl AsRef<Path>) -> Result<OutputFolder, WriteError> {
         let path = path.as_ref().to_path_buf();
-        let missing: Vec<PathBuf> =
-            path.ancestors().filter(|p| !p.as_os_str().is_empty()).take_while(|p| !p.exists()).map(Path::to_path_buf).collect();
+        let missing: Vec<PathBuf> = path
+            .ancestors()
+            .filter(|p| !p.as_os_str().is_empty())
+            .take_while(|p| !p.exists())
+            .map(Path::to_path_buf)
+            .collect();
         if path.exists() && !path.is_dir() {
             return Err(WriteError::NotFolder { path });
         }
-        let unfinished = missing.iter().rev().map(|made| Unfinished::new(made.clone())).collect();
-        let folder = OutputFolder { made: missing, unfinished, done: Vec::new(), path };
-        std::fs::create_dir_all(&folder.path).map_err(|e| WriteError::io("create", &folder.path, e))?;
+        let unfinished = missing
+            .iter()
+            .rev()
+            .map(|made| Unfinished::new(made.clone()))
+            .collect();
+        let folder = OutputFolder {
+            made: missing,
+            unfinished,
+            done: Vec::new(),
+            path,
+        };
+        std::fs::create_dir_all(&folder.path)
+            .map_err(|e| WriteError::io("create", &folder.path, e))?;
         Ok(folder)
     }
 
@@ -49,7 +63,9 @@ impl OutputFolder {
     pub fn file(&self, name: &str) -> Result<AtomicFile, WriteError> {
         let plain = Path::new(name).file_name().is_some_and(|n| n == name);
         if !plain {
-            return Err(WriteError::BadName { name: name.to_owned() });
+            return Err(WriteError::BadName {
+                name: name.to_owned(),
+            });
         }
         AtomicFile::create(self.path.join(name))
     }
@@ -62,7 +78,8 @@ impl OutputFolder {
     /// Gives all added files their names; returns their paths.
     ///
     /// # Errors
-    /// A file cannot be completed (then none appears), or a rename fails (then the files after it do not appear).
+    /// A file cannot be completed (then none appears), or a rename fails (then the files after it
+    /// do not appear).
     pub fn commit(mut self) -> Result<Vec<PathBuf>, WriteError> {
         for file in &mut self.done {
             file.complete()?;
@@ -79,7 +96,8 @@ impl OutputFolder {
 }
 
 impl Drop for OutputFolder {
-    /// Removes folders that were made for files that never came. `remove_dir` refuses folders that hold anything.
+    /// Removes folders that were made for files that never came. `remove_dir` refuses folders that
+    /// hold anything.
     fn drop(&mut self) {
         self.done.clear();
         for folder in &self.made {
@@ -106,7 +124,10 @@ mod tests {
         }
         assert!(!base.path().join("a/b/one.csv").exists());
         assert_eq!(out.commit().unwrap().len(), 2);
-        assert_eq!(std::fs::read_to_string(base.path().join("a/b/two.csv")).unwrap(), "two.csv");
+        assert_eq!(
+            std::fs::read_to_string(base.path().join("a/b/two.csv")).unwrap(),
+            "two.csv"
+        );
     }
 
     #[test]
@@ -124,7 +145,10 @@ mod tests {
     fn bad_places_are_refused() {
         let base = tempfile::tempdir().unwrap();
         std::fs::write(base.path().join("file"), "").unwrap();
-        assert!(matches!(OutputFolder::create(base.path().join("file")), Err(WriteError::NotFolder { .. })));
+        assert!(matches!(
+            OutputFolder::create(base.path().join("file")),
+            Err(WriteError::NotFolder { .. })
+        ));
         let out = OutputFolder::create(base.path()).unwrap();
         assert!(matches!(out.file("../x"), Err(WriteError::BadName { .. })));
         assert!(matches!(out.file("x/"), Err(WriteError::BadName { .. })));

@@ -1,4 +1,5 @@
-//! What is on the disk without its name yet, for a process that is told to end: its values are not dropped then.
+//! What is on the disk without its name yet, for a process that is told to end: its values are not
+//! dropped then.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -30,11 +31,15 @@ impl Drop for Unfinished {
     }
 }
 
-/// Removes every file that is being written, and the folders made for them, before a process ends without dropping its values (a signal). Nothing may be
-/// written or committed afterwards.
+/// Removes every file that is being written, and the folders made for them, before a process ends
+/// without dropping its values (a signal). Nothing may be written or committed afterwards.
 pub fn abandon() {
     // The latest first: files, then the folders around them, the innermost first.
     while let Some((_, path)) = unfinished().pop_last() {
-        let _ = if path.is_dir() { std::fs::remove_dir(&path) } else { std::fs::remove_file(&path) };
+        let _ = if path.is_dir() {
+            std::fs::remove_dir(&path)
+        } else {
+            std::fs::remove_file(&path)
+        };
     }
 }

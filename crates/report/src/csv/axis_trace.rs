@@ -8,10 +8,11 @@ use std::io::{self, Write};
 
 /// Writes an axis' trace in the axis' own unit `u` (`mm`, `deg`, `rad`), at the load.
 ///
-/// Columns: `t_s`, `reference_<u>`, `reference_velocity_<u>_s`, `reference_acceleration_<u>_s2`, `motor_<u>`,
-/// `motor_velocity_<u>_s`, `load_<u>`, `load_velocity_<u>_s`, `current_a`, `torque_nm`, `engagement` (-1, 0, 1),
-/// `gap_estimate_<u>` (the compensator's theta_M - theta_L), `inertia_estimate_kgm2` (motor side), `engagement_estimate`,
-/// `stiffness_estimate_nm_per_rad`, `damping_estimate_nm_s_per_rad` (of the shaft, motor side; only where the axis estimates them).
+/// Columns: `t_s`, `reference_<u>`, `reference_velocity_<u>_s`, `reference_acceleration_<u>_s2`,
+/// `motor_<u>`, `motor_velocity_<u>_s`, `load_<u>`, `load_velocity_<u>_s`, `current_a`,
+/// `torque_nm`, `engagement` (-1, 0, 1), `gap_estimate_<u>` (the compensator's theta_M - theta_L),
+/// `inertia_estimate_kgm2` (motor side), `engagement_estimate`, `stiffness_estimate_nm_per_rad`,
+/// `damping_estimate_nm_s_per_rad` (of the shaft, motor side; only where the axis estimates them).
 /// Where a method makes no estimate the cell is empty.
 #[derive(Debug)]
 pub struct AxisTraceWriter<W> {
@@ -21,11 +22,17 @@ pub struct AxisTraceWriter<W> {
 }
 
 impl<W: Write> AxisTraceWriter<W> {
-    /// Starts the table. `units_per_rad` is how far the load goes, in `unit`, for a radian of the motor.
+    /// Starts the table. `units_per_rad` is how far the load goes, in `unit`, for a radian of the
+    /// motor.
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn new(out: W, unit: AxisUnit, units_per_rad: f64, clock: Clock) -> io::Result<AxisTraceWriter<W>> {
+    pub fn new(
+        out: W,
+        unit: AxisUnit,
+        units_per_rad: f64,
+        clock: Clock,
+    ) -> io::Result<AxisTraceWriter<W>> {
         let u = unit.symbol();
         let header = [
             "t_s".to_owned(),
@@ -46,7 +53,11 @@ impl<W: Write> AxisTraceWriter<W> {
             "damping_estimate_nm_s_per_rad".to_owned(),
         ];
         let rows = Rows::new(out, header.iter().map(String::as_str))?;
-        Ok(AxisTraceWriter { rows, clock, units_per_rad })
+        Ok(AxisTraceWriter {
+            rows,
+            clock,
+            units_per_rad,
+        })
     }
 
     /// Appends the row of a tick.

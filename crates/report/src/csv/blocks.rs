@@ -33,8 +33,8 @@ fn cause(cause: Cause) -> String {
     }
 }
 
-/// Writes how far the tool left each block: the fields of [`BlockResult`] with the method's name before them and without
-/// the block's text, which stands in the program.
+/// Writes how far the tool left each block: the fields of [`BlockResult`] with the method's name
+/// before them and without the block's text, which stands in the program.
 #[derive(Debug)]
 pub struct BlockWriter<W> {
     rows: Rows<W>,
@@ -46,7 +46,9 @@ impl<W: Write> BlockWriter<W> {
     /// # Errors
     /// Those of the writer.
     pub fn new(out: W) -> io::Result<BlockWriter<W>> {
-        Ok(BlockWriter { rows: Rows::new(out, COLUMNS)? })
+        Ok(BlockWriter {
+            rows: Rows::new(out, COLUMNS)?,
+        })
     }
 
     /// Appends rows.
@@ -63,7 +65,13 @@ impl<W: Write> BlockWriter<W> {
             rows.integer(u64::from(block.rapid));
             rows.number(block.time_s, 6);
             let parts = block.parts_um;
-            for error in [block.max_um, block.rms_um, parts.command, parts.servo, parts.backlash] {
+            for error in [
+                block.max_um,
+                block.rms_um,
+                parts.command,
+                parts.servo,
+                parts.backlash,
+            ] {
                 rows.number(error, ERROR_DECIMALS);
             }
             rows.text(&cause(block.cause));

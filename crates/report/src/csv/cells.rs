@@ -5,8 +5,8 @@ use csv::{ByteRecord, ErrorKind};
 use lostmotion_axis::config::AxisUnit;
 use std::io::Read;
 
-/// Rows end here. With the default, which takes `\r\n` as one end, the reader's line numbers lag by one behind `\r\n`; the `\r`
-/// is trimmed with the blanks instead.
+/// Rows end here. With the default, which takes `\r\n` as one end, the reader's line numbers lag by
+/// one behind `\r\n`; the `\r` is trimmed with the blanks instead.
 const END: csv::Terminator = csv::Terminator::Any(b'\n');
 
 /// Longest piece of a file shown in a message.
@@ -34,11 +34,21 @@ pub(super) struct Column {
 impl<R: Read> Cells<R> {
     /// Reads the header. `name` is the file's name for messages.
     pub(super) fn new(input: R, name: &str) -> Result<Cells<R>, ReadError> {
-        let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).comment(Some(b'#')).terminator(END).from_reader(input);
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .comment(Some(b'#'))
+            .terminator(END)
+            .from_reader(input);
         let mut record = ByteRecord::new();
-        let read = reader.read_byte_record(&mut record).map_err(|e| read_error(name, e))?;
+        let read = reader
+            .read_byte_record(&mut record)
+            .map_err(|e| read_error(name, e))?;
         if !read {
-            return Err(ReadError::Empty { name: name.to_owned(), needed: 1 });
+            return Err(ReadError::Empty {
+                name: name.to_owned(),
+                needed: 1,
+            });
         }
         let header_line = line_of(&record);
         let header = header_cells(&record).map_err(|(byte, offset)| ReadError::NotText {
@@ -47,7 +57,13 @@ impl<R: Read> Cells<R> {
             byte,
             offset,
         })?;
-        Ok(Cells { name: name.to_owned(), reader, header, header_line, record })
+        Ok(Cells {
+            name: name.to_owned(),
+            reader,
+            header,
+            header_line,
+            record,
+        })
     }
 
     /// The file's name.
@@ -57,13 +73,20 @@ impl<R: Read> Cells<R> {
 
     /// The column of exactly this name.
     pub(super) fn column(&self, wanted: &str) -> Result<Column, ReadError> {
-        self.find(wanted).ok_or_else(|| self.missing(format!("`{wanted}`")))
+        self.find(wanted)
+            .ok_or_else(|| self.missing(format!("`{wanted}`")))
     }
 
     /// The column `stem_mm`, `stem_deg` or `stem_rad`.
-    pub(super) fn column_with_unit(&self, stem: &str, what: &'static str) -> Result<(Column, AxisUnit), ReadError> {
-        let found: Vec<(Column, AxisUnit)> =
-            UNITS.into_iter().filter_map(|unit| Some((self.find(&format!("{stem}_{}", unit.symbol()))?, unit))).collect();
+    pub(super) fn column_with_unit(
+        &self,
+        stem: &str,
+        what: &'static str,
+    ) -> Result<(Column, AxisUnit), ReadError> {
+        let found: Vec<(Column, AxisUnit)> = UNITS
+            .into_iter()
+            .filter_map(|unit| Some((self.find(&format!("{stem}_{}", unit.symbol()))?, unit)))
+            .collect();
         match found.as_slice() {
             [] => Err(self.missing(format!("`{stem}_mm`, `{stem}_deg` or `{stem}_rad`"))),
             [one] => Ok(one.clone()),
@@ -79,12 +102,20 @@ impl<R: Read> Cells<R> {
 
     pub(super) fn find(&self, wanted: &str) -> Option<Column> {
         let index = self.header.iter().position(|cell| cell == wanted)?;
-        Some(Column { index, header: wanted.to_owned() })
+        Some(Column {
+            index,
+            header: wanted.to_owned(),
+        })
     }
 
     fn missing(&self, wanted: String) -> ReadError {
         let found = shorten(&self.header.join(", "), 3 * SHOWN);
-        ReadError::MissingColumn { name: self.name.clone(), line: self.header_line, wanted, found }
+        ReadError::MissingColumn {
+            name: self.name.clone(),
+            line: self.header_line,
+            wanted,
+            found,
+        }
     }
 
     /// Two columns in different units.
@@ -100,7 +131,11 @@ impl<R: Read> Cells<R> {
     /// Goes to the next row that is not blank; false at the end.
     pub(super) fn next_row(&mut self) -> Result<bool, ReadError> {
         loop {
-            if !self.reader.read_byte_record(&mut self.record).map_err(|e| read_error(&self.name, e))? {
+            if !self
+                .reader
+                .read_byte_record(&mut self.record)
+                .map_err(|e| read_error(&self.name, e))?
+            {
                 return Ok(false);
             }
             let (wanted, found) = (self.header.len() as u64, self.record.len() as u64);
@@ -109,27 +144,54 @@ impl<R: Read> Cells<R> {
             }
             let blank = found == 1 && self.record.iter().all(|cell| cell.trim_ascii().is_empty());
             if !blank {
-                return Err(ReadError::Ragged { name: self.name.clone(), line: line_of(&self.record), wanted, found });
+                return Err(ReadError::Ragged {
+                    name: self.name.clone(),
+                    line: line_of(&self.record),
+                    wanted,
+                    found,
+                });
             }
         }
     }
 
     /// A finite number of the current row.
     pub(super) fn number(&self, column: &Column) -> Result<f64, ReadError> {
-        let bytes = self.record.get(column.index).unwrap_or_default().trim_ascii();
+        let bytes = self
+            .record
+            .get(column.index)
+            .unwrap_or_default()
+            .trim_ascii();
         if bytes.is_empty() {
             return Err(self.bad(column, "is empty", "every row needs a number here"));
         }
-        match std::str::from_utf8(bytes).ok().and_then(|text| text.parse::<f64>().ok()) {
-            None => Err(self.bad(column, "is not a number", "write numbers like -1.25 or 3e-4, with a point")),
-            Some(value) if !value.is_finite() => Err(self.bad(column, "is not a finite number", "remove the row, or fill in a value")),
+        match std::str::from_utf8(bytes)
+            .ok()
+            .and_then(|text| text.parse::<f64>().ok())
+        {
+            None => Err(self.bad(
+                column,
+                "is not a number",
+                "write numbers like -1.25 or 3e-4, with a point",
+            )),
+            Some(value) if !value.is_finite() => Err(self.bad(
+                column,
+                "is not a finite number",
+                "remove the row, or fill in a value",
+            )),
             Some(value) => Ok(value),
         }
     }
 
     /// An error about a cell of the current row.
-    pub(super) fn bad(&self, column: &Column, why: impl Into<String>, hint: &'static str) -> ReadError {
-        let value = String::from_utf8_lossy(self.record.get(column.index).unwrap_or_default()).trim().to_owned();
+    pub(super) fn bad(
+        &self,
+        column: &Column,
+        why: impl Into<String>,
+        hint: &'static str,
+    ) -> ReadError {
+        let value = String::from_utf8_lossy(self.record.get(column.index).unwrap_or_default())
+            .trim()
+            .to_owned();
         ReadError::Cell {
             name: self.name.clone(),
             line: line_of(&self.record),
@@ -145,16 +207,22 @@ fn line_of(record: &ByteRecord) -> u64 {
     record.position().map_or(1, csv::Position::line)
 }
 
-/// The header's cells without blanks and byte order mark; the first byte and its offset if it is no text.
+/// The header's cells without blanks and byte order mark; the first byte and its offset if it is no
+/// text.
 fn header_cells(record: &ByteRecord) -> Result<Vec<String>, (u8, u64)> {
     let mut offset = record.position().map_or(0, csv::Position::byte);
     let mut cells = Vec::with_capacity(record.len());
     for (index, cell) in record.iter().enumerate() {
-        let text = std::str::from_utf8(cell).map_err(|e| (cell[e.valid_up_to()], offset + e.valid_up_to() as u64))?;
+        let text = std::str::from_utf8(cell)
+            .map_err(|e| (cell[e.valid_up_to()], offset + e.valid_up_to() as u64))?;
         if let Some(at) = text.trim_end().bytes().position(|b| b < b' ' && b != b'\t') {
             return Err((cell[at], offset + at as u64));
         }
-        let text = if index == 0 { text.trim_start_matches('\u{feff}') } else { text };
+        let text = if index == 0 {
+            text.trim_start_matches('\u{feff}')
+        } else {
+            text
+        };
         cells.push(text.trim().to_owned());
         offset += cell.len() as u64 + 1;
     }
@@ -165,10 +233,17 @@ fn read_error(name: &str, error: csv::Error) -> ReadError {
     let name = name.to_owned();
     match error.into_kind() {
         ErrorKind::Io(source) => ReadError::Io { name, source },
-        other => ReadError::Io { name, source: std::io::Error::other(format!("{other:?}")) },
+        other => ReadError::Io {
+            name,
+            source: std::io::Error::other(format!("{other:?}")),
+        },
     }
 }
 
 fn shorten(text: &str, limit: usize) -> String {
-    if text.chars().count() <= limit { text.to_owned() } else { text.chars().take(limit).chain("...".chars()).collect() }
+    if text.chars().count() <= limit {
+        text.to_owned()
+    } else {
+        text.chars().take(limit).chain("...".chars()).collect()
+    }
 }

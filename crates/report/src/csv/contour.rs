@@ -32,7 +32,9 @@ impl<W: Write> ContourWriter<W> {
     /// # Errors
     /// Those of the writer.
     pub fn new(out: W) -> io::Result<ContourWriter<W>> {
-        Ok(ContourWriter { rows: Rows::new(out, COLUMNS)? })
+        Ok(ContourWriter {
+            rows: Rows::new(out, COLUMNS)?,
+        })
     }
 
     /// Appends rows.

@@ -26,11 +26,12 @@ pub struct AxisLog {
     pub current_a: Vec<f64>,
 }
 
-/// Reads the columns `t_s`, `motor_<u>`, `load_<u>` and `current_a` of a log, as an axis trace has them; others are ignored.
-/// `name` is the file's name for messages.
+/// Reads the columns `t_s`, `motor_<u>`, `load_<u>` and `current_a` of a log, as an axis trace has
+/// them; others are ignored. `name` is the file's name for messages.
 ///
 /// # Errors
-/// An empty file, one that is no table, a missing column, a cell that is not a finite number, rows that are not evenly spaced in time.
+/// An empty file, one that is no table, a missing column, a cell that is not a finite number, rows
+/// that are not evenly spaced in time.
 pub fn read_log(input: impl Read, name: &str) -> Result<AxisLog, ReadError> {
     read(input, name, true)
 }
@@ -47,14 +48,24 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
     let mut cells = Cells::new(input, name)?;
     let time = cells.column("t_s")?;
     let (motor, unit) = cells.column_with_unit("motor", "motor position")?;
-    let load = if with_load { Some(cells.column_with_unit("load", "load position")?) } else { None };
+    let load = if with_load {
+        Some(cells.column_with_unit("load", "load position")?)
+    } else {
+        None
+    };
     if let Some((load, load_unit)) = &load
         && unit != *load_unit
     {
         return Err(cells.mixed_units(&motor, load));
     }
     let current = cells.column("current_a")?;
-    let mut log = AxisLog { period_s: 0.0, unit, motor: Vec::new(), load: Vec::new(), current_a: Vec::new() };
+    let mut log = AxisLog {
+        period_s: 0.0,
+        unit,
+        motor: Vec::new(),
+        load: Vec::new(),
+        current_a: Vec::new(),
+    };
     let (mut start_s, mut before_s) = (0.0, 0.0);
     while cells.next_row()? {
         let time_s = cells.number(&time)?;
@@ -62,11 +73,18 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
         match log.motor.len() {
             0 => start_s = time_s,
             _ if step_s <= 0.0 => {
-                return Err(cells.bad(&time, format!("is not after {before_s} s, the time of the row before"), ORDER));
+                return Err(cells.bad(
+                    &time,
+                    format!("is not after {before_s} s, the time of the row before"),
+                    ORDER,
+                ));
             }
             1 => log.period_s = step_s,
             _ if (step_s - log.period_s).abs() > TIME_SLACK * log.period_s => {
-                let why = format!("is {step_s:.6} s after the row before; the first two rows are {:.6} s apart", log.period_s);
+                let why = format!(
+                    "is {step_s:.6} s after the row before; the first two rows are {:.6} s apart",
+                    log.period_s
+                );
                 return Err(cells.bad(&time, why, EVEN));
             }
             _ => {}
@@ -79,7 +97,10 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
         log.current_a.push(cells.number(&current)?);
     }
     if log.motor.len() < FEWEST {
-        return Err(ReadError::Empty { name: name.to_owned(), needed: FEWEST });
+        return Err(ReadError::Empty {
+            name: name.to_owned(),
+            needed: FEWEST,
+        });
     }
     log.period_s = (before_s - start_s) / (log.motor.len() - 1) as f64;
     Ok(log)

@@ -1,6 +1,8 @@
-//! Tables for other programs: comma-separated, one header line, a unit in every column's name, `\n` at the end of a row.
+//! Tables for other programs: comma-separated, one header line, a unit in every column's name, `\n`
+//! at the end of a row.
 //!
-//! Writers stream: rows go out in blocks and nothing is kept. Readers name line, column and value of what they refuse.
+//! Writers stream: rows go out in blocks and nothing is kept. Readers name line, column and value
+//! of what they refuse.
 
 mod axis_trace;
 mod blocks;

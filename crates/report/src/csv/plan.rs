@@ -5,7 +5,8 @@ use lostmotion_base::{AxisId, AxisSet, Clock, units};
 use lostmotion_plan::Sample;
 use std::io::{self, Write};
 
-/// Writes the columns `t_s`, a position for each axis of the machine (`x_mm` ... `c_deg`), and `line`, the source line.
+/// Writes the columns `t_s`, a position for each axis of the machine (`x_mm` ... `c_deg`), and
+/// `line`, the source line.
 #[derive(Debug)]
 pub struct PlanWriter<W> {
     rows: Rows<W>,
@@ -15,17 +16,30 @@ pub struct PlanWriter<W> {
 }
 
 impl<W: Write> PlanWriter<W> {
-    /// Starts the table. `rotary` are the joints that turn; where these are not A, B and C (arms), columns are named `x_deg`, too. `clock`
-    /// is the one that the samples' ticks count.
+    /// Starts the table. `rotary` are the joints that turn; where these are not A, B and C (arms),
+    /// columns are named `x_deg`, too. `clock` is the one that the samples' ticks count.
     ///
     /// # Errors
     /// Those of the writer.
     pub fn new(out: W, axes: AxisSet, rotary: AxisSet, clock: Clock) -> io::Result<PlanWriter<W>> {
         let unit = |axis: AxisId| if rotary.contains(axis) { "deg" } else { "mm" };
-        let names: Vec<String> = axes.iter().map(|axis| format!("{}_{}", axis.letter().to_ascii_lowercase(), unit(axis))).collect();
+        let names: Vec<String> = axes
+            .iter()
+            .map(|axis| format!("{}_{}", axis.letter().to_ascii_lowercase(), unit(axis)))
+            .collect();
         let names = names.iter().map(String::as_str);
-        let rows = Rows::new(out, std::iter::once("t_s").chain(names).chain(std::iter::once("line")))?;
-        Ok(PlanWriter { rows, axes, rotary, clock })
+        let rows = Rows::new(
+            out,
+            std::iter::once("t_s")
+                .chain(names)
+                .chain(std::iter::once("line")),
+        )?;
+        Ok(PlanWriter {
+            rows,
+            axes,
+            rotary,
+            clock,
+        })
     }
 
     /// Appends rows.
@@ -37,7 +51,14 @@ impl<W: Write> PlanWriter<W> {
             self.rows.seconds(sample.tick, self.clock.period_ns());
             for axis in self.axes.iter() {
                 let position = sample.position[axis];
-                self.rows.number(if self.rotary.contains(axis) { units::deg(position) } else { position }, POSITION_DECIMALS);
+                self.rows.number(
+                    if self.rotary.contains(axis) {
+                        units::deg(position)
+                    } else {
+                        position
+                    },
+                    POSITION_DECIMALS,
+                );
             }
             self.rows.integer(u64::from(sample.block.span.line));
             self.rows.end()?;

@@ -4,7 +4,17 @@ use super::rows::{ERROR_DECIMALS, Rows};
 use lostmotion_sim::results::ReversalResult;
 use std::io::{self, Write};
 
-const COLUMNS: [&str; 9] = ["method", "axis", "direction", "file", "line", "rapid", "time_s", "peak_um", "backlash_um"];
+const COLUMNS: [&str; 9] = [
+    "method",
+    "axis",
+    "direction",
+    "file",
+    "line",
+    "rapid",
+    "time_s",
+    "peak_um",
+    "backlash_um",
+];
 
 /// Writes the fields of [`ReversalResult`] with the method's name before them.
 #[derive(Debug)]
@@ -18,7 +28,9 @@ impl<W: Write> ReversalWriter<W> {
     /// # Errors
     /// Those of the writer.
     pub fn new(out: W) -> io::Result<ReversalWriter<W>> {
-        Ok(ReversalWriter { rows: Rows::new(out, COLUMNS)? })
+        Ok(ReversalWriter {
+            rows: Rows::new(out, COLUMNS)?,
+        })
     }
 
     /// Appends rows.

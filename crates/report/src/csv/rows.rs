@@ -23,8 +23,15 @@ pub(super) struct Rows<W> {
 
 impl<W: Write> Rows<W> {
     /// Starts a table with its header line.
-    pub(super) fn new<'a>(out: W, header: impl IntoIterator<Item = &'a str>) -> io::Result<Rows<W>> {
-        let mut rows = Rows { out, buffer: Vec::with_capacity(BLOCK_BYTES + 1024), row_started: false };
+    pub(super) fn new<'a>(
+        out: W,
+        header: impl IntoIterator<Item = &'a str>,
+    ) -> io::Result<Rows<W>> {
+        let mut rows = Rows {
+            out,
+            buffer: Vec::with_capacity(BLOCK_BYTES + 1024),
+            row_started: false,
+        };
         for name in header {
             rows.text(name);
         }
@@ -69,7 +76,10 @@ impl<W: Write> Rows<W> {
     /// Text, quoted where it has to be. Line breaks inside become blanks, so that a row is a line.
     pub(super) fn text(&mut self, text: &str) {
         self.comma();
-        if text.bytes().any(|b| matches!(b, b',' | b'"' | b'\n' | b'\r')) {
+        if text
+            .bytes()
+            .any(|b| matches!(b, b',' | b'"' | b'\n' | b'\r'))
+        {
             self.buffer.push(b'"');
             for byte in text.bytes() {
                 match byte {
@@ -88,7 +98,11 @@ impl<W: Write> Rows<W> {
     pub(super) fn end(&mut self) -> io::Result<()> {
         self.buffer.push(b'\n');
         self.row_started = false;
-        if self.buffer.len() >= BLOCK_BYTES { self.drain() } else { Ok(()) }
+        if self.buffer.len() >= BLOCK_BYTES {
+            self.drain()
+        } else {
+            Ok(())
+        }
     }
 
     fn drain(&mut self) -> io::Result<()> {

@@ -7,7 +7,8 @@ use lostmotion_axis::config::{AxisUnit, Interpolator};
 use lostmotion_base::Clock;
 use std::io::Read;
 
-/// How far a row's time may be off its tick, in parts of the period: times written with few decimals pass.
+/// How far a row's time may be off its tick, in parts of the period: times written with few
+/// decimals pass.
 const TIME_SLACK: f64 = 0.01;
 
 /// Which column holds the positions.
@@ -19,8 +20,8 @@ pub enum SetpointSource<'a> {
     Column(&'a str),
 }
 
-/// Reads setpoints, one row a period of the clock, in constant memory: positions, and where there are columns `velocity` (per s) and
-/// `acceleration` (per s2) these too. Other columns are ignored.
+/// Reads setpoints, one row a period of the clock, in constant memory: positions, and where there
+/// are columns `velocity` (per s) and `acceleration` (per s2) these too. Other columns are ignored.
 ///
 /// Iterates over them as they stand in the file, in the unit of the file. After an error it ends.
 pub struct SetpointReader<R> {
@@ -37,22 +38,41 @@ pub struct SetpointReader<R> {
 }
 
 impl<R: Read> SetpointReader<R> {
-    /// Reads the header. `name` is the file's name for messages, `clock` the period that the rows have to have.
+    /// Reads the header. `name` is the file's name for messages, `clock` the period that the rows
+    /// have to have.
     ///
     /// # Errors
     /// An empty file, one that is no table, a missing column.
-    pub fn new(input: R, name: &str, source: SetpointSource<'_>, clock: Clock) -> Result<SetpointReader<R>, ReadError> {
+    pub fn new(
+        input: R,
+        name: &str,
+        source: SetpointSource<'_>,
+        clock: Clock,
+    ) -> Result<SetpointReader<R>, ReadError> {
         let cells = Cells::new(input, name)?;
         let time = cells.column("t_s")?;
         let (position, unit) = match source {
             SetpointSource::Column(column) => (cells.column(column)?, unit_of(column)),
             SetpointSource::Position => match cells.find("position") {
                 Some(column) => (column, None),
-                None => cells.column_with_unit("position", "position").map(|(column, unit)| (column, Some(unit)))?,
+                None => cells
+                    .column_with_unit("position", "position")
+                    .map(|(column, unit)| (column, Some(unit)))?,
             },
         };
         let (velocity, acceleration) = (cells.find("velocity"), cells.find("acceleration"));
-        Ok(SetpointReader { cells, time, position, velocity, acceleration, unit, clock, rows: 0, start_s: 0.0, failed: false })
+        Ok(SetpointReader {
+            cells,
+            time,
+            position,
+            velocity,
+            acceleration,
+            unit,
+            clock,
+            rows: 0,
+            start_s: 0.0,
+            failed: false,
+        })
     }
 
     /// The unit that the position column's name states, if it does.
@@ -67,7 +87,8 @@ impl<R: Read> SetpointReader<R> {
 
     /// Whether there are all columns that an interpolator needs.
     pub fn serves(&self, interpolator: Interpolator) -> bool {
-        (self.velocity.is_some() || !interpolator.needs_velocity()) && (self.acceleration.is_some() || !interpolator.needs_acceleration())
+        (self.velocity.is_some() || !interpolator.needs_velocity())
+            && (self.acceleration.is_some() || !interpolator.needs_acceleration())
     }
 
     /// Rows read so far.
@@ -78,20 +99,36 @@ impl<R: Read> SetpointReader<R> {
     fn read(&mut self) -> Result<Option<Setpoint>, ReadError> {
         if !self.cells.next_row()? {
             if self.rows == 0 {
-                return Err(ReadError::Empty { name: self.cells.name().to_owned(), needed: 1 });
+                return Err(ReadError::Empty {
+                    name: self.cells.name().to_owned(),
+                    needed: 1,
+                });
             }
             return Ok(None);
         }
         let time_s = self.cells.number(&self.time)?;
         let position = self.cells.number(&self.position)?;
-        let velocity = self.velocity.as_ref().map(|column| self.cells.number(column)).transpose()?;
-        let acceleration = self.acceleration.as_ref().map(|column| self.cells.number(column)).transpose()?;
+        let velocity = self
+            .velocity
+            .as_ref()
+            .map(|column| self.cells.number(column))
+            .transpose()?;
+        let acceleration = self
+            .acceleration
+            .as_ref()
+            .map(|column| self.cells.number(column))
+            .transpose()?;
         if self.rows == 0 {
             self.start_s = time_s;
         }
         self.check_time(time_s)?;
         self.rows += 1;
-        Ok(Some(Setpoint { position, velocity, acceleration, load_force: None }))
+        Ok(Some(Setpoint {
+            position,
+            velocity,
+            acceleration,
+            load_force: None,
+        }))
     }
 
     fn check_time(&self, time_s: f64) -> Result<(), ReadError> {
@@ -102,10 +139,16 @@ impl<R: Read> SetpointReader<R> {
         }
         let before_s = due_s - period_s;
         let (why, hint) = if time_s <= before_s + TIME_SLACK * period_s {
-            (format!("is not after {before_s:.6} s, the time of the row before"), "rows have to be in order of time, none twice")
+            (
+                format!("is not after {before_s:.6} s, the time of the row before"),
+                "rows have to be in order of time, none twice",
+            )
         } else {
             let period_ms = period_s * 1e3;
-            (format!("should be {due_s:.6} s; rows have to be {period_ms} ms apart"), "resample the table, and fill rows that are missing")
+            (
+                format!("should be {due_s:.6} s; rows have to be {period_ms} ms apart"),
+                "resample the table, and fill rows that are missing",
+            )
         };
         Err(self.cells.bad(&self.time, why, hint))
     }

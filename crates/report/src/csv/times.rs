@@ -4,7 +4,16 @@ use super::rows::Rows;
 use lostmotion_sim::time::results::{BlockTime, TimeKind};
 use std::io::{self, Write};
 
-const COLUMNS: [&str; 8] = ["segment", "file", "line", "kind", "start_s", "time_s", "limit", "limit_share"];
+const COLUMNS: [&str; 8] = [
+    "segment",
+    "file",
+    "line",
+    "kind",
+    "start_s",
+    "time_s",
+    "limit",
+    "limit_share",
+];
 
 /// Writes how long each block takes and what limits it most.
 #[derive(Debug)]
@@ -18,7 +27,9 @@ impl<W: Write> TimeWriter<W> {
     /// # Errors
     /// Those of the writer.
     pub fn new(out: W) -> io::Result<TimeWriter<W>> {
-        Ok(TimeWriter { rows: Rows::new(out, COLUMNS)? })
+        Ok(TimeWriter {
+            rows: Rows::new(out, COLUMNS)?,
+        })
     }
 
     /// Appends rows.
@@ -38,7 +49,12 @@ impl<W: Write> TimeWriter<W> {
             });
             rows.number(block.start_s, 6);
             rows.number(block.time_s, 6);
-            rows.text(block.limits.first().map_or("", |limit| limit.limit.as_str()));
+            rows.text(
+                block
+                    .limits
+                    .first()
+                    .map_or("", |limit| limit.limit.as_str()),
+            );
             rows.number(block.limits.first().map_or(0.0, |limit| limit.share), 4);
             rows.end()?;
         }

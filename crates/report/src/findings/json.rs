@@ -20,6 +20,13 @@ struct Document<'a> {
 /// # Errors
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, findings: &[Finding], counts: Counts) -> io::Result<()> {
-    serde_json::to_writer_pretty(&mut *out, &Document { schema: SCHEMA, counts, findings })?;
+    serde_json::to_writer_pretty(
+        &mut *out,
+        &Document {
+            schema: SCHEMA,
+            counts,
+            findings,
+        },
+    )?;
     out.write_all(b"\n")
 }

@@ -61,13 +61,24 @@ pub struct Origin<'a> {
 impl Origin<'_> {
     /// Name of the file of an index.
     pub fn file(&self, index: u32) -> String {
-        self.provenance.file(index).map_or(self.program, |file| file.name.as_str()).to_owned()
+        self.provenance
+            .file(index)
+            .map_or(self.program, |file| file.name.as_str())
+            .to_owned()
     }
 
     /// The calls that led to a place, innermost first.
     pub fn calls(&self, call_stack: u32) -> Vec<Call> {
-        let call = |site: &CallSite| Call { sub: site.name.clone(), file: self.file(site.call.file), span: site.call };
-        self.provenance.call_stacks().trace(call_stack).map(call).collect()
+        let call = |site: &CallSite| Call {
+            sub: site.name.clone(),
+            file: self.file(site.call.file),
+            span: site.call,
+        };
+        self.provenance
+            .call_stacks()
+            .trace(call_stack)
+            .map(call)
+            .collect()
     }
 }
 
@@ -84,7 +95,11 @@ impl Finding {
             message: diagnostic.problem.to_string(),
             file: origin.file(diagnostic.place.span.file),
             span: diagnostic.place.span,
-            values: if let Some(Value::Object(values)) = values { values } else { Map::new() },
+            values: if let Some(Value::Object(values)) = values {
+                values
+            } else {
+                Map::new()
+            },
             excerpt: String::new(),
             hint: diagnostic.hint(),
             calls: origin.calls(diagnostic.place.call_stack),
@@ -95,11 +110,19 @@ impl Finding {
     pub fn from_lint(finding: &LintFinding, origin: &Origin<'_>) -> Finding {
         Finding {
             code: finding.rule.code.to_owned(),
-            severity: if finding.level == Level::Deny { Severity::Error } else { Severity::Warning },
+            severity: if finding.level == Level::Deny {
+                Severity::Error
+            } else {
+                Severity::Warning
+            },
             message: finding.message.clone(),
             file: origin.file(finding.place.span.file),
             span: finding.place.span,
-            values: finding.values.iter().map(|(name, value)| ((*name).to_owned(), Value::from(*value))).collect(),
+            values: finding
+                .values
+                .iter()
+                .map(|(name, value)| ((*name).to_owned(), Value::from(*value)))
+                .collect(),
             excerpt: String::new(),
             hint: Some(finding.hint.clone()).filter(|hint| !hint.is_empty()),
             calls: origin.calls(finding.place.call_stack),

@@ -1,4 +1,5 @@
-//! Findings in SARIF 2.1.0, the format of static analysis results that code hosts and editors read (OASIS standard).
+//! Findings in SARIF 2.1.0, the format of static analysis results that code hosts and editors read
+//! (OASIS standard).
 
 use super::{Call, Finding};
 use lostmotion_base::span::Span;
@@ -8,20 +9,28 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-const SCHEMA: &str = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
+const SCHEMA: &str =
+    "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
 
 /// Writes a log with one run. Only the rules that have results are listed.
 ///
 /// # Errors
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, findings: &[Finding]) -> io::Result<()> {
-    let codes: BTreeMap<&str, ()> = findings.iter().map(|finding| (finding.code.as_str(), ())).collect();
+    let codes: BTreeMap<&str, ()> = findings
+        .iter()
+        .map(|finding| (finding.code.as_str(), ()))
+        .collect();
     let codes: Vec<&str> = codes.into_keys().collect();
     let rules: Vec<Value> = codes.iter().map(|code| rule(code)).collect();
-    let results: Vec<Value> = findings.iter().map(|finding| result(finding, &codes)).collect();
+    let results: Vec<Value> = findings
+        .iter()
+        .map(|finding| result(finding, &codes))
+        .collect();
     let driver = json!({ "name": "lostmotion", "semanticVersion": env!("CARGO_PKG_VERSION"), "rules": rules });
     // Columns are those of bytes; programs are ASCII, where they are those of UTF-16 too.
-    let run = json!({ "tool": { "driver": driver }, "columnKind": "utf16CodeUnits", "results": results });
+    let run =
+        json!({ "tool": { "driver": driver }, "columnKind": "utf16CodeUnits", "results": results });
     let log = json!({ "$schema": SCHEMA, "version": "2.1.0", "runs": [run] });
     serde_json::to_writer_pretty(&mut *out, &log)?;
     out.write_all(b"\n")
@@ -39,7 +48,9 @@ const fn level(severity: Severity) -> &'static str {
 fn rule(code: &str) -> Value {
     let (severity, summary, advice) = match (catalog::find(code), lint::rules::find(code)) {
         (Some(row), _) => (row.severity, row.summary, row.advice),
-        (None, Some(rule)) if rule.level == Level::Deny => (Severity::Error, rule.summary, rule.advice),
+        (None, Some(rule)) if rule.level == Level::Deny => {
+            (Severity::Error, rule.summary, rule.advice)
+        }
         (None, Some(rule)) => (Severity::Warning, rule.summary, rule.advice),
         (None, None) => return json!({ "id": code }),
     };
@@ -63,7 +74,10 @@ fn result(finding: &Finding, codes: &[&str]) -> Value {
         "locations": [location(&finding.file, &finding.span, &finding.excerpt)],
         "properties": { "values": finding.values },
     });
-    if let (Some(object), Ok(index)) = (result.as_object_mut(), codes.binary_search(&finding.code.as_str())) {
+    if let (Some(object), Ok(index)) = (
+        result.as_object_mut(),
+        codes.binary_search(&finding.code.as_str()),
+    ) {
         object.insert("ruleIndex".to_owned(), index.into());
         if !finding.calls.is_empty() {
             object.insert("stacks".to_owned(), json!([stack(&finding.calls)]));
@@ -76,7 +90,10 @@ fn stack(calls: &[Call]) -> Value {
     let frame = |call: &Call| {
         let mut location = location(&call.file, &call.span, "");
         if let Some(object) = location.as_object_mut() {
-            object.insert("message".to_owned(), json!({ "text": format!("calls {}", call.sub) }));
+            object.insert(
+                "message".to_owned(),
+                json!({ "text": format!("calls {}", call.sub) }),
+            );
         }
         json!({ "location": location })
     };
@@ -111,7 +128,9 @@ fn uri(path: &str) -> String {
     }
     for byte in path.bytes() {
         match byte {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => uri.push(char::from(byte)),
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => {
+                uri.push(char::from(byte))
+            }
             _ => uri.push_str(&format!("%{byte:02X}")),
         }
     }

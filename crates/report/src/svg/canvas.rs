@@ -8,8 +8,11 @@ pub(super) const INK: &str = "#1f2933";
 pub(super) const SOFT: &str = "#52606d";
 /// Grid and programmed contour.
 pub(super) const FAINT: &str = "#cbd2d9";
-/// Colours of methods in order; distinguishable also with red-green blindness (after Okabe and Ito).
-pub(super) const COLORS: [&str; 7] = ["#d55e00", "#0072b2", "#cc3377", "#00855f", "#8a6d00", "#3b93c9", "#5b3fa0"];
+/// Colours of methods in order; distinguishable also with red-green blindness (after Okabe and
+/// Ito).
+pub(super) const COLORS: [&str; 7] = [
+    "#d55e00", "#0072b2", "#cc3377", "#00855f", "#8a6d00", "#3b93c9", "#5b3fa0",
+];
 
 /// Width of a character in parts of the font size, an estimate for sans-serif fonts.
 const GLYPH: f64 = 0.56;
@@ -32,12 +35,24 @@ pub(super) struct Stroke {
 
 impl Stroke {
     pub(super) const fn new(color: &'static str, width: f64) -> Stroke {
-        Stroke { color, width, dashed: false }
+        Stroke {
+            color,
+            width,
+            dashed: false,
+        }
     }
 
     fn attributes(self) -> String {
-        let dash = if self.dashed { " stroke-dasharray=\"4 3\"" } else { "" };
-        format!("stroke=\"{}\" stroke-width=\"{}\"{dash}", self.color, fixed(self.width, 2))
+        let dash = if self.dashed {
+            " stroke-dasharray=\"4 3\""
+        } else {
+            ""
+        };
+        format!(
+            "stroke=\"{}\" stroke-width=\"{}\"{dash}",
+            self.color,
+            fixed(self.width, 2)
+        )
     }
 }
 
@@ -51,23 +66,36 @@ pub(super) struct Canvas {
 
 impl Canvas {
     pub(super) fn new(width: f64, height: f64) -> Canvas {
-        Canvas { width, height, body: String::new() }
+        Canvas {
+            width,
+            height,
+            body: String::new(),
+        }
     }
 
     pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], stroke: Stroke) {
         let [x1, y1, x2, y2] = [from[0], from[1], to[0], to[1]].map(|c| fixed(c, 2));
-        self.body.push_str(&format!("<line x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\" {}/>\n", stroke.attributes()));
+        self.body.push_str(&format!(
+            "<line x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\" {}/>\n",
+            stroke.attributes()
+        ));
     }
 
     pub(super) fn frame(&mut self, at: [f64; 2], size: [f64; 2], stroke: Stroke) {
         let [x, y, w, h] = [at[0], at[1], size[0], size[1]].map(|c| fixed(c, 2));
-        self.body.push_str(&format!("<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" fill=\"none\" {}/>\n", stroke.attributes()));
+        self.body.push_str(&format!(
+            "<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" fill=\"none\" {}/>\n",
+            stroke.attributes()
+        ));
     }
 
     pub(super) fn polyline(&mut self, points: &[[f64; 2]], stroke: Stroke) {
         if points.len() > 1 {
             let data = path_data(points, false);
-            self.body.push_str(&format!("<path d=\"{data}\" fill=\"none\" stroke-linejoin=\"round\" {}/>\n", stroke.attributes()));
+            self.body.push_str(&format!(
+                "<path d=\"{data}\" fill=\"none\" stroke-linejoin=\"round\" {}/>\n",
+                stroke.attributes()
+            ));
         }
     }
 
@@ -75,25 +103,54 @@ impl Canvas {
     pub(super) fn area(&mut self, points: &[[f64; 2]], color: &str, opacity: f64) {
         if points.len() > 2 {
             let data = path_data(points, true);
-            self.body.push_str(&format!("<path d=\"{data}\" fill=\"{color}\" fill-opacity=\"{}\"/>\n", fixed(opacity, 2)));
+            self.body.push_str(&format!(
+                "<path d=\"{data}\" fill=\"{color}\" fill-opacity=\"{}\"/>\n",
+                fixed(opacity, 2)
+            ));
         }
     }
 
-    pub(super) fn text(&mut self, at: [f64; 2], text: &str, size: f64, color: &str, anchor: Anchor) {
+    pub(super) fn text(
+        &mut self,
+        at: [f64; 2],
+        text: &str,
+        size: f64,
+        color: &str,
+        anchor: Anchor,
+    ) {
         self.styled_text(at, text, size, color, anchor, "");
     }
 
-    pub(super) fn bold(&mut self, at: [f64; 2], text: &str, size: f64, color: &str, anchor: Anchor) {
+    pub(super) fn bold(
+        &mut self,
+        at: [f64; 2],
+        text: &str,
+        size: f64,
+        color: &str,
+        anchor: Anchor,
+    ) {
         self.styled_text(at, text, size, color, anchor, " font-weight=\"bold\"");
     }
 
     /// Text that reads upwards.
     pub(super) fn upright(&mut self, at: [f64; 2], text: &str, size: f64, color: &str) {
-        let turn = format!(" transform=\"rotate(-90 {} {})\"", fixed(at[0], 2), fixed(at[1], 2));
+        let turn = format!(
+            " transform=\"rotate(-90 {} {})\"",
+            fixed(at[0], 2),
+            fixed(at[1], 2)
+        );
         self.styled_text(at, text, size, color, Anchor::Middle, &turn);
     }
 
-    fn styled_text(&mut self, at: [f64; 2], text: &str, size: f64, color: &str, anchor: Anchor, more: &str) {
+    fn styled_text(
+        &mut self,
+        at: [f64; 2],
+        text: &str,
+        size: f64,
+        color: &str,
+        anchor: Anchor,
+        more: &str,
+    ) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -126,7 +183,11 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
 /// `text` cut to what fits into a width.
 pub(super) fn fit(text: &str, size: f64, width: f64) -> String {
     let room = (width / (size * GLYPH)).max(4.0) as usize;
-    if text.chars().count() <= room { text.to_owned() } else { text.chars().take(room - 3).chain("...".chars()).collect() }
+    if text.chars().count() <= room {
+        text.to_owned()
+    } else {
+        text.chars().take(room - 3).chain("...".chars()).collect()
+    }
 }
 
 fn path_data(points: &[[f64; 2]], close: bool) -> String {

@@ -32,7 +32,8 @@ const PANEL_BELOW: f64 = 42.0;
 const GAP: f64 = 18.0;
 /// The largest error takes at most this part of the contour's larger extent.
 const ERROR_PART: f64 = 0.17;
-/// A trace with errors beyond this multiple of the quietest trace's is cut off, so that one method gone wild does not hide the others.
+/// A trace with errors beyond this multiple of the quietest trace's is cut off, so that one method
+/// gone wild does not hide the others.
 const WILD: f64 = 12.0;
 /// Points nearer than this to the line without them are not drawn, px.
 const DETAIL: f64 = 0.12;
@@ -66,11 +67,18 @@ impl Panel {
     }
 }
 
-/// Draws each trace in a panel of its own: the programmed contour in grey, the tool's path with its error magnified along the
-/// normal in colour. Without any point the picture says so.
+/// Draws each trace in a panel of its own: the programmed contour in grey, the tool's path with its
+/// error magnified along the normal in colour. Without any point the picture says so.
 pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
     let plane = picture.plane.unwrap_or_else(|| Plane::of(traces));
-    let seen = |axis: usize| Range::of(traces.iter().flat_map(ContourTrace::points).map(|p| plane.project(p.foot_mm)[axis]));
+    let seen = |axis: usize| {
+        Range::of(
+            traces
+                .iter()
+                .flat_map(ContourTrace::points)
+                .map(|p| plane.project(p.foot_mm)[axis]),
+        )
+    };
     let (Some(x), Some(y)) = (seen(0), seen(1)) else {
         return empty(picture);
     };
@@ -84,7 +92,16 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
     let mm_per_um = ERROR_PART * extent / shown_um;
     let magnification = round_down(mm_per_um * 1e3).max(1.0);
     let pad = ERROR_PART * extent * 1.15;
-    let (x, y) = (Range { min: x.min - pad, max: x.max + pad }, Range { min: y.min - pad, max: y.max + pad });
+    let (x, y) = (
+        Range {
+            min: x.min - pad,
+            max: x.max + pad,
+        },
+        Range {
+            min: y.min - pad,
+            max: y.max + pad,
+        },
+    );
 
     let cell = (WIDTH - 2.0 * MARGIN - GAP * (columns as f64 - 1.0)) / columns as f64;
     let width = (cell - PANEL_LEFT).min(560.0);
@@ -97,12 +114,35 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
     heading(&mut canvas, picture);
     for (index, trace) in traces.iter().enumerate() {
         let (column, row) = (index % columns, index / columns);
-        let left = MARGIN + column as f64 * (cell + GAP) + 0.5 * (cell - PANEL_LEFT - width) + PANEL_LEFT;
+        let left =
+            MARGIN + column as f64 * (cell + GAP) + 0.5 * (cell - PANEL_LEFT - width) + PANEL_LEFT;
         let at = [left, HEADER + row as f64 * step + PANEL_HEAD];
-        let panel = Panel { at, size: [width, height], x, y, px_per_mm, mm_per_um: magnification * 1e-3, clip_um: 1.1 * shown_um, plane };
-        draw_panel(&mut canvas, &panel, trace, COLORS[index % COLORS.len()], picture.tolerance_um);
+        let panel = Panel {
+            at,
+            size: [width, height],
+            x,
+            y,
+            px_per_mm,
+            mm_per_um: magnification * 1e-3,
+            clip_um: 1.1 * shown_um,
+            plane,
+        };
+        draw_panel(
+            &mut canvas,
+            &panel,
+            trace,
+            COLORS[index % COLORS.len()],
+            picture.tolerance_um,
+        );
     }
-    footer(&mut canvas, total - FOOTER + 14.0, magnification, px_per_mm * magnification * 1e-3, shown_um, picture.tolerance_um);
+    footer(
+        &mut canvas,
+        total - FOOTER + 14.0,
+        magnification,
+        px_per_mm * magnification * 1e-3,
+        shown_um,
+        picture.tolerance_um,
+    );
     canvas.finish(&picture.title)
 }
 
@@ -111,33 +151,72 @@ fn largest_um(trace: &ContourTrace) -> f64 {
     trace.points().map(|p| p.error_um.abs()).fold(0.0, f64::max)
 }
 
-/// The error that the scale is made for, um: the largest one, unless it is out of all proportion to the quietest trace.
+/// The error that the scale is made for, um: the largest one, unless it is out of all proportion to
+/// the quietest trace.
 fn shown_um(picture: &ContourPicture, traces: &[ContourTrace]) -> f64 {
     let each = || traces.iter().map(largest_um).filter(|um| *um > 0.0);
     let quietest = each().fold(f64::INFINITY, f64::min);
-    let largest = each().filter(|um| *um <= WILD * quietest).fold(0.0, f64::max);
-    largest.max(picture.tolerance_um.unwrap_or(0.0).min(2.0 * largest)).max(1e-6)
+    let largest = each()
+        .filter(|um| *um <= WILD * quietest)
+        .fold(0.0, f64::max);
+    largest
+        .max(picture.tolerance_um.unwrap_or(0.0).min(2.0 * largest))
+        .max(1e-6)
 }
 
 fn heading(canvas: &mut Canvas, picture: &ContourPicture) {
     let room = WIDTH - 2.0 * MARGIN;
-    canvas.bold([MARGIN, 30.0], &fit(&picture.title, 18.0, room), 18.0, INK, Anchor::Start);
-    canvas.text([MARGIN, 51.0], &fit(&picture.subtitle, 13.0, room), 13.0, SOFT, Anchor::Start);
+    canvas.bold(
+        [MARGIN, 30.0],
+        &fit(&picture.title, 18.0, room),
+        18.0,
+        INK,
+        Anchor::Start,
+    );
+    canvas.text(
+        [MARGIN, 51.0],
+        &fit(&picture.subtitle, 13.0, room),
+        13.0,
+        SOFT,
+        Anchor::Start,
+    );
 }
 
 fn empty(picture: &ContourPicture) -> String {
     let mut canvas = Canvas::new(WIDTH, HEADER + FOOTER);
     heading(&mut canvas, picture);
-    canvas.text([MARGIN, HEADER + 20.0], "no cutting move", 13.0, SOFT, Anchor::Start);
+    canvas.text(
+        [MARGIN, HEADER + 20.0],
+        "no cutting move",
+        13.0,
+        SOFT,
+        Anchor::Start,
+    );
     canvas.finish(&picture.title)
 }
 
-fn draw_panel(canvas: &mut Canvas, panel: &Panel, trace: &ContourTrace, color: &'static str, tolerance_um: Option<f64>) {
+fn draw_panel(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    trace: &ContourTrace,
+    color: &'static str,
+    tolerance_um: Option<f64>,
+) {
     let [left, top] = panel.at;
-    let cut = if largest_um(trace) > panel.clip_um { " (off the scale)" } else { "" };
+    let cut = if largest_um(trace) > panel.clip_um {
+        " (off the scale)"
+    } else {
+        ""
+    };
     let name = fit(&format!("{}{cut}", trace.name), 15.0, panel.size[0]);
     canvas.bold([left, top - 25.0], &name, 15.0, color, Anchor::Start);
-    canvas.text([left, top - 8.0], &fit(&trace.caption, 12.0, panel.size[0]), 12.0, SOFT, Anchor::Start);
+    canvas.text(
+        [left, top - 8.0],
+        &fit(&trace.caption, 12.0, panel.size[0]),
+        12.0,
+        SOFT,
+        Anchor::Start,
+    );
     draw_axes(canvas, panel);
     for run in &trace.runs {
         let foot: Vec<[f64; 2]> = run.iter().map(|p| panel.displaced(p, 0.0)).collect();
@@ -148,7 +227,13 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel, trace: &ContourTrace, color: &
         if let Some(tolerance) = tolerance_um {
             for side in [-tolerance, tolerance] {
                 let band: Vec<[f64; 2]> = run.iter().map(|p| panel.displaced(p, side)).collect();
-                canvas.polyline(&reduced(&band), Stroke { dashed: true, ..Stroke::new(FAINT, 0.8) });
+                canvas.polyline(
+                    &reduced(&band),
+                    Stroke {
+                        dashed: true,
+                        ..Stroke::new(FAINT, 0.8)
+                    },
+                );
             }
         }
         canvas.polyline(&reduced(&foot), Stroke::new("#7b8794", 1.0));
@@ -157,36 +242,70 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel, trace: &ContourTrace, color: &
 }
 
 fn reduced(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    keep(points, DETAIL).into_iter().map(|i| points[i]).collect()
+    keep(points, DETAIL)
+        .into_iter()
+        .map(|i| points[i])
+        .collect()
 }
 
 fn draw_axes(canvas: &mut Canvas, panel: &Panel) {
     let ([left, top], [width, height]) = (panel.at, panel.size);
     let (right, bottom) = (left + width, top + height);
     let half = |pixels: f64| 0.5 * pixels / panel.px_per_mm;
-    let x = Range { min: panel.x.middle() - half(width), max: panel.x.middle() + half(width) };
-    let y = Range { min: panel.y.middle() - half(height), max: panel.y.middle() + half(height) };
+    let x = Range {
+        min: panel.x.middle() - half(width),
+        max: panel.x.middle() + half(width),
+    };
+    let y = Range {
+        min: panel.y.middle() - half(height),
+        max: panel.y.middle() + half(height),
+    };
     let grid = Stroke::new("#eef1f4", 1.0);
     let (ticks, decimals) = x.ticks((width / 90.0) as usize + 1);
     for tick in ticks {
         let px = panel.point([tick, y.middle()])[0];
         canvas.line([px, top], [px, bottom], grid);
-        canvas.text([px, bottom + 15.0], &fixed(tick, decimals), 11.0, SOFT, Anchor::Middle);
+        canvas.text(
+            [px, bottom + 15.0],
+            &fixed(tick, decimals),
+            11.0,
+            SOFT,
+            Anchor::Middle,
+        );
     }
     let (ticks, decimals) = y.ticks((height / 60.0) as usize + 1);
     for tick in ticks {
         let py = panel.point([x.middle(), tick])[1];
         canvas.line([left, py], [right, py], grid);
-        canvas.text([left - 6.0, py + 4.0], &fixed(tick, decimals), 11.0, SOFT, Anchor::End);
+        canvas.text(
+            [left - 6.0, py + 4.0],
+            &fixed(tick, decimals),
+            11.0,
+            SOFT,
+            Anchor::End,
+        );
     }
     canvas.frame(panel.at, panel.size, Stroke::new(FAINT, 1.0));
     let [horizontal, vertical] = panel.plane.labels();
-    canvas.text([left + 0.5 * width, bottom + 32.0], horizontal, 11.0, SOFT, Anchor::Middle);
+    canvas.text(
+        [left + 0.5 * width, bottom + 32.0],
+        horizontal,
+        11.0,
+        SOFT,
+        Anchor::Middle,
+    );
     canvas.upright([left - 42.0, top + 0.5 * height], vertical, 11.0, SOFT);
 }
 
 /// The scale bar of the error and the legend.
-fn footer(canvas: &mut Canvas, top: f64, magnification: f64, px_per_um: f64, shown_um: f64, tolerance_um: Option<f64>) {
+fn footer(
+    canvas: &mut Canvas,
+    top: f64,
+    magnification: f64,
+    px_per_um: f64,
+    shown_um: f64,
+    tolerance_um: Option<f64>,
+) {
     let bar_um = round_down(shown_um);
     let length = (bar_um * px_per_um).max(1.0);
     let y = top + 14.0;
@@ -195,7 +314,11 @@ fn footer(canvas: &mut Canvas, top: f64, magnification: f64, px_per_um: f64, sho
     for end in ends {
         canvas.line([end, y - 5.0], [end, y + 5.0], Stroke::new(INK, 2.0));
     }
-    let label = format!("{} \u{b5}m of error (magnified {} times)", plain(bar_um), plain(magnification));
+    let label = format!(
+        "{} \u{b5}m of error (magnified {} times)",
+        plain(bar_um),
+        plain(magnification)
+    );
     canvas.text([ends[1] + 10.0, y + 4.0], &label, 12.0, INK, Anchor::Start);
     let mut x = ends[1] + 10.0 + text_width(&label, 12.0) + 30.0;
     let mut entry = |canvas: &mut Canvas, text: &str, stroke: Stroke| {
@@ -207,6 +330,13 @@ fn footer(canvas: &mut Canvas, top: f64, magnification: f64, px_per_um: f64, sho
     entry(canvas, "tool", Stroke::new(COLORS[0], 1.5));
     if let Some(tolerance) = tolerance_um {
         let text = format!("tolerance \u{b1}{} \u{b5}m", plain(tolerance));
-        entry(canvas, &text, Stroke { dashed: true, ..Stroke::new("#9aa5b1", 1.0) });
+        entry(
+            canvas,
+            &text,
+            Stroke {
+                dashed: true,
+                ..Stroke::new("#9aa5b1", 1.0)
+            },
+        );
     }
 }

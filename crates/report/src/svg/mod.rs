@@ -1,6 +1,7 @@
 //! Pictures drawn by the program: the contour error of a path, magnified, and time series.
 //!
-//! Plain SVG 1.1 on a white ground, generic font names, no scripts; the same input gives the same bytes.
+//! Plain SVG 1.1 on a white ground, generic font names, no scripts; the same input gives the same
+//! bytes.
 
 mod canvas;
 mod contour;

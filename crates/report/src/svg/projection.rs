@@ -15,10 +15,17 @@ pub enum Plane {
 }
 
 impl Plane {
-    /// The plane that shows most of the traces: without the direction of smallest extent, XY when in doubt.
+    /// The plane that shows most of the traces: without the direction of smallest extent, XY when
+    /// in doubt.
     pub fn of(traces: &[ContourTrace]) -> Plane {
         let extent = |axis: usize| {
-            Range::of(traces.iter().flat_map(ContourTrace::points).map(|p| p.foot_mm[axis])).map_or(0.0, |range| range.span())
+            Range::of(
+                traces
+                    .iter()
+                    .flat_map(ContourTrace::points)
+                    .map(|p| p.foot_mm[axis]),
+            )
+            .map_or(0.0, |range| range.span())
         };
         let [x, y, z] = [extent(0), extent(1), extent(2)];
         if z <= x.min(y) * 1.5 || (z <= x && z <= y) {

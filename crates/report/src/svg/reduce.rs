@@ -1,7 +1,7 @@
 //! Fewer points with the same look.
 
-/// Indices of the points that keep a polyline within `tolerance` of all its points (Ramer, Douglas and Peucker), in order,
-/// first and last included.
+/// Indices of the points that keep a polyline within `tolerance` of all its points (Ramer, Douglas
+/// and Peucker), in order, first and last included.
 pub(super) fn keep(points: &[[f64; 2]], tolerance: f64) -> Vec<usize> {
     let last = match points.len() {
         0 => return Vec::new(),
@@ -14,7 +14,10 @@ pub(super) fn keep(points: &[[f64; 2]], tolerance: f64) -> Vec<usize> {
     while let Some((from, to)) = stretches.pop() {
         let farthest = (from + 1..to)
             .map(|i| (i, distance(points[i], points[from], points[to])))
-            .fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
+            .fold(
+                (0, 0.0),
+                |best, next| if next.1 > best.1 { next } else { best },
+            );
         if farthest.1 > tolerance {
             kept[farthest.0] = true;
             stretches.push((from, farthest.0));
@@ -28,7 +31,11 @@ pub(super) fn keep(points: &[[f64; 2]], tolerance: f64) -> Vec<usize> {
 fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
     let length2 = dx * dx + dy * dy;
-    let along = if length2 > 0.0 { (((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    let along = if length2 > 0.0 {
+        (((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / length2).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     let (ex, ey) = (p[0] - a[0] - along * dx, p[1] - a[1] - along * dy);
     (ex * ex + ey * ey).sqrt()
 }
@@ -40,7 +47,9 @@ mod tests {
 
     #[test]
     fn a_straight_line_needs_two_points() {
-        let line: Vec<[f64; 2]> = (0..100).map(|i| [f64::from(i), 2.0 * f64::from(i)]).collect();
+        let line: Vec<[f64; 2]> = (0..100)
+            .map(|i| [f64::from(i), 2.0 * f64::from(i)])
+            .collect();
         assert_eq!(keep(&line, 0.01), [0, 99]);
         assert_eq!(keep(&[[1.0, 1.0]], 0.01), [0]);
         assert_eq!(keep(&[], 0.01), [0; 0]);

@@ -41,41 +41,94 @@ pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
     let more = places.last().map_or(0.0, |place| place[1]);
     let (size, top) = ([SIZE[0], SIZE[1] + more], TOP + more);
     let mut canvas = Canvas::new(size[0], size[1]);
-    canvas.bold([LEFT, 28.0], &fit(&picture.title, 16.0, size[0] - LEFT - RIGHT), 16.0, INK, Anchor::Start);
-    let finite = || curves.iter().flat_map(|c| &c.points).filter(|p| p[0].is_finite() && p[1].is_finite());
-    let (Some(x), Some(y)) = (Range::of(finite().map(|p| p[0])), Range::of(finite().map(|p| p[1]))) else {
+    canvas.bold(
+        [LEFT, 28.0],
+        &fit(&picture.title, 16.0, size[0] - LEFT - RIGHT),
+        16.0,
+        INK,
+        Anchor::Start,
+    );
+    let finite = || {
+        curves
+            .iter()
+            .flat_map(|c| &c.points)
+            .filter(|p| p[0].is_finite() && p[1].is_finite())
+    };
+    let (Some(x), Some(y)) = (
+        Range::of(finite().map(|p| p[0])),
+        Range::of(finite().map(|p| p[1])),
+    ) else {
         canvas.text([LEFT, top], "no data", 13.0, SOFT, Anchor::Start);
         return canvas.finish(&picture.title);
     };
     let x = if x.span() > 0.0 { x } else { x.padded(0.0) };
     let y = y.padded(0.05);
     let (width, height) = (size[0] - LEFT - RIGHT, size[1] - top - BOTTOM);
-    let place = |p: [f64; 2]| [LEFT + (p[0] - x.min) / x.span() * width, top + (y.max - p[1]) / y.span() * height];
+    let place = |p: [f64; 2]| {
+        [
+            LEFT + (p[0] - x.min) / x.span() * width,
+            top + (y.max - p[1]) / y.span() * height,
+        ]
+    };
     let grid = Stroke::new("#eef1f4", 1.0);
     let (ticks, decimals) = x.ticks(8);
     for tick in ticks {
         let [px, _] = place([tick, y.min]);
         canvas.line([px, top], [px, top + height], grid);
-        canvas.text([px, top + height + 16.0], &fixed(tick, decimals), 11.0, SOFT, Anchor::Middle);
+        canvas.text(
+            [px, top + height + 16.0],
+            &fixed(tick, decimals),
+            11.0,
+            SOFT,
+            Anchor::Middle,
+        );
     }
     let (ticks, decimals) = y.ticks(6);
     for tick in ticks {
         let [_, py] = place([x.min, tick]);
         canvas.line([LEFT, py], [LEFT + width, py], grid);
-        canvas.text([LEFT - 6.0, py + 4.0], &fixed(tick, decimals), 11.0, SOFT, Anchor::End);
+        canvas.text(
+            [LEFT - 6.0, py + 4.0],
+            &fixed(tick, decimals),
+            11.0,
+            SOFT,
+            Anchor::End,
+        );
     }
     canvas.frame([LEFT, top], [width, height], Stroke::new(FAINT, 1.0));
-    canvas.text([LEFT + 0.5 * width, size[1] - 14.0], &picture.x_label, 12.0, SOFT, Anchor::Middle);
+    canvas.text(
+        [LEFT + 0.5 * width, size[1] - 14.0],
+        &picture.x_label,
+        12.0,
+        SOFT,
+        Anchor::Middle,
+    );
     canvas.upright([18.0, top + 0.5 * height], &picture.y_label, 12.0, SOFT);
     for (index, (curve, [legend_x, row])) in curves.iter().zip(places).enumerate() {
         let color = COLORS[index % COLORS.len()];
-        for piece in curve.points.split(|p| !(p[0].is_finite() && p[1].is_finite())) {
+        for piece in curve
+            .points
+            .split(|p| !(p[0].is_finite() && p[1].is_finite()))
+        {
             let pixels: Vec<[f64; 2]> = piece.iter().map(|p| place(*p)).collect();
-            let line: Vec<[f64; 2]> = keep(&pixels, DETAIL).into_iter().map(|i| pixels[i]).collect();
+            let line: Vec<[f64; 2]> = keep(&pixels, DETAIL)
+                .into_iter()
+                .map(|i| pixels[i])
+                .collect();
             canvas.polyline(&line, Stroke::new(color, 1.5));
         }
-        canvas.line([legend_x, row + 50.0], [legend_x + 22.0, row + 50.0], Stroke::new(color, 2.0));
-        canvas.text([legend_x + 28.0, row + 54.0], &curve.name, 12.0, INK, Anchor::Start);
+        canvas.line(
+            [legend_x, row + 50.0],
+            [legend_x + 22.0, row + 50.0],
+            Stroke::new(color, 2.0),
+        );
+        canvas.text(
+            [legend_x + 28.0, row + 54.0],
+            &curve.name,
+            12.0,
+            INK,
+            Anchor::Start,
+        );
     }
     canvas.finish(&picture.title)
 }
@@ -99,14 +152,41 @@ fn legend(curves: &[Series]) -> Vec<[f64; 2]> {
 mod tests {
     use super::*;
 
-    /// Six long names need a second row, two short ones do not, and every name ends within the picture.
+    /// Six long names need a second row, two short ones do not, and every name ends within the
+    /// picture.
     #[test]
     fn a_legend_takes_the_rows_that_it_needs() {
-        let curves = |names: &[&str]| names.iter().map(|name| Series { name: (*name).to_owned(), points: Vec::new() }).collect::<Vec<_>>();
-        let many = curves(&["bench, adaptive, ideal", "bench, adaptive, 2^20", "mill, adaptive, ideal", "mill, adaptive, 2^20", "truth"]);
+        let curves = |names: &[&str]| {
+            names
+                .iter()
+                .map(|name| Series {
+                    name: (*name).to_owned(),
+                    points: Vec::new(),
+                })
+                .collect::<Vec<_>>()
+        };
+        let many = curves(&[
+            "bench, adaptive, ideal",
+            "bench, adaptive, 2^20",
+            "mill, adaptive, ideal",
+            "mill, adaptive, 2^20",
+            "truth",
+        ]);
         let places = legend(&many);
-        assert_eq!((places[0], places.last().map(|place| place[1])), ([LEFT, 0.0], Some(ROW)));
-        assert!(places.iter().zip(&many).all(|(place, curve)| place[0] + 28.0 + text_width(&curve.name, 12.0) <= SIZE[0] - RIGHT));
-        assert!(legend(&curves(&["a", "b"])).iter().all(|place| place[1] == 0.0));
+        assert_eq!(
+            (places[0], places.last().map(|place| place[1])),
+            ([LEFT, 0.0], Some(ROW))
+        );
+        assert!(
+            places.iter().zip(&many).all(|(place, curve)| place[0]
+                + 28.0
+                + text_width(&curve.name, 12.0)
+                <= SIZE[0] - RIGHT)
+        );
+        assert!(
+            legend(&curves(&["a", "b"]))
+                .iter()
+                .all(|place| place[1] == 0.0)
+        );
     }
 }

@@ -31,7 +31,8 @@ impl ContourTrace {
 
 /// Collects a trace while a run is going on and never holds more than twice its capacity.
 ///
-/// Points are kept in groups of as many as it takes, one of each group: the one with the largest error, so that no peak is lost.
+/// Points are kept in groups of as many as it takes, one of each group: the one with the largest
+/// error, so that no peak is lost.
 #[derive(Clone, Debug)]
 pub struct TraceRecorder {
     capacity: usize,
@@ -51,12 +52,23 @@ struct Entry {
 impl TraceRecorder {
     /// A recorder that gives at most `2 * capacity` points.
     pub fn new(capacity: usize) -> TraceRecorder {
-        TraceRecorder { capacity: capacity.max(2), group: 1, seen: 0, entries: Vec::new(), broken: true }
+        TraceRecorder {
+            capacity: capacity.max(2),
+            group: 1,
+            seen: 0,
+            entries: Vec::new(),
+            broken: true,
+        }
     }
 
     /// Appends a point of a cutting move. Points with a number that is not finite are left out.
     pub fn push(&mut self, point: TracePoint) {
-        let finite = point.error_um.is_finite() && point.foot_mm.iter().chain(&point.normal).all(|c| c.is_finite());
+        let finite = point.error_um.is_finite()
+            && point
+                .foot_mm
+                .iter()
+                .chain(&point.normal)
+                .all(|c| c.is_finite());
         if !finite {
             return;
         }
@@ -86,8 +98,17 @@ impl TraceRecorder {
         self.group *= 2;
         let pairs = self.entries.chunks(2).map(|pair| {
             let starts_run = pair.iter().any(|entry| entry.starts_run);
-            let larger = |a: Entry, b: &Entry| if b.point.error_um.abs() > a.point.error_um.abs() { *b } else { a };
-            Entry { starts_run, ..pair.iter().fold(pair[0], larger) }
+            let larger = |a: Entry, b: &Entry| {
+                if b.point.error_um.abs() > a.point.error_um.abs() {
+                    *b
+                } else {
+                    a
+                }
+            };
+            Entry {
+                starts_run,
+                ..pair.iter().fold(pair[0], larger)
+            }
         });
         self.entries = pairs.collect();
     }
@@ -101,7 +122,11 @@ impl TraceRecorder {
                 _ => runs.push(vec![entry.point]),
             }
         }
-        ContourTrace { name: name.to_owned(), caption: caption.to_owned(), runs }
+        ContourTrace {
+            name: name.to_owned(),
+            caption: caption.to_owned(),
+            runs,
+        }
     }
 }
 
@@ -114,27 +139,46 @@ mod tests {
         let mut recorder = TraceRecorder::new(50);
         for i in 0..100_000 {
             let error_um = if i == 54_321 { -99.0 } else { f64::from(i % 7) };
-            recorder.push(TracePoint { foot_mm: [f64::from(i), 0.0, 0.0], normal: [0.0, 1.0, 0.0], error_um });
+            recorder.push(TracePoint {
+                foot_mm: [f64::from(i), 0.0, 0.0],
+                normal: [0.0, 1.0, 0.0],
+                error_um,
+            });
             assert!(recorder.entries.len() <= 100);
         }
         let trace = recorder.finish("none", "");
         assert_eq!(trace.runs.len(), 1);
         assert!(trace.points().any(|p| p.error_um < -98.0));
-        assert!(trace.runs[0].windows(2).all(|pair| pair[0].foot_mm[0] < pair[1].foot_mm[0]));
+        assert!(
+            trace.runs[0]
+                .windows(2)
+                .all(|pair| pair[0].foot_mm[0] < pair[1].foot_mm[0])
+        );
     }
 
     #[test]
     fn rapids_end_runs_and_nonsense_is_left_out() {
         let mut recorder = TraceRecorder::new(50);
-        let point = TracePoint { normal: [0.0, 1.0, 0.0], ..TracePoint::default() };
+        let point = TracePoint {
+            normal: [0.0, 1.0, 0.0],
+            ..TracePoint::default()
+        };
         recorder.lift();
         recorder.push(point);
-        recorder.push(TracePoint { error_um: f64::NAN, ..point });
+        recorder.push(TracePoint {
+            error_um: f64::NAN,
+            ..point
+        });
         recorder.lift();
         recorder.lift();
         recorder.push(point);
         recorder.push(point);
-        let lengths: Vec<usize> = recorder.finish("none", "").runs.iter().map(Vec::len).collect();
+        let lengths: Vec<usize> = recorder
+            .finish("none", "")
+            .runs
+            .iter()
+            .map(Vec::len)
+            .collect();
         assert_eq!(lengths, [1, 2]);
     }
 }

@@ -34,7 +34,12 @@ pub(super) fn worst_blocks(blocks: &[BlockResult]) -> String {
             Cell::Signed(block.parts_um.command),
             Cell::Signed(block.parts_um.servo),
             Cell::Signed(block.parts_um.backlash),
-            format!("{}{}", cause(block.cause), if block.rapid { ", rapid" } else { "" }).into(),
+            format!(
+                "{}{}",
+                cause(block.cause),
+                if block.rapid { ", rapid" } else { "" }
+            )
+            .into(),
             fixed(block.time_s, 3).into(),
             format!("{x} {y} {z}").into(),
             short(&block.text, BLOCK_TEXT).into(),
@@ -76,9 +81,18 @@ pub(super) fn axes(axes: &[AxisResult]) -> String {
             Cell::Error(axis.following_without_gap.rms),
             axis.reversals.to_string().into(),
             format!("{} {unit}/s", speed(axis.peak_velocity)).into(),
-            format!("{} .. {} {unit}", fixed(axis.range[0], 3), fixed(axis.range[1], 3)).into(),
+            format!(
+                "{} .. {} {unit}",
+                fixed(axis.range[0], 3),
+                fixed(axis.range[1], 3)
+            )
+            .into(),
             percent(axis.peak_current_ratio).into(),
-            if axis.saturated_samples == 0 { "-".into() } else { format!("{} samples", axis.saturated_samples).into() },
+            if axis.saturated_samples == 0 {
+                "-".into()
+            } else {
+                format!("{} samples", axis.saturated_samples).into()
+            },
         ]);
     }
     table.render()
@@ -86,11 +100,18 @@ pub(super) fn axes(axes: &[AxisResult]) -> String {
 
 /// One line for the gantry.
 pub(super) fn gantry(gantry: &GantryResult) -> String {
-    let ahead = if gantry.peak_um < 0.0 { "second" } else { "first" };
+    let ahead = if gantry.peak_um < 0.0 {
+        "second"
+    } else {
+        "first"
+    };
     let figures = [gantry.peak_um.abs(), gantry.skew_um.rms].map(error);
     let [peak, rms] = figures;
     let (line, time) = (line(&gantry.block), fixed(gantry.time_s, 3));
-    format!("gantry {}: skew at most {peak} um, RMS {rms} um; most in line {line} at {time} s, the {ahead} end ahead\n", gantry.axis)
+    format!(
+        "gantry {}: skew at most {peak} um, RMS {rms} um; most in line {line} at {time} s, the {ahead} end ahead\n",
+        gantry.axis
+    )
 }
 
 /// One line a reversal.

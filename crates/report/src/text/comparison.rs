@@ -24,10 +24,13 @@ pub enum Harm {
     Peak(f64),
 }
 
-/// Whether a method does harm, held against `none` on the same plan; a difference under 0.1 um is none.
+/// Whether a method does harm, held against `none` on the same plan; a difference under 0.1 um is
+/// none.
 pub fn harm(method: &MethodResult, none: &MethodResult) -> Option<Harm> {
     let worse = |with: f64, without: f64| (with > without + HARM_UM).then(|| with / without);
-    worse(method.backlash.rms, none.backlash.rms).map(Harm::Rms).or_else(|| worse(method.backlash.max, none.backlash.max).map(Harm::Peak))
+    worse(method.backlash.rms, none.backlash.rms)
+        .map(Harm::Rms)
+        .or_else(|| worse(method.backlash.max, none.backlash.max).map(Harm::Peak))
 }
 
 /// The whole answer: one line a method, the recommendation, harm, notes. Ends in a newline.
@@ -71,8 +74,16 @@ fn table(comparison: &Comparison, none: Option<&MethodResult>) -> String {
         ("needs", Align::Left),
     ]);
     for result in &comparison.results {
-        let ratio = none.filter(|n| n.backlash.rms > 0.0).map_or("-".to_owned(), |n| percent(result.backlash.rms / n.backlash.rms));
-        let inside = if result.within_tolerance { "within" } else { "outside" };
+        let ratio = none
+            .filter(|n| n.backlash.rms > 0.0)
+            .map_or("-".to_owned(), |n| {
+                percent(result.backlash.rms / n.backlash.rms)
+            });
+        let inside = if result.within_tolerance {
+            "within"
+        } else {
+            "outside"
+        };
         let worse = match none.and_then(|n| harm(result, n)) {
             Some(Harm::Rms(_)) => ", worse than none",
             Some(Harm::Peak(_)) => ", higher peak than none",
@@ -99,7 +110,12 @@ fn table(comparison: &Comparison, none: Option<&MethodResult>) -> String {
         "-".into(),
         "-".into(),
         "-".into(),
-        if free.max <= comparison.tolerance_um { "within" } else { "outside" }.into(),
+        if free.max <= comparison.tolerance_um {
+            "within"
+        } else {
+            "outside"
+        }
+        .into(),
         "-".into(),
     ]);
     table.render()
@@ -112,7 +128,8 @@ fn recommendation(comparison: &Comparison, options: &TextOptions) -> String {
             format!("{} {text}\n", options.paint(Ink::Good, "recommended:"))
         }
         Some(name) => format!("{} {name}\n", options.paint(Ink::Good, "recommended:")),
-        None => "recommended: no method; each of those compared needs more than a drive has\n".to_owned(),
+        None => "recommended: no method; each of those compared needs more than a drive has\n"
+            .to_owned(),
     }
 }
 
@@ -123,5 +140,7 @@ fn harm_line(result: &MethodResult, none: Option<&MethodResult>, options: &TextO
     };
     let [with, without] = [result, none].map(|r| error(r.backlash.max));
     let name = options.paint(Ink::Bad, &result.method);
-    format!("{name}: higher peak than none: backlash max {with} um against {without} um, {ratio:.2} times\n")
+    format!(
+        "{name}: higher peak than none: backlash max {with} um against {without} um, {ratio:.2} times\n"
+    )
 }

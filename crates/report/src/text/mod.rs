@@ -1,6 +1,7 @@
 //! Results in a terminal: a verdict, then tables.
 //!
-//! Plain ASCII without colour unless [`TextOptions::color`] is set, so that redirected output is the same everywhere.
+//! Plain ASCII without colour unless [`TextOptions::color`] is set, so that redirected output is
+//! the same everywhere.
 
 mod blocks;
 mod comparison;
@@ -30,15 +31,31 @@ pub struct TextOptions {
 
 impl Default for TextOptions {
     fn default() -> TextOptions {
-        TextOptions { color: false, blocks: 10, reversals: 10 }
+        TextOptions {
+            color: false,
+            blocks: 10,
+            reversals: 10,
+        }
     }
 }
 
 /// What a method may know beyond the signals of every drive, in words; `-` for nothing.
 pub fn knowledge(knows: Knowledge) -> String {
-    let parts = [(knows.load_scale, "load scale"), (knows.gap, "gap"), (knows.load, "load")];
-    let known: Vec<&str> = parts.into_iter().filter(|(is, _)| *is).map(|(_, name)| name).collect();
-    if known.is_empty() { "-".to_owned() } else { known.join(", ") }
+    let parts = [
+        (knows.load_scale, "load scale"),
+        (knows.gap, "gap"),
+        (knows.load, "load"),
+    ];
+    let known: Vec<&str> = parts
+        .into_iter()
+        .filter(|(is, _)| *is)
+        .map(|(_, name)| name)
+        .collect();
+    if known.is_empty() {
+        "-".to_owned()
+    } else {
+        known.join(", ")
+    }
 }
 
 /// The same for a method by its name; `?` for one that is not registered.

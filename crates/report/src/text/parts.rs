@@ -7,7 +7,11 @@ use lostmotion_sim::results::{Cause, ErrorStats, PlanInfo, ProgramInfo};
 
 /// `1 line`, `2 lines`.
 pub(super) fn count(number: u64, singular: &str) -> String {
-    if number == 1 { format!("1 {singular}") } else { format!("{number} {singular}s") }
+    if number == 1 {
+        format!("1 {singular}")
+    } else {
+        format!("{number} {singular}s")
+    }
 }
 
 /// What was run, in two lines, and one more if the tool was pushed.
@@ -22,7 +26,10 @@ pub(super) fn program(program: &ProgramInfo, plan: &PlanInfo) -> String {
         fixed(plan.rapid_mm, 1),
     );
     if plan.cutting_force_n > 0.0 {
-        out.push_str(&format!("cutting force: {} N against every feed move\n", plain(plan.cutting_force_n)));
+        out.push_str(&format!(
+            "cutting force: {} N against every feed move\n",
+            plain(plan.cutting_force_n)
+        ));
     }
     out.push_str(&straightness(plan));
     out
@@ -65,7 +72,10 @@ pub(super) fn warnings(program: &ProgramInfo, limit: usize) -> String {
         out.push('\n');
     }
     if program.warnings.len() > limit {
-        out.push_str(&format!("... and {}\n", count((program.warnings.len() - limit) as u64, "warning")));
+        out.push_str(&format!(
+            "... and {}\n",
+            count((program.warnings.len() - limit) as u64, "warning")
+        ));
     }
     out
 }
@@ -73,13 +83,35 @@ pub(super) fn warnings(program: &ProgramInfo, limit: usize) -> String {
 /// The columns of a table of [`ErrorStats`], the first being its title.
 pub(super) fn stats_table(title: &str) -> Table {
     let right = Align::Right;
-    Table::new(&[(title, Align::Left), ("max", right), ("RMS", right), ("p50", right), ("p95", right), ("p99", right), ("p99.9", right)])
+    Table::new(&[
+        (title, Align::Left),
+        ("max", right),
+        ("RMS", right),
+        ("p50", right),
+        ("p95", right),
+        ("p99", right),
+        ("p99.9", right),
+    ])
 }
 
 /// A row of [`stats_table`]; dashes where there was no sample.
 pub(super) fn stats_row(table: &mut Table, name: &str, stats: &ErrorStats) {
-    let value = |v: f64| if stats.samples == 0 { Cell::from("-") } else { Cell::Error(v) };
-    table.row([name.into(), value(stats.max), value(stats.rms), value(stats.p50), value(stats.p95), value(stats.p99), value(stats.p999)]);
+    let value = |v: f64| {
+        if stats.samples == 0 {
+            Cell::from("-")
+        } else {
+            Cell::Error(v)
+        }
+    };
+    table.row([
+        name.into(),
+        value(stats.max),
+        value(stats.rms),
+        value(stats.p50),
+        value(stats.p95),
+        value(stats.p99),
+        value(stats.p999),
+    ]);
 }
 
 /// A cause in words.
@@ -107,5 +139,9 @@ pub(super) fn short(text: &str, limit: usize) -> String {
     if text.chars().count() <= limit {
         return text.chars().map(clean).collect();
     }
-    text.chars().map(clean).take(limit.saturating_sub(3)).chain("...".chars()).collect()
+    text.chars()
+        .map(clean)
+        .take(limit.saturating_sub(3))
+        .chain("...".chars())
+        .collect()
 }

@@ -30,7 +30,11 @@ pub fn simulation(simulation: &Simulation, options: &TextOptions) -> String {
     }
     let reversals = &result.reversals[..result.reversals.len().min(options.reversals)];
     if !reversals.is_empty() {
-        out.push_str(&format!("\nreversals, um (worst {} of {})\n", reversals.len(), result.reversal_count));
+        out.push_str(&format!(
+            "\nreversals, um (worst {} of {})\n",
+            reversals.len(),
+            result.reversal_count
+        ));
         out.push_str(&blocks::reversals(reversals));
     }
     if !result.notes.is_empty() {
@@ -45,8 +49,15 @@ pub fn simulation(simulation: &Simulation, options: &TextOptions) -> String {
 /// The first line: inside or outside, by how much, where and why.
 fn verdict(simulation: &Simulation, options: &TextOptions) -> String {
     let result = &simulation.result;
-    let (ink, word) = if result.within_tolerance { (Ink::Good, "within tolerance") } else { (Ink::Bad, "OUTSIDE tolerance") };
-    let who = format!("{} on {}, method {}", simulation.program.name, simulation.machine, result.method);
+    let (ink, word) = if result.within_tolerance {
+        (Ink::Good, "within tolerance")
+    } else {
+        (Ink::Bad, "OUTSIDE tolerance")
+    };
+    let who = format!(
+        "{} on {}, method {}",
+        simulation.program.name, simulation.machine, result.method
+    );
     let what = if result.cutting.samples == 0 {
         "no cutting move".to_owned()
     } else {
@@ -54,9 +65,19 @@ fn verdict(simulation: &Simulation, options: &TextOptions) -> String {
             .worst_blocks
             .iter()
             .find(|block| !block.rapid)
-            .map(|b| format!(" in line {} ({})", super::parts::line(&b.block), super::parts::cause(b.cause)))
+            .map(|b| {
+                format!(
+                    " in line {} ({})",
+                    super::parts::line(&b.block),
+                    super::parts::cause(b.cause)
+                )
+            })
             .unwrap_or_default();
-        format!("largest contour error {} um{place}, tolerance {} um", error(result.cutting.max), plain(simulation.tolerance_um))
+        format!(
+            "largest contour error {} um{place}, tolerance {} um",
+            error(result.cutting.max),
+            plain(simulation.tolerance_um)
+        )
     };
     format!("{who}\n{}: {what}\n\n", options.paint(ink, word))
 }
@@ -67,8 +88,16 @@ fn errors(simulation: &Simulation) -> String {
     let mut table = stats_table("contour error, um");
     stats_row(&mut table, "cutting moves", &result.cutting);
     stats_row(&mut table, "  caused by backlash", &result.backlash);
-    stats_row(&mut table, "  same machine without gap", &simulation.without_gap);
-    stats_row(&mut table, "  command itself (blending)", &simulation.plan.command);
+    stats_row(
+        &mut table,
+        "  same machine without gap",
+        &simulation.without_gap,
+    );
+    stats_row(
+        &mut table,
+        "  command itself (blending)",
+        &simulation.plan.command,
+    );
     stats_row(&mut table, "rapids", &result.rapid);
     let mut out = table.render();
     if let Some(orientation) = &result.orientation_mdeg {

@@ -43,7 +43,11 @@ impl Cell {
             Cell::Signed(value) => {
                 let text = compact(*value, decimals);
                 let is_zero = !text.bytes().any(|b| (b'1'..=b'9').contains(&b));
-                if *value > 0.0 && !is_zero { format!("+{text}") } else { text }
+                if *value > 0.0 && !is_zero {
+                    format!("+{text}")
+                } else {
+                    text
+                }
             }
         }
     }
@@ -66,7 +70,13 @@ pub struct Table {
 impl Table {
     /// A table with these columns.
     pub fn new(columns: &[(&str, Align)]) -> Table {
-        Table { header: columns.iter().map(|(name, align)| ((*name).to_owned(), *align)).collect(), rows: Vec::new() }
+        Table {
+            header: columns
+                .iter()
+                .map(|(name, align)| ((*name).to_owned(), *align))
+                .collect(),
+            rows: Vec::new(),
+        }
     }
 
     /// Appends a row; cells beyond the columns are dropped, missing ones are empty.
@@ -81,24 +91,53 @@ impl Table {
         self.rows.is_empty()
     }
 
-    /// Decimals that the smallest number of a column calls for, so that one method gone wild does not hide the others' figures.
+    /// Decimals that the smallest number of a column calls for, so that one method gone wild does
+    /// not hide the others' figures.
     fn decimals(&self, column: usize) -> usize {
-        error_decimals(self.rows.iter().filter_map(|row| row[column].magnitude()).fold(f64::INFINITY, f64::min))
+        error_decimals(
+            self.rows
+                .iter()
+                .filter_map(|row| row[column].magnitude())
+                .fold(f64::INFINITY, f64::min),
+        )
     }
 
     /// Every line ends in a newline and has no trailing blanks.
     pub fn render(&self) -> String {
-        let decimals: Vec<usize> = (0..self.header.len()).map(|column| self.decimals(column)).collect();
-        let mut lines = vec![self.header.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>()];
-        lines.extend(self.rows.iter().map(|row| row.iter().zip(&decimals).map(|(cell, d)| cell.render(*d)).collect()));
-        let widths: Vec<usize> =
-            (0..self.header.len()).map(|column| lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0)).collect();
+        let decimals: Vec<usize> = (0..self.header.len())
+            .map(|column| self.decimals(column))
+            .collect();
+        let mut lines = vec![
+            self.header
+                .iter()
+                .map(|(name, _)| name.clone())
+                .collect::<Vec<_>>(),
+        ];
+        lines.extend(self.rows.iter().map(|row| {
+            row.iter()
+                .zip(&decimals)
+                .map(|(cell, d)| cell.render(*d))
+                .collect()
+        }));
+        let widths: Vec<usize> = (0..self.header.len())
+            .map(|column| {
+                lines
+                    .iter()
+                    .map(|line| line[column].chars().count())
+                    .max()
+                    .unwrap_or(0)
+            })
+            .collect();
         let mut out = String::new();
         for line in lines {
             let mut text = String::new();
             for ((cell, width), (_, align)) in line.iter().zip(&widths).zip(&self.header) {
                 let pad = width - cell.chars().count();
-                let (before, after) = if *align == Align::Right { (pad, 0) } else { (0, pad) };
+                let (before, after) = if *align == Align::Right {
+                    (pad, 0)
+                } else {
+                    (0, pad)
+                };
                 // Writing to a String cannot fail.
                 let _ = write!(text, "{:before$}{cell}{:after$}  ", "", "");
             }
@@ -115,7 +154,11 @@ mod tests {
 
     #[test]
     fn numbers_of_a_column_share_their_decimals() {
-        let mut table = Table::new(&[("name", Align::Left), ("um", Align::Right), ("signed", Align::Right)]);
+        let mut table = Table::new(&[
+            ("name", Align::Left),
+            ("um", Align::Right),
+            ("signed", Align::Right),
+        ]);
         table.row(["a".into(), Cell::Error(123.456), Cell::Signed(0.001)]);
         table.row(["longer".into(), Cell::Error(0.04), Cell::Signed(-1.5)]);
         table.row(["b".into(), Cell::Error(f64::NAN), Cell::Signed(1.5)]);

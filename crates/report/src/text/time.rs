@@ -17,14 +17,22 @@ const RIGHT: Align = Align::Right;
 
 /// The whole answer: total, kinds, limits, blocks, what-if. Ends in a newline.
 pub fn time(time: &CycleTime) -> String {
-    let mut out = format!("{} on {}\ncycle time: {}\n", time.program.name, time.machine, duration(time.total_s));
+    let mut out = format!(
+        "{} on {}\ncycle time: {}\n",
+        time.program.name,
+        time.machine,
+        duration(time.total_s)
+    );
     out.push_str(&warnings(&time.program, WARNINGS));
     out.push('\n');
     out.push_str(&kinds(&time.kinds, time.total_s));
     out.push_str("\nlimited by\n");
     out.push_str(&limits(&time.limits));
     let shown = time.blocks.len() as u64;
-    out.push_str(&format!("\nblocks that take longest ({shown} of {})\n", time.block_count));
+    out.push_str(&format!(
+        "\nblocks that take longest ({shown} of {})\n",
+        time.block_count
+    ));
     out.push_str(&blocks(time));
     if !time.what_if.is_empty() {
         out.push_str("\nwhat if\n");
@@ -34,18 +42,33 @@ pub fn time(time: &CycleTime) -> String {
 }
 
 fn kinds(kinds: &KindTimes, total_s: f64) -> String {
-    let mut table = Table::new(&[("kind", LEFT), ("time s", RIGHT), ("share", RIGHT), ("", LEFT)]);
+    let mut table = Table::new(&[
+        ("kind", LEFT),
+        ("time s", RIGHT),
+        ("share", RIGHT),
+        ("", LEFT),
+    ]);
     let mut row = |name: &str, time_s: f64, note: String| {
-        table.row([name.into(), fixed(time_s, 3).into(), percent(time_s / total_s.max(1e-9)).into(), note.into()]);
+        table.row([
+            name.into(),
+            fixed(time_s, 3).into(),
+            percent(time_s / total_s.max(1e-9)).into(),
+            note.into(),
+        ]);
     };
     row("cutting", kinds.cutting_s, String::new());
     row("rapid", kinds.rapid_s, String::new());
     row("dwell", kinds.dwell_s, String::new());
-    for (name, count, each_s) in
-        [("tool change", kinds.tool_changes, kinds.tool_change_s), ("spindle", kinds.spindle_events, kinds.spindle_event_s)]
-    {
+    for (name, count, each_s) in [
+        ("tool change", kinds.tool_changes, kinds.tool_change_s),
+        ("spindle", kinds.spindle_events, kinds.spindle_event_s),
+    ] {
         if count > 0 {
-            row(name, count as f64 * each_s, format!("{count} x {} s, as told", fixed(each_s, 1)));
+            row(
+                name,
+                count as f64 * each_s,
+                format!("{count} x {} s, as told", fixed(each_s, 1)),
+            );
         }
     }
     table.render()
@@ -54,7 +77,11 @@ fn kinds(kinds: &KindTimes, total_s: f64) -> String {
 fn limits(limits: &[LimitShare]) -> String {
     let mut table = Table::new(&[("limit", LEFT), ("time s", RIGHT), ("share", RIGHT)]);
     for limit in limits {
-        table.row([limit.limit.as_str().into(), fixed(limit.time_s, 3).into(), percent(limit.share).into()]);
+        table.row([
+            limit.limit.as_str().into(),
+            fixed(limit.time_s, 3).into(),
+            percent(limit.share).into(),
+        ]);
     }
     table.render()
 }
@@ -75,8 +102,12 @@ fn blocks(time: &CycleTime) -> String {
             TimeKind::Rapid => "rapid",
             TimeKind::Dwell => "dwell",
         };
-        let limits: Vec<String> =
-            block.limits.iter().take(BLOCK_LIMITS).map(|limit| format!("{} {}", limit.limit, percent(limit.share))).collect();
+        let limits: Vec<String> = block
+            .limits
+            .iter()
+            .take(BLOCK_LIMITS)
+            .map(|limit| format!("{} {}", limit.limit, percent(limit.share)))
+            .collect();
         table.row([
             Cell::from(line(&block.block)),
             fixed(block.time_s, 3).into(),
@@ -91,9 +122,19 @@ fn blocks(time: &CycleTime) -> String {
 }
 
 fn what_if(time: &CycleTime) -> String {
-    let mut table = Table::new(&[("change", LEFT), ("plan s", RIGHT), ("saves s", RIGHT), ("share", RIGHT)]);
+    let mut table = Table::new(&[
+        ("change", LEFT),
+        ("plan s", RIGHT),
+        ("saves s", RIGHT),
+        ("share", RIGHT),
+    ]);
     for row in &time.what_if {
-        table.row([row.change.as_str().into(), fixed(row.plan_s, 3).into(), fixed(row.saved_s, 3).into(), percent(row.saved_share).into()]);
+        table.row([
+            row.change.as_str().into(),
+            fixed(row.plan_s, 3).into(),
+            fixed(row.saved_s, 3).into(),
+            percent(row.saved_share).into(),
+        ]);
     }
     table.render()
 }

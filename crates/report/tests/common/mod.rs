@@ -2,17 +2,34 @@
 
 use lostmotion_base::{AxisId, BlockRef, Span};
 use lostmotion_sim::results::{
-    AxisResult, BlockResult, Cause, Comparison, ErrorParts, ErrorStats, MethodResult, PlanInfo, ProgramInfo, ReversalResult,
-    SCHEMA_VERSION, Simulation,
+    AxisResult, BlockResult, Cause, Comparison, ErrorParts, ErrorStats, MethodResult, PlanInfo,
+    ProgramInfo, ReversalResult, SCHEMA_VERSION, Simulation,
 };
 
 /// Statistics in proportion to a maximum.
 pub(crate) fn stats(max: f64) -> ErrorStats {
-    ErrorStats { samples: 12_000, max, rms: max * 0.4, p50: max * 0.2, p95: max * 0.7, p99: max * 0.9, p999: max * 0.98 }
+    ErrorStats {
+        samples: 12_000,
+        max,
+        rms: max * 0.4,
+        p50: max * 0.2,
+        p95: max * 0.7,
+        p99: max * 0.9,
+        p999: max * 0.98,
+    }
 }
 
 fn at_line(line: u32) -> BlockRef {
-    BlockRef { span: Span { file: 0, line, column: 1, start: u64::from(line) * 20, len: 18 }, call_stack: 0 }
+    BlockRef {
+        span: Span {
+            file: 0,
+            line,
+            column: 1,
+            start: u64::from(line) * 20,
+            len: 18,
+        },
+        call_stack: 0,
+    }
 }
 
 fn block(line: u32, max_um: f64, cause: Cause, text: &str) -> BlockResult {
@@ -24,7 +41,11 @@ fn block(line: u32, max_um: f64, cause: Cause, text: &str) -> BlockResult {
         time_s: 0.75 * f64::from(line),
         max_um,
         rms_um: max_um.abs() * 0.4,
-        parts_um: ErrorParts { command: 0.0, servo: max_um * 0.25, backlash: max_um * 0.75 },
+        parts_um: ErrorParts {
+            command: 0.0,
+            servo: max_um * 0.25,
+            backlash: max_um * 0.75,
+        },
         cause,
         at_mm: [25.0, -0.0004, -1.5],
     }
@@ -63,10 +84,18 @@ pub(crate) fn method(name: &str, cutting: f64, backlash: f64) -> MethodResult {
         backlash: stats(backlash),
         orientation_mdeg: None,
         worst_blocks: vec![
-            block(5, -cutting, Cause::Reversal(AxisId::X), "G2 X0 Y0 I25 J0 (the \"circle\", once)"),
+            block(
+                5,
+                -cutting,
+                Cause::Reversal(AxisId::X),
+                "G2 X0 Y0 I25 J0 (the \"circle\", once)",
+            ),
             block(4, 1.2, Cause::ServoLag, "G1 X0 F3000"),
         ],
-        reversals: vec![reversal(AxisId::X, -1, 3.25, -cutting), reversal(AxisId::Y, 1, 1.5, 4.0)],
+        reversals: vec![
+            reversal(AxisId::X, -1, 3.25, -cutting),
+            reversal(AxisId::Y, 1, 1.5, 4.0),
+        ],
         reversal_count: 8,
         axes: vec![axis(AxisId::X, 10.0), axis(AxisId::Y, 40.0)],
         gantry: None,
@@ -104,7 +133,9 @@ pub(crate) fn simulation() -> Simulation {
     let mut result = method("fixed", 12.345_678, 9.87);
     result.orientation_mdeg = Some(stats(1.5));
     result.axes.push(axis(AxisId::C, 3.0));
-    result.notes.push("Y: the drive was at its current limit in 12 samples".to_owned());
+    result
+        .notes
+        .push("Y: the drive was at its current limit in 12 samples".to_owned());
     Simulation {
         schema: SCHEMA_VERSION,
         program: program(),
@@ -121,7 +152,10 @@ pub(crate) fn comparison() -> Comparison {
     let mut spiky = method("spiky", 60.0, 36.0);
     spiky.backlash.rms = 3.0;
     let mut published = method("published", 4.2e7, 4.1e7);
-    published.notes.push("does harm here: backlash RMS 16400000.00 um against 14.00 um without compensation".to_owned());
+    published.notes.push(
+        "does harm here: backlash RMS 16400000.00 um against 14.00 um without compensation"
+            .to_owned(),
+    );
     Comparison {
         schema: SCHEMA_VERSION,
         program: program(),
@@ -129,7 +163,13 @@ pub(crate) fn comparison() -> Comparison {
         tolerance_um: 10.0,
         plan: plan(),
         without_gap: stats(1.1),
-        results: vec![method("none", 36.0, 35.0), method("fixed", 8.0, 7.5), published, spiky, method("load-feedback", 2.0, 1.0)],
+        results: vec![
+            method("none", 36.0, 35.0),
+            method("fixed", 8.0, 7.5),
+            published,
+            spiky,
+            method("load-feedback", 2.0, 1.0),
+        ],
         recommended: Some("fixed".to_owned()),
     }
 }

@@ -1,5 +1,6 @@
-//! A serial arm by its Denavit-Hartenberg parameters as `genserkins` has them (J. J. Craig, Introduction to Robotics): from joint to joint a turn ALPHA about
-//! X, a step A along X, the joint's own turn about Z, a step D along Z.
+//! A serial arm by its Denavit-Hartenberg parameters as `genserkins` has them (J. J. Craig,
+//! Introduction to Robotics): from joint to joint a turn ALPHA about X, a step A along X, the
+//! joint's own turn about Z, a step D along Z.
 
 use super::draft::Draft;
 use super::hal::Pins;
@@ -15,7 +16,12 @@ const JOINTS: usize = 6;
 const ROUNDING: f64 = 1e-12;
 
 /// Writes a chain of six joints; every length and angle has to be told.
-pub(super) fn serial(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Result<(), Problem> {
+pub(super) fn serial(
+    draft: &mut Draft,
+    pins: &mut Pins<'_>,
+    mm: f64,
+    _: &[Numbered],
+) -> Result<(), Problem> {
     // Columns X, Y, Z of the frame, and where it is.
     let (mut x, mut y, mut z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
     let mut place = [0.0; 3];
@@ -24,11 +30,21 @@ pub(super) fn serial(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbe
         let mut pin = |draft: &mut Draft, name: &str, scale: f64| {
             let name = format!("{name}-{number}");
             let told = pins.told(draft, &name, scale, "kinematics.joint")?;
-            let hint =
-                "an arm has A-0 ... A-5, ALPHA-0 ..., D-0 ... (mm or inch, rad): write [HAL] HALCMD = setp genserkins.A-0 0.0 and so on";
-            told.ok_or_else(|| problem(pins.line(), &format!("genserkins.{name}"), "is not set in the INI file", hint))
+            let hint = "an arm has A-0 ... A-5, ALPHA-0 ..., D-0 ... (mm or inch, rad): write [HAL] HALCMD = setp genserkins.A-0 0.0 and so on";
+            told.ok_or_else(|| {
+                problem(
+                    pins.line(),
+                    &format!("genserkins.{name}"),
+                    "is not set in the INI file",
+                    hint,
+                )
+            })
         };
-        let (step, alpha, rise) = (pin(draft, "A", mm)?, pin(draft, "ALPHA", 1.0)?, pin(draft, "D", mm)?);
+        let (step, alpha, rise) = (
+            pin(draft, "A", mm)?,
+            pin(draft, "ALPHA", 1.0)?,
+            pin(draft, "D", mm)?,
+        );
         let (sin, cos) = math::sin_cos(alpha);
         let turned = |a: f64, b: f64| -> [f64; 3] { std::array::from_fn(|i| a * y[i] + b * z[i]) };
         (y, z) = (turned(cos, sin), turned(-sin, cos));
@@ -50,7 +66,11 @@ pub(super) fn serial(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbe
     let spec = &mut draft.kinematics;
     spec.kind = "chain".into();
     spec.words = Some(Words::Pose);
-    spec.gauge = Some(GaugeSpec { point_mm: clean(place), axis: clean(z.map(|c| -c)), x_axis: x });
+    spec.gauge = Some(GaugeSpec {
+        point_mm: clean(place),
+        axis: clean(z.map(|c| -c)),
+        x_axis: x,
+    });
     spec.joint = joints;
     Ok(())
 }

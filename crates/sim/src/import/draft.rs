@@ -62,7 +62,16 @@ pub(super) struct DraftAxis {
 
 impl DraftAxis {
     pub(super) fn new(id: AxisId, rotary: bool) -> DraftAxis {
-        DraftAxis { id, rotary, min: None, max: None, velocity: None, acceleration: None, jerk: None, gap: None }
+        DraftAxis {
+            id,
+            rotary,
+            min: None,
+            max: None,
+            velocity: None,
+            acceleration: None,
+            jerk: None,
+            gap: None,
+        }
     }
 }
 
@@ -79,16 +88,31 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    pub(super) fn row(&mut self, key: impl Into<String>, value: impl Into<String>, fate: Fate, note: impl Into<String>) {
-        self.rows.push(Row { key: key.into(), value: value.into(), fate, note: note.into() });
+    pub(super) fn row(
+        &mut self,
+        key: impl Into<String>,
+        value: impl Into<String>,
+        fate: Fate,
+        note: impl Into<String>,
+    ) {
+        self.rows.push(Row {
+            key: key.into(),
+            value: value.into(),
+            fate,
+            note: note.into(),
+        });
     }
 
     /// The axis of a letter, made if it is not there yet.
     pub(super) fn axis(&mut self, id: AxisId, rotary: bool) -> &mut DraftAxis {
-        let index = self.axes.iter().position(|axis| axis.id == id).unwrap_or_else(|| {
-            self.axes.push(DraftAxis::new(id, rotary));
-            self.axes.len() - 1
-        });
+        let index = self
+            .axes
+            .iter()
+            .position(|axis| axis.id == id)
+            .unwrap_or_else(|| {
+                self.axes.push(DraftAxis::new(id, rotary));
+                self.axes.len() - 1
+            });
         &mut self.axes[index]
     }
 }

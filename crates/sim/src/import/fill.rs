@@ -15,10 +15,19 @@ const ROTARY_LENDER: &str = "trunnion5";
 const BENT_DEG: f64 = 60.0;
 
 /// A machine file out of a draft.
-pub(super) fn machine(file: &str, mut draft: Draft, preset: &str) -> Result<Imported, Vec<Problem>> {
+pub(super) fn machine(
+    file: &str,
+    mut draft: Draft,
+    preset: &str,
+) -> Result<Imported, Vec<Problem>> {
     let known: Vec<&str> = presets().iter().map(|info| info.name).collect();
     if !known.contains(&preset) {
-        return Err(vec![problem(1, "preset", format!("there is no machine `{preset}`"), &format!("known are {}", known.join(", ")))]);
+        return Err(vec![problem(
+            1,
+            "preset",
+            format!("there is no machine `{preset}`"),
+            &format!("known are {}", known.join(", ")),
+        )]);
     }
     draft.axes.sort_by_key(|axis| axis.id);
     let reversed: Vec<Problem> = draft.axes.iter().filter_map(reversed).collect();
@@ -29,12 +38,23 @@ pub(super) fn machine(file: &str, mut draft: Draft, preset: &str) -> Result<Impo
     let mut axes = String::new();
     let mut travel = Vec::new();
     for axis in &draft.axes {
-        let lender =
-            lender(axis, preset).ok_or_else(|| vec![problem(1, "preset", format!("no machine lends an axis like {}", axis.id), "")])?;
+        let lender = lender(axis, preset).ok_or_else(|| {
+            vec![problem(
+                1,
+                "preset",
+                format!("no machine lends an axis like {}", axis.id),
+                "",
+            )]
+        })?;
         travel.push(section(axis, &lender, &mut axes, &mut rows));
     }
     if draft.kinematics.words == Some(Words::Pose) {
-        let home: Vec<f64> = draft.kinematics.joint.iter().map(|joint| home_of(joint, &draft.axes, &travel)).collect();
+        let home: Vec<f64> = draft
+            .kinematics
+            .joint
+            .iter()
+            .map(|joint| home_of(joint, &draft.axes, &travel))
+            .collect();
         rows.push(filled(
             "kinematics.home",
             format!("{home:?}"),
@@ -47,19 +67,42 @@ pub(super) fn machine(file: &str, mut draft: Draft, preset: &str) -> Result<Impo
     toml.push_str(&axes);
     match Machine::check_toml(file, &toml) {
         Ok(_) => Ok(Imported { toml, rows }),
-        Err(error) => Err(error.problems.into_iter().map(|found| Problem { line: 1, column: 1, ..found }).collect()),
+        Err(error) => Err(error
+            .problems
+            .into_iter()
+            .map(|found| Problem {
+                line: 1,
+                column: 1,
+                ..found
+            })
+            .collect()),
     }
 }
 
 /// A travel that is told and is none.
 fn reversed(axis: &DraftAxis) -> Option<Problem> {
     let (min, max) = (axis.min.as_ref()?, axis.max.as_ref()?);
-    let message = format!("travel of {} from {} ({}) to {}", axis.id, min.value, min.from, max.value);
-    (min.value >= max.value).then(|| problem(max.line, &max.from, message, "the first has to be below the second"))
+    let message = format!(
+        "travel of {} from {} ({}) to {}",
+        axis.id, min.value, min.from, max.value
+    );
+    (min.value >= max.value).then(|| {
+        problem(
+            max.line,
+            &max.from,
+            message,
+            "the first has to be below the second",
+        )
+    })
 }
 
 fn filled(key: impl Into<String>, value: impl Into<String>, note: impl Into<String>) -> Row {
-    Row { key: key.into(), value: value.into(), fate: Fate::Filled, note: note.into() }
+    Row {
+        key: key.into(),
+        value: value.into(),
+        fate: Fate::Filled,
+        note: note.into(),
+    }
 }
 
 /// An axis of a preset, with its text.
@@ -70,22 +113,46 @@ struct Lender {
     axis: MachineAxis,
 }
 
-/// The axis of the same letter, else the first of the same kind, of the preset, else of one that has rotary axes.
+/// The axis of the same letter, else the first of the same kind, of the preset, else of one that
+/// has rotary axes.
 fn lender(axis: &DraftAxis, preset: &str) -> Option<Lender> {
     [preset, ROTARY_LENDER].into_iter().find_map(|name| {
         let info = presets().iter().find(|info| info.name == name)?;
         let machine = Machine::preset(name)?;
-        let same = machine.axes().iter().filter(|other| other.is_rotary() == axis.rotary);
-        let found = same.clone().find(|other| other.id == axis.id).or_else(|| same.clone().next())?;
-        Some(Lender { preset: info.name, letter: found.id.letter().to_ascii_lowercase(), text: info.toml, axis: found.clone() })
+        let same = machine
+            .axes()
+            .iter()
+            .filter(|other| other.is_rotary() == axis.rotary);
+        let found = same
+            .clone()
+            .find(|other| other.id == axis.id)
+            .or_else(|| same.clone().next())?;
+        Some(Lender {
+            preset: info.name,
+            letter: found.id.letter().to_ascii_lowercase(),
+            text: info.toml,
+            axis: found.clone(),
+        })
     })
 }
 
 /// The limits that the lender has, in the order min, max, velocity, acceleration, jerk.
 fn lent(axis: &MachineAxis) -> [f64; 5] {
     match *axis.limits_table() {
-        LimitsTable::Linear(l) => [l.min_mm, l.max_mm, l.velocity_mm_s, l.acceleration_mm_s2, l.jerk_mm_s3],
-        LimitsTable::Rotary(r) => [r.min_deg, r.max_deg, r.velocity_deg_s, r.acceleration_deg_s2, r.jerk_deg_s3],
+        LimitsTable::Linear(l) => [
+            l.min_mm,
+            l.max_mm,
+            l.velocity_mm_s,
+            l.acceleration_mm_s2,
+            l.jerk_mm_s3,
+        ],
+        LimitsTable::Rotary(r) => [
+            r.min_deg,
+            r.max_deg,
+            r.velocity_deg_s,
+            r.acceleration_deg_s2,
+            r.jerk_deg_s3,
+        ],
     }
 }
 
@@ -93,8 +160,13 @@ fn lent(axis: &MachineAxis) -> [f64; 5] {
 fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<Row>) -> (f64, f64) {
     let letter = axis.id.letter().to_ascii_lowercase();
     let unit = if axis.rotary { "deg" } else { "mm" };
-    let told: [Option<&Told>; 5] =
-        [axis.min.as_ref(), axis.max.as_ref(), axis.velocity.as_ref(), axis.acceleration.as_ref(), axis.jerk.as_ref()];
+    let told: [Option<&Told>; 5] = [
+        axis.min.as_ref(),
+        axis.max.as_ref(),
+        axis.velocity.as_ref(),
+        axis.acceleration.as_ref(),
+        axis.jerk.as_ref(),
+    ];
     let keys = [
         format!("min_{unit}"),
         format!("max_{unit}"),
@@ -105,17 +177,32 @@ fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<R
     let source = format!("{}:{}", lender.preset, lender.letter);
     let _ = write!(out, "\n# ---- {} ----\n[axis.{letter}.limits]\n", axis.id);
     let mut values = [0.0; 5];
-    for (((slot, told), key), lent) in values.iter_mut().zip(told).zip(keys).zip(lent(&lender.axis)) {
+    for (((slot, told), key), lent) in values
+        .iter_mut()
+        .zip(told)
+        .zip(keys)
+        .zip(lent(&lender.axis))
+    {
         *slot = told.map_or(lent, |told| told.value);
         let from = told.map_or_else(|| format!("preset {source}"), |told| told.from.clone());
         let _ = writeln!(out, "{key} = {} # {from}", float(*slot));
         if told.is_none() {
-            rows.push(filled(format!("axis.{letter}.limits.{key}"), float(*slot), format!("preset {source}")));
+            rows.push(filled(
+                format!("axis.{letter}.limits.{key}"),
+                float(*slot),
+                format!("preset {source}"),
+            ));
         }
     }
-    let _ = write!(out, "\n# drive, motor and load: preset {source}, where every value has its source\n");
+    let _ = write!(
+        out,
+        "\n# drive, motor and load: preset {source}, where every value has its source\n"
+    );
     for line in parts(lender.text, lender.letter) {
-        let line = line.replace(&format!("[axis.{}.", lender.letter), &format!("[axis.{letter}."));
+        let line = line.replace(
+            &format!("[axis.{}.", lender.letter),
+            &format!("[axis.{letter}."),
+        );
         let gap = axis.gap.as_ref().filter(|_| line.starts_with("gap_"));
         match gap {
             Some(gap) => {
@@ -127,8 +214,16 @@ fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<R
             }
         }
     }
-    let what = if axis.gap.is_some() { "drive, motor, load" } else { "drive, motor, load, gap" };
-    rows.push(filled(format!("axis.{letter}"), what, format!("preset {source}")));
+    let what = if axis.gap.is_some() {
+        "drive, motor, load"
+    } else {
+        "drive, motor, load, gap"
+    };
+    rows.push(filled(
+        format!("axis.{letter}"),
+        what,
+        format!("preset {source}"),
+    ));
     (values[0], values[1])
 }
 
@@ -147,20 +242,47 @@ fn parts(text: &str, letter: char) -> Vec<&str> {
             lines.push(line);
         }
     }
-    while lines.last().is_some_and(|line| line.is_empty() || line.starts_with('#')) {
+    while lines
+        .last()
+        .is_some_and(|line| line.is_empty() || line.starts_with('#'))
+    {
         lines.pop();
     }
     lines
 }
 
-fn home_of(joint: &lostmotion_kinematics::chain::JointSpec, axes: &[DraftAxis], travel: &[(f64, f64)]) -> f64 {
-    let index = axes.iter().position(|axis| joint.axis.starts_with(axis.id.letter().to_ascii_lowercase()));
-    let (min, max) = index.and_then(|index| travel.get(index)).copied().unwrap_or((-90.0, 90.0));
-    let middle = if min < 0.0 && max > 0.0 { 0.0 } else { 0.5 * (min + max) };
+fn home_of(
+    joint: &lostmotion_kinematics::chain::JointSpec,
+    axes: &[DraftAxis],
+    travel: &[(f64, f64)],
+) -> f64 {
+    let index = axes.iter().position(|axis| {
+        joint
+            .axis
+            .starts_with(axis.id.letter().to_ascii_lowercase())
+    });
+    let (min, max) = index
+        .and_then(|index| travel.get(index))
+        .copied()
+        .unwrap_or((-90.0, 90.0));
+    let middle = if min < 0.0 && max > 0.0 {
+        0.0
+    } else {
+        0.5 * (min + max)
+    };
     // A bent arm: straight ones are singular.
-    let bent = middle + [7.0, -23.0, 41.0, 13.0, 37.0, 17.0, 5.0, 5.0, 5.0].get(index.unwrap_or(0)).copied().unwrap_or(5.0);
+    let bent = middle
+        + [7.0, -23.0, 41.0, 13.0, 37.0, 17.0, 5.0, 5.0, 5.0]
+            .get(index.unwrap_or(0))
+            .copied()
+            .unwrap_or(5.0);
     // A travel of which one end is lent may be none, which is told later.
-    (bent.min(max - 0.05 * (max - min)).max(min + 0.05 * (max - min)) * 100.0).round() / 100.0
+    (bent
+        .min(max - 0.05 * (max - min))
+        .max(min + 0.05 * (max - min))
+        * 100.0)
+        .round()
+        / 100.0
 }
 
 fn head(draft: &Draft, preset: &str) -> String {
@@ -176,39 +298,78 @@ fn head(draft: &Draft, preset: &str) -> String {
     struct Tables<'a> {
         kinematics: &'a lostmotion_kinematics::KinematicsSpec,
     }
-    let _ = write!(text, "# {}\n{}\n", draft.source, toml::to_string(&Tables { kinematics: &draft.kinematics }).unwrap_or_default());
+    let _ = write!(
+        text,
+        "# {}\n{}\n",
+        draft.source,
+        toml::to_string(&Tables {
+            kinematics: &draft.kinematics
+        })
+        .unwrap_or_default()
+    );
     text
 }
 
 /// Work offset and homes within the travel: zero where it can be, else the middle.
-fn positions(draft: &Draft, travel: &[(f64, f64)], out: &mut String, rows: &mut Vec<Row>) -> Result<(), Vec<Problem>> {
+fn positions(
+    draft: &Draft,
+    travel: &[(f64, f64)],
+    out: &mut String,
+    rows: &mut Vec<Row>,
+) -> Result<(), Vec<Problem>> {
     let mut joints = Coords::ZERO;
     for (axis, (min, max)) in draft.axes.iter().zip(travel) {
-        let at = if *min <= 0.0 && *max >= 0.0 { 0.0 } else { 0.5 * (min + max) };
-        joints[axis.id] = if axis.rotary { lostmotion_base::units::rad(at) } else { at };
+        let at = if *min <= 0.0 && *max >= 0.0 {
+            0.0
+        } else {
+            0.5 * (min + max)
+        };
+        joints[axis.id] = if axis.rotary {
+            lostmotion_base::units::rad(at)
+        } else {
+            at
+        };
         if draft.kinematics.kind == "scara" && axis.id == AxisId::B {
             // A straight arm is singular.
             joints[axis.id] = lostmotion_base::units::rad(BENT_DEG.min(*max).max(*min));
         }
     }
-    let kinematics = build(&draft.kinematics).map_err(|error| vec![problem(1, "kinematics", error.to_string(), "")])?;
+    let kinematics = build(&draft.kinematics)
+        .map_err(|error| vec![problem(1, "kinematics", error.to_string(), "")])?;
     if let Some(home) = &draft.kinematics.home {
         for (joint, at) in draft.kinematics.joint.iter().zip(home) {
-            let Some(id) = joint.axis.chars().next().and_then(AxisId::from_letter) else { continue };
-            joints[id] = if joint.kind == lostmotion_kinematics::chain::JointType::Rotary { lostmotion_base::units::rad(*at) } else { *at };
+            let Some(id) = joint.axis.chars().next().and_then(AxisId::from_letter) else {
+                continue;
+            };
+            joints[id] = if joint.kind == lostmotion_kinematics::chain::JointType::Rotary {
+                lostmotion_base::units::rad(*at)
+            } else {
+                *at
+            };
         }
     }
     let words = kinematics.forward(&joints, &[0.0; 3]);
     let mut table = String::new();
     for axis in AxisId::ALL {
-        let value = if axis.is_rotary() { deg(words[axis]) } else { words[axis] };
+        let value = if axis.is_rotary() {
+            deg(words[axis])
+        } else {
+            words[axis]
+        };
         if value.abs() > 1e-9 {
             let _ = writeln!(table, "{} = {}", axis.column(), float(value));
         }
     }
     for key in ["work_offset.g54", "home.g28", "home.g30"] {
-        let _ = write!(out, "# within the travel: set it to where parts are\n[{key}]\n{table}\n");
-        rows.push(filled(key, table.lines().collect::<Vec<_>>().join(", "), "within the travel"));
+        let _ = write!(
+            out,
+            "# within the travel: set it to where parts are\n[{key}]\n{table}\n"
+        );
+        rows.push(filled(
+            key,
+            table.lines().collect::<Vec<_>>().join(", "),
+            "within the travel",
+        ));
     }
     Ok(())
 }

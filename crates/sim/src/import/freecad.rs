@@ -1,5 +1,7 @@
-//! FreeCAD's machine files (.fcm): JSON with `machine.name` and `machine.axes`, an object of axes by letter with `type` (`linear`, `angular`), `min` and `max` in
-//! mm or degrees (also inside `limits`), `max_velocity` in mm/min or degrees/min; where the axis sits is in `role`, `parent` and `joint`. See
+//! FreeCAD's machine files (.fcm): JSON with `machine.name` and `machine.axes`, an object of axes
+//! by letter with `type` (`linear`, `angular`), `min` and `max` in mm or degrees (also inside
+//! `limits`), `max_velocity` in mm/min or degrees/min; where the axis sits is in `role`, `parent`
+//! and `joint`. See
 //! <https://freecad.github.io/Addon-Academy/Topics/Types/Machines>.
 
 use super::draft::{Draft, Fate, Told};
@@ -10,18 +12,33 @@ use lostmotion_base::AxisId;
 use serde_json::{Map, Value};
 
 /// Postprocessors whose programs are in a dialect of the same or another name.
-const DIALECTS: [(&str, &str); 4] = [("linuxcnc", "linuxcnc"), ("fanuc", "fanuc"), ("haas", "haas"), ("marlin", "marlin")];
+const DIALECTS: [(&str, &str); 4] = [
+    ("linuxcnc", "linuxcnc"),
+    ("fanuc", "fanuc"),
+    ("haas", "haas"),
+    ("marlin", "marlin"),
+];
 
 /// Reads the file.
 pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
-    let root: Value = serde_json::from_str(text)
-        .map_err(|error| vec![problem(error.line(), "", format!("not JSON: {error}"), "is it a FreeCAD machine (.fcm)?")])?;
+    let root: Value = serde_json::from_str(text).map_err(|error| {
+        vec![problem(
+            error.line(),
+            "",
+            format!("not JSON: {error}"),
+            "is it a FreeCAD machine (.fcm)?",
+        )]
+    })?;
     let machine = root.get("machine").unwrap_or(&root);
     let Some(axes) = machine.get("axes").and_then(Value::as_object) else {
         let hint = "a FreeCAD machine has machine.axes, an object of axes by letter";
         return Err(vec![problem(1, "machine.axes", "missing", hint)]);
     };
-    let mut draft = Draft { name: "imported".into(), source: "FreeCAD", ..Draft::default() };
+    let mut draft = Draft {
+        name: "imported".into(),
+        source: "FreeCAD",
+        ..Draft::default()
+    };
     draft.kinematics.kind = "cartesian".into();
     let mut problems = Vec::new();
     general(&mut draft, &root, machine);
@@ -29,9 +46,14 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     for (letter, axis) in axes {
         let line = line_of(text, letter);
         let mut chars = letter.chars();
-        let id = chars.next().and_then(AxisId::from_letter).filter(|_| chars.next().is_none());
+        let id = chars
+            .next()
+            .and_then(AxisId::from_letter)
+            .filter(|_| chars.next().is_none());
         match (id, axis.as_object()) {
-            (Some(id), Some(axis)) => places.extend(take(&mut draft, line, id, axis, &mut problems)),
+            (Some(id), Some(axis)) => {
+                places.extend(take(&mut draft, line, id, axis, &mut problems))
+            }
             _ => problems.push(problem(
                 line,
                 &format!("machine.axes.{letter}"),
@@ -57,24 +79,60 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
                 let note = "positive words move the tool along and about each `joint`'s direction, relative to the part: set sign = -1 where the table's own motion is meant";
                 draft.row("kinematics.joint.sign", "1", Fate::Filled, note);
             }
-            Err(why) => draft.row("kinematics.kind", "cartesian", Fate::Filled, format!("{why}: describe it as kind = \"chain\"")),
+            Err(why) => draft.row(
+                "kinematics.kind",
+                "cartesian",
+                Fate::Filled,
+                format!("{why}: describe it as kind = \"chain\""),
+            ),
         }
     }
-    if problems.is_empty() { Ok(draft) } else { Err(problems) }
+    if problems.is_empty() {
+        Ok(draft)
+    } else {
+        Err(problems)
+    }
 }
 
 /// What is not an axis.
 fn general(draft: &mut Draft, root: &Value, machine: &Value) {
-    for (key, value) in machine.as_object().into_iter().flatten().filter(|(key, _)| *key != "axes") {
+    for (key, value) in machine
+        .as_object()
+        .into_iter()
+        .flatten()
+        .filter(|(key, _)| *key != "axes")
+    {
         if key == "name" {
             draft.name = value.as_str().unwrap_or("imported").to_owned();
         }
-        let note = if key == "units" { "of the programs; lengths here are mm" } else { "" };
-        draft.row(format!("machine.{key}"), short(value), if key == "name" { Fate::Used } else { Fate::Ignored }, note);
+        let note = if key == "units" {
+            "of the programs; lengths here are mm"
+        } else {
+            ""
+        };
+        draft.row(
+            format!("machine.{key}"),
+            short(value),
+            if key == "name" {
+                Fate::Used
+            } else {
+                Fate::Ignored
+            },
+            note,
+        );
     }
-    for (key, value) in root.as_object().into_iter().flatten().filter(|(key, _)| *key != "machine" && root.get("machine").is_some()) {
-        let post = value.get("file_name").and_then(Value::as_str).filter(|_| key == "postprocessor");
-        let dialect = post.and_then(|post| DIALECTS.iter().find(|(name, _)| post.starts_with(name)));
+    for (key, value) in root
+        .as_object()
+        .into_iter()
+        .flatten()
+        .filter(|(key, _)| *key != "machine" && root.get("machine").is_some())
+    {
+        let post = value
+            .get("file_name")
+            .and_then(Value::as_str)
+            .filter(|_| key == "postprocessor");
+        let dialect =
+            post.and_then(|post| DIALECTS.iter().find(|(name, _)| post.starts_with(name)));
         if let (Some(post), Some((_, dialect))) = (post, dialect) {
             draft.dialect = Some(dialect);
             draft.row("postprocessor.file_name", post, Fate::Used, "dialect");
@@ -85,8 +143,17 @@ fn general(draft: &mut Draft, root: &Value, machine: &Value) {
 }
 
 /// Takes an axis; gives where it sits, as far as that is told.
-fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, problems: &mut Vec<Problem>) -> Option<Place> {
-    let rotary = axis.get("type").and_then(Value::as_str).map_or(id.is_rotary(), |kind| kind != "linear");
+fn take(
+    draft: &mut Draft,
+    line: usize,
+    id: AxisId,
+    axis: &Map<String, Value>,
+    problems: &mut Vec<Problem>,
+) -> Option<Place> {
+    let rotary = axis
+        .get("type")
+        .and_then(Value::as_str)
+        .map_or(id.is_rotary(), |kind| kind != "linear");
     if rotary != id.is_rotary() {
         problems.push(problem(
             line,
@@ -98,9 +165,17 @@ fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, p
     }
     let before = problems.len();
     let limits = axis.get("limits").and_then(Value::as_object);
-    let nested = limits.into_iter().flatten().map(|(key, value)| (format!("limits.{key}"), key.as_str(), value));
-    let own = axis.iter().filter(|(key, value)| !(*key == "limits" && value.is_object()));
-    for (path, key, value) in own.map(|(key, value)| (key.clone(), key.as_str(), value)).chain(nested) {
+    let nested = limits
+        .into_iter()
+        .flatten()
+        .map(|(key, value)| (format!("limits.{key}"), key.as_str(), value));
+    let own = axis
+        .iter()
+        .filter(|(key, value)| !(*key == "limits" && value.is_object()));
+    for (path, key, value) in own
+        .map(|(key, value)| (key.clone(), key.as_str(), value))
+        .chain(nested)
+    {
         let path = format!("machine.axes.{id}.{path}");
         let target = draft.axis(id, rotary);
         let (slot, scale) = match key {
@@ -108,13 +183,23 @@ fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, p
             "max" => (&mut target.max, 1.0),
             "max_velocity" => (&mut target.velocity, 1.0 / 60.0),
             _ => {
-                let fate = if ["type", "joint", "role", "parent"].contains(&key) { Fate::Used } else { Fate::Ignored };
+                let fate = if ["type", "joint", "role", "parent"].contains(&key) {
+                    Fate::Used
+                } else {
+                    Fate::Ignored
+                };
                 draft.row(path, short(value), fate, "");
                 continue;
             }
         };
         match value.as_f64() {
-            Some(number) if key != "max_velocity" || number > 0.0 => *slot = Some(Told { value: number * scale, from: path.clone(), line }),
+            Some(number) if key != "max_velocity" || number > 0.0 => {
+                *slot = Some(Told {
+                    value: number * scale,
+                    from: path.clone(),
+                    line,
+                })
+            }
             _ => problems.push(problem(
                 line,
                 &path,
@@ -129,7 +214,12 @@ fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, p
     }
     let unread = |(key, why): (&str, String)| {
         let hint = "write [[0, 0, 50], [1, 0, 0]]: a point on the axis, and its direction";
-        problems.push(problem(line, &format!("machine.axes.{id}.{key}"), why, hint));
+        problems.push(problem(
+            line,
+            &format!("machine.axes.{id}.{key}"),
+            why,
+            hint,
+        ));
     };
     Place::of(id, rotary, axis).map_err(unread).ok()
 }
@@ -137,11 +227,17 @@ fn take(draft: &mut Draft, line: usize, id: AxisId, axis: &Map<String, Value>, p
 /// A value on one line, cut where it is long.
 fn short(value: &Value) -> String {
     let text = value.to_string();
-    if text.chars().count() > 40 { format!("{}...", text.chars().take(37).collect::<String>()) } else { text }
+    if text.chars().count() > 40 {
+        format!("{}...", text.chars().take(37).collect::<String>())
+    } else {
+        text
+    }
 }
 
 /// The line on which an axis begins.
 fn line_of(text: &str, letter: &str) -> usize {
     let key = format!("\"{letter}\"");
-    text.lines().position(|line| line.trim_start().starts_with(&key)).map_or(1, |index| index + 1)
+    text.lines()
+        .position(|line| line.trim_start().starts_with(&key))
+        .map_or(1, |index| index + 1)
 }

@@ -1,4 +1,5 @@
-//! Where FreeCAD's axes sit: `role` says on which side (`table_...`, `head_...`), `parent` what carries it, `joint` a point on the axis and its direction.
+//! Where FreeCAD's axes sit: `role` says on which side (`table_...`, `head_...`), `parent` what
+//! carries it, `joint` a point on the axis and its direction.
 
 use lostmotion_base::AxisId;
 use lostmotion_kinematics::chain::{JointSpec, JointType, Side};
@@ -17,13 +18,18 @@ pub(super) struct Place {
 
 impl Place {
     /// What an axis tells; the key that cannot be read and why.
-    pub(super) fn of(id: AxisId, rotary: bool, axis: &Map<String, Value>) -> Result<Place, (&'static str, String)> {
+    pub(super) fn of(
+        id: AxisId,
+        rotary: bool,
+        axis: &Map<String, Value>,
+    ) -> Result<Place, (&'static str, String)> {
         let joint = axis
             .get("joint")
             .filter(|joint| !joint.is_null())
             .map(|joint| vectors(joint).ok_or(("joint", format!("is {joint}, not two vectors"))));
         let joint = match joint.transpose()? {
-            // A linear axis passes through no point of its own; early files have its direction first.
+            // A linear axis passes through no point of its own; early files have its direction
+            // first.
             Some([direction, [0.0, 0.0, 0.0]]) if !rotary => Some([[0.0; 3], direction]),
             Some([_, [0.0, 0.0, 0.0]]) => return Err(("joint", "has no direction".into())),
             joint => joint,
@@ -34,15 +40,25 @@ impl Place {
             Some("head") => Some(Side::Head),
             _ => None,
         };
-        Ok(Place { id, rotary, side, parent: axis.get("parent").and_then(Value::as_str).map(str::to_owned), joint })
+        Ok(Place {
+            id,
+            rotary,
+            side,
+            parent: axis
+                .get("parent")
+                .and_then(Value::as_str)
+                .map(str::to_owned),
+            joint,
+        })
     }
 
     /// How many axes carry it.
     fn depth(&self, all: &[Place]) -> usize {
         let (mut depth, mut at) = (0, self);
-        while let Some(parent) =
-            at.parent.as_ref().and_then(|name| all.iter().find(|place| name.starts_with(place.id.letter()) && name.len() == 1))
-        {
+        while let Some(parent) = at.parent.as_ref().and_then(|name| {
+            all.iter()
+                .find(|place| name.starts_with(place.id.letter()) && name.len() == 1)
+        }) {
             depth += 1;
             if depth > all.len() {
                 break;
@@ -55,7 +71,11 @@ impl Place {
     fn spec(&self, side: Side, [point, direction]: [[f64; 3]; 2]) -> JointSpec {
         JointSpec {
             axis: self.id.letter().to_ascii_lowercase().to_string(),
-            kind: if self.rotary { JointType::Rotary } else { JointType::Linear },
+            kind: if self.rotary {
+                JointType::Rotary
+            } else {
+                JointType::Linear
+            },
             side: Some(side),
             direction,
             point_mm: self.rotary.then_some(point),
@@ -76,27 +96,43 @@ fn vectors(value: &Value) -> Option<[[f64; 3]; 2]> {
     <[[f64; 3]; 2]>::try_from(pair?).ok()
 }
 
-/// Joints from the workpiece to the tool: on the table what is carried comes before what carries it, on the head after; linear axes are nearer to the base
-/// where nobody says.
+/// Joints from the workpiece to the tool: on the table what is carried comes before what carries
+/// it, on the head after; linear axes are nearer to the base where nobody says.
 pub(super) fn chain(places: &[Place]) -> Result<Vec<JointSpec>, String> {
     let mut out = Vec::new();
     for side in [Side::Table, Side::Head] {
         let mut own = Vec::new();
         for place in places {
             match (place.side, place.joint) {
-                (Some(told), Some(joint)) if told == side => own.push((place.depth(places), place, joint)),
+                (Some(told), Some(joint)) if told == side => {
+                    own.push((place.depth(places), place, joint))
+                }
                 (Some(_), Some(_)) => {}
-                _ => return Err(format!("where axis {} sits is not told in full (`role`, `joint`)", place.id)),
+                _ => {
+                    return Err(format!(
+                        "where axis {} sits is not told in full (`role`, `joint`)",
+                        place.id
+                    ));
+                }
             }
         }
         own.sort_by_key(|(depth, place, _)| (*depth, place.rotary));
-        if let Some(pair) = own.windows(2).find(|pair| pair[0].1.rotary && pair[1].1.rotary && pair[0].0 == pair[1].0) {
-            return Err(format!("which of {} and {} carries the other is not told (`parent`)", pair[0].1.id, pair[1].1.id));
+        if let Some(pair) = own
+            .windows(2)
+            .find(|pair| pair[0].1.rotary && pair[1].1.rotary && pair[0].0 == pair[1].0)
+        {
+            return Err(format!(
+                "which of {} and {} carries the other is not told (`parent`)",
+                pair[0].1.id, pair[1].1.id
+            ));
         }
         if side == Side::Table {
             own.reverse();
         }
-        out.extend(own.into_iter().map(|(_, place, joint)| place.spec(side, joint)));
+        out.extend(
+            own.into_iter()
+                .map(|(_, place, joint)| place.spec(side, joint)),
+        );
     }
     Ok(out)
 }

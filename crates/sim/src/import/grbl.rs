@@ -1,8 +1,9 @@
 //! grbl's and grblHAL's settings: lines `$110=1500.000 (x rate, mm/min)`.
 //!
-//! $100 to $105 steps/mm (or degree), $110 to $115 rate in mm/min, $120 to $125 acceleration in mm/s2, $130 to $135 travel in mm, $160 to $165 (grblHAL)
-//! backlash in mm, for X Y Z A B C. Machine coordinates run from minus the travel to 0; where grblHAL sets its origin at the switches ($22 with 8 in it) and an
-//! axis homes downwards ($23), from 0 to the travel.
+//! $100 to $105 steps/mm (or degree), $110 to $115 rate in mm/min, $120 to $125 acceleration in
+//! mm/s2, $130 to $135 travel in mm, $160 to $165 (grblHAL) backlash in mm, for X Y Z A B C.
+//! Machine coordinates run from minus the travel to 0; where grblHAL sets its origin at the
+//! switches ($22 with 8 in it) and an axis homes downwards ($23), from 0 to the travel.
 
 use super::draft::{Draft, Fate, Told};
 use super::{number, problem};
@@ -22,7 +23,10 @@ const KNOWN: [(u32, &str); 21] = [
     (5, "limit pins inverted"),
     (6, "probe pin inverted"),
     (10, "what status reports hold"),
-    (11, "how fast corners are taken on the exact path: no tolerance of the path"),
+    (
+        11,
+        "how fast corners are taken on the exact path: no tolerance of the path",
+    ),
     (12, "chords of arcs: arcs are exact here"),
     (13, "reports in inches; settings stay in mm"),
     (20, "soft limits: always on here"),
@@ -46,7 +50,11 @@ struct Setting<'a> {
 
 /// Reads the settings.
 pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
-    let mut draft = Draft { name: "imported".into(), source: "grbl", ..Draft::default() };
+    let mut draft = Draft {
+        name: "imported".into(),
+        source: "grbl",
+        ..Draft::default()
+    };
     draft.kinematics.kind = "cartesian".into();
     let (mut problems, mut settings) = (Vec::new(), Vec::new());
     for (index, line) in text.lines().enumerate() {
@@ -56,60 +64,134 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
         }
     }
     // The last one counts, as on the machine.
-    let mask = |code: u32| settings.iter().rev().find(|s| s.code == code).and_then(|s| s.value.parse::<u32>().ok()).unwrap_or(0);
-    let upwards = if mask(22) & ORIGIN_AT_HOME != 0 { mask(23) } else { 0 };
+    let mask = |code: u32| {
+        settings
+            .iter()
+            .rev()
+            .find(|s| s.code == code)
+            .and_then(|s| s.value.parse::<u32>().ok())
+            .unwrap_or(0)
+    };
+    let upwards = if mask(22) & ORIGIN_AT_HOME != 0 {
+        mask(23)
+    } else {
+        0
+    };
     for setting in &settings {
         if let Err(problem) = take(&mut draft, setting, upwards) {
             problems.push(problem);
         }
     }
     if draft.axes.is_empty() && problems.is_empty() {
-        problems.push(problem(1, "", "there is no setting of an axis", "it has to be what grbl answers to `$$`, with $110=... and so on"));
+        problems.push(problem(
+            1,
+            "",
+            "there is no setting of an axis",
+            "it has to be what grbl answers to `$$`, with $110=... and so on",
+        ));
     }
-    if problems.is_empty() { Ok(draft) } else { Err(problems) }
+    if problems.is_empty() {
+        Ok(draft)
+    } else {
+        Err(problems)
+    }
 }
 
 /// A line; none if it is no setting.
-fn setting<'a>(draft: &mut Draft, line: usize, text: &'a str) -> Result<Option<Setting<'a>>, Problem> {
+fn setting<'a>(
+    draft: &mut Draft,
+    line: usize,
+    text: &'a str,
+) -> Result<Option<Setting<'a>>, Problem> {
     // A sender's prompt, or the command itself.
     let text = text.trim_start_matches(['>', '<', ' ']);
-    let Some(rest) = text.strip_prefix('$').filter(|rest| !rest.starts_with(['$', 'N', 'I', 'G', '#'])) else {
+    let Some(rest) = text
+        .strip_prefix('$')
+        .filter(|rest| !rest.starts_with(['$', 'N', 'I', 'G', '#']))
+    else {
         if !text.is_empty() && text != "ok" {
-            draft.row(format!("line {line}"), text.chars().take(60).collect::<String>(), Fate::Ignored, "not a setting");
+            draft.row(
+                format!("line {line}"),
+                text.chars().take(60).collect::<String>(),
+                Fate::Ignored,
+                "not a setting",
+            );
         }
         return Ok(None);
     };
     let hint = "settings are written as $110=1500.0";
-    let (key, value) = rest.split_once('=').ok_or_else(|| problem(line, text, "has no value", hint))?;
-    let code = key.trim().parse().map_err(|_| problem(line, &format!("${}", key.trim()), "is not a setting", hint))?;
-    Ok(Some(Setting { line, code, value: value.split(['(', ';']).next().unwrap_or(value).trim() }))
+    let (key, value) = rest
+        .split_once('=')
+        .ok_or_else(|| problem(line, text, "has no value", hint))?;
+    let code = key
+        .trim()
+        .parse()
+        .map_err(|_| problem(line, &format!("${}", key.trim()), "is not a setting", hint))?;
+    Ok(Some(Setting {
+        line,
+        code,
+        value: value.split(['(', ';']).next().unwrap_or(value).trim(),
+    }))
 }
 
 fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Problem> {
     let Setting { line, code, value } = *setting;
     let name = format!("${code}");
-    let axis = AxisId::from_index((code % 10) as usize).filter(|axis| axis.index() < 6 && (100..170).contains(&code));
+    let axis = AxisId::from_index((code % 10) as usize)
+        .filter(|axis| axis.index() < 6 && (100..170).contains(&code));
     let Some(axis) = axis.filter(|_| !matches!(code / 10, 14 | 15)) else {
         let (fate, note) = match code {
             22 | 23 => (Fate::Used, "where the machine's zero is"),
-            140..160 => (Fate::Ignored, "of the motor's driver: the drive comes from the preset"),
-            _ => (Fate::Ignored, KNOWN.iter().find(|(known, _)| *known == code).map_or("no limit of an axis", |(_, note)| note)),
+            140..160 => (
+                Fate::Ignored,
+                "of the motor's driver: the drive comes from the preset",
+            ),
+            _ => (
+                Fate::Ignored,
+                KNOWN
+                    .iter()
+                    .find(|(known, _)| *known == code)
+                    .map_or("no limit of an axis", |(_, note)| note),
+            ),
         };
         draft.row(name, value, fate, note);
         return Ok(());
     };
     if code < 110 {
-        draft.row(name, value, Fate::Ignored, format!("steps of {axis}: the drive comes from the preset"));
+        draft.row(
+            name,
+            value,
+            Fate::Ignored,
+            format!("steps of {axis}: the drive comes from the preset"),
+        );
         return Ok(());
     }
     let amount = number(line, &name, value)?;
     let gap = code >= 160;
     if amount < 0.0 || (amount == 0.0 && !gap) {
-        let hint = if gap { "0 if there is none" } else { "leave the line out if it is not known" };
-        return Err(problem(line, &name, format!("is {value}; it has to be {}", if gap { "0 or above" } else { "above 0" }), hint));
+        let hint = if gap {
+            "0 if there is none"
+        } else {
+            "leave the line out if it is not known"
+        };
+        return Err(problem(
+            line,
+            &name,
+            format!(
+                "is {value}; it has to be {}",
+                if gap { "0 or above" } else { "above 0" }
+            ),
+            hint,
+        ));
     }
     let entry = draft.axis(axis, axis.is_rotary());
-    let told = |value: f64| Some(Told { value, from: name.clone(), line });
+    let told = |value: f64| {
+        Some(Told {
+            value,
+            from: name.clone(),
+            line,
+        })
+    };
     let what = match code / 10 {
         11 => {
             entry.velocity = told(amount / 60.0);

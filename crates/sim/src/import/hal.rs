@@ -1,5 +1,6 @@
-//! What an INI file sets on the pins of its kinematics: `[HAL] HALCMD = setp xyzac-trt-kins.x-rot-point 12.5`, names and meaning as LinuxCNC's
-//! chapters on kinematics have them.
+//! What an INI file sets on the pins of its kinematics:
+//! `[HAL] HALCMD = setp xyzac-trt-kins.x-rot-point 12.5`, names and meaning as LinuxCNC's chapters
+//! on kinematics have them.
 
 use super::draft::{Draft, Fate};
 use super::{number, problem};
@@ -23,7 +24,11 @@ pub(super) struct Pins<'a> {
 
 impl<'a> Pins<'a> {
     pub(super) fn new(module: &'a str, line: usize) -> Pins<'a> {
-        Pins { module, line, pins: Vec::new() }
+        Pins {
+            module,
+            line,
+            pins: Vec::new(),
+        }
     }
 
     /// The module's name.
@@ -39,16 +44,38 @@ impl<'a> Pins<'a> {
     /// Takes one HALCMD; false if it is about something else.
     pub(super) fn take(&mut self, line: usize, command: &'a str) -> bool {
         let mut words = command.split_whitespace();
-        let (Some("setp"), Some(pin), Some(value), None) = (words.next(), words.next(), words.next(), words.next()) else { return false };
-        let Some(name) = pin.strip_prefix(self.module).and_then(|rest| rest.strip_prefix('.')) else { return false };
-        self.pins.push(Pin { line, name, value, used: false });
+        let (Some("setp"), Some(pin), Some(value), None) =
+            (words.next(), words.next(), words.next(), words.next())
+        else {
+            return false;
+        };
+        let Some(name) = pin
+            .strip_prefix(self.module)
+            .and_then(|rest| rest.strip_prefix('.'))
+        else {
+            return false;
+        };
+        self.pins.push(Pin {
+            line,
+            name,
+            value,
+            used: false,
+        });
         true
     }
 
     /// The value of a pin in `unit`s; none if it is not set.
-    pub(super) fn told(&mut self, draft: &mut Draft, name: &str, unit: f64, key: &str) -> Result<Option<f64>, Problem> {
+    pub(super) fn told(
+        &mut self,
+        draft: &mut Draft,
+        name: &str,
+        unit: f64,
+        key: &str,
+    ) -> Result<Option<f64>, Problem> {
         let module = self.module;
-        let Some(pin) = self.pins.iter_mut().rev().find(|pin| pin.name == name) else { return Ok(None) };
+        let Some(pin) = self.pins.iter_mut().rev().find(|pin| pin.name == name) else {
+            return Ok(None);
+        };
         pin.used = true;
         let full = format!("{module}.{name}");
         draft.row(format!("[HAL] setp {full}"), pin.value, Fate::Used, key);
@@ -56,32 +83,62 @@ impl<'a> Pins<'a> {
     }
 
     /// A length, or what is filled in for it (mm), with why.
-    pub(super) fn length(&mut self, draft: &mut Draft, name: &str, mm: f64, missing_mm: f64, key: &str, why: &str) -> Result<f64, Problem> {
+    pub(super) fn length(
+        &mut self,
+        draft: &mut Draft,
+        name: &str,
+        mm: f64,
+        missing_mm: f64,
+        key: &str,
+        why: &str,
+    ) -> Result<f64, Problem> {
         let told = self.told(draft, name, mm, key)?;
         if told.is_none() {
-            draft.row(key, format!("{missing_mm} mm ({}.{name})", self.module), Fate::Filled, why);
+            draft.row(
+                key,
+                format!("{missing_mm} mm ({}.{name})", self.module),
+                Fate::Filled,
+                why,
+            );
         }
         Ok(told.unwrap_or(missing_mm))
     }
 
     /// A switch, off if it is not set.
-    pub(super) fn bit(&mut self, draft: &mut Draft, name: &str, key: &str) -> Result<bool, Problem> {
+    pub(super) fn bit(
+        &mut self,
+        draft: &mut Draft,
+        name: &str,
+        key: &str,
+    ) -> Result<bool, Problem> {
         let module = self.module;
-        let Some(pin) = self.pins.iter_mut().rev().find(|pin| pin.name == name) else { return Ok(false) };
+        let Some(pin) = self.pins.iter_mut().rev().find(|pin| pin.name == name) else {
+            return Ok(false);
+        };
         pin.used = true;
         let full = format!("{module}.{name}");
         draft.row(format!("[HAL] setp {full}"), pin.value, Fate::Used, key);
         match pin.value.to_ascii_lowercase().as_str() {
             "1" | "true" => Ok(true),
             "0" | "false" => Ok(false),
-            _ => Err(problem(pin.line, &full, format!("`{}` is neither 0 nor 1", pin.value), "")),
+            _ => Err(problem(
+                pin.line,
+                &full,
+                format!("`{}` is neither 0 nor 1", pin.value),
+                "",
+            )),
         }
     }
 
     /// Tells the pins that nothing was made of.
     pub(super) fn rest(self, draft: &mut Draft) {
         for pin in self.pins.iter().filter(|pin| !pin.used) {
-            draft.row(format!("[HAL] setp {}.{}", self.module, pin.name), pin.value, Fate::Ignored, "");
+            draft.row(
+                format!("[HAL] setp {}.{}", self.module, pin.name),
+                pin.value,
+                Fate::Ignored,
+                "",
+            );
         }
     }
 }

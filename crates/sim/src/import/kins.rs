@@ -1,5 +1,6 @@
-//! LinuxCNC's kinematics modules that have a kind of machine here, by their manual page (kins.9) and its chapters on kinematics: which joints they count,
-//! and what of them stands in HAL. What an INI file does not set (`[HAL] HALCMD = setp MODULE.PIN VALUE`) is filled in and told.
+//! LinuxCNC's kinematics modules that have a kind of machine here, by their manual page (kins.9)
+//! and its chapters on kinematics: which joints they count, and what of them stands in HAL. What an
+//! INI file does not set (`[HAL] HALCMD = setp MODULE.PIN VALUE`) is filled in and told.
 
 use super::dh::serial;
 use super::draft::{Draft, Fate};
@@ -22,7 +23,8 @@ pub(super) struct Module {
     describe: Describe,
 }
 
-/// Writes the kinematics into a draft, from the pins, with the machine's unit in mm; the coordinates tell which axes there are.
+/// Writes the kinematics into a draft, from the pins, with the machine's unit in mm; the
+/// coordinates tell which axes there are.
 type Describe = fn(&mut Draft, &mut Pins<'_>, f64, &[Numbered]) -> Result<(), Problem>;
 
 const ALL: &[Numbered] = &[
@@ -36,48 +38,133 @@ const ALL: &[Numbered] = &[
     (AxisId::V, false),
     (AxisId::W, false),
 ];
-const ARM: &[Numbered] =
-    &[(AxisId::X, true), (AxisId::Y, true), (AxisId::Z, true), (AxisId::A, true), (AxisId::B, true), (AxisId::C, true)];
+const ARM: &[Numbered] = &[
+    (AxisId::X, true),
+    (AxisId::Y, true),
+    (AxisId::Z, true),
+    (AxisId::A, true),
+    (AxisId::B, true),
+    (AxisId::C, true),
+];
 /// Joints of a SCARA.
-pub(super) const SCARA: &[Numbered] = &[(AxisId::A, true), (AxisId::B, true), (AxisId::Z, false), (AxisId::C, true)];
+pub(super) const SCARA: &[Numbered] = &[
+    (AxisId::A, true),
+    (AxisId::B, true),
+    (AxisId::Z, false),
+    (AxisId::C, true),
+];
 
 /// All that are known.
 const MODULES: [Module; 10] = [
-    Module { name: "trivkins", joints: None, coordinates: "XYZ", describe: cartesian },
-    Module { name: "gentrivkins", joints: None, coordinates: "XYZ", describe: cartesian },
-    Module { name: "corexykins", joints: None, coordinates: "XYZ", describe: corexy },
-    Module { name: "xyzac-trt-kins", joints: None, coordinates: "XYZAC", describe: trunnion },
-    Module { name: "xyzbc-trt-kins", joints: None, coordinates: "XYZBC", describe: trunnion },
-    Module { name: "5axiskins", joints: None, coordinates: "XYZBCW", describe: bridge_mill },
-    Module { name: "maxkins", joints: Some(ALL), coordinates: "XYZBC", describe: max },
-    Module { name: "lineardeltakins", joints: None, coordinates: "XYZ", describe: delta },
-    Module { name: "scarakins", joints: Some(SCARA), coordinates: "XYZC", describe: scara },
-    Module { name: "genserkins", joints: Some(ARM), coordinates: "XYZABC", describe: serial },
+    Module {
+        name: "trivkins",
+        joints: None,
+        coordinates: "XYZ",
+        describe: cartesian,
+    },
+    Module {
+        name: "gentrivkins",
+        joints: None,
+        coordinates: "XYZ",
+        describe: cartesian,
+    },
+    Module {
+        name: "corexykins",
+        joints: None,
+        coordinates: "XYZ",
+        describe: corexy,
+    },
+    Module {
+        name: "xyzac-trt-kins",
+        joints: None,
+        coordinates: "XYZAC",
+        describe: trunnion,
+    },
+    Module {
+        name: "xyzbc-trt-kins",
+        joints: None,
+        coordinates: "XYZBC",
+        describe: trunnion,
+    },
+    Module {
+        name: "5axiskins",
+        joints: None,
+        coordinates: "XYZBCW",
+        describe: bridge_mill,
+    },
+    Module {
+        name: "maxkins",
+        joints: Some(ALL),
+        coordinates: "XYZBC",
+        describe: max,
+    },
+    Module {
+        name: "lineardeltakins",
+        joints: None,
+        coordinates: "XYZ",
+        describe: delta,
+    },
+    Module {
+        name: "scarakins",
+        joints: Some(SCARA),
+        coordinates: "XYZC",
+        describe: scara,
+    },
+    Module {
+        name: "genserkins",
+        joints: Some(ARM),
+        coordinates: "XYZABC",
+        describe: serial,
+    },
 ];
 
 /// The module of a name.
 pub(super) fn find(name: &str, line: usize) -> Result<&'static Module, Problem> {
-    MODULES.iter().find(|module| module.name == name).ok_or_else(|| {
-        let known: Vec<&str> = MODULES.iter().map(|module| module.name).collect();
-        let hint = format!("known are {}; describe others as kind = \"chain\" by hand", known.join(", "));
-        problem(line, "KINS.KINEMATICS", format!("`{name}` is not known here"), &hint)
-    })
+    MODULES
+        .iter()
+        .find(|module| module.name == name)
+        .ok_or_else(|| {
+            let known: Vec<&str> = MODULES.iter().map(|module| module.name).collect();
+            let hint = format!(
+                "known are {}; describe others as kind = \"chain\" by hand",
+                known.join(", ")
+            );
+            problem(
+                line,
+                "KINS.KINEMATICS",
+                format!("`{name}` is not known here"),
+                &hint,
+            )
+        })
 }
 
 impl Module {
     /// Axes of the joints by their number.
     pub(super) fn numbered(&self, coordinates: &str) -> Vec<Numbered> {
-        let own = || coordinates.chars().filter_map(AxisId::from_letter).map(|axis| (axis, axis.is_rotary())).collect();
+        let own = || {
+            coordinates
+                .chars()
+                .filter_map(AxisId::from_letter)
+                .map(|axis| (axis, axis.is_rotary()))
+                .collect()
+        };
         self.joints.map_or_else(own, <[Numbered]>::to_vec)
     }
 
-    /// Whether words are joints of the same letter, so that what an axis may do is what its joint may.
+    /// Whether words are joints of the same letter, so that what an axis may do is what its joint
+    /// may.
     pub(super) fn words_are_joints(&self) -> bool {
         !matches!(self.name, "lineardeltakins" | "scarakins" | "genserkins")
     }
 
     /// Describes the machine; pins that nothing was made of are told as that.
-    pub(super) fn describe(&self, draft: &mut Draft, mut pins: Pins<'_>, mm: f64, coordinates: &[Numbered]) -> Result<(), Problem> {
+    pub(super) fn describe(
+        &self,
+        draft: &mut Draft,
+        mut pins: Pins<'_>,
+        mm: f64,
+        coordinates: &[Numbered],
+    ) -> Result<(), Problem> {
         (self.describe)(draft, &mut pins, mm, coordinates)?;
         pins.rest(draft);
         Ok(())
@@ -95,67 +182,147 @@ fn corexy(draft: &mut Draft, _: &mut Pins<'_>, _: f64, _: &[Numbered]) -> Result
 }
 
 /// A table that tilts about X (A) or Y (B) with C on it.
-fn trunnion(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Result<(), Problem> {
+fn trunnion(
+    draft: &mut Draft,
+    pins: &mut Pins<'_>,
+    mm: f64,
+    _: &[Numbered],
+) -> Result<(), Problem> {
     let about_x = pins.module() == "xyzac-trt-kins";
-    draft.kinematics.kind = if about_x { "trunnion-ac" } else { "trunnion-bc" }.into();
+    draft.kinematics.kind = if about_x {
+        "trunnion-ac"
+    } else {
+        "trunnion-bc"
+    }
+    .into();
     let mut point = [0.0; 3];
     let mut pointed = false;
-    for (index, pin) in ["x-rot-point", "y-rot-point", "z-rot-point"].into_iter().enumerate() {
+    for (index, pin) in ["x-rot-point", "y-rot-point", "z-rot-point"]
+        .into_iter()
+        .enumerate()
+    {
         let told = pins.told(draft, pin, mm, "kinematics.rotation_point_mm")?;
         point[index] = told.unwrap_or(0.0);
         pointed |= told.is_some();
     }
     if !pointed {
         let note = "LinuxCNC has it in HAL (x-rot-point, ...), and no HALCMD of the INI file sets it: set it";
-        draft.row("kinematics.rotation_point_mm", "[0, 0, 0]", Fate::Filled, note);
+        draft.row(
+            "kinematics.rotation_point_mm",
+            "[0, 0, 0]",
+            Fate::Filled,
+            note,
+        );
     }
     draft.kinematics.rotation_point_mm = Some(point);
     if about_x {
-        draft.kinematics.offset_y_mm = pins.told(draft, "y-offset", mm, "kinematics.offset_y_mm")?;
+        draft.kinematics.offset_y_mm =
+            pins.told(draft, "y-offset", mm, "kinematics.offset_y_mm")?;
     } else {
-        draft.kinematics.offset_x_mm = pins.told(draft, "x-offset", mm, "kinematics.offset_x_mm")?;
+        draft.kinematics.offset_x_mm =
+            pins.told(draft, "x-offset", mm, "kinematics.offset_x_mm")?;
     }
     draft.kinematics.offset_z_mm = pins.told(draft, "z-offset", mm, "kinematics.offset_z_mm")?;
-    draft.kinematics.conventional_directions = Some(pins.bit(draft, "conventional-directions", "kinematics.conventional_directions")?);
+    draft.kinematics.conventional_directions = Some(pins.bit(
+        draft,
+        "conventional-directions",
+        "kinematics.conventional_directions",
+    )?);
     Ok(())
 }
 
 fn linear(axis: &str, direction: [f64; 3]) -> JointSpec {
     let (kind, side) = (JointType::Linear, Some(Side::Head));
-    JointSpec { axis: axis.into(), kind, side, direction, point_mm: None, sign: None, zero_mm: None, zero_deg: None, wrap: None }
+    JointSpec {
+        axis: axis.into(),
+        kind,
+        side,
+        direction,
+        point_mm: None,
+        sign: None,
+        zero_mm: None,
+        zero_deg: None,
+        wrap: None,
+    }
 }
 
 fn rotary(axis: &str, side: Side, direction: [f64; 3], height_mm: f64, sign: f64) -> JointSpec {
     let (kind, side, point_mm) = (JointType::Rotary, Some(side), Some([0.0, 0.0, height_mm]));
-    JointSpec { axis: axis.into(), kind, side, direction, point_mm, sign: Some(sign), zero_mm: None, zero_deg: None, wrap: None }
+    JointSpec {
+        axis: axis.into(),
+        kind,
+        side,
+        direction,
+        point_mm,
+        sign: Some(sign),
+        zero_mm: None,
+        zero_deg: None,
+        wrap: None,
+    }
 }
 
 fn slides() -> [JointSpec; 3] {
-    [linear("x", [1.0, 0.0, 0.0]), linear("y", [0.0, 1.0, 0.0]), linear("z", [0.0, 0.0, 1.0])]
+    [
+        linear("x", [1.0, 0.0, 0.0]),
+        linear("y", [0.0, 1.0, 0.0]),
+        linear("z", [0.0, 0.0, 1.0]),
+    ]
 }
 
 /// W goes along the tool.
 fn quill(coordinates: &[Numbered]) -> Option<JointSpec> {
-    coordinates.iter().any(|(axis, _)| *axis == AxisId::W).then(|| linear("w", [0.0, 0.0, -1.0]))
+    coordinates
+        .iter()
+        .any(|(axis, _)| *axis == AxisId::W)
+        .then(|| linear("w", [0.0, 0.0, -1.0]))
 }
 
 /// A head that tilts (B) on one that turns (C), the tool's tip a pivot's length below.
-fn bridge_mill(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, coordinates: &[Numbered]) -> Result<(), Problem> {
-    let pivot =
-        pins.length(draft, "pivot-length", mm, 250.0 * mm, "kinematics.joint.point_mm", "LinuxCNC's default: set it to your head's")?;
+fn bridge_mill(
+    draft: &mut Draft,
+    pins: &mut Pins<'_>,
+    mm: f64,
+    coordinates: &[Numbered],
+) -> Result<(), Problem> {
+    let pivot = pins.length(
+        draft,
+        "pivot-length",
+        mm,
+        250.0 * mm,
+        "kinematics.joint.point_mm",
+        "LinuxCNC's default: set it to your head's",
+    )?;
     let (pan, tilt) = ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0]);
     let mut joints = slides().to_vec();
-    joints.extend([rotary("c", Side::Head, pan, 0.0, 1.0), rotary("b", Side::Head, tilt, pivot, -1.0)]);
+    joints.extend([
+        rotary("c", Side::Head, pan, 0.0, 1.0),
+        rotary("b", Side::Head, tilt, pivot, -1.0),
+    ]);
     joints.extend(quill(coordinates));
     chain(draft, joints);
     Ok(())
 }
 
 /// A table that turns (C) under a head that tilts (B).
-fn max(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, coordinates: &[Numbered]) -> Result<(), Problem> {
-    let pivot =
-        pins.length(draft, "pivot-length", mm, 0.666 * mm, "kinematics.joint.point_mm", "LinuxCNC's default: set it to your head's")?;
-    let sign = if pins.bit(draft, "conventional-directions", "kinematics.joint.sign")? { 1.0 } else { -1.0 };
+fn max(
+    draft: &mut Draft,
+    pins: &mut Pins<'_>,
+    mm: f64,
+    coordinates: &[Numbered],
+) -> Result<(), Problem> {
+    let pivot = pins.length(
+        draft,
+        "pivot-length",
+        mm,
+        0.666 * mm,
+        "kinematics.joint.point_mm",
+        "LinuxCNC's default: set it to your head's",
+    )?;
+    let sign = if pins.bit(draft, "conventional-directions", "kinematics.joint.sign")? {
+        1.0
+    } else {
+        -1.0
+    };
     let mut joints = vec![rotary("c", Side::Table, [0.0, 0.0, 1.0], 0.0, 1.0)];
     joints.extend(slides());
     joints.push(rotary("b", Side::Head, [0.0, 1.0, 0.0], pivot, sign));
@@ -171,25 +338,66 @@ fn chain(draft: &mut Draft, joints: Vec<JointSpec>) {
 
 /// Carriages on towers: joint 0 at (0, R), the others 120 degrees clockwise each.
 fn delta(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Result<(), Problem> {
-    let own = Machine::preset("delta").map(|machine| machine.kinematics().clone()).unwrap_or_default();
+    let own = Machine::preset("delta")
+        .map(|machine| machine.kinematics().clone())
+        .unwrap_or_default();
     let lent = "machine `delta`; LinuxCNC has it in HAL (lineardeltakins.R, .L): set it";
-    let radius = pins.length(draft, "R", mm, own.tower_radius_mm.unwrap_or_default(), "kinematics.tower_radius_mm", lent)?;
-    let rod = pins.length(draft, "L", mm, own.rod_mm.unwrap_or_default(), "kinematics.rod_mm", lent)?;
+    let radius = pins.length(
+        draft,
+        "R",
+        mm,
+        own.tower_radius_mm.unwrap_or_default(),
+        "kinematics.tower_radius_mm",
+        lent,
+    )?;
+    let rod = pins.length(
+        draft,
+        "L",
+        mm,
+        own.rod_mm.unwrap_or_default(),
+        "kinematics.rod_mm",
+        lent,
+    )?;
     let spec = &mut draft.kinematics;
     spec.kind = "delta".into();
-    (spec.tower_radius_mm, spec.rod_mm, spec.tower_angles_deg) = (Some(radius), Some(rod), Some([90.0, 330.0, 210.0]));
+    (spec.tower_radius_mm, spec.rod_mm, spec.tower_angles_deg) =
+        (Some(radius), Some(rod), Some([90.0, 330.0, 210.0]));
     Ok(())
 }
 
 /// Two arms about upright axes (joints 0 and 1), a quill that counts downwards (2), a wrist (3).
 fn scara(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Result<(), Problem> {
-    let own = Machine::preset("scara").map(|machine| machine.kinematics().clone()).unwrap_or_default();
+    let own = Machine::preset("scara")
+        .map(|machine| machine.kinematics().clone())
+        .unwrap_or_default();
     let lent = "machine `scara`; LinuxCNC has it in HAL (scarakins.D2, .D4): set it";
-    let upper = pins.length(draft, "D2", mm, own.upper_arm_mm.unwrap_or_default(), "kinematics.upper_arm_mm", lent)?;
-    let fore = pins.length(draft, "D4", mm, own.forearm_mm.unwrap_or_default(), "kinematics.forearm_mm", lent)?;
+    let upper = pins.length(
+        draft,
+        "D2",
+        mm,
+        own.upper_arm_mm.unwrap_or_default(),
+        "kinematics.upper_arm_mm",
+        lent,
+    )?;
+    let fore = pins.length(
+        draft,
+        "D4",
+        mm,
+        own.forearm_mm.unwrap_or_default(),
+        "kinematics.forearm_mm",
+        lent,
+    )?;
     let mut height = 0.0;
     for (pin, sign) in [("D1", 1.0), ("D3", 1.0), ("D5", -1.0)] {
-        height += sign * pins.told(draft, pin, mm, "height of Z: quill's joint counts downwards")?.unwrap_or(0.0);
+        height += sign
+            * pins
+                .told(
+                    draft,
+                    pin,
+                    mm,
+                    "height of Z: quill's joint counts downwards",
+                )?
+                .unwrap_or(0.0);
     }
     if let Some(quill) = draft.axes.iter_mut().find(|axis| axis.id == AxisId::Z) {
         std::mem::swap(&mut quill.min, &mut quill.max);

@@ -1,5 +1,6 @@
-//! LinuxCNC's INI file: [EMC] MACHINE; [TRAJ] COORDINATES, LINEAR_UNITS, ANGULAR_UNITS; [KINS] KINEMATICS; and of every
-//! [JOINT_n] and [AXIS_L] the limits; [HAL] HALCMD where it sets pins of the kinematics. Units are those of the machine and seconds.
+//! LinuxCNC's INI file: [EMC] MACHINE; [TRAJ] COORDINATES, LINEAR_UNITS, ANGULAR_UNITS; [KINS]
+//! KINEMATICS; and of every [JOINT_n] and [AXIS_L] the limits; [HAL] HALCMD where it sets pins of
+//! the kinematics. Units are those of the machine and seconds.
 
 use super::draft::{Draft, Fate, Told};
 use super::hal::Pins;
@@ -29,35 +30,72 @@ fn entries(text: &str) -> Result<Vec<Entry<'_>>, Vec<Problem>> {
         if let Some(name) = line.strip_prefix('[') {
             match name.split_once(']') {
                 Some((name, _)) => section = name.trim(),
-                None => problems.push(problem(index + 1, line, "the section's name is not closed", "write [TRAJ]")),
+                None => problems.push(problem(
+                    index + 1,
+                    line,
+                    "the section's name is not closed",
+                    "write [TRAJ]",
+                )),
             }
         } else if let Some((key, value)) = line.split_once('=') {
-            found.push(Entry { line: index + 1, section, key: key.trim(), value: value.trim() });
+            found.push(Entry {
+                line: index + 1,
+                section,
+                key: key.trim(),
+                value: value.trim(),
+            });
         } else if !line.starts_with(".include") && !line.starts_with("#INCLUDE") {
-            problems.push(problem(index + 1, "", format!("`{line}` is neither a section nor KEY = VALUE"), "write MAX_VELOCITY = 50.0"));
+            problems.push(problem(
+                index + 1,
+                "",
+                format!("`{line}` is neither a section nor KEY = VALUE"),
+                "write MAX_VELOCITY = 50.0",
+            ));
         }
     }
-    if problems.is_empty() { Ok(found) } else { Err(problems) }
+    if problems.is_empty() {
+        Ok(found)
+    } else {
+        Err(problems)
+    }
 }
 
 /// Reads the file.
 pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     let entries = entries(text)?;
-    let first = |sections: &[&str], key: &str| entries.iter().find(|entry| sections.contains(&entry.section) && entry.key == key);
+    let first = |sections: &[&str], key: &str| {
+        entries
+            .iter()
+            .find(|entry| sections.contains(&entry.section) && entry.key == key)
+    };
     let mut problems = Vec::new();
-    let mut draft = Draft { name: "imported".into(), source: "LinuxCNC", ..Draft::default() };
+    let mut draft = Draft {
+        name: "imported".into(),
+        source: "LinuxCNC",
+        ..Draft::default()
+    };
     if let Some(name) = first(&["EMC"], "MACHINE").filter(|entry| !entry.value.is_empty()) {
         draft.name = name.value.to_owned();
     }
     let kins = first(&["KINS", "TRAJ"], "KINEMATICS");
-    let mut words = kins.map_or("trivkins", |entry| entry.value).split_whitespace();
+    let mut words = kins
+        .map_or("trivkins", |entry| entry.value)
+        .split_whitespace();
     let name = words.next().unwrap_or("trivkins");
     let line = kins.map_or(1, |entry| entry.line);
     let told = words.find_map(|word| word.strip_prefix("coordinates="));
-    let module = kins::find(name, line).map_err(|found| problems.push(found)).ok();
+    let module = kins::find(name, line)
+        .map_err(|found| problems.push(found))
+        .ok();
     let usual = module.map_or("XYZ", |module| module.coordinates);
-    let coordinates = told.or_else(|| first(&["TRAJ"], "COORDINATES").map(|entry| entry.value)).unwrap_or(usual);
-    let letters: Vec<Numbered> = coordinates.chars().filter_map(AxisId::from_letter).map(|axis| (axis, axis.is_rotary())).collect();
+    let coordinates = told
+        .or_else(|| first(&["TRAJ"], "COORDINATES").map(|entry| entry.value))
+        .unwrap_or(usual);
+    let letters: Vec<Numbered> = coordinates
+        .chars()
+        .filter_map(AxisId::from_letter)
+        .map(|axis| (axis, axis.is_rotary()))
+        .collect();
     let scale = Units {
         linear: match first(&["TRAJ"], "LINEAR_UNITS").map_or("mm", |entry| entry.value) {
             "inch" | "in" | "imperial" => 25.4,
@@ -69,7 +107,11 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
         },
     };
     let numbered = module.map_or_else(|| letters.clone(), |module| module.numbered(coordinates));
-    let joints = Joints { numbered, words_too: module.is_none_or(Module::words_are_joints), units: scale };
+    let joints = Joints {
+        numbered,
+        words_too: module.is_none_or(Module::words_are_joints),
+        units: scale,
+    };
     let mut pins = Pins::new(name, line);
     for entry in &entries {
         if (entry.section, entry.key) == ("HAL", "HALCMD") && pins.take(entry.line, entry.value) {
@@ -80,7 +122,12 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
         }
     }
     if draft.axes.is_empty() && problems.is_empty() {
-        problems.push(problem(1, "", "there is no [JOINT_n] or [AXIS_L] with limits", "is it the machine's INI file?"));
+        problems.push(problem(
+            1,
+            "",
+            "there is no [JOINT_n] or [AXIS_L] with limits",
+            "is it the machine's INI file?",
+        ));
     }
     if let Some(module) = module
         && let Err(found) = module.describe(&mut draft, pins, joints.units.linear, &letters)
@@ -88,25 +135,41 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
         problems.push(found);
     }
     complete(&mut draft);
-    if problems.is_empty() { Ok(draft) } else { Err(problems) }
+    if problems.is_empty() {
+        Ok(draft)
+    } else {
+        Err(problems)
+    }
 }
 
 /// All joints of the kinematics have axes, and nothing else has.
 fn complete(draft: &mut Draft) {
     let of_chain = draft.kinematics.joint.iter().filter_map(|joint| {
-        let axis = AxisId::ALL.into_iter().find(|axis| joint.axis.starts_with(axis.letter().to_ascii_lowercase()))?;
+        let axis = AxisId::ALL
+            .into_iter()
+            .find(|axis| joint.axis.starts_with(axis.letter().to_ascii_lowercase()))?;
         Some((axis, joint.kind == JointType::Rotary))
     });
     let joints: Vec<Numbered> = match draft.kinematics.kind.as_str() {
         "chain" => of_chain.collect(),
-        "delta" => [AxisId::X, AxisId::Y, AxisId::Z].map(|axis| (axis, false)).to_vec(),
+        "delta" => [AxisId::X, AxisId::Y, AxisId::Z]
+            .map(|axis| (axis, false))
+            .to_vec(),
         "scara" => kins::SCARA.to_vec(),
         _ => return,
     };
-    let (kept, left): (Vec<_>, Vec<_>) = draft.axes.drain(..).partition(|own| joints.iter().any(|(axis, _)| *axis == own.id));
+    let (kept, left): (Vec<_>, Vec<_>) = draft
+        .axes
+        .drain(..)
+        .partition(|own| joints.iter().any(|(axis, _)| *axis == own.id));
     draft.axes = kept;
     for axis in left {
-        draft.row(format!("axis {}", axis.id), "", Fate::Ignored, "has no place in these kinematics");
+        draft.row(
+            format!("axis {}", axis.id),
+            "",
+            Fate::Ignored,
+            "has no place in these kinematics",
+        );
     }
     for (axis, turns) in joints {
         draft.axis(axis, turns);
@@ -132,14 +195,19 @@ impl Joints {
     fn of(&self, section: &str) -> Option<Numbered> {
         if let Some(letter) = section.strip_prefix("AXIS_").filter(|_| self.words_too) {
             let mut chars = letter.chars();
-            let axis = chars.next().filter(|_| chars.next().is_none()).and_then(|letter| match letter.to_digit(10) {
-                // Before 2.8 axes were numbered.
-                Some(index) => AxisId::from_index(index as usize),
-                None => AxisId::from_letter(letter),
-            });
+            let axis = chars
+                .next()
+                .filter(|_| chars.next().is_none())
+                .and_then(|letter| match letter.to_digit(10) {
+                    // Before 2.8 axes were numbered.
+                    Some(index) => AxisId::from_index(index as usize),
+                    None => AxisId::from_letter(letter),
+                });
             return axis.map(|axis| (axis, axis.is_rotary()));
         }
-        self.numbered.get(section.strip_prefix("JOINT_")?.parse::<usize>().ok()?).copied()
+        self.numbered
+            .get(section.strip_prefix("JOINT_")?.parse::<usize>().ok()?)
+            .copied()
     }
 }
 
@@ -157,18 +225,49 @@ fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &Joints) -> Result<(), Pro
         draft.row(key, entry.value, Fate::Used, "general");
         return Ok(());
     }
-    let limits = ["MIN_LIMIT", "MAX_LIMIT", "MAX_VELOCITY", "MAX_ACCELERATION", "MAX_JERK", "BACKLASH"];
-    let axis = joints.of(entry.section).filter(|_| limits.contains(&entry.key));
+    let limits = [
+        "MIN_LIMIT",
+        "MAX_LIMIT",
+        "MAX_VELOCITY",
+        "MAX_ACCELERATION",
+        "MAX_JERK",
+        "BACKLASH",
+    ];
+    let axis = joints
+        .of(entry.section)
+        .filter(|_| limits.contains(&entry.key));
     let Some((axis, turns)) = axis else {
-        let fate = if entry.key == "TYPE" { Fate::Used } else { Fate::Ignored };
-        draft.row(key, entry.value, fate, if fate == Fate::Used { "kind of joint, by its letter" } else { "" });
+        let fate = if entry.key == "TYPE" {
+            Fate::Used
+        } else {
+            Fate::Ignored
+        };
+        draft.row(
+            key,
+            entry.value,
+            fate,
+            if fate == Fate::Used {
+                "kind of joint, by its letter"
+            } else {
+                ""
+            },
+        );
         return Ok(());
     };
-    let scale = if turns { joints.units.angular } else { joints.units.linear };
+    let scale = if turns {
+        joints.units.angular
+    } else {
+        joints.units.linear
+    };
     let value = number(entry.line, &key, entry.value)? * scale;
     if ["MAX_VELOCITY", "MAX_ACCELERATION", "MAX_JERK"].contains(&entry.key) {
         if value <= 0.0 {
-            return Err(problem(entry.line, &key, format!("is {}; it has to be above 0", entry.value), ""));
+            return Err(problem(
+                entry.line,
+                &key,
+                format!("is {}; it has to be above 0", entry.value),
+                "",
+            ));
         }
     } else if entry.key == "BACKLASH" && value < 0.0 {
         return Err(problem(entry.line, &key, "is below 0", ""));
@@ -186,9 +285,22 @@ fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &Joints) -> Result<(), Pro
     // What a joint may do counts; an axis section only where there is no other.
     let takes = joint || slot.is_none();
     if takes {
-        *slot = Some(Told { value, from: key.clone(), line: entry.line });
+        *slot = Some(Told {
+            value,
+            from: key.clone(),
+            line: entry.line,
+        });
     }
-    let note = if takes { format!("axis {axis}") } else { format!("axis {axis}: the joint's own counts") };
-    draft.row(key, entry.value, if takes { Fate::Used } else { Fate::Ignored }, note);
+    let note = if takes {
+        format!("axis {axis}")
+    } else {
+        format!("axis {axis}: the joint's own counts")
+    };
+    draft.row(
+        key,
+        entry.value,
+        if takes { Fate::Used } else { Fate::Ignored },
+        note,
+    );
     Ok(())
 }

@@ -1,7 +1,8 @@
 //! Machine descriptions of other programs, turned into machine files.
 //!
-//! Other formats tell axes, travel and speeds at best; drive, motor and load, gap and jerk come from a machine that is named. Every key that was read,
-//! ignored or filled in is reported, and the file says behind every value where it is from.
+//! Other formats tell axes, travel and speeds at best; drive, motor and load, gap and jerk come
+//! from a machine that is named. Every key that was read, ignored or filled in is reported, and the
+//! file says behind every value where it is from.
 
 mod dh;
 mod draft;
@@ -24,7 +25,8 @@ use crate::machine::Problem;
 pub enum ImportFormat {
     /// LinuxCNC's INI file: <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
     LinuxCnc,
-    /// What grbl and grblHAL answer to `$$`: <https://github.com/gnea/grbl/wiki/Grbl-v1.1-Configuration>.
+    /// What grbl and grblHAL answer to `$$`:
+    /// <https://github.com/gnea/grbl/wiki/Grbl-v1.1-Configuration>.
     Grbl,
     /// FreeCAD's machine library (JSON).
     FreeCad,
@@ -43,7 +45,9 @@ impl ImportFormat {
 
     /// By extension, then by what the text looks like.
     pub fn recognise(name: &str, text: &str) -> Option<ImportFormat> {
-        let extension = name.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
+        let extension = name
+            .rsplit_once('.')
+            .map(|(_, extension)| extension.to_ascii_lowercase());
         match extension.as_deref() {
             Some("ini") => return Some(ImportFormat::LinuxCnc),
             Some("fcm") => return Some(ImportFormat::FreeCad),
@@ -60,7 +64,9 @@ impl ImportFormat {
         if text.trim_start().starts_with('{') {
             return Some(ImportFormat::FreeCad);
         }
-        lines().any(|line| matches!(line, "[EMC]" | "[TRAJ]" | "[KINS]")).then_some(ImportFormat::LinuxCnc)
+        lines()
+            .any(|line| matches!(line, "[EMC]" | "[TRAJ]" | "[KINS]"))
+            .then_some(ImportFormat::LinuxCnc)
     }
 }
 
@@ -76,14 +82,24 @@ pub struct Imported {
     pub rows: Vec<Row>,
 }
 
-/// Turns a description into a machine file. `name` is the file's name, `preset` the machine that lends what is missing.
+/// Turns a description into a machine file. `name` is the file's name, `preset` the machine that
+/// lends what is missing.
 ///
 /// # Errors
-/// Everything that is wrong with the text, with its line; a machine that would not hold together; an unknown preset.
-pub fn import(name: &str, text: &str, format: ImportFormat, preset: &str) -> Result<Imported, MachineError> {
+/// Everything that is wrong with the text, with its line; a machine that would not hold together;
+/// an unknown preset.
+pub fn import(
+    name: &str,
+    text: &str,
+    format: ImportFormat,
+    preset: &str,
+) -> Result<Imported, MachineError> {
     let fail = |problems| MachineError::new(name, problems);
     if text.len() > MAX_BYTES {
-        let message = format!("has {} bytes; more than {MAX_BYTES} are no description of a machine", text.len());
+        let message = format!(
+            "has {} bytes; more than {MAX_BYTES} are no description of a machine",
+            text.len()
+        );
         return Err(fail(vec![problem(1, "", message, "")]));
     }
     let draft = match format {
@@ -111,6 +127,11 @@ fn problem(line: usize, key: &str, message: impl Into<String>, hint: &str) -> Pr
 fn number(line: usize, key: &str, text: &str) -> Result<f64, Problem> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(problem(line, key, format!("`{}` is not a number", text.trim()), "write a decimal number, such as 1500.0")),
+        _ => Err(problem(
+            line,
+            key,
+            format!("`{}` is not a number", text.trim()),
+            "write a decimal number, such as 1500.0",
+        )),
     }
 }

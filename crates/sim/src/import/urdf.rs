@@ -1,8 +1,9 @@
 //! URDF: a tree of links and joints; the chain from its root to its one end becomes a serial chain.
 //!
-//! Each joint's `origin` places it in its parent's frame with everything at zero, `axis` is its direction there; lengths in m,
-//! angles in rad. A tree with two ends is a machine with table and spindle where the name of one end begins with `work`, `table` or
-//! `part`: joints on the way there move the workpiece and count against their direction.
+//! Each joint's `origin` places it in its parent's frame with everything at zero, `axis` is its
+//! direction there; lengths in m, angles in rad. A tree with two ends is a machine with table and
+//! spindle where the name of one end begins with `work`, `table` or `part`: joints on the way there
+//! move the workpiece and count against their direction.
 
 use super::draft::{Draft, Fate, Told};
 use super::problem;
@@ -53,18 +54,42 @@ fn line(node: &Node<'_, '_>) -> usize {
 }
 
 fn vector(node: Option<Node<'_, '_>>, attribute: &str, default: Vector) -> Result<Vector, Problem> {
-    let Some((node, text)) = node.and_then(|node| Some((node, node.attribute(attribute)?))) else { return Ok(default) };
-    let numbers: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).filter(|value: &f64| value.is_finite()).collect();
-    <Vector>::try_from(numbers).map_err(|_| problem(line(&node), attribute, format!("`{text}` is not three numbers"), "write \"0 0 1\""))
+    let Some((node, text)) = node.and_then(|node| Some((node, node.attribute(attribute)?))) else {
+        return Ok(default);
+    };
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .filter_map(|word| word.parse().ok())
+        .filter(|value: &f64| value.is_finite())
+        .collect();
+    <Vector>::try_from(numbers).map_err(|_| {
+        problem(
+            line(&node),
+            attribute,
+            format!("`{text}` is not three numbers"),
+            "write \"0 0 1\"",
+        )
+    })
 }
 
 /// Reads the file.
 pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
-    let document = Document::parse(text)
-        .map_err(|error| vec![problem(error.pos().row as usize, "", format!("not XML: {error}"), "is it a URDF file (not xacro)?")])?;
+    let document = Document::parse(text).map_err(|error| {
+        vec![problem(
+            error.pos().row as usize,
+            "",
+            format!("not XML: {error}"),
+            "is it a URDF file (not xacro)?",
+        )]
+    })?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {
-        return Err(vec![problem(line(&robot), "", "the outermost element is not <robot>", "expand xacro files first")]);
+        return Err(vec![problem(
+            line(&robot),
+            "",
+            "the outermost element is not <robot>",
+            "expand xacro files first",
+        )]);
     }
     let mut problems = Vec::new();
     let mut joints = Vec::new();
@@ -77,9 +102,20 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     if !problems.is_empty() {
         return Err(problems);
     }
-    let mut draft = Draft { name: robot.attribute("name").unwrap_or("imported").to_owned(), source: "URDF", ..Draft::default() };
-    for node in robot.children().filter(|node| node.is_element() && !node.has_tag_name("joint") && !node.has_tag_name("link")) {
-        draft.row(format!("<{}>", node.tag_name().name()), node.attribute("name").unwrap_or(""), Fate::Ignored, "");
+    let mut draft = Draft {
+        name: robot.attribute("name").unwrap_or("imported").to_owned(),
+        source: "URDF",
+        ..Draft::default()
+    };
+    for node in robot.children().filter(|node| {
+        node.is_element() && !node.has_tag_name("joint") && !node.has_tag_name("link")
+    }) {
+        draft.row(
+            format!("<{}>", node.tag_name().name()),
+            node.attribute("name").unwrap_or(""),
+            Fate::Ignored,
+            "",
+        );
     }
     build(&mut draft, &joints).map_err(|problem| vec![problem])?;
     Ok(draft)
@@ -89,14 +125,26 @@ fn joint<'a>(node: Node<'a, 'a>) -> Result<Joint<'a>, Problem> {
     let child = |name: &str| node.children().find(|child| child.has_tag_name(name));
     let link = |name: &str| {
         let told = child(name).and_then(|found| found.attribute("link"));
-        told.ok_or_else(|| problem(line(&node), name, format!("the joint has no <{name} link=\"...\">"), ""))
+        told.ok_or_else(|| {
+            problem(
+                line(&node),
+                name,
+                format!("the joint has no <{name} link=\"...\">"),
+                "",
+            )
+        })
     };
     Ok(Joint {
         line: line(&node),
         name: node.attribute("name").unwrap_or("joint"),
-        kind: node
-            .attribute("type")
-            .ok_or_else(|| problem(line(&node), "type", "the joint has no type", "revolute, continuous, prismatic or fixed"))?,
+        kind: node.attribute("type").ok_or_else(|| {
+            problem(
+                line(&node),
+                "type",
+                "the joint has no type",
+                "revolute, continuous, prismatic or fixed",
+            )
+        })?,
         parent: link("parent")?,
         child: link("child")?,
         place: vector(child("origin"), "xyz", [0.0; 3])?.map(|metre| metre * MM),
@@ -110,7 +158,11 @@ fn joint<'a>(node: Node<'a, 'a>) -> Result<Joint<'a>, Problem> {
 fn path<'a, 'b>(joints: &'b [Joint<'a>], end: &str) -> Vec<&'b Joint<'a>> {
     let mut way: Vec<&Joint<'a>> = Vec::new();
     let mut at = end.to_owned();
-    while let Some(joint) = joints.iter().find(|joint| joint.child == at).filter(|_| way.len() <= joints.len()) {
+    while let Some(joint) = joints
+        .iter()
+        .find(|joint| joint.child == at)
+        .filter(|_| way.len() <= joints.len())
+    {
         way.push(joint);
         at = joint.parent.to_owned();
     }
@@ -119,9 +171,16 @@ fn path<'a, 'b>(joints: &'b [Joint<'a>], end: &str) -> Vec<&'b Joint<'a>> {
 }
 
 fn build(draft: &mut Draft, joints: &[Joint<'_>]) -> Result<(), Problem> {
-    let ends: Vec<&str> =
-        joints.iter().map(|joint| joint.child).filter(|child| !joints.iter().any(|joint| joint.parent == *child)).collect();
-    let is_table = |name: &&str| ["work", "table", "part"].iter().any(|word| name.starts_with(word));
+    let ends: Vec<&str> = joints
+        .iter()
+        .map(|joint| joint.child)
+        .filter(|child| !joints.iter().any(|joint| joint.parent == *child))
+        .collect();
+    let is_table = |name: &&str| {
+        ["work", "table", "part"]
+            .iter()
+            .any(|word| name.starts_with(word))
+    };
     let tables: Vec<&str> = ends.iter().copied().filter(is_table).collect();
     let tools: Vec<&str> = ends.iter().copied().filter(|end| !is_table(end)).collect();
     let (table, tool) = match (tables.as_slice(), tools.as_slice()) {
@@ -129,7 +188,12 @@ fn build(draft: &mut Draft, joints: &[Joint<'_>]) -> Result<(), Problem> {
         ([table], [tool]) => (Some(*table), *tool),
         _ => {
             let hint = "it has to be one chain, or two whose ends are the tool and a link named work..., table... or part...";
-            return Err(problem(1, "", format!("the tree ends in {} links: {}", ends.len(), ends.join(", ")), hint));
+            return Err(problem(
+                1,
+                "",
+                format!("the tree ends in {} links: {}", ends.len(), ends.join(", ")),
+                hint,
+            ));
         }
     };
     let mut chain = Vec::new();
@@ -140,10 +204,17 @@ fn build(draft: &mut Draft, joints: &[Joint<'_>]) -> Result<(), Problem> {
     let (point, frame) = side(draft, &path(joints, tool), Side::Head, &mut chain)?;
     let column = |i: usize| [frame[0][i], frame[1][i], frame[2][i]];
     // The tool points along the last link's Z: from the tip to the spindle is against it.
-    draft.kinematics.gauge = Some(GaugeSpec { point_mm: point, axis: column(2).map(|c| -c), x_axis: column(0) });
+    draft.kinematics.gauge = Some(GaugeSpec {
+        point_mm: point,
+        axis: column(2).map(|c| -c),
+        x_axis: column(0),
+    });
     draft.kinematics.kind = "chain".into();
-    let linear =
-        ["x", "y", "z"].iter().all(|letter| chain.iter().any(|joint: &JointSpec| joint.axis == *letter && joint.kind == JointType::Linear));
+    let linear = ["x", "y", "z"].iter().all(|letter| {
+        chain
+            .iter()
+            .any(|joint: &JointSpec| joint.axis == *letter && joint.kind == JointType::Linear)
+    });
     if !linear {
         draft.kinematics.words = Some(Words::Pose);
     }
@@ -151,9 +222,18 @@ fn build(draft: &mut Draft, joints: &[Joint<'_>]) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Adds the joints on one side; gives where the last link is and how it is turned with all joints at zero.
-fn side(draft: &mut Draft, way: &[&Joint<'_>], side: Side, chain: &mut Vec<JointSpec>) -> Result<(Vector, Matrix), Problem> {
-    let (mut point, mut frame): (Vector, Matrix) = ([0.0; 3], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+/// Adds the joints on one side; gives where the last link is and how it is turned with all joints
+/// at zero.
+fn side(
+    draft: &mut Draft,
+    way: &[&Joint<'_>],
+    side: Side,
+    chain: &mut Vec<JointSpec>,
+) -> Result<(Vector, Matrix), Problem> {
+    let (mut point, mut frame): (Vector, Matrix) = (
+        [0.0; 3],
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    );
     for joint in way {
         let step = turned(&frame, joint.place);
         point = std::array::from_fn(|i| point[i] + step[i]);
@@ -162,7 +242,12 @@ fn side(draft: &mut Draft, way: &[&Joint<'_>], side: Side, chain: &mut Vec<Joint
             "revolute" | "continuous" => true,
             "prismatic" => false,
             "fixed" => {
-                draft.row(format!("joint {}", joint.name), "fixed", Fate::Used, "moves what follows");
+                draft.row(
+                    format!("joint {}", joint.name),
+                    "fixed",
+                    Fate::Used,
+                    "moves what follows",
+                );
                 continue;
             }
             other => {
@@ -174,12 +259,22 @@ fn side(draft: &mut Draft, way: &[&Joint<'_>], side: Side, chain: &mut Vec<Joint
                 ));
             }
         };
-        let axis = letter(draft, joint.name, rotary)
-            .ok_or_else(|| problem(joint.line, joint.name, "there is no axis left for it", "at most nine joints"))?;
+        let axis = letter(draft, joint.name, rotary).ok_or_else(|| {
+            problem(
+                joint.line,
+                joint.name,
+                "there is no axis left for it",
+                "at most nine joints",
+            )
+        })?;
         let clean = |v: Vector| v.map(|c| if c.abs() < 1e-12 { 0.0 } else { c });
         chain.push(JointSpec {
             axis: axis.letter().to_ascii_lowercase().to_string(),
-            kind: if rotary { JointType::Rotary } else { JointType::Linear },
+            kind: if rotary {
+                JointType::Rotary
+            } else {
+                JointType::Linear
+            },
             side: Some(side),
             direction: clean(turned(&frame, joint.axis)),
             point_mm: rotary.then_some(clean(point)),
@@ -198,13 +293,23 @@ fn letter(draft: &Draft, name: &str, rotary: bool) -> Option<AxisId> {
     let free = |axis: &AxisId| draft.axes.iter().all(|taken| taken.id != *axis);
     let last = name.rsplit(['_', '-', ' ']).next().unwrap_or(name);
     let mut chars = last.chars();
-    let named = chars.next().and_then(AxisId::from_letter).filter(|axis| chars.next().is_none() && axis.is_rotary() == rotary);
-    named.filter(free).or_else(|| AxisId::ALL.into_iter().find(free))
+    let named = chars
+        .next()
+        .and_then(AxisId::from_letter)
+        .filter(|axis| chars.next().is_none() && axis.is_rotary() == rotary);
+    named
+        .filter(free)
+        .or_else(|| AxisId::ALL.into_iter().find(free))
 }
 
 fn limits(draft: &mut Draft, joint: &Joint<'_>, axis: AxisId, rotary: bool) -> Result<(), Problem> {
     let scale = if rotary { deg(1.0) } else { MM };
-    draft.row(format!("joint {}", joint.name), joint.kind, Fate::Used, format!("axis {axis}"));
+    draft.row(
+        format!("joint {}", joint.name),
+        joint.kind,
+        Fate::Used,
+        format!("axis {axis}"),
+    );
     draft.axis(axis, rotary);
     for attribute in joint.limit.iter().flat_map(roxmltree::Node::attributes) {
         let key = format!("joint {} limit {}", joint.name, attribute.name());
@@ -214,11 +319,20 @@ fn limits(draft: &mut Draft, joint: &Joint<'_>, axis: AxisId, rotary: bool) -> R
             "upper" => &mut target.max,
             "velocity" => &mut target.velocity,
             _ => {
-                draft.row(key, attribute.value(), Fate::Ignored, "the drive comes from the preset");
+                draft.row(
+                    key,
+                    attribute.value(),
+                    Fate::Ignored,
+                    "the drive comes from the preset",
+                );
                 continue;
             }
         };
-        *slot = Some(Told { value: super::number(joint.line, &key, attribute.value())? * scale, from: key.clone(), line: joint.line });
+        *slot = Some(Told {
+            value: super::number(joint.line, &key, attribute.value())? * scale,
+            from: key.clone(),
+            line: joint.line,
+        });
         draft.row(key, attribute.value(), Fate::Used, format!("axis {axis}"));
     }
     Ok(())

@@ -1,4 +1,5 @@
-//! Travel and limits of an axis as the file holds them: mm for linear axes, degrees for rotary ones.
+//! Travel and limits of an axis as the file holds them: mm for linear axes, degrees for rotary
+//! ones.
 
 use lostmotion_base::AxisLimits;
 use lostmotion_base::units::rad;
@@ -70,7 +71,8 @@ impl LimitsTable {
         }
     }
 
-    /// Keys with their values and the ranges they have to lie in; wide enough for any machine, narrow enough for the planner's numbers.
+    /// Keys with their values and the ranges they have to lie in; wide enough for any machine,
+    /// narrow enough for the planner's numbers.
     pub(super) fn bounded(&self) -> [Bounded; 5] {
         match *self {
             LimitsTable::Linear(l) => [

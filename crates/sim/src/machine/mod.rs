@@ -1,8 +1,9 @@
 //! The machine: which axes it has, what each may do and is made of, where its parts lie.
 //!
-//! A machine is described by a TOML file in which every key carries its unit; `presets/` holds the ones that come with the
-//! library, with a source for every value. A [`Machine`] is immutable and has been checked: [`Machine::from_toml`] either
-//! gives a machine that makes sense or everything that is wrong with the text.
+//! A machine is described by a TOML file in which every key carries its unit; `presets/` holds the
+//! ones that come with the library, with a source for every value. A [`Machine`] is immutable and
+//! has been checked: [`Machine::from_toml`] either gives a machine that makes sense or everything
+//! that is wrong with the text.
 
 mod check;
 mod document;
@@ -19,11 +20,15 @@ mod write;
 
 pub use gantry::Gantry;
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
-pub use preset::{DEFAULT_MACHINE, PresetInfo, axis_preset, axis_preset_toml, axis_presets, presets};
+pub use preset::{
+    DEFAULT_MACHINE, PresetInfo, axis_preset, axis_preset_toml, axis_presets, presets,
+};
 pub use problem::{MachineError, Problem};
 pub use read::axis_from_toml;
 pub use review::AxisReview;
-pub use settings::{BOW_LIMIT_UM, Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets};
+pub use settings::{
+    BOW_LIMIT_UM, Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets,
+};
 pub use tuning::AxisTuning;
 
 use lostmotion_axis::AxisConfig;
@@ -47,9 +52,14 @@ pub struct MachineAxis {
 }
 
 impl MachineAxis {
-    /// Axis units ([`AxisConfig::unit`]) for one joint unit (mm or rad): 1, or 180/pi for a rotary axis described in degrees.
+    /// Axis units ([`AxisConfig::unit`]) for one joint unit (mm or rad): 1, or 180/pi for a rotary
+    /// axis described in degrees.
     pub fn axis_units_per_joint_unit(&self) -> f64 {
-        if self.config.unit() == AxisUnit::Deg { deg(1.0) } else { 1.0 }
+        if self.config.unit() == AxisUnit::Deg {
+            deg(1.0)
+        } else {
+            1.0
+        }
     }
 
     /// Whether its joint turns: A, B and C, and those of arms, whatever their letter.
@@ -118,7 +128,8 @@ impl Machine {
         self.general.dialect
     }
 
-    /// Which kinematics, with its measures; [`lostmotion_kinematics::build`] makes it and does not fail for a checked machine.
+    /// Which kinematics, with its measures; [`lostmotion_kinematics::build`] makes it and does not
+    /// fail for a checked machine.
     pub fn kinematics(&self) -> &KinematicsSpec {
         &self.general.kinematics
     }
@@ -138,7 +149,11 @@ impl Machine {
 
     /// Joints that turn.
     pub fn rotary_joints(&self) -> AxisSet {
-        self.axes.iter().filter(|axis| axis.is_rotary()).map(|axis| axis.id).collect()
+        self.axes
+            .iter()
+            .filter(|axis| axis.is_rotary())
+            .map(|axis| axis.id)
+            .collect()
     }
 
     /// What the planner is told.
@@ -153,12 +168,19 @@ impl Machine {
 
     /// Origins of the work coordinate systems G54 to G59.3 in machine coordinates, mm and rad.
     pub fn work_offsets(&self) -> [Coords; 9] {
-        self.general.work_offset.all().map(|position| position.coords())
+        self.general
+            .work_offset
+            .all()
+            .map(|position| position.coords())
     }
 
-    /// Where the machine stands before the program, machine coordinates, mm and rad: `start`, or the origin of G54.
+    /// Where the machine stands before the program, machine coordinates, mm and rad: `start`, or
+    /// the origin of G54.
     pub fn start(&self) -> Coords {
-        self.general.start.unwrap_or(self.general.work_offset.g54).coords()
+        self.general
+            .start
+            .unwrap_or(self.general.work_offset.g54)
+            .coords()
     }
 
     /// Where G28 goes, machine coordinates, mm and rad.
@@ -196,7 +218,8 @@ impl Machine {
         self.axes.iter().map(|axis| axis.id).collect()
     }
 
-    /// The same machine with a gap of zero in every axis: the baseline that shows what backlash alone causes.
+    /// The same machine with a gap of zero in every axis: the baseline that shows what backlash
+    /// alone causes.
     #[must_use]
     pub fn without_gap(&self) -> Machine {
         self.map_axes(AxisConfig::without_gap)
@@ -205,29 +228,60 @@ impl Machine {
     /// The same machine with other cycles. The caller checks the axes ([`AxisConfig::check`]).
     #[must_use]
     pub fn with_cycles(&self, cycles: Cycles) -> Machine {
-        let general = General { cycles, ..self.general.clone() };
-        Machine { general, ..self.clone() }.map_axes(AxisConfig::clone)
+        let general = General {
+            cycles,
+            ..self.general.clone()
+        };
+        Machine {
+            general,
+            ..self.clone()
+        }
+        .map_axes(AxisConfig::clone)
     }
 
     /// An axis keeps the machine's cycles.
     fn in_step(&self, config: &AxisConfig) -> AxisConfig {
-        AxisConfig { cycles: self.general.cycles, ..config.clone() }
+        AxisConfig {
+            cycles: self.general.cycles,
+            ..config.clone()
+        }
     }
 
-    /// The same machine with every axis, and the second motor of a gantry, through a function; cycles stay the machine's. The caller checks what comes out ([`AxisConfig::check`]).
+    /// The same machine with every axis, and the second motor of a gantry, through a function;
+    /// cycles stay the machine's. The caller checks what comes out ([`AxisConfig::check`]).
     #[must_use]
     pub fn map_axes(&self, change: impl Fn(&AxisConfig) -> AxisConfig) -> Machine {
         let change = |config: &AxisConfig| self.in_step(&change(config));
-        let of_axis = |axis: &MachineAxis| MachineAxis { config: change(&axis.config), ..axis.clone() };
+        let of_axis = |axis: &MachineAxis| MachineAxis {
+            config: change(&axis.config),
+            ..axis.clone()
+        };
         let gantry = self.gantry.as_ref().map(|gantry| gantry.map(change));
-        Machine { general: self.general.clone(), axes: self.axes.iter().map(of_axis).collect(), gantry }
+        Machine {
+            general: self.general.clone(),
+            axes: self.axes.iter().map(of_axis).collect(),
+            gantry,
+        }
     }
 
-    /// The same machine with another axis description for one letter. The caller checks it ([`AxisConfig::check`]).
+    /// The same machine with another axis description for one letter. The caller checks it
+    /// ([`AxisConfig::check`]).
     #[must_use]
     pub fn with_axis_config(&self, id: AxisId, config: &AxisConfig) -> Machine {
         let config = self.in_step(config);
-        let put = |axis: &MachineAxis| if axis.id == id { MachineAxis { config: config.clone(), ..axis.clone() } } else { axis.clone() };
-        Machine { axes: self.axes.iter().map(put).collect(), ..self.clone() }
+        let put = |axis: &MachineAxis| {
+            if axis.id == id {
+                MachineAxis {
+                    config: config.clone(),
+                    ..axis.clone()
+                }
+            } else {
+                axis.clone()
+            }
+        };
+        Machine {
+            axes: self.axes.iter().map(put).collect(),
+            ..self.clone()
+        }
     }
 }

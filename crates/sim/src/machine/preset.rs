@@ -19,26 +19,54 @@ pub struct PresetInfo {
 
 macro_rules! preset {
     ($name:literal, $summary:literal) => {
-        PresetInfo { name: $name, summary: $summary, toml: include_str!(concat!("../../presets/", $name, ".toml")) }
+        PresetInfo {
+            name: $name,
+            summary: $summary,
+            toml: include_str!(concat!("../../presets/", $name, ".toml")),
+        }
     };
 }
 
 /// All machines that come with the library, the default one first.
 pub fn presets() -> &'static [PresetInfo] {
     &[
-        preset!("vmc3", "3-axis vertical mill, 762 x 406 x 508 mm, 10 um gap"),
-        preset!("vmc3-worn", "the same mill worn: 40 um gap, three times the friction"),
+        preset!(
+            "vmc3",
+            "3-axis vertical mill, 762 x 406 x 508 mm, 10 um gap"
+        ),
+        preset!(
+            "vmc3-worn",
+            "the same mill worn: 40 um gap, three times the friction"
+        ),
         preset!("vmc4", "the mill with a rotary table A, 30 arc seconds gap"),
-        preset!("trunnion5", "5-axis mill with a tilting A/C table and tool-centre-point control"),
-        preset!("gantry3", "3-axis bridge mill, two motors on Y with gaps of 10 and 25 um"),
-        preset!("fork5", "5-axis mill with a C/B fork head (head-head), G43.4 and tilted planes"),
-        preset!("swivel5", "5-axis mill with a B head over a C table (head-table), G43.4 and tilted planes"),
-        preset!("nutating5", "5-axis mill with a 45 degree nutating table (B, C), G43.4 and tilted planes"),
+        preset!(
+            "trunnion5",
+            "5-axis mill with a tilting A/C table and tool-centre-point control"
+        ),
+        preset!(
+            "gantry3",
+            "3-axis bridge mill, two motors on Y with gaps of 10 and 25 um"
+        ),
+        preset!(
+            "fork5",
+            "5-axis mill with a C/B fork head (head-head), G43.4 and tilted planes"
+        ),
+        preset!(
+            "swivel5",
+            "5-axis mill with a B head over a C table (head-table), G43.4 and tilted planes"
+        ),
+        preset!(
+            "nutating5",
+            "5-axis mill with a 45 degree nutating table (B, C), G43.4 and tilted planes"
+        ),
         preset!("corexy", "CoreXY gantry, 400 x 400 x 300 mm"),
         preset!("delta", "linear delta, 300 mm across"),
         preset!("scara", "SCARA arm of 400 + 300 mm, 200 mm quill"),
         preset!("arm6", "six-axis arm with a spherical wrist, reach 1.3 m"),
-        preset!("bench3", "three equal axes of 100 mm/s, 1 m/s2, 30 m/s3, part zero in machine zero"),
+        preset!(
+            "bench3",
+            "three equal axes of 100 mm/s, 1 m/s2, 30 m/s3, part zero in machine zero"
+        ),
     ]
 }
 
@@ -53,9 +81,13 @@ impl Machine {
 /// Name of the axis of the paper, which is not part of a machine.
 const PAPER: &str = "paper";
 /// Name of a robot's joint, and its file.
-const JOINT: (&str, &str) = ("robot-joint", include_str!("../../presets/axes/robot-joint.toml"));
+const JOINT: (&str, &str) = (
+    "robot-joint",
+    include_str!("../../presets/axes/robot-joint.toml"),
+);
 
-/// An axis that comes with the library: `paper`, `robot-joint`, or an axis of a machine as `vmc3:x` (`gantry3:y2` is a gantry's second motor); none if there is none of that name.
+/// An axis that comes with the library: `paper`, `robot-joint`, or an axis of a machine as `vmc3:x`
+/// (`gantry3:y2` is a gantry's second motor); none if there is none of that name.
 pub fn axis_preset(name: &str) -> Option<AxisConfig> {
     if name == PAPER {
         return Some(AxisConfig::paper());
@@ -68,7 +100,8 @@ pub fn axis_preset(name: &str) -> Option<AxisConfig> {
     machine.drive(drive).cloned()
 }
 
-/// The file of an axis that comes with the library, all keys written out; none if there is none of that name or it cannot be written.
+/// The file of an axis that comes with the library, all keys written out; none if there is none of
+/// that name or it cannot be written.
 pub fn axis_preset_toml(name: &str) -> Option<String> {
     if name == JOINT.0 {
         return Some(JOINT.1.to_owned());
@@ -79,8 +112,18 @@ pub fn axis_preset_toml(name: &str) -> Option<String> {
 /// Names of all axes that come with the library.
 pub fn axis_presets() -> Vec<String> {
     let of = |info: &PresetInfo| {
-        let drives = Machine::preset(info.name).as_ref().map(Machine::drives).unwrap_or_default();
-        drives.iter().map(|drive| format!("{}:{drive}", info.name)).collect::<Vec<_>>()
+        let drives = Machine::preset(info.name)
+            .as_ref()
+            .map(Machine::drives)
+            .unwrap_or_default();
+        drives
+            .iter()
+            .map(|drive| format!("{}:{drive}", info.name))
+            .collect::<Vec<_>>()
     };
-    [PAPER, JOINT.0].map(str::to_owned).into_iter().chain(presets().iter().flat_map(of)).collect()
+    [PAPER, JOINT.0]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(presets().iter().flat_map(of))
+        .collect()
 }

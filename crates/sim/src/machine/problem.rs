@@ -21,9 +21,13 @@ pub struct Problem {
 pub(super) const MISSING: &str = "missing";
 
 impl Problem {
-    /// The key that an unknown key was meant to be: told to be missing, too, it would only be told twice.
+    /// The key that an unknown key was meant to be: told to be missing, too, it would only be told
+    /// twice.
     fn meant(&self) -> Option<String> {
-        let name = self.hint.strip_prefix("did you mean `")?.strip_suffix("`?")?;
+        let name = self
+            .hint
+            .strip_prefix("did you mean `")?
+            .strip_suffix("`?")?;
         Some(match self.key.rsplit_once('.') {
             Some((table, _)) => format!("{table}.{name}"),
             None => name.to_owned(),
@@ -34,12 +38,18 @@ impl Problem {
 /// A number as people write it: with an exponent where it is very large or small.
 pub(super) fn number(value: f64) -> String {
     let size = value.abs();
-    if size.is_finite() && size > 0.0 && !(1e-4..1e7).contains(&size) { format!("{value:e}") } else { value.to_string() }
+    if size.is_finite() && size > 0.0 && !(1e-4..1e7).contains(&size) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
 }
 
-/// A machine file that cannot be used, with everything that was found wrong with it, in the order of the text.
+/// A machine file that cannot be used, with everything that was found wrong with it, in the order
+/// of the text.
 ///
-/// Its text has one line `file:line:column: error: key: message` a problem, and a line `hint: ...` below where there is one.
+/// Its text has one line `file:line:column: error: key: message` a problem, and a line `hint: ...`
+/// below where there is one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MachineError {
@@ -62,7 +72,10 @@ impl MachineError {
         let misnamed: Vec<String> = problems.iter().filter_map(Problem::meant).collect();
         problems.retain(|problem| problem.message != MISSING || !misnamed.contains(&problem.key));
         problems.sort_by_key(|problem| (problem.line, problem.column));
-        MachineError { file: file.to_owned(), problems }
+        MachineError {
+            file: file.to_owned(),
+            problems,
+        }
     }
 }
 
@@ -72,7 +85,11 @@ impl fmt::Display for MachineError {
             if index > 0 {
                 writeln!(f)?;
             }
-            write!(f, "{}:{}:{}: error: ", self.file, problem.line, problem.column)?;
+            write!(
+                f,
+                "{}:{}:{}: error: ",
+                self.file, problem.line, problem.column
+            )?;
             if !problem.key.is_empty() {
                 write!(f, "{}: ", problem.key)?;
             }
@@ -87,20 +104,30 @@ impl fmt::Display for MachineError {
 
 impl std::error::Error for MachineError {}
 
-/// A hint for an unknown name: the known one that it begins (a key without its unit), the nearest one if it is near, else all of them.
+/// A hint for an unknown name: the known one that it begins (a key without its unit), the nearest
+/// one if it is near, else all of them.
 pub(crate) fn did_you_mean(unknown: &str, known: &[&str]) -> String {
-    if let Some(name) = known.iter().find(|name| name.strip_prefix(unknown).is_some_and(|rest| rest.starts_with('_'))) {
+    if let Some(name) = known.iter().find(|name| {
+        name.strip_prefix(unknown)
+            .is_some_and(|rest| rest.starts_with('_'))
+    }) {
         return format!("did you mean `{name}`?");
     }
-    let near = known.iter().map(|name| (distance(unknown, name), name)).min();
+    let near = known
+        .iter()
+        .map(|name| (distance(unknown, name), name))
+        .min();
     match near {
-        Some((steps, name)) if steps <= 2.max(unknown.len() / 3) => format!("did you mean `{name}`?"),
+        Some((steps, name)) if steps <= 2.max(unknown.len() / 3) => {
+            format!("did you mean `{name}`?")
+        }
         Some(_) => format!("known here: {}", known.join(", ")),
         None => String::new(),
     }
 }
 
-/// Levenshtein's distance: insertions, deletions and replacements of letters that lead from one name to the other.
+/// Levenshtein's distance: insertions, deletions and replacements of letters that lead from one
+/// name to the other.
 fn distance(from: &str, to: &str) -> usize {
     let to: Vec<char> = to.chars().collect();
     let mut row: Vec<usize> = (0..=to.len()).collect();
@@ -109,7 +136,9 @@ fn distance(from: &str, to: &str) -> usize {
         let mut left = i + 1;
         for (j, b) in to.iter().enumerate() {
             let above = row.get(j + 1).copied().unwrap_or(left);
-            let cell = (diagonal + usize::from(a != *b)).min(above + 1).min(left + 1);
+            let cell = (diagonal + usize::from(a != *b))
+                .min(above + 1)
+                .min(left + 1);
             if let Some(slot) = row.get_mut(j) {
                 *slot = left;
             }
@@ -138,8 +167,17 @@ mod tests {
 
     #[test]
     fn near_names_are_offered_and_far_ones_listed() {
-        assert_eq!(did_you_mean("lead_nm", &["gear", "lead_mm"]), "did you mean `lead_mm`?");
-        assert_eq!(did_you_mean("mass", &["lead_mm", "mass_kg"]), "did you mean `mass_kg`?");
-        assert_eq!(did_you_mean("colour", &["gear", "lead_mm"]), "known here: gear, lead_mm");
+        assert_eq!(
+            did_you_mean("lead_nm", &["gear", "lead_mm"]),
+            "did you mean `lead_mm`?"
+        );
+        assert_eq!(
+            did_you_mean("mass", &["lead_mm", "mass_kg"]),
+            "did you mean `mass_kg`?"
+        );
+        assert_eq!(
+            did_you_mean("colour", &["gear", "lead_mm"]),
+            "known here: gear, lead_mm"
+        );
     }
 }

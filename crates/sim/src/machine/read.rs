@@ -4,7 +4,9 @@ use super::document::{Document, not_finite};
 use super::limits::{LimitsTable, LinearLimits, RotaryLimits};
 use super::problem::{MachineError, Problem, did_you_mean};
 use super::section::{join, read};
-use super::{General, Homes, Machine, MachineAxis, PlannerSettings, SimulateSettings, ToolEntry, WorkOffsets};
+use super::{
+    General, Homes, Machine, MachineAxis, PlannerSettings, SimulateSettings, ToolEntry, WorkOffsets,
+};
 use super::{check, gantry};
 use lostmotion_axis::AxisConfig;
 use lostmotion_axis::config::Cycles;
@@ -16,7 +18,18 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Tables of a machine file that are read on their own.
-const TABLES: [&str; 10] = ["cycles", "gantry", "kinematics", "planner", "simulate", "start", "work_offset", "home", "tool", "axis"];
+const TABLES: [&str; 10] = [
+    "cycles",
+    "gantry",
+    "kinematics",
+    "planner",
+    "simulate",
+    "start",
+    "work_offset",
+    "home",
+    "tool",
+    "axis",
+];
 
 /// Keys of a machine file outside any table.
 #[derive(Deserialize)]
@@ -33,14 +46,18 @@ impl Machine {
     /// Reads and checks a machine file. `name` is the file's name, for messages only.
     ///
     /// # Errors
-    /// Everything that is wrong: syntax; or else unknown, missing and mistyped keys and, as far as what was read allows, values out of their range
-    /// and parts that do not go together.
+    /// Everything that is wrong: syntax; or else unknown, missing and mistyped keys and, as far as
+    /// what was read allows, values out of their range and parts that do not go together.
     pub fn from_toml(name: &str, text: &str) -> Result<Machine, MachineError> {
-        let document = Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
+        let document =
+            Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
         let mut problems = non_finite_numbers(&document);
         let general = read_general(&document, &mut problems);
         let mut axes = read_axes(&document, &mut problems);
-        let cycles = general.as_ref().map(|general| general.cycles).filter(|cycles| cycles.check().is_ok());
+        let cycles = general
+            .as_ref()
+            .map(|general| general.cycles)
+            .filter(|cycles| cycles.check().is_ok());
         for axis in &mut axes {
             axis.config.cycles = cycles.unwrap_or_default();
         }
@@ -50,20 +67,31 @@ impl Machine {
             check::general(&document, general, &axes, &mut problems);
         }
         match general {
-            Some(general) if problems.is_empty() => Ok(Machine { general, axes, gantry }),
+            Some(general) if problems.is_empty() => Ok(Machine {
+                general,
+                axes,
+                gantry,
+            }),
             _ => Err(MachineError::new(name, problems)),
         }
     }
 }
 
-/// Reads and checks a file that describes one axis alone (the tables of `[axis.x]` besides `limits`). `name` is the file's name, for messages only.
+/// Reads and checks a file that describes one axis alone (the tables of `[axis.x]` besides
+/// `limits`). `name` is the file's name, for messages only.
 ///
 /// # Errors
 /// Everything that is wrong, as [`Machine::from_toml`].
 pub fn axis_from_toml(name: &str, text: &str) -> Result<AxisConfig, MachineError> {
     let document = Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
     let mut problems = non_finite_numbers(&document);
-    let config: Option<AxisConfig> = read(&document, "", &spanned(document.root.clone(), 0..0), &[], &mut problems);
+    let config: Option<AxisConfig> = read(
+        &document,
+        "",
+        &spanned(document.root.clone(), 0..0),
+        &[],
+        &mut problems,
+    );
     if let Some(config) = &config {
         check::config(&document, "", config, &mut problems);
     }
@@ -74,7 +102,13 @@ pub fn axis_from_toml(name: &str, text: &str) -> Result<AxisConfig, MachineError
 }
 
 fn non_finite_numbers(document: &Document<'_>) -> Vec<Problem> {
-    let report = |(key, value): (String, String)| document.problem(&key, format!("is {value}; it has to be a finite number"), "");
+    let report = |(key, value): (String, String)| {
+        document.problem(
+            &key,
+            format!("is {value}; it has to be a finite number"),
+            "",
+        )
+    };
     not_finite(&document.root).into_iter().map(report).collect()
 }
 
@@ -91,7 +125,11 @@ fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<
     let head: Option<Head> = read(document, "", &spanned(head, 0..0), &TABLES, problems);
     let kinematics = table(document, "kinematics", problems);
     if !document.root.contains_key("kinematics") {
-        problems.push(document.problem("kinematics", "missing", "add a table [kinematics] with kind = \"cartesian\""));
+        problems.push(document.problem(
+            "kinematics",
+            "missing",
+            "add a table [kinematics] with kind = \"cartesian\"",
+        ));
     }
     let cycles: Option<Cycles> = table_or_default(document, "cycles", problems);
     let planner: Option<PlannerSettings> = table_or_default(document, "planner", problems);
@@ -99,7 +137,11 @@ fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<
     let work_offset: Option<WorkOffsets> = table_or_default(document, "work_offset", problems);
     let home: Option<Homes> = table_or_default(document, "home", problems);
     let tool: Option<Vec<ToolEntry>> = table_or_default(document, "tool", problems);
-    let start = if document.root.contains_key("start") { table(document, "start", problems).map(Some) } else { Some(None) };
+    let start = if document.root.contains_key("start") {
+        table(document, "start", problems).map(Some)
+    } else {
+        Some(None)
+    };
     let head = head?;
     Some(General {
         name: head.name,
@@ -116,25 +158,50 @@ fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<
     })
 }
 
-fn table<T: DeserializeOwned>(document: &Document<'_>, key: &str, problems: &mut Vec<Problem>) -> Option<T> {
-    document.root.get(key).and_then(|part| read(document, key, part, &[], problems))
+fn table<T: DeserializeOwned>(
+    document: &Document<'_>,
+    key: &str,
+    problems: &mut Vec<Problem>,
+) -> Option<T> {
+    document
+        .root
+        .get(key)
+        .and_then(|part| read(document, key, part, &[], problems))
 }
 
-fn table_or_default<T: DeserializeOwned + Default>(document: &Document<'_>, key: &str, problems: &mut Vec<Problem>) -> Option<T> {
-    if document.root.contains_key(key) { table(document, key, problems) } else { Some(T::default()) }
+fn table_or_default<T: DeserializeOwned + Default>(
+    document: &Document<'_>,
+    key: &str,
+    problems: &mut Vec<Problem>,
+) -> Option<T> {
+    if document.root.contains_key(key) {
+        table(document, key, problems)
+    } else {
+        Some(T::default())
+    }
 }
 
 fn read_axes(document: &Document<'_>, problems: &mut Vec<Problem>) -> Vec<MachineAxis> {
     let Some(part) = document.root.get("axis") else {
-        problems.push(document.problem("axis", "missing", "add a table for each axis: [axis.x.limits], [axis.x.motor], ..."));
+        problems.push(document.problem(
+            "axis",
+            "missing",
+            "add a table for each axis: [axis.x.limits], [axis.x.motor], ...",
+        ));
         return Vec::new();
     };
     let Some(tables) = part.get_ref().as_table() else {
-        problems.push(document.problem("axis", "has to be a table of axes", "write [axis.x.limits] and so on"));
+        problems.push(document.problem(
+            "axis",
+            "has to be a table of axes",
+            "write [axis.x.limits] and so on",
+        ));
         return Vec::new();
     };
-    let mut axes: Vec<MachineAxis> =
-        tables.iter().filter_map(|(letter, table)| read_axis(document, letter.get_ref(), table, problems)).collect();
+    let mut axes: Vec<MachineAxis> = tables
+        .iter()
+        .filter_map(|(letter, table)| read_axis(document, letter.get_ref(), table, problems))
+        .collect();
     axes.sort_by_key(|axis| axis.id);
     axes
 }
@@ -148,15 +215,27 @@ fn letter(name: &str) -> Option<AxisId> {
     }
 }
 
-fn read_axis(document: &Document<'_>, name: &str, part: &Spanned<DeValue<'_>>, problems: &mut Vec<Problem>) -> Option<MachineAxis> {
+fn read_axis(
+    document: &Document<'_>,
+    name: &str,
+    part: &Spanned<DeValue<'_>>,
+    problems: &mut Vec<Problem>,
+) -> Option<MachineAxis> {
     let key = join("axis", name);
     let Some(id) = letter(name) else {
-        let hint = did_you_mean(&name.to_lowercase(), &["x", "y", "z", "a", "b", "c", "u", "v", "w"]);
+        let hint = did_you_mean(
+            &name.to_lowercase(),
+            &["x", "y", "z", "a", "b", "c", "u", "v", "w"],
+        );
         problems.push(document.problem(&key, "no axis has this name", hint));
         return None;
     };
     let Some(all) = part.get_ref().as_table() else {
-        problems.push(document.problem(&key, "has to be a table", format!("write [{key}.limits], [{key}.motor] and so on")));
+        problems.push(document.problem(
+            &key,
+            "has to be a table",
+            format!("write [{key}.limits], [{key}.motor] and so on"),
+        ));
         return None;
     };
     let mut rest = all.clone();
@@ -165,18 +244,37 @@ fn read_axis(document: &Document<'_>, name: &str, part: &Spanned<DeValue<'_>>, p
         let hint = "all axes of a machine run in the same cycles: write a table [cycles] at the top of the file";
         problems.push(document.problem(&join(&key, "cycles"), "is not an axis' own", hint));
     }
-    let config: Option<AxisConfig> = read(document, &key, &spanned(rest, part.span()), &["limits"], problems);
+    let config: Option<AxisConfig> = read(
+        document,
+        &key,
+        &spanned(rest, part.span()),
+        &["limits"],
+        problems,
+    );
     let key = join(&key, "limits");
     let Some(limits) = limits else {
-        problems.push(document.problem(&key, "missing", format!("add a table [{key}] with travel, velocity, acceleration and jerk")));
+        problems.push(document.problem(
+            &key,
+            "missing",
+            format!("add a table [{key}] with travel, velocity, acceleration and jerk"),
+        ));
         return None;
     };
-    // Limits in degrees belong to a joint that turns, whatever its letter: those of arms have all of them.
-    let in_degrees = limits.get_ref().as_table().is_some_and(|table| table.keys().any(|key| key.get_ref().contains("_deg")));
+    // Limits in degrees belong to a joint that turns, whatever its letter: those of arms have all
+    // of them.
+    let in_degrees = limits
+        .get_ref()
+        .as_table()
+        .is_some_and(|table| table.keys().any(|key| key.get_ref().contains("_deg")));
     let table = if in_degrees || id.is_rotary() {
         read::<RotaryLimits>(document, &key, &limits, &[], problems).map(LimitsTable::Rotary)
     } else {
         read::<LinearLimits>(document, &key, &limits, &[], problems).map(LimitsTable::Linear)
     }?;
-    Some(MachineAxis { id, limits: table.limits(), config: config?, table })
+    Some(MachineAxis {
+        id,
+        limits: table.limits(),
+        config: config?,
+        table,
+    })
 }

@@ -1,4 +1,5 @@
-//! What a machine's figures mean: does the motor manage its limits, is the mechanics stiffer than the loops are fast.
+//! What a machine's figures mean: does the motor manage its limits, is the mechanics stiffer than
+//! the loops are fast.
 
 use super::{Machine, MachineAxis};
 use lostmotion_base::AxisId;
@@ -9,7 +10,8 @@ use std::f64::consts::TAU;
 pub struct AxisReview {
     /// The axis.
     pub axis: AxisId,
-    /// Torque for the largest acceleration at the largest speed, with friction and constant load, over what the current limit gives.
+    /// Torque for the largest acceleration at the largest speed, with friction and constant load,
+    /// over what the current limit gives.
     pub peak_torque_ratio: f64,
     /// Friction (Coulomb of motor and load) over the motor's rated torque.
     pub friction_ratio: f64,
@@ -25,7 +27,8 @@ pub struct AxisReview {
     pub resonance_hz: f64,
     /// Damping of that resonance, in parts of the critical one.
     pub resonance_damping: f64,
-    /// Frequency at which the velocity loop's gain crosses 1, from its proportional part and the whole inertia, Hz.
+    /// Frequency at which the velocity loop's gain crosses 1, from its proportional part and the
+    /// whole inertia, Hz.
     pub velocity_loop_hz: f64,
     /// Position gain, 1/s.
     pub position_gain_per_s: f64,
@@ -36,14 +39,22 @@ pub struct AxisReview {
 impl AxisReview {
     /// The figures of an axis.
     pub fn of(axis: &MachineAxis) -> AxisReview {
-        let (motor, drive, load) = (axis.config.motor, axis.config.drive, axis.config.reflected_load());
-        let motor_rad = axis.config.transmission.motor_rad_per_unit() * axis.axis_units_per_joint_unit();
+        let (motor, drive, load) = (
+            axis.config.motor,
+            axis.config.drive,
+            axis.config.reflected_load(),
+        );
+        let motor_rad =
+            axis.config.transmission.motor_rad_per_unit() * axis.axis_units_per_joint_unit();
         let speed = axis.limits.velocity * motor_rad;
         let motor_side = axis.config.motor_side_inertia_kgm2();
         let inertia = motor_side + load.inertia_kgm2;
         let coulomb = motor.coulomb_nm + load.coulomb_nm;
         let viscous = (motor.viscous_nm_s_per_rad + load.viscous_nm_s_per_rad) * speed;
-        let torque = inertia * axis.limits.acceleration * motor_rad + coulomb + viscous + load.constant_nm.abs();
+        let torque = inertia * axis.limits.acceleration * motor_rad
+            + coulomb
+            + viscous
+            + load.constant_nm.abs();
         let current = torque / motor.torque_constant_nm_per_a;
         let q_volt = motor.back_emf_v_s_per_rad() * speed + motor.phase_resistance_ohm() * current;
         let d_volt = motor.phase_inductance_h() * motor.pole_pairs() * speed * current;
@@ -54,12 +65,15 @@ impl AxisReview {
             peak_torque_ratio: current / drive.current_limit_a,
             friction_ratio: coulomb / motor.rated_torque_nm,
             constant_ratio: load.constant_nm.abs() / motor.rated_torque_nm,
-            voltage_ratio: (q_volt * q_volt + d_volt * d_volt).sqrt() / (drive.bus_voltage_v / 3.0_f64.sqrt()),
+            voltage_ratio: (q_volt * q_volt + d_volt * d_volt).sqrt()
+                / (drive.bus_voltage_v / 3.0_f64.sqrt()),
             motor_rpm: speed * 60.0 / TAU,
             locked_motor_hz: (load.stiffness_nm_per_rad / load.inertia_kgm2).sqrt() / TAU,
             resonance_hz: resonance / TAU,
             resonance_damping: 0.5 * load.damping_nm_s_per_rad * joint / resonance,
-            velocity_loop_hz: drive.velocity_gain_a_s_per_rad * motor.torque_constant_nm_per_a / inertia / TAU,
+            velocity_loop_hz: drive.velocity_gain_a_s_per_rad * motor.torque_constant_nm_per_a
+                / inertia
+                / TAU,
             position_gain_per_s: drive.position_gain_per_s,
             inertia_ratio: load.inertia_kgm2 / motor_side,
         }
@@ -76,19 +90,40 @@ impl AxisReview {
         let percent = |ratio: f64| (ratio * 100.0).round();
         note(
             self.peak_torque_ratio > 1.0,
-            format!("its acceleration needs {} % of the drive's current limit", percent(self.peak_torque_ratio)),
+            format!(
+                "its acceleration needs {} % of the drive's current limit",
+                percent(self.peak_torque_ratio)
+            ),
         );
-        note(self.voltage_ratio > 1.0, format!("its speed and acceleration need {} % of the bus voltage", percent(self.voltage_ratio)));
+        note(
+            self.voltage_ratio > 1.0,
+            format!(
+                "its speed and acceleration need {} % of the bus voltage",
+                percent(self.voltage_ratio)
+            ),
+        );
         note(
             self.friction_ratio + self.constant_ratio > 1.0,
-            format!("friction and constant load take {} % of the rated torque", percent(self.friction_ratio + self.constant_ratio)),
+            format!(
+                "friction and constant load take {} % of the rated torque",
+                percent(self.friction_ratio + self.constant_ratio)
+            ),
         );
         note(
             self.velocity_loop_hz > self.resonance_hz,
-            format!("the velocity loop ({:.0} Hz) is faster than the first resonance ({:.0} Hz)", self.velocity_loop_hz, self.resonance_hz),
+            format!(
+                "the velocity loop ({:.0} Hz) is faster than the first resonance ({:.0} Hz)",
+                self.velocity_loop_hz, self.resonance_hz
+            ),
         );
         let ratio = self.position_gain_per_s / (TAU * self.velocity_loop_hz);
-        note(ratio > 0.5, format!("the position gain is {} % of the velocity loop's bandwidth", percent(ratio)));
+        note(
+            ratio > 0.5,
+            format!(
+                "the position gain is {} % of the velocity loop's bandwidth",
+                percent(ratio)
+            ),
+        );
         remarks
     }
 }

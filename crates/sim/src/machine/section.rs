@@ -1,8 +1,9 @@
-//! Reading one part of a file into a type, with all that is wrong with it rather than the first thing.
+//! Reading one part of a file into a type, with all that is wrong with it rather than the first
+//! thing.
 //!
-//! serde stops at its first error. So the part is read again and again, each time with the error found last mended in a copy: an
-//! unknown key taken out, a stand-in put where a value is missing or of the wrong type. What was read from a mended copy is
-//! thrown away.
+//! serde stops at its first error. So the part is read again and again, each time with the error
+//! found last mended in a copy: an unknown key taken out, a stand-in put where a value is missing
+//! or of the wrong type. What was read from a mended copy is thrown away.
 
 use super::document::{Document, path_of_span};
 use super::problem::{MISSING, Problem, did_you_mean};
@@ -20,7 +21,8 @@ const STAND_INS: [&str; 5] = ["1.0", "1", "\"\"", "true", "{}"];
 /// Marks a stand-in, so that an error in it is not reported: no text is that long.
 const STAND_IN_SPAN: Range<usize> = usize::MAX - 1..usize::MAX;
 
-/// Reads the part that stands under `key` (empty for the whole file). `also` are keys known there that the type does not know.
+/// Reads the part that stands under `key` (empty for the whole file). `also` are keys known there
+/// that the type does not know.
 pub(super) fn read<T: DeserializeOwned>(
     document: &Document<'_>,
     key: &str,
@@ -59,7 +61,14 @@ fn quoted(message: &str) -> Vec<&str> {
     message.split('`').skip(1).step_by(2).collect()
 }
 
-fn describe(document: &Document<'_>, key: &str, part: &Spanned<DeValue<'_>>, span: &Range<usize>, message: &str, also: &[&str]) -> Problem {
+fn describe(
+    document: &Document<'_>,
+    key: &str,
+    part: &Spanned<DeValue<'_>>,
+    span: &Range<usize>,
+    message: &str,
+    also: &[&str],
+) -> Problem {
     let below = path_of_span(part, span).unwrap_or_default();
     let path = join(key, &below);
     let words = quoted(message);
@@ -69,14 +78,26 @@ fn describe(document: &Document<'_>, key: &str, part: &Spanned<DeValue<'_>>, spa
         if let Some(hint) = gap_hint(unknown, &known) {
             return document.problem_at(span.start, path, "unknown key".to_owned(), hint);
         }
-        let what = if message.starts_with("unknown variant") { format!("`{unknown}` is not known") } else { "unknown key".to_owned() };
+        let what = if message.starts_with("unknown variant") {
+            format!("`{unknown}` is not known")
+        } else {
+            "unknown key".to_owned()
+        };
         return document.problem_at(span.start, path, what, did_you_mean(unknown, &known));
     }
     if let (true, Some(missing)) = (message.starts_with("missing field"), words.first()) {
         let path = join(&path, missing);
-        return document.problem_at(span.start, path, MISSING.to_owned(), format!("add `{missing}` here"));
+        return document.problem_at(
+            span.start,
+            path,
+            MISSING.to_owned(),
+            format!("add `{missing}` here"),
+        );
     }
-    let said = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid value: ")).unwrap_or(message);
+    let said = message
+        .strip_prefix("invalid type: ")
+        .or_else(|| message.strip_prefix("invalid value: "))
+        .unwrap_or(message);
     let (found, expected) = said.split_once(", expected ").unwrap_or((said, ""));
     let found = if found == "map" { "a table" } else { found };
     let expected = match expected {
@@ -86,7 +107,11 @@ fn describe(document: &Document<'_>, key: &str, part: &Spanned<DeValue<'_>>, spa
         expected if expected.starts_with("struct ") || expected.starts_with("enum ") => "a table",
         expected => expected,
     };
-    let said = if expected.is_empty() { found.to_owned() } else { format!("found {found}, expected {expected}") };
+    let said = if expected.is_empty() {
+        found.to_owned()
+    } else {
+        format!("found {found}, expected {expected}")
+    };
     document.problem_at(span.start, path, said, String::new())
 }
 
@@ -96,8 +121,12 @@ fn gap_hint(unknown: &str, known: &[&str]) -> Option<String> {
     if ANGLES.contains(&unknown) && known.contains(&"gap_um") {
         return Some("the gap of a linear axis is a distance: `gap_um`".to_owned());
     }
-    (unknown == "gap_um" && known.contains(&"gap_mdeg"))
-        .then(|| format!("the gap of a rotary axis is an angle: one of {}", ANGLES.map(|key| format!("`{key}`")).join(", ")))
+    (unknown == "gap_um" && known.contains(&"gap_mdeg")).then(|| {
+        format!(
+            "the gap of a rotary axis is an angle: one of {}",
+            ANGLES.map(|key| format!("`{key}`")).join(", ")
+        )
+    })
 }
 
 /// A dotted key from the key of a table and one below it.
@@ -111,14 +140,27 @@ pub(super) fn join(table: &str, key: &str) -> String {
 }
 
 /// Mends the copy so that the next error can be found. False if that cannot be done.
-fn mend(copy: &mut Spanned<DeValue<'_>>, error: &Error, span: &Range<usize>, stand_in: usize) -> bool {
-    let Some(replacement) = STAND_INS.get(stand_in).and_then(|text| DeValue::parse(text).ok()) else { return false };
+fn mend(
+    copy: &mut Spanned<DeValue<'_>>,
+    error: &Error,
+    span: &Range<usize>,
+    stand_in: usize,
+) -> bool {
+    let Some(replacement) = STAND_INS
+        .get(stand_in)
+        .and_then(|text| DeValue::parse(text).ok())
+    else {
+        return false;
+    };
     let replacement = Spanned::new(STAND_IN_SPAN, replacement.into_inner());
     let message = error.message();
     if *span != STAND_IN_SPAN && message.starts_with("unknown field") {
         return remove_key(copy, span);
     }
-    match (message.starts_with("missing field"), quoted(message).first()) {
+    match (
+        message.starts_with("missing field"),
+        quoted(message).first(),
+    ) {
         (true, Some(missing)) => insert(copy, span, missing, &replacement),
         _ => replace(copy, span, &replacement),
     }
@@ -134,15 +176,24 @@ fn children<'t, 'i>(value: &'t mut Spanned<DeValue<'i>>) -> Vec<&'t mut Spanned<
 
 fn remove_key(value: &mut Spanned<DeValue<'_>>, span: &Range<usize>) -> bool {
     if let DeValue::Table(table) = value.get_mut() {
-        let found = table.keys().find(|key| key.span() == *span).map(|key| key.get_ref().to_string());
+        let found = table
+            .keys()
+            .find(|key| key.span() == *span)
+            .map(|key| key.get_ref().to_string());
         if let Some(name) = found {
             return table.remove(name.as_str()).is_some();
         }
     }
-    children(value).into_iter().any(|inner| remove_key(inner, span))
+    children(value)
+        .into_iter()
+        .any(|inner| remove_key(inner, span))
 }
 
-fn replace<'i>(value: &mut Spanned<DeValue<'i>>, span: &Range<usize>, by: &Spanned<DeValue<'i>>) -> bool {
+fn replace<'i>(
+    value: &mut Spanned<DeValue<'i>>,
+    span: &Range<usize>,
+    by: &Spanned<DeValue<'i>>,
+) -> bool {
     for inner in children(value) {
         let inside = replace(inner, span, by);
         if inside {
@@ -156,13 +207,20 @@ fn replace<'i>(value: &mut Spanned<DeValue<'i>>, span: &Range<usize>, by: &Spann
     false
 }
 
-fn insert<'i>(value: &mut Spanned<DeValue<'i>>, span: &Range<usize>, key: &str, new: &Spanned<DeValue<'i>>) -> bool {
+fn insert<'i>(
+    value: &mut Spanned<DeValue<'i>>,
+    span: &Range<usize>,
+    key: &str,
+    new: &Spanned<DeValue<'i>>,
+) -> bool {
     let here = value.span() == *span;
     if let (true, DeValue::Table(table)) = (here, value.get_mut()) {
         put(table, key, new.clone());
         return true;
     }
-    children(value).into_iter().any(|inner| insert(inner, span, key, new))
+    children(value)
+        .into_iter()
+        .any(|inner| insert(inner, span, key, new))
 }
 
 fn put<'i>(table: &mut DeTable<'i>, key: &str, value: Spanned<DeValue<'i>>) {

@@ -1,4 +1,5 @@
-//! The parts of a machine file that are plain values: positions, work offsets, homes, tools, planner, verdict.
+//! The parts of a machine file that are plain values: positions, work offsets, homes, tools,
+//! planner, verdict.
 
 use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, Coords};
@@ -37,13 +38,18 @@ impl Position {
     /// In mm and rad.
     pub fn coords(&self) -> Coords {
         let deg = [self.a_deg, self.b_deg, self.c_deg].map(rad);
-        Coords([self.x_mm, self.y_mm, self.z_mm, deg[0], deg[1], deg[2], self.u_mm, self.v_mm, self.w_mm])
+        Coords([
+            self.x_mm, self.y_mm, self.z_mm, deg[0], deg[1], deg[2], self.u_mm, self.v_mm,
+            self.w_mm,
+        ])
     }
 
     /// The axes that are not 0.
     pub(super) fn named(&self) -> impl Iterator<Item = AxisId> {
         let coords = self.coords();
-        AxisId::ALL.into_iter().filter(move |axis| coords[*axis].abs() > 0.0)
+        AxisId::ALL
+            .into_iter()
+            .filter(move |axis| coords[*axis].abs() > 0.0)
     }
 }
 
@@ -78,11 +84,16 @@ pub struct WorkOffsets {
 
 impl WorkOffsets {
     /// Keys in the order of the systems.
-    pub const KEYS: [&'static str; 9] = ["g54", "g55", "g56", "g57", "g58", "g59", "g59_1", "g59_2", "g59_3"];
+    pub const KEYS: [&'static str; 9] = [
+        "g54", "g55", "g56", "g57", "g58", "g59", "g59_1", "g59_2", "g59_3",
+    ];
 
     /// All nine in order, G54 first.
     pub fn all(&self) -> [Position; 9] {
-        [self.g54, self.g55, self.g56, self.g57, self.g58, self.g59, self.g59_1, self.g59_2, self.g59_3]
+        [
+            self.g54, self.g55, self.g56, self.g57, self.g58, self.g59, self.g59_1, self.g59_2,
+            self.g59_3,
+        ]
     }
 }
 
@@ -123,7 +134,11 @@ pub struct PlannerSettings {
 
 impl Default for PlannerSettings {
     fn default() -> PlannerSettings {
-        PlannerSettings { default_tolerance_mm: 0.01, exact_path_tolerance_mm: 1e-4, exact_path_angle_deg: 0.1 }
+        PlannerSettings {
+            default_tolerance_mm: 0.01,
+            exact_path_tolerance_mm: 1e-4,
+            exact_path_angle_deg: 0.1,
+        }
     }
 }
 
@@ -136,17 +151,23 @@ pub const BOW_LIMIT_UM: f64 = 5.0;
 pub struct SimulateSettings {
     /// Tolerance of the verdict on the contour error, um.
     pub tolerance_um: f64,
-    /// Size of the cutting force, N: on every feed move, against the tool's way through the part. 0: none.
+    /// Size of the cutting force, N: on every feed move, against the tool's way through the part.
+    /// 0: none.
     #[serde(skip_serializing_if = "is_zero")]
     pub cutting_force_n: f64,
-    /// How far the tool may be off its way between two commands that are joined by straight lines of the joints, um. If it is given, or a drive does join
-    /// commands so, the planner keeps it; else there is a warning beyond [`BOW_LIMIT_UM`].
+    /// How far the tool may be off its way between two commands that are joined by straight lines
+    /// of the joints, um. If it is given, or a drive does join commands so, the planner keeps it;
+    /// else there is a warning beyond [`BOW_LIMIT_UM`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bow_limit_um: Option<f64>,
 }
 
 impl Default for SimulateSettings {
     fn default() -> SimulateSettings {
-        SimulateSettings { tolerance_um: 20.0, cutting_force_n: 0.0, bow_limit_um: None }
+        SimulateSettings {
+            tolerance_um: 20.0,
+            cutting_force_n: 0.0,
+            bow_limit_um: None,
+        }
     }
 }

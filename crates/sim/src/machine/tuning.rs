@@ -1,9 +1,12 @@
-//! How a machine's drives are tuned: margins of every loop, limit cycles; and what is not good enough.
+//! How a machine's drives are tuned: margins of every loop, limit cycles; and what is not good
+//! enough.
 
 use super::document::Document;
 use super::problem::MachineError;
 use super::{Machine, MachineAxis};
-use lostmotion_axis::analysis::{AxisAnalysis, Cycle, Feedback, LimitCycle, analyse, limit_cycle, simulated_cycle};
+use lostmotion_axis::analysis::{
+    AxisAnalysis, Cycle, Feedback, LimitCycle, analyse, limit_cycle, simulated_cycle,
+};
 use lostmotion_base::AxisId;
 use rayon::prelude::*;
 
@@ -14,7 +17,8 @@ pub struct AxisTuning {
     pub axis: AxisId,
     /// Margins of its loops, and its delays.
     pub loops: AxisAnalysis,
-    /// The limit cycle that the describing function predicts, position loop on the motor or, with the method `load-feedback`, on the load.
+    /// The limit cycle that the describing function predicts, position loop on the motor or, with
+    /// the method `load-feedback`, on the load.
     pub predicted: LimitCycle,
     /// The limit cycle that the simulated axis is in after a push, in the axis' unit.
     pub simulated: Option<Cycle>,
@@ -24,7 +28,11 @@ impl AxisTuning {
     /// The tuning of an axis.
     pub fn of(axis: &MachineAxis) -> AxisTuning {
         let config = &axis.config;
-        let feedback = if config.compensation.method == "load-feedback" { Feedback::Load } else { Feedback::Motor };
+        let feedback = if config.compensation.method == "load-feedback" {
+            Feedback::Load
+        } else {
+            Feedback::Motor
+        };
         AxisTuning {
             axis: axis.id,
             loops: analyse(config),
@@ -43,19 +51,28 @@ impl Machine {
     /// Reads a machine file as [`Machine::from_toml`] does, and looks at its tuning.
     ///
     /// # Errors
-    /// Everything that is wrong with the file; if nothing is, every axis with an unstable loop or one whose margins are below the file's
-    /// `least_margins`, with the loop and its margin.
+    /// Everything that is wrong with the file; if nothing is, every axis with an unstable loop or
+    /// one whose margins are below the file's `least_margins`, with the loop and its margin.
     pub fn check_toml(name: &str, text: &str) -> Result<(Machine, Vec<AxisTuning>), MachineError> {
         let machine = Machine::from_toml(name, text)?;
-        let document = Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
+        let document =
+            Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
         let tuning = machine.tuning();
         let mut problems = Vec::new();
         for (axis, tuning) in machine.axes().iter().zip(&tuning) {
             if let Some(fault) = tuning.loops.fault(&axis.config) {
-                let key = format!("axis.{}.drive.{}", axis.id.letter().to_ascii_lowercase(), fault.at().kind.gain_key());
+                let key = format!(
+                    "axis.{}.drive.{}",
+                    axis.id.letter().to_ascii_lowercase(),
+                    fault.at().kind.gain_key()
+                );
                 problems.push(document.problem(&key, fault.to_string(), fault.hint()));
             }
         }
-        if problems.is_empty() { Ok((machine, tuning)) } else { Err(MachineError::new(name, problems)) }
+        if problems.is_empty() {
+            Ok((machine, tuning))
+        } else {
+            Err(MachineError::new(name, problems))
+        }
     }
 }

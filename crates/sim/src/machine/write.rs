@@ -23,7 +23,8 @@ struct File<'a, G: Serialize> {
 }
 
 impl Machine {
-    /// The machine as a file that [`Machine::from_toml`] reads back to an equal machine. Comments of the file it came from are gone.
+    /// The machine as a file that [`Machine::from_toml`] reads back to an equal machine. Comments
+    /// of the file it came from are gone.
     ///
     /// # Errors
     /// None for a machine made by this crate; the type is that of the writer underneath.
@@ -33,9 +34,19 @@ impl Machine {
             // the machine's own table has the cycles
             axis.insert(
                 part.id.letter().to_ascii_lowercase().to_string(),
-                AxisTable { limits: &part.table, config: AxisConfig { cycles: Cycles::default(), ..part.config.clone() } },
+                AxisTable {
+                    limits: &part.table,
+                    config: AxisConfig {
+                        cycles: Cycles::default(),
+                        ..part.config.clone()
+                    },
+                },
             );
         }
-        toml::to_string_pretty(&File { general: &self.general, gantry: self.gantry.as_ref().map(Gantry::table), axis })
+        toml::to_string_pretty(&File {
+            general: &self.general,
+            gantry: self.gantry.as_ref().map(Gantry::table),
+            axis,
+        })
     }
 }

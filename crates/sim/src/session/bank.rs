@@ -3,17 +3,22 @@
 use super::outputs::{AxisInfo, Beam, Outputs};
 use crate::error::SimError;
 use crate::machine::Machine;
-use lostmotion_axis::{AxisBatch, AxisConfig, AxisError, AxisOutput, AxisRunner, Setpoint, Tie, TiedAxes, build_runner};
+use lostmotion_axis::{
+    AxisBatch, AxisConfig, AxisError, AxisOutput, AxisRunner, Setpoint, Tie, TiedAxes, build_runner,
+};
 use lostmotion_base::Coords;
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
 
-/// How long the machine stands still before the program, s: gravity pulls loads to their flank, drives settle.
+/// How long the machine stands still before the program, s: gravity pulls loads to their flank,
+/// drives settle.
 const SETTLE_S: f64 = 0.5;
 
-/// The machine in several variants (without a gap, and with each method), all on the same setpoints.
+/// The machine in several variants (without a gap, and with each method), all on the same
+/// setpoints.
 pub(crate) struct Bank {
-    /// Variant by variant, each with one lane an axis, and then one for the second motor of a gantry; without the ends of a stiff beam.
+    /// Variant by variant, each with one lane an axis, and then one for the second motor of a
+    /// gantry; without the ends of a stiff beam.
     batch: AxisBatch,
     /// By variant, the ends of a stiff beam, whose lanes come last, two and two.
     beams: Vec<TiedAxes>,
@@ -34,30 +39,66 @@ pub(crate) struct Variant {
 
 impl Bank {
     /// Every axis at rest at `start` (joint positions).
-    pub(crate) fn new(machine: &Machine, variants: &[Variant], start: &Coords) -> Result<Bank, SimError> {
+    pub(crate) fn new(
+        machine: &Machine,
+        variants: &[Variant],
+        start: &Coords,
+    ) -> Result<Bank, SimError> {
         let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
         let gantry = machine.gantry().and_then(|gantry| Beam::of(gantry, &axes));
         let (mut lanes, count): (Vec<Lane>, usize) = (Vec::new(), axes.len());
         for variant in variants {
-            let firsts = machine.axes().iter().enumerate().map(|(drive, axis)| (drive, axis, &axis.config));
-            let second = gantry.iter().filter_map(|beam| Some((axes.len(), machine.axes().get(beam.axis)?, &beam.gantry.second)));
+            let firsts = machine
+                .axes()
+                .iter()
+                .enumerate()
+                .map(|(drive, axis)| (drive, axis, &axis.config));
+            let second = gantry.iter().filter_map(|beam| {
+                Some((
+                    axes.len(),
+                    machine.axes().get(beam.axis)?,
+                    &beam.gantry.second,
+                ))
+            });
             for (drive, axis, config) in firsts.chain(second) {
-                let error = |source| SimError::Axis { axis: axis.id, source };
-                let config = if variant.without_gap { config.without_gap() } else { config.clone() };
+                let error = |source| SimError::Axis {
+                    axis: axis.id,
+                    source,
+                };
+                let config = if variant.without_gap {
+                    config.without_gap()
+                } else {
+                    config.clone()
+                };
                 let at = start[axis.id] * axis.axis_units_per_joint_unit();
                 let mut runner = build_runner(&config, &variant.method, at).map_err(error)?;
                 settle(runner.as_mut(), &config, at).map_err(error)?;
                 let datum = datum(&config, at).map_err(error)?;
-                lanes.push(Lane { runner, config, drive, datum });
+                lanes.push(Lane {
+                    runner,
+                    config,
+                    drive,
+                    datum,
+                });
             }
         }
-        let delay_ticks = lanes.iter().map(|lane| lane.runner.delay_ticks()).max().unwrap_or(0);
-        let stiff = gantry.as_ref().and_then(|beam| Some((beam.axis, beam.gantry.beam?)));
-        let in_beam = |lane: &Lane| stiff.is_some_and(|(axis, _)| lane.drive == axis || lane.drive == count);
+        let delay_ticks = lanes
+            .iter()
+            .map(|lane| lane.runner.delay_ticks())
+            .max()
+            .unwrap_or(0);
+        let stiff = gantry
+            .as_ref()
+            .and_then(|beam| Some((beam.axis, beam.gantry.beam?)));
+        let in_beam =
+            |lane: &Lane| stiff.is_some_and(|(axis, _)| lane.drive == axis || lane.drive == count);
         let mut order: Vec<usize> = (0..lanes.len()).collect();
         order.sort_by_key(|lane| in_beam(&lanes[*lane]));
         let mut lane_of = vec![0; lanes.len()];
-        order.iter().enumerate().for_each(|(place, lane)| lane_of[*lane] = place);
+        order
+            .iter()
+            .enumerate()
+            .for_each(|(place, lane)| lane_of[*lane] = place);
         let outputs = Outputs {
             lanes: lanes.iter().map(|_| AxisOutput::new(false)).collect(),
             lane_of,
@@ -84,22 +125,33 @@ impl Bank {
         self.delay_ticks
     }
 
-    /// Steps every lane through a chunk of samples, with a force on each joint's load (N or N m) for each, or with none; the outputs of the chunk before
-    /// are gone.
+    /// Steps every lane through a chunk of samples, with a force on each joint's load (N or N m)
+    /// for each, or with none; the outputs of the chunk before are gone.
     pub(crate) fn run(&mut self, samples: &[Sample], forces: &[Coords]) -> Result<(), SimError> {
         for (info, setpoints) in self.outputs.axes.iter().zip(&mut self.setpoints) {
             setpoints.clear();
             setpoints.extend(samples.iter().enumerate().map(|(n, sample)| {
                 let (id, units) = (info.id, info.units);
                 let load_force = forces.get(n).map(|force| force[id]);
-                let moving = Setpoint::moving(sample.position[id] * units, sample.velocity[id] * units, sample.acceleration[id] * units);
-                Setpoint { load_force, ..moving }
+                let moving = Setpoint::moving(
+                    sample.position[id] * units,
+                    sample.velocity[id] * units,
+                    sample.acceleration[id] * units,
+                );
+                Setpoint {
+                    load_force,
+                    ..moving
+                }
             }));
         }
         if let Some(beam) = &self.outputs.gantry {
             beam.share_forces(samples, &mut self.setpoints);
         }
-        let setpoints: Vec<&[Setpoint]> = self.drive_of.iter().map(|drive| self.setpoints[*drive].as_slice()).collect();
+        let setpoints: Vec<&[Setpoint]> = self
+            .drive_of
+            .iter()
+            .map(|drive| self.setpoints[*drive].as_slice())
+            .collect();
         self.outputs.lanes.iter_mut().for_each(AxisOutput::clear);
         let free = self.batch.len();
         let (lanes, ends) = self.outputs.lanes.split_at_mut(free);
@@ -107,9 +159,17 @@ impl Bank {
         let named = |lane: usize, source| {
             let (axes, gantry) = infos;
             let second = gantry.as_ref().map_or(0, |beam| beam.axis);
-            SimError::Axis { axis: axes.get(drive_of[lane]).unwrap_or(&axes[second]).id, source }
+            SimError::Axis {
+                axis: axes.get(drive_of[lane]).unwrap_or(&axes[second]).id,
+                source,
+            }
         };
-        for (lane, result) in self.batch.push(&setpoints[..free], lanes).into_iter().enumerate() {
+        for (lane, result) in self
+            .batch
+            .push(&setpoints[..free], lanes)
+            .into_iter()
+            .enumerate()
+        {
             result.map_err(|source| named(lane, source))?;
         }
         let results: Vec<Result<(), AxisError>> = self
@@ -118,11 +178,16 @@ impl Bank {
             .zip(ends.par_chunks_mut(2))
             .zip(setpoints[free..].par_chunks(2))
             .map(|((beam, ends), setpoints)| match (ends, setpoints) {
-                ([first, second], [a, b]) => beam.push([a, b], [first, second]).map_err(|(_, source)| source),
+                ([first, second], [a, b]) => beam
+                    .push([a, b], [first, second])
+                    .map_err(|(_, source)| source),
                 _ => Ok(()),
             })
             .collect();
-        results.into_iter().enumerate().try_for_each(|(beam, result)| result.map_err(|source| named(free + 2 * beam, source)))
+        results
+            .into_iter()
+            .enumerate()
+            .try_for_each(|(beam, result)| result.map_err(|source| named(free + 2 * beam, source)))
     }
 }
 
@@ -135,13 +200,26 @@ struct Lane {
 }
 
 /// Ties the ends of a stiff beam, two and two, as they stand.
-fn tie(ends: Vec<Lane>, stiff: Option<(usize, Tie)>, machine: &Machine) -> Result<Vec<TiedAxes>, SimError> {
-    let Some((axis, tie)) = stiff else { return Ok(Vec::new()) };
+fn tie(
+    ends: Vec<Lane>,
+    stiff: Option<(usize, Tie)>,
+    machine: &Machine,
+) -> Result<Vec<TiedAxes>, SimError> {
+    let Some((axis, tie)) = stiff else {
+        return Ok(Vec::new());
+    };
     let axis = machine.axes()[axis].id;
     let (mut beams, mut ends) = (Vec::new(), ends.into_iter());
     while let (Some(first), Some(second)) = (ends.next(), ends.next()) {
-        let beam = TiedAxes::new([first.runner, second.runner], [&first.config, &second.config], tie);
-        beams.push(beam.map_err(|source| SimError::Axis { axis, source: source.into() })?);
+        let beam = TiedAxes::new(
+            [first.runner, second.runner],
+            [&first.config, &second.config],
+            tie,
+        );
+        beams.push(beam.map_err(|source| SimError::Axis {
+            axis,
+            source: source.into(),
+        })?);
     }
     Ok(beams)
 }
@@ -155,8 +233,9 @@ fn settle(runner: &mut dyn AxisRunner, config: &AxisConfig, at: f64) -> Result<f
     Ok(output.load.last().copied().unwrap_or(at))
 }
 
-/// The machine's zero of an axis: where people set it. A load that gravity holds on one flank is set up there, gap and wind-up included; one
-/// that may lie on either flank is set up in the middle of its gap.
+/// The machine's zero of an axis: where people set it. A load that gravity holds on one flank is
+/// set up there, gap and wind-up included; one that may lie on either flank is set up in the middle
+/// of its gap.
 fn datum(config: &AxisConfig, at: f64) -> Result<f64, AxisError> {
     if config.reflected_load().constant_nm == 0.0 {
         return Ok(0.0);

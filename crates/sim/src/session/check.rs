@@ -1,5 +1,5 @@
-//! The first pass: the whole program is read and held against the machine before anything is simulated, so that all its errors
-//! are told in one go and nothing is half done.
+//! The first pass: the whole program is read and held against the machine before anything is
+//! simulated, so that all its errors are told in one go and nothing is half done.
 
 use super::cutting::LARGEST_N;
 use super::lower::lower;
@@ -12,7 +12,9 @@ use crate::results::{PlanInfo, ProgramInfo};
 use crate::source::ProgramSource;
 use lostmotion_base::AxisSet;
 use lostmotion_gcode::{Diagnostic, Diagnostics, Problem, Severity, SourceFiles};
-use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, Quality, TravelCheck, TravelViolation};
+use lostmotion_plan::{
+    FeedLimit, Move, PlanItem, PlannerConfig, Quality, TravelCheck, TravelViolation,
+};
 use std::sync::Arc;
 
 /// How many violations of the travel are kept.
@@ -62,18 +64,38 @@ struct Pass<'a> {
 ///
 /// # Errors
 /// Everything that is wrong with the program, or all moves beyond the machine's travel.
-pub(crate) fn check(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Checked, SimError> {
+pub(crate) fn check(
+    source: &ProgramSource,
+    machine: &Machine,
+    options: &SimulateOptions,
+) -> Result<Checked, SimError> {
     check_options(options)?;
     let mut reader = Reader::new(source, machine, options)?;
     let modes = Modes::new(machine)?;
     let config = planner_config(machine, options.quality);
-    let travel = [false, true].map(|tip| TravelCheck::new(&config, Arc::clone(modes.kinematics(tip))));
-    let words = modes.kinematics(true).layout().map_or_else(|| machine.axis_set(), |layout| layout.words);
+    let travel =
+        [false, true].map(|tip| TravelCheck::new(&config, Arc::clone(modes.kinematics(tip))));
+    let words = modes
+        .kinematics(true)
+        .layout()
+        .map_or_else(|| machine.axis_set(), |layout| layout.words);
     let plan = PlanInfo::default();
-    let mut pass = Pass { source, machine, travel, words, violations: Vec::new(), violated: 0, problems: Vec::new(), moves: 0, plan };
+    let mut pass = Pass {
+        source,
+        machine,
+        travel,
+        words,
+        violations: Vec::new(),
+        violated: 0,
+        problems: Vec::new(),
+        moves: 0,
+        plan,
+    };
     while let Some(item) = reader.next() {
         match item {
-            Ok(read) => pass.item(&read).map_err(|error| with_provenance(error, reader.diagnostics()))?,
+            Ok(read) => pass
+                .item(&read)
+                .map_err(|error| with_provenance(error, reader.diagnostics()))?,
             Err((problem, place)) => pass.problems.push(Diagnostic { problem, place }),
         }
         if pass.problems.len() >= options.limits.diagnostics {
@@ -81,14 +103,19 @@ pub(crate) fn check(source: &ProgramSource, machine: &Machine, options: &Simulat
         }
     }
     if let Some(place) = reader.synchronised() {
-        pass.problems.push(Diagnostic { problem: Problem::SpindleAssumed, place });
+        pass.problems.push(Diagnostic {
+            problem: Problem::SpindleAssumed,
+            place,
+        });
     }
     pass.finish(reader.diagnostics(), options)
 }
 
 impl Pass<'_> {
     fn item(&mut self, read: &Read) -> Result<(), SimError> {
-        let Some(PlanItem::Move(item)) = lower(&read.item)? else { return Ok(()) };
+        let Some(PlanItem::Move(item)) = lower(&read.item)? else {
+            return Ok(());
+        };
         self.moves += 1;
         match item.feed {
             FeedLimit::Rapid => self.plan.rapid_mm += tip_length(&item),
@@ -124,23 +151,55 @@ impl Pass<'_> {
             diagnostics.push(problem);
         }
         if diagnostics.errors() > 0 {
-            return Err(SimError::Program { name, diagnostics: Box::new(diagnostics) });
+            return Err(SimError::Program {
+                name,
+                diagnostics: Box::new(diagnostics),
+            });
         }
         if self.violated > 0 {
             let machine = self.machine.name().to_owned();
             let provenance = Box::new(diagnostics.provenance().clone());
-            return Err(SimError::Travel { name, machine, count: self.violated, violations: self.violations, provenance });
+            return Err(SimError::Travel {
+                name,
+                machine,
+                count: self.violated,
+                violations: self.violations,
+                provenance,
+            });
         }
-        let bytes = self.source.len().map_err(|source| SimError::Read { name: name.clone(), source })?;
-        let lines = count_lines(self.source).map_err(|source| SimError::Read { name: name.clone(), source })?;
+        let bytes = self.source.len().map_err(|source| SimError::Read {
+            name: name.clone(),
+            source,
+        })?;
+        let lines = count_lines(self.source).map_err(|source| SimError::Read {
+            name: name.clone(),
+            source,
+        })?;
         if self.moves == 0 {
             return Err(SimError::Empty { name, bytes, lines });
         }
         let warning = |d: &&Diagnostic| d.severity() == Severity::Warning;
-        let warnings = diagnostics.kept().iter().filter(warning).take(options.limits.diagnostics).map(ToString::to_string).collect();
+        let warnings = diagnostics
+            .kept()
+            .iter()
+            .filter(warning)
+            .take(options.limits.diagnostics)
+            .map(ToString::to_string)
+            .collect();
         let files = diagnostics.files().clone();
         let names = files.iter().map(|file| file.name.clone()).collect();
-        Ok(Checked { program: ProgramInfo { name, bytes, lines, moves: self.moves, warnings, files: names }, plan: self.plan, files })
+        Ok(Checked {
+            program: ProgramInfo {
+                name,
+                bytes,
+                lines,
+                moves: self.moves,
+                warnings,
+                files: names,
+            },
+            plan: self.plan,
+            files,
+        })
     }
 }
 
@@ -154,7 +213,11 @@ pub(crate) fn with_provenance(mut error: SimError, found: &Diagnostics) -> SimEr
 
 /// Path of the tip, mm.
 fn tip_length(item: &Move) -> f64 {
-    if item.curve.moves_tip() { item.curve.length() } else { 0.0 }
+    if item.curve.moves_tip() {
+        item.curve.length()
+    } else {
+        0.0
+    }
 }
 
 fn count_lines(source: &ProgramSource) -> std::io::Result<u64> {
@@ -174,19 +237,43 @@ fn count_lines(source: &ProgramSource) -> std::io::Result<u64> {
 
 fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
     let positive = |what, value: f64| {
-        if value.is_finite() && value > 0.0 { Ok(()) } else { Err(SimError::Option { what, value, condition: "a positive finite number" }) }
+        if value.is_finite() && value > 0.0 {
+            Ok(())
+        } else {
+            Err(SimError::Option {
+                what,
+                value,
+                condition: "a positive finite number",
+            })
+        }
     };
     if let Some(tolerance_um) = options.tolerance_um {
         positive("the tolerance in um", tolerance_um)?;
     }
-    if let Some(force) = options.cutting_force_n.filter(|force| !(0.0..=LARGEST_N).contains(force)) {
-        return Err(SimError::Option { what: "the cutting force in N", value: force, condition: "a number from 0 to 1e6" });
+    if let Some(force) = options
+        .cutting_force_n
+        .filter(|force| !(0.0..=LARGEST_N).contains(force))
+    {
+        return Err(SimError::Option {
+            what: "the cutting force in N",
+            value: force,
+            condition: "a number from 0 to 1e6",
+        });
     }
     if let Some(limit_um) = options.bow_limit_um {
         positive("the limit of the tool's bow in um", limit_um)?;
     }
-    positive("the window after a reversal in s", options.reversal_window_s)?;
+    positive(
+        "the window after a reversal in s",
+        options.reversal_window_s,
+    )?;
     positive("the longest duration in s", options.max_duration_s)?;
-    positive("the tolerance of splines in mm", options.spline_tolerance_mm)?;
-    positive("the number of samples in a chunk", options.chunk_samples as f64)
+    positive(
+        "the tolerance of splines in mm",
+        options.spline_tolerance_mm,
+    )?;
+    positive(
+        "the number of samples in a chunk",
+        options.chunk_samples as f64,
+    )
 }

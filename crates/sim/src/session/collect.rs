@@ -6,7 +6,10 @@ use super::rows;
 use super::run::{Tally, WITHOUT_GAP};
 use crate::machine::{Machine, MachineAxis};
 use crate::options::SimulateOptions;
-use crate::results::{AxisResult, BlockResult, Comparison, GantryResult, MethodResult, PlanInfo, SCHEMA_VERSION, Simulation};
+use crate::results::{
+    AxisResult, BlockResult, Comparison, GantryResult, MethodResult, PlanInfo, SCHEMA_VERSION,
+    Simulation,
+};
 use crate::source::ProgramSource;
 use crate::straightness::BowLimit;
 use lostmotion_axis::find_method;
@@ -15,7 +18,8 @@ use lostmotion_base::units::UM_PER_MM;
 
 /// Backlash RMS by which a method has to be worse than `none` to be called harmful, um.
 const HARM_UM: f64 = 0.1;
-/// The method that is recommended where it is near the best, and how near: part of what no compensation leaves.
+/// The method that is recommended where it is near the best, and how near: part of what no
+/// compensation leaves.
 const DEFAULT_METHOD: &str = "adaptive";
 const NEAR: f64 = 0.05;
 
@@ -28,15 +32,32 @@ pub(crate) fn comparison(
     checked: Checked,
     tally: &Tally,
 ) -> Comparison {
-    let tolerance_um = options.tolerance_um.unwrap_or(machine.simulate().tolerance_um);
-    let mut results: Vec<MethodResult> =
-        methods.iter().enumerate().map(|(index, method)| method_result(machine, method, index + 1, tolerance_um, tally)).collect();
-    let rows = results.iter_mut().flat_map(|result| &mut result.worst_blocks).map(|row| (row.block, &mut row.text));
+    let tolerance_um = options
+        .tolerance_um
+        .unwrap_or(machine.simulate().tolerance_um);
+    let mut results: Vec<MethodResult> = methods
+        .iter()
+        .enumerate()
+        .map(|(index, method)| method_result(machine, method, index + 1, tolerance_um, tally))
+        .collect();
+    let rows = results
+        .iter_mut()
+        .flat_map(|result| &mut result.worst_blocks)
+        .map(|row| (row.block, &mut row.text));
     super::text::fill(source, &checked.files, rows.collect());
     note_harm(&mut results);
     let mut program = checked.program;
-    let PlanInfo { bow, bow_limit_um, unstraight, .. } = tally.straightness;
-    program.warnings.extend(tally.straightness.bow_warning(BowLimit::new(machine, options).um));
+    let PlanInfo {
+        bow,
+        bow_limit_um,
+        unstraight,
+        ..
+    } = tally.straightness;
+    program.warnings.extend(
+        tally
+            .straightness
+            .bow_warning(BowLimit::new(machine, options).um),
+    );
     Comparison {
         schema: SCHEMA_VERSION,
         program,
@@ -45,7 +66,9 @@ pub(crate) fn comparison(
         plan: PlanInfo {
             duration_s: tally.cycles.command().seconds(tally.samples),
             command: rows::stats(&tally.command, UM_PER_MM),
-            cutting_force_n: options.cutting_force_n.unwrap_or(machine.simulate().cutting_force_n),
+            cutting_force_n: options
+                .cutting_force_n
+                .unwrap_or(machine.simulate().cutting_force_n),
             bow,
             bow_limit_um,
             unstraight,
@@ -71,12 +94,20 @@ pub(crate) fn simulation(comparison: Comparison) -> Option<Simulation> {
     })
 }
 
-fn method_result(machine: &Machine, method: &str, variant: usize, tolerance_um: f64, tally: &Tally) -> MethodResult {
+fn method_result(
+    machine: &Machine,
+    method: &str,
+    variant: usize,
+    tolerance_um: f64,
+    tally: &Tally,
+) -> MethodResult {
     let (recorder, servo) = (&tally.recorders[variant], tally.cycles.servo());
     let cutting = rows::stats(&recorder.cutting, UM_PER_MM);
     let rotary = machine.axes().iter().any(MachineAxis::is_rotary);
     let mdeg = lostmotion_base::units::deg(1e3);
-    let axes: Vec<AxisResult> = (0..machine.axes().len()).map(|axis| axis_result(variant, axis, tally)).collect();
+    let axes: Vec<AxisResult> = (0..machine.axes().len())
+        .map(|axis| axis_result(variant, axis, tally))
+        .collect();
     let mut result = MethodResult {
         method: method.to_owned(),
         cutting,
@@ -84,7 +115,11 @@ fn method_result(machine: &Machine, method: &str, variant: usize, tolerance_um: 
         backlash: rows::stats(&recorder.backlash, UM_PER_MM),
         orientation_mdeg: rotary.then(|| rows::stats(&recorder.orientation, mdeg)),
         worst_blocks: worst_blocks(recorder, servo),
-        reversals: recorder.turns.worst().map(|row| rows::reversal(row, servo)).collect(),
+        reversals: recorder
+            .turns
+            .worst()
+            .map(|row| rows::reversal(row, servo))
+            .collect(),
         reversal_count: recorder.turns.counts().iter().sum(),
         axes,
         gantry: gantry(variant, tally),
@@ -99,20 +134,31 @@ fn method_result(machine: &Machine, method: &str, variant: usize, tolerance_um: 
 fn worst_blocks(recorder: &Recorder, servo: Clock) -> Vec<BlockResult> {
     let block = |row| rows::block(row, servo);
     let cutting: Vec<BlockResult> = recorder.blocks.worst().map(block).collect();
-    if cutting.is_empty() { recorder.blocks.worst_rapids().map(block).collect() } else { cutting }
+    if cutting.is_empty() {
+        recorder.blocks.worst_rapids().map(block).collect()
+    } else {
+        cutting
+    }
 }
 
 fn notes(result: &MethodResult, servo: Clock, not_finite: u64) -> Vec<String> {
     let mut notes = Vec::new();
     if result.cutting.samples == 0 {
-        notes.push("the program has no cutting moves (G1, G2, G3); the verdict says nothing".to_owned());
+        notes.push(
+            "the program has no cutting moves (G1, G2, G3); the verdict says nothing".to_owned(),
+        );
     }
     for axis in result.axes.iter().filter(|axis| axis.saturated_samples > 0) {
         let seconds = servo.seconds(axis.saturated_samples);
-        notes.push(format!("axis {}: the drive was at its current or voltage limit for {seconds:.3} s", axis.axis));
+        notes.push(format!(
+            "axis {}: the drive was at its current or voltage limit for {seconds:.3} s",
+            axis.axis
+        ));
     }
     if not_finite > 0 {
-        notes.push(format!("{not_finite} samples are not numbers: the simulation diverged"));
+        notes.push(format!(
+            "{not_finite} samples are not numbers: the simulation diverged"
+        ));
     }
     notes
 }
@@ -132,11 +178,19 @@ fn gantry(variant: usize, tally: &Tally) -> Option<GantryResult> {
 
 fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
     let info = &tally.bank.outputs.axes()[axis];
-    let (output, second) = (tally.bank.outputs.of(variant, axis), tally.bank.outputs.second_of(variant, axis));
+    let (output, second) = (
+        tally.bank.outputs.of(variant, axis),
+        tally.bank.outputs.second_of(variant, axis),
+    );
     let id = info.id;
     let unit = if info.rotary { "mdeg" } else { "um" };
-    // Following errors are in the axis' own unit (mm or deg, or rad on axes described in rad): a joint unit is mm or rad.
-    let per_joint_unit = if info.rotary { lostmotion_base::units::deg(1e3) } else { UM_PER_MM };
+    // Following errors are in the axis' own unit (mm or deg, or rad on axes described in rad): a
+    // joint unit is mm or rad.
+    let per_joint_unit = if info.rotary {
+        lostmotion_base::units::deg(1e3)
+    } else {
+        UM_PER_MM
+    };
     let factor = per_joint_unit / info.units;
     let large = per_joint_unit / 1e3;
     AxisResult {
@@ -146,9 +200,11 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
         following: rows::stats(&tally.recorders[variant].following[axis], factor),
         following_without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].following[axis], factor),
         reversals: tally.recorders[variant].turns.counts()[id.index()],
-        peak_current_ratio: second.map_or(output.peak_current_a, |second| output.peak_current_a.max(second.peak_current_a))
-            / info.current_limit_a,
-        saturated_samples: output.saturated_samples + second.map_or(0, |second| second.saturated_samples),
+        peak_current_ratio: second.map_or(output.peak_current_a, |second| {
+            output.peak_current_a.max(second.peak_current_a)
+        }) / info.current_limit_a,
+        saturated_samples: output.saturated_samples
+            + second.map_or(0, |second| second.saturated_samples),
         peak_velocity: tally.peak_velocity[id] * large,
         range: [tally.range[0][id] * large, tally.range[1][id] * large],
     }
@@ -156,8 +212,17 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
 
 /// Says of every method that leaves more backlash than no compensation does.
 fn note_harm(results: &mut [MethodResult]) {
-    let Some(none) = results.iter().find(|result| result.method == "none").map(|result| result.backlash) else { return };
-    for result in results.iter_mut().filter(|result| result.backlash.rms > none.rms + HARM_UM) {
+    let Some(none) = results
+        .iter()
+        .find(|result| result.method == "none")
+        .map(|result| result.backlash)
+    else {
+        return;
+    };
+    for result in results
+        .iter_mut()
+        .filter(|result| result.backlash.rms > none.rms + HARM_UM)
+    {
         let (with, without) = (result.backlash.rms, none.rms);
         let digits = if with < 100.0 { 2 } else { 0 };
         result.notes.push(format!("does harm here: backlash RMS {with:.digits$} um against {without:.2} um without compensation"));
@@ -166,13 +231,20 @@ fn note_harm(results: &mut [MethodResult]) {
 
 /// The method recommended among those that need no scale on the load.
 fn recommended(results: &[MethodResult]) -> Option<String> {
-    let usable = results.iter().filter(|result| find_method(&result.method).is_ok_and(|method| !method.info.knows.load_scale));
-    let rms: Vec<(&str, f64)> = usable.map(|result| (result.method.as_str(), result.backlash.rms)).collect();
-    preferred(&rms).filter(|_| results.len() > 1).map(str::to_owned)
+    let usable = results.iter().filter(|result| {
+        find_method(&result.method).is_ok_and(|method| !method.info.knows.load_scale)
+    });
+    let rms: Vec<(&str, f64)> = usable
+        .map(|result| (result.method.as_str(), result.backlash.rms))
+        .collect();
+    preferred(&rms)
+        .filter(|_| results.len() > 1)
+        .map(str::to_owned)
 }
 
-/// Of methods and their backlash RMS the one with the least; ties go to the one named first. [`DEFAULT_METHOD`], which has to be told nothing, goes before others
-/// that are hardly better: by no more than [`HARM_UM`] or [`NEAR`] of what no compensation leaves.
+/// Of methods and their backlash RMS the one with the least; ties go to the one named first.
+/// [`DEFAULT_METHOD`], which has to be told nothing, goes before others that are hardly better: by
+/// no more than [`HARM_UM`] or [`NEAR`] of what no compensation leaves.
 fn preferred<'a>(rms: &[(&'a str, f64)]) -> Option<&'a str> {
     let (mut best, mut least) = (None, f64::INFINITY);
     for (method, rms) in rms {
@@ -180,9 +252,15 @@ fn preferred<'a>(rms: &[(&'a str, f64)]) -> Option<&'a str> {
             (best, least) = (Some(*method), *rms);
         }
     }
-    let of = |name: &str| rms.iter().find(|(method, _)| *method == name).map(|(_, rms)| *rms);
+    let of = |name: &str| {
+        rms.iter()
+            .find(|(method, _)| *method == name)
+            .map(|(_, rms)| *rms)
+    };
     let none = of("none").unwrap_or(0.0);
-    let near = of(DEFAULT_METHOD).is_some_and(|rms| rms <= least + (NEAR * none).max(HARM_UM) && (of("none").is_none() || rms < none));
+    let near = of(DEFAULT_METHOD).is_some_and(|rms| {
+        rms <= least + (NEAR * none).max(HARM_UM) && (of("none").is_none() || rms < none)
+    });
     if near { Some(DEFAULT_METHOD) } else { best }
 }
 
@@ -192,7 +270,13 @@ mod tests {
 
     #[test]
     fn adaptive_goes_before_what_is_hardly_better_and_never_where_it_does_not_help() {
-        let told = |lookup: f64, adaptive: f64| preferred(&[("none", 5.0), ("lookup", lookup), (DEFAULT_METHOD, adaptive)]);
+        let told = |lookup: f64, adaptive: f64| {
+            preferred(&[
+                ("none", 5.0),
+                ("lookup", lookup),
+                (DEFAULT_METHOD, adaptive),
+            ])
+        };
         assert_eq!(told(0.1, 0.34), Some(DEFAULT_METHOD));
         assert_eq!(told(0.1, 0.36), Some("lookup"));
         assert_eq!(told(6.0, 5.05), Some("none"));

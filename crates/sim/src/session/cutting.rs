@@ -1,7 +1,10 @@
-//! The cutting force: of constant size, against the tool's way through the part, on feed moves alone.
+//! The cutting force: of constant size, against the tool's way through the part, on feed moves
+//! alone.
 //!
-//! With p(q) the tip in the part's frame over the joints q and t the unit vector along `dp/dt`, the force on the tool is `-F t`, and by virtual work each
-//! joint's load takes `F t . dp/dq` against its positive direction: the direction's cosines on linear axes in N, moments about the rotary ones in N m.
+//! With p(q) the tip in the part's frame over the joints q and t the unit vector along `dp/dt`, the
+//! force on the tool is `-F t`, and by virtual work each joint's load takes `F t . dp/dq` against
+//! its positive direction: the direction's cosines on linear axes in N, moments about the rotary
+//! ones in N m.
 
 use super::modes::Modes;
 use lostmotion_base::units::UM_PER_MM;
@@ -28,18 +31,49 @@ pub(crate) struct Cutting {
 impl Cutting {
     /// None for a force of 0.
     pub(crate) fn new(force_n: f64, rotary: AxisSet, axes: Vec<AxisId>) -> Option<Cutting> {
-        (force_n > 0.0).then_some(Cutting { force_n, rotary, axes })
+        (force_n > 0.0).then_some(Cutting {
+            force_n,
+            rotary,
+            axes,
+        })
     }
 
-    /// The forces of a chunk of samples: on each joint's load against its positive direction, N or N m; 0 on rapids and at rest.
-    pub(crate) fn forces(&self, samples: &[Sample], tracker: &ContourTracker, modes: &Modes) -> Vec<Coords> {
-        let cuts = |sample: &Sample| tracker.segment(sample.segment).is_some_and(|segment| !segment.rapid);
-        samples.iter().map(|sample| if cuts(sample) { self.force(sample, modes.at(sample.segment)) } else { Coords::ZERO }).collect()
+    /// The forces of a chunk of samples: on each joint's load against its positive direction, N or
+    /// N m; 0 on rapids and at rest.
+    pub(crate) fn forces(
+        &self,
+        samples: &[Sample],
+        tracker: &ContourTracker,
+        modes: &Modes,
+    ) -> Vec<Coords> {
+        let cuts = |sample: &Sample| {
+            tracker
+                .segment(sample.segment)
+                .is_some_and(|segment| !segment.rapid)
+        };
+        samples
+            .iter()
+            .map(|sample| {
+                if cuts(sample) {
+                    self.force(sample, modes.at(sample.segment))
+                } else {
+                    Coords::ZERO
+                }
+            })
+            .collect()
     }
 
     fn force(&self, sample: &Sample, kinematics: &dyn Kinematics) -> Coords {
-        let ways: Vec<(AxisId, [f64; 3])> = self.axes.iter().map(|axis| (*axis, self.way(sample, *axis, kinematics))).collect();
-        let along = |n: usize| ways.iter().map(|(axis, way)| way[n] * sample.velocity[*axis]).sum::<f64>();
+        let ways: Vec<(AxisId, [f64; 3])> = self
+            .axes
+            .iter()
+            .map(|axis| (*axis, self.way(sample, *axis, kinematics)))
+            .collect();
+        let along = |n: usize| {
+            ways.iter()
+                .map(|(axis, way)| way[n] * sample.velocity[*axis])
+                .sum::<f64>()
+        };
         let velocity = [along(0), along(1), along(2)];
         let speed = dot(&velocity, &velocity).sqrt();
         let mut forces = Coords::ZERO;
@@ -47,7 +81,11 @@ impl Cutting {
             for (axis, way) in ways {
                 let per_joint = self.force_n * dot(&velocity, &way) / speed;
                 // mm of the tip for each rad of a rotary joint
-                forces[axis] = if self.rotary.contains(axis) { per_joint / UM_PER_MM } else { per_joint };
+                forces[axis] = if self.rotary.contains(axis) {
+                    per_joint / UM_PER_MM
+                } else {
+                    per_joint
+                };
             }
         }
         forces
@@ -98,7 +136,10 @@ mod tests {
     fn cutting(machine: &str, force_n: f64) -> (Cutting, Box<dyn Kinematics>) {
         let machine = Machine::preset(machine).unwrap();
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
-        (Cutting::new(force_n, machine.rotary_joints(), letters).unwrap(), machine.build_kinematics().unwrap())
+        (
+            Cutting::new(force_n, machine.rotary_joints(), letters).unwrap(),
+            machine.build_kinematics().unwrap(),
+        )
     }
 
     #[test]
@@ -109,7 +150,11 @@ mod tests {
         let force = |velocity| cutting.force(&sample(Coords::ZERO, velocity), kinematics.as_ref());
         let forces = force(velocity);
         for (axis, expected) in [(AxisId::X, -300.0), (AxisId::Y, 400.0), (AxisId::Z, 0.0)] {
-            assert!((forces[axis] - expected).abs() < 1e-6, "{axis}: {}", forces[axis]);
+            assert!(
+                (forces[axis] - expected).abs() < 1e-6,
+                "{axis}: {}",
+                forces[axis]
+            );
         }
         assert_eq!(force(Coords::ZERO), Coords::ZERO);
     }
@@ -119,18 +164,28 @@ mod tests {
     fn on_a_trunnion_its_power_is_that_at_the_tip() {
         let (cutting, kinematics) = cutting("trunnion5", 700.0);
         let (mut position, mut velocity) = (Coords::ZERO, Coords::ZERO);
-        for (axis, at, speed) in
-            [(AxisId::X, 30.0, 12.0), (AxisId::Y, -20.0, -7.0), (AxisId::Z, -60.0, 3.0), (AxisId::A, -0.4, 0.2), (AxisId::C, 1.1, -0.5)]
-        {
+        for (axis, at, speed) in [
+            (AxisId::X, 30.0, 12.0),
+            (AxisId::Y, -20.0, -7.0),
+            (AxisId::Z, -60.0, 3.0),
+            (AxisId::A, -0.4, 0.2),
+            (AxisId::C, 1.1, -0.5),
+        ] {
             (position[axis], velocity[axis]) = (at, speed);
         }
         let forces = cutting.force(&sample(position, velocity), kinematics.as_ref());
         let per_mm = |axis: AxisId| if axis.is_rotary() { 1e3 } else { 1.0 };
-        let power: f64 = cutting.axes.iter().map(|axis| forces[*axis] * per_mm(*axis) * velocity[*axis]).sum();
+        let power: f64 = cutting
+            .axes
+            .iter()
+            .map(|axis| forces[*axis] * per_mm(*axis) * velocity[*axis])
+            .sum();
         // the tip's speed from where it is a moment before and after
         let tip = |t: f64| {
             let mut joints = position;
-            AxisId::ALL.iter().for_each(|axis| joints[*axis] += velocity[*axis] * t);
+            AxisId::ALL
+                .iter()
+                .for_each(|axis| joints[*axis] += velocity[*axis] * t);
             kinematics.tool_pose(&joints, &[0.0, 0.0, 80.0]).tip
         };
         let (a, b) = (tip(-1e-5), tip(1e-5));

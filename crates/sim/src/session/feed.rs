@@ -1,4 +1,5 @@
-//! The second pass: program in, samples of the plan out, with the programmed segments that they lie on.
+//! The second pass: program in, samples of the plan out, with the programmed segments that they lie
+//! on.
 
 use super::bow::Bows;
 use super::check::{planner_config, with_provenance};
@@ -27,7 +28,11 @@ pub(crate) enum Note {
     /// A move with its running number.
     Move { index: u64, item: Move },
     /// A dwell after so many moves.
-    Dwell { after: u64, seconds: f64, block: BlockRef },
+    Dwell {
+        after: u64,
+        seconds: f64,
+        block: BlockRef,
+    },
     /// Another tool.
     ToolChange,
 }
@@ -57,17 +62,33 @@ pub(crate) struct Feed {
 }
 
 impl Feed {
-    pub(crate) fn new(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Feed, SimError> {
+    pub(crate) fn new(
+        source: &ProgramSource,
+        machine: &Machine,
+        options: &SimulateOptions,
+    ) -> Result<Feed, SimError> {
         Feed::changed(source, machine, options, Change::NONE)
     }
 
     /// With notes of what is read.
-    pub(crate) fn timed(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Feed, SimError> {
-        Ok(Feed { notes: Some(Vec::new()), ..Feed::new(source, machine, options)? })
+    pub(crate) fn timed(
+        source: &ProgramSource,
+        machine: &Machine,
+        options: &SimulateOptions,
+    ) -> Result<Feed, SimError> {
+        Ok(Feed {
+            notes: Some(Vec::new()),
+            ..Feed::new(source, machine, options)?
+        })
     }
 
     /// On a machine, or of a program, with something changed.
-    pub(crate) fn changed(source: &ProgramSource, machine: &Machine, options: &SimulateOptions, change: Change) -> Result<Feed, SimError> {
+    pub(crate) fn changed(
+        source: &ProgramSource,
+        machine: &Machine,
+        options: &SimulateOptions,
+        change: Change,
+    ) -> Result<Feed, SimError> {
         let mut modes = Modes::new(machine)?;
         let start = machine.start();
         let mut config = change.of_machine(planner_config(machine, options.quality));
@@ -75,8 +96,13 @@ impl Feed {
         if paced.is_some() {
             config.clock = Pacer::plan_clock(&config);
         }
-        let bows = Bows::new(modes.kinematics(true), machine.cycles().command().period_s(), BowLimit::new(machine, options));
-        let tip = machine.kinematics().tip_control() == TipControl::Always || modes.kinematics(true).orientation().is_none();
+        let bows = Bows::new(
+            modes.kinematics(true),
+            machine.cycles().command().period_s(),
+            BowLimit::new(machine, options),
+        );
+        let tip = machine.kinematics().tip_control() == TipControl::Always
+            || modes.kinematics(true).orientation().is_none();
         modes.begin(0, tip);
         let kinematics = Arc::clone(modes.kinematics(tip));
         let start_joints = kinematics.inverse(&start, &[0.0; 3])?;
@@ -85,7 +111,10 @@ impl Feed {
             reader: Reader::new(source, machine, options)?,
             start_joints,
             planned: start_joints,
-            planner: Bows::bound(bows.as_ref(), Planner::new(config.clone(), kinematics, start)?),
+            planner: Bows::bound(
+                bows.as_ref(),
+                Planner::new(config.clone(), kinematics, start)?,
+            ),
             config,
             paced,
             bows,
@@ -101,8 +130,14 @@ impl Feed {
         })
     }
 
-    /// The next samples, at most so many, none at the end; and the segments that were read on the way.
-    pub(crate) fn chunk(&mut self, most: usize, samples: &mut Vec<Sample>, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
+    /// The next samples, at most so many, none at the end; and the segments that were read on the
+    /// way.
+    pub(crate) fn chunk(
+        &mut self,
+        most: usize,
+        samples: &mut Vec<Sample>,
+        segments: &mut Vec<ProgrammedSegment>,
+    ) -> Result<(), SimError> {
         samples.clear();
         let result = if let Some(mut paced) = self.paced.take() {
             let result = paced.take(most, samples, |plan| self.plan(AT_ONCE, plan, segments));
@@ -119,7 +154,12 @@ impl Feed {
     }
 
     /// The next samples of the plan, up to so many in all.
-    fn plan(&mut self, most: usize, samples: &mut Vec<Sample>, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
+    fn plan(
+        &mut self,
+        most: usize,
+        samples: &mut Vec<Sample>,
+        segments: &mut Vec<ProgrammedSegment>,
+    ) -> Result<(), SimError> {
         while samples.len() < most {
             let from = samples.len();
             let taken = self.planner.take(most - from, samples);
@@ -150,9 +190,13 @@ impl Feed {
             return Ok(self.planner.finish()?);
         };
         let read = read.map_err(|(problem, place)| {
-            let mut diagnostics = Diagnostics::new(1).with_provenance(self.reader.diagnostics().provenance().clone());
+            let mut diagnostics =
+                Diagnostics::new(1).with_provenance(self.reader.diagnostics().provenance().clone());
             diagnostics.push(Diagnostic { problem, place });
-            SimError::Program { name: self.name.clone(), diagnostics: Box::new(diagnostics) }
+            SimError::Program {
+                name: self.name.clone(),
+                diagnostics: Box::new(diagnostics),
+            }
         })?;
         if matches!(read.item, MotionItem::Move(_)) && self.modes.begin(self.segments, read.tip) {
             self.held = Some(read);
@@ -162,10 +206,17 @@ impl Feed {
     }
 
     fn push(&mut self, read: &Read, segments: &mut Vec<ProgrammedSegment>) -> Result<(), SimError> {
-        let origin = if let MotionItem::Move(motion) = &read.item { motion.origin } else { Coords::ZERO };
+        let origin = if let MotionItem::Move(motion) = &read.item {
+            motion.origin
+        } else {
+            Coords::ZERO
+        };
         self.note_stop(&read.item);
-        let item = lower(&read.item).map_err(|error| with_provenance(error, self.reader.diagnostics()))?;
-        let Some(item) = item.map(|item| self.change.of_item(item)) else { return Ok(()) };
+        let item =
+            lower(&read.item).map_err(|error| with_provenance(error, self.reader.diagnostics()))?;
+        let Some(item) = item.map(|item| self.change.of_item(item)) else {
+            return Ok(());
+        };
         self.planner.push(item)?;
         if let PlanItem::Move(item) = item {
             if let Some(bows) = self.bows.as_mut().filter(|_| !read.tip) {
@@ -180,7 +231,10 @@ impl Feed {
                 block: item.block,
             });
             if let Some(notes) = &mut self.notes {
-                notes.push(Note::Move { index: self.segments, item });
+                notes.push(Note::Move {
+                    index: self.segments,
+                    item,
+                });
             }
             self.segments += 1;
         }
@@ -190,7 +244,11 @@ impl Feed {
     fn note_stop(&mut self, item: &MotionItem) {
         let Some(notes) = &mut self.notes else { return };
         match item {
-            MotionItem::Dwell { seconds, block } => notes.push(Note::Dwell { after: self.segments, seconds: *seconds, block: *block }),
+            MotionItem::Dwell { seconds, block } => notes.push(Note::Dwell {
+                after: self.segments,
+                seconds: *seconds,
+                block: *block,
+            }),
             MotionItem::ToolChange { .. } => notes.push(Note::ToolChange),
             _ => {}
         }
@@ -210,7 +268,10 @@ impl Feed {
     fn change_over(&mut self, read: &Read) -> Result<(), SimError> {
         let kinematics = self.modes.kinematics(read.tip);
         let start = kinematics.forward(&self.planned, &[0.0; 3]);
-        self.planner = Bows::bound(self.bows.as_ref(), Planner::new(self.config.clone(), Arc::clone(kinematics), start)?);
+        self.planner = Bows::bound(
+            self.bows.as_ref(),
+            Planner::new(self.config.clone(), Arc::clone(kinematics), start)?,
+        );
         self.before = (self.given, self.segments);
         Ok(())
     }

@@ -1,4 +1,5 @@
-//! One servo tick as every variant sees it: the command, and what the command itself and the machine without a gap make of it.
+//! One servo tick as every variant sees it: the command, and what the command itself and the
+//! machine without a gap make of it.
 
 use super::modes::Modes;
 use lostmotion_base::{Coords, Tick};
@@ -59,16 +60,33 @@ pub(crate) struct Aligner {
 
 impl Aligner {
     pub(crate) fn new(delay_ticks: u32, servo_per_cnc: usize) -> Aligner {
-        Aligner { delay_ticks: u64::from(delay_ticks), servo_per_cnc: servo_per_cnc as u64, past: VecDeque::new(), done: 0 }
+        Aligner {
+            delay_ticks: u64::from(delay_ticks),
+            servo_per_cnc: servo_per_cnc as u64,
+            past: VecDeque::new(),
+            done: 0,
+        }
     }
 
-    /// The frames of a chunk, without the errors of command and machine without a gap. Servo samples before the first command are left out.
-    pub(crate) fn frames(&mut self, samples: &[Sample], modes: &Modes, reference: impl Fn(usize) -> Coords, frames: &mut Vec<Frame>) {
+    /// The frames of a chunk, without the errors of command and machine without a gap. Servo
+    /// samples before the first command are left out.
+    pub(crate) fn frames(
+        &mut self,
+        samples: &[Sample],
+        modes: &Modes,
+        reference: impl Fn(usize) -> Coords,
+        frames: &mut Vec<Frame>,
+    ) {
         frames.clear();
         let held = self.past.len() as u64;
         for servo_sample in 0..samples.len() as u64 * self.servo_per_cnc {
-            let (cnc, part) = (self.done + servo_sample / self.servo_per_cnc, servo_sample % self.servo_per_cnc);
-            let Some(commanded) = cnc.checked_sub(self.delay_ticks) else { continue };
+            let (cnc, part) = (
+                self.done + servo_sample / self.servo_per_cnc,
+                servo_sample % self.servo_per_cnc,
+            );
+            let Some(commanded) = cnc.checked_sub(self.delay_ticks) else {
+                continue;
+            };
             let from_oldest = commanded + held - self.done;
             let sample = match from_oldest.checked_sub(held) {
                 Some(index) => samples[index as usize],

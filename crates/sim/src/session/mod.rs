@@ -49,7 +49,8 @@ use lostmotion_plan::Sample;
 
 /// Runs a part program on a machine with one compensator and judges its contour error.
 ///
-/// The machine without a gap runs beside it, so that every error splits into command, servo and backlash.
+/// The machine without a gap runs beside it, so that every error splits into command, servo and
+/// backlash.
 ///
 /// # Errors
 /// Everything that is wrong with program, machine, method or options; see [`SimError`].
@@ -83,14 +84,20 @@ pub fn compare(
     }
     let checked = check::check(source, machine, options)?;
     let tally = run::run(source, machine, methods, options, observer)?;
-    Ok(collect::comparison(source, machine, methods, options, checked, &tally))
+    Ok(collect::comparison(
+        source, machine, methods, options, checked, &tally,
+    ))
 }
 
 /// Reads a part program to its end and holds it against a machine, without moving anything.
 ///
 /// # Errors
 /// As [`simulate`], apart from those of the method.
-pub fn check(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<ProgramInfo, SimError> {
+pub fn check(
+    source: &ProgramSource,
+    machine: &Machine,
+    options: &SimulateOptions,
+) -> Result<ProgramInfo, SimError> {
     Ok(check::check(source, machine, options)?.program)
 }
 
@@ -110,8 +117,9 @@ pub fn plan(
 /// Takes a chunk of samples and the programmed segments read for it.
 pub type PathSink<'a> = dyn FnMut(&[Sample], &[ProgrammedSegment]) -> Result<(), SinkError> + 'a;
 
-/// As [`plan`], with the programmed path: beside each chunk of samples come the segments read for it, each once, in order and no later than
-/// the first sample that names it. So a caller can measure contour errors of machines that are not described by a [`Machine`].
+/// As [`plan`], with the programmed path: beside each chunk of samples come the segments read for
+/// it, each once, in order and no later than the first sample that names it. So a caller can
+/// measure contour errors of machines that are not described by a [`Machine`].
 ///
 /// # Errors
 /// As [`plan`].
@@ -129,19 +137,31 @@ pub fn plan_with_path(
         segments.clear();
         feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
         if samples.is_empty() {
-            let mut plan = PlanInfo { duration_s: command.seconds(count), ..checked.plan };
+            let mut plan = PlanInfo {
+                duration_s: command.seconds(count),
+                ..checked.plan
+            };
             feed.tell(&mut plan);
             return Ok(plan);
         }
         count += samples.len() as u64;
         if command.seconds(count) > options.max_duration_s {
-            return Err(SimError::TooLong { limit_s: options.max_duration_s });
+            return Err(SimError::TooLong {
+                limit_s: options.max_duration_s,
+            });
         }
         sink(&samples, &segments).map_err(SimError::Sink)?;
     }
 }
 
 fn unknown_method(name: &str) -> SimError {
-    let known = METHODS.iter().map(|method| method.info.name).collect::<Vec<_>>().join(", ");
-    SimError::Method { name: name.to_owned(), known }
+    let known = METHODS
+        .iter()
+        .map(|method| method.info.name)
+        .collect::<Vec<_>>()
+        .join(", ");
+    SimError::Method {
+        name: name.to_owned(),
+        known,
+    }
 }

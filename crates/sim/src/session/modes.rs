@@ -16,7 +16,11 @@ pub(crate) struct Modes {
 
 impl Modes {
     pub(crate) fn new(machine: &Machine) -> Result<Modes, SimError> {
-        Ok(Modes { tip: Arc::from(machine.build_kinematics()?), plain: Arc::new(Cartesian), changes: Vec::new() })
+        Ok(Modes {
+            tip: Arc::from(machine.build_kinematics()?),
+            plain: Arc::new(Cartesian),
+            changes: Vec::new(),
+        })
     }
 
     pub(crate) fn kinematics(&self, tip: bool) -> &Arc<dyn Kinematics> {
@@ -35,7 +39,10 @@ impl Modes {
     /// That of a segment.
     pub(crate) fn at(&self, segment: u64) -> &dyn Kinematics {
         let after = self.changes.partition_point(|(first, _)| *first <= segment);
-        let tip = after.checked_sub(1).and_then(|index| self.changes.get(index)).is_none_or(|(_, tip)| *tip);
+        let tip = after
+            .checked_sub(1)
+            .and_then(|index| self.changes.get(index))
+            .is_none_or(|(_, tip)| *tip);
         self.kinematics(tip).as_ref()
     }
 }

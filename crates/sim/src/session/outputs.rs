@@ -28,12 +28,19 @@ pub(super) struct Beam {
 impl Beam {
     pub(super) fn of(gantry: &Gantry, axes: &[AxisInfo]) -> Option<Beam> {
         let index = |id| axes.iter().position(|axis| axis.id == id);
-        Some(Beam { gantry: gantry.clone(), axis: index(gantry.axis)?, along: index(gantry.along)? })
+        Some(Beam {
+            gantry: gantry.clone(),
+            axis: index(gantry.axis)?,
+            along: index(gantry.along)?,
+        })
     }
 
-    /// Gives the second motor the setpoints of the first, and each its part of the force by the place of the tool along the beam.
+    /// Gives the second motor the setpoints of the first, and each its part of the force by the
+    /// place of the tool along the beam.
     pub(super) fn share_forces(&self, samples: &[Sample], setpoints: &mut [Vec<Setpoint>]) {
-        let (Some(first), count) = (setpoints.get(self.axis).cloned(), setpoints.len()) else { return };
+        let (Some(first), count) = (setpoints.get(self.axis).cloned(), setpoints.len()) else {
+            return;
+        };
         let [axis, second] = [self.axis, count - 1];
         setpoints[second] = first;
         for (n, sample) in samples.iter().enumerate() {
@@ -81,20 +88,27 @@ impl Outputs {
         &self.lanes[self.lane(variant, axis)]
     }
 
-    /// Lane of an axis of a variant; that of the second motor of a gantry follows those of the axes.
+    /// Lane of an axis of a variant; that of the second motor of a gantry follows those of the
+    /// axes.
     fn lane(&self, variant: usize, axis: usize) -> usize {
         self.lane_of[variant * (self.axes.len() + usize::from(self.gantry.is_some())) + axis]
     }
 
     /// Output of the second motor of an axis of a variant, if it has one.
     pub(crate) fn second_of(&self, variant: usize, axis: usize) -> Option<&AxisOutput> {
-        self.gantry.as_ref().filter(|beam| beam.axis == axis).map(|_| self.of(variant, self.axes.len()))
+        self.gantry
+            .as_ref()
+            .filter(|beam| beam.axis == axis)
+            .map(|_| self.of(variant, self.axes.len()))
     }
 
     /// How far the first end of a gantry is ahead of the second, in its unit; and its axis.
     pub(crate) fn skew(&self, variant: usize, servo_sample: usize) -> Option<f64> {
         let beam = self.gantry.as_ref()?;
-        Some(self.end(variant, beam.axis, servo_sample) - self.end(variant, self.axes.len(), servo_sample))
+        Some(
+            self.end(variant, beam.axis, servo_sample)
+                - self.end(variant, self.axes.len(), servo_sample),
+        )
     }
 
     /// The axis of a gantry.
@@ -108,11 +122,16 @@ impl Outputs {
         self.lanes[lane].load[servo_sample] - self.datums[lane]
     }
 
-    /// Load position of an axis of a variant at a servo sample of the last chunk, in the axis' unit.
+    /// Load position of an axis of a variant at a servo sample of the last chunk, in the axis'
+    /// unit.
     pub(crate) fn load_of(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
         let first = self.end(variant, axis, servo_sample);
-        let Some(beam) = self.gantry.as_ref().filter(|beam| beam.axis == axis) else { return first };
-        let share = beam.gantry.share(self.end(variant, beam.along, servo_sample));
+        let Some(beam) = self.gantry.as_ref().filter(|beam| beam.axis == axis) else {
+            return first;
+        };
+        let share = beam
+            .gantry
+            .share(self.end(variant, beam.along, servo_sample));
         first + share * (self.end(variant, self.axes.len(), servo_sample) - first)
     }
 
@@ -121,7 +140,8 @@ impl Outputs {
         self.joints(|axis| self.load_of(variant, axis, servo_sample))
     }
 
-    /// Joint positions of the references at a servo sample of the last chunk; the same for every variant.
+    /// Joint positions of the references at a servo sample of the last chunk; the same for every
+    /// variant.
     pub(crate) fn reference(&self, servo_sample: usize) -> Coords {
         self.joints(|axis| self.of(0, axis).reference[servo_sample])
     }

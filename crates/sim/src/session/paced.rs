@@ -22,7 +22,10 @@ pub(super) struct Paced {
 
 impl Paced {
     /// For a program that goes by itself there is none.
-    pub(super) fn new(config: &PlannerConfig, interventions: &[Intervention]) -> Result<Option<Paced>, SimError> {
+    pub(super) fn new(
+        config: &PlannerConfig,
+        interventions: &[Intervention],
+    ) -> Result<Option<Paced>, SimError> {
         if interventions.is_empty() {
             return Ok(None);
         }
@@ -40,10 +43,17 @@ impl Paced {
             last_s = *at_s;
             actions.push_back(((at_s / config.clock.period_s()).round() as Tick, *action));
         }
-        Ok(Some(Paced { pacer: Pacer::new(config)?, actions, given: 0, stopped: false, plan: Vec::new() }))
+        Ok(Some(Paced {
+            pacer: Pacer::new(config)?,
+            actions,
+            given: 0,
+            stopped: false,
+            plan: Vec::new(),
+        }))
     }
 
-    /// Adds samples, up to so many, as far as the plan is known; `plan` adds more of it, or nothing at its end.
+    /// Adds samples, up to so many, as far as the plan is known; `plan` adds more of it, or nothing
+    /// at its end.
     pub(super) fn take(
         &mut self,
         most: usize,
@@ -51,7 +61,11 @@ impl Paced {
         mut plan: impl FnMut(&mut Vec<Sample>) -> Result<(), SimError>,
     ) -> Result<(), SimError> {
         while samples.len() < most && !self.stopped {
-            while self.actions.front().is_some_and(|(tick, _)| *tick <= self.given) {
+            while self
+                .actions
+                .front()
+                .is_some_and(|(tick, _)| *tick <= self.given)
+            {
                 if let Some((_, action)) = self.actions.pop_front() {
                     self.pacer.act(action)?;
                 }

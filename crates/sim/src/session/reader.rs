@@ -7,7 +7,8 @@ use crate::options::SimulateOptions;
 use crate::source::ProgramSource;
 use lostmotion_base::{BlockRef, Coords};
 use lostmotion_gcode::{
-    CanonicalOp, Diagnostics, InterpreterConfig, MotionFold, MotionItem, Plane, Problem, Program, SourcedOp, Tool, ToolTable, Units,
+    CanonicalOp, Diagnostics, InterpreterConfig, MotionFold, MotionItem, Plane, Problem, Program,
+    SourcedOp, Tool, ToolTable, Units,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::io::BufRead;
@@ -43,16 +44,27 @@ pub(crate) struct Reader {
 }
 
 impl Reader {
-    pub(crate) fn new(source: &ProgramSource, machine: &Machine, options: &SimulateOptions) -> Result<Reader, SimError> {
-        let read = |error| SimError::Read { name: source.name().to_owned(), source: error };
+    pub(crate) fn new(
+        source: &ProgramSource,
+        machine: &Machine,
+        options: &SimulateOptions,
+    ) -> Result<Reader, SimError> {
+        let read = |error| SimError::Read {
+            name: source.name().to_owned(),
+            source: error,
+        };
         source.len().map_err(read)?;
         let reader = source.open().map_err(read)?;
         let mut program = Program::new(reader, interpreter_config(machine, options));
         if let Some(loader) = &options.loader {
             program = program.with_loader(Arc::clone(loader));
         }
-        let fold = MotionFold::new(machine.start()).with_spline_tolerance_mm(options.spline_tolerance_mm);
-        let steering = Steering::new(Arc::from(machine.build_kinematics()?), machine.kinematics().tip_control());
+        let fold =
+            MotionFold::new(machine.start()).with_spline_tolerance_mm(options.spline_tolerance_mm);
+        let steering = Steering::new(
+            Arc::from(machine.build_kinematics()?),
+            machine.kinematics().tip_control(),
+        );
         Ok(Reader {
             program,
             fold,
@@ -84,8 +96,12 @@ impl Reader {
             }
             match sourced.op {
                 CanonicalOp::SelectPlane(plane) => self.plane = plane,
-                CanonicalOp::StartSpeedFeedSync(_) => self.synchronised = self.synchronised.or(Some(sourced.block)),
-                CanonicalOp::StartSpindle { spindle, clockwise } => self.turn(spindle, Some(clockwise)),
+                CanonicalOp::StartSpeedFeedSync(_) => {
+                    self.synchronised = self.synchronised.or(Some(sourced.block))
+                }
+                CanonicalOp::StartSpindle { spindle, clockwise } => {
+                    self.turn(spindle, Some(clockwise))
+                }
                 CanonicalOp::StopSpindle { spindle } => self.turn(spindle, None),
                 _ => {}
             }
@@ -96,10 +112,15 @@ impl Reader {
     }
 
     fn take(&mut self, sourced: &SourcedOp) -> Result<(), Problem> {
-        let straight = matches!(sourced.op, CanonicalOp::StraightFeed(_) | CanonicalOp::StraightTraverse(_));
+        let straight = matches!(
+            sourced.op,
+            CanonicalOp::StraightFeed(_) | CanonicalOp::StraightTraverse(_)
+        );
         if straight && self.steering.directs() {
             return match self.fold.push(sourced)? {
-                Some(MotionItem::Move(motion)) => self.steering.hold(motion, self.plane, &mut self.pending),
+                Some(MotionItem::Move(motion)) => {
+                    self.steering.hold(motion, self.plane, &mut self.pending)
+                }
                 _ => Ok(()),
             };
         }
@@ -109,11 +130,24 @@ impl Reader {
                 self.steering.program(on, &mut self.fold)?;
             }
             CanonicalOp::OrientTool(direction) if self.steering.steers() => {
-                // G43.5 tells directions in the coordinates of the program, G53.1 in those of the workpiece.
-                let direction = if self.steering.follows_program() { self.fold.turned(direction) } else { direction };
-                let turn = self.steering.orient(direction, &mut self.fold, sourced.block)?;
-                let Some((item, tip)) = turn else { return Ok(()) };
-                self.pending.push_back(Read { item, plane: self.plane, tip });
+                // G43.5 tells directions in the coordinates of the program, G53.1 in those of the
+                // workpiece.
+                let direction = if self.steering.follows_program() {
+                    self.fold.turned(direction)
+                } else {
+                    direction
+                };
+                let turn = self
+                    .steering
+                    .orient(direction, &mut self.fold, sourced.block)?;
+                let Some((item, tip)) = turn else {
+                    return Ok(());
+                };
+                self.pending.push_back(Read {
+                    item,
+                    plane: self.plane,
+                    tip,
+                });
             }
             CanonicalOp::UseToolLengthOffset(_) if self.steering.steers() => {
                 self.flush()?;
@@ -135,7 +169,8 @@ impl Reader {
                     self.flush()?;
                 }
                 let (plane, tip) = (self.plane, self.steering.on);
-                self.pending.extend(items.into_iter().map(|item| Read { item, plane, tip }));
+                self.pending
+                    .extend(items.into_iter().map(|item| Read { item, plane, tip }));
                 return Ok(());
             }
         }
@@ -195,8 +230,13 @@ pub fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> Inter
     for (system, origin) in (1u8..).zip(machine.work_offsets()) {
         config = config.with_work_offset(system, origin);
     }
-    for (first, home) in HOMES.into_iter().zip([machine.home_g28(), machine.home_g30()]) {
-        config.parameters.extend((first..).zip(machine_units(&home)));
+    for (first, home) in HOMES
+        .into_iter()
+        .zip([machine.home_g28(), machine.home_g30()])
+    {
+        config
+            .parameters
+            .extend((first..).zip(machine_units(&home)));
     }
     config
 }
@@ -219,7 +259,13 @@ fn tool_table(machine: &Machine) -> Option<ToolTable> {
         let mut offset = [0.0; 9];
         offset[2] = Units::Mm.convert(entry.length_mm, InterpreterConfig::default().machine_units);
         let number = entry.number as i32;
-        table.insert(Tool { number, pocket: number, offset, diameter: entry.diameter_mm, ..Tool::default() });
+        table.insert(Tool {
+            number,
+            pocket: number,
+            offset,
+            diameter: entry.diameter_mm,
+            ..Tool::default()
+        });
     }
     Some(table)
 }

@@ -8,8 +8,8 @@ use crate::options::SimulateOptions;
 use lostmotion_axis::config::Cycles;
 use lostmotion_base::BlockRef;
 use lostmotion_contour::{
-    BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place, ReversalConfig, ReversalLedger, ReversalRow,
-    ReversalState, Shares, Statistics,
+    BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place,
+    ReversalConfig, ReversalLedger, ReversalRow, ReversalState, Shares, Statistics,
 };
 
 /// One variant's records. Constant in size, whatever the length of the program.
@@ -39,12 +39,20 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    pub(crate) fn new(variant: usize, axes: usize, cycles: Cycles, options: &SimulateOptions, with_records: bool) -> Recorder {
+    pub(crate) fn new(
+        variant: usize,
+        axes: usize,
+        cycles: Cycles,
+        options: &SimulateOptions,
+        with_records: bool,
+    ) -> Recorder {
         let window = (options.reversal_window_s / cycles.servo().period_s()).round() as u64;
         Recorder {
             variant,
             foot: FootState::default(),
-            rule: CauseRule { reversal_window_ticks: window },
+            rule: CauseRule {
+                reversal_window_ticks: window,
+            },
             reversal_config: ReversalConfig::default(),
             reversals: ReversalState::default(),
             cutting: Statistics::default(),
@@ -63,7 +71,13 @@ impl Recorder {
     }
 
     /// Takes a chunk.
-    pub(crate) fn chunk(&mut self, frames: &[Frame], outputs: &Outputs, tracker: &ContourTracker, modes: &Modes) -> Result<(), SimError> {
+    pub(crate) fn chunk(
+        &mut self,
+        frames: &[Frame],
+        outputs: &Outputs,
+        tracker: &ContourTracker,
+        modes: &Modes,
+    ) -> Result<(), SimError> {
         self.finished_blocks.clear();
         self.finished_turns.clear();
         if let Some(records) = &mut self.records {
@@ -74,11 +88,22 @@ impl Recorder {
                 self.watch_reversals(frame);
             }
             let joints = outputs.load(self.variant, frame.servo_sample);
-            let actual = modes.at(frame.sample.segment).tool_pose(&joints, &frame.sample.tool_mm);
+            let actual = modes
+                .at(frame.sample.segment)
+                .tool_pose(&joints, &frame.sample.tool_mm);
             let sample = tracker.measure(&mut self.foot, &contour_input(frame, &actual))?;
-            let shares = Shares::of(frame.command_mm, frame.without_gap.error_mm, sample.error_mm);
+            let shares = Shares::of(
+                frame.command_mm,
+                frame.without_gap.error_mm,
+                sample.error_mm,
+            );
             let cause = self.rule.cause(&shares, &sample, &self.reversals);
-            let record = ErrorRecord { sample, shares, cause, commanded_tip_mm: frame.tip_mm };
+            let record = ErrorRecord {
+                sample,
+                shares,
+                cause,
+                commanded_tip_mm: frame.tip_mm,
+            };
             self.finished_turns.extend(self.turns.record(&record));
             if frame.moving {
                 self.count(frame, &record, outputs);
@@ -89,24 +114,40 @@ impl Recorder {
 
     fn watch_reversals(&mut self, frame: &Frame) {
         let sample = &frame.sample;
-        for reversal in self.reversal_config.step(&mut self.reversals, frame.tick, &sample.velocity) {
-            let before = self.turns.open(reversal, sample.segment, sample.block, frame.without_gap.rapid);
+        for reversal in self
+            .reversal_config
+            .step(&mut self.reversals, frame.tick, &sample.velocity)
+        {
+            let before = self.turns.open(
+                reversal,
+                sample.segment,
+                sample.block,
+                frame.without_gap.rapid,
+            );
             self.finished_turns.extend(before);
         }
     }
 
     fn count(&mut self, frame: &Frame, record: &ErrorRecord, outputs: &Outputs) {
-        let place = Place { tick: record.sample.tick, segment: record.sample.segment, s: record.sample.s };
+        let place = Place {
+            tick: record.sample.tick,
+            segment: record.sample.segment,
+            s: record.sample.s,
+        };
         if record.sample.rapid {
             self.rapid.push(record.sample.error_mm, place);
         } else {
             self.cutting.push(record.sample.error_mm, place);
             self.backlash.push(record.shares.backlash_mm, place);
-            self.orientation.push(record.sample.orientation_error_rad, place);
+            self.orientation
+                .push(record.sample.orientation_error_rad, place);
         }
         for (axis, statistics) in self.following.iter_mut().enumerate() {
             let reference = outputs.of(self.variant, axis).reference[frame.servo_sample];
-            statistics.push(reference - outputs.load_of(self.variant, axis, frame.servo_sample), place);
+            statistics.push(
+                reference - outputs.load_of(self.variant, axis, frame.servo_sample),
+                place,
+            );
         }
         if let Some(skew) = outputs.skew(self.variant, frame.servo_sample) {
             self.skew.push(skew, place);
@@ -122,7 +163,8 @@ impl Recorder {
 
     /// Closes the rows of segments that no later sample can touch.
     pub(crate) fn close_before(&mut self, segment: u64) {
-        self.finished_blocks.extend(self.blocks.finish_before(segment));
+        self.finished_blocks
+            .extend(self.blocks.finish_before(segment));
     }
 
     /// Closes everything.

@@ -21,7 +21,11 @@ pub(crate) fn stats(statistics: &Statistics, factor: f64) -> ErrorStats {
 }
 
 fn parts(shares: &Shares) -> ErrorParts {
-    ErrorParts { command: shares.command_mm * UM_PER_MM, servo: shares.servo_mm * UM_PER_MM, backlash: shares.backlash_mm * UM_PER_MM }
+    ErrorParts {
+        command: shares.command_mm * UM_PER_MM,
+        servo: shares.servo_mm * UM_PER_MM,
+        backlash: shares.backlash_mm * UM_PER_MM,
+    }
 }
 
 pub(crate) fn block(row: &BlockRow, servo: Clock) -> BlockResult {
@@ -52,7 +56,11 @@ pub(crate) fn reversal(row: &ReversalRow, servo: Clock) -> ReversalResult {
 }
 
 /// A point for pictures; none if the tracker holds its segment no longer.
-pub(crate) fn contour_point(tracker: &ContourTracker, record: &ErrorRecord, servo: Clock) -> Option<ContourPoint> {
+pub(crate) fn contour_point(
+    tracker: &ContourTracker,
+    record: &ErrorRecord,
+    servo: Clock,
+) -> Option<ContourPoint> {
     let place = tracker.place(&record.sample)?;
     Some(ContourPoint {
         time_s: servo.seconds(record.sample.tick),

@@ -60,8 +60,13 @@ pub(crate) fn run(
     options: &SimulateOptions,
     observer: &mut dyn Observer,
 ) -> Result<Tally, SimError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
-    let pool = pool.map_err(|why| SimError::Threads { threads: options.threads, why: why.to_string() })?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads)
+        .build();
+    let pool = pool.map_err(|why| SimError::Threads {
+        threads: options.threads,
+        why: why.to_string(),
+    })?;
     let mut feed = Feed::new(source, machine, options)?;
     let mut run = Run::new(machine, methods, options, observer.wants_contour(), &feed)?;
     let (total, command) = (source.len().unwrap_or(0), machine.cycles().command());
@@ -83,7 +88,9 @@ pub(crate) fn run(
             break;
         }
         if command.seconds(run.tally.samples) > options.max_duration_s {
-            return Err(SimError::TooLong { limit_s: options.max_duration_s });
+            return Err(SimError::TooLong {
+                limit_s: options.max_duration_s,
+            });
         }
     }
     feed.tell(&mut run.tally.straightness);
@@ -95,16 +102,42 @@ pub(crate) fn run(
 }
 
 impl Run {
-    fn new(machine: &Machine, methods: &[String], options: &SimulateOptions, with_records: bool, feed: &Feed) -> Result<Run, SimError> {
-        let mut variants = vec![Variant { method: "none".to_owned(), without_gap: true }];
-        variants.extend(methods.iter().map(|method| Variant { method: method.clone(), without_gap: false }));
+    fn new(
+        machine: &Machine,
+        methods: &[String],
+        options: &SimulateOptions,
+        with_records: bool,
+        feed: &Feed,
+    ) -> Result<Run, SimError> {
+        let mut variants = vec![Variant {
+            method: "none".to_owned(),
+            without_gap: true,
+        }];
+        variants.extend(methods.iter().map(|method| Variant {
+            method: method.clone(),
+            without_gap: false,
+        }));
         let start = feed.start_joints();
         let bank = Bank::new(machine, &variants, &start)?;
         let (axes, cycles) = (bank.outputs.axes().len(), machine.cycles());
-        let recorder = |variant| Recorder::new(variant, axes, cycles, options, with_records && variant != WITHOUT_GAP);
+        let recorder = |variant| {
+            Recorder::new(
+                variant,
+                axes,
+                cycles,
+                options,
+                with_records && variant != WITHOUT_GAP,
+            )
+        };
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Run {
-            cutting: Cutting::new(options.cutting_force_n.unwrap_or(machine.simulate().cutting_force_n), machine.rotary_joints(), letters),
+            cutting: Cutting::new(
+                options
+                    .cutting_force_n
+                    .unwrap_or(machine.simulate().cutting_force_n),
+                machine.rotary_joints(),
+                letters,
+            ),
             modes: feed.modes().clone(),
             tracker: ContourTracker::new(options.contour),
             aligner: Aligner::new(bank.delay_ticks(), cycles.servo_ticks()),
@@ -126,21 +159,40 @@ impl Run {
 
     /// At the end, so many samples at rest that the delayed reference gets there too.
     fn drain(&self, samples: &mut Vec<Sample>, last: Option<Sample>) {
-        let rest = last.map(|last| Sample { velocity: Coords::ZERO, acceleration: Coords::ZERO, path_speed: 0.0, ..last });
-        samples.extend(rest.into_iter().flat_map(|rest| std::iter::repeat_n(rest, self.tally.bank.delay_ticks() as usize)));
+        let rest = last.map(|last| Sample {
+            velocity: Coords::ZERO,
+            acceleration: Coords::ZERO,
+            path_speed: 0.0,
+            ..last
+        });
+        samples
+            .extend(rest.into_iter().flat_map(|rest| {
+                std::iter::repeat_n(rest, self.tally.bank.delay_ticks() as usize)
+            }));
     }
 
     fn chunk(&mut self, samples: &[Sample]) -> Result<(), SimError> {
         self.note_commands(samples);
-        let forces = self.cutting.as_ref().map_or(Vec::new(), |cutting| cutting.forces(samples, &self.tracker, &self.modes));
+        let forces = self.cutting.as_ref().map_or(Vec::new(), |cutting| {
+            cutting.forces(samples, &self.tracker, &self.modes)
+        });
         self.tally.bank.run(samples, &forces)?;
         let outputs = &self.tally.bank.outputs;
-        self.aligner.frames(samples, &self.modes, |at| outputs.reference(at), &mut self.frames);
+        self.aligner.frames(
+            samples,
+            &self.modes,
+            |at| outputs.reference(at),
+            &mut self.frames,
+        );
         self.measure_references()?;
         let (frames, tracker, modes) = (&self.frames, &self.tracker, &self.modes);
         let outputs = &self.tally.bank.outputs;
-        let results: Vec<Result<(), SimError>> =
-            self.tally.recorders.par_iter_mut().map(|recorder| recorder.chunk(frames, outputs, tracker, modes)).collect();
+        let results: Vec<Result<(), SimError>> = self
+            .tally
+            .recorders
+            .par_iter_mut()
+            .map(|recorder| recorder.chunk(frames, outputs, tracker, modes))
+            .collect();
         results.into_iter().collect::<Result<(), SimError>>()?;
         if let Some(frame) = self.frames.last()
             && let Some(oldest) = self.tracker.release(frame.sample.segment, frame.sample.s)
@@ -156,7 +208,8 @@ impl Run {
         let tally = &mut self.tally;
         for sample in samples {
             for axis in 0..tally.peak_velocity.0.len() {
-                tally.peak_velocity.0[axis] = tally.peak_velocity.0[axis].max(sample.velocity.0[axis].abs());
+                tally.peak_velocity.0[axis] =
+                    tally.peak_velocity.0[axis].max(sample.velocity.0[axis].abs());
                 tally.range[0].0[axis] = tally.range[0].0[axis].min(sample.position.0[axis]);
                 tally.range[1].0[axis] = tally.range[1].0[axis].max(sample.position.0[axis]);
             }
@@ -164,19 +217,34 @@ impl Run {
         tally.samples += samples.len() as Tick;
     }
 
-    /// Contour errors of the command itself and of the machine without a gap: what every method is held against.
+    /// Contour errors of the command itself and of the machine without a gap: what every method is
+    /// held against.
     fn measure_references(&mut self) -> Result<(), SimError> {
         let outputs = &self.tally.bank.outputs;
         for frame in &mut self.frames {
-            let command = self.tracker.measure(&mut self.command_foot, &contour_input(frame, &frame.pose))?;
+            let command = self
+                .tracker
+                .measure(&mut self.command_foot, &contour_input(frame, &frame.pose))?;
             let joints = outputs.load(WITHOUT_GAP, frame.servo_sample);
-            let actual = self.modes.at(frame.sample.segment).tool_pose(&joints, &frame.sample.tool_mm);
+            let actual = self
+                .modes
+                .at(frame.sample.segment)
+                .tool_pose(&joints, &frame.sample.tool_mm);
             frame.command_mm = command.error_mm;
-            let origin = self.tracker.segment(frame.sample.segment).map_or([0.0; 3], |segment| segment.origin_mm);
+            let origin = self
+                .tracker
+                .segment(frame.sample.segment)
+                .map_or([0.0; 3], |segment| segment.origin_mm);
             frame.tip_mm = std::array::from_fn(|axis| frame.pose.tip[axis] - origin[axis]);
-            frame.without_gap = self.tracker.measure(&mut self.without_gap_foot, &contour_input(frame, &actual))?;
+            frame.without_gap = self
+                .tracker
+                .measure(&mut self.without_gap_foot, &contour_input(frame, &actual))?;
             if frame.moving && !command.rapid {
-                let place = Place { tick: frame.tick, segment: command.segment, s: command.s };
+                let place = Place {
+                    tick: frame.tick,
+                    segment: command.segment,
+                    s: command.s,
+                };
                 self.tally.command.push(command.error_mm, place);
             }
         }
@@ -188,7 +256,10 @@ impl Run {
         let servo = self.tally.cycles.servo();
         for (method, recorder) in self.tally.recorders.iter().skip(1).enumerate() {
             if let Some(records) = &recorder.records {
-                let points: Vec<_> = records.iter().filter_map(|record| rows::contour_point(&self.tracker, record, servo)).collect();
+                let points: Vec<_> = records
+                    .iter()
+                    .filter_map(|record| rows::contour_point(&self.tracker, record, servo))
+                    .collect();
                 observer.contour(method, &points);
             }
         }
@@ -198,10 +269,24 @@ impl Run {
         let servo = self.tally.cycles.servo();
         for (method, recorder) in self.tally.recorders.iter().skip(1).enumerate() {
             if !recorder.finished_blocks.is_empty() {
-                observer.blocks(method, &recorder.finished_blocks.iter().map(|row| rows::block(row, servo)).collect::<Vec<_>>());
+                observer.blocks(
+                    method,
+                    &recorder
+                        .finished_blocks
+                        .iter()
+                        .map(|row| rows::block(row, servo))
+                        .collect::<Vec<_>>(),
+                );
             }
             if !recorder.finished_turns.is_empty() {
-                observer.reversals(method, &recorder.finished_turns.iter().map(|row| rows::reversal(row, servo)).collect::<Vec<_>>());
+                observer.reversals(
+                    method,
+                    &recorder
+                        .finished_turns
+                        .iter()
+                        .map(|row| rows::reversal(row, servo))
+                        .collect::<Vec<_>>(),
+                );
             }
         }
     }

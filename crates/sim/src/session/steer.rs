@@ -1,8 +1,10 @@
-//! What only the kinematics can turn into motion: tool-centre-point control on and off, tilted planes, directions of the tool.
+//! What only the kinematics can turn into motion: tool-centre-point control on and off, tilted
+//! planes, directions of the tool.
 //!
-//! With tool-centre-point control the words are the tip in the part's frame; without it they are the linear joints (less the
-//! tool's offset), and the tool follows a curve where rotary axes move along. Where the one gives way to the other nothing
-//! moves: the joints stay, and the program learns where it is in the new coordinates.
+//! With tool-centre-point control the words are the tip in the part's frame; without it they are
+//! the linear joints (less the tool's offset), and the tool follows a curve where rotary axes move
+//! along. Where the one gives way to the other nothing moves: the joints stay, and the program
+//! learns where it is in the new coordinates.
 
 use super::reader::Read;
 use lostmotion_base::{BlockRef, Coords};
@@ -37,19 +39,36 @@ pub(crate) struct Steering {
 
 fn refuse(error: &OrientError) -> Problem {
     let message = match error {
-        OrientError::Unreachable { .. } => "the machine's rotary axes cannot turn the tool to this direction",
-        OrientError::Travel { .. } => "the machine's rotary axes would leave their travel for this direction",
-        _ => "the tool cannot stay on its way to this direction: the rotary axes would have to change over",
+        OrientError::Unreachable { .. } => {
+            "the machine's rotary axes cannot turn the tool to this direction"
+        }
+        OrientError::Travel { .. } => {
+            "the machine's rotary axes would leave their travel for this direction"
+        }
+        _ => {
+            "the tool cannot stay on its way to this direction: the rotary axes would have to change over"
+        }
     };
     Problem::FiveAxis { message }
 }
 
-const BEYOND: Problem = Problem::FiveAxis { message: "the machine cannot take the pose where tool-centre-point control begins or ends" };
+const BEYOND: Problem = Problem::FiveAxis {
+    message: "the machine cannot take the pose where tool-centre-point control begins or ends",
+};
 
 impl Steering {
     pub(crate) fn new(tip: Arc<dyn Kinematics>, control: TipControl) -> Steering {
         let always = control == TipControl::Always || tip.orientation().is_none();
-        Steering { tip, always, programmed: false, upright: false, on: always, direction: None, waiting: VecDeque::new(), from: [0.0; 2] }
+        Steering {
+            tip,
+            always,
+            programmed: false,
+            upright: false,
+            on: always,
+            direction: None,
+            waiting: VecDeque::new(),
+            from: [0.0; 2],
+        }
     }
 
     /// Whether directions of the tool can be had at all.
@@ -92,7 +111,10 @@ impl Steering {
     fn switch(&mut self, on: bool, fold: &mut MotionFold) -> Result<(), Problem> {
         if on != self.on {
             let tool = fold.tool_offset().linear();
-            let joints = self.kinematics(self.on).inverse(&fold.position(), &tool).map_err(|_| BEYOND)?;
+            let joints = self
+                .kinematics(self.on)
+                .inverse(&fold.position(), &tool)
+                .map_err(|_| BEYOND)?;
             fold.moved_to(self.kinematics(on).forward(&joints, &tool));
             self.on = on;
         }
@@ -101,21 +123,29 @@ impl Steering {
 
     /// Where the joints are.
     pub(crate) fn joints(&self, fold: &MotionFold) -> Result<Coords, Problem> {
-        self.kinematics(self.on).inverse(&fold.position(), &fold.tool_offset().linear()).map_err(|_| BEYOND)
+        self.kinematics(self.on)
+            .inverse(&fold.position(), &fold.tool_offset().linear())
+            .map_err(|_| BEYOND)
     }
 
-    /// After a change of the tool's offset, which the program takes to be along the machine's axes: the joints stand where they stood, also
-    /// where the tool leans. False if it was right.
+    /// After a change of the tool's offset, which the program takes to be along the machine's axes:
+    /// the joints stand where they stood, also where the tool leans. False if it was right.
     pub(crate) fn stand(&self, joints: &Coords, fold: &mut MotionFold) -> bool {
-        let at = self.kinematics(self.on).forward(joints, &fold.tool_offset().linear());
-        let wrong = (at - fold.position()).0.iter().any(|away| away.abs() > SAME);
+        let at = self
+            .kinematics(self.on)
+            .forward(joints, &fold.tool_offset().linear());
+        let wrong = (at - fold.position())
+            .0
+            .iter()
+            .any(|away| away.abs() > SAME);
         if wrong {
             fold.moved_to(at);
         }
         wrong
     }
 
-    /// A direction of the tool, in the machine's frame: for the moves that follow (G43.5), or now (G53.1), linear axes standing still.
+    /// A direction of the tool, in the machine's frame: for the moves that follow (G43.5), or now
+    /// (G53.1), linear axes standing still.
     pub(crate) fn orient(
         &mut self,
         direction: [f64; 3],
@@ -127,9 +157,13 @@ impl Steering {
             return Ok(None);
         }
         let tip = Arc::clone(&self.tip);
-        let Some(orientation) = tip.orientation() else { return Ok(None) };
+        let Some(orientation) = tip.orientation() else {
+            return Ok(None);
+        };
         let from = orientation.angles(&fold.position());
-        let angles = orientation.choose(from, &[direction]).map_err(|error| refuse(&error))?;
+        let angles = orientation
+            .choose(from, &[direction])
+            .map_err(|error| refuse(&error))?;
         self.switch(false, fold)?;
         let end = orientation.with(&fold.position(), angles.first().copied().unwrap_or(from));
         let item = fold.rapid_to(end, block);
@@ -139,17 +173,35 @@ impl Steering {
     }
 
     /// Keeps a move until those behind it are known; gives out what is settled.
-    pub(crate) fn hold(&mut self, motion: Motion, plane: Plane, out: &mut VecDeque<Read>) -> Result<(), Problem> {
-        let Some(direction) = self.direction else { return Ok(()) };
+    pub(crate) fn hold(
+        &mut self,
+        motion: Motion,
+        plane: Plane,
+        out: &mut VecDeque<Read>,
+    ) -> Result<(), Problem> {
+        let Some(direction) = self.direction else {
+            return Ok(());
+        };
         if self.waiting.is_empty() {
-            self.from = self.tip.orientation().map_or([0.0; 2], |orientation| orientation.angles(&motion.start));
+            self.from = self
+                .tip
+                .orientation()
+                .map_or([0.0; 2], |orientation| orientation.angles(&motion.start));
         }
         self.waiting.push_back((motion, direction, plane));
-        if self.waiting.len() >= LOOK_AHEAD { self.release(LOOK_AHEAD / 2, out) } else { Ok(()) }
+        if self.waiting.len() >= LOOK_AHEAD {
+            self.release(LOOK_AHEAD / 2, out)
+        } else {
+            Ok(())
+        }
     }
 
     /// Gives out everything that waits; the joints stand where the last direction wants them.
-    pub(crate) fn flush(&mut self, fold: &mut MotionFold, out: &mut VecDeque<Read>) -> Result<bool, Problem> {
+    pub(crate) fn flush(
+        &mut self,
+        fold: &mut MotionFold,
+        out: &mut VecDeque<Read>,
+    ) -> Result<bool, Problem> {
         if self.waiting.is_empty() {
             return Ok(false);
         }
@@ -163,8 +215,14 @@ impl Steering {
     /// Turns the first moves that wait into steps, with solutions chosen over all that wait.
     fn release(&mut self, count: usize, out: &mut VecDeque<Read>) -> Result<(), Problem> {
         let tip = Arc::clone(&self.tip);
-        let Some(orientation) = tip.orientation() else { return Ok(()) };
-        let directions: Vec<[f64; 3]> = self.waiting.iter().map(|(_, direction, _)| *direction).collect();
+        let Some(orientation) = tip.orientation() else {
+            return Ok(());
+        };
+        let directions: Vec<[f64; 3]> = self
+            .waiting
+            .iter()
+            .map(|(_, direction, _)| *direction)
+            .collect();
         let steps = orientation.follow(self.from, &directions);
         let steps = match steps {
             Ok(steps) => steps,
@@ -175,13 +233,31 @@ impl Steering {
         };
         let mut before: Option<(usize, f64)> = None;
         for step in steps.into_iter().take_while(|step| step.turn < count) {
-            let Some((motion, _, plane)) = self.waiting.get(step.turn) else { break };
-            let started = before.filter(|(turn, _)| *turn == step.turn).map_or(0.0, |(_, part)| part);
-            let place = |part: f64, angles: Angles| orientation.with(&motion.start.lerp(motion.end, part), angles);
-            let (start, end): (Coords, Coords) = (place(started, self.from), place(step.part, step.angles));
-            let duration_s = motion.duration_s.map(|seconds| seconds * (step.part - started));
-            let item = MotionItem::Move(Motion { start, end, duration_s, ..*motion });
-            out.push_back(Read { item, plane: *plane, tip: true });
+            let Some((motion, _, plane)) = self.waiting.get(step.turn) else {
+                break;
+            };
+            let started = before
+                .filter(|(turn, _)| *turn == step.turn)
+                .map_or(0.0, |(_, part)| part);
+            let place = |part: f64, angles: Angles| {
+                orientation.with(&motion.start.lerp(motion.end, part), angles)
+            };
+            let (start, end): (Coords, Coords) =
+                (place(started, self.from), place(step.part, step.angles));
+            let duration_s = motion
+                .duration_s
+                .map(|seconds| seconds * (step.part - started));
+            let item = MotionItem::Move(Motion {
+                start,
+                end,
+                duration_s,
+                ..*motion
+            });
+            out.push_back(Read {
+                item,
+                plane: *plane,
+                tip: true,
+            });
             self.from = step.angles;
             before = Some((step.turn, step.part));
         }

@@ -10,16 +10,30 @@ use std::io::{BufRead, Read};
 const LONGEST: usize = 80;
 
 /// Fills in the texts; those that cannot be read again stay empty.
-pub(crate) fn fill(source: &ProgramSource, files: &SourceFiles, mut blocks: Vec<(BlockRef, &mut String)>) {
+pub(crate) fn fill(
+    source: &ProgramSource,
+    files: &SourceFiles,
+    mut blocks: Vec<(BlockRef, &mut String)>,
+) {
     let own = |(block, _): &(BlockRef, &mut String)| block.span.file == 0;
     for (block, text) in blocks.iter_mut().filter(|row| !own(row)) {
-        let file = (block.span.file as usize).checked_sub(1).and_then(|index| files.get(index));
-        let rest = file.and_then(|file| file.text.get(block.span.start as usize..)).unwrap_or_default();
+        let file = (block.span.file as usize)
+            .checked_sub(1)
+            .and_then(|index| files.get(index));
+        let rest = file
+            .and_then(|file| file.text.get(block.span.start as usize..))
+            .unwrap_or_default();
         **text = first_line(rest);
     }
     blocks.retain(own);
-    let mut texts: BTreeMap<u64, String> = blocks.iter().map(|(block, _)| (block.span.start, String::new())).collect();
-    if source.open().is_ok_and(|reader| read(reader, &mut texts).is_ok()) {
+    let mut texts: BTreeMap<u64, String> = blocks
+        .iter()
+        .map(|(block, _)| (block.span.start, String::new()))
+        .collect();
+    if source
+        .open()
+        .is_ok_and(|reader| read(reader, &mut texts).is_ok())
+    {
         for (block, text) in &mut blocks {
             if let Some(found) = texts.get(&block.span.start) {
                 text.clone_from(found);
@@ -29,7 +43,10 @@ pub(crate) fn fill(source: &ProgramSource, files: &SourceFiles, mut blocks: Vec<
 }
 
 /// Reads the line at each place, going through the program once without holding it.
-fn read(mut reader: Box<dyn BufRead + Send>, texts: &mut BTreeMap<u64, String>) -> std::io::Result<()> {
+fn read(
+    mut reader: Box<dyn BufRead + Send>,
+    texts: &mut BTreeMap<u64, String>,
+) -> std::io::Result<()> {
     // A character takes up to four bytes.
     let longest = 4 * LONGEST as u64;
     // The last bytes read, and where they begin: the next place may lie in them.
@@ -51,8 +68,15 @@ fn read(mut reader: Box<dyn BufRead + Send>, texts: &mut BTreeMap<u64, String>) 
 }
 
 fn first_line(bytes: &[u8]) -> String {
-    let line = bytes.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
-    String::from_utf8_lossy(line.get(..line.len().min(4 * LONGEST)).unwrap_or_default()).trim().chars().take(LONGEST).collect()
+    let line = bytes
+        .split(|byte| matches!(byte, b'\n' | b'\r'))
+        .next()
+        .unwrap_or_default();
+    String::from_utf8_lossy(line.get(..line.len().min(4 * LONGEST)).unwrap_or_default())
+        .trim()
+        .chars()
+        .take(LONGEST)
+        .collect()
 }
 
 #[cfg(test)]
@@ -61,14 +85,29 @@ mod tests {
 
     #[test]
     fn lines_near_and_far_apart_are_found() {
-        let lines: Vec<String> = (0..100).map(|n| format!("N{n} G1 X{}", "1".repeat(n))).collect();
+        let lines: Vec<String> = (0..100)
+            .map(|n| format!("N{n} G1 X{}", "1".repeat(n)))
+            .collect();
         let program = lines.join("\n");
-        let start = |n: usize| lines[..n].iter().map(|line| line.len() as u64 + 1).sum::<u64>();
+        let start = |n: usize| {
+            lines[..n]
+                .iter()
+                .map(|line| line.len() as u64 + 1)
+                .sum::<u64>()
+        };
         let wanted = [0, 1, 2, 40, 41, 99];
-        let mut texts: BTreeMap<u64, String> = wanted.iter().map(|n| (start(*n), String::new())).collect();
-        read(Box::new(std::io::Cursor::new(program.clone().into_bytes())), &mut texts).unwrap();
+        let mut texts: BTreeMap<u64, String> =
+            wanted.iter().map(|n| (start(*n), String::new())).collect();
+        read(
+            Box::new(std::io::Cursor::new(program.clone().into_bytes())),
+            &mut texts,
+        )
+        .unwrap();
         for n in wanted {
-            assert_eq!(texts[&start(n)], lines[n].chars().take(LONGEST).collect::<String>());
+            assert_eq!(
+                texts[&start(n)],
+                lines[n].chars().take(LONGEST).collect::<String>()
+            );
         }
     }
 }

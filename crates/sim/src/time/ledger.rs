@@ -35,7 +35,17 @@ pub(super) struct Ledger {
 
 impl Ledger {
     pub(super) fn new(clock: Clock, keep: usize) -> Ledger {
-        Ledger { clock, keep, open: None, now: 0, kept: Vec::new(), finished: Vec::new(), count: 0, counts: [0; LIMITERS], kinds: [0; 3] }
+        Ledger {
+            clock,
+            keep,
+            open: None,
+            now: 0,
+            kept: Vec::new(),
+            finished: Vec::new(),
+            count: 0,
+            counts: [0; LIMITERS],
+            kinds: [0; 3],
+        }
     }
 
     /// Ticks taken so far.
@@ -47,9 +57,20 @@ impl Ledger {
     pub(super) fn add(&mut self, block: BlockRef, kind: TimeKind, segment: u64, limiter: Limiter) {
         self.counts[limiter] += 1;
         self.kinds[kind as usize] += 1;
-        if !self.open.as_ref().is_some_and(|open| open.block == block && open.kind == kind) {
+        if !self
+            .open
+            .as_ref()
+            .is_some_and(|open| open.block == block && open.kind == kind)
+        {
             self.close();
-            self.open = Some(Open { block, kind, segment, start: self.now, ticks: 0, counts: [0; LIMITERS] });
+            self.open = Some(Open {
+                block,
+                kind,
+                segment,
+                start: self.now,
+                ticks: 0,
+                counts: [0; LIMITERS],
+            });
         }
         if let Some(open) = &mut self.open {
             open.ticks += 1;
@@ -96,7 +117,12 @@ impl Ledger {
 
 /// Shares of a number of ticks, longest first.
 pub(super) fn shares(counts: &Counts, ticks: Tick, clock: Clock) -> Vec<LimitShare> {
-    let mut used: Vec<(Limiter, Tick)> = counts.iter().copied().enumerate().filter(|(_, count)| *count > 0).collect();
+    let mut used: Vec<(Limiter, Tick)> = counts
+        .iter()
+        .copied()
+        .enumerate()
+        .filter(|(_, count)| *count > 0)
+        .collect();
     used.sort_by_key(|(limiter, count)| (std::cmp::Reverse(*count), *limiter));
     let share = |(limiter, count): (Limiter, Tick)| LimitShare {
         limit: name(limiter),

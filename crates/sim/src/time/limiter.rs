@@ -1,6 +1,7 @@
 //! What keeps the motion from going faster, sample by sample, from the samples alone.
 //!
-//! Over the interval between two samples each constraint has a utilisation, the part of its limit that is used:
+//! Over the interval between two samples each constraint has a utilisation, the part of its limit
+//! that is used:
 //! ```text
 //! feed          mean path speed / programmed feed                 (not on rapids)
 //! velocity      |q'(n) + q'(n+1)|/2 / limit                       for each joint
@@ -8,8 +9,10 @@
 //! jerk          |q''(n+1) - q''(n)|/T / limit
 //! chord         sqrt(bow between the two / its limit)             (where one is kept; it grows with the square of the speed)
 //! ```
-//! The largest is the active one if it is at least 0.97. Where none is, the interval counts as `tolerance` if the command is off the programmed path
-//! (it rounds a corner; a larger tolerance would let it be faster), as `look-ahead` otherwise. Nothing of how the planner came to its samples is used.
+//! The largest is the active one if it is at least 0.97. Where none is, the interval counts as
+//! `tolerance` if the command is off the programmed path (it rounds a corner; a larger tolerance
+//! would let it be faster), as `look-ahead` otherwise. Nothing of how the planner came to its
+//! samples is used.
 
 use lostmotion_base::{AXES, AxisId, AxisLimits, Coords};
 use lostmotion_plan::Sample;
@@ -17,7 +20,8 @@ use lostmotion_plan::Sample;
 /// Utilisation from which a constraint is active.
 const ACTIVE: f64 = 0.97;
 
-/// Ways of being limited: feed, three for each joint, tolerance, look-ahead, dwell, feed hold, chord.
+/// Ways of being limited: feed, three for each joint, tolerance, look-ahead, dwell, feed hold,
+/// chord.
 pub(super) const LIMITERS: usize = 6 + 3 * AXES;
 
 /// Number of a limiter.
@@ -57,7 +61,11 @@ pub(super) struct Joints {
 
 impl Joints {
     pub(super) fn new(limits: &[Option<AxisLimits>; AXES], period_s: f64) -> Joints {
-        let per = limits.map(|limits| limits.map_or([0.0; 3], |l| [1.0 / l.velocity, 1.0 / l.acceleration, 1.0 / l.jerk]));
+        let per = limits.map(|limits| {
+            limits.map_or([0.0; 3], |l| {
+                [1.0 / l.velocity, 1.0 / l.acceleration, 1.0 / l.jerk]
+            })
+        });
         Joints { per, period_s }
     }
 
@@ -65,8 +73,15 @@ impl Joints {
     fn most(&self, a: &Sample, b: &Sample) -> (Limiter, f64) {
         let mut most = (LOOK_AHEAD, 0.0);
         for (joint, per) in self.per.iter().enumerate() {
-            let (v, [a0, a1]) = (0.5 * (a.velocity.0[joint] + b.velocity.0[joint]), [a, b].map(|s| s.acceleration.0[joint]));
-            let uses = [v * per[0], 0.5 * (a0 + a1) * per[1], (a1 - a0) / self.period_s * per[2]];
+            let (v, [a0, a1]) = (
+                0.5 * (a.velocity.0[joint] + b.velocity.0[joint]),
+                [a, b].map(|s| s.acceleration.0[joint]),
+            );
+            let uses = [
+                v * per[0],
+                0.5 * (a0 + a1) * per[1],
+                (a1 - a0) / self.period_s * per[2],
+            ];
             for (kind, usage) in uses.into_iter().enumerate() {
                 if usage.abs() > most.1 {
                     most = (1 + kind * AXES + joint, usage.abs());
@@ -76,9 +91,16 @@ impl Joints {
         most
     }
 
-    /// What limits an interval on which something moves. `feed`: path speed allowed by the program; `chord`: what is used of the limit of the tool's bow;
-    /// `off`: whether the command is off the path.
-    pub(super) fn limiter(&self, [a, b]: [&Sample; 2], feed: Option<f64>, chord: f64, off: impl FnOnce() -> bool) -> Limiter {
+    /// What limits an interval on which something moves. `feed`: path speed allowed by the program;
+    /// `chord`: what is used of the limit of the tool's bow; `off`: whether the command is off the
+    /// path.
+    pub(super) fn limiter(
+        &self,
+        [a, b]: [&Sample; 2],
+        feed: Option<f64>,
+        chord: f64,
+        off: impl FnOnce() -> bool,
+    ) -> Limiter {
         let used = feed.map_or(0.0, |feed| 0.5 * (a.path_speed + b.path_speed) / feed);
         let (joint, usage) = self.most(a, b);
         if used >= ACTIVE && used >= usage.max(chord) {

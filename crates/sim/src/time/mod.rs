@@ -32,16 +32,23 @@ pub struct TimeOptions {
 
 impl Default for TimeOptions {
     fn default() -> TimeOptions {
-        TimeOptions { keep_blocks: 10, tool_change_s: 0.0, spindle_event_s: 0.0, what_if: true }
+        TimeOptions {
+            keep_blocks: 10,
+            tool_change_s: 0.0,
+            spindle_event_s: 0.0,
+            what_if: true,
+        }
     }
 }
 
 /// Takes finished blocks, so that nobody has to hold them all.
 pub type BlockSink<'a> = dyn FnMut(&[BlockTime]) -> Result<(), crate::error::SinkError> + 'a;
 
-/// Plans a program and tells where its time goes; the changes of the what-if table are planned side by side on all threads.
+/// Plans a program and tells where its time goes; the changes of the what-if table are planned side
+/// by side on all threads.
 ///
-/// Time is counted in command cycles, so that the parts sum to the whole; memory does not grow with the program.
+/// Time is counted in command cycles, so that the parts sum to the whole; memory does not grow with
+/// the program.
 ///
 /// # Errors
 /// As [`crate::simulate`], and whatever the sink answers.
@@ -68,13 +75,21 @@ pub fn time(
         watch.chunk(&samples, notes, feed.modes());
         sink(&watch.ledger.take_finished()).map_err(SimError::Sink)?;
         if command.seconds(watch.ledger.ticks()) > options.max_duration_s {
-            return Err(SimError::TooLong { limit_s: options.max_duration_s });
+            return Err(SimError::TooLong {
+                limit_s: options.max_duration_s,
+            });
         }
     }
     watch.ledger.close();
     sink(&watch.ledger.take_finished()).map_err(SimError::Sink)?;
-    let what_if = if time.what_if { what_if(source, machine, options, watch.ledger.ticks())? } else { Vec::new() };
-    Ok(answer(source, machine, time, checked, &watch, &feed, what_if))
+    let what_if = if time.what_if {
+        what_if(source, machine, options, watch.ledger.ticks())?
+    } else {
+        Vec::new()
+    };
+    Ok(answer(
+        source, machine, time, checked, &watch, &feed, what_if,
+    ))
 }
 
 fn answer(
@@ -88,7 +103,14 @@ fn answer(
 ) -> CycleTime {
     let (ledger, command) = (&watch.ledger, machine.cycles().command());
     let mut blocks = ledger.longest();
-    fill_texts(source, &checked.files, blocks.iter_mut().map(|row| (row.block, &mut row.text)).collect());
+    fill_texts(
+        source,
+        &checked.files,
+        blocks
+            .iter_mut()
+            .map(|row| (row.block, &mut row.text))
+            .collect(),
+    );
     let [cutting_s, rapid_s, dwell_s] = ledger.kinds.map(|ticks| command.seconds(ticks));
     let kinds = KindTimes {
         cutting_s,
@@ -100,7 +122,8 @@ fn answer(
         spindle_event_s: time.spindle_event_s,
     };
     let plan_s = command.seconds(ledger.ticks());
-    let assumed_s = kinds.tool_changes as f64 * kinds.tool_change_s + kinds.spindle_events as f64 * kinds.spindle_event_s;
+    let assumed_s = kinds.tool_changes as f64 * kinds.tool_change_s
+        + kinds.spindle_events as f64 * kinds.spindle_event_s;
     CycleTime {
         schema: TIME_SCHEMA,
         program: checked.program,
@@ -116,21 +139,48 @@ fn answer(
 }
 
 /// One pass a change, side by side.
-fn what_if(source: &ProgramSource, machine: &Machine, options: &SimulateOptions, ticks: Tick) -> Result<Vec<WhatIf>, SimError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
-    let pool = pool.map_err(|why| SimError::Threads { threads: options.threads, why: why.to_string() })?;
+fn what_if(
+    source: &ProgramSource,
+    machine: &Machine,
+    options: &SimulateOptions,
+    ticks: Tick,
+) -> Result<Vec<WhatIf>, SimError> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads)
+        .build();
+    let pool = pool.map_err(|why| SimError::Threads {
+        threads: options.threads,
+        why: why.to_string(),
+    })?;
     let command = machine.cycles().command();
     let plan_s = command.seconds(ticks);
     let row = |(name, change): &(&str, Change)| {
         let changed_s = command.seconds(duration(source, machine, options, *change)?);
         let saved_s = plan_s - changed_s;
-        Ok(WhatIf { change: (*name).to_owned(), plan_s: changed_s, saved_s, saved_share: saved_s / plan_s.max(command.period_s()) })
+        Ok(WhatIf {
+            change: (*name).to_owned(),
+            plan_s: changed_s,
+            saved_s,
+            saved_share: saved_s / plan_s.max(command.period_s()),
+        })
     };
-    pool.install(|| CHANGES.par_iter().map(row).collect::<Vec<Result<WhatIf, SimError>>>()).into_iter().collect()
+    pool.install(|| {
+        CHANGES
+            .par_iter()
+            .map(row)
+            .collect::<Vec<Result<WhatIf, SimError>>>()
+    })
+    .into_iter()
+    .collect()
 }
 
 /// Command cycles that the plan takes.
-fn duration(source: &ProgramSource, machine: &Machine, options: &SimulateOptions, change: Change) -> Result<Tick, SimError> {
+fn duration(
+    source: &ProgramSource,
+    machine: &Machine,
+    options: &SimulateOptions,
+    change: Change,
+) -> Result<Tick, SimError> {
     let mut feed = Feed::changed(source, machine, options, change)?;
     let (mut samples, mut segments, mut count) = (Vec::new(), Vec::new(), 0);
     loop {
@@ -144,11 +194,16 @@ fn duration(source: &ProgramSource, machine: &Machine, options: &SimulateOptions
 }
 
 fn check_options(time: &TimeOptions) -> Result<(), SimError> {
-    for (what, value) in
-        [("the time of a tool change in s", time.tool_change_s), ("the time of a spindle event in s", time.spindle_event_s)]
-    {
+    for (what, value) in [
+        ("the time of a tool change in s", time.tool_change_s),
+        ("the time of a spindle event in s", time.spindle_event_s),
+    ] {
         if !(value.is_finite() && value >= 0.0) {
-            return Err(SimError::Option { what, value, condition: "a finite number, 0 or above" });
+            return Err(SimError::Option {
+                what,
+                value,
+                condition: "a finite number, 0 or above",
+            });
         }
     }
     Ok(())

@@ -22,8 +22,10 @@ pub enum TimeKind {
 /// How long one thing was what kept the machine from going faster.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LimitShare {
-    /// `feed`; `velocity X`, `acceleration X`, `jerk X` of a joint; `tolerance`: on a corner's rounding, no joint at a limit; `look-ahead`: nothing at its
-    /// limit, the motion gets ready for what comes or leaves what has been; `chord`: the tool's bow between two commands, where a limit is kept; `dwell`.
+    /// `feed`; `velocity X`, `acceleration X`, `jerk X` of a joint; `tolerance`: on a corner's
+    /// rounding, no joint at a limit; `look-ahead`: nothing at its limit, the motion gets ready for
+    /// what comes or leaves what has been; `chord`: the tool's bow between two commands, where a
+    /// limit is kept; `dwell`.
     pub limit: String,
     /// Time, s.
     pub time_s: f64,
@@ -63,7 +65,8 @@ pub struct KindTimes {
     pub tool_changes: u64,
     /// Taken from the options, not simulated.
     pub tool_change_s: f64,
-    /// Number of times the spindle starts, stops or turns round, and what each was taken to last, s.
+    /// Number of times the spindle starts, stops or turns round, and what each was taken to last,
+    /// s.
     pub spindle_events: u64,
     /// Taken from the options, not simulated.
     pub spindle_event_s: f64,

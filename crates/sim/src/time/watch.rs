@@ -1,4 +1,5 @@
-//! Goes along the samples with the moves that they lie on, and tells the ledger what each interval is spent on.
+//! Goes along the samples with the moves that they lie on, and tells the ledger what each interval
+//! is spent on.
 
 use super::ledger::Ledger;
 use super::limiter::{DWELL, HELD, Joints, stands};
@@ -51,13 +52,22 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub(super) fn new(machine: &Machine, modes: &Modes, keep: usize, options: &SimulateOptions) -> Watch {
+    pub(super) fn new(
+        machine: &Machine,
+        modes: &Modes,
+        keep: usize,
+        options: &SimulateOptions,
+    ) -> Watch {
         let config = planner_config(machine, Quality::default());
         let clock = machine.cycles().command();
         Watch {
             modes: modes.clone(),
             joints: Joints::new(&config.limits, clock.period_s()),
-            bows: Bows::new(modes.kinematics(true), clock.period_s(), BowLimit::new(machine, options)),
+            bows: Bows::new(
+                modes.kinematics(true),
+                clock.period_s(),
+                BowLimit::new(machine, options),
+            ),
             period_s: clock.period_s(),
             default_tolerance_mm: config.default_tolerance_mm,
             exact_tolerance_mm: config.exact_path_tolerance_mm,
@@ -76,7 +86,15 @@ impl Watch {
         for note in notes {
             match note {
                 Note::Move { index, item } => self.moves.push_back(self.timed(index, &item)),
-                Note::Dwell { after, seconds, block } => self.dwells.push_back(Waiting { after, left_s: seconds, block }),
+                Note::Dwell {
+                    after,
+                    seconds,
+                    block,
+                } => self.dwells.push_back(Waiting {
+                    after,
+                    left_s: seconds,
+                    block,
+                }),
                 Note::ToolChange => self.tool_changes += 1,
             }
         }
@@ -94,21 +112,40 @@ impl Watch {
             FeedLimit::Duration(seconds) => Some(item.curve.length() / seconds),
         };
         let tolerance = match item.control {
-            PathControl::Continuous { tolerance_mm, .. } => tolerance_mm.unwrap_or(self.default_tolerance_mm),
+            PathControl::Continuous { tolerance_mm, .. } => {
+                tolerance_mm.unwrap_or(self.default_tolerance_mm)
+            }
             PathControl::ExactPath | PathControl::ExactStop => self.exact_tolerance_mm,
         };
-        Timed { index, curve: item.curve, feed, off_mm: OFF_PATH * tolerance, rapid: item.feed == FeedLimit::Rapid }
+        Timed {
+            index,
+            curve: item.curve,
+            feed,
+            off_mm: OFF_PATH * tolerance,
+            rapid: item.feed == FeedLimit::Rapid,
+        }
     }
 
     fn interval(&mut self, a: &Sample, b: &Sample) {
         if stands(a) && stands(b) && self.stand(b.segment) {
             return;
         }
-        while self.moves.len() > 1 && self.moves.front().is_some_and(|first| first.index < b.segment) {
+        while self.moves.len() > 1
+            && self
+                .moves
+                .front()
+                .is_some_and(|first| first.index < b.segment)
+        {
             self.moves.pop_front();
         }
-        let Some(first) = self.moves.front() else { return };
-        let kind = if first.rapid { TimeKind::Rapid } else { TimeKind::Cutting };
+        let Some(first) = self.moves.front() else {
+            return;
+        };
+        let kind = if first.rapid {
+            TimeKind::Rapid
+        } else {
+            TimeKind::Cutting
+        };
         if self.interrupted && stands(a) && stands(b) {
             self.ledger.add(b.block, kind, b.segment, HELD);
             return;
@@ -119,19 +156,32 @@ impl Watch {
             let square = |axis: usize| (tip[axis] - place[axis]) * (tip[axis] - place[axis]);
             (square(0) + square(1) + square(2)).sqrt() > first.off_mm
         };
-        let limiter = self.joints.limiter([a, b], first.feed, self.bows.as_ref().map_or(0.0, |bows| bows.part(a, b)), off);
+        let limiter = self.joints.limiter(
+            [a, b],
+            first.feed,
+            self.bows.as_ref().map_or(0.0, |bows| bows.part(a, b)),
+            off,
+        );
         self.ledger.add(b.block, kind, b.segment, limiter);
     }
 
     /// Gives an interval of rest to the dwell that it belongs to; says whether there is one.
     fn stand(&mut self, segment: u64) -> bool {
-        let past = |dwell: &Waiting| segment > dwell.after || (segment == dwell.after && segment > 0);
-        while self.dwells.front().is_some_and(|dwell| past(dwell) || dwell.left_s < 0.5 * self.period_s) {
+        let past =
+            |dwell: &Waiting| segment > dwell.after || (segment == dwell.after && segment > 0);
+        while self
+            .dwells
+            .front()
+            .is_some_and(|dwell| past(dwell) || dwell.left_s < 0.5 * self.period_s)
+        {
             self.dwells.pop_front();
         }
-        let Some(dwell) = self.dwells.front_mut() else { return false };
+        let Some(dwell) = self.dwells.front_mut() else {
+            return false;
+        };
         dwell.left_s -= self.period_s;
-        self.ledger.add(dwell.block, TimeKind::Dwell, segment, DWELL);
+        self.ledger
+            .add(dwell.block, TimeKind::Dwell, segment, DWELL);
         true
     }
 }

@@ -14,7 +14,13 @@ pub(crate) struct Change {
 
 impl Change {
     /// As it is.
-    pub(crate) const NONE: Change = Change { velocity: 1.0, acceleration: 1.0, jerk: 1.0, feed: 1.0, tolerance: 1.0 };
+    pub(crate) const NONE: Change = Change {
+        velocity: 1.0,
+        acceleration: 1.0,
+        jerk: 1.0,
+        feed: 1.0,
+        tolerance: 1.0,
+    };
 
     /// The planner's settings.
     pub(crate) fn of_machine(&self, mut config: PlannerConfig) -> PlannerConfig {
@@ -36,7 +42,11 @@ impl Change {
                 FeedLimit::Fixed(feed) => FeedLimit::Fixed(feed * self.feed),
                 FeedLimit::Duration(seconds) => FeedLimit::Duration(seconds / self.feed),
             };
-            if let PathControl::Continuous { tolerance_mm: Some(tolerance), .. } = &mut item.control {
+            if let PathControl::Continuous {
+                tolerance_mm: Some(tolerance),
+                ..
+            } = &mut item.control
+            {
                 *tolerance *= self.tolerance;
             }
         }
@@ -46,10 +56,48 @@ impl Change {
 
 /// The changes that are tried, with their names.
 pub(super) const CHANGES: [(&str, Change); 6] = [
-    ("velocity limits +20 %", Change { velocity: 1.2, ..Change::NONE }),
-    ("acceleration limits +20 %", Change { acceleration: 1.2, ..Change::NONE }),
-    ("jerk limits +20 %", Change { jerk: 1.2, ..Change::NONE }),
-    ("all three limits +20 %", Change { velocity: 1.2, acceleration: 1.2, jerk: 1.2, ..Change::NONE }),
-    ("feed +20 %", Change { feed: 1.2, ..Change::NONE }),
-    ("tolerance of G64 x 2", Change { tolerance: 2.0, ..Change::NONE }),
+    (
+        "velocity limits +20 %",
+        Change {
+            velocity: 1.2,
+            ..Change::NONE
+        },
+    ),
+    (
+        "acceleration limits +20 %",
+        Change {
+            acceleration: 1.2,
+            ..Change::NONE
+        },
+    ),
+    (
+        "jerk limits +20 %",
+        Change {
+            jerk: 1.2,
+            ..Change::NONE
+        },
+    ),
+    (
+        "all three limits +20 %",
+        Change {
+            velocity: 1.2,
+            acceleration: 1.2,
+            jerk: 1.2,
+            ..Change::NONE
+        },
+    ),
+    (
+        "feed +20 %",
+        Change {
+            feed: 1.2,
+            ..Change::NONE
+        },
+    ),
+    (
+        "tolerance of G64 x 2",
+        Change {
+            tolerance: 2.0,
+            ..Change::NONE
+        },
+    ),
 ];

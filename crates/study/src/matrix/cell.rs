@@ -98,7 +98,11 @@ impl<'a> Bench<'a> {
         })
     }
 
-    pub(super) fn chunk(&mut self, samples: &[Sample], segments: &[ProgrammedSegment]) -> Result<(), StudyError> {
+    pub(super) fn chunk(
+        &mut self,
+        samples: &[Sample],
+        segments: &[ProgrammedSegment],
+    ) -> Result<(), StudyError> {
         for segment in segments {
             self.tracker.push(*segment)?;
         }
@@ -116,7 +120,8 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Pairs each servo sample with the command it answers to, one CNC tick before, and measures the machine without a gap.
+    /// Pairs each servo sample with the command it answers to, one CNC tick before, and measures
+    /// the machine without a gap.
     fn frame(&mut self, samples: &[Sample]) -> Result<(), StudyError> {
         self.frames.clear();
         for (n, sample) in samples.iter().enumerate() {
@@ -126,7 +131,9 @@ impl<'a> Bench<'a> {
             self.watch(tick, &command);
             for part in 0..SERVO_TICKS {
                 let servo_sample = n * SERVO_TICKS + part;
-                let Some(lane) = self.lanes.first_mut() else { continue };
+                let Some(lane) = self.lanes.first_mut() else {
+                    continue;
+                };
                 let since = self.measured_from.and_then(|from| tick.checked_sub(from));
                 let mut frame = Frame {
                     servo_sample,
@@ -138,7 +145,9 @@ impl<'a> Bench<'a> {
                     since: since.map(|ticks| ticks as usize * SERVO_TICKS + part),
                 };
                 let load = lane.load(servo_sample, frame.ideal_z_mm());
-                frame.without_gap = self.tracker.measure(&mut lane.foot, &contour_input(&frame, load))?;
+                frame.without_gap = self
+                    .tracker
+                    .measure(&mut lane.foot, &contour_input(&frame, load))?;
                 if frame.measured() {
                     self.reached_mm_s = self.reached_mm_s.max(command.path_speed);
                 }
@@ -152,13 +161,21 @@ impl<'a> Bench<'a> {
     fn watch(&mut self, tick: Tick, command: &Sample) {
         let since = self.measured_from.and_then(|from| tick.checked_sub(from));
         for axis in 0..AXES.len() {
-            let (Some(id), Some(watch)) = (AXES.get(axis), self.watches.get_mut(axis)) else { continue };
+            let (Some(id), Some(watch)) = (AXES.get(axis), self.watches.get_mut(axis)) else {
+                continue;
+            };
             let factor = self.motor_rad_per_mm;
-            let event = watch.step(&self.physics, command.velocity[*id] * factor, command.acceleration[*id] * factor);
+            let event = watch.step(
+                &self.physics,
+                command.velocity[*id] * factor,
+                command.acceleration[*id] * factor,
+            );
             if let (true, Some(count)) = (event.reversal, self.reversals.get_mut(axis)) {
                 *count += 1;
             }
-            let (Some(since), Some(events)) = (since, self.events.get_mut(axis)) else { continue };
+            let (Some(since), Some(events)) = (since, self.events.get_mut(axis)) else {
+                continue;
+            };
             if event.reversal || event.flank_rad.is_some() {
                 events.count(since as usize * SERVO_TICKS);
             }
@@ -168,18 +185,34 @@ impl<'a> Bench<'a> {
             }
         }
         let factor = self.motor_rad_per_mm;
-        let floats = |id: &AxisId| self.physics.floats(command.velocity[*id] * factor, command.acceleration[*id] * factor);
+        let floats = |id: &AxisId| {
+            self.physics.floats(
+                command.velocity[*id] * factor,
+                command.acceleration[*id] * factor,
+            )
+        };
         self.floating_ticks += u64::from(since.is_some() && AXES.iter().any(floats));
-        let z = self.z.0.step(&self.physics, command.velocity[AxisId::Z] * factor, command.acceleration[AxisId::Z] * factor);
+        let z = self.z.0.step(
+            &self.physics,
+            command.velocity[AxisId::Z] * factor,
+            command.acceleration[AxisId::Z] * factor,
+        );
         self.z.1 += u32::from(z.reversal);
-        if self.measured_from.is_none() && self.reversals.iter().all(|count| *count >= FIRST_REVERSALS) {
+        if self.measured_from.is_none()
+            && self.reversals.iter().all(|count| *count >= FIRST_REVERSALS)
+        {
             self.measured_from = Some(tick + AFTER);
         }
     }
 
     fn measure(&mut self, variant: usize) -> Result<(), StudyError> {
-        let Some((rigid, lanes)) = self.lanes.split_first_mut() else { return Ok(()) };
-        let (Some(lane), Some(tally)) = (lanes.get_mut(variant), self.tallies.get_mut(variant)) else { return Ok(()) };
+        let Some((rigid, lanes)) = self.lanes.split_first_mut() else {
+            return Ok(());
+        };
+        let (Some(lane), Some(tally)) = (lanes.get_mut(variant), self.tallies.get_mut(variant))
+        else {
+            return Ok(());
+        };
         let traced = variant + 1 == self.names.len();
         for frame in &self.frames {
             let without = rigid.load(frame.servo_sample, frame.ideal_z_mm());
@@ -187,22 +220,45 @@ impl<'a> Bench<'a> {
             if !frame.z_counts {
                 load[2] = without[2];
             }
-            let error = self.tracker.measure(&mut lane.foot, &contour_input(frame, load))?;
+            let error = self
+                .tracker
+                .measure(&mut lane.foot, &contour_input(frame, load))?;
             let measured = frame.measured();
             if measured {
-                tally.contour(caused_mm([error.error_mm, frame.without_gap.error_mm], [load, without]));
+                tally.contour(caused_mm(
+                    [error.error_mm, frame.without_gap.error_mm],
+                    [load, without],
+                ));
             }
             if let Some(since) = frame.since {
-                let time_s = Clock::SERVO.seconds(frame.tick) + Clock::CNC.seconds(SETTLE_TICKS as Tick);
-                let half_gap = 0.5 * self.physics.gap_rad * self.gap_drift.map_or(1.0, |change| change.at(time_s));
+                let time_s =
+                    Clock::SERVO.seconds(frame.tick) + Clock::CNC.seconds(SETTLE_TICKS as Tick);
+                let half_gap = 0.5
+                    * self.physics.gap_rad
+                    * self.gap_drift.map_or(1.0, |change| change.at(time_s));
                 for axis in 0..AXES.len() {
-                    let deviation = load.get(axis).zip(without.get(axis)).map_or(f64::NAN, |(with, without)| with - without);
-                    tally.axis(axis, since, deviation, &lane.sample(axis, frame.servo_sample), half_gap);
+                    let deviation = load
+                        .get(axis)
+                        .zip(without.get(axis))
+                        .map_or(f64::NAN, |(with, without)| with - without);
+                    tally.axis(
+                        axis,
+                        since,
+                        deviation,
+                        &lane.sample(axis, frame.servo_sample),
+                        half_gap,
+                    );
                 }
             }
             if let (true, Some(trace)) = (traced, &mut self.trace) {
-                let error_um = [error.error_mm, frame.without_gap.error_mm].map(|mm| mm * UM_PER_MM);
-                trace(&Traced { tick: frame.tick, error_um, measured, axes: [0, 1].map(|axis| lane.sample(axis, frame.servo_sample)) });
+                let error_um =
+                    [error.error_mm, frame.without_gap.error_mm].map(|mm| mm * UM_PER_MM);
+                trace(&Traced {
+                    tick: frame.tick,
+                    error_um,
+                    measured,
+                    axes: [0, 1].map(|axis| lane.sample(axis, frame.servo_sample)),
+                });
             }
         }
         Ok(())
@@ -212,10 +268,17 @@ impl<'a> Bench<'a> {
         let um_per_rad = UM_PER_MM / self.motor_rad_per_mm;
         let ticks = self.ticks * SERVO_TICKS as Tick;
         let from = self.measured_from.unwrap_or(self.ticks);
-        let measured_s = Clock::CNC.seconds(self.ticks.saturating_sub(from)).max(Clock::CNC.period_s());
+        let measured_s = Clock::CNC
+            .seconds(self.ticks.saturating_sub(from))
+            .max(Clock::CNC.period_s());
         let limit_rms = (self.limit_squares * self.physics.traverse_s / measured_s).sqrt();
         let figures = |(tally, (name, lane)): (&Tally, (&String, &Lane))| {
-            Some(tally.figures(name, self.tallies.first()?, &self.events, lane.saturated(ticks)))
+            Some(tally.figures(
+                name,
+                self.tallies.first()?,
+                &self.events,
+                lane.saturated(ticks),
+            ))
         };
         let lanes = self.names.iter().zip(self.lanes.iter().skip(1));
         CellResult {
@@ -228,7 +291,10 @@ impl<'a> Bench<'a> {
             traverse_ms: round_to(self.physics.traverse_s * 1e3, DECIMALS),
             limit_max_um: round_to(self.limit_max_rad * um_per_rad, DECIMALS),
             limit_rms_um: round_to(limit_rms * um_per_rad, DECIMALS),
-            floating: round_to(Clock::CNC.seconds(self.floating_ticks) / measured_s, DECIMALS),
+            floating: round_to(
+                Clock::CNC.seconds(self.floating_ticks) / measured_s,
+                DECIMALS,
+            ),
             encoder_um: round_to(count_um(&self.cell, self.motor_rad_per_mm), DECIMALS),
             methods: self.tallies.iter().zip(lanes).filter_map(figures).collect(),
         }

@@ -28,9 +28,24 @@ pub(super) fn markdown(out: &mut String, results: &[CellResult]) {
 }
 
 fn row(out: &mut String, cell: &CellResult, shown: &[&str]) {
-    let [rms, max] = cell.of("none").map_or([f64::NAN; 2], |none| [none.rms_um, none.max_um]);
-    let _ = write!(out, "| `{}` | {} | {} | {} |", cell.cell, fixed(rms, 2), fixed(max, 2), fixed(cell.traverse_ms, 2));
-    let _ = write!(out, " {} | {} | {} |", fixed(cell.limit_rms_um, 4), fixed(cell.limit_max_um, 3), fixed(cell.encoder_um, 4));
+    let [rms, max] = cell
+        .of("none")
+        .map_or([f64::NAN; 2], |none| [none.rms_um, none.max_um]);
+    let _ = write!(
+        out,
+        "| `{}` | {} | {} | {} |",
+        cell.cell,
+        fixed(rms, 2),
+        fixed(max, 2),
+        fixed(cell.traverse_ms, 2)
+    );
+    let _ = write!(
+        out,
+        " {} | {} | {} |",
+        fixed(cell.limit_rms_um, 4),
+        fixed(cell.limit_max_um, 3),
+        fixed(cell.encoder_um, 4)
+    );
     let pair = |[rms, max]: [f64; 2]| format!("{} / {}", capped(rms), capped(max));
     let _ = write!(out, " {} |", cell.practical().map_or("-".to_owned(), pair));
     for name in shown {
@@ -40,7 +55,12 @@ fn row(out: &mut String, cell: &CellResult, shown: &[&str]) {
         };
         let mark = |inside: bool| if inside { "**" } else { "" };
         let [rms, max] = cell.within(name).unwrap_or_default().map(mark);
-        let _ = write!(out, " {rms}{}{rms} / {max}{}{max} |", capped(ratios[0]), capped(ratios[1]));
+        let _ = write!(
+            out,
+            " {rms}{}{rms} / {max}{}{max} |",
+            capped(ratios[0]),
+            capped(ratios[1])
+        );
     }
     out.push('\n');
 }

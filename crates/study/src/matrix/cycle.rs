@@ -1,9 +1,11 @@
 //! Does an axis hunt? Turning points of its load's deviation, more than its own motion explains.
 //!
-//! The deviation of the load from that of the machine without a gap turns a few times at every change of flank. In windows of half a second those
-//! turns are counted (a turn needs a step back by [`step_um`]); what `none` shows in the same window and [`TURNS_AN_EVENT`] for
-//! every reversal and change of flank in this window and the one before are taken off. Five turns or more that are left, in two windows running, are
-//! an oscillation above 5 Hz that lasts for a second: a limit cycle.
+//! The deviation of the load from that of the machine without a gap turns a few times at every
+//! change of flank. In windows of half a second those turns are counted (a turn needs a step back
+//! by [`step_um`]); what `none` shows in the same window and [`TURNS_AN_EVENT`] for every reversal
+//! and change of flank in this window and the one before are taken off. Five turns or more that are
+//! left, in two windows running, are an oscillation above 5 Hz that lasts for a second: a limit
+//! cycle.
 
 /// Servo ticks of a window: 0.5 s.
 const WINDOW: usize = 2000;
@@ -14,7 +16,8 @@ const LEFT_OVER: u32 = 5;
 /// Windows running that make a limit cycle.
 const RUNNING: usize = 2;
 
-/// The least step back that counts as a turn, um: 0.2 um, two counts of the encoder, or a hundredth of the gap, whichever is most.
+/// The least step back that counts as a turn, um: 0.2 um, two counts of the encoder, or a hundredth
+/// of the gap, whichever is most.
 pub(super) fn step_um(count_um: f64, gap_um: f64) -> f64 {
     0.2_f64.max(2.0 * count_um).max(0.01 * gap_um)
 }
@@ -51,7 +54,11 @@ pub(super) struct Turns {
 impl Turns {
     /// Takes the signal at a servo tick since the start of measuring.
     pub(super) fn push(&mut self, tick: usize, value: f64, step: f64) {
-        let beyond = if self.falling { value < self.extreme } else { value > self.extreme };
+        let beyond = if self.falling {
+            value < self.extreme
+        } else {
+            value > self.extreme
+        };
         if beyond {
             self.extreme = value;
         } else if (value - self.extreme).abs() > step {
@@ -66,9 +73,18 @@ impl Turns {
 pub(super) fn hunts(turns: &Windows, none: &Windows, events: &Windows) -> bool {
     let mut running = 0;
     for window in 0..turns.0.len() {
-        let recent = events.get(window) + if window > 0 { events.get(window - 1) } else { 0 };
+        let recent = events.get(window)
+            + if window > 0 {
+                events.get(window - 1)
+            } else {
+                0
+            };
         let explained = none.get(window) + TURNS_AN_EVENT * recent;
-        running = if turns.get(window) >= explained + LEFT_OVER { running + 1 } else { 0 };
+        running = if turns.get(window) >= explained + LEFT_OVER {
+            running + 1
+        } else {
+            0
+        };
         if running >= RUNNING {
             return true;
         }
@@ -100,7 +116,11 @@ mod tests {
             events.count(window * WINDOW);
         }
         assert!(!hunts(&hunting, &quiet, &events));
-        assert!(!hunts(&turns(|t| 0.09 * math::sin(50.0 * t)).windows, &quiet, &quiet));
+        assert!(!hunts(
+            &turns(|t| 0.09 * math::sin(50.0 * t)).windows,
+            &quiet,
+            &quiet
+        ));
     }
 
     #[test]

@@ -36,12 +36,19 @@ impl Watch {
         let need = physics.need_nm(self.direction, velocity, acceleration);
         let jerk = (acceleration - self.acceleration) / Clock::CNC.period_s();
         self.acceleration = acceleration;
-        let mut event = Event { reversal, flank_rad: None };
+        let mut event = Event {
+            reversal,
+            flank_rad: None,
+        };
         if need.abs() > NO_TORQUE_NM {
             let sign = need.signum();
             if self.need != 0.0 && sign != self.need {
                 let friction_turns = reversal && physics.coulomb_nm > 0.0;
-                event.flank_rad = Some(if friction_turns { physics.at_reversal_rad(acceleration) } else { physics.elsewhere_rad(jerk) });
+                event.flank_rad = Some(if friction_turns {
+                    physics.at_reversal_rad(acceleration)
+                } else {
+                    physics.elsewhere_rad(jerk)
+                });
             }
             self.need = sign;
         }
@@ -55,10 +62,18 @@ mod tests {
     use lostmotion_base::math;
 
     fn events(coulomb_nm: f64) -> (Vec<u32>, Vec<u32>, f64) {
-        let physics =
-            Physics { load_inertia_kgm2: 0.01, viscous_nm_s_per_rad: 0.0, coulomb_nm, gap_rad: 0.01, traverse_s: 0.005, rated_nm: 10.0 };
-        let (mut watch, mut reversals, mut flanks, mut most) = (Watch::default(), Vec::new(), Vec::new(), 0.0_f64);
-        // position -40 cos(5 t): velocity changes sign at multiples of pi/5, acceleration half-way between
+        let physics = Physics {
+            load_inertia_kgm2: 0.01,
+            viscous_nm_s_per_rad: 0.0,
+            coulomb_nm,
+            gap_rad: 0.01,
+            traverse_s: 0.005,
+            rated_nm: 10.0,
+        };
+        let (mut watch, mut reversals, mut flanks, mut most) =
+            (Watch::default(), Vec::new(), Vec::new(), 0.0_f64);
+        // position -40 cos(5 t): velocity changes sign at multiples of pi/5, acceleration half-way
+        // between
         for tick in 0..2000_u32 {
             let (s, c) = math::sin_cos(5e-3 * f64::from(tick));
             let event = watch.step(&physics, 200.0 * s, 1000.0 * c);
@@ -78,13 +93,19 @@ mod tests {
         let (reversals, flanks, most) = events(0.0);
         assert_eq!(reversals, [629, 1257, 1885]);
         assert_eq!(flanks, [315, 943, 1571]);
-        assert!((most / (5000.0 * 1.25e-7 / 12.0) - 1.0).abs() < 0.01, "{most}");
+        assert!(
+            (most / (5000.0 * 1.25e-7 / 12.0) - 1.0).abs() < 0.01,
+            "{most}"
+        );
     }
 
     #[test]
     fn with_much_friction_they_change_with_the_velocity() {
         let (reversals, flanks, most) = events(40.0);
         assert_eq!(reversals, flanks);
-        assert!((most / (1000.0 * 25e-6 / 8.0 * 0.75) - 1.0).abs() < 0.01, "{most}");
+        assert!(
+            (most / (1000.0 * 25e-6 / 8.0 * 0.75) - 1.0).abs() < 0.01,
+            "{most}"
+        );
     }
 }

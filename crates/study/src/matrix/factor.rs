@@ -41,11 +41,26 @@ pub const DRIFT: usize = 8;
 
 /// Every factor, in the order of a cell's name.
 ///
-/// Feeds are in mm/min, total gaps in um at the slide, Coulomb friction in per cent of the motor's rated torque; viscous friction `v20` is 0.2 of the rated
-/// torque at the rated speed; the inertia is that of the load over that of the motor; encoders have so many bits a turn. What
-/// `drift` is says [`super::machine`].
+/// Feeds are in mm/min, total gaps in um at the slide, Coulomb friction in per cent of the motor's
+/// rated torque; viscous friction `v20` is 0.2 of the rated torque at the rated speed; the inertia
+/// is that of the load over that of the motor; encoders have so many bits a turn. What `drift` is
+/// says [`super::machine`].
 pub const FACTORS: [Factor; COUNT] = [
-    factor("motion", &["circle5", "circle10", "circle25", "circle50", "circle150", "square", "rounded", "lissajous", "zigzag", "pocket"]),
+    factor(
+        "motion",
+        &[
+            "circle5",
+            "circle10",
+            "circle25",
+            "circle50",
+            "circle150",
+            "square",
+            "rounded",
+            "lissajous",
+            "zigzag",
+            "pocket",
+        ],
+    ),
     factor("feed", &["f300", "f1000", "f3000", "f10000"]),
     factor("way", &["ccw", "cw"]),
     factor("gap", &["g2", "g5", "g10", "g20", "g60", "g300"]),
@@ -56,7 +71,8 @@ pub const FACTORS: [Factor; COUNT] = [
     factor("drift", &["steady", "drift"]),
 ];
 
-/// One level of each factor. Its text is the levels' names with `-` between: `circle25-f3000-ccw-g10-t10-v0-j2-e20-steady`.
+/// One level of each factor. Its text is the levels' names with `-` between:
+/// `circle25-f3000-ccw-g10-t10-v0-j2-e20-steady`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Cell(pub(super) [u8; COUNT]);
 
@@ -68,12 +84,19 @@ impl Cell {
 
     /// The name of the level of a factor.
     pub fn level_name(&self, factor: usize) -> &'static str {
-        FACTORS.get(factor).and_then(|f| f.levels.get(self.level(factor))).copied().unwrap_or_default()
+        FACTORS
+            .get(factor)
+            .and_then(|f| f.levels.get(self.level(factor)))
+            .copied()
+            .unwrap_or_default()
     }
 
     /// The number in the name of a level: 3000 of `f3000`. 0 where there is none.
     pub fn number(&self, factor: usize) -> f64 {
-        self.level_name(factor).trim_start_matches(|c: char| c.is_ascii_alphabetic()).parse().unwrap_or(0.0)
+        self.level_name(factor)
+            .trim_start_matches(|c: char| c.is_ascii_alphabetic())
+            .parse()
+            .unwrap_or(0.0)
     }
 
     /// The cell of a name.
@@ -81,15 +104,27 @@ impl Cell {
     /// # Errors
     /// What part of the name is not a level, with the levels there are.
     pub fn parse(id: &str) -> Result<Cell, StudyError> {
-        let error = |reason: String| StudyError::CellName { id: id.to_owned(), reason };
+        let error = |reason: String| StudyError::CellName {
+            id: id.to_owned(),
+            reason,
+        };
         let parts: Vec<&str> = id.split('-').collect();
         if parts.len() != COUNT {
-            return Err(error(format!("a name has {COUNT} parts with `-` between, such as {}", Cell::default())));
+            return Err(error(format!(
+                "a name has {COUNT} parts with `-` between, such as {}",
+                Cell::default()
+            )));
         }
         let mut levels = [0; COUNT];
         for ((level, part), factor) in levels.iter_mut().zip(parts).zip(&FACTORS) {
             let found = factor.levels.iter().position(|name| *name == part);
-            let found = found.ok_or_else(|| error(format!("{} is one of {}, not `{part}`", factor.name, factor.levels.join(", "))))?;
+            let found = found.ok_or_else(|| {
+                error(format!(
+                    "{} is one of {}, not `{part}`",
+                    factor.name,
+                    factor.levels.join(", ")
+                ))
+            })?;
             *level = found as u8;
         }
         Ok(Cell(levels))
@@ -134,7 +169,10 @@ mod tests {
     fn numbers_are_those_of_the_names() {
         let cell = Cell::parse("circle25-f3000-cw-g60-t30-v20-j0.5-e20-steady").unwrap();
         let numbers: Vec<f64> = (0..COUNT).map(|factor| cell.number(factor)).collect();
-        assert_eq!(numbers, [25.0, 3000.0, 0.0, 60.0, 30.0, 20.0, 0.5, 20.0, 0.0]);
+        assert_eq!(
+            numbers,
+            [25.0, 3000.0, 0.0, 60.0, 30.0, 20.0, 0.5, 20.0, 0.0]
+        );
     }
 
     #[test]
@@ -142,6 +180,9 @@ mod tests {
         let text = |id: &str| Cell::parse(id).unwrap_err().to_string();
         assert!(text("circle25").contains("9 parts"), "{}", text("circle25"));
         let other = text("circle25-f3000-cw-g61-t30-v20-j0.5-e20-steady");
-        assert!(other.contains("gap is one of g2, g5") && other.contains("g61"), "{other}");
+        assert!(
+            other.contains("gap is one of g2, g5") && other.contains("g61"),
+            "{other}"
+        );
     }
 }

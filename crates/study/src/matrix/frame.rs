@@ -57,14 +57,24 @@ pub(super) fn contour_input(frame: &Frame, load_mm: [f64; 3]) -> ContourInput {
     }
 }
 
-/// The part of a signed contour error that backlash causes: what it is more than without a gap (errors and loads with and without, mm). A distance from the path
-/// differs by no more than the loads are apart. Where it does, the path turns back so sharply that the same place lies on its left and on
-/// its right, and only the magnitudes can be compared.
+/// The part of a signed contour error that backlash causes: what it is more than without a gap
+/// (errors and loads with and without, mm). A distance from the path differs by no more than the
+/// loads are apart. Where it does, the path turns back so sharply that the same place lies on its
+/// left and on its right, and only the magnitudes can be compared.
 pub(super) fn caused_mm([with, without]: [f64; 2], [load, ideal]: [[f64; 3]; 2]) -> f64 {
-    let apart = load.iter().zip(ideal).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+    let apart = load
+        .iter()
+        .zip(ideal)
+        .map(|(a, b)| (a - b) * (a - b))
+        .sum::<f64>()
+        .sqrt();
     let difference = with - without;
     // rounding, and a foot that is found to a hundredth
-    if difference.abs() <= 1.01 * apart + 1e-6 { difference } else { (with.abs() - without.abs()).clamp(-apart, apart) }
+    if difference.abs() <= 1.01 * apart + 1e-6 {
+        difference
+    } else {
+        (with.abs() - without.abs()).clamp(-apart, apart)
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Results as lines of JSON, from which a study that was stopped goes on.
 //!
-//! The first line says which study it is; each further one is a [`CellResult`]. A last line without its end is a cell that was being written
-//! when the study was stopped: it counts for nothing.
+//! The first line says which study it is; each further one is a [`CellResult`]. A last line without
+//! its end is a cell that was being written when the study was stopped: it counts for nothing.
 
 use super::factor::{Cell, FACTORS};
 use super::result::CellResult;
@@ -9,7 +9,8 @@ use crate::error::StudyError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Version of definitions, motions and machines; results of different versions are not put together.
+/// Version of definitions, motions and machines; results of different versions are not put
+/// together.
 pub const VERSION: u32 = 1;
 
 /// Which study a journal belongs to.
@@ -41,20 +42,43 @@ impl Header {
             cells,
             seed,
             methods: methods.to_vec(),
-            factors: FACTORS.iter().map(|factor| format!("{}: {}", factor.name, factor.levels.join(" "))).collect(),
+            factors: FACTORS
+                .iter()
+                .map(|factor| format!("{}: {}", factor.name, factor.levels.join(" ")))
+                .collect(),
         }
     }
 
     fn check(&self, there: &Header) -> Result<(), StudyError> {
-        let cells = |header: &Header| header.cells.map_or("all".to_owned(), |cells| cells.to_string());
+        let cells = |header: &Header| {
+            header
+                .cells
+                .map_or("all".to_owned(), |cells| cells.to_string())
+        };
         let pairs = [
             ("the study", there.study.clone(), self.study.clone()),
-            ("its version", there.version.to_string(), self.version.to_string()),
-            ("the release", there.lostmotion.clone(), self.lostmotion.clone()),
+            (
+                "its version",
+                there.version.to_string(),
+                self.version.to_string(),
+            ),
+            (
+                "the release",
+                there.lostmotion.clone(),
+                self.lostmotion.clone(),
+            ),
             ("the number of cells", cells(there), cells(self)),
             ("the seed", there.seed.to_string(), self.seed.to_string()),
-            ("the list of methods", there.methods.join(","), self.methods.join(",")),
-            ("the list of factors", there.factors.join("; "), self.factors.join("; ")),
+            (
+                "the list of methods",
+                there.methods.join(","),
+                self.methods.join(","),
+            ),
+            (
+                "the list of factors",
+                there.factors.join("; "),
+                self.factors.join("; "),
+            ),
         ];
         match pairs.into_iter().find(|(_, there, here)| there != here) {
             Some((what, there, here)) => Err(StudyError::OtherStudy { what, there, here }),
@@ -68,7 +92,8 @@ impl Header {
 /// # Errors
 /// None for the types of this crate.
 pub fn line(value: &impl Serialize) -> Result<String, StudyError> {
-    let mut text = serde_json::to_string(value).map_err(|error| StudyError::Sink(error.to_string()))?;
+    let mut text =
+        serde_json::to_string(value).map_err(|error| StudyError::Sink(error.to_string()))?;
     text.push('\n');
     Ok(text)
 }
@@ -88,10 +113,20 @@ pub struct Found {
 /// A journal of another study; a line in the middle that is no result.
 pub fn read(text: &str, header: &Header) -> Result<Found, StudyError> {
     let whole = text.rfind('\n').map_or(0, |end| end + 1);
-    let mut found = Found { whole_bytes: whole, ..Found::default() };
+    let mut found = Found {
+        whole_bytes: whole,
+        ..Found::default()
+    };
     let mut lines = text.get(..whole).unwrap_or_default().lines().zip(1..);
-    let Some((first, _)) = lines.next() else { return Ok(found) };
-    let broken = |line: usize| move |error: serde_json::Error| StudyError::Journal { line, reason: error.to_string() };
+    let Some((first, _)) = lines.next() else {
+        return Ok(found);
+    };
+    let broken = |line: usize| {
+        move |error: serde_json::Error| StudyError::Journal {
+            line,
+            reason: error.to_string(),
+        }
+    };
     header.check(&serde_json::from_str(first).map_err(broken(1))?)?;
     for (line, number) in lines {
         let result: CellResult = serde_json::from_str(line).map_err(broken(number))?;

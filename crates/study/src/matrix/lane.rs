@@ -18,7 +18,12 @@ pub(super) struct Lane {
 
 impl Lane {
     /// At rest at `start`, mm; with a real Z or without one.
-    pub(super) fn new(config: &AxisConfig, method: &str, start: &Coords, with_z: bool) -> Result<Lane, StudyError> {
+    pub(super) fn new(
+        config: &AxisConfig,
+        method: &str,
+        start: &Coords,
+        with_z: bool,
+    ) -> Result<Lane, StudyError> {
         let mut axes = Vec::with_capacity(AXES.len() + 1);
         for id in AXES.into_iter().chain(with_z.then_some(AxisId::Z)) {
             let mut runner = build_runner(config, method, start[id])?;
@@ -26,16 +31,27 @@ impl Lane {
             runner.push(&[rest; SETTLE_TICKS], &mut AxisOutput::new(false))?;
             axes.push((id, runner, AxisOutput::new(true)));
         }
-        Ok(Lane { axes, foot: FootState::default() })
+        Ok(Lane {
+            axes,
+            foot: FootState::default(),
+        })
     }
 
     /// Steps all axes through a chunk of the plan; what the chunk before left is gone.
-    pub(super) fn run(&mut self, samples: &[Sample], setpoints: &mut Vec<Setpoint>) -> Result<(), StudyError> {
+    pub(super) fn run(
+        &mut self,
+        samples: &[Sample],
+        setpoints: &mut Vec<Setpoint>,
+    ) -> Result<(), StudyError> {
         for (id, runner, output) in &mut self.axes {
             setpoints.clear();
-            setpoints.extend(
-                samples.iter().map(|sample| Setpoint::moving(sample.position[*id], sample.velocity[*id], sample.acceleration[*id])),
-            );
+            setpoints.extend(samples.iter().map(|sample| {
+                Setpoint::moving(
+                    sample.position[*id],
+                    sample.velocity[*id],
+                    sample.acceleration[*id],
+                )
+            }));
             output.clear();
             runner.push(setpoints, output)?;
         }
@@ -52,18 +68,38 @@ impl Lane {
         self.tip(z, |output| &output.reference, servo_sample)
     }
 
-    fn tip(&self, z: f64, list: impl Fn(&AxisOutput) -> &Vec<f64>, servo_sample: usize) -> [f64; 3] {
-        let at = |axis: usize| self.axes.get(axis).map(|(_, _, output)| list(output).get(servo_sample).copied().unwrap_or(f64::NAN));
-        [at(0).unwrap_or(f64::NAN), at(1).unwrap_or(f64::NAN), at(2).unwrap_or(z)]
+    fn tip(
+        &self,
+        z: f64,
+        list: impl Fn(&AxisOutput) -> &Vec<f64>,
+        servo_sample: usize,
+    ) -> [f64; 3] {
+        let at = |axis: usize| {
+            self.axes
+                .get(axis)
+                .map(|(_, _, output)| list(output).get(servo_sample).copied().unwrap_or(f64::NAN))
+        };
+        [
+            at(0).unwrap_or(f64::NAN),
+            at(1).unwrap_or(f64::NAN),
+            at(2).unwrap_or(z),
+        ]
     }
 
     /// The trace of an axis at a servo sample of the chunk.
     pub(super) fn sample(&self, axis: usize, servo_sample: usize) -> AxisSample {
-        self.axes.get(axis).and_then(|(_, _, output)| output.trace.as_ref()?.get(servo_sample)).copied().unwrap_or_default()
+        self.axes
+            .get(axis)
+            .and_then(|(_, _, output)| output.trace.as_ref()?.get(servo_sample))
+            .copied()
+            .unwrap_or_default()
     }
 
     /// Part of so many servo ticks for which the drive was at a limit, the worst axis.
     pub(super) fn saturated(&self, ticks: u64) -> f64 {
-        self.axes.iter().map(|(_, _, output)| output.saturated_samples as f64 / (ticks.max(1) as f64)).fold(0.0, f64::max)
+        self.axes
+            .iter()
+            .map(|(_, _, output)| output.saturated_samples as f64 / (ticks.max(1) as f64))
+            .fold(0.0, f64::max)
     }
 }

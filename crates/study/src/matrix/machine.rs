@@ -1,11 +1,13 @@
 //! The machine of a cell.
 //!
-//! Rotor 0.00189 kg m2, rated torque 11 N m at 2000 1/min, at most 43 N m; screw of 20 mm lead, shaft of 2400 N m/rad with 5 % of critical damping. Gains follow
-//! from the inertias by the rule of [`Tuning`], as whoever commissions the axis would set them: 40 Hz, but so low that the loop
+//! Rotor 0.00189 kg m2, rated torque 11 N m at 2000 1/min, at most 43 N m; screw of 20 mm lead,
+//! shaft of 2400 N m/rad with 5 % of critical damping. Gains follow from the inertias by the rule
+//! of [`Tuning`], as whoever commissions the axis would set them: 40 Hz, but so low that the loop
 //! is still stable when the motor turns alone in its gap.
 //!
-//! In half of the cells the machine changes while it runs, in a straight line over the length of the motion, or 30 s if that is more: the gap grows by a
-//! tenth, the load's friction by three tenths, its inertia by a fifth. Nobody is told.
+//! In half of the cells the machine changes while it runs, in a straight line over the length of
+//! the motion, or 30 s if that is more: the gap grows by a tenth, the load's friction by three
+//! tenths, its inertia by a fifth. Nobody is told.
 
 use super::factor::{Cell, DRIFT, ENCODER, FRICTION, GAP, INERTIA, VISCOUS};
 use crate::error::StudyError;
@@ -24,7 +26,8 @@ const RATED_SPEED_RAD_S: f64 = 2000.0 / 60.0 * TAU;
 const SHAFT_DAMPING: f64 = 0.05;
 /// Natural frequency of the velocity loop, Hz, where nothing speaks against it.
 const VELOCITY_HZ: f64 = 40.0;
-/// Highest gain crossover of the velocity loop with the motor alone, 1/s: 45 degrees for the delays of encoder difference, servo and current loop (0.5 ms in all).
+/// Highest gain crossover of the velocity loop with the motor alone, 1/s: 45 degrees for the delays
+/// of encoder difference, servo and current loop (0.5 ms in all).
 const ALONE_PER_S: f64 = 1600.0;
 /// What a drifting gap, friction and inertia are multiplied by in the end.
 const DRIFTED: [f64; 3] = [1.1, 1.3, 1.2];
@@ -45,8 +48,20 @@ pub fn drift(cell: &Cell, motion_s: f64) -> Drift {
     if cell.level_name(DRIFT) == "steady" {
         return Drift::NONE;
     }
-    let [gap, friction, inertia] = DRIFTED.map(|factor| Some(Change { factor, over_s: DRIFT_S.max(motion_s), shape: Shape::Ramp }));
-    Drift { gap, load_coulomb: friction, load_viscous: friction, load_inertia: inertia, ..Drift::NONE }
+    let [gap, friction, inertia] = DRIFTED.map(|factor| {
+        Some(Change {
+            factor,
+            over_s: DRIFT_S.max(motion_s),
+            shape: Shape::Ramp,
+        })
+    });
+    Drift {
+        gap,
+        load_coulomb: friction,
+        load_viscous: friction,
+        load_inertia: inertia,
+        ..Drift::NONE
+    }
 }
 
 /// One axis of a cell, without its drift; both are alike.
@@ -56,7 +71,10 @@ pub fn drift(cell: &Cell, motion_s: f64) -> Drift {
 pub fn axis(cell: &Cell) -> Result<AxisConfig, StudyError> {
     let machine = machine()?;
     let [first, _] = AXES;
-    let base = machine.axis(first).map(|axis| axis.config.clone()).unwrap_or_else(AxisConfig::paper);
+    let base = machine
+        .axis(first)
+        .map(|axis| axis.config.clone())
+        .unwrap_or_else(AxisConfig::paper);
     let motor = base.motor;
     let inertia = cell.number(INERTIA) * motor.inertia_kgm2;
     let together = motor.inertia_kgm2 * inertia / (motor.inertia_kgm2 + inertia);
@@ -64,14 +82,22 @@ pub fn axis(cell: &Cell) -> Result<AxisConfig, StudyError> {
     let load = Reflected {
         inertia_kgm2: inertia,
         coulomb_nm: 0.01 * cell.number(FRICTION) * motor.rated_torque_nm,
-        viscous_nm_s_per_rad: 0.01 * cell.number(VISCOUS) * motor.rated_torque_nm / RATED_SPEED_RAD_S,
+        viscous_nm_s_per_rad: 0.01 * cell.number(VISCOUS) * motor.rated_torque_nm
+            / RATED_SPEED_RAD_S,
         damping_nm_s_per_rad: 2.0 * SHAFT_DAMPING * (old.stiffness_nm_per_rad * together).sqrt(),
         gap_rad: 1e-3 * cell.number(GAP) * base.transmission.motor_rad_per_unit(),
         ..old
     };
     let alone_hz = ALONE_PER_S * motor.inertia_kgm2 / (2.0 * (motor.inertia_kgm2 + inertia)) / TAU;
-    let tuning = Tuning { velocity_frequency_hz: VELOCITY_HZ.min(alone_hz), ..Tuning::default() };
-    let mut axis = AxisConfig { load: Load::Reflected(load), ..base }.tuned(&tuning);
+    let tuning = Tuning {
+        velocity_frequency_hz: VELOCITY_HZ.min(alone_hz),
+        ..Tuning::default()
+    };
+    let mut axis = AxisConfig {
+        load: Load::Reflected(load),
+        ..base
+    }
+    .tuned(&tuning);
     axis.drive.told_inertia_kgm2 = Some(motor.inertia_kgm2 + inertia);
     let bits = cell.number(ENCODER) as u32;
     axis.drive.encoder_counts_per_rev = (bits > 0).then(|| 1 << bits);

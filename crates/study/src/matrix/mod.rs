@@ -10,9 +10,10 @@
 //! summary  distribution per method and regime      table  Markdown and CSV
 //! ```
 //!
-//! Figure of merit: the signed contour error of the machine with its gap minus that of the same machine without a gap and without
-//! compensator, servo tick by servo tick, on cutting moves, from 0.1 s after each axis has reversed four times. RMS and largest
-//! magnitude of it, as parts of what `none` leaves.
+//! Figure of merit: the signed contour error of the machine with its gap minus that of the same
+//! machine without a gap and without compensator, servo tick by servo tick, on cutting moves, from
+//! 0.1 s after each axis has reversed four times. RMS and largest magnitude of it, as parts of what
+//! `none` leaves.
 
 mod cell;
 mod cells;

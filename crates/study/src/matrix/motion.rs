@@ -1,7 +1,8 @@
 //! The part program of a cell.
 //!
-//! Plain G-code with every number written out, so that a cell can be looked at, and run with any other control. All figures lie in X and Y; the pocket's
-//! and nobody else's Z moves, too. Figures are gone round so often that each axis reverses eight times or more.
+//! Plain G-code with every number written out, so that a cell can be looked at, and run with any
+//! other control. All figures lie in X and Y; the pocket's and nobody else's Z moves, too. Figures
+//! are gone round so often that each axis reverses eight times or more.
 
 use super::factor::{Cell, FEED, SHAPE, WAY};
 use lostmotion_base::math;
@@ -14,7 +15,8 @@ const SECONDS: f64 = 12.0;
 const TURNS: (f64, f64) = (4.0, 16.0);
 /// Half diagonals of the lissajous figure, mm, and the lines it is made of.
 const LISSAJOUS: (f64, f64, u32) = (15.0, 10.0, 180);
-/// Rows of the zigzag: length and distance in mm, and the angle at which they lie, so that both axes reverse at every row's end.
+/// Rows of the zigzag: length and distance in mm, and the angle at which they lie, so that both
+/// axes reverse at every row's end.
 const ROWS: (f64, f64, f64) = (30.0, 1.0, 30.0);
 /// The pocket's own feed for its straight cuts, mm/min; its other feeds keep their ratio to it.
 const POCKET_FEED: f64 = 2500.0;
@@ -31,7 +33,11 @@ pub fn program(cell: &Cell) -> String {
         "pocket" => with_feeds(POCKET, feed / POCKET_FEED),
         _ => circle(cell.number(SHAPE), feed),
     };
-    if cell.level_name(WAY) == "cw" { mirrored(&text) } else { text }
+    if cell.level_name(WAY) == "cw" {
+        mirrored(&text)
+    } else {
+        text
+    }
 }
 
 /// Whether the program moves Z, which is then an axis like the others.
@@ -41,7 +47,9 @@ pub fn moves_z(cell: &Cell) -> bool {
 
 /// How often a figure of some length is gone round.
 fn turns(length_mm: f64, feed: f64) -> u32 {
-    (SECONDS * feed / 60.0 / length_mm).ceil().clamp(TURNS.0, TURNS.1) as u32
+    (SECONDS * feed / 60.0 / length_mm)
+        .ceil()
+        .clamp(TURNS.0, TURNS.1) as u32
 }
 
 fn opened(mode: &str, x: f64, y: f64, feed: f64) -> String {
@@ -99,7 +107,11 @@ fn zigzag(feed: f64) -> String {
     let mut text = opened("G64 P0.01", 0.0, 0.0, feed);
     for row in 0..turns(length + step, feed).max(12) {
         let v = step * f64::from(row);
-        let (near, far) = if row % 2 == 0 { (0.0, length) } else { (length, 0.0) };
+        let (near, far) = if row % 2 == 0 {
+            (0.0, length)
+        } else {
+            (length, 0.0)
+        };
         let _ = writeln!(text, "G1 {}\nG1 {}", at(near, v), at(far, v));
     }
     closed(text)
@@ -117,7 +129,9 @@ fn with_words(text: &str, change: impl Fn(char, &str) -> Option<String>) -> Stri
         if in_comment || !letter.is_ascii_uppercase() {
             continue;
         }
-        let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-')).unwrap_or(rest.len());
+        let end = rest
+            .find(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'))
+            .unwrap_or(rest.len());
         let number = &rest[..end];
         out.push_str(&change(letter, number).unwrap_or_else(|| number.to_owned()));
         rest = &rest[end..];
@@ -126,9 +140,11 @@ fn with_words(text: &str, change: impl Fn(char, &str) -> Option<String>) -> Stri
 }
 
 fn with_feeds(text: &str, factor: f64) -> String {
-    with_words(text, |letter, number| match (letter, number.parse::<f64>()) {
-        ('F', Ok(feed)) => Some(format!("{:.3}", feed * factor)),
-        _ => None,
+    with_words(text, |letter, number| {
+        match (letter, number.parse::<f64>()) {
+            ('F', Ok(feed)) => Some(format!("{:.3}", feed * factor)),
+            _ => None,
+        }
     })
 }
 
@@ -137,7 +153,11 @@ fn mirrored(text: &str) -> String {
     with_words(text, |letter, number| match (letter, number) {
         ('G', "2") => Some("3".to_owned()),
         ('G', "3") => Some("2".to_owned()),
-        ('Y' | 'J', _) => Some(number.strip_prefix('-').map_or_else(|| format!("-{number}"), str::to_owned)),
+        ('Y' | 'J', _) => Some(
+            number
+                .strip_prefix('-')
+                .map_or_else(|| format!("-{number}"), str::to_owned),
+        ),
         _ => None,
     })
 }
@@ -149,7 +169,13 @@ mod tests {
     #[test]
     fn mirrors_and_feeds_leave_comments_and_other_words_alone() {
         let text = "(G3 Y1 F5)\nG3 X4 Y-2.5 Z-6 I-4 J0 P4 F900\nG17 G40\n";
-        assert_eq!(mirrored(text), "(G3 Y1 F5)\nG2 X4 Y2.5 Z-6 I-4 J-0 P4 F900\nG17 G40\n");
-        assert_eq!(with_feeds(text, 0.5), "(G3 Y1 F5)\nG3 X4 Y-2.5 Z-6 I-4 J0 P4 F450.000\nG17 G40\n");
+        assert_eq!(
+            mirrored(text),
+            "(G3 Y1 F5)\nG2 X4 Y2.5 Z-6 I-4 J-0 P4 F900\nG17 G40\n"
+        );
+        assert_eq!(
+            with_feeds(text, 0.5),
+            "(G3 Y1 F5)\nG3 X4 Y-2.5 Z-6 I-4 J0 P4 F450.000\nG17 G40\n"
+        );
     }
 }

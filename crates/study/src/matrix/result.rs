@@ -3,7 +3,8 @@
 use super::factor::Cell;
 use serde::{Deserialize, Serialize};
 
-/// One method in one cell. Micrometres at the slide; all figures after the fourth reversal of each axis.
+/// One method in one cell. Micrometres at the slide; all figures after the fourth reversal of each
+/// axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MethodFigures {
     /// Registered name.
@@ -14,8 +15,8 @@ pub struct MethodFigures {
     pub max_um: f64,
     /// RMS of what backlash adds to the position of the loads of X and Y, um.
     pub axis_rms_um: [f64; 2],
-    /// Mean magnitude of the relative error of the estimated half gap while load and motor are in contact, the worse axis; none if the method
-    /// estimates none.
+    /// Mean magnitude of the relative error of the estimated half gap while load and motor are in
+    /// contact, the worse axis; none if the method estimates none.
     pub gap_error: Option<f64>,
     /// Whether an axis hunts where without compensation it does not.
     pub hunts: bool,
@@ -42,9 +43,11 @@ pub struct CellResult {
     pub traverse_ms: f64,
     /// Least possible largest error, um, by the formulae of the module `limit`.
     pub limit_max_um: f64,
-    /// Least possible RMS, um, taking every unavoidable error at its largest for the whole traverse.
+    /// Least possible RMS, um, taking every unavoidable error at its largest for the whole
+    /// traverse.
     pub limit_rms_um: f64,
-    /// Part of the measured time in which the load of X or Y floats in its gap: no friction, and no need of torque.
+    /// Part of the measured time in which the load of X or Y floats in its gap: no friction, and no
+    /// need of torque.
     #[serde(default)]
     pub floating: f64,
     /// A count of the encoder, um at the slide; 0 for an ideal one.
@@ -59,7 +62,8 @@ pub const RATIO_FROM_UM: f64 = 0.02;
 /// A method is worse than none if it leaves more than none by this, um.
 pub const WORSE_UM: f64 = 0.1;
 
-/// A cell in which a load floats for more than this part of the time counts as one of floating loads.
+/// A cell in which a load floats for more than this part of the time counts as one of floating
+/// loads.
 const FLOATS: f64 = 0.05;
 
 impl CellResult {
@@ -73,15 +77,23 @@ impl CellResult {
         self.methods.iter().find(|figures| figures.method == method)
     }
 
-    /// RMS and largest error of a method as parts of those of `none`; none if `none` leaves next to nothing.
+    /// RMS and largest error of a method as parts of those of `none`; none if `none` leaves next to
+    /// nothing.
     pub fn ratios(&self, method: &str) -> Option<[f64; 2]> {
         let (none, figures) = (self.of("none")?, self.of(method)?);
-        (none.rms_um > RATIO_FROM_UM).then(|| [figures.rms_um / none.rms_um, figures.max_um / none.max_um])
+        (none.rms_um > RATIO_FROM_UM)
+            .then(|| [figures.rms_um / none.rms_um, figures.max_um / none.max_um])
     }
 
-    /// Whether RMS and largest error of a method are worse than those of `none` by more than [`WORSE_UM`].
+    /// Whether RMS and largest error of a method are worse than those of `none` by more than
+    /// [`WORSE_UM`].
     pub fn worse(&self, method: &str) -> [bool; 2] {
-        let (Some(none), Some(figures)) = (self.of("none"), self.of(method)) else { return [false; 2] };
-        [figures.rms_um > none.rms_um + WORSE_UM, figures.max_um > none.max_um + WORSE_UM]
+        let (Some(none), Some(figures)) = (self.of("none"), self.of(method)) else {
+            return [false; 2];
+        };
+        [
+            figures.rms_um > none.rms_um + WORSE_UM,
+            figures.max_um > none.max_um + WORSE_UM,
+        ]
     }
 }

@@ -15,26 +15,47 @@ use std::sync::mpsc;
 ///
 /// # Errors
 /// An unknown method; whatever stops the chain.
-pub fn run_cell(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) -> Result<CellResult, StudyError> {
-    let inside = |source| StudyError::Cell { id: cell.to_string(), source: Box::new(source) };
+pub fn run_cell(
+    cell: &Cell,
+    methods: &[String],
+    trace: Option<&mut dyn FnMut(&Traced)>,
+) -> Result<CellResult, StudyError> {
+    let inside = |source| StudyError::Cell {
+        id: cell.to_string(),
+        source: Box::new(source),
+    };
     run(cell, methods, trace).map_err(inside)
 }
 
-fn run(cell: &Cell, methods: &[String], trace: Option<&mut dyn FnMut(&Traced)>) -> Result<CellResult, StudyError> {
+fn run(
+    cell: &Cell,
+    methods: &[String],
+    trace: Option<&mut dyn FnMut(&Traced)>,
+) -> Result<CellResult, StudyError> {
     let machine = machine::machine()?;
     let source = ProgramSource::from_bytes(cell.to_string(), motion::program(cell).into_bytes());
-    let length = plan(&source, &machine, &SimulateOptions::default(), &mut |_| Ok(()))?;
-    let mut config = AxisConfig { drift: machine::drift(cell, length.duration_s), ..machine::axis(cell)? };
+    let length = plan(&source, &machine, &SimulateOptions::default(), &mut |_| {
+        Ok(())
+    })?;
+    let mut config = AxisConfig {
+        drift: machine::drift(cell, length.duration_s),
+        ..machine::axis(cell)?
+    };
     // a trace shows all that is estimated
     config.compensation.estimate_shaft = trace.is_some();
     let mut bench = Bench::new(cell, &config, methods, &machine.start(), trace)?;
     let mut failed = None;
-    let taken = plan_with_path(&source, &machine, &SimulateOptions::default(), &mut |samples, segments| {
-        bench.chunk(samples, segments).map_err(|error| {
-            failed = Some(error);
-            "stopped".into()
-        })
-    });
+    let taken = plan_with_path(
+        &source,
+        &machine,
+        &SimulateOptions::default(),
+        &mut |samples, segments| {
+            bench.chunk(samples, segments).map_err(|error| {
+                failed = Some(error);
+                "stopped".into()
+            })
+        },
+    );
     match (failed, taken) {
         (Some(error), _) => Err(error),
         (None, Err(error)) => Err(error.into()),
@@ -53,11 +74,13 @@ pub struct Progress {
     pub simulated_s: f64,
 }
 
-/// Runs cells, each with `none` and these methods, on so many threads (0: one per core). `sink` takes each result as it is finished, in no
-/// particular order; the results come back in the order of the cells, the same to the bit for any number of threads.
+/// Runs cells, each with `none` and these methods, on so many threads (0: one per core). `sink`
+/// takes each result as it is finished, in no particular order; the results come back in the order
+/// of the cells, the same to the bit for any number of threads.
 ///
 /// # Errors
-/// The first cell in order that cannot be run; whatever the sink answers. Cells that are finished have gone to the sink.
+/// The first cell in order that cannot be run; whatever the sink answers. Cells that are finished
+/// have gone to the sink.
 pub fn run_cells(
     cells: &[Cell],
     methods: &[String],
@@ -65,18 +88,24 @@ pub fn run_cells(
     sink: &mut dyn FnMut(&CellResult, Progress) -> Result<(), StudyError>,
 ) -> Result<Vec<CellResult>, StudyError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|why| StudyError::Threads { threads, why: why.to_string() })?;
+    let pool = pool.map_err(|why| StudyError::Threads {
+        threads,
+        why: why.to_string(),
+    })?;
     let mut order: Vec<usize> = (0..cells.len()).collect();
     // the longest first, so that no core waits at the end
     order.sort_by(|a, b| f64::total_cmp(&length(cells.get(*b)), &length(cells.get(*a))));
     let stop = AtomicBool::new(false);
-    let mut results: Vec<Option<Result<CellResult, StudyError>>> = cells.iter().map(|_| None).collect();
+    let mut results: Vec<Option<Result<CellResult, StudyError>>> =
+        cells.iter().map(|_| None).collect();
     let mut sunk = Ok(());
     let (sender, receiver) = mpsc::channel();
     pool.in_place_scope_fifo(|scope| {
         for index in order {
             let (sender, stop) = (sender.clone(), &stop);
-            let Some(cell) = cells.get(index) else { continue };
+            let Some(cell) = cells.get(index) else {
+                continue;
+            };
             scope.spawn_fifo(move |_| {
                 if !stop.load(Ordering::Relaxed) {
                     // the receiver outlives all senders
@@ -85,13 +114,17 @@ pub fn run_cells(
             });
         }
         drop(sender);
-        let mut progress = Progress { all: cells.len(), ..Progress::default() };
+        let mut progress = Progress {
+            all: cells.len(),
+            ..Progress::default()
+        };
         for (index, result) in receiver {
             progress.done += 1;
             match &result {
                 Ok(result) => {
                     progress.simulated_s += result.duration_s;
-                    sunk = std::mem::replace(&mut sunk, Ok(())).and_then(|()| sink(result, progress));
+                    sunk =
+                        std::mem::replace(&mut sunk, Ok(())).and_then(|()| sink(result, progress));
                 }
                 Err(_) => stop.store(true, Ordering::Relaxed),
             }
@@ -113,5 +146,7 @@ pub fn run_cells(
 
 /// About how long a cell runs: the seconds of one turn of its figure.
 fn length(cell: Option<&Cell>) -> f64 {
-    cell.map_or(0.0, |cell| cell.number(SHAPE).max(20.0) / cell.number(FEED).max(1.0))
+    cell.map_or(0.0, |cell| {
+        cell.number(SHAPE).max(20.0) / cell.number(FEED).max(1.0)
+    })
 }

@@ -1,8 +1,9 @@
 //! Which cells of the full factorial are run.
 //!
-//! Every level of a factor occurs equally often (to one), and the pairs of levels of any two factors as evenly as exchanges can
-//! make them: starting from shuffled columns, two cells swap their levels of one factor whenever that lowers the sum of squares of the pair counts
-//! about their mean. Same number and seed, same cells.
+//! Every level of a factor occurs equally often (to one), and the pairs of levels of any two
+//! factors as evenly as exchanges can make them: starting from shuffled columns, two cells swap
+//! their levels of one factor whenever that lowers the sum of squares of the pair counts about
+//! their mean. Same number and seed, same cells.
 
 use super::factor::{COUNT, Cell, FACTORS};
 use crate::error::StudyError;
@@ -41,13 +42,21 @@ pub fn all_cells() -> Vec<Cell> {
 pub fn sample(cells: usize, seed: u64) -> Result<Vec<Cell>, StudyError> {
     let all = full_size();
     if cells == 0 || cells > MOST_CELLS.min(all) {
-        return Err(StudyError::Cells { asked: cells, most: MOST_CELLS.min(all), all });
+        return Err(StudyError::Cells {
+            asked: cells,
+            most: MOST_CELLS.min(all),
+            all,
+        });
     }
     let mut random = Random::new(seed);
     let mut list = shuffled_columns(cells, &mut random);
     let mut pairs = Pairs::of(&list);
     for _ in 0..TRIES * cells {
-        let (a, b, factor) = (random.below(cells), random.below(cells), random.below(COUNT));
+        let (a, b, factor) = (
+            random.below(cells),
+            random.below(cells),
+            random.below(COUNT),
+        );
         pairs.exchange_if_better(&mut list, a, b, factor);
     }
     part_twins(&mut list, &mut random);
@@ -88,7 +97,11 @@ impl Pairs {
             *place = width;
             width += factor.levels.len();
         }
-        let mut pairs = Pairs { first, width, counts: vec![0; width * width] };
+        let mut pairs = Pairs {
+            first,
+            width,
+            counts: vec![0; width * width],
+        };
         for cell in list {
             for f in 0..COUNT {
                 for g in (0..COUNT).filter(|g| *g != f) {
@@ -101,7 +114,8 @@ impl Pairs {
     }
 
     fn at(&self, f: usize, level_f: usize, g: usize, level_g: usize) -> usize {
-        let row = |factor: usize, level: usize| self.first.get(factor).map_or(0, |first| first + level);
+        let row =
+            |factor: usize, level: usize| self.first.get(factor).map_or(0, |first| first + level);
         row(f, level_f) * self.width + row(g, level_g)
     }
 
@@ -115,18 +129,24 @@ impl Pairs {
         }
     }
 
-    /// Swaps the levels of a factor between two cells if that makes the pairs more even, or leaves them as they are.
+    /// Swaps the levels of a factor between two cells if that makes the pairs more even, or leaves
+    /// them as they are.
     fn exchange_if_better(&mut self, list: &mut [Cell], a: usize, b: usize, f: usize) {
-        let (Some(&one), Some(&other)) = (list.get(a), list.get(b)) else { return };
+        let (Some(&one), Some(&other)) = (list.get(a), list.get(b)) else {
+            return;
+        };
         let (level_a, level_b) = (one.level(f), other.level(f));
         if level_a == level_b {
             return;
         }
-        // the sum of squares changes by 2 (gained counts - lost counts) + 4 for each other factor on which the cells differ
+        // the sum of squares changes by 2 (gained counts - lost counts) + 4 for each other factor
+        // on which the cells differ
         let mut change = 0;
         for g in (0..COUNT).filter(|g| *g != f && one.level(*g) != other.level(*g)) {
-            let lost = self.count(self.at(f, level_a, g, one.level(g))) + self.count(self.at(f, level_b, g, other.level(g)));
-            let gained = self.count(self.at(f, level_b, g, one.level(g))) + self.count(self.at(f, level_a, g, other.level(g)));
+            let lost = self.count(self.at(f, level_a, g, one.level(g)))
+                + self.count(self.at(f, level_b, g, other.level(g)));
+            let gained = self.count(self.at(f, level_b, g, one.level(g)))
+                + self.count(self.at(f, level_a, g, other.level(g)));
             change += 2 * (gained - lost) + 4;
         }
         if change > 0 {
@@ -135,7 +155,10 @@ impl Pairs {
         for g in (0..COUNT).filter(|g| *g != f) {
             for (cell, from, to) in [(&one, level_a, level_b), (&other, level_b, level_a)] {
                 for (level, by) in [(from, -1), (to, 1)] {
-                    let (at, mirrored) = (self.at(f, level, g, cell.level(g)), self.at(g, cell.level(g), f, level));
+                    let (at, mirrored) = (
+                        self.at(f, level, g, cell.level(g)),
+                        self.at(g, cell.level(g), f, level),
+                    );
                     self.add(at, by);
                     self.add(mirrored, by);
                 }
@@ -153,13 +176,18 @@ impl Pairs {
 fn part_twins(list: &mut [Cell], random: &mut Random) {
     for _ in 0..100 {
         let mut seen = BTreeSet::new();
-        let twins: Vec<usize> = (0..list.len()).filter(|i| list.get(*i).is_some_and(|cell| !seen.insert(*cell))).collect();
+        let twins: Vec<usize> = (0..list.len())
+            .filter(|i| list.get(*i).is_some_and(|cell| !seen.insert(*cell)))
+            .collect();
         if twins.is_empty() {
             return;
         }
         for a in twins {
             let (b, f) = (random.below(list.len()), random.below(COUNT));
-            let levels = (list.get(a).map_or(0, |cell| cell.level(f)), list.get(b).map_or(0, |cell| cell.level(f)));
+            let levels = (
+                list.get(a).map_or(0, |cell| cell.level(f)),
+                list.get(b).map_or(0, |cell| cell.level(f)),
+            );
             for (index, level) in [(a, levels.1), (b, levels.0)] {
                 if let Some(place) = list.get_mut(index).and_then(|cell| cell.0.get_mut(f)) {
                     *place = level as u8;
@@ -190,10 +218,17 @@ mod tests {
                 for level in 0..factor.levels.len() {
                     let count = list.iter().filter(|cell| cell.level(f) == level).count();
                     let even = cells / factor.levels.len();
-                    assert!(count == even || count == even + 1, "{} {level}: {count}", factor.name);
+                    assert!(
+                        count == even || count == even + 1,
+                        "{} {level}: {count}",
+                        factor.name
+                    );
                 }
                 for g in (0..COUNT).filter(|g| *g != f) {
-                    assert!(pair_counts(&list, f, g).iter().all(|count| *count > 0), "{cells} {seed} {f} {g}");
+                    assert!(
+                        pair_counts(&list, f, g).iter().all(|count| *count > 0),
+                        "{cells} {seed} {f} {g}"
+                    );
                 }
             }
         }
@@ -207,7 +242,10 @@ mod tests {
                 for g in 0..f {
                     let counts = pair_counts(list, f, g);
                     let mean = list.len() as f64 / counts.len() as f64;
-                    sum += counts.iter().map(|c| (*c as f64 - mean) * (*c as f64 - mean)).sum::<f64>();
+                    sum += counts
+                        .iter()
+                        .map(|c| (*c as f64 - mean) * (*c as f64 - mean))
+                        .sum::<f64>();
                 }
             }
             sum

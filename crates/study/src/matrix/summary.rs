@@ -26,7 +26,12 @@ impl Spread {
             let index = (part * sorted.len() as f64).ceil().max(1.0) as usize - 1;
             sorted.get(index).copied()
         };
-        Some(Spread { cells: sorted.len(), median: rank(0.5)?, p95: rank(0.95)?, worst: *sorted.last()? })
+        Some(Spread {
+            cells: sorted.len(),
+            median: rank(0.5)?,
+            p95: rank(0.95)?,
+            worst: *sorted.last()?,
+        })
     }
 }
 
@@ -47,7 +52,8 @@ pub struct MethodSummary {
     pub hunts: usize,
     /// Cells in which a drive was at a limit for more than a hundredth of the time.
     pub saturated: usize,
-    /// Cells in which it leaves no more RMS than is wanted, or than the practical limit where that is more ([`super::practical`]); and the same for the largest error.
+    /// Cells in which it leaves no more RMS than is wanted, or than the practical limit where that
+    /// is more ([`super::practical`]); and the same for the largest error.
     pub within: [usize; 2],
     /// Relative error of the gap's estimate, if it makes one.
     pub gap_error: Option<Spread>,
@@ -108,7 +114,12 @@ const WORST: usize = 5;
 /// Sums up.
 pub fn summary(results: &[CellResult]) -> Summary {
     let all: Vec<&CellResult> = results.iter().collect();
-    let names: Vec<&str> = results.first().map_or(Vec::new(), |cell| cell.methods.iter().map(|figures| figures.method.as_str()).collect());
+    let names: Vec<&str> = results.first().map_or(Vec::new(), |cell| {
+        cell.methods
+            .iter()
+            .map(|figures| figures.method.as_str())
+            .collect()
+    });
     Summary {
         cells: results.len(),
         simulated_s: results.iter().map(|cell| cell.duration_s).sum(),
@@ -117,7 +128,11 @@ pub fn summary(results: &[CellResult]) -> Summary {
         practical_ratio: [0, 1].map(|which| practical(&all, which)),
         methods: names.iter().map(|name| method(&all, name)).collect(),
         regimes: regimes(results, &names),
-        worst: names.iter().skip(1).flat_map(|name| worst(results, name)).collect(),
+        worst: names
+            .iter()
+            .skip(1)
+            .flat_map(|name| worst(results, name))
+            .collect(),
     }
 }
 
@@ -132,7 +147,11 @@ fn limit(cells: &[&CellResult], which: usize) -> Option<Spread> {
 
 /// The practical limit, over what `none` leaves: RMS (0) or largest error (1).
 fn practical(cells: &[&CellResult], which: usize) -> Option<Spread> {
-    Spread::of(cells.iter().filter_map(|cell| cell.practical()?.get(which).copied()))
+    Spread::of(
+        cells
+            .iter()
+            .filter_map(|cell| cell.practical()?.get(which).copied()),
+    )
 }
 
 fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
@@ -145,8 +164,15 @@ fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
         worse_rms: cells.iter().filter(|cell| cell.worse(name)[0]).count(),
         worse_max: cells.iter().filter(|cell| cell.worse(name)[1]).count(),
         hunts: figures().filter(|figures| figures.hunts).count(),
-        saturated: figures().filter(|figures| figures.saturated > SATURATED).count(),
-        within: [0, 1].map(|which: usize| cells.iter().filter(|cell| cell.within(name).is_some_and(|within| within[which])).count()),
+        saturated: figures()
+            .filter(|figures| figures.saturated > SATURATED)
+            .count(),
+        within: [0, 1].map(|which: usize| {
+            cells
+                .iter()
+                .filter(|cell| cell.within(name).is_some_and(|within| within[which]))
+                .count()
+        }),
         gap_error: Spread::of(figures().filter_map(|figures| figures.gap_error)),
     }
 }
@@ -168,9 +194,15 @@ fn regimes(results: &[CellResult], names: &[&str]) -> Vec<Regime> {
     };
     add("load", "held", &|result| !result.floats());
     add("load", "floats", &CellResult::floats);
-    for (index, factor) in FACTORS.iter().enumerate().filter(|(_, factor)| factor.levels.len() > 1) {
+    for (index, factor) in FACTORS
+        .iter()
+        .enumerate()
+        .filter(|(_, factor)| factor.levels.len() > 1)
+    {
         for level in factor.levels {
-            add(factor.name, level, &|result| result.cell.level_name(index) == *level);
+            add(factor.name, level, &|result| {
+                result.cell.level_name(index) == *level
+            });
         }
     }
     regimes
@@ -179,7 +211,13 @@ fn regimes(results: &[CellResult], names: &[&str]) -> Vec<Regime> {
 fn worst(results: &[CellResult], name: &str) -> Vec<WorstCell> {
     let mut list: Vec<WorstCell> = results
         .iter()
-        .filter_map(|cell| Some(WorstCell { method: name.to_owned(), cell: cell.cell.to_string(), ratios: cell.ratios(name)? }))
+        .filter_map(|cell| {
+            Some(WorstCell {
+                method: name.to_owned(),
+                cell: cell.cell.to_string(),
+                ratios: cell.ratios(name)?,
+            })
+        })
         .collect();
     list.sort_by(|a, b| f64::total_cmp(&b.ratios[0], &a.ratios[0]));
     list.truncate(WORST);
@@ -193,8 +231,24 @@ mod tests {
     #[test]
     fn ranks_are_values_that_occur() {
         let spread = Spread::of((1..=100).map(f64::from)).unwrap();
-        assert_eq!(spread, Spread { cells: 100, median: 50.0, p95: 95.0, worst: 100.0 });
-        assert_eq!(Spread::of([7.0]).unwrap(), Spread { cells: 1, median: 7.0, p95: 7.0, worst: 7.0 });
+        assert_eq!(
+            spread,
+            Spread {
+                cells: 100,
+                median: 50.0,
+                p95: 95.0,
+                worst: 100.0
+            }
+        );
+        assert_eq!(
+            Spread::of([7.0]).unwrap(),
+            Spread {
+                cells: 1,
+                median: 7.0,
+                p95: 7.0,
+                worst: 7.0
+            }
+        );
         assert_eq!(Spread::of([]), None);
     }
 }

@@ -22,15 +22,28 @@ const IDLE: f64 = 0.9;
 const HARMFUL: f64 = 0.1;
 
 pub(super) fn capped(ratio: f64) -> String {
-    if ratio > RUNAWAY { "> 1000 %".to_owned() } else { percent(ratio) }
+    if ratio > RUNAWAY {
+        "> 1000 %".to_owned()
+    } else {
+        percent(ratio)
+    }
 }
 
 fn three(spread: Option<Spread>) -> String {
-    spread.map_or("- | - | -".to_owned(), |s| format!("{} | {} | {}", capped(s.median), capped(s.p95), capped(s.worst)))
+    spread.map_or("- | - | -".to_owned(), |s| {
+        format!(
+            "{} | {} | {}",
+            capped(s.median),
+            capped(s.p95),
+            capped(s.worst)
+        )
+    })
 }
 
 fn two(spread: Option<Spread>) -> String {
-    spread.map_or("-".to_owned(), |s| format!("{} / {}", capped(s.median), capped(s.p95)))
+    spread.map_or("-".to_owned(), |s| {
+        format!("{} / {}", capped(s.median), capped(s.p95))
+    })
 }
 
 /// The summary as Markdown: a table of all methods, one by regime, the worst cells.
@@ -68,10 +81,20 @@ pub fn markdown(results: &[CellResult], what: &str) -> String {
     by_regime(&mut out, &sum);
     failures(&mut out, &sum);
     put!(out, "\n## Worst cells\n");
-    put!(out, "| method | cell | RMS ratio | max ratio |\n|---|---|--:|--:|");
+    put!(
+        out,
+        "| method | cell | RMS ratio | max ratio |\n|---|---|--:|--:|"
+    );
     for worst in &sum.worst {
         let [rms, max] = worst.ratios;
-        put!(out, "| `{}` | `{}` | {} | {} |", worst.method, worst.cell, capped(rms), capped(max));
+        put!(
+            out,
+            "| `{}` | `{}` | {} | {} |",
+            worst.method,
+            worst.cell,
+            capped(rms),
+            capped(max)
+        );
     }
     cells::markdown(&mut out, results);
     out
@@ -82,10 +105,25 @@ fn overview(out: &mut String, sum: &Summary) {
         out,
         "| method | RMS: median | 95 % | worst | max: median | 95 % | worst | worse RMS | worse max | hunting | at a limit | within: RMS | max | gap: median / 95 % |"
     );
-    put!(out, "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
+    put!(
+        out,
+        "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+    );
     for row in &sum.methods {
-        let MethodSummary { method, worse_rms, worse_max, hunts, saturated, within: [rms_within, max_within], .. } = row;
-        let (rms, max, gap) = (three(row.rms_ratio), three(row.max_ratio), two(row.gap_error));
+        let MethodSummary {
+            method,
+            worse_rms,
+            worse_max,
+            hunts,
+            saturated,
+            within: [rms_within, max_within],
+            ..
+        } = row;
+        let (rms, max, gap) = (
+            three(row.rms_ratio),
+            three(row.max_ratio),
+            two(row.gap_error),
+        );
         put!(
             out,
             "| `{method}` | {rms} | {max} | {worse_rms} | {worse_max} | {hunts} | {saturated} | {rms_within} | {max_within} | {gap} |"
@@ -94,16 +132,37 @@ fn overview(out: &mut String, sum: &Summary) {
     if let Some(held) = sum.regimes.iter().find(|regime| regime.level == "held")
         && let Some(row) = held.methods.iter().find(|row| row.method == "adaptive")
     {
-        let MethodSummary { worse_rms, worse_max, hunts, saturated, within: [rms_within, max_within], .. } = row;
-        let (rms, max, gap) = (three(row.rms_ratio), three(row.max_ratio), two(row.gap_error));
+        let MethodSummary {
+            worse_rms,
+            worse_max,
+            hunts,
+            saturated,
+            within: [rms_within, max_within],
+            ..
+        } = row;
+        let (rms, max, gap) = (
+            three(row.rms_ratio),
+            three(row.max_ratio),
+            two(row.gap_error),
+        );
         put!(
             out,
             "| `adaptive`, loads held | {rms} | {max} | {worse_rms} | {worse_max} | {hunts} | {saturated} | {rms_within} | {max_within} | {gap} |"
         );
     }
-    put!(out, "| least possible | {} | {} | | | | | | | |", three(sum.limit_rms_ratio), three(sum.limit_max_ratio));
+    put!(
+        out,
+        "| least possible | {} | {} | | | | | | | |",
+        three(sum.limit_rms_ratio),
+        three(sum.limit_max_ratio)
+    );
     let [rms, max] = sum.practical_ratio;
-    put!(out, "| practical limit | {} | {} | | | | | | | |", three(rms), three(max));
+    put!(
+        out,
+        "| practical limit | {} | {} | | | | | | | |",
+        three(rms),
+        three(max)
+    );
 }
 
 fn by_regime(out: &mut String, sum: &Summary) {
@@ -111,7 +170,10 @@ fn by_regime(out: &mut String, sum: &Summary) {
         out,
         "\n## By regime\n\nRMS ratio, median / 95 %. Least: what physics leaves whatever the method; practical: the practical limit. Load held or floating: loads float in a cell where without"
     );
-    put!(out, "friction and without need of torque they drift through the gap unseen for more than a twentieth of the time.\n");
+    put!(
+        out,
+        "friction and without need of torque they drift through the gap unseen for more than a twentieth of the time.\n"
+    );
     let mut header = "| factor | level | cells | least | practical |".to_owned();
     let mut rule = "|---|---|--:|--:|--:|".to_owned();
     for method in sum.methods.iter().skip(1) {
@@ -120,10 +182,25 @@ fn by_regime(out: &mut String, sum: &Summary) {
     }
     put!(out, "{header}\n{rule}");
     for regime in &sum.regimes {
-        let cells = regime.methods.first().and_then(|none| none.rms_ratio).map_or(0, |spread| spread.cells);
-        let row: Vec<String> = regime.methods.iter().skip(1).map(|method| two(method.rms_ratio)).collect();
+        let cells = regime
+            .methods
+            .first()
+            .and_then(|none| none.rms_ratio)
+            .map_or(0, |spread| spread.cells);
+        let row: Vec<String> = regime
+            .methods
+            .iter()
+            .skip(1)
+            .map(|method| two(method.rms_ratio))
+            .collect();
         let (least, best) = (two(regime.limit_rms_ratio), two(regime.practical_rms_ratio));
-        put!(out, "| {} | {} | {cells} | {least} | {best} | {} |", regime.factor, regime.level, row.join(" | "));
+        put!(
+            out,
+            "| {} | {} | {cells} | {least} | {best} | {} |",
+            regime.factor,
+            regime.level,
+            row.join(" | ")
+        );
     }
 }
 
@@ -134,17 +211,35 @@ fn failures(out: &mut String, sum: &Summary) {
         out,
         "Levels (of gap, friction, inertia and encoder, and motions) at which a method leaves more than 90 % of what `none` leaves in half of the"
     );
-    put!(out, "cells, and at which it is worse than `none` in more than a tenth of them.\n");
-    put!(out, "| method | does next to nothing | does harm |\n|---|---|---|");
+    put!(
+        out,
+        "cells, and at which it is worse than `none` in more than a tenth of them.\n"
+    );
+    put!(
+        out,
+        "| method | does next to nothing | does harm |\n|---|---|---|"
+    );
     for (index, method) in sum.methods.iter().enumerate().skip(1) {
         let levels = |fails: &dyn Fn(&MethodSummary) -> bool| -> String {
-            let regimes =
-                sum.regimes.iter().filter(|regime| ["gap", "friction", "inertia", "encoder", "motion"].contains(&regime.factor.as_str()));
-            let all: Vec<&str> = regimes.filter(|r| r.methods.get(index).is_some_and(fails)).map(|r| r.level.as_str()).collect();
-            if all.is_empty() { "-".to_owned() } else { all.join(", ") }
+            let regimes = sum.regimes.iter().filter(|regime| {
+                ["gap", "friction", "inertia", "encoder", "motion"]
+                    .contains(&regime.factor.as_str())
+            });
+            let all: Vec<&str> = regimes
+                .filter(|r| r.methods.get(index).is_some_and(fails))
+                .map(|r| r.level.as_str())
+                .collect();
+            if all.is_empty() {
+                "-".to_owned()
+            } else {
+                all.join(", ")
+            }
         };
         let idle = levels(&|m| m.rms_ratio.is_some_and(|spread| spread.median > IDLE));
-        let harmful = levels(&|m| m.rms_ratio.is_some_and(|spread| m.worse_rms as f64 > HARMFUL * spread.cells as f64));
+        let harmful = levels(&|m| {
+            m.rms_ratio
+                .is_some_and(|spread| m.worse_rms as f64 > HARMFUL * spread.cells as f64)
+        });
         put!(out, "| `{}` | {idle} | {harmful} |", method.method);
     }
 }
@@ -158,7 +253,9 @@ pub fn csv(results: &[CellResult]) -> String {
     );
     for cell in results {
         for figures in &cell.methods {
-            let levels: Vec<&str> = (0..COUNT).map(|factor| cell.cell.level_name(factor)).collect();
+            let levels: Vec<&str> = (0..COUNT)
+                .map(|factor| cell.cell.level_name(factor))
+                .collect();
             let CellResult {
                 duration_s,
                 measured_from_s,
@@ -170,8 +267,15 @@ pub fn csv(results: &[CellResult]) -> String {
                 encoder_um,
                 ..
             } = cell;
-            let best = cell.practical().map_or(",".to_owned(), |[rms, max]| format!("{rms:.5},{max:.5}"));
-            let _ = write!(out, "{},{},{duration_s},{measured_from_s},{reached_mm_min}", cell.cell, levels.join(","));
+            let best = cell
+                .practical()
+                .map_or(",".to_owned(), |[rms, max]| format!("{rms:.5},{max:.5}"));
+            let _ = write!(
+                out,
+                "{},{},{duration_s},{measured_from_s},{reached_mm_min}",
+                cell.cell,
+                levels.join(",")
+            );
             let _ = write!(
                 out,
                 ",{traverse_ms},{limit_max_um},{limit_rms_um},{floating},{encoder_um},{best},{},{},{}",
@@ -181,9 +285,17 @@ pub fn csv(results: &[CellResult]) -> String {
                 Some([rms, max]) => write!(out, ",{rms:.5},{max:.5}"),
                 None => write!(out, ",,"),
             };
-            let ([worse_rms, worse_max], [x, y]) = (cell.worse(&figures.method), figures.axis_rms_um);
-            let gap = figures.gap_error.map_or(String::new(), |error| error.to_string());
-            put!(out, ",{worse_rms},{worse_max},{x},{y},{gap},{},{}", figures.hunts, figures.saturated);
+            let ([worse_rms, worse_max], [x, y]) =
+                (cell.worse(&figures.method), figures.axis_rms_um);
+            let gap = figures
+                .gap_error
+                .map_or(String::new(), |error| error.to_string());
+            put!(
+                out,
+                ",{worse_rms},{worse_max},{x},{y},{gap},{},{}",
+                figures.hunts,
+                figures.saturated
+            );
         }
     }
     out
@@ -207,8 +319,14 @@ pub struct Matrix<'a> {
 /// # Errors
 /// None for the types of this crate.
 pub fn json(results: &[CellResult], what: &str) -> Result<String, StudyError> {
-    let matrix = Matrix { schema: 1, what, summary: summary(results), results };
-    let mut text = serde_json::to_string_pretty(&matrix).map_err(|error| StudyError::Sink(error.to_string()))?;
+    let matrix = Matrix {
+        schema: 1,
+        what,
+        summary: summary(results),
+        results,
+    };
+    let mut text = serde_json::to_string_pretty(&matrix)
+        .map_err(|error| StudyError::Sink(error.to_string()))?;
     text.push('\n');
     Ok(text)
 }

@@ -48,7 +48,11 @@ pub(super) struct Tally {
 
 impl Tally {
     pub(super) fn new(step_um: f64) -> Tally {
-        Tally { step_um, contour: Size::default(), axes: Default::default() }
+        Tally {
+            step_um,
+            contour: Size::default(),
+            axes: Default::default(),
+        }
     }
 
     /// Takes the contour error that backlash causes at one servo tick on a cutting move, mm.
@@ -56,12 +60,25 @@ impl Tally {
         self.contour.push(backlash_mm * UM_PER_MM);
     }
 
-    /// Takes what an axis did at one servo tick: the load's deviation from that of the machine without a gap (mm), its trace, its true half gap (rad).
-    pub(super) fn axis(&mut self, axis: usize, tick: usize, deviation_mm: f64, sample: &AxisSample, half_gap_rad: f64) {
-        let Some(tally) = self.axes.get_mut(axis) else { return };
+    /// Takes what an axis did at one servo tick: the load's deviation from that of the machine
+    /// without a gap (mm), its trace, its true half gap (rad).
+    pub(super) fn axis(
+        &mut self,
+        axis: usize,
+        tick: usize,
+        deviation_mm: f64,
+        sample: &AxisSample,
+        half_gap_rad: f64,
+    ) {
+        let Some(tally) = self.axes.get_mut(axis) else {
+            return;
+        };
         tally.deviation.push(deviation_mm * UM_PER_MM);
-        tally.turns.push(tick, deviation_mm * UM_PER_MM, self.step_um);
-        let touching = sample.engagement != Engagement::Gap && sample.engagement_estimate != Engagement::Gap;
+        tally
+            .turns
+            .push(tick, deviation_mm * UM_PER_MM, self.step_um);
+        let touching =
+            sample.engagement != Engagement::Gap && sample.engagement_estimate != Engagement::Gap;
         if touching && sample.gap_angle_estimate.is_finite() {
             tally.gap_error += (sample.gap_angle_estimate.abs() / half_gap_rad - 1.0).abs();
             tally.gap_samples += 1;
@@ -74,16 +91,33 @@ impl Tally {
     }
 
     /// The figures, held against `none` and the motion's own events.
-    pub(super) fn figures(&self, method: &str, none: &Tally, events: &[Windows; 2], saturated: f64) -> MethodFigures {
+    pub(super) fn figures(
+        &self,
+        method: &str,
+        none: &Tally,
+        events: &[Windows; 2],
+        saturated: f64,
+    ) -> MethodFigures {
         let mut hunting = self.axes.iter().zip(&none.axes).zip(events);
-        let gap_errors = self.axes.iter().filter(|axis| axis.gap_samples > 0).map(|axis| axis.gap_error / (axis.gap_samples as f64));
+        let gap_errors = self
+            .axes
+            .iter()
+            .filter(|axis| axis.gap_samples > 0)
+            .map(|axis| axis.gap_error / (axis.gap_samples as f64));
         MethodFigures {
             method: method.to_owned(),
             rms_um: round_to(self.contour.rms(), DIGITS),
             max_um: round_to(self.contour.max, DIGITS),
-            axis_rms_um: self.axes.each_ref().map(|axis| round_to(axis.deviation.rms(), DIGITS)),
-            gap_error: gap_errors.reduce(f64::max).map(|error| round_to(error, DIGITS)),
-            hunts: hunting.any(|((axis, none), events)| cycle::hunts(&axis.turns.windows, &none.turns.windows, events)),
+            axis_rms_um: self
+                .axes
+                .each_ref()
+                .map(|axis| round_to(axis.deviation.rms(), DIGITS)),
+            gap_error: gap_errors
+                .reduce(f64::max)
+                .map(|error| round_to(error, DIGITS)),
+            hunts: hunting.any(|((axis, none), events)| {
+                cycle::hunts(&axis.turns.windows, &none.turns.windows, events)
+            }),
             saturated: round_to(saturated, DIGITS),
         }
     }

@@ -37,10 +37,26 @@ const PUBLISHED: usize = 1;
 const LITERAL: usize = 2;
 
 fn plots() -> Vec<Plot> {
-    let plot = |file, title, y_label, curves: &[Curve], zoom| Plot { file, title, y_label, curves: curves.to_vec(), zoom };
-    let position = |run| [("reference", run, REFERENCE), ("motor", run, MOTOR), ("load", run, LOAD)];
+    let plot = |file, title, y_label, curves: &[Curve], zoom| Plot {
+        file,
+        title,
+        y_label,
+        curves: curves.to_vec(),
+        zoom,
+    };
+    let position = |run| {
+        [
+            ("reference", run, REFERENCE),
+            ("motor", run, MOTOR),
+            ("load", run, LOAD),
+        ]
+    };
     let velocity = |run| -> [Curve; 3] {
-        [("reference", run, |s| s.reference.velocity), ("motor", run, |s| s.motor_velocity), ("load", run, |s| s.load_velocity)]
+        [
+            ("reference", run, |s| s.reference.velocity),
+            ("motor", run, |s| s.motor_velocity),
+            ("load", run, |s| s.load_velocity),
+        ]
     };
     let current = |run| -> [Curve; 1] { [("i_q", run, |s| s.current)] };
     let near = Some([0.0, 0.4]);
@@ -48,18 +64,65 @@ fn plots() -> Vec<Plot> {
     let angle: Value = |s| s.motor_position - s.load_position;
     let (rad, rad_s, a) = ("position, rad", "velocity, rad/s", "current, A");
     vec![
-        plot("figure_03.svg", "Figure 3: the load stops off the motor by half the gap", rad, &position(NONE), near),
-        plot("figure_07_position.svg", "Figure 7: without compensation, position", rad, &position(NONE), None),
-        plot("figure_07_velocity.svg", "Figure 7: without compensation, velocity", rad_s, &velocity(NONE), None),
-        plot("figure_07_current.svg", "Figure 7: without compensation, current", a, &current(NONE), None),
-        plot("figure_08_position.svg", "Figure 8: published compensation, position", rad, &position(PUBLISHED), None),
-        plot("figure_08_velocity.svg", "Figure 8: published compensation, velocity", rad_s, &velocity(PUBLISHED), None),
-        plot("figure_08_current.svg", "Figure 8: published compensation, current", a, &current(PUBLISHED), None),
+        plot(
+            "figure_03.svg",
+            "Figure 3: the load stops off the motor by half the gap",
+            rad,
+            &position(NONE),
+            near,
+        ),
+        plot(
+            "figure_07_position.svg",
+            "Figure 7: without compensation, position",
+            rad,
+            &position(NONE),
+            None,
+        ),
+        plot(
+            "figure_07_velocity.svg",
+            "Figure 7: without compensation, velocity",
+            rad_s,
+            &velocity(NONE),
+            None,
+        ),
+        plot(
+            "figure_07_current.svg",
+            "Figure 7: without compensation, current",
+            a,
+            &current(NONE),
+            None,
+        ),
+        plot(
+            "figure_08_position.svg",
+            "Figure 8: published compensation, position",
+            rad,
+            &position(PUBLISHED),
+            None,
+        ),
+        plot(
+            "figure_08_velocity.svg",
+            "Figure 8: published compensation, velocity",
+            rad_s,
+            &velocity(PUBLISHED),
+            None,
+        ),
+        plot(
+            "figure_08_current.svg",
+            "Figure 8: published compensation, current",
+            a,
+            &current(PUBLISHED),
+            None,
+        ),
         plot(
             "figure_09.svg",
             "Figure 9: position of the load at the first stop",
             rad,
-            &[("reference", NONE, REFERENCE), ("none", NONE, LOAD), ("published", PUBLISHED, LOAD), ("published-literal", LITERAL, LOAD)],
+            &[
+                ("reference", NONE, REFERENCE),
+                ("none", NONE, LOAD),
+                ("published", PUBLISHED, LOAD),
+                ("published-literal", LITERAL, LOAD),
+            ],
             near,
         ),
         plot(
@@ -85,9 +148,13 @@ fn plots() -> Vec<Plot> {
             "Figure 11, upper: inertia at the motor, cut off at -0.005 and 0.020",
             "inertia, kg m\u{b2}",
             &[
-                ("published", PUBLISHED, |s| s.inertia_estimate.clamp(-0.005, 0.02)),
+                ("published", PUBLISHED, |s| {
+                    s.inertia_estimate.clamp(-0.005, 0.02)
+                }),
                 ("true: motor alone", PUBLISHED, |_| MOTOR_KGM2),
-                ("true: motor and load", PUBLISHED, |_| MOTOR_KGM2 + LOAD_KGM2),
+                ("true: motor and load", PUBLISHED, |_| {
+                    MOTOR_KGM2 + LOAD_KGM2
+                }),
             ],
             None,
         ),
@@ -97,7 +164,9 @@ fn plots() -> Vec<Plot> {
             "flank (0 in the gap)",
             &[
                 ("true", PUBLISHED, |s| f64::from(s.engagement.sign())),
-                ("estimated", PUBLISHED, |s| f64::from(s.engagement_estimate.sign())),
+                ("estimated", PUBLISHED, |s| {
+                    f64::from(s.engagement_estimate.sign())
+                }),
             ],
             None,
         ),
@@ -106,24 +175,44 @@ fn plots() -> Vec<Plot> {
 
 /// Figures 3 and 7 to 11.
 pub fn figures(trials: &Trials) -> Vec<Figure> {
-    plots().iter().map(|plot| (plot.file.to_owned(), draw(plot, trials))).collect()
+    plots()
+        .iter()
+        .map(|plot| (plot.file.to_owned(), draw(plot, trials)))
+        .collect()
 }
 
 fn draw(plot: &Plot, trials: &Trials) -> String {
     let stop = trials.trial.motion.first_stop_s();
-    let [from, to] = plot.zoom.map_or([0.0, f64::INFINITY], |[before, after]| [stop - before, stop + after]);
+    let [from, to] = plot.zoom.map_or([0.0, f64::INFINITY], |[before, after]| {
+        [stop - before, stop + after]
+    });
     let curve = |(name, run, value): &Curve| {
-        let samples = trials.runs.get(*run).map_or(&[][..], |(_, _, samples)| samples);
-        let points = samples.iter().zip(0..).map(|(sample, tick)| [Clock::SERVO.seconds(tick), value(sample)]);
-        Series { name: (*name).to_owned(), points: points.filter(|[t, _]| (from..=to).contains(t)).collect() }
+        let samples = trials
+            .runs
+            .get(*run)
+            .map_or(&[][..], |(_, _, samples)| samples);
+        let points = samples
+            .iter()
+            .zip(0..)
+            .map(|(sample, tick)| [Clock::SERVO.seconds(tick), value(sample)]);
+        Series {
+            name: (*name).to_owned(),
+            points: points.filter(|[t, _]| (from..=to).contains(t)).collect(),
+        }
     };
-    let picture = SeriesPicture { title: plot.title.to_owned(), x_label: "time, s".to_owned(), y_label: plot.y_label.to_owned() };
+    let picture = SeriesPicture {
+        title: plot.title.to_owned(),
+        x_label: "time, s".to_owned(),
+        y_label: plot.y_label.to_owned(),
+    };
     series(&picture, &plot.curves.iter().map(curve).collect::<Vec<_>>())
 }
 
 /// Settled offset over P0, a curve a lambda, for both forms.
 pub fn scan_figures(scan: &Scan) -> Vec<Figure> {
-    FORMS.map(|form| (format!("scan_{form}.svg"), scan_figure(scan, form))).into()
+    FORMS
+        .map(|form| (format!("scan_{form}.svg"), scan_figure(scan, form)))
+        .into()
 }
 
 /// Lambdas drawn: as many as can be told apart.
@@ -133,9 +222,22 @@ const HIGHEST: f64 = 250.0;
 
 fn scan_figure(scan: &Scan, form: &str) -> String {
     let curve = |lambda: f64| {
-        let points = scan.tuning.iter().filter(|point| point.method == form && (point.trial.lambda - lambda).abs() < 1e-9);
-        let points = points.map(|point| [math::log10(point.trial.p0), (100.0 * point.offset).min(HIGHEST)]).collect();
-        Series { name: format!("\u{3bb} {lambda}"), points }
+        let points = scan
+            .tuning
+            .iter()
+            .filter(|point| point.method == form && (point.trial.lambda - lambda).abs() < 1e-9);
+        let points = points
+            .map(|point| {
+                [
+                    math::log10(point.trial.p0),
+                    (100.0 * point.offset).min(HIGHEST),
+                ]
+            })
+            .collect();
+        Series {
+            name: format!("\u{3bb} {lambda}"),
+            points,
+        }
     };
     let picture = SeriesPicture {
         title: format!("{form}: settled offset of the load over P0 (cut off at {HIGHEST} %)"),
@@ -143,7 +245,13 @@ fn scan_figure(scan: &Scan, form: &str) -> String {
         y_label: "offset, % of half the gap".to_owned(),
     };
     let mut curves: Vec<Series> = DRAWN.map(curve).into();
-    let ends = super::scan::P0.iter().map(|p0| [math::log10(*p0), 100.0 * super::CLAIM]).collect();
-    curves.push(Series { name: "15 %".to_owned(), points: ends });
+    let ends = super::scan::P0
+        .iter()
+        .map(|p0| [math::log10(*p0), 100.0 * super::CLAIM])
+        .collect();
+    curves.push(Series {
+        name: "15 %".to_owned(),
+        points: ends,
+    });
     series(&picture, &curves)
 }

@@ -1,8 +1,10 @@
-//! The experiments of the paper: Gan, Wang, Huang, *Adaptive Backlash Compensation for CNC Machining Applications*, Machines 2023, 11(2), 193.
+//! The experiments of the paper: Gan, Wang, Huang, *Adaptive Backlash Compensation for CNC
+//! Machining Applications*, Machines 2023, 11(2), 193.
 //!
-//! The paper's axis (its Tables 2 and 3, the preset `paper`) moves there and back, without compensation and with the published one. Figures 3 and
-//! 7 to 11 are drawn again from our simulation. The paper does not say how far and how fast the axis moved, nor P0 and lambda; these are
-//! chosen, said so, and scanned.
+//! The paper's axis (its Tables 2 and 3, the preset `paper`) moves there and back, without
+//! compensation and with the published one. Figures 3 and 7 to 11 are drawn again from our
+//! simulation. The paper does not say how far and how fast the axis moved, nor P0 and lambda; these
+//! are chosen, said so, and scanned.
 
 pub mod figures;
 pub mod motion;

@@ -21,9 +21,15 @@ pub struct Move {
 
 impl Move {
     /// What we take for the paper's: 20 rad at 40 rad/s, 400 rad/s2, 8000 rad/s3.
-    pub const CHOSEN: Move = Move { distance_rad: 20.0, velocity_rad_s: 40.0, acceleration_rad_s2: 400.0, jerk_rad_s3: 8000.0 };
+    pub const CHOSEN: Move = Move {
+        distance_rad: 20.0,
+        velocity_rad_s: 40.0,
+        acceleration_rad_s2: 400.0,
+        jerk_rad_s3: 8000.0,
+    };
 
-    /// The same with another distance and speed; acceleration and jerk keep their ratio to the speed.
+    /// The same with another distance and speed; acceleration and jerk keep their ratio to the
+    /// speed.
     #[must_use]
     pub fn with(self, distance_rad: f64, velocity_rad_s: f64) -> Move {
         let factor = velocity_rad_s / self.velocity_rad_s;
@@ -35,7 +41,8 @@ impl Move {
         }
     }
 
-    /// Durations and jerks of the seven pieces. Where the distance does not allow the highest speed, the speed is lower.
+    /// Durations and jerks of the seven pieces. Where the distance does not allow the highest
+    /// speed, the speed is lower.
     fn pieces(&self) -> [(f64, f64); 7] {
         let ramp = |v: f64| {
             let a = self.acceleration_rad_s2.min((v * self.jerk_rad_s3).sqrt());
@@ -47,13 +54,25 @@ impl Move {
         if needed(v) > self.distance_rad {
             for _ in 0..100 {
                 let middle = 0.5 * (low + v);
-                if needed(middle) > self.distance_rad { v = middle } else { low = middle }
+                if needed(middle) > self.distance_rad {
+                    v = middle
+                } else {
+                    low = middle
+                }
             }
         }
         let (rise, hold) = ramp(v);
         let cruise = ((self.distance_rad - needed(v)) / v).max(0.0);
         let j = self.jerk_rad_s3;
-        [(rise, j), (hold, 0.0), (rise, -j), (cruise, 0.0), (rise, -j), (hold, 0.0), (rise, j)]
+        [
+            (rise, j),
+            (hold, 0.0),
+            (rise, -j),
+            (cruise, 0.0),
+            (rise, -j),
+            (hold, 0.0),
+            (rise, j),
+        ]
     }
 
     /// Time of the move, s.
@@ -69,7 +88,8 @@ impl Move {
         let (mut p, mut v, mut a, mut left) = (0.0, 0.0, 0.0, time_s.max(0.0));
         for (index, (span, j)) in self.pieces().into_iter().enumerate() {
             let dt = left.min(span);
-            // exactly zero while cruising, as a planner gives it: the published method compares with zero
+            // exactly zero while cruising, as a planner gives it: the published method compares
+            // with zero
             let from = if index == 3 { 0.0 } else { a };
             p += v * dt + from * dt * dt / 2.0 + j * dt * dt * dt / 6.0;
             v += from * dt + j * dt * dt / 2.0;
@@ -93,16 +113,24 @@ impl Move {
                 let time = Clock::CNC.seconds(tick);
                 let [p, v, a] = self.at(time - first);
                 let [q, w, b] = self.at(time - back);
-                if time < back { Setpoint::moving(p, v, a) } else { Setpoint::moving(p - q, -w, -b) }
+                if time < back {
+                    Setpoint::moving(p, v, a)
+                } else {
+                    Setpoint::moving(p - q, -w, -b)
+                }
             })
             .collect()
     }
 
-    /// When the axis has come to rest and stayed so for a while, after each of the two moves: the ends of the two rests, s.
+    /// When the axis has come to rest and stayed so for a while, after each of the two moves: the
+    /// ends of the two rests, s.
     pub fn settled_s(&self) -> [f64; 2] {
         let [first, middle, last] = REST_S;
         let there = first + self.duration_s();
-        [there + middle - 0.01, there + middle + self.duration_s() + last - 0.01]
+        [
+            there + middle - 0.01,
+            there + middle + self.duration_s() + last - 0.01,
+        ]
     }
 
     /// When the first move ends, s.
@@ -117,17 +145,33 @@ mod tests {
 
     #[test]
     fn it_arrives_within_its_limits() {
-        for motion in [Move::CHOSEN, Move::CHOSEN.with(1.0, 80.0), Move::CHOSEN.with(50.0, 10.0), Move::CHOSEN.with(0.01, 40.0)] {
+        for motion in [
+            Move::CHOSEN,
+            Move::CHOSEN.with(1.0, 80.0),
+            Move::CHOSEN.with(50.0, 10.0),
+            Move::CHOSEN.with(0.01, 40.0),
+        ] {
             let points = motion.setpoints();
-            let most = |value: fn(&Setpoint) -> f64| points.iter().map(value).fold(0.0_f64, |most, value| most.max(value.abs()));
-            assert!((most(|p| p.position) - motion.distance_rad).abs() < 1e-9, "{motion:?}");
+            let most = |value: fn(&Setpoint) -> f64| {
+                points
+                    .iter()
+                    .map(value)
+                    .fold(0.0_f64, |most, value| most.max(value.abs()))
+            };
+            assert!(
+                (most(|p| p.position) - motion.distance_rad).abs() < 1e-9,
+                "{motion:?}"
+            );
             assert!(most(|p| p.velocity.unwrap()) <= motion.velocity_rad_s + 1e-9);
             assert!(most(|p| p.acceleration.unwrap()) <= motion.acceleration_rad_s2 + 1e-9);
             assert!(points.last().unwrap().position.abs() < 1e-9);
             for pair in points.windows(2) {
                 let step = pair[1].position - pair[0].position;
                 let mean = 0.5 * (pair[0].velocity.unwrap() + pair[1].velocity.unwrap()) * 1e-3;
-                assert!((step - mean).abs() < 1e-9 + motion.jerk_rad_s3 * 1e-9, "{motion:?} {step} {mean}");
+                assert!(
+                    (step - mean).abs() < 1e-9 + motion.jerk_rad_s3 * 1e-9,
+                    "{motion:?} {step} {mean}"
+                );
             }
         }
     }

@@ -1,4 +1,5 @@
-//! The paper's outlook: stiffness and damping estimated while the axis runs, held against the truth.
+//! The paper's outlook: stiffness and damping estimated while the axis runs, held against the
+//! truth.
 
 use super::motion::Move;
 use crate::error::StudyError;
@@ -11,7 +12,8 @@ use std::fmt::Write;
 
 /// Times the move is made there and back.
 const TIMES: usize = 4;
-/// An axis of a mill: 20 um of gap, a tenth of the rated torque as friction, twice the motor's inertia.
+/// An axis of a mill: 20 um of gap, a tenth of the rated torque as friction, twice the motor's
+/// inertia.
 const MILL: &str = "circle50-f3000-ccw-g20-t10-v0-j2-ideal-steady";
 /// Counts per turn; 0: ideal.
 const COUNTS: [u32; 3] = [0, 1 << 23, 1 << 20];
@@ -37,22 +39,31 @@ pub struct ShaftTrial {
 impl ShaftTrial {
     /// When an estimate is told first, s; 0 for the stiffness, 1 for the damping.
     pub fn told_s(&self, which: usize) -> Option<f64> {
-        self.estimates.iter().find(|(_, value)| value[which].is_finite()).map(|(time, _)| *time)
+        self.estimates
+            .iter()
+            .find(|(_, value)| value[which].is_finite())
+            .map(|(time, _)| *time)
     }
 
     /// Estimate over truth less 1 at the end; none if nothing is told.
     pub fn off(&self, which: usize) -> Option<f64> {
         let (_, last) = self.estimates.last()?;
-        last[which].is_finite().then(|| last[which] / self.truth[which] - 1.0)
+        last[which]
+            .is_finite()
+            .then(|| last[which] / self.truth[which] - 1.0)
     }
 }
 
-/// Runs the paper's bench and an axis of a mill with the paper's kind of move, there and back four times.
+/// Runs the paper's bench and an axis of a mill with the paper's kind of move, there and back four
+/// times.
 ///
 /// # Errors
 /// None for the presets.
 pub fn shaft_trials() -> Result<Vec<ShaftTrial>, StudyError> {
-    let axes = [("the paper's bench", AxisConfig::paper()), ("an axis of a mill", machine::axis(&Cell::parse(MILL)?)?)];
+    let axes = [
+        ("the paper's bench", AxisConfig::paper()),
+        ("an axis of a mill", machine::axis(&Cell::parse(MILL)?)?),
+    ];
     let mut trials = Vec::new();
     for (axis, config) in &axes {
         for counts in COUNTS {
@@ -64,7 +75,12 @@ pub fn shaft_trials() -> Result<Vec<ShaftTrial>, StudyError> {
     Ok(trials)
 }
 
-fn run(axis: &'static str, config: &AxisConfig, counts: u32, method: &'static str) -> Result<ShaftTrial, StudyError> {
+fn run(
+    axis: &'static str,
+    config: &AxisConfig,
+    counts: u32,
+    method: &'static str,
+) -> Result<ShaftTrial, StudyError> {
     let mut config = config.clone();
     config.drive.encoder_counts_per_rev = (counts > 0).then_some(counts);
     config.compensation.estimate_shaft = true;
@@ -82,9 +98,19 @@ fn run(axis: &'static str, config: &AxisConfig, counts: u32, method: &'static st
         runner.push(&points, &mut out)?;
     }
     let load = config.reflected_load();
-    let estimates =
-        out.trace.iter().flatten().zip(0..).map(|(s, tick)| (Clock::SERVO.seconds(tick), [s.stiffness_estimate, s.damping_estimate]));
-    Ok(ShaftTrial { axis, method, counts, truth: [load.stiffness_nm_per_rad, load.damping_nm_s_per_rad], estimates: estimates.collect() })
+    let estimates = out.trace.iter().flatten().zip(0..).map(|(s, tick)| {
+        (
+            Clock::SERVO.seconds(tick),
+            [s.stiffness_estimate, s.damping_estimate],
+        )
+    });
+    Ok(ShaftTrial {
+        axis,
+        method,
+        counts,
+        truth: [load.stiffness_nm_per_rad, load.damping_nm_s_per_rad],
+        estimates: estimates.collect(),
+    })
 }
 
 /// The answer as Markdown.
@@ -98,12 +124,24 @@ pub fn markdown(trials: &[ShaftTrial]) -> String {
     out.push_str("| axis | method | encoder | stiffness, N m/rad | told after, s | at the end off by | damping, N m s/rad | told after, s | at the end off by |\n");
     out.push_str("|---|---|---|--:|--:|--:|--:|--:|--:|\n");
     for trial in trials {
-        let encoder = if trial.counts == 0 { "ideal".to_owned() } else { format!("2^{}", trial.counts.trailing_zeros()) };
+        let encoder = if trial.counts == 0 {
+            "ideal".to_owned()
+        } else {
+            format!("2^{}", trial.counts.trailing_zeros())
+        };
         let _ = write!(out, "| {} | `{}` | {encoder} |", trial.axis, trial.method);
         for which in [0, 1] {
-            let told = trial.told_s(which).map_or("not excited".to_owned(), |time| fixed(time, 2));
-            let off = trial.off(which).map_or("-".to_owned(), |off| format!("{:+.2} %", 100.0 * off));
-            let _ = write!(out, " {} | {told} | {off} |", fixed(trial.truth[which], if which == 0 { 0 } else { 3 }));
+            let told = trial
+                .told_s(which)
+                .map_or("not excited".to_owned(), |time| fixed(time, 2));
+            let off = trial
+                .off(which)
+                .map_or("-".to_owned(), |off| format!("{:+.2} %", 100.0 * off));
+            let _ = write!(
+                out,
+                " {} | {told} | {off} |",
+                fixed(trial.truth[which], if which == 0 { 0 } else { 3 })
+            );
         }
         out.push('\n');
     }
@@ -113,15 +151,32 @@ pub fn markdown(trials: &[ShaftTrial]) -> String {
 
 /// Estimates over truth, one picture for the stiffness and one for the damping.
 pub fn figures(trials: &[ShaftTrial]) -> Vec<(String, String)> {
-    ["stiffness", "damping"].iter().enumerate().map(|(which, name)| (format!("outlook_{name}.svg"), figure(trials, which, name))).collect()
+    ["stiffness", "damping"]
+        .iter()
+        .enumerate()
+        .map(|(which, name)| (format!("outlook_{name}.svg"), figure(trials, which, name)))
+        .collect()
 }
 
 fn figure(trials: &[ShaftTrial], which: usize, name: &str) -> String {
     let curve = |trial: &ShaftTrial| {
-        let point = |(time, value): &(f64, [f64; 2])| [*time, 100.0 * value[which] / trial.truth[which]];
-        let encoder = if trial.counts == 0 { "ideal".to_owned() } else { format!("2^{}", trial.counts.trailing_zeros()) };
+        let point =
+            |(time, value): &(f64, [f64; 2])| [*time, 100.0 * value[which] / trial.truth[which]];
+        let encoder = if trial.counts == 0 {
+            "ideal".to_owned()
+        } else {
+            format!("2^{}", trial.counts.trailing_zeros())
+        };
         Series {
-            name: format!("{}, {}, {encoder}", if trial.axis.contains("mill") { "mill" } else { "bench" }, trial.method),
+            name: format!(
+                "{}, {}, {encoder}",
+                if trial.axis.contains("mill") {
+                    "mill"
+                } else {
+                    "bench"
+                },
+                trial.method
+            ),
             points: trial.estimates.iter().step_by(DRAWN).map(point).collect(),
         }
     };
@@ -131,10 +186,20 @@ fn figure(trials: &[ShaftTrial], which: usize, name: &str) -> String {
         y_label: "estimate over truth, %".to_owned(),
     };
     // ideal and 2^20: what lies between lies between
-    let mut curves: Vec<Series> =
-        trials.iter().filter(|trial| trial.counts != COUNTS[1] && trial.method == METHODS[1]).map(curve).collect();
+    let mut curves: Vec<Series> = trials
+        .iter()
+        .filter(|trial| trial.counts != COUNTS[1] && trial.method == METHODS[1])
+        .map(curve)
+        .collect();
     curves.extend(trials.iter().find(|trial| trial.counts == 0).map(curve));
-    let end = trials.iter().filter_map(|trial| trial.estimates.last()).map(|(time, _)| *time).fold(0.0, f64::max);
-    curves.push(Series { name: "truth".to_owned(), points: vec![[0.0, 100.0], [end, 100.0]] });
+    let end = trials
+        .iter()
+        .filter_map(|trial| trial.estimates.last())
+        .map(|(time, _)| *time)
+        .fold(0.0, f64::max);
+    curves.push(Series {
+        name: "truth".to_owned(),
+        points: vec![[0.0, 100.0], [end, 100.0]],
+    });
     series(&picture, &curves)
 }

@@ -7,7 +7,9 @@ use crate::error::StudyError;
 use rayon::prelude::*;
 
 /// Initial covariances tried.
-pub const P0: [f64; 12] = [1.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 1e5, 1e6, 1e7, 1e8];
+pub const P0: [f64; 12] = [
+    1.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 1e5, 1e6, 1e7, 1e8,
+];
 /// Lambdas tried; the bound of the paper's axis is 0.775.
 pub const LAMBDA: [f64; 8] = [0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.75, 0.8];
 /// Distances tried, rad.
@@ -54,10 +56,30 @@ pub struct Scan {
 /// None for the preset.
 pub fn scan() -> Result<Scan, StudyError> {
     let chosen = Trial::CHOSEN;
-    let tuning: Vec<Trial> = P0.iter().flat_map(|p0| LAMBDA.map(|lambda| Trial { p0: *p0, lambda, ..chosen })).collect();
-    let at = |distance: f64| VELOCITY_RAD_S.map(|velocity| Trial { motion: Move::CHOSEN.with(distance, velocity), ..chosen });
-    let motion: Vec<Trial> = DISTANCE_RAD.iter().flat_map(|distance| at(*distance)).collect();
-    Ok(Scan { tuning: points(&tuning)?, motion: points(&motion)? })
+    let tuning: Vec<Trial> = P0
+        .iter()
+        .flat_map(|p0| {
+            LAMBDA.map(|lambda| Trial {
+                p0: *p0,
+                lambda,
+                ..chosen
+            })
+        })
+        .collect();
+    let at = |distance: f64| {
+        VELOCITY_RAD_S.map(|velocity| Trial {
+            motion: Move::CHOSEN.with(distance, velocity),
+            ..chosen
+        })
+    };
+    let motion: Vec<Trial> = DISTANCE_RAD
+        .iter()
+        .flat_map(|distance| at(*distance))
+        .collect();
+    Ok(Scan {
+        tuning: points(&tuning)?,
+        motion: points(&motion)?,
+    })
 }
 
 fn points(list: &[Trial]) -> Result<Vec<ScanPoint>, StudyError> {
@@ -66,13 +88,14 @@ fn points(list: &[Trial]) -> Result<Vec<ScanPoint>, StudyError> {
         .map(|trial| {
             let answer = trials(trial, &FORMS)?;
             let pairs = FORMS.iter().zip(answer.runs.iter().skip(1));
-            let point = |(method, (_, outcome, _)): (&&'static str, &(String, Outcome, _))| ScanPoint {
-                method,
-                trial: *trial,
-                outcome: *outcome,
-                offset: outcome.worst_offset(answer.half_gap_rad),
-                estimate: outcome.worst_estimate(answer.half_gap_rad),
-            };
+            let point =
+                |(method, (_, outcome, _)): (&&'static str, &(String, Outcome, _))| ScanPoint {
+                    method,
+                    trial: *trial,
+                    outcome: *outcome,
+                    offset: outcome.worst_offset(answer.half_gap_rad),
+                    estimate: outcome.worst_estimate(answer.half_gap_rad),
+                };
             Ok(pairs.map(point).collect())
         })
         .collect();

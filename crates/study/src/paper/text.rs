@@ -22,7 +22,10 @@ pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
         "Gan, Wang, Huang, *Adaptive Backlash Compensation for CNC Machining Applications*, Machines 2023, 11(2), 193, Figures 3 and 7 to 11."
     );
     put!(out, "Made by `lostmotion reproduce paper`; do not edit.\n");
-    put!(out, "Given by the paper (Tables 2 and 3): motor, inertias, shaft, total gap 0.2 rad, all gains and periods.");
+    put!(
+        out,
+        "Given by the paper (Tables 2 and 3): motor, inertias, shaft, total gap 0.2 rad, all gains and periods."
+    );
     put!(
         out,
         "Not given, and chosen here: the move ({} rad and back at {} rad/s, {} rad/s2, {} rad/s3),",
@@ -53,14 +56,24 @@ pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
         out,
         "for the load at rest and for the estimate, not on the way: with the paper's P position loop and no feed-forward the peak after a change of flank stays.\n"
     );
-    put!(out, "## For which P0 and lambda does \"less than {}\" hold?\n", percent(CLAIM));
+    put!(
+        out,
+        "## For which P0 and lambda does \"less than {}\" hold?\n",
+        percent(CLAIM)
+    );
     put!(
         out,
         "Larger settled offset in per cent of half the gap; bold where offset and estimate are below {}. `-`: ran away.\n",
         percent(CLAIM)
     );
     for form in FORMS {
-        grid(&mut out, form, ("lambda", &LAMBDA, |p| p.trial.lambda), ("P0", &P0, |p| p.trial.p0), &scan.tuning);
+        grid(
+            &mut out,
+            form,
+            ("lambda", &LAMBDA, |p| p.trial.lambda),
+            ("P0", &P0, |p| p.trial.p0),
+            &scan.tuning,
+        );
     }
     put!(
         out,
@@ -69,8 +82,16 @@ pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
         trial.lambda
     );
     for form in FORMS {
-        let distance = ("distance, rad", &DISTANCE_RAD[..], (|p| p.trial.motion.distance_rad) as fn(&ScanPoint) -> f64);
-        let velocity = ("speed, rad/s", &VELOCITY_RAD_S[..], (|p| p.trial.motion.velocity_rad_s) as fn(&ScanPoint) -> f64);
+        let distance = (
+            "distance, rad",
+            &DISTANCE_RAD[..],
+            (|p| p.trial.motion.distance_rad) as fn(&ScanPoint) -> f64,
+        );
+        let velocity = (
+            "speed, rad/s",
+            &VELOCITY_RAD_S[..],
+            (|p| p.trial.motion.velocity_rad_s) as fn(&ScanPoint) -> f64,
+        );
         grid(&mut out, form, distance, velocity, &scan.motion);
     }
     out.push_str(&outlook::markdown(shafts));
@@ -80,7 +101,13 @@ pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
 
 fn row(out: &mut String, name: &str, outcome: &Outcome, half_gap: f64) {
     let [there, back] = outcome.offset_rad.map(|rad| fixed(1e3 * rad, 1));
-    let estimate = outcome.estimate_error_rad.map(|error| if error.is_finite() { percent(error.abs() / half_gap) } else { "-".to_owned() });
+    let estimate = outcome.estimate_error_rad.map(|error| {
+        if error.is_finite() {
+            percent(error.abs() / half_gap)
+        } else {
+            "-".to_owned()
+        }
+    });
     put!(
         out,
         "| `{name}` | {there} | {back} | {} | {} | {} | {} |",
@@ -101,11 +128,21 @@ fn grid(out: &mut String, form: &str, columns: Side<'_>, rows: Side<'_>, points:
     let ((across, values, column), (down, steps, row)) = (columns, rows);
     let same = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs();
     put!(out, "`{form}`\n");
-    put!(out, "| {down} \\ {across} | {} |", values.iter().map(ToString::to_string).collect::<Vec<_>>().join(" | "));
+    put!(
+        out,
+        "| {down} \\ {across} | {} |",
+        values
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+            .join(" | ")
+    );
     put!(out, "|--:|{}", "--:|".repeat(values.len()));
     for step in steps {
         let cell = |value: &f64| {
-            let point = points.iter().find(|p| p.method == form && same(column(p), *value) && same(row(p), *step));
+            let point = points
+                .iter()
+                .find(|p| p.method == form && same(column(p), *value) && same(row(p), *step));
             match point {
                 Some(point) if point.offset > AWAY || !point.offset.is_finite() => "-".to_owned(),
                 Some(point) if point.holds() => format!("**{}**", percent(point.offset)),
@@ -113,7 +150,11 @@ fn grid(out: &mut String, form: &str, columns: Side<'_>, rows: Side<'_>, points:
                 None => String::new(),
             }
         };
-        put!(out, "| {step} | {} |", values.iter().map(cell).collect::<Vec<_>>().join(" | "));
+        put!(
+            out,
+            "| {step} | {} |",
+            values.iter().map(cell).collect::<Vec<_>>().join(" | ")
+        );
     }
     put!(out, "");
 }
@@ -122,11 +163,18 @@ fn conclusion(out: &mut String, scan: &Scan) {
     put!(out, "## In short\n");
     for form in FORMS {
         let count = |points: &[ScanPoint]| {
-            let of_form: Vec<&ScanPoint> = points.iter().filter(|point| point.method == form).collect();
-            (of_form.iter().filter(|point| point.holds()).count(), of_form.len())
+            let of_form: Vec<&ScanPoint> =
+                points.iter().filter(|point| point.method == form).collect();
+            (
+                of_form.iter().filter(|point| point.holds()).count(),
+                of_form.len(),
+            )
         };
         let ((tuned, tunings), (moved, moves)) = (count(&scan.tuning), count(&scan.motion));
-        put!(out, "- `{form}`: \"less than 15 %\" holds at {tuned} of {tunings} pairs of P0 and lambda, and for {moved} of {moves} moves.");
+        put!(
+            out,
+            "- `{form}`: \"less than 15 %\" holds at {tuned} of {tunings} pairs of P0 and lambda, and for {moved} of {moves} moves."
+        );
     }
 }
 
@@ -136,8 +184,22 @@ pub fn csv(scan: &Scan) -> String {
     for point in scan.tuning.iter().chain(&scan.motion) {
         let (trial, outcome) = (&point.trial, &point.outcome);
         let ([a, b], [c, d]) = (outcome.offset_rad, outcome.estimate_error_rad);
-        let _ = write!(out, "{},{},{},{},{}", point.method, trial.p0, trial.lambda, trial.motion.distance_rad, trial.motion.velocity_rad_s);
-        put!(out, ",{a:.6e},{b:.6e},{c:.6e},{d:.6e},{:.6e},{:.6e},{}", outcome.rms_ratio, outcome.max_ratio, point.holds());
+        let _ = write!(
+            out,
+            "{},{},{},{},{}",
+            point.method,
+            trial.p0,
+            trial.lambda,
+            trial.motion.distance_rad,
+            trial.motion.velocity_rad_s
+        );
+        put!(
+            out,
+            ",{a:.6e},{b:.6e},{c:.6e},{d:.6e},{:.6e},{:.6e},{}",
+            outcome.rms_ratio,
+            outcome.max_ratio,
+            point.holds()
+        );
     }
     out
 }

@@ -19,18 +19,30 @@ pub struct Trial {
 
 impl Trial {
     /// What we take for the paper's conditions.
-    pub const CHOSEN: Trial = Trial { motion: Move::CHOSEN, p0: 300.0, lambda: 0.60 };
+    pub const CHOSEN: Trial = Trial {
+        motion: Move::CHOSEN,
+        p0: 300.0,
+        lambda: 0.60,
+    };
 
     fn axis(&self) -> AxisConfig {
         let mut axis = AxisConfig::paper();
         let published = axis.compensation.published;
-        axis.compensation.published = PublishedSettings { p0: self.p0, lambda: Some(self.lambda), ..published };
+        axis.compensation.published = PublishedSettings {
+            p0: self.p0,
+            lambda: Some(self.lambda),
+            ..published
+        };
         axis
     }
 
     /// Runs the axis; one sample a servo tick.
     fn run(&self, method: &str, without_gap: bool) -> Result<Vec<AxisSample>, StudyError> {
-        let axis = if without_gap { self.axis().without_gap() } else { self.axis() };
+        let axis = if without_gap {
+            self.axis().without_gap()
+        } else {
+            self.axis()
+        };
         let mut runner = build_runner(&axis, method, 0.0)?;
         let mut out = AxisOutput::new(true);
         runner.push(&self.motion.setpoints(), &mut out)?;
@@ -54,12 +66,18 @@ pub struct Outcome {
 impl Outcome {
     /// The larger settled offset as a part of half the gap.
     pub fn worst_offset(&self, half_gap_rad: f64) -> f64 {
-        self.offset_rad.iter().map(|offset| offset.abs() / half_gap_rad).fold(0.0, f64::max)
+        self.offset_rad
+            .iter()
+            .map(|offset| offset.abs() / half_gap_rad)
+            .fold(0.0, f64::max)
     }
 
     /// The larger error of the estimate at rest as a part of half the gap.
     pub fn worst_estimate(&self, half_gap_rad: f64) -> f64 {
-        self.estimate_error_rad.iter().map(|error| error.abs() / half_gap_rad).fold(0.0, f64::max)
+        self.estimate_error_rad
+            .iter()
+            .map(|error| error.abs() / half_gap_rad)
+            .fold(0.0, f64::max)
     }
 }
 
@@ -83,10 +101,17 @@ pub fn trials(trial: &Trial, methods: &[&str]) -> Result<Trials, StudyError> {
     let of_none = deviation(&none, &rigid);
     let outcome = |samples: &[AxisSample]| {
         let [squares, max] = deviation(samples, &rigid);
-        let at = trial.motion.settled_s().map(|time| samples.get((time / Clock::SERVO.period_s()) as usize).copied().unwrap_or_default());
+        let at = trial.motion.settled_s().map(|time| {
+            samples
+                .get((time / Clock::SERVO.period_s()) as usize)
+                .copied()
+                .unwrap_or_default()
+        });
         Outcome {
             offset_rad: at.map(|sample| sample.reference.position - sample.load_position),
-            estimate_error_rad: at.map(|sample| sample.gap_angle_estimate - (sample.motor_position - sample.load_position)),
+            estimate_error_rad: at.map(|sample| {
+                sample.gap_angle_estimate - (sample.motor_position - sample.load_position)
+            }),
             rms_ratio: (squares / of_none[0]).sqrt(),
             max_ratio: max / of_none[1],
         }
@@ -96,13 +121,20 @@ pub fn trials(trial: &Trial, methods: &[&str]) -> Result<Trials, StudyError> {
         let samples = trial.run(method, false)?;
         runs.push(((*method).to_owned(), outcome(&samples), samples));
     }
-    Ok(Trials { trial: *trial, half_gap_rad: trial.axis().reflected_load().half_gap_rad(), runs })
+    Ok(Trials {
+        trial: *trial,
+        half_gap_rad: trial.axis().reflected_load().half_gap_rad(),
+        runs,
+    })
 }
 
 /// Sum of squares and largest magnitude of what the gap adds to the load's position.
 fn deviation(samples: &[AxisSample], rigid: &[AxisSample]) -> [f64; 2] {
-    samples.iter().zip(rigid).fold([0.0, 0.0], |[squares, max], (with, without)| {
-        let off = with.load_position - without.load_position;
-        [squares + off * off, max.max(off.abs())]
-    })
+    samples
+        .iter()
+        .zip(rigid)
+        .fold([0.0, 0.0], |[squares, max], (with, without)| {
+            let off = with.load_position - without.load_position;
+            [squares + off * off, max.max(off.abs())]
+        })
 }

@@ -1,4 +1,5 @@
-//! Half of a triangle: sums over 4 ms, from two of which in a row come means weighted with a triangle over 8 ms.
+//! Half of a triangle: sums over 4 ms, from two of which in a row come means weighted with a
+//! triangle over 8 ms.
 
 use super::super::Signals;
 use serde::{Deserialize, Serialize};
@@ -21,7 +22,10 @@ pub(super) struct Block {
 impl Block {
     /// Begins at a position, rad.
     pub(super) fn start(position: f64) -> Block {
-        Block { position, ..Block::default() }
+        Block {
+            position,
+            ..Block::default()
+        }
     }
 
     /// Takes the tick that ends now.

@@ -3,7 +3,8 @@
 //! ```text
 //! z' = K_t i - b_v w - F_M sign(w) - T        T = omega (z - J_M w)
 //! ```
-//! First-order low pass of the true shaft torque with corner omega; no derivative of a measured speed comes in.
+//! First-order low pass of the true shaft torque with corner omega; no derivative of a measured
+//! speed comes in.
 
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
@@ -19,7 +20,8 @@ pub(super) struct Disturbance {
 }
 
 impl Disturbance {
-    /// `drive`: motor torque less its friction, mean over the last tick (N m); `momentum`: `J_M w` (N m s).
+    /// `drive`: motor torque less its friction, mean over the last tick (N m); `momentum`: `J_M w`
+    /// (N m s).
     pub(super) fn step(&mut self, drive: f64, momentum: f64) {
         self.momentum += Clock::SERVO.period_s() * (drive - self.torque);
         self.torque = CORNER_RAD_S * (self.momentum - momentum);

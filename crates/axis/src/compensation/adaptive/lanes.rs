@@ -1,6 +1,8 @@
-//! The load behind a motor whose motion is known, and the motor as its current should have moved it: eight hypotheses side by side.
+//! The load behind a motor whose motion is known, and the motor as its current should have moved
+//! it: eight hypotheses side by side.
 //!
-//! Over each sample, with the motor going from one measured position to the next at a steady speed `u`:
+//! Over each sample, with the motor going from one measured position to the next at a steady speed
+//! `u`:
 //! ```text
 //! load    D  = -b_L w_L - T_c - T_f sign(w_L)              all that drags it; it stands as long as T_f can hold the rest
 //!         r  = u - w_L - h D/J_L                           speed across the gap without the shaft
@@ -9,8 +11,9 @@
 //! motor   w  += H (K_t i - T - b_v w - F_M sign)/J_M       theta += H w
 //!         e   = theta measured - theta;  theta += alpha e, w += beta e/H
 //! ```
-//! `e` is the innovation: what the hypothesis did not foresee. alpha and beta are those of the steady Kalman filter for the encoder's rounding
-//! against a torque that nobody models; the sum of `e^2` over its variance is what the true parameters make least (prediction error method).
+//! `e` is the innovation: what the hypothesis did not foresee. alpha and beta are those of the
+//! steady Kalman filter for the encoder's rounding against a torque that nobody models; the sum of
+//! `e^2` over its variance is what the true parameters make least (prediction error method).
 
 use super::laws::{shaft, slide};
 use super::steady::{Filter, Known};
@@ -50,7 +53,8 @@ pub(super) struct Progress {
     filter: Filter,
 }
 
-/// Samples at the start in which a large damping brings the load into step with the motor, critical at first, then half of it.
+/// Samples at the start in which a large damping brings the load into step with the motor, critical
+/// at first, then half of it.
 pub(super) const WARM_UP: usize = 140;
 const CRITICAL: usize = 80;
 
@@ -68,7 +72,8 @@ pub(super) struct Innovation {
     pub(super) variance: f64,
 }
 
-/// One sample of all hypotheses in vectors as wide as the processor has them, which is most of what this compensator computes.
+/// One sample of all hypotheses in vectors as wide as the processor has them, which is most of what
+/// this compensator computes.
 struct OneSample<'a> {
     progress: &'a mut Progress,
     drive: (&'a Known, &'a Hypotheses, [&'a Sample; 2]),
@@ -83,21 +88,33 @@ impl WithSimd for OneSample<'_> {
         let (known, hypotheses, [from, to]) = self.drive;
         let span = self.progress.filter.span;
         let speed = (to.position - from.position) / span;
-        let torque = self.progress.load(hypotheses, speed, span / STEPS as f64, self.warmth);
+        let torque = self
+            .progress
+            .load(hypotheses, speed, span / STEPS as f64, self.warmth);
         self.progress.motor(known, hypotheses, &torque, from, to)
     }
 }
 
 impl Progress {
-    /// At the start of a window: the load on its flank, both moving as the motor does over the first samples.
+    /// At the start of a window: the load on its flank, both moving as the motor does over the
+    /// first samples.
     pub(super) fn start(window: &Window, hypotheses: &Hypotheses) -> Progress {
         let mean = |to: usize| window.mean_speed(0, to);
         let speed = 2.0 * mean(AROUND / 2) - mean(AROUND);
         let side = f64::from(window.side);
-        let lead = std::array::from_fn(|lane| side * hypotheses.half_gap[lane] + window.torque / hypotheses.stiffness[lane]);
+        let lead = std::array::from_fn(|lane| {
+            side * hypotheses.half_gap[lane] + window.torque / hypotheses.stiffness[lane]
+        });
         // a load at rest stands; one on the way must not stick in the transient of the start
         let load_speed = [if window.stands { 0.0 } else { speed }; LANES];
-        Progress { next: 1, lead, load_speed, off: [0.0; LANES], speed: [speed; LANES], filter: Filter::default() }
+        Progress {
+            next: 1,
+            lead,
+            load_speed,
+            off: [0.0; LANES],
+            speed: [speed; LANES],
+            filter: Filter::default(),
+        }
     }
 
     /// How many samples have been taken.
@@ -105,9 +122,18 @@ impl Progress {
         self.next
     }
 
-    /// Takes one more sample of the window; says what it did not foresee once load and filter are in step.
-    pub(super) fn step(&mut self, known: &Known, hypotheses: &Hypotheses, window: &Window) -> Option<Option<Innovation>> {
-        let [from, to] = [window.samples.get(self.next - 1)?, window.samples.get(self.next)?];
+    /// Takes one more sample of the window; says what it did not foresee once load and filter are
+    /// in step.
+    pub(super) fn step(
+        &mut self,
+        known: &Known,
+        hypotheses: &Hypotheses,
+        window: &Window,
+    ) -> Option<Option<Innovation>> {
+        let [from, to] = [
+            window.samples.get(self.next - 1)?,
+            window.samples.get(self.next)?,
+        ];
         if to.ticks != self.filter.ticks {
             self.filter = known.filter(to.ticks);
         }
@@ -126,14 +152,19 @@ impl Progress {
         };
         self.next += 1;
         let drive = (known, hypotheses, [from, to]);
-        let innovation = Arch::new().dispatch(OneSample { progress: self, drive, warmth });
+        let innovation = Arch::new().dispatch(OneSample {
+            progress: self,
+            drive,
+            warmth,
+        });
         Some((!warm).then_some(innovation))
     }
 
     /// The warm-up's damping ends: the spring takes over what it carried, so that the torque stays.
     fn let_go(&mut self, p: &Hypotheses, window: &Window, left: f64) {
         // the mean over twice the time has four times the error
-        let mean = |around: usize| window.mean_speed(self.next - 1 - around, self.next - 1 + around);
+        let mean =
+            |around: usize| window.mean_speed(self.next - 1 - around, self.next - 1 + around);
         let motor_speed = (4.0 * mean(AROUND / 2) - mean(AROUND)) / 3.0;
         for lane in 0..LANES {
             // a load that stands hung on the spring alone
@@ -141,7 +172,8 @@ impl Progress {
                 continue;
             }
             let before = if left > 0.0 { 1.0 } else { 0.5 };
-            let surplus = (before * warm_damping(p, lane)).max(p.damping[lane]) - (left * warm_damping(p, lane)).max(p.damping[lane]);
+            let surplus = (before * warm_damping(p, lane)).max(p.damping[lane])
+                - (left * warm_damping(p, lane)).max(p.damping[lane]);
             self.lead[lane] += surplus * (motor_speed - self.load_speed[lane]) / p.stiffness[lane];
         }
     }
@@ -151,8 +183,11 @@ impl Progress {
     fn load(&mut self, p: &Hypotheses, motor_speed: f64, h: f64, warmth: f64) -> Lanes {
         let warm = warmth > 0.0;
         let mut sum = [0.0; LANES];
-        let warm_damping: Lanes =
-            if warm { std::array::from_fn(|lane| (warmth * warm_damping(p, lane)).max(p.damping[lane])) } else { p.damping };
+        let warm_damping: Lanes = if warm {
+            std::array::from_fn(|lane| (warmth * warm_damping(p, lane)).max(p.damping[lane]))
+        } else {
+            p.damping
+        };
         let inverses = p.inertia.map(|inertia| 1.0 / inertia);
         for _ in 0..STEPS {
             for lane in 0..LANES {
@@ -160,17 +195,31 @@ impl Progress {
                 let (inverse, coulomb) = (inverses[lane], p.coulomb[lane]);
                 let drag = -p.constant[lane] - p.viscous[lane] * speed;
                 // what would act if the load stood
-                let held_damping = if warm { 0.0 } else { p.damping[lane] * (motor_speed - speed) };
-                let held = shaft(lead + h * (motor_speed - speed), gap, p.stiffness[lane], held_damping) + drag;
+                let held_damping = if warm {
+                    0.0
+                } else {
+                    p.damping[lane] * (motor_speed - speed)
+                };
+                let held = shaft(
+                    lead + h * (motor_speed - speed),
+                    gap,
+                    p.stiffness[lane],
+                    held_damping,
+                ) + drag;
                 let moves = speed.abs() > 0.0;
                 let sign = if moves { speed.signum() } else { held.signum() };
                 let sticks = !moves && held.abs() <= coulomb;
                 let mobility = if sticks { 0.0 } else { inverse };
-                let damping = if sticks { p.damping[lane] } else { warm_damping[lane] };
+                let damping = if sticks {
+                    p.damping[lane]
+                } else {
+                    warm_damping[lane]
+                };
                 let drag = drag - sign * coulomb;
                 let free = motor_speed - speed - h * drag * mobility;
                 let give = (h * h * p.stiffness[lane] + h * damping) * mobility;
-                let torque = shaft(lead + h * free, gap, p.stiffness[lane], damping * free) / (1.0 + give);
+                let torque =
+                    shaft(lead + h * free, gap, p.stiffness[lane], damping * free) / (1.0 + give);
                 let slid = speed + h * (torque + drag) * mobility;
                 let stops = slid * sign < 0.0 && (torque + drag + sign * coulomb).abs() <= coulomb;
                 let slid = if stops { 0.0 } else { slid };
@@ -183,12 +232,22 @@ impl Progress {
     }
 
     #[inline(always)]
-    fn motor(&mut self, known: &Known, p: &Hypotheses, torque: &Lanes, from: &Sample, to: &Sample) -> Innovation {
+    fn motor(
+        &mut self,
+        known: &Known,
+        p: &Hypotheses,
+        torque: &Lanes,
+        from: &Sample,
+        to: &Sample,
+    ) -> Innovation {
         let filter = self.filter;
         let (span, inverse) = (filter.span, 1.0 / known.inertia);
         let drive = known.torque_constant * to.current;
-        // a parabola through the current's ends and mean: what it falls comes early and moves the motor farther
-        let way = to.position - from.position - span * span * inverse * known.torque_constant * to.fall / 12.0;
+        // a parabola through the current's ends and mean: what it falls comes early and moves the
+        // motor farther
+        let way = to.position
+            - from.position
+            - span * span * inverse * known.torque_constant * to.fall / 12.0;
         let mut e = [0.0; LANES];
         for lane in 0..LANES {
             let speed = self.speed[lane];
@@ -202,7 +261,10 @@ impl Progress {
         }
         // what the parabola does not tell
         let untold = span * span * inverse * known.torque_constant * to.fall / 12.0;
-        Innovation { e, variance: filter.variance + untold * untold }
+        Innovation {
+            e,
+            variance: filter.variance + untold * untold,
+        }
     }
 }
 
@@ -214,8 +276,16 @@ mod tests {
     /// Bits do not depend on the processor: plain arithmetic gives what its widest vectors give.
     #[test]
     fn vectors_give_the_same_bits_as_plain_arithmetic() {
-        let known = Known { torque_constant: 0.9, inertia: 1.3e-3, viscous: 2e-4, noise: 3e-6, unmodelled: 0.02 };
-        let each = |first: f64, ratio: f64| std::array::from_fn(|lane| first * (1.0 + ratio * lane as f64));
+        let known = Known {
+            torque_constant: 0.9,
+            inertia: 1.3e-3,
+            viscous: 2e-4,
+            noise: 3e-6,
+            unmodelled: 0.02,
+        };
+        let each = |first: f64, ratio: f64| {
+            std::array::from_fn(|lane| first * (1.0 + ratio * lane as f64))
+        };
         let p = Hypotheses {
             half_gap: each(2e-4, 0.7),
             coulomb: each(0.0, 0.0).map(|_: f64| 0.3),
@@ -244,8 +314,15 @@ mod tests {
         for n in 0..400 {
             let (from, to) = (at(n), at(n + 1));
             let warmth = [1.0, 0.5, 0.0][(n / 100).min(2)];
-            let one = |progress| OneSample { progress, drive: (&known, &p, [&from, &to]), warmth };
-            let (a, b) = (Arch::new().dispatch(one(&mut wide)), one(&mut plain).with_simd(pulp::Scalar::new()));
+            let one = |progress| OneSample {
+                progress,
+                drive: (&known, &p, [&from, &to]),
+                warmth,
+            };
+            let (a, b) = (
+                Arch::new().dispatch(one(&mut wide)),
+                one(&mut plain).with_simd(pulp::Scalar::new()),
+            );
             assert_eq!(a.e.map(f64::to_bits), b.e.map(f64::to_bits), "{n}");
             assert_eq!(wide, plain, "{n}");
         }

@@ -4,7 +4,8 @@
 //! least of  sum e^2/S / max(1, misfit) + (p - p0)' A (p - p0)         e: innovations, S: their variance, A: information beforehand
 //! (E' E / scale + A) dp = -(E' e / scale + A (p - p0))               E: differences of e from lane to lane
 //! ```
-//! A step that makes it worse is halved. The half gap's entry of the inverse at the end is its variance.
+//! A step that makes it worse is halved. The half gap's entry of the inverse at the end is its
+//! variance.
 
 use super::super::linear::{factor, solve};
 use super::lanes::{Innovation, Lanes};
@@ -46,7 +47,8 @@ impl Sums {
     }
 }
 
-/// A point that was better than those before: its cost, mean square of its innovations over their variance, step from it, variance of its half gap.
+/// A point that was better than those before: its cost, mean square of its innovations over their
+/// variance, step from it, variance of its half gap.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Accepted {
     pub(super) at: Vector,
@@ -67,7 +69,11 @@ pub(super) struct Newton {
 
 impl Newton {
     pub(super) fn new(at: Vector) -> Newton {
-        Newton { at, accepted: None, passes: 0 }
+        Newton {
+            at,
+            accepted: None,
+            passes: 0,
+        }
     }
 
     /// Takes up a pass over `count` samples; says whether it was the last.
@@ -75,10 +81,13 @@ impl Newton {
         self.passes += 1;
         let last = self.passes >= MOST_STEPS;
         let (mean, information) = (prior.mean(), prior.information());
-        let off: Vector = std::array::from_fn(|i| if i == GAP { 0.0 } else { self.at[i] - mean[i] });
+        let off: Vector =
+            std::array::from_fn(|i| if i == GAP { 0.0 } else { self.at[i] - mean[i] });
         let pull: Vector = information.map(|row| row.iter().zip(off).map(|(a, x)| a * x).sum());
         let cost = sums.cost[0] + pull.iter().zip(off).map(|(a, x)| a * x).sum::<f64>();
-        let before = self.accepted.map_or(f64::INFINITY, |accepted| accepted.cost);
+        let before = self
+            .accepted
+            .map_or(f64::INFINITY, |accepted| accepted.cost);
         if !cost.is_finite() || cost > before {
             return !self.halve() || last;
         }
@@ -86,18 +95,31 @@ impl Newton {
         let (moves, variance) = solve_step(sums, misfit.max(1.0), &information, &pull, step);
         let at = self.at;
         let moved: Vector = std::array::from_fn(|i| {
-            let most = if i == GAP { FARTHEST * at[GAP] } else { f64::INFINITY };
+            let most = if i == GAP {
+                FARTHEST * at[GAP]
+            } else {
+                f64::INFINITY
+            };
             (at[i] + moves[i].max(-most).min(most)).max(prior.least()[i])
         });
-        self.accepted = Some(Accepted { at, misfit, variance, cost, step: std::array::from_fn(|i| moved[i] - at[i]) });
+        self.accepted = Some(Accepted {
+            at,
+            misfit,
+            variance,
+            cost,
+            step: std::array::from_fn(|i| moved[i] - at[i]),
+        });
         self.at = moved;
-        let small = (moved[GAP] - at[GAP]).abs() < (0.1 * variance.max(0.0).sqrt()).max(1e-3 * at[GAP]);
+        let small =
+            (moved[GAP] - at[GAP]).abs() < (0.1 * variance.max(0.0).sqrt()).max(1e-3 * at[GAP]);
         small && before - cost < CONVERGED * misfit.max(1.0) || last
     }
 
     /// Goes half as far from the last good point; says whether there is one.
     fn halve(&mut self) -> bool {
-        let Some(accepted) = &mut self.accepted else { return false };
+        let Some(accepted) = &mut self.accepted else {
+            return false;
+        };
         accepted.step = accepted.step.map(|step| 0.5 * step);
         self.at = std::array::from_fn(|i| accepted.at[i] + accepted.step[i]);
         true
@@ -105,7 +127,13 @@ impl Newton {
 }
 
 /// Step of the unknowns and variance of the half gap.
-fn solve_step(sums: &Sums, scale: f64, information: &[Vector; N], pull: &Vector, step: &Vector) -> (Vector, f64) {
+fn solve_step(
+    sums: &Sums,
+    scale: f64,
+    information: &[Vector; N],
+    pull: &Vector,
+    step: &Vector,
+) -> (Vector, f64) {
     let mut a = [[0.0; N]; N];
     for i in 0..N {
         for j in 0..=i {
@@ -117,5 +145,8 @@ fn solve_step(sums: &Sums, scale: f64, information: &[Vector; N], pull: &Vector,
     let (l, mut unit) = (factor(&a), [0.0; N]);
     unit[GAP] = 1.0;
     let x = solve(&l, &right);
-    (std::array::from_fn(|i| x[i] * step[i]), solve(&l, &unit)[GAP] * step[GAP] * step[GAP])
+    (
+        std::array::from_fn(|i| x[i] * step[i]),
+        solve(&l, &unit)[GAP] * step[GAP] * step[GAP],
+    )
 }

@@ -1,4 +1,5 @@
-//! Where a contact began: the lane of the gap without an end, in which the motor does what its current does not explain.
+//! Where a contact began: the lane of the gap without an end, in which the motor does what its
+//! current does not explain.
 
 use super::lanes::{Innovation, Progress};
 use serde::{Deserialize, Serialize};
@@ -7,8 +8,9 @@ use serde::{Deserialize, Serialize};
 pub(super) const ENDLESS: f64 = 10.0;
 /// Lane of that gap.
 const LANE: usize = 1;
-/// Samples after the onset that are kept; squares that come without contact; part of a known half gap over which no contact is looked for, since
-/// a traverse sets out so hard that it may look like one.
+/// Samples after the onset that are kept; squares that come without contact; part of a known half
+/// gap over which no contact is looked for, since a traverse sets out so hard that it may look like
+/// one.
 const AFTER: usize = 4;
 const EXPECTED: f64 = 3.0;
 const LOOKED: f64 = 0.5;
@@ -27,8 +29,16 @@ pub(super) struct Onset {
 }
 
 impl Onset {
-    /// Looks for a contact in a sample: the flank that was left, a half gap that is known already (rad, else 0), and the sum of squares that is enough.
-    pub(super) fn look(&mut self, innovation: &Innovation, progress: &Progress, side: f64, known: f64, enough: f64) {
+    /// Looks for a contact in a sample: the flank that was left, a half gap that is known already
+    /// (rad, else 0), and the sum of squares that is enough.
+    pub(super) fn look(
+        &mut self,
+        innovation: &Innovation,
+        progress: &Progress,
+        side: f64,
+        known: f64,
+        enough: f64,
+    ) {
         let way = ENDLESS - progress.lead[LANE] * side;
         if way < LOOKED * known {
             return;

@@ -5,7 +5,8 @@ use super::super::twin::LoadModel;
 use super::lanes::{Hypotheses, LANES, Lanes};
 use serde::{Deserialize, Serialize};
 
-/// Unknowns: half gap, Coulomb friction, constant torque, inertia, viscous friction, stiffness, motor's Coulomb friction.
+/// Unknowns: half gap, Coulomb friction, constant torque, inertia, viscous friction, stiffness,
+/// motor's Coulomb friction.
 pub(super) const N: usize = LANES - 1;
 pub(super) const GAP: usize = 0;
 const COULOMB: usize = 1;
@@ -14,7 +15,8 @@ const INERTIA: usize = 3;
 const VISCOUS: usize = 4;
 const STIFFNESS: usize = 5;
 const MOTOR: usize = 6;
-/// Places of what the learning of the load knows: inertia, viscous friction, Coulomb friction, constant torque.
+/// Places of what the learning of the load knows: inertia, viscous friction, Coulomb friction,
+/// constant torque.
 const OF_LOAD: [usize; 4] = [INERTIA, VISCOUS, COULOMB, CONSTANT];
 
 /// One number for each unknown, SI.
@@ -24,7 +26,8 @@ pub(super) type Vector = [f64; N];
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Prior {
     pub(super) load: LoadModel,
-    /// Covariance of the load's inertia, viscous friction, Coulomb friction and constant torque, SI.
+    /// Covariance of the load's inertia, viscous friction, Coulomb friction and constant torque,
+    /// SI.
     pub(super) covariance: [[f64; 4]; 4],
     pub(super) motor_coulomb: f64,
     pub(super) rated_torque: f64,
@@ -38,15 +41,32 @@ impl Prior {
     /// Most likely values. The half gap is a guess without weight.
     pub(super) fn mean(&self) -> Vector {
         let load = &self.load;
-        [self.half_gap, load.coulomb, load.constant, load.inertia, load.viscous, load.stiffness, self.motor_coulomb]
+        [
+            self.half_gap,
+            load.coulomb,
+            load.constant,
+            load.inertia,
+            load.viscous,
+            load.stiffness,
+            self.motor_coulomb,
+        ]
     }
 
     /// Least values that are possible.
     pub(super) fn least(&self) -> Vector {
-        [0.0, 0.0, f64::NEG_INFINITY, 0.1 * self.load.inertia, 0.0, 0.1 * self.load.stiffness, 0.0]
+        [
+            0.0,
+            0.0,
+            f64::NEG_INFINITY,
+            0.1 * self.load.inertia,
+            0.0,
+            0.1 * self.load.stiffness,
+            0.0,
+        ]
     }
 
-    /// Standard deviations of what no covariance tells: models are never quite right. That of the stiffness is a data sheet's.
+    /// Standard deviations of what no covariance tells: models are never quite right. That of the
+    /// stiffness is a data sheet's.
     fn slack(&self) -> Vector {
         let (load, rated) = (&self.load, self.rated_torque);
         [
@@ -60,9 +80,11 @@ impl Prior {
         ]
     }
 
-    /// Differences from which derivatives are taken: a hundredth of the gap, and as much of the rest as moves the contact about as far, but a fifth of the
-    /// standard deviations at most. A friction that is off by half of that may move the contact of a long crossing by several gaps, and no derivative tells
-    /// anything there. `time_s`: since the start of the window; `speed`: largest of the motor's in it, rad/s.
+    /// Differences from which derivatives are taken: a hundredth of the gap, and as much of the
+    /// rest as moves the contact about as far, but a fifth of the standard deviations at most. A
+    /// friction that is off by half of that may move the contact of a long crossing by several
+    /// gaps, and no derivative tells anything there. `time_s`: since the start of the window;
+    /// `speed`: largest of the motor's in it, rad/s.
     pub(super) fn step(&self, half_gap: f64, time_s: f64, speed: f64) -> Vector {
         let mut spread = self.slack();
         for (unknown, entry) in OF_LOAD.into_iter().enumerate() {
@@ -99,7 +121,10 @@ impl Prior {
         }
         // in units of the slack, so that the numbers are of like size
         let scaled: [[f64; 4]; 4] = std::array::from_fn(|i| {
-            std::array::from_fn(|j| self.covariance[i][j] / (slack[OF_LOAD[i]] * slack[OF_LOAD[j]]) + if i == j { 1.0 } else { 0.0 })
+            std::array::from_fn(|j| {
+                self.covariance[i][j] / (slack[OF_LOAD[i]] * slack[OF_LOAD[j]])
+                    + if i == j { 1.0 } else { 0.0 }
+            })
         });
         let l = factor(&scaled);
         for (j, column) in OF_LOAD.into_iter().enumerate() {
@@ -114,8 +139,25 @@ impl Prior {
 
 /// The same hypothesis in all lanes.
 pub(super) fn uniform(at: &Vector, damping: f64) -> Hypotheses {
-    let [half_gap, coulomb, constant, inertia, viscous, stiffness, motor_coulomb] = at.map(|value| [value; LANES]);
-    Hypotheses { half_gap, coulomb, constant, inertia, viscous, stiffness, damping: [damping; LANES], motor_coulomb }
+    let [
+        half_gap,
+        coulomb,
+        constant,
+        inertia,
+        viscous,
+        stiffness,
+        motor_coulomb,
+    ] = at.map(|value| [value; LANES]);
+    Hypotheses {
+        half_gap,
+        coulomb,
+        constant,
+        inertia,
+        viscous,
+        stiffness,
+        damping: [damping; LANES],
+        motor_coulomb,
+    }
 }
 
 /// The lanes of an unknown.
@@ -137,14 +179,37 @@ mod tests {
 
     #[test]
     fn information_is_the_inverse_of_covariance_and_slack() {
-        let load = LoadModel { inertia: 0.01, viscous: 0.002, coulomb: 1.0, constant: 0.0, stiffness: 1500.0, damping: 0.1 };
+        let load = LoadModel {
+            inertia: 0.01,
+            viscous: 0.002,
+            coulomb: 1.0,
+            constant: 0.0,
+            stiffness: 1500.0,
+            damping: 0.1,
+        };
         let mut covariance = [[0.0; 4]; 4];
-        (covariance[2][2], covariance[3][3], covariance[2][3], covariance[3][2]) = (0.04, 0.04, -0.039, -0.039);
-        let prior = Prior { load, covariance, motor_coulomb: 0.1, rated_torque: 10.0, half_gap: 0.0, side: 1.0 };
+        (
+            covariance[2][2],
+            covariance[3][3],
+            covariance[2][3],
+            covariance[3][2],
+        ) = (0.04, 0.04, -0.039, -0.039);
+        let prior = Prior {
+            load,
+            covariance,
+            motor_coulomb: 0.1,
+            rated_torque: 10.0,
+            half_gap: 0.0,
+            side: 1.0,
+        };
         let information = prior.information();
         // friction and constant torque are known together far better than each
         let both = information[1][1] + information[2][2] + 2.0 * information[1][2];
-        assert!(both > 50.0 * (1.0 / 0.04) && information[1][2] > 0.0 && (information[1][2] - information[2][1]).abs() < 1e-9 * both);
+        assert!(
+            both > 50.0 * (1.0 / 0.04)
+                && information[1][2] > 0.0
+                && (information[1][2] - information[2][1]).abs() < 1e-9 * both
+        );
         assert!((information[5][5] - 1.0 / (150.0 * 150.0)).abs() < 1e-12);
         assert!(information[0].iter().all(|entry| *entry == 0.0));
     }

@@ -29,10 +29,17 @@ impl Known {
     /// The filter for samples of so many ticks (tracking index of Kalata, 1984).
     pub(super) fn filter(&self, stride: u32) -> Filter {
         let span = f64::from(stride) * Clock::SERVO.period_s();
-        let index = self.unmodelled / self.inertia * span * span / (f64::from(stride).sqrt() * self.noise);
+        let index =
+            self.unmodelled / self.inertia * span * span / (f64::from(stride).sqrt() * self.noise);
         let r = 0.25 * (4.0 + index - (8.0 * index + index * index).sqrt());
         let alpha = 1.0 - r * r;
         let beta = 2.0 * (2.0 - alpha) - 4.0 * (1.0 - alpha).sqrt();
-        Filter { ticks: stride, span, alpha, beta, variance: self.noise * self.noise / (1.0 - alpha) }
+        Filter {
+            ticks: stride,
+            span,
+            alpha,
+            beta,
+            variance: self.noise * self.noise / (1.0 - alpha),
+        }
     }
 }

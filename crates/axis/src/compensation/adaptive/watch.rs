@@ -1,7 +1,10 @@
-//! Watching for crossings: keeps the last ticks, opens a window where another flank is about to carry the load, closes it once that flank does.
+//! Watching for crossings: keeps the last ticks, opens a window where another flank is about to
+//! carry the load, closes it once that flank does.
 //!
-//! A flank carries the load where the torque seen behind the motor (`disturbance`) is at least half of what the gapless twin's shaft carries. A flank that
-//! should carry the load but gives way before it does was none: the window stays open over both changes, and its reading counts as faint.
+//! A flank carries the load where the torque seen behind the motor (`disturbance`) is at least half
+//! of what the gapless twin's shaft carries. A flank that should carry the load but gives way
+//! before it does was none: the window stays open over both changes, and its reading counts as
+//! faint.
 
 use super::disturbance::Disturbance;
 use super::window::{Recent, Sample, Tick, Window};
@@ -9,10 +12,12 @@ use crate::compensation::Signals;
 use crate::compensation::twin::TwinState;
 use serde::{Deserialize, Serialize};
 
-/// Parts of the rated torque with which a flank is surely pressed: half the load's friction, within these bounds.
+/// Parts of the rated torque with which a flank is surely pressed: half the load's friction, within
+/// these bounds.
 const PRESSED: [f64; 2] = [3e-3, 0.02];
-/// Ticks on the new flank after which the crossing is over, and from the change of flank on at least: 10 and 40 ms; 100 ms where less is wanted of
-/// the flank than this part of the rated torque, so that one cannot tell whether it carries.
+/// Ticks on the new flank after which the crossing is over, and from the change of flank on at
+/// least: 10 and 40 ms; 100 ms where less is wanted of the flank than this part of the rated
+/// torque, so that one cannot tell whether it carries.
 const ARRIVED: u32 = 40;
 const AT_LEAST: u32 = 160;
 const AT_LEAST_FAINT: u32 = 400;
@@ -51,12 +56,24 @@ impl Watch {
     /// Takes what the motor did in the last tick.
     pub(super) fn observe(&mut self, motor: &Motor, signals: &Signals, twin: &TwinState) {
         let friction = motor.viscous * signals.motor_velocity - twin.motor_friction;
-        self.disturbance.step(motor.torque_constant * signals.mean_current - friction, motor.inertia * signals.motor_velocity);
+        self.disturbance.step(
+            motor.torque_constant * signals.mean_current - friction,
+            motor.inertia * signals.motor_velocity,
+        );
         let fall = self.current - signals.current;
         self.current = signals.current;
-        self.sample = Sample { position: signals.motor_position, current: signals.mean_current, fall, ticks: 1 };
+        self.sample = Sample {
+            position: signals.motor_position,
+            current: signals.mean_current,
+            fall,
+            ticks: 1,
+        };
         let stands = twin.plant.load_velocity.abs() <= 0.0;
-        self.recent.push(Tick { sample: self.sample, seen: self.disturbance.torque, stands });
+        self.recent.push(Tick {
+            sample: self.sample,
+            seen: self.disturbance.torque,
+            stands,
+        });
     }
 
     /// Torque behind the motor as the motor shows it, N m.
@@ -64,20 +81,37 @@ impl Watch {
         self.disturbance.torque
     }
 
-    /// Takes the flank that carried the load up to now, the one that has to from now on, and the torque wanted of it, and the load's
-    /// Coulomb friction (N m). Gives a window that is complete.
-    pub(super) fn step(&mut self, motor: &Motor, before: i8, now: i8, wanted: f64, friction: f64) -> Option<Window> {
+    /// Takes the flank that carried the load up to now, the one that has to from now on, and the
+    /// torque wanted of it, and the load's Coulomb friction (N m). Gives a window that is complete.
+    pub(super) fn step(
+        &mut self,
+        motor: &Motor,
+        before: i8,
+        now: i8,
+        wanted: f64,
+        friction: f64,
+    ) -> Option<Window> {
         let (seen, sign) = (self.seen(), f64::from(now));
         let carries = wanted * sign > 0.0 && seen * sign > 0.5 * wanted * sign;
-        self.arrived = if carries { (self.arrived + 1).min(ARRIVED) } else { self.arrived.saturating_sub(2) };
+        self.arrived = if carries {
+            (self.arrived + 1).min(ARRIVED)
+        } else {
+            self.arrived.saturating_sub(2)
+        };
         self.engaged |= self.arrived >= ARRIVED;
         self.since = self.since.saturating_add(1);
         for window in [&mut self.window, &mut self.left] {
-            *window = window.take().and_then(|mut window| window.push(self.sample).then_some(window));
+            *window = window
+                .take()
+                .and_then(|mut window| window.push(self.sample).then_some(window));
         }
         self.give_way(motor, before, 0.5 * friction);
         if now == before {
-            let least = if wanted.abs() > FAINT * motor.rated_torque { AT_LEAST } else { AT_LEAST_FAINT };
+            let least = if wanted.abs() > FAINT * motor.rated_torque {
+                AT_LEAST
+            } else {
+                AT_LEAST_FAINT
+            };
             let over = self.since >= least && self.arrived >= ARRIVED;
             return if over { self.close(now) } else { None };
         }
@@ -86,7 +120,8 @@ impl Watch {
             Some(window) if !self.engaged => window.wavered = true,
             _ => {
                 complete = self.close(before);
-                let pressed = self.pressed && seen * f64::from(before) > 0.5 * wanted * f64::from(before);
+                let pressed =
+                    self.pressed && seen * f64::from(before) > 0.5 * wanted * f64::from(before);
                 self.window = self.left.take();
                 if self.window.is_none() && (self.engaged || pressed) {
                     self.window = Window::new(&self.recent, before);
@@ -98,7 +133,8 @@ impl Watch {
         complete
     }
 
-    /// Keeps what has been since a flank that surely carried the load gave way: at rest that may be long before another one has to carry it.
+    /// Keeps what has been since a flank that surely carried the load gave way: at rest that may be
+    /// long before another one has to carry it.
     fn give_way(&mut self, motor: &Motor, flank: i8, least: f64) {
         let bounds = PRESSED.map(|part| part * motor.rated_torque);
         let pressed = self.seen() * f64::from(flank) > least.max(bounds[0]).min(bounds[1]);

@@ -1,9 +1,11 @@
-//! What the motor did around one crossing of the gap: its measured position and the current that drove it.
+//! What the motor did around one crossing of the gap: its measured position and the current that
+//! drove it.
 //!
-//! Nothing else is kept: with the motor's motion known, the load behind it follows from its own equations, and what the servo, the
-//! references and the compensator did meanwhile is all in that motion. Leaving and reaching a flank are kept tick by tick. Of the
-//! way between, on which the motor is alone, samples are merged in pairs when they become many; so a crossing of any
-//! length fits into the same memory and takes the same time to read.
+//! Nothing else is kept: with the motor's motion known, the load behind it follows from its own
+//! equations, and what the servo, the references and the compensator did meanwhile is all in that
+//! motion. Leaving and reaching a flank are kept tick by tick. Of the way between, on which the
+//! motor is alone, samples are merged in pairs when they become many; so a crossing of any length
+//! fits into the same memory and takes the same time to read.
 
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
@@ -19,7 +21,8 @@ const BETWEEN: usize = 128;
 /// Ticks in a sample at most: 128 ms, so a window of 16 s. A longer crossing shows nothing.
 const LONGEST: u32 = 512;
 
-/// The motor at the end of a sample: position (rad); the current over the sample (A); its length in servo ticks.
+/// The motor at the end of a sample: position (rad); the current over the sample (A); its length in
+/// servo ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sample {
     pub(super) position: f64,
@@ -76,7 +79,15 @@ impl Window {
         let first = recent.ticks.front()?;
         let late = recent.ticks.get(LAG)?;
         let samples = recent.ticks.iter().map(|tick| tick.sample).collect();
-        Some(Window { side, torque: late.seen, stands: first.stands, wavered: false, samples, end: VecDeque::new(), stride: 1 })
+        Some(Window {
+            side,
+            torque: late.seen,
+            stands: first.stands,
+            wavered: false,
+            samples,
+            end: VecDeque::new(),
+            stride: 1,
+        })
     }
 
     /// Adds a tick. Says whether there was room for it.
@@ -98,7 +109,9 @@ impl Window {
     /// Mean speed of the motor between two single ticks, rad/s; 0 where there are none.
     pub(super) fn mean_speed(&self, from: usize, to: usize) -> f64 {
         match (self.samples.get(from), self.samples.get(to)) {
-            (Some(a), Some(b)) if to > from => (b.position - a.position) / ((to - from) as f64 * Clock::SERVO.period_s()),
+            (Some(a), Some(b)) if to > from => {
+                (b.position - a.position) / ((to - from) as f64 * Clock::SERVO.period_s())
+            }
             _ => 0.0,
         }
     }
@@ -106,15 +119,29 @@ impl Window {
     /// How far the motor moves in a tick on average over the last ones, rad.
     pub(super) fn pace(&self) -> f64 {
         let last = &self.samples[self.samples.len().saturating_sub(END)..];
-        let way = last.windows(2).map(|pair| (pair[1].position - pair[0].position).abs()).sum::<f64>();
-        way / last.iter().map(|sample| f64::from(sample.ticks)).sum::<f64>().max(1.0)
+        let way = last
+            .windows(2)
+            .map(|pair| (pair[1].position - pair[0].position).abs())
+            .sum::<f64>();
+        way / last
+            .iter()
+            .map(|sample| f64::from(sample.ticks))
+            .sum::<f64>()
+            .max(1.0)
     }
 
     /// Its length, s, and the motor's largest speed over a sample, rad/s.
     pub(super) fn extent(&self) -> (f64, f64) {
         let period = Clock::SERVO.period_s();
-        let speed = |pair: &[Sample]| (pair[1].position - pair[0].position).abs() / (f64::from(pair[1].ticks) * period);
-        let time = self.samples.iter().map(|sample| f64::from(sample.ticks)).sum::<f64>() * period;
+        let speed = |pair: &[Sample]| {
+            (pair[1].position - pair[0].position).abs() / (f64::from(pair[1].ticks) * period)
+        };
+        let time = self
+            .samples
+            .iter()
+            .map(|sample| f64::from(sample.ticks))
+            .sum::<f64>()
+            * period;
         (time, self.samples.windows(2).map(speed).fold(0.0, f64::max))
     }
 
@@ -124,9 +151,18 @@ impl Window {
             Some(last) if between && last.ticks < self.stride => *last = merged(last, &sample),
             _ => self.samples.push(sample),
         }
-        if self.samples.len() >= BEFORE + BETWEEN && self.samples.last().is_some_and(|last| last.ticks >= self.stride) {
-            let pairs: Vec<Sample> =
-                self.samples.split_off(BEFORE).chunks(2).map(|pair| pair[1..].iter().fold(pair[0], |a, b| merged(&a, b))).collect();
+        if self.samples.len() >= BEFORE + BETWEEN
+            && self
+                .samples
+                .last()
+                .is_some_and(|last| last.ticks >= self.stride)
+        {
+            let pairs: Vec<Sample> = self
+                .samples
+                .split_off(BEFORE)
+                .chunks(2)
+                .map(|pair| pair[1..].iter().fold(pair[0], |a, b| merged(&a, b)))
+                .collect();
             self.samples.extend(pairs);
             self.stride *= 2;
         }

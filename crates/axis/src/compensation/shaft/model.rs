@@ -4,14 +4,15 @@
 //! theta' = w        w' = (u - b_v w - T)/J_M             u = K_t i - F_M sign(w), a parabola over the period
 //! phi'   = r        r' = w' - (T - F)/J_L                T = k phi + d r, F: what the load takes besides its inertia
 //! ```
-//! `1/J_L = 0` is the motor on a load that is held. With `A` the matrix of the states, an input that goes as `(t/h)^j` adds
-//! `j! h sum_m (A h)^m b/(m + j + 1)!` over a period `h`.
+//! `1/J_L = 0` is the motor on a load that is held. With `A` the matrix of the states, an input
+//! that goes as `(t/h)^j` adds `j! h sum_m (A h)^m b/(m + j + 1)!` over a period `h`.
 
 use crate::config::AxisConfig;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Least noise of a measured position, rad: what an ideal encoder and a parabola for the current leave.
+/// Least noise of a measured position, rad: what an ideal encoder and a parabola for the current
+/// leave.
 const LEAST_NOISE: f64 = 1e-7;
 /// Terms of the series.
 const TERMS: u32 = 32;
@@ -32,7 +33,13 @@ pub(super) struct Motor {
 
 impl Motor {
     pub(super) fn new(config: &AxisConfig) -> Motor {
-        let (motor, count) = (&config.motor, config.drive.encoder_counts_per_rev.map_or(0.0, |counts| TAU / f64::from(counts)));
+        let (motor, count) = (
+            &config.motor,
+            config
+                .drive
+                .encoder_counts_per_rev
+                .map_or(0.0, |counts| TAU / f64::from(counts)),
+        );
         Motor {
             torque_constant: motor.torque_constant_nm_per_a,
             inertia: config.motor_side_inertia_kgm2(),
@@ -45,7 +52,8 @@ impl Motor {
     }
 }
 
-/// A shaft and what hangs on it: stiffness (N m/rad), damping over critical damping, and `1/J_L` (0: held).
+/// A shaft and what hangs on it: stiffness (N m/rad), damping over critical damping, and `1/J_L`
+/// (0: held).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Shaft {
     pub(super) stiffness: f64,
@@ -86,7 +94,13 @@ impl Step {
         let (m, l) = (1.0 / motor.inertia, shaft.inverse_load);
         let motor_row = [0.0, -motor.viscous * m, -k * m, -d * m];
         let twist_row = [0.0, -motor.viscous * m, -k * (m + l), -d * (m + l)];
-        let a = [[0.0, 1.0, 0.0, 0.0], motor_row, [0.0, 0.0, 0.0, 1.0], twist_row].map(|row| row.map(|entry| h * entry));
+        let a = [
+            [0.0, 1.0, 0.0, 0.0],
+            motor_row,
+            [0.0, 0.0, 0.0, 1.0],
+            twist_row,
+        ]
+        .map(|row| row.map(|entry| h * entry));
         let mut transition = [[0.0; N]; N];
         for column in 0..N {
             let unit: State = std::array::from_fn(|i| if i == column { 1.0 } else { 0.0 });
@@ -96,18 +110,41 @@ impl Step {
         }
         let of = |input: State, power: u32| inputs(&a, &input.map(|entry| h * entry), power);
         let (drive, load) = ([0.0, m, 0.0, m], [0.0, 0.0, 0.0, l]);
-        Step { transition, drive: [of(drive, 0), of(drive, 1), of(drive, 2)], load: [of(load, 0), of(load, 1)] }
+        Step {
+            transition,
+            drive: [of(drive, 0), of(drive, 1), of(drive, 2)],
+            load: [of(load, 0), of(load, 1)],
+        }
     }
 
-    /// Takes several trajectories at once through a period: `x[state][trajectory]`, with the drive's parabola and the load's line of each.
+    /// Takes several trajectories at once through a period: `x[state][trajectory]`, with the
+    /// drive's parabola and the load's line of each.
     #[inline]
-    pub(super) fn take<const C: usize>(&self, x: &[[f64; C]; N], drive: &[[f64; C]; 3], load: &[[f64; C]; 2]) -> [[f64; C]; N] {
+    pub(super) fn take<const C: usize>(
+        &self,
+        x: &[[f64; C]; N],
+        drive: &[[f64; C]; 3],
+        load: &[[f64; C]; 2],
+    ) -> [[f64; C]; N] {
         std::array::from_fn(|i| {
             let mut sum = [0.0; C];
-            let mut add = |factor: f64, of: &[f64; C]| sum.iter_mut().zip(of).for_each(|(sum, value)| *sum += factor * value);
-            self.transition[i].iter().zip(x).for_each(|(factor, of)| add(*factor, of));
-            self.drive.iter().zip(drive).for_each(|(response, of)| add(response[i], of));
-            self.load.iter().zip(load).for_each(|(response, of)| add(response[i], of));
+            let mut add = |factor: f64, of: &[f64; C]| {
+                sum.iter_mut()
+                    .zip(of)
+                    .for_each(|(sum, value)| *sum += factor * value)
+            };
+            self.transition[i]
+                .iter()
+                .zip(x)
+                .for_each(|(factor, of)| add(*factor, of));
+            self.drive
+                .iter()
+                .zip(drive)
+                .for_each(|(response, of)| add(response[i], of));
+            self.load
+                .iter()
+                .zip(load)
+                .for_each(|(response, of)| add(response[i], of));
             sum
         })
     }

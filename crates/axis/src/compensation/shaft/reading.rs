@@ -1,4 +1,5 @@
-//! Reads a window: excerpts from it, one after the other, each with the load sliding and with the load held.
+//! Reads a window: excerpts from it, one after the other, each with the load sliding and with the
+//! load held.
 
 use super::fit::{Found, Newton, Prior, grid};
 use super::model::{Motor, Shaft};
@@ -16,12 +17,15 @@ const EXCITED: f64 = 4.0;
 /// Mean square of the residual over that of the noise, at most, and over what a rigid mass leaves.
 const EXPLAINED: f64 = 1.25;
 const PART: f64 = 0.1;
-/// Structure in the residual (sum of the squares of its first autocorrelations, times their number) up to which it is noise; one that is far below the noise may have any.
+/// Structure in the residual (sum of the squares of its first autocorrelations, times their number)
+/// up to which it is noise; one that is far below the noise may have any.
 const STRUCTURE: f64 = 18.0;
 const WHITE_BELOW: f64 = 0.1;
-/// By how much a load that slides and one that is held have to differ in the squares of their residuals, over the noise, to be told apart.
+/// By how much a load that slides and one that is held have to differ in the squares of their
+/// residuals, over the noise, to be told apart.
 const APART: f64 = 12.0;
-/// Standard deviations of ln k and of the damping ratio up to which a reading counts, and of ln k at which no better one is looked for.
+/// Standard deviations of ln k and of the damping ratio up to which a reading counts, and of ln k
+/// at which no better one is looked for.
 const SHARP: [f64; 2] = [0.1, 0.1];
 const ENOUGH: f64 = 0.015;
 /// Points of the grid taken in a tick.
@@ -49,25 +53,44 @@ pub(super) struct Reading {
 
 impl Reading {
     pub(super) fn new(samples: Vec<Sample>) -> Reading {
-        Reading { samples, excerpt: 0, phase: None, sliding: None, best: None }
+        Reading {
+            samples,
+            excerpt: 0,
+            phase: None,
+            sliding: None,
+            best: None,
+        }
     }
 
-    /// The excerpt under way, and whether its load is held; none if there is no motion that can be read.
+    /// The excerpt under way, and whether its load is held; none if there is no motion that can be
+    /// read.
     fn excerpt(&self, motor: &Motor) -> Option<(Excerpt, bool)> {
         let (which, held) = (self.excerpt / 2, self.excerpt % 2 == 1);
         let start = BEFORE - 1 + STARTS.get(which / LENGTHS.len())?;
-        let samples = self.samples.get(start..start + LENGTHS.get(which % LENGTHS.len())?)?;
+        let samples = self
+            .samples
+            .get(start..start + LENGTHS.get(which % LENGTHS.len())?)?;
         let way = samples.last()?.position - samples.first()?.position;
-        let turns = motor.coulomb > 0.0 && samples.windows(2).any(|pair| (pair[1].position - pair[0].position) * way < 0.0);
+        let turns = motor.coulomb > 0.0
+            && samples
+                .windows(2)
+                .any(|pair| (pair[1].position - pair[0].position) * way < 0.0);
         (!turns).then(|| (Excerpt::new(motor, samples, way.signum()), held))
     }
 
     /// A bounded piece of work; at the end what was found, if anything.
-    pub(super) fn work(&mut self, motor: &Motor, prior: Prior, near: Option<f64>) -> Option<Option<Found>> {
+    pub(super) fn work(
+        &mut self,
+        motor: &Motor,
+        prior: Prior,
+        near: Option<f64>,
+    ) -> Option<Option<Found>> {
         if self.excerpt >= EXCERPTS {
             return Some(self.best);
         }
-        let Some((excerpt, held)) = self.excerpt(motor) else { return self.next() };
+        let Some((excerpt, held)) = self.excerpt(motor) else {
+            return self.next();
+        };
         if held && (prior.is_none() || self.sliding.is_none()) {
             // an inertia that is free may be as large as a held load's
             return self.take(None);
@@ -85,13 +108,27 @@ impl Reading {
                 if let Some(near) = near {
                     points.retain(|point| (point.stiffness / near - 1.0).abs() < NEAR);
                 }
-                let best = points.iter().skip(from).take(POINTS).fold(best, |best, point| {
-                    let squares = excerpt.left_by(motor, point).squares;
-                    if best.is_none_or(|(_, least)| squares < least) { Some((*point, squares)) } else { best }
-                });
-                let Some((start, _)) = best else { return self.next() };
+                let best = points
+                    .iter()
+                    .skip(from)
+                    .take(POINTS)
+                    .fold(best, |best, point| {
+                        let squares = excerpt.left_by(motor, point).squares;
+                        if best.is_none_or(|(_, least)| squares < least) {
+                            Some((*point, squares))
+                        } else {
+                            best
+                        }
+                    });
+                let Some((start, _)) = best else {
+                    return self.next();
+                };
                 let done = from + POINTS >= points.len();
-                self.phase = Some(if done { Phase::Newton(Newton::new(&start)) } else { Phase::Grid(from + POINTS, best) });
+                self.phase = Some(if done {
+                    Phase::Newton(Newton::new(&start))
+                } else {
+                    Phase::Grid(from + POINTS, best)
+                });
             }
             Some(Phase::Newton(mut newton)) => {
                 let end = newton.work(motor, &excerpt, prior);

@@ -1,4 +1,5 @@
-//! Where something hits the shaft: two momentum observers of the torque behind the motor, a quick one and a slow one, part.
+//! Where something hits the shaft: two momentum observers of the torque behind the motor, a quick
+//! one and a slow one, part.
 
 use super::super::Signals;
 use super::model::Motor;
@@ -8,7 +9,8 @@ use std::collections::VecDeque;
 
 /// Corners, rad/s.
 const CORNERS_RAD_S: [f64; 2] = [1500.0, 60.0];
-/// How far they have to part: part of the rated torque, and standard deviations of the quick one's noise.
+/// How far they have to part: part of the rated torque, and standard deviations of the quick one's
+/// noise.
 const PART: f64 = 0.01;
 const NOISES: f64 = 8.0;
 /// A blow is a difference so many times what it was, which fades with this time, s.
@@ -33,17 +35,33 @@ impl Watch {
     /// One tick. Gives a window that is complete.
     pub(super) fn step(&mut self, motor: &Motor, signals: &Signals) -> Option<Vec<Sample>> {
         let speed = signals.motor_velocity;
-        let friction = motor.viscous * speed + if speed == 0.0 { 0.0 } else { motor.coulomb * speed.signum() };
+        let friction = motor.viscous * speed
+            + if speed == 0.0 {
+                0.0
+            } else {
+                motor.coulomb * speed.signum()
+            };
         let drive = motor.torque_constant * signals.mean_current - friction;
-        for ((momentum, torque), corner) in self.momentum.iter_mut().zip(&mut self.torque).zip(CORNERS_RAD_S) {
+        for ((momentum, torque), corner) in self
+            .momentum
+            .iter_mut()
+            .zip(&mut self.torque)
+            .zip(CORNERS_RAD_S)
+        {
             *momentum += motor.period_s * (drive - *torque);
             *torque = corner * (*momentum - motor.inertia * speed);
         }
         let apart = (self.torque[0] - self.torque[1]).abs();
-        let noise = CORNERS_RAD_S[0] * motor.inertia * motor.noise * std::f64::consts::SQRT_2 / motor.period_s;
-        let blow = apart > (PART * motor.rated_torque).max(NOISES * noise) && apart > JUMP * self.envelope;
+        let noise = CORNERS_RAD_S[0] * motor.inertia * motor.noise * std::f64::consts::SQRT_2
+            / motor.period_s;
+        let blow =
+            apart > (PART * motor.rated_torque).max(NOISES * noise) && apart > JUMP * self.envelope;
         self.envelope = apart.max(self.envelope * (1.0 - motor.period_s / FADES_S));
-        let sample = Sample { position: signals.motor_position, current: signals.current, mean: signals.mean_current };
+        let sample = Sample {
+            position: signals.motor_position,
+            current: signals.current,
+            mean: signals.mean_current,
+        };
         if self.recent.len() >= BEFORE {
             self.recent.pop_front();
         }

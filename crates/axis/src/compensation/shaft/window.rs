@@ -1,16 +1,21 @@
-//! What the motor did over some servo periods, and what explains it: trajectories that are linear in the unknown start and torques.
+//! What the motor did over some servo periods, and what explains it: trajectories that are linear
+//! in the unknown start and torques.
 
 use super::model::{Motor, Shaft, Step};
 use serde::{Deserialize, Serialize};
 
-/// Unknowns that enter linearly: position, speed, twist, its rate at the start; the load's torque at the start, and how far it goes over the window.
+/// Unknowns that enter linearly: position, speed, twist, its rate at the start; the load's torque
+/// at the start, and how far it goes over the window.
 pub(super) const LINEAR: usize = 6;
-/// Trajectories: that of the known torque, and those of the unknowns but the position, which only shifts.
+/// Trajectories: that of the known torque, and those of the unknowns but the position, which only
+/// shifts.
 const TRAJECTORIES: usize = LINEAR;
-/// A column that is smaller than this part of itself after the others are taken out of it says nothing of its own.
+/// A column that is smaller than this part of itself after the others are taken out of it says
+/// nothing of its own.
 const DEPENDENT: f64 = 1e-11;
 
-/// The motor at the end of a servo period: position (rad), current then, and mean current over the period (A).
+/// The motor at the end of a servo period: position (rad), current then, and mean current over the
+/// period (A).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sample {
     pub(super) position: f64,
@@ -32,7 +37,8 @@ pub(super) struct Projected {
     pub(super) unknowns: Row,
 }
 
-/// Positions of a window relative to its start, rad, and the motor's torque over each period as a parabola, N m.
+/// Positions of a window relative to its start, rad, and the motor's torque over each period as a
+/// parabola, N m.
 #[derive(Clone, Debug)]
 pub(super) struct Excerpt {
     positions: Vec<f64>,
@@ -43,13 +49,20 @@ impl Excerpt {
     /// Of samples that follow each other; `way`: sign of the motor's speed.
     pub(super) fn new(motor: &Motor, samples: &[Sample], way: f64) -> Excerpt {
         let start = samples.first().map_or(0.0, |first| first.position);
-        let positions = samples.iter().map(|sample| sample.position - start).collect();
+        let positions = samples
+            .iter()
+            .map(|sample| sample.position - start)
+            .collect();
         let parabola = |pair: &[Sample]| {
-            let [from, to, mean] = [pair[0].current, pair[1].current, pair[1].mean].map(|current| motor.torque_constant * current);
+            let [from, to, mean] = [pair[0].current, pair[1].current, pair[1].mean]
+                .map(|current| motor.torque_constant * current);
             let bend = 3.0 * (from + to) - 6.0 * mean;
             [from - motor.coulomb * way, to - from - bend, bend]
         };
-        Excerpt { positions, torques: samples.windows(2).map(parabola).collect() }
+        Excerpt {
+            positions,
+            torques: samples.windows(2).map(parabola).collect(),
+        }
     }
 
     /// Number of positions.
@@ -63,8 +76,14 @@ impl Excerpt {
         // known torque, speed, twist, its rate, the load's torque and its slope
         let mut x = [[0.0; TRAJECTORIES]; 4];
         let held = shaft.inverse_load <= 0.0;
-        // on a held load motor and twist have one speed, and there is no torque to tell from the twist
-        (x[1][1], x[3][1], x[2][2], x[3][3]) = (1.0, f64::from(u8::from(held)), 1.0, f64::from(u8::from(!held)));
+        // on a held load motor and twist have one speed, and there is no torque to tell from the
+        // twist
+        (x[1][1], x[3][1], x[2][2], x[3][3]) = (
+            1.0,
+            f64::from(u8::from(held)),
+            1.0,
+            f64::from(u8::from(!held)),
+        );
         let torque = f64::from(u8::from(!held));
         let slope = torque / self.torques.len().max(1) as f64;
         let mut rows = Vec::with_capacity(self.len());
@@ -74,16 +93,25 @@ impl Excerpt {
             left.push(position - x[0]);
         };
         put(&x[0], 0.0);
-        for (n, (parabola, position)) in self.torques.iter().zip(self.positions.iter().skip(1)).enumerate() {
+        for (n, (parabola, position)) in self
+            .torques
+            .iter()
+            .zip(self.positions.iter().skip(1))
+            .enumerate()
+        {
             let drive = parabola.map(|torque| [torque, 0.0, 0.0, 0.0, 0.0, 0.0]);
-            let load = [[0.0, 0.0, 0.0, 0.0, torque, slope * n as f64], [0.0, 0.0, 0.0, 0.0, 0.0, slope]];
+            let load = [
+                [0.0, 0.0, 0.0, 0.0, torque, slope * n as f64],
+                [0.0, 0.0, 0.0, 0.0, 0.0, slope],
+            ];
             x = step.take(&x, &drive, &load);
             put(&x[0], *position);
         }
         Projected::new(rows, left)
     }
 
-    /// Whether motor and load stay on one flank and the load goes one way, with what a fit has found.
+    /// Whether motor and load stay on one flank and the load goes one way, with what a fit has
+    /// found.
     pub(super) fn stays(&self, motor: &Motor, shaft: &Shaft, unknowns: &Row) -> bool {
         let (step, damping) = (Step::new(motor, shaft), shaft.damping(motor));
         let [_, speed, twist, rate, torque, slope] = *unknowns;
@@ -91,10 +119,19 @@ impl Excerpt {
         let rate = if held { speed } else { rate };
         let slope = slope / self.torques.len().max(1) as f64;
         let mut x = [[0.0], [speed], [twist], [rate]];
-        let shown = |x: &[[f64; 1]; 4]| [shaft.stiffness * x[2][0] + damping * x[3][0], x[1][0] - x[3][0]];
+        let shown = |x: &[[f64; 1]; 4]| {
+            [
+                shaft.stiffness * x[2][0] + damping * x[3][0],
+                x[1][0] - x[3][0],
+            ]
+        };
         let first = shown(&x);
         for (n, parabola) in self.torques.iter().enumerate() {
-            x = step.take(&x, &parabola.map(|torque| [torque]), &[[torque + slope * n as f64], [slope]]);
+            x = step.take(
+                &x,
+                &parabola.map(|torque| [torque]),
+                &[[torque + slope * n as f64], [slope]],
+            );
             let now = shown(&x);
             if now[0] * first[0] <= 0.0 || (!held && now[1] * first[1] <= 0.0) {
                 return false;
@@ -103,7 +140,8 @@ impl Excerpt {
         true
     }
 
-    /// What a rigid mass of whatever inertia cannot explain, under a torque that bends as a parabola besides the known one: sum of squares, rad2.
+    /// What a rigid mass of whatever inertia cannot explain, under a torque that bends as a
+    /// parabola besides the known one: sum of squares, rad2.
     pub(super) fn left_by_a_mass(&self, motor: &Motor) -> f64 {
         let h = motor.period_s;
         let (mut way, mut speed) = (0.0, 0.0);
@@ -123,7 +161,8 @@ impl Excerpt {
 }
 
 impl Projected {
-    /// Takes out of `left` what the columns of `rows` explain (modified Gram-Schmidt, each column twice).
+    /// Takes out of `left` what the columns of `rows` explain (modified Gram-Schmidt, each column
+    /// twice).
     fn new(mut rows: Vec<Row>, mut left: Vec<f64>) -> Projected {
         let mut triangle = [[0.0; LINEAR]; LINEAR];
         for column in 0..LINEAR {
@@ -134,30 +173,53 @@ impl Projected {
                     dots
                 });
                 for row in &mut rows {
-                    row[column] -= (0..column).map(|other| dots[other] * row[other]).sum::<f64>();
+                    row[column] -= (0..column)
+                        .map(|other| dots[other] * row[other])
+                        .sum::<f64>();
                 }
                 (0..column).for_each(|other| triangle[other][column] += dots[other]);
             }
-            let squares = rows.iter().map(|row| row[column] * row[column]).sum::<f64>();
+            let squares = rows
+                .iter()
+                .map(|row| row[column] * row[column])
+                .sum::<f64>();
             let says = squares > DEPENDENT * DEPENDENT * before && squares > 0.0;
             triangle[column][column] = if says { squares.sqrt() } else { 0.0 };
-            rows.iter_mut().for_each(|row| row[column] *= if says { 1.0 / squares.sqrt() } else { 0.0 });
+            rows.iter_mut()
+                .for_each(|row| row[column] *= if says { 1.0 / squares.sqrt() } else { 0.0 });
         }
         let (first, second) = (take_out(&rows, &mut left), take_out(&rows, &mut left));
         let mut unknowns = [0.0; LINEAR];
         for i in (0..LINEAR).rev() {
             let others: f64 = (i + 1..LINEAR).map(|j| triangle[i][j] * unknowns[j]).sum();
-            unknowns[i] = if triangle[i][i] > 0.0 { (first[i] + second[i] - others) / triangle[i][i] } else { 0.0 };
+            unknowns[i] = if triangle[i][i] > 0.0 {
+                (first[i] + second[i] - others) / triangle[i][i]
+            } else {
+                0.0
+            };
         }
-        Projected { squares: left.iter().map(|left| left * left).sum(), left, unknowns }
+        Projected {
+            squares: left.iter().map(|left| left * left).sum(),
+            left,
+            unknowns,
+        }
     }
 }
 
 /// Takes the columns' part out of `left`; says how much of each it was.
 fn take_out(rows: &[Row], left: &mut [f64]) -> Row {
-    let dots: Row = rows.iter().zip(left.iter()).fold([0.0; LINEAR], |dots, (row, left)| std::array::from_fn(|i| dots[i] + row[i] * left));
+    let dots: Row = rows
+        .iter()
+        .zip(left.iter())
+        .fold([0.0; LINEAR], |dots, (row, left)| {
+            std::array::from_fn(|i| dots[i] + row[i] * left)
+        });
     for (row, left) in rows.iter().zip(left) {
-        *left -= row.iter().zip(dots).map(|(row, dot)| row * dot).sum::<f64>();
+        *left -= row
+            .iter()
+            .zip(dots)
+            .map(|(row, dot)| row * dot)
+            .sum::<f64>();
     }
     dots
 }

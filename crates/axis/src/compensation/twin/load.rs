@@ -15,9 +15,14 @@ pub(crate) struct LoadModel {
 }
 
 impl LoadModel {
-    /// Torque that it needs to move so, N m; the constant torque alone, within the friction, moves nothing.
+    /// Torque that it needs to move so, N m; the constant torque alone, within the friction, moves
+    /// nothing.
     pub(crate) fn need(&self, speed: f64, acceleration: f64, standing: f64) -> f64 {
-        let sliding = if speed.abs() > standing { self.coulomb * speed.signum() } else { 0.0 };
+        let sliding = if speed.abs() > standing {
+            self.coulomb * speed.signum()
+        } else {
+            0.0
+        };
         self.inertia * acceleration + self.viscous * speed + sliding + self.constant
     }
 

@@ -1,14 +1,18 @@
-//! The axis as it would move without a gap, computed alongside: what its shaft would carry, now and a moment ahead.
+//! The axis as it would move without a gap, computed alongside: what its shaft would carry, now and
+//! a moment ahead.
 //!
-//! The drive knows its own loops and its motor's data; the load is described by a [`LoadModel`], told or learned. The twin runs the
-//! same cascade on motor, shaft and load, so that what the servo itself does wrong is in it, too: lag without feed-forward, the
-//! delay of a reversal against friction. Its shaft torque `T` is what the contact has to carry; the sign of `T` is the
-//! flank that has to carry it. One period of the current loop, implicit in the shaft so that no stiffness makes it diverge:
+//! The drive knows its own loops and its motor's data; the load is described by a [`LoadModel`],
+//! told or learned. The twin runs the same cascade on motor, shaft and load, so that what the servo
+//! itself does wrong is in it, too: lag without feed-forward, the delay of a reversal against
+//! friction. Its shaft torque `T` is what the contact has to carry; the sign of `T` is the flank
+//! that has to carry it. One period of the current loop, implicit in the shaft so that no stiffness
+//! makes it diverge:
 //! ```text
 //! r_f = (w_M + h a_M) - (w_L + h a_L)                          (a: accelerations without the shaft, 0 where friction holds)
 //! T   = (k (lead + h r_f) + d r_f) / (1 + (h^2 k + h d)(1/J_M + 1/J_L))
 //! ```
-//! Coulomb friction takes at most the speed that there is; a mass at rest holds until the torque exceeds its friction.
+//! Coulomb friction takes at most the speed that there is; a mass at rest holds until the torque
+//! exceeds its friction.
 
 mod load;
 mod numbers;
@@ -55,7 +59,12 @@ pub(super) struct Shown {
 
 impl TwinState {
     pub(super) fn shown(&self) -> Shown {
-        let TwinState { plant, torque, motor_friction, .. } = self;
+        let TwinState {
+            plant,
+            torque,
+            motor_friction,
+            ..
+        } = self;
         Shown {
             torque: *torque,
             motor_friction: *motor_friction,
@@ -66,7 +75,8 @@ impl TwinState {
     }
 }
 
-/// A compensator's model of its axis that is about to be stepped, with the load it carries over the tick.
+/// A compensator's model of its axis that is about to be stepped, with the load it carries over the
+/// tick.
 #[derive(Debug)]
 pub struct Twinned<'a> {
     pub(crate) twin: &'a Twin,
@@ -85,14 +95,27 @@ impl Twin {
     pub(super) fn new(config: &AxisConfig) -> Twin {
         let mut ideal = config.clone();
         ideal.drive.encoder_counts_per_rev = None;
-        let (inertia, h) = (config.motor_side_inertia_kgm2(), config.current_period_us() * 1e-6);
+        let (inertia, h) = (
+            config.motor_side_inertia_kgm2(),
+            config.current_period_us() * 1e-6,
+        );
         let numbers = MotorNumbers::new(config, inertia, h);
-        Twin { servo: Servo::new(&ideal), period_s: h, inertia, numbers }
+        Twin {
+            servo: Servo::new(&ideal),
+            period_s: h,
+            inertia,
+            numbers,
+        }
     }
 
-    /// Standing still, its shaft and its drive carrying the constant torque that friction cannot hold.
+    /// Standing still, its shaft and its drive carrying the constant torque that friction cannot
+    /// hold.
     pub(super) fn initial(&self, position: f64, load: &LoadModel) -> TwinState {
-        let held = if load.constant.abs() > load.coulomb { load.constant } else { 0.0 };
+        let held = if load.constant.abs() > load.coulomb {
+            load.constant
+        } else {
+            0.0
+        };
         let lead = held / load.stiffness;
         let plant = PlantState {
             current_q: held / self.numbers.torque_constant,
@@ -101,17 +124,38 @@ impl Twin {
             motor_velocity: 0.0,
             load_velocity: 0.0,
             load_position: position - lead,
-            mode: Mode { contact: Contact::Rigid, motor: Friction::None, load: Friction::None },
+            mode: Mode {
+                contact: Contact::Rigid,
+                motor: Friction::None,
+                load: Friction::None,
+            },
             events: 0,
             bristles: [0.0; 2],
         };
-        TwinState { servo: self.servo.initial(&plant, position), plant, torque: held, motor_friction: 0.0 }
+        TwinState {
+            servo: self.servo.initial(&plant, position),
+            plant,
+            torque: held,
+            motor_friction: 0.0,
+        }
     }
 
     /// One servo period.
-    pub(crate) fn step(&self, state: &mut TwinState, reference: &Reference, next: &Reference, load: &LoadModel) {
+    pub(crate) fn step(
+        &self,
+        state: &mut TwinState,
+        reference: &Reference,
+        next: &Reference,
+        load: &LoadModel,
+    ) {
         let measured = self.servo.measure(&mut state.servo, &state.plant);
-        self.servo.command(&mut state.servo, reference, next, &measured, &Correction::NONE);
+        self.servo.command(
+            &mut state.servo,
+            reference,
+            next,
+            &measured,
+            &Correction::NONE,
+        );
         let rates = self.rates(load);
         for _ in 0..self.servo.current_steps() {
             let input = self.servo.voltage(&mut state.servo, &state.plant);
@@ -127,17 +171,35 @@ impl Twin {
     #[inline]
     fn advance(&self, state: &mut TwinState, voltage: f64, rates: &Rates) {
         let (x, n, h) = (&mut state.plant, &self.numbers, self.period_s);
-        x.current_q = (x.current_q + n.current_share * (voltage - n.back_emf * x.motor_velocity)) * n.current_keep;
+        x.current_q = (x.current_q + n.current_share * (voltage - n.back_emf * x.motor_velocity))
+            * n.current_keep;
         let drive = n.torque_constant * x.current_q - n.viscous * x.motor_velocity;
         let drag = -rates.load_constant - rates.load_viscous * x.load_velocity;
         let held = |coulomb: f64, speed: f64| coulomb > 0.0 && speed.abs() <= 0.0;
-        let of_motor = if held(n.coulomb, x.motor_velocity) { 0.0 } else { n.inverse_motor };
-        let of_load = if held(rates.load_coulomb, x.load_velocity) { 0.0 } else { rates.inverse_load };
+        let of_motor = if held(n.coulomb, x.motor_velocity) {
+            0.0
+        } else {
+            n.inverse_motor
+        };
+        let of_load = if held(rates.load_coulomb, x.load_velocity) {
+            0.0
+        } else {
+            rates.inverse_load
+        };
         let free = x.motor_velocity - x.load_velocity + h * (drive * of_motor - drag * of_load);
         let lead = x.gap_angle + h * free;
-        let torque = (rates.stiffness * lead + rates.damping * free) / (1.0 + rates.give * (of_motor + of_load));
-        let (motor, friction) = slide(x.motor_velocity, n.motor_step * (drive - torque), n.motor_most);
-        let (slid, _) = slide(x.load_velocity, rates.load_step * (torque + drag), rates.load_most);
+        let torque = (rates.stiffness * lead + rates.damping * free)
+            / (1.0 + rates.give * (of_motor + of_load));
+        let (motor, friction) = slide(
+            x.motor_velocity,
+            n.motor_step * (drive - torque),
+            n.motor_most,
+        );
+        let (slid, _) = slide(
+            x.load_velocity,
+            rates.load_step * (torque + drag),
+            rates.load_most,
+        );
         x.motor_velocity = motor;
         x.load_velocity = slid;
         x.gap_angle += h * (motor - slid);
@@ -186,9 +248,14 @@ impl Twin {
 fn slide(speed: f64, gain: f64, most: f64) -> (f64, f64) {
     let free = speed + gain;
     let taken = free.clamp(-most, most);
-    // friction acts against the sliding before, so a mass may not come to more than rest within the step
+    // friction acts against the sliding before, so a mass may not come to more than rest within the
+    // step
     let stops = speed * (free - taken) < 0.0;
-    if stops { (0.0, -free) } else { (free - taken, -taken) }
+    if stops {
+        (0.0, -free)
+    } else {
+        (free - taken, -taken)
+    }
 }
 
 #[cfg(test)]
@@ -198,7 +265,8 @@ mod tests {
     use crate::{AxisOutput, Setpoint, build_runner};
     use lostmotion_base::math;
 
-    /// The twin's load beside that of the exact plant without a gap: largest difference, and largest lag of the load behind its reference, rad.
+    /// The twin's load beside that of the exact plant without a gap: largest difference, and
+    /// largest lag of the load behind its reference, rad.
     fn beside_the_plant(coulomb: f64, feedforward: f64) -> [f64; 2] {
         let mut config = AxisConfig::paper().without_gap();
         config.drive.velocity_feedforward = feedforward;
@@ -231,7 +299,10 @@ mod tests {
     fn it_moves_as_the_exact_plant_without_a_gap() {
         for (coulomb, feedforward) in [(0.0, 0.0), (0.0, 1.0), (1.1, 0.0), (1.1, 1.0)] {
             let [off, lag] = beside_the_plant(coulomb, feedforward);
-            assert!(off < 2e-4 && off < 0.06 * lag, "{coulomb} {feedforward}: {off} of {lag} rad");
+            assert!(
+                off < 2e-4 && off < 0.06 * lag,
+                "{coulomb} {feedforward}: {off} of {lag} rad"
+            );
         }
     }
 

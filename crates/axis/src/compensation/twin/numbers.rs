@@ -13,7 +13,8 @@ pub(crate) struct MotorNumbers {
     pub(crate) torque_constant: f64,
     pub(crate) viscous: f64,
     pub(crate) coulomb: f64,
-    /// `1/J_M`, `h/J_M`, what friction takes of the speed in a period, and the torque for it: `J_M/h`.
+    /// `1/J_M`, `h/J_M`, what friction takes of the speed in a period, and the torque for it:
+    /// `J_M/h`.
     pub(crate) inverse_motor: f64,
     pub(crate) motor_step: f64,
     pub(crate) motor_most: f64,

@@ -6,13 +6,18 @@ use crate::commands::{DONE, fit};
 use crate::failure::Failure;
 use crate::output;
 use lostmotion::base::Clock;
-use lostmotion::identify::{BacklashFit, BacklashLog, FitError, MotorLog, fit_backlash, fit_motor_only};
+use lostmotion::identify::{
+    BacklashFit, BacklashLog, FitError, MotorLog, fit_backlash, fit_motor_only,
+};
 use lostmotion::study::bench::{COUPLERS, Coupler, Recording, run as record};
 
 /// Prints what was set, and what was found by each that looked.
 pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
     let couplers = match (args.gap_rad, args.stiffness_nm_per_rad) {
-        (Some(gap_rad), Some(stiffness_nm_per_rad)) => vec![Coupler { gap_rad, stiffness_nm_per_rad }],
+        (Some(gap_rad), Some(stiffness_nm_per_rad)) => vec![Coupler {
+            gap_rad,
+            stiffness_nm_per_rad,
+        }],
         _ => COUPLERS.to_vec(),
     };
     let mut out =
@@ -22,10 +27,19 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
     for coupler in couplers {
         let recording = record(&coupler).map_err(|error| failure(&error))?;
         let found = [with_load(&recording), motor_only(&recording)].map(|fit| shown(&coupler, fit));
-        let learned = recording.adaptive_gap_rad.map_or("-".to_owned(), |gap| off(gap, coupler.gap_rad));
+        let learned = recording
+            .adaptive_gap_rad
+            .map_or("-".to_owned(), |gap| off(gap, coupler.gap_rad));
         let (gap, stiffness) = (coupler.gap_rad, coupler.stiffness_nm_per_rad);
-        let online = online(&coupler, recording.axis.motor.inertia_kgm2, recording.online);
-        out.push_str(&format!("| {gap} | {stiffness} | {} | {learned} | {online} |\n", found.join(" | ")));
+        let online = online(
+            &coupler,
+            recording.axis.motor.inertia_kgm2,
+            recording.online,
+        );
+        out.push_str(&format!(
+            "| {gap} | {stiffness} | {} | {learned} | {online} |\n",
+            found.join(" | ")
+        ));
     }
     output::print(&out)?;
     Ok(DONE)
@@ -37,8 +51,16 @@ fn with_load(recording: &Recording) -> Result<BacklashFit, FitError> {
 }
 
 fn motor_only(recording: &Recording) -> Result<BacklashFit, FitError> {
-    let motor = recording.towed.iter().map(|sample| sample.motor_position).collect();
-    let current = recording.towed.iter().map(|sample| sample.current).collect();
+    let motor = recording
+        .towed
+        .iter()
+        .map(|sample| sample.motor_position)
+        .collect();
+    let current = recording
+        .towed
+        .iter()
+        .map(|sample| sample.current)
+        .collect();
     let log = MotorLog::new(Clock::SERVO.period_s(), motor, current)?;
     fit_motor_only(&log, &fit::settings(&recording.axis).motor_only())
 }
@@ -48,7 +70,11 @@ fn shown(coupler: &Coupler, fit: Result<BacklashFit, FitError>) -> String {
     match fit {
         Ok(fit) => {
             let stiffness = 1.0 / fit.compliance_rad_per_nm;
-            format!("{} | {}", off(2.0 * fit.half_gap_rad, coupler.gap_rad), off(stiffness, coupler.stiffness_nm_per_rad))
+            format!(
+                "{} | {}",
+                off(2.0 * fit.half_gap_rad, coupler.gap_rad),
+                off(stiffness, coupler.stiffness_nm_per_rad)
+            )
         }
         Err(error) => format!("{error} | -"),
     }
@@ -57,7 +83,11 @@ fn shown(coupler: &Coupler, fit: Result<BacklashFit, FitError>) -> String {
 /// Stiffness and damping off what was set.
 fn online(coupler: &Coupler, rotor_kgm2: f64, found: Option<[f64; 2]>) -> String {
     found.map_or("not excited | -".to_owned(), |[stiffness, damping]| {
-        let known = if damping.is_finite() { off(damping, coupler.damping_nm_s_per_rad(rotor_kgm2)) } else { "not known".to_owned() };
+        let known = if damping.is_finite() {
+            off(damping, coupler.damping_nm_s_per_rad(rotor_kgm2))
+        } else {
+            "not known".to_owned()
+        };
         format!("{} | {known}", off(stiffness, coupler.stiffness_nm_per_rad))
     })
 }

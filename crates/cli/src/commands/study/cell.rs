@@ -19,7 +19,8 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
     let methods = methods(std::slice::from_ref(&args.method))?;
     if let Some(path) = &args.program {
         let mut file = AtomicFile::create(path)?;
-        file.write_all(motion::program(&cell).as_bytes()).map_err(|error| WriteError::io("write", path, error))?;
+        file.write_all(motion::program(&cell).as_bytes())
+            .map_err(|error| WriteError::io("write", path, error))?;
         file.commit()?;
     }
     let result = match &args.out {
@@ -30,10 +31,20 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-fn traced(cell: &Cell, methods: &[String], path: &Path) -> Result<lostmotion::study::matrix::CellResult, Failure> {
+fn traced(
+    cell: &Cell,
+    methods: &[String],
+    path: &Path,
+) -> Result<lostmotion::study::matrix::CellResult, Failure> {
     let unwritten = |error| Failure::from(WriteError::io("write", path, error));
     let mut file = BufWriter::new(AtomicFile::create(path)?);
-    writeln!(file, "t_s,error_um,error_without_gap_um,measured{}{}", columns("x"), columns("y")).map_err(unwritten)?;
+    writeln!(
+        file,
+        "t_s,error_um,error_without_gap_um,measured{}{}",
+        columns("x"),
+        columns("y")
+    )
+    .map_err(unwritten)?;
     let mut written = Ok(());
     let result = run_cell(
         cell,
@@ -46,7 +57,9 @@ fn traced(cell: &Cell, methods: &[String], path: &Path) -> Result<lostmotion::st
     );
     let result = result.map_err(|error| failure(&error))?;
     written.map_err(unwritten)?;
-    let file = file.into_inner().map_err(|error| unwritten(error.into_error()))?;
+    let file = file
+        .into_inner()
+        .map_err(|error| unwritten(error.into_error()))?;
     file.commit()?;
     Ok(result)
 }
@@ -72,17 +85,46 @@ fn columns(axis: &str) -> String {
 
 fn write_row(out: &mut impl Write, row: &Traced) -> io::Result<()> {
     let [error, without] = row.error_um;
-    write!(out, "{},{error:.4},{without:.4},{}", Clock::SERVO.seconds(row.tick), u8::from(row.measured))?;
+    write!(
+        out,
+        "{},{error:.4},{without:.4},{}",
+        Clock::SERVO.seconds(row.tick),
+        u8::from(row.measured)
+    )?;
     for sample in &row.axes {
-        let AxisSample { reference, motor_position, load_position, torque, engagement, engagement_estimate, .. } = sample;
-        write!(out, ",{:.9},{:.6},{:.4}", reference.position, reference.velocity, reference.acceleration)?;
-        write!(out, ",{motor_position:.9},{load_position:.9},{torque:.6},{}", engagement.sign())?;
+        let AxisSample {
+            reference,
+            motor_position,
+            load_position,
+            torque,
+            engagement,
+            engagement_estimate,
+            ..
+        } = sample;
+        write!(
+            out,
+            ",{:.9},{:.6},{:.4}",
+            reference.position, reference.velocity, reference.acceleration
+        )?;
+        write!(
+            out,
+            ",{motor_position:.9},{load_position:.9},{torque:.6},{}",
+            engagement.sign()
+        )?;
         for estimate in [sample.gap_angle_estimate, sample.inertia_estimate] {
-            if estimate.is_finite() { write!(out, ",{estimate:.9}")? } else { write!(out, ",")? }
+            if estimate.is_finite() {
+                write!(out, ",{estimate:.9}")?
+            } else {
+                write!(out, ",")?
+            }
         }
         write!(out, ",{}", engagement_estimate.sign())?;
         for estimate in [sample.stiffness_estimate, sample.damping_estimate] {
-            if estimate.is_finite() { write!(out, ",{estimate:.4}")? } else { write!(out, ",")? }
+            if estimate.is_finite() {
+                write!(out, ",{estimate:.4}")?
+            } else {
+                write!(out, ",")?
+            }
         }
     }
     writeln!(out)

@@ -18,22 +18,60 @@ use std::path::Path;
 /// Runs the cells that are not there yet, and sums up.
 pub(crate) fn run(args: &Matrix, quiet: bool) -> Result<u8, Failure> {
     if args.threads == Some(0) {
-        return Err(Failure::with_hint("--threads is 0", "leave it out to use all cores"));
+        return Err(Failure::with_hint(
+            "--threads is 0",
+            "leave it out to use all cores",
+        ));
     }
     let methods = methods(&args.methods)?;
-    let cells = if args.full { all_cells() } else { sample(args.cells, args.seed).map_err(|error| failure(&error))? };
+    let cells = if args.full {
+        all_cells()
+    } else {
+        sample(args.cells, args.seed).map_err(|error| failure(&error))?
+    };
     let header = Header::new((!args.full).then_some(args.cells), args.seed, &methods);
-    let mut journal = args.out.as_deref().map(|folder| Journal::open(folder, &header, args.fresh)).transpose()?;
-    let mut results = journal.as_mut().map(|journal| std::mem::take(&mut journal.results)).unwrap_or_default();
-    let missing: Vec<Cell> = cells.iter().copied().filter(|cell| !results.contains_key(cell)).collect();
-    for result in run_missing(&missing, &methods, args.threads.unwrap_or(0), journal.as_mut(), quiet)? {
+    let mut journal = args
+        .out
+        .as_deref()
+        .map(|folder| Journal::open(folder, &header, args.fresh))
+        .transpose()?;
+    let mut results = journal
+        .as_mut()
+        .map(|journal| std::mem::take(&mut journal.results))
+        .unwrap_or_default();
+    let missing: Vec<Cell> = cells
+        .iter()
+        .copied()
+        .filter(|cell| !results.contains_key(cell))
+        .collect();
+    for result in run_missing(
+        &missing,
+        &methods,
+        args.threads.unwrap_or(0),
+        journal.as_mut(),
+        quiet,
+    )? {
         results.insert(result.cell, result);
     }
     let results = in_order(&cells, results);
-    let what = if args.full { "all there are".to_owned() } else { format!("sampled with seed {}", args.seed) };
-    let (markdown, json) = (table::markdown(&results, &what), table::json(&results, &what).map_err(|error| failure(&error))?);
+    let what = if args.full {
+        "all there are".to_owned()
+    } else {
+        format!("sampled with seed {}", args.seed)
+    };
+    let (markdown, json) = (
+        table::markdown(&results, &what),
+        table::json(&results, &what).map_err(|error| failure(&error))?,
+    );
     if let Some(folder) = &args.out {
-        write(folder, &[("matrix.md", &markdown), ("matrix.csv", &table::csv(&results)), ("matrix.json", &json)])?;
+        write(
+            folder,
+            &[
+                ("matrix.md", &markdown),
+                ("matrix.csv", &table::csv(&results)),
+                ("matrix.json", &json),
+            ],
+        )?;
     }
     show(args.format, &json, &markdown)?;
     Ok(DONE)
@@ -50,7 +88,9 @@ fn run_missing(
     let mut unwritten = None;
     let run = run_cells(cells, methods, threads, &mut |result, state| {
         progress.update(state.done as u64, state.all as u64, state.simulated_s);
-        let Some(journal) = journal.as_mut() else { return Ok(()) };
+        let Some(journal) = journal.as_mut() else {
+            return Ok(());
+        };
         journal.append(&line(result)?).map_err(|failure| {
             unwritten = Some(failure);
             StudyError::Sink("the results cannot be kept".to_owned())
@@ -64,14 +104,18 @@ fn run_missing(
 }
 
 fn in_order(cells: &[Cell], mut results: BTreeMap<Cell, CellResult>) -> Vec<CellResult> {
-    cells.iter().filter_map(|cell| results.remove(cell)).collect()
+    cells
+        .iter()
+        .filter_map(|cell| results.remove(cell))
+        .collect()
 }
 
 fn write(folder: &Path, files: &[(&str, &String)]) -> Result<(), Failure> {
     let mut folder = OutputFolder::create(folder)?;
     for (name, text) in files {
         let mut file = folder.file(name)?;
-        file.write_all(text.as_bytes()).map_err(|error| WriteError::io("write into", folder.path(), error))?;
+        file.write_all(text.as_bytes())
+            .map_err(|error| WriteError::io("write into", folder.path(), error))?;
         folder.add(file);
     }
     folder.commit()?;

@@ -29,14 +29,21 @@ fn failure(error: &StudyError) -> Failure {
 /// Needs a gap fitted beforehand, which nobody has in a study.
 const FITTED: &str = "fitted-lookup";
 
-/// The methods asked for, each known and once, without `none`; all but `fitted-lookup` if none is named.
+/// The methods asked for, each known and once, without `none`; all but `fitted-lookup` if none is
+/// named.
 fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
     let mut methods: Vec<String> = Vec::new();
     let mut named = false;
-    for name in asked.iter().map(|name| name.trim()).filter(|name| !name.is_empty()) {
+    for name in asked
+        .iter()
+        .map(|name| name.trim())
+        .filter(|name| !name.is_empty())
+    {
         find_method(name).map_err(|error| Failure::message(error.to_string()))?;
         if methods.iter().any(|known| known == name) {
-            return Err(Failure::message(format!("--methods names \"{name}\" twice")));
+            return Err(Failure::message(format!(
+                "--methods names \"{name}\" twice"
+            )));
         }
         named = true;
         if name != "none" {
@@ -44,8 +51,11 @@ fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
         }
     }
     if !named {
-        methods =
-            METHODS.iter().map(|method| method.info.name.to_owned()).filter(|name| !["none", FITTED].contains(&name.as_str())).collect();
+        methods = METHODS
+            .iter()
+            .map(|method| method.info.name.to_owned())
+            .filter(|name| !["none", FITTED].contains(&name.as_str()))
+            .collect();
     }
     Ok(methods)
 }

@@ -17,7 +17,10 @@ pub(crate) fn minus(a: Point, b: Point) -> Point {
 }
 
 pub(crate) fn along(from: Point, direction: Point, length: f64) -> Point {
-    [from[0] + length * direction[0], from[1] + length * direction[1]]
+    [
+        from[0] + length * direction[0],
+        from[1] + length * direction[1],
+    ]
 }
 
 pub(crate) fn dot(a: Point, b: Point) -> f64 {
@@ -40,7 +43,11 @@ pub(crate) const fn left_of(direction: Point) -> Point {
 /// Direction from one point to another; none if they are the same.
 pub(crate) fn direction(from: Point, to: Point) -> Option<Point> {
     let length = distance(from, to);
-    if length > 0.0 { Some([(to[0] - from[0]) / length, (to[1] - from[1]) / length]) } else { None }
+    if length > 0.0 {
+        Some([(to[0] - from[0]) / length, (to[1] - from[1]) / length])
+    } else {
+        None
+    }
 }
 
 /// What an offset move follows.
@@ -49,7 +56,11 @@ pub(crate) enum Shape {
     /// A line in a direction.
     Line(Point),
     /// A circle.
-    Arc { center: Point, radius: f64, counter_clockwise: bool },
+    Arc {
+        center: Point,
+        radius: f64,
+        counter_clockwise: bool,
+    },
 }
 
 /// An offset move.
@@ -62,7 +73,8 @@ pub(crate) struct Edge {
     pub(crate) end: Point,
     /// It leads from the path to its offset.
     pub(crate) entry: bool,
-    /// It leads from where the tool was taken to be, not from the path: only a corner at its end tells whether it fits.
+    /// It leads from where the tool was taken to be, not from the path: only a corner at its end
+    /// tells whether it fits.
     pub(crate) astray: bool,
     /// The programmed direction at its end.
     pub(crate) leaves: Point,
@@ -77,20 +89,28 @@ fn sweep(center: Point, from: Point, to: Point, counter_clockwise: bool) -> f64 
 }
 
 impl Edge {
-    /// Refuses an end that would send the tool backwards, or round an arc further than programmed. A move of entry is
-    /// off the path in any case and may go anywhere.
+    /// Refuses an end that would send the tool backwards, or round an arc further than programmed.
+    /// A move of entry is off the path in any case and may go anywhere.
     pub(crate) fn check(&self, end: Point, tool_radius: f64) -> Result<(), Problem> {
         let message = "the tool does not fit into the corner between this move and the one before it: it would gouge";
         let fits = self.entry
             || match self.shape {
                 Shape::Line(direction) => dot(direction, minus(end, self.start)) >= 0.0,
-                Shape::Arc { center, radius, counter_clockwise } => {
+                Shape::Arc {
+                    center,
+                    radius,
+                    counter_clockwise,
+                } => {
                     let was = sweep(center, self.start, self.end, counter_clockwise);
                     let is = sweep(center, self.start, end, counter_clockwise);
                     (is - was) * radius <= ARC_GROWTH * tool_radius
                 }
             };
-        if fits { Ok(()) } else { Err(Problem::Compensation { message }) }
+        if fits {
+            Ok(())
+        } else {
+            Err(Problem::Compensation { message })
+        }
     }
 }
 
@@ -105,15 +125,24 @@ pub(crate) enum Joint {
     Inside,
 }
 
-/// The joint of a move with one that enters the corner in a direction, the tool to the left, or to the right where
-/// `left` is negative.
+/// The joint of a move with one that enters the corner in a direction, the tool to the left, or to
+/// the right where `left` is negative.
 pub(crate) fn joint(last: &Edge, enters: Point, next: Shape, left: f64) -> Joint {
     let turn = math::atan2(cross(last.leaves, enters), dot(last.leaves, enters));
     let inwards = if left > 0.0 { turn } else { -turn };
     if inwards.abs() >= PI - STRAIGHT_ON {
-        // Straight back: an arc that bends away from the tool comes into the tool's way, the next one, or the last one before a line.
-        let in_the_way = if matches!(next, Shape::Line(_)) { last.shape } else { next };
-        if in_the_way.bends_away(left) { Joint::Inside } else { Joint::Outside }
+        // Straight back: an arc that bends away from the tool comes into the tool's way, the next
+        // one, or the last one before a line.
+        let in_the_way = if matches!(next, Shape::Line(_)) {
+            last.shape
+        } else {
+            next
+        };
+        if in_the_way.bends_away(left) {
+            Joint::Inside
+        } else {
+            Joint::Outside
+        }
     } else if inwards > STRAIGHT_ON {
         Joint::Inside
     } else if inwards.abs() <= STRAIGHT_ON {
@@ -128,7 +157,9 @@ impl Shape {
     const fn bends_away(&self, left: f64) -> bool {
         match *self {
             Shape::Line(_) => false,
-            Shape::Arc { counter_clockwise, .. } => counter_clockwise != (left > 0.0),
+            Shape::Arc {
+                counter_clockwise, ..
+            } => counter_clockwise != (left > 0.0),
         }
     }
 
@@ -136,17 +167,25 @@ impl Shape {
     fn heading(&self, at: Point) -> Point {
         match *self {
             Shape::Line(direction) => direction,
-            Shape::Arc { center, counter_clockwise, .. } => {
+            Shape::Arc {
+                center,
+                counter_clockwise,
+                ..
+            } => {
                 let left = left_of(minus(at, center));
-                if counter_clockwise { left } else { [-left[0], -left[1]] }
+                if counter_clockwise {
+                    left
+                } else {
+                    [-left[0], -left[1]]
+                }
             }
         }
     }
 }
 
-/// Where the offset of one move crosses that of the next. Of two crossings it is the one at which the path turns towards
-/// the tool's side: before it, the tool has not yet reached the second move, after it, it would cut into that. `a_at` and
-/// `b_at` are points of the paths.
+/// Where the offset of one move crosses that of the next. Of two crossings it is the one at which
+/// the path turns towards the tool's side: before it, the tool has not yet reached the second move,
+/// after it, it would cut into that. `a_at` and `b_at` are points of the paths.
 pub(crate) fn crossing(a: Shape, a_at: Point, b: Shape, b_at: Point, left: f64) -> Option<Point> {
     let turns_in = |at: Point| cross(a.heading(at), b.heading(at)) * left > 0.0;
     let [first, second] = crossings(a, a_at, b, b_at)?;
@@ -164,7 +203,18 @@ fn crossings(a: Shape, a_at: Point, b: Shape, b_at: Point) -> Option<[Point; 2]>
         }
         (Shape::Line(u), Shape::Arc { center, radius, .. }) => line_circle(a_at, u, center, radius),
         (Shape::Arc { center, radius, .. }, Shape::Line(v)) => line_circle(b_at, v, center, radius),
-        (Shape::Arc { center: c, radius: r, .. }, Shape::Arc { center: d, radius: s, .. }) => circles(c, r, d, s),
+        (
+            Shape::Arc {
+                center: c,
+                radius: r,
+                ..
+            },
+            Shape::Arc {
+                center: d,
+                radius: s,
+                ..
+            },
+        ) => circles(c, r, d, s),
     }
 }
 
@@ -187,5 +237,8 @@ fn circles(c: Point, r: f64, d: Point, s: f64) -> Option<[Point; 2]> {
     let to_foot = (gap * gap + r * r - s * s) / (2.0 * gap);
     let half = (r * r - to_foot * to_foot).max(0.0).sqrt();
     let foot = along(c, u, to_foot);
-    Some([along(foot, left_of(u), half), along(foot, left_of(u), -half)])
+    Some([
+        along(foot, left_of(u), half),
+        along(foot, left_of(u), -half),
+    ])
 }

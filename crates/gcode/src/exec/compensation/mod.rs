@@ -1,8 +1,10 @@
-//! Cutter compensation: the tool keeps its radius to the left (G41) or right (G42) of the programmed path.
+//! Cutter compensation: the tool keeps its radius to the left (G41) or right (G42) of the
+//! programmed path.
 //!
-//! Each move is held back until the next one is known, because an inside corner shortens it: the tool turns where the two
-//! offset paths cross. At an outside corner the tool rolls about the corner. A move that the tool would have to make
-//! backwards is a gouge, and an error. `State::current` stays the programmed place; only what is emitted is offset.
+//! Each move is held back until the next one is known, because an inside corner shortens it: the
+//! tool turns where the two offset paths cross. At an outside corner the tool rolls about the
+//! corner. A move that the tool would have to make backwards is a gouge, and an error.
+//! `State::current` stays the programmed place; only what is emitted is offset.
 
 mod geometry;
 mod path;
@@ -54,8 +56,16 @@ pub(crate) fn on(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     if exec.tools.is_none() && number != 0 {
         exec.warnings.push(Problem::NoToolTable { tool: number });
     }
-    let tool = exec.tools.as_ref().and_then(|table| table.get(number)).copied().unwrap_or_default();
-    let diameter = exec.config.machine_units.convert(tool.diameter, exec.state.units);
+    let tool = exec
+        .tools
+        .as_ref()
+        .and_then(|table| table.get(number))
+        .copied()
+        .unwrap_or_default();
+    let diameter = exec
+        .config
+        .machine_units
+        .convert(tool.diameter, exec.state.units);
     exec.begin_compensation(code, diameter, tool.orientation.clamp(0, 9) as u8)
 }
 
@@ -64,28 +74,56 @@ pub(crate) fn dynamic(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let diameter = exec.need(b'D', code, "D, the tool's diameter")?;
     let value = exec.word(b'L').unwrap_or(0.0);
     let orientation = whole(value).filter(|number| (0.0..=9.0).contains(number));
-    let orientation = orientation.ok_or(Problem::WordOutOfRange { code, letter: 'L', value, allowed: "an orientation from 0 to 9" })?;
+    let orientation = orientation.ok_or(Problem::WordOutOfRange {
+        code,
+        letter: 'L',
+        value,
+        allowed: "an orientation from 0 to 9",
+    })?;
     if orientation != 0.0 && exec.state.plane != Plane::Zx {
-        return Err(Problem::Compensation { message: "the orientation of a lathe tool (L) needs the ZX plane (G18)" });
+        return Err(Problem::Compensation {
+            message: "the orientation of a lathe tool (L) needs the ZX plane (G18)",
+        });
     }
     exec.begin_compensation(code, diameter, orientation as u8)
 }
 
 impl Exec<'_> {
-    fn begin_compensation(&mut self, code: Code, diameter: f64, orientation: u8) -> Result<(), Problem> {
+    fn begin_compensation(
+        &mut self,
+        code: Code,
+        diameter: f64,
+        orientation: u8,
+    ) -> Result<(), Problem> {
         if self.state.compensation.is_some() {
-            return Err(Problem::Compensation { message: "cutter compensation is already on: G40 comes first" });
+            return Err(Problem::Compensation {
+                message: "cutter compensation is already on: G40 comes first",
+            });
         }
         if self.state.plane == Plane::Yz {
-            return Err(Problem::Compensation { message: "cutter compensation needs the XY or ZX plane (G17 or G18)" });
+            return Err(Problem::Compensation {
+                message: "cutter compensation needs the XY or ZX plane (G17 or G18)",
+            });
         }
-        let left = if code.tenths < 420 { 0.5 * diameter } else { -0.5 * diameter };
-        let compensation = Compensation { left, orientation, last: None, fixed: false, held: Vec::new(), strayed: None };
+        let left = if code.tenths < 420 {
+            0.5 * diameter
+        } else {
+            -0.5 * diameter
+        };
+        let compensation = Compensation {
+            left,
+            orientation,
+            last: None,
+            fixed: false,
+            held: Vec::new(),
+            strayed: None,
+        };
         self.state.compensation = Some(Box::new(compensation));
         Ok(())
     }
 
-    /// Refuses codes that would move the path away under the compensation, and lets go what is held before a stop.
+    /// Refuses codes that would move the path away under the compensation, and lets go what is held
+    /// before a stop.
     #[cold]
     pub(crate) fn under_compensation(&mut self, code: Code) -> Result<(), Problem> {
         let message = match (code.letter, code.tenths) {
@@ -100,14 +138,20 @@ impl Exec<'_> {
             ('G', 280 | 281 | 300 | 301) => "G28 and G30 cannot be used under cutter compensation",
             ('G', 382..=385) => "probing is not possible under cutter compensation",
             ('G', 710..=722) => "roughing cycles cannot be used under cutter compensation",
-            ('G', 330 | 331 | 530 | 730..=760 | 810..=890) => "cycles, G33 and G53 cannot be used under cutter compensation",
+            ('G', 330 | 331 | 530 | 730..=760 | 810..=890) => {
+                "cycles, G33 and G53 cannot be used under cutter compensation"
+            }
             ('G', 531 | 680..=690) => "the coordinates cannot turn under cutter compensation",
             ('G', 430..=490) => "the tool offset cannot change under cutter compensation",
-            ('G', 520 | 540..=593 | 920) => "the coordinate system cannot change under cutter compensation",
+            ('G', 520 | 540..=593 | 920) => {
+                "the coordinate system cannot change under cutter compensation"
+            }
             ('G', 610..=640) => "path control cannot change under cutter compensation",
             ('M', 60 | 610) => "the tool cannot change under cutter compensation",
             ('M', 620..=680) => "inputs and outputs cannot be used under cutter compensation",
-            ('G', 100) if self.changes_system_in_force() => "the coordinate system cannot change under cutter compensation",
+            ('G', 100) if self.changes_system_in_force() => {
+                "the coordinate system cannot change under cutter compensation"
+            }
             _ => return Ok(()),
         };
         Err(Problem::Compensation { message })
@@ -122,7 +166,9 @@ impl Exec<'_> {
 
     /// Lets what is held go and turns the compensation off.
     pub(crate) fn end_compensation(&mut self) -> Result<(), Problem> {
-        let Some(mut compensation) = self.state.compensation.take() else { return Ok(()) };
+        let Some(mut compensation) = self.state.compensation.take() else {
+            return Ok(());
+        };
         let moved = compensation.last.is_some();
         let result = compensation.release(self.state.plane, None, self.out);
         self.state.arc_not_allowed = moved;
@@ -132,15 +178,24 @@ impl Exec<'_> {
     /// Adds an operation to what waits for the held move; true if there is one.
     #[cold]
     pub(crate) fn hold(&mut self, op: CanonicalOp) {
-        let sourced = SourcedOp { op, block: self.block };
+        let sourced = SourcedOp {
+            op,
+            block: self.block,
+        };
         match &mut self.state.compensation {
-            Some(compensation) if compensation.last.is_some() && compensation.held.len() < MOST_HELD => {
-                compensation.held.push(Held { sourced, follows: false });
+            Some(compensation)
+                if compensation.last.is_some() && compensation.held.len() < MOST_HELD =>
+            {
+                compensation.held.push(Held {
+                    sourced,
+                    follows: false,
+                });
             }
             Some(compensation) if compensation.last.is_some() => {
                 let message = "too much happens between two moves under cutter compensation";
                 self.warnings.push(Problem::Compensation { message });
-                self.out.extend(compensation.held.drain(..).map(|held| held.sourced));
+                self.out
+                    .extend(compensation.held.drain(..).map(|held| held.sourced));
                 compensation.fixed = true;
                 self.out.push(sourced);
             }
@@ -160,16 +215,28 @@ impl Compensation {
         self.left != 0.0
     }
 
-    /// Fixes the end of the held move, if it is another than thought, and lets everything that is held go.
-    fn release(&mut self, plane: Plane, end: Option<Point>, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
+    /// Fixes the end of the held move, if it is another than thought, and lets everything that is
+    /// held go.
+    fn release(
+        &mut self,
+        plane: Plane,
+        end: Option<Point>,
+        out: &mut Vec<SourcedOp>,
+    ) -> Result<(), Problem> {
         let result = match (&self.last, end) {
-            (Some(edge), end) if !self.fixed && (end.is_some() || !edge.astray) => edge.check(end.unwrap_or(edge.end), self.left.abs()),
+            (Some(edge), end) if !self.fixed && (end.is_some() || !edge.astray) => {
+                edge.check(end.unwrap_or(edge.end), self.left.abs())
+            }
             _ => Ok(()),
         };
         let shift = self.nose(plane);
         for (index, mut held) in self.held.drain(..).enumerate() {
             if let Some(end) = end.filter(|_| index == 0 || held.follows) {
-                path::set_end(&mut held.sourced.op, plane, [end[0] + shift[0], end[1] + shift[1]]);
+                path::set_end(
+                    &mut held.sourced.op,
+                    plane,
+                    [end[0] + shift[0], end[1] + shift[1]],
+                );
             }
             out.push(held.sourced);
         }

@@ -1,12 +1,16 @@
 //! Moves under cutter compensation.
 
-use super::geometry::{Edge, Joint, Point, Shape, along, crossing, direction, distance, dot, joint, left_of, minus};
+use super::geometry::{
+    Edge, Joint, Point, Shape, along, crossing, direction, distance, dot, joint, left_of, minus,
+};
 use super::{Compensation, Held, in_plane};
 use crate::exec::Exec;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, SourcedOp};
 use crate::problem::Problem;
 
-const NO_ROOM: Problem = Problem::Compensation { message: "the tool does not fit between these two moves: it would gouge" };
+const NO_ROOM: Problem = Problem::Compensation {
+    message: "the tool does not fit between these two moves: it would gouge",
+};
 
 /// Puts the end in the plane into a move.
 pub(crate) fn set_end(op: &mut CanonicalOp, plane: Plane, end: Point) {
@@ -23,11 +27,22 @@ pub(crate) fn set_end(op: &mut CanonicalOp, plane: Plane, end: Point) {
 impl Exec<'_> {
     /// A straight move from the programmed place to `end`.
     #[cold]
-    pub(crate) fn compensated_line(&mut self, start: &Position, end: Position, feed: bool) -> Result<(), Problem> {
-        let op = if feed { CanonicalOp::StraightFeed(end) } else { CanonicalOp::StraightTraverse(end) };
+    pub(crate) fn compensated_line(
+        &mut self,
+        start: &Position,
+        end: Position,
+        feed: bool,
+    ) -> Result<(), Problem> {
+        let op = if feed {
+            CanonicalOp::StraightFeed(end)
+        } else {
+            CanonicalOp::StraightTraverse(end)
+        };
         let plane = self.state.plane;
         let (from, to) = (in_plane(plane, start), in_plane(plane, &end));
-        let Some(mut compensation) = self.state.compensation.take() else { return Ok(()) };
+        let Some(mut compensation) = self.state.compensation.take() else {
+            return Ok(());
+        };
         let result = match direction(from, to) {
             None if compensation.last.is_some() => {
                 compensation.across(self, op);
@@ -48,8 +63,16 @@ impl Exec<'_> {
                     astray: false,
                     leaves: u,
                 };
-                let entry = Edge { start: from, entry: true, ..edge };
-                let edge = if compensation.last.is_none() { entry } else { edge };
+                let entry = Edge {
+                    start: from,
+                    entry: true,
+                    ..edge
+                };
+                let edge = if compensation.last.is_none() {
+                    entry
+                } else {
+                    edge
+                };
                 compensation.advance(self, start, u, edge, op)
             }
         };
@@ -59,10 +82,16 @@ impl Exec<'_> {
 
     /// An arc from the programmed place.
     #[cold]
-    pub(crate) fn compensated_arc(&mut self, start: &Position, mut arc: ArcFeed) -> Result<(), Problem> {
+    pub(crate) fn compensated_arc(
+        &mut self,
+        start: &Position,
+        mut arc: ArcFeed,
+    ) -> Result<(), Problem> {
         let plane = self.state.plane;
         let (from, to) = (in_plane(plane, start), arc.end);
-        let Some(mut compensation) = self.state.compensation.take() else { return Ok(()) };
+        let Some(mut compensation) = self.state.compensation.take() else {
+            return Ok(());
+        };
         let enters = tangent(minus(from, arc.center), arc.turns > 0);
         let result = compensation.arc_edge(from, to, &arc).and_then(|edge| {
             if let Shape::Arc { center, .. } = edge.shape {
@@ -86,17 +115,28 @@ impl Exec<'_> {
 fn tangent(radius: Point, counter_clockwise: bool) -> Point {
     let u = direction([0.0; 2], radius).unwrap_or([1.0, 0.0]);
     let left = left_of(u);
-    if counter_clockwise { left } else { [-left[0], -left[1]] }
+    if counter_clockwise {
+        left
+    } else {
+        [-left[0], -left[1]]
+    }
 }
 
 impl Compensation {
-    /// The offset of an arc; the first one leads from the path to its offset and is tangent to that at its end.
+    /// The offset of an arc; the first one leads from the path to its offset and is tangent to that
+    /// at its end.
     fn arc_edge(&self, from: Point, to: Point, arc: &ArcFeed) -> Result<Edge, Problem> {
         let counter_clockwise = arc.turns > 0;
-        let outwards = if counter_clockwise { -self.left } else { self.left };
+        let outwards = if counter_clockwise {
+            -self.left
+        } else {
+            self.left
+        };
         let radius = distance(arc.center, to) + outwards;
         if radius <= 0.0 || distance(arc.center, from) + outwards <= 0.0 {
-            return Err(Problem::Compensation { message: "the tool's radius is not less than that of the arc it is inside of" });
+            return Err(Problem::Compensation {
+                message: "the tool's radius is not less than that of the arc it is inside of",
+            });
         }
         let out = direction(arc.center, to).unwrap_or([1.0, 0.0]);
         let end = along(arc.center, out, radius);
@@ -105,7 +145,11 @@ impl Compensation {
             let begins = direction(arc.center, from).unwrap_or([1.0, 0.0]);
             let start = along(arc.center, begins, distance(arc.center, from) + outwards);
             return Ok(Edge {
-                shape: Shape::Arc { center: arc.center, radius, counter_clockwise },
+                shape: Shape::Arc {
+                    center: arc.center,
+                    radius,
+                    counter_clockwise,
+                },
                 start,
                 end,
                 entry: false,
@@ -118,12 +162,18 @@ impl Compensation {
         let reach = dot(chord, chord);
         let inwards = -dot(chord, out);
         if inwards.abs() <= 1e-9 * reach.sqrt() {
-            return Err(Problem::Compensation { message: "the first arc under cutter compensation is too short" });
+            return Err(Problem::Compensation {
+                message: "the first arc under cutter compensation is too short",
+            });
         }
         let radius = reach / (2.0 * inwards);
         let center = along(end, out, -radius);
         Ok(Edge {
-            shape: Shape::Arc { center, radius: radius.abs(), counter_clockwise },
+            shape: Shape::Arc {
+                center,
+                radius: radius.abs(),
+                counter_clockwise,
+            },
             start: from,
             end,
             entry: true,
@@ -133,14 +183,22 @@ impl Compensation {
     }
 
     /// Goes from the held move to the next one, which is then held.
-    fn advance(&mut self, exec: &mut Exec<'_>, at: &Position, enters: Point, mut edge: Edge, mut op: CanonicalOp) -> Result<(), Problem> {
+    fn advance(
+        &mut self,
+        exec: &mut Exec<'_>,
+        at: &Position,
+        enters: Point,
+        mut edge: Edge,
+        mut op: CanonicalOp,
+    ) -> Result<(), Problem> {
         let plane = exec.state.plane;
         let corner = in_plane(plane, at);
         let shift = self.nose(plane);
         let mut result = Ok(());
         if let Some(last) = self.last {
             let (joint, end) = self.meet(&last, corner, enters, &mut edge);
-            let (end, refused) = end.map_or_else(|problem| (None, Err(problem)), |end| (end, Ok(())));
+            let (end, refused) =
+                end.map_or_else(|problem| (None, Err(problem)), |end| (end, Ok(())));
             result = refused;
             let released = self.release(plane, end, exec.out);
             result = result.and(released);
@@ -149,21 +207,37 @@ impl Compensation {
                 if matches!(op, CanonicalOp::StraightTraverse(_)) {
                     let mut across = CanonicalOp::StraightTraverse(*at);
                     set_end(&mut across, plane, end);
-                    exec.out.push(SourcedOp { op: across, block: exec.block });
+                    exec.out.push(SourcedOp {
+                        op: across,
+                        block: exec.block,
+                    });
                 } else {
                     self.roll(exec, at, end, along(corner, shift, 1.0));
                 }
             }
         }
         set_end(&mut op, plane, along(edge.end, shift, 1.0));
-        self.held.push(Held { sourced: SourcedOp { op, block: exec.block }, follows: false });
+        self.held.push(Held {
+            sourced: SourcedOp {
+                op,
+                block: exec.block,
+            },
+            follows: false,
+        });
         self.last = Some(edge);
         self.fixed = false;
         result
     }
 
-    /// How the held move goes on to the next one, which is made to start there, and where the held one has to end for that.
-    fn meet(&mut self, last: &Edge, corner: Point, enters: Point, edge: &mut Edge) -> (Joint, Result<Option<Point>, Problem>) {
+    /// How the held move goes on to the next one, which is made to start there, and where the held
+    /// one has to end for that.
+    fn meet(
+        &mut self,
+        last: &Edge,
+        corner: Point,
+        enters: Point,
+        edge: &mut Edge,
+    ) -> (Joint, Result<Option<Point>, Problem>) {
         if let Some(place) = self.strayed.take() {
             let last = last.astray(place, corner, self.left);
             let joint = joint(&last, enters, edge.shape, self.left);
@@ -176,7 +250,11 @@ impl Compensation {
         }
         let joint = joint(last, enters, edge.shape, self.left);
         let end = match joint {
-            Joint::Inside if !self.fixed => crossing(last.shape, last.end, edge.shape, edge.start, self.left).ok_or(NO_ROOM).map(Some),
+            Joint::Inside if !self.fixed => {
+                crossing(last.shape, last.end, edge.shape, edge.start, self.left)
+                    .ok_or(NO_ROOM)
+                    .map(Some)
+            }
             Joint::Outside => Ok(Some(last.end)),
             _ => Ok(None),
         };
@@ -193,14 +271,38 @@ impl Compensation {
         let [_, _, normal] = plane.axes();
         let [_, _, _, others @ ..] = *at;
         let turns = if self.left > 0.0 { -1 } else { 1 };
-        let arc = ArcFeed { plane, end, center, turns, axis_end: at[normal], others };
-        exec.out.push(SourcedOp { op: CanonicalOp::ArcFeed(arc), block: exec.block });
+        let arc = ArcFeed {
+            plane,
+            end,
+            center,
+            turns,
+            axis_end: at[normal],
+            others,
+        };
+        exec.out.push(SourcedOp {
+            op: CanonicalOp::ArcFeed(arc),
+            block: exec.block,
+        });
     }
 
     /// A move across the plane: it ends where the held move ends.
     fn across(&mut self, exec: &mut Exec<'_>, mut op: CanonicalOp) {
         let Some(last) = self.last else { return };
-        set_end(&mut op, exec.state.plane, along(self.strayed.unwrap_or(last.end), self.nose(exec.state.plane), 1.0));
-        self.held.push(Held { sourced: SourcedOp { op, block: exec.block }, follows: true });
+        set_end(
+            &mut op,
+            exec.state.plane,
+            along(
+                self.strayed.unwrap_or(last.end),
+                self.nose(exec.state.plane),
+                1.0,
+            ),
+        );
+        self.held.push(Held {
+            sourced: SourcedOp {
+                op,
+                block: exec.block,
+            },
+            follows: true,
+        });
     }
 }

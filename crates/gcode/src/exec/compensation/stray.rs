@@ -1,11 +1,13 @@
-//! Where LinuxCNC 2.9 takes the tool to be once it has read a profile (G70) under cutter compensation: at the profile's end.
+//! Where LinuxCNC 2.9 takes the tool to be once it has read a profile (G70) under cutter
+//! compensation: at the profile's end.
 //!
-//! Found from outside, by recordings of some hundred variants of one program. What its interpreter remembers of the move
-//! before is the compensated place and the programmed one; reading the profile overwrites the former. So until the next
-//! real move it goes to the profile's end, and the corner with that move is made as if the tool stood there: the direction
-//! of the move before is taken to be square to the way from the programmed place to the profile's end. The axes that the
-//! cycle does not name begin at the compensated place instead of the programmed one. Later versions do not do this
-//! (LinuxCNC issue 1785, pull request 3012).
+//! Found from outside, by recordings of some hundred variants of one program. What its interpreter
+//! remembers of the move before is the compensated place and the programmed one; reading the
+//! profile overwrites the former. So until the next real move it goes to the profile's end, and the
+//! corner with that move is made as if the tool stood there: the direction of the move before is
+//! taken to be square to the way from the programmed place to the profile's end. The axes that the
+//! cycle does not name begin at the compensated place instead of the programmed one. Later versions
+//! do not do this (LinuxCNC issue 1785, pull request 3012).
 
 use super::geometry::{Edge, Joint, Point, Shape, along, cross, direction, dot, left_of, minus};
 use super::in_plane;
@@ -14,23 +16,39 @@ use crate::exec::Exec;
 use crate::ops::Position;
 use crate::problem::Problem;
 
-const NOT_BESIDE: Problem =
-    Problem::Compensation { message: "the tool does not fit between this move and the one before it: it would gouge" };
+const NOT_BESIDE: Problem = Problem::Compensation {
+    message: "the tool does not fit between this move and the one before it: it would gouge",
+};
 
 impl Exec<'_> {
     /// Whether the tool strays as it does there.
     pub(crate) fn strays(&self) -> bool {
         self.config.leniencies.has(Leniency::FinishDetour)
-            && self.state.compensation.as_ref().is_some_and(|compensation| compensation.acts())
+            && self
+                .state
+                .compensation
+                .as_ref()
+                .is_some_and(|compensation| compensation.acts())
     }
 
-    /// The place at which a cycle that leads to `end` begins to read its profile: the axes that it does not name are where the tool is.
+    /// The place at which a cycle that leads to `end` begins to read its profile: the axes that it
+    /// does not name are where the tool is.
     pub(crate) fn place_for_profile(&self, end: &Position) -> Position {
         let mut place = *end;
         let plane = self.state.plane;
-        let Some(last) = self.state.compensation.as_ref().and_then(|compensation| compensation.last) else { return place };
+        let Some(last) = self
+            .state
+            .compensation
+            .as_ref()
+            .and_then(|compensation| compensation.last)
+        else {
+            return place;
+        };
         for (axis, value) in plane.axes().into_iter().zip(last.end) {
-            if self.word(b"XYZ".get(axis).copied().unwrap_or_default()).is_none() {
+            if self
+                .word(b"XYZ".get(axis).copied().unwrap_or_default())
+                .is_none()
+            {
                 place[axis] = value;
             }
         }
@@ -43,33 +61,58 @@ impl Exec<'_> {
         if !self.strays() {
             return false;
         }
-        let Some(compensation) = self.state.compensation.as_mut().filter(|compensation| compensation.last.is_some()) else { return false };
+        let Some(compensation) = self
+            .state
+            .compensation
+            .as_mut()
+            .filter(|compensation| compensation.last.is_some())
+        else {
+            return false;
+        };
         compensation.strayed = Some(place);
         true
     }
 }
 
 impl Edge {
-    /// The direction that the held move is taken to have had, the tool having strayed from the programmed `corner`.
+    /// The direction that the held move is taken to have had, the tool having strayed from the
+    /// programmed `corner`.
     pub(super) fn astray(self, place: Point, corner: Point, left: f64) -> Edge {
         let away = direction(corner, place).unwrap_or([1.0, 0.0]);
         let [first, second] = left_of(away);
-        Edge { leaves: if left > 0.0 { [-first, -second] } else { [first, second] }, ..self }
+        Edge {
+            leaves: if left > 0.0 {
+                [-first, -second]
+            } else {
+                [first, second]
+            },
+            ..self
+        }
     }
 
-    /// Where the held move ends then; `corner` is where it was programmed to. None where the moves just go on. Refused, if
-    /// it is a move of entry, where that is not on the tool's side of it.
-    pub(super) fn end_astray(&self, place: Point, corner: Point, joint: Joint, enters: Point, left: f64) -> Result<Option<Point>, Problem> {
+    /// Where the held move ends then; `corner` is where it was programmed to. None where the moves
+    /// just go on. Refused, if it is a move of entry, where that is not on the tool's side of it.
+    pub(super) fn end_astray(
+        &self,
+        place: Point,
+        corner: Point,
+        joint: Joint,
+        enters: Point,
+        left: f64,
+    ) -> Result<Option<Point>, Problem> {
         let end = match joint {
             Joint::Smooth => return Ok(None),
             Joint::Outside => place,
             Joint::Inside => {
-                let tangent_of_half = cross(self.leaves, enters).abs() / (1.0 + dot(self.leaves, enters));
+                let tangent_of_half =
+                    cross(self.leaves, enters).abs() / (1.0 + dot(self.leaves, enters));
                 along(place, self.leaves, -left.abs() * tangent_of_half)
             }
         };
         match self.shape {
-            Shape::Line(way) if self.entry && cross(way, minus(end, corner)) * left < 0.0 => Err(NOT_BESIDE),
+            Shape::Line(way) if self.entry && cross(way, minus(end, corner)) * left < 0.0 => {
+                Err(NOT_BESIDE)
+            }
             _ => Ok(Some(end)),
         }
     }

@@ -1,4 +1,5 @@
-//! Fanuc and Haas: patterns of holes, packed calls, dwells in milliseconds, codes that change no path, cycles that are not read.
+//! Fanuc and Haas: patterns of holes, packed calls, dwells in milliseconds, codes that change no
+//! path, cycles that are not read.
 
 use super::super::Interpreter;
 use crate::dialect::Dialect::{self, Fanuc, Haas};
@@ -10,51 +11,140 @@ use crate::syntax::{Text, Value, Word};
 
 /// An M98 P beyond this has the rounds in front of four digits of the program's number.
 const PACKED: f64 = 10_000.0;
-/// Codes in tenths that change no path: high-speed modes, look-ahead, and the ends of modes that cannot have begun.
+/// Codes in tenths that change no path: high-speed modes, look-ahead, and the ends of modes that
+/// cannot have begun.
 const IGNORED: [u16; 6] = [80, 150, 500, 501, 1030, 1870];
 const BOTH: &[Dialect] = &[Fanuc, Haas];
 const WRITE_OUT: &str = "have the CAM system write it out as moves";
-/// Codes in tenths that these controls have and this reader has not: whose they are, what they do, and what to do instead.
+/// Codes in tenths that these controls have and this reader has not: whose they are, what they do,
+/// and what to do instead.
 const CYCLES: [(&[Dialect], u16, &str, &str); 16] = [
     (&[Fanuc], 71, "cylindrical interpolation (Fanuc)", WRITE_OUT),
-    (&[Fanuc], 121, "polar coordinate interpolation (Fanuc)", WRITE_OUT),
-    (BOTH, 160, "programming in polar coordinates (Fanuc)", "write X and Y, or use @ and ^ of RS274/NGC"),
-    (BOTH, 310, "a move until a skip signal", "use G38.2 to G38.5 of RS274/NGC"),
-    (&[Haas], 350, "automatic tool diameter measurement (Haas)", "measure the tool beforehand and put it into the tool table"),
-    (&[Haas], 360, "automatic work offset measurement (Haas)", "set the work offset with G10 L2"),
-    (&[Haas], 370, "automatic tool offset measurement (Haas)", "measure the tool beforehand and put it into the tool table"),
-    (&[Haas], 470, "text engraving (Haas)", "have the CAM system write the letters out as moves"),
+    (
+        &[Fanuc],
+        121,
+        "polar coordinate interpolation (Fanuc)",
+        WRITE_OUT,
+    ),
+    (
+        BOTH,
+        160,
+        "programming in polar coordinates (Fanuc)",
+        "write X and Y, or use @ and ^ of RS274/NGC",
+    ),
+    (
+        BOTH,
+        310,
+        "a move until a skip signal",
+        "use G38.2 to G38.5 of RS274/NGC",
+    ),
+    (
+        &[Haas],
+        350,
+        "automatic tool diameter measurement (Haas)",
+        "measure the tool beforehand and put it into the tool table",
+    ),
+    (
+        &[Haas],
+        360,
+        "automatic work offset measurement (Haas)",
+        "set the work offset with G10 L2",
+    ),
+    (
+        &[Haas],
+        370,
+        "automatic tool offset measurement (Haas)",
+        "measure the tool beforehand and put it into the tool table",
+    ),
+    (
+        &[Haas],
+        470,
+        "text engraving (Haas)",
+        "have the CAM system write the letters out as moves",
+    ),
     (BOTH, 510, "scaling", WRITE_OUT),
     (BOTH, 511, "mirroring", WRITE_OUT),
-    (BOTH, 541, "an additional work coordinate system", "use G54 to G59.3"),
+    (
+        BOTH,
+        541,
+        "an additional work coordinate system",
+        "use G54 to G59.3",
+    ),
     (&[Haas], 1010, "mirroring (Haas)", WRITE_OUT),
     (BOTH, 1070, "cylindrical mapping", WRITE_OUT),
-    (&[Haas], 1360, "automatic measurement of the work offset's centre (Haas)", "set the work offset with G10 L2"),
-    (&[Haas], 1500, "general-purpose pocket milling (Haas)", "have the CAM system write the pocket out as moves"),
-    (&[Haas], 1540, "an additional work coordinate system (Haas)", "use G54 to G59.3"),
+    (
+        &[Haas],
+        1360,
+        "automatic measurement of the work offset's centre (Haas)",
+        "set the work offset with G10 L2",
+    ),
+    (
+        &[Haas],
+        1500,
+        "general-purpose pocket milling (Haas)",
+        "have the CAM system write the pocket out as moves",
+    ),
+    (
+        &[Haas],
+        1540,
+        "an additional work coordinate system (Haas)",
+        "use G54 to G59.3",
+    ),
 ];
 
 impl Interpreter {
     /// G70 to G72 of Haas: the cycle in force at the places of a pattern.
-    pub(super) fn hole_pattern(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
-        let is_pattern = |word: &Word| word.letter == b'G' && matches!(word.value, Value::Number(70.0 | 71.0 | 72.0));
-        let Some(at) = self.block.words.iter().position(is_pattern) else { return Ok(()) };
+    pub(super) fn hole_pattern(
+        &mut self,
+        out: &mut Vec<SourcedOp>,
+    ) -> Result<(), (Problem, Option<Text>)> {
+        let is_pattern = |word: &Word| {
+            word.letter == b'G' && matches!(word.value, Value::Number(70.0 | 71.0 | 72.0))
+        };
+        let Some(at) = self.block.words.iter().position(is_pattern) else {
+            return Ok(());
+        };
         let word = self.block.words.remove(at);
         self.collect_words()?;
-        let tenths = if let Value::Number(number) = word.value { (number * 10.0) as u16 } else { 0 };
-        let code = Code { letter: 'G', tenths };
-        let cycle = match (self.words.codes().iter().find(|used| used.row.group == crate::codes::Group::Motion), self.state.motion) {
-            (Some(used), _) => return Err((Problem::TwoAxisUsers { code, other: used.row.code }, Some(word.text))),
+        let tenths = if let Value::Number(number) = word.value {
+            (number * 10.0) as u16
+        } else {
+            0
+        };
+        let code = Code {
+            letter: 'G',
+            tenths,
+        };
+        let cycle = match (
+            self.words
+                .codes()
+                .iter()
+                .find(|used| used.row.group == crate::codes::Group::Motion),
+            self.state.motion,
+        ) {
+            (Some(used), _) => {
+                return Err((
+                    Problem::TwoAxisUsers {
+                        code,
+                        other: used.row.code,
+                    },
+                    Some(word.text),
+                ));
+            }
             (None, Some(cycle)) if matches!(cycle.tenths, 730 | 740 | 810..=890) => cycle,
             _ => {
                 return Err((
-                    Problem::Cycle { message: "a pattern of holes needs a canned cycle (G73, G74, G81 to G89) before it" },
+                    Problem::Cycle {
+                        message: "a pattern of holes needs a canned cycle (G73, G74, G81 to G89) before it",
+                    },
                     Some(word.text),
                 ));
             }
         };
         self.tell(Leniency::HolePatterns);
-        self.exec(out).pattern(code, cycle).map_err(|problem| (problem, Some(word.text)))
+        self.exec(out)
+            .pattern(code, cycle)
+            .map_err(|problem| (problem, Some(word.text)))
     }
 
     /// Rounds and number in one P of M98.
@@ -62,8 +152,20 @@ impl Interpreter {
         if !self.config.leniencies.has(Leniency::PackedCalls) || self.words.has(b'L') {
             return;
         }
-        let is_call = self.words.codes().iter().any(|used| used.row.code == Code { letter: 'M', tenths: 980 });
-        if let (true, Some(number)) = (is_call, self.words.get(b'P').and_then(whole).filter(|number| *number >= PACKED)) {
+        let is_call = self.words.codes().iter().any(|used| {
+            used.row.code
+                == Code {
+                    letter: 'M',
+                    tenths: 980,
+                }
+        });
+        if let (true, Some(number)) = (
+            is_call,
+            self.words
+                .get(b'P')
+                .and_then(whole)
+                .filter(|number| *number >= PACKED),
+        ) {
             self.words.put(b'P', number % PACKED);
             self.words.put(b'L', (number / PACKED).floor());
             self.tell(Leniency::PackedCalls);
@@ -73,9 +175,18 @@ impl Interpreter {
     /// Dwells in milliseconds: P without a decimal point; X and U are seconds.
     pub(crate) fn fanuc_dwell(&mut self) {
         let is_dwell = self.words.has_g(40);
-        let is_cycle = |code: Code| matches!(code.tenths, 730..=742 | 810..=890) && code.letter == 'G';
-        let named = self.words.codes().iter().any(|used| is_cycle(used.row.code));
-        let motion = self.words.codes().iter().any(|used| used.row.group == crate::codes::Group::Motion);
+        let is_cycle =
+            |code: Code| matches!(code.tenths, 730..=742 | 810..=890) && code.letter == 'G';
+        let named = self
+            .words
+            .codes()
+            .iter()
+            .any(|used| is_cycle(used.row.code));
+        let motion = self
+            .words
+            .codes()
+            .iter()
+            .any(|used| used.row.group == crate::codes::Group::Motion);
         if is_dwell && !self.words.has(b'P') {
             for letter in *b"XU" {
                 if let Some(seconds) = self.words.get(letter) {
@@ -87,8 +198,14 @@ impl Interpreter {
             && let Some(value) = self.words.get(b'P')
         {
             let text = self.words.text(b'P');
-            let written = self.line.get(text.start as usize..(text.start + text.len) as usize).unwrap_or_default();
-            if !written.iter().any(|byte| matches!(byte, b'.' | b'[' | b'#')) {
+            let written = self
+                .line
+                .get(text.start as usize..(text.start + text.len) as usize)
+                .unwrap_or_default();
+            if !written
+                .iter()
+                .any(|byte| matches!(byte, b'.' | b'[' | b'#'))
+            {
                 self.words.put(b'P', value / 1000.0);
             }
         }
@@ -97,10 +214,16 @@ impl Interpreter {
     /// Takes codes off the line that change no path; true if nothing is left of it.
     pub(super) fn ignore_codes(&mut self) -> bool {
         // G5.1 is a spline in RS274/NGC; with Q alone it switches a mode of the control.
-        let spline = self.block.words.iter().any(|word| !matches!(word.letter, b'G' | b'Q' | b'R'));
+        let spline = self
+            .block
+            .words
+            .iter()
+            .any(|word| !matches!(word.letter, b'G' | b'Q' | b'R'));
         let ignored = |word: &Word| match (word.letter, word.value) {
             (b'G', Value::Number(5.1)) => !spline,
-            (b'G', Value::Number(number)) => IGNORED.iter().any(|tenths| f64::from(*tenths) == number * 10.0),
+            (b'G', Value::Number(number)) => IGNORED
+                .iter()
+                .any(|tenths| f64::from(*tenths) == number * 10.0),
             // M29, rigid tapping: the cycle that follows taps in step anyway.
             (b'M', Value::Number(29.0)) => true,
             _ => false,
@@ -109,10 +232,20 @@ impl Interpreter {
             return false;
         }
         self.tell(Leniency::IgnoredCodes);
-        let rigid = self.block.words.iter().any(|word| word.letter == b'M' && ignored(word));
+        let rigid = self
+            .block
+            .words
+            .iter()
+            .any(|word| word.letter == b'M' && ignored(word));
         self.block.words.retain(|word| !ignored(word));
         // What is left belongs to the mode, or to other codes.
-        if !rigid && self.block.words.iter().all(|word| matches!(word.letter, b'P' | b'Q' | b'R' | b'E' | b'S')) {
+        if !rigid
+            && self
+                .block
+                .words
+                .iter()
+                .all(|word| matches!(word.letter, b'P' | b'Q' | b'R' | b'E' | b'S'))
+        {
             self.block.words.clear();
         }
         self.block.words.is_empty()
@@ -120,9 +253,14 @@ impl Interpreter {
 
     /// A code that this control has and this reader has not.
     pub(crate) fn control_cycle(&self, problem: Problem) -> Problem {
-        let Problem::UnsupportedCode { code } = problem else { return problem };
-        let known =
-            CYCLES.iter().find(|(whose, tenths, ..)| code.letter == 'G' && *tenths == code.tenths && whose.contains(&self.config.dialect));
-        known.map_or(Problem::UnsupportedCode { code }, |(_, _, what, hint)| Problem::ControlCycle { code, what, hint })
+        let Problem::UnsupportedCode { code } = problem else {
+            return problem;
+        };
+        let known = CYCLES.iter().find(|(whose, tenths, ..)| {
+            code.letter == 'G' && *tenths == code.tenths && whose.contains(&self.config.dialect)
+        });
+        known.map_or(Problem::UnsupportedCode { code }, |(_, _, what, hint)| {
+            Problem::ControlCycle { code, what, hint }
+        })
     }
 }

@@ -1,4 +1,5 @@
-//! Lines of other dialects: what of them is rewritten, skipped or called before the words are carried out.
+//! Lines of other dialects: what of them is rewritten, skipped or called before the words are
+//! carried out.
 
 mod controls;
 mod exponents;
@@ -34,7 +35,11 @@ impl Interpreter {
 
     /// Reports what a leniency forgives: a warning if it is accepted, an error otherwise.
     pub(crate) fn forgive(&mut self, problem: Problem, leniency: Leniency) {
-        self.report(if self.config.leniencies.has(leniency) { problem } else { Problem::NotLenient { leniency } });
+        self.report(if self.config.leniencies.has(leniency) {
+            problem
+        } else {
+            Problem::NotLenient { leniency }
+        });
     }
 
     /// Another try at a line that is a fault in RS274/NGC.
@@ -48,24 +53,37 @@ impl Interpreter {
                 }
                 return Ok(());
             }
-            Err(Fault { rest, problem }) if matches!(*problem, Problem::Checksum { .. }) => return Err(Fault { rest, problem }),
+            Err(Fault { rest, problem }) if matches!(*problem, Problem::Checksum { .. }) => {
+                return Err(Fault { rest, problem });
+            }
             _ => {}
         }
         if is_heidenhain(&self.line) {
             self.state.ended = true;
-            return Err(Fault { problem: Box::new(Problem::Heidenhain), ..fault });
+            return Err(Fault {
+                problem: Box::new(Problem::Heidenhain),
+                ..fault
+            });
         }
         match siemens_word(&self.line) {
-            Some(what) => Err(Fault { problem: Box::new(Problem::Siemens { what }), ..fault }),
+            Some(what) => Err(Fault {
+                problem: Box::new(Problem::Siemens { what }),
+                ..fault
+            }),
             None => Err(fault),
         }
     }
 
     /// What a dialect other than RS274/NGC makes of a line before its words are collected.
     #[cold]
-    pub(crate) fn dialect_line(&mut self, out: &mut Vec<SourcedOp>) -> Result<Line, (Problem, Option<Text>)> {
+    pub(crate) fn dialect_line(
+        &mut self,
+        out: &mut Vec<SourcedOp>,
+    ) -> Result<Line, (Problem, Option<Text>)> {
         let accepted = self.config.leniencies;
-        if self.config.dialect == Dialect::Siemens && !(self.block.words.is_empty() && self.block.settings.is_empty()) {
+        if self.config.dialect == Dialect::Siemens
+            && !(self.block.words.is_empty() && self.block.settings.is_empty())
+        {
             let what = siemens_word(&self.line).unwrap_or("the program");
             self.state.ended = true;
             return Err((Problem::Siemens { what }, None));
@@ -76,15 +94,30 @@ impl Interpreter {
         if accepted.has(Leniency::IgnoredCodes) && self.ignore_codes() {
             return Ok(Line::Done);
         }
-        let has =
-            |letter: u8, number: f64| self.block.words.iter().any(|word| word.letter == letter && word.value == Value::Number(number));
-        if accepted.has(Leniency::MacroCalls) && (has(b'G', 65.0) || has(b'G', 66.0) || has(b'G', 67.0)) {
-            return self.macro_line().map(|()| Line::Done).map_err(|problem| (problem, None));
+        let has = |letter: u8, number: f64| {
+            self.block
+                .words
+                .iter()
+                .any(|word| word.letter == letter && word.value == Value::Number(number))
+        };
+        if accepted.has(Leniency::MacroCalls)
+            && (has(b'G', 65.0) || has(b'G', 66.0) || has(b'G', 67.0))
+        {
+            return self
+                .macro_line()
+                .map(|()| Line::Done)
+                .map_err(|problem| (problem, None));
         }
         if accepted.has(Leniency::LocalCalls) && has(b'M', 97.0) {
-            return self.local_call().map(|()| Line::Done).map_err(|problem| (problem, None));
+            return self
+                .local_call()
+                .map(|()| Line::Done)
+                .map_err(|problem| (problem, None));
         }
-        let patterns = accepted.has(Leniency::HolePatterns) && [70.0, 71.0, 72.0].into_iter().any(|number| has(b'G', number));
+        let patterns = accepted.has(Leniency::HolePatterns)
+            && [70.0, 71.0, 72.0]
+                .into_iter()
+                .any(|number| has(b'G', number));
         if patterns {
             return self.hole_pattern(out).map(|()| Line::Done);
         }
@@ -95,7 +128,8 @@ impl Interpreter {
     #[cold]
     pub(crate) fn reconcile(&mut self, problem: &Problem) -> bool {
         let accepted = self.config.leniencies;
-        if let (Problem::TwoAxisUsers { code, other }, true) = (problem, accepted.has(Leniency::ExtraMotion))
+        if let (Problem::TwoAxisUsers { code, other }, true) =
+            (problem, accepted.has(Leniency::ExtraMotion))
             && matches!(code.tenths, 280 | 300)
             && is_straight(*other)
         {

@@ -19,7 +19,8 @@ impl Numeric {
         if self.free.len() == 5 { 5 } else { 6 }
     }
 
-    /// Pivots of J J' in falling order: squares of how fast the tool can be moved, for the weakest directions left last.
+    /// Pivots of J J' in falling order: squares of how fast the tool can be moved, for the weakest
+    /// directions left last.
     pub(super) fn pivots(&self, joints: &Coords, tool: &[f64; 3]) -> Vec<f64> {
         let jacobian = self.jacobian(joints, tool);
         let mut square = jacobian * jacobian.transpose();
@@ -50,7 +51,12 @@ impl Numeric {
     pub(super) fn jacobian(&self, joints: &Coords, tool: &[f64; 3]) -> Jacobian {
         let mut matrix = Jacobian::zeros();
         let frame = self.frame(joints);
-        for (joint, (linear, angular)) in self.chain.joints.iter().zip(self.chain.jacobian(joints, tool)) {
+        for (joint, (linear, angular)) in self
+            .chain
+            .joints
+            .iter()
+            .zip(self.chain.jacobian(joints, tool))
+        {
             let column = joint.axis.index();
             if !self.free.contains(joint.axis) {
                 continue;
@@ -73,27 +79,53 @@ impl Numeric {
         [side, cross(axis, side), axis]
     }
 
-    /// The way still to go: of the tip in mm, of the tool's frame as a rotation vector (to first order) times an arm.
-    pub(super) fn residual<R: Real>(&self, target: &Pose<R>, joints: &[R; AXES], frame: &[[f64; 3]; 3], tool: &[f64; 3]) -> Residual<R> {
+    /// The way still to go: of the tip in mm, of the tool's frame as a rotation vector (to first
+    /// order) times an arm.
+    pub(super) fn residual<R: Real>(
+        &self,
+        target: &Pose<R>,
+        joints: &[R; AXES],
+        frame: &[[f64; 3]; 3],
+        tool: &[f64; 3],
+    ) -> Residual<R> {
         let here = Pose::of_joints(&self.chain, joints, tool);
         let way = sub(target.tip, here.tip);
         let half = R::constant(0.5 * ARM_MM);
         let turn: Vector<R> = if self.rows() == 5 {
-            scale(cross(here.columns[2], target.columns[2]), R::constant(ARM_MM))
+            scale(
+                cross(here.columns[2], target.columns[2]),
+                R::constant(ARM_MM),
+            )
         } else {
-            let crosses = here.columns.iter().zip(&target.columns).map(|(here, there)| cross(*here, *there));
+            let crosses = here
+                .columns
+                .iter()
+                .zip(&target.columns)
+                .map(|(here, there)| cross(*here, *there));
             scale(crosses.fold([R::constant(0.0); 3], add), half)
         };
         let told = |row: usize| dot(frame[row].map(R::constant), turn);
-        let last = if self.rows() == 5 { R::constant(0.0) } else { told(2) };
+        let last = if self.rows() == 5 {
+            R::constant(0.0)
+        } else {
+            told(2)
+        };
         [way[0], way[1], way[2], told(0), told(1), last]
     }
 
-    /// Angle-like size of what is still to turn: the first-order turn vanishes at half a turn, too, which is told apart here.
-    pub(super) fn is_turned_away(&self, target: &Pose<f64>, joints: &Coords, tool: &[f64; 3]) -> bool {
+    /// Angle-like size of what is still to turn: the first-order turn vanishes at half a turn, too,
+    /// which is told apart here.
+    pub(super) fn is_turned_away(
+        &self,
+        target: &Pose<f64>,
+        joints: &Coords,
+        tool: &[f64; 3],
+    ) -> bool {
         let here = Pose::of_joints(&self.chain, &joints.0, tool);
         let count = if self.rows() == 5 { 2..3 } else { 0..3 };
-        count.into_iter().any(|i| dot(here.columns[i], target.columns[i]) < 0.0)
+        count
+            .into_iter()
+            .any(|i| dot(here.columns[i], target.columns[i]) < 0.0)
     }
 
     /// (J J' + lambda I)^-1, then J'.
@@ -103,7 +135,9 @@ impl Numeric {
         for i in 0..6 {
             square[(i, i)] += lambda;
         }
-        square.cholesky().map(|factor| jacobian.transpose() * factor.inverse())
+        square
+            .cholesky()
+            .map(|factor| jacobian.transpose() * factor.inverse())
     }
 }
 
