@@ -1,24 +1,33 @@
 //! Ground floor of lostmotion: what every other crate shares and nothing more.
 //!
-//! Units inside the project are mm, s, rad, N, N m, A, V. Numbers that cross a public boundary
-//! carry their unit in a newtype ([`units`]) or in the field's name (`gap_mm`).
+//! Axes and coordinates, units, ticks and spans; the numbers that kinematics are written in; and
+//! the numerics that several crates need: vectors, linear algebra, roots, random numbers.
+//!
+//! Units inside the project are mm, s, rad, N, N m, A, V. A number that crosses a public boundary
+//! says its unit in its name (`gap_mm`) or in its documentation; [`units`] converts between what
+//! people write and what the project computes in.
 
 pub mod axis;
 pub mod coords;
 pub mod jet;
 pub mod limits;
+pub mod linalg;
 pub mod math;
 pub mod plane;
+pub mod random;
 pub mod real;
+pub mod root;
 pub mod span;
 pub mod tick;
 pub mod units;
+pub mod vec;
 
 pub use axis::{AXES, AxisId, AxisSet};
 pub use coords::Coords;
 pub use jet::Jet;
 pub use limits::{AxisLimits, LimitError};
 pub use plane::Plane;
+pub use random::Random;
 pub use real::Real;
 pub use span::{BlockRef, Span};
 pub use tick::{Clock, Tick};
