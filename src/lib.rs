@@ -26,6 +26,7 @@ pub use lostmotion_axis as axis;
 pub use lostmotion_base as base;
 pub use lostmotion_contour as contour;
 pub use lostmotion_gcode as gcode;
+pub use lostmotion_gcode_tools as gcode_tools;
 #[cfg(feature = "fit")]
 pub use lostmotion_identify as identify;
 pub use lostmotion_kinematics as kinematics;

@@ -14,6 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const ALLOWED: &[(&str, &[&str])] = &[
     ("lostmotion-base", &[]),
     ("lostmotion-gcode", &["base"]),
+    ("lostmotion-gcode-tools", &["base", "gcode"]),
     ("lostmotion-path", &["base"]),
     ("lostmotion-axis", &["base"]),
     ("lostmotion-kinematics", &["base", "path"]),
@@ -34,7 +35,15 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     (
         "lostmotion-report",
-        &["base", "axis", "contour", "plan", "gcode", "sim"],
+        &[
+            "base",
+            "axis",
+            "contour",
+            "plan",
+            "gcode",
+            "gcode-tools",
+            "sim",
+        ],
     ),
     (
         "lostmotion-study",
@@ -45,6 +54,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "base",
             "gcode",
+            "gcode-tools",
             "path",
             "kinematics",
             "plan",
@@ -62,6 +72,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
 /// Crates from outside that a room must never see, whatever the way.
 const FORBIDDEN: &[(&str, &[&str])] = &[
     ("lostmotion-gcode", &["nalgebra", "faer", "clarabel"]),
+    ("lostmotion-gcode-tools", &["nalgebra", "faer", "clarabel"]),
     ("lostmotion-axis", &["nalgebra", "faer", "clarabel", "nom"]),
     ("lostmotion-path", &["faer", "clarabel", "nom"]),
     ("lostmotion-plan", &["faer", "clarabel", "nom"]),

@@ -3,7 +3,8 @@
 use crate::ops::Position;
 use crate::problem::Problem;
 use crate::state::State;
-use crate::syntax::evaluate::{Lookup, valued, whole};
+use crate::syntax::evaluate::{Lookup, valued};
+use crate::syntax::number::whole;
 use crate::system_names::system_name;
 use std::collections::BTreeMap;
 
@@ -21,7 +22,7 @@ pub(crate) const G92: u16 = 5211;
 pub(crate) const SYSTEM: u16 = 5220;
 /// Origin of G54; those of the other systems follow 20 apart, each with its rotation after the nine
 /// axes.
-pub(crate) const SYSTEM_ORIGINS: u16 = 5221;
+pub const SYSTEM_ORIGINS: u16 = 5221;
 /// Parameters that a program cannot set.
 const READ_ONLY: std::ops::RangeInclusive<u16> = 5400..=5428;
 

@@ -1,8 +1,8 @@
 //! Findings as documents.
 #![allow(clippy::unwrap_used)]
 
-use lostmotion_gcode::lint::{Levels, lint};
 use lostmotion_gcode::{InterpreterConfig, Program, catalog};
+use lostmotion_gcode_tools::lint::{Levels, lint};
 use lostmotion_report::findings::{Counts, Finding, Origin, write_json, write_sarif};
 use serde_json::Value;
 use std::fs;
@@ -198,7 +198,7 @@ fn every_hostile_program_has_a_document() {
 fn rules_are_known() {
     for finding in findings(PART.as_bytes(), "part").0 {
         let known = catalog::find(&finding.code).is_some()
-            || lostmotion_gcode::lint::rules::find(&finding.code).is_some();
+            || lostmotion_gcode_tools::lint::rules::find(&finding.code).is_some();
         assert!(known, "{}", finding.code);
     }
 }

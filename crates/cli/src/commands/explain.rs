@@ -7,7 +7,7 @@ use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::input;
 use crate::voice::Voice;
-use lostmotion::gcode::explain::explain;
+use lostmotion::gcode_tools::explain::explain;
 use std::path::Path;
 
 /// Explains a line. What is wrong with the program is only counted here.

@@ -5,7 +5,7 @@ use crate::args::front::{FormatPart, LetterCase};
 use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{input, output};
-use lostmotion::gcode::format::{
+use lostmotion::gcode_tools::format::{
     Case, FormatOptions, FormatSummary, LineNumbers, format, refers_to_line_numbers,
 };
 use lostmotion::report::atomic::AtomicFile;

@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{input, output};
 use lostmotion::gcode::Severity;
-use lostmotion::gcode::lint::{Level, Levels, lint, rules};
+use lostmotion::gcode_tools::lint::{Level, Levels, lint, rules};
 use lostmotion::report::findings::{Finding, Origin};
 use lostmotion::sim::{Machine, ProgramSource, SimError, SimulateOptions};
 

@@ -6,7 +6,7 @@ use crate::diagnostics::Findings;
 use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{input, output};
-use lostmotion::gcode::writer::{WriterError, Written, write_program};
+use lostmotion::gcode_tools::writer::{WriterError, Written, write_program};
 use lostmotion::report::atomic::AtomicFile;
 use std::io::ErrorKind;
 

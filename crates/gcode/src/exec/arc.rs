@@ -5,7 +5,7 @@ use super::arc_geometry::{Planar, center_from_radius, check_center, length};
 use crate::dialect::Leniency;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, Units};
 use crate::problem::{Code, Problem};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use lostmotion_base::math;
 
 /// Letters of the centre by axis index.

@@ -4,7 +4,7 @@ use super::Exec;
 use crate::ops::CanonicalOp;
 use crate::problem::{Code, Problem};
 use crate::state::Spindle;
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 
 impl Exec<'_> {
     /// The spindle that `$` names for a move in step with it, 0 without the word.

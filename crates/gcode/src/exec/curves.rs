@@ -5,7 +5,7 @@ use crate::motion::curve_length;
 use crate::ops::{CanonicalOp, ControlPoint, NurbsFeed, Plane, Position};
 use crate::problem::{Code, Problem};
 use crate::state::FeedMode;
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use serde::{Deserialize, Serialize};
 
 /// Order of a NURBS block where L does not say.

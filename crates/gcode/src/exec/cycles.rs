@@ -8,7 +8,7 @@ use crate::dialect::{Dialect, Leniency};
 use crate::ops::{CanonicalOp, PathControl, Position};
 use crate::problem::{Code, Problem};
 use crate::state::{CycleWords, FeedMode};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 
 /// What is missing without the word of the axis that is drilled along.
 const BOTTOM: [&str; 3] = [

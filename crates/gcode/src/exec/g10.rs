@@ -6,7 +6,7 @@ use crate::dialect::Leniency;
 use crate::ops::{CanonicalOp, Position};
 use crate::problem::{Code, Problem};
 use crate::state::{Offsets, convert, rotate, subtract};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use crate::tool_table::{Tool, ToolTable};
 
 /// The system that L11 measures tools in: G59.3.

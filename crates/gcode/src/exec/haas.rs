@@ -3,7 +3,7 @@
 use super::Exec;
 use crate::ops::{ArcFeed, CanonicalOp, Position};
 use crate::problem::{Code, Problem};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use lostmotion_base::math;
 use lostmotion_base::units::rad;
 

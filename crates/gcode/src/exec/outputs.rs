@@ -3,7 +3,7 @@
 use super::Exec;
 use crate::ops::{CanonicalOp, OutputValue, WaitFor};
 use crate::problem::{Code, Problem};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 
 /// Highest number of an input or output.
 const HIGHEST: f64 = 255.0;

@@ -8,7 +8,7 @@ use crate::ops::CanonicalOp;
 use crate::problem::{Code, Problem};
 use crate::state::FeedMode;
 use crate::syntax::Text;
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 
 /// G5, which goes on as the one before it ended.
 const CUBIC: Code = Code {

@@ -3,7 +3,7 @@
 use super::Exec;
 use crate::ops::{CanonicalOp, OrientWay};
 use crate::problem::{Code, Problem};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 
 /// Highest rev/min of constant surface speed where D does not say: none.
 const NO_LIMIT: f64 = 1e30;

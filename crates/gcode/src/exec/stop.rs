@@ -6,7 +6,7 @@ use crate::dialect::Leniency;
 use crate::ops::{CanonicalOp, Plane};
 use crate::problem::{Code, Problem};
 use crate::state::FeedMode;
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 
 /// M0.
 pub(crate) fn stop(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {

@@ -3,7 +3,7 @@
 use super::Exec;
 use crate::ops::{CanonicalOp, Plane};
 use crate::problem::{Code, Problem};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use lostmotion_base::math;
 use lostmotion_base::units::rad;
 

@@ -5,7 +5,7 @@ use crate::dialect::Dialect;
 use crate::ops::{CanonicalOp, Position};
 use crate::problem::{Code, Problem};
 use crate::state::convert;
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 
 impl Exec<'_> {
     /// T.

@@ -4,7 +4,7 @@ use super::{Exec, Jump};
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position};
 use crate::problem::{Code, Problem};
 use crate::state::FeedMode;
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use crate::turning::{self, Finishing, Frame, Move, Pockets, ProfileMove, Roughing, Trouble};
 
 /// I and R where they are not given (LinuxCNC: 1 and 0.5, whatever the units).

@@ -5,7 +5,6 @@ use crate::codes::{CodeRow, Group, find};
 use crate::dialect::{Leniencies, Leniency};
 use crate::problem::{Code, Problem};
 use crate::syntax::Text;
-use crate::syntax::evaluate::whole;
 
 /// Letters of the axes in index order.
 pub(crate) const AXIS_LETTERS: [u8; 9] = *b"XYZABCUVW";
@@ -49,15 +48,6 @@ pub(crate) struct Words {
     pub(crate) accepted: Leniencies,
     /// A leniency that a code of the block takes.
     pub(crate) taken: Option<Leniency>,
-}
-
-/// The code of a letter and number; none for numbers that no code has.
-pub(crate) fn code_of(letter: char, value: f64) -> Option<Code> {
-    let tenths = whole(value * 10.0).filter(|tenths| (0.0..=65_535.0).contains(tenths))?;
-    Some(Code {
-        letter,
-        tenths: tenths as u16,
-    })
 }
 
 fn slot(letter: u8) -> usize {
@@ -154,7 +144,7 @@ impl Words {
 
     fn add_code(&mut self, letter: u8, value: f64, text: Text) -> Result<(), Problem> {
         let letter = char::from(letter);
-        let code = code_of(letter, value).ok_or(Problem::NotACode { letter, value })?;
+        let code = Code::of(letter, value).ok_or(Problem::NotACode { letter, value })?;
         let row = find(code).ok_or(Problem::UnsupportedCode { code })?;
         if let Some(leniency) = row.leniency {
             if !self.accepted.has(leniency) {

@@ -9,7 +9,7 @@ use crate::exec::context::Saved;
 use crate::ops::SourcedOp;
 use crate::problem::{Code, Problem};
 use crate::syntax::Keyword;
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 
 const M98: Code = Code {
     letter: 'M',

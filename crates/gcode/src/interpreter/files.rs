@@ -4,7 +4,7 @@ use super::Interpreter;
 use super::tape::{Place, Tape};
 use crate::problem::Problem;
 use crate::source::{LineKind, Lines};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use crate::syntax::{Block, Keyword, Label, Value, parse_block};
 use std::sync::Arc;
 

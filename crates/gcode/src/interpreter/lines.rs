@@ -4,10 +4,10 @@ use super::flow::Record;
 use super::tape::Tape;
 use super::{Interpreter, Percent, Step};
 use crate::codes::{self, AxisUse, Group};
-use crate::exec::words::code_of;
 use crate::ops::SourcedOp;
+use crate::problem::Code;
 use crate::problem::Problem;
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use crate::syntax::{Block, Keyword, Label, Text, Value, parse_block};
 use lostmotion_base::span::Span;
 
@@ -57,7 +57,7 @@ impl Interpreter {
             let Value::Number(number) = word.value else {
                 continue;
             };
-            let Some(code) = code_of('G', number) else {
+            let Some(code) = Code::of('G', number) else {
                 continue;
             };
             match codes::find(code) {

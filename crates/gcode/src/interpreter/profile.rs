@@ -10,7 +10,7 @@ use crate::ops::{Position, SourcedOp};
 use crate::problem::{Code, Problem};
 use crate::state::State;
 use crate::syntax::Text;
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use crate::turning::{Corner, Piece, ProfileMove, Trouble};
 use lostmotion_base::span::BlockRef;
 

@@ -1,5 +1,6 @@
 //! A code as it stands in a program.
 
+use crate::syntax::number::whole;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -10,6 +11,17 @@ pub struct Code {
     pub letter: char,
     /// Ten times the number.
     pub tenths: u16,
+}
+
+impl Code {
+    /// The code of a letter and number; `None` for numbers that no code has.
+    pub fn of(letter: char, value: f64) -> Option<Code> {
+        let tenths = whole(value * 10.0).filter(|tenths| (0.0..=65_535.0).contains(tenths))?;
+        Some(Code {
+            letter,
+            tenths: tenths as u16,
+        })
+    }
 }
 
 impl fmt::Display for Code {

@@ -9,7 +9,8 @@ pub use crate::exec::five_axis::TipControl;
 use crate::ops::{PathControl, Plane, Position, Units};
 use crate::problem::Code;
 pub use offsets::Offsets;
-pub(crate) use offsets::{add, convert, is_angle, rotate, subtract};
+pub(crate) use offsets::is_angle;
+pub use offsets::{add, convert, rotate, subtract};
 use serde::{Deserialize, Serialize};
 
 /// What F means.

@@ -47,17 +47,17 @@ impl Offsets {
 }
 
 /// Sum by axis.
-pub(crate) fn add(a: &Position, b: &Position) -> Position {
+pub fn add(a: &Position, b: &Position) -> Position {
     std::array::from_fn(|axis| a[axis] + b[axis])
 }
 
 /// Difference by axis.
-pub(crate) fn subtract(a: &Position, b: &Position) -> Position {
+pub fn subtract(a: &Position, b: &Position) -> Position {
     std::array::from_fn(|axis| a[axis] - b[axis])
 }
 
 /// Turns X and Y about the origin.
-pub(crate) fn rotate(position: &mut Position, degrees: f64) {
+pub fn rotate(position: &mut Position, degrees: f64) {
     if degrees != 0.0 {
         let (sin, cos) = math::sin_cos(rad(degrees));
         let [x, y, ..] = *position;
@@ -67,7 +67,7 @@ pub(crate) fn rotate(position: &mut Position, degrees: f64) {
 }
 
 /// A position whose lengths are in other units.
-pub(crate) fn convert(position: &Position, from: Units, to: Units) -> Position {
+pub fn convert(position: &Position, from: Units, to: Units) -> Position {
     let mut converted = *position;
     for (index, coordinate) in converted.iter_mut().enumerate() {
         if !is_angle(index) {

@@ -59,6 +59,20 @@ pub enum Binary {
     Xor,
 }
 
+impl Binary {
+    /// How tightly it binds, from 0. AND, OR and XOR share one precedence, and so do all
+    /// comparisons.
+    pub const fn precedence(self) -> u8 {
+        match self {
+            Binary::Power => 4,
+            Binary::Times | Binary::Divide | Binary::Modulo => 3,
+            Binary::Plus | Binary::Minus => 2,
+            Binary::And | Binary::Or | Binary::Xor => 0,
+            _ => 1,
+        }
+    }
+}
+
 /// One step of a postfix expression. Names are stretches of [`Block::names`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Op {

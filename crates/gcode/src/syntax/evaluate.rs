@@ -7,8 +7,6 @@ use lostmotion_base::units::{deg, rad};
 
 /// Comparisons for equality allow this difference (LinuxCNC's interpreter does).
 const EQUAL: f64 = 1e-5;
-/// A number this near to a whole one is taken for it.
-pub(crate) const WHOLE: f64 = 1e-4;
 
 /// What expressions read.
 pub(crate) trait Lookup {
@@ -163,14 +161,4 @@ fn binary(operator: Binary, left: f64, right: f64) -> Result<f64, Problem> {
         Binary::Or => truth(left != 0.0 || right != 0.0),
         Binary::Xor => truth((left != 0.0) != (right != 0.0)),
     })
-}
-
-/// The whole number that a value stands for.
-pub(crate) fn whole(value: f64) -> Option<f64> {
-    let nearest = value.round();
-    if (value - nearest).abs() <= WHOLE {
-        Some(nearest)
-    } else {
-        None
-    }
 }

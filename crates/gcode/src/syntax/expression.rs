@@ -6,7 +6,7 @@
 use super::block::{Op, Target, Text, Value};
 use super::fault::{Parsed, fail};
 use super::number::{number, skip};
-use super::operators::{Tried, binary, function, precedence};
+use super::operators::{Tried, binary, function};
 use crate::problem::Problem;
 use nom::Parser;
 use nom::bytes::complete::{tag, tag_no_case, take_while1};
@@ -190,7 +190,7 @@ fn operations<'a>(
         let Ok((after, operator)) = binary(at) else {
             return Ok((at, ()));
         };
-        let precedence = precedence(operator);
+        let precedence = operator.precedence();
         if precedence < least {
             return Ok((at, ()));
         }

@@ -6,17 +6,6 @@ use nom::bytes::complete::{tag, tag_no_case};
 use nom::combinator::value;
 use nom::{IResult, Parser};
 
-/// AND, OR and XOR share one precedence, and so do all comparisons.
-pub(crate) const fn precedence(operator: Binary) -> u8 {
-    match operator {
-        Binary::Power => 4,
-        Binary::Times | Binary::Divide | Binary::Modulo => 3,
-        Binary::Plus | Binary::Minus => 2,
-        Binary::And | Binary::Or | Binary::Xor => 0,
-        _ => 1,
-    }
-}
-
 /// An alternative that was tried: why it is none is not asked for, and costs nothing.
 pub(super) type Tried<'a, T> = IResult<&'a [u8], T, ()>;
 

@@ -7,8 +7,8 @@ pub use json::write as write_json;
 pub use sarif::write as write_sarif;
 
 use lostmotion_base::span::Span;
-use lostmotion_gcode::lint::{Level, LintFinding};
 use lostmotion_gcode::{CallSite, Diagnostic, Provenance, Severity};
+use lostmotion_gcode_tools::lint::{Level, LintFinding};
 use serde::Serialize;
 use serde_json::{Map, Value};
 

@@ -3,8 +3,8 @@
 
 use super::{Call, Finding};
 use lostmotion_base::span::Span;
-use lostmotion_gcode::lint::Level;
-use lostmotion_gcode::{Severity, catalog, lint};
+use lostmotion_gcode::{Severity, catalog};
+use lostmotion_gcode_tools::lint::{Level, rules};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -46,7 +46,7 @@ const fn level(severity: Severity) -> &'static str {
 
 /// What is known about a code.
 fn rule(code: &str) -> Value {
-    let (severity, summary, advice) = match (catalog::find(code), lint::rules::find(code)) {
+    let (severity, summary, advice) = match (catalog::find(code), rules::find(code)) {
         (Some(row), _) => (row.severity, row.summary, row.advice),
         (None, Some(rule)) if rule.level == Level::Deny => {
             (Severity::Error, rule.summary, rule.advice)

@@ -13,7 +13,7 @@ mod stray;
 use super::Exec;
 use crate::ops::{CanonicalOp, Plane, Position, SourcedOp};
 use crate::problem::{Code, Problem};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use geometry::{Edge, Point};
 use serde::{Deserialize, Serialize};
 

@@ -6,7 +6,7 @@ use crate::dialect::Dialect::{self, Fanuc, Haas};
 use crate::dialect::Leniency;
 use crate::ops::SourcedOp;
 use crate::problem::{Code, Problem};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 use crate::syntax::{Text, Value, Word};
 
 /// An M98 P beyond this has the rounds in front of four digits of the program's number.

@@ -3,7 +3,7 @@
 use super::super::Interpreter;
 use crate::dialect::Leniency;
 use crate::problem::{Code, Problem};
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 
 /// Numbers of the parameters that the letters A to Z of a G65 set; 0 for letters that are no
 /// arguments.

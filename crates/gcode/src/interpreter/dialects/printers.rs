@@ -4,7 +4,7 @@ use super::super::Interpreter;
 use super::Line;
 use crate::dialect::Leniency;
 use crate::syntax::Value;
-use crate::syntax::evaluate::whole;
+use crate::syntax::number::whole;
 
 /// G codes in tenths, and M codes, of printers that mean the same here.
 const PRINTER_G: [u16; 25] = [

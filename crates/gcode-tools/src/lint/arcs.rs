@@ -1,0 +1,180 @@
+//! Arcs whose shape hangs on the last digit.
+
+use super::moves::Leg;
+use super::{Check, LintFindings, rules};
+use lostmotion_base::math;
+use lostmotion_base::units::deg;
+use lostmotion_gcode::ops::{ArcFeed, CanonicalOp, Position};
+use lostmotion_gcode::syntax::{Value, Word};
+use lostmotion_gcode::trace::Event;
+use std::f64::consts::{PI, TAU};
+
+/// An arc by radius within this of a half circle is doubtful.
+const HALF_DEG: f64 = 3.0;
+/// A centre that rounding may move by less than this does not matter, mm.
+const CENTER_MM: f64 = 0.002;
+/// Coordinates that are computed are taken for this many decimals.
+const COMPUTED_DECIMALS: i32 = 4;
+
+/// Arcs with absolute and with relative centres seen so far.
+#[derive(Debug, Default)]
+pub(super) struct Arcs {
+    centers: [bool; 2],
+}
+
+/// The figures of an arc.
+struct Shape {
+    radius: f64,
+    chord: f64,
+    sweep: f64,
+}
+
+fn shape(start: &Position, arc: &ArcFeed) -> Shape {
+    let [first, second, _] = arc.plane.axes();
+    let from = [start[first] - arc.center[0], start[second] - arc.center[1]];
+    let to = [arc.end[0] - arc.center[0], arc.end[1] - arc.center[1]];
+    let cross = from[0] * to[1] - from[1] * to[0];
+    let turn = math::atan2(cross, from[0] * to[0] + from[1] * to[1]);
+    let turn = if arc.turns > 0 { turn } else { -turn };
+    let chord = math::hypot(to[0] - from[0], to[1] - from[1]);
+    let sweep = if turn <= 0.0 { turn + TAU } else { turn };
+    Shape {
+        radius: math::hypot(from[0], from[1]),
+        chord,
+        sweep,
+    }
+}
+
+/// Most decimals that the words of an arc are written with.
+fn decimals(event: &Event<'_>) -> i32 {
+    let of = |word: &Word| {
+        let from = word.text.start as usize;
+        let text = event
+            .interpreter
+            .line()
+            .get(from..from + word.text.len as usize)
+            .unwrap_or_default();
+        match word.value {
+            Value::Number(_) => text
+                .iter()
+                .position(|byte| *byte == b'.')
+                .map_or(0, |at| (text.len() - at - 1) as i32),
+            Value::Ops(..) => COMPUTED_DECIMALS,
+        }
+    };
+    event
+        .block()
+        .words
+        .iter()
+        .filter(|word| b"XYZIJKR".contains(&word.letter))
+        .map(of)
+        .max()
+        .unwrap_or(0)
+}
+
+/// 10 to the power of minus `decimals`.
+fn last_place(decimals: i32) -> f64 {
+    (0..decimals.min(12)).fold(1.0, |place, _| place / 10.0)
+}
+
+impl Arcs {
+    fn centers(&mut self, event: &Event<'_>, found: &mut LintFindings) {
+        let absolute = event.after.arc_absolute;
+        let [relative_seen, absolute_seen] = &mut self.centers;
+        let (this, other) = if absolute {
+            (absolute_seen, relative_seen)
+        } else {
+            (relative_seen, absolute_seen)
+        };
+        if *other && !*this {
+            let (now, before) = if absolute {
+                ("absolute", "relative")
+            } else {
+                ("relative", "absolute")
+            };
+            let message = format!("this arc has an {now} centre, arcs before it had {before} ones")
+                .replace("an relative", "a relative");
+            found.add(
+                &rules::ARC_CENTERS_MIXED,
+                event.place,
+                message,
+                &[],
+                "keep one of G90.1 and G91.1 throughout",
+            );
+        }
+        *this = true;
+    }
+}
+
+fn nearly_full(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
+    let limit = 1.5 * last_place(decimals(event));
+    if shape.chord == 0.0 || shape.chord > limit || shape.chord > 0.1 * shape.radius {
+        return;
+    }
+    let (unit, sweep) = (event.after.units.name(), deg(shape.sweep));
+    let message = format!(
+        "start and end are {:.6} {unit} apart, and the arc goes {sweep:.4} degrees round",
+        shape.chord
+    );
+    let values = [
+        ("distance", shape.chord),
+        ("sweep_deg", sweep),
+        ("radius", shape.radius),
+    ];
+    let hint = "a control that rounds differently makes a full circle of nothing, or nothing of a full circle";
+    found.add(&rules::ARC_NEARLY_FULL, event.place, message, &values, hint);
+}
+
+fn nearly_half(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
+    let off = deg((shape.sweep - PI).abs());
+    let uncertain = (shape.radius * last_place(decimals(event))).sqrt();
+    // Exactly half a circle is what somebody wanted.
+    let exact = (shape.radius - 0.5 * shape.chord).abs() <= 1e-9 * shape.radius;
+    if exact || off > HALF_DEG || uncertain * event.after.units.mm() < CENTER_MM {
+        return;
+    }
+    let unit = event.after.units.name();
+    let message = format!(
+        "an arc by radius of {:.4} degrees: rounding of R and of the ends moves its centre by up to {uncertain:.4} {unit}",
+        deg(shape.sweep)
+    );
+    let values = [
+        ("sweep_deg", deg(shape.sweep)),
+        ("radius", shape.radius),
+        ("center_uncertainty", uncertain),
+    ];
+    found.add(
+        &rules::ARC_NEARLY_HALF,
+        event.place,
+        message,
+        &values,
+        "give the centre with I, J, K",
+    );
+}
+
+impl Check for Arcs {
+    fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
+        let has = |letters: &[u8]| {
+            event
+                .block()
+                .words
+                .iter()
+                .any(|word| letters.contains(&word.letter))
+        };
+        let by_center = has(b"IJK");
+        for leg in legs {
+            let CanonicalOp::ArcFeed(arc) = leg.op else {
+                continue;
+            };
+            let shape = shape(&leg.start, arc);
+            if has(b"R") {
+                nearly_half(event, &shape, found);
+            } else if by_center {
+                self.centers(event, found);
+                if arc.turns.abs() == 1 {
+                    nearly_full(event, &shape, found);
+                }
+            }
+        }
+    }
+}

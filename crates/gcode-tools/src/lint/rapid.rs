@@ -1,0 +1,63 @@
+//! Rapids below the surface of the work.
+
+use super::moves::{Leg, in_cycle, in_machine, is_lathe};
+use super::{Check, LintFindings, is_feed, rules};
+use lostmotion_gcode::ops::CanonicalOp;
+use lostmotion_gcode::trace::Event;
+
+/// Smaller differences of coordinates are rounding.
+const EQUAL: f64 = 1e-6;
+
+/// How deep feeds have cut at the present place in X and Y.
+#[derive(Debug, Default)]
+pub(super) struct Rapid {
+    cut_z: Option<f64>,
+}
+
+fn moves_sideways(leg: &Leg<'_>) -> bool {
+    (leg.end[0] - leg.start[0]).abs() > EQUAL || (leg.end[1] - leg.start[1]).abs() > EQUAL
+}
+
+impl Rapid {
+    fn traverse(&self, leg: &Leg<'_>, event: &Event<'_>, found: &mut LintFindings) {
+        let ([.., from, _, _, _, _, _, _], [.., to, _, _, _, _, _, _]) = (leg.start, leg.end);
+        let unit = event.after.units.name();
+        let into_own_hole = !moves_sideways(leg) && self.cut_z.is_some_and(|cut| to >= cut - EQUAL);
+        if to < -EQUAL && to < from - EQUAL && !into_own_hole {
+            let message = format!("a rapid goes down from Z{from} to Z{to} {unit}, below Z0");
+            found.add(
+                &rules::RAPID_PLUNGE,
+                event.place,
+                message,
+                &[("from_z", from), ("to_z", to)],
+                "go down with G1 from above the work",
+            );
+        } else if to < -EQUAL && from < -EQUAL && moves_sideways(leg) {
+            let message = format!("a rapid moves sideways at Z{to} {unit}, below Z0");
+            found.add(
+                &rules::RAPID_BELOW_SURFACE,
+                event.place,
+                message,
+                &[("z", to)],
+                "retract first, or use G1",
+            );
+        }
+    }
+}
+
+impl Check for Rapid {
+    fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
+        let judged = !(in_machine(event) || in_cycle(event) || is_lathe(event.after));
+        for leg in legs {
+            if judged && matches!(leg.op, CanonicalOp::StraightTraverse(_)) {
+                self.traverse(leg, event, found);
+            }
+            if moves_sideways(leg) {
+                self.cut_z = None;
+            }
+            if is_feed(leg.op) {
+                self.cut_z = Some(self.cut_z.map_or(leg.end[2], |cut| cut.min(leg.end[2])));
+            }
+        }
+    }
+}

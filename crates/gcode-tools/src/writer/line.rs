@@ -1,0 +1,350 @@
+//! The block of the next operations.
+
+use super::Frame;
+use super::motion::{curve, motion};
+use super::word::{axes, comment, word};
+use lostmotion_gcode::ops::{CanonicalOp, OutputValue, PathControl, Plane, Units, WaitFor};
+use lostmotion_gcode::state::{FeedMode, State};
+
+/// A block, or a few, and how many operations they stand for.
+pub(super) struct Line {
+    pub(super) text: String,
+    pub(super) ops: usize,
+}
+
+const SYSTEMS: [&str; 9] = [
+    "G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3",
+];
+
+/// The first blocks of every program.
+pub(super) fn head(frame: &Frame) -> [String; 3] {
+    let system = SYSTEMS
+        .get(usize::from(frame.system).wrapping_sub(1))
+        .copied()
+        .unwrap_or("G54");
+    let units = if frame.units == Units::Mm {
+        "G21"
+    } else {
+        "G20"
+    };
+    [
+        format!("(coordinates of {system}; everything else is resolved)"),
+        format!("{units} G90 G91.1 G17 G94 G40 G49 G64 G80 G8 G97"),
+        format!("{system} G92.1"),
+    ]
+}
+
+/// The block for the operations at the front.
+pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Option<Line> {
+    use CanonicalOp as O;
+    let (first, rest) = ops.split_first()?;
+    let one = |text: String| Some(Line { text, ops: 1 });
+    if let Some(ops) = end(ops) {
+        return Some(Line {
+            text: "M2".to_owned(),
+            ops,
+        });
+    }
+    match first {
+        O::SetFeedRate { rate, inverse_time } => feed(*rate, *inverse_time, rest, state),
+        O::StartSpeedFeedSync(pitch) => rest
+            .first()
+            .and_then(|next| in_step(next, *pitch, state))
+            .map(|text| Line { text, ops: 2 }),
+        O::StopSpeedFeedSync => one(String::new()),
+        O::StraightFeed(_) | O::RigidTap(_) => match sync {
+            Some(pitch) => one(in_step(first, pitch, state)?),
+            None => one(motion(first, state)?),
+        },
+        O::StraightTraverse(_) | O::ArcFeed(_) | O::StraightProbe(_) => one(motion(first, state)?),
+        O::NurbsFeed(feed) => one(curve(feed)?),
+        O::SetMotionControlMode(PathControl::Continuous { tolerance }) => {
+            let merge = match rest.first() {
+                Some(O::SetNaiveCamTolerance(merge)) => Some(*merge),
+                _ => None,
+            };
+            let ops = 1 + usize::from(merge.is_some());
+            Some(Line {
+                text: format!(
+                    "G64 P{tolerance} Q{}",
+                    merge.unwrap_or(state.merge_tolerance)
+                ),
+                ops,
+            })
+        }
+        O::SetNaiveCamTolerance(merge) => match state.path_control {
+            PathControl::Continuous { tolerance } => one(format!("G64 P{tolerance} Q{merge}")),
+            _ => None,
+        },
+        O::SetSpindleMode {
+            spindle: 0,
+            highest,
+        } if *highest > 0.0 => {
+            let next = rest.first().and_then(|next| {
+                if let O::SetSpindleSpeed { spindle: 0, speed } = next {
+                    Some(*speed)
+                } else {
+                    None
+                }
+            });
+            let limit = if *highest >= 1e30 {
+                String::new()
+            } else {
+                format!(" {}", word('D', *highest))
+            };
+            let ops = 1 + usize::from(next.is_some());
+            Some(Line {
+                text: format!(
+                    "G96{limit} {}",
+                    word('S', next.unwrap_or(state.spindle.speed))
+                ),
+                ops,
+            })
+        }
+        O::SetSpindleSpeed { spindle: 0, speed } => match rest.first() {
+            Some(start @ O::StartSpindle { spindle: 0, .. }) => Some(Line {
+                text: format!("{} {}", setting(start)?, word('S', *speed)),
+                ops: 2,
+            }),
+            _ => one(word('S', *speed)),
+        },
+        O::SetSpindleSpeed { spindle, speed } => one(format!("{} ${spindle}", word('S', *speed))),
+        O::StartChange => change(rest).map(|ops| Line {
+            text: "M6".to_owned(),
+            ops: 1 + ops,
+        }),
+        O::SelectTool(tool) if rest.first() == Some(&&O::StartChange) => {
+            rest.get(1..).and_then(change).map(|ops| Line {
+                text: format!("T{tool} M6"),
+                ops: 2 + ops,
+            })
+        }
+        O::OrientSpindle {
+            spindle,
+            degrees,
+            way,
+            ..
+        } => {
+            let wait = rest.first().and_then(|next| {
+                if let O::WaitOrient { seconds, .. } = next {
+                    Some(*seconds)
+                } else {
+                    None
+                }
+            });
+            let way = way.number();
+            let text = format!(
+                "M19 R{degrees} P{way}{}{}",
+                wait.map_or(String::new(), |seconds| format!(" Q{seconds}")),
+                numbered(*spindle)
+            );
+            Some(Line {
+                text,
+                ops: 1 + usize::from(wait.is_some()),
+            })
+        }
+        O::Mist(false) => Some(Line {
+            text: "M9".to_owned(),
+            ops: 1 + usize::from(rest.first() == Some(&&O::Flood(false))),
+        }),
+        O::PalletShuttle => Some(Line {
+            text: "M60".to_owned(),
+            ops: 2.min(ops.len()),
+        }),
+        other => one(setting(other)?),
+    }
+}
+
+/// A feed rate, on the line of its move if that follows.
+fn feed(
+    rate: f64,
+    inverse_time: Option<f64>,
+    rest: &[&CanonicalOp],
+    state: &State,
+) -> Option<Line> {
+    let next = rest
+        .first()
+        .filter(|op| !matches!(op, CanonicalOp::StraightTraverse(_)))
+        .and_then(|op| motion(op, state));
+    let inverse = state.feed_mode == FeedMode::InverseTime;
+    if let Some(per_minute) = inverse_time {
+        let mode = if inverse { "" } else { "G93 " };
+        return next.map(|motion| Line {
+            text: format!("{mode}{motion} {}", word('F', per_minute)),
+            ops: 2,
+        });
+    }
+    let (mode, rate) = (if inverse { "G94 " } else { "" }, word('F', rate));
+    Some(match next {
+        Some(motion) => Line {
+            text: format!("{mode}{motion} {rate}"),
+            ops: 2,
+        },
+        None => Line {
+            text: format!("{mode}{rate}"),
+            ops: 1,
+        },
+    })
+}
+
+/// How many operations end a tool change that has begun.
+fn change(rest: &[&CanonicalOp]) -> Option<usize> {
+    rest.iter()
+        .take(2)
+        .position(|op| matches!(op, CanonicalOp::ChangeTool(_)))
+        .map(|at| at + 1)
+}
+
+/// A move in step with the spindle.
+fn in_step(op: &CanonicalOp, pitch: f64, state: &State) -> Option<String> {
+    match op {
+        CanonicalOp::StraightFeed(end) => Some(format!(
+            "G33 {} {}",
+            axes(&state.current, end),
+            word('K', pitch)
+        )),
+        CanonicalOp::RigidTap([x, y, z]) => {
+            Some(format!("G33.1 X{x} Y{y} Z{z} {}", word('K', pitch)))
+        }
+        _ => None,
+    }
+}
+
+/// How many operations M2 stands for: those that it makes itself, in its order, up to the end.
+/// Spindle and coolant are switched off by blocks of their own where they come first.
+fn end(ops: &[&CanonicalOp]) -> Option<usize> {
+    use CanonicalOp as O;
+    if matches!(
+        ops.first(),
+        Some(O::StopSpindle { .. } | O::Mist(_) | O::Flood(_))
+    ) {
+        return None;
+    }
+    let mut last = 0;
+    for (index, op) in ops.iter().enumerate() {
+        let rank = match op {
+            O::SelectPlane(Plane::Xy) => 1,
+            O::SetFeedMode {
+                per_revolution: false,
+            } => 2,
+            O::SetFeedRate {
+                rate: 0.0,
+                inverse_time: None,
+            } => 3,
+            O::FeedOverride(true) => 4,
+            O::SpeedOverride(true) => 5,
+            O::StopSpindle { spindle: 0 } => 6,
+            O::SetSpindleMode {
+                spindle: 0,
+                highest: 0.0,
+            } => 7,
+            O::Mist(false) => 8,
+            O::Flood(false) => 9,
+            O::ProgramEnd => return Some(index + 1),
+            _ => return None,
+        };
+        if rank <= last {
+            return None;
+        }
+        last = rank;
+    }
+    None
+}
+
+fn numbered(spindle: u8) -> String {
+    if spindle == 0 {
+        String::new()
+    } else {
+        format!(" ${spindle}")
+    }
+}
+
+/// The block of an operation that stands for itself.
+fn setting(op: &CanonicalOp) -> Option<String> {
+    use CanonicalOp as O;
+    let switch = |code: &str, on: bool| format!("{code} P{}", u8::from(on));
+    Some(match op {
+        O::UseLengthUnits(Units::Mm) => "G21".to_owned(),
+        O::UseLengthUnits(Units::Inch) => "G20".to_owned(),
+        O::SetFeedMode { per_revolution } => if *per_revolution { "G95" } else { "G94" }.to_owned(),
+        O::SelectPlane(Plane::Xy) => "G17".to_owned(),
+        O::SelectPlane(Plane::Zx) => "G18".to_owned(),
+        O::SelectPlane(Plane::Yz) => "G19".to_owned(),
+        O::SetMotionControlMode(PathControl::ExactPath) => "G61".to_owned(),
+        O::SetMotionControlMode(PathControl::ExactStop) => "G61.1".to_owned(),
+        O::UseToolLengthOffset(offset) if *offset == [0.0; 9] => "G49".to_owned(),
+        O::UseToolLengthOffset(offset) => {
+            format!(
+                "G43.1 {}",
+                "XYZABCUVW"
+                    .chars()
+                    .zip(offset)
+                    .map(|(l, v)| word(l, *v))
+                    .collect::<Vec<_>>()
+                    .join(" ")
+            )
+        }
+        O::Dwell(seconds) => format!("G4 {}", word('P', *seconds)),
+        O::SelectTool(tool) => format!("T{tool}"),
+        O::ChangeToolNumber(tool) => format!("M61 Q{tool}"),
+        O::SetSpindleMode {
+            spindle: 0,
+            highest: 0.0,
+        } => "G97".to_owned(),
+        O::StartSpindle { spindle, clockwise } => format!(
+            "{}{}",
+            if *clockwise { "M3" } else { "M4" },
+            numbered(*spindle)
+        ),
+        O::StopSpindle { spindle } => format!("M5{}", numbered(*spindle)),
+        O::WaitOrient { spindle, seconds } => format!("M19 Q{seconds}{}", numbered(*spindle)),
+        O::SetOutput {
+            index,
+            value,
+            with_motion,
+        } => output(*index, *value, *with_motion),
+        O::ReadInput {
+            index,
+            analog: true,
+            ..
+        } => format!("M66 E{index} L0"),
+        O::ReadInput {
+            index,
+            wait,
+            seconds,
+            ..
+        } => format!("M66 P{index} L{} Q{seconds}", wait_number(*wait)),
+        O::Mist(true) => "M7".to_owned(),
+        O::Flood(true) => "M8".to_owned(),
+        O::Flood(false) => "M9".to_owned(),
+        O::FeedOverride(on) => switch("M50", *on),
+        O::SpeedOverride(on) => switch("M51", *on),
+        O::AdaptiveFeed(on) => switch("M52", *on),
+        O::FeedHold(on) => switch("M53", *on),
+        O::Text { kind, text } => comment(*kind, text),
+        O::ProgramStop => "M0".to_owned(),
+        O::OptionalProgramStop => "M1".to_owned(),
+        _ => return None,
+    })
+}
+
+fn output(index: u8, value: OutputValue, with_motion: bool) -> String {
+    match (value, with_motion) {
+        (OutputValue::Digital(true), true) => format!("M62 P{index}"),
+        (OutputValue::Digital(false), true) => format!("M63 P{index}"),
+        (OutputValue::Digital(true), false) => format!("M64 P{index}"),
+        (OutputValue::Digital(false), false) => format!("M65 P{index}"),
+        (OutputValue::Analog(value), true) => format!("M67 E{index} Q{value}"),
+        (OutputValue::Analog(value), false) => format!("M68 E{index} Q{value}"),
+    }
+}
+
+const fn wait_number(wait: WaitFor) -> u8 {
+    match wait {
+        WaitFor::Now => 0,
+        WaitFor::Rise => 1,
+        WaitFor::Fall => 2,
+        WaitFor::High => 3,
+        WaitFor::Low => 4,
+    }
+}

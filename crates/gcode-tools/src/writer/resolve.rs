@@ -1,0 +1,228 @@
+//! Operations in one frame, without what changes nothing.
+
+use super::WriterError;
+use super::settled::Settled;
+use lostmotion_base::span::BlockRef;
+use lostmotion_gcode::config::InterpreterConfig;
+use lostmotion_gcode::ops::{
+    ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, Plane, Position, StraightProbe, Units,
+};
+use lostmotion_gcode::parameters::SYSTEM_ORIGINS;
+use lostmotion_gcode::state::{Offsets, add, convert, rotate, subtract};
+
+/// A work coordinate system whose origin stays where it is: what the coordinates of a written
+/// program are about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// 1 for G54 to 9 for G59.3.
+    pub system: u8,
+    /// Its origin in machine coordinates, in the units that a program starts in, and degrees.
+    pub origin: Position,
+    /// Those units.
+    pub units: Units,
+}
+
+impl Frame {
+    /// A work coordinate system as an interpreter's parameters have it before the program.
+    ///
+    /// # Errors
+    /// The system does not exist or is rotated.
+    pub fn of(config: &InterpreterConfig, system: u8) -> Result<Frame, WriterError> {
+        if !(1..=9).contains(&system) {
+            return Err(WriterError::NoSuchSystem { system });
+        }
+        let first = SYSTEM_ORIGINS + 20 * (u16::from(system) - 1);
+        let value = |number: u16| {
+            config
+                .parameters
+                .iter()
+                .rev()
+                .find(|(known, _)| *known == number)
+                .map_or(0.0, |(_, value)| *value)
+        };
+        let degrees = value(first + 9);
+        if degrees != 0.0 {
+            return Err(WriterError::RotatedFrame { system, degrees });
+        }
+        let origin: Position = std::array::from_fn(|axis| value(first + axis as u16));
+        Ok(Frame {
+            system,
+            origin: convert(&origin, config.machine_units, config.program_units),
+            units: config.program_units,
+        })
+    }
+}
+
+/// Brings operations into a frame. Operations that set an offset go, and so do those that set what
+/// is set already.
+#[derive(Clone, Debug)]
+pub struct Resolver {
+    units: Units,
+    origin: Position,
+    offsets: Offsets,
+    settled: Settled,
+    /// The end of a move in step with the spindle, which another such move may follow.
+    stop_sync: bool,
+}
+
+impl Resolver {
+    /// A resolver before the first operation of an interpreter with this configuration.
+    pub fn new(config: &InterpreterConfig, frame: Frame) -> Resolver {
+        let (units, origin) = (config.program_units, frame.origin);
+        Resolver {
+            units,
+            origin,
+            offsets: Offsets {
+                g5x: origin,
+                ..Offsets::default()
+            },
+            settled: Settled::new(units),
+            stop_sync: false,
+        }
+    }
+
+    /// Takes an operation and gives what it is in the frame: none, one, or two if one was held
+    /// back.
+    ///
+    /// # Errors
+    /// An arc that a rotation turns out of its plane.
+    pub fn push(&mut self, op: &CanonicalOp) -> Result<Vec<CanonicalOp>, WriterError> {
+        use CanonicalOp as O;
+        if self.stop_sync && matches!(op, O::StartSpeedFeedSync(_)) {
+            self.stop_sync = false;
+        }
+        let mut out: Vec<CanonicalOp> = std::mem::take(&mut self.stop_sync)
+            .then_some(O::StopSpeedFeedSync)
+            .into_iter()
+            .collect();
+        if out.first().is_some_and(|stop| !self.settled.is_news(stop)) {
+            out.clear();
+        }
+        match op {
+            O::SetG5xOffset { offset, .. } => self.offsets.g5x = *offset,
+            O::SetG92Offset(offset) => self.offsets.g92 = *offset,
+            O::SetXyRotation(degrees) => self.offsets.rotation_deg = *degrees,
+            O::StopSpeedFeedSync => self.stop_sync = true,
+            // G94 and the like take F back; no move is made without another one.
+            O::SetFeedRate {
+                rate: 0.0,
+                inverse_time: None,
+            } => {}
+            op => {
+                let op = self.resolved(op)?;
+                if self.settled.is_news(&op) {
+                    out.push(op);
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// What is still held back.
+    pub fn finish(&mut self) -> Option<CanonicalOp> {
+        std::mem::take(&mut self.stop_sync).then_some(CanonicalOp::StopSpeedFeedSync)
+    }
+
+    fn resolved(&mut self, op: &CanonicalOp) -> Result<CanonicalOp, WriterError> {
+        use CanonicalOp as O;
+        Ok(match op {
+            O::UseLengthUnits(units) => {
+                self.change_units(*units);
+                op.clone()
+            }
+            O::StraightTraverse(end) => O::StraightTraverse(self.place(end)),
+            O::StraightFeed(end) => O::StraightFeed(self.place(end)),
+            O::ArcFeed(arc) => O::ArcFeed(self.arc(arc)?),
+            O::NurbsFeed(curve) => O::NurbsFeed(Box::new(self.curve(curve))),
+            O::StraightProbe(probe) => {
+                let StraightProbe { end, stop, .. } = **probe;
+                O::StraightProbe(Box::new(StraightProbe {
+                    end: self.place(&end),
+                    stop: self.place(&stop),
+                    ..**probe
+                }))
+            }
+            O::OrientSpindle {
+                spindle,
+                degrees,
+                way,
+                ..
+            } => O::OrientSpindle {
+                spindle: *spindle,
+                degrees: *degrees,
+                way: *way,
+                boring: false,
+            },
+            O::RigidTap([x, y, z]) => {
+                let [x, y, z, ..] = self.place(&[*x, *y, *z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                O::RigidTap([x, y, z])
+            }
+            other => other.clone(),
+        })
+    }
+
+    fn change_units(&mut self, units: Units) {
+        let from = std::mem::replace(&mut self.units, units);
+        for position in [
+            &mut self.origin,
+            &mut self.offsets.g5x,
+            &mut self.offsets.g92,
+        ] {
+            *position = convert(position, from, units);
+        }
+    }
+
+    /// Program coordinates to those of the frame. Unchanged, to the bit, where the offsets are the
+    /// frame's own.
+    fn place(&self, program: &Position) -> Position {
+        let mut work = *program;
+        if self.offsets.g92 != [0.0; 9] {
+            work = add(&work, &self.offsets.g92);
+        }
+        rotate(&mut work, self.offsets.rotation_deg);
+        if self.offsets.g5x != self.origin {
+            work = subtract(&add(&work, &self.offsets.g5x), &self.origin);
+        }
+        // No negative zeros.
+        work.map(|coordinate| coordinate + 0.0)
+    }
+
+    fn arc(&self, arc: &ArcFeed) -> Result<ArcFeed, WriterError> {
+        let degrees = self.offsets.rotation_deg;
+        if arc.plane != Plane::Xy && degrees != 0.0 {
+            return Err(WriterError::RotatedArc {
+                plane: arc.plane.name(),
+                degrees,
+                block: BlockRef::default(),
+            });
+        }
+        let [first, second, normal] = arc.plane.axes();
+        let mut center = arc.position();
+        (center[first], center[second]) = (arc.center[0], arc.center[1]);
+        let (center, end) = (self.place(&center), self.place(&arc.position()));
+        let [_, _, _, others @ ..] = end;
+        Ok(ArcFeed {
+            end: [end[first], end[second]],
+            center: [center[first], center[second]],
+            axis_end: end[normal],
+            others,
+            ..*arc
+        })
+    }
+
+    fn curve(&self, curve: &NurbsFeed) -> NurbsFeed {
+        let point = |point: &ControlPoint| {
+            let [x, y, ..] =
+                self.place(&[point.at[0], point.at[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            ControlPoint {
+                at: [x, y],
+                ..*point
+            }
+        };
+        NurbsFeed {
+            points: curve.points.iter().map(point).collect(),
+            end: self.place(&curve.end),
+            ..curve.clone()
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! Tests of the tools: one module for each.
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
+
+#[allow(unreachable_pub, reason = "the fuzzers' crate publishes them")]
+mod checks;
+mod corpus;
+mod docs;
+mod explain;
+mod lints;
+mod programs;
+mod rewriting;

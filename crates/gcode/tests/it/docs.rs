@@ -1,0 +1,95 @@
+//! Pages that are made from tables are as the tables are, and the tables have everything.
+//!
+//! `UPDATE_DOCS=1 cargo test -p lostmotion-gcode docs` writes the pages.
+use lostmotion_gcode::{InterpreterConfig, Limits, Program, Severity, catalog, codes, dialect};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn check_page(name: &str, page: &str) {
+    let path = root().join("docs").join(name);
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        fs::write(&path, page).unwrap();
+    }
+    assert!(
+        fs::read_to_string(&path).unwrap_or_default() == page,
+        "docs/{name} is not what its table says: run with UPDATE_DOCS=1"
+    );
+}
+
+#[test]
+fn the_page_of_codes_is_in_step() {
+    check_page("codes.md", &codes::page());
+}
+
+/// Every code in the source of [`lostmotion_gcode::Problem`].
+fn codes_in_source() -> BTreeSet<String> {
+    let text =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/problem/names.rs"))
+            .unwrap();
+    text.split("=> \"")
+        .skip(1)
+        .map(|rest| rest.split('"').next().unwrap().to_owned())
+        .filter(|code| code != "other")
+        .collect()
+}
+
+#[test]
+fn every_diagnostic_is_documented_once() {
+    let rows: Vec<&str> = catalog::rows().map(|row| row.code).collect();
+    let documented: BTreeSet<String> = rows.iter().map(|code| (*code).to_owned()).collect();
+    assert_eq!(documented.len(), rows.len(), "a code has two rows");
+    let mut used = codes_in_source();
+    used.extend(dialect::LENIENCIES.map(|leniency| leniency.name().to_owned()));
+    assert!(used.len() > 80);
+    // What the machine says about a program, not its text.
+    let of_machine: BTreeSet<String> = ["no-axis", "path"].map(str::to_owned).into();
+    let missing: Vec<&String> = used.difference(&documented).collect();
+    let stale: Vec<&String> = documented
+        .difference(&used)
+        .filter(|code| !of_machine.contains(*code))
+        .collect();
+    assert!(
+        missing.is_empty() && stale.is_empty(),
+        "without a row in src/catalog: {missing:?}; rows without a problem: {stale:?}"
+    );
+}
+
+#[test]
+fn severities_are_those_that_are_reported() {
+    let limits = Limits {
+        looped_blocks: 1000,
+        idle_blocks: 1000,
+        cycle_moves: 1000,
+        ..Limits::default()
+    };
+    let config = InterpreterConfig {
+        limits,
+        ..InterpreterConfig::default()
+    };
+    let mut seen: BTreeMap<&'static str, Severity> = BTreeMap::new();
+    for folder in ["hostile", "parts", "codes"] {
+        for entry in fs::read_dir(root().join("gcode_samples").join(folder)).unwrap() {
+            let text = fs::read(entry.unwrap().path()).unwrap();
+            let found = Program::new(&text[..], config.clone()).finish();
+            seen.extend(
+                found
+                    .kept()
+                    .iter()
+                    .map(|diagnostic| (diagnostic.code(), diagnostic.severity())),
+            );
+        }
+    }
+    assert!(seen.len() > 40);
+    for (code, severity) in seen {
+        assert_eq!(
+            catalog::find(code).map(|row| row.severity),
+            Some(severity),
+            "{code}"
+        );
+    }
+}

@@ -1,0 +1,32 @@
+//! Tests of the language: one module for each subject.
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test says what went wrong by panicking"
+)]
+
+mod compensation;
+mod corners;
+mod curves;
+mod diagnostics;
+mod dialects;
+mod docs;
+mod expressions;
+mod feeding;
+mod finishing;
+mod five_axis;
+mod generate;
+mod hostile;
+mod limits;
+mod more_motion;
+mod motion;
+mod pieces;
+mod profiles;
+mod quick;
+mod robust;
+mod samples;
+mod spindles;
+mod tool_path;
+mod turning;
+mod twins;
