@@ -26,7 +26,7 @@ const STILL_REPEATED: &[&str] = &[
 
 /// Type names (struct, enum, union, trait, alias) that a package declares more than once in its
 /// modules, each with its files. Types inside functions and under `#[cfg(test)]` do not count.
-pub fn repeated_types(package: &Package) -> BTreeMap<String, Vec<PathBuf>> {
+pub(crate) fn repeated_types(package: &Package) -> BTreeMap<String, Vec<PathBuf>> {
     let mut places: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
     for (name, file) in type_names(package) {
         places.entry(name).or_default().push(file);

@@ -13,16 +13,16 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use syn::visit::Visit;
 
 /// Children of one module that depend on each other in a ring.
-pub struct Cycle {
+pub(crate) struct Cycle {
     /// The common parent; empty for the crate's root.
-    pub parent: Vec<String>,
-    pub members: Vec<String>,
+    pub(crate) parent: Vec<String>,
+    pub(crate) members: Vec<String>,
     /// Each edge between two members, with the modules where it stands.
-    pub edges: BTreeMap<(String, String), BTreeSet<String>>,
+    pub(crate) edges: BTreeMap<(String, String), BTreeSet<String>>,
 }
 
 /// Every cycle of a package.
-pub fn cycles(package: &Package) -> Vec<Cycle> {
+pub(crate) fn cycles(package: &Package) -> Vec<Cycle> {
     let tree = Tree::new(package);
     // edges between siblings, by parent
     let mut levels: BTreeMap<Vec<String>, BTreeMap<(String, String), BTreeSet<String>>> =

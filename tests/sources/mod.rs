@@ -8,38 +8,38 @@
     reason = "two test binaries share this reader; each uses its part"
 )]
 
-pub mod cycles;
+pub(crate) mod cycles;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use syn::spanned::Spanned;
 
 /// One package of the workspace.
-pub struct Package {
+pub(crate) struct Package {
     /// Name without the prefix `lostmotion-`; the facade is `lostmotion`.
-    pub name: String,
+    pub(crate) name: String,
     /// Folder with its `Cargo.toml`.
-    pub root: PathBuf,
+    pub(crate) root: PathBuf,
     /// Modules of the library, or of the program where there is no library; the root comes first.
-    pub modules: Vec<Module>,
+    pub(crate) modules: Vec<Module>,
 }
 
 /// One module: a file, or a `mod` with a body.
-pub struct Module {
+pub(crate) struct Module {
     /// Names from the crate's root; empty for the root itself.
-    pub path: Vec<String>,
-    pub file: PathBuf,
+    pub(crate) path: Vec<String>,
+    pub(crate) file: PathBuf,
     /// Items without those under `#[cfg(test)]`.
-    pub items: Vec<syn::Item>,
+    pub(crate) items: Vec<syn::Item>,
 }
 
 /// Root of the repository.
-pub fn repository() -> PathBuf {
+pub(crate) fn repository() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// Every package under `crates/`, by name, then the facade.
-pub fn packages() -> Vec<Package> {
+pub(crate) fn packages() -> Vec<Package> {
     let mut roots: Vec<PathBuf> = fs::read_dir(repository().join("crates"))
         .expect("the folder crates")
         .map(|entry| entry.expect("an entry of crates").path())
@@ -138,7 +138,7 @@ fn path_attribute(attribute: &syn::Attribute) -> Option<String> {
 }
 
 /// `#[cfg(test)]`, also as part of `all(..)`.
-pub fn only_for_tests(attributes: &[syn::Attribute]) -> bool {
+pub(crate) fn only_for_tests(attributes: &[syn::Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         let syn::Meta::List(list) = &attribute.meta else {
             return false;
@@ -149,7 +149,7 @@ pub fn only_for_tests(attributes: &[syn::Attribute]) -> bool {
 }
 
 /// Attributes of an item of any kind.
-pub fn attributes(item: &syn::Item) -> &[syn::Attribute] {
+pub(crate) fn attributes(item: &syn::Item) -> &[syn::Attribute] {
     match item {
         syn::Item::Const(item) => &item.attrs,
         syn::Item::Enum(item) => &item.attrs,
@@ -171,7 +171,7 @@ pub fn attributes(item: &syn::Item) -> &[syn::Attribute] {
 }
 
 /// Names of the types that a package declares in its modules, each with its file.
-pub fn type_names(package: &Package) -> Vec<(String, PathBuf)> {
+pub(crate) fn type_names(package: &Package) -> Vec<(String, PathBuf)> {
     let mut names = Vec::new();
     for module in &package.modules {
         for item in &module.items {
@@ -191,14 +191,14 @@ pub fn type_names(package: &Package) -> Vec<(String, PathBuf)> {
 }
 
 /// Every `.rs` file under a folder, by name.
-pub fn rust_files(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = files_under(folder);
     files.retain(|file| file.extension().is_some_and(|end| end == "rs"));
     files
 }
 
 /// Every file under a folder, by name, without build output and hidden folders.
-pub fn files_under(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn files_under(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     let mut todo = vec![folder.to_path_buf()];
     while let Some(folder) = todo.pop() {
@@ -221,7 +221,7 @@ pub fn files_under(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Folders with Rust code of a package. Those of the facade leave the other packages out.
-pub fn code_folders(package: &Package) -> Vec<PathBuf> {
+pub(crate) fn code_folders(package: &Package) -> Vec<PathBuf> {
     ["src", "tests", "examples", "benches"]
         .map(|folder| package.root.join(folder))
         .into_iter()
@@ -230,7 +230,7 @@ pub fn code_folders(package: &Package) -> Vec<PathBuf> {
 }
 
 /// First and last line of each function body in a file, nested ones included in the outer one.
-pub fn function_bodies(text: &str) -> Vec<(usize, usize)> {
+pub(crate) fn function_bodies(text: &str) -> Vec<(usize, usize)> {
     struct Bodies(Vec<(usize, usize)>);
     impl<'ast> syn::visit::Visit<'ast> for Bodies {
         fn visit_block(&mut self, block: &'ast syn::Block) {
@@ -247,7 +247,7 @@ pub fn function_bodies(text: &str) -> Vec<(usize, usize)> {
 }
 
 /// A path as it is written from the root of the repository, with `/` on every platform.
-pub fn shown(path: &Path) -> String {
+pub(crate) fn shown(path: &Path) -> String {
     let root = repository();
     let short = path.strip_prefix(&root).unwrap_or(path);
     short.to_string_lossy().replace('\\', "/")
