@@ -9,10 +9,9 @@
 )]
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use lostmotion::axis::{
-    AxisBatch, AxisConfig, AxisOutput, AxisRunner, METHODS, Setpoint, build_runner,
-};
 use lostmotion::base::math;
+use lostmotion::drive::{AxisBatch, AxisOutput, AxisRunner, Setpoint};
+use lostmotion::methods::{AxisConfig, METHODS, build_runner};
 use lostmotion::sim::machine::axis_preset;
 
 const TICKS: usize = 1000;

@@ -10,7 +10,7 @@
 mod support;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use lostmotion::axis::METHODS;
+use lostmotion::methods::METHODS;
 use lostmotion::sim::{Machine, ProgramSource, SimulateOptions, Unobserved, compare};
 
 fn comparing(criterion: &mut Criterion) {

@@ -8,9 +8,10 @@
 )]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use lostmotion::axis::{AxisConfig, AxisOutput, AxisSample, Setpoint, build_runner};
 use lostmotion::base::{Clock, math};
+use lostmotion::drive::{AxisOutput, AxisSample, Setpoint};
 use lostmotion::identify::{BacklashLog, FitSettings, fit_backlash};
+use lostmotion::methods::{AxisConfig, build_runner};
 
 const SECONDS: usize = 10;
 

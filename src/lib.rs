@@ -5,7 +5,7 @@
 //! the chain.
 //!
 //! ```text
-//! gcode -> path -> plan -> kinematics -> axis (one each) -> contour -> report
+//! gcode -> path -> plan -> kinematics -> drive (one a joint, with a method) -> contour -> report
 //! ```
 //!
 //! ```
@@ -22,14 +22,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub use lostmotion_axis as axis;
+pub use lostmotion_analysis as analysis;
 pub use lostmotion_base as base;
 pub use lostmotion_contour as contour;
+pub use lostmotion_drive as drive;
 pub use lostmotion_gcode as gcode;
 pub use lostmotion_gcode_tools as gcode_tools;
 #[cfg(feature = "fit")]
 pub use lostmotion_identify as identify;
 pub use lostmotion_kinematics as kinematics;
+pub use lostmotion_methods as methods;
 pub use lostmotion_path as path;
 pub use lostmotion_plan as plan;
 pub use lostmotion_report as report;

@@ -10,9 +10,9 @@
 mod common;
 
 use common::{machine, part, program, run};
-use lostmotion::axis::AxisConfig;
-use lostmotion::axis::config::Load;
 use lostmotion::base::AxisId;
+use lostmotion::drive::config::Load;
+use lostmotion::methods::AxisConfig;
 use lostmotion::sim::{Machine, SimulateOptions, Unobserved, simulate};
 
 /// A machine whose axes are as rigid and frictionless as the model goes: what is left is the servo

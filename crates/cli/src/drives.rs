@@ -2,9 +2,9 @@
 
 use crate::args::drives::{Cycles as Given, Drives};
 use crate::failure::Failure;
-use lostmotion::axis::AxisConfig;
-use lostmotion::axis::config::{Cycles, Interpolator};
 use lostmotion::base::AxisId;
+use lostmotion::drive::config::{Cycles, Interpolator};
+use lostmotion::methods::AxisConfig;
 use lostmotion::sim::Machine;
 
 /// The cycles asked for, the others as they are.

@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::input;
-use lostmotion::axis::AxisConfig;
 use lostmotion::base::AxisId;
+use lostmotion::methods::AxisConfig;
 use lostmotion::sim::Machine;
 use lostmotion::sim::machine::{
     AxisTuning, DEFAULT_MACHINE, MachineError, axis_from_toml, axis_preset, axis_presets, presets,

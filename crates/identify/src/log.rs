@@ -1,6 +1,6 @@
 //! The log of one axis.
 
-use lostmotion_axis::AxisSample;
+use lostmotion_drive::AxisSample;
 
 use crate::error::FitError;
 

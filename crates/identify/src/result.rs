@@ -1,6 +1,6 @@
 //! The result of a fit.
 
-use lostmotion_axis::config::Gap;
+use lostmotion_drive::config::Gap;
 use serde::{Deserialize, Serialize};
 
 use crate::{error::NotExcited, motor_only::FittedLoad, solver::SolverStatus};

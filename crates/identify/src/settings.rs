@@ -1,6 +1,6 @@
 //! What the fit is told beforehand.
 
-use lostmotion_axis::config::Motor;
+use lostmotion_drive::config::Motor;
 use serde::{Deserialize, Serialize};
 
 use crate::error::FitError;

@@ -3,12 +3,13 @@
 #[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 mod rig;
 
-use lostmotion_axis::config::Load;
-use lostmotion_axis::{AxisConfig, AxisOutput, Setpoint, build_runner};
 use lostmotion_base::math;
+use lostmotion_drive::config::Load;
+use lostmotion_drive::{AxisOutput, Setpoint};
 use lostmotion_identify::{
     BacklashFit, FitError, FitSettings, MotorLog, NotExcited, fit_motor_only, solver::SolverStatus,
 };
+use lostmotion_methods::{AxisConfig, build_runner};
 use rig::{RATED_TORQUE, Rig};
 
 #[allow(clippy::unwrap_used)]

@@ -1,12 +1,13 @@
 //! The fit on logs of the axis that the library simulates: current loop at 50 us, exact steps, true
 //! stick.
 
-use lostmotion_axis::{
-    AxisConfig, AxisOutput, Setpoint, build_runner,
+use lostmotion_base::math;
+use lostmotion_drive::{
+    AxisOutput, Setpoint,
     config::{ContactLaw, Load},
 };
-use lostmotion_base::math;
 use lostmotion_identify::{BacklashFit, BacklashLog, FitSettings, fit_backlash};
+use lostmotion_methods::{AxisConfig, build_runner};
 
 /// Two sines whose periods do not match, so that every reversal is another.
 fn setpoints(seconds: f64) -> Vec<Setpoint> {

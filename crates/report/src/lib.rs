@@ -2,7 +2,7 @@
 //! appear complete or not at all.
 //!
 //! Everything here is made from the data types of `lostmotion-sim`, `lostmotion-plan` and
-//! `lostmotion-axis`. Writers take any [`std::io::Write`]; only [`atomic`] touches the file system.
+//! `lostmotion-drive`. Writers take any [`std::io::Write`]; only [`atomic`] touches the file system.
 //! No number is computed here that a result does not hold, apart from ratios that a table shows.
 
 pub mod atomic;

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-use lostmotion_axis::config::{AxisUnit, Interpolator};
-use lostmotion_axis::{AxisSample, Engagement, Reference, Setpoint};
 use lostmotion_base::{AxisId, AxisSet, BlockRef, Clock, Coords, Span};
+use lostmotion_drive::config::{AxisUnit, Interpolator};
+use lostmotion_drive::{AxisSample, Engagement, Reference, Setpoint};
 use lostmotion_plan::{Heeds, Sample};
 use lostmotion_report::ReadError;
 use lostmotion_report::csv::{

@@ -1,9 +1,9 @@
 //! What ends a run without a result.
 
 use crate::machine::MachineError;
-use lostmotion_axis::AxisError;
 use lostmotion_base::{AxisId, BlockRef};
 use lostmotion_contour::ContourError;
+use lostmotion_drive::AxisError;
 use lostmotion_gcode::{Diagnostics, Provenance};
 use lostmotion_kinematics::KinematicsError;
 use lostmotion_path::PathError;

@@ -3,8 +3,8 @@
 use crate::machine::{BOW_LIMIT_UM, Machine};
 use crate::options::SimulateOptions;
 use crate::results::PlanInfo;
-use lostmotion_axis::config::Interpolator;
 use lostmotion_base::BlockRef;
+use lostmotion_drive::config::Interpolator;
 use serde::{Deserialize, Serialize};
 
 /// The largest distance of a way that is no straight line from another, and where.

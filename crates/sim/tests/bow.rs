@@ -1,9 +1,9 @@
 //! How far the tool is off its way where joints go straight, against closed forms.
 #![allow(clippy::unwrap_used)]
 
-use lostmotion_axis::config::Cycles;
 use lostmotion_base::math;
 use lostmotion_base::units::rad;
+use lostmotion_drive::config::Cycles;
 use lostmotion_sim::results::PlanInfo;
 use lostmotion_sim::{Machine, ProgramSource, SimulateOptions, Unobserved, plan, simulate};
 use std::f64::consts::PI;

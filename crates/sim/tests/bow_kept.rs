@@ -6,10 +6,10 @@
 #[path = "common/random.rs"]
 mod random;
 
-use lostmotion_axis::AxisConfig;
-use lostmotion_axis::config::{Cycles, Interpolator};
 use lostmotion_base::math;
+use lostmotion_drive::config::{Cycles, Interpolator};
 use lostmotion_kinematics::Kinematics;
+use lostmotion_methods::AxisConfig;
 use lostmotion_plan::{Action, Quality, Sample};
 use lostmotion_sim::results::PlanInfo;
 use lostmotion_sim::time::TimeOptions;

@@ -2,9 +2,9 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "tests")]
 
-use lostmotion_axis::AxisConfig;
-use lostmotion_axis::config::{Cycles, Interpolator};
 use lostmotion_base::AxisId;
+use lostmotion_drive::config::{Cycles, Interpolator};
+use lostmotion_methods::AxisConfig;
 use lostmotion_plan::Sample;
 use lostmotion_sim::machine::Machine;
 use lostmotion_sim::{ProgramSource, SimulateOptions, Simulation, Unobserved, plan, simulate};
@@ -103,7 +103,7 @@ fn every_method_runs_in_other_cycles() {
     let short = "G21 G90 G17 G64 P0.001\nG1 X2 Y1 F3000\nG1 X0 Y0\nG1 X2 Y1\nG1 X0 Y0\nM2\n";
     for (command_ms, servo_us) in [(0.25, 31.25), (2.0, 125.0), (8.0, 500.0)] {
         let machine = machine(command_ms, servo_us);
-        for method in lostmotion_axis::METHODS
+        for method in lostmotion_methods::METHODS
             .iter()
             .map(|method| method.info.name)
             .filter(|name| !["fitted-lookup", "adaptive"].contains(name))

@@ -2,8 +2,8 @@
 
 #![allow(clippy::expect_used, clippy::panic, reason = "tests")]
 
-use lostmotion_axis::config::Load;
 use lostmotion_base::AxisId;
+use lostmotion_drive::config::Load;
 use lostmotion_sim::machine::{Machine, presets};
 use lostmotion_sim::{
     ContourPoint, Observer, ProgramSource, SimulateOptions, Simulation, simulate,

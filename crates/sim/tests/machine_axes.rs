@@ -2,8 +2,9 @@
 
 #![allow(clippy::panic, reason = "helpers of tests")]
 
-use lostmotion_axis::{AxisConfig, AxisOutput, Setpoint, build_runner};
 use lostmotion_base::math::sin_cos;
+use lostmotion_drive::{AxisOutput, Setpoint};
+use lostmotion_methods::{AxisConfig, build_runner};
 use lostmotion_sim::machine::{Machine, MachineAxis, presets};
 
 fn all_axes() -> Vec<(String, MachineAxis)> {

@@ -1,8 +1,8 @@
 //! The machines that come with the library hold together physically.
 
-use lostmotion_axis::analysis::LimitCycle;
-use lostmotion_axis::config::{Drive, Tuning};
+use lostmotion_analysis::LimitCycle;
 use lostmotion_base::{AxisId, Coords};
+use lostmotion_drive::config::{Drive, Tuning};
 use lostmotion_sim::machine::{
     DEFAULT_MACHINE, Machine, axis_from_toml, axis_preset, axis_preset_toml, axis_presets, presets,
 };

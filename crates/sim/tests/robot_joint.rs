@@ -2,9 +2,11 @@
 //! changes.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use lostmotion_axis::analysis::analyse;
-use lostmotion_axis::config::{AxisConfig, Load};
-use lostmotion_axis::{AxisOutput, AxisSample, Engagement, Setpoint, build_runner};
+use lostmotion_analysis::analyse;
+use lostmotion_drive::config::Load;
+use lostmotion_drive::{AxisOutput, AxisSample, Engagement, Setpoint};
+use lostmotion_methods::AxisConfig;
+use lostmotion_methods::build_runner;
 use lostmotion_sim::machine::axis_preset;
 
 /// Ends of the sweep, deg, and its speed, deg/s.

@@ -8,9 +8,10 @@
 //! towed, as a slide is; and the gap that `adaptive` learned towing it.
 
 use crate::error::StudyError;
-use lostmotion_axis::config::Load;
-use lostmotion_axis::{AxisConfig, AxisOutput, AxisSample, Engagement, Setpoint, build_runner};
 use lostmotion_base::math;
+use lostmotion_drive::config::Load;
+use lostmotion_drive::{AxisOutput, AxisSample, Engagement, Setpoint};
+use lostmotion_methods::{AxisConfig, build_runner};
 use std::f64::consts::TAU;
 
 /// Length of a recording, s.

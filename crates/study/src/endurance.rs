@@ -7,9 +7,10 @@
 use crate::error::StudyError;
 use crate::matrix::factor::{Cell, FEED, SHAPE};
 use crate::matrix::machine;
-use lostmotion_axis::{AxisConfig, AxisOutput, AxisRunner, Engagement, Setpoint, build_runner};
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{Clock, math};
+use lostmotion_drive::{AxisOutput, AxisRunner, Engagement, Setpoint};
+use lostmotion_methods::{AxisConfig, build_runner};
 use std::f64::consts::TAU;
 
 /// Turns in a row, and the rest after them, s.

@@ -1,7 +1,7 @@
 //! What ends a study without a result.
 
-use lostmotion_axis::AxisError;
 use lostmotion_contour::ContourError;
+use lostmotion_drive::AxisError;
 use lostmotion_sim::SimError;
 use lostmotion_sim::machine::MachineError;
 

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::output::{remark, stdout_has_color};
 use crate::record::{Answer, Record};
 use crate::voice::Voice;
-use lostmotion::axis::METHODS;
+use lostmotion::methods::METHODS;
 use lostmotion::report::text;
 use lostmotion::sim::Machine;
 

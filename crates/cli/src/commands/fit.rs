@@ -5,11 +5,11 @@ use crate::args::machine::Fit;
 use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{input, machines, output};
-use lostmotion::axis::AxisConfig;
-use lostmotion::axis::config::{AxisUnit, Gap, ToldLoad};
+use lostmotion::drive::config::{AxisUnit, Gap, ToldLoad};
 use lostmotion::identify::{
     BacklashFit, BacklashLog, FitSettings, MotorLog, fit_backlash, fit_motor_only,
 };
+use lostmotion::methods::AxisConfig;
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::{read_log, read_motor_log};
 use lostmotion::report::{WriteError, json, number};

@@ -6,7 +6,7 @@ use crate::args::run::Plan;
 use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{drives, input};
-use lostmotion::axis::config::Cycles;
+use lostmotion::drive::config::Cycles;
 use lostmotion::plan::Sample;
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::PlanWriter;

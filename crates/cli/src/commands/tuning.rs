@@ -1,6 +1,6 @@
 //! Margins and limit cycles as text.
 
-use lostmotion::axis::analysis::{LimitCycle, LoopAnalysis};
+use lostmotion::analysis::{LimitCycle, LoopAnalysis};
 use lostmotion::base::AxisId;
 use lostmotion::report::text::{Align, Cell, Table};
 use lostmotion::sim::Machine;

@@ -1,9 +1,9 @@
 //! One axis: a row a servo tick.
 
 use super::rows::{POSITION_DECIMALS, RATE_DECIMALS, Rows};
-use lostmotion_axis::AxisSample;
-use lostmotion_axis::config::AxisUnit;
 use lostmotion_base::{Clock, Tick};
+use lostmotion_drive::AxisSample;
+use lostmotion_drive::config::AxisUnit;
 use std::io::{self, Write};
 
 /// Writes an axis' trace in the axis' own unit `u` (`mm`, `deg`, `rad`), at the load.

@@ -2,7 +2,7 @@
 
 use crate::error::ReadError;
 use csv::{ByteRecord, ErrorKind};
-use lostmotion_axis::config::AxisUnit;
+use lostmotion_drive::config::AxisUnit;
 use std::io::Read;
 
 /// Rows end here. With the default, which takes `\r\n` as one end, the reader's line numbers lag by

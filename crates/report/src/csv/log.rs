@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use crate::error::ReadError;
-use lostmotion_axis::config::AxisUnit;
+use lostmotion_drive::config::AxisUnit;
 use std::io::Read;
 
 /// Fewest rows of a log: velocity and acceleration are taken by differences.

@@ -2,9 +2,9 @@
 
 use super::cells::{Cells, Column, UNITS};
 use crate::error::ReadError;
-use lostmotion_axis::Setpoint;
-use lostmotion_axis::config::{AxisUnit, Interpolator};
 use lostmotion_base::Clock;
+use lostmotion_drive::Setpoint;
+use lostmotion_drive::config::{AxisUnit, Interpolator};
 use std::io::Read;
 
 /// How far a row's time may be off its tick, in parts of the period: times written with few

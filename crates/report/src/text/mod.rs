@@ -16,7 +16,8 @@ pub use simulation::simulation;
 pub use table::{Align, Cell, Table};
 pub use time::time;
 
-use lostmotion_axis::{Knowledge, find_method};
+use lostmotion_drive::Knowledge;
+use lostmotion_methods::find_method;
 
 /// What to show of a result.
 #[derive(Clone, Copy, Debug)]

@@ -6,12 +6,13 @@ use super::problem::{Problem, did_you_mean, number};
 use super::section::join;
 use super::settings::{BOW_LIMIT_UM, Position};
 use super::{General, MachineAxis, WorkOffsets, reach};
-use lostmotion_axis::config::Transmission;
-use lostmotion_axis::{AxisConfig, AxisConfigError};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisSet, Coords};
+use lostmotion_drive::AxisConfigError;
+use lostmotion_drive::config::Transmission;
 use lostmotion_kinematics::Kinematics;
 use lostmotion_kinematics::chain::JointType;
+use lostmotion_methods::AxisConfig;
 
 /// Checks every axis for itself.
 pub(super) fn axes(
@@ -94,8 +95,8 @@ pub(super) fn config(
     {
         problems.push(axis_problem(document, key, &error));
     }
-    if lostmotion_axis::find_method(&config.compensation.method).is_err() {
-        let known: Vec<&str> = lostmotion_axis::METHODS
+    if lostmotion_methods::find_method(&config.compensation.method).is_err() {
+        let known: Vec<&str> = lostmotion_methods::METHODS
             .iter()
             .map(|method| method.info.name)
             .collect();

@@ -5,9 +5,10 @@ use super::check;
 use super::document::Document;
 use super::problem::Problem;
 use super::{Machine, MachineAxis, section};
-use lostmotion_axis::config::Cycles;
-use lostmotion_axis::{AxisConfig, Tie};
 use lostmotion_base::AxisId;
+use lostmotion_drive::Tie;
+use lostmotion_drive::config::Cycles;
+use lostmotion_methods::AxisConfig;
 use serde::{Deserialize, Serialize};
 
 /// Least distance between the two ends of a beam, mm.

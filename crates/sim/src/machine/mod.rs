@@ -31,12 +31,12 @@ pub use settings::{
 };
 pub use tuning::AxisTuning;
 
-use lostmotion_axis::AxisConfig;
-use lostmotion_axis::config::{AxisUnit, Cycles};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisLimits, AxisSet, Coords};
+use lostmotion_drive::config::{AxisUnit, Cycles};
 use lostmotion_gcode::Dialect;
 use lostmotion_kinematics::{Kinematics, KinematicsError, KinematicsSpec, Reach, build_within};
+use lostmotion_methods::AxisConfig;
 use serde::Serialize;
 
 /// One axis of a machine.

@@ -1,7 +1,7 @@
 //! Machines that come with the library, as files that a user could have written, and their axes.
 
 use super::{Machine, axis_from_toml};
-use lostmotion_axis::AxisConfig;
+use lostmotion_methods::AxisConfig;
 
 /// Name of the machine that is taken if none is named.
 pub const DEFAULT_MACHINE: &str = "vmc3";

@@ -8,10 +8,10 @@ use super::{
     General, Homes, Machine, MachineAxis, PlannerSettings, SimulateSettings, ToolEntry, WorkOffsets,
 };
 use super::{check, gantry};
-use lostmotion_axis::AxisConfig;
-use lostmotion_axis::config::Cycles;
 use lostmotion_base::AxisId;
+use lostmotion_drive::config::Cycles;
 use lostmotion_gcode::Dialect;
+use lostmotion_methods::AxisConfig;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use toml::Spanned;

@@ -4,7 +4,7 @@
 use super::document::Document;
 use super::problem::MachineError;
 use super::{Machine, MachineAxis};
-use lostmotion_axis::analysis::{
+use lostmotion_analysis::{
     AxisAnalysis, Cycle, Feedback, LimitCycle, analyse, limit_cycle, simulated_cycle,
 };
 use lostmotion_base::AxisId;

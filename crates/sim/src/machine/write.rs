@@ -1,8 +1,8 @@
 //! A machine as a TOML file.
 
 use super::{Gantry, General, LimitsTable, Machine};
-use lostmotion_axis::AxisConfig;
-use lostmotion_axis::config::Cycles;
+use lostmotion_drive::config::Cycles;
+use lostmotion_methods::AxisConfig;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

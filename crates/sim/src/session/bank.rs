@@ -3,10 +3,9 @@
 use super::outputs::{AxisInfo, Beam, Outputs};
 use crate::error::SimError;
 use crate::machine::Machine;
-use lostmotion_axis::{
-    AxisBatch, AxisConfig, AxisError, AxisOutput, AxisRunner, Setpoint, Tie, TiedAxes, build_runner,
-};
 use lostmotion_base::Coords;
+use lostmotion_drive::{AxisBatch, AxisError, AxisOutput, AxisRunner, Setpoint, Tie, TiedAxes};
+use lostmotion_methods::{AxisConfig, build_runner};
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
 

@@ -12,9 +12,9 @@ use crate::results::{
 };
 use crate::source::ProgramSource;
 use crate::straightness::BowLimit;
-use lostmotion_axis::find_method;
 use lostmotion_base::Clock;
 use lostmotion_base::units::UM_PER_MM;
+use lostmotion_methods::find_method;
 
 /// Backlash RMS by which a method has to be worse than `none` to be called harmful, um.
 const HARM_UM: f64 = 0.1;

@@ -43,8 +43,8 @@ use crate::observer::Observer;
 use crate::options::SimulateOptions;
 use crate::results::{Comparison, PlanInfo, ProgramInfo, Simulation};
 use crate::source::ProgramSource;
-use lostmotion_axis::{METHODS, find_method};
 use lostmotion_contour::ProgrammedSegment;
+use lostmotion_methods::{METHODS, find_method};
 use lostmotion_plan::Sample;
 
 /// Runs a part program on a machine with one compensator and judges its contour error.

@@ -1,8 +1,8 @@
 //! What all axes of all variants did in the last chunk, as the rest of the session asks for it.
 
 use crate::machine::{Gantry, MachineAxis};
-use lostmotion_axis::{AxisOutput, Setpoint};
 use lostmotion_base::{AxisId, Coords};
+use lostmotion_drive::{AxisOutput, Setpoint};
 use lostmotion_plan::Sample;
 
 /// What all lanes did in the last chunk.

@@ -5,12 +5,12 @@ use super::modes::Modes;
 use super::outputs::Outputs;
 use crate::error::SimError;
 use crate::options::SimulateOptions;
-use lostmotion_axis::config::Cycles;
 use lostmotion_base::BlockRef;
 use lostmotion_contour::{
     BlockLedger, BlockRow, CauseRule, ContourTracker, ErrorRecord, FootState, Place,
     ReversalConfig, ReversalLedger, ReversalRow, ReversalState, Shares, Statistics,
 };
+use lostmotion_drive::config::Cycles;
 
 /// One variant's records. Constant in size, whatever the length of the program.
 #[derive(Debug)]

@@ -13,9 +13,9 @@ use crate::observer::Observer;
 use crate::options::SimulateOptions;
 use crate::results::PlanInfo;
 use crate::source::ProgramSource;
-use lostmotion_axis::config::Cycles;
 use lostmotion_base::{Coords, Tick};
 use lostmotion_contour::{ContourTracker, FootState, Place, Statistics};
+use lostmotion_drive::config::Cycles;
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
 

@@ -11,11 +11,12 @@ use super::motion;
 use super::result::CellResult;
 use super::tally::Tally;
 use crate::error::StudyError;
-use lostmotion_axis::config::Change;
-use lostmotion_axis::{AxisConfig, Setpoint};
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{AxisId, Clock, Coords, Tick};
 use lostmotion_contour::{ContourConfig, ContourSample, ContourTracker, ProgrammedSegment};
+use lostmotion_drive::Setpoint;
+use lostmotion_drive::config::Change;
+use lostmotion_methods::AxisConfig;
 use lostmotion_plan::Sample;
 use lostmotion_report::number::round_to;
 

@@ -1,8 +1,8 @@
 //! What happens at one servo tick of a cell.
 
-use lostmotion_axis::AxisSample;
 use lostmotion_base::{AxisId, Tick};
 use lostmotion_contour::{ContourInput, ContourSample};
+use lostmotion_drive::AxisSample;
 use lostmotion_plan::Sample;
 
 /// A servo tick of the method that is looked at closely.

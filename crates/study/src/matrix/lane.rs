@@ -2,9 +2,10 @@
 
 use super::machine::AXES;
 use crate::error::StudyError;
-use lostmotion_axis::{AxisConfig, AxisOutput, AxisRunner, AxisSample, Setpoint, build_runner};
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_contour::FootState;
+use lostmotion_drive::{AxisOutput, AxisRunner, AxisSample, Setpoint};
+use lostmotion_methods::{AxisConfig, build_runner};
 use lostmotion_plan::Sample;
 
 /// How long the machine stands still before the program, CNC ticks, so that drives settle.

@@ -15,7 +15,7 @@
 //! These formulae hold for a traverse that is timed and aimed perfectly; no compensator on the
 //! motor can do better.
 
-use lostmotion_axis::AxisConfig;
+use lostmotion_methods::AxisConfig;
 
 /// The time of a traverse of the whole gap from rest to rest with the drive's largest torque, s.
 pub fn traverse_s(config: &AxisConfig) -> f64 {

@@ -11,9 +11,9 @@
 
 use super::factor::{Cell, DRIFT, ENCODER, FRICTION, GAP, INERTIA, VISCOUS};
 use crate::error::StudyError;
-use lostmotion_axis::AxisConfig;
-use lostmotion_axis::config::{Change, Drift, Load, Reflected, Shape, Tuning};
 use lostmotion_base::AxisId;
+use lostmotion_drive::config::{Change, Drift, Load, Reflected, Shape, Tuning};
+use lostmotion_methods::AxisConfig;
 use lostmotion_sim::Machine;
 use std::f64::consts::TAU;
 
@@ -101,6 +101,6 @@ pub fn axis(cell: &Cell) -> Result<AxisConfig, StudyError> {
     axis.drive.told_inertia_kgm2 = Some(motor.inertia_kgm2 + inertia);
     let bits = cell.number(ENCODER) as u32;
     axis.drive.encoder_counts_per_rev = (bits > 0).then(|| 1 << bits);
-    axis.check().map_err(lostmotion_axis::AxisError::from)?;
+    axis.check().map_err(lostmotion_drive::AxisError::from)?;
     Ok(axis)
 }

@@ -6,7 +6,7 @@ use super::frame::Traced;
 use super::result::CellResult;
 use super::{machine, motion};
 use crate::error::StudyError;
-use lostmotion_axis::AxisConfig;
+use lostmotion_methods::AxisConfig;
 use lostmotion_sim::{ProgramSource, SimulateOptions, plan, plan_with_path};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;

@@ -2,8 +2,8 @@
 
 use super::cycle::{self, Turns, Windows};
 use super::result::MethodFigures;
-use lostmotion_axis::{AxisSample, Engagement};
 use lostmotion_base::units::UM_PER_MM;
+use lostmotion_drive::{AxisSample, Engagement};
 use lostmotion_report::number::round_to;
 
 /// Digits kept of a figure in um, and of a ratio.

@@ -2,8 +2,8 @@
 
 use super::scan::{FORMS, Scan};
 use super::trial::Trials;
-use lostmotion_axis::AxisSample;
 use lostmotion_base::{Clock, math};
+use lostmotion_drive::AxisSample;
 use lostmotion_report::svg::{Series, SeriesPicture, series};
 
 /// A picture with the name of its file.

@@ -1,7 +1,7 @@
 //! The move: there, a rest, back, a rest, with limited velocity, acceleration and jerk.
 
-use lostmotion_axis::Setpoint;
 use lostmotion_base::Clock;
+use lostmotion_drive::Setpoint;
 
 /// Rest before, between and after, s.
 const REST_S: [f64; 3] = [0.2, 0.8, 0.8];

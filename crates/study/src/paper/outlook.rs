@@ -4,8 +4,9 @@
 use super::motion::Move;
 use crate::error::StudyError;
 use crate::matrix::{Cell, machine};
-use lostmotion_axis::{AxisConfig, AxisOutput, Setpoint, build_runner};
 use lostmotion_base::Clock;
+use lostmotion_drive::{AxisOutput, Setpoint};
+use lostmotion_methods::{AxisConfig, build_runner};
 use lostmotion_report::number::fixed;
 use lostmotion_report::svg::{Series, SeriesPicture, series};
 use std::fmt::Write;

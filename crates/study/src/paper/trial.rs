@@ -2,9 +2,10 @@
 
 use super::motion::Move;
 use crate::error::StudyError;
-use lostmotion_axis::config::PublishedSettings;
-use lostmotion_axis::{AxisConfig, AxisOutput, AxisSample, build_runner};
 use lostmotion_base::Clock;
+use lostmotion_drive::config::PublishedSettings;
+use lostmotion_drive::{AxisOutput, AxisSample};
+use lostmotion_methods::{AxisConfig, build_runner};
 
 /// What is chosen for a run.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@ mod matrix;
 use crate::args::study::Study;
 use crate::failure::Failure;
 use crate::voice::Voice;
-use lostmotion::axis::{METHODS, find_method};
+use lostmotion::methods::{METHODS, find_method};
 use lostmotion::study::StudyError;
 
 /// Runs the study asked for.

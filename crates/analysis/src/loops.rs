@@ -1,0 +1,199 @@
+//! The loops of an axis, one by one, in both regimes.
+
+use super::margins::Margins;
+use super::model::{Coupling, Feedback, Model};
+use super::response::StateSpace;
+use lostmotion_methods::AxisConfig;
+use serde::Serialize;
+use std::fmt;
+
+/// A loop of the cascade.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoopKind {
+    /// Current PI, rotor held.
+    Current,
+    /// Velocity PI, current loop closed, position loop open.
+    Velocity,
+    /// Position P, velocity loop closed.
+    Position,
+}
+
+impl LoopKind {
+    /// Key of its gain in the table `drive`.
+    pub fn gain_key(self) -> &'static str {
+        match self {
+            LoopKind::Current => "current_gain_v_per_a",
+            LoopKind::Velocity => "velocity_gain_a_s_per_rad",
+            LoopKind::Position => "position_gain_per_s",
+        }
+    }
+}
+
+impl fmt::Display for LoopKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            LoopKind::Current => "current loop",
+            LoopKind::Velocity => "velocity loop",
+            LoopKind::Position => "position loop",
+        })
+    }
+}
+
+/// What the motor moves while a loop is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Regime {
+    /// A flank in contact: motor and load with the shaft between them.
+    Engaged,
+    /// The motor alone, between the flanks.
+    Gap,
+}
+
+impl fmt::Display for Regime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Regime::Engaged => "on a flank",
+            Regime::Gap => "in the gap",
+        })
+    }
+}
+
+/// One loop in one regime.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LoopAnalysis {
+    /// Which loop.
+    pub kind: LoopKind,
+    /// What the motor moves.
+    pub regime: Regime,
+    /// Its margins.
+    pub margins: Margins,
+    /// Factor on its gain up to which it is stable, where it is not; none if it is stable, or
+    /// unstable at any gain.
+    pub stable_factor: Option<f64>,
+}
+
+/// Dead times of the drive, us.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LoopDelays {
+    /// From a current's measurement to the middle of the period in which the voltage computed from
+    /// it acts.
+    pub current_us: f64,
+    /// From the middle of the encoder's difference to the middle of the period in which the command
+    /// computed from it holds, without the current loop and the filters.
+    pub velocity_us: f64,
+    /// From the encoder's reading to the middle of that period.
+    pub position_us: f64,
+}
+
+impl LoopDelays {
+    /// The dead times of an axis.
+    pub fn of(config: &AxisConfig) -> LoopDelays {
+        let (drive, current_us, half) = (
+            &config.drive,
+            config.current_period_us(),
+            0.5 * config.cycles.servo_us,
+        );
+        let position_us = f64::from(drive.command_delay_periods) * current_us + half;
+        LoopDelays {
+            current_us: (f64::from(drive.voltage_delay_periods) + 0.5) * current_us,
+            velocity_us: position_us + half,
+            position_us,
+        }
+    }
+}
+
+/// What linear theory says of an axis.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxisAnalysis {
+    /// From the innermost loop outwards; current, velocity and position loop on a flank, then the
+    /// latter two in the gap if there is one.
+    pub loops: Vec<LoopAnalysis>,
+    /// Dead times.
+    pub delays: LoopDelays,
+}
+
+impl AxisAnalysis {
+    /// A loop's margins, if it was looked at.
+    pub fn margins(&self, kind: LoopKind, regime: Regime) -> Option<&Margins> {
+        self.loops
+            .iter()
+            .find(|at| at.kind == kind && at.regime == regime)
+            .map(|at| &at.margins)
+    }
+}
+
+/// Looks at every loop of an axis that has been checked. The position loop is taken as closed on
+/// the motor's encoder, or on the load's scale on a flank if the axis' method is `load-feedback`.
+pub fn analyse(config: &AxisConfig) -> AxisAnalysis {
+    let feedback = if config.compensation.method == "load-feedback" {
+        Feedback::Load
+    } else {
+        Feedback::Motor
+    };
+    let engaged = Model::new(config, Coupling::ENGAGED);
+    let mut loops = vec![look(LoopKind::Current, Regime::Engaged, |gain| {
+        Model::current_loop(config, gain)
+    })];
+    let mut regime = |model: &Model, regime: Regime, feedback: Feedback| {
+        loops.push(look(LoopKind::Velocity, regime, |gain| {
+            model.velocity_loop(gain)
+        }));
+        if config.drive.position_gain_per_s > 0.0 {
+            loops.push(look(LoopKind::Position, regime, |gain| {
+                model.position_loop(feedback, gain)
+            }));
+        }
+    };
+    regime(&engaged, Regime::Engaged, feedback);
+    if config.reflected_load().gap_rad > 0.0 {
+        regime(
+            &Model::new(config, Coupling::GAP),
+            Regime::Gap,
+            Feedback::Motor,
+        );
+    }
+    AxisAnalysis {
+        loops,
+        delays: LoopDelays::of(config),
+    }
+}
+
+fn look(kind: LoopKind, regime: Regime, open: impl Fn(f64) -> StateSpace) -> LoopAnalysis {
+    let margins = Margins::of(&open(1.0));
+    let stable_factor = if margins.stable() {
+        None
+    } else {
+        stable_factor(&open)
+    };
+    LoopAnalysis {
+        kind,
+        regime,
+        margins,
+        stable_factor,
+    }
+}
+
+/// The largest factor below 1 up to which a loop is stable: down in steps of 10 % until it is, then
+/// halved to the border.
+fn stable_factor(open: &impl Fn(f64) -> StateSpace) -> Option<f64> {
+    let stable = |gain: f64| open(gain).closed_radius() < 1.0;
+    let mut low = 1.0;
+    let mut high = 1.0;
+    while !stable(low) {
+        high = low;
+        low *= 0.9;
+        if low < 1e-4 {
+            return None;
+        }
+    }
+    for _ in 0..30 {
+        let middle = 0.5 * (low + high);
+        if stable(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(low)
+}

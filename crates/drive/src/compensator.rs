@@ -1,0 +1,67 @@
+//! What a compensator is: a block that runs at the servo rate (250 us).
+//!
+//! Its configuration is immutable and shared, its state is small, cloneable and serialisable. It
+//! sees only what a drive has; [`MethodInfo::knows`] says what it needs beyond that.
+
+use crate::signal::{Correction, Signals};
+use crate::twin::Twinned;
+use serde::{Deserialize, Serialize};
+
+/// What a method may know beyond the signals that every drive has (motor encoder, current,
+/// references, motor data sheet).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Knowledge {
+    /// It measures the load (a linear scale or a second encoder).
+    pub load_scale: bool,
+    /// It is told the gap.
+    pub gap: bool,
+    /// It is told the load's inertia and friction.
+    pub load: bool,
+}
+
+/// What every compensator declares about itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodInfo {
+    /// Name on the command line and in files.
+    pub name: &'static str,
+    /// One line for people.
+    pub summary: &'static str,
+    /// What it may know.
+    pub knows: Knowledge,
+    /// Where the method comes from.
+    pub source: &'static str,
+}
+
+/// A backlash compensator.
+pub trait Compensator: Send + Sync + 'static {
+    /// What it carries from tick to tick.
+    type State: Clone + Send + Sync + Serialize + for<'de> Deserialize<'de>;
+
+    /// Whether it answers [`Correction::NONE`] to whatever it sees, so that nobody needs to ask.
+    const PASSIVE: bool = false;
+
+    /// Whether its [`Correction::inertia_estimate`] is motor and load together, learned for good,
+    /// and not what the motor carries at the moment.
+    const LEARNS_LOAD: bool = false;
+
+    /// What it says of itself.
+    fn info(&self) -> &'static MethodInfo;
+
+    /// State before the first tick, standing still at `motor_position` rad.
+    fn initial(&self, motor_position: f64) -> Self::State;
+
+    /// One servo tick.
+    fn step(&self, state: &mut Self::State, signals: &Signals) -> Correction;
+
+    /// What a tick does before the method's own model of the axis is stepped, and that model;
+    /// nothing for a method that has none. [`Compensator::step`] is this, the model's step, and
+    /// [`Compensator::finish`]; who runs many axes steps their models side by side.
+    fn begin<'a>(&'a self, _state: &'a mut Self::State, _signals: &Signals) -> Option<Twinned<'a>> {
+        None
+    }
+
+    /// The rest of a tick that was begun.
+    fn finish(&self, state: &mut Self::State, signals: &Signals) -> Correction {
+        self.step(state, signals)
+    }
+}

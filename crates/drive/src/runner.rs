@@ -1,0 +1,173 @@
+//! One axis from setpoints to where its load really is.
+
+use crate::compensator::MethodInfo;
+use crate::error::AxisError;
+use crate::plant::{Plant, PlantInput, PlantState};
+use crate::servo::{Servo, ServoState};
+use crate::signal::{AxisSample, Correction, Reference, Setpoint};
+use crate::twin::Twinned;
+
+pub use crate::plant::DRIFT_MS;
+
+/// What an axis did: appended to by every [`AxisRunner::push`], emptied by the caller.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AxisOutput {
+    /// Load position at each servo tick, in the axis' unit.
+    pub load: Vec<f64>,
+    /// Position reference at each servo tick, in the axis' unit.
+    pub reference: Vec<f64>,
+    /// Number of servo periods in which the current or the voltage was at its limit.
+    pub saturated_samples: u64,
+    /// Largest magnitude of i_q, A.
+    pub peak_current_a: f64,
+    /// Everything at each servo tick, if a list is given here.
+    pub trace: Option<Vec<AxisSample>>,
+}
+
+impl AxisOutput {
+    /// Empty, without or with a trace.
+    pub fn new(with_trace: bool) -> AxisOutput {
+        AxisOutput {
+            trace: with_trace.then(Vec::new),
+            ..AxisOutput::default()
+        }
+    }
+
+    /// Forgets the samples and keeps the memory; count and peak go on.
+    pub fn clear(&mut self) {
+        self.load.clear();
+        self.reference.clear();
+        if let Some(trace) = &mut self.trace {
+            trace.clear();
+        }
+    }
+}
+
+/// An axis with whatever compensator, driven by chunks of setpoints.
+pub trait AxisRunner: Send {
+    /// Takes one setpoint per command cycle and appends [`AxisRunner::servo_ticks`] samples for
+    /// each.
+    ///
+    /// Sample k (counted from the start) shows the axis at servo tick k, before that tick's command
+    /// has had any effect; the reference in it belongs to the setpoint time
+    /// `k * servo cycle - delay`, setpoint n standing at n command cycles. Sample 0 is the start
+    /// itself.
+    ///
+    /// # Errors
+    /// A setpoint that is not finite or incomplete, or a force on the load beyond 1e7. Those before
+    /// it have been taken.
+    fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError>;
+
+    /// Command cycles by which the reference lags behind the setpoints.
+    fn delay_ticks(&self) -> u32;
+
+    /// Servo ticks in a command cycle.
+    fn servo_ticks(&self) -> usize;
+
+    /// The compensator.
+    fn info(&self) -> &'static MethodInfo;
+
+    /// The plant's present state, at the motor's shaft.
+    fn plant(&self) -> &PlantState;
+
+    /// A copy that goes on from here on its own.
+    fn boxed_clone(&self) -> Box<dyn AxisRunner>;
+
+    /// First part of what [`AxisRunner::push`] does with a setpoint: takes it. For a batch, which
+    /// steps several axes side by side.
+    ///
+    /// # Errors
+    /// As for `push`; the axis is then as before.
+    fn begin_setpoint(&mut self, setpoint: &Setpoint) -> Result<(), AxisError>;
+
+    /// Then, for each of its [`AxisRunner::servo_ticks`]: measures, compensates, sets the current
+    /// command, appends a sample.
+    fn begin_tick(&mut self, index: u32, out: &mut AxisOutput);
+
+    /// What the compensator does at such a tick with what the drive has seen, up to where its own
+    /// model of the axis is stepped; nothing if it has none. For a batch that measures and sets the
+    /// command itself.
+    fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>>;
+
+    /// And what it answers, once its model is stepped.
+    fn finish_compensation(&mut self, index: u32, seen: &Seen) -> Correction;
+
+    /// Then its [`CurrentLoop::periods`] periods of the current loop.
+    fn current_loop(&mut self) -> CurrentLoop<'_>;
+}
+
+/// A compensator's model of its axis with the references of the tick that it is to be stepped by.
+#[derive(Debug)]
+pub struct TwinStep<'a> {
+    pub(crate) twin: Twinned<'a>,
+    pub(crate) reference: Reference,
+    pub(crate) next: Reference,
+}
+
+impl TwinStep<'_> {
+    /// Steps it by itself.
+    pub fn run(self) {
+        self.twin.step(&self.reference, &self.next);
+    }
+}
+
+/// What the drive has seen at a servo tick: rad, rad/s, A.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// Motor position from its encoder.
+    pub motor_position: f64,
+    /// Motor speed as the drive computes it.
+    pub motor_velocity: f64,
+    /// i_q.
+    pub current: f64,
+    /// Its mean over the last servo period.
+    pub mean_current: f64,
+    /// Whether a limit was met in it.
+    pub saturated: bool,
+    /// Where the load is, for a scale to read.
+    pub load_position: f64,
+}
+
+/// What runs at the rate of the current loop: the drive's fast half and the plant.
+#[derive(Debug)]
+pub struct CurrentLoop<'a> {
+    pub(crate) servo: &'a Servo,
+    pub(crate) plant: &'a Plant,
+    pub(crate) servo_state: &'a mut ServoState,
+    pub(crate) plant_state: &'a mut PlantState,
+    pub(crate) load_torque: f64,
+    /// Whether the plant's parameters change from setpoint to setpoint.
+    pub(crate) drifting: bool,
+    /// Whether the compensator never does anything.
+    pub(crate) passive: bool,
+    /// References at the servo ticks of the setpoint taken last, and at the next one's first.
+    pub(crate) references: &'a [Reference],
+    pub(crate) units_per_motor_rad: f64,
+}
+
+impl CurrentLoop<'_> {
+    /// Periods in a servo tick.
+    pub fn periods(&self) -> u32 {
+        self.servo.current_steps()
+    }
+
+    /// One period; raises the peak of the current, A, to what it reaches.
+    #[inline(always)]
+    pub fn period(&mut self, peak_current_a: &mut f64) {
+        let voltages = self.servo.voltage(self.servo_state, self.plant_state);
+        self.plant.step(
+            self.plant_state,
+            &PlantInput {
+                load_torque: self.load_torque,
+                ..voltages
+            },
+        );
+        *peak_current_a = peak_current_a.max(self.plant_state.current_q.abs());
+    }
+
+    /// The end of a servo tick: counts it if the drive was at a limit.
+    #[inline]
+    pub fn finish(&self, out: &mut AxisOutput) {
+        out.saturated_samples += u64::from(self.servo_state.saturated);
+    }
+}

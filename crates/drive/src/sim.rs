@@ -1,0 +1,334 @@
+//! An axis with a compensator: the parts of a servo tick in their order.
+
+use crate::compensator::{Compensator, MethodInfo};
+use crate::config::AxisConfig;
+use crate::error::AxisError;
+use crate::plant::{Drifting, Plant, PlantParams, PlantState};
+use crate::reference::{Spline, SplineState};
+use crate::runner::{AxisOutput, AxisRunner, CurrentLoop, Seen, TwinStep};
+use crate::servo::{Servo, ServoState};
+use crate::signal::{AxisSample, Correction, Reference, Setpoint, Signals};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// The largest force on the load that a setpoint may bring, N or N m.
+const LARGEST_LOAD_FORCE: f64 = 1e7;
+
+/// All that an axis carries from tick to tick.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisState<S> {
+    /// The reference.
+    pub spline: SplineState,
+    /// The drive.
+    pub servo: ServoState,
+    /// The plant.
+    pub plant: PlantState,
+    /// The compensator.
+    pub compensator: S,
+}
+
+/// An axis with a compensator: the description shared, the state its own.
+#[derive(Debug)]
+pub struct AxisSim<C: Compensator> {
+    model: Arc<Model<C>>,
+    state: AxisState<C::State>,
+    drifting: Option<Drifting>,
+    setpoint: Taken,
+}
+
+/// What follows from the setpoint taken last.
+#[derive(Clone, Debug, Default)]
+struct Taken {
+    /// References at its servo ticks, and at the next setpoint's first.
+    references: Vec<Reference>,
+    /// Torque of its force on the load, N m at the motor.
+    load_torque: f64,
+}
+
+impl Taken {
+    /// The reference at a servo tick, and the next one.
+    #[inline]
+    fn at(&self, index: u32, spline: &SplineState) -> (Reference, Reference) {
+        let at = |index: u32| {
+            self.references
+                .get(index as usize)
+                .copied()
+                .unwrap_or(spline.end())
+        };
+        (at(index), at(index + 1))
+    }
+}
+
+impl<C: Compensator> Clone for AxisSim<C> {
+    fn clone(&self) -> Self {
+        AxisSim {
+            model: Arc::clone(&self.model),
+            state: self.state.clone(),
+            drifting: self.drifting.clone(),
+            setpoint: self.setpoint.clone(),
+        }
+    }
+}
+
+impl<C: Compensator> AxisSim<C> {
+    /// Standing still with the motor at a position in the axis' unit. The description has to be
+    /// checked before.
+    pub fn new(config: &AxisConfig, compensator: C, start_position: f64) -> AxisSim<C> {
+        let factor = config.transmission.motor_rad_per_unit();
+        let start_rad = start_position * factor;
+        let params = PlantParams::new(config);
+        let (spline, servo) = (Spline::new(config), Servo::new(config));
+        let plant = PlantState::at_rest(&params, start_rad, config.start_in_gap.0);
+        let state = AxisState {
+            spline: spline.initial(start_position),
+            servo: servo.initial(&plant, start_rad),
+            plant,
+            compensator: compensator.initial(start_rad),
+        };
+        let has_scale = compensator.info().knows.load_scale;
+        let plant = Plant::new(&params);
+        let drifting = Drifting::new(&config.drift, &config.cycles, &plant);
+        let (units_per_motor_rad, load_per_motor_rad) =
+            (1.0 / factor, config.transmission.load_per_motor_rad());
+        let servo_ticks = config.cycles.servo_ticks() as u32;
+        let model = Model {
+            spline,
+            servo_ticks,
+            servo,
+            plant,
+            compensator,
+            units_per_motor_rad,
+            load_per_motor_rad,
+            has_scale,
+        };
+        AxisSim {
+            model: Arc::new(model),
+            state,
+            drifting,
+            setpoint: Taken::default(),
+        }
+    }
+
+    /// The present state, to be kept.
+    pub fn state(&self) -> &AxisState<C::State> {
+        &self.state
+    }
+
+    /// Goes on from a state kept earlier.
+    pub fn restore(&mut self, state: AxisState<C::State>) {
+        self.state = state;
+    }
+
+    #[inline]
+    fn tick(&mut self, index: u32, out: &mut AxisOutput) {
+        let (model, state) = (&*self.model, &mut self.state);
+        let (reference, next_reference) = self.setpoint.at(index, &state.spline);
+        let measured = model.servo.measure(&mut state.servo, &state.plant);
+        let seen = Seen {
+            motor_position: measured.position,
+            motor_velocity: measured.velocity,
+            current: state.plant.current_q,
+            mean_current: model.servo.mean_current(&mut state.servo, &state.plant),
+            saturated: state.servo.saturated,
+            load_position: state.plant.load_position,
+        };
+        let correction = model.correct(&mut state.compensator, [reference, next_reference], &seen);
+        out.load
+            .push(state.plant.load_position * model.units_per_motor_rad);
+        out.reference
+            .push(reference.position * model.units_per_motor_rad);
+        if let Some(trace) = &mut out.trace {
+            let plant = &state.plant;
+            trace.push(AxisSample {
+                reference,
+                motor_position: plant.motor_position(),
+                motor_velocity: plant.motor_velocity,
+                load_position: plant.load_position,
+                load_velocity: plant.load_velocity,
+                current: plant.current_q,
+                torque: model.plant.params().torque_constant_nm_per_a * plant.current_q,
+                engagement: plant.engagement(),
+                gap_angle_estimate: correction.gap_angle_estimate,
+                inertia_estimate: correction.inertia_estimate,
+                engagement_estimate: correction.engagement_estimate,
+                stiffness_estimate: correction.stiffness_estimate,
+                damping_estimate: correction.damping_estimate,
+            });
+        }
+        model.servo.command(
+            &mut state.servo,
+            &reference,
+            &next_reference,
+            &measured,
+            &correction,
+        );
+    }
+
+    #[inline]
+    fn fast_half(&mut self) -> CurrentLoop<'_> {
+        CurrentLoop {
+            servo: &self.model.servo,
+            plant: self
+                .drifting
+                .as_ref()
+                .map_or(&self.model.plant, Drifting::plant),
+            servo_state: &mut self.state.servo,
+            plant_state: &mut self.state.plant,
+            load_torque: self.setpoint.load_torque,
+            drifting: self.drifting.is_some(),
+            passive: C::PASSIVE,
+            references: &self.setpoint.references,
+            units_per_motor_rad: self.model.units_per_motor_rad,
+        }
+    }
+}
+
+fn load_force(tick: u64, setpoint: &Setpoint) -> Result<f64, AxisError> {
+    let value = setpoint.load_force.unwrap_or(0.0);
+    if value.abs() <= LARGEST_LOAD_FORCE {
+        Ok(value)
+    } else {
+        Err(AxisError::LoadForce {
+            tick,
+            value,
+            highest: LARGEST_LOAD_FORCE,
+        })
+    }
+}
+
+impl<C: Compensator> AxisRunner for AxisSim<C> {
+    fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError> {
+        for setpoint in setpoints {
+            self.begin_setpoint(setpoint)?;
+            for index in 0..self.model.servo_ticks {
+                self.tick(index, out);
+                let mut fast = self.fast_half();
+                for _ in 0..fast.periods() {
+                    fast.period(&mut out.peak_current_a);
+                }
+                fast.finish(out);
+            }
+        }
+        Ok(())
+    }
+
+    fn begin_setpoint(&mut self, setpoint: &Setpoint) -> Result<(), AxisError> {
+        let tick = self.state.spline.ticks();
+        let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
+        self.model.spline.push(&mut self.state.spline, setpoint)?;
+        let (spline, state) = (&self.model.spline, &self.state.spline);
+        let count = self.model.servo_ticks;
+        self.setpoint.load_torque = load_torque;
+        self.setpoint.references.clear();
+        self.setpoint
+            .references
+            .extend((0..=count).map(|index| spline.at(state, index, count)));
+        if let Some(drifting) = &mut self.drifting {
+            drifting.advance(tick, &mut self.state.plant);
+        }
+        Ok(())
+    }
+
+    fn begin_tick(&mut self, index: u32, out: &mut AxisOutput) {
+        self.tick(index, out);
+    }
+
+    fn begin_compensation(&mut self, index: u32, seen: &Seen) -> Option<TwinStep<'_>> {
+        let (reference, next) = self.setpoint.at(index, &self.state.spline);
+        let signals = self.model.signals([reference, next], seen);
+        let twin = self
+            .model
+            .compensator
+            .begin(&mut self.state.compensator, &signals)?;
+        Some(TwinStep {
+            twin,
+            reference,
+            next,
+        })
+    }
+
+    fn finish_compensation(&mut self, index: u32, seen: &Seen) -> Correction {
+        let (reference, next) = self.setpoint.at(index, &self.state.spline);
+        let signals = self.model.signals([reference, next], seen);
+        usable(
+            self.model
+                .compensator
+                .finish(&mut self.state.compensator, &signals),
+        )
+    }
+
+    fn current_loop(&mut self) -> CurrentLoop<'_> {
+        self.fast_half()
+    }
+
+    fn delay_ticks(&self) -> u32 {
+        self.model.spline.delay_ticks()
+    }
+
+    fn servo_ticks(&self) -> usize {
+        self.model.servo_ticks as usize
+    }
+
+    fn info(&self) -> &'static MethodInfo {
+        self.model.compensator.info()
+    }
+
+    fn plant(&self) -> &PlantState {
+        &self.state.plant
+    }
+
+    fn boxed_clone(&self) -> Box<dyn AxisRunner> {
+        Box::new(self.clone())
+    }
+}
+
+/// Description of an axis with its compensator.
+#[derive(Debug)]
+struct Model<C> {
+    spline: Spline,
+    servo_ticks: u32,
+    servo: Servo,
+    plant: Plant,
+    compensator: C,
+    units_per_motor_rad: f64,
+    load_per_motor_rad: f64,
+    has_scale: bool,
+}
+
+impl<C: Compensator> Model<C> {
+    /// What a compensator sees.
+    #[inline]
+    fn signals(&self, [reference, next_reference]: [Reference; 2], seen: &Seen) -> Signals {
+        Signals {
+            reference,
+            next_reference,
+            motor_position: seen.motor_position,
+            motor_velocity: seen.motor_velocity,
+            current: seen.current,
+            mean_current: seen.mean_current,
+            saturated: seen.saturated,
+            load_position: if self.has_scale {
+                Some(self.servo.read_scale(seen.load_position))
+            } else {
+                None
+            },
+        }
+    }
+
+    /// What the compensator answers; without its output if a drive could not act on that.
+    #[inline]
+    fn correct(&self, state: &mut C::State, references: [Reference; 2], seen: &Seen) -> Correction {
+        usable(
+            self.compensator
+                .step(state, &self.signals(references, seen)),
+        )
+    }
+}
+
+fn usable(wanted: Correction) -> Correction {
+    if wanted.is_usable() {
+        wanted
+    } else {
+        wanted.without_output()
+    }
+}

@@ -1,0 +1,216 @@
+//! What is known before a window is read: the unknowns' most likely values and how sure they are.
+
+use super::lanes::{Hypotheses, LANES, Lanes};
+use crate::linear::{factor, solve};
+use lostmotion_drive::twin::LoadModel;
+use serde::{Deserialize, Serialize};
+
+/// Unknowns: half gap, Coulomb friction, constant torque, inertia, viscous friction, stiffness,
+/// motor's Coulomb friction.
+pub(super) const N: usize = LANES - 1;
+pub(super) const GAP: usize = 0;
+const COULOMB: usize = 1;
+const CONSTANT: usize = 2;
+const INERTIA: usize = 3;
+const VISCOUS: usize = 4;
+const STIFFNESS: usize = 5;
+const MOTOR: usize = 6;
+/// Places of what the learning of the load knows: inertia, viscous friction, Coulomb friction,
+/// constant torque.
+const OF_LOAD: [usize; 4] = [INERTIA, VISCOUS, COULOMB, CONSTANT];
+
+/// One number for each unknown, SI.
+pub(super) type Vector = [f64; N];
+
+/// Load, its covariance, and near what the half gap is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Prior {
+    pub(super) load: LoadModel,
+    /// Covariance of the load's inertia, viscous friction, Coulomb friction and constant torque,
+    /// SI.
+    pub(super) covariance: [[f64; 4]; 4],
+    pub(super) motor_coulomb: f64,
+    pub(super) rated_torque: f64,
+    /// Half gap near which to look, rad; 0 for anywhere.
+    pub(super) half_gap: f64,
+    /// Flank that is left, -1 or 1: differences mirror with it.
+    pub(super) side: f64,
+}
+
+impl Prior {
+    /// Most likely values. The half gap is a guess without weight.
+    pub(super) fn mean(&self) -> Vector {
+        let load = &self.load;
+        [
+            self.half_gap,
+            load.coulomb,
+            load.constant,
+            load.inertia,
+            load.viscous,
+            load.stiffness,
+            self.motor_coulomb,
+        ]
+    }
+
+    /// Least values that are possible.
+    pub(super) fn least(&self) -> Vector {
+        [
+            0.0,
+            0.0,
+            f64::NEG_INFINITY,
+            0.1 * self.load.inertia,
+            0.0,
+            0.1 * self.load.stiffness,
+            0.0,
+        ]
+    }
+
+    /// Standard deviations of what no covariance tells: models are never quite right. That of the
+    /// stiffness is a data sheet's.
+    fn slack(&self) -> Vector {
+        let (load, rated) = (&self.load, self.rated_torque);
+        [
+            f64::INFINITY,
+            0.005 * load.coulomb + 2e-4 * rated,
+            3e-4 * rated,
+            0.02 * load.inertia,
+            0.02 * load.viscous + 1e-5 * rated,
+            0.1 * load.stiffness,
+            0.02 * self.motor_coulomb + 2e-4 * rated,
+        ]
+    }
+
+    /// Differences from which derivatives are taken: a hundredth of the gap, and as much of the
+    /// rest as moves the contact about as far, but a fifth of the standard deviations at most. A
+    /// friction that is off by half of that may move the contact of a long crossing by several
+    /// gaps, and no derivative tells anything there. `time_s`: since the start of the window;
+    /// `speed`: largest of the motor's in it, rad/s.
+    pub(super) fn step(&self, half_gap: f64, time_s: f64, speed: f64) -> Vector {
+        let mut spread = self.slack();
+        for (unknown, entry) in OF_LOAD.into_iter().enumerate() {
+            spread[entry] += self.covariance[unknown][unknown].max(0.0).sqrt();
+        }
+        spread[INERTIA] = spread[INERTIA].min(self.load.inertia);
+        let mut step = spread.map(|spread| 0.2 * spread);
+        let way = (0.01 * half_gap).max(1e-6);
+        let torque = 2.0 * way * self.load.inertia / (time_s * time_s);
+        let drag = self.load.coulomb + self.load.viscous * speed + self.load.constant.abs();
+        let bounds = [
+            f64::INFINITY,
+            torque,
+            torque,
+            self.load.inertia * torque / drag.max(1e-3 * self.rated_torque),
+            torque / speed.max(0.1),
+            self.load.stiffness * way * self.load.stiffness / drag.max(1e-3 * self.rated_torque),
+            f64::INFINITY,
+        ];
+        for (step, bound) in step.iter_mut().zip(bounds) {
+            *step = step.min(bound);
+        }
+        step[GAP] = way;
+        step[CONSTANT] *= self.side;
+        step
+    }
+
+    /// Information: the inverse of covariance and slack; none of the gap.
+    pub(super) fn information(&self) -> [Vector; N] {
+        let slack = self.slack();
+        let mut information = [[0.0; N]; N];
+        for unknown in [STIFFNESS, MOTOR] {
+            information[unknown][unknown] = 1.0 / (slack[unknown] * slack[unknown]);
+        }
+        // in units of the slack, so that the numbers are of like size
+        let scaled: [[f64; 4]; 4] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                self.covariance[i][j] / (slack[OF_LOAD[i]] * slack[OF_LOAD[j]])
+                    + if i == j { 1.0 } else { 0.0 }
+            })
+        });
+        let l = factor(&scaled);
+        for (j, column) in OF_LOAD.into_iter().enumerate() {
+            let unit: [f64; 4] = std::array::from_fn(|i| if i == j { 1.0 } else { 0.0 });
+            for (i, value) in solve(&l, &unit).into_iter().enumerate() {
+                information[OF_LOAD[i]][column] = value / (slack[OF_LOAD[i]] * slack[column]);
+            }
+        }
+        information
+    }
+}
+
+/// The same hypothesis in all lanes.
+pub(super) fn uniform(at: &Vector, damping: f64) -> Hypotheses {
+    let [
+        half_gap,
+        coulomb,
+        constant,
+        inertia,
+        viscous,
+        stiffness,
+        motor_coulomb,
+    ] = at.map(|value| [value; LANES]);
+    Hypotheses {
+        half_gap,
+        coulomb,
+        constant,
+        inertia,
+        viscous,
+        stiffness,
+        damping: [damping; LANES],
+        motor_coulomb,
+    }
+}
+
+/// The lanes of an unknown.
+pub(super) fn lanes_of(hypotheses: &mut Hypotheses, unknown: usize) -> &mut Lanes {
+    match unknown {
+        GAP => &mut hypotheses.half_gap,
+        COULOMB => &mut hypotheses.coulomb,
+        CONSTANT => &mut hypotheses.constant,
+        INERTIA => &mut hypotheses.inertia,
+        VISCOUS => &mut hypotheses.viscous,
+        STIFFNESS => &mut hypotheses.stiffness,
+        _ => &mut hypotheses.motor_coulomb,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn information_is_the_inverse_of_covariance_and_slack() {
+        let load = LoadModel {
+            inertia: 0.01,
+            viscous: 0.002,
+            coulomb: 1.0,
+            constant: 0.0,
+            stiffness: 1500.0,
+            damping: 0.1,
+        };
+        let mut covariance = [[0.0; 4]; 4];
+        (
+            covariance[2][2],
+            covariance[3][3],
+            covariance[2][3],
+            covariance[3][2],
+        ) = (0.04, 0.04, -0.039, -0.039);
+        let prior = Prior {
+            load,
+            covariance,
+            motor_coulomb: 0.1,
+            rated_torque: 10.0,
+            half_gap: 0.0,
+            side: 1.0,
+        };
+        let information = prior.information();
+        // friction and constant torque are known together far better than each
+        let both = information[1][1] + information[2][2] + 2.0 * information[1][2];
+        assert!(
+            both > 50.0 * (1.0 / 0.04)
+                && information[1][2] > 0.0
+                && (information[1][2] - information[2][1]).abs() < 1e-9 * both
+        );
+        assert!((information[5][5] - 1.0 / (150.0 * 150.0)).abs() < 1e-12);
+        assert!(information[0].iter().all(|entry| *entry == 0.0));
+    }
+}

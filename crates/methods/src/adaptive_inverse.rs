@@ -1,0 +1,165 @@
+//! The adaptive inverse of backlash: the motor is put where the load will be right, the two half
+//! gaps are learned by a gradient.
+//!
+//! ```text
+//! backlash (slope 1):   theta_L = theta_M - c_r while it moves up, theta_M - c_l while it moves down, else as it was
+//! its right inverse:    theta_M = v + c_r where v moves up, v + c_l where v moves down           (v the reference)
+//! measured:             y = theta_M - theta_L - T/k,   T = K_t i - J_M alpha_ref - b_v w_ref - T_cM sign(w_ref)
+//! gradient, normalised: c_r += gamma (y - c_r) T_s on strokes up, c_l likewise on strokes down, once a stroke has gone on for 30 ms
+//! bounds:               |c| <= the largest half gap
+//! ```
+//! With the indicator functions of the strokes as regressor, the gradient is a first-order average
+//! per direction. The jump of the inverse takes the ramp's time. `T/k` keeps the shaft's wind-up
+//! out of the gap: it is there without a gap, too.
+//!
+//! **It needs the load's side**: the theory adapts on the error of the backlash' output. A
+//! motor-side surrogate of that output (the torque) does not hold the gap while the motor is where
+//! it should be, so a scale is required; on a machine without one an ideal scale is taken. Signals:
+//! reference, motor position (rad), load position (rad at the motor), current (A). It knows the
+//! stiffness of the shaft and the motor's data. Tunables: gamma (1/s), largest half gap as a total
+//! gap (um, mdeg or motor rad), ramp time (ms). Fails: the backlash of the theory has no inertia:
+//! its output stays where it is as soon as the input turns. That is a friction-driven load. A load
+//! without friction coasts across the gap at the reversal, where the inverse crosses it, and is off
+//! until it has changed flanks; there it is worse than nothing. Source: Tao and Kokotovic,
+//! *Adaptive Control of Systems with Actuator and Sensor Nonlinearities*, Wiley 1996, chapters 2 to
+//! 4.
+
+use crate::AxisConfig;
+use crate::ramp::{Ramp, RampTime, direction};
+use crate::registry::Registered;
+use lostmotion_drive::signal::Engagement;
+use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+use serde::{Deserialize, Serialize};
+
+/// Time of a stroke that has to pass before it is learned from, ms.
+const SETTLE_MS: f64 = 30.0;
+
+/// The method `adaptive-inverse`.
+#[derive(Clone, Copy, Debug)]
+pub struct AdaptiveInverse {
+    gain: f64,
+    most: f64,
+    time: RampTime,
+    period_s: f64,
+    settle_ticks: u32,
+    torque_constant: f64,
+    inertia: f64,
+    viscous: f64,
+    coulomb: f64,
+    compliance: f64,
+}
+
+/// What has been learned, and where the correction is on its way.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AdaptiveInverseState {
+    direction: i8,
+    /// Ticks of this stroke, up to [`SETTLE_MS`].
+    ticks: u32,
+    /// `c_l` and `c_r`, rad.
+    learned: [f64; 2],
+    target: f64,
+    ramp: Ramp,
+}
+
+impl Registered for AdaptiveInverse {
+    const INFO: &'static MethodInfo = &MethodInfo {
+        name: "adaptive-inverse",
+        summary: "right inverse of the backlash at the reference, both half gaps learned by a gradient from a scale at the load",
+        knows: Knowledge {
+            load_scale: true,
+            gap: false,
+            load: false,
+        },
+        source: "Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley 1996",
+    };
+
+    fn from_axis(config: &AxisConfig) -> AdaptiveInverse {
+        let (settings, motor) = (&config.compensation.adaptive_inverse, &config.motor);
+        let period_s = config.servo_period_s();
+        let turn = std::f64::consts::TAU;
+        AdaptiveInverse {
+            gain: (settings.gain_per_s * period_s).min(1.0),
+            most: 0.5
+                * settings
+                    .largest_gap
+                    .map_or(turn, |gap| gap.motor_rad(&config.transmission)),
+            time: RampTime::from_ms(settings.ramp_ms, period_s),
+            period_s,
+            settle_ticks: config.cycles.ticks(SETTLE_MS),
+            torque_constant: motor.torque_constant_nm_per_a,
+            inertia: config.motor_side_inertia_kgm2(),
+            viscous: motor.viscous_nm_s_per_rad,
+            coulomb: motor.coulomb_nm,
+            compliance: 1.0 / config.reflected_load().stiffness_nm_per_rad,
+        }
+    }
+}
+
+impl AdaptiveInverse {
+    fn learn(&self, state: &mut AdaptiveInverseState, signals: &Signals) {
+        let Some(load) = signals.load_position else {
+            return;
+        };
+        let (reference, sign) = (&signals.reference, f64::from(state.direction));
+        let own = self.inertia * reference.acceleration
+            + self.viscous * reference.velocity
+            + self.coulomb * sign;
+        let wind_up = (self.torque_constant * signals.current - own) * self.compliance;
+        let output = signals.motor_position - load - wind_up;
+        let learned = &mut state.learned[usize::from(state.direction > 0)];
+        let next = *learned + self.gain * (output - *learned);
+        *learned = if next.is_finite() {
+            next.clamp(-self.most, self.most)
+        } else {
+            *learned
+        };
+    }
+}
+
+impl Compensator for AdaptiveInverse {
+    type State = AdaptiveInverseState;
+
+    fn info(&self) -> &'static MethodInfo {
+        Self::INFO
+    }
+
+    fn initial(&self, _motor_position: f64) -> AdaptiveInverseState {
+        AdaptiveInverseState {
+            direction: 0,
+            ticks: 0,
+            learned: [0.0; 2],
+            target: 0.0,
+            ramp: Ramp::DONE,
+        }
+    }
+
+    #[inline]
+    fn step(&self, state: &mut AdaptiveInverseState, signals: &Signals) -> Correction {
+        let before = state.ramp.towards(state.target);
+        let direction = direction(signals.reference.velocity, state.direction);
+        if direction != state.direction {
+            // what was learned since is taken up by the next stroke: a target that moves would move
+            // the motor it is learned from
+            state.target = state.learned[usize::from(direction > 0)];
+            state.direction = direction;
+            state.ticks = 0;
+            state.ramp.start(before);
+        }
+        state.ticks = (state.ticks + 1).min(self.settle_ticks);
+        if state.ticks >= self.settle_ticks
+            && state.ramp.done()
+            && signals.reference.velocity.abs() > super::ramp::STANDING_RAD_S
+        {
+            self.learn(state, signals);
+        }
+        state.ramp.advance(self.time);
+        let position = state.ramp.towards(state.target);
+        Correction {
+            position,
+            velocity: (position - before) / self.period_s,
+            gap_angle_estimate: state.target,
+            engagement_estimate: Engagement::of_sign(direction),
+            ..Correction::NONE
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! A disturbance observer around the motor: what the motor gives beyond its nominal inertia's need
+//! is taken for a disturbance and cancelled.
+//!
+//! ```text
+//! d = Q(s) (K_t i - J_n s w),   Q = g/(s + g),   g = 2 pi f           resisting torque, J_n the inertia that the drive was told
+//! without a derivative:  y += (1 - exp(-g T)) (K_t i + g J_n w - y),   d = y - g J_n w
+//! torque = share d, cut at the rated torque
+//! ```
+//! Signals: motor velocity (rad/s), current (A). Tunables: bandwidth f of the filter (Hz), share (0
+//! to 1). It knows K_t and the inertia of the drive's own feed-forward, right or wrong; nothing
+//! about gap or friction.
+//!
+//! What it does: friction that turns round at a reversal is cancelled within 1/g instead of the
+//! velocity integral's time, so the motor's own error at the reversal shrinks. The torque that the
+//! contact takes up or loses is cancelled just the same. What it cannot do: the gap does not
+//! resist. The motor stands where its reference is while the load is off by half a gap, and no
+//! torque tells; the offset stays in full, with friction and without. In the gap the motor is
+//! lighter than J_n, and the observer pretends the nominal inertia: it makes the crossing slower,
+//! by `d = -(J_n - J_M) alpha`. Fails: a bandwidth near the shaft's resonance or the loop's delays
+//! makes it oscillate; coarse encoders are heard as `g J_n` times the noise of the velocity. With
+//! little load friction, stiffening the motor makes landings harder. Source: Ohnishi (1987), Umeno
+//! and Hori, IEEE Trans. Ind. Electron. 38 (1991); in drives as load torque observer.
+
+use crate::AxisConfig;
+use crate::registry::Registered;
+use lostmotion_base::math;
+use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// The method `disturbance-observer`.
+#[derive(Clone, Copy, Debug)]
+pub struct DisturbanceObserver {
+    torque_constant: f64,
+    /// g J_n, N m s/rad.
+    momentum_gain: f64,
+    smoothing: f64,
+    share: f64,
+    most: f64,
+}
+
+/// The filter's output, N m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DisturbanceObserverState {
+    filtered: f64,
+    started: bool,
+}
+
+impl Registered for DisturbanceObserver {
+    const INFO: &'static MethodInfo = &MethodInfo {
+        name: "disturbance-observer",
+        summary: "torque beyond what the nominal inertia needs is observed at the motor and cancelled; the gap's offset stays",
+        knows: Knowledge {
+            load_scale: false,
+            gap: false,
+            load: false,
+        },
+        source: "Ohnishi (1987); Umeno and Hori (1991)",
+    };
+
+    fn from_axis(config: &AxisConfig) -> DisturbanceObserver {
+        let settings = &config.compensation.disturbance_observer;
+        let all = config.motor_side_inertia_kgm2() + config.reflected_load().inertia_kgm2;
+        let rate = TAU * settings.bandwidth_hz;
+        DisturbanceObserver {
+            torque_constant: config.motor.torque_constant_nm_per_a,
+            momentum_gain: rate * config.drive.told_inertia_kgm2.unwrap_or(all),
+            smoothing: -math::expm1(-rate * config.servo_period_s()),
+            share: settings.share,
+            most: config.motor.rated_torque_nm,
+        }
+    }
+}
+
+impl Compensator for DisturbanceObserver {
+    type State = DisturbanceObserverState;
+
+    fn info(&self) -> &'static MethodInfo {
+        Self::INFO
+    }
+
+    fn initial(&self, _motor_position: f64) -> DisturbanceObserverState {
+        DisturbanceObserverState {
+            filtered: 0.0,
+            started: false,
+        }
+    }
+
+    #[inline]
+    fn step(&self, state: &mut DisturbanceObserverState, signals: &Signals) -> Correction {
+        let momentum = self.momentum_gain * signals.motor_velocity;
+        let input = self.torque_constant * signals.current + momentum;
+        if !state.started {
+            // a drive that holds a load against gravity already carries it in its integral
+            *state = DisturbanceObserverState {
+                filtered: momentum,
+                started: true,
+            };
+        }
+        state.filtered += self.smoothing * (input - state.filtered);
+        let resisting = state.filtered - momentum;
+        Correction {
+            torque: (self.share * resisting).clamp(-self.most, self.most),
+            ..Correction::NONE
+        }
+    }
+}

@@ -1,0 +1,355 @@
+//! Motor, shaft and load as a Kalman filter sees them, with the half gap as one more state.
+//!
+//! ```text
+//! x = (theta_M, w_M, theta_b, w_L, b)              theta_b = theta_M - theta_L,  y = theta_M + noise of the encoder
+//! theta_M' = w_M            J_M w_M' = K_t i - b_v w_M - T_cM sat(w_M/w_0) - T_c
+//! theta_b' = w_M - w_L      J_L w_L' = T_c - b_L w_L - T_f sat(w_L/w_0) - T_const
+//! T_c = s-th flank: k (theta_b - s b) + d (w_M - w_L);  in the gap: 0
+//! b' = 0
+//! ```
+//! Friction is steep below w_0, so that a load that sticks is one that creeps by nothing worth
+//! mentioning. With flank and kind of friction given the model is linear; its exact steps over a
+//! servo period are computed once for each. Noise: a torque at the motor and one at the load, and
+//! the half gap's own wandering, each constant over a period.
+
+use crate::AxisConfig;
+use lostmotion_drive::Signals;
+use lostmotion_drive::config::Gap;
+use lostmotion_drive::twin::LoadModel;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// States.
+pub(super) const N: usize = 5;
+/// A square matrix of the states.
+pub(super) type Square = [[f64; N]; N];
+
+const MOTOR_SPEED: usize = 1;
+pub(super) const GAP_ANGLE: usize = 2;
+const LOAD_SPEED: usize = 3;
+pub(super) const HALF_GAP: usize = 4;
+/// States, and the torques at motor and load.
+const WITH_TORQUES: usize = N + 2;
+/// Speed w_0 below which friction is steep, rad/s.
+const STICKING_RAD_S: f64 = 0.05;
+/// The half gap stays below so many standard deviations of what it was thought to be at the start.
+const MOST_SPREADS: f64 = 5.0;
+/// Encoder noise that is never undercut, rad: what the model itself is good to.
+const LEAST_NOISE: f64 = 1.5e-6;
+
+/// Mean and covariance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Belief {
+    pub(super) mean: [f64; N],
+    pub(super) covariance: Square,
+}
+
+/// One period with the flank and the kind of the load's friction given.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    states: Square,
+    torques: [[f64; 2]; N],
+}
+
+/// The filter's model: immutable, shared.
+#[derive(Clone, Debug)]
+pub(super) struct Filter {
+    /// By contact and by sliding.
+    steps: [[Step; 2]; 2],
+    load: LoadModel,
+    torque_constant: f64,
+    motor_coulomb: f64,
+    /// Variances of the torques at motor and load, (N m)^2.
+    noise: [f64; 2],
+    /// Variance of the half gap's step, rad2.
+    wandering: f64,
+    /// Variance of the encoder, rad2.
+    reading: f64,
+    first: [f64; 2],
+    most: f64,
+}
+
+/// What a filter is told of its noises.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Noises {
+    /// Standard deviation of the torques, N m.
+    pub(crate) torque_nm: f64,
+    /// Half gap at the start and its standard deviation, rad.
+    pub(crate) first: [f64; 2],
+    /// How far the half gap may wander, rad per square root of s.
+    pub(crate) wandering: f64,
+}
+
+impl Noises {
+    /// From settings: the torques' deviation as part of the rated torque, the gap's spread at the
+    /// start, its wandering as part of that spread.
+    pub(crate) fn new(
+        share: f64,
+        spread: Option<Gap>,
+        wandering: f64,
+        config: &AxisConfig,
+    ) -> Noises {
+        let spread = 0.5 * spread.map_or(TAU / 200.0, |gap| gap.motor_rad(&config.transmission));
+        Noises {
+            torque_nm: share * config.motor.rated_torque_nm,
+            first: [0.0, spread],
+            wandering: wandering * spread,
+        }
+    }
+}
+
+impl Filter {
+    pub(super) fn new(config: &AxisConfig, noises: &Noises) -> Filter {
+        let load = LoadModel::told(config);
+        let step = |contact: bool, slides: bool| Step::new(config, &load, contact, slides);
+        let count = config
+            .drive
+            .encoder_counts_per_rev
+            .map_or(0.0, |counts| TAU / f64::from(counts));
+        let variance = noises.torque_nm * noises.torque_nm;
+        Filter {
+            steps: [
+                [step(false, false), step(false, true)],
+                [step(true, false), step(true, true)],
+            ],
+            load,
+            torque_constant: config.motor.torque_constant_nm_per_a,
+            motor_coulomb: config.motor.coulomb_nm,
+            noise: [variance, variance],
+            wandering: noises.wandering * noises.wandering * config.servo_period_s(),
+            reading: count * count / 12.0 + LEAST_NOISE * LEAST_NOISE,
+            first: noises.first,
+            most: noises.first[0] + MOST_SPREADS * noises.first[1],
+        }
+    }
+
+    /// The load that the model carries.
+    pub(super) fn load(&self) -> &LoadModel {
+        &self.load
+    }
+
+    /// Standing still in the middle of an unknown gap.
+    pub(super) fn initial(&self, position: f64) -> Belief {
+        let [half_gap, spread] = self.first;
+        let wide = spread * spread + half_gap * half_gap;
+        let mut covariance = [[0.0; N]; N];
+        for (index, variance) in [self.reading, 1e-6, wide, 1e-6, spread * spread]
+            .into_iter()
+            .enumerate()
+        {
+            covariance[index][index] = variance;
+        }
+        Belief {
+            mean: [position, 0.0, 0.0, 0.0, half_gap],
+            covariance,
+        }
+    }
+
+    /// One period on with a flank (-1, 1) or without contact (0); `current` is the mean over the
+    /// period, A.
+    pub(super) fn predict(&self, belief: &mut Belief, side: i8, current: f64) {
+        let x = &belief.mean;
+        let slides = x[LOAD_SPEED].abs() > STICKING_RAD_S;
+        let table = &self.steps[usize::from(side != 0)][usize::from(slides)];
+        let motor_friction =
+            self.motor_coulomb * (x[MOTOR_SPEED] / STICKING_RAD_S).clamp(-1.0, 1.0);
+        let load_friction = if slides {
+            self.load.coulomb * x[LOAD_SPEED].signum()
+        } else {
+            0.0
+        };
+        let torques = [
+            self.torque_constant * current - motor_friction,
+            -load_friction - self.load.constant,
+        ];
+        let step = table.on_flank(side);
+        let mut mean = [0.0; N];
+        for (to, (row, gains)) in mean.iter_mut().zip(step.iter().zip(&table.torques)) {
+            *to = row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>()
+                + gains[0] * torques[0]
+                + gains[1] * torques[1];
+        }
+        belief.mean = mean;
+        belief.covariance = self.spread(&step, table, &belief.covariance);
+    }
+
+    fn spread(&self, step: &Square, table: &Step, before: &Square) -> Square {
+        let half: Square =
+            step.map(|row| std::array::from_fn(|j| (0..N).map(|k| row[k] * before[k][j]).sum()));
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let moved: f64 = (0..N).map(|k| half[i][k] * step[j][k]).sum();
+                let noise: f64 = (0..2)
+                    .map(|k| table.torques[i][k] * table.torques[j][k] * self.noise[k])
+                    .sum();
+                let wandering = if i == HALF_GAP && j == HALF_GAP {
+                    self.wandering
+                } else {
+                    0.0
+                };
+                moved + noise + wandering
+            })
+        })
+    }
+
+    /// Takes in a reading of the encoder; gives the logarithm of its likelihood.
+    pub(super) fn update(&self, belief: &mut Belief, reading: f64) -> f64 {
+        let variance = belief.covariance[0][0] + self.reading;
+        let innovation = reading - belief.mean[0];
+        let gains: [f64; N] = std::array::from_fn(|i| belief.covariance[i][0] / variance);
+        let row = belief.covariance[0];
+        for (i, gain) in gains.into_iter().enumerate() {
+            belief.mean[i] += gain * innovation;
+            for (j, entry) in row.into_iter().enumerate() {
+                belief.covariance[i][j] -= gain * entry;
+            }
+        }
+        for i in 0..N {
+            for j in 0..i {
+                let mean = 0.5 * (belief.covariance[i][j] + belief.covariance[j][i]);
+                (belief.covariance[i][j], belief.covariance[j][i]) = (mean, mean);
+            }
+            belief.covariance[i][i] = belief.covariance[i][i].max(1e-24);
+        }
+        belief.mean[HALF_GAP] = belief.mean[HALF_GAP].clamp(0.0, self.most);
+        -0.5 * (innovation * innovation / variance + lostmotion_base::math::log(variance))
+    }
+
+    /// Mean current over the last period, from that before and that now.
+    pub(super) fn mean_current(before: f64, signals: &Signals) -> f64 {
+        0.5 * (before + signals.current)
+    }
+}
+
+impl Belief {
+    /// How far the flank of a side is pressed, rad; negative without contact.
+    pub(super) fn pressed(&self, side: i8) -> f64 {
+        f64::from(side) * self.mean[GAP_ANGLE] - self.mean[HALF_GAP]
+    }
+
+    /// Standard deviation of the half gap, rad.
+    pub(super) fn half_gap_spread(&self) -> f64 {
+        self.covariance[HALF_GAP][HALF_GAP].max(0.0).sqrt()
+    }
+
+    /// Variance of how far a flank is pressed, rad2.
+    pub(super) fn pressed_variance(&self, side: i8) -> f64 {
+        let p = &self.covariance;
+        (p[GAP_ANGLE][GAP_ANGLE] + p[HALF_GAP][HALF_GAP]
+            - 2.0 * f64::from(side) * p[GAP_ANGLE][HALF_GAP])
+            .max(0.0)
+    }
+
+    /// Whether every number is one.
+    pub(super) fn is_finite(&self) -> bool {
+        self.mean
+            .iter()
+            .chain(self.covariance.iter().flatten())
+            .all(|x| x.is_finite())
+    }
+}
+
+impl Step {
+    fn new(config: &AxisConfig, load: &LoadModel, contact: bool, slides: bool) -> Step {
+        let (motor_inertia, period) = (config.motor_side_inertia_kgm2(), config.servo_period_s());
+        let (stiffness, damping) = if contact {
+            (load.stiffness, load.damping)
+        } else {
+            (0.0, 0.0)
+        };
+        let sticky = if slides {
+            0.0
+        } else {
+            load.coulomb / STICKING_RAD_S
+        };
+        let mut rates = [[0.0; WITH_TORQUES]; WITH_TORQUES];
+        rates[0][MOTOR_SPEED] = 1.0;
+        rates[GAP_ANGLE][MOTOR_SPEED] = 1.0;
+        rates[GAP_ANGLE][LOAD_SPEED] = -1.0;
+        let motor = [
+            -config.motor.viscous_nm_s_per_rad - damping,
+            -stiffness,
+            damping,
+            stiffness,
+            1.0,
+            0.0,
+        ];
+        let of_load = [
+            damping,
+            stiffness,
+            -load.viscous - sticky - damping,
+            -stiffness,
+            0.0,
+            1.0,
+        ];
+        for column in 1..WITH_TORQUES {
+            rates[MOTOR_SPEED][column] = motor[column - 1] / motor_inertia;
+            rates[LOAD_SPEED][column] = of_load[column - 1] / load.inertia;
+        }
+        let whole = exponential(&rates, period);
+        Step {
+            states: std::array::from_fn(|i| std::array::from_fn(|j| whole[i][j])),
+            torques: std::array::from_fn(|i| [whole[i][N], whole[i][N + 1]]),
+        }
+    }
+
+    /// The step on one flank: the half gap acts with its sign.
+    fn on_flank(&self, side: i8) -> Square {
+        let mut step = self.states;
+        for row in step.iter_mut().take(HALF_GAP) {
+            row[HALF_GAP] *= f64::from(side);
+        }
+        step
+    }
+}
+
+/// Exponential of a matrix times a time, by halving until a short series does.
+fn exponential<const M: usize>(rates: &[[f64; M]; M], time: f64) -> [[f64; M]; M] {
+    let product = |a: &[[f64; M]; M], b: &[[f64; M]; M]| -> [[f64; M]; M] {
+        std::array::from_fn(|i| std::array::from_fn(|j| (0..M).map(|k| a[i][k] * b[k][j]).sum()))
+    };
+    let norm = rates
+        .iter()
+        .map(|row| row.iter().map(|a| a.abs()).sum::<f64>())
+        .fold(0.0, f64::max)
+        * time;
+    let (mut halvings, mut part) = (0, 1.0);
+    while norm * part > 0.25 && halvings < 60 {
+        halvings += 1;
+        part *= 0.5;
+    }
+    let short = rates.map(|row| row.map(|a| a * time * part));
+    let identity: [[f64; M]; M] =
+        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let mut whole = identity;
+    for order in (1..=14).rev() {
+        let scaled = product(&short, &whole).map(|row| row.map(|a| a / f64::from(order)));
+        whole = std::array::from_fn(|i| std::array::from_fn(|j| identity[i][j] + scaled[i][j]));
+    }
+    (0..halvings).for_each(|_| whole = product(&whole, &whole));
+    whole
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lostmotion_base::math;
+
+    #[test]
+    fn the_exponential_of_an_oscillator_is_its_closed_form() {
+        let (w, t) = (1000.0, 3e-3);
+        let step = exponential(&[[0.0, 1.0], [-w * w, 0.0]], t);
+        let (s, c) = math::sin_cos(w * t);
+        for (found, wanted) in [
+            (step[0][0], c),
+            (step[0][1], s / w),
+            (step[1][0], -w * s),
+            (step[1][1], c),
+        ] {
+            assert!(
+                (found - wanted).abs() < 1e-10 * wanted.abs().max(1.0),
+                "{found} {wanted}"
+            );
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! The classic: half the gap, known beforehand, towards the direction of the commanded velocity.
+//!
+//! ```text
+//! direction s changes where w_ref changes sign (|w_ref| <= 1e-6 rad/s keeps it)
+//! correction: from where it is to s b, along 3 u^2 - 2 u^3 over the ramp time; its derivative goes to the velocity
+//! ```
+//! Signals: reference velocity, rad/s. Tunables: told total gap (um, mdeg or motor rad), ramp time
+//! (ms). Fails: where the load does not follow the commanded direction. A load without friction
+//! coasts through the reversal and changes flanks where the acceleration changes sign, so the
+//! correction comes a quarter period late or early; an error of the told gap stays in full; the
+//! ramp adds its own error while the load still rests. Source: common practice: backlash in a
+//! machine parameter, taken up over a second one, a time (Heidenhain iTNC: MP 710 and MP 752; what
+//! curve it follows there is not published); Kao et al. as cited by Gan, Wang, Huang (2023).
+//! Take-up within limits of speed and acceleration is `fixed-linuxcnc`, two amounts are
+//! `fixed-fanuc`.
+
+use crate::AxisConfig;
+use crate::ramp::{Ramp, RampTime, direction};
+use crate::registry::Registered;
+use lostmotion_drive::signal::Engagement;
+use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+use serde::{Deserialize, Serialize};
+
+/// The method `fixed`.
+#[derive(Clone, Copy, Debug)]
+pub struct Fixed {
+    half_gap: f64,
+    time: RampTime,
+    period_s: f64,
+}
+
+/// Where its correction is on the way from one side to the other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FixedState {
+    direction: i8,
+    ramp: Ramp,
+}
+
+impl Registered for Fixed {
+    const INFO: &'static MethodInfo = &MethodInfo {
+        name: "fixed",
+        summary: "known half gap added at each reversal of the commanded velocity, with a ramp",
+        knows: Knowledge {
+            load_scale: false,
+            gap: true,
+            load: false,
+        },
+        source: "common practice: Heidenhain and others",
+    };
+
+    fn from_axis(config: &AxisConfig) -> Fixed {
+        let settings = &config.compensation.fixed;
+        let gap = settings
+            .gap
+            .map_or(config.reflected_load().gap_rad, |told| {
+                told.motor_rad(&config.transmission)
+            });
+        let period_s = config.servo_period_s();
+        Fixed {
+            half_gap: 0.5 * gap,
+            time: RampTime::from_ms(settings.ramp_ms, period_s),
+            period_s,
+        }
+    }
+}
+
+impl Compensator for Fixed {
+    type State = FixedState;
+
+    fn info(&self) -> &'static MethodInfo {
+        Self::INFO
+    }
+
+    fn initial(&self, _motor_position: f64) -> FixedState {
+        FixedState {
+            direction: 0,
+            ramp: Ramp::DONE,
+        }
+    }
+
+    #[inline]
+    fn step(&self, state: &mut FixedState, signals: &Signals) -> Correction {
+        let before = self.position(state);
+        let direction = direction(signals.reference.velocity, state.direction);
+        if direction != state.direction {
+            state.direction = direction;
+            state.ramp.start(before);
+        }
+        state.ramp.advance(self.time);
+        let position = self.position(state);
+        Correction {
+            position,
+            velocity: (position - before) / self.period_s,
+            gap_angle_estimate: f64::from(state.direction) * self.half_gap,
+            engagement_estimate: Engagement::of_sign(state.direction),
+            ..Correction::NONE
+        }
+    }
+}
+
+impl Fixed {
+    fn position(&self, state: &FixedState) -> f64 {
+        state
+            .ramp
+            .towards(f64::from(state.direction) * self.half_gap)
+    }
+}

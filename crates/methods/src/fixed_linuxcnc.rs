@@ -1,0 +1,134 @@
+//! Half the gap towards the commanded direction, taken up within limits of speed and acceleration,
+//! as LinuxCNC does.
+//!
+//! ```text
+//! direction s changes where w_ref changes sign (|w_ref| <= 1e-6 rad/s keeps it); target s b
+//! each tick, x the way to the target:  v = min(v + a T, v_max, sqrt(a^2 T^2/4 + 2 a x) - a T/2),   correction += v T
+//! a = half the joint's limit of acceleration,   v_max = half its limit of velocity
+//! ```
+//! So the correction is a trapezoid (for small gaps a triangle) in speed: its time is
+//! `2 sqrt(2 b/a)`, longer for a larger gap. The correction comes on top of the programmed motion,
+//! so both together may exceed the joint's limits by half: LinuxCNC accepts the same.
+//!
+//! Signals: reference velocity, rad/s. Tunables: told total gap (um, mdeg or motor rad), the
+//! joint's limits of velocity and acceleration (axis unit per s, s2; if left out: no limit of
+//! velocity, and the acceleration that the rated torque gives the whole axis). Fails: as `fixed`,
+//! of which it differs only in the curve: on a load without friction, which coasts through the
+//! reversal and changes flanks where the acceleration changes sign, the correction comes at the
+//! wrong time; an error of the told gap stays in full. Source: LinuxCNC, BACKLASH in the joint's
+//! section of the INI file; motion controller, ramped backlash compensation at half of the joint's
+//! limits.
+
+use crate::AxisConfig;
+use crate::ramp::direction;
+use crate::registry::Registered;
+use lostmotion_drive::signal::Engagement;
+use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+use serde::{Deserialize, Serialize};
+
+/// Part of the joint's limits that the take-up may use.
+const PART_OF_LIMITS: f64 = 0.5;
+
+/// The method `fixed-linuxcnc`.
+#[derive(Clone, Copy, Debug)]
+pub struct FixedLinuxcnc {
+    half_gap: f64,
+    /// rad/s.
+    velocity: f64,
+    /// Speed that one tick can add, rad/s.
+    step: f64,
+    period_s: f64,
+}
+
+/// Where its correction is (rad) and how fast it moves (rad/s, without sign).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FixedLinuxcncState {
+    direction: i8,
+    position: f64,
+    speed: f64,
+}
+
+impl Registered for FixedLinuxcnc {
+    const INFO: &'static MethodInfo = &MethodInfo {
+        name: "fixed-linuxcnc",
+        summary: "known half gap added at each reversal, taken up within half of the joint's limits of velocity and acceleration",
+        knows: Knowledge {
+            load_scale: false,
+            gap: true,
+            load: false,
+        },
+        source: "LinuxCNC, BACKLASH",
+    };
+
+    fn from_axis(config: &AxisConfig) -> FixedLinuxcnc {
+        let settings = &config.compensation.fixed_linuxcnc;
+        let gap = settings
+            .gap
+            .map_or(config.reflected_load().gap_rad, |told| {
+                told.motor_rad(&config.transmission)
+            });
+        let per_unit = config.transmission.motor_rad_per_unit();
+        let inertia = config.motor_side_inertia_kgm2() + config.reflected_load().inertia_kgm2;
+        let rated = config.motor.rated_torque_nm / inertia;
+        let acceleration = settings
+            .acceleration_units_s2
+            .map_or(rated, |limit| limit * per_unit);
+        let period_s = config.servo_period_s();
+        FixedLinuxcnc {
+            half_gap: 0.5 * gap,
+            velocity: PART_OF_LIMITS
+                * settings
+                    .velocity_units_s
+                    .map_or(f64::MAX, |limit| limit * per_unit),
+            step: PART_OF_LIMITS * acceleration * period_s,
+            period_s,
+        }
+    }
+}
+
+impl Compensator for FixedLinuxcnc {
+    type State = FixedLinuxcncState;
+
+    fn info(&self) -> &'static MethodInfo {
+        Self::INFO
+    }
+
+    fn initial(&self, _motor_position: f64) -> FixedLinuxcncState {
+        FixedLinuxcncState {
+            direction: 0,
+            position: 0.0,
+            speed: 0.0,
+        }
+    }
+
+    #[inline]
+    fn step(&self, state: &mut FixedLinuxcncState, signals: &Signals) -> Correction {
+        let direction = direction(signals.reference.velocity, state.direction);
+        if direction != state.direction {
+            // a reversal within a take-up turns it round on the spot, as a new way from where it is
+            *state = FixedLinuxcncState {
+                direction,
+                speed: 0.0,
+                ..*state
+            };
+        }
+        let target = f64::from(direction) * self.half_gap;
+        let way = target - state.position;
+        let half = 0.5 * self.step;
+        let stopping = (half * half + 2.0 * self.step * way.abs() / self.period_s).sqrt() - half;
+        let speed = (state.speed + self.step).min(self.velocity).min(stopping);
+        let before = state.position;
+        if speed * self.period_s >= way.abs() || speed <= 0.0 {
+            (state.position, state.speed) = (target, 0.0);
+        } else {
+            (state.position, state.speed) = (before + speed * self.period_s * way.signum(), speed);
+        }
+        Correction {
+            position: state.position,
+            velocity: (state.position - before) / self.period_s,
+            gap_angle_estimate: target,
+            engagement_estimate: Engagement::of_sign(direction),
+            ..Correction::NONE
+        }
+    }
+}

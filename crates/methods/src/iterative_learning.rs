@@ -1,0 +1,229 @@
+//! Iterative learning for motions that come again: what the load did wrong last time is corrected
+//! this time.
+//!
+//! ```text
+//! stroke:      from one reversal of the reference to the next, in cells of 1 ms from the instant of the reversal (found between ticks)
+//! repetition:  a stroke that begins like a stored one (position within 5e-4 rad, acceleration within a fiftieth, same direction), as long as its
+//!              reference stays within 5e-4 rad and 1e-4 of the way of the stored one; where it leaves, another stored stroke may take over
+//! error:       e(n) = theta_ref - theta_L in cell n, the load read from its scale
+//! learning:    u(n) <- Q (u(n) + gamma e(n + lead)), after each run of a stroke, u the correction that was applied in it
+//! Q:           running mean over 2 m + 1 cells, three times: no shift in phase
+//! correction:  u at the present time within the stroke, straight between cells, blended in over 4 ms; its slope goes to the velocity
+//! ```
+//! P-type learning with lead and zero-phase filter. The lead stands for the delay from a change of
+//! the reference to the load. A run whose error is a tenth above that of the first one drops the
+//! correction and halves gamma for that stroke. |u| stays below a twentieth of a turn.
+//!
+//! **It needs the load's side**, the scale of `load-feedback` (ideal on a machine without one), and
+//! the same stroke again: it is the method for series of parts, circles and pockets in many passes.
+//! Repetitions are told from the reference alone; nothing has to mark a pass. What it learns is all
+//! of the load's error, the servo's share and the wind-up as well as the gap's. Signals: reference
+//! position, velocity and acceleration, load position (rad at the motor). Tunables: gamma (0 to 1),
+//! lead (ms), filter m (ms), memory (s of strokes; 16 bytes a ms). When the memory is full the
+//! stroke that was used longest ago goes; a stroke longer than the memory is not learned.
+//!
+//! Fails: on what does not come again it does nothing. A load without friction bounces differently
+//! after each landing, so that learning stops at what the filter lets through. A stroke that shares
+//! its beginning with another one gets the wrong correction until they part. Source: Arimoto,
+//! Kawamura, Miyazaki, J. Robotic Systems 1 (1984); Bristow, Tharayil, Alleyne, IEEE Control Syst.
+//! Mag. 26 (2006).
+
+use crate::AxisConfig;
+use crate::ramp::direction;
+use crate::registry::Registered;
+use crate::strokes::{Beginning, Law, Run, Strokes};
+use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Length of a cell, s.
+const CELL_S: f64 = 1e-3;
+/// Cells over which one correction is blended into the next: 4 ms.
+const BLEND: f64 = 4.0;
+/// Largest correction, rad.
+const LARGEST: f64 = TAU / 20.0;
+
+/// The method `iterative-learning`.
+#[derive(Clone, Copy, Debug)]
+pub struct IterativeLearning {
+    law: Law,
+    period_s: f64,
+    /// Servo ticks of a cell.
+    cell: f64,
+    /// Servo ticks of a blend.
+    blend: f64,
+}
+
+/// What has been learned, and the stroke under way.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IterativeLearningState {
+    strokes: Strokes,
+    run: Run,
+    /// Stored stroke that is repeated, if any.
+    known: Option<usize>,
+    /// Ticks since the reversal.
+    age: f64,
+    /// Ticks since one correction began to give way to the next, and by how much they differed
+    /// then, rad.
+    blend: [f64; 2],
+    /// Reference position and velocity, error and correction of the tick before; none at the start.
+    before: Option<[f64; 4]>,
+}
+
+impl Registered for IterativeLearning {
+    const INFO: &'static MethodInfo = &MethodInfo {
+        name: "iterative-learning",
+        summary: "strokes that come again are corrected by what the load's scale showed last time",
+        knows: Knowledge {
+            load_scale: true,
+            gap: false,
+            load: false,
+        },
+        source: "Arimoto et al. (1984); Bristow, Tharayil, Alleyne (2006)",
+    };
+
+    fn from_axis(config: &AxisConfig) -> IterativeLearning {
+        let settings = &config.compensation.iterative_learning;
+        let law = Law {
+            rate: settings.rate,
+            lead_cells: settings.lead_ms,
+            filter_cells: settings.filter_ms as usize,
+            most_cells: (settings.memory_s * 1e3) as usize,
+            largest: LARGEST,
+        };
+        let period_s = config.servo_period_s();
+        let cell = CELL_S / period_s;
+        IterativeLearning {
+            law,
+            period_s,
+            cell,
+            blend: BLEND * cell,
+        }
+    }
+}
+
+impl IterativeLearning {
+    /// Ends a stroke and begins the next.
+    fn turn(
+        &self,
+        state: &mut IterativeLearningState,
+        signals: &Signals,
+        direction: i8,
+        since: f64,
+    ) {
+        let mut run = std::mem::take(&mut state.run);
+        let whole = run.ways.len() <= self.law.most_cells;
+        if run.beginning.direction != 0 && whole {
+            state.strokes.learn(&mut run, state.known, &self.law);
+        }
+        let reference = &signals.reference;
+        let way_since = reference.velocity * since * self.period_s * 0.5;
+        run.beginning = Beginning {
+            position: reference.position - way_since,
+            acceleration: reference.acceleration,
+            direction,
+        };
+        for cells in [&mut run.ways, &mut run.applied, &mut run.errors] {
+            cells.clear();
+        }
+        state.run = run;
+        state.age = since;
+        let known = state.strokes.find(&state.run.beginning, &[]);
+        self.switch(state, known);
+    }
+
+    /// Goes over to another stored stroke, or to none.
+    fn switch(&self, state: &mut IterativeLearningState, known: Option<usize>) {
+        let last = state.before.map_or(0.0, |before| before[3]);
+        state.known = known;
+        state.blend = [0.0, last - state.planned(self.cell)];
+    }
+
+    /// Fills the cell that lies between the tick before and this one, if one does.
+    fn record(
+        &self,
+        state: &mut IterativeLearningState,
+        before: [f64; 4],
+        position: f64,
+        error: f64,
+        correction: f64,
+    ) {
+        let cell = state.run.ways.len();
+        if cell > self.law.most_cells || state.age < self.cell * cell as f64 {
+            return;
+        }
+        let share = (state.age - self.cell * cell as f64).clamp(0.0, 1.0);
+        let at = |now: f64, before: f64| now + (before - now) * share;
+        let way = at(position, before[0]) - state.run.beginning.position;
+        state.run.ways.push(way);
+        state.run.errors.push(at(error, before[2]));
+        state.run.applied.push(at(correction, before[3]));
+        if state
+            .known
+            .is_some_and(|known| !state.strokes.goes_on(known, cell, way))
+        {
+            let other = state.strokes.find(&state.run.beginning, &state.run.ways);
+            self.switch(state, other);
+        }
+    }
+}
+
+impl IterativeLearningState {
+    /// Correction of the stored stroke at the present time, rad; `cell` in ticks.
+    fn planned(&self, cell: f64) -> f64 {
+        self.known
+            .map_or(0.0, |known| self.strokes.correction(known, self.age / cell))
+    }
+}
+
+impl Compensator for IterativeLearning {
+    type State = IterativeLearningState;
+
+    fn info(&self) -> &'static MethodInfo {
+        Self::INFO
+    }
+
+    fn initial(&self, _motor_position: f64) -> IterativeLearningState {
+        IterativeLearningState {
+            strokes: Strokes::default(),
+            run: Run::default(),
+            known: None,
+            age: 0.0,
+            blend: [self.blend, 0.0],
+            before: None,
+        }
+    }
+
+    fn step(&self, state: &mut IterativeLearningState, signals: &Signals) -> Correction {
+        let Some(load) = signals.load_position else {
+            return Correction::NONE;
+        };
+        let (position, velocity) = (signals.reference.position, signals.reference.velocity);
+        let before = state
+            .before
+            .unwrap_or([position, velocity, position - load, 0.0]);
+        let now = direction(velocity, state.run.beginning.direction);
+        state.age += 1.0;
+        if now != state.run.beginning.direction {
+            // the instant of the reversal, by a straight line through both velocities
+            let since = if before[1] * velocity < 0.0 {
+                velocity / (velocity - before[1])
+            } else {
+                1.0
+            };
+            self.turn(state, signals, now, since);
+        }
+        state.blend[0] = (state.blend[0] + 1.0).min(self.blend);
+        let correction = (state.planned(self.cell)
+            + state.blend[1] * (1.0 - state.blend[0] / self.blend))
+            .clamp(-LARGEST, LARGEST);
+        let error = position - load;
+        self.record(state, before, position, error, correction);
+        state.before = Some([position, velocity, error, correction]);
+        Correction {
+            position: correction,
+            velocity: (correction - before[3]) / self.period_s,
+            ..Correction::NONE
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Full knowledge: gap, shaft and load are told, the flank is predicted, the gap is crossed on a
+//! planned traverse.
+//!
+//! What a drive can do at best that knows its axis and sees only its motor: the benchmark for
+//! methods that have to learn. The load that is told drives a gapless twin of the axis; where the
+//! torque of its shaft is about to change sign, the motor crosses the told gap on a quintic within
+//! a part of the drive's largest torque, with velocity and torque fed forward. Equations: `twin`,
+//! `crossing` and `traverse` beside this file.
+//!
+//! Signals: reference, next reference (rad, rad/s, rad/s2). Tunables: told total gap (um, mdeg or
+//! motor rad), part of the drive's torque for a traverse (0 to 1), part of the wind-up T/k that is
+//! added to the reference (0 to 1; 0 leaves it as on a machine without a gap). The load's inertia,
+//! friction, constant torque, weight ([`lostmotion_drive::config::Gravity`]) and the shaft's stiffness and
+//! damping are those of the description.
+//!
+//! Fails: what is told wrongly stays: an error of the gap in full, of the friction as a crossing at
+//! the wrong time. A cutting force that turns the torque around is not foreseen. Without any
+//! friction on the load, a landing that is not quite soft lets it float: at a feed so slow that the
+//! load needs less than some thousandths of the rated torque it can take the whole gap to come
+//! back. The reference is extrapolated over half a traverse; a jerk that changes within it makes
+//! the crossing early or late. Source: lookup by torque sign after Gan, Wang, Huang, Machines 2023,
+//! 11(2), 193 (their sign(alpha_ref) is the case without friction) and the controls' sign(v_ref)
+//! (the case without inertia); rest-to-rest quintic: standard in trajectory planning.
+
+use crate::AxisConfig;
+use crate::crossing::{Crossing, CrossingState};
+use crate::registry::Registered;
+use lostmotion_drive::twin::{LoadModel, Twinned};
+use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+
+/// The method `lookup`.
+#[derive(Clone, Debug)]
+pub struct Lookup {
+    crossing: Crossing,
+    load: LoadModel,
+    half_gap: f64,
+}
+
+/// Its twin and where its traverse is.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(transparent)]
+pub struct LookupState(CrossingState);
+
+impl Registered for Lookup {
+    const INFO: &'static MethodInfo = &MethodInfo {
+        name: "lookup",
+        summary: "known gap crossed on a planned traverse where the torque that the known load needs changes sign",
+        knows: Knowledge {
+            load_scale: false,
+            gap: true,
+            load: true,
+        },
+        source: "flank by torque sign after Gan, Wang, Huang, Machines 2023, 11(2), 193; planned traverse",
+    };
+
+    fn from_axis(config: &AxisConfig) -> Lookup {
+        let settings = &config.compensation.lookup;
+        let gap = settings
+            .gap
+            .map_or(config.reflected_load().gap_rad, |told| {
+                told.motor_rad(&config.transmission)
+            });
+        Lookup {
+            crossing: Crossing::new(config, settings.torque_share, settings.wind_up)
+                .with_weight(config),
+            load: LoadModel::told(config),
+            half_gap: 0.5 * gap,
+        }
+    }
+}
+
+impl Compensator for Lookup {
+    type State = LookupState;
+
+    fn info(&self) -> &'static MethodInfo {
+        Self::INFO
+    }
+
+    fn initial(&self, motor_position: f64) -> LookupState {
+        LookupState(self.crossing.initial(motor_position, &self.load))
+    }
+
+    fn step(&self, state: &mut LookupState, signals: &Signals) -> Correction {
+        self.crossing
+            .step(&mut state.0, signals, &self.load, self.half_gap)
+    }
+
+    fn begin<'a>(&'a self, state: &'a mut LookupState, _: &Signals) -> Option<Twinned<'a>> {
+        Some(self.crossing.begin(&mut state.0, &self.load))
+    }
+
+    fn finish(&self, state: &mut LookupState, signals: &Signals) -> Correction {
+        self.crossing
+            .finish(&mut state.0, signals, &self.load, self.half_gap)
+    }
+}

@@ -1,0 +1,205 @@
+//! Interacting multiple models: three Kalman filters, one per flank and one for the gap, mixed by a
+//! Markov chain.
+//!
+//! Each filter is linear (`filter` beside this file). Every tick:
+//! ```text
+//! mixing:      c_j = sum_i p_ij mu_i;   mu_ij = p_ij mu_i/c_j;   x_j, P_j = moments of the mixture of all (x_i, P_i) with weights mu_ij
+//! filtering:   prediction with the model of j (left: -1, gap: 0, right: 1), update with the encoder, likelihood L_j of the innovation
+//! geometry:    G_j = probability, after x_j and P_j, that the flank of j is pressed; for the gap, that none is
+//! chain:       mu_j = c_j L_j G_j / sum;   p: stays with 1 - p, from flank to gap p, from the gap to either flank p/2
+//! output:      x, P = moments of the mixture with weights mu_j
+//! ```
+//! G is needed because a linear spring also pulls: without it "pulled by the left flank" and
+//! "pushed by the right one" look alike.
+//!
+//! Use: as `kalman`, with changes of the likeliest flank. Signals: references, motor position
+//! (rad), current (A): motor side. It is told the load's inertia and friction and the shaft, **not
+//! the gap**. Tunables: noise of the torques (N m), half gap's spread at the start (as a total
+//! gap), its wandering, p (0 to 0.5 a tick). Fails: as `kalman`; and a chain that changes too
+//! readily makes every shake of the torque a change of flank. Source: Blom and Bar-Shalom, IEEE
+//! Trans. Automatic Control 33 (1988).
+
+use crate::AxisConfig;
+use crate::crossing::{Crossing, CrossingState};
+use crate::filter::{Belief, Filter, GAP_ANGLE, HALF_GAP, N, Noises};
+use crate::registry::Registered;
+use crate::trust::Trust;
+use lostmotion_base::math;
+use lostmotion_drive::signal::Engagement;
+use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+use serde::{Deserialize, Serialize};
+
+/// Models: left flank, gap, right flank.
+const SIDES: [i8; 3] = [-1, 0, 1];
+/// No model is ever less likely.
+const LEAST: f64 = 1e-9;
+/// Roughness of a flank, rad: what the geometry is good to at best.
+const ROUGHNESS: f64 = 1e-6;
+/// The method `multiple-models`.
+#[derive(Clone, Debug)]
+pub struct MultipleModels {
+    filter: Filter,
+    crossing: Crossing,
+    /// `chain[i][j]`: from i to j in a tick.
+    chain: [[f64; 3]; 3],
+}
+
+/// A belief per model, their probabilities, and where the traverse is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MultipleModelsState {
+    beliefs: [Belief; 3],
+    probability: [f64; 3],
+    crossing: CrossingState,
+    current: f64,
+    trust: Trust,
+}
+
+impl Registered for MultipleModels {
+    const INFO: &'static MethodInfo = &MethodInfo {
+        name: "multiple-models",
+        summary: "interacting multiple models {left, gap, right} from the motor's side with the half gap as a state; planned traverse",
+        knows: Knowledge {
+            load_scale: false,
+            gap: false,
+            load: true,
+        },
+        source: "Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988)",
+    };
+
+    fn from_axis(config: &AxisConfig) -> MultipleModels {
+        let settings = &config.compensation.multiple_models;
+        let p = settings.change_per_tick;
+        MultipleModels {
+            filter: Filter::new(
+                config,
+                &Noises::new(
+                    settings.torque_noise_share,
+                    settings.gap_spread,
+                    settings.wandering_share,
+                    config,
+                ),
+            ),
+            crossing: Crossing::new(config, settings.torque_share, 0.0),
+            chain: [
+                [1.0 - p, p, 0.0],
+                [0.5 * p, 1.0 - p, 0.5 * p],
+                [0.0, p, 1.0 - p],
+            ],
+        }
+    }
+}
+
+/// Moments of a mixture.
+fn mixture(beliefs: &[Belief; 3], weights: &[f64; 3]) -> Belief {
+    let mut whole = Belief {
+        mean: [0.0; N],
+        covariance: [[0.0; N]; N],
+    };
+    for (belief, weight) in beliefs.iter().zip(weights) {
+        for (sum, x) in whole.mean.iter_mut().zip(belief.mean) {
+            *sum += weight * x;
+        }
+    }
+    for (belief, weight) in beliefs.iter().zip(weights) {
+        let off: [f64; N] = std::array::from_fn(|i| belief.mean[i] - whole.mean[i]);
+        for (i, row) in whole.covariance.iter_mut().enumerate() {
+            for (j, sum) in row.iter_mut().enumerate() {
+                *sum += weight * (belief.covariance[i][j] + off[i] * off[j]);
+            }
+        }
+    }
+    whole
+}
+
+/// The normal distribution's probability below z, by the logistic curve that lies within a
+/// hundredth of it.
+fn probability_below(z: f64) -> f64 {
+    1.0 / (1.0 + math::exp((-1.702 * z).clamp(-700.0, 700.0)))
+}
+
+/// Probability that a model's geometry holds.
+fn geometry(belief: &Belief, side: i8) -> f64 {
+    let pressed = |side: i8| {
+        let spread = (belief.pressed_variance(side) + ROUGHNESS * ROUGHNESS).sqrt();
+        probability_below(belief.pressed(side) / spread)
+    };
+    if side == 0 {
+        (1.0 - pressed(1)) * (1.0 - pressed(-1))
+    } else {
+        pressed(side)
+    }
+}
+
+impl MultipleModels {
+    fn filter_all(&self, state: &mut MultipleModelsState, reading: f64, current: f64) {
+        let before = (state.beliefs, state.probability);
+        let mut logs = [0.0; 3];
+        let mut prior = [0.0; 3];
+        for (j, side) in SIDES.into_iter().enumerate() {
+            let arriving: [f64; 3] = std::array::from_fn(|i| self.chain[i][j] * before.1[i]);
+            prior[j] = arriving.iter().sum::<f64>();
+            let weights = arriving.map(|weight| weight / prior[j]);
+            let mut belief = mixture(&before.0, &weights);
+            self.filter.predict(&mut belief, side, current);
+            logs[j] = self.filter.update(&mut belief, reading)
+                + math::log(geometry(&belief, side).max(1e-30));
+            state.beliefs[j] = belief;
+        }
+        let largest = logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let weights: [f64; 3] = std::array::from_fn(|j| {
+            (prior[j] * math::exp((logs[j] - largest).max(-700.0))).max(LEAST)
+        });
+        let sum: f64 = weights.iter().sum();
+        state.probability = weights.map(|weight| weight / sum);
+    }
+}
+
+impl Compensator for MultipleModels {
+    type State = MultipleModelsState;
+
+    fn info(&self) -> &'static MethodInfo {
+        Self::INFO
+    }
+
+    fn initial(&self, motor_position: f64) -> MultipleModelsState {
+        MultipleModelsState {
+            beliefs: [self.filter.initial(motor_position); 3],
+            probability: [0.25, 0.5, 0.25],
+            crossing: self.crossing.initial(motor_position, self.filter.load()),
+            current: 0.0,
+            trust: Trust::default(),
+        }
+    }
+
+    fn step(&self, state: &mut MultipleModelsState, signals: &Signals) -> Correction {
+        let current = Filter::mean_current(state.current, signals);
+        state.current = signals.current;
+        self.filter_all(state, signals.motor_position, current);
+        if !state.beliefs.iter().all(Belief::is_finite)
+            || !state.probability.iter().all(|p| p.is_finite())
+        {
+            state.beliefs = [self.filter.initial(signals.motor_position); 3];
+            state.probability = [0.25, 0.5, 0.25];
+        }
+        let whole = mixture(&state.beliefs, &state.probability);
+        let likeliest = SIDES
+            .into_iter()
+            .zip(state.probability)
+            .fold(
+                (0, 0.5),
+                |best, next| if next.1 > best.1 { next } else { best },
+            )
+            .0;
+        let half_gap = state
+            .trust
+            .step(likeliest, whole.mean[HALF_GAP], whole.half_gap_spread());
+        let crossing =
+            self.crossing
+                .step(&mut state.crossing, signals, self.filter.load(), half_gap);
+        Correction {
+            gap_angle_estimate: whole.mean[GAP_ANGLE],
+            engagement_estimate: Engagement::of_sign(likeliest),
+            ..crossing
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! Stiffness, damping and the load's inertia from an excerpt: Gauss-Newton on what the linear
+//! unknowns leave (variable projection).
+//!
+//! ```text
+//! least of   sum r(p)^2/s^2 + ((ln q - ln q0)/sigma)^2       p: ln k, damping ratio, ln q with q = 1/J_L; s: noise, or the residual if it is larger
+//! ```
+//! Golub, Pereyra, *The differentiation of pseudo-inverses and nonlinear least squares problems
+//! whose variables separate*, SIAM J. Numer. Anal. 10, 1973.
+
+use super::model::{Motor, Shaft};
+use super::window::{Excerpt, LINEAR, Projected};
+use crate::linear::{factor, solve};
+use lostmotion_base::math;
+use serde::{Deserialize, Serialize};
+
+/// Parameters: ln k, damping ratio, ln 1/J_L.
+const N: usize = 3;
+type Vector = [f64; N];
+
+/// Differences from which derivatives are taken.
+const DIFFERENCE: f64 = 1e-4;
+/// Steps at most, and the step below which no more is to be found.
+const MOST_STEPS: u32 = 14;
+const SETTLED: f64 = 1e-7;
+/// A step is cut to this.
+const LONGEST: f64 = 0.5;
+/// Damping over critical damping is less.
+const MOST_DAMPING: f64 = 2.0;
+/// Frequencies looked at, Hz, the ratio between two of them, and the dampings and inertias over
+/// that of the motor tried with each.
+const LEAST_HZ: f64 = 12.0;
+const MOST_HZ: f64 = 1000.0;
+const RATIO: f64 = 1.16;
+const DAMPINGS: [f64; 2] = [0.05, 0.3];
+const INERTIAS: [f64; 3] = [0.6, 2.0, 6.0];
+/// Inertia over that of the motor, at least and at most.
+const INERTIA: [f64; 2] = [0.02, 1000.0];
+
+/// What is known of `1/J_L` beforehand: value, and standard deviation of its logarithm.
+pub(super) type Prior = Option<(f64, f64)>;
+
+/// What an excerpt says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Found {
+    pub(super) shaft: Shaft,
+    /// Standard deviations of ln k and of the damping ratio.
+    pub(super) doubt: [f64; 2],
+    /// Squares of the residual over that of the noise, and their mean.
+    pub(super) squares: f64,
+    pub(super) misfit: f64,
+    /// Structure in the residual (Box and Pierce's sum over the first lags): that of noise is about
+    /// the number of lags.
+    pub(super) structure: f64,
+    /// Whether motor and load stay on one flank and the load goes one way.
+    pub(super) stays: bool,
+    /// What is left over what a rigid mass leaves, squares.
+    pub(super) part: f64,
+}
+
+/// Where to start from if nothing is known.
+pub(super) fn grid(motor: &Motor, held: bool, prior: Prior) -> Vec<Shaft> {
+    let mut list = Vec::new();
+    let mut hz = LEAST_HZ;
+    while hz < MOST_HZ {
+        for damping_ratio in DAMPINGS {
+            let mut add = |inverse_load: f64| {
+                let frequency = std::f64::consts::TAU * hz;
+                list.push(Shaft {
+                    stiffness: frequency * frequency / (1.0 / motor.inertia + inverse_load),
+                    damping_ratio,
+                    inverse_load,
+                });
+            };
+            match prior {
+                _ if held => add(0.0),
+                Some((inverse, _)) => add(inverse),
+                None => INERTIAS
+                    .iter()
+                    .for_each(|ratio| add(1.0 / (ratio * motor.inertia))),
+            }
+        }
+        hz *= RATIO;
+    }
+    list
+}
+
+/// Gauss-Newton, step by step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Newton {
+    at: Vector,
+    held: bool,
+    /// The best so far with its cost, and the step that led away from it.
+    best: Option<(Vector, f64)>,
+    step: Vector,
+    steps: u32,
+}
+
+impl Newton {
+    pub(super) fn new(start: &Shaft) -> Newton {
+        let held = start.inverse_load <= 0.0;
+        let inverse = if held {
+            0.0
+        } else {
+            math::log(start.inverse_load)
+        };
+        Newton {
+            at: [math::log(start.stiffness), start.damping_ratio, inverse],
+            held,
+            best: None,
+            step: [0.0; N],
+            steps: 0,
+        }
+    }
+
+    fn shaft(&self, at: &Vector) -> Shaft {
+        Shaft {
+            stiffness: math::exp(at[0]),
+            damping_ratio: at[1],
+            inverse_load: if self.held { 0.0 } else { math::exp(at[2]) },
+        }
+    }
+
+    /// One step. Says what was found at the end, which may be nothing.
+    pub(super) fn work(
+        &mut self,
+        motor: &Motor,
+        excerpt: &Excerpt,
+        prior: Prior,
+    ) -> Option<Option<Found>> {
+        self.steps += 1;
+        let here = excerpt.left_by(motor, &self.shaft(&self.at));
+        if let Some((best, least)) = self
+            .best
+            .filter(|(_, least)| here.squares >= *least || here.squares.is_nan())
+        {
+            self.step = self.step.map(|step| 0.3 * step);
+            if self.steps >= MOST_STEPS || self.step.iter().all(|step| step.abs() < SETTLED) {
+                (self.at, self.best) = (best, Some((best, least)));
+                return Some(self.end(motor, excerpt, prior));
+            }
+            self.at = self.bounded(motor, std::array::from_fn(|i| best[i] + self.step[i]));
+            return None;
+        }
+        self.best = Some((self.at, here.squares));
+        let step = self.gauss_newton(motor, excerpt, prior, &here);
+        let most = step
+            .iter()
+            .fold(0.0, |most: f64, step| most.max(step.abs()));
+        self.step = step.map(|step| step * (LONGEST / most).min(1.0));
+        if self.steps >= MOST_STEPS || most < SETTLED {
+            return Some(self.end(motor, excerpt, prior));
+        }
+        self.at = self.bounded(motor, std::array::from_fn(|i| self.at[i] + self.step[i]));
+        None
+    }
+
+    fn gauss_newton(
+        &self,
+        motor: &Motor,
+        excerpt: &Excerpt,
+        prior: Prior,
+        here: &Projected,
+    ) -> Vector {
+        let noise = (motor.noise * motor.noise).max(here.squares / excerpt.len() as f64);
+        let columns = self.derivatives(motor, excerpt, &here.left);
+        let mut right: Vector = columns.each_ref().map(|column| {
+            -column
+                .iter()
+                .zip(&here.left)
+                .map(|(a, b)| a * b)
+                .sum::<f64>()
+                / noise
+        });
+        if let Some((inverse, doubt)) = prior.filter(|_| !self.held) {
+            right[2] -= (self.at[2] - math::log(inverse)) / (doubt * doubt);
+        }
+        solve(&factor(&self.normal(&columns, noise, prior)), &right)
+    }
+
+    fn derivatives(&self, motor: &Motor, excerpt: &Excerpt, left: &[f64]) -> [Vec<f64>; N] {
+        std::array::from_fn(|i| {
+            if self.held && i == 2 {
+                return vec![0.0; left.len()];
+            }
+            let mut at = self.at;
+            at[i] += DIFFERENCE;
+            let there = excerpt.left_by(motor, &self.shaft(&at));
+            there
+                .left
+                .iter()
+                .zip(left)
+                .map(|(there, here)| (there - here) / DIFFERENCE)
+                .collect()
+        })
+    }
+
+    /// Information: of the excerpt with that noise, and beforehand.
+    fn normal(&self, columns: &[Vec<f64>; N], noise: f64, prior: Prior) -> [Vector; N] {
+        let dot = |i: usize, j: usize| {
+            columns[i]
+                .iter()
+                .zip(&columns[j])
+                .map(|(a, b)| a * b)
+                .sum::<f64>()
+                / noise
+        };
+        let mut normal = std::array::from_fn(|i| std::array::from_fn(|j| dot(i, j)));
+        normal[2][2] += if self.held {
+            1.0
+        } else {
+            prior.map_or(0.0, |(_, doubt)| 1.0 / (doubt * doubt))
+        };
+        normal
+    }
+
+    fn bounded(&self, motor: &Motor, at: Vector) -> Vector {
+        let [least, most] = INERTIA.map(|ratio| -math::log(ratio * motor.inertia));
+        let [_, damping, inverse] = at;
+        let inverse = if self.held {
+            0.0
+        } else {
+            inverse.clamp(most, least)
+        };
+        let softest = math::log(self.shaft(&[0.0, 0.0, inverse]).frequency(motor));
+        let [low, high] = [LEAST_HZ, 2.0 * MOST_HZ]
+            .map(|hz| 2.0 * (math::log(std::f64::consts::TAU * hz) - softest));
+        [
+            at[0].clamp(low, high),
+            damping.clamp(0.0, MOST_DAMPING),
+            inverse,
+        ]
+    }
+
+    fn end(&self, motor: &Motor, excerpt: &Excerpt, prior: Prior) -> Option<Found> {
+        let shaft = self.shaft(&self.at);
+        let here = excerpt.left_by(motor, &shaft);
+        let noise = motor.noise * motor.noise;
+        let (squares, free) = (
+            here.squares / noise,
+            excerpt.len().saturating_sub(LINEAR + N),
+        );
+        let misfit = squares / free.max(1) as f64;
+        let columns = self.derivatives(motor, excerpt, &here.left);
+        let l = factor(&self.normal(&columns, noise * misfit.max(1.0), prior));
+        let variance =
+            |i: usize| solve(&l, &std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))[i];
+        let found = Found {
+            shaft,
+            doubt: [variance(0), variance(1)].map(f64::sqrt),
+            squares,
+            misfit,
+            structure: structure(&here.left),
+            stays: excerpt.stays(motor, &shaft, &here.unknowns),
+            part: here.squares / excerpt.left_by_a_mass(motor).max(f64::MIN_POSITIVE),
+        };
+        found
+            .doubt
+            .iter()
+            .all(|doubt| doubt.is_finite())
+            .then_some(found)
+    }
+}
+
+/// Lags over which structure is looked for.
+const LAGS: usize = 6;
+
+/// Box and Pierce's sum.
+fn structure(left: &[f64]) -> f64 {
+    let product = |lag: usize| {
+        left.iter()
+            .zip(left.iter().skip(lag))
+            .map(|(a, b)| a * b)
+            .sum::<f64>()
+    };
+    let squares = product(0).max(f64::MIN_POSITIVE);
+    let lags = (1..=LAGS).map(|lag| product(lag) / squares);
+    left.len() as f64 * lags.map(|part| part * part).sum::<f64>()
+}

@@ -1,0 +1,176 @@
+//! The engaged axis as two masses on a spring and a damper, solved exactly over a servo period.
+//!
+//! ```text
+//! theta' = w        w' = (u - b_v w - T)/J_M             u = K_t i - F_M sign(w), a parabola over the period
+//! phi'   = r        r' = w' - (T - F)/J_L                T = k phi + d r, F: what the load takes besides its inertia
+//! ```
+//! `1/J_L = 0` is the motor on a load that is held. With `A` the matrix of the states, an input
+//! that goes as `(t/h)^j` adds `j! h sum_m (A h)^m b/(m + j + 1)!` over a period `h`.
+
+use crate::AxisConfig;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Least noise of a measured position, rad: what an ideal encoder and a parabola for the current
+/// leave.
+const LEAST_NOISE: f64 = 1e-7;
+/// Terms of the series.
+const TERMS: u32 = 32;
+
+/// What the drive knows of its motor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motor {
+    pub(super) torque_constant: f64,
+    pub(super) inertia: f64,
+    pub(super) viscous: f64,
+    pub(super) coulomb: f64,
+    pub(super) rated_torque: f64,
+    /// Standard deviation of a measured position, rad.
+    pub(super) noise: f64,
+    /// Servo period, s.
+    pub(super) period_s: f64,
+}
+
+impl Motor {
+    pub(super) fn new(config: &AxisConfig) -> Motor {
+        let (motor, count) = (
+            &config.motor,
+            config
+                .drive
+                .encoder_counts_per_rev
+                .map_or(0.0, |counts| TAU / f64::from(counts)),
+        );
+        Motor {
+            torque_constant: motor.torque_constant_nm_per_a,
+            inertia: config.motor_side_inertia_kgm2(),
+            viscous: motor.viscous_nm_s_per_rad,
+            coulomb: motor.coulomb_nm,
+            rated_torque: motor.rated_torque_nm,
+            noise: (count / 12.0_f64.sqrt()).max(LEAST_NOISE),
+            period_s: config.servo_period_s(),
+        }
+    }
+}
+
+/// A shaft and what hangs on it: stiffness (N m/rad), damping over critical damping, and `1/J_L`
+/// (0: held).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Shaft {
+    pub(super) stiffness: f64,
+    pub(super) damping_ratio: f64,
+    pub(super) inverse_load: f64,
+}
+
+impl Shaft {
+    /// Natural frequency with both ends free (or the load's end held), rad/s.
+    pub(super) fn frequency(&self, motor: &Motor) -> f64 {
+        (self.stiffness * (1.0 / motor.inertia + self.inverse_load)).sqrt()
+    }
+
+    /// Damping, N m s/rad.
+    pub(super) fn damping(&self, motor: &Motor) -> f64 {
+        2.0 * self.damping_ratio * self.stiffness / self.frequency(motor)
+    }
+}
+
+/// States: motor position and speed, twist and its rate.
+const N: usize = 4;
+/// One number for each state.
+type State = [f64; N];
+
+/// How a servo period takes states and inputs to states.
+#[derive(Clone, Debug)]
+pub(super) struct Step {
+    transition: [State; N],
+    /// Of the motor's torque: constant, linear and quadratic in t/h.
+    drive: [State; 3],
+    /// Of the load's torque: constant and linear in t/h.
+    load: [State; 2],
+}
+
+impl Step {
+    pub(super) fn new(motor: &Motor, shaft: &Shaft) -> Step {
+        let (h, k, d) = (motor.period_s, shaft.stiffness, shaft.damping(motor));
+        let (m, l) = (1.0 / motor.inertia, shaft.inverse_load);
+        let motor_row = [0.0, -motor.viscous * m, -k * m, -d * m];
+        let twist_row = [0.0, -motor.viscous * m, -k * (m + l), -d * (m + l)];
+        let a = [
+            [0.0, 1.0, 0.0, 0.0],
+            motor_row,
+            [0.0, 0.0, 0.0, 1.0],
+            twist_row,
+        ]
+        .map(|row| row.map(|entry| h * entry));
+        let mut transition = [[0.0; N]; N];
+        for column in 0..N {
+            let unit: State = std::array::from_fn(|i| if i == column { 1.0 } else { 0.0 });
+            for (row, value) in transition.iter_mut().zip(series(&a, &unit)) {
+                row[column] = value;
+            }
+        }
+        let of = |input: State, power: u32| inputs(&a, &input.map(|entry| h * entry), power);
+        let (drive, load) = ([0.0, m, 0.0, m], [0.0, 0.0, 0.0, l]);
+        Step {
+            transition,
+            drive: [of(drive, 0), of(drive, 1), of(drive, 2)],
+            load: [of(load, 0), of(load, 1)],
+        }
+    }
+
+    /// Takes several trajectories at once through a period: `x[state][trajectory]`, with the
+    /// drive's parabola and the load's line of each.
+    #[inline]
+    pub(super) fn take<const C: usize>(
+        &self,
+        x: &[[f64; C]; N],
+        drive: &[[f64; C]; 3],
+        load: &[[f64; C]; 2],
+    ) -> [[f64; C]; N] {
+        std::array::from_fn(|i| {
+            let mut sum = [0.0; C];
+            let mut add = |factor: f64, of: &[f64; C]| {
+                sum.iter_mut()
+                    .zip(of)
+                    .for_each(|(sum, value)| *sum += factor * value)
+            };
+            self.transition[i]
+                .iter()
+                .zip(x)
+                .for_each(|(factor, of)| add(*factor, of));
+            self.drive
+                .iter()
+                .zip(drive)
+                .for_each(|(response, of)| add(response[i], of));
+            self.load
+                .iter()
+                .zip(load)
+                .for_each(|(response, of)| add(response[i], of));
+            sum
+        })
+    }
+}
+
+fn times(a: &[State; N], x: &State) -> State {
+    a.map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum())
+}
+
+/// `exp(a) x`.
+fn series(a: &[State; N], x: &State) -> State {
+    let (mut sum, mut term) = (*x, *x);
+    for m in 1..=TERMS {
+        term = times(a, &term).map(|entry| entry / f64::from(m));
+        sum = std::array::from_fn(|i| sum[i] + term[i]);
+    }
+    sum
+}
+
+/// What an input that goes as the power j of t/h adds: `j! sum_m a^m b/(m + j + 1)!`.
+fn inputs(a: &[State; N], b: &State, power: u32) -> State {
+    let mut term = b.map(|entry| entry / f64::from(power + 1));
+    let mut sum = term;
+    for m in 1..=TERMS {
+        term = times(a, &term).map(|entry| entry / f64::from(m + power + 1));
+        sum = std::array::from_fn(|i| sum[i] + term[i]);
+    }
+    sum
+}

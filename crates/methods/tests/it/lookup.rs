@@ -1,0 +1,149 @@
+//! What full knowledge gives: the part of the load's error that the gap causes, against no
+//! compensation.
+
+use lostmotion_drive::config::{Gap, Load};
+use lostmotion_methods::AxisConfig;
+use lostmotion_rig::{
+    Move, circle, errors, lost_on_a_sine, max_abs, mill_x, ratio_on_a_sine, rms, run,
+    there_and_back,
+};
+
+/// Radius in mm and feed in mm/min.
+const SINES: [(f64, f64); 4] = [
+    (5.0, 300.0),
+    (10.0, 3000.0),
+    (50.0, 3000.0),
+    (25.0, 10_000.0),
+];
+
+#[test]
+fn friction_driven_and_mixed_loads_lose_less_than_two_hundredths() {
+    for share in [0.02, 0.1, 0.3] {
+        for gap in [5.0, 20.0, 60.0] {
+            for (radius, feed) in SINES {
+                let [rms, max] = ratio_on_a_sine(
+                    &mill_x(share, gap, None),
+                    "lookup",
+                    radius,
+                    feed / 60.0 / radius,
+                    4.0,
+                );
+                assert!(
+                    rms < 0.015 && max < 0.15,
+                    "friction {share} gap {gap} R {radius} F {feed}: {rms} {max}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn an_encoder_of_finite_steps_costs_no_more_than_its_own_noise() {
+    for counts in [1 << 23, 1 << 20] {
+        for (radius, feed) in SINES {
+            let [rms, _] = ratio_on_a_sine(
+                &mill_x(0.1, 10.0, Some(counts)),
+                "lookup",
+                radius,
+                feed / 60.0 / radius,
+                4.0,
+            );
+            assert!(rms < 0.015, "{counts} R {radius} F {feed}: {rms}");
+        }
+    }
+}
+
+#[test]
+fn a_load_without_friction_is_caught_softly() {
+    for (radius, feed) in &SINES[1..] {
+        let [rms, max] = ratio_on_a_sine(
+            &mill_x(0.0, 20.0, None),
+            "lookup",
+            *radius,
+            feed / 60.0 / radius,
+            4.0,
+        );
+        assert!(rms < 0.03 && max < 0.3, "R {radius} F {feed}: {rms} {max}");
+    }
+    // so slow that what the load needs is a three-thousandth of the rated torque: no longer soft
+    // enough, but better than nothing
+    let [rms, max] = ratio_on_a_sine(&mill_x(0.0, 20.0, None), "lookup", 5.0, 1.0, 4.0);
+    assert!(rms < 0.25 && max < 0.9, "{rms} {max}");
+}
+
+#[test]
+fn the_papers_axis_too_with_and_without_feedforward_and_friction() {
+    for (coulomb, feedforward) in [(0.0, 0.0), (0.0, 1.0), (1.1, 0.0), (1.1, 1.0)] {
+        for (radius, w) in [(5.0, 2.0), (1.0, 15.0)] {
+            let mut config = AxisConfig::paper();
+            config.drive.velocity_feedforward = feedforward;
+            config.drive.acceleration_feedforward = feedforward;
+            if let Load::Reflected(load) = &mut config.load {
+                load.coulomb_nm = coulomb;
+            }
+            let [rms, max] = ratio_on_a_sine(&config, "lookup", radius, w, 4.0);
+            assert!(
+                rms < 0.01 && max < 0.02,
+                "{coulomb} {feedforward} A {radius} w {w}: {rms} {max}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_wrongly_told_gap_leaves_its_difference() {
+    let mut config = mill_x(0.1, 10.0, None);
+    config.compensation.lookup.gap = Some(Gap::Um(8.0));
+    let [rms, _] = lost_on_a_sine(&config, "lookup", 50.0, 1.0, 4.0);
+    // half of what was told too little, on both sides
+    assert!((rms - 1.0).abs() < 0.02, "{rms} um");
+}
+
+#[test]
+fn wind_up_is_made_up_for_when_asked() {
+    let stroke = Move {
+        distance: 5.0,
+        velocity: 20.0,
+        acceleration: 200.0,
+        jerk: 5000.0,
+    };
+    let lost = |wind_up: f64| {
+        let mut config = mill_x(0.1, 10.0, None);
+        config.compensation.lookup.wind_up = wind_up;
+        let error = errors(&run(
+            &config,
+            "lookup",
+            &|t| there_and_back(stroke, 0.5, t),
+            2.0,
+        ));
+        // both ways at constant speed
+        (error[1000] - error[4400]).abs()
+    };
+    // (432 N + 500 N s/m * 0.02 m/s) / 238 N/um on each side
+    let expected = 2.0 * (0.1 * 11.0 / (0.016 / std::f64::consts::TAU) + 10.0) / 238.0 * 1e-3;
+    assert!(
+        (lost(0.0) / expected - 1.0).abs() < 0.02,
+        "{} against {expected}",
+        lost(0.0)
+    );
+    assert!(lost(1.0) < 0.02 * expected, "{}", lost(1.0));
+}
+
+#[test]
+fn without_a_gap_it_does_nothing() {
+    let config = mill_x(0.1, 10.0, None).without_gap();
+    let motion = |t: f64| circle(10.0, 5.0, t);
+    assert_eq!(
+        run(&config, "lookup", &motion, 3.0).load,
+        run(&config, "none", &motion, 3.0).load
+    );
+}
+
+#[test]
+fn mirrored_input_gives_mirrored_output() {
+    let config = mill_x(0.1, 10.0, None);
+    let forth = run(&config, "lookup", &|t| circle(10.0, 5.0, t), 3.0);
+    let mirrored = run(&config, "lookup", &|t| circle(-10.0, 5.0, t), 3.0);
+    let difference = max_abs(forth.load.iter().zip(&mirrored.load).map(|(a, b)| a + b));
+    assert!(difference < 1e-9 * rms(forth.load), "{difference}");
+}
