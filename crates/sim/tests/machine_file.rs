@@ -4,7 +4,9 @@
 
 use lostmotion_base::AxisId;
 use lostmotion_base::units::rad;
-use lostmotion_sim::machine::{Machine, MachineError, axis_from_toml, axis_preset, presets};
+use lostmotion_sim::machine::{
+    Change, Machine, MachineError, axis_from_toml, axis_preset, presets,
+};
 use proptest::prelude::*;
 
 fn vmc3() -> &'static str {
@@ -372,4 +374,69 @@ fn what_is_too_long_is_no_machine_file() {
             && told.contains("hint: is it a machine file?"),
         "{told}"
     );
+}
+
+/// Changes are read as if they stood in the file, and their problems carry their names.
+#[test]
+fn changes_are_checked_like_the_file() {
+    let text = presets()[0].toml;
+    let change = |key: &str, value: &str| Change {
+        key: key.to_owned(),
+        value: value.to_owned(),
+        name: format!("--set {key}={value}"),
+    };
+    let good = [
+        change("axis.x.drive.position_gain_per_s", "30"),
+        change("work_offset.g57", "{ x_mm = -1.0, y_mm = -2.0 }"),
+        change("home.g28.z_mm", "-5"),
+        change("name", "my mill"),
+        change("tool", "[{ number = 1, length_mm = 50.0 }]"),
+        change("tool[0].length_mm", "60.5"),
+    ];
+    let machine = Machine::from_changed_toml("vmc3", text, &good).expect("reads");
+    assert_eq!(machine.axes()[0].config.drive.position_gain_per_s, 30.0);
+    assert_eq!(machine.work_offsets()[3].0[..2], [-1.0, -2.0]);
+    assert_eq!(machine.home_g28().0[2], -5.0);
+    assert_eq!(machine.name(), "my mill");
+    assert_eq!(machine.tools()[0].length_mm, 60.5);
+    for (key, value, told) in [
+        (
+            "axis.x.drive.position_gian_per_s",
+            "30",
+            "did you mean `position_gain_per_s`?",
+        ),
+        (
+            "axis.x.drive.position_gain_per_s",
+            "fast",
+            "found string \"fast\", expected a number",
+        ),
+        (
+            "axis.x.drive.position_gain_per_s",
+            "-1",
+            "is -1; it has to be",
+        ),
+        (
+            "axis.x.drive.position_gain_per_s",
+            "1,2",
+            "`1,2` is not a value",
+        ),
+        (
+            "axis.x.drive.position_gain_per_s",
+            "inf",
+            "has to be a finite number",
+        ),
+        ("axis.x.drive.", "1", "is not a key"),
+        ("name.x", "1", "`name` is not a table"),
+        ("tool[3].length_mm", "1", "there is no `tool[3]`"),
+        ("axix.x.load", "1", "did you mean `axis`?"),
+        ("", "1", "is not a key"),
+    ] {
+        let error = Machine::from_changed_toml("vmc3", text, &[change(key, value)]).expect_err(key);
+        let said = error.to_string();
+        assert!(
+            said.starts_with(&format!("--set {key}={value}: error: ")) && said.contains(told),
+            "{said}"
+        );
+        assert_eq!(error.problems.len(), 1, "{said}");
+    }
 }

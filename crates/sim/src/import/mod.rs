@@ -120,6 +120,7 @@ fn problem(line: usize, key: &str, message: impl Into<String>, hint: &str) -> Pr
         key: key.to_owned(),
         message: message.into(),
         hint: hint.to_owned(),
+        option: None,
     }
 }
 

@@ -16,14 +16,36 @@ pub(super) struct Document<'a> {
     text: &'a str,
     /// The whole file as a table.
     pub(super) root: DeTable<'a>,
+    /// Where values stand that do not come from the file, and what names them in messages.
+    given: Vec<(Range<usize>, String)>,
 }
 
 impl<'a> Document<'a> {
-    /// Parses a text.
+    /// Parses a text, and puts values in place of its own.
     ///
     /// # Errors
-    /// All syntax errors; a text that is too long.
-    pub(super) fn parse(text: &'a str) -> Result<Document<'a>, Vec<Problem>> {
+    /// All syntax errors; a text that is too long; a change that is no key with a value.
+    pub(super) fn parse(changed: &'a ChangedText) -> Result<Document<'a>, Vec<Problem>> {
+        let mut document = Document::parse_file(changed.file())?;
+        document.text = &changed.text;
+        let mut problems = Vec::new();
+        for change in &changed.changes {
+            document
+                .given
+                .push((change.key.start..change.value.end, change.name.clone()));
+            if let Err((message, hint)) = put(&mut document.root, &changed.text, change) {
+                let key = changed.text[change.key.clone()].to_owned();
+                problems.push(document.problem_at(change.key.start, key, message, hint));
+            }
+        }
+        if problems.is_empty() {
+            Ok(document)
+        } else {
+            Err(problems)
+        }
+    }
+
+    fn parse_file(text: &'a str) -> Result<Document<'a>, Vec<Problem>> {
         if text.len() > MAX_BYTES {
             let message = format!(
                 "has {} bytes; a machine file has at most {MAX_BYTES}",
@@ -36,12 +58,14 @@ impl<'a> Document<'a> {
                 key: String::new(),
                 message,
                 hint,
+                option: None,
             }]);
         }
         let (root, errors) = DeTable::parse_recoverable(text);
         let document = Document {
             text,
             root: root.into_inner(),
+            given: Vec::new(),
         };
         if errors.is_empty() {
             return Ok(document);
@@ -67,12 +91,14 @@ impl<'a> Document<'a> {
         hint: String,
     ) -> Problem {
         let (line, column) = self.place(byte);
+        let given = self.given.iter().find(|(place, _)| place.contains(&byte));
         Problem {
             line,
             column,
             key,
             message,
             hint,
+            option: given.map(|(_, name)| name.clone()),
         }
     }
 
@@ -127,6 +153,161 @@ impl<'a> Document<'a> {
         }
         byte
     }
+}
+
+/// A value in place of a machine file's own, as the command's `--set KEY=VALUE` gives it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// Dotted key: `axis.x.drive.position_gain_per_s`, `tool[0].length_mm`. Tables that are
+    /// missing are made.
+    pub key: String,
+    /// The value in TOML; text may stand without quotes.
+    pub value: String,
+    /// What messages call it in place of the file, line and column:
+    /// `--set axis.x.drive.position_gain_per_s=30`.
+    pub name: String,
+}
+
+/// The text of a file with changes written behind it, so that every value has a place in one text.
+pub(super) struct ChangedText {
+    text: String,
+    file_bytes: usize,
+    changes: Vec<PlacedChange>,
+}
+
+/// Where a change's key and value stand in the text.
+struct PlacedChange {
+    key: Range<usize>,
+    value: Range<usize>,
+    name: String,
+}
+
+impl ChangedText {
+    /// Puts changes behind a text.
+    pub(super) fn new(file: &str, changes: &[Change]) -> ChangedText {
+        let mut text = file.to_owned();
+        let place = |change: &Change| {
+            text.push('\n');
+            let key = text.len()..text.len() + change.key.len();
+            text.push_str(&change.key);
+            text.push('=');
+            let value = text.len()..text.len() + change.value.len();
+            text.push_str(&change.value);
+            PlacedChange {
+                key,
+                value,
+                name: change.name.clone(),
+            }
+        };
+        let changes = changes.iter().map(place).collect();
+        ChangedText {
+            text,
+            file_bytes: file.len(),
+            changes,
+        }
+    }
+
+    fn file(&self) -> &str {
+        &self.text[..self.file_bytes]
+    }
+}
+
+/// Puts a change into a table; why it cannot be, with a hint.
+fn put<'a>(
+    root: &mut DeTable<'a>,
+    text: &'a str,
+    change: &PlacedChange,
+) -> Result<(), (String, String)> {
+    let key = &text[change.key.clone()];
+    let value = value_of(&text[change.value.clone()], change.value.start)?;
+    let mut table = root;
+    let mut parts = key.split('.').peekable();
+    while let Some(part) = parts.next() {
+        let name = part.split('[').next().unwrap_or(part);
+        if name.is_empty() || name.len() != name.trim().len() {
+            let hint = "a key is like axis.x.drive.position_gain_per_s or tool[0].length_mm";
+            return Err(("is not a key".to_owned(), hint.to_owned()));
+        }
+        let last = parts.peek().is_none();
+        let at = || Spanned::new(change.key.clone(), name.into());
+        if last && name == part {
+            // a map keeps the key that it has, and with it its place in the file
+            table.remove(name);
+            table.insert(at(), value);
+            return Ok(());
+        }
+        let nothing = DeValue::Table(DeTable::new());
+        let entry = table
+            .entry(at())
+            .or_insert_with(|| Spanned::new(change.key.clone(), nothing));
+        let inner = if name == part {
+            Some(entry)
+        } else {
+            element(entry, part)
+        };
+        let Some(inner) = inner else {
+            return Err((format!("there is no `{part}`"), String::new()));
+        };
+        if last {
+            *inner = value;
+            return Ok(());
+        }
+        let DeValue::Table(next) = inner.get_mut() else {
+            return Err((format!("`{part}` is not a table"), String::new()));
+        };
+        table = next;
+    }
+    Ok(())
+}
+
+/// `tool[2]` in the list `tool`.
+fn element<'t, 'a>(
+    list: &'t mut Spanned<DeValue<'a>>,
+    part: &str,
+) -> Option<&'t mut Spanned<DeValue<'a>>> {
+    match list.get_mut() {
+        DeValue::Array(array) => array.get_mut(index_of(part)?),
+        _ => None,
+    }
+}
+
+/// The value of a text that begins at a byte; what is not TOML but begins with a letter is text
+/// without quotes.
+fn value_of(text: &str, at: usize) -> Result<Spanned<DeValue<'_>>, (String, String)> {
+    match DeValue::parse(text) {
+        Ok(value) => Ok(moved(value, at)),
+        Err(_) if text.trim_start().starts_with(|c: char| c.is_alphabetic()) => {
+            let string = DeValue::String(text.trim().into());
+            Ok(Spanned::new(at..at + text.len(), string))
+        }
+        Err(error) => {
+            let message = format!("`{text}` is not a value: {}", error.message());
+            let hint = "for example: 30, 1e-3, true, [0.0, 10.0], \"text\", { um = 10.0 }";
+            Err((message.replace('\n', "; "), hint.to_owned()))
+        }
+    }
+}
+
+/// A value whose places lie further on.
+fn moved(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
+    let further = |span: Range<usize>| span.start + by..span.end + by;
+    let span = further(value.span());
+    let inner = match value.into_inner() {
+        DeValue::Array(array) => {
+            DeValue::Array(array.into_iter().map(|inner| moved(inner, by)).collect())
+        }
+        DeValue::Table(table) => DeValue::Table(
+            table
+                .into_iter()
+                .map(|(key, inner)| {
+                    let place = further(key.span());
+                    (Spanned::new(place, key.into_inner()), moved(inner, by))
+                })
+                .collect(),
+        ),
+        other => other,
+    };
+    Spanned::new(span, inner)
 }
 
 /// The index in `tool[2]`.

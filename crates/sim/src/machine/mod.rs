@@ -18,13 +18,14 @@ mod settings;
 mod tuning;
 mod write;
 
+pub use document::Change;
 pub use gantry::Gantry;
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
 pub use preset::{
     DEFAULT_MACHINE, PresetInfo, axis_preset, axis_preset_toml, axis_presets, presets,
 };
-pub use problem::{MachineError, Problem};
-pub use read::axis_from_toml;
+pub use problem::{MachineError, Problem, did_you_mean};
+pub use read::{axis_from_changed_toml, axis_from_toml};
 pub use review::AxisReview;
 pub use settings::{
     BOW_LIMIT_UM, Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets,

@@ -15,6 +15,8 @@ pub struct Problem {
     pub message: String,
     /// How to mend it; empty if there is nothing to say.
     pub hint: String,
+    /// Name of the [`Change`](super::Change) whose value it is about; `None` for one of the file.
+    pub option: Option<String>,
 }
 
 /// Message of a key that is not there.
@@ -85,11 +87,14 @@ impl fmt::Display for MachineError {
             if index > 0 {
                 writeln!(f)?;
             }
-            write!(
-                f,
-                "{}:{}:{}: error: ",
-                self.file, problem.line, problem.column
-            )?;
+            match &problem.option {
+                Some(option) => write!(f, "{option}: error: ")?,
+                None => write!(
+                    f,
+                    "{}:{}:{}: error: ",
+                    self.file, problem.line, problem.column
+                )?,
+            }
             if !problem.key.is_empty() {
                 write!(f, "{}: ", problem.key)?;
             }
@@ -106,7 +111,7 @@ impl std::error::Error for MachineError {}
 
 /// A hint for an unknown name: the known one that it begins (a key without its unit), the nearest
 /// one if it is near, else all of them.
-pub(crate) fn did_you_mean(unknown: &str, known: &[&str]) -> String {
+pub fn did_you_mean(unknown: &str, known: &[&str]) -> String {
     if let Some(name) = known.iter().find(|name| {
         name.strip_prefix(unknown)
             .is_some_and(|rest| rest.starts_with('_'))

@@ -1,6 +1,6 @@
 //! From the text of a machine file to a machine, or to all that is wrong with it.
 
-use super::document::{Document, not_finite};
+use super::document::{Change, ChangedText, Document, not_finite};
 use super::limits::{LimitsTable, LinearLimits, RotaryLimits};
 use super::problem::{MachineError, Problem, did_you_mean};
 use super::section::{join, read};
@@ -49,8 +49,36 @@ impl Machine {
     /// Everything that is wrong: syntax; or else unknown, missing and mistyped keys and, as far as
     /// what was read allows, values out of their range and parts that do not go together.
     pub fn from_toml(name: &str, text: &str) -> Result<Machine, MachineError> {
+        Machine::from_changed_toml(name, text, &[])
+    }
+
+    /// The same with values in place of the file's own, checked as if they stood there.
+    ///
+    /// # Errors
+    /// As [`Machine::from_toml`]; problems with a change carry its name.
+    ///
+    /// # Examples
+    /// ```
+    /// use lostmotion_sim::Machine;
+    /// use lostmotion_sim::machine::{Change, presets};
+    ///
+    /// let softer = Change {
+    ///     key: "axis.x.drive.position_gain_per_s".to_owned(),
+    ///     value: "30".to_owned(),
+    ///     name: "my change".to_owned(),
+    /// };
+    /// let machine = Machine::from_changed_toml("vmc3", presets()[0].toml, &[softer])?;
+    /// assert_eq!(machine.axes()[0].config.drive.position_gain_per_s, 30.0);
+    /// # Ok::<(), lostmotion_sim::machine::MachineError>(())
+    /// ```
+    pub fn from_changed_toml(
+        name: &str,
+        text: &str,
+        changes: &[Change],
+    ) -> Result<Machine, MachineError> {
+        let changed = ChangedText::new(text, changes);
         let document =
-            Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
+            Document::parse(&changed).map_err(|problems| MachineError::new(name, problems))?;
         let mut problems = non_finite_numbers(&document);
         let general = read_general(&document, &mut problems);
         let mut axes = read_axes(&document, &mut problems);
@@ -83,7 +111,21 @@ impl Machine {
 /// # Errors
 /// Everything that is wrong, as [`Machine::from_toml`].
 pub fn axis_from_toml(name: &str, text: &str) -> Result<AxisConfig, MachineError> {
-    let document = Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
+    axis_from_changed_toml(name, text, &[])
+}
+
+/// The same with values in place of the file's own, as [`Machine::from_changed_toml`].
+///
+/// # Errors
+/// Everything that is wrong, as [`Machine::from_toml`].
+pub fn axis_from_changed_toml(
+    name: &str,
+    text: &str,
+    changes: &[Change],
+) -> Result<AxisConfig, MachineError> {
+    let changed = ChangedText::new(text, changes);
+    let document =
+        Document::parse(&changed).map_err(|problems| MachineError::new(name, problems))?;
     let mut problems = non_finite_numbers(&document);
     let config: Option<AxisConfig> = read(
         &document,

@@ -1,7 +1,7 @@
 //! How a machine's drives are tuned: margins of every loop, limit cycles; and what is not good
 //! enough.
 
-use super::document::Document;
+use super::document::{Change, ChangedText, Document};
 use super::problem::MachineError;
 use super::{Machine, MachineAxis};
 use lostmotion_analysis::{
@@ -54,9 +54,22 @@ impl Machine {
     /// Everything that is wrong with the file; if nothing is, every axis with an unstable loop or
     /// one whose margins are below the file's `least_margins`, with the loop and its margin.
     pub fn check_toml(name: &str, text: &str) -> Result<(Machine, Vec<AxisTuning>), MachineError> {
-        let machine = Machine::from_toml(name, text)?;
+        Machine::check_changed_toml(name, text, &[])
+    }
+
+    /// The same with values in place of the file's own, as [`Machine::from_changed_toml`].
+    ///
+    /// # Errors
+    /// As [`Machine::check_toml`].
+    pub fn check_changed_toml(
+        name: &str,
+        text: &str,
+        changes: &[Change],
+    ) -> Result<(Machine, Vec<AxisTuning>), MachineError> {
+        let machine = Machine::from_changed_toml(name, text, changes)?;
+        let changed = ChangedText::new(text, changes);
         let document =
-            Document::parse(text).map_err(|problems| MachineError::new(name, problems))?;
+            Document::parse(&changed).map_err(|problems| MachineError::new(name, problems))?;
         let tuning = machine.tuning();
         let mut problems = Vec::new();
         for (axis, tuning) in machine.axes().iter().zip(&tuning) {
