@@ -1,11 +1,13 @@
 //! Canonical operations as text, in the notation of NIST's report on RS274/NGC that LinuxCNC's
 //! stand-alone interpreter prints.
 
+use crate::config::InterpreterConfig;
+use crate::diagnostics::Diagnostics;
 use crate::four::Four;
 use crate::ops::{
     ArcFeed, CanonicalOp, OutputValue, PathControl, Plane, Position, TextKind, Units,
 };
-use crate::{Diagnostics, InterpreterConfig, Program};
+use crate::program::Program;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, BufRead};
 

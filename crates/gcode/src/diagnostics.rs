@@ -1,23 +1,11 @@
 //! What the front end has to say about a program.
 
 use crate::dialect::Leniency;
-use crate::loader::{LoadedFile, SourceFiles};
 use crate::problem::Problem;
 use crate::provenance::Provenance;
+use crate::provenance::{LoadedFile, SourceFiles};
+use crate::severity::Severity;
 use lostmotion_base::span::BlockRef;
-use serde::Serialize;
-
-/// How bad a diagnostic is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Severity {
-    /// A habit of the program's text, told once with how often it occurs; nothing needs to be done.
-    Note,
-    /// The program is accepted; what it does may not be what was meant.
-    Warning,
-    /// The block is not executed and the program is refused.
-    Error,
-}
 
 /// One finding, with its place in the source.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,11 +35,7 @@ impl Diagnostic {
 
 impl std::fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let severity = match self.severity() {
-            Severity::Note => "note",
-            Severity::Warning => "warning",
-            Severity::Error => "error",
-        };
+        let severity = self.severity().name();
         write!(
             f,
             "{severity}[{}]: {}: {}",

@@ -5,9 +5,9 @@ use crate::diagnostics::Diagnostic;
 use crate::dialect::Leniency;
 use crate::interpreter::{Interpreter, Place, Step};
 use crate::limits::Limits;
-use crate::loader::SubroutineLoader;
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
+use crate::provenance::SubroutineLoader;
 use lostmotion_base::span::Span;
 use std::sync::Arc;
 

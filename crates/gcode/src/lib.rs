@@ -17,7 +17,7 @@
 //! Under cutter compensation (G41, G42) a move is held back until the next one is known. Curves
 //! (G5, G5.1, G5.2) keep their control points and rigid tapping (G33.1) its end;
 //! [`MotionFold::push_all`] makes moves of them. Probing moves and inputs find nothing: see
-//! [`ops::StraightProbe`]. Subroutines in files come through a [`loader::SubroutineLoader`], and
+//! [`ops::StraightProbe`]. Subroutines in files come through a [`provenance::SubroutineLoader`], and
 //! [`Interpreter::call_stacks`] tells which calls led to a block.
 //!
 //! Whoever has the lines instead of a file (a sender, an editor) gives them to a [`Feeder`] one at
@@ -27,6 +27,7 @@
 pub mod blocks;
 pub mod canon;
 pub mod catalog;
+pub mod code;
 pub mod codes;
 pub mod config;
 pub mod diagnostics;
@@ -36,36 +37,36 @@ pub mod feeder;
 mod four;
 pub mod interpreter;
 pub mod limits;
-pub mod loader;
 pub mod motion;
 pub mod ops;
 pub mod parameters;
 pub mod problem;
 pub mod program;
 pub mod provenance;
+pub mod severity;
 mod source;
 pub mod state;
 pub mod syntax;
 mod system_names;
-pub mod tilt;
 pub mod tool_table;
 pub mod trace;
 mod turning;
 
 pub use blocks::{Blocks, ParsedBlock};
+pub use code::Code;
 pub use config::InterpreterConfig;
-pub use diagnostics::{Diagnostic, Diagnostics, Severity};
+pub use diagnostics::{Diagnostic, Diagnostics};
 pub use dialect::{Dialect, Leniencies, Leniency};
 pub use feeder::{Fed, Feeder};
-pub use interpreter::{CallSite, CallStacks, Interpreter, Place, Step};
+pub use interpreter::{Interpreter, Place, Step};
 pub use limits::{LimitError, LimitRow, Limits};
-pub use loader::{LoadedFile, SourceFiles, SubroutineLoader};
 pub use motion::{Circle, Feed, Motion, MotionFold, MotionItem, PathMode};
 pub use ops::{
     ArcFeed, CanonicalOp, ControlPoint, NurbsFeed, OrientWay, OutputValue, PathControl, Plane,
     Position, SourcedOp, StraightProbe, TextKind, Units, WaitFor,
 };
-pub use problem::{Code, Problem};
+pub use problem::Problem;
 pub use program::Program;
-pub use provenance::Provenance;
+pub use provenance::{CallSite, CallStacks, LoadedFile, Provenance, SourceFiles, SubroutineLoader};
+pub use severity::Severity;
 pub use tool_table::{Tool, ToolTable};

@@ -1,10 +1,10 @@
 //! Numbered and named parameters.
 
+use crate::code::whole;
 use crate::ops::Position;
 use crate::problem::Problem;
 use crate::state::State;
 use crate::syntax::evaluate::{Lookup, valued};
-use crate::syntax::number::whole;
 use crate::system_names::system_name;
 use std::collections::BTreeMap;
 

@@ -1,8 +1,9 @@
 //! An execution as it was seen, before it is put into words: a line may run millions of times.
 
 use super::{Call, Execution, Snapshot, action};
-use lostmotion_gcode::interpreter::{CallSite, Interpreter};
+use lostmotion_gcode::interpreter::Interpreter;
 use lostmotion_gcode::ops::{CanonicalOp, Position, SourcedOp};
+use lostmotion_gcode::provenance::CallSite;
 use lostmotion_gcode::state::State;
 use lostmotion_gcode::trace::Event;
 

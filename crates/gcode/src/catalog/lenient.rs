@@ -1,8 +1,8 @@
 //! Warnings about what is accepted beyond RS274/NGC.
 
 use super::{CatalogRow, warning};
-use crate::diagnostics::Severity;
 use crate::dialect::{LENIENCIES, Leniency};
+use crate::severity::Severity;
 
 /// Two leniencies have rows of their own: the end of the program and the byte order mark, which
 /// come first.

@@ -10,7 +10,7 @@ mod syntax;
 
 pub use page::page;
 
-use crate::diagnostics::Severity;
+use crate::severity::Severity;
 
 /// What is known about a code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

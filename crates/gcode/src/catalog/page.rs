@@ -1,7 +1,6 @@
 //! `docs/diagnostics.md`, made from the tables.
 
 use super::rows;
-use crate::diagnostics::Severity;
 use std::fmt::Write;
 
 /// The page of all diagnostics, in Markdown; the tools' lints add theirs.
@@ -13,11 +12,7 @@ pub fn page() -> String {
          | code | | what has been found | what to do |\n|---|---|---|---|\n",
     );
     for row in rows() {
-        let severity = match row.severity {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-            Severity::Note => "note",
-        };
+        let severity = row.severity.name();
         // Writing to a String cannot fail.
         let _ = writeln!(
             page,

@@ -2,24 +2,13 @@
 
 use super::row::{AxisUse, CodeRow, Group, Texts, row};
 use crate::dialect::Leniency;
-use crate::exec::{
-    Exec, arc, compensation, curves, cycles, dwell, five_axis, g10, haas, home, modes, offsets,
-    probe, spindle, straight, thread, tool, turning,
-};
-use crate::problem::{Code, Problem};
 
 const NONE: AxisUse = AxisUse::None;
 const MAY: AxisUse = AxisUse::May;
 const NEEDS: AxisUse = AxisUse::Needs;
 
-const fn g(
-    tenths: u16,
-    group: Group,
-    uses: (AxisUse, &'static str),
-    texts: Texts,
-    action: fn(&mut Exec<'_>, Code) -> Result<(), Problem>,
-) -> CodeRow {
-    row('G', tenths, group, uses, texts, action)
+const fn g(tenths: u16, group: Group, uses: (AxisUse, &'static str), texts: Texts) -> CodeRow {
+    row('G', tenths, group, uses, texts)
 }
 
 /// All G codes in the order of their numbers.
@@ -29,77 +18,66 @@ pub(crate) const ROWS: &[CodeRow] = &[
         Group::Motion,
         (MAY, ""),
         ["traverse in a straight line", "G0 X10 Y5", "g00.ngc"],
-        straight::traverse,
     ),
     g(
         10,
         Group::Motion,
         (MAY, ""),
         ["feed in a straight line", "G1 X10 F200", "g01.ngc"],
-        straight::feed,
     ),
     g(
         20,
         Group::Motion,
         (MAY, "IJKRP"),
         ["arc or helix, clockwise", "G2 X10 Y0 I5 J0", "g02.ngc"],
-        arc::arc,
     ),
     g(
         30,
         Group::Motion,
         (MAY, "IJKRP"),
         ["arc or helix, counter-clockwise", "G3 X10 Y0 R5", "g03.ngc"],
-        arc::arc,
     ),
     g(
         40,
         Group::NonModal,
         (NONE, "P"),
         ["dwell for P seconds", "G4 P0.5", "g04.ngc"],
-        dwell::dwell,
     ),
     g(
         50,
         Group::Motion,
         (MAY, "IJPQ"),
         ["cubic spline", "G5 X2 Y2 I0 J3 P0 Q-3", "g05.ngc"],
-        curves::cubic,
     ),
     g(
         51,
         Group::Motion,
         (MAY, "IJ"),
         ["quadratic spline", "G5.1 X4 I2 J4", "g05_1.ngc"],
-        curves::quadratic,
     ),
     g(
         52,
         Group::Motion,
         (MAY, "PL"),
         ["control points of a NURBS", "G5.2 X1 Y1 P1 L3", "g05_2.ngc"],
-        curves::nurbs,
     ),
     g(
         53,
         Group::Motion,
         (NONE, ""),
         ["end of the NURBS, which is then run", "G5.3", "g05_3.ngc"],
-        curves::nurbs_end,
     ),
     g(
         70,
         Group::Diameter,
         (NONE, ""),
         ["X is a diameter", "G7", "g07.ngc"],
-        modes::diameter,
     ),
     g(
         80,
         Group::Diameter,
         (NONE, ""),
         ["X is a radius", "G8", "g08.ngc"],
-        modes::diameter,
     ),
     g(
         100,
@@ -110,7 +88,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G10 L2 P1 X10",
             "g10.ngc",
         ],
-        g10::g10,
     ),
     g(
         120,
@@ -121,7 +98,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G12 I5 Z-2 F200",
             "g12.ngc",
         ],
-        haas::pocket,
     )
     .only_with(Leniency::CircularPockets),
     g(
@@ -133,7 +109,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G13 I2 K8 Q2 Z-2 F200",
             "g13.ngc",
         ],
-        haas::pocket,
     )
     .only_with(Leniency::CircularPockets),
     g(
@@ -141,70 +116,55 @@ pub(crate) const ROWS: &[CodeRow] = &[
         Group::Plane,
         (NONE, ""),
         ["arcs in the XY plane", "G17", "g17.ngc"],
-        modes::plane,
     ),
     g(
         180,
         Group::Plane,
         (NONE, ""),
         ["arcs in the ZX plane", "G18", "g18.ngc"],
-        modes::plane,
     ),
     g(
         190,
         Group::Plane,
         (NONE, ""),
         ["arcs in the YZ plane", "G19", "g19.ngc"],
-        modes::plane,
     ),
-    g(
-        200,
-        Group::Units,
-        (NONE, ""),
-        ["inches", "G20", "g20.ngc"],
-        modes::units,
-    ),
+    g(200, Group::Units, (NONE, ""), ["inches", "G20", "g20.ngc"]),
     g(
         210,
         Group::Units,
         (NONE, ""),
         ["millimetres", "G21", "g21.ngc"],
-        modes::units,
     ),
     g(
         280,
         Group::NonModal,
         (MAY, ""),
         ["home by way of a point", "G28 Z10", "g28.ngc"],
-        home::go,
     ),
     g(
         281,
         Group::NonModal,
         (NONE, ""),
         ["make this place the home of G28", "G28.1", "g28_1.ngc"],
-        home::store,
     ),
     g(
         300,
         Group::NonModal,
         (MAY, ""),
         ["second home by way of a point", "G30 Z10", "g30.ngc"],
-        home::go,
     ),
     g(
         301,
         Group::NonModal,
         (NONE, ""),
         ["make this place the home of G30", "G30.1", "g30_1.ngc"],
-        home::store,
     ),
     g(
         330,
         Group::Motion,
         (NEEDS, "K$"),
         ["move in step with the spindle", "G33 Z-9 K1.5", "g33.ngc"],
-        spindle::synchronised,
     ),
     g(
         331,
@@ -215,7 +175,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G33.1 Z-9 K1.5",
             "g33_1.ngc",
         ],
-        spindle::rigid_tap,
     ),
     g(
         382,
@@ -226,14 +185,12 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G38.2 Z-9",
             "g38_2.ngc",
         ],
-        probe::probe,
     ),
     g(
         383,
         Group::Motion,
         (NEEDS, ""),
         ["probe until contact", "G38.3 Z-9", "g38_3.ngc"],
-        probe::probe,
     ),
     g(
         384,
@@ -244,21 +201,18 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G38.4 Z9",
             "g38_4.ngc",
         ],
-        probe::probe,
     ),
     g(
         385,
         Group::Motion,
         (NEEDS, ""),
         ["probe until contact is lost", "G38.5 Z9", "g38_5.ngc"],
-        probe::probe,
     ),
     g(
         400,
         Group::CutterCompensation,
         (NONE, ""),
         ["cutter compensation off", "G40", "g40.ngc"],
-        compensation::off,
     ),
     g(
         410,
@@ -269,14 +223,12 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G41 D3",
             "g41.ngc",
         ],
-        compensation::on,
     ),
     g(
         411,
         Group::CutterCompensation,
         (NONE, "DL"),
         ["the same by the diameter", "G41.1 D6", "g41_1.ngc"],
-        compensation::dynamic,
     ),
     g(
         420,
@@ -287,35 +239,30 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G42 D3",
             "g42.ngc",
         ],
-        compensation::on,
     ),
     g(
         421,
         Group::CutterCompensation,
         (NONE, "DL"),
         ["the same by the diameter", "G42.1 D6", "g42_1.ngc"],
-        compensation::dynamic,
     ),
     g(
         430,
         Group::ToolLength,
         (NONE, "H"),
         ["tool offset from the table", "G43 H3", "g43.ngc"],
-        tool::length,
     ),
     g(
         431,
         Group::ToolLength,
         (MAY, ""),
         ["tool offset from the line", "G43.1 Z12.5", "g43_1.ngc"],
-        tool::dynamic_length,
     ),
     g(
         432,
         Group::ToolLength,
         (MAY, "H"),
         ["one more tool offset on top", "G43.2 H4", "g43_2.ngc"],
-        tool::added_length,
     ),
     g(
         434,
@@ -326,7 +273,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G43.4 H3",
             "g43_4.ngc",
         ],
-        five_axis::tip,
     )
     .only_with(Leniency::FiveAxis),
     g(
@@ -338,7 +284,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G43.5 H3",
             "g43_5.ngc",
         ],
-        five_axis::tip,
     )
     .only_with(Leniency::FiveAxis),
     g(
@@ -346,21 +291,18 @@ pub(crate) const ROWS: &[CodeRow] = &[
         Group::ToolLength,
         (NONE, ""),
         ["no tool offset", "G49", "g49.ngc"],
-        tool::no_length,
     ),
     g(
         520,
         Group::NonModal,
         (NEEDS, ""),
         ["shift of all coordinate systems", "G52 X5", "g52.ngc"],
-        offsets::local,
     ),
     g(
         530,
         Group::NonModal,
         (NONE, ""),
         ["this move in machine coordinates", "G53 G0 Z0", "g53.ngc"],
-        straight::machine_coordinates,
     ),
     g(
         531,
@@ -371,7 +313,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G53.1",
             "g53_1.ngc",
         ],
-        five_axis::orient,
     )
     .only_with(Leniency::FiveAxis),
     g(
@@ -379,84 +320,72 @@ pub(crate) const ROWS: &[CodeRow] = &[
         Group::CoordinateSystem,
         (NONE, ""),
         ["coordinate system 1", "G54", "g54.ngc"],
-        offsets::select,
     ),
     g(
         550,
         Group::CoordinateSystem,
         (NONE, ""),
         ["coordinate system 2", "G55", "g55.ngc"],
-        offsets::select,
     ),
     g(
         560,
         Group::CoordinateSystem,
         (NONE, ""),
         ["coordinate system 3", "G56", "g56.ngc"],
-        offsets::select,
     ),
     g(
         570,
         Group::CoordinateSystem,
         (NONE, ""),
         ["coordinate system 4", "G57", "g57.ngc"],
-        offsets::select,
     ),
     g(
         580,
         Group::CoordinateSystem,
         (NONE, ""),
         ["coordinate system 5", "G58", "g58.ngc"],
-        offsets::select,
     ),
     g(
         590,
         Group::CoordinateSystem,
         (NONE, ""),
         ["coordinate system 6", "G59", "g59.ngc"],
-        offsets::select,
     ),
     g(
         591,
         Group::CoordinateSystem,
         (NONE, ""),
         ["coordinate system 7", "G59.1", "g59_1.ngc"],
-        offsets::select,
     ),
     g(
         592,
         Group::CoordinateSystem,
         (NONE, ""),
         ["coordinate system 8", "G59.2", "g59_2.ngc"],
-        offsets::select,
     ),
     g(
         593,
         Group::CoordinateSystem,
         (NONE, ""),
         ["coordinate system 9", "G59.3", "g59_3.ngc"],
-        offsets::select,
     ),
     g(
         610,
         Group::PathControl,
         (NONE, ""),
         ["exact path", "G61", "g61.ngc"],
-        modes::exact_path,
     ),
     g(
         611,
         Group::PathControl,
         (NONE, ""),
         ["exact stop", "G61.1", "g61_1.ngc"],
-        modes::exact_stop,
     ),
     g(
         640,
         Group::PathControl,
         (NONE, "PQ"),
         ["rounded corners within P", "G64 P0.05 Q0.01", "g64.ngc"],
-        modes::continuous,
     ),
     g(
         680,
@@ -467,7 +396,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G68 X5 Y5 R30",
             "g68.ngc",
         ],
-        five_axis::rotate,
     )
     .only_with(Leniency::FiveAxis),
     g(
@@ -475,7 +403,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
         Group::NonModal,
         (MAY, "IJK"),
         ["tilted plane", "G68.2 X0 Y0 Z10 I0 J30 K0", "g68_2.ngc"],
-        five_axis::tilt,
     )
     .only_with(Leniency::FiveAxis),
     g(
@@ -483,7 +410,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
         Group::NonModal,
         (NONE, ""),
         ["coordinates not turned any more", "G69", "g69.ngc"],
-        five_axis::untilt,
     )
     .only_with(Leniency::FiveAxis),
     g(
@@ -495,7 +421,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G70 Q100 X20 Z2 D0.5 P2",
             "g70.ngc",
         ],
-        turning::cycle,
     ),
     g(
         710,
@@ -506,7 +431,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G71 Q100 X20 Z2 D0.5 I1 R0.5",
             "g71.ngc",
         ],
-        turning::cycle,
     ),
     g(
         711,
@@ -517,7 +441,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G71.1 Q100 X20 Z2 D0.5 I1 R0.5",
             "g71_1.ngc",
         ],
-        turning::cycle,
     ),
     g(
         712,
@@ -528,7 +451,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G71.2 Q100 X20 Z2 D0.3 I1 R0.5",
             "g71_2.ngc",
         ],
-        turning::cycle,
     ),
     g(
         720,
@@ -539,7 +461,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G72 Q100 X20 Z2 D0.5 I1 R0.5",
             "g72.ngc",
         ],
-        turning::cycle,
     ),
     g(
         721,
@@ -550,7 +471,6 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G72.1 Q100 X20 Z2 D0.5 I1 R0.5",
             "g72_1.ngc",
         ],
-        turning::cycle,
     ),
     g(
         722,
@@ -561,21 +481,18 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G72.2 Q100 X20 Z2 D0.3 I1 R0.5",
             "g72_2.ngc",
         ],
-        turning::cycle,
     ),
     g(
         730,
         Group::Motion,
         (NEEDS, "RQLP"),
         ["drill with chip breaking", "G73 X1 Z-9 R1 Q2", "g73.ngc"],
-        cycles::cycle,
     ),
     g(
         740,
         Group::Motion,
         (NEEDS, "RLP$"),
         ["tap, left-handed", "G74 X1 Z-9 R1", "g74.ngc"],
-        cycles::cycle,
     ),
     g(
         760,
@@ -586,105 +503,90 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G76 Z-20 P1.5 I-1 J0.2 K0.9 R2 Q29.5 H1 E1 L2",
             "g76.ngc",
         ],
-        thread::thread,
     ),
     g(
         800,
         Group::Motion,
         (NONE, ""),
         ["end of the motion mode", "G80", "g80.ngc"],
-        modes::no_motion,
     ),
     g(
         810,
         Group::Motion,
         (NEEDS, "RLPQ"),
         ["drill", "G81 X1 Z-9 R1", "g81.ngc"],
-        cycles::cycle,
     ),
     g(
         820,
         Group::Motion,
         (NEEDS, "RLPQ"),
         ["drill with dwell", "G82 X1 Z-9 R1 P0.5", "g82.ngc"],
-        cycles::cycle,
     ),
     g(
         830,
         Group::Motion,
         (NEEDS, "RLPQ"),
         ["drill in pecks", "G83 X1 Z-9 R1 Q2", "g83.ngc"],
-        cycles::cycle,
     ),
     g(
         840,
         Group::Motion,
         (NEEDS, "RLPQ$"),
         ["tap, right-handed", "G84 X1 Z-9 R1", "g84.ngc"],
-        cycles::cycle,
     ),
     g(
         850,
         Group::Motion,
         (NEEDS, "RLPQ"),
         ["bore, feed out", "G85 X1 Z-9 R1", "g85.ngc"],
-        cycles::cycle,
     ),
     g(
         860,
         Group::Motion,
         (NEEDS, "RLPQ"),
         ["bore, stop, rapid out", "G86 X1 Z-9 R1 P0.5", "g86.ngc"],
-        cycles::cycle,
     ),
     g(
         870,
         Group::Motion,
         (NEEDS, "RLPQIJK"),
         ["bore from behind", "G87 X1 Z-9 R1 I1 J0 K-7", "g87.ngc"],
-        cycles::cycle,
     ),
     g(
         880,
         Group::Motion,
         (NEEDS, "RLPQ"),
         ["bore, stop, manual out", "G88 X1 Z-9 R1 P0.5", "g88.ngc"],
-        cycles::cycle,
     ),
     g(
         890,
         Group::Motion,
         (NEEDS, "RLPQ"),
         ["bore, dwell, feed out", "G89 X1 Z-9 R1 P0.5", "g89.ngc"],
-        cycles::cycle,
     ),
     g(
         900,
         Group::Distance,
         (NONE, ""),
         ["absolute coordinates", "G90", "g90.ngc"],
-        modes::distance,
     ),
     g(
         901,
         Group::ArcDistance,
         (NONE, ""),
         ["absolute arc centres", "G90.1", "g90_1.ngc"],
-        modes::arc_distance,
     ),
     g(
         910,
         Group::Distance,
         (NONE, ""),
         ["incremental coordinates", "G91", "g91.ngc"],
-        modes::distance,
     ),
     g(
         911,
         Group::ArcDistance,
         (NONE, ""),
         ["arc centres relative to the start", "G91.1", "g91_1.ngc"],
-        modes::arc_distance,
     ),
     g(
         920,
@@ -695,76 +597,65 @@ pub(crate) const ROWS: &[CodeRow] = &[
             "G92 X0 Y0",
             "g92.ngc",
         ],
-        offsets::g92,
     ),
     g(
         921,
         Group::AxisOffset,
         (NONE, ""),
         ["forget the G92 offset", "G92.1", "g92_1.ngc"],
-        offsets::g92_forget,
     ),
     g(
         922,
         Group::AxisOffset,
         (NONE, ""),
         ["suspend the G92 offset", "G92.2", "g92_2.ngc"],
-        offsets::g92_suspend,
     ),
     g(
         923,
         Group::AxisOffset,
         (NONE, ""),
         ["restore the G92 offset", "G92.3", "g92_3.ngc"],
-        offsets::g92_restore,
     ),
     g(
         930,
         Group::FeedMode,
         (NONE, ""),
         ["F in moves per minute", "G93", "g93.ngc"],
-        modes::feed_mode,
     ),
     g(
         940,
         Group::FeedMode,
         (NONE, ""),
         ["F in units per minute", "G94", "g94.ngc"],
-        modes::feed_mode,
     ),
     g(
         950,
         Group::FeedMode,
         (NONE, ""),
         ["F in units per revolution", "G95", "g95.ngc"],
-        modes::feed_mode,
     ),
     g(
         960,
         Group::SpindleMode,
         (NONE, "D$"),
         ["constant surface speed", "G96 S100 D2500", "g96.ngc"],
-        spindle::surface_speed,
     ),
     g(
         970,
         Group::SpindleMode,
         (NONE, "$"),
         ["S in rev/min", "G97 S500", "g97.ngc"],
-        spindle::constant_speed,
     ),
     g(
         980,
         Group::Retract,
         (NONE, ""),
         ["cycles end where they began", "G98", "g98.ngc"],
-        cycles::retract,
     ),
     g(
         990,
         Group::Retract,
         (NONE, ""),
         ["cycles end at R", "G99", "g99.ngc"],
-        cycles::retract,
     ),
 ];

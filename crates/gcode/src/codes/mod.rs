@@ -11,7 +11,7 @@ pub mod row;
 pub use page::page;
 pub use row::{AxisUse, CodeRow, Group};
 
-use crate::problem::Code;
+use crate::code::Code;
 
 /// Codes at or above this many tenths have no row.
 const G_SIZE: usize = 1000;

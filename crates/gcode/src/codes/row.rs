@@ -1,8 +1,7 @@
 //! What is known about a code.
 
+use crate::code::Code;
 use crate::dialect::Leniency;
-use crate::exec::Exec;
-use crate::problem::{Code, Problem};
 
 /// Sets of codes of which one line may have one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -73,9 +72,6 @@ pub enum AxisUse {
     Needs,
 }
 
-/// Carries a code out.
-pub type Action = fn(&mut Exec<'_>, Code) -> Result<(), Problem>;
-
 /// One code.
 #[derive(Clone, Copy)]
 pub struct CodeRow {
@@ -99,7 +95,6 @@ pub struct CodeRow {
     pub example: &'static str,
     /// Name of its sample program.
     pub sample: &'static str,
-    pub(crate) action: Action,
 }
 
 impl std::fmt::Debug for CodeRow {
@@ -188,7 +183,6 @@ pub(crate) const fn row(
     group: Group,
     uses: (AxisUse, &'static str),
     texts: Texts,
-    action: Action,
 ) -> CodeRow {
     let [meaning, example, sample] = texts;
     let phase = if letter == 'G' && tenths == 40 {
@@ -207,6 +201,5 @@ pub(crate) const fn row(
         meaning,
         example,
         sample,
-        action,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Dialect;
 use super::Dialect::{Fanuc, Haas, Klipper, LinuxCnc, Marlin, Siemens};
-use crate::diagnostics::Severity;
+use crate::severity::Severity;
 use serde::{Deserialize, Serialize};
 
 const EVERY: &[Dialect] = &[LinuxCnc, Fanuc, Haas, Marlin, Klipper, Siemens];

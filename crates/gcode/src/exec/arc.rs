@@ -2,10 +2,11 @@
 
 use super::Exec;
 use super::arc_geometry::{Planar, center_from_radius, check_center, length};
+use crate::code::Code;
+use crate::code::whole;
 use crate::dialect::Leniency;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, Units};
-use crate::problem::{Code, Problem};
-use crate::syntax::number::whole;
+use crate::problem::Problem;
 use lostmotion_base::math;
 
 /// Letters of the centre by axis index.

@@ -1,10 +1,11 @@
 //! Spindle, coolant and overrides.
 
 use super::Exec;
+use crate::code::Code;
+use crate::code::whole;
 use crate::ops::CanonicalOp;
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::Spindle;
-use crate::syntax::number::whole;
 
 impl Exec<'_> {
     /// The spindle that `$` names for a move in step with it, 0 without the word.

@@ -1,9 +1,10 @@
 //! What a block's words and codes have to do with each other, before anything is carried out.
 
 use super::words::{AXIS_BITS, UsedCode, Words};
+use crate::code::Code;
 use crate::codes::row::bit;
 use crate::codes::{AxisUse, Group, find, users};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::{State, TipControl};
 use crate::syntax::Text;
 

@@ -1,8 +1,9 @@
 //! M70 to M73: modes saved for a subroutine, or for the main program, and brought back.
 
 use super::Exec;
+use crate::code::Code;
 use crate::ops::CanonicalOp;
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::{State, convert};
 
 /// Modes that a level of calls has saved.

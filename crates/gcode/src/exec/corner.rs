@@ -1,23 +1,13 @@
 //! `,R` and `,C`: a corner between two straight moves rounded or chamfered.
 
 use super::Exec;
+use crate::code::Code;
 use crate::codes::Group;
 use crate::ops::{ArcFeed, CanonicalOp, Position, SourcedOp};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
+use crate::state::held::PendingCorner;
 use crate::syntax::special::{CORNER_CHAMFER, CORNER_RADIUS};
 use lostmotion_base::math;
-use lostmotion_base::span::BlockRef;
-use serde::{Deserialize, Serialize};
-
-/// A move whose end waits for the direction of the next one.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PendingCorner {
-    start: Position,
-    corner: Position,
-    size: f64,
-    rounds: bool,
-    block: BlockRef,
-}
 
 /// G0 and G1.
 pub(crate) const fn is_straight(code: Code) -> bool {

@@ -1,24 +1,18 @@
 //! G5, G5.1, G5.2 and G5.3: curves in the XY plane as rational B-splines.
 
 use super::Exec;
+use crate::code::Code;
+use crate::code::whole;
 use crate::motion::curve_length;
 use crate::ops::{CanonicalOp, ControlPoint, NurbsFeed, Plane, Position};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::FeedMode;
-use crate::syntax::number::whole;
-use serde::{Deserialize, Serialize};
+use crate::state::held::NurbsDraft;
 
 /// Order of a NURBS block where L does not say.
 const ORDER: u32 = 3;
 /// Highest order.
 const HIGHEST_ORDER: f64 = 32.0;
-
-/// A NURBS block that has begun.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct NurbsDraft {
-    pub(crate) order: u32,
-    pub(crate) points: Vec<ControlPoint>,
-}
 
 const fn plain(at: [f64; 2]) -> ControlPoint {
     ControlPoint { at, weight: 1.0 }

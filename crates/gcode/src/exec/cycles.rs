@@ -3,12 +3,13 @@
 
 use super::Exec;
 use super::holes::Hole;
+use crate::code::Code;
+use crate::code::whole;
 use crate::codes::users;
 use crate::dialect::{Dialect, Leniency};
 use crate::ops::{CanonicalOp, PathControl, Position};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::{CycleWords, FeedMode};
-use crate::syntax::number::whole;
 
 /// What is missing without the word of the axis that is drilled along.
 const BOTTOM: [&str; 3] = [

@@ -1,8 +1,9 @@
 //! G4.
 
 use super::Exec;
+use crate::code::Code;
 use crate::ops::CanonicalOp;
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 
 /// G4 P.
 pub(crate) fn dwell(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {

@@ -1,22 +1,12 @@
 //! G43.4, G43.5, G53.1, G68, G68.2, G69: five-axis words of other controls.
 
 use super::Exec;
+use crate::code::Code;
+use crate::ops::Tilt;
 use crate::ops::{CanonicalOp, Plane};
-use crate::problem::{Code, Problem};
-use crate::tilt::Tilt;
+use crate::problem::Problem;
+use crate::state::TipControl;
 use lostmotion_base::math;
-
-/// Whether the tool's tip is what the program moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum TipControl {
-    /// G49.
-    #[default]
-    Off,
-    /// G43.4.
-    On,
-    /// G43.5: I J K of straight moves are the direction of the tool.
-    WithVector,
-}
 
 fn failed(message: &'static str) -> Problem {
     Problem::FiveAxis { message }

@@ -2,11 +2,12 @@
 
 use super::Exec;
 use super::offsets::system_parameter;
+use crate::code::Code;
+use crate::code::whole;
 use crate::dialect::Leniency;
 use crate::ops::{CanonicalOp, Position};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::{Offsets, convert, rotate, subtract};
-use crate::syntax::number::whole;
 use crate::tool_table::{Tool, ToolTable};
 
 /// The system that L11 measures tools in: G59.3.

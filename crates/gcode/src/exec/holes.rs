@@ -1,8 +1,9 @@
 //! What canned cycles do at a hole.
 
 use super::Exec;
+use crate::code::Code;
 use crate::ops::{CanonicalOp, OrientWay, Plane, Position, Units};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 
 /// How far above the last depth a peck's rapid move stops (LinuxCNC: 0.010 in, 0.254 mm).
 const PECK_CLEARANCE_MM: f64 = 0.254;

@@ -1,9 +1,10 @@
 //! G28, G30 and the storing of their places.
 
 use super::Exec;
+use crate::code::Code;
 use crate::ops::CanonicalOp;
 use crate::parameters::HOME;
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::convert;
 
 /// Distance between the homes of G28 and G30.

@@ -1,5 +1,6 @@
 //! Carrying out a block: one file per kind of action.
 
+mod actions;
 pub(crate) mod arc;
 pub(crate) mod arc_geometry;
 pub(crate) mod auxiliary;
@@ -30,10 +31,11 @@ pub(crate) mod tool;
 pub(crate) mod turning;
 pub(crate) mod words;
 
+use crate::code::Code;
 use crate::config::InterpreterConfig;
 use crate::ops::{CanonicalOp, Position, SourcedOp};
 use crate::parameters::Parameters;
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::{State, is_angle};
 use crate::tool_table::ToolTable;
 use lostmotion_base::axis::AxisId;
@@ -57,7 +59,7 @@ pub(crate) enum Jump {
 }
 
 /// A block being carried out.
-pub struct Exec<'a> {
+pub(crate) struct Exec<'a> {
     pub(crate) state: &'a mut State,
     pub(crate) parameters: &'a mut Parameters,
     pub(crate) config: &'a InterpreterConfig,

@@ -1,8 +1,9 @@
 //! Modes: plane, units, distances, feed, path control.
 
 use super::Exec;
+use crate::code::Code;
 use crate::ops::{CanonicalOp, PathControl, Plane, Units};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::{FeedMode, convert};
 
 /// G17 to G19.

@@ -1,9 +1,10 @@
 //! Work coordinate systems and the offsets of G92 and G52.
 
 use super::Exec;
+use crate::code::Code;
 use crate::ops::{CanonicalOp, Position};
 use crate::parameters::{G92, G92_ACTIVE, SYSTEM};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::convert;
 
 /// Parameters of G54 start here, those of the other systems 20 apart.

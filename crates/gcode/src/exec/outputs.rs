@@ -1,9 +1,10 @@
 //! M62 to M68: outputs and inputs of the machine.
 
 use super::Exec;
+use crate::code::Code;
+use crate::code::whole;
 use crate::ops::{CanonicalOp, OutputValue, WaitFor};
-use crate::problem::{Code, Problem};
-use crate::syntax::number::whole;
+use crate::problem::Problem;
 
 /// Highest number of an input or output.
 const HIGHEST: f64 = 255.0;

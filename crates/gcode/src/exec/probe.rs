@@ -1,8 +1,9 @@
 //! G38.2 to G38.5.
 
 use super::Exec;
+use crate::code::Code;
 use crate::ops::{CanonicalOp, StraightProbe, Units};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::FeedMode;
 
 /// How far before its end a probing move is taken to stop, as in LinuxCNC's stand-alone

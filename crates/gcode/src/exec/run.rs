@@ -1,14 +1,16 @@
 //! The order of a block: by phase, whatever the order on the line.
 
 use super::Exec;
+use super::actions::action;
 use super::straight::CORNERS;
+use crate::code::Code;
+use crate::code::whole;
 use crate::codes::row::{PHASE_F, PHASE_MOTION, PHASE_S, PHASE_T};
 use crate::codes::{CodeRow, Group};
 use crate::ops::CanonicalOp;
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::FeedMode;
 use crate::syntax::Text;
-use crate::syntax::number::whole;
 
 /// G5, which goes on as the one before it ended.
 const CUBIC: Code = Code {
@@ -72,7 +74,8 @@ impl Exec<'_> {
         if row.group == Group::Motion && row.code != CUBIC {
             self.state.spline_exit = None;
         }
-        (row.action)(self, row.code)
+        let action = action(row.code).ok_or(Problem::UnsupportedCode { code: row.code })?;
+        action(self, row.code)
     }
 
     /// The motion that a mode of an earlier block makes.

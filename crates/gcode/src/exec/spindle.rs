@@ -1,9 +1,10 @@
 //! Speed modes of the spindle, its orientation, and moves in step with it.
 
 use super::Exec;
+use crate::code::Code;
+use crate::code::whole;
 use crate::ops::{CanonicalOp, OrientWay};
-use crate::problem::{Code, Problem};
-use crate::syntax::number::whole;
+use crate::problem::Problem;
 
 /// Highest rev/min of constant surface speed where D does not say: none.
 const NO_LIMIT: f64 = 1e30;

@@ -1,12 +1,13 @@
 //! M0, M1, M60, M2 and M30.
 
 use super::{Exec, Jump};
+use crate::code::Code;
+use crate::code::whole;
 use crate::codes::{Group, users};
 use crate::dialect::Leniency;
 use crate::ops::{CanonicalOp, Plane};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::FeedMode;
-use crate::syntax::number::whole;
 
 /// M0.
 pub(crate) fn stop(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {

@@ -1,9 +1,10 @@
 //! G0, G1 and G53.
 
 use super::Exec;
+use crate::code::Code;
 use crate::codes::row::bit;
 use crate::ops::{CanonicalOp, Position};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::{FeedMode, TipControl};
 use crate::syntax::special::{CORNER_CHAMFER, CORNER_RADIUS};
 

@@ -1,9 +1,10 @@
 //! G76: a thread cut on a lathe in several passes.
 
 use super::Exec;
+use crate::code::Code;
+use crate::code::whole;
 use crate::ops::{CanonicalOp, Plane};
-use crate::problem::{Code, Problem};
-use crate::syntax::number::whole;
+use crate::problem::Problem;
 use lostmotion_base::math;
 use lostmotion_base::units::rad;
 

@@ -1,11 +1,12 @@
 //! T, M6, M61 and tool offsets.
 
 use super::Exec;
+use crate::code::Code;
+use crate::code::whole;
 use crate::dialect::Dialect;
 use crate::ops::{CanonicalOp, Position};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::convert;
-use crate::syntax::number::whole;
 
 impl Exec<'_> {
     /// T.

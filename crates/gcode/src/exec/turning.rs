@@ -1,10 +1,11 @@
 //! G70 to G72.2: the words of the turning cycles, and their moves as operations.
 
 use super::{Exec, Jump};
+use crate::code::Code;
+use crate::code::whole;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::FeedMode;
-use crate::syntax::number::whole;
 use crate::turning::{self, Finishing, Frame, Move, Pockets, ProfileMove, Roughing, Trouble};
 
 /// I and R where they are not given (LinuxCNC: 1 and 0.5, whatever the units).

@@ -1,9 +1,10 @@
 //! The words of a block as numbers, at most one per letter, and its codes.
 
+use crate::code::Code;
 use crate::codes::row::bit;
 use crate::codes::{CodeRow, Group, find};
 use crate::dialect::{Leniencies, Leniency};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::syntax::Text;
 
 /// Letters of the axes in index order.

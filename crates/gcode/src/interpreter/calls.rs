@@ -4,12 +4,13 @@ use super::Interpreter;
 use super::control::flow_error;
 use super::flow::{Frame, Record, Seek};
 use super::tape::Tape;
+use crate::code::Code;
+use crate::code::whole;
 use crate::exec::Jump;
 use crate::exec::context::Saved;
 use crate::ops::SourcedOp;
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::syntax::Keyword;
-use crate::syntax::number::whole;
 
 const M98: Code = Code {
     letter: 'M',

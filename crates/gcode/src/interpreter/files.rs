@@ -2,9 +2,9 @@
 
 use super::Interpreter;
 use super::tape::{Place, Tape};
+use crate::code::whole;
 use crate::problem::Problem;
 use crate::source::{LineKind, Lines};
-use crate::syntax::number::whole;
 use crate::syntax::{Block, Keyword, Label, Value, parse_block};
 use std::sync::Arc;
 

@@ -2,9 +2,9 @@
 
 use super::Interpreter;
 use super::flow::OpenKind;
+use crate::code::whole;
 use crate::problem::Problem;
 use crate::syntax::Keyword;
-use crate::syntax::number::whole;
 
 /// Lines that can be searched in the time of a block.
 const LINES_A_BLOCK: usize = 16;

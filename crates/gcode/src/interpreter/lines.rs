@@ -3,11 +3,11 @@
 use super::flow::Record;
 use super::tape::Tape;
 use super::{Interpreter, Percent, Step};
+use crate::code::Code;
+use crate::code::whole;
 use crate::codes::{self, AxisUse, Group};
 use crate::ops::SourcedOp;
-use crate::problem::Code;
 use crate::problem::Problem;
-use crate::syntax::number::whole;
 use crate::syntax::{Block, Keyword, Label, Text, Value, parse_block};
 use lostmotion_base::span::Span;
 

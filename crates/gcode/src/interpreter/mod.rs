@@ -16,12 +16,10 @@ mod lines;
 mod profile;
 mod quick;
 mod run;
-mod stacks;
 mod tape;
 mod view;
 mod watch;
 
-pub use stacks::{CallSite, CallStacks};
 pub use tape::Place;
 
 use crate::config::InterpreterConfig;
@@ -30,10 +28,10 @@ use crate::dialect::{Dialect, Leniencies, Leniency};
 use crate::exec::Jump;
 use crate::exec::context::Saved;
 use crate::exec::words::Words;
-use crate::loader::SubroutineLoader;
 use crate::ops::{CanonicalOp, SourcedOp};
 use crate::parameters::{HIGHEST, Parameters, View};
 use crate::problem::Problem;
+use crate::provenance::SubroutineLoader;
 use crate::state::{State, convert};
 use crate::syntax::evaluate::{evaluate, valued};
 use crate::syntax::{Block, Value};

@@ -1,16 +1,17 @@
 //! The profile of a turning cycle: a subroutine that is run for its moves alone.
 
 use super::Interpreter;
+use crate::code::Code;
+use crate::code::whole;
 use crate::codes::{AxisUse, Group};
 use crate::diagnostics::Diagnostic;
 use crate::dialect::Leniency;
 use crate::exec::turning::{Turning, is_turning};
 use crate::exec::words::AXIS_BITS;
 use crate::ops::{Position, SourcedOp};
-use crate::problem::{Code, Problem};
+use crate::problem::Problem;
 use crate::state::State;
 use crate::syntax::Text;
-use crate::syntax::number::whole;
 use crate::turning::{Corner, Piece, ProfileMove, Trouble};
 use lostmotion_base::span::BlockRef;
 

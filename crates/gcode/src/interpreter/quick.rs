@@ -6,10 +6,10 @@
 //! block with something wrong, to that. The tests run programs both ways.
 
 use super::Interpreter;
+use crate::code::Code;
 use crate::exec::arc::{arc_feed, check_radius};
 use crate::exec::arc_geometry::check_center;
 use crate::ops::{CanonicalOp, Position, SourcedOp};
-use crate::problem::Code;
 use crate::state::{FeedMode, State};
 use crate::syntax::Value;
 use lostmotion_base::span::BlockRef;

@@ -1,10 +1,11 @@
 //! What a reader of the interpreter can see of the block that has just run.
 
-use super::{CallStacks, Interpreter};
+use super::Interpreter;
 use crate::codes::CodeRow;
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::limits::Limits;
 use crate::parameters::Parameters;
+use crate::provenance::CallStacks;
 use crate::state::State;
 use crate::syntax::{Block, Text, Word};
 use lostmotion_base::span::BlockRef;

@@ -5,8 +5,8 @@
 //! coordinates in mm and rad.
 
 mod parts;
+mod tilt;
 
-use crate::tilt::Tilt;
 pub use lostmotion_base::Plane;
 use lostmotion_base::span::BlockRef;
 pub use parts::{
@@ -14,6 +14,7 @@ pub use parts::{
     TextKind, Units, WaitFor,
 };
 use serde::{Deserialize, Serialize};
+pub use tilt::Tilt;
 
 /// One action.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,7 +1,7 @@
 //! How bad a problem is, and what to try.
 
 use super::Problem;
-use crate::diagnostics::Severity;
+use crate::severity::Severity;
 
 impl Problem {
     /// Warnings leave the program accepted.

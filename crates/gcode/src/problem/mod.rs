@@ -1,11 +1,10 @@
 //! Everything that can be wrong with a program.
 
-mod code;
 mod judged;
 mod names;
 
+use crate::code::Code;
 use crate::dialect::Leniency;
-pub use code::Code;
 use serde::Serialize;
 
 /// What is wrong, with the values that show it. Lengths are in the program's units unless a name

@@ -1,13 +1,11 @@
 //! What an interpreter remembers from block to block.
 
+pub(crate) mod held;
 mod offsets;
 
-pub use crate::exec::compensation::Compensation;
-pub use crate::exec::corner::PendingCorner;
-pub use crate::exec::curves::NurbsDraft;
-pub use crate::exec::five_axis::TipControl;
+use crate::code::Code;
 use crate::ops::{PathControl, Plane, Position, Units};
-use crate::problem::Code;
+pub use held::{Compensation, NurbsDraft, PendingCorner};
 pub use offsets::Offsets;
 pub(crate) use offsets::is_angle;
 pub use offsets::{add, convert, rotate, subtract};
@@ -22,6 +20,18 @@ pub enum FeedMode {
     PerMinute,
     /// G95.
     PerRevolution,
+}
+
+/// Whether the tool's tip is what the program moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TipControl {
+    /// G49.
+    #[default]
+    Off,
+    /// G43.4.
+    On,
+    /// G43.5: I J K of straight moves are the direction of the tool.
+    WithVector,
 }
 
 /// A spindle's state.

@@ -1,7 +1,7 @@
 //! Offsets: from program coordinates to those of the machine.
 
+use crate::ops::Tilt;
 use crate::ops::{Position, Units};
-use crate::tilt::Tilt;
 use lostmotion_base::math;
 use lostmotion_base::units::rad;
 use serde::{Deserialize, Serialize};

@@ -12,17 +12,6 @@ const POWERS: [f64; 23] = [
 const SAFE_DIGITS: usize = 19;
 /// Integers up to here are exact in an f64.
 const EXACT: u64 = 1 << 53;
-/// Largest difference between a value and the integer that it stands for, as in LinuxCNC's
-/// interpreter.
-const WHOLE_TOLERANCE: f64 = 1e-4;
-
-/// The integer that a value stands for, where codes, tool numbers and counts are expected; `None`
-/// if it is more than 0.0001 from one.
-pub fn whole(value: f64) -> Option<f64> {
-    let nearest = value.round();
-    ((value - nearest).abs() <= WHOLE_TOLERANCE).then_some(nearest)
-}
-
 const fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t')
 }

@@ -1,16 +1,21 @@
 //! Offsets of lines and arcs in a plane, and where they meet.
 
+use crate::ops::{Plane, Position};
 use crate::problem::Problem;
+use crate::state::held::{Edge, Point, Shape};
 use lostmotion_base::math;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
-
-pub(crate) type Point = [f64; 2];
 
 /// Moves whose directions differ by less than this, rad, go on without a corner (LinuxCNC: 0.05).
 pub(crate) const STRAIGHT_ON: f64 = 0.05;
 /// By how much of the tool's radius an arc may grow when its end is fixed.
 const ARC_GROWTH: f64 = 0.01;
+
+/// A place in the plane.
+pub(crate) fn in_plane(plane: Plane, position: &Position) -> Point {
+    let [first, second, _] = plane.axes();
+    [position[first], position[second]]
+}
 
 pub(crate) fn minus(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1]]
@@ -48,36 +53,6 @@ pub(crate) fn direction(from: Point, to: Point) -> Option<Point> {
     } else {
         None
     }
-}
-
-/// What an offset move follows.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Shape {
-    /// A line in a direction.
-    Line(Point),
-    /// A circle.
-    Arc {
-        center: Point,
-        radius: f64,
-        counter_clockwise: bool,
-    },
-}
-
-/// An offset move.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Edge {
-    pub(crate) shape: Shape,
-    /// Where it begins.
-    pub(crate) start: Point,
-    /// Where it ends, as far as is known.
-    pub(crate) end: Point,
-    /// It leads from the path to its offset.
-    pub(crate) entry: bool,
-    /// It leads from where the tool was taken to be, not from the path: only a corner at its end
-    /// tells whether it fits.
-    pub(crate) astray: bool,
-    /// The programmed direction at its end.
-    pub(crate) leaves: Point,
 }
 
 /// Sweep of an arc, in its direction, above 0 and up to a full turn.

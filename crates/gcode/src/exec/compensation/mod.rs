@@ -11,38 +11,14 @@ mod path;
 mod stray;
 
 use super::Exec;
-use crate::ops::{CanonicalOp, Plane, Position, SourcedOp};
-use crate::problem::{Code, Problem};
-use crate::syntax::number::whole;
-use geometry::{Edge, Point};
-use serde::{Deserialize, Serialize};
+use crate::code::Code;
+use crate::code::whole;
+use crate::ops::{CanonicalOp, Plane, SourcedOp};
+use crate::problem::Problem;
+use crate::state::held::{Compensation, HeldOp, Point};
 
 /// Operations that may wait for the end of a move.
 const MOST_HELD: usize = 100_000;
-
-/// Cutter compensation in force. Lengths in program units.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Compensation {
-    /// Distance to the left of the path; negative is to the right.
-    left: f64,
-    /// Orientation of a lathe tool's nose, 0 to 9.
-    orientation: u8,
-    /// The last offset move and where it ends; none before the first.
-    last: Option<Edge>,
-    /// The last move has gone out: its end is fixed.
-    fixed: bool,
-    /// Operations that wait for the end of the last move; the first is that move.
-    held: Vec<Held>,
-    /// Where a profile that has been read since ends, and the tool is taken to be.
-    strayed: Option<Point>,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Held {
-    sourced: SourcedOp,
-    /// Its end in the plane is that of the held move.
-    follows: bool,
-}
 
 /// G40: what is held goes out as it is.
 pub(crate) fn off(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
@@ -186,7 +162,7 @@ impl Exec<'_> {
             Some(compensation)
                 if compensation.last.is_some() && compensation.held.len() < MOST_HELD =>
             {
-                compensation.held.push(Held {
+                compensation.held.push(HeldOp {
                     sourced,
                     follows: false,
                 });
@@ -205,16 +181,6 @@ impl Exec<'_> {
 }
 
 impl Compensation {
-    /// What `#<_ccomp>` shows.
-    pub(crate) fn code(&self) -> f64 {
-        if self.left > 0.0 { 410.0 } else { 420.0 }
-    }
-
-    /// Whether it moves the path at all.
-    pub(crate) fn acts(&self) -> bool {
-        self.left != 0.0
-    }
-
     /// Fixes the end of the held move, if it is another than thought, and lets everything that is
     /// held go.
     fn release(
@@ -261,10 +227,4 @@ impl Compensation {
         };
         [z, x]
     }
-}
-
-/// A place in the plane.
-pub(crate) fn in_plane(plane: Plane, position: &Position) -> Point {
-    let [first, second, _] = plane.axes();
-    [position[first], position[second]]
 }

@@ -1,12 +1,12 @@
 //! Moves under cutter compensation.
 
 use super::geometry::{
-    Edge, Joint, Point, Shape, along, crossing, direction, distance, dot, joint, left_of, minus,
+    Joint, along, crossing, direction, distance, dot, in_plane, joint, left_of, minus,
 };
-use super::{Compensation, Held, in_plane};
 use crate::exec::Exec;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, SourcedOp};
 use crate::problem::Problem;
+use crate::state::held::{Compensation, Edge, HeldOp, Point, Shape};
 
 const NO_ROOM: Problem = Problem::Compensation {
     message: "the tool does not fit between these two moves: it would gouge",
@@ -217,7 +217,7 @@ impl Compensation {
             }
         }
         set_end(&mut op, plane, along(edge.end, shift, 1.0));
-        self.held.push(Held {
+        self.held.push(HeldOp {
             sourced: SourcedOp {
                 op,
                 block: exec.block,
@@ -297,7 +297,7 @@ impl Compensation {
                 1.0,
             ),
         );
-        self.held.push(Held {
+        self.held.push(HeldOp {
             sourced: SourcedOp {
                 op,
                 block: exec.block,

@@ -9,12 +9,12 @@
 //! cycle does not name begin at the compensated place instead of the programmed one. Later versions
 //! do not do this (LinuxCNC issue 1785, pull request 3012).
 
-use super::geometry::{Edge, Joint, Point, Shape, along, cross, direction, dot, left_of, minus};
-use super::in_plane;
+use super::geometry::{Joint, along, cross, direction, dot, in_plane, left_of, minus};
 use crate::dialect::Leniency;
 use crate::exec::Exec;
 use crate::ops::Position;
 use crate::problem::Problem;
+use crate::state::held::{Edge, Point, Shape};
 
 const NOT_BESIDE: Problem = Problem::Compensation {
     message: "the tool does not fit between this move and the one before it: it would gouge",

@@ -2,11 +2,12 @@
 //! path, cycles that are not read.
 
 use super::super::Interpreter;
+use crate::code::Code;
+use crate::code::whole;
 use crate::dialect::Dialect::{self, Fanuc, Haas};
 use crate::dialect::Leniency;
 use crate::ops::SourcedOp;
-use crate::problem::{Code, Problem};
-use crate::syntax::number::whole;
+use crate::problem::Problem;
 use crate::syntax::{Text, Value, Word};
 
 /// An M98 P beyond this has the rounds in front of four digits of the program's number.

@@ -1,9 +1,10 @@
 //! Macros with arguments by letter (G65 to G67), and subroutines at a line number (M97).
 
 use super::super::Interpreter;
+use crate::code::Code;
+use crate::code::whole;
 use crate::dialect::Leniency;
-use crate::problem::{Code, Problem};
-use crate::syntax::number::whole;
+use crate::problem::Problem;
 
 /// Numbers of the parameters that the letters A to Z of a G65 set; 0 for letters that are no
 /// arguments.

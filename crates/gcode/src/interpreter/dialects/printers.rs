@@ -2,9 +2,9 @@
 
 use super::super::Interpreter;
 use super::Line;
+use crate::code::whole;
 use crate::dialect::Leniency;
 use crate::syntax::Value;
-use crate::syntax::number::whole;
 
 /// G codes in tenths, and M codes, of printers that mean the same here.
 const PRINTER_G: [u16; 25] = [

@@ -1,8 +1,18 @@
-//! A code as it stands in a program.
+//! A code as it stands in a program, and the integers that values stand for.
 
-use crate::syntax::number::whole;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+
+/// Largest difference between a value and the integer that it stands for, as in LinuxCNC's
+/// interpreter.
+const WHOLE_TOLERANCE: f64 = 1e-4;
+
+/// The integer that a value stands for, where codes, tool numbers and counts are expected; `None`
+/// if it is more than 0.0001 from one.
+pub fn whole(value: f64) -> Option<f64> {
+    let nearest = value.round();
+    ((value - nearest).abs() <= WHOLE_TOLERANCE).then_some(nearest)
+}
 
 /// A G or M code as written: letter and number in tenths, `G59.1` is ('G', 591).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! Turned coordinates: G68 in the plane, G68.2 in space.
 
-use crate::ops::{Position, Units};
+use super::parts::{Position, Units};
 use lostmotion_base::math;
 use lostmotion_base::units::rad;
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,26 @@
+//! How bad a finding is.
+
+use serde::Serialize;
+
+/// How bad a diagnostic is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// A habit of the program's text, told once with how often it occurs; nothing needs to be done.
+    Note,
+    /// The program is accepted; what it does may not be what was meant.
+    Warning,
+    /// The block is not executed and the program is refused.
+    Error,
+}
+
+impl Severity {
+    /// Its name in messages, tables and JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Severity::Note => "note",
+            Severity::Warning => "warning",
+            Severity::Error => "error",
+        }
+    }
+}
