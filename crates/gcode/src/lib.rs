@@ -34,7 +34,6 @@ pub mod diagnostics;
 pub mod dialect;
 mod exec;
 pub mod feeder;
-mod four;
 pub mod interpreter;
 pub mod limits;
 pub mod motion;
@@ -47,9 +46,7 @@ pub mod severity;
 mod source;
 pub mod state;
 pub mod syntax;
-mod system_names;
 pub mod tool_table;
-pub mod trace;
 mod turning;
 
 pub use blocks::{Blocks, ParsedBlock};

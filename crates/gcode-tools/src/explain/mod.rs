@@ -1,9 +1,7 @@
 //! What a line does: its words in plain language, the modes and the position before and after, the
 //! motions it makes.
 
-mod action;
 mod modes;
-mod seen;
 mod text;
 mod word;
 
@@ -12,12 +10,12 @@ pub use modes::Mode;
 use lostmotion_base::span::Span;
 use lostmotion_gcode::ops::Position;
 use lostmotion_gcode::program::Program;
+use lostmotion_gcode::program::watch;
 use lostmotion_gcode::state::State;
 use lostmotion_gcode::syntax::{Block, parse_block};
-use lostmotion_gcode::trace::watch;
-use seen::Seen;
 use serde::Serialize;
 use std::io::BufRead;
+use text::Seen;
 
 /// A line explained.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

@@ -3,9 +3,9 @@
 use super::Part;
 use lostmotion_gcode::Code;
 use lostmotion_gcode::codes::{self, CodeRow};
+use lostmotion_gcode::program::Event;
 use lostmotion_gcode::state::{FeedMode, State};
 use lostmotion_gcode::syntax::{Block, Keyword, Setting, Target, Text, Value, Word};
-use lostmotion_gcode::trace::Event;
 
 /// The parts of a line in its order. With the event of its execution, values and modes are known.
 pub(super) fn parts(block: &Block, line: &[u8], event: Option<&Event<'_>>) -> Vec<Part> {

@@ -4,18 +4,12 @@
 //! Comments, numbers and the order of the words stay as they are. A line that the parser does not
 //! understand, or that would mean anything else afterwards, is left alone byte for byte.
 
-mod expression;
-mod indent;
-mod line;
-mod refers;
-
-pub use refers::refers_to_line_numbers;
-
 use crate::raw_lines::{RawLine, read_line};
-use indent::Indent;
 use lostmotion_gcode::limits::Limits;
-use lostmotion_gcode::syntax::Block;
+use lostmotion_gcode::syntax::{Block, Keyword, Label, Value};
 use std::io::{self, BufRead, Write};
+
+mod line;
 
 /// Case of letters outside comments and names.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -150,4 +144,90 @@ struct Formatter<'a> {
     indent: Indent,
     /// The last line number given.
     number: u64,
+}
+
+/// What is open.
+#[derive(Clone, Debug, Default)]
+struct Indent {
+    open: Vec<(String, bool)>,
+}
+
+/// Deeper levels are not shown.
+const DEEPEST: usize = 40;
+
+impl Indent {
+    /// The level of a line; what it opens counts for the next.
+    fn level(&mut self, block: &Block) -> usize {
+        let Some((label, keyword)) = block.flow else {
+            return self.shown();
+        };
+        let name = match label {
+            Label::Name(text) => String::from_utf8_lossy(block.name(text)).into_owned(),
+            Label::Number(Value::Number(number)) => format!("{number}"),
+            Label::Number(Value::Ops(..)) => String::new(),
+        };
+        let ends_do = keyword == Keyword::While
+            && self
+                .open
+                .last()
+                .is_some_and(|(open, is_do)| *is_do && *open == name);
+        match keyword {
+            Keyword::EndSub | Keyword::EndIf | Keyword::EndWhile | Keyword::EndRepeat => {
+                self.open.pop();
+                self.shown()
+            }
+            Keyword::While if ends_do => {
+                self.open.pop();
+                self.shown()
+            }
+            Keyword::Else | Keyword::ElseIf => self.shown().saturating_sub(1),
+            Keyword::Sub | Keyword::If | Keyword::While | Keyword::Do | Keyword::Repeat => {
+                let level = self.shown();
+                self.open.push((name, keyword == Keyword::Do));
+                level
+            }
+            _ => self.shown(),
+        }
+    }
+
+    fn shown(&self) -> usize {
+        self.open.len().min(DEEPEST)
+    }
+}
+
+/// The first line, from 1, that refers to line numbers: GOTO, M99 P, or the contours of G70 to G73
+/// by P and Q. Renumbering such a program, or removing its numbers, changes what it does.
+///
+/// # Errors
+/// Those of the reader.
+pub fn refers_to_line_numbers(mut source: impl BufRead) -> io::Result<Option<u64>> {
+    let mut line = RawLine::default();
+    let mut number = 0;
+    while read_line(&mut source, &mut line)? {
+        number += 1;
+        let text = without_comments(&line.text);
+        let has = |what: &str| text.contains(what);
+        let contour = ["G70", "G71", "G72", "G73"].into_iter().any(has) && has("P") && has("Q");
+        if has("GOTO") || (has("M99") && has("P")) || contour {
+            return Ok(Some(number));
+        }
+    }
+    Ok(None)
+}
+
+/// Upper case, without blanks, comments and names.
+fn without_comments(line: &[u8]) -> String {
+    let mut text = String::new();
+    let mut closing = None;
+    for &byte in line {
+        match (closing, byte) {
+            (Some(end), _) if byte == end => closing = None,
+            (Some(_), _) | (None, b' ' | b'\t') => {}
+            (None, b'(') => closing = Some(b')'),
+            (None, b'<') => closing = Some(b'>'),
+            (None, b';') => break,
+            (None, _) => text.push(char::from(byte.to_ascii_uppercase())),
+        }
+    }
+    text
 }

@@ -5,8 +5,8 @@ use super::{Check, LintFindings, rules};
 use lostmotion_base::math;
 use lostmotion_base::units::deg;
 use lostmotion_gcode::ops::{ArcFeed, CanonicalOp, Position};
+use lostmotion_gcode::program::Event;
 use lostmotion_gcode::syntax::{Value, Word};
-use lostmotion_gcode::trace::Event;
 use std::f64::consts::{PI, TAU};
 
 /// An arc by radius within this of a half circle is doubtful.

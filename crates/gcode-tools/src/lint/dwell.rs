@@ -3,7 +3,7 @@
 use super::moves::Leg;
 use super::{Check, LintFindings, rules};
 use lostmotion_gcode::ops::CanonicalOp;
-use lostmotion_gcode::trace::Event;
+use lostmotion_gcode::program::Event;
 
 /// From here on nobody waits on purpose, s.
 const ENDLESS_S: f64 = 3600.0;

@@ -4,7 +4,7 @@ use super::moves::{Leg, has_g};
 use super::{Check, LintFindings, rules};
 use lostmotion_base::span::BlockRef;
 use lostmotion_gcode::ops::CanonicalOp;
-use lostmotion_gcode::trace::Event;
+use lostmotion_gcode::program::Event;
 
 /// What is in force after the last block.
 #[derive(Debug, Default)]

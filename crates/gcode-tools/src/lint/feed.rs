@@ -3,8 +3,8 @@
 use super::moves::Leg;
 use super::{Check, LintFindings, rules};
 use lostmotion_gcode::ops::{CanonicalOp, Units};
+use lostmotion_gcode::program::Event;
 use lostmotion_gcode::state::FeedMode;
-use lostmotion_gcode::trace::Event;
 
 /// Slower is no feed in mm/min, but a usual one in in/min or mm/rev.
 const LEAST_MM_MIN: f64 = 3.0;

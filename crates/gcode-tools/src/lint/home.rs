@@ -2,7 +2,7 @@
 
 use super::moves::{Leg, has_g};
 use super::{Check, LintFindings, rules};
-use lostmotion_gcode::trace::Event;
+use lostmotion_gcode::program::Event;
 
 pub(super) struct Home;
 

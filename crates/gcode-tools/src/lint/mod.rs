@@ -29,7 +29,7 @@ pub use rules::LintRule;
 use lostmotion_base::span::BlockRef;
 use lostmotion_gcode::ops::CanonicalOp;
 use lostmotion_gcode::program::Program;
-use lostmotion_gcode::trace::{Event, watch};
+use lostmotion_gcode::program::{Event, watch};
 use moves::Leg;
 use std::io::BufRead;
 

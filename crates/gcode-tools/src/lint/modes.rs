@@ -5,7 +5,7 @@ use super::rules::{self, LintRule};
 use super::{Check, LintFindings, is_feed};
 use lostmotion_gcode::codes::Group;
 use lostmotion_gcode::ops::CanonicalOp;
-use lostmotion_gcode::trace::Event;
+use lostmotion_gcode::program::Event;
 
 const GROUPS: [Group; 5] = [
     Group::Units,

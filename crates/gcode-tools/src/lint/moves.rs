@@ -2,8 +2,8 @@
 
 use lostmotion_gcode::codes::{CodeRow, Group};
 use lostmotion_gcode::ops::{CanonicalOp, Plane, Position};
+use lostmotion_gcode::program::Event;
 use lostmotion_gcode::state::State;
-use lostmotion_gcode::trace::Event;
 
 /// Where a move begins and ends.
 pub(super) struct Leg<'a> {

@@ -3,7 +3,7 @@
 use super::moves::{Leg, in_cycle, in_machine, is_lathe};
 use super::{Check, LintFindings, is_feed, rules};
 use lostmotion_gcode::ops::CanonicalOp;
-use lostmotion_gcode::trace::Event;
+use lostmotion_gcode::program::Event;
 
 /// Smaller differences of coordinates are rounding.
 const EQUAL: f64 = 1e-6;

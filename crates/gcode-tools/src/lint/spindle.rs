@@ -4,7 +4,7 @@ use super::moves::{Leg, in_machine, is_lathe};
 use super::{Check, LintFindings, is_feed, rules};
 use lostmotion_base::span::BlockRef;
 use lostmotion_gcode::ops::CanonicalOp;
-use lostmotion_gcode::trace::Event;
+use lostmotion_gcode::program::Event;
 
 /// What is known about the spindle so far.
 #[derive(Debug, Default)]

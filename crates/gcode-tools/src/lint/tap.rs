@@ -3,8 +3,8 @@
 use super::moves::{Leg, is_lathe};
 use super::{Check, LintFindings, rules};
 use lostmotion_gcode::ops::Units;
+use lostmotion_gcode::program::Event;
 use lostmotion_gcode::state::FeedMode;
-use lostmotion_gcode::trace::Event;
 
 /// Pitches of ISO 261, mm.
 const METRIC: [f64; 25] = [

@@ -4,7 +4,7 @@ use super::moves::{Leg, has_g, in_machine, is_lathe};
 use super::{Check, LintFindings, rules};
 use lostmotion_base::span::BlockRef;
 use lostmotion_gcode::ops::CanonicalOp;
-use lostmotion_gcode::trace::Event;
+use lostmotion_gcode::program::Event;
 
 /// The last tool change and whether a length has come after it.
 #[derive(Debug, Default)]

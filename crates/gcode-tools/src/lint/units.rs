@@ -3,7 +3,7 @@
 use super::moves::Leg;
 use super::{Check, LintFindings, rules};
 use lostmotion_gcode::ops::Units;
-use lostmotion_gcode::trace::Event;
+use lostmotion_gcode::program::Event;
 
 /// Whether the program has moved.
 #[derive(Debug, Default)]

@@ -1,13 +1,12 @@
-//! G2 and G3.
+//! G2 and G3: arcs and helices, and their centres from what a block says.
 
 use super::Exec;
-use super::arc_geometry::{Planar, center_from_radius, check_center, length};
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::dialect::Leniency;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, Units};
 use crate::problem::Problem;
 use lostmotion_base::math;
+use std::f64::consts::{SQRT_2, TAU};
 
 /// Letters of the centre by axis index.
 const OFFSETS: [u8; 3] = *b"IJK";
@@ -153,5 +152,147 @@ impl Exec<'_> {
         };
         check_center(from, to, center, units, self.state.arc_absolute)?;
         Ok(center)
+    }
+}
+
+/// Smallest radius, and by how much R may be short of half the distance (LinuxCNC: 0.00005 in).
+const RADIUS_TOLERANCE_INCH: f64 = 0.000_05;
+/// By how much the radii of an arc's ends may always differ (LinuxCNC: the diagonal of a square of
+/// 0.001 in or 0.01 mm, doubled).
+const CENTER_TOLERANCE_INCH: f64 = 2.0 * SQRT_2 * 0.001;
+const CENTER_TOLERANCE_MM: f64 = 2.0 * SQRT_2 * 0.01;
+/// By how much relative to the radius they may differ.
+const CENTER_RELATIVE: f64 = 0.001;
+/// Beyond this many tolerances they may not differ, whatever the radius.
+const CENTER_ABSOLUTE: f64 = 100.0;
+
+/// A point in the plane of an arc, first and second axis.
+pub(crate) type Planar = [f64; 2];
+
+fn distance(from: Planar, to: Planar) -> f64 {
+    math::hypot(to[0] - from[0], to[1] - from[1])
+}
+
+const fn radius_tolerance(units: Units) -> f64 {
+    match units {
+        Units::Inch => RADIUS_TOLERANCE_INCH,
+        Units::Mm => RADIUS_TOLERANCE_INCH * 25.4,
+    }
+}
+
+/// Checks an arc given by its centre: the ends' radii have to agree within tolerance.
+pub(crate) fn check_center(
+    start: Planar,
+    end: Planar,
+    center: Planar,
+    units: Units,
+    center_absolute: bool,
+) -> Result<(), Problem> {
+    let (start_radius, end_radius) = (distance(center, start), distance(center, end));
+    let least = radius_tolerance(units);
+    for radius in [start_radius, end_radius] {
+        if radius < least {
+            return Err(Problem::ArcTooSmall {
+                radius,
+                least,
+                unit: units.name(),
+            });
+        }
+    }
+    let tolerance = match units {
+        Units::Inch => CENTER_TOLERANCE_INCH,
+        Units::Mm => CENTER_TOLERANCE_MM,
+    };
+    let difference = (start_radius - end_radius).abs();
+    let relative = difference / start_radius.max(end_radius);
+    if difference > CENTER_ABSOLUTE * tolerance
+        || (difference > tolerance && relative > CENTER_RELATIVE)
+    {
+        return Err(Problem::ArcRadii {
+            start_radius,
+            end_radius,
+            difference,
+            unit: units.name(),
+            center_absolute,
+        });
+    }
+    Ok(())
+}
+
+/// The centre of an arc given by its radius; a negative radius takes the way round that is longer
+/// than a half circle.
+///
+/// The centre lies on the perpendicular bisector of start and end, on the right of the way from
+/// start to end for the shorter clockwise arc and on the left for the shorter counter-clockwise
+/// one.
+pub(crate) fn center_from_radius(
+    start: Planar,
+    end: Planar,
+    radius: f64,
+    clockwise: bool,
+    units: Units,
+) -> Result<Planar, Problem> {
+    let chord = distance(start, end);
+    if chord == 0.0 {
+        return Err(Problem::ArcSamePoint);
+    }
+    let half = 0.5 * chord;
+    let least = radius_tolerance(units);
+    if half - radius.abs() > least {
+        return Err(Problem::ArcRadiusShort {
+            radius,
+            distance: chord,
+            least: half,
+            unit: units.name(),
+        });
+    }
+    let height = (radius * radius - half * half).max(0.0).sqrt();
+    let side = if clockwise == (radius > 0.0) {
+        height
+    } else {
+        -height
+    };
+    let along = [(end[0] - start[0]) / chord, (end[1] - start[1]) / chord];
+    Ok([
+        0.5 * (start[0] + end[0]) + side * along[1],
+        0.5 * (start[1] + end[1]) - side * along[0],
+    ])
+}
+
+/// Length of an arc, helix or spiral as inverse time feed takes it: the radius at the start, the
+/// sweep, the rise.
+pub(crate) fn length(start: Planar, end: Planar, center: Planar, turns: i32, rise: f64) -> f64 {
+    let angle = |point: Planar| math::atan2(point[1] - center[1], point[0] - center[0]);
+    let (from, to) = (angle(start), angle(end));
+    let counter_clockwise = if turns > 0 { to - from } else { from - to };
+    let first = if counter_clockwise <= 0.0 {
+        counter_clockwise + TAU
+    } else {
+        counter_clockwise
+    };
+    let sweep = first + TAU * f64::from(turns.unsigned_abs().saturating_sub(1));
+    math::hypot(distance(center, start) * sweep, rise)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_centre_from_a_radius_is_that_far_from_both_ends(
+            end in [-100.0..100.0_f64, -100.0..100.0_f64], extra in 0.0..50.0_f64, long in any::<bool>(), clockwise in any::<bool>()
+        ) {
+            let start = [3.0, -4.0];
+            let chord = distance(start, end);
+            prop_assume!(chord > 1e-3);
+            let radius = (0.5 * chord + extra) * if long { -1.0 } else { 1.0 };
+            let center = center_from_radius(start, end, radius, clockwise, Units::Mm).unwrap();
+            prop_assert!((distance(center, start) - radius.abs()).abs() < 1e-9 * radius.abs());
+            prop_assert!((distance(center, end) - radius.abs()).abs() < 1e-9 * radius.abs());
+            let sweep = length(start, end, center, if clockwise { -1 } else { 1 }, 0.0) / radius.abs();
+            prop_assert_eq!(sweep > std::f64::consts::PI + 1e-6, long && extra > 1e-6 * chord);
+        }
     }
 }

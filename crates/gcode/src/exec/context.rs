@@ -4,15 +4,8 @@ use super::Exec;
 use crate::code::Code;
 use crate::ops::CanonicalOp;
 use crate::problem::Problem;
+use crate::state::held::Saved;
 use crate::state::{State, convert};
-
-/// Modes that a level of calls has saved.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Saved {
-    pub(crate) modes: Option<Box<State>>,
-    /// Brought back when the level is left (M73).
-    pub(crate) automatic: bool,
-}
 
 /// M70 and M73.
 pub(crate) fn save(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {

@@ -2,26 +2,17 @@
 
 mod actions;
 pub(crate) mod arc;
-pub(crate) mod arc_geometry;
-pub(crate) mod auxiliary;
-pub(crate) mod check;
-pub(crate) mod comments;
 pub(crate) mod compensation;
 pub(crate) mod context;
 pub(crate) mod corner;
 pub(crate) mod curves;
 pub(crate) mod cycles;
-pub(crate) mod dwell;
 pub(crate) mod five_axis;
-pub(crate) mod g10;
 pub(crate) mod haas;
 pub(crate) mod holes;
-pub(crate) mod home;
 pub(crate) mod modes;
 pub(crate) mod offsets;
 pub(crate) mod outputs;
-pub(crate) mod polar;
-pub(crate) mod probe;
 pub(crate) mod run;
 pub(crate) mod spindle;
 pub(crate) mod stop;
@@ -36,6 +27,7 @@ use crate::config::InterpreterConfig;
 use crate::ops::{CanonicalOp, Position, SourcedOp};
 use crate::parameters::Parameters;
 use crate::problem::Problem;
+use crate::state::held::Saved;
 use crate::state::{State, is_angle};
 use crate::tool_table::ToolTable;
 use lostmotion_base::axis::AxisId;
@@ -66,7 +58,7 @@ pub(crate) struct Exec<'a> {
     pub(crate) tools: &'a mut Option<ToolTable>,
     pub(crate) jump: &'a mut Option<Jump>,
     /// What M70 and M73 have saved, the last one at this level of calls.
-    pub(crate) saved: &'a mut Vec<context::Saved>,
+    pub(crate) saved: &'a mut Vec<Saved>,
     pub(crate) words: &'a Words,
     pub(crate) block: BlockRef,
     pub(crate) out: &'a mut Vec<SourcedOp>,

@@ -1,11 +1,13 @@
-//! Work coordinate systems and the offsets of G92 and G52.
+//! Work coordinate systems (G54 to G59.3, G52, G92) and G10.
 
 use super::Exec;
-use crate::code::Code;
+use crate::code::{Code, whole};
+use crate::dialect::Leniency;
 use crate::ops::{CanonicalOp, Position};
 use crate::parameters::{G92, G92_ACTIVE, SYSTEM};
 use crate::problem::Problem;
-use crate::state::convert;
+use crate::state::{Offsets, convert, rotate, subtract};
+use crate::tool_table::{Tool, ToolTable};
 
 /// Parameters of G54 start here, those of the other systems 20 apart.
 const FIRST_SYSTEM: u16 = 5221;
@@ -121,4 +123,215 @@ pub(crate) fn g92_restore(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     exec.apply_g92(offset);
     exec.parameters.put(G92_ACTIVE, 1.0);
     Ok(())
+}
+
+/// The system that L11 measures tools in: G59.3.
+const FIXTURE_SYSTEM: u8 = 9;
+
+/// G10.
+pub(crate) fn g10(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let selector = exec.need(b'L', code, "L, what it sets")?;
+    let number = exec.need(b'P', code, "P, the coordinate system or tool")?;
+    if let Some(memory @ 10.0..=13.0) = whole(selector)
+        && exec.config.leniencies.has(Leniency::ToolMemory)
+        && !(0..9).any(|axis| exec.axis_word(axis).is_some())
+    {
+        return exec.set_memory(code, memory, number);
+    }
+    match whole(selector) {
+        Some(2.0) => exec.set_system(code, number, false),
+        Some(20.0) => exec.set_system(code, number, true),
+        Some(1.0) => exec.set_tool(code, number, |exec, tool| exec.with_axis_words(&tool)),
+        Some(10.0) => exec.set_tool(code, number, |exec, tool| {
+            let offsets = exec.state.offsets;
+            exec.measured(&tool, &offsets)
+        }),
+        Some(11.0) => exec.set_tool(code, number, |exec, tool| {
+            let origin = exec.system_offsets(FIXTURE_SYSTEM);
+            exec.measured(
+                &tool,
+                &Offsets {
+                    g92: [0.0; 9],
+                    ..origin
+                },
+            )
+        }),
+        _ => Err(Problem::WordOutOfRange {
+            code,
+            letter: 'L',
+            value: selector,
+            allowed: "1, 2, 10, 11 or 20",
+        }),
+    }
+}
+
+impl Exec<'_> {
+    /// The offsets that a system would have if it were in force; the tool is none.
+    fn system_offsets(&self, system: u8) -> Offsets {
+        let first = system_parameter(system);
+        let g5x = convert(
+            &self.parameters.position(first),
+            self.config.machine_units,
+            self.state.units,
+        );
+        Offsets {
+            g5x,
+            g92: self.state.offsets.g92,
+            tool: [0.0; 9],
+            rotation_deg: self.parameters.get(first + 9),
+            tilt: None,
+        }
+    }
+
+    /// L2 gives the origin, L20 the coordinates that the present place is to have.
+    fn set_system(&mut self, code: Code, number: f64, from_place: bool) -> Result<(), Problem> {
+        let system = match whole(number).filter(|number| (0.0..=9.0).contains(number)) {
+            Some(0.0) => self.state.system,
+            Some(number) => number as u8,
+            None => {
+                return Err(Problem::WordOutOfRange {
+                    code,
+                    letter: 'P',
+                    value: number,
+                    allowed: "a system from 0 to 9",
+                });
+            }
+        };
+        for letter in *b"IJQ" {
+            if let Some(value) = self.word(letter) {
+                return Err(Problem::UnusedWord {
+                    letter: char::from(letter),
+                    value,
+                    users: "G10 L1, L10 and L11".to_owned(),
+                });
+            }
+        }
+        let mut offsets = self.system_offsets(system);
+        offsets.rotation_deg = self
+            .word(b'R')
+            .filter(|_| !from_place)
+            .unwrap_or(offsets.rotation_deg);
+        if from_place {
+            let place = subtract(&self.state.machine(), &self.state.offsets.tool);
+            let wanted = self.with_axis_words(&offsets.to_program(&place));
+            offsets.g5x = [0.0; 9];
+            offsets.g5x = subtract(&place, &offsets.to_machine(&wanted));
+        } else {
+            offsets.g5x = self.with_axis_words(&offsets.g5x);
+        }
+        self.check_target(&offsets.g5x)?;
+        self.store_system(system, &offsets);
+        Ok(())
+    }
+
+    fn store_system(&mut self, system: u8, offsets: &Offsets) {
+        let first = system_parameter(system);
+        let stored = convert(&offsets.g5x, self.state.units, self.config.machine_units);
+        self.parameters.put_position(first, &stored);
+        self.parameters.put(first + 9, offsets.rotation_deg);
+        if system == self.state.system {
+            self.load_system(system);
+            self.emit(CanonicalOp::SetXyRotation(self.state.offsets.rotation_deg));
+        }
+    }
+
+    /// The tool offset with which the present place would have the coordinates that the block
+    /// names.
+    fn measured(&self, tool: &Position, offsets: &Offsets) -> Position {
+        let without = Offsets {
+            tool: [0.0; 9],
+            ..*offsets
+        };
+        let mut place = subtract(&self.state.machine(), &without.g5x);
+        rotate(&mut place, -without.rotation_deg);
+        let here = subtract(&subtract(&place, &without.g92), tool);
+        let mut change = subtract(&here, &self.with_axis_words(&here));
+        rotate(&mut change, without.rotation_deg);
+        std::array::from_fn(|axis| tool[axis] + change[axis])
+    }
+
+    /// A tool memory of Fanuc: L10 and L12 give length and radius, L11 and L13 what their wear
+    /// adds.
+    fn set_memory(&mut self, code: Code, memory: f64, number: f64) -> Result<(), Problem> {
+        let value = self.need(b'R', code, "R, the value of the tool memory")?;
+        self.warnings.push(Problem::Lenient {
+            leniency: Leniency::ToolMemory,
+        });
+        let allowed = "a tool number";
+        let number = whole(number).filter(|number| (1.0..1e9).contains(number));
+        let number = number.ok_or(Problem::WordOutOfRange {
+            code,
+            letter: 'P',
+            value,
+            allowed,
+        })? as i32;
+        let value = self.state.units.convert(value, self.config.machine_units);
+        let table = self.tools.get_or_insert_with(ToolTable::default);
+        let mut tool = table.get(number).copied().unwrap_or(Tool {
+            number,
+            ..Tool::default()
+        });
+        match memory as u8 {
+            10 => tool.offset[2] = value,
+            11 => tool.offset[2] += value,
+            12 => tool.diameter = 2.0 * value,
+            _ => tool.diameter += 2.0 * value,
+        }
+        table.insert(tool);
+        Ok(())
+    }
+
+    /// Changes a tool's offset, radius (R), angles (I, J) and orientation (Q). In force with the
+    /// next G43.
+    fn set_tool(
+        &mut self,
+        code: Code,
+        number: f64,
+        offset: impl FnOnce(&Self, Position) -> Position,
+    ) -> Result<(), Problem> {
+        let whole_number = whole(number).filter(|number| (1.0..1e9).contains(number));
+        let number = whole_number.ok_or(Problem::WordOutOfRange {
+            code,
+            letter: 'P',
+            value: number,
+            allowed: "a tool number",
+        })? as i32;
+        let known = self
+            .tools
+            .as_ref()
+            .and_then(|table| table.get(number))
+            .copied();
+        if known.is_none() && self.tools.is_some() {
+            return Err(Problem::NoSuchTool {
+                tool: i64::from(number),
+            });
+        }
+        let mut tool = known.unwrap_or(Tool {
+            number,
+            ..Tool::default()
+        });
+        let (program, machine) = (self.state.units, self.config.machine_units);
+        let changed = offset(self, convert(&tool.offset, machine, program));
+        self.check_target(&changed)?;
+        tool.offset = convert(&changed, program, machine);
+        tool.diameter = self.word(b'R').map_or(tool.diameter, |radius| {
+            2.0 * program.convert(radius, machine)
+        });
+        tool.front_angle = self.word(b'I').unwrap_or(tool.front_angle);
+        tool.back_angle = self.word(b'J').unwrap_or(tool.back_angle);
+        if let Some(value) = self.word(b'Q') {
+            let orientation = whole(value).filter(|value| (0.0..=9.0).contains(value));
+            let allowed = "an orientation from 0 to 9";
+            tool.orientation = orientation.ok_or(Problem::WordOutOfRange {
+                code,
+                letter: 'Q',
+                value,
+                allowed,
+            })? as i32;
+        }
+        self.tools
+            .get_or_insert_with(ToolTable::default)
+            .insert(tool);
+        Ok(())
+    }
 }

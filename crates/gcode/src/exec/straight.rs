@@ -1,12 +1,15 @@
-//! G0, G1 and G53.
+//! Straight moves: G0, G1, G53, polar words, homes (G28, G30), probing (G38.2 to G38.5); and G4.
 
 use super::Exec;
 use crate::code::Code;
 use crate::codes::row::bit;
-use crate::ops::{CanonicalOp, Position};
+use crate::ops::{CanonicalOp, Plane, Position, StraightProbe, Units};
+use crate::parameters::HOME;
 use crate::problem::Problem;
-use crate::state::{FeedMode, TipControl};
+use crate::state::{FeedMode, TipControl, convert};
 use crate::syntax::special::{CORNER_CHAMFER, CORNER_RADIUS};
+use lostmotion_base::math;
+use lostmotion_base::units::{deg, rad};
 
 /// Slowest feed that inverse time results in, units per minute (LinuxCNC).
 const LEAST_RATE: f64 = 0.1;
@@ -163,4 +166,171 @@ impl Exec<'_> {
             );
         }
     }
+}
+
+impl Exec<'_> {
+    /// Puts @ and ^ into a position. What is missing is taken from where the tool is; incremental
+    /// ones are added to that.
+    pub(crate) fn polar(&self, end: &mut Position) -> Result<(), Problem> {
+        let (radius, angle) = (self.word(b'@'), self.word(b'^'));
+        if radius.is_none() && angle.is_none() {
+            return Ok(());
+        }
+        if let Some(letter) = ['X', 'Y']
+            .into_iter()
+            .find(|letter| self.words.has(*letter as u8))
+        {
+            return Err(Problem::Polar {
+                message: "and X or Y",
+                letter,
+            });
+        }
+        // A plane that is selected on the line itself is in force for it; XY is meant all the same
+        // (as recorded).
+        if self.state.plane != Plane::Xy && !self.words.has_g(180) && !self.words.has_g(190) {
+            return Err(Problem::Polar {
+                message: "outside the XY plane (G17)",
+                letter: '@',
+            });
+        }
+        if self.words.has_g(530) {
+            return Err(Problem::Polar {
+                message: "with G53",
+                letter: '@',
+            });
+        }
+        let [x, y, ..] = self.state.current;
+        let here = [math::hypot(x, y), deg(math::atan2(y, x))];
+        let [radius, angle] = if self.state.absolute {
+            [radius.unwrap_or(here[0]), angle.unwrap_or(here[1])]
+        } else if here[0] == 0.0 {
+            return Err(Problem::Polar {
+                message: "in incremental distances (G91) at the origin, where there is no angle,",
+                letter: '^',
+            });
+        } else {
+            [
+                here[0] + radius.unwrap_or(0.0),
+                here[1] + angle.unwrap_or(0.0),
+            ]
+        };
+        let (sin, cos) = math::sin_cos(rad(angle));
+        (end[0], end[1]) = (radius * cos, radius * sin);
+        Ok(())
+    }
+}
+
+/// G4 P.
+pub(crate) fn dwell(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let seconds = exec.need(b'P', code, "P, the seconds to wait")?;
+    exec.pause(seconds)
+}
+
+impl Exec<'_> {
+    /// A dwell of a checked length.
+    pub(crate) fn pause(&mut self, seconds: f64) -> Result<(), Problem> {
+        let limit = self.config.limits.dwell_s;
+        if seconds < 0.0 {
+            self.warnings.push(Problem::NegativeDwell { seconds });
+        }
+        if seconds > limit {
+            return Err(Problem::DwellTooLong { seconds, limit });
+        }
+        self.emit(CanonicalOp::Dwell(seconds));
+        Ok(())
+    }
+}
+
+/// Distance between the homes of G28 and G30.
+const SECOND: u16 = 20;
+
+const fn first_parameter(code: Code) -> u16 {
+    if code.tenths >= 300 {
+        HOME + SECOND
+    } else {
+        HOME
+    }
+}
+
+/// Through the programmed point, then to the home of the named axes; of all, if none is named.
+pub(crate) fn go(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let by_way = exec.target()?;
+    exec.emit(CanonicalOp::StraightTraverse(by_way));
+    exec.state.current = by_way;
+    let home = convert(
+        &exec.parameters.position(first_parameter(code)),
+        exec.config.machine_units,
+        exec.state.units,
+    );
+    let named = |axis: usize| exec.axis_word(axis).is_some();
+    let all = !(0..9).any(named);
+    let mut end = exec.state.machine();
+    for axis in 0..9 {
+        if all || named(axis) {
+            end[axis] = home[axis];
+        }
+    }
+    let end = exec.state.offsets.to_program(&end);
+    exec.check_target(&end)?;
+    exec.emit(CanonicalOp::StraightTraverse(end));
+    exec.state.current = end;
+    Ok(())
+}
+
+/// G28.1 and G30.1.
+pub(crate) fn store(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    let here = convert(
+        &exec.state.machine(),
+        exec.state.units,
+        exec.config.machine_units,
+    );
+    exec.parameters.put_position(first_parameter(code), &here);
+    Ok(())
+}
+
+/// How far before its end a probing move is taken to stop, as in LinuxCNC's stand-alone
+/// interpreter: 0.254 mm.
+const STOP_MM: f64 = 0.254;
+/// Shortest probing move (LinuxCNC: 0.00000001 units).
+const SHORTEST: f64 = 1e-8;
+/// Parameters: where the probe touched, in program coordinates.
+const TOUCHED: u16 = 5061;
+/// Parameter: whether it touched.
+const SUCCESS: u16 = 5070;
+
+/// Probes up to the programmed end. There is no probe: #5061 to #5069 become the end, #5070 says
+/// that nothing was touched, and the tool is taken to be a little before the end.
+pub(crate) fn probe(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    exec.state.motion = Some(code);
+    let end = exec.target()?;
+    let start = exec.state.current;
+    exec.state.current = end;
+    exec.check_feed(code)?;
+    if exec.state.feed_mode == FeedMode::PerRevolution {
+        return Err(Problem::ProbeFeed { code });
+    }
+    let must = code.tenths.is_multiple_of(2);
+    let ways: [f64; 9] = std::array::from_fn(|axis| end[axis] - start[axis]);
+    if must && ways.iter().all(|way| way.abs() < SHORTEST) {
+        return Err(Problem::ProbeTooShort { code });
+    }
+    let length = ways.iter().take(3).map(|way| way * way).sum::<f64>().sqrt();
+    let mut stop = end;
+    if length > 0.0 {
+        let share = Units::Mm.convert(STOP_MM, exec.state.units) / length;
+        for axis in 0..3 {
+            stop[axis] -= ways[axis] * share;
+        }
+    }
+    let probe = StraightProbe {
+        end,
+        stop,
+        away: code.tenths >= 384,
+        must,
+    };
+    exec.parameters.put_position(TOUCHED, &end);
+    exec.parameters.put(SUCCESS, 0.0);
+    exec.emit(CanonicalOp::StraightProbe(Box::new(probe)));
+    exec.state.current = stop;
+    Ok(())
 }

@@ -1,10 +1,10 @@
-//! The end of the source, and of the program.
+//! The end: of a level of calls, of the source, and of programs that run too long.
 
 use super::control::flow_error;
 use super::flow::Skip;
 use super::{Interpreter, Percent, Step};
 use crate::dialect::Leniency;
-use crate::ops::SourcedOp;
+use crate::ops::{CanonicalOp, SourcedOp};
 use crate::problem::Problem;
 use lostmotion_base::span::Span;
 
@@ -71,6 +71,90 @@ impl Interpreter {
                 flow_error(format!("the {what} o{} is not closed", open.label)),
                 open.span,
             );
+        }
+    }
+}
+
+impl Interpreter {
+    /// Forgets what the level that is left has saved; what M73 saved comes back before the next
+    /// block.
+    pub(crate) fn leave_level(&mut self) {
+        if self.saved.len() > 1
+            && let Some(saved) = self.saved.pop()
+            && saved.automatic
+        {
+            self.returning = saved.modes;
+        }
+    }
+
+    /// Brings back what a level that has been left had saved.
+    pub(crate) fn restore_left(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), Problem> {
+        match self.returning.take() {
+            Some(modes) => self.exec(out).restore(&modes),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Blocks that a loop may run at a stretch once the program has an error.
+const LOOPED_AFTER_ERROR: u64 = 300_000;
+
+impl Interpreter {
+    /// Ends programs that run too long.
+    pub(super) fn watch(&mut self, ops: &[SourcedOp]) {
+        let limits = &self.config.limits;
+        let acts = |sourced: &SourcedOp| {
+            use CanonicalOp as O;
+            matches!(
+                sourced.op,
+                O::StraightTraverse(_)
+                    | O::StraightFeed(_)
+                    | O::ArcFeed(_)
+                    | O::NurbsFeed(_)
+                    | O::StraightProbe(_)
+                    | O::RigidTap(_)
+                    | O::Dwell(_)
+                    | O::ProgramStop
+                    | O::OptionalProgramStop
+            )
+        };
+        self.looped += 1;
+        self.made += ops.len() as u64;
+        self.idle = if ops.iter().any(acts) {
+            0
+        } else {
+            self.idle + 1
+        };
+        let problem = if self.idle > limits.idle_blocks {
+            Problem::IdleLoop {
+                limit: limits.idle_blocks,
+            }
+        } else if self.executed > limits.executed_blocks {
+            Problem::TooManyBlocks {
+                limit: limits.executed_blocks,
+            }
+        } else if self.looped > self.looped_limit() {
+            Problem::TooManyLoopedBlocks {
+                limit: self.looped_limit(),
+            }
+        } else if self.looped > 1 && self.made > limits.looped_operations {
+            Problem::TooManyOperations {
+                limit: limits.looped_operations,
+            }
+        } else {
+            return;
+        };
+        self.report(problem);
+        self.state.ended = true;
+    }
+
+    /// A loop of a program that is refused anyway often runs on because of its errors.
+    fn looped_limit(&self) -> u64 {
+        let limit = self.config.limits.looped_blocks;
+        if self.diagnostics.errors() > 0 {
+            limit.min(LOOPED_AFTER_ERROR)
+        } else {
+            limit
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Where the program is: open loops and branches, calls, and lines to be skipped.
 
-use super::goto::Goto;
 use super::tape::Tape;
 use crate::parameters::LOCALS;
 use lostmotion_base::span::Span;
@@ -66,6 +65,12 @@ pub(crate) struct Frame {
     pub(crate) caller: u32,
     /// Further rounds of the call (L of M98).
     pub(crate) rounds: u64,
+}
+
+/// A search for a line further on than what has been read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Goto {
+    pub(crate) number: f64,
 }
 
 /// A search for a subroutine further on.

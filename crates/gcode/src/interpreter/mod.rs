@@ -4,13 +4,10 @@
 //! run it again, or as the body of a subroutine.
 
 mod calls;
-mod context;
 mod control;
 mod dialects;
 mod ending;
-mod files;
 mod flow;
-mod goto;
 mod habits;
 mod lines;
 mod profile;
@@ -18,7 +15,6 @@ mod quick;
 mod run;
 mod tape;
 mod view;
-mod watch;
 
 pub use tape::Place;
 
@@ -26,12 +22,12 @@ use crate::config::InterpreterConfig;
 use crate::diagnostics::{Diagnostic, Diagnostics};
 use crate::dialect::{Dialect, Leniencies, Leniency};
 use crate::exec::Jump;
-use crate::exec::context::Saved;
 use crate::exec::words::Words;
 use crate::ops::{CanonicalOp, SourcedOp};
 use crate::parameters::{HIGHEST, Parameters, View};
 use crate::problem::Problem;
 use crate::provenance::SubroutineLoader;
+use crate::state::held::Saved;
 use crate::state::{State, convert};
 use crate::syntax::evaluate::{evaluate, valued};
 use crate::syntax::{Block, Value};

@@ -7,8 +7,8 @@
 
 use super::Interpreter;
 use crate::code::Code;
+use crate::exec::arc::check_center;
 use crate::exec::arc::{arc_feed, check_radius};
-use crate::exec::arc_geometry::check_center;
 use crate::ops::{CanonicalOp, Position, SourcedOp};
 use crate::state::{FeedMode, State};
 use crate::syntax::Value;

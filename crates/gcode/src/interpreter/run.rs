@@ -3,7 +3,8 @@
 use super::Interpreter;
 use super::dialects::Line;
 use crate::dialect::Leniency;
-use crate::exec::{Exec, check};
+use crate::exec::Exec;
+use crate::exec::words::check;
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
 use crate::syntax::evaluate::valued;
@@ -84,11 +85,11 @@ impl Interpreter {
         if self.words.mask == 0 && self.words.codes().is_empty() {
             return Ok(());
         }
-        if let Err((problem, place)) = check::check(&mut self.words, &self.state) {
+        if let Err((problem, place)) = check(&mut self.words, &self.state) {
             if !self.reconcile(&problem) {
                 return Err((problem, place));
             }
-            check::check(&mut self.words, &self.state)?;
+            check(&mut self.words, &self.state)?;
         }
         let result = self.exec(out).run();
         self.warn();

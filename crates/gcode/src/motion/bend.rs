@@ -1,7 +1,7 @@
 //! Curves as polynomials of degree five by their length that share the curve's points, directions
 //! and curvatures, fine enough to stay within a tolerance.
 
-use super::spline::Spline;
+use super::spline::{End, Point, Spline};
 use lostmotion_base::math;
 
 /// Most halvings of a stretch of the curve.
@@ -24,17 +24,6 @@ const GAUSS: [(f64, f64); 5] = [
 
 /// Pieces of a span in which its length is integrated.
 const PIECES: u32 = 16;
-
-pub(super) type Point = [f64; 2];
-
-/// Where a curve is, and which way and how sharply it goes there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct End {
-    pub(super) place: Point,
-    pub(super) tangent: Point,
-    /// Second derivative by length.
-    pub(super) curvature: Point,
-}
 
 /// A straight stretch, or one that bends.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,17 +5,6 @@
 //! coordinates plus the G92 offset, rotated about Z, plus the origin of the work coordinate system.
 //! The spindle is at that place plus the tool offset, which every motion carries.
 
-mod bend;
-mod item;
-mod rate;
-mod setting;
-mod several;
-mod spline;
-
-pub use item::{Bend, Circle, Feed, Motion, MotionItem, PathMode};
-pub use several::SPLINE_TOLERANCE_MM;
-pub(crate) use several::curve_length;
-
 use crate::ops::{ArcFeed, CanonicalOp, PathControl, Plane, Position, SourcedOp, Units};
 use crate::problem::Problem;
 use crate::state::{Offsets, convert, is_angle};
@@ -23,6 +12,15 @@ use lostmotion_base::Coords;
 use lostmotion_base::span::BlockRef;
 use lostmotion_base::units::{deg, rad};
 use serde::{Deserialize, Serialize};
+
+mod bend;
+mod item;
+mod several;
+mod spline;
+
+pub use item::{Bend, Circle, Feed, Motion, MotionItem, PathMode};
+pub use several::SPLINE_TOLERANCE_MM;
+pub(crate) use several::curve_length;
 
 /// Folds operations into motion. State only: small, cloneable, serialisable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -280,4 +278,103 @@ fn coords(position: &Position) -> Coords {
             position[index]
         }
     }))
+}
+
+impl MotionFold {
+    /// Takes an operation that sets something.
+    fn set(&mut self, op: &CanonicalOp) {
+        match op {
+            CanonicalOp::UseLengthUnits(units) => self.units = *units,
+            CanonicalOp::SetG5xOffset { offset, .. } => {
+                self.offsets.g5x = convert(offset, self.units, Units::Mm)
+            }
+            CanonicalOp::SetG92Offset(offset) => {
+                self.offsets.g92 = convert(offset, self.units, Units::Mm)
+            }
+            CanonicalOp::SetTilt(tilt) => {
+                self.offsets.tilt = tilt
+                    .as_deref()
+                    .map(|tilt| tilt.convert(self.units, Units::Mm))
+            }
+            CanonicalOp::SetXyRotation(degrees) => self.offsets.rotation_deg = *degrees,
+            CanonicalOp::UseToolLengthOffset(offset) => {
+                let tool = coords(&convert(offset, self.units, Units::Mm));
+                // The spindle stays where it is.
+                self.at = self.at + self.tool - tool;
+                self.tool = tool;
+            }
+            CanonicalOp::SetFeedRate { rate, inverse_time } => {
+                (self.rate_mm, self.rate_deg, self.inverse_time) =
+                    (*rate * self.units.mm(), *rate, *inverse_time);
+            }
+            CanonicalOp::StartSpeedFeedSync(pitch) => {
+                self.pitch_mm = Some(*pitch * self.units.mm())
+            }
+            CanonicalOp::StopSpeedFeedSync => self.pitch_mm = None,
+            CanonicalOp::FeedOverride(on) => self.feed_override = *on,
+            CanonicalOp::SetFeedMode { per_revolution } => self.per_revolution = *per_revolution,
+            CanonicalOp::SetSpindleSpeed { spindle: 0, speed } => self.spindle_speed = *speed,
+            CanonicalOp::SetSpindleMode {
+                spindle: 0,
+                highest,
+            } => self.surface_speed = *highest > 0.0,
+            CanonicalOp::StartSpindle { spindle: 0, .. } => self.spindle_on = true,
+            CanonicalOp::StopSpindle { spindle: 0 } => self.spindle_on = false,
+            CanonicalOp::SetMotionControlMode(PathControl::Continuous { tolerance }) => {
+                self.control = PathControl::Continuous {
+                    tolerance: *tolerance * self.units.mm(),
+                };
+            }
+            CanonicalOp::SetMotionControlMode(control) => self.control = *control,
+            CanonicalOp::SetNaiveCamTolerance(tolerance) => {
+                self.merge = *tolerance * self.units.mm()
+            }
+            _ => {}
+        }
+    }
+}
+
+impl MotionFold {
+    /// What a rate is multiplied by: the spindle's speed if it is per revolution.
+    fn per_minute(&self, code: &'static str) -> Result<f64, Problem> {
+        match self.per_revolution {
+            false => Ok(1.0),
+            true if self.surface_speed => self.revolutions_are_known().map(|()| 0.0),
+            true if self.spindle_on && self.spindle_speed > 0.0 => Ok(self.spindle_speed),
+            true => Err(Problem::NoRevolutions { code }),
+        }
+    }
+
+    /// At constant surface speed the spindle's speed changes along the move.
+    fn revolutions_are_known(&self) -> Result<(), Problem> {
+        let what = "a feed per revolution at constant surface speed (G95 or G33 with G96)";
+        if self.surface_speed {
+            Err(Problem::NoMotionFor { what })
+        } else {
+            Ok(())
+        }
+    }
+
+    fn feed(&self, end: &Coords, code: &'static str) -> Result<Feed, Problem> {
+        if let Some(pitch_mm) = self.pitch_mm {
+            self.revolutions_are_known()?;
+            return match self.spindle_on && self.spindle_speed > 0.0 && pitch_mm != 0.0 {
+                true => Ok(Feed::MmPerMin(pitch_mm.abs() * self.spindle_speed)),
+                false => Err(Problem::NoRevolutions { code: "G33" }),
+            };
+        }
+        let per_minute = self.per_minute(code)?;
+        let moves = |index: usize| end.0[index] != self.at.0[index];
+        let linear = (0..9).any(|index| !is_angle(index) && moves(index));
+        let turns = (3..6).any(moves);
+        Ok(if linear || !turns {
+            Feed::MmPerMin(self.rate_mm * per_minute)
+        } else {
+            Feed::RadPerMin(rad(self.rate_deg * per_minute))
+        })
+    }
+
+    fn arc_feed(&self) -> Result<Feed, Problem> {
+        Ok(Feed::MmPerMin(self.rate_mm * self.per_minute("G2 or G3")?))
+    }
 }

@@ -1,7 +1,8 @@
 //! Operations that make several moves: splines as polynomials by length, and rigid tapping there
 //! and back.
 
-use super::bend::{Point, Stretch, stretches, whole_length};
+use super::bend::{Stretch, stretches, whole_length};
+use super::spline::Point;
 use super::spline::Spline;
 use super::{Bend, MotionFold, MotionItem, PathMode};
 use crate::ops::{ArcFeed, CanonicalOp, NurbsFeed, Position, SourcedOp};

@@ -1,8 +1,18 @@
 //! Rational B-splines on a clamped uniform knot vector: points, directions and curvatures (de
 //! Boor's algorithm).
 
-use super::bend::{End, Point};
 use lostmotion_base::{Jet, Real, math};
+
+pub(super) type Point = [f64; 2];
+
+/// Where a curve is, and which way and how sharply it goes there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct End {
+    pub(super) place: Point,
+    pub(super) tangent: Point,
+    /// Second derivative by length.
+    pub(super) curvature: Point,
+}
 
 /// Derivatives below this are none, mm.
 const STILL: f64 = 1e-9;

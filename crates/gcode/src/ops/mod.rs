@@ -5,16 +5,15 @@
 //! coordinates in mm and rad.
 
 mod parts;
-mod tilt;
 
 pub use lostmotion_base::Plane;
 use lostmotion_base::span::BlockRef;
+pub use parts::Tilt;
 pub use parts::{
     ArcFeed, ControlPoint, NurbsFeed, OrientWay, OutputValue, PathControl, Position, StraightProbe,
     TextKind, Units, WaitFor,
 };
 use serde::{Deserialize, Serialize};
-pub use tilt::Tilt;
 
 /// One action.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,5 +1,6 @@
 //! What waits for the blocks that follow: a move under cutter compensation, a corner, a NURBS.
 
+use super::State;
 use crate::ops::{ControlPoint, Position, SourcedOp};
 use lostmotion_base::span::BlockRef;
 use serde::{Deserialize, Serialize};
@@ -88,4 +89,12 @@ pub struct PendingCorner {
 pub struct NurbsDraft {
     pub(crate) order: u32,
     pub(crate) points: Vec<ControlPoint>,
+}
+
+/// Modes that a level of calls has saved.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Saved {
+    pub(crate) modes: Option<Box<State>>,
+    /// Brought back when the level is left (M73).
+    pub(crate) automatic: bool,
 }

@@ -1,8 +1,8 @@
 //! O-lines: a label, a keyword and its arguments.
 
 use super::block::{Block, Keyword, Label};
+use super::block::{Parsed, fail};
 use super::expression::{Code, bracket_value, name, word_value};
-use super::fault::{Parsed, fail};
 use super::number::skip;
 use crate::problem::Problem;
 

@@ -2,20 +2,15 @@
 //! a code means.
 
 pub mod block;
-pub mod comment;
 pub(crate) mod evaluate;
 pub mod expression;
-pub mod fault;
 pub mod flow;
 pub mod number;
-pub(crate) mod operators;
 pub mod parse;
 pub mod pieces;
-mod plain;
-pub(crate) mod siemens;
 pub(crate) mod special;
 
+pub use block::Fault;
 pub use block::{Block, Keyword, Label, Op, Setting, Target, Text, Unary, Value, Word};
-pub use fault::Fault;
 pub use parse::parse_block;
 pub use pieces::{Piece, PieceKind, Pieces};

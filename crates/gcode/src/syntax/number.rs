@@ -1,6 +1,6 @@
 //! Literal numbers, correctly rounded.
 
-use super::fault::{Parsed, fail};
+use super::block::{Parsed, fail};
 use crate::problem::Problem;
 
 /// Powers of ten that are exact in an f64.

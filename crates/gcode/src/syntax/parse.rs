@@ -1,15 +1,14 @@
-//! A line to a block.
+//! Lines of the grammar: N, words, settings, comments, O-lines. Words of a letter and a literal, most
+//! bytes of a program, are read without going through the grammar.
 
-use super::block::{Block, Setting, Text, Value, Word};
-use super::comment;
+use super::block::{Block, Fault, Parsed, Setting, Text, Value, Word, fail};
 use super::expression::{Code, expected, target, word_value};
-use super::fault::{Fault, Parsed, fail};
 use super::flow::flow_line;
-use super::number::skip;
-use super::plain;
+use super::number::{literal, skip};
 use crate::limits::Limits;
 use crate::problem::Problem;
 use nom::Err;
+use nom::bytes::complete::take_till;
 
 /// Parses one line without its terminator into `block`, whose buffers are reused.
 ///
@@ -33,7 +32,7 @@ fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, (
         rest = if block.flow.is_some() {
             skip(rest)
         } else {
-            plain::words(rest, line.len(), block, limits)
+            words(rest, line.len(), block, limits)
         };
         let Some(&first) = rest.first() else {
             return Ok((rest, ()));
@@ -41,7 +40,7 @@ fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, (
         let at = line.len() - rest.len();
         rest = match first {
             b'(' => {
-                let (after, inside) = comment::parenthesis(rest)?;
+                let (after, inside) = parenthesis(rest)?;
                 block.comment = Some(Text {
                     start: at as u32 + 1,
                     len: inside.len() as u32,
@@ -49,7 +48,7 @@ fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, (
                 after
             }
             b';' => {
-                let (after, inside) = comment::semicolon(rest)?;
+                let (after, inside) = semicolon(rest)?;
                 block.comment = Some(Text {
                     start: at as u32 + 1,
                     len: inside.len() as u32,
@@ -97,7 +96,7 @@ pub(crate) fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Pa
     }
     if let [b'n' | b'N', after @ ..] = rest {
         let Block { ops, names, .. } = block;
-        let (after, value) = match plain::number(after) {
+        let (after, value) = match number(after) {
             Some((after, number)) => (after, Value::Number(number)),
             None => word_value(
                 after,
@@ -236,4 +235,87 @@ fn missing(fault: Err<Fault>, letter: u8) -> Err<Fault> {
         }
         fault
     })
+}
+
+/// What the opening parenthesis of the input encloses.
+pub(crate) fn parenthesis(input: &[u8]) -> Parsed<'_, &[u8]> {
+    let inside = input.get(1..).unwrap_or_default();
+    let (rest, text) = take_till(|byte| matches!(byte, b'(' | b')' | 0))(inside)?;
+    match rest.first() {
+        Some(b')') => Ok((rest.get(1..).unwrap_or_default(), text)),
+        Some(b'(') => fail(rest, Problem::NestedComment),
+        Some(_) => fail(rest, Problem::Nul),
+        None => fail(input, Problem::UnclosedComment),
+    }
+}
+
+/// What stands after the semicolon of the input.
+pub(crate) fn semicolon(input: &[u8]) -> Parsed<'_, &[u8]> {
+    let inside = input.get(1..).unwrap_or_default();
+    let (rest, text) = take_till(|byte| byte == 0)(inside)?;
+    if rest.is_empty() {
+        Ok((rest, text))
+    } else {
+        fail(rest, Problem::Nul)
+    }
+}
+
+/// Whether a number goes on after blanks, or has an exponent.
+#[inline(always)]
+fn goes_on(tail: &[u8], next: &[u8]) -> bool {
+    match next.first() {
+        Some(b'0'..=b'9' | b'.') => true,
+        Some(b'E' | b'e') => next.len() == tail.len(),
+        _ => false,
+    }
+}
+
+/// A literal at the start of the input; none if the grammar has to look at it.
+pub(crate) fn number(input: &[u8]) -> Option<(&[u8], f64)> {
+    literal(input).filter(|(tail, _)| !goes_on(tail, skip(tail)))
+}
+
+/// Takes plain words off `input`, the end of a line of `length` bytes, up to the first item that is
+/// not one.
+pub(crate) fn words<'a>(
+    input: &'a [u8],
+    length: usize,
+    block: &mut Block,
+    limits: &Limits,
+) -> &'a [u8] {
+    let mut rest = skip(input);
+    let (mut lower, mut glued, mut touches) = (0, false, false);
+    let mut room = limits
+        .words
+        .saturating_sub(block.words.len() + block.settings.len());
+    while let [first, after @ ..] = rest {
+        let letter = first & !0x20;
+        if !letter.is_ascii_uppercase() || matches!(letter, b'N' | b'O') || room == 0 {
+            break;
+        }
+        let Some((tail, value)) = literal(after) else {
+            break;
+        };
+        let next = skip(tail);
+        if goes_on(tail, next) {
+            break;
+        }
+        let text = Text {
+            start: (length - rest.len()) as u32,
+            len: (rest.len() - tail.len()) as u32,
+        };
+        block.words.push(Word {
+            letter,
+            value: Value::Number(value),
+            text,
+        });
+        room -= 1;
+        lower |= first & 0x20;
+        glued |= touches;
+        touches = next.len() == tail.len();
+        rest = next;
+    }
+    block.lower_case |= lower != 0;
+    block.glued |= glued;
+    rest
 }

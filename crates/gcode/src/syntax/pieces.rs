@@ -1,7 +1,7 @@
 //! A line as pieces that lie side by side: every byte belongs to exactly one.
 
 use super::block::{Block, Text};
-use super::comment;
+use super::parse;
 
 /// What a piece is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,10 +82,10 @@ impl<'a> Pieces<'a> {
                 self.deleted = true;
                 (PieceKind::Delete, 1)
             }
-            b'(' => comment::parenthesis(rest).map_or((PieceKind::Unread, all), |(after, _)| {
+            b'(' => parse::parenthesis(rest).map_or((PieceKind::Unread, all), |(after, _)| {
                 (PieceKind::Comment, all - after.len())
             }),
-            b';' => comment::semicolon(rest).map_or((PieceKind::Unread, all), |(after, _)| {
+            b';' => parse::semicolon(rest).map_or((PieceKind::Unread, all), |(after, _)| {
                 (PieceKind::Comment, all - after.len())
             }),
             _ if here(self.block.line_number_text) => {

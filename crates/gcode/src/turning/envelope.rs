@@ -1,7 +1,7 @@
 //! The moved profile where pieces vanish: everything that keeps the distance from all of the
 //! profile.
 
-use super::crossing::crossings;
+use super::piece::crossings;
 use super::piece::{Piece, Point, Stretch, cross, distance, dot};
 
 /// Comparisons that one profile may take.

@@ -6,19 +6,16 @@
 //! recordings of its stand-alone interpreter, and the comments name what was recorded. No source of
 //! another interpreter was looked at.
 //!
-//! All geometry is in the plane of [`frame::Frame`]: the profile goes from left to right, the
+//! All geometry is in the plane of [`piece::Frame`]: the profile goes from left to right, the
 //! material lies above it.
 
-mod crossing;
 mod envelope;
-mod fillet;
-mod frame;
 mod offset;
 mod piece;
 mod rough;
 
-pub(crate) use fillet::Corner;
-pub(crate) use frame::Frame;
+pub(crate) use offset::Corner;
+pub(crate) use piece::Frame;
 pub(crate) use piece::{Circle, Piece, Point};
 pub(crate) use rough::{Move, Pockets, Roughing};
 
@@ -169,7 +166,7 @@ fn lay(profile: &[ProfileMove], frame: Frame) -> Result<Laid, Trouble> {
         }
         if let (Some((at, corner)), Some(before)) = (open.take(), pieces.last_mut()) {
             let made =
-                fillet::corner(before, &mut piece, corner).ok_or(Trouble::Corner { index: at })?;
+                offset::corner(before, &mut piece, corner).ok_or(Trouble::Corner { index: at })?;
             pieces.extend(made);
         }
         pieces.push(piece);

@@ -1,4 +1,5 @@
-//! Lines and arcs of a profile in the plane of travel and level.
+//! Pieces of a profile in the frame of a turning cycle (along the direction of travel, and the level
+//! above it), and where their lines and circles cross.
 
 use lostmotion_base::math;
 use std::f64::consts::{PI, TAU};
@@ -299,4 +300,128 @@ impl Piece {
             && high <= self.end[0] + tolerance
             && (self.circle.is_none() || self.sweep() <= PI + 1e-3 || high - low <= tolerance)
     }
+}
+
+/// How Z and X lie along the travel and as level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Frame {
+    /// Z is the direction of travel (G71); otherwise X is (G72).
+    pub(crate) along_z: bool,
+    /// Signs of travel and level.
+    pub(crate) signs: [f64; 2],
+}
+
+impl Frame {
+    /// A place given as Z and X.
+    pub(crate) fn to(&self, zx: Point) -> Point {
+        let [first, second] = if self.along_z { zx } else { [zx[1], zx[0]] };
+        [self.signs[0] * first, self.signs[1] * second]
+    }
+
+    /// A place as Z and X.
+    pub(crate) fn from(&self, place: Point) -> Point {
+        let turned = [self.signs[0] * place[0], self.signs[1] * place[1]];
+        if self.along_z {
+            turned
+        } else {
+            [turned[1], turned[0]]
+        }
+    }
+
+    /// Whether it sees arcs the other way round.
+    pub(crate) fn mirrors(&self) -> bool {
+        (self.signs[0] * self.signs[1] > 0.0) != self.along_z
+    }
+
+    /// A piece given as Z and X.
+    pub(crate) fn piece(&self, piece: &Piece) -> Piece {
+        let circle = piece.circle.map(|circle| super::piece::Circle {
+            center: self.to(circle.center),
+            ccw: circle.ccw != self.mirrors(),
+        });
+        Piece {
+            start: self.to(piece.start),
+            end: self.to(piece.end),
+            circle,
+        }
+    }
+
+    /// The frame in which a profile goes forwards and up. Recorded: one that comes inwards is an
+    /// inside one, wherever the tool is, and one that ends level with its start goes towards the
+    /// smaller values.
+    pub(crate) fn of(along_z: bool, [first, last]: [Point; 2]) -> Frame {
+        let axis = usize::from(!along_z);
+        let level = 1 - axis;
+        let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
+        Frame {
+            along_z,
+            signs: [
+                sign(last[axis] <= first[axis]),
+                sign(last[level] < first[level]),
+            ],
+        }
+    }
+}
+
+/// Where two pieces cross, prolonged without end: both places where circles are concerned. Circles
+/// and lines that miss each other by no more than `forgiven` are taken to touch.
+pub(crate) fn crossings(a: &Piece, b: &Piece, forgiven: f64) -> Option<[Point; 2]> {
+    between((a, a.radius()), (b, b.radius()), forgiven)
+}
+
+/// The same for pieces of which the second follows the first. Where the ends of an arc have
+/// slightly different radii, the one that counts is that of the end which stays where it is (as
+/// recorded).
+pub(crate) fn joints(a: &Piece, b: &Piece, forgiven: f64) -> Option<[Point; 2]> {
+    between(
+        (a, a.radius()),
+        (b, b.circle.map(|circle| distance(circle.center, b.end))),
+        forgiven,
+    )
+}
+
+fn between(
+    (a, a_radius): (&Piece, Option<f64>),
+    (b, b_radius): (&Piece, Option<f64>),
+    forgiven: f64,
+) -> Option<[Point; 2]> {
+    match (a.circle, b.circle) {
+        (None, None) => {
+            let (u, v) = (direction(a.start, a.end), direction(b.start, b.end));
+            let slope = cross(u, v);
+            if slope.abs() < 1e-12 {
+                return None;
+            }
+            Some([along(a.start, u, cross(minus(b.start, a.start), v) / slope); 2])
+        }
+        (None, Some(circle)) => line_circle(a, circle, b_radius?, forgiven),
+        (Some(circle), None) => line_circle(b, circle, a_radius?, forgiven),
+        (Some(c), Some(d)) => circles((c.center, a_radius?), (d.center, b_radius?), forgiven),
+    }
+}
+
+fn line_circle(line: &Piece, circle: Circle, radius: f64, forgiven: f64) -> Option<[Point; 2]> {
+    let u = direction(line.start, line.end);
+    let foot = along(line.start, u, dot(minus(circle.center, line.start), u));
+    let away = distance(foot, circle.center);
+    if away > radius + forgiven {
+        return None;
+    }
+    let half = (radius * radius - away * away).max(0.0).sqrt();
+    Some([along(foot, u, -half), along(foot, u, half)])
+}
+
+fn circles((c, r): (Point, f64), (d, s): (Point, f64), forgiven: f64) -> Option<[Point; 2]> {
+    let gap = distance(c, d);
+    if gap < 1e-12 || gap > r + s + forgiven || gap < (r - s).abs() - forgiven {
+        return None;
+    }
+    let u = direction(c, d);
+    let to_foot = ((gap * gap + r * r - s * s) / (2.0 * gap)).clamp(-r, r);
+    let half = (r * r - to_foot * to_foot).max(0.0).sqrt();
+    let foot = along(c, u, to_foot);
+    Some([
+        along(foot, left_of(u), half),
+        along(foot, left_of(u), -half),
+    ])
 }

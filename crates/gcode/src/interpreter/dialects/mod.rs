@@ -1,19 +1,19 @@
 //! Lines of other dialects: what of them is rewritten, skipped or called before the words are
 //! carried out.
 
-mod controls;
-mod exponents;
-mod macros;
-mod printers;
-
 use super::Interpreter;
+use crate::code::whole;
 use crate::dialect::{Dialect, Leniency};
 use crate::exec::corner::is_straight;
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
-use crate::syntax::siemens::{is_heidenhain, siemens_word};
 use crate::syntax::special::parse_special;
+use crate::syntax::special::{is_heidenhain, siemens_word};
 use crate::syntax::{Fault, Text, Value};
+
+mod controls;
+mod macros;
+
 pub(crate) use macros::ModalMacro;
 
 /// What becomes of a line.
@@ -139,5 +139,155 @@ impl Interpreter {
             return true;
         }
         false
+    }
+}
+
+impl Interpreter {
+    /// Exponents: `X1.2E-12` has been read as X1.2 and E-12, which is put right. True if there were
+    /// any.
+    pub(crate) fn merge_exponents(&mut self) -> bool {
+        if !self.config.leniencies.has(Leniency::Exponents) {
+            return false;
+        }
+        let mut found = false;
+        let mut index = 0;
+        while let Some(&word) = self.block.words.get(index) {
+            let (from, to) = (
+                word.text.start as usize,
+                (word.text.start + word.text.len) as usize,
+            );
+            let exponent = self
+                .line
+                .get(from + 1..to)
+                .and_then(|text| std::str::from_utf8(text).ok())
+                .map(str::to_owned);
+            let signed = self.config.dialect.is_fanuc()
+                || exponent
+                    .as_ref()
+                    .is_some_and(|text| text.starts_with(['+', '-']));
+            match exponent.filter(|_| word.letter == b'E' && signed) {
+                Some(exponent) if self.merge_exponent(index, word.text, &exponent) => found = true,
+                _ => index += 1,
+            }
+        }
+        if found {
+            self.habit_at(Leniency::Exponents, self.span);
+        }
+        found
+    }
+
+    /// Joins the E word of an index to the word or setting that ends where it begins.
+    fn merge_exponent(&mut self, index: usize, text: Text, exponent: &str) -> bool {
+        let ends_here = |other: &Text| other.start + other.len == text.start;
+        let power = |value: Value| match value {
+            Value::Number(number) => {
+                format!("{number:e}")
+                    .split_once('e')
+                    .and_then(|(digits, own)| {
+                        let sum = own
+                            .parse::<i64>()
+                            .ok()?
+                            .checked_add(exponent.parse::<i64>().ok()?)?;
+                        format!("{digits}e{sum}")
+                            .parse::<f64>()
+                            .ok()
+                            .filter(|number| number.is_finite())
+                    })
+            }
+            Value::Ops(..) => None,
+        };
+        let before = index
+            .checked_sub(1)
+            .and_then(|before| self.block.words.get_mut(before));
+        if let Some(word) = before
+            .filter(|word| ends_here(&word.text) && !matches!(word.letter, b'G' | b'M' | b'E'))
+        {
+            let Some(value) = power(word.value) else {
+                return false;
+            };
+            (word.value, word.text.len) = (Value::Number(value), word.text.len + text.len);
+        } else if let Some(setting) = self
+            .block
+            .settings
+            .iter_mut()
+            .find(|setting| ends_here(&setting.text))
+        {
+            let Some(value) = power(setting.value) else {
+                return false;
+            };
+            (setting.value, setting.text.len) = (Value::Number(value), setting.text.len + text.len);
+        } else {
+            return false;
+        }
+        self.block.words.remove(index);
+        true
+    }
+}
+
+/// G codes in tenths, and M codes, of printers that mean the same here.
+const PRINTER_G: [u16; 25] = [
+    0, 10, 20, 30, 40, 50, 170, 180, 190, 200, 210, 280, 530, 540, 550, 560, 570, 580, 590, 591,
+    592, 593, 900, 910, 920,
+];
+const PRINTER_M: [f64; 11] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 30.0];
+
+impl Interpreter {
+    /// What a printer's line means on a machine tool.
+    fn printer_line(&mut self) -> Line {
+        let accepted = self.config.leniencies;
+        let foreign = self
+            .block
+            .words
+            .iter()
+            .any(|word| match (word.letter, word.value) {
+                (b'G', Value::Number(number)) => whole(number * 10.0).is_none_or(|tenths| {
+                    !PRINTER_G.iter().any(|known| f64::from(*known) == tenths)
+                }),
+                (b'M', Value::Number(number)) => !PRINTER_M.contains(&number),
+                _ => false,
+            });
+        if foreign && accepted.has(Leniency::PrinterCodes) {
+            self.tell(Leniency::PrinterCodes);
+            return Line::Done;
+        }
+        if accepted.has(Leniency::ExtruderWords)
+            && self.block.words.iter().any(|word| word.letter == b'E')
+        {
+            self.tell(Leniency::ExtruderWords);
+            self.block.words.retain(|word| word.letter != b'E');
+            let has_axis = self
+                .block
+                .words
+                .iter()
+                .any(|word| matches!(word.letter, b'X'..=b'Z' | b'A'..=b'C' | b'U'..=b'W'));
+            self.block.words.retain(|word| {
+                has_axis || word.letter != b'G' || word.value != Value::Number(92.0)
+            });
+        }
+        self.printer_dwell();
+        Line::Words
+    }
+
+    /// G4 of printers: P in milliseconds, S in seconds.
+    fn printer_dwell(&mut self) {
+        if !self
+            .block
+            .words
+            .iter()
+            .any(|word| word.letter == b'G' && word.value == Value::Number(4.0))
+        {
+            return;
+        }
+        let has_s = self.block.words.iter().any(|word| word.letter == b'S');
+        self.block
+            .words
+            .retain(|word| !(has_s && word.letter == b'P'));
+        for word in &mut self.block.words {
+            match (word.letter, word.value) {
+                (b'S', _) => word.letter = b'P',
+                (b'P', Value::Number(ms)) => word.value = Value::Number(ms / 1000.0),
+                _ => {}
+            }
+        }
     }
 }
