@@ -132,3 +132,39 @@ fn readme_is_short() {
     let most = 30_000;
     assert!(readme.len() <= most, "README.md has {} bytes", readme.len());
 }
+
+/// Names such as `plan::Planner::push` in the pages for hackers stand in the sources of that crate.
+#[test]
+fn names_in_the_tour_exist() {
+    let folder = repository().join("docs/book/src/hacking");
+    let packages = packages();
+    let mut faults = String::new();
+    for page in files_under(&folder) {
+        let text = prose(&fs::read_to_string(&page).expect("a page"));
+        for name in text.split('`').skip(1).step_by(2) {
+            let mut parts = name.split("::");
+            let first = parts.next().unwrap_or_default().replace('_', "-");
+            let Some(package) = packages.iter().find(|package| package.name == first) else {
+                continue;
+            };
+            let sources: String = crate::sources::rust_files(&package.root.join("src"))
+                .iter()
+                .map(|file| fs::read_to_string(file).expect("a source file"))
+                .collect();
+            let words = ["fn", "struct", "enum", "trait", "type", "mod", "const"];
+            for part in parts {
+                let declared = words.iter().any(|word| {
+                    let start = format!("{word} {part}");
+                    sources.match_indices(&start).any(|(at, _)| {
+                        let after = sources[at + start.len()..].chars().next();
+                        !after.is_some_and(|c| c.is_alphanumeric() || c == '_')
+                    })
+                });
+                if !declared {
+                    faults += &format!("{}: {name}: no {part} in {first}\n", shown(&page));
+                }
+            }
+        }
+    }
+    assert!(faults.is_empty(), "names of nothing:\n{faults}");
+}

@@ -56,7 +56,7 @@ fn so_it_does_on_a_plan_that_is_nearly_optimal() {
     }
 }
 
-/// The sweep whose figures DESIGN.md tells.
+/// The sweep whose figures record 40 of docs/book/src/decisions/plan.md gives.
 #[test]
 fn holds_everywhere() {
     for program in [square(), circle(), sine(), pocket()] {

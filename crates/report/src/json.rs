@@ -1,7 +1,7 @@
 //! Results as JSON.
 //!
 //! The Rust structs are the schema: [`lostmotion_sim::results`] says what each field means, and
-//! `crates/report/docs/json.md` tells it to people who do not read Rust. The number `schema` rises
+//! `docs/book/src/reference/json.md` tells it to people who do not read Rust. The number `schema` rises
 //! only when a field changes its meaning or goes away. Numbers are cut to what is meaningful:
 //! values in um and mdeg to 1e-4, all others to 1e-6 of their unit. NaN and infinity have no JSON
 //! form and come out as `null`.

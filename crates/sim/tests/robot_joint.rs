@@ -80,7 +80,7 @@ fn the_flank_changes_where_weight_and_friction_balance() {
         (left - expected).abs() < 0.1,
         "{left} deg against {expected} deg"
     );
-    // the arm falls through the gap, slowly at first: in docs/study/robot_joint.md, half a degree
+    // the arm falls through the gap, slowly at first: in docs/book/src/trust/robot_joint.md, half a degree
     assert!(
         (0.2..0.8).contains(&(met - left)),
         "{met} deg after {left} deg"

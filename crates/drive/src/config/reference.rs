@@ -8,7 +8,7 @@ use std::fmt;
 /// T is the command's cycle. The delay is the time from a setpoint's arrival to the reference
 /// reaching it. Errors as measured by the tests, at T = 1 ms and a servo cycle of 250 us, the worst
 /// of a jerk-limited line (100 mm/s, 1 m/s2, 30 m/s3) and a circle of 5 mm at the same
-/// acceleration: see `docs/interpolation.md`.
+/// acceleration: see `docs/book/src/model/interpolation.md`.
 ///
 /// | name | delay | needs | position error | nm | jerk over the motion's |
 /// |---|---|---|---|---|---|

@@ -2,7 +2,7 @@
 //! motion itself, and jerk against its jerk.
 //!
 //! `UPDATE_DOCS=1 cargo test -p lostmotion-drive --test it interpolators` writes the table of
-//! docs/interpolation.md.
+//! docs/book/src/model/interpolation.md.
 
 use lostmotion_base::math;
 use lostmotion_drive::config::{Cycles, Interpolator, Linear, Transmission};
@@ -136,7 +136,8 @@ fn table() -> String {
 
 #[test]
 fn the_documented_table_is_what_is_measured() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/interpolation.md");
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/src/model/interpolation.md");
     let page = std::fs::read_to_string(&path).unwrap();
     let from = page.find("| name |").unwrap();
     let to = from + page[from..].find("\n\n").unwrap() + 1;

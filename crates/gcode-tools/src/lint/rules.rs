@@ -77,7 +77,7 @@ pub fn find(code: &str) -> Option<&'static LintRule> {
     all().find(|rule| rule.code == code)
 }
 
-/// The lints' part of `docs/diagnostics.md`, in Markdown.
+/// The lints' part of `docs/book/src/reference/diagnostics.md`, in Markdown.
 pub fn page() -> String {
     let mut page = String::from(
         "\n## Lints\n\n`lostmotion lint PART` reports these besides. `--allow CODE` switches one off, `--deny CODE` makes it an error, `--warn CODE` switches one on that \

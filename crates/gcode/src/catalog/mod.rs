@@ -1,6 +1,6 @@
 //! The table of diagnostics: one row for every code that the front end can report.
 //!
-//! `docs/diagnostics.md` is made from it, and it gives SARIF its rules. Tests fail for a code
+//! `docs/book/src/reference/diagnostics.md` is made from it, and it gives SARIF its rules. Tests fail for a code
 //! without a row.
 
 mod lenient;

@@ -1,4 +1,4 @@
-//! `docs/diagnostics.md`, made from the tables.
+//! `docs/book/src/reference/diagnostics.md`, made from the tables.
 
 use super::rows;
 use std::fmt::Write;

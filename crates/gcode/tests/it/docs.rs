@@ -11,13 +11,13 @@ fn root() -> PathBuf {
 }
 
 fn check_page(name: &str, page: &str) {
-    let path = root().join("docs").join(name);
+    let path = root().join("docs/book/src/reference").join(name);
     if std::env::var_os("UPDATE_DOCS").is_some() {
         fs::write(&path, page).unwrap();
     }
     assert!(
         fs::read_to_string(&path).unwrap_or_default() == page,
-        "docs/{name} is not what its table says: run with UPDATE_DOCS=1"
+        "docs/book/src/reference/{name} is not what its table says: run with UPDATE_DOCS=1"
     );
 }
 
