@@ -1,6 +1,7 @@
 //! A point in the space of the nine program axes.
 
 use crate::axis::{AXES, AxisId};
+use crate::vec::norm;
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Neg, Sub};
 
@@ -42,8 +43,7 @@ impl Coords {
 
     /// Length of the X, Y, Z part in mm.
     pub fn linear_norm(&self) -> f64 {
-        let [x, y, z] = self.linear();
-        (x * x + y * y + z * z).sqrt()
+        norm(self.linear())
     }
 
     /// Whether every coordinate is a finite number.

@@ -1,8 +1,9 @@
 //! The foot point on the path near the command.
 
-use crate::side::{add, angle, frame, norm, side, sub};
+use crate::side::{frame, side};
 use crate::{ContourConfig, ContourError, ContourInput, ContourSample, ProgrammedSegment};
 use lostmotion_base::math;
+use lostmotion_base::vec::{add, angle, norm, sub};
 use lostmotion_path::Curve;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;

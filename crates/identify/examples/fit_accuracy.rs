@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p lostmotion-identify --example fit_accuracy [seconds of log]`
 
-#[path = "../tests/rig/mod.rs"]
+#[path = "../tests/it/rig/mod.rs"]
 #[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 mod rig;
 
@@ -75,7 +75,7 @@ fn main() {
 }
 
 fn covers(seed: u64, pulls: bool, current_noise: f64) -> bool {
-    let mut random = rig::Random(seed);
+    let mut random = lostmotion_base::Random::new(seed);
     let half_gap = 6e-4 * lostmotion_base::math::pow(100.0, random.unit());
     let friction = RATED_TORQUE * random.between(0.0, 0.3);
     let load_inertia = 0.00189 * random.between(0.5, 8.0);

@@ -4,7 +4,7 @@
 //!
 //! `cargo run --release -p lostmotion-identify --example fit_timing [seconds of log]`
 
-#[path = "../tests/rig/mod.rs"]
+#[path = "../tests/it/rig/mod.rs"]
 #[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 mod rig;
 

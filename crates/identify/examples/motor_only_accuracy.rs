@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p lostmotion-identify --example motor_only_accuracy [first seed] [logs] [seconds]`
 
-#[path = "../tests/rig/mod.rs"]
+#[path = "../tests/it/rig/mod.rs"]
 #[allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 mod rig;
 

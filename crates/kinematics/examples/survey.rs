@@ -3,11 +3,12 @@
 //! given).
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/it/common/mod.rs"]
 mod common;
 
-use common::{Random, difference, machines};
+use common::{difference, machines};
 use lostmotion_base::Jet;
+use lostmotion_base::Random;
 use std::time::Instant;
 
 const SPEED_POSES: usize = 20_000;
@@ -23,7 +24,7 @@ fn main() {
     );
     for described in machines() {
         let machine = described.build();
-        let mut random = Random(7);
+        let mut random = Random::new(7);
         let (mut linear, mut angular, mut refused) = (0.0_f64, 0.0_f64, 0);
         for _ in 0..poses {
             let (words, tool) = described.pose(machine.as_ref(), &mut random);

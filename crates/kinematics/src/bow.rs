@@ -1,8 +1,8 @@
 //! How far the tool is off its way where joints go straight.
 
 use crate::Kinematics;
-use crate::vector::{Vector, add, dot, norm, scale, sub};
 use lostmotion_base::Coords;
+use lostmotion_base::vec::{Vec3, add, dot, norm, scale, sub};
 
 /// Places between the ends that are looked at, and halvings of the steps around the farthest.
 const PARTS: u32 = 64;
@@ -44,7 +44,7 @@ fn tip_derivative(
     joints: &Coords,
     speeds: &Coords,
     tool: &[f64; 3],
-) -> Vector<f64> {
+) -> Vec3<f64> {
     let largest = largest(speeds);
     if largest == 0.0 {
         return [0.0; 3];

@@ -11,9 +11,9 @@
 //! its two points.
 
 use crate::registry::check_parameters;
-use crate::vector::{cross, dot, scale, sub, unit};
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
 use lostmotion_base::units::rad;
+use lostmotion_base::vec::{cross, dot, scale, sub, unit};
 use lostmotion_base::{AXES, Coords, Jet, Real, math};
 
 /// Registered name.

@@ -14,10 +14,10 @@ pub mod machine_tool;
 pub mod orient;
 mod pose;
 pub mod registry;
+mod rotation;
 pub mod scara;
 pub mod trunnion;
 mod turns;
-mod vector;
 
 pub use bow::{bow_mm, chord_bend};
 pub use cartesian::Cartesian;

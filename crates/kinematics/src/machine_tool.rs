@@ -14,8 +14,9 @@
 use crate::chain::{Chain, ChainJoint, JointSpec};
 use crate::orient::Orientation;
 use crate::registry::check_parameters;
-use crate::vector::{Vector, apply, constant, cross, dot, scale, sub};
+use crate::rotation::apply;
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
+use lostmotion_base::vec::{Vec3, constant, cross, dot, scale, sub};
 use lostmotion_base::{AXES, AxisId, Coords, Jet, Real};
 
 /// Registered name.
@@ -177,9 +178,9 @@ impl MachineTool {
         &self,
         together: &Together,
         program: &[R; AXES],
-        target: Vector<R>,
-        tip: Vector<R>,
-    ) -> Vector<R> {
+        target: Vec3<R>,
+        tip: Vec3<R>,
+    ) -> Vec3<R> {
         let at = |joint: &ChainJoint| program[joint.axis.index()];
         let joints = &self.chain.joints;
         let target = joints[..together.first]
@@ -198,12 +199,7 @@ impl MachineTool {
             .map_or(way, |rows| apply(&rows.map(constant), way))
     }
 
-    fn ways_apart<R: Real>(
-        &self,
-        program: &[R; AXES],
-        target: Vector<R>,
-        tip: Vector<R>,
-    ) -> Vector<R> {
+    fn ways_apart<R: Real>(&self, program: &[R; AXES], target: Vec3<R>, tip: Vec3<R>) -> Vec3<R> {
         let mut tip = tip;
         let mut columns = [constant([0.0; 3]); 3];
         for (index, joint) in self.chain.joints.iter().enumerate().rev() {

@@ -14,8 +14,8 @@ pub use follow::OrientedStep;
 use crate::Reach;
 use crate::chain::{Chain, ChainJoint};
 use crate::turns;
-use crate::vector::{dot, unit};
-use lostmotion_base::{AxisId, Coords};
+use lostmotion_base::vec::{add, dot, norm, sub, unit};
+use lostmotion_base::{AxisId, Coords, math};
 
 /// Two rotary joints (or one) that turn the tool.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,9 +163,5 @@ impl Orientation {
 
 /// Angle between two unit vectors, rad; exact for small ones too.
 pub(crate) fn angle_between(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let (sum, difference): ([f64; 3], [f64; 3]) = (
-        std::array::from_fn(|i| a[i] + b[i]),
-        std::array::from_fn(|i| a[i] - b[i]),
-    );
-    2.0 * lostmotion_base::math::atan2(crate::vector::norm(difference), crate::vector::norm(sum))
+    2.0 * math::atan2(norm(sub(a, b)), norm(add(a, b)))
 }

@@ -9,9 +9,10 @@ mod arm;
 mod numeric;
 
 use crate::chain::Chain;
-use crate::vector::{Vector, angles_of, constant, roll_pitch_yaw};
+use crate::rotation::{angles_of, roll_pitch_yaw};
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Layout, Reach};
 use lostmotion_base::units::rad;
+use lostmotion_base::vec::{Vec3, constant};
 use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Real};
 
 pub(crate) use arm::Arm;
@@ -61,9 +62,9 @@ fn home(chain: &Chain, spec: &KinematicsSpec) -> Result<Coords, String> {
 /// Tip and frame of the tool.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pose<R> {
-    pub(crate) tip: Vector<R>,
+    pub(crate) tip: Vec3<R>,
     /// Columns of the tool's frame.
-    pub(crate) columns: [Vector<R>; 3],
+    pub(crate) columns: [Vec3<R>; 3],
 }
 
 impl<R: Real> Pose<R> {

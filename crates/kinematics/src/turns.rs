@@ -4,8 +4,9 @@
 //! Paden and Kahan's subproblems in the form of R. M. Murray, Z. Li, S. S. Sastry, A Mathematical
 //! Introduction to Robotic Manipulation, CRC Press 1994, chapter 3.3.
 
-use crate::vector::{Turning, Vector, constant, cross, dot, norm, scale, sub};
+use crate::rotation::Turning;
 use lostmotion_base::Real;
+use lostmotion_base::vec::{Vec3, constant, cross, dot, norm, scale, sub};
 
 /// How far a direction may lie out of reach and still be taken for rounding.
 const ROUNDING: f64 = 1e-9;
@@ -34,10 +35,10 @@ pub(crate) fn cosine<R: Real>(a: R, b: R, d: R, above: R, below: R) -> Option<[R
 }
 
 /// The angle about `u` that turns `from` to `to`, both seen along `u`; none if either lies on `u`.
-pub(crate) fn about<R: Real>(u: [f64; 3], from: Vector<R>, to: Vector<R>) -> Option<R> {
+pub(crate) fn about<R: Real>(u: [f64; 3], from: Vec3<R>, to: Vec3<R>) -> Option<R> {
     let along = constant(u);
     // What lies along u is taken off first: near u it would drown the rest.
-    let flat = |v: Vector<R>| sub(v, scale(along, dot(along, v)));
+    let flat = |v: Vec3<R>| sub(v, scale(along, dot(along, v)));
     let (p, q) = (flat(from), flat(to));
     let (sin, cos) = (dot(along, cross(p, q)), dot(p, q));
     let size = dot(from, from).value() * dot(to, to).value();
@@ -54,7 +55,7 @@ pub(crate) fn two<R: Real>(
     u1: &Turning,
     u2: &Turning,
     t: [f64; 3],
-    d: Vector<R>,
+    d: Vec3<R>,
 ) -> Option<[(Option<R>, R); 2]> {
     let along = dot(t, u2.u);
     let lean = dot(u1.u, u2.u);

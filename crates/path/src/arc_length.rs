@@ -9,6 +9,7 @@
 
 use crate::derivs::within;
 use lostmotion_base::math;
+use lostmotion_base::root::Bracket;
 
 /// What the length depends on.
 #[derive(Clone, Copy, Debug)]
@@ -67,14 +68,10 @@ impl Spiral {
         if self.b == 0.0 {
             return u;
         }
-        let (mut low, mut high) = (0.0, 1.0);
+        let mut bracket = Bracket::new(0.0, 1.0);
         for _ in 0..60 {
             let excess = self.length(u) - s;
-            if excess > 0.0 {
-                high = u;
-            } else {
-                low = u;
-            }
+            bracket.narrow(u, excess);
             let step = excess / self.speed(u);
             let next = u - step;
             // The error after a step e is at most k e^2 / 2: such a step was the last one, rounding
@@ -82,11 +79,7 @@ impl Spiral {
             if step.abs() <= 1e-9 {
                 return within(next, 0.0, 1.0);
             }
-            u = if next > low && next < high {
-                next
-            } else {
-                0.5 * (low + high)
-            };
+            u = bracket.inside_or_middle(next);
         }
         u
     }

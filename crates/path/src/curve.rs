@@ -1,7 +1,8 @@
 //! What all curves can do.
 
-use crate::derivs::{norm, within};
+use crate::derivs::within;
 use crate::{Arc, Bounds, CurveDerivs, Line, Quintic, extent};
+use lostmotion_base::vec::{cross, norm};
 use lostmotion_base::{AXES, Coords, Jet, Plane};
 use serde::{Deserialize, Serialize};
 
@@ -130,11 +131,10 @@ impl Curve {
     /// Curvature in X Y Z, 1/mm; zero where X Y Z stand still.
     pub fn curvature(&self, s: f64) -> f64 {
         let derivs = self.eval(s);
-        let ([ax, ay, az], [bx, by, bz]) = (derivs.d1.linear(), derivs.d2.linear());
-        let speed = norm([ax, ay, az]);
+        let (d1, d2) = (derivs.d1.linear(), derivs.d2.linear());
+        let speed = norm(d1);
         if speed > 0.0 {
-            norm([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
-                / (speed * speed * speed)
+            norm(cross(d1, d2)) / (speed * speed * speed)
         } else {
             0.0
         }

@@ -72,18 +72,3 @@ impl Bounds {
 pub(crate) fn within(value: f64, low: f64, high: f64) -> f64 {
     value.max(low).min(high)
 }
-
-/// Product of two vectors.
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Difference of two vectors.
-pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-/// Length of a vector.
-pub(crate) fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}

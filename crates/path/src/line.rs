@@ -1,7 +1,8 @@
 //! Straight in all axes.
 
-use crate::derivs::{dot, norm, sub, within};
+use crate::derivs::within;
 use crate::{Bounds, CurveDerivs, Foot};
+use lostmotion_base::vec::{dot, norm, sub};
 use lostmotion_base::{Coords, units};
 use serde::{Deserialize, Serialize};
 

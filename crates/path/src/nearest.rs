@@ -7,8 +7,10 @@
 //! stays negative (the minimum is then at an end, which belongs to a neighbour too); where f2 stays
 //! positive the one minimum is found by Newton's method in a bracket; else it is halved.
 
-use crate::derivs::{dot, norm, sub, within};
+use crate::derivs::within;
 use crate::{Arc, Foot, Quintic};
+use lostmotion_base::root::Bracket;
+use lostmotion_base::vec::{dot, norm, sub};
 
 /// Position with two derivatives by t.
 pub(crate) struct Local {
@@ -140,24 +142,21 @@ impl<P: Piece> Best<'_, P> {
 
     /// The minimum in an interval on which the squared distance is convex.
     fn stationary(&self, a: f64, b: f64) -> f64 {
-        let (mut low, mut high) = (a, b);
+        let mut bracket = Bracket::new(a, b);
         let mut t = 0.5 * (a + b);
         for _ in 0..60 {
             let local = self.piece.local(t);
             let q = sub(local.p, self.point);
             let f1 = dot(q, local.d1);
-            if f1 > 0.0 {
-                high = t;
-            } else {
-                low = t;
-            }
+            bracket.narrow(t, f1);
             let next = within(t - f1 / (dot(local.d1, local.d1) + dot(q, local.d2)), a, b);
             // On an interval of proven convexity the error after a step e is at most e^2 / (b - a).
             if (next - t).abs() <= 1e-8 * (b - a) {
                 return next;
             }
-            t = if next < low || next > high {
-                0.5 * (low + high)
+            // An end of the interval may be the minimum: the bracket's ends count as inside.
+            t = if next < bracket.low || next > bracket.high {
+                bracket.middle()
             } else {
                 next
             };

@@ -2,7 +2,7 @@
 //! break a limit or a tolerance.
 #![allow(clippy::unwrap_used)]
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/it/common/mod.rs"]
 mod common;
 
 use common::generate::{plain, varied};

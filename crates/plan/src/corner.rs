@@ -13,6 +13,7 @@ use crate::condition::{Piece, size};
 use crate::machine::Machine;
 use crate::profile::Profile;
 use crate::stretch::Stretch;
+use lostmotion_base::root::Bracket;
 use lostmotion_base::{Coords, math};
 use lostmotion_path::Curve;
 
@@ -107,19 +108,13 @@ impl Leg {
     /// The latest time, up to the longest, at which it is no farther from the corner than a
     /// distance.
     fn time_to(&self, distance: f64) -> f64 {
-        let (mut low, mut high) = (0.0, self.longest_s);
-        if self.at(high)[0] <= distance {
-            return high;
+        let near_enough = |t: f64| self.at(t)[0] <= distance;
+        if near_enough(self.longest_s) {
+            return self.longest_s;
         }
-        for _ in 0..TIME_HALVINGS {
-            let middle = 0.5 * (low + high);
-            if self.at(middle)[0] <= distance {
-                low = middle
-            } else {
-                high = middle
-            }
-        }
-        low
+        Bracket::new(0.0, self.longest_s)
+            .bisect(TIME_HALVINGS, near_enough)
+            .low
     }
 }
 
@@ -146,16 +141,12 @@ pub(crate) fn overlap_s(machine: &Machine, before: &Leg, after: &Leg, tolerance:
             return overlap;
         }
     }
-    let (mut low, mut high) = (0.0, longest.min(in_turn));
-    for _ in 0..FIT_HALVINGS {
-        let middle = 0.5 * (low + high);
-        if fits(machine, before, after, middle) {
-            low = middle
-        } else {
-            high = middle
-        }
-    }
-    if low > NEGLIGIBLE_S { low } else { 0.0 }
+    let overlap = Bracket::new(0.0, longest.min(in_turn))
+        .bisect(FIT_HALVINGS, |overlap| {
+            fits(machine, before, after, overlap)
+        })
+        .low;
+    if overlap > NEGLIGIBLE_S { overlap } else { 0.0 }
 }
 
 /// About how long the motions along two lines overlap at their corner, s, if both use the window T

@@ -6,6 +6,7 @@
 use crate::corner::sideways;
 use crate::machine::Machine;
 use crate::profile::Knot;
+use lostmotion_base::root::Bracket;
 use lostmotion_base::{Coords, math};
 
 /// Halvings in the search for the speed that a way leaves room for.
@@ -98,16 +99,9 @@ pub(crate) fn line(from: f64, length: f64, reach: Reach, ends: [Option<Soft>; 2]
     let way = |v: f64| ramps(v).map(|ramp| ramp.extent()[1]).iter().sum::<f64>();
     let mut v = reach.v;
     if way(v) > length {
-        let (mut low, mut high) = (0.0, v);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if way(middle) <= length {
-                low = middle
-            } else {
-                high = middle
-            }
-        }
-        v = low;
+        v = Bracket::new(0.0, v)
+            .bisect(HALVINGS, |v| way(v) <= length)
+            .low;
     }
     let [up, down] = ramps(v);
     let cruise = ((length - way(v)) / v).max(0.0);

@@ -1,7 +1,7 @@
 //! What kind of machine a chain is.
 
 use super::{Chain, ChainJoint, Side};
-use crate::vector::{dot, norm, sub};
+use lostmotion_base::vec::{along, dot, norm, sub};
 
 /// Families of serial machines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,13 +85,11 @@ pub(crate) fn wrist_center(chain: &Chain) -> Option<[f64; 3]> {
     }
     let way = sub(q, p);
     let s = (dot(way, u) - lean * dot(way, v)) / open;
-    let center: [f64; 3] = std::array::from_fn(|i| p[i] + s * u[i]);
+    let center = along(p, u, s);
     let off = |joint: &ChainJoint| {
         let away = sub(center, joint.point);
-        let along = dot(away, joint.direction());
-        norm(std::array::from_fn(|i| {
-            away[i] - along * joint.direction()[i]
-        }))
+        let shadow = dot(away, joint.direction());
+        norm(along(away, joint.direction(), -shadow))
     };
     (off(fifth) < 1e-3 && off(sixth) < 1e-3).then_some(center)
 }

@@ -20,7 +20,8 @@ pub use family::Family;
 pub(crate) use family::wrist_center;
 pub use spec::{GaugeSpec, JointSpec, JointType, Side};
 
-use crate::vector::{Turning, Vector, add, apply, constant, scale, sub};
+use crate::rotation::{Turning, apply};
+use lostmotion_base::vec::{Vec3, add, constant, scale, sub};
 use lostmotion_base::{AXES, AxisId, Coords, Real};
 
 /// A joint of a chain.
@@ -60,7 +61,7 @@ impl ChainJoint {
     }
 
     /// What it makes of a point that it carries.
-    pub(crate) fn carry<R: Real>(&self, point: Vector<R>, position: R) -> Vector<R> {
+    pub(crate) fn carry<R: Real>(&self, point: Vec3<R>, position: R) -> Vec3<R> {
         let moved = self.moved(position);
         if self.rotary {
             let center = constant(self.point);
@@ -70,7 +71,7 @@ impl ChainJoint {
     }
 
     /// The same for a direction.
-    pub(crate) fn carry_direction<R: Real>(&self, direction: Vector<R>, position: R) -> Vector<R> {
+    pub(crate) fn carry_direction<R: Real>(&self, direction: Vec3<R>, position: R) -> Vec3<R> {
         if self.rotary {
             self.turning.by(direction, self.moved(position))
         } else {
@@ -79,7 +80,7 @@ impl ChainJoint {
     }
 
     /// The reverse of [`ChainJoint::carry`].
-    pub(crate) fn leave<R: Real>(&self, point: Vector<R>, position: R) -> Vector<R> {
+    pub(crate) fn leave<R: Real>(&self, point: Vec3<R>, position: R) -> Vec3<R> {
         let moved = -self.moved(position);
         if self.rotary {
             let center = constant(self.point);
@@ -161,7 +162,10 @@ impl Chain {
             }
             let axis = scale(joint.turning.u, joint.sign);
             columns.push(if joint.rotary {
-                (crate::vector::cross(axis, sub(tip, joint.point)), axis)
+                (
+                    lostmotion_base::vec::cross(axis, sub(tip, joint.point)),
+                    axis,
+                )
             } else {
                 (axis, [0.0; 3])
             });

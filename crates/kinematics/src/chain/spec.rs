@@ -2,9 +2,10 @@
 
 use super::{Chain, ChainJoint};
 use crate::KinematicsError;
-use crate::vector::{Turning, cross, dot, unit};
+use crate::rotation::Turning;
 use lostmotion_base::AxisId;
 use lostmotion_base::units::rad;
+use lostmotion_base::vec::{cross, dot, unit};
 use serde::{Deserialize, Serialize};
 
 /// How a joint moves.

@@ -2,9 +2,9 @@
 
 use super::branch::Wanted;
 use super::{Angles, OrientError, Orientation, angle_between};
-use crate::vector::{add, cross, dot, scale, unit};
 use lostmotion_base::math;
 use lostmotion_base::units::deg;
+use lostmotion_base::vec::{add, cross, dot, scale, unit};
 
 /// Directions along a great circle at which solutions are chosen, rad apart.
 const STEP: f64 = 0.05;
@@ -187,7 +187,7 @@ pub(crate) fn between(a: [f64; 3], b: [f64; 3], part: f64) -> [f64; 3] {
         if angle < 1.0 {
             [0.0; 3]
         } else {
-            crate::vector::across(a)
+            lostmotion_base::vec::across(a)
         }
     });
     let (sin, cos) = math::sin_cos(part * angle);

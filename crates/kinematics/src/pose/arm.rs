@@ -17,8 +17,8 @@
 use super::{Pose, in_order, layout, turns_to, words};
 use crate::chain::{Chain, wrist_center};
 use crate::turns::{about, cosine, two};
-use crate::vector::{Vector, across, add, constant, dot, scale, sub};
 use crate::{Kinematics, KinematicsError, Layout, ToolPose};
+use lostmotion_base::vec::{Vec3, across, add, constant, dot, scale, sub};
 use lostmotion_base::{AXES, Coords, Jet, Real};
 
 /// Registered name.
@@ -102,7 +102,7 @@ impl Arm {
     }
 
     /// What the pose turns a direction to that is given as it points with all joints at zero.
-    fn turned<R: Real>(&self, pose: &Pose<R>, at_zero: [f64; 3]) -> Vector<R> {
+    fn turned<R: Real>(&self, pose: &Pose<R>, at_zero: [f64; 3]) -> Vec3<R> {
         let parts = self
             .chain
             .columns
@@ -114,7 +114,7 @@ impl Arm {
         )
     }
 
-    fn wrist_place<R: Real>(&self, pose: &Pose<R>, tool: &[f64; 3]) -> Vector<R> {
+    fn wrist_place<R: Real>(&self, pose: &Pose<R>, tool: &[f64; 3]) -> Vec3<R> {
         add(
             pose.tip,
             self.turned(pose, sub(self.center, self.chain.tip_at_zero(tool))),
@@ -122,7 +122,7 @@ impl Arm {
     }
 
     /// The first three angles, that bring the wrist's centre to its place.
-    fn shoulder<R: Real>(&self, c: Vector<R>, branch: Branch) -> Result<[R; 3], &'static str> {
+    fn shoulder<R: Real>(&self, c: Vec3<R>, branch: Branch) -> Result<[R; 3], &'static str> {
         let [j1, j2, j3, ..] = self.chain.joints.as_slice() else {
             return Err("there is no shoulder");
         };
@@ -132,7 +132,7 @@ impl Arm {
             dot(constant(u2), out),
             -dot(
                 constant(u2),
-                crate::vector::cross(constant(j1.direction()), out),
+                lostmotion_base::vec::cross(constant(j1.direction()), out),
             ),
         );
         let d = R::constant(dot(u2, sub(self.center, j2.point)) - dot(u2, sub(j1.point, j2.point)));
@@ -141,11 +141,11 @@ impl Arm {
         let x1 = pick(firsts, branch.0);
         let inner = add(j1.turning.by(out, -x1), constant(j1.point));
         // In the plane across u2: g = R(x2) (upper + R(x3) fore).
-        let flat = |v: Vector<R>| sub(v, scale(constant(u2), dot(constant(u2), v)));
+        let flat = |v: Vec3<R>| sub(v, scale(constant(u2), dot(constant(u2), v)));
         let g = flat(sub(inner, constant(j2.point)));
         let upper = flat(constant(sub(j3.point, j2.point)));
         let fore = flat(constant(sub(self.center, j3.point)));
-        let side = crate::vector::cross(constant(j3.direction()), fore);
+        let side = lostmotion_base::vec::cross(constant(j3.direction()), fore);
         let (a, b) = (dot(upper, fore), dot(upper, side));
         let d = (dot(g, g) - dot(upper, upper) - dot(fore, fore)) * R::constant(0.5);
         let h = R::constant((a.value() * a.value() + b.value() * b.value()).sqrt());
@@ -166,7 +166,7 @@ impl Arm {
         let [j1, j2, j3, j4, j5, j6] = self.chain.joints.as_slice() else {
             return Err("there is no wrist");
         };
-        let unturn = |v: Vector<R>| {
+        let unturn = |v: Vec3<R>| {
             j3.turning.by(
                 j2.turning.by(j1.turning.by(v, -moved[0]), -moved[1]),
                 -moved[2],

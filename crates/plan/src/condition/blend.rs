@@ -2,6 +2,7 @@
 
 use lostmotion_base::Coords;
 use lostmotion_base::units::deg;
+use lostmotion_base::vec::norm;
 use lostmotion_path::{Curve, CurveDerivs, HermiteEnd, Quintic};
 
 /// Parts of either half on which the deviation is bounded.
@@ -27,11 +28,10 @@ pub(crate) struct Blend {
 /// treats them alike.
 pub(crate) fn size(delta: &Coords) -> f64 {
     let [.., u, v, w] = delta.0;
-    let [a, b, c] = delta.rotary();
     delta
         .linear_norm()
-        .max((u * u + v * v + w * w).sqrt())
-        .max(deg((a * a + b * b + c * c).sqrt()))
+        .max(norm([u, v, w]))
+        .max(deg(norm(delta.rotary())))
 }
 
 /// The longest blend between the end of one curve and the start of the next that stays within the

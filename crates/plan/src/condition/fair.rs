@@ -8,6 +8,7 @@
 //! weights.)
 
 use super::blend::size;
+use lostmotion_base::linalg::solve_banded;
 use lostmotion_base::{AXES, Coords, math};
 
 /// Most rounds of weights.
@@ -147,7 +148,9 @@ fn stiffness<const N: usize>(
             })
         });
         for (i, di) in d.iter().enumerate() {
-            less(&mut pull[k + i], third, *di);
+            for (pull, third) in pull[k + i].iter_mut().zip(third) {
+                *pull -= third * di;
+            }
             for (j, dj) in d.iter().enumerate().skip(i) {
                 rows[k + i][j - i] += di * dj;
             }
@@ -156,7 +159,7 @@ fn stiffness<const N: usize>(
     (rows, pull)
 }
 
-/// Offsets for given weights, by LDL' with three bands.
+/// Offsets for given weights: a banded system, three entries to either side of the diagonal.
 fn solve<const N: usize>(
     points: &[Point],
     weights: &[Weight],
@@ -178,34 +181,8 @@ fn solve<const N: usize>(
             }
         }
     }
-    for i in 0..n {
-        let row = rows[i];
-        let lower = [1, 2, 3].map(|k| row[k] / row[0]);
-        for k in 1..=REACH.min(n - 1 - i) {
-            for l in k..=REACH {
-                rows[i + k][l - k] -= lower[k - 1] * row[l];
-            }
-            let above = x[i];
-            less(&mut x[i + k], above, lower[k - 1]);
-        }
-        rows[i] = [row[0], lower[0], lower[1], lower[2]];
-    }
-    for i in (0..n).rev() {
-        let pivot = 1.0 / rows[i][0];
-        let mut value = x[i].map(|x| x * pivot);
-        for k in 1..=REACH.min(n - 1 - i) {
-            less(&mut value, x[i + k], rows[i][k]);
-        }
-        x[i] = value;
-    }
+    solve_banded(&mut rows, &mut x);
     x
-}
-
-/// Takes away a multiple.
-fn less<const N: usize>(from: &mut [f64; N], what: [f64; N], factor: f64) {
-    for (from, what) in from.iter_mut().zip(what) {
-        *from -= what * factor;
-    }
 }
 
 #[cfg(test)]

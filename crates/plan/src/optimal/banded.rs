@@ -95,11 +95,8 @@ mod tests {
     /// The product of a random matrix with a known vector gives the vector back.
     #[test]
     fn it_solves() {
-        let mut seed = 1_u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let mut generator = lostmotion_base::Random::new(1);
+        let mut random = || generator.between(-0.5, 0.5);
         for size in [3, 4, 7, 60] {
             let mut matrix = Banded::default();
             matrix.reset(size);

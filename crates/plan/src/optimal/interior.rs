@@ -8,7 +8,8 @@
 
 use super::banded::Banded;
 use super::ends;
-use super::problem::{Local, MIDDLE, Problem, dot};
+use super::problem::{Local, MIDDLE, Problem};
+use lostmotion_base::vec::dot;
 
 /// How far a step goes to the nearest limit.
 const TO_LIMIT: f64 = 0.99;
@@ -94,7 +95,7 @@ impl Interior {
             for rows in &problem.rows[interval * problem.joints..(interval + 1) * problem.joints] {
                 for (kind, row) in rows.iter().enumerate() {
                     let (right, _) = local.right(kind);
-                    let left = dot(row, &local.x);
+                    let left = dot(*row, local.x);
                     let [up, down] =
                         [right - left, right + left].map(|slack| slack.max(SMALLEST_SLACK));
                     self.pairs.push([up, down, mu / up, mu / down]);
@@ -139,7 +140,7 @@ impl Interior {
                         return;
                     };
                     let (right, slope) = local.right(kind);
-                    let left = dot(row, &local.x);
+                    let left = dot(*row, local.x);
                     let (per_up, per_down) = (1.0 / up, 1.0 / down);
                     let [w, u] = [more * per_up, less * per_down];
                     let pull_up = mu * per_up - w * (right - left - up);
@@ -193,7 +194,7 @@ impl Interior {
                 self.dx[interval + 1],
                 self.dx[interval + 2],
             ];
-            let dbeta = dot(&MIDDLE, &dx);
+            let dbeta = dot(MIDDLE, dx);
             let [slack, multiplier] = self.ceilings[interval];
             let change = 1.0 - inverse * (local.beta + dbeta) - slack;
             let dual = (mu - multiplier * (slack + change)) / slack;
@@ -207,7 +208,7 @@ impl Interior {
                     let [up, down, more, less] = self.pairs[index];
                     let (right, slope) = local.right(kind);
                     let right = right + slope * dbeta;
-                    let left = dot(row, &local.x) + dot(row, &dx);
+                    let left = dot(*row, local.x) + dot(*row, dx);
                     let (dup, ddown) = (right - left - up, right + left - down);
                     let (per_up, per_down) = (1.0 / up, 1.0 / down);
                     let dmore = mu * per_up - more * (up + dup) * per_up;
@@ -239,7 +240,7 @@ impl Interior {
             for rows in &problem.rows[interval * problem.joints..(interval + 1) * problem.joints] {
                 for (kind, row) in rows.iter().enumerate() {
                     let (right, _) = local.right(kind);
-                    let left = dot(row, &local.x);
+                    let left = dot(*row, local.x);
                     let pair = &mut self.pairs[index];
                     let change = &self.changes[index];
                     pair[0] = kept(right - left, pair[0] + primal * change[0]);

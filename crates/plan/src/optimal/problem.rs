@@ -1,5 +1,7 @@
 //! The limits of beta over a window.
 
+use lostmotion_base::vec::dot;
+
 use super::ends::End;
 
 /// Value of a quadratic spline in the middle of an interval from its three coefficients there.
@@ -40,7 +42,7 @@ impl Problem {
             for rows in &mut self.rows[interval * self.joints..(interval + 1) * self.joints] {
                 for (kind, row) in rows.iter_mut().enumerate() {
                     let (right, _) = local.right(kind);
-                    let left = dot(row, &local.x).abs();
+                    let left = dot(*row, local.x).abs();
                     if left > right * (1.0 - EASE) {
                         *row = row.map(|c| c * (right * (1.0 - EASE) / left));
                     }
@@ -74,7 +76,7 @@ pub(super) struct Local {
 impl Local {
     pub(super) fn at(x: &[f64], interval: usize) -> Local {
         let x = [x[interval], x[interval + 1], x[interval + 2]];
-        let beta = dot(&MIDDLE, &x);
+        let beta = dot(MIDDLE, x);
         let root = 1.0 / beta.sqrt();
         Local {
             x,
@@ -92,8 +94,4 @@ impl Local {
             (self.root, self.slope)
         }
     }
-}
-
-pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

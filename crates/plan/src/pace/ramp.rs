@@ -7,6 +7,7 @@
 //! limit is looked at afterwards, all along.
 
 use super::course::{Course, Place};
+use lostmotion_base::root::Bracket;
 
 /// Real time from one choice to the next, s.
 const STEP_S: f64 = 2.5e-4;
@@ -211,21 +212,12 @@ impl Effort<'_> {
         let end = |piece: &Piece, t: f64| piece.from.after(t, piece.r, self.course.step_s);
         let turn = pieces.partition_point(|piece| !beyond(end(piece, piece.lasts_s)));
         let last = *pieces.get(turn)?;
-        let (mut low, mut high) = (0.0, last.lasts_s);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if beyond(end(&last, middle)) {
-                high = middle
-            } else {
-                low = middle
-            }
-        }
+        let lasts_s = Bracket::new(0.0, last.lasts_s)
+            .bisect(HALVINGS, |t| !beyond(end(&last, t)))
+            .low;
         pieces.truncate(turn);
-        pieces.push(Piece {
-            lasts_s: low,
-            ..last
-        });
-        let arrived = self.level(end(&last, low), &mut pieces)?;
+        pieces.push(Piece { lasts_s, ..last });
+        let arrived = self.level(end(&last, lasts_s), &mut pieces)?;
         let near = (arrived.w - target).abs() <= THERE;
         let keeps = near && pieces.iter().all(|piece| self.keeps(piece));
         keeps.then_some(Ramp {

@@ -5,8 +5,8 @@
 //! the matrix has two bands on either side. The bound of the jerk is not convex in b; what comes
 //! out is judged by who asked for it. (Wright, Primal-Dual Interior-Point Methods, 1997.)
 
-use super::band;
 use super::spline::Grid;
+use lostmotion_base::linalg::solve_banded;
 
 /// By what the complementarity is to fall in a step.
 const FALL: f64 = 0.25;
@@ -163,7 +163,7 @@ impl<'a> Problem<'a> {
                     }
                 }
             }
-            band::gather(
+            gather(
                 &self.basis[interval],
                 &g,
                 &h,
@@ -208,7 +208,7 @@ impl<'a> Problem<'a> {
     fn step(&mut self, c: &mut Vec<f64>, used: &[Use], weight: f64) -> Option<f64> {
         let (right, mut bands) = self.system(c, used, weight);
         let mut step: Vec<f64> = right.iter().map(|g| -g).collect();
-        band::solve_inner(&mut bands, &mut step);
+        solve_inner(&mut bands, &mut step);
         let (changes, mut primal, dual) = self.changes(used, &step, weight);
         let mut tried = c.clone();
         for _ in 0..HALVINGS {
@@ -257,4 +257,43 @@ impl<'a> Problem<'a> {
             }
         }
     }
+}
+
+/// Adds the share of one interval: gradient and upper triangle of the second derivatives by three
+/// values that are sums over three coefficients.
+fn gather(
+    basis: &[[f64; 3]; 3],
+    g: &[f64; 3],
+    h: &[[f64; 3]; 3],
+    right: &mut [f64],
+    bands: &mut [[f64; 3]],
+) {
+    let full = |i: usize, k: usize| if i <= k { h[i][k] } else { h[k][i] };
+    let mut product = [[0.0; 3]; 3];
+    for (i, row) in product.iter_mut().enumerate() {
+        for (q, value) in row.iter_mut().enumerate() {
+            *value = full(i, 0) * basis[0][q] + full(i, 1) * basis[1][q] + full(i, 2) * basis[2][q];
+        }
+    }
+    for p in 0..3 {
+        right[p] += g[0] * basis[0][p] + g[1] * basis[1][p] + g[2] * basis[2][p];
+        for q in p..3 {
+            bands[p][q - p] += basis[0][p] * product[0][q]
+                + basis[1][p] * product[1][q]
+                + basis[2][p] * product[2][q];
+        }
+    }
+}
+
+/// Solves for all unknowns but the first and the last two, which become 0.
+fn solve_inner(bands: &mut [[f64; 3]], x: &mut [f64]) {
+    let n = bands.len();
+    for fixed in [0, 1, n - 2, n - 1] {
+        x[fixed] = 0.0;
+        bands[fixed] = [1.0, 0.0, 0.0];
+    }
+    bands[n - 4][2] = 0.0;
+    bands[n - 3][1] = 0.0;
+    bands[n - 3][2] = 0.0;
+    solve_banded(bands, x.as_chunks_mut::<1>().0);
 }

@@ -3,6 +3,7 @@
 use super::{Interval, Node};
 use crate::condition::Piece;
 use crate::machine::Machine;
+use lostmotion_base::root::Bracket;
 use lostmotion_kinematics::Kinematics;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -48,28 +49,19 @@ impl Knot {
         if last <= s {
             return to;
         }
-        let (mut low, mut high) = (from, to);
+        let mut bracket = Bracket::new(from, to);
         let part = (s - first) / (last - first);
         let mut t = from + (to - from) * if part > 0.0 && part < 1.0 { part } else { 0.5 };
         for _ in 0..TIME_STEPS {
             let motion = self.at(t);
-            if motion.s <= s {
-                low = t;
-            } else {
-                high = t;
-            }
-            let newton = t - (motion.s - s) / motion.v;
-            let next = if newton > low && newton < high {
-                newton
-            } else {
-                0.5 * (low + high)
-            };
+            bracket.narrow(t, motion.s - s);
+            let next = bracket.inside_or_middle(t - (motion.s - s) / motion.v);
             if (next - t).abs() <= f64::EPSILON * to {
-                return next.max(low);
+                return next.max(bracket.low);
             }
             t = next;
         }
-        high
+        bracket.high
     }
 }
 

@@ -15,7 +15,6 @@
 //!    than that.
 
 mod average;
-mod band;
 mod barrier;
 mod certificate;
 mod course;

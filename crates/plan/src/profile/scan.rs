@@ -2,6 +2,7 @@
 
 use super::{Cell, Node, Task};
 use crate::machine::Direction;
+use lostmotion_base::root::Bracket;
 
 /// What a profile is planned over.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +51,7 @@ fn step(ground: &Ground<'_>, direction: Direction, cell: &Cell, b: f64, distance
         return Step { distance, a };
     }
     let top = cell.cap * cell.cap;
-    let mut high = cell.acceleration(ground.task, ground.members, direction, b.sqrt());
+    let high = cell.acceleration(ground.task, ground.members, direction, b.sqrt());
     if cell.straight {
         return Step { distance, a: high };
     }
@@ -58,19 +59,18 @@ fn step(ground: &Ground<'_>, direction: Direction, cell: &Cell, b: f64, distance
     let exit = |a: f64| (b + 2.0 * a * distance).min(top).sqrt();
     let allows = |a: f64| cell.allows(ground.task, ground.members, direction, exit(a), a);
     // The bound never rises with the speed: what holds at a higher speed holds at all below.
-    let mut low = cell.acceleration(ground.task, ground.members, direction, exit(high));
-    for halving in 0..MAX_HALVINGS {
-        if halving >= HALVINGS && low > 0.0 {
+    let low = cell.acceleration(ground.task, ground.members, direction, exit(high));
+    let mut bracket = Bracket::new(low, high).bisect(HALVINGS, allows);
+    for _ in HALVINGS..MAX_HALVINGS {
+        if bracket.low > 0.0 {
             break;
         }
-        let middle = 0.5 * (low + high);
-        if allows(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
+        bracket = bracket.bisect(1, allows);
     }
-    Step { distance, a: low }
+    Step {
+        distance,
+        a: bracket.low,
+    }
 }
 
 /// What still allows to stop at the end, from the end to the start; returned in rising order.

@@ -1,7 +1,7 @@
 //! What Newton's method works on: the way still to go, and how the joints change it.
 
 use super::{Numeric, Pose};
-use crate::vector::{Vector, across, add, cross, dot, norm, scale, sub};
+use lostmotion_base::vec::{Vec3, across, add, cross, dot, norm, scale, sub};
 use lostmotion_base::{AXES, Coords, Real};
 use nalgebra::SMatrix;
 
@@ -91,7 +91,7 @@ impl Numeric {
         let here = Pose::of_joints(&self.chain, joints, tool);
         let way = sub(target.tip, here.tip);
         let half = R::constant(0.5 * ARM_MM);
-        let turn: Vector<R> = if self.rows() == 5 {
+        let turn: Vec3<R> = if self.rows() == 5 {
             scale(
                 cross(here.columns[2], target.columns[2]),
                 R::constant(ARM_MM),

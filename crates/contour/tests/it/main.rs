@@ -1,0 +1,6 @@
+//! Tests of tracking, bookkeeping and the circular test.
+#![allow(clippy::unwrap_used)]
+
+mod bookkeeping;
+mod circles;
+mod tracking;

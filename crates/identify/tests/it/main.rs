@@ -1,0 +1,10 @@
+//! Tests of the fits: accuracy, bad logs, the solver, motor-only.
+#![allow(clippy::unwrap_used)]
+
+mod accuracy;
+mod bad_logs;
+mod huber;
+mod motor_only;
+#[allow(dead_code, unreachable_pub)]
+mod rig;
+mod simulated_axis;

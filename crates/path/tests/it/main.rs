@@ -1,0 +1,6 @@
+//! Tests of curves: geometry, arcs, nearest points.
+
+mod arcs;
+mod common;
+mod geometry;
+mod nearest;

@@ -1,0 +1,158 @@
+//! Corners that are rounded in time: how much they save, and that they keep everything else.
+
+use crate::common::{
+    LIMITS, Program, assert_limits, cartesian, continuous, deviation, optimal, three_axes,
+};
+use lostmotion_base::units::rad;
+use lostmotion_base::{Coords, math};
+use lostmotion_plan::{PathControl, PlanItem, Planner, Sample};
+
+fn seconds(samples: &[Sample]) -> f64 {
+    (samples.len() - 1) as f64 * 1e-3
+}
+
+/// Two lines that meet at an angle, turned as a whole.
+fn corner(control: PathControl, feed: f64, turn_deg: f64, rotation_deg: f64) -> Program {
+    let mut program = Program::new(control, feed);
+    let (s0, c0) = math::sin_cos(rad(rotation_deg));
+    let (s1, c1) = math::sin_cos(rad(rotation_deg + turn_deg));
+    program.line(30.0 * c0, 30.0 * s0, 0.0);
+    program.line(30.0 * (c0 + c1), 30.0 * (s0 + s1), 0.0);
+    program
+}
+
+#[test]
+fn a_square_corner_saves_the_time_of_two_cubics() {
+    for tolerance in [0.002, 0.01, 0.02] {
+        let exact = seconds(&corner(PathControl::ExactPath, 60.0, 90.0, 0.0).run());
+        let program = corner(continuous(tolerance), 60.0, 90.0, 0.0);
+        let samples = program.run();
+        // Both axes follow J t^3 / 6 and are one tolerance from the corner when they are equally
+        // far from it.
+        let saved = 2.0 * math::cbrt(6.0 * tolerance / LIMITS.jerk);
+        assert!(
+            (exact - seconds(&samples) - saved).abs() < 1.1e-3,
+            "{tolerance}: {exact} {} {saved}",
+            seconds(&samples)
+        );
+        let worst = deviation(&samples, &program.moves);
+        assert!(
+            worst <= tolerance + 1e-9 && worst > 0.8 * tolerance,
+            "{worst} of {tolerance}"
+        );
+        assert_limits(&samples, &[Some(LIMITS); 3]);
+    }
+}
+
+#[test]
+fn a_larger_tolerance_is_hardly_ever_slower_and_breaks_nothing() {
+    for turn in (5..180).step_by(25) {
+        for rotation in (0..90).step_by(15) {
+            let mut last = seconds(
+                &corner(
+                    PathControl::ExactPath,
+                    90.0,
+                    f64::from(turn),
+                    f64::from(rotation),
+                )
+                .run(),
+            );
+            for tolerance in [0.001, 0.005, 0.02, 0.05, 0.2, 0.5] {
+                let program = corner(
+                    continuous(tolerance),
+                    90.0,
+                    f64::from(turn),
+                    f64::from(rotation),
+                );
+                let samples = program.run();
+                assert_limits(&samples, &[Some(LIMITS); 3]);
+                assert!(deviation(&samples, &program.moves) <= tolerance + 1e-8);
+                let time = seconds(&samples);
+                // Whether to blend or to stop is decided from estimates of both times.
+                assert!(
+                    time <= 1.01 * last,
+                    "{turn} degrees from {rotation}, {tolerance} mm: {time} after {last}"
+                );
+                last = last.min(time);
+            }
+        }
+    }
+}
+
+/// Wherever the corner points: the jerks of both motions add up to more than a joint has in most
+/// directions.
+#[test]
+fn corners_of_any_direction_are_passed_nearly_as_fast_as_can_be() {
+    for turn in [60.0, 90.0, 120.0] {
+        for rotation in [0.0, 5.0, 20.0, 45.0, 70.0] {
+            let exact = seconds(&corner(PathControl::ExactPath, 60.0, turn, rotation).run());
+            let program = corner(continuous(0.01), 60.0, turn, rotation);
+            let samples = program.run();
+            let (fast, least) = (seconds(&samples), seconds(&program.run_with(optimal())));
+            assert_limits(&samples, &[Some(LIMITS); 3]);
+            assert!(deviation(&samples, &program.moves) <= 0.01 + 1e-9);
+            // Of what quality `optimal` saves at least two thirds.
+            assert!(
+                exact - fast >= 0.66 * (exact - least) - 1.1e-3,
+                "{turn} degrees from {rotation}: {exact}, {fast}, {least}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_feed_holds_while_two_motions_add_up() {
+    for feed in [0.5, 3.0, 10.0] {
+        for turn in [60.0, 90.0, 120.0, 150.0] {
+            for sample in corner(continuous(0.1), feed, turn, 0.0).run() {
+                assert!(
+                    sample.velocity.linear_norm() <= feed * (1.0 + 1e-6),
+                    "{turn} degrees at {feed}: {sample:?}"
+                );
+            }
+        }
+    }
+}
+
+/// A zigzag with legs from far to very near, and arcs between some.
+fn zigzag(control: PathControl) -> Program {
+    let mut program = Program::new(control, 80.0);
+    for i in 0..40 {
+        let [x, y, z] = program.here.linear();
+        let length = [20.0, 0.05, 3.0, 0.4, 9.0][i % 5];
+        let (sin, cos) = math::sin_cos(2.1 * i as f64);
+        if i % 7 == 6 {
+            program.arc(0.0, 2.0, 1.5);
+        } else {
+            program.line(x + length * cos, y + length * sin, z + 0.3 * length);
+        }
+    }
+    program
+}
+
+#[test]
+fn corners_are_the_same_however_samples_are_taken() {
+    let program = zigzag(continuous(0.05));
+    let take = |every: usize, chunk: usize| {
+        let mut planner = Planner::new(three_axes(), cartesian(), Coords::ZERO).unwrap();
+        let mut samples = Vec::new();
+        for (i, item) in program.moves.iter().enumerate() {
+            planner.push(PlanItem::Move(*item)).unwrap();
+            if i % every == 0 {
+                planner.take(chunk, &mut samples);
+            }
+        }
+        planner.finish().unwrap();
+        while planner.take(chunk, &mut samples) > 0 {}
+        samples
+    };
+    let all = take(usize::MAX, usize::MAX);
+    assert!(all == take(1, usize::MAX));
+    assert!(all == take(2, 13));
+    assert_limits(&all, &[Some(LIMITS); 3]);
+    assert!(deviation(&all, &program.moves) <= 0.05 + 1e-8);
+    assert!(all.windows(2).all(|pair| pair[0].segment < pair[1].segment
+        || pair[0].segment == pair[1].segment && pair[0].s <= pair[1].s));
+    assert!(seconds(&all) < 0.98 * seconds(&zigzag(PathControl::ExactPath).run()));
+    assert!((all[all.len() - 1].position - program.here).linear_norm() < 1e-9);
+}
