@@ -100,7 +100,10 @@ fn batch(criterion: &mut Criterion) {
                 };
                 group.bench_function(format!("{name} {method}, batch, {label}"), |bencher| {
                     let fresh = || {
-                        AxisBatch::new(singles.iter().map(|runner| runner.boxed_clone()).collect())
+                        AxisBatch::new(
+                            singles.iter().map(|runner| runner.boxed_clone()).collect(),
+                            pool.current_num_threads(),
+                        )
                     };
                     bencher.iter_batched(
                         fresh,

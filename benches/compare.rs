@@ -20,7 +20,10 @@ fn comparing(criterion: &mut Criterion) {
         .iter()
         .map(|method| method.info.name.to_owned())
         .collect();
-    let options = SimulateOptions::default();
+    let options = SimulateOptions {
+        threads: 0,
+        ..SimulateOptions::default()
+    };
     let run = || {
         compare(&source, &machine, &methods, &options, &mut Unobserved)
             .expect("a comparison")

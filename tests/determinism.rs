@@ -9,8 +9,9 @@
 
 mod common;
 
-use common::{machine, part};
+use common::{machine, part, program};
 use lostmotion::sim::{SimulateOptions, Unobserved, compare, plan};
+use rayon::prelude::*;
 
 #[test]
 fn results_do_not_depend_on_threads_or_chunks() {
@@ -52,4 +53,40 @@ fn plans_do_not_depend_on_chunks() {
     let (info, samples) = run(1000);
     assert_eq!(samples.len() as f64, (info.duration_s * 1000.0).round());
     assert!(run(13) == (info, samples));
+}
+
+/// What 200 simulations answer that are jobs of a rayon pool with small stacks: each stays on the
+/// thread it was called on, or makes its own pool if it is told to.
+fn many_in_a_pool(count: usize, threads: usize) -> Vec<String> {
+    let (source, machine) = (
+        program("G21 G0 X2 Y0\nG3 I-2 F2000\nM2\n"),
+        machine("bench3"),
+    );
+    let options = SimulateOptions {
+        threads,
+        ..SimulateOptions::default()
+    };
+    let methods = ["none".to_owned()];
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(2)
+        .stack_size(2 << 20)
+        .build()
+        .unwrap();
+    pool.install(|| {
+        (0..count)
+            .into_par_iter()
+            .map(|_| {
+                let result = compare(&source, &machine, &methods, &options, &mut Unobserved);
+                serde_json::to_string(&result.unwrap()).unwrap()
+            })
+            .collect()
+    })
+}
+
+#[test]
+fn two_hundred_simulations_run_inside_a_rayon_iterator() {
+    let all = many_in_a_pool(200, 1);
+    assert!(all.iter().all(|result| *result == all[0]));
+    let nested = many_in_a_pool(50, 2);
+    assert!(nested.iter().all(|result| *result == all[0]));
 }

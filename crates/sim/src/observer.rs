@@ -27,7 +27,7 @@ pub struct ContourPoint {
 ///
 /// `method` is the index in the list of methods compared; 0 for `simulate`. Rows come in a fixed
 /// order, whatever the number of threads.
-pub trait Observer {
+pub trait Observer: Send {
     /// How far the run is.
     fn progress(&mut self, _done_bytes: u64, _total_bytes: u64, _simulated_s: f64) {}
 

@@ -27,7 +27,8 @@ pub struct SimulateOptions {
     /// Largest distance of the tool from its way between two commands that are joined by straight
     /// lines of the joints, um, that is not warned of; the machine's own if none.
     pub bow_limit_um: Option<f64>,
-    /// Threads; 0 takes one per core. The result does not depend on it.
+    /// Threads: 1 stays on the caller's thread; more make a pool for the run, 0 one with a thread
+    /// per core. The result does not depend on it.
     pub threads: usize,
     /// How many of the worst blocks a result lists.
     pub keep_blocks: usize,
@@ -71,7 +72,7 @@ impl Default for SimulateOptions {
             tolerance_um: None,
             cutting_force_n: None,
             bow_limit_um: None,
-            threads: 0,
+            threads: 1,
             keep_blocks: 10,
             keep_reversals: 20,
             reversal_window_s: 0.1,

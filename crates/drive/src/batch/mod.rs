@@ -8,8 +8,8 @@
 //! limit) takes that period by itself, as a single axis does. Measuring, position and velocity loop
 //! are vectors, too (`tick`), for drives without filters, friction feed-forward and delayed
 //! commands whose axes neither drift nor keep a trace; the others do them lane by lane, and so do
-//! all compensators but `none`, which is not asked. Groups of lanes run on all threads of the rayon
-//! pool in force.
+//! all compensators but `none`, which is not asked. Groups of lanes run on the caller's thread, or
+//! on the threads of the rayon pool in force if more than one is asked for.
 
 mod current;
 mod group;
@@ -32,14 +32,17 @@ pub use lanes::WIDTH;
 /// Axes that are stepped side by side.
 pub struct AxisBatch {
     groups: Vec<Group>,
+    parallel: bool,
 }
 
 impl AxisBatch {
     /// Of axes that need not be alike. Those with the same cycles share vectors best if they are
-    /// neighbours.
-    pub fn new(axes: Vec<Box<dyn AxisRunner>>) -> AxisBatch {
+    /// neighbours. `threads`: 1 steps all of them on the caller's thread, without rayon; more
+    /// share them out over the rayon pool in force, which should have that many. The results do
+    /// not depend on it.
+    pub fn new(axes: Vec<Box<dyn AxisRunner>>, threads: usize) -> AxisBatch {
         // no thread idle while another has more than it needs
-        let size = axes.len().div_ceil(rayon::current_num_threads().max(1));
+        let size = axes.len().div_ceil(threads.max(1));
         let mut groups: Vec<Group> = Vec::new();
         for mut axis in axes {
             let periods = axis.current_loop().periods();
@@ -48,7 +51,10 @@ impl AxisBatch {
                 _ => groups.push(Group::new(axis, periods)),
             }
         }
-        AxisBatch { groups }
+        AxisBatch {
+            groups,
+            parallel: threads > 1,
+        }
     }
 
     /// Number of axes.
@@ -87,10 +93,13 @@ impl AxisBatch {
             (setpoints, outputs) = (others, other_outputs);
             tasks.push((group, mine, my_outputs));
         }
-        let results: Vec<Vec<Result<(), AxisError>>> = tasks
-            .into_par_iter()
-            .map(|(group, setpoints, outputs)| group.push(setpoints, outputs))
-            .collect();
+        type Task<'a> = (&'a mut Group, &'a [&'a [Setpoint]], &'a mut [AxisOutput]);
+        let step = |(group, setpoints, outputs): Task<'_>| group.push(setpoints, outputs);
+        let results: Vec<Vec<Result<(), AxisError>>> = if self.parallel {
+            tasks.into_par_iter().map(step).collect()
+        } else {
+            tasks.into_iter().map(step).collect()
+        };
         results.into_iter().flatten().collect()
     }
 }

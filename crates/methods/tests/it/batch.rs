@@ -31,7 +31,7 @@ fn batched(
         .zip(points)
         .map(|((config, method), points)| build_runner(config, method, points[0].position).unwrap())
         .collect();
-    let mut batch = AxisBatch::new(runners);
+    let mut batch = AxisBatch::new(runners, 2);
     let mut outputs: Vec<AxisOutput> = (0..axes.len())
         .map(|lane| AxisOutput::new(traced(lane)))
         .collect();
@@ -264,7 +264,7 @@ fn a_faulty_setpoint_stops_its_axis_alone() {
         .map(|_| build_runner(&AxisConfig::paper(), "none", 0.0).unwrap())
         .collect();
     let mut outputs = vec![AxisOutput::new(false); 3];
-    let results = AxisBatch::new(runners).push(&[&good, &bad, &good], &mut outputs);
+    let results = AxisBatch::new(runners, 1).push(&[&good, &bad, &good], &mut outputs);
     assert!(
         matches!(
             results[..],

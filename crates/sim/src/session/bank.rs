@@ -21,6 +21,8 @@ pub(crate) struct Bank {
     batch: AxisBatch,
     /// By variant, the ends of a stiff beam, whose lanes come last, two and two.
     beams: Vec<TiedAxes>,
+    /// Threads that the lanes are stepped on.
+    threads: usize,
     /// The drive of each lane.
     drive_of: Vec<usize>,
     /// By drive: the axes, and then the second motor of a gantry.
@@ -42,6 +44,7 @@ impl Bank {
         machine: &Machine,
         variants: &[Variant],
         start: &Coords,
+        threads: usize,
     ) -> Result<Bank, SimError> {
         let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
         let gantry = machine.gantry().and_then(|gantry| Beam::of(gantry, &axes));
@@ -108,11 +111,12 @@ impl Bank {
         let drive_of = order.iter().map(|lane| lanes[*lane].drive).collect();
         let (tied, free): (Vec<Lane>, Vec<Lane>) = lanes.into_iter().partition(in_beam);
         let beams = tie(tied, stiff, machine)?;
-        let batch = AxisBatch::new(free.into_iter().map(|lane| lane.runner).collect());
+        let batch = AxisBatch::new(free.into_iter().map(|lane| lane.runner).collect(), threads);
         Ok(Bank {
             setpoints: vec![Vec::new(); count + usize::from(outputs.gantry.is_some())],
             batch,
             beams,
+            threads,
             drive_of,
             delay_ticks,
             outputs,
@@ -171,18 +175,32 @@ impl Bank {
         {
             result.map_err(|source| named(lane, source))?;
         }
-        let results: Vec<Result<(), AxisError>> = self
-            .beams
-            .par_iter_mut()
-            .zip(ends.par_chunks_mut(2))
-            .zip(setpoints[free..].par_chunks(2))
-            .map(|((beam, ends), setpoints)| match (ends, setpoints) {
-                ([first, second], [a, b]) => beam
-                    .push([a, b], [first, second])
-                    .map_err(|(_, source)| source),
-                _ => Ok(()),
-            })
-            .collect();
+        type Ends<'a> = (
+            (&'a mut TiedAxes, &'a mut [AxisOutput]),
+            &'a [&'a [Setpoint]],
+        );
+        let step = |((beam, ends), setpoints): Ends<'_>| match (ends, setpoints) {
+            ([first, second], [a, b]) => beam
+                .push([a, b], [first, second])
+                .map_err(|(_, source)| source),
+            _ => Ok(()),
+        };
+        let tied = &setpoints[free..];
+        let results: Vec<Result<(), AxisError>> = if self.threads > 1 {
+            self.beams
+                .par_iter_mut()
+                .zip(ends.par_chunks_mut(2))
+                .zip(tied.par_chunks(2))
+                .map(step)
+                .collect()
+        } else {
+            self.beams
+                .iter_mut()
+                .zip(ends.chunks_mut(2))
+                .zip(tied.chunks(2))
+                .map(step)
+                .collect()
+        };
         results
             .into_iter()
             .enumerate()

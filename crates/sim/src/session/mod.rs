@@ -35,6 +35,7 @@ pub(crate) use check::{Checked, check as check_program, planner_config};
 pub(crate) use feed::{Feed, Note};
 pub(crate) use modes::Modes;
 pub use reader::interpreter_config;
+pub(crate) use run::on_threads;
 pub(crate) use text::fill as fill_texts;
 
 use crate::error::{SimError, SinkError};

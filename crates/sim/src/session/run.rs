@@ -42,6 +42,7 @@ pub(crate) struct Tally {
 
 /// A run on its way.
 pub(crate) struct Run {
+    threads: usize,
     modes: Modes,
     cutting: Option<Cutting>,
     tracker: ContourTracker,
@@ -60,15 +61,57 @@ pub(crate) fn run(
     options: &SimulateOptions,
     observer: &mut dyn Observer,
 ) -> Result<Tally, SimError> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads)
-        .build();
+    on_threads(options.threads, |threads| {
+        run_on(threads, source, machine, methods, options, observer)
+    })
+}
+
+/// Calls `work` with a number of threads: with 1 on the caller's thread, without rayon; else inside
+/// a pool of its own with that many (0: one per core), entered once.
+///
+/// # Errors
+/// A pool that cannot be made; what the work answers.
+pub(crate) fn on_threads<T: Send>(
+    threads: usize,
+    work: impl FnOnce(usize) -> Result<T, SimError> + Send,
+) -> Result<T, SimError> {
+    if threads == 1 {
+        return work(1);
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|why| SimError::Threads {
-        threads: options.threads,
+        threads,
         why: why.to_string(),
     })?;
+    let inside = || pool.install(|| work(pool.current_num_threads()));
+    if rayon::current_thread_index().is_none() {
+        return inside();
+    }
+    // A worker of another pool that waits for this one runs further jobs of its own pool on top of
+    // its stack, each of which may do the same. A plain thread in between only waits.
+    std::thread::scope(|scope| match scope.spawn(inside).join() {
+        Ok(result) => result,
+        Err(panic) => std::panic::resume_unwind(panic),
+    })
+}
+
+fn run_on(
+    threads: usize,
+    source: &ProgramSource,
+    machine: &Machine,
+    methods: &[String],
+    options: &SimulateOptions,
+    observer: &mut dyn Observer,
+) -> Result<Tally, SimError> {
     let mut feed = Feed::new(source, machine, options)?;
-    let mut run = Run::new(machine, methods, options, observer.wants_contour(), &feed)?;
+    let mut run = Run::new(
+        threads,
+        machine,
+        methods,
+        options,
+        observer.wants_contour(),
+        &feed,
+    )?;
     let (total, command) = (source.len().unwrap_or(0), machine.cycles().command());
     let (mut samples, mut segments) = (Vec::new(), Vec::new());
     loop {
@@ -81,7 +124,7 @@ pub(crate) fn run(
         if last {
             run.drain(&mut samples, feed.last());
         }
-        pool.install(|| run.chunk(&samples))?;
+        run.chunk(&samples)?;
         run.report(observer);
         observer.progress(feed.bytes_done(), total, command.seconds(run.tally.samples));
         if last {
@@ -103,6 +146,7 @@ pub(crate) fn run(
 
 impl Run {
     fn new(
+        threads: usize,
         machine: &Machine,
         methods: &[String],
         options: &SimulateOptions,
@@ -118,7 +162,7 @@ impl Run {
             without_gap: false,
         }));
         let start = feed.start_joints();
-        let bank = Bank::new(machine, &variants, &start)?;
+        let bank = Bank::new(machine, &variants, &start, threads)?;
         let (axes, cycles) = (bank.outputs.axes().len(), machine.cycles());
         let recorder = |variant| {
             Recorder::new(
@@ -131,6 +175,7 @@ impl Run {
         };
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Run {
+            threads,
             cutting: Cutting::new(
                 options
                     .cutting_force_n
@@ -187,12 +232,13 @@ impl Run {
         self.measure_references()?;
         let (frames, tracker, modes) = (&self.frames, &self.tracker, &self.modes);
         let outputs = &self.tally.bank.outputs;
-        let results: Vec<Result<(), SimError>> = self
-            .tally
-            .recorders
-            .par_iter_mut()
-            .map(|recorder| recorder.chunk(frames, outputs, tracker, modes))
-            .collect();
+        let record = |recorder: &mut Recorder| recorder.chunk(frames, outputs, tracker, modes);
+        let recorders = &mut self.tally.recorders;
+        let results: Vec<Result<(), SimError>> = if self.threads > 1 {
+            recorders.par_iter_mut().map(record).collect()
+        } else {
+            recorders.iter_mut().map(record).collect()
+        };
         results.into_iter().collect::<Result<(), SimError>>()?;
         if let Some(frame) = self.frames.last()
             && let Some(oldest) = self.tracker.release(frame.sample.segment, frame.sample.s)

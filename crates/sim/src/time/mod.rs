@@ -9,7 +9,7 @@ pub(crate) mod what_if;
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
-use crate::session::{Checked, Feed, check_program, fill_texts};
+use crate::session::{Checked, Feed, check_program, fill_texts, on_threads};
 use crate::source::ProgramSource;
 use lostmotion_base::Tick;
 use rayon::prelude::*;
@@ -145,13 +145,6 @@ fn what_if(
     options: &SimulateOptions,
     ticks: Tick,
 ) -> Result<Vec<WhatIf>, SimError> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads)
-        .build();
-    let pool = pool.map_err(|why| SimError::Threads {
-        threads: options.threads,
-        why: why.to_string(),
-    })?;
     let command = machine.cycles().command();
     let plan_s = command.seconds(ticks);
     let row = |(name, change): &(&str, Change)| {
@@ -164,14 +157,14 @@ fn what_if(
             saved_share: saved_s / plan_s.max(command.period_s()),
         })
     };
-    pool.install(|| {
-        CHANGES
-            .par_iter()
-            .map(row)
-            .collect::<Vec<Result<WhatIf, SimError>>>()
+    on_threads(options.threads, |threads| {
+        let rows: Vec<Result<WhatIf, SimError>> = if threads > 1 {
+            CHANGES.par_iter().map(row).collect()
+        } else {
+            CHANGES.iter().map(row).collect()
+        };
+        rows.into_iter().collect()
     })
-    .into_iter()
-    .collect()
 }
 
 /// Command cycles that the plan takes.
