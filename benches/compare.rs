@@ -11,11 +11,11 @@ mod support;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use lostmotion::methods::METHODS;
-use lostmotion::sim::{Machine, ProgramSource, SimulateOptions, Unobserved, compare};
+use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation};
 
 fn comparing(criterion: &mut Criterion) {
     let machine = Machine::preset("vmc3").expect("an embedded machine");
-    let source = ProgramSource::from_bytes("circles", support::circles().into_bytes());
+    let source = Program::from_bytes("circles", support::circles().into_bytes());
     let methods: Vec<String> = METHODS
         .iter()
         .map(|method| method.info.name.to_owned())
@@ -25,7 +25,10 @@ fn comparing(criterion: &mut Criterion) {
         ..SimulateOptions::default()
     };
     let run = || {
-        compare(&source, &machine, &methods, &options, &mut Unobserved)
+        Simulation::new(&source, &machine)
+            .methods(&methods)
+            .options(options.clone())
+            .run()
             .expect("a comparison")
             .plan
             .duration_s

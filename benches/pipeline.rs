@@ -10,11 +10,11 @@
 mod support;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use lostmotion::sim::{Machine, ProgramSource, SimulateOptions, Unobserved, simulate};
+use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation};
 
 fn pipeline(criterion: &mut Criterion) {
     let machine = Machine::preset("vmc3").expect("an embedded machine");
-    let source = ProgramSource::from_bytes("surfacing", support::surfacing(0.25).into_bytes());
+    let source = Program::from_bytes("surfacing", support::surfacing(0.25).into_bytes());
     let mut group = criterion.benchmark_group("simulate");
     group.sample_size(10);
     for threads in [1, 0] {
@@ -23,7 +23,11 @@ fn pipeline(criterion: &mut Criterion) {
             ..SimulateOptions::default()
         };
         let run = || {
-            simulate(&source, &machine, "none", &options, &mut Unobserved)
+            Simulation::new(&source, &machine)
+                .method("none")
+                .options(options.clone())
+                .run()
+                .map(|run| run.into_single().unwrap())
                 .expect("a simulation")
                 .plan
                 .duration_s

@@ -10,7 +10,7 @@
 mod support;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use lostmotion::sim::{Machine, ProgramSource, SimulateOptions, plan};
+use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation};
 
 fn planning(criterion: &mut Criterion) {
     let machine = Machine::preset("vmc3").expect("an embedded machine");
@@ -20,15 +20,17 @@ fn planning(criterion: &mut Criterion) {
         ("surfacing, 1 minute", support::surfacing(1.0)),
         ("circles", support::circles()),
     ] {
-        let source = ProgramSource::from_bytes(name, text.into_bytes());
+        let source = Program::from_bytes(name, text.into_bytes());
         let options = SimulateOptions::default();
         let run = || {
             let mut samples = 0;
-            plan(&source, &machine, &options, &mut |chunk| {
-                samples += chunk.len() as u64;
-                Ok(())
-            })
-            .expect("a plan");
+            Simulation::new(&source, &machine)
+                .options(options.clone())
+                .plan(&mut |chunk, _| {
+                    samples += chunk.len() as u64;
+                    Ok(())
+                })
+                .expect("a plan");
             samples
         };
         group.throughput(Throughput::Elements(run()));

@@ -1,26 +1,37 @@
-//! lostmotion: from a part program to its contour error on a real machine.
+//! lostmotion: how far a real machine's tool leaves the programmed contour, and what each way of
+//! compensating backlash does about it.
 //!
-//! The facade re-exports every stage under one name and adds nothing: [`sim`] is the front door
-//! (`simulate`, `compare`, `plan`), the other modules are its stages for those who embed a part of
-//! the chain.
-//!
-//! ```text
-//! gcode -> path -> plan -> kinematics -> drive (one a joint, with a method) -> contour -> report
-//! ```
+//! A [`Program`] on a [`Machine`] makes a [`Simulation`]; its [`Run`] tells the contour error block
+//! by block:
 //!
 //! ```
-//! use lostmotion::sim::{Machine, ProgramSource, SimulateOptions, Unobserved, simulate};
+//! use lostmotion::{Machine, Program, Simulation};
 //!
-//! let program = ProgramSource::from_bytes("circle.ngc", &b"G21 G0 X25 Y0\nG3 I-25 F2000\nM2\n"[..]);
-//! let machine = Machine::preset("vmc3").ok_or("no such machine")?;
-//! let answer = simulate(&program, &machine, "fixed", &SimulateOptions::default(), &mut Unobserved)?;
-//! println!("largest contour error {:.1} um", answer.result.cutting.max);
-//! for block in &answer.result.worst_blocks {
-//!     println!("line {}: {:+.1} um, {:?}", block.block.span.line, block.max_um, block.cause);
+//! let program = Program::from_str("part", "G21 G0 X25\nG3 I-25 F2000\nM2\n");
+//! let machine = Machine::preset("vmc3")?.edit(|m| {
+//!     m.axis("x").gap_um = 25.0;
+//!     m.g54 = [-300.0, -200.0, -250.0];
+//! })?;
+//! let run = Simulation::new(&program, &machine).method("fixed").run()?;
+//! for block in run.blocks() {
+//!     println!("{}: {:+.1} um, {}", block.line, block.max_um, block.cause);
 //! }
-//! assert!(answer.result.cutting.max < answer.tolerance_um);
+//! assert!(run.is_within_tolerance());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! The modules are the stages of the chain, for callers that embed a part of it:
+//!
+//! ```text
+//! gcode -> path -> plan -> kinematics -> drive with methods (one per axis) -> contour -> report
+//! ```
+//!
+//! | feature | adds |
+//! |---|---|
+//! | `fit` | [`identify`](https://docs.rs/lostmotion-identify): the offline fit of the gap from a log, with its convex solver |
+//! | `report` | [`report`](https://docs.rs/lostmotion-report): results as text, JSON, CSV and SVG |
+//!
+//! Neither is on by default; the command line has both.
 
 pub use lostmotion_analysis as analysis;
 pub use lostmotion_base as base;
@@ -34,6 +45,11 @@ pub use lostmotion_kinematics as kinematics;
 pub use lostmotion_methods as methods;
 pub use lostmotion_path as path;
 pub use lostmotion_plan as plan;
+#[cfg(feature = "report")]
 pub use lostmotion_report as report;
 pub use lostmotion_sim as sim;
-pub use lostmotion_study as study;
+
+pub use lostmotion_sim::{
+    ContourPoint, Intervention, Machine, Observer, Program, Progress, Run, SimError,
+    SimulateOptions, Simulation, results,
+};

@@ -11,9 +11,9 @@ mod common;
 
 use common::{machine, part, program, run};
 use lostmotion::base::AxisId;
+use lostmotion::drive::AxisConfig;
 use lostmotion::drive::config::Load;
-use lostmotion::methods::AxisConfig;
-use lostmotion::sim::{Machine, SimulateOptions, Unobserved, simulate};
+use lostmotion::sim::{Machine, SimulateOptions, Simulation};
 
 /// A machine whose axes are as rigid and frictionless as the model goes: what is left is the servo
 /// alone.
@@ -128,7 +128,12 @@ fn a_cutting_force_pushes_the_load_back_by_force_over_stiffness() {
             cutting_force_n: Some(cutting_force_n),
             ..SimulateOptions::default()
         };
-        let result = simulate(&source, &machine, "none", &options, &mut Unobserved).unwrap();
+        let result = Simulation::new(&source, &machine)
+            .method("none")
+            .options(options.clone())
+            .run()
+            .map(|run| run.into_single().unwrap())
+            .unwrap();
         result.result.axes[0].following.p50
     };
     let stiffness = |index: usize| match &machine.axes()[index].config.load {
@@ -157,7 +162,11 @@ fn no_force_is_no_force_and_a_senseless_one_is_refused() {
             cutting_force_n,
             ..SimulateOptions::default()
         };
-        simulate(&source, machine, "none", &options, &mut Unobserved)
+        Simulation::new(&source, machine)
+            .method("none")
+            .options(options.clone())
+            .run()
+            .map(|run| run.into_single().unwrap())
     };
     let machine = machine("vmc3");
     assert_eq!(

@@ -10,7 +10,7 @@
 mod common;
 
 use common::{machine, part, program};
-use lostmotion::sim::{SimulateOptions, Unobserved, compare, plan};
+use lostmotion::sim::{SimulateOptions, Simulation};
 use rayon::prelude::*;
 
 #[test]
@@ -23,7 +23,11 @@ fn results_do_not_depend_on_threads_or_chunks() {
             chunk_samples,
             ..SimulateOptions::default()
         };
-        let comparison = compare(&source, &machine, &methods, &options, &mut Unobserved).unwrap();
+        let comparison = Simulation::new(&source, &machine)
+            .methods(&methods)
+            .options(options.clone())
+            .run()
+            .unwrap();
         serde_json::to_string(&comparison).unwrap()
     };
     let first = run(1, 1000);
@@ -44,10 +48,12 @@ fn plans_do_not_depend_on_chunks() {
             ..SimulateOptions::default()
         };
         let mut all = Vec::new();
-        let info = plan(&source, &machine, &options, &mut |samples| {
-            all.extend_from_slice(samples);
-            Ok(())
-        });
+        let info = Simulation::new(&source, &machine)
+            .options(options.clone())
+            .plan(&mut |samples, _| {
+                all.extend_from_slice(samples);
+                Ok(())
+            });
         (info.unwrap(), all)
     };
     let (info, samples) = run(1000);
@@ -76,7 +82,10 @@ fn many_in_a_pool(count: usize, threads: usize) -> Vec<String> {
         (0..count)
             .into_par_iter()
             .map(|_| {
-                let result = compare(&source, &machine, &methods, &options, &mut Unobserved);
+                let result = Simulation::new(&source, &machine)
+                    .methods(&methods)
+                    .options(options.clone())
+                    .run();
                 serde_json::to_string(&result.unwrap()).unwrap()
             })
             .collect()

@@ -12,7 +12,7 @@ mod common;
 
 use common::{machine, part};
 use lostmotion::base::Coords;
-use lostmotion::sim::{SimulateOptions, plan};
+use lostmotion::sim::Simulation;
 
 const PERIOD_S: f64 = 1e-3;
 /// Differences of positions with 1e-12 of rounding, three times over 1 ms.
@@ -27,16 +27,12 @@ fn difference(from: &[Coords]) -> Vec<Coords> {
 fn check(name: &str, on: &str) {
     let machine = machine(on);
     let mut positions = Vec::new();
-    plan(
-        &part(name),
-        &machine,
-        &SimulateOptions::default(),
-        &mut |samples| {
+    Simulation::new(&part(name), &machine)
+        .plan(&mut |samples, _| {
             positions.extend(samples.iter().map(|sample| sample.position));
             Ok(())
-        },
-    )
-    .unwrap_or_else(|error| panic!("{name}: {error}"));
+        })
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
     let rest = |at: Option<&Coords>| vec![*at.expect("samples"); 4];
     let positions = [
         rest(positions.first()),

@@ -10,7 +10,7 @@
 mod common;
 
 use common::{machine, program, run};
-use lostmotion::sim::{Machine, ProgramSource, SimError};
+use lostmotion::sim::{Machine, Program, SimError};
 
 fn refusal(text: &str) -> String {
     match run(&program(text), &machine("vmc3"), &["none"]) {
@@ -61,12 +61,12 @@ fn all_errors_of_a_program_come_at_once() {
 
 #[test]
 fn what_is_not_there_is_said() {
-    let missing = ProgramSource::from_path("no/such/file.ngc");
+    let missing = Program::from_path("no/such/file.ngc");
     assert!(matches!(
         run(&missing, &machine("vmc3"), &["none"]),
         Err(SimError::Read { .. })
     ));
-    let folder = ProgramSource::from_path(env!("CARGO_MANIFEST_DIR"));
+    let folder = Program::from_path(env!("CARGO_MANIFEST_DIR"));
     assert!(matches!(
         run(&folder, &machine("vmc3"), &["none"]),
         Err(SimError::Read { .. })

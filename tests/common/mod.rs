@@ -1,25 +1,23 @@
 //! Shared by the tests of the whole chain.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
-use lostmotion::sim::{
-    Comparison, Machine, ProgramSource, SimError, SimulateOptions, Unobserved, compare,
-};
+use lostmotion::sim::{Machine, Program, Run, SimError, Simulation};
 use std::path::PathBuf;
 
 /// A sample of gcode_samples/parts.
-pub(crate) fn part(name: &str) -> ProgramSource {
+pub(crate) fn part(name: &str) -> Program {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("gcode_samples/parts")
         .join(name);
-    ProgramSource::from_bytes(
+    Program::from_bytes(
         name,
         std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())),
     )
 }
 
 /// A program as text.
-pub(crate) fn program(text: &str) -> ProgramSource {
-    ProgramSource::from_bytes("test.ngc", text.as_bytes().to_vec())
+pub(crate) fn program(text: &str) -> Program {
+    Program::from_bytes("test.ngc", text.as_bytes().to_vec())
 }
 
 /// An embedded machine.
@@ -29,16 +27,10 @@ pub(crate) fn machine(name: &str) -> Machine {
 
 /// All methods on one plan with default options.
 pub(crate) fn run(
-    source: &ProgramSource,
+    source: &Program,
     machine: &Machine,
     methods: &[&str],
 ) -> Result<Comparison, SimError> {
     let methods: Vec<String> = methods.iter().map(ToString::to_string).collect();
-    compare(
-        source,
-        machine,
-        &methods,
-        &SimulateOptions::default(),
-        &mut Unobserved,
-    )
+    Simulation::new(source, machine).methods(&methods).run()
 }

@@ -6,10 +6,13 @@ use serde::{Deserialize, Serialize};
 pub const AXES: usize = 9;
 
 /// An axis of the part program. The discriminant is its index in [`crate::Coords`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
 #[repr(u8)]
 pub enum AxisId {
     /// Linear, mm.
+    #[default]
     X,
     /// Linear, mm.
     Y,

@@ -11,11 +11,11 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use lostmotion::base::{BlockRef, Span};
 use lostmotion::gcode::{Diagnostics, Provenance, Severity};
 use lostmotion::report::findings::{Counts, Finding, Origin, write_json, write_sarif};
-use lostmotion::sim::ProgramSource;
+use lostmotion::sim::Program;
 
 /// What has been found in a program.
 pub(crate) struct Findings<'a> {
-    source: &'a ProgramSource,
+    source: &'a Program,
     pub(crate) list: Vec<Finding>,
     pub(crate) counts: Counts,
     /// Files of subroutines that findings may be about, and the calls that led there.
@@ -24,7 +24,7 @@ pub(crate) struct Findings<'a> {
 
 impl<'a> Findings<'a> {
     /// Nothing yet.
-    pub(crate) fn none(source: &'a ProgramSource) -> Findings<'a> {
+    pub(crate) fn none(source: &'a Program) -> Findings<'a> {
         Findings {
             source,
             list: Vec::new(),
@@ -78,7 +78,7 @@ impl<'a> Findings<'a> {
     }
 
     /// Everything the front end has found.
-    pub(crate) fn of(source: &'a ProgramSource, diagnostics: &Diagnostics) -> Findings<'a> {
+    pub(crate) fn of(source: &'a Program, diagnostics: &Diagnostics) -> Findings<'a> {
         let origin = Origin {
             program: source.name(),
             provenance: diagnostics.provenance(),

@@ -1,7 +1,7 @@
 //! Files that are read whole, and part programs.
 
 use crate::failure::Failure;
-use lostmotion::sim::ProgramSource;
+use lostmotion::sim::Program;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -60,7 +60,7 @@ pub(crate) fn text(path: &Path, what: &str) -> Result<String, Failure> {
 
 /// A part program that is there and not empty. A run reads it more than once, so what can be read
 /// only once (a pipe) is taken into memory.
-pub(crate) fn program(path: &Path) -> Result<ProgramSource, Failure> {
+pub(crate) fn program(path: &Path) -> Result<Program, Failure> {
     let shown = path.display();
     let failed = |error| Failure::message(format!("cannot read part program {shown}: {error}"));
     let file = open(path, "part program")?;
@@ -70,7 +70,7 @@ pub(crate) fn program(path: &Path) -> Result<ProgramSource, Failure> {
         return if meta.len() == 0 {
             Err(empty())
         } else {
-            Ok(ProgramSource::from_path(path))
+            Ok(Program::from_path(path))
         };
     }
     let mut bytes = Vec::new();
@@ -85,6 +85,6 @@ pub(crate) fn program(path: &Path) -> Result<ProgramSource, Failure> {
     if bytes.is_empty() {
         Err(empty())
     } else {
-        Ok(ProgramSource::from_bytes(shown.to_string(), bytes))
+        Ok(Program::from_bytes(shown.to_string(), bytes))
     }
 }

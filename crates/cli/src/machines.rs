@@ -30,7 +30,7 @@ pub(crate) fn load(name: Option<&str>) -> Result<Machine, Failure> {
     if is_file(name) {
         return read(Path::new(name));
     }
-    Machine::preset(name).ok_or_else(|| {
+    Machine::preset(name).map_err(|_| {
         let hint = format!(
             "known machines: {}; a machine file's name has to end in .toml",
             known()

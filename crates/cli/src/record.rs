@@ -10,6 +10,7 @@ use lostmotion::report::{WriteError, number};
 use lostmotion::sim::results::{BlockResult, MethodResult, ReversalResult};
 use lostmotion::sim::{ContourPoint, Observer};
 use std::io::{self, Write};
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 /// Points of a method's trace in the picture, at most twice this.
@@ -194,8 +195,10 @@ fn caption(result: &MethodResult) -> String {
 }
 
 impl Observer for Record {
-    fn progress(&mut self, done_bytes: u64, total_bytes: u64, simulated_s: f64) {
-        self.progress.update(done_bytes, total_bytes, simulated_s);
+    fn progress(&mut self, done: lostmotion::sim::Progress) -> ControlFlow<()> {
+        self.progress
+            .update(done.done_bytes, done.total_bytes, done.simulated_s);
+        ControlFlow::Continue(())
     }
 
     fn blocks(&mut self, method: usize, rows: &[BlockResult]) {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::{ContourSample, ReversalState};
 
 /// What makes an error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind", content = "axis")]
 pub enum Cause {
     /// Lost motion, friction or wind-up after a reversal of an axis.
@@ -19,7 +19,20 @@ pub enum Cause {
     Corner,
     /// Servo error elsewhere: following error that differs between axes, finite bandwidth,
     /// friction.
+    #[default]
     ServoLag,
+}
+
+impl std::fmt::Display for Cause {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Cause::Reversal(axis) => write!(f, "reversal of {axis}"),
+            Cause::Gap => f.write_str("gap"),
+            Cause::Blend => f.write_str("blending"),
+            Cause::Corner => f.write_str("corner"),
+            Cause::ServoLag => f.write_str("servo lag"),
+        }
+    }
 }
 
 /// Decomposition of a signed contour error, mm. The sum is the error itself.

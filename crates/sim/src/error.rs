@@ -9,7 +9,7 @@ use lostmotion_kinematics::KinematicsError;
 use lostmotion_path::PathError;
 use lostmotion_plan::{PlanError, TravelViolation};
 
-/// Why whoever takes the samples has had enough.
+/// Why a sink refuses what it is given.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Why there is no result.
@@ -136,7 +136,20 @@ pub enum SimError {
         /// What the system says.
         why: String,
     },
-    /// Whoever takes the samples has had enough; carries its reason.
+    /// A sink has refused what it was given; carries its reason.
     #[error("{0}")]
     Sink(SinkError),
+    /// The caller has ended the run.
+    #[error("the run was cancelled")]
+    Cancelled,
+}
+
+impl SimError {
+    /// With the files and calls that the block of the error stands in.
+    pub(crate) fn with_provenance(mut self, found: &Diagnostics) -> SimError {
+        if let SimError::NoAxis { provenance, .. } | SimError::Path { provenance, .. } = &mut self {
+            **provenance = found.provenance().clone();
+        }
+        self
+    }
 }

@@ -1,26 +1,31 @@
-//! The session: a machine, a part program, the whole chain, the answer.
+//! Simulation of part programs on machines: the way in is [`Simulation`].
 //!
-//! [`simulate`], [`compare`] and [`plan`] are the front door. They take a [`ProgramSource`] and a
-//! [`Machine`], go through the program in chunks of constant size, and answer with plain data
-//! ([`results`]); an [`Observer`] sees rows and points as they are finished.
+//! A [`Program`] holds the text, a [`Machine`] everything that is known of the machine, and a
+//! [`Simulation`] takes the one through the other in chunks of constant size: it judges the contour
+//! error ([`Simulation::run`]), plans ([`Simulation::plan`]), or tells where the time goes
+//! ([`Simulation::time`]). The answers are plain data ([`results`]); an [`Observer`] sees rows and
+//! points as they are finished.
 
 pub mod error;
 pub mod import;
 pub mod machine;
+mod method;
+pub mod motion;
 pub mod observer;
 pub mod options;
+pub mod program;
 pub mod results;
 mod session;
-pub mod source;
-mod straightness;
+mod setup;
+pub mod simulation;
 pub mod time;
 
 pub use error::{SimError, SinkError};
 pub use machine::{Machine, presets};
-pub use observer::{ContourPoint, Observer, Unobserved};
-pub use options::{Intervention, SimulateOptions};
-pub use results::{Comparison, Simulation};
-pub use session::{PathSink, check, compare, interpreter_config, plan, plan_with_path, simulate};
-pub use source::ProgramSource;
-pub use straightness::BowLimit;
-pub use time::time;
+pub use motion::interpreter_config;
+pub use observer::{ContourPoint, Observer, Progress};
+pub use options::{BowLimit, Intervention, SimulateOptions};
+pub use program::Program;
+pub use results::Run;
+pub use session::{Frame, TickSink, Ticks};
+pub use simulation::Simulation;

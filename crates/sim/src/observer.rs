@@ -1,10 +1,13 @@
 //! Looking on while a run goes.
 
+use crate::error::SimError;
 use crate::results::{BlockResult, ReversalResult};
 use lostmotion_base::BlockRef;
+use std::ops::ControlFlow;
 
 /// One point of the contour as a machine cut it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ContourPoint {
     /// Time, s.
     pub time_s: f64,
@@ -22,16 +25,38 @@ pub struct ContourPoint {
     pub block: BlockRef,
 }
 
-/// Takes rows as they are finished, so that nobody has to hold them all. Every method does nothing
-/// unless overridden.
+/// How far a run is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Progress {
+    /// Bytes of the program read so far.
+    pub done_bytes: u64,
+    /// Bytes of the program.
+    pub total_bytes: u64,
+    /// Machine time simulated so far, s.
+    pub simulated_s: f64,
+}
+
+impl Progress {
+    /// Part of the program that has been read, 0 to 1.
+    pub fn share(&self) -> f64 {
+        self.done_bytes as f64 / self.total_bytes.max(1) as f64
+    }
+}
+
+/// Takes rows as they are finished, so that memory does not grow with the program. Every method
+/// does nothing unless overridden.
 ///
-/// `method` is the index in the list of methods compared; 0 for `simulate`. Rows come in a fixed
+/// `method` is the index in the list of methods compared; 0 if there is one. Rows come in a fixed
 /// order, whatever the number of threads.
 pub trait Observer: Send {
-    /// How far the run is.
-    fn progress(&mut self, _done_bytes: u64, _total_bytes: u64, _simulated_s: f64) {}
+    /// How far the run is, once a chunk of the plan. [`ControlFlow::Break`] ends the run with
+    /// [`SimError::Cancelled`].
+    fn progress(&mut self, _progress: Progress) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
 
-    /// Finished blocks; their text is empty.
+    /// Finished blocks.
     fn blocks(&mut self, _method: usize, _rows: &[BlockResult]) {}
 
     /// Finished reversals.
@@ -46,8 +71,42 @@ pub trait Observer: Send {
     }
 }
 
-/// Looks at nothing.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Unobserved;
+/// A function that is told the progress and says whether to go on.
+pub(crate) type OnProgress<'a> = Box<dyn FnMut(Progress) -> ControlFlow<()> + Send + 'a>;
 
-impl Observer for Unobserved {}
+/// Everyone who looks on.
+#[derive(Default)]
+pub(crate) struct Audience<'a> {
+    pub(crate) observer: Option<&'a mut dyn Observer>,
+    pub(crate) on_progress: Option<OnProgress<'a>>,
+}
+
+impl Audience<'_> {
+    /// Tells the progress.
+    ///
+    /// # Errors
+    /// [`SimError::Cancelled`] if one of them has had enough.
+    pub(crate) fn progress(&mut self, progress: Progress) -> Result<(), SimError> {
+        let observed = self
+            .observer
+            .as_mut()
+            .map_or(ControlFlow::Continue(()), |observer| {
+                observer.progress(progress)
+            });
+        let told = self
+            .on_progress
+            .as_mut()
+            .map_or(ControlFlow::Continue(()), |tell| tell(progress));
+        if observed.is_break() || told.is_break() {
+            return Err(SimError::Cancelled);
+        }
+        Ok(())
+    }
+
+    /// Whether contour points are wanted.
+    pub(crate) fn wants_contour(&self) -> bool {
+        self.observer
+            .as_ref()
+            .is_some_and(|observer| observer.wants_contour())
+    }
+}

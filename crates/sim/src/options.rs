@@ -1,6 +1,8 @@
 //! Settings of a run.
 
+use crate::machine::{BOW_LIMIT_UM, Machine};
 use lostmotion_contour::ContourConfig;
+use lostmotion_drive::config::Interpolator;
 use lostmotion_gcode::motion::SPLINE_TOLERANCE_MM;
 use lostmotion_gcode::{
     Dialect, InterpreterConfig, Leniencies, Limits, SubroutineLoader, ToolTable,
@@ -20,12 +22,12 @@ pub struct Intervention {
 /// Settings of a run: what to judge by, what to keep, and the bounds of every resource.
 #[derive(Clone, Debug)]
 pub struct SimulateOptions {
-    /// Tolerance of the verdict, um; the machine's own if none.
+    /// Tolerance of the verdict, um; the machine's own if `None`.
     pub tolerance_um: Option<f64>,
-    /// Size of the cutting force on feed moves, N; the machine's own if none.
+    /// Size of the cutting force on feed moves, N; the machine's own if `None`.
     pub cutting_force_n: Option<f64>,
     /// Largest distance of the tool from its way between two commands that are joined by straight
-    /// lines of the joints, um, that is not warned of; the machine's own if none.
+    /// lines of the joints, um, that is not warned of; the machine's own if `None`.
     pub bow_limit_um: Option<f64>,
     /// Threads: 1 stays on the caller's thread; more make a pool for the run, 0 one with a thread
     /// per core. The result does not depend on it.
@@ -47,21 +49,21 @@ pub struct SimulateOptions {
     pub block_delete: bool,
     /// Tools, in place of the machine's own.
     pub tool_table: Option<ToolTable>,
-    /// How far the the polynomials may lie from the splines (G5, G5.1, G5.2) that they stand for,
+    /// How far the polynomials may lie from the splines (G5, G5.1, G5.2) that they stand for,
     /// mm.
     pub spline_tolerance_mm: f64,
-    /// How much trouble the planner takes over the time.
+    /// How much work the planner puts into a shorter time.
     pub quality: Quality,
     /// What an operator does while the program runs: feed hold, resume, override, stop; in the
     /// order of their times.
     pub interventions: Vec<Intervention>,
     /// Bounds of the G-code front end.
     pub limits: Limits,
-    /// Dialect of the program; the machine's own if none.
+    /// Dialect of the program; the machine's own if `None`.
     pub dialect: Option<Dialect>,
-    /// What is accepted with a warning; what the dialect accepts if none.
+    /// What is accepted with a warning; what the dialect accepts if `None`.
     pub leniencies: Option<Leniencies>,
-    /// Where subroutines come from that the program does not define; from nowhere if none.
+    /// Where subroutines come from that the program does not define; from nowhere if `None`.
     pub loader: Option<Arc<dyn SubroutineLoader>>,
 }
 
@@ -88,6 +90,32 @@ impl Default for SimulateOptions {
             dialect: None,
             leniencies: None,
             loader: None,
+        }
+    }
+}
+
+/// How far the tool may be off its way between two commands that drives join by straight lines of
+/// the joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BowLimit {
+    /// Distance, um.
+    pub um: f64,
+    /// Whether the motion is planned to keep it; else there is a warning where it does not.
+    pub is_kept: bool,
+}
+
+impl BowLimit {
+    /// Kept where the options or the machine name one, and where a drive joins commands by straight
+    /// lines.
+    pub fn new(machine: &Machine, options: &SimulateOptions) -> BowLimit {
+        let told = options.bow_limit_um.or(machine.simulate().bow_limit_um);
+        let is_linear = machine
+            .axes()
+            .iter()
+            .any(|axis| axis.config.interpolator == Interpolator::Linear);
+        BowLimit {
+            um: told.unwrap_or(BOW_LIMIT_UM),
+            is_kept: told.is_some() || is_linear,
         }
     }
 }

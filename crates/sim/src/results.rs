@@ -3,18 +3,19 @@
 //!
 //! Errors are in micrometres (linear) and millidegrees (orientation), times in s; every field says
 //! so. The JSON form of these types is the versioned output of the command line: fields are only
-//! ever added within one schema number.
+//! ever added within one schema number, and one that is missing in a file is read as its default.
 
-pub use crate::straightness::Straightness;
 use lostmotion_base::{AxisId, BlockRef};
 pub use lostmotion_contour::Cause;
 use serde::{Deserialize, Serialize};
 
-/// Version of the JSON form of [`Simulation`] and [`Comparison`].
+/// Version of the JSON form of [`Run`] and [`SingleRun`].
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Distribution of an error's magnitude over the samples of one kind of motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct ErrorStats {
     /// Number of samples.
     pub samples: u64,
@@ -33,7 +34,9 @@ pub struct ErrorStats {
 }
 
 /// One block of the program and how far the tool left its contour.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct BlockResult {
     /// Where the block stands.
     pub block: BlockRef,
@@ -59,6 +62,8 @@ pub struct BlockResult {
 
 /// Decomposition of one signed contour error, um. The sum is the error itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct ErrorParts {
     /// The command's own distance from the programmed path.
     pub command: f64,
@@ -69,7 +74,9 @@ pub struct ErrorParts {
 }
 
 /// One reversal of one axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct ReversalResult {
     /// The axis.
     pub axis: AxisId,
@@ -88,7 +95,9 @@ pub struct ReversalResult {
 }
 
 /// One axis over the whole run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct AxisResult {
     /// The axis.
     pub axis: AxisId,
@@ -114,7 +123,9 @@ pub struct AxisResult {
 
 /// Skew of an axis that two motors drive: how far its first end is ahead of the second while
 /// anything moves.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct GantryResult {
     /// The axis.
     pub axis: AxisId,
@@ -129,7 +140,9 @@ pub struct GantryResult {
 }
 
 /// How one method did.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct MethodResult {
     /// Registered name of the compensator.
     pub method: String,
@@ -161,6 +174,8 @@ pub struct MethodResult {
 
 /// The program that was run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct ProgramInfo {
     /// File name as given.
     pub name: String,
@@ -179,6 +194,8 @@ pub struct ProgramInfo {
 
 /// The plan, common to all methods.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct PlanInfo {
     /// Duration of the program, s.
     pub duration_s: f64,
@@ -200,8 +217,8 @@ pub struct PlanInfo {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bow_limit_um: Option<f64>,
     /// How far a straight feed move with linear and rotary words, without tool-centre-point
-    /// control, is from the straight line between its ends in the part's frame; none where there is
-    /// no such move.
+    /// control, is from the straight line between its ends in the part's frame; `None` where there
+    /// is no such move.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unstraight: Option<Straightness>,
 }
@@ -210,9 +227,13 @@ fn is_zero(value: &f64) -> bool {
     value.to_bits() == 0
 }
 
-/// Answer of one `simulate`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Simulation {
+/// Answer of a run: one plan, one method or several side by side.
+///
+/// Its JSON form is that of `compare`; [`Run::into_single`] gives that of `simulate`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct Run {
     /// [`SCHEMA_VERSION`].
     pub schema: u32,
     /// The program.
@@ -226,28 +247,151 @@ pub struct Simulation {
     /// The same machine without any gap and without compensation: the best that compensation can
     /// reach, um on cutting moves.
     pub without_gap: ErrorStats,
-    /// The method asked for.
-    pub result: MethodResult,
+    /// One row a method, in the order asked for.
+    pub results: Vec<MethodResult>,
+    /// The method with the smallest RMS of the part that backlash causes among those that need
+    /// nothing a drive does not have; `adaptive` where it is near. `None` if there is one method.
+    pub recommended: Option<String>,
 }
 
-/// Answer of one `compare`: one plan, all methods side by side.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Comparison {
+/// A block of a run, for a listing.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct WorstBlock<'a> {
+    /// Its line, from 1.
+    pub line: u32,
+    /// Everything else about it.
+    pub result: &'a BlockResult,
+}
+
+impl std::ops::Deref for WorstBlock<'_> {
+    type Target = BlockResult;
+
+    fn deref(&self) -> &BlockResult {
+        self.result
+    }
+}
+
+impl Run {
+    /// How the first method did; a run has one at least.
+    pub fn first(&self) -> Option<&MethodResult> {
+        self.results.first()
+    }
+
+    /// How a method did, by its name.
+    pub fn result(&self, method: &str) -> Option<&MethodResult> {
+        self.results.iter().find(|result| result.method == method)
+    }
+
+    /// The blocks of the first method with the largest errors, worst first.
+    pub fn blocks(&self) -> impl Iterator<Item = WorstBlock<'_>> {
+        self.first().into_iter().flat_map(MethodResult::blocks)
+    }
+
+    /// Whether the first method keeps the tolerance on all cutting moves.
+    pub fn is_within_tolerance(&self) -> bool {
+        self.first().is_some_and(|result| result.within_tolerance)
+    }
+
+    /// The same for the first method alone; `None` for a run without any.
+    pub fn into_single(self) -> Option<SingleRun> {
+        let result = self.results.into_iter().next()?;
+        Some(SingleRun {
+            schema: self.schema,
+            program: self.program,
+            machine: self.machine,
+            tolerance_um: self.tolerance_um,
+            plan: self.plan,
+            without_gap: self.without_gap,
+            result,
+        })
+    }
+}
+
+/// Answer of a run with one method, as `simulate` writes it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct SingleRun {
     /// [`SCHEMA_VERSION`].
     pub schema: u32,
     /// The program.
     pub program: ProgramInfo,
     /// Machine name.
     pub machine: String,
-    /// Tolerance, um.
+    /// Tolerance of the verdict, um.
     pub tolerance_um: f64,
     /// The plan.
     pub plan: PlanInfo,
-    /// The machine without any gap, um on cutting moves.
+    /// As [`Run::without_gap`].
     pub without_gap: ErrorStats,
-    /// One row a method, in the order asked for.
-    pub results: Vec<MethodResult>,
-    /// The method with the smallest RMS of the part that backlash causes among those that need
-    /// nothing a drive does not have; `adaptive` where it is near.
-    pub recommended: Option<String>,
+    /// The method.
+    pub result: MethodResult,
+}
+
+impl MethodResult {
+    /// Its blocks with the largest errors, worst first.
+    pub fn blocks(&self) -> impl Iterator<Item = WorstBlock<'_>> {
+        self.worst_blocks.iter().map(|result| WorstBlock {
+            line: result.block.span.line,
+            result,
+        })
+    }
+
+    /// Whether it is the method that does nothing, which others are held against.
+    pub fn is_baseline(&self) -> bool {
+        self.method == "none"
+    }
+
+    /// In what it is worse than doing nothing on the same plan, if it is.
+    pub fn harm(&self, baseline: &MethodResult) -> Option<Harm> {
+        Harm::of(&self.backlash, &baseline.backlash)
+    }
+}
+
+/// A part of the error that backlash causes which is larger than without compensation by less is
+/// not called harm, um: less than a snapshot of the model, or a machine, repeats.
+pub(crate) const HARM_UM: f64 = 0.1;
+
+/// In what a method is worse than doing nothing, as ratios of the part that backlash causes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Harm {
+    /// Its RMS is larger: this many times.
+    Rms(f64),
+    /// Its RMS is not, but its peak is: this many times.
+    Peak(f64),
+}
+
+impl Harm {
+    /// Of the backlash error with a method, held against that without one. A difference under 0.1
+    /// um is none.
+    pub(crate) fn of(with: &ErrorStats, without: &ErrorStats) -> Option<Harm> {
+        let worse = |with: f64, without: f64| (with > without + HARM_UM).then(|| with / without);
+        worse(with.rms, without.rms)
+            .map(Harm::Rms)
+            .or_else(|| worse(with.max, without.max).map(Harm::Peak))
+    }
+}
+
+/// The largest distance of a way that is no straight line from a straight one, and where.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct Straightness {
+    /// Distance, um.
+    pub max_um: f64,
+    /// The block.
+    pub block: BlockRef,
+}
+
+impl PlanInfo {
+    /// A warning where the tool leaves its way between two commands by more than a limit, um.
+    pub fn bow_warning(&self, limit_um: f64) -> Option<String> {
+        let Straightness { max_um, block } = self.bow.filter(|bow| bow.max_um > limit_um)?;
+        let line = block.span.line;
+        Some(format!(
+            "line {line}: between two commands the tool bows by {max_um:.3} um from its way if the joints go straight (limit {limit_um} um); a shorter command cycle, a \
+             lower speed or a smoother interpolator help"
+        ))
+    }
 }

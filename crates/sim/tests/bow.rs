@@ -5,15 +5,14 @@ use lostmotion_base::math;
 use lostmotion_base::units::rad;
 use lostmotion_drive::config::Cycles;
 use lostmotion_sim::results::PlanInfo;
-use lostmotion_sim::{Machine, ProgramSource, SimulateOptions, Unobserved, plan, simulate};
+use lostmotion_sim::{Machine, Program, SimulateOptions, Simulation};
 use std::f64::consts::PI;
 
 fn planned(machine: &Machine, text: &str) -> PlanInfo {
-    let source = ProgramSource::from_bytes("bow.ngc", text.as_bytes());
-    plan(&source, machine, &SimulateOptions::default(), &mut |_| {
-        Ok(())
-    })
-    .unwrap()
+    let source = Program::from_str("bow.ngc", text);
+    Simulation::new(&source, machine)
+        .plan(&mut |_, _| Ok(()))
+        .unwrap()
 }
 
 /// The way off the chord of an arc of radius r over an angle d, um.
@@ -120,13 +119,17 @@ fn over_a_block_of_two_turns_it_is_the_farthest_of_many_places() {
 fn a_bow_beyond_the_limit_is_warned_of_and_straight_machines_have_none() {
     let machine = Machine::preset("trunnion5").unwrap();
     let text = "G21 G90 G61\nG0 X80 Y0 C0\nG1 C30 F3000\nM2\n";
-    let source = ProgramSource::from_bytes("bow.ngc", text.as_bytes());
+    let source = Program::from_str("bow.ngc", text);
     let warnings = |machine: &Machine, bow_limit_um: Option<f64>| {
         let options = SimulateOptions {
             bow_limit_um,
             ..SimulateOptions::default()
         };
-        simulate(&source, machine, "none", &options, &mut Unobserved)
+        Simulation::new(&source, machine)
+            .method("none")
+            .options(options.clone())
+            .run()
+            .map(|run| run.into_single().unwrap())
             .unwrap()
             .program
             .warnings
@@ -140,7 +143,7 @@ fn a_bow_beyond_the_limit_is_warned_of_and_straight_machines_have_none() {
     assert!(sagitta_um(80.0, PI / 3600.0) > 1e-3);
     // A limit that somebody tells is kept, so that nothing is left to warn of.
     assert!(warnings(&machine, Some(0.001)).is_empty());
-    let wide = ProgramSource::from_bytes(
+    let wide = Program::from_bytes(
         "wide.ngc",
         b"G21 G90 G61\nG0 X150 Y0 C0\nG1 C90 F12000\nM2\n".as_slice(),
     );
@@ -148,16 +151,13 @@ fn a_bow_beyond_the_limit_is_warned_of_and_straight_machines_have_none() {
         command_ms: 8.0,
         servo_us: 1000.0,
     });
-    let warned = simulate(
-        &wide,
-        &slow,
-        "none",
-        &SimulateOptions::default(),
-        &mut Unobserved,
-    )
-    .unwrap()
-    .program
-    .warnings;
+    let warned = Simulation::new(&wide, &slow)
+        .method("none")
+        .run()
+        .map(|run| run.into_single().unwrap())
+        .unwrap()
+        .program
+        .warnings;
     assert!(
         warned.len() == 1 && warned[0].starts_with("line 3:") && warned[0].contains("limit 5 um"),
         "{warned:?}"

@@ -13,17 +13,19 @@ use lostmotion_methods::AxisConfig;
 use lostmotion_plan::{Action, Quality, Sample};
 use lostmotion_sim::results::PlanInfo;
 use lostmotion_sim::time::TimeOptions;
-use lostmotion_sim::{Intervention, Machine, ProgramSource, SimulateOptions, plan, time};
+use lostmotion_sim::{Intervention, Machine, Program, SimulateOptions, Simulation};
 use random::Random;
 use std::fmt::Write;
 
 fn planned(machine: &Machine, text: &str, options: &SimulateOptions) -> (PlanInfo, Vec<Sample>) {
     let mut samples = Vec::new();
-    let source = ProgramSource::from_bytes("bow.ngc", text.as_bytes());
-    let info = plan(&source, machine, options, &mut |chunk| {
-        samples.extend_from_slice(chunk);
-        Ok(())
-    });
+    let source = Program::from_str("bow.ngc", text);
+    let info = Simulation::new(&source, machine)
+        .options(options.clone())
+        .plan(&mut |chunk, _| {
+            samples.extend_from_slice(chunk);
+            Ok(())
+        });
     (
         info.unwrap_or_else(|error| panic!("{error}\n{text}")),
         samples,
@@ -77,18 +79,17 @@ fn a_table_turns_as_fast_as_its_chords_allow() {
             "{radius} {um}: {cutting} {}",
             turn / speed
         );
-        let source = ProgramSource::from_bytes("bow.ngc", text.as_bytes());
-        let told = time(
-            &source,
-            &machine,
-            &options,
-            &TimeOptions {
-                what_if: false,
-                ..TimeOptions::default()
-            },
-            &mut |_| Ok(()),
-        )
-        .unwrap();
+        let source = Program::from_str("bow.ngc", text);
+        let told = Simulation::new(&source, &machine)
+            .options(options.clone())
+            .time(
+                &TimeOptions {
+                    what_if: false,
+                    ..TimeOptions::default()
+                },
+                &mut |_| Ok(()),
+            )
+            .unwrap();
         let block = told
             .blocks
             .iter()

@@ -7,7 +7,7 @@ use lostmotion_drive::config::{Cycles, Interpolator};
 use lostmotion_methods::AxisConfig;
 use lostmotion_plan::Sample;
 use lostmotion_sim::machine::Machine;
-use lostmotion_sim::{ProgramSource, SimulateOptions, Simulation, Unobserved, plan, simulate};
+use lostmotion_sim::{Program, Simulation, results::SingleRun};
 
 /// Two turns of a circle; enough of it is steady.
 const CIRCLE: &str = "G21 G90 G17 G64 P0.001\nG0 X10 Y0\nG4 P0.2\nG3 I-10 J0 P2 F6000\nM2\n";
@@ -20,25 +20,24 @@ fn machine(command_ms: f64, servo_us: f64) -> Machine {
 }
 
 fn run(machine: &Machine, program: &str, method: &str) -> Simulation {
-    let source = ProgramSource::from_bytes("part.ngc", program.as_bytes());
-    simulate(
-        &source,
-        machine,
-        method,
-        &SimulateOptions::default(),
-        &mut Unobserved,
-    )
-    .expect("a result")
+    let source = Program::from_bytes("part.ngc", program.as_bytes());
+    Simulation::new(&source, machine)
+        .method(method)
+        .run()
+        .map(|run| run.into_single().unwrap())
+        .expect("a result")
 }
 
 fn samples(machine: &Machine, program: &str) -> Vec<Sample> {
-    let source = ProgramSource::from_bytes("part.ngc", program.as_bytes());
+    let source = Program::from_bytes("part.ngc", program.as_bytes());
     let mut all = Vec::new();
     let mut sink = |samples: &[Sample]| {
         all.extend_from_slice(samples);
         Ok(())
     };
-    plan(&source, machine, &SimulateOptions::default(), &mut sink).expect("a plan");
+    Simulation::new(&source, machine)
+        .plan(&mut sink)
+        .expect("a plan");
     all
 }
 

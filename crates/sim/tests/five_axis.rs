@@ -4,28 +4,29 @@
 
 use lostmotion_base::{AxisId, Coords};
 use lostmotion_plan::Sample;
-use lostmotion_sim::{Machine, ProgramSource, SimulateOptions, Unobserved, plan, simulate};
+use lostmotion_sim::{Machine, Program, Simulation};
 use std::path::PathBuf;
 
-fn part(name: &str) -> ProgramSource {
+fn part(name: &str) -> Program {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("../../gcode_samples/parts")
         .join(name);
-    ProgramSource::from_bytes(name, std::fs::read(path).unwrap())
+    Program::from_bytes(name, std::fs::read(path).unwrap())
 }
 
-fn planned(source: &ProgramSource, machine: &Machine) -> Vec<Sample> {
+fn planned(source: &Program, machine: &Machine) -> Vec<Sample> {
     let mut samples = Vec::new();
-    plan(source, machine, &SimulateOptions::default(), &mut |chunk| {
-        samples.extend_from_slice(chunk);
-        Ok(())
-    })
-    .unwrap_or_else(|error| panic!("{error}"));
+    Simulation::new(source, machine)
+        .plan(&mut |chunk, _| {
+            samples.extend_from_slice(chunk);
+            Ok(())
+        })
+        .unwrap_or_else(|error| panic!("{error}"));
     samples
 }
 
-fn text(text: &str) -> ProgramSource {
-    ProgramSource::from_bytes("test.nc", text.as_bytes().to_vec())
+fn text(text: &str) -> Program {
+    Program::from_bytes("test.nc", text.as_bytes().to_vec())
 }
 
 /// Every limit of every joint, on differences of positions as an outsider would take them; and
@@ -213,14 +214,11 @@ fn a_sample_is_simulated_in_part_space_on_every_machine() {
         ("swivel_dome.ngc", "swivel5", 150.0),
     ] {
         let machine = Machine::preset(on).unwrap();
-        let result = simulate(
-            &part(name),
-            &machine,
-            "none",
-            &SimulateOptions::default(),
-            &mut Unobserved,
-        )
-        .unwrap_or_else(|error| panic!("{name}: {error}"));
+        let result = Simulation::new(&part(name), &machine)
+            .method("none")
+            .run()
+            .map(|run| run.into_single().unwrap())
+            .unwrap_or_else(|error| panic!("{name}: {error}"));
         let worst = result.result.cutting.max;
         assert!(worst > 1.0 && worst < most_um, "{name} on {on}: {worst} um");
     }
@@ -230,12 +228,8 @@ fn a_sample_is_simulated_in_part_space_on_every_machine() {
 fn an_arm_that_would_have_to_change_over_is_refused() {
     let machine = Machine::preset("arm6").unwrap();
     // Through the axis of joint 1 and out behind the arm.
-    let refused = plan(
-        &text("G21 G90 G54\nG1 X-1600 F3000\nM2\n"),
-        &machine,
-        &SimulateOptions::default(),
-        &mut |_| Ok(()),
-    );
+    let refused = Simulation::new(&text("G21 G90 G54\nG1 X-1600 F3000\nM2\n"), &machine)
+        .plan(&mut |_, _| Ok(()));
     assert!(refused.is_err());
 }
 

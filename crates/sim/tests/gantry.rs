@@ -6,7 +6,7 @@ use lostmotion_base::AxisId;
 use lostmotion_drive::config::Load;
 use lostmotion_sim::machine::{Machine, presets};
 use lostmotion_sim::{
-    ContourPoint, Observer, ProgramSource, SimulateOptions, Simulation, simulate,
+    ContourPoint, Observer, Program, SimulateOptions, Simulation, results::SingleRun,
 };
 
 /// Where the beam's screws are along X of the preset, machine coordinates, mm.
@@ -73,15 +73,13 @@ fn run(
         lines: lines.to_vec(),
         kept: Vec::new(),
     };
-    let source = ProgramSource::from_bytes("part.ngc", program.as_bytes());
-    let result = simulate(
-        &source,
-        machine,
-        method,
-        &SimulateOptions::default(),
-        &mut points,
-    )
-    .expect("a result");
+    let source = Program::from_bytes("part.ngc", program.as_bytes());
+    let result = Simulation::new(&source, machine)
+        .method(method)
+        .observer(&mut points)
+        .run()
+        .map(|run| run.into_single().unwrap())
+        .expect("a result");
     (result, points.kept)
 }
 
@@ -219,7 +217,7 @@ fn a_cutting_force_is_shared_by_the_lever() {
     for x in [-150.0, 120.0] {
         let share = (x + ZERO - ENDS[0]) / (ENDS[1] - ENDS[0]);
         let program = format!("G21 G90 G17 G61\nG1 X{x} F6000\nY20 F300\nM2\n");
-        let source = ProgramSource::from_bytes("part.ngc", program.as_bytes());
+        let source = Program::from_bytes("part.ngc", program.as_bytes());
         let options = SimulateOptions {
             cutting_force_n: Some(force),
             ..SimulateOptions::default()
@@ -228,7 +226,12 @@ fn a_cutting_force_is_shared_by_the_lever() {
             lines: Vec::new(),
             kept: Vec::new(),
         };
-        let result = simulate(&source, &machine, "none", &options, &mut points)
+        let result = Simulation::new(&source, &machine)
+            .method("none")
+            .options(options.clone())
+            .observer(&mut points)
+            .run()
+            .map(|run| run.into_single().unwrap())
             .expect("a result")
             .result;
         // Most of the time goes by on the move along Y.

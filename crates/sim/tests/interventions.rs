@@ -2,9 +2,7 @@
 #![allow(clippy::expect_used)]
 
 use lostmotion_plan::{Action, Sample};
-use lostmotion_sim::{
-    Intervention, Machine, ProgramSource, SimulateOptions, Unobserved, plan, simulate,
-};
+use lostmotion_sim::{Intervention, Machine, Program, SimulateOptions, Simulation};
 
 const PART: &str =
     "G21 G90 G17 G64 P0.01\nG1 X20 F3000\nY20\nG4 P0.3\nG2 X40 Y20 I10 J0\nG1 X60\nM2\n";
@@ -25,15 +23,17 @@ fn options(actions: &[(f64, Action)]) -> SimulateOptions {
 
 fn planned(actions: &[(f64, Action)]) -> Vec<Sample> {
     let (source, machine) = (
-        ProgramSource::from_bytes("part.ngc", PART.as_bytes()),
+        Program::from_bytes("part.ngc", PART.as_bytes()),
         Machine::preset("bench3").expect("bench3"),
     );
     let mut samples = Vec::new();
-    plan(&source, &machine, &options(actions), &mut |chunk| {
-        samples.extend_from_slice(chunk);
-        Ok(())
-    })
-    .expect("a plan");
+    Simulation::new(&source, &machine)
+        .options(options(actions))
+        .plan(&mut |chunk, _| {
+            samples.extend_from_slice(chunk);
+            Ok(())
+        })
+        .expect("a plan");
     samples
 }
 
@@ -107,11 +107,16 @@ fn a_stop_ends_at_rest_and_a_hold_for_good_too() {
 #[test]
 fn a_hold_shows_in_the_contour_error_and_chunks_make_no_difference() {
     let (source, machine) = (
-        ProgramSource::from_bytes("part.ngc", PART.as_bytes()),
+        Program::from_bytes("part.ngc", PART.as_bytes()),
         Machine::preset("vmc3").expect("vmc3"),
     );
     let run = |options: &SimulateOptions| {
-        simulate(&source, &machine, "none", options, &mut Unobserved).expect("a simulation")
+        Simulation::new(&source, &machine)
+            .method("none")
+            .options(options.clone())
+            .run()
+            .map(|run| run.into_single().unwrap())
+            .expect("a simulation")
     };
     let held = options(&[
         (0.9, Action::Hold),
@@ -140,20 +145,20 @@ fn a_hold_shows_in_the_contour_error_and_chunks_make_no_difference() {
 fn who_heeds_an_override() {
     let part = "G21 G90 G17 G61\nS600 M3\nG0 X20\nG1 X40 F1200\nM49\nG1 X60\nM48\nG1 X80\nM50 P0\nG1 X100\nM50 P1\nG33 X120 K2\nG95 G1 X140 F1.5\nM2\n";
     let (source, machine) = (
-        ProgramSource::from_bytes("part.ngc", part.as_bytes()),
+        Program::from_bytes("part.ngc", part.as_bytes()),
         Machine::preset("bench3").expect("bench3"),
     );
     let mut samples: Vec<Sample> = Vec::new();
-    plan(
-        &source,
-        &machine,
-        &options(&[(0.0, Action::Override(1.5)), (0.0, Action::Rapid(0.5))]),
-        &mut |chunk| {
+    Simulation::new(&source, &machine)
+        .options(options(&[
+            (0.0, Action::Override(1.5)),
+            (0.0, Action::Rapid(0.5)),
+        ]))
+        .plan(&mut |chunk, _| {
             samples.extend_from_slice(chunk);
             Ok(())
-        },
-    )
-    .expect("a plan");
+        })
+        .expect("a plan");
     let rapid = machine.axes()[0].limits.velocity;
     // 20 mm/s are programmed, also by the lead of 2 mm at 600/min; 15 mm/s as feed per revolution.
     for (line, speed) in [
@@ -180,7 +185,7 @@ fn who_heeds_an_override() {
 #[test]
 fn nonsense_is_refused() {
     let (source, machine) = (
-        ProgramSource::from_bytes("part.ngc", PART.as_bytes()),
+        Program::from_bytes("part.ngc", PART.as_bytes()),
         Machine::preset("bench3").expect("bench3"),
     );
     for actions in [
@@ -188,6 +193,11 @@ fn nonsense_is_refused() {
         vec![(2.0, Action::Hold), (1.0, Action::Resume)],
         vec![(0.0, Action::Override(f64::NAN))],
     ] {
-        assert!(plan(&source, &machine, &options(&actions), &mut |_| Ok(())).is_err());
+        assert!(
+            Simulation::new(&source, &machine)
+                .options(options(&actions))
+                .plan(&mut |_, _| Ok(()))
+                .is_err()
+        );
     }
 }

@@ -8,7 +8,7 @@ mod random;
 use lostmotion_base::Coords;
 use lostmotion_plan::Sample;
 use lostmotion_sim::machine::presets;
-use lostmotion_sim::{Machine, ProgramSource, SimError, SimulateOptions, plan};
+use lostmotion_sim::{Machine, Program, SimError, Simulation};
 use random::Random;
 use std::fmt::Write;
 
@@ -42,16 +42,11 @@ fn families() -> Vec<(Machine, char, [f64; 2])> {
 /// the travel or have to change over.
 fn planned(machine: &Machine, text: &str) -> Option<Vec<Sample>> {
     let mut samples = Vec::new();
-    let source = ProgramSource::from_bytes("random.ngc", text.as_bytes());
-    match plan(
-        &source,
-        machine,
-        &SimulateOptions::default(),
-        &mut |chunk| {
-            samples.extend_from_slice(chunk);
-            Ok(())
-        },
-    ) {
+    let source = Program::from_bytes("random.ngc", text.as_bytes());
+    match Simulation::new(&source, machine).plan(&mut |chunk, _| {
+        samples.extend_from_slice(chunk);
+        Ok(())
+    }) {
         Ok(_) => Some(samples),
         Err(SimError::Travel { .. }) => None,
         Err(SimError::Program { diagnostics, .. })

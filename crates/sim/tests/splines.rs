@@ -1,27 +1,23 @@
 //! Splines are planned as curves: no stop and no blend between their parts, even on an exact path.
 #![allow(clippy::unwrap_used)]
 
-use lostmotion_sim::{Machine, ProgramSource, SimulateOptions, plan};
+use lostmotion_sim::{Machine, Program, Simulation};
 
 /// Place, velocity and acceleration of X and Y of every sample.
 fn planned(text: &str) -> Vec<[[f64; 2]; 3]> {
     let machine = Machine::preset("bench3").unwrap();
     let mut out = Vec::new();
-    let source = ProgramSource::from_bytes("spline.ngc", text.as_bytes().to_vec());
-    plan(
-        &source,
-        &machine,
-        &SimulateOptions::default(),
-        &mut |samples| {
+    let source = Program::from_bytes("spline.ngc", text.as_bytes().to_vec());
+    Simulation::new(&source, &machine)
+        .plan(&mut |samples, _| {
             out.extend(
                 samples
                     .iter()
                     .map(|s| [s.position, s.velocity, s.acceleration].map(|c| [c.0[0], c.0[1]])),
             );
             Ok(())
-        },
-    )
-    .unwrap();
+        })
+        .unwrap();
     out
 }
 

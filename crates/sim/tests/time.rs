@@ -5,7 +5,7 @@
 use lostmotion_sim::machine::Machine;
 use lostmotion_sim::time::results::{BlockTime, CycleTime, TimeKind};
 use lostmotion_sim::time::{TimeOptions, time};
-use lostmotion_sim::{ProgramSource, SimulateOptions};
+use lostmotion_sim::{Program, SimulateOptions, Simulation};
 
 /// Limits of `bench3`, mm and s.
 const V: f64 = 100.0;
@@ -13,7 +13,7 @@ const A: f64 = 1000.0;
 const J: f64 = 30_000.0;
 
 fn timed(program: &str, options: &TimeOptions) -> (CycleTime, Vec<BlockTime>) {
-    let source = ProgramSource::from_bytes("part.ngc", program.as_bytes());
+    let source = Program::from_bytes("part.ngc", program.as_bytes());
     let machine = Machine::preset("bench3").expect("bench3");
     let mut rows = Vec::new();
     let mut sink = |finished: &[BlockTime]| {
@@ -21,14 +21,9 @@ fn timed(program: &str, options: &TimeOptions) -> (CycleTime, Vec<BlockTime>) {
         Ok(())
     };
     (
-        time(
-            &source,
-            &machine,
-            &SimulateOptions::default(),
-            options,
-            &mut sink,
-        )
-        .expect("a time"),
+        Simulation::new(&source, &machine)
+            .time(options, &mut sink)
+            .expect("a time"),
         rows,
     )
 }
@@ -217,7 +212,7 @@ fn only_so_many_blocks_are_kept_and_they_are_the_longest() {
 
 #[test]
 fn threads_do_not_matter_and_nonsense_is_refused() {
-    let source = ProgramSource::from_bytes(
+    let source = Program::from_bytes(
         "part.ngc",
         &b"G21 G90 G64 P0.02\nG1 X10 F2000\nG1 Y10\nM2\n"[..],
     );
@@ -228,7 +223,9 @@ fn threads_do_not_matter_and_nonsense_is_refused() {
             chunk_samples: 37 * (threads + 1),
             ..SimulateOptions::default()
         };
-        time(&source, &machine, &options, wanted, &mut |_| Ok(()))
+        Simulation::new(&source, &machine)
+            .options(options.clone())
+            .time(wanted, &mut |_| Ok(()))
     };
     let one = run(1, &TimeOptions::default()).expect("a time");
     assert_eq!(run(4, &TimeOptions::default()).expect("a time"), one);

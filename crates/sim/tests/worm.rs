@@ -8,7 +8,7 @@
 use lostmotion_base::AxisId;
 use lostmotion_base::units::rad;
 use lostmotion_sim::machine::{Machine, presets};
-use lostmotion_sim::{ContourPoint, Observer, ProgramSource, SimulateOptions, simulate};
+use lostmotion_sim::{ContourPoint, Observer, Program, Simulation};
 
 #[derive(Default)]
 struct Points(Vec<ContourPoint>);
@@ -39,16 +39,14 @@ fn the_error_is_radius_times_gap() {
             .config
             .with_gap(gap_mdeg * 1e-3);
         let machine = machine.with_axis_config(AxisId::C, &config);
-        let source = ProgramSource::from_bytes("spokes.ngc", SPOKES.as_bytes());
+        let source = Program::from_bytes("spokes.ngc", SPOKES.as_bytes());
         let mut points = Points::default();
-        simulate(
-            &source,
-            &machine,
-            "none",
-            &SimulateOptions::default(),
-            &mut points,
-        )
-        .expect("a result");
+        Simulation::new(&source, &machine)
+            .method("none")
+            .observer(&mut points)
+            .run()
+            .map(|run| run.into_single().unwrap())
+            .expect("a result");
         let at = |line: u32, radius: f64| {
             let of_line = points
                 .0

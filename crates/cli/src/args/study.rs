@@ -78,7 +78,7 @@ pub(crate) struct Bench {
 #[derive(Debug, Args)]
 pub(crate) struct Endurance {
     /// Cell of the matrix whose axis runs, drifting over the whole time if its name ends so
-    #[arg(long, value_name = "NAME", default_value = lostmotion::study::endurance::USUAL)]
+    #[arg(long, value_name = "NAME", default_value = lostmotion_study::endurance::USUAL)]
     pub(crate) cell: String,
     /// Compensation method
     #[arg(long, value_name = "NAME", default_value = "adaptive")]

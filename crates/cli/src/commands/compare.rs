@@ -11,7 +11,7 @@ use crate::record::{Answer, Record};
 use crate::voice::Voice;
 use lostmotion::methods::METHODS;
 use lostmotion::report::text;
-use lostmotion::sim::Machine;
+use lostmotion::sim::{Machine, Simulation};
 
 /// Runs a program with several methods. Exit code 0 whatever the verdicts are.
 pub(crate) fn run(args: &Compare, voice: Voice) -> Result<u8, Failure> {
@@ -22,7 +22,11 @@ pub(crate) fn run(args: &Compare, voice: Voice) -> Result<u8, Failure> {
         voice.quiet || voice.diagnostics != Form::Text,
     )?;
     let mut record = Record::new(&args.run, &methods, voice.quiet)?;
-    let result = lostmotion::sim::compare(&program, &machine, &methods, &options, &mut record);
+    let result = Simulation::new(&program, &machine)
+        .methods(&methods)
+        .options(options.clone())
+        .observer(&mut record)
+        .run();
     let comparison = result.map_err(|error| failure(&program, &error, voice))?;
     accepted(&program, &machine, &options, voice)?;
     let json = to_json(&comparison)?;

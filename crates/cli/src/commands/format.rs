@@ -9,7 +9,7 @@ use lostmotion::gcode_tools::format::{
     Case, FormatOptions, FormatSummary, LineNumbers, format, refers_to_line_numbers,
 };
 use lostmotion::report::atomic::AtomicFile;
-use lostmotion::sim::ProgramSource;
+use lostmotion::sim::Program;
 use std::io::{self, Write};
 
 /// The program is not in the style.
@@ -58,7 +58,7 @@ pub(crate) fn run(args: &FormatPart, voice: Voice) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-fn options(args: &FormatPart, source: &ProgramSource) -> Result<FormatOptions, Failure> {
+fn options(args: &FormatPart, source: &Program) -> Result<FormatOptions, Failure> {
     let case = match args.case {
         LetterCase::Upper => Case::Upper,
         LetterCase::Lower => Case::Lower,
@@ -98,7 +98,7 @@ fn options(args: &FormatPart, source: &ProgramSource) -> Result<FormatOptions, F
 }
 
 /// What would be changed, as lines that go and lines that come.
-fn changes(source: &ProgramSource, summary: &FormatSummary) -> String {
+fn changes(source: &Program, summary: &FormatSummary) -> String {
     let mut text = String::new();
     for change in &summary.changes {
         let [before, after] = [&change.before, &change.after]

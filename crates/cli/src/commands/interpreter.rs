@@ -3,20 +3,18 @@
 use crate::args::part::Setup;
 use crate::failure::Failure;
 use crate::{input, machines};
-use lostmotion::gcode::{InterpreterConfig, Program, ToolTable};
-use lostmotion::sim::{Machine, ProgramSource, SimulateOptions};
-use std::io::BufRead;
+use lostmotion::gcode::{InterpreterConfig, ToolTable};
+use lostmotion::sim::{Machine, Program, SimulateOptions};
 use std::path::Path;
 
 /// A program that is read by the interpreter.
-pub(crate) type Reading = Program<Box<dyn BufRead + Send>>;
+pub(crate) type Reading = lostmotion::sim::program::Operations;
 
 /// Opens a program.
-pub(crate) fn open(source: &ProgramSource, config: InterpreterConfig) -> Result<Reading, Failure> {
-    let reader = source
-        .open()
-        .map_err(|error| Failure::message(format!("cannot read {}: {error}", source.name())))?;
-    Ok(Program::new(reader, config))
+pub(crate) fn open(source: &Program, config: InterpreterConfig) -> Result<Reading, Failure> {
+    source
+        .operations(config)
+        .map_err(|error| Failure::message(format!("cannot read {}: {error}", source.name())))
 }
 
 /// The tool table of a file.

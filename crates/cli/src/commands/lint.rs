@@ -9,7 +9,7 @@ use crate::{input, output};
 use lostmotion::gcode::Severity;
 use lostmotion::gcode_tools::lint::{Level, Levels, lint, rules};
 use lostmotion::report::findings::{Finding, Origin};
-use lostmotion::sim::{Machine, ProgramSource, SimError, SimulateOptions};
+use lostmotion::sim::{Machine, Program, SimError, SimulateOptions, Simulation};
 
 /// There are warnings, and no errors.
 const WARNINGS: u8 = 1;
@@ -59,7 +59,7 @@ pub(crate) fn run(args: &Lint, voice: Voice) -> Result<u8, Failure> {
 
 /// Holds the program against a machine's axes and travel.
 fn on_machine(
-    (source, machine, options): (&ProgramSource, &Machine, &SimulateOptions),
+    (source, machine, options): (&Program, &Machine, &SimulateOptions),
     level: Level,
     findings: &mut Findings<'_>,
     voice: Voice,
@@ -67,7 +67,8 @@ fn on_machine(
     if level == Level::Allow {
         return Ok(());
     }
-    match lostmotion::sim::check(source, machine, options) {
+    let simulation = Simulation::new(source, machine).options(options.clone());
+    match simulation.check() {
         Ok(_) | Err(SimError::Empty { .. }) => Ok(()),
         Err(SimError::Travel { violations, .. }) => {
             add_travel(

@@ -28,7 +28,7 @@ use lostmotion::base::units::deg;
 use lostmotion::gcode::Severity;
 use lostmotion::plan::TravelViolation;
 use lostmotion::report::{json, number, text::TextOptions};
-use lostmotion::sim::{Machine, ProgramSource, SimError, SimulateOptions};
+use lostmotion::sim::{Machine, Program, SimError, SimulateOptions};
 use serde::Serialize;
 
 /// Done, and within tolerance where there is one.
@@ -57,7 +57,7 @@ pub(crate) fn run(cli: &Cli) -> Result<u8, Failure> {
 }
 
 /// What a run is given: the program, the machine, and how.
-fn prepare(run: &Run) -> Result<(ProgramSource, Machine, SimulateOptions), Failure> {
+fn prepare(run: &Run) -> Result<(Program, Machine, SimulateOptions), Failure> {
     let program = crate::input::program(&run.on.part)?;
     let machine = drives::with_drives(&run.on.machine()?, &run.drives)?;
     let machine = machines::with_fits(machine, &run.fitted)?;
@@ -113,7 +113,7 @@ fn check_fit(method: &str, machine: &Machine) -> Result<(), Failure> {
 }
 
 /// An error of the session, with the lines of the program it is about.
-fn failure(program: &ProgramSource, error: &SimError, voice: Voice) -> Failure {
+fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
     let mut findings = Findings::none(program);
     match error {
         SimError::Program { diagnostics, .. } => {
@@ -176,7 +176,7 @@ fn add_travel(findings: &mut Findings<'_>, severity: Severity, violations: &[Tra
 
 /// What the front end found in a program that was accepted, for those who want a document.
 fn accepted(
-    program: &ProgramSource,
+    program: &Program,
     machine: &Machine,
     options: &SimulateOptions,
     voice: Voice,

@@ -6,12 +6,13 @@ use crate::args::run::Plan;
 use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{drives, input};
+use lostmotion::contour::ProgrammedSegment;
 use lostmotion::drive::config::Cycles;
 use lostmotion::plan::Sample;
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::PlanWriter;
 use lostmotion::report::{WriteError, number, text};
-use lostmotion::sim::{BowLimit, SimError, SimulateOptions};
+use lostmotion::sim::{BowLimit, SimError, SimulateOptions, Simulation};
 
 /// Cycles of a plan: that of the command counts alone, and any servo's that goes with it will do.
 fn planned(command_ms: Option<f64>, own: Cycles) -> Result<Cycles, Failure> {
@@ -44,7 +45,8 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
         machine.cycles().command(),
     )
     .map_err(unwritten)?;
-    let mut sink = |samples: &[Sample]| writer.push(samples).map_err(Into::into);
+    let mut sink =
+        |samples: &[Sample], _: &[ProgrammedSegment]| writer.push(samples).map_err(Into::into);
     let (quality, interventions) = (args.quality.of_planner(), args.interventions.read()?);
     let options = SimulateOptions {
         quality,
@@ -52,15 +54,15 @@ pub(crate) fn run(args: &Plan, voice: Voice) -> Result<u8, Failure> {
         bow_limit_um: args.bow_limit_um,
         ..args.on.options(&machine, SimulateOptions::default())?
     };
-    let info =
-        lostmotion::sim::plan(&program, &machine, &options, &mut sink).map_err(
-            |error| match error {
-                SimError::Sink(why) => {
-                    Failure::message(format!("cannot write {}: {why}", args.out.display()))
-                }
-                other => failure(&program, &other, voice),
-            },
-        )?;
+    let info = Simulation::new(&program, &machine)
+        .options(options.clone())
+        .plan(&mut sink)
+        .map_err(|error| match error {
+            SimError::Sink(why) => {
+                Failure::message(format!("cannot write {}: {why}", args.out.display()))
+            }
+            other => failure(&program, &other, voice),
+        })?;
     accepted(&program, &machine, &options, voice)?;
     writer.finish().map_err(unwritten)?.commit()?;
     if !voice.quiet {

@@ -6,8 +6,8 @@ use crate::failure::Failure;
 use crate::output;
 use lostmotion::report::WriteError;
 use lostmotion::report::atomic::OutputFolder;
-use lostmotion::study::StudyError;
-use lostmotion::study::paper::{Trial, figures, outlook, scan, shaft_trials, text, trials};
+use lostmotion_study::StudyError;
+use lostmotion_study::paper::{Trial, figures, outlook, scan, shaft_trials, text, trials};
 use std::io::Write;
 
 /// Runs the paper's experiments again.

@@ -7,14 +7,22 @@ use crate::output::stdout_has_color;
 use crate::record::{Answer, Record};
 use crate::voice::Voice;
 use lostmotion::report::text;
+use lostmotion::sim::Simulation;
 
 /// Runs a program with one method. Exit code 0 within tolerance, 1 outside.
 pub(crate) fn run(args: &Simulate, voice: Voice) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(&args.run)?;
     check_fit(&args.method, &machine)?;
     let mut record = Record::new(&args.run, std::slice::from_ref(&args.method), voice.quiet)?;
-    let result = lostmotion::sim::simulate(&program, &machine, &args.method, &options, &mut record);
-    let simulation = result.map_err(|error| failure(&program, &error, voice))?;
+    let run = Simulation::new(&program, &machine)
+        .method(&args.method)
+        .options(options.clone())
+        .observer(&mut record)
+        .run()
+        .map_err(|error| failure(&program, &error, voice))?;
+    let simulation = run
+        .into_single()
+        .ok_or_else(|| Failure::message("no method was run".to_owned()))?;
     accepted(&program, &machine, &options, voice)?;
     let json = to_json(&simulation)?;
     let plain = text::simulation(&simulation, &text_options(false));

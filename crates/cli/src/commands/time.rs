@@ -10,7 +10,7 @@ use lostmotion::report::csv::TimeWriter;
 use lostmotion::report::{WriteError, text};
 use lostmotion::sim::time::TimeOptions;
 use lostmotion::sim::time::results::BlockTime;
-use lostmotion::sim::{SimError, SimulateOptions};
+use lostmotion::sim::{SimError, SimulateOptions, Simulation};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -81,12 +81,13 @@ pub(crate) fn run(args: &Time, voice: Voice) -> Result<u8, Failure> {
             .map_or(Ok(()), |files| files.blocks.push(rows))
             .map_err(Into::into)
     };
-    let time = lostmotion::sim::time(&program, &machine, &options, &wanted, &mut sink).map_err(
-        |error| match error {
+    let time = Simulation::new(&program, &machine)
+        .options(options.clone())
+        .time(&wanted, &mut sink)
+        .map_err(|error| match error {
             SimError::Sink(why) => Failure::message(format!("cannot write blocks.csv: {why}")),
             other => failure(&program, &other, voice),
-        },
-    )?;
+        })?;
     accepted(&program, &machine, &options, voice)?;
     let (json, text) = (to_json(&time)?, text::time(&time));
     if let Some(files) = files {

@@ -4,7 +4,7 @@ use super::parts::{program, warnings};
 use super::table::{Align, Cell, Table};
 use super::{Ink, TextOptions, needs};
 use crate::number::{error, percent, plain};
-use lostmotion_sim::results::{Comparison, MethodResult};
+use lostmotion_sim::results::{Harm, MethodResult, Run};
 
 /// Most warnings shown; the JSON form has all of them.
 const WARNINGS: usize = 3;
@@ -12,30 +12,9 @@ const WARNINGS: usize = 3;
 /// Name of the method that the others are held against.
 const BASELINE: &str = "none";
 
-/// A difference to doing nothing below this is not called harm, um.
-const HARM_UM: f64 = 0.1;
-
-/// In what a method is worse than doing nothing, as ratios of the part that backlash causes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Harm {
-    /// Its RMS is larger: this many times.
-    Rms(f64),
-    /// Its RMS is not, but its peak is: this many times.
-    Peak(f64),
-}
-
-/// Whether a method does harm, held against `none` on the same plan; a difference under 0.1 um is
-/// none.
-pub fn harm(method: &MethodResult, none: &MethodResult) -> Option<Harm> {
-    let worse = |with: f64, without: f64| (with > without + HARM_UM).then(|| with / without);
-    worse(method.backlash.rms, none.backlash.rms)
-        .map(Harm::Rms)
-        .or_else(|| worse(method.backlash.max, none.backlash.max).map(Harm::Peak))
-}
-
 /// The whole answer: one line a method, the recommendation, harm, notes. Ends in a newline.
-pub fn comparison(comparison: &Comparison, options: &TextOptions) -> String {
-    let none = comparison.results.iter().find(|r| r.method == BASELINE);
+pub fn comparison(comparison: &Run, options: &TextOptions) -> String {
+    let none = comparison.results.iter().find(|r| r.is_baseline());
     let mut out = format!(
         "{} on {}, tolerance {} um: {} on one plan\n",
         comparison.program.name,
@@ -60,7 +39,7 @@ pub fn comparison(comparison: &Comparison, options: &TextOptions) -> String {
     out
 }
 
-fn table(comparison: &Comparison, none: Option<&MethodResult>) -> String {
+fn table(comparison: &Run, none: Option<&MethodResult>) -> String {
     let right = Align::Right;
     let mut table = Table::new(&[
         ("method", Align::Left),
@@ -84,7 +63,7 @@ fn table(comparison: &Comparison, none: Option<&MethodResult>) -> String {
         } else {
             "outside"
         };
-        let worse = match none.and_then(|n| harm(result, n)) {
+        let worse = match none.and_then(|n| result.harm(n)) {
             Some(Harm::Rms(_)) => ", worse than none",
             Some(Harm::Peak(_)) => ", higher peak than none",
             None => "",
@@ -121,7 +100,7 @@ fn table(comparison: &Comparison, none: Option<&MethodResult>) -> String {
     table.render()
 }
 
-fn recommendation(comparison: &Comparison, options: &TextOptions) -> String {
+fn recommendation(comparison: &Run, options: &TextOptions) -> String {
     match &comparison.recommended {
         Some(name) if name == BASELINE => {
             let text = "none: no method compared improves on doing nothing with what a drive has";
@@ -135,7 +114,7 @@ fn recommendation(comparison: &Comparison, options: &TextOptions) -> String {
 
 /// Says plainly what a method's verdict only hints at; a larger RMS is among the run's own notes.
 fn harm_line(result: &MethodResult, none: Option<&MethodResult>, options: &TextOptions) -> String {
-    let Some((none, Harm::Peak(ratio))) = none.and_then(|n| harm(result, n).map(|h| (n, h))) else {
+    let Some((none, Harm::Peak(ratio))) = none.and_then(|n| result.harm(n).map(|h| (n, h))) else {
         return String::new();
     };
     let [with, without] = [result, none].map(|r| error(r.backlash.max));

@@ -10,7 +10,7 @@ mod simulation;
 mod table;
 mod time;
 
-pub use comparison::{Harm, comparison, harm};
+pub use comparison::comparison;
 pub use parts::straightness;
 pub use simulation::simulation;
 pub use table::{Align, Cell, Table};

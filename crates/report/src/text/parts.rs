@@ -116,13 +116,7 @@ pub(super) fn stats_row(table: &mut Table, name: &str, stats: &ErrorStats) {
 
 /// A cause in words.
 pub(super) fn cause(cause: Cause) -> String {
-    match cause {
-        Cause::Reversal(axis) => format!("reversal of {axis}"),
-        Cause::Gap => "gap".to_owned(),
-        Cause::Blend => "blending".to_owned(),
-        Cause::Corner => "corner".to_owned(),
-        Cause::ServoLag => "servo lag".to_owned(),
-    }
+    cause.to_string()
 }
 
 /// A block's line, with the file where it is not the program itself.

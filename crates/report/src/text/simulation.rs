@@ -3,13 +3,13 @@
 use super::parts::{program, stats_row, stats_table, warnings};
 use super::{Ink, TextOptions, blocks};
 use crate::number::{error, plain};
-use lostmotion_sim::results::Simulation;
+use lostmotion_sim::results::SingleRun;
 
 /// Most warnings shown; the JSON form has all of them.
 const WARNINGS: usize = 10;
 
 /// The whole answer: verdict, errors, worst blocks, axes, reversals, notes. Ends in a newline.
-pub fn simulation(simulation: &Simulation, options: &TextOptions) -> String {
+pub fn simulation(simulation: &SingleRun, options: &TextOptions) -> String {
     let mut out = verdict(simulation, options);
     out.push_str(&program(&simulation.program, &simulation.plan));
     out.push_str(&warnings(&simulation.program, WARNINGS));
@@ -47,7 +47,7 @@ pub fn simulation(simulation: &Simulation, options: &TextOptions) -> String {
 }
 
 /// The first line: inside or outside, by how much, where and why.
-fn verdict(simulation: &Simulation, options: &TextOptions) -> String {
+fn verdict(simulation: &SingleRun, options: &TextOptions) -> String {
     let result = &simulation.result;
     let (ink, word) = if result.within_tolerance {
         (Ink::Good, "within tolerance")
@@ -83,7 +83,7 @@ fn verdict(simulation: &Simulation, options: &TextOptions) -> String {
 }
 
 /// The table of contour errors.
-fn errors(simulation: &Simulation) -> String {
+fn errors(simulation: &SingleRun) -> String {
     let result = &simulation.result;
     let mut table = stats_table("contour error, um");
     stats_row(&mut table, "cutting moves", &result.cutting);

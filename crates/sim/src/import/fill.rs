@@ -118,7 +118,7 @@ struct Lender {
 fn lender(axis: &DraftAxis, preset: &str) -> Option<Lender> {
     [preset, ROTARY_LENDER].into_iter().find_map(|name| {
         let info = presets().iter().find(|info| info.name == name)?;
-        let machine = Machine::preset(name)?;
+        let machine = Machine::preset(name).ok()?;
         let same = machine
             .axes()
             .iter()

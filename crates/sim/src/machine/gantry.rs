@@ -17,17 +17,24 @@ const LEAST_BEAM_MM: f64 = 1.0;
 /// Table `gantry` of a machine file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Table {
-    axis: char,
-    along: char,
-    first_at_mm: f64,
-    second_at_mm: f64,
+pub struct GantryFile {
+    /// Letter of the axis that two motors drive, in lower case.
+    pub axis: char,
+    /// Letter of the axis that moves the tool along the beam.
+    pub along: char,
+    /// Joint position of `along` at which the tool is at the first screw, mm.
+    pub first_at_mm: f64,
+    /// The same for the second screw, mm.
+    pub second_at_mm: f64,
+    /// Total gap of the second end, um, where it is like the first but for its gap.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    second_gap_um: Option<f64>,
+    pub second_gap_um: Option<f64>,
+    /// Stiffness of the beam against skew; `None` if it yields.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    beam: Option<Tie>,
+    pub beam: Option<Tie>,
+    /// The second end; like the first if `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    second: Option<AxisConfig>,
+    pub second: Option<AxisConfig>,
 }
 
 /// An axis that two motors drive.
@@ -73,9 +80,9 @@ impl Gantry {
     }
 
     /// What a file says of it.
-    pub(super) fn table(&self) -> impl Serialize + use<> {
+    pub(super) fn file(&self) -> GantryFile {
         let letter = |axis: AxisId| axis.letter().to_ascii_lowercase();
-        Table {
+        GantryFile {
             axis: letter(self.axis),
             along: letter(self.along),
             first_at_mm: self.at_mm[0],
@@ -147,7 +154,7 @@ pub(super) fn read(
     problems: &mut Vec<Problem>,
 ) -> Option<Gantry> {
     let part = document.root.get("gantry")?;
-    let table: Table = section::read(document, "gantry", part, &[], problems)?;
+    let table: GantryFile = section::read(document, "gantry", part, &[], problems)?;
     let before = problems.len();
     let mut linear = |key: &str, letter: char| {
         let axis = axes

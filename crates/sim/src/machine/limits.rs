@@ -38,7 +38,7 @@ pub struct RotaryLimits {
 }
 
 /// Either of them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum LimitsTable {
     /// Of X, Y, Z, U, V, W.
@@ -51,6 +51,15 @@ pub enum LimitsTable {
 pub(super) type Bounded = (&'static str, f64, f64, f64);
 
 impl LimitsTable {
+    /// Of no axis at all: all zero.
+    pub(super) const NONE: LimitsTable = LimitsTable::Linear(LinearLimits {
+        min_mm: 0.0,
+        max_mm: 0.0,
+        velocity_mm_s: 0.0,
+        acceleration_mm_s2: 0.0,
+        jerk_mm_s3: 0.0,
+    });
+
     /// In mm or rad.
     pub fn limits(&self) -> AxisLimits {
         match *self {

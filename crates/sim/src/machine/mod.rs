@@ -7,6 +7,7 @@
 
 mod check;
 mod document;
+mod file;
 mod gantry;
 mod limits;
 mod preset;
@@ -16,10 +17,10 @@ mod review;
 mod section;
 mod settings;
 mod tuning;
-mod write;
 
 pub use document::Change;
-pub use gantry::Gantry;
+pub use file::{AxisEdit, AxisFile, MachineEdit, MachineFile};
+pub use gantry::{Gantry, GantryFile};
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
 pub use preset::{
     DEFAULT_MACHINE, PresetInfo, axis_preset, axis_preset_toml, axis_presets, presets,
@@ -34,11 +35,11 @@ pub use tuning::AxisTuning;
 
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisLimits, AxisSet, Coords};
+use lostmotion_drive::AxisConfig;
 use lostmotion_drive::config::{AxisUnit, Cycles};
 use lostmotion_gcode::Dialect;
 use lostmotion_kinematics::{Kinematics, KinematicsError, KinematicsSpec, Reach, build_within};
-use lostmotion_methods::AxisConfig;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One axis of a machine.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,21 +76,57 @@ impl MachineAxis {
 }
 
 /// Everything in a machine file besides its axes.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-struct General {
-    name: String,
-    description: String,
-    #[serde(skip_serializing_if = "is_default")]
-    dialect: Dialect,
-    #[serde(skip_serializing_if = "Cycles::is_usual")]
-    cycles: Cycles,
-    kinematics: KinematicsSpec,
-    planner: PlannerSettings,
-    simulate: SimulateSettings,
-    start: Option<Position>,
-    work_offset: WorkOffsets,
-    home: Homes,
-    tool: Vec<ToolEntry>,
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct General {
+    /// Name of the machine.
+    pub name: String,
+    /// One line for people.
+    #[serde(default)]
+    pub description: String,
+    /// Dialect that its programs are in.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub dialect: Dialect,
+    /// Cycles of command and servo, those of every axis.
+    #[serde(default, skip_serializing_if = "Cycles::is_usual")]
+    pub cycles: Cycles,
+    /// Which kinematics, with its measures.
+    pub kinematics: KinematicsSpec,
+    /// What the planner is told.
+    #[serde(default)]
+    pub planner: PlannerSettings,
+    /// Tolerance of the verdict and the like.
+    #[serde(default)]
+    pub simulate: SimulateSettings,
+    /// Where the machine stands before the program; the origin of G54 if `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<Position>,
+    /// Origins of the work coordinate systems.
+    #[serde(default)]
+    pub work_offset: WorkOffsets,
+    /// Where G28 and G30 go.
+    #[serde(default)]
+    pub home: Homes,
+    /// The tools it knows; if there are none, a program may name any.
+    #[serde(default)]
+    pub tool: Vec<ToolEntry>,
+}
+
+impl General {
+    fn new(name: String, kinematics: KinematicsSpec) -> General {
+        General {
+            name,
+            description: String::new(),
+            dialect: Dialect::default(),
+            cycles: Cycles::default(),
+            kinematics,
+            planner: PlannerSettings::default(),
+            simulate: SimulateSettings::default(),
+            start: None,
+            work_offset: WorkOffsets::default(),
+            home: Homes::default(),
+            tool: Vec::new(),
+        }
+    }
 }
 
 fn is_default(dialect: &Dialect) -> bool {
@@ -106,7 +143,12 @@ fn reach(axes: &[MachineAxis]) -> Reach {
 }
 
 /// A checked machine.
-#[derive(Clone, Debug, PartialEq)]
+///
+/// It is made from a file ([`Machine::from_toml`]), is one of those that come with the library
+/// ([`Machine::preset`]), or is described in code ([`MachineFile::check`]); [`Machine::edit`]
+/// changes it. Its serde form is that of [`MachineFile`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "MachineFile", try_from = "MachineFile")]
 pub struct Machine {
     general: General,
     axes: Vec<MachineAxis>,

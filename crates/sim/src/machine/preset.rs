@@ -1,5 +1,6 @@
 //! Machines that come with the library, as files that a user could have written, and their axes.
 
+use super::problem::{MachineError, did_you_mean};
 use super::{Machine, axis_from_toml};
 use lostmotion_methods::AxisConfig;
 
@@ -71,10 +72,33 @@ pub fn presets() -> &'static [PresetInfo] {
 }
 
 impl Machine {
-    /// A machine that comes with the library; none if there is none of that name.
-    pub fn preset(name: &str) -> Option<Machine> {
-        let info = presets().iter().find(|info| info.name == name)?;
-        Machine::from_toml(&format!("{name}.toml"), info.toml).ok()
+    /// A machine that comes with the library.
+    ///
+    /// ```
+    /// use lostmotion_sim::Machine;
+    ///
+    /// assert_eq!(Machine::preset("vmc3")?.axes().len(), 3);
+    /// let error = Machine::preset("vcm3").unwrap_err().to_string();
+    /// assert!(error.contains("did you mean `vmc3`?"));
+    /// # Ok::<(), lostmotion_sim::machine::MachineError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// There is no machine of that name.
+    pub fn preset(name: &str) -> Result<Machine, MachineError> {
+        match presets().iter().find(|info| info.name == name) {
+            Some(info) => Machine::from_toml(&format!("{name}.toml"), info.toml),
+            None => {
+                let known: Vec<&str> = presets().iter().map(|info| info.name).collect();
+                let message = format!("there is no machine `{name}`");
+                Err(MachineError::of(
+                    "",
+                    "",
+                    message,
+                    &did_you_mean(name, &known),
+                ))
+            }
+        }
     }
 }
 
@@ -87,7 +111,8 @@ const JOINT: (&str, &str) = (
 );
 
 /// An axis that comes with the library: `paper`, `robot-joint`, or an axis of a machine as `vmc3:x`
-/// (`gantry3:y2` is a gantry's second motor); none if there is none of that name.
+/// (`gantry3:y2` is a gantry's second motor); `None` if there is none of that
+/// name.
 pub fn axis_preset(name: &str) -> Option<AxisConfig> {
     if name == PAPER {
         return Some(AxisConfig::paper());
@@ -96,7 +121,7 @@ pub fn axis_preset(name: &str) -> Option<AxisConfig> {
         return axis_from_toml(JOINT.0, JOINT.1).ok();
     }
     let (machine, drive) = name.split_once(':')?;
-    let machine = Machine::preset(machine)?;
+    let machine = Machine::preset(machine).ok()?;
     machine.drive(drive).cloned()
 }
 

@@ -5,7 +5,7 @@ use std::fmt;
 /// One thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Line, from 1.
+    /// Line, from 1; 0 for a machine that was described in code.
     pub line: u32,
     /// Column in bytes, from 1.
     pub column: u32,
@@ -51,7 +51,7 @@ pub(super) fn number(value: f64) -> String {
 /// of the text.
 ///
 /// Its text has one line `file:line:column: error: key: message` a problem, and a line `hint: ...`
-/// below where there is one.
+/// below where there is one; without line and column for a machine that was described in code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MachineError {
@@ -62,6 +62,29 @@ pub struct MachineError {
 }
 
 impl MachineError {
+    /// One problem of a description that is no text.
+    pub(crate) fn of(name: &str, key: &str, message: String, hint: &str) -> MachineError {
+        MachineError {
+            file: name.to_owned(),
+            problems: vec![Problem {
+                line: 0,
+                column: 0,
+                key: key.to_owned(),
+                message,
+                hint: hint.to_owned(),
+                option: None,
+            }],
+        }
+    }
+
+    /// For a description that is no text: without places.
+    pub(crate) fn without_places(mut self) -> MachineError {
+        for problem in &mut self.problems {
+            (problem.line, problem.column) = (0, 0);
+        }
+        self
+    }
+
     /// Sorts by place and keeps one problem for each key, the first that was found.
     pub(crate) fn new(file: &str, found: Vec<Problem>) -> MachineError {
         let mut problems: Vec<Problem> = Vec::new();
@@ -87,13 +110,11 @@ impl fmt::Display for MachineError {
             if index > 0 {
                 writeln!(f)?;
             }
-            match &problem.option {
-                Some(option) => write!(f, "{option}: error: ")?,
-                None => write!(
-                    f,
-                    "{}:{}:{}: error: ",
-                    self.file, problem.line, problem.column
-                )?,
+            match (&problem.option, problem.line, self.file.as_str()) {
+                (Some(option), ..) => write!(f, "{option}: error: ")?,
+                (None, 0, "") => {}
+                (None, 0, name) => write!(f, "{name}: error: ")?,
+                (None, line, file) => write!(f, "{file}:{line}:{}: error: ", problem.column)?,
             }
             if !problem.key.is_empty() {
                 write!(f, "{}: ", problem.key)?;

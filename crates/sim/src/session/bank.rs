@@ -3,9 +3,12 @@
 use super::outputs::{AxisInfo, Beam, Outputs};
 use crate::error::SimError;
 use crate::machine::Machine;
+use crate::method::Choice;
 use lostmotion_base::Coords;
-use lostmotion_drive::{AxisBatch, AxisError, AxisOutput, AxisRunner, Setpoint, Tie, TiedAxes};
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_drive::{
+    AxisBatch, AxisConfig, AxisError, AxisOutput, AxisRunner, Setpoint, Tie, TiedAxes,
+};
+use lostmotion_methods::build_runner;
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
 
@@ -31,20 +34,53 @@ pub(crate) struct Bank {
     pub(crate) outputs: Outputs,
 }
 
-/// A variant: whether its gaps are closed, and its compensator.
-#[derive(Clone, Debug)]
-pub(crate) struct Variant {
-    pub(crate) method: String,
-    pub(crate) without_gap: bool,
+/// A variant of the machine: its compensator, or the machine without a gap and without one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Variant<'a> {
+    choice: Option<&'a Choice>,
 }
+
+impl<'a> Variant<'a> {
+    /// Closed gaps, no compensator.
+    pub(crate) fn without_gap() -> Variant<'a> {
+        Variant { choice: None }
+    }
+
+    /// The machine as it is, with a compensator.
+    pub(crate) fn with_gap(choice: &'a Choice) -> Variant<'a> {
+        Variant {
+            choice: Some(choice),
+        }
+    }
+
+    /// The description of a drive in this variant.
+    fn config(&self, config: &AxisConfig) -> AxisConfig {
+        match self.choice {
+            None => config.without_gap(),
+            Some(_) => config.clone(),
+        }
+    }
+
+    /// A drive of this variant, from its description.
+    fn runner(&self, config: &AxisConfig, at: f64) -> Result<Box<dyn AxisRunner>, AxisError> {
+        match self.choice {
+            None => build_runner(config, UNCOMPENSATED, at),
+            Some(choice) => choice.runner(config, at),
+        }
+    }
+}
+
+/// Name of the method that does nothing.
+const UNCOMPENSATED: &str = "none";
 
 impl Bank {
     /// Every axis at rest at `start` (joint positions).
     pub(crate) fn new(
         machine: &Machine,
-        variants: &[Variant],
+        variants: &[Variant<'_>],
         start: &Coords,
         threads: usize,
+        with_trace: bool,
     ) -> Result<Bank, SimError> {
         let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
         let gantry = machine.gantry().and_then(|gantry| Beam::of(gantry, &axes));
@@ -67,13 +103,9 @@ impl Bank {
                     axis: axis.id,
                     source,
                 };
-                let config = if variant.without_gap {
-                    config.without_gap()
-                } else {
-                    config.clone()
-                };
+                let config = variant.config(config);
                 let at = start[axis.id] * axis.axis_units_per_joint_unit();
-                let mut runner = build_runner(&config, &variant.method, at).map_err(error)?;
+                let mut runner = variant.runner(&config, at).map_err(error)?;
                 settle(runner.as_mut(), &config, at).map_err(error)?;
                 let datum = datum(&config, at).map_err(error)?;
                 lanes.push(Lane {
@@ -102,7 +134,7 @@ impl Bank {
             .enumerate()
             .for_each(|(place, lane)| lane_of[*lane] = place);
         let outputs = Outputs {
-            lanes: lanes.iter().map(|_| AxisOutput::new(false)).collect(),
+            lanes: lanes.iter().map(|_| AxisOutput::new(with_trace)).collect(),
             lane_of,
             datums: order.iter().map(|lane| lanes[*lane].datum).collect(),
             axes,
@@ -257,6 +289,6 @@ fn datum(config: &AxisConfig, at: f64) -> Result<f64, AxisError> {
     if config.reflected_load().constant_nm == 0.0 {
         return Ok(0.0);
     }
-    let mut runner = build_runner(config, "none", at)?;
+    let mut runner = build_runner(config, UNCOMPENSATED, at)?;
     Ok(settle(runner.as_mut(), config, at)? - at)
 }

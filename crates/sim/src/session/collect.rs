@@ -1,50 +1,54 @@
 //! From a run's tally to its results.
 
-use super::check::Checked;
 use super::recorder::Recorder;
 use super::rows;
 use super::run::{Tally, WITHOUT_GAP};
-use crate::machine::{Machine, MachineAxis};
-use crate::options::SimulateOptions;
+use crate::machine::MachineAxis;
+use crate::method::Choice;
+use crate::motion::Checked;
+use crate::options::BowLimit;
+use crate::program::BlockTexts;
 use crate::results::{
-    AxisResult, BlockResult, Comparison, GantryResult, MethodResult, PlanInfo, SCHEMA_VERSION,
-    Simulation,
+    AxisResult, BlockResult, GantryResult, HARM_UM, Harm, MethodResult, PlanInfo, Run,
+    SCHEMA_VERSION,
 };
-use crate::source::ProgramSource;
-use crate::straightness::BowLimit;
+use crate::setup::Setup;
 use lostmotion_base::Clock;
 use lostmotion_base::units::UM_PER_MM;
-use lostmotion_methods::find_method;
+use lostmotion_drive::AxisConfig;
 
-/// Backlash RMS by which a method has to be worse than `none` to be called harmful, um.
-const HARM_UM: f64 = 0.1;
-/// The method that is recommended where it is near the best, and how near: part of what no
-/// compensation leaves.
+/// The method that is recommended where it is near the best: it has to be told nothing.
 const DEFAULT_METHOD: &str = "adaptive";
-const NEAR: f64 = 0.05;
+/// How near, as part of what no compensation leaves. A choice: nobody commissions a table of a gap
+/// for less.
+const NEAR_BEST_SHARE: f64 = 0.05;
 
-/// Everything there is to tell.
-pub(crate) fn comparison(
-    source: &ProgramSource,
-    machine: &Machine,
-    methods: &[String],
-    options: &SimulateOptions,
+/// The answer of a run.
+pub(crate) fn answer(
+    setup: &Setup<'_>,
+    choices: &[Choice],
     checked: Checked,
     tally: &Tally,
-) -> Comparison {
+) -> Run {
+    let (machine, options) = (setup.machine, setup.options);
     let tolerance_um = options
         .tolerance_um
         .unwrap_or(machine.simulate().tolerance_um);
-    let mut results: Vec<MethodResult> = methods
+    let mut results: Vec<MethodResult> = choices
         .iter()
         .enumerate()
-        .map(|(index, method)| method_result(machine, method, index + 1, tolerance_um, tally))
+        .map(|(index, choice)| {
+            let name = choice.name(configs(setup));
+            method_result(setup, name, index + 1, tolerance_um, tally)
+        })
         .collect();
-    let rows = results
+    let mut texts = BlockTexts::new(setup.program, checked.files);
+    for row in results
         .iter_mut()
         .flat_map(|result| &mut result.worst_blocks)
-        .map(|row| (row.block, &mut row.text));
-    super::text::fill(source, &checked.files, rows.collect());
+    {
+        row.text = texts.at(row.block.span);
+    }
     note_harm(&mut results);
     let mut program = checked.program;
     let PlanInfo {
@@ -58,13 +62,14 @@ pub(crate) fn comparison(
             .straightness
             .bow_warning(BowLimit::new(machine, options).um),
     );
-    Comparison {
+    let needs_scale = |choice: &Choice| choice.needs_load_scale(configs(setup));
+    Run {
         schema: SCHEMA_VERSION,
         program,
         machine: machine.name().to_owned(),
         tolerance_um,
         plan: PlanInfo {
-            duration_s: tally.cycles.command().seconds(tally.samples),
+            duration_s: tally.cycles.command().seconds(tally.stepper.count),
             command: rows::stats(&tally.command, UM_PER_MM),
             cutting_force_n: options
                 .cutting_force_n
@@ -75,41 +80,34 @@ pub(crate) fn comparison(
             ..checked.plan
         },
         without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].cutting, UM_PER_MM),
-        recommended: recommended(&results),
+        recommended: recommended(&results, choices, needs_scale),
         results,
     }
 }
 
-/// The answer for one method.
-pub(crate) fn simulation(comparison: Comparison) -> Option<Simulation> {
-    let result = comparison.results.into_iter().next()?;
-    Some(Simulation {
-        schema: comparison.schema,
-        program: comparison.program,
-        machine: comparison.machine,
-        tolerance_um: comparison.tolerance_um,
-        plan: comparison.plan,
-        without_gap: comparison.without_gap,
-        result,
-    })
+/// The drives of the axes with their letters.
+fn configs<'a>(setup: &'a Setup<'_>) -> impl Iterator<Item = (char, &'a AxisConfig)> {
+    let axes = setup.machine.axes().iter();
+    axes.map(|axis| (axis.id.letter().to_ascii_lowercase(), &axis.config))
 }
 
 fn method_result(
-    machine: &Machine,
-    method: &str,
+    setup: &Setup<'_>,
+    method: String,
     variant: usize,
     tolerance_um: f64,
     tally: &Tally,
 ) -> MethodResult {
     let (recorder, servo) = (&tally.recorders[variant], tally.cycles.servo());
     let cutting = rows::stats(&recorder.cutting, UM_PER_MM);
+    let machine = setup.machine;
     let rotary = machine.axes().iter().any(MachineAxis::is_rotary);
     let mdeg = lostmotion_base::units::deg(1e3);
     let axes: Vec<AxisResult> = (0..machine.axes().len())
         .map(|axis| axis_result(variant, axis, tally))
         .collect();
     let mut result = MethodResult {
-        method: method.to_owned(),
+        method,
         cutting,
         rapid: rows::stats(&recorder.rapid, UM_PER_MM),
         backlash: rows::stats(&recorder.backlash, UM_PER_MM),
@@ -164,7 +162,7 @@ fn notes(result: &MethodResult, servo: Clock, not_finite: u64) -> Vec<String> {
 }
 
 fn gantry(variant: usize, tally: &Tally) -> Option<GantryResult> {
-    let (recorder, outputs) = (&tally.recorders[variant], &tally.bank.outputs);
+    let (recorder, outputs) = (&tally.recorders[variant], &tally.stepper.bank.outputs);
     let axis = outputs.axes().get(outputs.gantry_axis()?)?.id;
     let summary = recorder.skew.summary();
     Some(GantryResult {
@@ -177,10 +175,10 @@ fn gantry(variant: usize, tally: &Tally) -> Option<GantryResult> {
 }
 
 fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
-    let info = &tally.bank.outputs.axes()[axis];
+    let info = &tally.stepper.bank.outputs.axes()[axis];
     let (output, second) = (
-        tally.bank.outputs.of(variant, axis),
-        tally.bank.outputs.second_of(variant, axis),
+        tally.stepper.bank.outputs.of(variant, axis),
+        tally.stepper.bank.outputs.second_of(variant, axis),
     );
     let id = info.id;
     let unit = if info.rotary { "mdeg" } else { "um" };
@@ -205,23 +203,23 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
         }) / info.current_limit_a,
         saturated_samples: output.saturated_samples
             + second.map_or(0, |second| second.saturated_samples),
-        peak_velocity: tally.peak_velocity[id] * large,
-        range: [tally.range[0][id] * large, tally.range[1][id] * large],
+        peak_velocity: tally.stepper.peak_velocity[id] * large,
+        range: [
+            tally.stepper.range[0][id] * large,
+            tally.stepper.range[1][id] * large,
+        ],
     }
 }
 
 /// Says of every method that leaves more backlash than no compensation does.
 fn note_harm(results: &mut [MethodResult]) {
-    let Some(none) = results
-        .iter()
-        .find(|result| result.method == "none")
-        .map(|result| result.backlash)
-    else {
+    let baseline = results.iter().find(|result| result.is_baseline());
+    let Some(none) = baseline.map(|result| result.backlash) else {
         return;
     };
     for result in results
         .iter_mut()
-        .filter(|result| result.backlash.rms > none.rms + HARM_UM)
+        .filter(|result| matches!(Harm::of(&result.backlash, &none), Some(Harm::Rms(_))))
     {
         let (with, without) = (result.backlash.rms, none.rms);
         let digits = if with < 100.0 { 2 } else { 0 };
@@ -230,12 +228,16 @@ fn note_harm(results: &mut [MethodResult]) {
 }
 
 /// The method recommended among those that need no scale on the load.
-fn recommended(results: &[MethodResult]) -> Option<String> {
-    let usable = results.iter().filter(|result| {
-        find_method(&result.method).is_ok_and(|method| !method.info.knows.load_scale)
-    });
-    let rms: Vec<(&str, f64)> = usable
-        .map(|result| (result.method.as_str(), result.backlash.rms))
+fn recommended(
+    results: &[MethodResult],
+    choices: &[Choice],
+    needs_scale: impl Fn(&Choice) -> bool,
+) -> Option<String> {
+    let rms: Vec<(&str, f64)> = results
+        .iter()
+        .zip(choices)
+        .filter(|(_, choice)| !needs_scale(choice))
+        .map(|(result, _)| (result.method.as_str(), result.backlash.rms))
         .collect();
     preferred(&rms)
         .filter(|_| results.len() > 1)
@@ -244,7 +246,7 @@ fn recommended(results: &[MethodResult]) -> Option<String> {
 
 /// Of methods and their backlash RMS the one with the least; ties go to the one named first.
 /// [`DEFAULT_METHOD`], which has to be told nothing, goes before others that are hardly better: by
-/// no more than [`HARM_UM`] or [`NEAR`] of what no compensation leaves.
+/// no more than [`HARM_UM`] or [`NEAR_BEST_SHARE`] of what no compensation leaves.
 fn preferred<'a>(rms: &[(&'a str, f64)]) -> Option<&'a str> {
     let (mut best, mut least) = (None, f64::INFINITY);
     for (method, rms) in rms {
@@ -259,7 +261,7 @@ fn preferred<'a>(rms: &[(&'a str, f64)]) -> Option<&'a str> {
     };
     let none = of("none").unwrap_or(0.0);
     let near = of(DEFAULT_METHOD).is_some_and(|rms| {
-        rms <= least + (NEAR * none).max(HARM_UM) && (of("none").is_none() || rms < none)
+        rms <= least + (NEAR_BEST_SHARE * none).max(HARM_UM) && (of("none").is_none() || rms < none)
     });
     if near { Some(DEFAULT_METHOD) } else { best }
 }

@@ -6,15 +6,13 @@
 //! its positive direction: the direction's cosines on linear axes in N, moments about the rotary
 //! ones in N m.
 
-use super::modes::Modes;
+use crate::motion::Modes;
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{AxisId, AxisSet, Coords};
 use lostmotion_contour::ContourTracker;
 use lostmotion_kinematics::Kinematics;
 use lostmotion_plan::Sample;
 
-/// The largest force, N.
-pub(crate) const LARGEST_N: f64 = 1e6;
 /// Half the distance over which the tip is differentiated by a joint, mm or rad.
 const REACH: [f64; 2] = [1e-3, 1e-6];
 /// Speed of the tip below which it has no direction, mm/s.

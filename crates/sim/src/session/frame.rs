@@ -1,7 +1,7 @@
 //! One servo tick as every variant sees it: the command, and what the command itself and the
 //! machine without a gap make of it.
 
-use super::modes::Modes;
+use crate::motion::Modes;
 use lostmotion_base::{Coords, Tick};
 use lostmotion_contour::{ContourInput, ContourSample};
 use lostmotion_kinematics::ToolPose;
@@ -10,19 +10,20 @@ use std::collections::VecDeque;
 
 /// The command at one servo tick, after the delay of the reference.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame {
+#[non_exhaustive]
+pub struct Frame {
     /// Servo sample in the chunk.
     pub(crate) servo_sample: usize,
     /// Servo tick of the commanded motion (the delay taken out).
-    pub(crate) tick: Tick,
-    /// CNC sample at or before it.
-    pub(crate) sample: Sample,
-    /// First servo tick of that CNC sample.
-    pub(crate) is_cnc_tick: bool,
+    pub tick: Tick,
+    /// Sample of the plan at or before it.
+    pub sample: Sample,
+    /// Whether it is the first servo tick of that sample.
+    pub is_command_tick: bool,
     /// Whether any joint is commanded to move.
-    pub(crate) moving: bool,
+    pub moving: bool,
     /// Commanded tool.
-    pub(crate) pose: ToolPose,
+    pub pose: ToolPose,
     /// Commanded tip from the program's zero, mm.
     pub(crate) tip_mm: [f64; 3],
     /// Contour error of the command itself, mm, signed.
@@ -44,8 +45,8 @@ pub(crate) fn contour_input(frame: &Frame, actual: &ToolPose) -> ContourInput {
     }
 }
 
-/// Speed below which a joint stands still, mm/s or rad/s.
-const STANDSTILL: f64 = 1e-9;
+/// Speed below which a joint stands still, mm/s or rad/s: rounding of the planner.
+const STANDSTILL_PER_S: f64 = 1e-9;
 
 /// Pairs servo samples with the commands that they answer to, across chunks.
 #[derive(Clone, Debug, Default)]
@@ -97,8 +98,8 @@ impl Aligner {
                 servo_sample: servo_sample as usize,
                 tick: commanded * self.servo_per_cnc + part,
                 sample,
-                is_cnc_tick: part == 0,
-                moving: sample.velocity.0.iter().any(|v| v.abs() > STANDSTILL),
+                is_command_tick: part == 0,
+                moving: sample.velocity.0.iter().any(|v| v.abs() > STANDSTILL_PER_S),
                 pose: modes.at(sample.segment).tool_pose(&joints, &sample.tool_mm),
                 tip_mm: [0.0; 3],
                 command_mm: 0.0,

@@ -1,9 +1,9 @@
 //! What one variant of the machine does to the contour, added up.
 
 use super::frame::{Frame, contour_input};
-use super::modes::Modes;
 use super::outputs::Outputs;
 use crate::error::SimError;
+use crate::motion::Modes;
 use crate::options::SimulateOptions;
 use lostmotion_base::BlockRef;
 use lostmotion_contour::{
@@ -84,7 +84,7 @@ impl Recorder {
             records.clear();
         }
         for frame in frames {
-            if frame.is_cnc_tick {
+            if frame.is_command_tick {
                 self.watch_reversals(frame);
             }
             let joints = outputs.load(self.variant, frame.servo_sample);

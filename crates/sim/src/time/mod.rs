@@ -4,18 +4,16 @@ mod ledger;
 mod limiter;
 pub mod results;
 mod watch;
-pub(crate) mod what_if;
 
 use crate::error::SimError;
-use crate::machine::Machine;
-use crate::options::SimulateOptions;
-use crate::session::{Checked, Feed, check_program, fill_texts, on_threads};
-use crate::source::ProgramSource;
+use crate::motion::{CHANGES, Change, Checked, Feed, check};
+use crate::program::BlockTexts;
+use crate::session::on_threads;
+use crate::setup::Setup;
 use lostmotion_base::Tick;
 use rayon::prelude::*;
 use results::{BlockTime, CycleTime, KindTimes, TIME_SCHEMA, WhatIf};
 use watch::Watch;
-use what_if::{CHANGES, Change};
 
 /// What is counted, and what is taken to last how long.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,29 +39,23 @@ impl Default for TimeOptions {
     }
 }
 
-/// Takes finished blocks, so that nobody has to hold them all.
+/// Takes finished blocks, so that memory does not grow with the program.
 pub type BlockSink<'a> = dyn FnMut(&[BlockTime]) -> Result<(), crate::error::SinkError> + 'a;
 
 /// Plans a program and tells where its time goes; the changes of the what-if table are planned side
-/// by side on all threads.
-///
-/// Time is counted in command cycles, so that the parts sum to the whole; memory does not grow with
-/// the program.
-///
-/// # Errors
-/// As [`crate::simulate`], and whatever the sink answers.
-pub fn time(
-    source: &ProgramSource,
-    machine: &Machine,
-    options: &SimulateOptions,
+/// by side on the threads of the run.
+pub(crate) fn time(
+    setup: &Setup<'_>,
     time: &TimeOptions,
     sink: &mut BlockSink<'_>,
 ) -> Result<CycleTime, SimError> {
     check_options(time)?;
-    let checked = check_program(source, machine, options)?;
-    let mut feed = Feed::timed(source, machine, options)?;
-    let mut watch = Watch::new(machine, feed.modes(), time.keep_blocks, options);
-    let command = machine.cycles().command();
+    let options = setup.options;
+    let checked = check(setup)?;
+    let mut feed = Feed::timed(setup)?;
+    let mut texts = BlockTexts::new(setup.program, checked.files.clone());
+    let mut watch = Watch::new(setup, feed.modes(), time.keep_blocks);
+    let command = setup.machine.cycles().command();
     let (mut samples, mut segments) = (Vec::new(), Vec::new());
     loop {
         segments.clear();
@@ -73,7 +65,7 @@ pub fn time(
         }
         let notes = feed.notes();
         watch.chunk(&samples, notes, feed.modes());
-        sink(&watch.ledger.take_finished()).map_err(SimError::Sink)?;
+        sink(&finished(&mut watch, &mut texts)).map_err(SimError::Sink)?;
         if command.seconds(watch.ledger.ticks()) > options.max_duration_s {
             return Err(SimError::TooLong {
                 limit_s: options.max_duration_s,
@@ -81,36 +73,44 @@ pub fn time(
         }
     }
     watch.ledger.close();
-    sink(&watch.ledger.take_finished()).map_err(SimError::Sink)?;
+    sink(&finished(&mut watch, &mut texts)).map_err(SimError::Sink)?;
     let what_if = if time.what_if {
-        what_if(source, machine, options, watch.ledger.ticks())?
+        what_if(setup, watch.ledger.ticks())?
     } else {
         Vec::new()
     };
+    let mut blocks = watch.ledger.longest();
+    for row in &mut blocks {
+        row.text = texts.at(row.block.span);
+    }
     Ok(answer(
-        source, machine, time, checked, &watch, &feed, what_if,
+        setup,
+        time,
+        checked,
+        (&watch, &feed),
+        blocks,
+        what_if,
     ))
 }
 
+/// The blocks that have ended since the last call, with their text.
+fn finished(watch: &mut Watch, texts: &mut BlockTexts) -> Vec<BlockTime> {
+    let mut rows = watch.ledger.take_finished();
+    for row in &mut rows {
+        row.text = texts.at(row.block.span);
+    }
+    rows
+}
+
 fn answer(
-    source: &ProgramSource,
-    machine: &Machine,
+    setup: &Setup<'_>,
     time: &TimeOptions,
     checked: Checked,
-    watch: &Watch,
-    feed: &Feed,
+    (watch, feed): (&Watch, &Feed),
+    blocks: Vec<BlockTime>,
     what_if: Vec<WhatIf>,
 ) -> CycleTime {
-    let (ledger, command) = (&watch.ledger, machine.cycles().command());
-    let mut blocks = ledger.longest();
-    fill_texts(
-        source,
-        &checked.files,
-        blocks
-            .iter_mut()
-            .map(|row| (row.block, &mut row.text))
-            .collect(),
-    );
+    let (ledger, command) = (&watch.ledger, setup.machine.cycles().command());
     let [cutting_s, rapid_s, dwell_s] = ledger.kinds.map(|ticks| command.seconds(ticks));
     let kinds = KindTimes {
         cutting_s,
@@ -127,7 +127,7 @@ fn answer(
     CycleTime {
         schema: TIME_SCHEMA,
         program: checked.program,
-        machine: machine.name().to_owned(),
+        machine: setup.machine.name().to_owned(),
         total_s: plan_s + assumed_s,
         plan_s,
         kinds,
@@ -139,16 +139,11 @@ fn answer(
 }
 
 /// One pass a change, side by side.
-fn what_if(
-    source: &ProgramSource,
-    machine: &Machine,
-    options: &SimulateOptions,
-    ticks: Tick,
-) -> Result<Vec<WhatIf>, SimError> {
-    let command = machine.cycles().command();
+fn what_if(setup: &Setup<'_>, ticks: Tick) -> Result<Vec<WhatIf>, SimError> {
+    let command = setup.machine.cycles().command();
     let plan_s = command.seconds(ticks);
     let row = |(name, change): &(&str, Change)| {
-        let changed_s = command.seconds(duration(source, machine, options, *change)?);
+        let changed_s = command.seconds(duration(setup, *change)?);
         let saved_s = plan_s - changed_s;
         Ok(WhatIf {
             change: (*name).to_owned(),
@@ -157,7 +152,7 @@ fn what_if(
             saved_share: saved_s / plan_s.max(command.period_s()),
         })
     };
-    on_threads(options.threads, |threads| {
+    on_threads(setup.options.threads, |threads| {
         let rows: Vec<Result<WhatIf, SimError>> = if threads > 1 {
             CHANGES.par_iter().map(row).collect()
         } else {
@@ -168,17 +163,12 @@ fn what_if(
 }
 
 /// Command cycles that the plan takes.
-fn duration(
-    source: &ProgramSource,
-    machine: &Machine,
-    options: &SimulateOptions,
-    change: Change,
-) -> Result<Tick, SimError> {
-    let mut feed = Feed::changed(source, machine, options, change)?;
+fn duration(setup: &Setup<'_>, change: Change) -> Result<Tick, SimError> {
+    let mut feed = Feed::changed(setup, change)?;
     let (mut samples, mut segments, mut count) = (Vec::new(), Vec::new(), 0);
     loop {
         segments.clear();
-        feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
+        feed.chunk(setup.options.chunk_samples, &mut samples, &mut segments)?;
         if samples.is_empty() {
             return Ok(Tick::saturating_sub(count, 1));
         }

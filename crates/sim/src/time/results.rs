@@ -8,10 +8,12 @@ use serde::{Deserialize, Serialize};
 pub const TIME_SCHEMA: u32 = 1;
 
 /// What a stretch of time is spent on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum TimeKind {
     /// G1, G2, G3 and what becomes of them.
+    #[default]
     Cutting,
     /// G0.
     Rapid,
@@ -20,7 +22,9 @@ pub enum TimeKind {
 }
 
 /// How long one thing was what kept the machine from going faster.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct LimitShare {
     /// `feed`; `velocity X`, `acceleration X`, `jerk X` of a joint; `tolerance`: on a corner's
     /// rounding, no joint at a limit; `look-ahead`: nothing at its limit, the motion gets ready for
@@ -34,7 +38,9 @@ pub struct LimitShare {
 }
 
 /// One block, each time it runs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct BlockTime {
     /// Where the block stands.
     pub block: BlockRef,
@@ -54,6 +60,8 @@ pub struct BlockTime {
 
 /// Time by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct KindTimes {
     /// Cutting, s.
     pub cutting_s: f64,
@@ -73,7 +81,9 @@ pub struct KindTimes {
 }
 
 /// The program on a machine that is better in one thing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct WhatIf {
     /// What is changed: `velocity limits +20 %`.
     pub change: String,
@@ -86,7 +96,9 @@ pub struct WhatIf {
 }
 
 /// Answer of one `time`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct CycleTime {
     /// [`TIME_SCHEMA`].
     pub schema: u32,

@@ -4,17 +4,17 @@
 use super::ledger::Ledger;
 use super::limiter::{DWELL, HELD, Joints, stands};
 use super::results::TimeKind;
-use crate::machine::Machine;
-use crate::options::SimulateOptions;
-use crate::session::{Bows, Modes, Note, planner_config};
-use crate::straightness::BowLimit;
+use crate::motion::{Bows, Modes, Note, planner_config};
+use crate::options::BowLimit;
+use crate::setup::Setup;
 use lostmotion_base::BlockRef;
 use lostmotion_path::Curve;
 use lostmotion_plan::{FeedLimit, Move, PathControl, Quality, Sample};
 use std::collections::VecDeque;
 
-/// Part of the tolerance by which the command has to be off the path to be rounding a corner.
-const OFF_PATH: f64 = 0.02;
+/// Part of the tolerance by which the command has to be off the path to be rounding a corner: above
+/// the rounding of the planner, far below any blend.
+const OFF_PATH_SHARE: f64 = 0.02;
 
 /// A programmed move.
 struct Timed {
@@ -52,12 +52,8 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub(super) fn new(
-        machine: &Machine,
-        modes: &Modes,
-        keep: usize,
-        options: &SimulateOptions,
-    ) -> Watch {
+    pub(super) fn new(setup: &Setup<'_>, modes: &Modes, keep: usize) -> Watch {
+        let (machine, options) = (setup.machine, setup.options);
         let config = planner_config(machine, Quality::default());
         let clock = machine.cycles().command();
         Watch {
@@ -121,7 +117,7 @@ impl Watch {
             index,
             curve: item.curve,
             feed,
-            off_mm: OFF_PATH * tolerance,
+            off_mm: OFF_PATH_SHARE * tolerance,
             rapid: item.feed == FeedLimit::Rapid,
         }
     }

@@ -3,22 +3,20 @@
 use super::cycle::{Windows, step_um};
 use super::events::Watch;
 use super::factor::{Cell, ENCODER, GAP};
-use super::frame::{Frame, Traced, caused_mm, contour_input};
-use super::lane::{Lane, SETTLE_TICKS};
+use super::frame::{Frame, Trace, Traced, caused_mm};
 use super::limit::Physics;
 use super::machine::AXES;
 use super::motion;
 use super::result::CellResult;
 use super::tally::Tally;
-use crate::error::StudyError;
 use lostmotion_base::units::UM_PER_MM;
-use lostmotion_base::{AxisId, Clock, Coords, Tick};
-use lostmotion_contour::{ContourConfig, ContourSample, ContourTracker, ProgrammedSegment};
-use lostmotion_drive::Setpoint;
+use lostmotion_base::{AxisId, Clock, Tick};
+use lostmotion_contour::{ContourError, ContourSample, FootState};
 use lostmotion_drive::config::Change;
-use lostmotion_methods::AxisConfig;
+use lostmotion_drive::{AxisConfig, AxisSample};
 use lostmotion_plan::Sample;
 use lostmotion_report::number::round_to;
+use lostmotion_sim::{Frame as SimFrame, SinkError, TickSink, Ticks};
 
 /// Servo ticks in a command cycle: the study's machine has the usual cycles.
 const SERVO_TICKS: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) as usize;
@@ -26,18 +24,23 @@ const SERVO_TICKS: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) a
 const FIRST_REVERSALS: u32 = 4;
 /// Time after the last of them, CNC ticks.
 const AFTER: Tick = 100;
+/// Decimals kept of a figure in um, ms or as a ratio: below what a change of compiler moves.
 const DECIMALS: usize = 6;
+/// How long the session lets the machine stand before the program, command cycles: gaps drift
+/// meanwhile, too.
+const SETTLE_TICKS: Tick = 500;
 
-/// The lanes of a cell and what is measured of them.
+/// What is measured of a cell's machine in all its variants.
 pub(super) struct Bench<'a> {
     cell: Cell,
     names: Vec<String>,
-    /// The machine without a gap, then the methods.
-    lanes: Vec<Lane>,
+    /// Of the machine without a gap, then of the methods.
+    feet: Vec<FootState>,
+    /// Servo ticks of each method for which its drive was at a limit.
+    saturated: Vec<u64>,
+    with_z: bool,
     tallies: Vec<Tally>,
-    tracker: ContourTracker,
     frames: Vec<Frame>,
-    setpoints: Vec<Setpoint>,
     physics: Physics,
     gap_drift: Option<Change>,
     motor_rad_per_mm: f64,
@@ -47,13 +50,12 @@ pub(super) struct Bench<'a> {
     /// Those of a Z that is an axis like the others.
     z: (Watch, u32),
     measured_from: Option<Tick>,
-    previous: Option<Sample>,
     ticks: Tick,
     reached_mm_s: f64,
     limit_max_rad: f64,
     limit_squares: f64,
     floating_ticks: u64,
-    trace: Option<&'a mut dyn FnMut(&Traced)>,
+    trace: Option<&'a mut Trace<'a>>,
 }
 
 impl<'a> Bench<'a> {
@@ -61,26 +63,20 @@ impl<'a> Bench<'a> {
         cell: &Cell,
         config: &AxisConfig,
         methods: &[String],
-        start: &Coords,
-        trace: Option<&'a mut dyn FnMut(&Traced)>,
-    ) -> Result<Bench<'a>, StudyError> {
+        trace: Option<&'a mut Trace<'a>>,
+    ) -> Bench<'a> {
         let mut names = vec!["none".to_owned()];
         names.extend(methods.iter().filter(|name| *name != "none").cloned());
-        let with_z = motion::moves_z(cell);
-        let mut lanes = vec![Lane::new(&config.without_gap(), "none", start, with_z)?];
-        for name in &names {
-            lanes.push(Lane::new(config, name, start, with_z)?);
-        }
         let motor_rad_per_mm = config.transmission.motor_rad_per_unit();
         let count_um = count_um(cell, motor_rad_per_mm);
-        Ok(Bench {
+        Bench {
             cell: *cell,
             tallies: vec![Tally::new(step_um(count_um, cell.number(GAP))); names.len()],
+            feet: vec![FootState::default(); names.len() + 1],
+            saturated: vec![0; names.len()],
+            with_z: motion::moves_z(cell),
             names,
-            lanes,
-            tracker: ContourTracker::new(ContourConfig::default()),
             frames: Vec::new(),
-            setpoints: Vec::new(),
             physics: Physics::of(config),
             gap_drift: config.drift.gap,
             motor_rad_per_mm,
@@ -89,71 +85,61 @@ impl<'a> Bench<'a> {
             reversals: [0; 2],
             z: (Watch::default(), 0),
             measured_from: None,
-            previous: None,
             ticks: 0,
             reached_mm_s: 0.0,
             limit_max_rad: 0.0,
             limit_squares: 0.0,
             floating_ticks: 0,
             trace,
-        })
+        }
     }
 
-    pub(super) fn chunk(
-        &mut self,
-        samples: &[Sample],
-        segments: &[ProgrammedSegment],
-    ) -> Result<(), StudyError> {
-        for segment in segments {
-            self.tracker.push(*segment)?;
-        }
-        for lane in &mut self.lanes {
-            lane.run(samples, &mut self.setpoints)?;
-        }
-        self.frame(samples)?;
-        for variant in 0..self.tallies.len() {
-            self.measure(variant)?;
-        }
-        if let Some(last) = samples.last() {
-            self.tracker.release(last.segment, last.s);
-        }
-        self.ticks += samples.len() as Tick;
-        Ok(())
+    /// The methods, `none` first.
+    pub(super) fn names(&self) -> Vec<String> {
+        self.names.clone()
     }
 
-    /// Pairs each servo sample with the command it answers to, one CNC tick before, and measures
-    /// the machine without a gap.
-    fn frame(&mut self, samples: &[Sample]) -> Result<(), StudyError> {
+    /// Where the loads of a variant are, mm; a Z that is no axis of the study is where it should
+    /// be.
+    fn load(&self, ticks: &Ticks<'_>, variant: usize, frame: &SimFrame) -> [f64; 3] {
+        self.with_ideal_z(ticks.load(variant, frame).linear(), frame)
+    }
+
+    fn with_ideal_z(&self, [x, y, z]: [f64; 3], frame: &SimFrame) -> [f64; 3] {
+        let ideal = frame.sample.position[AxisId::Z];
+        [x, y, if self.with_z { z } else { ideal }]
+    }
+
+    /// Pairs each servo sample with the command it answers to and measures the machine without a
+    /// gap.
+    fn frame(&mut self, ticks: &Ticks<'_>) -> Result<(), ContourError> {
         self.frames.clear();
-        for (n, sample) in samples.iter().enumerate() {
-            let command = self.previous.replace(*sample);
-            let Some(command) = command else { continue };
-            let tick = self.ticks + n as Tick - 1;
-            self.watch(tick, &command);
-            for part in 0..SERVO_TICKS {
-                let servo_sample = n * SERVO_TICKS + part;
-                let Some(lane) = self.lanes.first_mut() else {
-                    continue;
-                };
-                let since = self.measured_from.and_then(|from| tick.checked_sub(from));
-                let mut frame = Frame {
-                    servo_sample,
-                    tick: tick * SERVO_TICKS as Tick + part as Tick,
-                    command,
-                    commanded_tip_mm: lane.reference(servo_sample, command.position[AxisId::Z]),
-                    without_gap: ContourSample::default(),
-                    z_counts: self.z.1 >= FIRST_REVERSALS,
-                    since: since.map(|ticks| ticks as usize * SERVO_TICKS + part),
-                };
-                let load = lane.load(servo_sample, frame.ideal_z_mm());
-                frame.without_gap = self
-                    .tracker
-                    .measure(&mut lane.foot, &contour_input(&frame, load))?;
-                if frame.measured() {
-                    self.reached_mm_s = self.reached_mm_s.max(command.path_speed);
-                }
-                self.frames.push(frame);
+        for (place, found) in ticks.frames().iter().enumerate() {
+            let (tick, part) = (
+                found.tick / SERVO_TICKS as Tick,
+                found.tick % SERVO_TICKS as Tick,
+            );
+            if found.is_command_tick {
+                self.watch(tick, &found.sample);
             }
+            let since = self.measured_from.and_then(|from| tick.checked_sub(from));
+            let mut frame = Frame {
+                place,
+                tick: found.tick,
+                command: found.sample,
+                commanded_tip_mm: self.with_ideal_z(found.pose.tip, found),
+                without_gap: ContourSample::default(),
+                z_counts: self.z.1 >= FIRST_REVERSALS,
+                since: since.map(|ticks| ticks as usize * SERVO_TICKS + part as usize),
+            };
+            let load = self.load(ticks, 0, found);
+            if let Some(foot) = self.feet.first_mut() {
+                frame.without_gap = ticks.measure(foot, found, [frame.commanded_tip_mm, load])?;
+            }
+            if frame.measured() {
+                self.reached_mm_s = self.reached_mm_s.max(frame.command.path_speed);
+            }
+            self.frames.push(frame);
         }
         Ok(())
     }
@@ -206,24 +192,28 @@ impl<'a> Bench<'a> {
         }
     }
 
-    fn measure(&mut self, variant: usize) -> Result<(), StudyError> {
-        let Some((rigid, lanes)) = self.lanes.split_first_mut() else {
-            return Ok(());
+    /// Measures a method, counted from 0, at every servo tick of the chunk.
+    fn measure(&mut self, method: usize, ticks: &Ticks<'_>) -> Result<(), ContourError> {
+        let variant = method + 1;
+        let traced = variant == self.names.len();
+        let sample = |axis: usize, frame: &SimFrame| {
+            let id = AXES.get(axis).copied().unwrap_or_default();
+            ticks.trace(variant, id, frame).copied()
         };
-        let (Some(lane), Some(tally)) = (lanes.get_mut(variant), self.tallies.get_mut(variant))
-        else {
-            return Ok(());
-        };
-        let traced = variant + 1 == self.names.len();
-        for frame in &self.frames {
-            let without = rigid.load(frame.servo_sample, frame.ideal_z_mm());
-            let mut load = lane.load(frame.servo_sample, frame.ideal_z_mm());
+        let sample =
+            |axis, frame: &SimFrame| -> AxisSample { sample(axis, frame).unwrap_or_default() };
+        for (frame, found) in self.frames.iter().zip(ticks.frames()) {
+            let without = self.load(ticks, 0, found);
+            let mut load = self.load(ticks, variant, found);
             if !frame.z_counts {
                 load[2] = without[2];
             }
-            let error = self
-                .tracker
-                .measure(&mut lane.foot, &contour_input(frame, load))?;
+            let (Some(foot), Some(tally)) =
+                (self.feet.get_mut(variant), self.tallies.get_mut(method))
+            else {
+                return Ok(());
+            };
+            let error = ticks.measure(foot, found, [frame.commanded_tip_mm, load])?;
             let measured = frame.measured();
             if measured {
                 tally.contour(caused_mm(
@@ -232,8 +222,7 @@ impl<'a> Bench<'a> {
                 ));
             }
             if let Some(since) = frame.since {
-                let time_s =
-                    Clock::SERVO.seconds(frame.tick) + Clock::CNC.seconds(SETTLE_TICKS as Tick);
+                let time_s = Clock::SERVO.seconds(frame.tick) + Clock::CNC.seconds(SETTLE_TICKS);
                 let half_gap = 0.5
                     * self.physics.gap_rad
                     * self.gap_drift.map_or(1.0, |change| change.at(time_s));
@@ -242,13 +231,7 @@ impl<'a> Bench<'a> {
                         .get(axis)
                         .zip(without.get(axis))
                         .map_or(f64::NAN, |(with, without)| with - without);
-                    tally.axis(
-                        axis,
-                        since,
-                        deviation,
-                        &lane.sample(axis, frame.servo_sample),
-                        half_gap,
-                    );
+                    tally.axis(axis, since, deviation, &sample(axis, found), half_gap);
                 }
             }
             if let (true, Some(trace)) = (traced, &mut self.trace) {
@@ -258,7 +241,7 @@ impl<'a> Bench<'a> {
                     tick: frame.tick,
                     error_um,
                     measured,
-                    axes: [0, 1].map(|axis| lane.sample(axis, frame.servo_sample)),
+                    axes: [0, 1].map(|axis| sample(axis, found)),
                 });
             }
         }
@@ -273,15 +256,11 @@ impl<'a> Bench<'a> {
             .seconds(self.ticks.saturating_sub(from))
             .max(Clock::CNC.period_s());
         let limit_rms = (self.limit_squares * self.physics.traverse_s / measured_s).sqrt();
-        let figures = |(tally, (name, lane)): (&Tally, (&String, &Lane))| {
-            Some(tally.figures(
-                name,
-                self.tallies.first()?,
-                &self.events,
-                lane.saturated(ticks),
-            ))
+        let figures = |(tally, (name, saturated)): (&Tally, (&String, &u64))| {
+            let share = *saturated as f64 / (ticks.max(1) as f64);
+            Some(tally.figures(name, self.tallies.first()?, &self.events, share))
         };
-        let lanes = self.names.iter().zip(self.lanes.iter().skip(1));
+        let methods = self.names.iter().zip(&self.saturated);
         CellResult {
             cell: self.cell,
             duration_s: round_to(Clock::CNC.seconds(self.ticks), 3),
@@ -297,8 +276,30 @@ impl<'a> Bench<'a> {
                 DECIMALS,
             ),
             encoder_um: round_to(count_um(&self.cell, self.motor_rad_per_mm), DECIMALS),
-            methods: self.tallies.iter().zip(lanes).filter_map(figures).collect(),
+            methods: self
+                .tallies
+                .iter()
+                .zip(methods)
+                .filter_map(figures)
+                .collect(),
         }
+    }
+}
+
+impl TickSink for Bench<'_> {
+    fn chunk(&mut self, ticks: &Ticks<'_>) -> Result<(), SinkError> {
+        if ticks.is_over() {
+            return Ok(());
+        }
+        self.frame(ticks)?;
+        for method in 0..self.names.len() {
+            self.measure(method, ticks)?;
+        }
+        for (method, saturated) in self.saturated.iter_mut().enumerate() {
+            *saturated = ticks.saturated(method + 1);
+        }
+        self.ticks += ticks.samples().len() as Tick;
+        Ok(())
     }
 }
 

@@ -1,9 +1,12 @@
 //! What happens at one servo tick of a cell.
 
-use lostmotion_base::{AxisId, Tick};
-use lostmotion_contour::{ContourInput, ContourSample};
+use lostmotion_base::Tick;
+use lostmotion_contour::ContourSample;
 use lostmotion_drive::AxisSample;
 use lostmotion_plan::Sample;
+
+/// Takes the servo ticks of the method that is looked at closely.
+pub type Trace<'a> = dyn FnMut(&Traced) + Send + 'a;
 
 /// A servo tick of the method that is looked at closely.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +24,8 @@ pub struct Traced {
 /// What all methods of a cell share at one servo tick.
 #[derive(Clone, Copy)]
 pub(super) struct Frame {
-    pub(super) servo_sample: usize,
+    /// Its place among the ticks of the chunk.
+    pub(super) place: usize,
     pub(super) tick: Tick,
     pub(super) command: Sample,
     pub(super) commanded_tip_mm: [f64; 3],
@@ -33,27 +37,9 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Where a Z that is no axis of the study is.
-    pub(super) fn ideal_z_mm(&self) -> f64 {
-        self.command.position[AxisId::Z]
-    }
-
     /// Whether it counts for the figures: a cutting move, after the first reversals.
     pub(super) fn measured(&self) -> bool {
         self.since.is_some() && self.command.path_speed > 0.0 && !self.without_gap.rapid
-    }
-}
-
-pub(super) fn contour_input(frame: &Frame, load_mm: [f64; 3]) -> ContourInput {
-    let axis = [0.0, 0.0, 1.0];
-    ContourInput {
-        tick: frame.tick,
-        segment: frame.command.segment,
-        s: frame.command.s,
-        actual_tip_mm: load_mm,
-        commanded_tip_mm: frame.commanded_tip_mm,
-        actual_axis: axis,
-        commanded_axis: axis,
     }
 }
 

@@ -10,6 +10,7 @@
 //! tenths, its inertia by a fifth. Nobody is told.
 
 use super::factor::{Cell, DRIFT, ENCODER, FRICTION, GAP, INERTIA, VISCOUS};
+use super::motion::moves_z;
 use crate::error::StudyError;
 use lostmotion_base::AxisId;
 use lostmotion_drive::config::{Change, Drift, Load, Reflected, Shape, Tuning};
@@ -35,12 +36,22 @@ const DRIFTED: [f64; 3] = [1.1, 1.3, 1.2];
 const DRIFT_S: f64 = 30.0;
 const TEXT: &str = include_str!("machine.toml");
 
-/// The planner's side of the machine: limits only, the same for all cells.
+/// The planner's side of a cell's machine: the limits, the same for all cells; without Z where the
+/// program does not move it.
 ///
 /// # Errors
 /// None, as long as the file beside this is in order.
-pub fn machine() -> Result<Machine, StudyError> {
-    Ok(Machine::from_toml("machine.toml", TEXT)?)
+pub fn machine(cell: &Cell) -> Result<Machine, StudyError> {
+    let machine = Machine::from_toml("machine.toml", TEXT)?;
+    if moves_z(cell) {
+        return Ok(machine);
+    }
+    Ok(machine.edit(|machine| machine.remove_axis("z"))?)
+}
+
+/// A machine with all axes alike.
+pub(super) fn of_cell(machine: &Machine, axis: &AxisConfig) -> Machine {
+    machine.map_axes(|_| axis.clone())
 }
 
 /// How a cell's machine changes over a motion of some length, s.
@@ -69,7 +80,7 @@ pub fn drift(cell: &Cell, motion_s: f64) -> Drift {
 /// # Errors
 /// As [`machine`], and a description that makes no sense.
 pub fn axis(cell: &Cell) -> Result<AxisConfig, StudyError> {
-    let machine = machine()?;
+    let machine = machine(cell)?;
     let [first, _] = AXES;
     let base = machine
         .axis(first)

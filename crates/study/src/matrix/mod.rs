@@ -4,7 +4,7 @@
 //! factor   what is varied, its levels, a cell and its name
 //! sample   which cells: each level equally often, pairs of levels as evenly as can be
 //! motion   cell -> part program          machine  cell -> machine
-//! cell     program -> plan -> all methods side by side -> contour errors      (frame, lane, events, tally)
+//! cell     program -> plan -> all methods side by side -> contour errors      (frame, events, tally)
 //! limit    what physics allows at best   practical  what may be expected   cycle  does it hunt?
 //! run      cells on all cores            journal  results as lines, to go on from
 //! summary  distribution per method and regime      table  Markdown and CSV
@@ -22,7 +22,6 @@ mod events;
 pub mod factor;
 mod frame;
 pub mod journal;
-mod lane;
 mod limit;
 pub mod machine;
 pub mod motion;
@@ -35,7 +34,7 @@ pub mod table;
 mod tally;
 
 pub use factor::{Cell, FACTORS, Factor};
-pub use frame::Traced;
+pub use frame::{Trace, Traced};
 pub use limit::{Physics, traverse_s};
 pub use result::{CellResult, MethodFigures};
 pub use run::{Progress, run_cell, run_cells};

@@ -2,12 +2,12 @@
 
 use super::cell::Bench;
 use super::factor::{Cell, FEED, SHAPE};
-use super::frame::Traced;
+use super::frame::Trace;
 use super::result::CellResult;
 use super::{machine, motion};
 use crate::error::StudyError;
-use lostmotion_methods::AxisConfig;
-use lostmotion_sim::{ProgramSource, SimulateOptions, plan, plan_with_path};
+use lostmotion_drive::AxisConfig;
+use lostmotion_sim::{Program, Simulation};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 
@@ -18,7 +18,7 @@ use std::sync::mpsc;
 pub fn run_cell(
     cell: &Cell,
     methods: &[String],
-    trace: Option<&mut dyn FnMut(&Traced)>,
+    trace: Option<&mut Trace<'_>>,
 ) -> Result<CellResult, StudyError> {
     let inside = |source| StudyError::Cell {
         id: cell.to_string(),
@@ -30,37 +30,23 @@ pub fn run_cell(
 fn run(
     cell: &Cell,
     methods: &[String],
-    trace: Option<&mut dyn FnMut(&Traced)>,
+    trace: Option<&mut Trace<'_>>,
 ) -> Result<CellResult, StudyError> {
-    let machine = machine::machine()?;
-    let source = ProgramSource::from_bytes(cell.to_string(), motion::program(cell).into_bytes());
-    let length = plan(&source, &machine, &SimulateOptions::default(), &mut |_| {
-        Ok(())
-    })?;
+    let machine = machine::machine(cell)?;
+    let program = Program::from_str(cell.to_string(), &motion::program(cell));
+    let length = Simulation::new(&program, &machine).plan(&mut |_, _| Ok(()))?;
     let mut config = AxisConfig {
         drift: machine::drift(cell, length.duration_s),
         ..machine::axis(cell)?
     };
     // a trace shows all that is estimated
     config.compensation.estimate_shaft = trace.is_some();
-    let mut bench = Bench::new(cell, &config, methods, &machine.start(), trace)?;
-    let mut failed = None;
-    let taken = plan_with_path(
-        &source,
-        &machine,
-        &SimulateOptions::default(),
-        &mut |samples, segments| {
-            bench.chunk(samples, segments).map_err(|error| {
-                failed = Some(error);
-                "stopped".into()
-            })
-        },
-    );
-    match (failed, taken) {
-        (Some(error), _) => Err(error),
-        (None, Err(error)) => Err(error.into()),
-        (None, Ok(_)) => Ok(bench.finish()),
-    }
+    let machine = machine::of_cell(&machine, &config);
+    let mut bench = Bench::new(cell, &config, methods, trace);
+    Simulation::new(&program, &machine)
+        .methods(bench.names())
+        .ticks(true, &mut bench)?;
+    Ok(bench.finish())
 }
 
 /// How far a study is.

@@ -9,7 +9,7 @@ use lostmotion::base::Clock;
 use lostmotion::identify::{
     BacklashFit, BacklashLog, FitError, MotorLog, fit_backlash, fit_motor_only,
 };
-use lostmotion::study::bench::{COUPLERS, Coupler, Recording, run as record};
+use lostmotion_study::bench::{COUPLERS, Coupler, Recording, run as record};
 
 /// Prints what was set, and what was found by each that looked.
 pub(crate) fn run(args: &Args) -> Result<u8, Failure> {

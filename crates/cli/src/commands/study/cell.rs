@@ -9,7 +9,7 @@ use lostmotion::base::Clock;
 use lostmotion::drive::AxisSample;
 use lostmotion::report::WriteError;
 use lostmotion::report::atomic::AtomicFile;
-use lostmotion::study::matrix::{Cell, Traced, motion, run_cell, table};
+use lostmotion_study::matrix::{Cell, Traced, motion, run_cell, table};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
@@ -35,7 +35,7 @@ fn traced(
     cell: &Cell,
     methods: &[String],
     path: &Path,
-) -> Result<lostmotion::study::matrix::CellResult, Failure> {
+) -> Result<lostmotion_study::matrix::CellResult, Failure> {
     let unwritten = |error| Failure::from(WriteError::io("write", path, error));
     let mut file = BufWriter::new(AtomicFile::create(path)?);
     writeln!(

@@ -6,8 +6,8 @@ use crate::commands::DONE;
 use crate::failure::Failure;
 use crate::output;
 use lostmotion::report::number::{fixed, percent};
-use lostmotion::study::endurance::run as endure;
-use lostmotion::study::matrix::Cell;
+use lostmotion_study::endurance::run as endure;
+use lostmotion_study::matrix::Cell;
 
 /// Longest run, minutes: a day.
 const MOST_MINUTES: f64 = 1440.0;

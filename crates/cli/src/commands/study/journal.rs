@@ -3,8 +3,8 @@
 use super::failure;
 use crate::failure::Failure;
 use lostmotion::report::WriteError;
-use lostmotion::study::matrix::journal::{Found, Header, line, read};
-use lostmotion::study::matrix::{Cell, CellResult};
+use lostmotion_study::matrix::journal::{Found, Header, line, read};
+use lostmotion_study::matrix::{Cell, CellResult};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};

@@ -10,7 +10,7 @@ use crate::args::study::Study;
 use crate::failure::Failure;
 use crate::voice::Voice;
 use lostmotion::methods::{METHODS, find_method};
-use lostmotion::study::StudyError;
+use lostmotion_study::StudyError;
 
 /// Runs the study asked for.
 pub(crate) fn run(study: &Study, voice: Voice) -> Result<u8, Failure> {

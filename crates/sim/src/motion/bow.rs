@@ -1,8 +1,8 @@
 //! How far the tool bows from its way where joints go straight: from one command to the next, and
 //! over a whole block.
 
+use crate::options::BowLimit;
 use crate::results::{PlanInfo, Straightness};
-use crate::straightness::BowLimit;
 use lostmotion_base::Coords;
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_kinematics::{Kinematics, bow_mm};

@@ -2,21 +2,19 @@
 //! on.
 
 use super::bow::Bows;
-use super::check::{planner_config, with_provenance};
-use super::lower::lower;
+use super::change::Change;
+use super::check::planner_config;
+use super::curves::plan_item;
 use super::modes::Modes;
 use super::paced::{AT_ONCE, Paced};
 use super::reader::{Read, Reader};
 use crate::error::SimError;
-use crate::machine::Machine;
-use crate::options::SimulateOptions;
+use crate::options::BowLimit;
 use crate::results::PlanInfo;
-use crate::source::ProgramSource;
-use crate::straightness::BowLimit;
-use crate::time::what_if::Change;
+use crate::setup::Setup;
 use lostmotion_base::{BlockRef, Coords, Tick};
 use lostmotion_contour::ProgrammedSegment;
-use lostmotion_gcode::{Diagnostic, Diagnostics, MotionItem};
+use lostmotion_gcode::MotionItem;
 use lostmotion_kinematics::TipControl;
 use lostmotion_plan::{FeedLimit, Move, Pacer, PlanItem, Planner, PlannerConfig, Sample};
 use std::sync::Arc;
@@ -62,34 +60,22 @@ pub(crate) struct Feed {
 }
 
 impl Feed {
-    pub(crate) fn new(
-        source: &ProgramSource,
-        machine: &Machine,
-        options: &SimulateOptions,
-    ) -> Result<Feed, SimError> {
-        Feed::changed(source, machine, options, Change::NONE)
+    pub(crate) fn new(setup: &Setup<'_>) -> Result<Feed, SimError> {
+        Feed::changed(setup, Change::NONE)
     }
 
     /// With notes of what is read.
-    pub(crate) fn timed(
-        source: &ProgramSource,
-        machine: &Machine,
-        options: &SimulateOptions,
-    ) -> Result<Feed, SimError> {
+    pub(crate) fn timed(setup: &Setup<'_>) -> Result<Feed, SimError> {
         Ok(Feed {
             notes: Some(Vec::new()),
-            ..Feed::new(source, machine, options)?
+            ..Feed::new(setup)?
         })
     }
 
     /// On a machine, or of a program, with something changed.
-    pub(crate) fn changed(
-        source: &ProgramSource,
-        machine: &Machine,
-        options: &SimulateOptions,
-        change: Change,
-    ) -> Result<Feed, SimError> {
-        let mut modes = Modes::new(machine)?;
+    pub(crate) fn changed(setup: &Setup<'_>, change: Change) -> Result<Feed, SimError> {
+        let (machine, options) = (setup.machine, setup.options);
+        let mut modes = Modes::new(&setup.kinematics);
         let start = machine.start();
         let mut config = change.of_machine(planner_config(machine, options.quality));
         let paced = Paced::new(&config, &options.interventions)?;
@@ -101,14 +87,14 @@ impl Feed {
             machine.cycles().command().period_s(),
             BowLimit::new(machine, options),
         );
-        let tip = machine.kinematics().tip_control() == TipControl::Always
+        let tip = setup.tip_control == TipControl::Always
             || modes.kinematics(true).orientation().is_none();
         modes.begin(0, tip);
         let kinematics = Arc::clone(modes.kinematics(tip));
         let start_joints = kinematics.inverse(&start, &[0.0; 3])?;
         Ok(Feed {
-            name: source.name().to_owned(),
-            reader: Reader::new(source, machine, options)?,
+            name: setup.program.name().to_owned(),
+            reader: Reader::new(setup)?,
             start_joints,
             planned: start_joints,
             planner: Bows::bound(
@@ -189,15 +175,8 @@ impl Feed {
             self.over = true;
             return Ok(self.planner.finish()?);
         };
-        let read = read.map_err(|(problem, place)| {
-            let mut diagnostics =
-                Diagnostics::new(1).with_provenance(self.reader.diagnostics().provenance().clone());
-            diagnostics.push(Diagnostic { problem, place });
-            SimError::Program {
-                name: self.name.clone(),
-                diagnostics: Box::new(diagnostics),
-            }
-        })?;
+        let read =
+            read.map_err(|(problem, place)| self.reader.refused(&self.name, problem, place))?;
         if matches!(read.item, MotionItem::Move(_)) && self.modes.begin(self.segments, read.tip) {
             self.held = Some(read);
             return Ok(self.planner.finish()?);
@@ -212,8 +191,8 @@ impl Feed {
             Coords::ZERO
         };
         self.note_stop(&read.item);
-        let item =
-            lower(&read.item).map_err(|error| with_provenance(error, self.reader.diagnostics()))?;
+        let item = plan_item(&read.item)
+            .map_err(|error| error.with_provenance(self.reader.diagnostics()))?;
         let Some(item) = item.map(|item| self.change.of_item(item)) else {
             return Ok(());
         };

@@ -1,7 +1,5 @@
 //! Which kinematics the coordinates of a move go through.
 
-use crate::error::SimError;
-use crate::machine::Machine;
 use lostmotion_kinematics::{Cartesian, Kinematics};
 use std::sync::Arc;
 
@@ -15,12 +13,12 @@ pub(crate) struct Modes {
 }
 
 impl Modes {
-    pub(crate) fn new(machine: &Machine) -> Result<Modes, SimError> {
-        Ok(Modes {
-            tip: Arc::from(machine.build_kinematics()?),
+    pub(crate) fn new(kinematics: &Arc<dyn Kinematics>) -> Modes {
+        Modes {
+            tip: Arc::clone(kinematics),
             plain: Arc::new(Cartesian),
             changes: Vec::new(),
-        })
+        }
     }
 
     pub(crate) fn kinematics(&self, tip: bool) -> &Arc<dyn Kinematics> {

@@ -1,15 +1,15 @@
 //! The first pass: the whole program is read and held against the machine before anything is
 //! simulated, so that all its errors are told in one go and nothing is half done.
 
-use super::cutting::LARGEST_N;
-use super::lower::lower;
+use super::curves::plan_item;
 use super::modes::Modes;
 use super::reader::{Read, Reader};
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
+use crate::program::Program;
 use crate::results::{PlanInfo, ProgramInfo};
-use crate::source::ProgramSource;
+use crate::setup::Setup;
 use lostmotion_base::AxisSet;
 use lostmotion_gcode::{Diagnostic, Diagnostics, Problem, Severity, SourceFiles};
 use lostmotion_plan::{
@@ -17,6 +17,8 @@ use lostmotion_plan::{
 };
 use std::sync::Arc;
 
+/// The largest cutting force, N: far more than any machine stands; beyond it numbers overflow.
+const LARGEST_FORCE_N: f64 = 1e6;
 /// How many violations of the travel are kept.
 const KEPT_VIOLATIONS: usize = 20;
 
@@ -48,8 +50,7 @@ pub(crate) fn planner_config(machine: &Machine, quality: Quality) -> PlannerConf
 }
 
 struct Pass<'a> {
-    source: &'a ProgramSource,
-    machine: &'a Machine,
+    setup: &'a Setup<'a>,
     /// Without tool-centre-point control, and with it.
     travel: [TravelCheck; 2],
     words: AxisSet,
@@ -64,14 +65,11 @@ struct Pass<'a> {
 ///
 /// # Errors
 /// Everything that is wrong with the program, or all moves beyond the machine's travel.
-pub(crate) fn check(
-    source: &ProgramSource,
-    machine: &Machine,
-    options: &SimulateOptions,
-) -> Result<Checked, SimError> {
+pub(crate) fn check(setup: &Setup<'_>) -> Result<Checked, SimError> {
+    let (machine, options) = (setup.machine, setup.options);
     check_options(options)?;
-    let mut reader = Reader::new(source, machine, options)?;
-    let modes = Modes::new(machine)?;
+    let mut reader = Reader::new(setup)?;
+    let modes = Modes::new(&setup.kinematics);
     let config = planner_config(machine, options.quality);
     let travel =
         [false, true].map(|tip| TravelCheck::new(&config, Arc::clone(modes.kinematics(tip))));
@@ -81,8 +79,7 @@ pub(crate) fn check(
         .map_or_else(|| machine.axis_set(), |layout| layout.words);
     let plan = PlanInfo::default();
     let mut pass = Pass {
-        source,
-        machine,
+        setup,
         travel,
         words,
         violations: Vec::new(),
@@ -95,7 +92,7 @@ pub(crate) fn check(
         match item {
             Ok(read) => pass
                 .item(&read)
-                .map_err(|error| with_provenance(error, reader.diagnostics()))?,
+                .map_err(|error| error.with_provenance(reader.diagnostics()))?,
             Err((problem, place)) => pass.problems.push(Diagnostic { problem, place }),
         }
         if pass.problems.len() >= options.limits.diagnostics {
@@ -113,7 +110,7 @@ pub(crate) fn check(
 
 impl Pass<'_> {
     fn item(&mut self, read: &Read) -> Result<(), SimError> {
-        let Some(PlanItem::Move(item)) = lower(&read.item)? else {
+        let Some(PlanItem::Move(item)) = plan_item(&read.item)? else {
             return Ok(());
         };
         self.moves += 1;
@@ -126,7 +123,7 @@ impl Pass<'_> {
                 return Err(SimError::NoAxis {
                     block: item.block,
                     axis,
-                    machine: self.machine.name().to_owned(),
+                    machine: self.setup.machine.name().to_owned(),
                     provenance: Box::default(),
                 });
             }
@@ -145,7 +142,7 @@ impl Pass<'_> {
     }
 
     fn finish(self, found: &Diagnostics, options: &SimulateOptions) -> Result<Checked, SimError> {
-        let name = self.source.name().to_owned();
+        let name = self.setup.program.name().to_owned();
         let mut diagnostics = found.clone();
         for problem in self.problems {
             diagnostics.push(problem);
@@ -157,7 +154,7 @@ impl Pass<'_> {
             });
         }
         if self.violated > 0 {
-            let machine = self.machine.name().to_owned();
+            let machine = self.setup.machine.name().to_owned();
             let provenance = Box::new(diagnostics.provenance().clone());
             return Err(SimError::Travel {
                 name,
@@ -167,14 +164,10 @@ impl Pass<'_> {
                 provenance,
             });
         }
-        let bytes = self.source.len().map_err(|source| SimError::Read {
-            name: name.clone(),
-            source,
-        })?;
-        let lines = count_lines(self.source).map_err(|source| SimError::Read {
-            name: name.clone(),
-            source,
-        })?;
+        let setup = self.setup;
+        let unreadable = |source| setup.unreadable(source);
+        let bytes = setup.program.len().map_err(unreadable)?;
+        let lines = count_lines(setup.program).map_err(unreadable)?;
         if self.moves == 0 {
             return Err(SimError::Empty { name, bytes, lines });
         }
@@ -203,14 +196,6 @@ impl Pass<'_> {
     }
 }
 
-/// Tells an error about a block where it comes from.
-pub(crate) fn with_provenance(mut error: SimError, found: &Diagnostics) -> SimError {
-    if let SimError::NoAxis { provenance, .. } | SimError::Path { provenance, .. } = &mut error {
-        **provenance = found.provenance().clone();
-    }
-    error
-}
-
 /// Path of the tip, mm.
 fn tip_length(item: &Move) -> f64 {
     if item.curve.moves_tip() {
@@ -220,7 +205,7 @@ fn tip_length(item: &Move) -> f64 {
     }
 }
 
-fn count_lines(source: &ProgramSource) -> std::io::Result<u64> {
+fn count_lines(source: &Program) -> std::io::Result<u64> {
     let mut reader = source.open()?;
     let (mut lines, mut unfinished) = (0, false);
     loop {
@@ -252,7 +237,7 @@ fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
     }
     if let Some(force) = options
         .cutting_force_n
-        .filter(|force| !(0.0..=LARGEST_N).contains(force))
+        .filter(|force| !(0.0..=LARGEST_FORCE_N).contains(force))
     {
         return Err(SimError::Option {
             what: "the cutting force in N",

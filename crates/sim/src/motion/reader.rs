@@ -4,18 +4,18 @@ use super::steer::Steering;
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
-use crate::source::ProgramSource;
+use crate::program::Operations;
+use crate::setup::Setup;
 use lostmotion_base::{BlockRef, Coords};
 use lostmotion_gcode::{
-    CanonicalOp, Diagnostics, InterpreterConfig, MotionFold, MotionItem, Plane, Problem, Program,
-    SourcedOp, Tool, ToolTable, Units,
+    CanonicalOp, Diagnostic, Diagnostics, InterpreterConfig, MotionFold, MotionItem, Plane,
+    Problem, SourcedOp, Tool, ToolTable, Units,
 };
 use std::collections::{BTreeMap, VecDeque};
-use std::io::BufRead;
 use std::sync::Arc;
 
-/// First parameters of the places of G28 and G30.
-const HOMES: [u16; 2] = [5161, 5181];
+/// First parameters (RS274/NGC) that hold the places of G28 and G30.
+const HOME_PARAMETERS: [u16; 2] = [5161, 5181];
 
 /// One thing read.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +29,7 @@ pub(crate) struct Read {
 
 /// Motion out of a program.
 pub(crate) struct Reader {
-    program: Program<Box<dyn BufRead + Send>>,
+    program: Operations,
     fold: MotionFold,
     steering: Steering,
     /// What the last operations have made the machine do, and the plane in force.
@@ -44,27 +44,22 @@ pub(crate) struct Reader {
 }
 
 impl Reader {
-    pub(crate) fn new(
-        source: &ProgramSource,
-        machine: &Machine,
-        options: &SimulateOptions,
-    ) -> Result<Reader, SimError> {
-        let read = |error| SimError::Read {
-            name: source.name().to_owned(),
-            source: error,
-        };
-        source.len().map_err(read)?;
-        let reader = source.open().map_err(read)?;
-        let mut program = Program::new(reader, interpreter_config(machine, options));
+    pub(crate) fn new(setup: &Setup<'_>) -> Result<Reader, SimError> {
+        let (machine, options) = (setup.machine, setup.options);
+        setup
+            .program
+            .len()
+            .map_err(|error| setup.unreadable(error))?;
+        let mut program = setup
+            .program
+            .operations(interpreter_config(machine, options))
+            .map_err(|error| setup.unreadable(error))?;
         if let Some(loader) = &options.loader {
             program = program.with_loader(Arc::clone(loader));
         }
         let fold =
             MotionFold::new(machine.start()).with_spline_tolerance_mm(options.spline_tolerance_mm);
-        let steering = Steering::new(
-            Arc::from(machine.build_kinematics()?),
-            machine.kinematics().tip_control(),
-        );
+        let steering = Steering::new(Arc::clone(&setup.kinematics), setup.tip_control);
         Ok(Reader {
             program,
             fold,
@@ -209,6 +204,17 @@ impl Reader {
         self.bytes
     }
 
+    /// The error that a problem with a motion is.
+    pub(crate) fn refused(&self, name: &str, problem: Problem, place: BlockRef) -> SimError {
+        let provenance = self.diagnostics().provenance().clone();
+        let mut diagnostics = Diagnostics::new(1).with_provenance(provenance);
+        diagnostics.push(Diagnostic { problem, place });
+        SimError::Program {
+            name: name.to_owned(),
+            diagnostics: Box::new(diagnostics),
+        }
+    }
+
     /// What has been found.
     pub(crate) fn diagnostics(&self) -> &Diagnostics {
         self.program.diagnostics()
@@ -230,7 +236,7 @@ pub fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> Inter
     for (system, origin) in (1u8..).zip(machine.work_offsets()) {
         config = config.with_work_offset(system, origin);
     }
-    for (first, home) in HOMES
+    for (first, home) in HOME_PARAMETERS
         .into_iter()
         .zip([machine.home_g28(), machine.home_g30()])
     {

@@ -55,7 +55,7 @@ impl Change {
 }
 
 /// The changes that are tried, with their names.
-pub(super) const CHANGES: [(&str, Change); 6] = [
+pub(crate) const CHANGES: [(&str, Change); 6] = [
     (
         "velocity limits +20 %",
         Change {

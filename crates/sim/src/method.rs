@@ -1,0 +1,125 @@
+//! Which compensator each axis runs in a simulation: a registered one by its name, the one that the
+//! machine file names, or one of the caller's own.
+
+use crate::error::SimError;
+use lostmotion_drive::{AxisConfig, AxisError, AxisRunner, AxisSim, Compensator};
+use lostmotion_methods::{METHODS, Method, build_runner, find_method};
+use std::fmt;
+use std::sync::Arc;
+
+/// Makes an axis with a caller's own compensator, standing still at a place (the axis' unit).
+type Build = dyn Fn(&AxisConfig, f64) -> Result<Box<dyn AxisRunner>, AxisError> + Send + Sync;
+
+/// A choice of compensator for all axes of a machine.
+#[derive(Clone)]
+pub(crate) enum Choice {
+    /// That which each axis' description names (`compensation.method`).
+    OfAxes,
+    /// A registered one.
+    Registered(&'static Method),
+    /// A caller's own.
+    Own {
+        name: String,
+        build: Arc<Build>,
+        needs_load_scale: bool,
+    },
+}
+
+impl fmt::Debug for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Choice::OfAxes => "of the axes",
+            Choice::Registered(method) => method.info.name,
+            Choice::Own { name, .. } => name,
+        })
+    }
+}
+
+impl Choice {
+    /// The registered method of a name.
+    pub(crate) fn registered(name: &str) -> Result<Choice, SimError> {
+        find_method(name)
+            .map(Choice::Registered)
+            .map_err(|_| SimError::Method {
+                name: name.to_owned(),
+                known: METHODS
+                    .iter()
+                    .map(|method| method.info.name)
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            })
+    }
+
+    /// A caller's own compensator, made for each axis from its description.
+    pub(crate) fn own<C: Compensator>(
+        name: String,
+        make: impl Fn(&AxisConfig) -> C + Send + Sync + 'static,
+        example: &AxisConfig,
+    ) -> Choice {
+        Choice::Own {
+            name,
+            needs_load_scale: make(example).info().knows.load_scale,
+            build: Arc::new(move |config, start| {
+                config.check()?;
+                if !start.is_finite() {
+                    return Err(AxisError::StartPosition { value: start });
+                }
+                Ok(Box::new(AxisSim::new(config, make(config), start)))
+            }),
+        }
+    }
+
+    /// An axis with the compensator, standing still at a place (the axis' unit).
+    pub(crate) fn runner(
+        &self,
+        config: &AxisConfig,
+        start: f64,
+    ) -> Result<Box<dyn AxisRunner>, AxisError> {
+        match self {
+            Choice::OfAxes => build_runner(config, &config.compensation.method, start),
+            Choice::Registered(method) => build_runner(config, method.info.name, start),
+            Choice::Own { build, .. } => build(config, start),
+        }
+    }
+
+    /// Name of the method in results. Where the axes name different ones, all of them: `x fixed, y
+    /// none`.
+    pub(crate) fn name<'a>(&self, axes: impl Iterator<Item = (char, &'a AxisConfig)>) -> String {
+        match self {
+            Choice::Registered(method) => method.info.name.to_owned(),
+            Choice::Own { name, .. } => name.clone(),
+            Choice::OfAxes => {
+                let named: Vec<(char, &str)> = axes
+                    .map(|(letter, config)| (letter, config.compensation.method.as_str()))
+                    .collect();
+                match named.first() {
+                    Some((_, first)) if named.iter().all(|(_, name)| name == first) => {
+                        (*first).to_owned()
+                    }
+                    _ => named
+                        .iter()
+                        .map(|(letter, name)| format!("{letter} {name}"))
+                        .collect::<Vec<_>>()
+                        .join(", "),
+                }
+            }
+        }
+    }
+
+    /// Whether a drive has all that the method needs: none measures the load.
+    pub(crate) fn needs_load_scale<'a>(
+        &self,
+        mut axes: impl Iterator<Item = (char, &'a AxisConfig)>,
+    ) -> bool {
+        match self {
+            Choice::Registered(method) => method.info.knows.load_scale,
+            Choice::Own {
+                needs_load_scale, ..
+            } => *needs_load_scale,
+            Choice::OfAxes => axes.any(|(_, config)| {
+                find_method(&config.compensation.method)
+                    .is_ok_and(|method| method.info.knows.load_scale)
+            }),
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! From a program on a machine to samples of its plan.
+//!
+//! ```text
+//! check    read everything once: diagnostics, travel            (check.rs)
+//! reader   text -> operations -> motion; tool directions        (reader.rs, steer.rs)
+//! curves   motion -> curves and planner's items                 (curves.rs)
+//! feed     moves -> samples, segments                           (feed.rs, modes.rs)
+//! paced    samples at another pace: hold, override, stop        (paced.rs)
+//! bow      samples, moves -> how far the tool is off where joints go straight (bow.rs)
+//! ```
+
+mod bow;
+mod change;
+mod check;
+mod curves;
+mod feed;
+mod modes;
+mod paced;
+mod reader;
+mod steer;
+
+pub(crate) use bow::Bows;
+pub(crate) use change::{CHANGES, Change};
+pub(crate) use check::{Checked, check, planner_config};
+pub use curves::{Curves, ProgrammedMove, curve, plan_item};
+pub(crate) use feed::{Feed, Note};
+pub(crate) use modes::Modes;
+pub use reader::interpreter_config;

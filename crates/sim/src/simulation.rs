@@ -1,0 +1,384 @@
+//! The way in: a program on a machine, what is to be done with it, and the answer.
+
+use crate::error::{SimError, SinkError};
+use crate::machine::Machine;
+use crate::method::Choice;
+use crate::motion::{self, Curves, Feed};
+use crate::observer::{Audience, Observer, OnProgress, Progress};
+use crate::options::{Intervention, SimulateOptions};
+use crate::program::Program;
+use crate::results::{PlanInfo, ProgramInfo, Run};
+use crate::session::{self, Stepper, TickSink, Ticks, Variant};
+use crate::setup::Setup;
+use crate::time::results::CycleTime;
+use crate::time::{self, BlockSink, TimeOptions};
+use lostmotion_contour::ProgrammedSegment;
+use lostmotion_drive::{AxisConfig, Compensator};
+use lostmotion_gcode::{Dialect, Leniencies, Limits, SubroutineLoader, ToolTable};
+use lostmotion_kinematics::Kinematics;
+use lostmotion_plan::{Quality, Sample};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// A part program on a machine.
+///
+/// The methods up to [`Simulation::on_progress`] say how; the last one says what: [`run`] for the
+/// contour error, [`plan`] for the motion alone, [`time`] for where the time goes, [`check`] for
+/// what can be said without moving, [`curves`] for the programmed geometry.
+///
+/// ```
+/// use lostmotion_sim::{Machine, Program, Simulation};
+///
+/// let program = Program::from_str("circle.ngc", "G21 G0 X25 Y0\nG3 I-25 F2000\nM2\n");
+/// let machine = Machine::preset("vmc3")?;
+/// let run = Simulation::new(&program, &machine).method("fixed").run()?;
+/// for block in run.blocks() {
+///     println!("{}: {:+.1} um, {}", block.line, block.max_um, block.cause);
+/// }
+/// assert!(run.is_within_tolerance());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// The run stays on the caller's thread unless [`Simulation::threads`] asks for more, so that any
+/// number of them may go on side by side.
+///
+/// [`run`]: Simulation::run
+/// [`plan`]: Simulation::plan
+/// [`time`]: Simulation::time
+/// [`check`]: Simulation::check
+/// [`curves`]: Simulation::curves
+#[must_use = "nothing happens before `run`, `plan`, `time`, `check` or `curves`"]
+pub struct Simulation<'a> {
+    program: &'a Program,
+    machine: &'a Machine,
+    options: SimulateOptions,
+    kinematics: Option<Arc<dyn Kinematics>>,
+    choices: Vec<Result<Choice, SimError>>,
+    audience: Audience<'a>,
+}
+
+/// Takes a chunk of the plan: samples, a command cycle each, and the programmed segments that were
+/// read for it, each once, in order and no later than the first sample that names it.
+pub type PlanSink<'a> = dyn FnMut(&[Sample], &[ProgrammedSegment]) -> Result<(), SinkError> + 'a;
+
+impl<'a> Simulation<'a> {
+    /// A program on a machine, each axis with the method that the machine names for it (none, for
+    /// the machines that come with the library), everything else as the machine has it.
+    pub fn new(program: &'a Program, machine: &'a Machine) -> Simulation<'a> {
+        Simulation {
+            program,
+            machine,
+            options: SimulateOptions::default(),
+            kinematics: None,
+            choices: Vec::new(),
+            audience: Audience::default(),
+        }
+    }
+
+    /// Adds a registered compensation method, by its name, for all axes. Several are compared on
+    /// one plan. A name that is not registered is an error of [`Simulation::run`].
+    pub fn method(mut self, name: &str) -> Simulation<'a> {
+        self.choices.push(Choice::registered(name));
+        self
+    }
+
+    /// Adds several registered methods.
+    ///
+    /// ```
+    /// # use lostmotion_sim::{Machine, Program, Simulation};
+    /// let program = Program::from_str("slot.ngc", "G21 G90\nG1 X20 F900\nG1 X0\nM2\n");
+    /// let machine = Machine::preset("vmc3-worn")?;
+    /// let run = Simulation::new(&program, &machine)
+    ///     .methods(["none", "fixed"])
+    ///     .run()?;
+    /// assert_eq!(run.results.len(), 2);
+    /// assert_eq!(run.recommended.as_deref(), Some("fixed"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn methods<N: AsRef<str>>(self, names: impl IntoIterator<Item = N>) -> Simulation<'a> {
+        names
+            .into_iter()
+            .fold(self, |simulation, name| simulation.method(name.as_ref()))
+    }
+
+    /// Adds a compensator of one's own under a name for the results; `make` makes it for each axis
+    /// from the axis' description.
+    pub fn compensator<C: Compensator>(
+        mut self,
+        name: impl Into<String>,
+        make: impl Fn(&AxisConfig) -> C + Send + Sync + 'static,
+    ) -> Simulation<'a> {
+        if let Some(axis) = self.machine.axes().first() {
+            self.choices
+                .push(Ok(Choice::own(name.into(), make, &axis.config)));
+        }
+        self
+    }
+
+    /// Kinematics of one's own in place of the machine's. When X Y Z are the tool's tip stays as
+    /// the machine says it (`kinematics.tip_control`).
+    pub fn kinematics(mut self, kinematics: impl Kinematics + 'static) -> Simulation<'a> {
+        self.kinematics = Some(Arc::new(kinematics));
+        self
+    }
+
+    /// All settings at once; those that are set afterwards go before them.
+    pub fn options(mut self, options: SimulateOptions) -> Simulation<'a> {
+        self.options = options;
+        self
+    }
+
+    /// Tolerance of the verdict, um, in place of the machine's.
+    pub fn tolerance_um(mut self, tolerance_um: f64) -> Simulation<'a> {
+        self.options.tolerance_um = Some(tolerance_um);
+        self
+    }
+
+    /// Size of the cutting force on feed moves, N, in place of the machine's.
+    pub fn cutting_force_n(mut self, cutting_force_n: f64) -> Simulation<'a> {
+        self.options.cutting_force_n = Some(cutting_force_n);
+        self
+    }
+
+    /// Tools in place of the machine's.
+    pub fn tool_table(mut self, tools: ToolTable) -> Simulation<'a> {
+        self.options.tool_table = Some(tools);
+        self
+    }
+
+    /// Dialect of the program, in place of the machine's.
+    pub fn dialect(mut self, dialect: Dialect) -> Simulation<'a> {
+        self.options.dialect = Some(dialect);
+        self
+    }
+
+    /// What is accepted with a warning, in place of what the dialect accepts.
+    pub fn leniencies(mut self, leniencies: Leniencies) -> Simulation<'a> {
+        self.options.leniencies = Some(leniencies);
+        self
+    }
+
+    /// Bounds of the G-code front end.
+    pub fn limits(mut self, limits: Limits) -> Simulation<'a> {
+        self.options.limits = limits;
+        self
+    }
+
+    /// Where subroutines come from that the program does not define.
+    pub fn subroutines(mut self, loader: impl SubroutineLoader + 'static) -> Simulation<'a> {
+        self.options.loader = Some(Arc::new(loader));
+        self
+    }
+
+    /// Whether blocks that begin with `/` are skipped.
+    pub fn block_delete(mut self, on: bool) -> Simulation<'a> {
+        self.options.block_delete = on;
+        self
+    }
+
+    /// How much work the planner puts into a shorter time.
+    pub fn quality(mut self, quality: Quality) -> Simulation<'a> {
+        self.options.quality = quality;
+        self
+    }
+
+    /// What an operator does while the program runs, in the order of the times.
+    pub fn interventions(
+        mut self,
+        interventions: impl IntoIterator<Item = Intervention>,
+    ) -> Simulation<'a> {
+        self.options.interventions = interventions.into_iter().collect();
+        self
+    }
+
+    /// Longest motion, s; a program that runs longer is an error.
+    pub fn max_duration_s(mut self, max_duration_s: f64) -> Simulation<'a> {
+        self.options.max_duration_s = max_duration_s;
+        self
+    }
+
+    /// Number of threads: 1, the default, is the caller's; others make a pool for this run, 0 one
+    /// with a thread per core. The result does not depend on it.
+    pub fn threads(mut self, threads: usize) -> Simulation<'a> {
+        self.options.threads = threads;
+        self
+    }
+
+    /// Takes rows and points as they are finished.
+    pub fn observer(mut self, observer: &'a mut dyn Observer) -> Simulation<'a> {
+        self.audience.observer = Some(observer);
+        self
+    }
+
+    /// Is told how far the run is, once a chunk of the plan (a second of motion), and may end it:
+    /// [`ControlFlow::Break`] makes the run answer [`SimError::Cancelled`].
+    ///
+    /// ```
+    /// # use lostmotion_sim::{Machine, Program, SimError, Simulation};
+    /// use std::ops::ControlFlow;
+    ///
+    /// let program = Program::from_str("slot.ngc", "G21 G90\nG1 X90 F900\nM2\n");
+    /// let machine = Machine::preset("bench3")?;
+    /// let run = Simulation::new(&program, &machine)
+    ///     .on_progress(|progress| {
+    ///         if progress.simulated_s > 1.5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    ///     })
+    ///     .run();
+    /// assert!(matches!(run, Err(SimError::Cancelled)));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn on_progress(
+        mut self,
+        tell: impl FnMut(Progress) -> ControlFlow<()> + Send + 'a,
+    ) -> Simulation<'a> {
+        let tell: OnProgress<'a> = Box::new(tell);
+        self.audience.on_progress = Some(tell);
+        self
+    }
+
+    /// Simulates the program with every method on one plan and judges the contour error of each.
+    ///
+    /// The machine without a gap runs beside them, so that every error splits into command, servo
+    /// and backlash.
+    ///
+    /// # Errors
+    /// Everything that is wrong with program, machine, method or options; see [`SimError`].
+    pub fn run(mut self) -> Result<Run, SimError> {
+        let choices = self.take_choices()?;
+        let mut audience = std::mem::take(&mut self.audience);
+        let setup = self.setup()?;
+        let checked = motion::check(&setup)?;
+        session::run(&setup, &choices, checked, &mut audience)
+    }
+
+    /// Hands the servo ticks of all axes to `sink` in place of judging them: for studies that
+    /// measure in another way. With `with_trace`, [`Ticks::trace`] has all signals.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`], and whatever the sink answers, as [`SimError::Sink`].
+    pub fn ticks(mut self, with_trace: bool, sink: &mut dyn TickSink) -> Result<(), SimError> {
+        let choices = self.take_choices()?;
+        let mut audience = std::mem::take(&mut self.audience);
+        let setup = self.setup()?;
+        motion::check(&setup)?;
+        let (setup, audience) = (&setup, &mut audience);
+        session::on_threads(setup.options.threads, |threads| {
+            let mut variants = vec![Variant::without_gap()];
+            variants.extend(choices.iter().map(Variant::with_gap));
+            let mut stepper = Stepper::new(setup, &variants, threads, with_trace)?;
+            loop {
+                let more = stepper.step()?;
+                sink.chunk(&Ticks::of(&stepper)).map_err(SimError::Sink)?;
+                stepper.release();
+                audience.progress(stepper.progress())?;
+                if !more {
+                    return Ok(());
+                }
+            }
+        })
+    }
+
+    /// Reads the program to its end and holds it against the machine, without moving anything.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`], apart from those of the methods.
+    pub fn check(&self) -> Result<ProgramInfo, SimError> {
+        Ok(motion::check(&self.setup()?)?.program)
+    }
+
+    /// The moves of the program: curves in machine coordinates, with the feed, plane and tool in
+    /// force. Made as they are asked for.
+    ///
+    /// ```
+    /// # use lostmotion_sim::{Machine, Program, Simulation};
+    /// let program = Program::from_str("arc.ngc", "G21 G0 X10 Y0\nG3 X0 Y10 I-10 F600\nM2\n");
+    /// let machine = Machine::preset("bench3")?;
+    /// let mut cutting_mm = 0.0;
+    /// for item in Simulation::new(&program, &machine).curves()? {
+    ///     let item = item?;
+    ///     if !item.is_rapid() {
+    ///         cutting_mm += item.motion.curve.length();
+    ///     }
+    /// }
+    /// assert!((cutting_mm - 5.0 * std::f64::consts::PI).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The program cannot be opened, the kinematics cannot be built.
+    pub fn curves(&self) -> Result<Curves, SimError> {
+        Curves::new(&self.setup()?)
+    }
+
+    /// Plans the program and hands out the samples, chunk by chunk, with the programmed path: so a
+    /// caller can measure contour errors of machines that are not described by a [`Machine`].
+    ///
+    /// # Errors
+    /// As [`Simulation::run`], and whatever the sink answers, as [`SimError::Sink`].
+    pub fn plan(mut self, sink: &mut PlanSink<'_>) -> Result<PlanInfo, SimError> {
+        let mut audience = std::mem::take(&mut self.audience);
+        let setup = self.setup()?;
+        let checked = motion::check(&setup)?;
+        let total_bytes = self.program.len().unwrap_or(0);
+        let mut feed = Feed::new(&setup)?;
+        let options = setup.options;
+        let (mut samples, mut segments) = (Vec::new(), Vec::new());
+        let (mut count, command) = (0, self.machine.cycles().command());
+        loop {
+            segments.clear();
+            feed.chunk(options.chunk_samples, &mut samples, &mut segments)?;
+            if samples.is_empty() {
+                let mut plan = PlanInfo {
+                    duration_s: command.seconds(count),
+                    ..checked.plan
+                };
+                feed.tell(&mut plan);
+                return Ok(plan);
+            }
+            count += samples.len() as u64;
+            if command.seconds(count) > options.max_duration_s {
+                return Err(SimError::TooLong {
+                    limit_s: options.max_duration_s,
+                });
+            }
+            sink(&samples, &segments).map_err(SimError::Sink)?;
+            audience.progress(Progress {
+                done_bytes: feed.bytes_done(),
+                total_bytes,
+                simulated_s: command.seconds(count),
+            })?;
+        }
+    }
+
+    /// Plans the program and tells where its time goes; `sink` takes the blocks as they are
+    /// finished.
+    ///
+    /// Time is counted in command cycles, so that the parts sum to the whole; memory does not grow
+    /// with the program.
+    ///
+    /// # Errors
+    /// As [`Simulation::plan`].
+    pub fn time(
+        self,
+        options: &TimeOptions,
+        sink: &mut BlockSink<'_>,
+    ) -> Result<CycleTime, SimError> {
+        time::time(&self.setup()?, options, sink)
+    }
+
+    fn setup(&self) -> Result<Setup<'_>, SimError> {
+        Setup::new(
+            self.program,
+            self.machine,
+            &self.options,
+            self.kinematics.as_ref(),
+        )
+    }
+
+    fn take_choices(&mut self) -> Result<Vec<Choice>, SimError> {
+        if self.choices.is_empty() {
+            return Ok(vec![Choice::OfAxes]);
+        }
+        std::mem::take(&mut self.choices).into_iter().collect()
+    }
+}
