@@ -78,5 +78,5 @@ fn what_is_not_there_is_said() {
         error.contains("magic") && error.contains("published"),
         "{error}"
     );
-    assert!(Machine::preset("nonsense").is_none());
+    assert!(Machine::preset("nonsense").is_err());
 }

@@ -14,7 +14,7 @@
 mod common;
 
 use common::{machine, part, run};
-use lostmotion::sim::Comparison;
+use lostmotion::Run;
 use std::fmt::Write;
 
 /// Part, machine. Short parts: together they take a minute.
@@ -38,7 +38,7 @@ const RUNS_AWAY_UM: f64 = 500.0;
 
 const METHODS: &[&str] = &["none", "fixed", "published", "load-feedback"];
 
-fn table(comparison: &Comparison) -> String {
+fn table(comparison: &Run) -> String {
     let mut text = String::new();
     let plan = &comparison.plan;
     let _ = writeln!(

@@ -22,15 +22,11 @@ pub(crate) fn program(text: &str) -> Program {
 
 /// An embedded machine.
 pub(crate) fn machine(name: &str) -> Machine {
-    Machine::preset(name).unwrap_or_else(|| panic!("no preset {name}"))
+    Machine::preset(name).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// All methods on one plan with default options.
-pub(crate) fn run(
-    source: &Program,
-    machine: &Machine,
-    methods: &[&str],
-) -> Result<Comparison, SimError> {
+pub(crate) fn run(source: &Program, machine: &Machine, methods: &[&str]) -> Result<Run, SimError> {
     let methods: Vec<String> = methods.iter().map(ToString::to_string).collect();
     Simulation::new(source, machine).methods(&methods).run()
 }

@@ -6,8 +6,9 @@ use common::{comparison, method, simulation};
 use lostmotion_report::csv::{BlockWriter, ReversalWriter};
 use lostmotion_report::json;
 use lostmotion_report::text::{
-    Harm, TextOptions, comparison as render_comparison, harm, simulation as render_simulation,
+    TextOptions, comparison as render_comparison, simulation as render_simulation,
 };
+use lostmotion_sim::results::Harm;
 
 fn options() -> TextOptions {
     TextOptions::default()
@@ -56,14 +57,14 @@ fn colour_is_only_where_it_was_asked_for_and_changes_no_word() {
 fn harm_is_a_larger_rms_or_else_a_larger_peak() {
     let none = method("none", 10.0, 10.0);
     assert_eq!(
-        harm(&method("twice", 20.0, 20.0), &none),
+        method("twice", 20.0, 20.0).harm(&none),
         Some(Harm::Rms(2.0))
     );
-    assert_eq!(harm(&method("same", 10.0, 10.1), &none), None);
-    assert_eq!(harm(&none, &none), None);
+    assert_eq!(method("same", 10.0, 10.1).harm(&none), None);
+    assert_eq!(none.harm(&none), None);
     let mut peak = method("peak", 10.0, 15.0);
     peak.backlash.rms = 1.0;
-    assert_eq!(harm(&peak, &none), Some(Harm::Peak(1.5)));
+    assert_eq!(peak.harm(&none), Some(Harm::Peak(1.5)));
 }
 
 #[test]
@@ -72,7 +73,7 @@ fn json_has_a_version_and_reads_back_as_what_it_was() {
     json::write(&mut out, &simulation()).unwrap();
     let text = String::from_utf8(out).unwrap();
     assert!(text.starts_with("{\n  \"schema\": 1,\n"));
-    let read: lostmotion_sim::results::Simulation = serde_json::from_str(&text).unwrap();
+    let read: lostmotion_sim::results::SingleRun = serde_json::from_str(&text).unwrap();
     assert_eq!(read.result.worst_blocks.len(), 2);
     let mut again = Vec::new();
     json::write(&mut again, &read).unwrap();

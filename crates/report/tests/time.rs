@@ -10,12 +10,25 @@ use lostmotion_sim::time::results::{
     BlockTime, CycleTime, KindTimes, LimitShare, TIME_SCHEMA, TimeKind, WhatIf,
 };
 
+/// A result with some of its fields given, the others at their default: results of the library
+/// have no literals outside it, so that fields may be added.
+#[allow(unused_macros, reason = "not every test file makes results")]
+macro_rules! made {
+    ($type:ident { $($field:ident $(: $value:expr)?),* $(,)? }) => {{
+        let mut made = $type::default();
+        $(made.$field = made!(@ $field $(, $value)?);)*
+        made
+    }};
+    (@ $field:ident, $value:expr) => { $value };
+    (@ $field:ident) => { $field };
+}
+
 fn share(limit: &str, time_s: f64, share: f64) -> LimitShare {
-    LimitShare {
+    made!(LimitShare {
         limit: limit.to_owned(),
         time_s,
         share,
-    }
+    })
 }
 
 fn block(
@@ -33,7 +46,7 @@ fn block(
         },
         call_stack: 0,
     };
-    BlockTime {
+    made!(BlockTime {
         block,
         text: text.to_owned(),
         segment: u64::from(line),
@@ -41,31 +54,30 @@ fn block(
         start_s,
         time_s,
         limits,
-    }
+    })
 }
 
 /// Figures that were chosen.
 fn answer() -> CycleTime {
-    let program = ProgramInfo {
+    let program = made!(ProgramInfo {
         name: "pocket.ngc".to_owned(),
         bytes: 99,
         lines: 9,
         moves: 5,
-        ..ProgramInfo::default()
-    };
+    });
     let feed = vec![
         share("feed", 7.5, 0.9375),
         share("jerk X", 0.3, 0.0375),
         share("acceleration Y", 0.15, 0.018_75),
         share("look-ahead", 0.05, 0.006_25),
     ];
-    CycleTime {
+    made!(CycleTime {
         schema: TIME_SCHEMA,
         program,
         machine: "mill".to_owned(),
         total_s: 16.0,
         plan_s: 10.0,
-        kinds: KindTimes {
+        kinds: made!(KindTimes {
             cutting_s: 8.0,
             rapid_s: 1.5,
             dwell_s: 0.5,
@@ -73,7 +85,7 @@ fn answer() -> CycleTime {
             tool_change_s: 4.0,
             spindle_events: 2,
             spindle_event_s: 1.0,
-        },
+        }),
         limits: vec![
             share("feed", 7.5, 0.75),
             share("velocity X", 2.0, 0.2),
@@ -92,20 +104,20 @@ fn answer() -> CycleTime {
         ],
         block_count: 3,
         what_if: vec![
-            WhatIf {
+            made!(WhatIf {
                 change: "feed +20 %".to_owned(),
                 plan_s: 8.75,
                 saved_s: 1.25,
                 saved_share: 0.125,
-            },
-            WhatIf {
+            }),
+            made!(WhatIf {
                 change: "jerk limits +20 %".to_owned(),
                 plan_s: 10.0,
                 saved_s: 0.0,
                 saved_share: 0.0,
-            },
+            }),
         ],
-    }
+    })
 }
 
 #[test]

@@ -46,8 +46,8 @@ enum Origin {
 
 impl Program {
     /// A program given as text, with a name for messages.
-    pub fn from_str(name: impl Into<String>, text: &str) -> Program {
-        Program::from_bytes(name, text.as_bytes())
+    pub fn from_str(name: impl Into<String>, text: impl AsRef<str>) -> Program {
+        Program::from_bytes(name, text.as_ref().as_bytes())
     }
 
     /// A program in memory, with a name for messages. Its bytes need not be UTF-8.

@@ -3,6 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "tests")]
 
 use lostmotion_base::AxisId;
+use lostmotion_contour::ProgrammedSegment;
 use lostmotion_drive::config::{Cycles, Interpolator};
 use lostmotion_methods::AxisConfig;
 use lostmotion_plan::Sample;
@@ -19,7 +20,7 @@ fn machine(command_ms: f64, servo_us: f64) -> Machine {
     })
 }
 
-fn run(machine: &Machine, program: &str, method: &str) -> Simulation {
+fn run(machine: &Machine, program: &str, method: &str) -> SingleRun {
     let source = Program::from_bytes("part.ngc", program.as_bytes());
     Simulation::new(&source, machine)
         .method(method)
@@ -31,7 +32,7 @@ fn run(machine: &Machine, program: &str, method: &str) -> Simulation {
 fn samples(machine: &Machine, program: &str) -> Vec<Sample> {
     let source = Program::from_bytes("part.ngc", program.as_bytes());
     let mut all = Vec::new();
-    let mut sink = |samples: &[Sample]| {
+    let mut sink = |samples: &[Sample], _: &[ProgrammedSegment]| {
         all.extend_from_slice(samples);
         Ok(())
     };

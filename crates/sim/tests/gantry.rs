@@ -68,7 +68,7 @@ fn run(
     program: &str,
     lines: &[u32],
     method: &str,
-) -> (Simulation, Vec<ContourPoint>) {
+) -> (SingleRun, Vec<ContourPoint>) {
     let mut points = Points {
         lines: lines.to_vec(),
         kept: Vec::new(),

@@ -17,7 +17,7 @@ fn all_axes() -> Vec<(String, MachineAxis)> {
     };
     presets()
         .iter()
-        .filter_map(|info| Machine::preset(info.name))
+        .filter_map(|info| Machine::preset(info.name).ok())
         .flat_map(of)
         .collect()
 }

@@ -3,8 +3,8 @@
 #![allow(clippy::expect_used, reason = "tests")]
 
 use lostmotion_sim::machine::Machine;
+use lostmotion_sim::time::TimeOptions;
 use lostmotion_sim::time::results::{BlockTime, CycleTime, TimeKind};
-use lostmotion_sim::time::{TimeOptions, time};
 use lostmotion_sim::{Program, SimulateOptions, Simulation};
 
 /// Limits of `bench3`, mm and s.

@@ -73,7 +73,7 @@ fn show(name: &str) -> Result<String, Failure> {
 
 /// Comments at the end of a preset's file.
 fn tuned(name: &str) -> String {
-    let Some(machine) = Machine::preset(name) else {
+    let Ok(machine) = Machine::preset(name) else {
         return String::new();
     };
     let table = tuning::table(&machine, &machine.tuning());

@@ -2,13 +2,26 @@
 
 use lostmotion_base::{AxisId, BlockRef, Span};
 use lostmotion_sim::results::{
-    AxisResult, BlockResult, Cause, Comparison, ErrorParts, ErrorStats, MethodResult, PlanInfo,
-    ProgramInfo, ReversalResult, SCHEMA_VERSION, Simulation,
+    AxisResult, BlockResult, Cause, ErrorParts, ErrorStats, MethodResult, PlanInfo, ProgramInfo,
+    ReversalResult, Run, SCHEMA_VERSION, SingleRun,
 };
+
+/// A result with some of its fields given, the others at their default: results of the library
+/// have no literals outside it, so that fields may be added.
+#[allow(unused_macros, reason = "not every test file makes results")]
+macro_rules! made {
+    ($type:ident { $($field:ident $(: $value:expr)?),* $(,)? }) => {{
+        let mut made = $type::default();
+        $(made.$field = made!(@ $field $(, $value)?);)*
+        made
+    }};
+    (@ $field:ident, $value:expr) => { $value };
+    (@ $field:ident) => { $field };
+}
 
 /// Statistics in proportion to a maximum.
 pub(crate) fn stats(max: f64) -> ErrorStats {
-    ErrorStats {
+    made!(ErrorStats {
         samples: 12_000,
         max,
         rms: max * 0.4,
@@ -16,7 +29,7 @@ pub(crate) fn stats(max: f64) -> ErrorStats {
         p95: max * 0.7,
         p99: max * 0.9,
         p999: max * 0.98,
-    }
+    })
 }
 
 fn at_line(line: u32) -> BlockRef {
@@ -33,7 +46,7 @@ fn at_line(line: u32) -> BlockRef {
 }
 
 fn block(line: u32, max_um: f64, cause: Cause, text: &str) -> BlockResult {
-    BlockResult {
+    made!(BlockResult {
         block: at_line(line),
         text: text.to_owned(),
         segment: u64::from(line),
@@ -41,18 +54,18 @@ fn block(line: u32, max_um: f64, cause: Cause, text: &str) -> BlockResult {
         time_s: 0.75 * f64::from(line),
         max_um,
         rms_um: max_um.abs() * 0.4,
-        parts_um: ErrorParts {
+        parts_um: made!(ErrorParts {
             command: 0.0,
             servo: max_um * 0.25,
             backlash: max_um * 0.75,
-        },
+        }),
         cause,
         at_mm: [25.0, -0.0004, -1.5],
-    }
+    })
 }
 
 fn axis(axis: AxisId, gap: f64) -> AxisResult {
-    AxisResult {
+    made!(AxisResult {
         axis,
         unit: if axis.is_rotary() { "mdeg" } else { "um" }.to_owned(),
         gap,
@@ -63,21 +76,23 @@ fn axis(axis: AxisId, gap: f64) -> AxisResult {
         saturated_samples: if axis == AxisId::Y { 12 } else { 0 },
         peak_velocity: 50.0,
         range: [-25.0, 25.0],
-    }
+    })
 }
 
 /// A method whose cutting error and share of backlash are these.
 pub(crate) fn method(name: &str, cutting: f64, backlash: f64) -> MethodResult {
-    let reversal = |axis, direction, time_s, peak_um: f64| ReversalResult {
-        axis,
-        time_s,
-        block: at_line(5),
-        direction,
-        peak_um,
-        backlash_um: peak_um * 0.9,
-        rapid: false,
+    let reversal = |axis, direction, time_s, peak_um: f64| {
+        made!(ReversalResult {
+            axis,
+            time_s,
+            block: at_line(5),
+            direction,
+            peak_um,
+            backlash_um: peak_um * 0.9,
+            rapid: false,
+        })
     };
-    MethodResult {
+    made!(MethodResult {
         method: name.to_owned(),
         cutting: stats(cutting),
         rapid: stats(cutting * 3.0),
@@ -101,22 +116,22 @@ pub(crate) fn method(name: &str, cutting: f64, backlash: f64) -> MethodResult {
         gantry: None,
         within_tolerance: cutting <= 10.0,
         notes: Vec::new(),
-    }
+    })
 }
 
 fn program() -> ProgramInfo {
-    ProgramInfo {
+    made!(ProgramInfo {
         name: "circle.ngc".to_owned(),
         bytes: 123,
         lines: 9,
         moves: 4,
         warnings: vec!["line 9: no M2 at the end".to_owned()],
         files: Vec::new(),
-    }
+    })
 }
 
 fn plan() -> PlanInfo {
-    PlanInfo {
+    made!(PlanInfo {
         duration_s: 12.345_678_9,
         cutting_mm: 207.079_632,
         rapid_mm: 50.0,
@@ -125,18 +140,18 @@ fn plan() -> PlanInfo {
         bow: None,
         bow_limit_um: None,
         unstraight: None,
-    }
+    })
 }
 
 /// A run on a worn mill.
-pub(crate) fn simulation() -> Simulation {
+pub(crate) fn simulation() -> SingleRun {
     let mut result = method("fixed", 12.345_678, 9.87);
     result.orientation_mdeg = Some(stats(1.5));
     result.axes.push(axis(AxisId::C, 3.0));
     result
         .notes
         .push("Y: the drive was at its current limit in 12 samples".to_owned());
-    Simulation {
+    made!(SingleRun {
         schema: SCHEMA_VERSION,
         program: program(),
         machine: "mill-worn".to_owned(),
@@ -144,11 +159,11 @@ pub(crate) fn simulation() -> Simulation {
         plan: plan(),
         without_gap: stats(1.1),
         result,
-    }
+    })
 }
 
 /// Five methods, of which one does harm and one has higher peaks.
-pub(crate) fn comparison() -> Comparison {
+pub(crate) fn comparison() -> Run {
     let mut spiky = method("spiky", 60.0, 36.0);
     spiky.backlash.rms = 3.0;
     let mut published = method("published", 4.2e7, 4.1e7);
@@ -156,7 +171,7 @@ pub(crate) fn comparison() -> Comparison {
         "does harm here: backlash RMS 16400000.00 um against 14.00 um without compensation"
             .to_owned(),
     );
-    Comparison {
+    made!(Run {
         schema: SCHEMA_VERSION,
         program: program(),
         machine: "mill-worn".to_owned(),
@@ -171,5 +186,5 @@ pub(crate) fn comparison() -> Comparison {
             method("load-feedback", 2.0, 1.0),
         ],
         recommended: Some("fixed".to_owned()),
-    }
+    })
 }

@@ -10,7 +10,6 @@ pub const TIME_SCHEMA: u32 = 1;
 /// What a stretch of time is spent on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-#[non_exhaustive]
 pub enum TimeKind {
     /// G1, G2, G3 and what becomes of them.
     #[default]

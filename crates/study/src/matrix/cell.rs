@@ -31,7 +31,7 @@ const DECIMALS: usize = 6;
 const SETTLE_TICKS: Tick = 500;
 
 /// What is measured of a cell's machine in all its variants.
-pub(super) struct Bench<'a> {
+pub(super) struct Bench<'a, 't> {
     cell: Cell,
     names: Vec<String>,
     /// Of the machine without a gap, then of the methods.
@@ -55,16 +55,16 @@ pub(super) struct Bench<'a> {
     limit_max_rad: f64,
     limit_squares: f64,
     floating_ticks: u64,
-    trace: Option<&'a mut Trace<'a>>,
+    trace: Option<&'a mut Trace<'t>>,
 }
 
-impl<'a> Bench<'a> {
+impl<'a, 't> Bench<'a, 't> {
     pub(super) fn new(
         cell: &Cell,
         config: &AxisConfig,
         methods: &[String],
-        trace: Option<&'a mut Trace<'a>>,
-    ) -> Bench<'a> {
+        trace: Option<&'a mut Trace<'t>>,
+    ) -> Bench<'a, 't> {
         let mut names = vec!["none".to_owned()];
         names.extend(methods.iter().filter(|name| *name != "none").cloned());
         let motor_rad_per_mm = config.transmission.motor_rad_per_unit();
@@ -114,7 +114,7 @@ impl<'a> Bench<'a> {
     /// gap.
     fn frame(&mut self, ticks: &Ticks<'_>) -> Result<(), ContourError> {
         self.frames.clear();
-        for (place, found) in ticks.frames().iter().enumerate() {
+        for found in ticks.frames() {
             let (tick, part) = (
                 found.tick / SERVO_TICKS as Tick,
                 found.tick % SERVO_TICKS as Tick,
@@ -124,7 +124,6 @@ impl<'a> Bench<'a> {
             }
             let since = self.measured_from.and_then(|from| tick.checked_sub(from));
             let mut frame = Frame {
-                place,
                 tick: found.tick,
                 command: found.sample,
                 commanded_tip_mm: self.with_ideal_z(found.pose.tip, found),
@@ -286,7 +285,7 @@ impl<'a> Bench<'a> {
     }
 }
 
-impl TickSink for Bench<'_> {
+impl TickSink for Bench<'_, '_> {
     fn chunk(&mut self, ticks: &Ticks<'_>) -> Result<(), SinkError> {
         if ticks.is_over() {
             return Ok(());

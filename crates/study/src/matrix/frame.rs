@@ -24,8 +24,6 @@ pub struct Traced {
 /// What all methods of a cell share at one servo tick.
 #[derive(Clone, Copy)]
 pub(super) struct Frame {
-    /// Its place among the ticks of the chunk.
-    pub(super) place: usize,
     pub(super) tick: Tick,
     pub(super) command: Sample,
     pub(super) commanded_tip_mm: [f64; 3],
