@@ -76,10 +76,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "identify",
             "sim",
             "report",
-            "study",
         ],
     ),
-    ("lostmotion-cli", &[""]),
+    ("lostmotion-cli", &["", "study"]),
 ];
 
 /// Crates from outside that a room must never see, whatever the way.
