@@ -4,7 +4,7 @@ use crate::interpreter::Place;
 use crate::limits::Limits;
 use crate::problem::Problem;
 use crate::source::{LineKind, Lines};
-use crate::syntax::{Block, Fault, Pieces, Text, parse_block};
+use crate::syntax::{Block, Fault, Text, Tokens, parse_block};
 use lostmotion_base::span::Span;
 use std::io::{self, BufRead};
 
@@ -43,9 +43,9 @@ pub struct ParsedBlock<'a> {
 }
 
 impl<'a> ParsedBlock<'a> {
-    /// The line in pieces that lie side by side.
-    pub fn pieces(&self) -> Pieces<'a> {
-        Pieces::new(self.line, self.block)
+    /// The line in tokens that lie side by side.
+    pub fn tokens(&self) -> Tokens<'a> {
+        Tokens::new(self.line, self.block)
     }
 
     /// The place of a word, setting or comment of the block in the source.

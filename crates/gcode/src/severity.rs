@@ -24,3 +24,18 @@ impl Severity {
         }
     }
 }
+
+/// The severity of a word in the tables of problems and leniencies.
+macro_rules! severity {
+    (error) => {
+        Severity::Error
+    };
+    (warning) => {
+        Severity::Warning
+    };
+    (note) => {
+        Severity::Note
+    };
+}
+
+pub(crate) use severity;

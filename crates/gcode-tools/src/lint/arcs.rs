@@ -1,13 +1,38 @@
 //! Arcs whose shape hangs on the last digit.
 
+use super::Check;
 use super::moves::Leg;
-use super::{Check, LintFindings, rules};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_base::math;
 use lostmotion_base::units::deg;
 use lostmotion_gcode::ops::{ArcFeed, CanonicalOp, Position};
 use lostmotion_gcode::program::Event;
 use lostmotion_gcode::syntax::{Value, Word};
 use std::f64::consts::{PI, TAU};
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[&ARC_NEARLY_FULL, &ARC_NEARLY_HALF, &ARC_CENTERS_MIXED],
+    check: || Box::new(Arcs::default()),
+};
+
+static ARC_NEARLY_FULL: LintRule = rule(
+    "arc-nearly-full",
+    "The ends of an arc are as near to each other as the coordinates were rounded.",
+    "By the rounding it is nearly nothing or nearly a full circle, and controls differ. Write a full circle without an end point, or leave the arc out.",
+);
+
+static ARC_NEARLY_HALF: LintRule = rule(
+    "arc-nearly-half",
+    "An arc by radius of nearly 180 degrees: rounding of R moves its centre by far more.",
+    "Give the centre with I, J, K.",
+);
+
+static ARC_CENTERS_MIXED: LintRule = rule(
+    "arc-centers-mixed",
+    "The program has arcs with absolute centres (G90.1) and with relative ones (G91.1).",
+    "One of the two is likely to be a leftover.",
+);
 
 /// An arc by radius within this of a half circle is doubtful.
 const HALF_DEG: f64 = 3.0;
@@ -95,7 +120,7 @@ impl Arcs {
             let message = format!("this arc has an {now} centre, arcs before it had {before} ones")
                 .replace("an relative", "a relative");
             found.add(
-                &rules::ARC_CENTERS_MIXED,
+                &ARC_CENTERS_MIXED,
                 event.place,
                 message,
                 &[],
@@ -122,7 +147,7 @@ fn nearly_full(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
         ("radius", shape.radius),
     ];
     let hint = "a control that rounds differently makes a full circle of nothing, or nothing of a full circle";
-    found.add(&rules::ARC_NEARLY_FULL, event.place, message, &values, hint);
+    found.add(&ARC_NEARLY_FULL, event.place, message, &values, hint);
 }
 
 fn nearly_half(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
@@ -144,7 +169,7 @@ fn nearly_half(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
         ("center_uncertainty", uncertain),
     ];
     found.add(
-        &rules::ARC_NEARLY_HALF,
+        &ARC_NEARLY_HALF,
         event.place,
         message,
         &values,

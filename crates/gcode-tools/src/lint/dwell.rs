@@ -1,9 +1,28 @@
 //! Dwells that never seem to end.
 
+use super::Check;
 use super::moves::Leg;
-use super::{Check, LintFindings, rules};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_gcode::ops::CanonicalOp;
 use lostmotion_gcode::program::Event;
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[&DWELL_ENDLESS, &DWELL_MILLISECONDS],
+    check: || Box::new(Dwell),
+};
+
+static DWELL_ENDLESS: LintRule = rule(
+    "dwell-endless",
+    "A dwell of an hour or more.",
+    "P is in seconds. On some controls it is in milliseconds; a post processor for those writes P1000 for a second.",
+);
+
+static DWELL_MILLISECONDS: LintRule = rule(
+    "dwell-milliseconds",
+    "A dwell of 100 s or more in whole seconds: the number looks like milliseconds.",
+    "P is in seconds: half a second is P0.5.",
+);
 
 /// From here on nobody waits on purpose, s.
 const ENDLESS_S: f64 = 3600.0;
@@ -22,15 +41,9 @@ impl Check for Dwell {
             let message = format!("a dwell of {seconds} s ({:.1} min)", seconds / 60.0);
             let hint = format!("P is in seconds; {seconds} ms are P{}", seconds / 1000.0);
             if seconds >= ENDLESS_S {
-                found.add(&rules::DWELL_ENDLESS, event.place, message, &values, &hint);
+                found.add(&DWELL_ENDLESS, event.place, message, &values, &hint);
             } else if seconds >= MILLISECONDS_S && seconds.fract() == 0.0 {
-                found.add(
-                    &rules::DWELL_MILLISECONDS,
-                    event.place,
-                    message,
-                    &values,
-                    &hint,
-                );
+                found.add(&DWELL_MILLISECONDS, event.place, message, &values, &hint);
             }
         }
     }

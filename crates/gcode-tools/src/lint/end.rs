@@ -1,10 +1,46 @@
 //! What a program leaves behind.
 
+use super::Check;
 use super::moves::{Leg, has_g};
-use super::{Check, LintFindings, rules};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_base::span::BlockRef;
 use lostmotion_gcode::ops::CanonicalOp;
 use lostmotion_gcode::program::Event;
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[
+        &COMPENSATION_LEFT_ON,
+        &SPINDLE_LEFT_ON,
+        &COOLANT_LEFT_ON,
+        &OFFSET_LEFT_ON,
+    ],
+    check: || Box::new(End::default()),
+};
+
+static COMPENSATION_LEFT_ON: LintRule = rule(
+    "compensation-left-on",
+    "The program ends under cutter compensation.",
+    "End it with G40 on a straight move off the work.",
+);
+
+static SPINDLE_LEFT_ON: LintRule = rule(
+    "spindle-left-on",
+    "The program ends without M2 or M30 while the spindle turns.",
+    "Add M5, or end with M2 or M30.",
+);
+
+static COOLANT_LEFT_ON: LintRule = rule(
+    "coolant-left-on",
+    "The program ends without M2 or M30 while the coolant is on.",
+    "Add M9, or end with M2 or M30.",
+);
+
+static OFFSET_LEFT_ON: LintRule = rule(
+    "offset-left-on",
+    "The program ends with an offset of G92 or G52 in force.",
+    "It shifts the next program. Put G92.1 before the end.",
+);
 
 /// What is in force after the last block.
 #[derive(Debug, Default)]
@@ -63,7 +99,7 @@ impl Check for End {
                 from(place)
             );
             found.add(
-                &rules::COMPENSATION_LEFT_ON,
+                &COMPENSATION_LEFT_ON,
                 last,
                 message,
                 &[],
@@ -73,7 +109,7 @@ impl Check for End {
         if let Some(place) = self.offset {
             let message = format!("the program ends with the offset {} in force", from(place));
             found.add(
-                &rules::OFFSET_LEFT_ON,
+                &OFFSET_LEFT_ON,
                 last,
                 message,
                 &[],
@@ -88,14 +124,14 @@ impl Check for End {
                 "the program ends without M2 or M30, and the spindle {} turns on",
                 from(place)
             );
-            found.add(&rules::SPINDLE_LEFT_ON, last, message, &[], "add M5 and M2");
+            found.add(&SPINDLE_LEFT_ON, last, message, &[], "add M5 and M2");
         }
         if let Some(place) = self.coolant {
             let message = format!(
                 "the program ends without M2 or M30, and the coolant {} stays on",
                 from(place)
             );
-            found.add(&rules::COOLANT_LEFT_ON, last, message, &[], "add M9 and M2");
+            found.add(&COOLANT_LEFT_ON, last, message, &[], "add M9 and M2");
         }
     }
 }

@@ -1,10 +1,23 @@
 //! Feed rates that look like those of other units.
 
+use super::Check;
 use super::moves::Leg;
-use super::{Check, LintFindings, rules};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_gcode::ops::{CanonicalOp, Units};
 use lostmotion_gcode::program::Event;
 use lostmotion_gcode::state::FeedMode;
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[&FEED_UNITS],
+    check: || Box::new(Feed::default()),
+};
+
+static FEED_UNITS: LintRule = rule(
+    "feed-units",
+    "A feed rate that looks like one in other units.",
+    "Check G20 and G21, G94 and G95, and the post processor.",
+);
 
 /// Slower is no feed in mm/min, but a usual one in in/min or mm/rev.
 const LEAST_MM_MIN: f64 = 3.0;
@@ -52,7 +65,7 @@ impl Check for Feed {
                 self.told.push(mode);
                 let message = format!("F{rate} is {rate} {unit}/{per} here; it looks like {meant}");
                 found.add(
-                    &rules::FEED_UNITS,
+                    &FEED_UNITS,
                     event.place,
                     message,
                     &[("feed", rate)],

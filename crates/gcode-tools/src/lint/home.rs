@@ -1,8 +1,21 @@
 //! G28 and G30 by way of a point that was not meant.
 
+use super::Check;
 use super::moves::{Leg, has_g};
-use super::{Check, LintFindings, rules};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_gcode::program::Event;
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[&HOME_ABSOLUTE],
+    check: || Box::new(Home),
+};
+
+static HOME_ABSOLUTE: LintRule = rule(
+    "home-absolute",
+    "G28 or G30 in G90 goes through the point that is named first.",
+    "`G28 Z0` in G90 rapids to Z0 of the work before it goes home. Write `G91 G28 Z0`, or `G53 G0 Z0`.",
+);
 
 pub(super) struct Home;
 
@@ -26,7 +39,7 @@ impl Check for Home {
                 "{code} in G90 first rapids down from Z{z} to Z{to_z} {unit} of the work, then home"
             );
             found.add(
-                &rules::HOME_ABSOLUTE,
+                &HOME_ABSOLUTE,
                 event.place,
                 message,
                 &values,
@@ -37,7 +50,7 @@ impl Check for Home {
                 "{code} in G90 first rapids to the point it names, at Z{z} {unit} below Z0"
             );
             found.add(
-                &rules::HOME_ABSOLUTE,
+                &HOME_ABSOLUTE,
                 event.place,
                 message,
                 &values,

@@ -8,9 +8,7 @@ mod arcs;
 mod dwell;
 mod end;
 mod feed;
-mod findings;
 mod home;
-mod level;
 mod modes;
 mod moves;
 mod names;
@@ -22,45 +20,50 @@ mod tap;
 mod tool;
 mod units;
 
-pub use findings::{LintFinding, LintFindings};
-pub use level::{Level, Levels};
-pub use rules::LintRule;
+pub use rules::{Level, Levels, LintFinding, LintFindings, LintRule};
 
 use lostmotion_base::span::BlockRef;
-use lostmotion_gcode::ops::CanonicalOp;
-use lostmotion_gcode::program::Program;
-use lostmotion_gcode::program::{Event, watch};
+use lostmotion_gcode::program::{Event, Program, watch};
 use moves::Leg;
+use rules::Lint;
+use scan::Scan;
 use std::io::BufRead;
+
+/// All files of lints. A new lint is a file with its rules and its check, and its name here.
+const LINTS: &[Lint] = &[
+    modes::LINTS,
+    dwell::LINTS,
+    rapid::LINTS,
+    arcs::LINTS,
+    feed::LINTS,
+    spindle::LINTS,
+    tool::LINTS,
+    home::LINTS,
+    end::LINTS,
+    tap::LINTS,
+    units::LINTS,
+    names::LINTS,
+];
 
 /// A lint, or a few that share what they remember.
 trait Check {
     /// A block that was carried out without an error, and its moves.
-    fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings);
+    fn block(&mut self, _event: &Event<'_>, _legs: &[Leg<'_>], _found: &mut LintFindings) {}
 
     /// The program is over; `last` is its last block.
     fn end(&mut self, _last: BlockRef, _found: &mut LintFindings) {}
+
+    /// All lines of the file have been looked at, whether they ran or not.
+    fn lines(&mut self, _scan: &Scan, _found: &mut LintFindings) {}
 }
 
 /// Runs a program to its end and gives what the lints say about it. What the front end itself finds
 /// is in [`Program::diagnostics`] afterwards.
 pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFindings {
     let mut found = LintFindings::new(levels);
-    let mut checks: Vec<Box<dyn Check>> = vec![
-        Box::new(modes::Modes::default()),
-        Box::new(dwell::Dwell),
-        Box::new(rapid::Rapid::default()),
-        Box::new(arcs::Arcs::default()),
-        Box::new(feed::Feed::default()),
-        Box::new(spindle::Spindles::default()),
-        Box::new(tool::Tools::default()),
-        Box::new(home::Home),
-        Box::new(end::End::default()),
-        Box::new(tap::Taps),
-        Box::new(units::UnitChanges::default()),
-    ];
+    let mut checks: Vec<Box<dyn Check>> = LINTS.iter().map(|lint| (lint.check)()).collect();
     let limits = program.interpreter().limits().clone();
-    let mut scan = scan::Scan::new(limits);
+    let mut scan = Scan::new(limits);
     let mut last = BlockRef::default();
     watch(program, |event| {
         if event.place.span.file == 0 && event.place.span.line > 0 {
@@ -80,16 +83,8 @@ pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFinding
     }
     for check in &mut checks {
         check.end(last, &mut found);
+        check.lines(&scan, &mut found);
     }
-    names::report(&scan, &mut found);
     found.sort();
     found
-}
-
-/// Whether an operation moves at the feed rate.
-fn is_feed(op: &CanonicalOp) -> bool {
-    matches!(
-        op,
-        CanonicalOp::StraightFeed(_) | CanonicalOp::ArcFeed(_) | CanonicalOp::NurbsFeed(_)
-    )
 }

@@ -1,11 +1,53 @@
 //! Modes that are relied on and were never set.
 
-use super::moves::{Leg, in_cycle, in_machine, sets};
-use super::rules::{self, LintRule};
-use super::{Check, LintFindings, is_feed};
+use super::Check;
+use super::moves::{Leg, in_cycle, in_machine, is_feed, sets};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_gcode::codes::Group;
 use lostmotion_gcode::ops::CanonicalOp;
 use lostmotion_gcode::program::Event;
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[
+        &UNSET_UNITS,
+        &UNSET_DISTANCE,
+        &UNSET_PLANE,
+        &UNSET_FEED_MODE,
+        &UNSET_WORK_OFFSET,
+    ],
+    check: || Box::new(Modes::default()),
+};
+
+static UNSET_UNITS: LintRule = rule(
+    "unset-units",
+    "The program moves before it has said G20 or G21.",
+    "It runs in whatever units the control was left in. Put G21 or G20 into the first lines.",
+);
+
+static UNSET_DISTANCE: LintRule = rule(
+    "unset-distance",
+    "The program moves before it has said G90 or G91.",
+    "After a program that was stopped in G91 it cuts something else. Put G90 into the first lines.",
+);
+
+static UNSET_PLANE: LintRule = rule(
+    "unset-plane",
+    "An arc or cycle before G17, G18 or G19.",
+    "In another plane the arc is refused, or is another one. Put G17 into the first lines.",
+);
+
+static UNSET_FEED_MODE: LintRule = rule(
+    "unset-feed-mode",
+    "A feed move before G93, G94 or G95.",
+    "In a control left in G95 every feed is per revolution. Put G94 into the first lines.",
+);
+
+static UNSET_WORK_OFFSET: LintRule = rule(
+    "unset-work-offset",
+    "The program moves before it has selected a work coordinate system.",
+    "It runs in the one that was used last. Put G54 into the first lines.",
+);
 
 const GROUPS: [Group; 5] = [
     Group::Units,
@@ -51,20 +93,20 @@ impl Check for Modes {
         if legs.is_empty() {
             return;
         }
-        self.need(0, &rules::UNSET_UNITS, event, found);
-        self.need(1, &rules::UNSET_DISTANCE, event, found);
+        self.need(0, &UNSET_UNITS, event, found);
+        self.need(1, &UNSET_DISTANCE, event, found);
         if in_cycle(event)
             || legs
                 .iter()
                 .any(|leg| matches!(leg.op, CanonicalOp::ArcFeed(_)))
         {
-            self.need(2, &rules::UNSET_PLANE, event, found);
+            self.need(2, &UNSET_PLANE, event, found);
         }
         if legs.iter().any(|leg| is_feed(leg.op)) {
-            self.need(3, &rules::UNSET_FEED_MODE, event, found);
+            self.need(3, &UNSET_FEED_MODE, event, found);
         }
         if !in_machine(event) {
-            self.need(4, &rules::UNSET_WORK_OFFSET, event, found);
+            self.need(4, &UNSET_WORK_OFFSET, event, found);
         }
     }
 }

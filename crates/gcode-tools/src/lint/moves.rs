@@ -71,3 +71,11 @@ pub(super) fn is_lathe(state: &State) -> bool {
 pub(super) fn sets(event: &Event<'_>, group: Group) -> bool {
     event.interpreter.codes().any(|(row, _)| row.group == group)
 }
+
+/// Whether an operation moves at the feed rate.
+pub(super) fn is_feed(op: &CanonicalOp) -> bool {
+    matches!(
+        op,
+        CanonicalOp::StraightFeed(_) | CanonicalOp::ArcFeed(_) | CanonicalOp::NurbsFeed(_)
+    )
+}

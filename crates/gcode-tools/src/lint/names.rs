@@ -1,17 +1,61 @@
 //! Lints of names: parameters that nobody reads, subroutines that nobody calls, blocks that never
 //! run.
 
+use super::Check;
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use super::scan::Scan;
-use super::{LintFindings, rules};
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[
+        &LINE_NUMBER_TWICE,
+        &UNUSED_PARAMETER,
+        &UNREACHABLE_SUB,
+        &CODE_AFTER_END,
+    ],
+    check: || Box::new(Names),
+};
+
+static LINE_NUMBER_TWICE: LintRule = rule(
+    "line-number-twice",
+    "Two lines have the same N number.",
+    "A jump or an operator who searches for it may end up at the other one. Numbers that begin anew (after N9000 and beyond, or from a subroutine's start) are not reported; of a row of such lines the first is.",
+);
+
+static UNUSED_PARAMETER: LintRule = rule(
+    "unused-parameter",
+    "A parameter is set and never read.",
+    "It may be misspelt where it is meant to be read. Not reported if parameters are read by computed numbers, or other files are called.",
+);
+
+static UNREACHABLE_SUB: LintRule = rule(
+    "unreachable-sub",
+    "A subroutine is never called.",
+    "Its name may be misspelt in the call. Not reported if a call computes its name, or the file holds nothing but subroutines.",
+);
+
+static CODE_AFTER_END: LintRule = rule(
+    "code-after-end",
+    "There are blocks after the end of the program.",
+    "They never run: nothing after M2, M30 or the second `%` does, except subroutines.",
+);
 
 /// Parameters up to here belong to the program; those above are the machine's.
 const OWN_PARAMETERS: f64 = 5000.0;
 
-pub(super) fn report(scan: &Scan, found: &mut LintFindings) {
+struct Names;
+
+impl Check for Names {
+    fn lines(&mut self, scan: &Scan, found: &mut LintFindings) {
+        report(scan, found);
+    }
+}
+
+fn report(scan: &Scan, found: &mut LintFindings) {
     for (number, line, place) in &scan.twice {
         let message = format!("N{number} is also the number of line {line}");
         found.add(
-            &rules::LINE_NUMBER_TWICE,
+            &LINE_NUMBER_TWICE,
             *place,
             message,
             &[("number", *number as f64)],
@@ -27,7 +71,7 @@ pub(super) fn report(scan: &Scan, found: &mut LintFindings) {
         {
             let message = format!("subroutine {name} is never called");
             found.add(
-                &rules::UNREACHABLE_SUB,
+                &UNREACHABLE_SUB,
                 *place,
                 message,
                 &[],
@@ -38,7 +82,7 @@ pub(super) fn report(scan: &Scan, found: &mut LintFindings) {
     if let Some(place) = scan.after_end {
         let message = "this block comes after the end of the program and never runs".to_owned();
         found.add(
-            &rules::CODE_AFTER_END,
+            &CODE_AFTER_END,
             place,
             message,
             &[],
@@ -67,7 +111,7 @@ fn parameters(scan: &Scan, found: &mut LintFindings) {
         if !is_shared {
             let message = format!("{name} is set and never read");
             found.add(
-                &rules::UNUSED_PARAMETER,
+                &UNUSED_PARAMETER,
                 *place,
                 message,
                 &[],

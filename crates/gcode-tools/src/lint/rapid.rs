@@ -1,9 +1,28 @@
 //! Rapids below the surface of the work.
 
-use super::moves::{Leg, in_cycle, in_machine, is_lathe};
-use super::{Check, LintFindings, is_feed, rules};
+use super::Check;
+use super::moves::{Leg, in_cycle, in_machine, is_feed, is_lathe};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_gcode::ops::CanonicalOp;
 use lostmotion_gcode::program::Event;
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[&RAPID_PLUNGE, &RAPID_BELOW_SURFACE],
+    check: || Box::new(Rapid::default()),
+};
+
+static RAPID_PLUNGE: LintRule = rule(
+    "rapid-plunge",
+    "A rapid goes down below Z0.",
+    "At Z0 there usually is material. Go down at feed (G1) from a clearance above it. Not reported for a hole that a feed at the same place has cut to that depth, for cycles, or for G18.",
+);
+
+static RAPID_BELOW_SURFACE: LintRule = rule(
+    "rapid-below-surface",
+    "A rapid moves sideways below Z0.",
+    "Retract first, or use G1.",
+);
 
 /// Smaller differences of coordinates are rounding.
 const EQUAL: f64 = 1e-6;
@@ -26,7 +45,7 @@ impl Rapid {
         if to < -EQUAL && to < from - EQUAL && !into_own_hole {
             let message = format!("a rapid goes down from Z{from} to Z{to} {unit}, below Z0");
             found.add(
-                &rules::RAPID_PLUNGE,
+                &RAPID_PLUNGE,
                 event.place,
                 message,
                 &[("from_z", from), ("to_z", to)],
@@ -35,7 +54,7 @@ impl Rapid {
         } else if to < -EQUAL && from < -EQUAL && moves_sideways(leg) {
             let message = format!("a rapid moves sideways at Z{to} {unit}, below Z0");
             found.add(
-                &rules::RAPID_BELOW_SURFACE,
+                &RAPID_BELOW_SURFACE,
                 event.place,
                 message,
                 &[("z", to)],

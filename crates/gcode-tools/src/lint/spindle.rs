@@ -1,10 +1,35 @@
 //! Cutting with a spindle that stands still.
 
-use super::moves::{Leg, in_machine, is_lathe};
-use super::{Check, LintFindings, is_feed, rules};
+use super::Check;
+use super::moves::{Leg, in_machine, is_feed, is_lathe};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_base::span::BlockRef;
 use lostmotion_gcode::ops::CanonicalOp;
 use lostmotion_gcode::program::Event;
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[&SPINDLE_OFF, &SPINDLE_NEVER_STARTED, &SPINDLE_NO_SPEED],
+    check: || Box::new(Spindles::default()),
+};
+
+static SPINDLE_OFF: LintRule = rule(
+    "spindle-off",
+    "A feed below Z0 while the spindle stands still, in a program that starts it elsewhere.",
+    "M6, M5 and M2 stop the spindle: start it again with M3 S.",
+);
+
+static SPINDLE_NEVER_STARTED: LintRule = rule(
+    "spindle-never-started",
+    "The program cuts below Z0 and never starts the spindle.",
+    "Add M3 S; if the spindle is switched by hand, switch this lint off.",
+);
+
+static SPINDLE_NO_SPEED: LintRule = rule(
+    "spindle-no-speed",
+    "The spindle is started before any S.",
+    "It turns at whatever speed was set last. Put S on the line of M3 or before it.",
+);
 
 /// What is known about the spindle so far.
 #[derive(Debug, Default)]
@@ -41,7 +66,7 @@ impl Check for Spindles {
             if !self.speed {
                 let hint = "put S on this line or before it";
                 found.add(
-                    &rules::SPINDLE_NO_SPEED,
+                    &SPINDLE_NO_SPEED,
                     event.place,
                     "the spindle is started before any S".to_owned(),
                     &[],
@@ -67,7 +92,7 @@ impl Check for Spindles {
             for place in &self.cuts {
                 let message = "a feed below Z0 while the spindle stands still".to_owned();
                 found.add(
-                    &rules::SPINDLE_OFF,
+                    &SPINDLE_OFF,
                     *place,
                     message,
                     &[],
@@ -77,13 +102,7 @@ impl Check for Spindles {
         } else if let Some(first) = self.cuts.first() {
             let message =
                 "the first feed below Z0 of a program that never starts the spindle".to_owned();
-            found.add(
-                &rules::SPINDLE_NEVER_STARTED,
-                *first,
-                message,
-                &[],
-                "add M3 S",
-            );
+            found.add(&SPINDLE_NEVER_STARTED, *first, message, &[], "add M3 S");
         }
     }
 }

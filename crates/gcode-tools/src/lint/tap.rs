@@ -1,10 +1,23 @@
 //! Tapping whose feed and speed make no pitch that taps have.
 
+use super::Check;
 use super::moves::{Leg, is_lathe};
-use super::{Check, LintFindings, rules};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_gcode::ops::Units;
 use lostmotion_gcode::program::Event;
 use lostmotion_gcode::state::FeedMode;
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[&TAP_FEED],
+    check: || Box::new(Taps),
+};
+
+static TAP_FEED: LintRule = rule(
+    "tap-feed",
+    "The feed and the speed of a tapping cycle make a pitch that no usual tap has.",
+    "The tap breaks or strips the thread. F has to be the pitch times S. Compared with ISO 261 and the inch series, within 1 %.",
+);
 
 /// Pitches of ISO 261, mm.
 const METRIC: [f64; 25] = [
@@ -60,7 +73,7 @@ impl Check for Taps {
             ("speed", speed),
         ];
         found.add(
-            &rules::TAP_FEED,
+            &TAP_FEED,
             event.place,
             message,
             &values,

@@ -1,10 +1,35 @@
 //! Tool changes and tool lengths.
 
+use super::Check;
 use super::moves::{Leg, has_g, in_machine, is_lathe};
-use super::{Check, LintFindings, rules};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_base::span::BlockRef;
 use lostmotion_gcode::ops::CanonicalOp;
 use lostmotion_gcode::program::Event;
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[&TOOL_LENGTH_MISSING, &TOOL_LENGTH_OTHER, &TOOL_CHANGE_LOW],
+    check: || Box::new(Tools::default()),
+};
+
+static TOOL_LENGTH_MISSING: LintRule = rule(
+    "tool-length-missing",
+    "After a tool change Z moves without G43.",
+    "The length of the tool before, or none, is still in force: put G43 H after M6.",
+);
+
+static TOOL_LENGTH_OTHER: LintRule = rule(
+    "tool-length-other",
+    "G43 takes the length of another tool than the one in the spindle.",
+    "Check H against T.",
+);
+
+static TOOL_CHANGE_LOW: LintRule = rule(
+    "tool-change-low",
+    "A tool change below Z0.",
+    "Retract before M6; some controls change the tool where it is.",
+);
 
 /// The last tool change and whether a length has come after it.
 #[derive(Debug, Default)]
@@ -28,7 +53,7 @@ impl Tools {
                 event.after.units.name()
             );
             found.add(
-                &rules::TOOL_CHANGE_LOW,
+                &TOOL_CHANGE_LOW,
                 event.place,
                 message,
                 &[("z", z)],
@@ -55,7 +80,7 @@ impl Tools {
             let message =
                 format!("H{h} is the length of tool {h}, but tool {loaded} is in the spindle");
             found.add(
-                &rules::TOOL_LENGTH_OTHER,
+                &TOOL_LENGTH_OTHER,
                 event.place,
                 message,
                 &[("h", h), ("tool", loaded)],
@@ -91,7 +116,7 @@ impl Check for Tools {
                 "Z moves, but no tool length has been applied since tool {tool} came in line {line}"
             );
             found.add(
-                &rules::TOOL_LENGTH_MISSING,
+                &TOOL_LENGTH_MISSING,
                 *place,
                 message,
                 &[("tool", f64::from(*tool))],

@@ -1,9 +1,22 @@
 //! Units that change after the program has moved.
 
+use super::Check;
 use super::moves::Leg;
-use super::{Check, LintFindings, rules};
+use super::rules::{Lint, LintFindings, LintRule, rule};
 use lostmotion_gcode::ops::Units;
 use lostmotion_gcode::program::Event;
+
+/// The lints of this file.
+pub(super) const LINTS: Lint = Lint {
+    rules: &[&UNITS_CHANGED],
+    check: || Box::new(UnitChanges::default()),
+};
+
+static UNITS_CHANGED: LintRule = rule(
+    "units-changed",
+    "G20 or G21 changes the units after the program has moved.",
+    "F, cycle words and parameters keep their numbers and mean something else. Change units only at the start.",
+);
 
 /// Whether the program has moved.
 #[derive(Debug, Default)]
@@ -27,7 +40,7 @@ impl Check for UnitChanges {
                 name(event.after.units)
             );
             found.add(
-                &rules::UNITS_CHANGED,
+                &UNITS_CHANGED,
                 event.place,
                 message,
                 &[],

@@ -8,7 +8,7 @@
     reason = "a check fails by panicking"
 )]
 
-use lostmotion_gcode::syntax::{Block, PieceKind, Pieces, Value, parse_block};
+use lostmotion_gcode::syntax::{Block, TokenKind, Tokens, Value, parse_block};
 use lostmotion_gcode::{CanonicalOp, Dialect, InterpreterConfig, Limits, MotionFold, Program};
 use lostmotion_gcode_tools::document::block_text;
 use lostmotion_gcode_tools::writer::{Frame, Resolver, write_program};
@@ -53,19 +53,19 @@ pub fn parser(data: &[u8]) {
     }
 }
 
-/// Every byte of a line belongs to exactly one piece, and every item of the block has one.
+/// Every byte of a line belongs to exactly one token, and every item of the block has one.
 fn tiled(line: &[u8], block: &Block, has_fault: bool) {
     let (mut at, mut words, mut settings) = (0, 0, 0);
-    for piece in Pieces::new(line, block) {
-        assert_eq!(piece.text.start as usize, at);
-        assert!(piece.text.len > 0);
-        let bytes = &line[at..at + piece.text.len as usize];
+    for token in Tokens::new(line, block) {
+        assert_eq!(token.text.start as usize, at);
+        assert!(token.text.len > 0);
+        let bytes = &line[at..at + token.text.len as usize];
         at += bytes.len();
-        match piece.kind {
-            PieceKind::Blank => assert!(bytes.iter().all(|byte| matches!(byte, b' ' | b'\t'))),
-            PieceKind::Word(_) => words += 1,
-            PieceKind::Setting(_) => settings += 1,
-            PieceKind::Unread => assert!(
+        match token.kind {
+            TokenKind::Blank => assert!(bytes.iter().all(|byte| matches!(byte, b' ' | b'\t'))),
+            TokenKind::Word(_) => words += 1,
+            TokenKind::Setting(_) => settings += 1,
+            TokenKind::Unread => assert!(
                 has_fault,
                 "{} of a line without a fault is not read",
                 bytes.escape_ascii()

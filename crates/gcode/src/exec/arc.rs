@@ -6,6 +6,7 @@ use crate::dialect::Leniency;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, Units};
 use crate::problem::Problem;
 use lostmotion_base::math;
+use lostmotion_base::vec::{Vec2, distance2};
 use std::f64::consts::{SQRT_2, TAU};
 
 /// Letters of the centre by axis index.
@@ -50,7 +51,7 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 }
 
 /// The operation of an arc to an end.
-pub(crate) fn arc_feed(plane: Plane, end: &Position, center: Planar, turns: i32) -> ArcFeed {
+pub(crate) fn arc_feed(plane: Plane, end: &Position, center: Vec2, turns: i32) -> ArcFeed {
     let [first, second, normal] = plane.axes();
     let [_, _, _, others @ ..] = *end;
     ArcFeed {
@@ -65,8 +66,8 @@ pub(crate) fn arc_feed(plane: Plane, end: &Position, center: Planar, turns: i32)
 
 /// Refuses arcs beyond the limit of the radius.
 pub(crate) fn check_radius(
-    from: Planar,
-    center: Planar,
+    from: Vec2,
+    center: Vec2,
     units: Units,
     limit: f64,
 ) -> Result<(), Problem> {
@@ -97,10 +98,10 @@ impl Exec<'_> {
 
     pub(crate) fn center(
         &mut self,
-        from: Planar,
-        to: Planar,
+        from: Vec2,
+        to: Vec2,
         clockwise: bool,
-    ) -> Result<Planar, Problem> {
+    ) -> Result<Vec2, Problem> {
         let plane = self.state.plane;
         let [first, second, normal] = plane.axes();
         let words = self.words;
@@ -166,13 +167,6 @@ const CENTER_RELATIVE: f64 = 0.001;
 /// Beyond this many tolerances they may not differ, whatever the radius.
 const CENTER_ABSOLUTE: f64 = 100.0;
 
-/// A point in the plane of an arc, first and second axis.
-pub(crate) type Planar = [f64; 2];
-
-fn distance(from: Planar, to: Planar) -> f64 {
-    math::hypot(to[0] - from[0], to[1] - from[1])
-}
-
 const fn radius_tolerance(units: Units) -> f64 {
     match units {
         Units::Inch => RADIUS_TOLERANCE_INCH,
@@ -182,13 +176,13 @@ const fn radius_tolerance(units: Units) -> f64 {
 
 /// Checks an arc given by its centre: the ends' radii have to agree within tolerance.
 pub(crate) fn check_center(
-    start: Planar,
-    end: Planar,
-    center: Planar,
+    start: Vec2,
+    end: Vec2,
+    center: Vec2,
     units: Units,
     center_absolute: bool,
 ) -> Result<(), Problem> {
-    let (start_radius, end_radius) = (distance(center, start), distance(center, end));
+    let (start_radius, end_radius) = (distance2(center, start), distance2(center, end));
     let least = radius_tolerance(units);
     for radius in [start_radius, end_radius] {
         if radius < least {
@@ -226,13 +220,13 @@ pub(crate) fn check_center(
 /// start to end for the shorter clockwise arc and on the left for the shorter counter-clockwise
 /// one.
 pub(crate) fn center_from_radius(
-    start: Planar,
-    end: Planar,
+    start: Vec2,
+    end: Vec2,
     radius: f64,
     clockwise: bool,
     units: Units,
-) -> Result<Planar, Problem> {
-    let chord = distance(start, end);
+) -> Result<Vec2, Problem> {
+    let chord = distance2(start, end);
     if chord == 0.0 {
         return Err(Problem::ArcSamePoint);
     }
@@ -261,8 +255,8 @@ pub(crate) fn center_from_radius(
 
 /// Length of an arc, helix or spiral as inverse time feed takes it: the radius at the start, the
 /// sweep, the rise.
-pub(crate) fn length(start: Planar, end: Planar, center: Planar, turns: i32, rise: f64) -> f64 {
-    let angle = |point: Planar| math::atan2(point[1] - center[1], point[0] - center[0]);
+pub(crate) fn length(start: Vec2, end: Vec2, center: Vec2, turns: i32, rise: f64) -> f64 {
+    let angle = |point: Vec2| math::atan2(point[1] - center[1], point[0] - center[0]);
     let (from, to) = (angle(start), angle(end));
     let counter_clockwise = if turns > 0 { to - from } else { from - to };
     let first = if counter_clockwise <= 0.0 {
@@ -271,7 +265,7 @@ pub(crate) fn length(start: Planar, end: Planar, center: Planar, turns: i32, ris
         counter_clockwise
     };
     let sweep = first + TAU * f64::from(turns.unsigned_abs().saturating_sub(1));
-    math::hypot(distance(center, start) * sweep, rise)
+    math::hypot(distance2(center, start) * sweep, rise)
 }
 
 #[cfg(test)]
@@ -285,12 +279,12 @@ mod tests {
             end in [-100.0..100.0_f64, -100.0..100.0_f64], extra in 0.0..50.0_f64, long in any::<bool>(), clockwise in any::<bool>()
         ) {
             let start = [3.0, -4.0];
-            let chord = distance(start, end);
+            let chord = distance2(start, end);
             prop_assume!(chord > 1e-3);
             let radius = (0.5 * chord + extra) * if long { -1.0 } else { 1.0 };
             let center = center_from_radius(start, end, radius, clockwise, Units::Mm).unwrap();
-            prop_assert!((distance(center, start) - radius.abs()).abs() < 1e-9 * radius.abs());
-            prop_assert!((distance(center, end) - radius.abs()).abs() < 1e-9 * radius.abs());
+            prop_assert!((distance2(center, start) - radius.abs()).abs() < 1e-9 * radius.abs());
+            prop_assert!((distance2(center, end) - radius.abs()).abs() < 1e-9 * radius.abs());
             let sweep = length(start, end, center, if clockwise { -1 } else { 1 }, 0.0) / radius.abs();
             prop_assert_eq!(sweep > std::f64::consts::PI + 1e-6, long && extra > 1e-6 * chord);
         }

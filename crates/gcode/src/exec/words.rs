@@ -212,7 +212,7 @@ const CORNERS: u32 = bit(b'r') | bit(b'c');
 const POLAR: u32 = bit(b'@') | bit(b'^');
 
 /// A problem with the place of the word that has it.
-type Placed = (Problem, Option<Text>);
+pub(crate) type Placed = (Problem, Option<Text>);
 
 /// Finds the motion of the block and checks that every word is used.
 pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {

@@ -2,7 +2,7 @@
 
 use super::Interpreter;
 use super::control::flow_error;
-use super::flow::{Frame, Record, Seek};
+use super::flow::{CallFrame, Record, Seek};
 use super::tape::{Place, Tape};
 use crate::code::{Code, whole};
 use crate::exec::Jump;
@@ -99,7 +99,7 @@ impl Interpreter {
             return Ok(());
         }
         let locals = arguments.map(|arguments| Box::new(self.parameters.enter(arguments)));
-        let frame = Frame {
+        let frame = CallFrame {
             name,
             body,
             return_to: self.flow.at,

@@ -52,7 +52,7 @@ pub(crate) enum Skip {
 
 /// A call in progress.
 #[derive(Clone, Debug)]
-pub(crate) struct Frame {
+pub(crate) struct CallFrame {
     pub(crate) name: String,
     pub(crate) body: Arc<Tape>,
     /// Where the caller goes on.
@@ -100,7 +100,7 @@ pub(crate) struct Flow {
     pub(crate) main: Tape,
     /// Next line of what is running: the main program or the last frame's body.
     pub(crate) at: usize,
-    pub(crate) frames: Vec<Frame>,
+    pub(crate) frames: Vec<CallFrame>,
     pub(crate) opens: Vec<Open>,
     pub(crate) skip: Option<(String, Skip, Span)>,
     pub(crate) seek: Option<Seek>,

@@ -8,10 +8,10 @@ use crate::diagnostics::Diagnostic;
 use crate::dialect::Leniency;
 use crate::exec::turning::{Turning, is_turning};
 use crate::exec::words::AXIS_BITS;
+use crate::exec::words::Placed;
 use crate::ops::{Position, SourcedOp};
 use crate::problem::Problem;
 use crate::state::State;
-use crate::syntax::Text;
 use crate::turning::{Corner, Piece, ProfileMove, Trouble};
 use lostmotion_base::span::BlockRef;
 
@@ -36,8 +36,6 @@ pub(crate) struct Collecting {
     /// Something is wrong with it, and has been told.
     failed: bool,
 }
-
-type Placed = (Problem, Option<Text>);
 
 const fn unplaced(problem: Problem) -> Placed {
     (problem, None)

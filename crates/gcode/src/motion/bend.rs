@@ -1,8 +1,9 @@
 //! Curves as polynomials of degree five by their length that share the curve's points, directions
 //! and curvatures, fine enough to stay within a tolerance.
 
-use super::spline::{End, Point, Spline};
+use super::spline::{End, Spline};
 use lostmotion_base::math;
+use lostmotion_base::vec::{Vec2, distance2, dot};
 
 /// Most halvings of a stretch of the curve.
 const MOST_HALVINGS: u32 = 20;
@@ -28,25 +29,17 @@ const PIECES: u32 = 16;
 /// A straight stretch, or one that bends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stretch {
-    pub(super) start: Point,
-    pub(super) end: Point,
+    pub(super) start: Vec2,
+    pub(super) end: Vec2,
     pub(super) bend: Option<Bent>,
 }
 
 /// Derivatives by length at both ends, and the length, in the curve's plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bent {
-    pub(super) tangents: [Point; 2],
-    pub(super) curvatures: [Point; 2],
+    pub(super) tangents: [Vec2; 2],
+    pub(super) curvatures: [Vec2; 2],
     pub(super) length: f64,
-}
-
-fn distance(a: Point, b: Point) -> f64 {
-    math::hypot(b[0] - a[0], b[1] - a[1])
-}
-
-fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
 }
 
 impl Stretch {
@@ -65,11 +58,11 @@ impl Stretch {
 
     pub(super) fn length(&self) -> f64 {
         self.bend
-            .map_or_else(|| distance(self.start, self.end), |bend| bend.length)
+            .map_or_else(|| distance2(self.start, self.end), |bend| bend.length)
     }
 
     /// Place and derivative by length, a share of the way along.
-    pub(super) fn at(&self, share: f64) -> [Point; 2] {
+    pub(super) fn at(&self, share: f64) -> [Vec2; 2] {
         let mut points = self.control();
         for level in (2..6).rev() {
             for index in 0..level {
@@ -86,7 +79,7 @@ impl Stretch {
     }
 
     /// Bernstein control points.
-    fn control(&self) -> [Point; 6] {
+    fn control(&self) -> [Vec2; 6] {
         let length = self.length();
         let way = [0, 1].map(|i| (self.end[i] - self.start[i]) / length);
         let ([t0, t1], [k0, k1]) = self.bend.map_or(([way; 2], [[0.0; 2]; 2]), |bend| {
@@ -193,6 +186,6 @@ fn fits(
             here = spline.derivatives(span, parameter);
         }
         (math::hypot(slope[0], slope[1]) - 1.0).abs() <= UNEVEN
-            && distance(here[0], place) <= 0.5 * tolerance
+            && distance2(here[0], place) <= 0.5 * tolerance
     })
 }

@@ -2,13 +2,13 @@
 //! and back.
 
 use super::bend::{Stretch, stretches, whole_length};
-use super::spline::Point;
 use super::spline::Spline;
 use super::{Bend, MotionFold, MotionItem, PathMode};
 use crate::ops::{ArcFeed, CanonicalOp, NurbsFeed, Position, SourcedOp};
 use crate::problem::Problem;
 use lostmotion_base::math;
 use lostmotion_base::span::BlockRef;
+use lostmotion_base::vec::Vec2;
 use std::f64::consts::TAU;
 
 /// How far the polynomials may lie from the spline that they stand for, unless told otherwise.
@@ -83,7 +83,7 @@ impl MotionFold {
             );
         }
         let whole: f64 = parts.iter().map(Stretch::length).sum();
-        let place = |fold: &MotionFold, [x, y]: Point| {
+        let place = |fold: &MotionFold, [x, y]: Vec2| {
             let mut place = curve.end;
             (place[0], place[1]) = (x / mm, y / mm);
             fold.machine(&place)
@@ -97,7 +97,7 @@ impl MotionFold {
             } else {
                 self.machine(&curve.end)
             };
-            let turned = |vector: Point| (place(self, vector) - origin).linear();
+            let turned = |vector: Vec2| (place(self, vector) - origin).linear();
             let bend = part.bend.map(|bent| Bend {
                 tangents: bent.tangents.map(turned),
                 curvatures_per_mm: bent.curvatures.map(turned),

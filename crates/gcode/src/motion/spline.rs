@@ -1,17 +1,16 @@
 //! Rational B-splines on a clamped uniform knot vector: points, directions and curvatures (de
 //! Boor's algorithm).
 
+use lostmotion_base::vec::Vec2;
 use lostmotion_base::{Jet, Real, math};
-
-pub(super) type Point = [f64; 2];
 
 /// Where a curve is, and which way and how sharply it goes there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct End {
-    pub(super) place: Point,
-    pub(super) tangent: Point,
+    pub(super) place: Vec2,
+    pub(super) tangent: Vec2,
     /// Second derivative by length.
-    pub(super) curvature: Point,
+    pub(super) curvature: Vec2,
 }
 
 /// Derivatives below this are none, mm.
@@ -27,7 +26,7 @@ pub(super) struct Spline {
 
 impl Spline {
     /// From points, weights and the order, which is at least 2 and at most the number of points.
-    pub(super) fn new(points: impl Iterator<Item = (Point, f64)>, order: usize) -> Option<Spline> {
+    pub(super) fn new(points: impl Iterator<Item = (Vec2, f64)>, order: usize) -> Option<Spline> {
         let points: Vec<[f64; 3]> = points
             .map(|(at, weight)| [at[0] * weight, at[1] * weight, weight])
             .collect();
@@ -52,7 +51,7 @@ impl Spline {
 
     /// The point of a parameter in a span or at its ends, and its first two derivatives by the
     /// parameter there.
-    pub(super) fn derivatives(&self, span: usize, parameter: f64) -> [Point; 3] {
+    pub(super) fn derivatives(&self, span: usize, parameter: f64) -> [Vec2; 3] {
         let mut points: Vec<[Jet; 3]> = self
             .points
             .iter()
@@ -112,7 +111,7 @@ mod tests {
     use crate::motion::bend::{Stretch, stretches};
     use proptest::prelude::*;
 
-    fn curve(points: &[Point], weights: &[f64], order: usize) -> Spline {
+    fn curve(points: &[Vec2], weights: &[f64], order: usize) -> Spline {
         Spline::new(points.iter().copied().zip(weights.iter().copied()), order).unwrap()
     }
 
@@ -193,7 +192,7 @@ mod tests {
     }
 
     /// Distance of a point by walking along in small steps, less what a step can hide.
-    fn nearest(stretch: &Stretch, point: Point) -> f64 {
+    fn nearest(stretch: &Stretch, point: Vec2) -> f64 {
         let steps = 400;
         let distance = |step: u32| {
             let [[x, y], _] = stretch.at(f64::from(step) / f64::from(steps));

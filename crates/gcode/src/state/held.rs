@@ -3,10 +3,8 @@
 use super::State;
 use crate::ops::{ControlPoint, Position, SourcedOp};
 use lostmotion_base::span::BlockRef;
+use lostmotion_base::vec::Vec2;
 use serde::{Deserialize, Serialize};
-
-/// A place or a vector in the plane.
-pub(crate) type Point = [f64; 2];
 
 /// Cutter compensation in force. Lengths in program units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,7 +20,7 @@ pub struct Compensation {
     /// Operations that wait for the end of the last move; the first is that move.
     pub(crate) held: Vec<HeldOp>,
     /// Where a profile that has been read since ends, and the tool is taken to be.
-    pub(crate) strayed: Option<Point>,
+    pub(crate) strayed: Option<Vec2>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,10 +46,10 @@ impl Compensation {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Shape {
     /// A line in a direction.
-    Line(Point),
+    Line(Vec2),
     /// A circle.
     Arc {
-        center: Point,
+        center: Vec2,
         radius: f64,
         counter_clockwise: bool,
     },
@@ -62,16 +60,16 @@ pub(crate) enum Shape {
 pub(crate) struct Edge {
     pub(crate) shape: Shape,
     /// Where it begins.
-    pub(crate) start: Point,
+    pub(crate) start: Vec2,
     /// Where it ends, as far as is known.
-    pub(crate) end: Point,
+    pub(crate) end: Vec2,
     /// It leads from the path to its offset.
     pub(crate) entry: bool,
     /// It leads from where the tool was taken to be, not from the path: only a corner at its end
     /// tells whether it fits.
     pub(crate) astray: bool,
     /// The programmed direction at its end.
-    pub(crate) leaves: Point,
+    pub(crate) leaves: Vec2,
 }
 
 /// A move whose end waits for the direction of the next one.

@@ -12,14 +12,14 @@ use nom::combinator::value;
 use nom::{IResult, Parser};
 
 /// Where expressions put their code and names, and how deep they may nest.
-pub(crate) struct Code<'a> {
+pub(crate) struct PostfixCode<'a> {
     pub(crate) ops: &'a mut Vec<Op>,
     pub(crate) names: &'a mut Vec<u8>,
     pub(crate) depth: usize,
 }
 
 /// A value: a literal stays one, anything else becomes code.
-pub(crate) fn word_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a, Value> {
+pub(crate) fn word_value<'a>(input: &'a [u8], code: &mut PostfixCode<'_>) -> Parsed<'a, Value> {
     let input = skip(input);
     if let [b'0'..=b'9' | b'.', ..] | [b'+' | b'-', b'0'..=b'9' | b'.', ..] = input {
         let (rest, literal) = number(input)?;
@@ -36,7 +36,7 @@ pub(crate) fn word_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a,
 }
 
 /// `[ expression ]` as a value.
-pub(crate) fn bracket_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a, Value> {
+pub(crate) fn bracket_value<'a>(input: &'a [u8], code: &mut PostfixCode<'_>) -> Parsed<'a, Value> {
     let from = code.ops.len() as u32;
     let (rest, ()) = bracket(input, code, code.depth)?;
     Ok((rest, Value::Ops(from, code.ops.len() as u32)))
@@ -44,7 +44,10 @@ pub(crate) fn bracket_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<
 
 /// An expression with or without brackets around it, and whether an operator stood outside
 /// brackets.
-pub(crate) fn bare_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a, (Value, bool)> {
+pub(crate) fn bare_value<'a>(
+    input: &'a [u8],
+    code: &mut PostfixCode<'_>,
+) -> Parsed<'a, (Value, bool)> {
     let from = code.ops.len();
     let (rest, ()) = operand(input, code, code.depth)?;
     let first = code.ops.len();
@@ -59,7 +62,7 @@ pub(crate) fn bare_value<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a,
 }
 
 /// The target of a setting with its `#` and `=`: the rest is its value.
-pub(super) fn target<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a, Target> {
+pub(super) fn target<'a>(input: &'a [u8], code: &mut PostfixCode<'_>) -> Parsed<'a, Target> {
     let after = skip(input.get(1..).unwrap_or_default());
     let (rest, target) = if after.first() == Some(&b'<') {
         let (rest, text) = name(after, code.names)?;
@@ -74,7 +77,11 @@ pub(super) fn target<'a>(input: &'a [u8], code: &mut Code<'_>) -> Parsed<'a, Tar
     }
 }
 
-fn deeper<T>(input: &[u8], code: &Code<'_>, depth: usize) -> Result<usize, nom::Err<super::Fault>> {
+fn deeper<T>(
+    input: &[u8],
+    code: &PostfixCode<'_>,
+    depth: usize,
+) -> Result<usize, nom::Err<super::Fault>> {
     match depth.checked_sub(1) {
         Some(left) => Ok(left),
         None => fail::<T>(input, Problem::TooDeep { limit: code.depth }).map(|_| 0),
@@ -82,7 +89,7 @@ fn deeper<T>(input: &[u8], code: &Code<'_>, depth: usize) -> Result<usize, nom::
 }
 
 /// A literal, parameter, bracket or function call.
-fn operand<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a, ()> {
+fn operand<'a>(input: &'a [u8], code: &mut PostfixCode<'_>, depth: usize) -> Parsed<'a, ()> {
     let input = skip(input);
     match input {
         [b'[', ..] => bracket(input, code, depth),
@@ -119,7 +126,7 @@ fn negate(ops: &mut Vec<Op>) {
 }
 
 /// What follows `#`: a name or a value that is the parameter's number.
-fn parameter<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a, ()> {
+fn parameter<'a>(input: &'a [u8], code: &mut PostfixCode<'_>, depth: usize) -> Parsed<'a, ()> {
     let input = skip(input);
     if input.first() == Some(&b'<') {
         let (rest, text) = name(input, code.names)?;
@@ -162,7 +169,7 @@ pub(crate) fn expected<'a, T>(input: &'a [u8], expected: &'static str) -> Parsed
 }
 
 /// `[ expression ]`.
-fn bracket<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a, ()> {
+fn bracket<'a>(input: &'a [u8], code: &mut PostfixCode<'_>, depth: usize) -> Parsed<'a, ()> {
     let input = skip(input);
     let Some((b'[', inside)) = input.split_first() else {
         return expected(input, "[");
@@ -181,7 +188,7 @@ fn bracket<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a,
 /// Operators of at least a precedence with their right operands.
 fn operations<'a>(
     mut input: &'a [u8],
-    code: &mut Code<'_>,
+    code: &mut PostfixCode<'_>,
     depth: usize,
     least: u8,
 ) -> Parsed<'a, ()> {
@@ -202,7 +209,7 @@ fn operations<'a>(
 }
 
 /// A function with its argument in brackets.
-fn call<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a, ()> {
+fn call<'a>(input: &'a [u8], code: &mut PostfixCode<'_>, depth: usize) -> Parsed<'a, ()> {
     if let Ok((rest, _)) = keyword(input, b"exists") {
         return exists(rest, code, depth);
     }
@@ -228,7 +235,7 @@ fn keyword<'a>(input: &'a [u8], word: &'static [u8]) -> Tried<'a, &'a [u8]> {
 }
 
 /// `EXISTS[#<name>]` or `EXISTS[#5]`, after the function's name.
-fn exists<'a>(input: &'a [u8], code: &mut Code<'_>, depth: usize) -> Parsed<'a, ()> {
+fn exists<'a>(input: &'a [u8], code: &mut PostfixCode<'_>, depth: usize) -> Parsed<'a, ()> {
     let Some((b'[', rest)) = skip(input).split_first() else {
         return expected(input, "[");
     };

@@ -2,7 +2,7 @@
 
 use super::block::{Block, Keyword, Label};
 use super::block::{Parsed, fail};
-use super::expression::{Code, bracket_value, name, word_value};
+use super::expression::{PostfixCode, bracket_value, name, word_value};
 use super::number::skip;
 use crate::problem::Problem;
 
@@ -42,7 +42,7 @@ pub(crate) fn flow_line<'a>(input: &'a [u8], block: &mut Block, limit: usize) ->
         } = block;
         let (after, value) = bracket_value(
             rest,
-            &mut Code {
+            &mut PostfixCode {
                 ops,
                 names,
                 depth: limit,
@@ -62,7 +62,7 @@ fn label<'a>(input: &'a [u8], block: &mut Block, limit: usize) -> Parsed<'a, Lab
     let Block { ops, names, .. } = block;
     let (rest, value) = word_value(
         input,
-        &mut Code {
+        &mut PostfixCode {
             ops,
             names,
             depth: limit,

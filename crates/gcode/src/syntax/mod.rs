@@ -7,10 +7,10 @@ pub mod expression;
 pub mod flow;
 pub mod number;
 pub mod parse;
-pub mod pieces;
 pub(crate) mod special;
+pub mod tokens;
 
 pub use block::Fault;
 pub use block::{Block, Keyword, Label, Op, Setting, Target, Text, Unary, Value, Word};
 pub use parse::parse_block;
-pub use pieces::{Piece, PieceKind, Pieces};
+pub use tokens::{Token, TokenKind, Tokens};

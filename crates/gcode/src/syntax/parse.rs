@@ -2,7 +2,7 @@
 //! bytes of a program, are read without going through the grammar.
 
 use super::block::{Block, Fault, Parsed, Setting, Text, Value, Word, fail};
-use super::expression::{Code, expected, target, word_value};
+use super::expression::{PostfixCode, expected, target, word_value};
 use super::flow::flow_line;
 use super::number::{literal, skip};
 use crate::limits::Limits;
@@ -100,7 +100,7 @@ pub(crate) fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Pa
             Some((after, number)) => (after, Value::Number(number)),
             None => word_value(
                 after,
-                &mut Code {
+                &mut PostfixCode {
                     ops,
                     names,
                     depth: limits.expression_depth,
@@ -151,7 +151,7 @@ fn after_flow(rest: &[u8], first: u8) -> Parsed<'_, ()> {
 /// `#... = value`.
 fn setting<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let Block { ops, names, .. } = block;
-    let mut code = Code {
+    let mut code = PostfixCode {
         ops,
         names,
         depth: limits.expression_depth,
@@ -202,7 +202,7 @@ pub(crate) fn word<'a>(
     let Block { ops, names, .. } = block;
     let (rest, value) = word_value(
         after,
-        &mut Code {
+        &mut PostfixCode {
             ops,
             names,
             depth: limits.expression_depth,

@@ -2,7 +2,7 @@
 //! when a line is a fault otherwise.
 
 use super::block::{Block, Fault, Keyword, Label, Parsed, Setting, Text, Value, Word, fail};
-use super::expression::{Code, bare_value, bracket_value, expected, target, word_value};
+use super::expression::{PostfixCode, bare_value, bracket_value, expected, target, word_value};
 use super::number::skip;
 use super::parse;
 use super::parse::{head, word};
@@ -164,7 +164,7 @@ impl<'a> Reader<'a> {
     /// `#5 = expression`, the expression with or without brackets.
     fn setting(&mut self, input: &'a [u8], at: usize, block: &mut Block) -> Parsed<'a, ()> {
         let Block { ops, names, .. } = block;
-        let mut code = Code {
+        let mut code = PostfixCode {
             ops,
             names,
             depth: self.limits.expression_depth,
@@ -203,7 +203,7 @@ impl<'a> Reader<'a> {
             return fail(input, Problem::BadCharacter { byte: b',' });
         }
         let Block { ops, names, .. } = block;
-        let mut code = Code {
+        let mut code = PostfixCode {
             ops,
             names,
             depth: self.limits.expression_depth,
@@ -251,7 +251,7 @@ impl<'a> Reader<'a> {
                 arguments,
                 ..
             } = block;
-            let mut code = Code {
+            let mut code = PostfixCode {
                 ops,
                 names,
                 depth: self.limits.expression_depth,
@@ -286,7 +286,7 @@ impl<'a> Reader<'a> {
         let Block { ops, names, .. } = block;
         let (rest, label) = word_value(
             rest,
-            &mut Code {
+            &mut PostfixCode {
                 ops,
                 names,
                 depth: self.limits.expression_depth,

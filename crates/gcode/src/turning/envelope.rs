@@ -1,8 +1,8 @@
 //! The moved profile where pieces vanish: everything that keeps the distance from all of the
 //! profile.
 
-use super::piece::crossings;
-use super::piece::{Piece, Point, Stretch, cross, distance, dot};
+use super::piece::{MonotonePart, Piece, crossings};
+use lostmotion_base::vec::{Vec2, cross2, distance2, dot};
 
 /// Comparisons that one profile may take.
 const MOST_WORK: usize = 1_000_000;
@@ -74,10 +74,10 @@ fn candidates(profile: &[Piece], by: f64) -> Vec<Piece> {
         let next = piece.offset(by);
         if let Some(before) = index.checked_sub(1).and_then(|before| profile.get(before)) {
             let (leaves, enters) = (before.heading(before.end), piece.heading(piece.start));
-            let turn = cross(leaves, enters);
+            let turn = cross2(leaves, enters);
             if turn < -1e-9 || (turn.abs() <= 1e-9 && dot(leaves, enters) < 0.0 && leaves[1] > 0.0)
             {
-                let out = |way: Point| [before.end[0] - by * way[1], before.end[1] + by * way[0]];
+                let out = |way: Vec2| [before.end[0] - by * way[1], before.end[1] + by * way[0]];
                 raw.push(Piece::arc(out(leaves), out(enters), before.end, false));
             }
         }
@@ -87,7 +87,7 @@ fn candidates(profile: &[Piece], by: f64) -> Vec<Piece> {
 }
 
 /// Where on a piece a place lies, from 0 to 1; none if it is beyond its ends.
-fn share(piece: &Piece, place: Point, close: f64) -> Option<f64> {
+fn share(piece: &Piece, place: Vec2, close: f64) -> Option<f64> {
     let share = if piece.circle.is_some() {
         let turned = piece.turned(place);
         let sweep = piece.sweep();
@@ -113,7 +113,7 @@ fn share(piece: &Piece, place: Point, close: f64) -> Option<f64> {
 }
 
 /// Whether a place keeps the distance from the profile and lies above it.
-fn is_free(profile: &[Piece], place: Point, by: f64) -> bool {
+fn is_free(profile: &[Piece], place: Vec2, by: f64) -> bool {
     let mut ground = f64::NEG_INFINITY;
     for piece in profile {
         if piece.away(place) < by {
@@ -128,7 +128,7 @@ fn is_free(profile: &[Piece], place: Point, by: f64) -> bool {
 }
 
 /// How high a stretch is at a place along the travel; of an upright one the lower end.
-fn height(piece: &Piece, stretch: &Stretch, at: f64) -> f64 {
+fn height(piece: &Piece, stretch: &MonotonePart, at: f64) -> f64 {
     let [from, to] = [stretch.from, stretch.to];
     if !(from[0].min(to[0])..=from[0].max(to[0])).contains(&at) {
         return f64::NEG_INFINITY;
@@ -155,7 +155,7 @@ fn height(piece: &Piece, stretch: &Stretch, at: f64) -> f64 {
 fn push(kept: &mut Vec<(usize, Piece)>, index: usize, part: Piece, close: f64) {
     if let Some((last, before)) = kept.last_mut()
         && *last == index
-        && distance(before.end, part.start) <= close
+        && distance2(before.end, part.start) <= close
     {
         before.end = part.end;
         return;
@@ -169,16 +169,17 @@ fn chain(kept: Vec<(usize, Piece)>, close: f64, gap: f64) -> Option<Vec<Piece>> 
     let mut chain: Vec<Piece> = Vec::with_capacity(kept.len());
     for (_, mut piece) in kept {
         if let Some(before) = chain.last_mut() {
-            let apart = distance(before.end, piece.start);
+            let apart = distance2(before.end, piece.start);
             if apart > gap {
                 return None;
             }
             if apart > close {
                 let places = crossings(before, &piece, 0.0).into_iter().flatten();
-                let near = places
-                    .min_by(|a, b| distance(*a, piece.start).total_cmp(&distance(*b, piece.start)));
+                let near = places.min_by(|a, b| {
+                    distance2(*a, piece.start).total_cmp(&distance2(*b, piece.start))
+                });
                 before.end = near
-                    .filter(|place| distance(*place, piece.start) <= gap)
+                    .filter(|place| distance2(*place, piece.start) <= gap)
                     .unwrap_or(piece.start);
             }
             piece.start = before.end;

@@ -9,6 +9,8 @@
 //! All geometry is in the plane of [`piece::Frame`]: the profile goes from left to right, the
 //! material lies above it.
 
+use lostmotion_base::vec::{Vec2, cross2, distance2, sub};
+
 mod envelope;
 mod offset;
 mod piece;
@@ -16,10 +18,8 @@ mod rough;
 
 pub(crate) use offset::Corner;
 pub(crate) use piece::Frame;
-pub(crate) use piece::{Circle, Piece, Point};
+pub(crate) use piece::{Piece, PieceCircle};
 pub(crate) use rough::{Move, Pockets, Roughing};
-
-use piece::{cross, distance, minus};
 
 /// One move of a profile, Z and X.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ pub(crate) struct Finishing {
 /// A profile in its frame, and where the cycle begins.
 struct Laid {
     /// Where the tool goes first: the start, or level with the profile's if that lies behind it.
-    from: Point,
+    from: Vec2,
     /// The move that leads to the profile, and the profile.
     pieces: Vec<Piece>,
 }
@@ -107,7 +107,7 @@ pub(crate) fn finish(
         }
         moves.extend(pieces.first().map(|piece| Move::Rapid(piece.start)));
         moves.extend(pieces.iter().map(|piece| match piece.circle {
-            Some(Circle { center, ccw }) => Move::Arc {
+            Some(PieceCircle { center, ccw }) => Move::Arc {
                 end: piece.end,
                 center,
                 ccw,
@@ -122,7 +122,7 @@ pub(crate) fn finish(
 }
 
 /// Start and end of the profile.
-fn ends(profile: &[ProfileMove]) -> Result<[Point; 2], Trouble> {
+fn ends(profile: &[ProfileMove]) -> Result<[Vec2; 2], Trouble> {
     match profile {
         [entry, .., last] => Ok([entry.piece.end, last.piece.end]),
         _ => Err(Trouble::Empty),
@@ -180,7 +180,7 @@ fn lay(profile: &[ProfileMove], frame: Frame) -> Result<Laid, Trouble> {
     let mut kept = 0;
     pieces.retain(|piece| {
         kept += 1;
-        kept == 1 || distance(piece.start, piece.end) > 0.0
+        kept == 1 || distance2(piece.start, piece.end) > 0.0
     });
     Ok(Laid { from, pieces })
 }
@@ -195,10 +195,7 @@ impl Laid {
             .first()
             .zip(profile.last())
             .is_some_and(|(first, last)| {
-                let side = cross(
-                    minus(last.start, first.start),
-                    minus(self.from, first.start),
-                );
+                let side = cross2(sub(last.start, first.start), sub(self.from, first.start));
                 side < -1e-9
             });
         let moved = if !below {

@@ -2,7 +2,8 @@
 //! chamfered (A and C words).
 
 use super::envelope::envelope;
-use super::piece::{Piece, Point, along, cross, crossings, distance, dot, joints, minus};
+use super::piece::{Piece, crossings, joints};
+use lostmotion_base::vec::{Vec2, along, cross2, distance2, dot, sub};
 
 /// Directions that differ by less than this, rad, go on without a corner.
 const STRAIGHT_ON: f64 = 1e-3;
@@ -19,7 +20,7 @@ enum Joint {
     /// Rounded about the corner.
     Rounded,
     /// Both end here.
-    At(Point),
+    At(Vec2),
     /// They do not meet.
     None,
 }
@@ -78,14 +79,14 @@ fn keeps_directions(profile: &[Piece], moved: &[Piece]) -> bool {
 
 fn joint(before: &Piece, held: &Piece, piece: &Piece, next: &Piece, forgiven: f64) -> Joint {
     let (leaves, enters) = (before.heading(before.end), piece.heading(piece.start));
-    let turn = cross(leaves, enters);
+    let turn = cross2(leaves, enters);
     let onwards = dot(leaves, enters) > 0.0;
     if onwards && turn.abs() < STRAIGHT_ON {
         return Joint::At(touching(held, next, forgiven));
     }
-    let near = |places: [Point; 2]| {
+    let near = |places: [Vec2; 2]| {
         let [first, second] = places;
-        if distance(first, before.end) <= distance(second, before.end) {
+        if distance2(first, before.end) <= distance2(second, before.end) {
             first
         } else {
             second
@@ -103,13 +104,13 @@ fn joint(before: &Piece, held: &Piece, piece: &Piece, next: &Piece, forgiven: f6
 /// Where pieces that go on in the same direction meet. They miss each other by the rounding of the
 /// program; of two crossings the tool takes the first, as the recordings show where one arc turns
 /// into another.
-fn touching(held: &Piece, next: &Piece, forgiven: f64) -> Point {
-    if distance(held.end, next.start) < 1e-9 || (held.circle.is_none() && next.circle.is_none()) {
+fn touching(held: &Piece, next: &Piece, forgiven: f64) -> Vec2 {
+    if distance2(held.end, next.start) < 1e-9 || (held.circle.is_none() && next.circle.is_none()) {
         return held.end;
     }
-    let reach = JOINT_REACH * distance(held.start, held.end).min(distance(next.start, next.end));
+    let reach = JOINT_REACH * distance2(held.start, held.end).min(distance2(next.start, next.end));
     let places = joints(held, next, forgiven).into_iter().flatten();
-    let close = places.filter(|place| distance(*place, held.end) <= reach);
+    let close = places.filter(|place| distance2(*place, held.end) <= reach);
     close
         .min_by(|a, b| a[0].total_cmp(&b[0]))
         .unwrap_or(held.end)
@@ -148,7 +149,7 @@ pub(crate) fn corner(
     corner: Corner,
 ) -> Option<Option<Piece>> {
     let (leaves, enters) = (before.heading(before.end), after.heading(after.start));
-    let turn = cross(leaves, enters);
+    let turn = cross2(leaves, enters);
     if turn.abs() < 1e-9 {
         return if dot(leaves, enters) > 0.0 {
             Some(None)
@@ -173,8 +174,8 @@ pub(crate) fn corner(
     }))
 }
 
-fn nearest([first, second]: [Point; 2], to: Point) -> Point {
-    if distance(first, to) <= distance(second, to) {
+fn nearest([first, second]: [Vec2; 2], to: Vec2) -> Vec2 {
+    if distance2(first, to) <= distance2(second, to) {
         first
     } else {
         second
@@ -182,13 +183,13 @@ fn nearest([first, second]: [Point; 2], to: Point) -> Point {
 }
 
 /// The place of a piece that is nearest to another place.
-fn foot(piece: &Piece, place: Point) -> Point {
+fn foot(piece: &Piece, place: Vec2) -> Vec2 {
     let Some(circle) = piece.circle else {
         let way = piece.heading(piece.start);
-        return along(piece.start, way, dot(minus(place, piece.start), way));
+        return along(piece.start, way, dot(sub(place, piece.start), way));
     };
-    let out = minus(place, circle.center);
-    let length = distance(circle.center, place);
+    let out = sub(place, circle.center);
+    let length = distance2(circle.center, place);
     let radius = piece.radius().unwrap_or_default();
     if length > 0.0 {
         along(circle.center, [out[0] / length, out[1] / length], radius)
@@ -197,12 +198,12 @@ fn foot(piece: &Piece, place: Point) -> Point {
     }
 }
 
-fn within(piece: &Piece, place: Point) -> bool {
+fn within(piece: &Piece, place: Vec2) -> bool {
     match piece.circle {
         Some(_) => piece.turned(place) <= piece.sweep() + 1e-9,
         None => {
-            let way = minus(piece.end, piece.start);
-            let along = dot(minus(place, piece.start), way);
+            let way = sub(piece.end, piece.start);
+            let along = dot(sub(place, piece.start), way);
             let length = dot(way, way);
             along >= -1e-9 * length && along <= length * (1.0 + 1e-9)
         }

@@ -2,15 +2,13 @@
 //! above it), and where their lines and circles cross.
 
 use lostmotion_base::math;
+use lostmotion_base::vec::{Vec2, along, cross2, direction2, distance2, dot, left_of, sub};
 use std::f64::consts::{PI, TAU};
-
-/// A place: along the direction of travel, and the level above it.
-pub(crate) type Point = [f64; 2];
 
 /// The circle of an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Circle {
-    pub(crate) center: Point,
+pub(crate) struct PieceCircle {
+    pub(crate) center: Vec2,
     /// Counter-clockwise, travel to the right and level up.
     pub(crate) ccw: bool,
 }
@@ -18,58 +16,28 @@ pub(crate) struct Circle {
 /// A line, or an arc with its circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece {
-    pub(crate) start: Point,
-    pub(crate) end: Point,
-    pub(crate) circle: Option<Circle>,
+    pub(crate) start: Vec2,
+    pub(crate) end: Vec2,
+    pub(crate) circle: Option<PieceCircle>,
 }
 
 /// A stretch of a piece that only rises or only falls.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stretch {
-    pub(crate) from: Point,
-    pub(crate) to: Point,
+pub(crate) struct MonotonePart {
+    pub(crate) from: Vec2,
+    pub(crate) to: Vec2,
     /// It does not fall. Where an arc begins at its highest place this is true of a first stretch
     /// of no length.
     pub(crate) rises: bool,
 }
 
-pub(crate) fn minus(a: Point, b: Point) -> Point {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-pub(crate) fn along(from: Point, way: Point, length: f64) -> Point {
-    [from[0] + length * way[0], from[1] + length * way[1]]
-}
-
-pub(crate) fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-pub(crate) fn cross(a: Point, b: Point) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-pub(crate) fn distance(a: Point, b: Point) -> f64 {
-    math::hypot(b[0] - a[0], b[1] - a[1])
-}
-
 /// Direction from one place to another; zero if they are the same.
-pub(crate) fn direction(from: Point, to: Point) -> Point {
-    let length = distance(from, to);
-    if length > 0.0 {
-        [(to[0] - from[0]) / length, (to[1] - from[1]) / length]
-    } else {
-        [0.0; 2]
-    }
-}
-
-/// A quarter turn counter-clockwise.
-pub(crate) const fn left_of(way: Point) -> Point {
-    [-way[1], way[0]]
+pub(crate) fn direction(from: Vec2, to: Vec2) -> Vec2 {
+    direction2(from, to).unwrap_or_default()
 }
 
 impl Piece {
-    pub(crate) const fn line(start: Point, end: Point) -> Piece {
+    pub(crate) const fn line(start: Vec2, end: Vec2) -> Piece {
         Piece {
             start,
             end,
@@ -77,18 +45,18 @@ impl Piece {
         }
     }
 
-    pub(crate) const fn arc(start: Point, end: Point, center: Point, ccw: bool) -> Piece {
+    pub(crate) const fn arc(start: Vec2, end: Vec2, center: Vec2, ccw: bool) -> Piece {
         Piece {
             start,
             end,
-            circle: Some(Circle { center, ccw }),
+            circle: Some(PieceCircle { center, ccw }),
         }
     }
 
     /// The piece upside down.
     pub(crate) fn mirrored(&self) -> Piece {
-        let flip = |place: Point| [place[0], -place[1]];
-        let circle = self.circle.map(|circle| Circle {
+        let flip = |place: Vec2| [place[0], -place[1]];
+        let circle = self.circle.map(|circle| PieceCircle {
             center: flip(circle.center),
             ccw: !circle.ccw,
         });
@@ -102,14 +70,14 @@ impl Piece {
     /// Radius at the start; none for a line.
     pub(crate) fn radius(&self) -> Option<f64> {
         self.circle
-            .map(|circle| distance(circle.center, self.start))
+            .map(|circle| distance2(circle.center, self.start))
     }
 
     /// Direction of travel at a place of the piece.
-    pub(crate) fn heading(&self, at: Point) -> Point {
+    pub(crate) fn heading(&self, at: Vec2) -> Vec2 {
         match self.circle {
             None => direction(self.start, self.end),
-            Some(Circle { center, ccw }) => {
+            Some(PieceCircle { center, ccw }) => {
                 let left = left_of(direction(center, at));
                 if ccw { left } else { [-left[0], -left[1]] }
             }
@@ -117,12 +85,12 @@ impl Piece {
     }
 
     /// Angle from the arc's start to a place, in its direction: 0 up to a full turn.
-    pub(crate) fn turned(&self, at: Point) -> f64 {
-        let Some(Circle { center, ccw }) = self.circle else {
+    pub(crate) fn turned(&self, at: Vec2) -> f64 {
+        let Some(PieceCircle { center, ccw }) = self.circle else {
             return 0.0;
         };
-        let (a, b) = (minus(self.start, center), minus(at, center));
-        let angle = math::atan2(cross(a, b), dot(a, b));
+        let (a, b) = (sub(self.start, center), sub(at, center));
+        let angle = math::atan2(cross2(a, b), dot(a, b));
         let angle = if ccw { angle } else { -angle };
         if angle < 0.0 { angle + TAU } else { angle }
     }
@@ -138,12 +106,12 @@ impl Piece {
     }
 
     /// The place after an angle of the arc, on the circle of its start.
-    fn at_angle(&self, turned: f64) -> Point {
-        let Some(Circle { center, ccw }) = self.circle else {
+    fn at_angle(&self, turned: f64) -> Vec2 {
+        let Some(PieceCircle { center, ccw }) = self.circle else {
             return self.start;
         };
         let (sin, cos) = math::sin_cos(if ccw { turned } else { -turned });
-        let out = minus(self.start, center);
+        let out = sub(self.start, center);
         [
             center[0] + out[0] * cos - out[1] * sin,
             center[1] + out[0] * sin + out[1] * cos,
@@ -151,9 +119,9 @@ impl Piece {
     }
 
     /// The place at a share of the piece from 0 to 1.
-    pub(crate) fn at(&self, share: f64) -> Point {
+    pub(crate) fn at(&self, share: f64) -> Vec2 {
         match self.circle {
-            None => along(self.start, minus(self.end, self.start), share),
+            None => along(self.start, sub(self.end, self.start), share),
             Some(_) => self.at_angle(share * self.sweep()),
         }
     }
@@ -179,8 +147,8 @@ impl Piece {
 
     /// The stretches that rise or fall. An arc that begins at its highest or lowest place begins
     /// with one of no length.
-    pub(crate) fn stretches(&self) -> ([Stretch; 3], usize) {
-        let mut found = [Stretch {
+    pub(crate) fn stretches(&self) -> ([MonotonePart; 3], usize) {
+        let mut found = [MonotonePart {
             from: self.start,
             to: self.end,
             rises: self.end[1] >= self.start[1],
@@ -189,7 +157,7 @@ impl Piece {
             return (found, 1);
         };
         let sweep = self.sweep();
-        let mut turns: [(f64, Point, bool); 2] = [radius, -radius].map(|side| {
+        let mut turns: [(f64, Vec2, bool); 2] = [radius, -radius].map(|side| {
             let place = [circle.center[0], circle.center[1] + side];
             let angle = self.turned(place);
             // Rounding may put the start just behind the extreme.
@@ -206,7 +174,7 @@ impl Piece {
         for (angle, place, highest) in turns {
             if angle < sweep - 1e-9 {
                 (found[count - 1].to, found[count - 1].rises) = (place, highest);
-                found[count] = Stretch {
+                found[count] = MonotonePart {
                     from: place,
                     to: self.end,
                     rises: !highest,
@@ -218,7 +186,7 @@ impl Piece {
     }
 
     /// The place at a level on one of its stretches.
-    pub(crate) fn at_level(&self, stretch: &Stretch, level: f64) -> Point {
+    pub(crate) fn at_level(&self, stretch: &MonotonePart, level: f64) -> Vec2 {
         let (from, to) = (stretch.from, stretch.to);
         let (Some(circle), Some(radius)) = (self.circle, self.radius()) else {
             let rise = to[1] - from[1];
@@ -244,7 +212,7 @@ impl Piece {
 
     /// The piece `by` to the left of its direction; none if an arc has no radius left.
     pub(crate) fn offset(&self, by: f64) -> Option<Piece> {
-        let Some(Circle { center, ccw }) = self.circle else {
+        let Some(PieceCircle { center, ccw }) = self.circle else {
             let left = left_of(direction(self.start, self.end));
             return Some(Piece::line(
                 along(self.start, left, by),
@@ -252,8 +220,8 @@ impl Piece {
             ));
         };
         let inwards = if ccw { by } else { -by };
-        let moved = |place: Point| {
-            let radius = distance(center, place) - inwards;
+        let moved = |place: Vec2| {
+            let radius = distance2(center, place) - inwards;
             (radius > 1e-9 * (1.0 + by.abs()))
                 .then(|| along(center, direction(center, place), radius))
         };
@@ -266,28 +234,28 @@ impl Piece {
     }
 
     /// How far a place is from the piece.
-    pub(crate) fn away(&self, place: Point) -> f64 {
-        let ends = distance(place, self.start).min(distance(place, self.end));
+    pub(crate) fn away(&self, place: Vec2) -> f64 {
+        let ends = distance2(place, self.start).min(distance2(place, self.end));
         match self.circle {
             None => {
-                let way = minus(self.end, self.start);
+                let way = sub(self.end, self.start);
                 let length = dot(way, way);
                 let share = if length > 0.0 {
-                    dot(minus(place, self.start), way) / length
+                    dot(sub(place, self.start), way) / length
                 } else {
                     0.0
                 };
-                distance(place, along(self.start, way, share.clamp(0.0, 1.0)))
+                distance2(place, along(self.start, way, share.clamp(0.0, 1.0)))
             }
             Some(circle) if self.turned(place) <= self.sweep() => {
                 // The ends of an arc may have slightly different radii.
                 let share = self.turned(place) / self.sweep();
                 let ends_radius = [
-                    distance(circle.center, self.start),
-                    distance(circle.center, self.end),
+                    distance2(circle.center, self.start),
+                    distance2(circle.center, self.end),
                 ];
                 let radius = ends_radius[0] + share * (ends_radius[1] - ends_radius[0]);
-                (distance(circle.center, place) - radius).abs().min(ends)
+                (distance2(circle.center, place) - radius).abs().min(ends)
             }
             Some(_) => ends,
         }
@@ -313,13 +281,13 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// A place given as Z and X.
-    pub(crate) fn to(&self, zx: Point) -> Point {
+    pub(crate) fn to(&self, zx: Vec2) -> Vec2 {
         let [first, second] = if self.along_z { zx } else { [zx[1], zx[0]] };
         [self.signs[0] * first, self.signs[1] * second]
     }
 
     /// A place as Z and X.
-    pub(crate) fn from(&self, place: Point) -> Point {
+    pub(crate) fn from(&self, place: Vec2) -> Vec2 {
         let turned = [self.signs[0] * place[0], self.signs[1] * place[1]];
         if self.along_z {
             turned
@@ -335,7 +303,7 @@ impl Frame {
 
     /// A piece given as Z and X.
     pub(crate) fn piece(&self, piece: &Piece) -> Piece {
-        let circle = piece.circle.map(|circle| super::piece::Circle {
+        let circle = piece.circle.map(|circle| super::piece::PieceCircle {
             center: self.to(circle.center),
             ccw: circle.ccw != self.mirrors(),
         });
@@ -349,7 +317,7 @@ impl Frame {
     /// The frame in which a profile goes forwards and up. Recorded: one that comes inwards is an
     /// inside one, wherever the tool is, and one that ends level with its start goes towards the
     /// smaller values.
-    pub(crate) fn of(along_z: bool, [first, last]: [Point; 2]) -> Frame {
+    pub(crate) fn of(along_z: bool, [first, last]: [Vec2; 2]) -> Frame {
         let axis = usize::from(!along_z);
         let level = 1 - axis;
         let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
@@ -365,17 +333,17 @@ impl Frame {
 
 /// Where two pieces cross, prolonged without end: both places where circles are concerned. Circles
 /// and lines that miss each other by no more than `forgiven` are taken to touch.
-pub(crate) fn crossings(a: &Piece, b: &Piece, forgiven: f64) -> Option<[Point; 2]> {
+pub(crate) fn crossings(a: &Piece, b: &Piece, forgiven: f64) -> Option<[Vec2; 2]> {
     between((a, a.radius()), (b, b.radius()), forgiven)
 }
 
 /// The same for pieces of which the second follows the first. Where the ends of an arc have
 /// slightly different radii, the one that counts is that of the end which stays where it is (as
 /// recorded).
-pub(crate) fn joints(a: &Piece, b: &Piece, forgiven: f64) -> Option<[Point; 2]> {
+pub(crate) fn joints(a: &Piece, b: &Piece, forgiven: f64) -> Option<[Vec2; 2]> {
     between(
         (a, a.radius()),
-        (b, b.circle.map(|circle| distance(circle.center, b.end))),
+        (b, b.circle.map(|circle| distance2(circle.center, b.end))),
         forgiven,
     )
 }
@@ -384,15 +352,15 @@ fn between(
     (a, a_radius): (&Piece, Option<f64>),
     (b, b_radius): (&Piece, Option<f64>),
     forgiven: f64,
-) -> Option<[Point; 2]> {
+) -> Option<[Vec2; 2]> {
     match (a.circle, b.circle) {
         (None, None) => {
             let (u, v) = (direction(a.start, a.end), direction(b.start, b.end));
-            let slope = cross(u, v);
+            let slope = cross2(u, v);
             if slope.abs() < 1e-12 {
                 return None;
             }
-            Some([along(a.start, u, cross(minus(b.start, a.start), v) / slope); 2])
+            Some([along(a.start, u, cross2(sub(b.start, a.start), v) / slope); 2])
         }
         (None, Some(circle)) => line_circle(a, circle, b_radius?, forgiven),
         (Some(circle), None) => line_circle(b, circle, a_radius?, forgiven),
@@ -400,10 +368,10 @@ fn between(
     }
 }
 
-fn line_circle(line: &Piece, circle: Circle, radius: f64, forgiven: f64) -> Option<[Point; 2]> {
+fn line_circle(line: &Piece, circle: PieceCircle, radius: f64, forgiven: f64) -> Option<[Vec2; 2]> {
     let u = direction(line.start, line.end);
-    let foot = along(line.start, u, dot(minus(circle.center, line.start), u));
-    let away = distance(foot, circle.center);
+    let foot = along(line.start, u, dot(sub(circle.center, line.start), u));
+    let away = distance2(foot, circle.center);
     if away > radius + forgiven {
         return None;
     }
@@ -411,8 +379,8 @@ fn line_circle(line: &Piece, circle: Circle, radius: f64, forgiven: f64) -> Opti
     Some([along(foot, u, -half), along(foot, u, half)])
 }
 
-fn circles((c, r): (Point, f64), (d, s): (Point, f64), forgiven: f64) -> Option<[Point; 2]> {
-    let gap = distance(c, d);
+fn circles((c, r): (Vec2, f64), (d, s): (Vec2, f64), forgiven: f64) -> Option<[Vec2; 2]> {
+    let gap = distance2(c, d);
     if gap < 1e-12 || gap > r + s + forgiven || gap < (r - s).abs() - forgiven {
         return None;
     }

@@ -1,6 +1,7 @@
 //! Roughing: the material above the profile is taken off level by level.
 
-use super::piece::{Piece, Point, Stretch, distance};
+use super::piece::{MonotonePart, Piece};
+use lostmotion_base::vec::{Vec2, distance2};
 
 /// A level counts as reached when it is missed by no more than this.
 const CLOSE: f64 = 1e-9;
@@ -10,13 +11,9 @@ const MOST_WORK: u64 = 200_000_000;
 /// One move of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Move {
-    Rapid(Point),
-    Feed(Point),
-    Arc {
-        end: Point,
-        center: Point,
-        ccw: bool,
-    },
+    Rapid(Vec2),
+    Feed(Vec2),
+    Arc { end: Vec2, center: Vec2, ccw: bool },
 }
 
 /// Which pockets are cleared.
@@ -74,7 +71,7 @@ pub(crate) fn rough(path: &[Piece], words: &Roughing) -> Option<Vec<Move>> {
         let mut from = piece.start;
         for (at, stretch) in stretches.iter().take(count).enumerate() {
             // Recorded: a place from which an arc falls at once does not end the first pocket.
-            if falling && distance(stretch.from, stretch.to) < CLOSE {
+            if falling && distance2(stretch.from, stretch.to) < CLOSE {
                 continue;
             }
             falling = falling && !stretch.rises;
@@ -110,9 +107,9 @@ impl Rougher<'_> {
         &mut self,
         at: (usize, usize),
         piece: &Piece,
-        stretch: &Stretch,
-        mut from: Point,
-    ) -> Option<Point> {
+        stretch: &MonotonePart,
+        mut from: Vec2,
+    ) -> Option<Vec2> {
         if stretch.rises {
             self.rise(stretch.to[1]);
         }
@@ -156,9 +153,9 @@ impl Rougher<'_> {
 
     /// A part of a piece. Parts of arcs that have no length are left out, those of lines are not
     /// (as recorded).
-    fn along(&mut self, piece: &Piece, from: Point, to: Point, rapid: bool) {
+    fn along(&mut self, piece: &Piece, from: Vec2, to: Vec2, rapid: bool) {
         match piece.circle {
-            Some(_) if distance(from, to) < CLOSE => {}
+            Some(_) if distance2(from, to) < CLOSE => {}
             Some(circle) => self.moves.push(Move::Arc {
                 end: to,
                 center: circle.center,
@@ -172,7 +169,7 @@ impl Rougher<'_> {
     /// Cuts a level from a place of the path to where the path comes up again, and goes back: away
     /// from the material by R at 45 degrees, but no further than half way, back along the level and
     /// down to the path.
-    fn cut(&mut self, (index, stretch): (usize, usize), from: Point, rapid: bool) {
+    fn cut(&mut self, (index, stretch): (usize, usize), from: Vec2, rapid: bool) {
         let to = self.end_of_level(index, stretch, from);
         if to - from[0] < CLOSE {
             return;
@@ -191,7 +188,7 @@ impl Rougher<'_> {
 
     /// Where the path comes up to a level again after a stretch on which it falls below; at the
     /// latest at its end.
-    fn end_of_level(&mut self, index: usize, after: usize, from: Point) -> f64 {
+    fn end_of_level(&mut self, index: usize, after: usize, from: Vec2) -> f64 {
         let mut skip = after + 1;
         for piece in self.path.iter().skip(index) {
             let (stretches, count) = piece.stretches();
@@ -210,9 +207,9 @@ impl Rougher<'_> {
 
     /// Goes over pockets: only those parts of a piece that rise above all before it are followed,
     /// and a straight feed leads to each of them, even where it has no length (as recorded).
-    fn over(&mut self, piece: &Piece, stretch: &Stretch, bridge: &mut Option<Bridge>) {
+    fn over(&mut self, piece: &Piece, stretch: &MonotonePart, bridge: &mut Option<Bridge>) {
         self.work += 1;
-        let Stretch { from, to, rises } = *stretch;
+        let MonotonePart { from, to, rises } = *stretch;
         let held = *bridge.get_or_insert(Bridge {
             base: from[1],
             rise: 0.0,
@@ -243,7 +240,7 @@ struct Bridge {
 }
 
 impl Bridge {
-    fn over(piece: &Piece, to: Point) -> Bridge {
+    fn over(piece: &Piece, to: Vec2) -> Bridge {
         match (piece.circle, piece.radius()) {
             (Some(circle), Some(radius)) if (circle.center[1] + radius - to[1]).abs() < CLOSE => {
                 Bridge {

@@ -1,6 +1,6 @@
 //! Random profiles of turning cycles, and the places that the cycles' moves go through.
 
-use lostmotion_base::math;
+use lostmotion_base::{Random, math};
 use lostmotion_gcode::{CanonicalOp, InterpreterConfig, Program};
 use std::fmt::Write;
 
@@ -9,18 +9,6 @@ pub(crate) type Point = [f64; 2];
 
 /// Distance between samples, and between the heights of the stock.
 pub(crate) const STEP: f64 = 0.04;
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    /// A whole number below a bound.
-    pub(crate) fn below(&mut self, bound: u64) -> u64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % bound
-    }
-}
 
 /// How a profile lies in Z and X.
 #[derive(Clone, Copy)]

@@ -1,6 +1,7 @@
 //! The turning cycles held against brute force: random profiles, every move sampled, the stock as a
 //! row of heights.
-use crate::profiles::{Lie, Point, Random, STEP, away, moves, profile};
+use crate::profiles::{Lie, Point, STEP, away, moves, profile};
+use lostmotion_base::Random;
 use std::fmt::Write;
 
 /// Chords of sampled arcs, the rounding of programs, and corners that are left as points.
@@ -64,7 +65,7 @@ fn least(line: &[Point], along: f64, distance: f64) -> f64 {
 
 /// Checks roughing of a profile; false if it was refused for want of room.
 fn check_roughing(seed: u64, codes: &[&str], pockets: bool) -> bool {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let lie = Lie {
         facing: seed.is_multiple_of(2),
         backwards: random.below(2) == 0,
@@ -190,7 +191,7 @@ fn profiles_without_pockets_need_one_cycle() {
 #[test]
 fn finishing_passes_follow_at_their_distances() {
     for seed in 301..=340 {
-        let mut random = Random(seed);
+        let mut random = Random::new(seed);
         let lie = Lie {
             facing: false,
             backwards: random.below(2) == 0,

@@ -2,8 +2,9 @@
 
 use crate::ops::{Plane, Position};
 use crate::problem::Problem;
-use crate::state::held::{Edge, Point, Shape};
+use crate::state::held::{Edge, Shape};
 use lostmotion_base::math;
+use lostmotion_base::vec::{Vec2, along, cross2, direction2, distance2, dot, left_of, sub};
 use std::f64::consts::{PI, TAU};
 
 /// Moves whose directions differ by less than this, rad, go on without a corner (LinuxCNC: 0.05).
@@ -12,53 +13,15 @@ pub(crate) const STRAIGHT_ON: f64 = 0.05;
 const ARC_GROWTH: f64 = 0.01;
 
 /// A place in the plane.
-pub(crate) fn in_plane(plane: Plane, position: &Position) -> Point {
+pub(crate) fn in_plane(plane: Plane, position: &Position) -> Vec2 {
     let [first, second, _] = plane.axes();
     [position[first], position[second]]
 }
 
-pub(crate) fn minus(a: Point, b: Point) -> Point {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-pub(crate) fn along(from: Point, direction: Point, length: f64) -> Point {
-    [
-        from[0] + length * direction[0],
-        from[1] + length * direction[1],
-    ]
-}
-
-pub(crate) fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-pub(crate) fn cross(a: Point, b: Point) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-pub(crate) fn distance(a: Point, b: Point) -> f64 {
-    math::hypot(b[0] - a[0], b[1] - a[1])
-}
-
-/// A quarter turn counter-clockwise.
-pub(crate) const fn left_of(direction: Point) -> Point {
-    [-direction[1], direction[0]]
-}
-
-/// Direction from one point to another; none if they are the same.
-pub(crate) fn direction(from: Point, to: Point) -> Option<Point> {
-    let length = distance(from, to);
-    if length > 0.0 {
-        Some([(to[0] - from[0]) / length, (to[1] - from[1]) / length])
-    } else {
-        None
-    }
-}
-
 /// Sweep of an arc, in its direction, above 0 and up to a full turn.
-fn sweep(center: Point, from: Point, to: Point, counter_clockwise: bool) -> f64 {
-    let (a, b) = (minus(from, center), minus(to, center));
-    let angle = math::atan2(cross(a, b), dot(a, b));
+fn sweep(center: Vec2, from: Vec2, to: Vec2, counter_clockwise: bool) -> f64 {
+    let (a, b) = (sub(from, center), sub(to, center));
+    let angle = math::atan2(cross2(a, b), dot(a, b));
     let angle = if counter_clockwise { angle } else { -angle };
     if angle <= 0.0 { angle + TAU } else { angle }
 }
@@ -66,11 +29,11 @@ fn sweep(center: Point, from: Point, to: Point, counter_clockwise: bool) -> f64 
 impl Edge {
     /// Refuses an end that would send the tool backwards, or round an arc further than programmed.
     /// A move of entry is off the path in any case and may go anywhere.
-    pub(crate) fn check(&self, end: Point, tool_radius: f64) -> Result<(), Problem> {
+    pub(crate) fn check(&self, end: Vec2, tool_radius: f64) -> Result<(), Problem> {
         let message = "the tool does not fit into the corner between this move and the one before it: it would gouge";
         let fits = self.entry
             || match self.shape {
-                Shape::Line(direction) => dot(direction, minus(end, self.start)) >= 0.0,
+                Shape::Line(direction) => dot(direction, sub(end, self.start)) >= 0.0,
                 Shape::Arc {
                     center,
                     radius,
@@ -91,7 +54,7 @@ impl Edge {
 
 /// How the tool goes from one move to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Joint {
+pub(crate) enum CornerKind {
     /// The moves meet as they are.
     Smooth,
     /// It rolls about the corner.
@@ -102,8 +65,8 @@ pub(crate) enum Joint {
 
 /// The joint of a move with one that enters the corner in a direction, the tool to the left, or to
 /// the right where `left` is negative.
-pub(crate) fn joint(last: &Edge, enters: Point, next: Shape, left: f64) -> Joint {
-    let turn = math::atan2(cross(last.leaves, enters), dot(last.leaves, enters));
+pub(crate) fn joint(last: &Edge, enters: Vec2, next: Shape, left: f64) -> CornerKind {
+    let turn = math::atan2(cross2(last.leaves, enters), dot(last.leaves, enters));
     let inwards = if left > 0.0 { turn } else { -turn };
     if inwards.abs() >= PI - STRAIGHT_ON {
         // Straight back: an arc that bends away from the tool comes into the tool's way, the next
@@ -114,16 +77,16 @@ pub(crate) fn joint(last: &Edge, enters: Point, next: Shape, left: f64) -> Joint
             next
         };
         if in_the_way.bends_away(left) {
-            Joint::Inside
+            CornerKind::Inside
         } else {
-            Joint::Outside
+            CornerKind::Outside
         }
     } else if inwards > STRAIGHT_ON {
-        Joint::Inside
+        CornerKind::Inside
     } else if inwards.abs() <= STRAIGHT_ON {
-        Joint::Smooth
+        CornerKind::Smooth
     } else {
-        Joint::Outside
+        CornerKind::Outside
     }
 }
 
@@ -139,7 +102,7 @@ impl Shape {
     }
 
     /// Direction of travel at a point.
-    fn heading(&self, at: Point) -> Point {
+    fn heading(&self, at: Vec2) -> Vec2 {
         match *self {
             Shape::Line(direction) => direction,
             Shape::Arc {
@@ -147,7 +110,7 @@ impl Shape {
                 counter_clockwise,
                 ..
             } => {
-                let left = left_of(minus(at, center));
+                let left = left_of(sub(at, center));
                 if counter_clockwise {
                     left
                 } else {
@@ -161,20 +124,20 @@ impl Shape {
 /// Where the offset of one move crosses that of the next. Of two crossings it is the one at which
 /// the path turns towards the tool's side: before it, the tool has not yet reached the second move,
 /// after it, it would cut into that. `a_at` and `b_at` are points of the paths.
-pub(crate) fn crossing(a: Shape, a_at: Point, b: Shape, b_at: Point, left: f64) -> Option<Point> {
-    let turns_in = |at: Point| cross(a.heading(at), b.heading(at)) * left > 0.0;
+pub(crate) fn crossing(a: Shape, a_at: Vec2, b: Shape, b_at: Vec2, left: f64) -> Option<Vec2> {
+    let turns_in = |at: Vec2| cross2(a.heading(at), b.heading(at)) * left > 0.0;
     let [first, second] = crossings(a, a_at, b, b_at)?;
     Some(if turns_in(first) { first } else { second })
 }
 
-fn crossings(a: Shape, a_at: Point, b: Shape, b_at: Point) -> Option<[Point; 2]> {
+fn crossings(a: Shape, a_at: Vec2, b: Shape, b_at: Vec2) -> Option<[Vec2; 2]> {
     match (a, b) {
         (Shape::Line(u), Shape::Line(v)) => {
-            let slope = cross(u, v);
+            let slope = cross2(u, v);
             if slope == 0.0 {
                 return None;
             }
-            Some([along(a_at, u, cross(minus(b_at, a_at), v) / slope); 2])
+            Some([along(a_at, u, cross2(sub(b_at, a_at), v) / slope); 2])
         }
         (Shape::Line(u), Shape::Arc { center, radius, .. }) => line_circle(a_at, u, center, radius),
         (Shape::Arc { center, radius, .. }, Shape::Line(v)) => line_circle(b_at, v, center, radius),
@@ -193,9 +156,9 @@ fn crossings(a: Shape, a_at: Point, b: Shape, b_at: Point) -> Option<[Point; 2]>
     }
 }
 
-fn line_circle(at: Point, u: Point, center: Point, radius: f64) -> Option<[Point; 2]> {
-    let foot = along(at, u, dot(minus(center, at), u));
-    let away = distance(foot, center);
+fn line_circle(at: Vec2, u: Vec2, center: Vec2, radius: f64) -> Option<[Vec2; 2]> {
+    let foot = along(at, u, dot(sub(center, at), u));
+    let away = distance2(foot, center);
     if away > radius {
         return None;
     }
@@ -203,9 +166,9 @@ fn line_circle(at: Point, u: Point, center: Point, radius: f64) -> Option<[Point
     Some([along(foot, u, half), along(foot, u, -half)])
 }
 
-fn circles(c: Point, r: f64, d: Point, s: f64) -> Option<[Point; 2]> {
-    let u = direction(c, d)?;
-    let gap = distance(c, d);
+fn circles(c: Vec2, r: f64, d: Vec2, s: f64) -> Option<[Vec2; 2]> {
+    let u = direction2(c, d)?;
+    let gap = distance2(c, d);
     if gap > r + s || gap < (r - s).abs() {
         return None;
     }

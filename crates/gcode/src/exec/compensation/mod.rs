@@ -6,16 +6,16 @@
 //! corner. A move that the tool would have to make backwards is a gouge, and an error.
 //! `State::current` stays the programmed place; only what is emitted is offset.
 
+use super::Exec;
+use crate::code::{Code, whole};
+use crate::ops::{CanonicalOp, Plane, SourcedOp};
+use crate::problem::Problem;
+use crate::state::held::{Compensation, HeldOp};
+use lostmotion_base::vec::Vec2;
+
 mod geometry;
 mod path;
 mod stray;
-
-use super::Exec;
-use crate::code::Code;
-use crate::code::whole;
-use crate::ops::{CanonicalOp, Plane, SourcedOp};
-use crate::problem::Problem;
-use crate::state::held::{Compensation, HeldOp, Point};
 
 /// Operations that may wait for the end of a move.
 const MOST_HELD: usize = 100_000;
@@ -186,7 +186,7 @@ impl Compensation {
     fn release(
         &mut self,
         plane: Plane,
-        end: Option<Point>,
+        end: Option<Vec2>,
         out: &mut Vec<SourcedOp>,
     ) -> Result<(), Problem> {
         let result = match (&self.last, end) {
@@ -210,7 +210,7 @@ impl Compensation {
     }
 
     /// From the centre of a lathe tool's nose to the point that the program controls.
-    fn nose(&self, plane: Plane) -> Point {
+    fn nose(&self, plane: Plane) -> Vec2 {
         if plane != Plane::Zx {
             return [0.0; 2];
         }

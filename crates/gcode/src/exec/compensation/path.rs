@@ -1,19 +1,18 @@
 //! Moves under cutter compensation.
 
-use super::geometry::{
-    Joint, along, crossing, direction, distance, dot, in_plane, joint, left_of, minus,
-};
+use super::geometry::{CornerKind, crossing, in_plane, joint};
 use crate::exec::Exec;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, SourcedOp};
 use crate::problem::Problem;
-use crate::state::held::{Compensation, Edge, HeldOp, Point, Shape};
+use crate::state::held::{Compensation, Edge, HeldOp, Shape};
+use lostmotion_base::vec::{Vec2, along, direction2, distance2, dot, left_of, sub};
 
 const NO_ROOM: Problem = Problem::Compensation {
     message: "the tool does not fit between these two moves: it would gouge",
 };
 
 /// Puts the end in the plane into a move.
-pub(crate) fn set_end(op: &mut CanonicalOp, plane: Plane, end: Point) {
+pub(crate) fn set_end(op: &mut CanonicalOp, plane: Plane, end: Vec2) {
     let [first, second, _] = plane.axes();
     match op {
         CanonicalOp::StraightTraverse(position) | CanonicalOp::StraightFeed(position) => {
@@ -43,12 +42,12 @@ impl Exec<'_> {
         let Some(mut compensation) = self.state.compensation.take() else {
             return Ok(());
         };
-        let result = match direction(from, to) {
+        let result = match direction2(from, to) {
             None if compensation.last.is_some() => {
                 compensation.across(self, op);
                 Ok(())
             }
-            _ if compensation.last.is_none() && distance(from, to) <= compensation.left.abs() => {
+            _ if compensation.last.is_none() && distance2(from, to) <= compensation.left.abs() => {
                 let message = "the first move under cutter compensation has to be longer than the tool's radius";
                 Err(Problem::Compensation { message })
             }
@@ -92,7 +91,7 @@ impl Exec<'_> {
         let Some(mut compensation) = self.state.compensation.take() else {
             return Ok(());
         };
-        let enters = tangent(minus(from, arc.center), arc.turns > 0);
+        let enters = tangent(sub(from, arc.center), arc.turns > 0);
         let result = compensation.arc_edge(from, to, &arc).and_then(|edge| {
             if let Shape::Arc { center, .. } = edge.shape {
                 arc.center = center;
@@ -112,8 +111,8 @@ impl Exec<'_> {
 }
 
 /// Direction of travel where a circle has the given radius vector.
-fn tangent(radius: Point, counter_clockwise: bool) -> Point {
-    let u = direction([0.0; 2], radius).unwrap_or([1.0, 0.0]);
+fn tangent(radius: Vec2, counter_clockwise: bool) -> Vec2 {
+    let u = direction2([0.0; 2], radius).unwrap_or([1.0, 0.0]);
     let left = left_of(u);
     if counter_clockwise {
         left
@@ -125,25 +124,25 @@ fn tangent(radius: Point, counter_clockwise: bool) -> Point {
 impl Compensation {
     /// The offset of an arc; the first one leads from the path to its offset and is tangent to that
     /// at its end.
-    fn arc_edge(&self, from: Point, to: Point, arc: &ArcFeed) -> Result<Edge, Problem> {
+    fn arc_edge(&self, from: Vec2, to: Vec2, arc: &ArcFeed) -> Result<Edge, Problem> {
         let counter_clockwise = arc.turns > 0;
         let outwards = if counter_clockwise {
             -self.left
         } else {
             self.left
         };
-        let radius = distance(arc.center, to) + outwards;
-        if radius <= 0.0 || distance(arc.center, from) + outwards <= 0.0 {
+        let radius = distance2(arc.center, to) + outwards;
+        if radius <= 0.0 || distance2(arc.center, from) + outwards <= 0.0 {
             return Err(Problem::Compensation {
                 message: "the tool's radius is not less than that of the arc it is inside of",
             });
         }
-        let out = direction(arc.center, to).unwrap_or([1.0, 0.0]);
+        let out = direction2(arc.center, to).unwrap_or([1.0, 0.0]);
         let end = along(arc.center, out, radius);
         let leaves = tangent(out, counter_clockwise);
         if self.last.is_some() {
-            let begins = direction(arc.center, from).unwrap_or([1.0, 0.0]);
-            let start = along(arc.center, begins, distance(arc.center, from) + outwards);
+            let begins = direction2(arc.center, from).unwrap_or([1.0, 0.0]);
+            let start = along(arc.center, begins, distance2(arc.center, from) + outwards);
             return Ok(Edge {
                 shape: Shape::Arc {
                     center: arc.center,
@@ -158,7 +157,7 @@ impl Compensation {
             });
         }
         // The centre is on the radius of the end and as far from the start as from the end.
-        let chord = minus(from, end);
+        let chord = sub(from, end);
         let reach = dot(chord, chord);
         let inwards = -dot(chord, out);
         if inwards.abs() <= 1e-9 * reach.sqrt() {
@@ -187,7 +186,7 @@ impl Compensation {
         &mut self,
         exec: &mut Exec<'_>,
         at: &Position,
-        enters: Point,
+        enters: Vec2,
         mut edge: Edge,
         mut op: CanonicalOp,
     ) -> Result<(), Problem> {
@@ -202,7 +201,7 @@ impl Compensation {
             result = refused;
             let released = self.release(plane, end, exec.out);
             result = result.and(released);
-            if joint == Joint::Outside {
+            if joint == CornerKind::Outside {
                 let end = along(edge.start, shift, 1.0);
                 if matches!(op, CanonicalOp::StraightTraverse(_)) {
                     let mut across = CanonicalOp::StraightTraverse(*at);
@@ -234,15 +233,15 @@ impl Compensation {
     fn meet(
         &mut self,
         last: &Edge,
-        corner: Point,
-        enters: Point,
+        corner: Vec2,
+        enters: Vec2,
         edge: &mut Edge,
-    ) -> (Joint, Result<Option<Point>, Problem>) {
+    ) -> (CornerKind, Result<Option<Vec2>, Problem>) {
         if let Some(place) = self.strayed.take() {
             let last = last.astray(place, corner, self.left);
             let joint = joint(&last, enters, edge.shape, self.left);
             let end = last.end_astray(place, corner, joint, enters, self.left);
-            edge.astray = joint != Joint::Outside;
+            edge.astray = joint != CornerKind::Outside;
             if edge.astray {
                 edge.start = end.as_ref().ok().copied().flatten().unwrap_or(place);
             }
@@ -250,23 +249,23 @@ impl Compensation {
         }
         let joint = joint(last, enters, edge.shape, self.left);
         let end = match joint {
-            Joint::Inside if !self.fixed => {
+            CornerKind::Inside if !self.fixed => {
                 crossing(last.shape, last.end, edge.shape, edge.start, self.left)
                     .ok_or(NO_ROOM)
                     .map(Some)
             }
-            Joint::Outside => Ok(Some(last.end)),
+            CornerKind::Outside => Ok(Some(last.end)),
             _ => Ok(None),
         };
         match (joint, &end) {
-            (Joint::Outside, _) | (_, Err(_)) => {}
+            (CornerKind::Outside, _) | (_, Err(_)) => {}
             (_, &Ok(end)) => edge.start = end.unwrap_or(last.end),
         }
         (joint, end)
     }
 
     /// The arc about an outside corner, at the height and the angles that the tool has.
-    fn roll(&self, exec: &mut Exec<'_>, at: &Position, end: Point, center: Point) {
+    fn roll(&self, exec: &mut Exec<'_>, at: &Position, end: Vec2, center: Vec2) {
         let plane = exec.state.plane;
         let [_, _, normal] = plane.axes();
         let [_, _, _, others @ ..] = *at;

@@ -9,12 +9,13 @@
 //! cycle does not name begin at the compensated place instead of the programmed one. Later versions
 //! do not do this (LinuxCNC issue 1785, pull request 3012).
 
-use super::geometry::{Joint, along, cross, direction, dot, in_plane, left_of, minus};
+use super::geometry::{CornerKind, in_plane};
 use crate::dialect::Leniency;
 use crate::exec::Exec;
 use crate::ops::Position;
 use crate::problem::Problem;
-use crate::state::held::{Edge, Point, Shape};
+use crate::state::held::{Edge, Shape};
+use lostmotion_base::vec::{Vec2, along, cross2, direction2, dot, left_of, sub};
 
 const NOT_BESIDE: Problem = Problem::Compensation {
     message: "the tool does not fit between this move and the one before it: it would gouge",
@@ -77,8 +78,8 @@ impl Exec<'_> {
 impl Edge {
     /// The direction that the held move is taken to have had, the tool having strayed from the
     /// programmed `corner`.
-    pub(super) fn astray(self, place: Point, corner: Point, left: f64) -> Edge {
-        let away = direction(corner, place).unwrap_or([1.0, 0.0]);
+    pub(super) fn astray(self, place: Vec2, corner: Vec2, left: f64) -> Edge {
+        let away = direction2(corner, place).unwrap_or([1.0, 0.0]);
         let [first, second] = left_of(away);
         Edge {
             leaves: if left > 0.0 {
@@ -94,23 +95,23 @@ impl Edge {
     /// just go on. Refused, if it is a move of entry, where that is not on the tool's side of it.
     pub(super) fn end_astray(
         &self,
-        place: Point,
-        corner: Point,
-        joint: Joint,
-        enters: Point,
+        place: Vec2,
+        corner: Vec2,
+        joint: CornerKind,
+        enters: Vec2,
         left: f64,
-    ) -> Result<Option<Point>, Problem> {
+    ) -> Result<Option<Vec2>, Problem> {
         let end = match joint {
-            Joint::Smooth => return Ok(None),
-            Joint::Outside => place,
-            Joint::Inside => {
+            CornerKind::Smooth => return Ok(None),
+            CornerKind::Outside => place,
+            CornerKind::Inside => {
                 let tangent_of_half =
-                    cross(self.leaves, enters).abs() / (1.0 + dot(self.leaves, enters));
+                    cross2(self.leaves, enters).abs() / (1.0 + dot(self.leaves, enters));
                 along(place, self.leaves, -left.abs() * tangent_of_half)
             }
         };
         match self.shape {
-            Shape::Line(way) if self.entry && cross(way, minus(end, corner)) * left < 0.0 => {
+            Shape::Line(way) if self.entry && cross2(way, sub(end, corner)) * left < 0.0 => {
                 Err(NOT_BESIDE)
             }
             _ => Ok(Some(end)),

@@ -1,12 +1,12 @@
-//! A line as pieces that lie side by side: every byte belongs to exactly one.
+//! A line as tokens that lie side by side: every byte belongs to exactly one.
 
 use super::block::{Block, Text};
 use super::parse;
 
-/// What a piece is.
+/// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PieceKind {
-    /// Blanks and tabs between other pieces.
+pub enum TokenKind {
+    /// Blanks and tabs between other tokens.
     Blank,
     /// `%`.
     Percent,
@@ -28,16 +28,16 @@ pub enum PieceKind {
 
 /// A stretch of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Piece {
+pub struct Token {
     /// What it is.
-    pub kind: PieceKind,
+    pub kind: TokenKind,
     /// Where it is.
     pub text: Text,
 }
 
-/// The pieces of a line in its order.
+/// The tokens of a line in its order.
 #[derive(Clone, Debug)]
-pub struct Pieces<'a> {
+pub struct Tokens<'a> {
     line: &'a [u8],
     block: &'a Block,
     at: usize,
@@ -47,10 +47,10 @@ pub struct Pieces<'a> {
     percent: bool,
 }
 
-impl<'a> Pieces<'a> {
-    /// Pieces of a line and the block that it was parsed to.
-    pub fn new(line: &'a [u8], block: &'a Block) -> Pieces<'a> {
-        Pieces {
+impl<'a> Tokens<'a> {
+    /// Tokens of a line and the block that it was parsed to.
+    pub fn new(line: &'a [u8], block: &'a Block) -> Tokens<'a> {
+        Tokens {
             line,
             block,
             at: 0,
@@ -61,37 +61,37 @@ impl<'a> Pieces<'a> {
         }
     }
 
-    /// The kind and length of the piece that the rest of the line begins with.
-    fn first(&mut self, rest: &[u8], first: u8) -> (PieceKind, usize) {
+    /// The kind and length of the token that the rest of the line begins with.
+    fn first(&mut self, rest: &[u8], first: u8) -> (TokenKind, usize) {
         let all = rest.len();
         let here = |text: Text| text.len > 0 && text.start as usize == self.at;
         let length = |text: Text| text.len as usize;
         match first {
             b' ' | b'\t' => (
-                PieceKind::Blank,
+                TokenKind::Blank,
                 rest.iter()
                     .take_while(|byte| matches!(byte, b' ' | b'\t'))
                     .count(),
             ),
-            b'(' | b';' if self.percent => (PieceKind::Comment, all),
+            b'(' | b';' if self.percent => (TokenKind::Comment, all),
             b'%' if self.block.percent && !self.percent => {
                 self.percent = true;
-                (PieceKind::Percent, 1)
+                (TokenKind::Percent, 1)
             }
             b'/' if self.block.deletable && !self.deleted => {
                 self.deleted = true;
-                (PieceKind::Delete, 1)
+                (TokenKind::Delete, 1)
             }
-            b'(' => parse::parenthesis(rest).map_or((PieceKind::Unread, all), |(after, _)| {
-                (PieceKind::Comment, all - after.len())
+            b'(' => parse::parenthesis(rest).map_or((TokenKind::Unread, all), |(after, _)| {
+                (TokenKind::Comment, all - after.len())
             }),
-            b';' => parse::semicolon(rest).map_or((PieceKind::Unread, all), |(after, _)| {
-                (PieceKind::Comment, all - after.len())
+            b';' => parse::semicolon(rest).map_or((TokenKind::Unread, all), |(after, _)| {
+                (TokenKind::Comment, all - after.len())
             }),
             _ if here(self.block.line_number_text) => {
-                (PieceKind::LineNumber, length(self.block.line_number_text))
+                (TokenKind::LineNumber, length(self.block.line_number_text))
             }
-            _ if here(self.block.flow_text) => (PieceKind::Flow, length(self.block.flow_text)),
+            _ if here(self.block.flow_text) => (TokenKind::Flow, length(self.block.flow_text)),
             _ => {
                 if let Some(word) = self
                     .block
@@ -100,7 +100,7 @@ impl<'a> Pieces<'a> {
                     .filter(|word| here(word.text))
                 {
                     self.words += 1;
-                    return (PieceKind::Word(self.words - 1), length(word.text));
+                    return (TokenKind::Word(self.words - 1), length(word.text));
                 }
                 if let Some(setting) = self
                     .block
@@ -109,18 +109,18 @@ impl<'a> Pieces<'a> {
                     .filter(|setting| here(setting.text))
                 {
                     self.settings += 1;
-                    return (PieceKind::Setting(self.settings - 1), length(setting.text));
+                    return (TokenKind::Setting(self.settings - 1), length(setting.text));
                 }
-                (PieceKind::Unread, all)
+                (TokenKind::Unread, all)
             }
         }
     }
 }
 
-impl Iterator for Pieces<'_> {
-    type Item = Piece;
+impl Iterator for Tokens<'_> {
+    type Item = Token;
 
-    fn next(&mut self) -> Option<Piece> {
+    fn next(&mut self) -> Option<Token> {
         let line = self.line;
         let rest = line.get(self.at..)?;
         let (kind, length) = self.first(rest, *rest.first()?);
@@ -129,6 +129,6 @@ impl Iterator for Pieces<'_> {
             len: length as u32,
         };
         self.at += length;
-        Some(Piece { kind, text })
+        Some(Token { kind, text })
     }
 }

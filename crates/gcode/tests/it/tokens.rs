@@ -1,14 +1,14 @@
-//! Spans: every byte of a source belongs to exactly one piece, however the bytes arrive.
+//! Spans: every byte of a source belongs to exactly one token, however the bytes arrive.
 use crate::generate::line;
-use lostmotion_gcode::syntax::PieceKind;
+use lostmotion_gcode::syntax::TokenKind;
 use lostmotion_gcode::{Blocks, InterpreterConfig, Limits, Program};
 use proptest::prelude::*;
 use std::io::{BufRead, BufReader, Read};
 
-/// Walks the pieces of a source and checks that nothing lies between them but the ends of lines.
-fn tiled(source: &[u8], reader: impl BufRead) -> Result<Vec<(PieceKind, u64, u32)>, TestCaseError> {
+/// Walks the tokens of a source and checks that nothing lies between them but the ends of lines.
+fn tiled(source: &[u8], reader: impl BufRead) -> Result<Vec<(TokenKind, u64, u32)>, TestCaseError> {
     let mut blocks = Blocks::new(reader, Limits::default());
-    let mut pieces = Vec::new();
+    let mut tokens = Vec::new();
     let mut at = 0;
     while let Some(parsed) = blocks.read().unwrap() {
         let start = parsed.place.start;
@@ -20,18 +20,18 @@ fn tiled(source: &[u8], reader: impl BufRead) -> Result<Vec<(PieceKind, u64, u32
         };
         prop_assert!(expected.contains(&gap), "{}", gap.escape_ascii());
         at = start;
-        for piece in parsed.pieces() {
-            let span = parsed.span(piece.text);
+        for token in parsed.tokens() {
+            let span = parsed.span(token.text);
             prop_assert_eq!((span.start, u64::from(span.column) - 1), (at, at - start));
             prop_assert!(span.len > 0);
-            prop_assert!(piece.kind != PieceKind::Unread || parsed.fault.is_some());
+            prop_assert!(token.kind != TokenKind::Unread || parsed.fault.is_some());
             at += u64::from(span.len);
-            pieces.push((piece.kind, span.start, span.len));
+            tokens.push((token.kind, span.start, span.len));
         }
         prop_assert_eq!(at, start + parsed.line.len() as u64);
     }
     prop_assert!([&b""[..], b"\n", b"\r\n", b"\r"].contains(&&source[at as usize..]));
-    Ok(pieces)
+    Ok(tokens)
 }
 
 fn source() -> impl Strategy<Value = Vec<u8>> {
@@ -49,8 +49,8 @@ proptest! {
 
     #[test]
     fn pieces_tile_a_program(source in source(), capacity in 1usize..50) {
-        let pieces = tiled(&source, &source[..])?;
-        prop_assert_eq!(tiled(&source, BufReader::with_capacity(capacity, &source[..]))?, pieces);
+        let tokens = tiled(&source, &source[..])?;
+        prop_assert_eq!(tiled(&source, BufReader::with_capacity(capacity, &source[..]))?, tokens);
     }
 
     #[test]
@@ -68,11 +68,11 @@ proptest! {
         let config = InterpreterConfig { limits, ..InterpreterConfig::default() };
         let mut whole = Program::new(&source[..], config.clone());
         let expected: Vec<_> = whole.by_ref().collect();
-        let pieces = tiled(&source, &source[..])?;
+        let tokens = tiled(&source, &source[..])?;
         let diagnostics = whole.finish();
         for at in 0..=source.len() {
             let (head, tail) = source.split_at(at);
-            prop_assert_eq!(&tiled(&source, head.chain(tail))?, &pieces);
+            prop_assert_eq!(&tiled(&source, head.chain(tail))?, &tokens);
             let mut parts = Program::new(head.chain(tail), config.clone());
             prop_assert_eq!(&parts.by_ref().collect::<Vec<_>>(), &expected);
             prop_assert_eq!(&parts.finish(), &diagnostics);
@@ -86,9 +86,9 @@ fn each_kind_of_piece_is_told() {
     let kinds: Vec<_> = tiled(source, &source[..])
         .unwrap()
         .into_iter()
-        .filter(|piece| piece.0 != PieceKind::Blank)
+        .filter(|token| token.0 != TokenKind::Blank)
         .collect();
-    use PieceKind as K;
+    use TokenKind as K;
     let expected = [
         (K::Percent, 0, 1),
         (K::Delete, 2, 1),
