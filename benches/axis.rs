@@ -11,7 +11,7 @@
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use lostmotion::base::math;
 use lostmotion::drive::{AxisBatch, AxisOutput, AxisRunner, Setpoint};
-use lostmotion::methods::{AxisConfig, METHODS, build_runner};
+use lostmotion::methods::{AxisConfig, MethodId, build_runner};
 use lostmotion::sim::machine::axis_preset;
 
 const TICKS: usize = 1000;
@@ -35,9 +35,9 @@ fn axis(criterion: &mut Criterion) {
         ("paper", paper, sine(5.0, 6.0)),
         ("vmc3:x", mill, sine(20.0, 2.0 * std::f64::consts::PI)),
     ] {
-        for method in METHODS {
-            let start = build_runner(&config, method.info.name, 0.0).expect("an axis");
-            group.bench_function(format!("{name} {}", method.info.name), |bencher| {
+        for method in MethodId::all() {
+            let start = build_runner(&config, method, 0.0).expect("an axis");
+            group.bench_function(format!("{name} {method}"), |bencher| {
                 let mut output = AxisOutput::new(false);
                 bencher.iter(|| {
                     let mut runner = start.boxed_clone();
@@ -71,7 +71,12 @@ fn batch(criterion: &mut Criterion) {
             let start = || -> Vec<Box<dyn AxisRunner>> {
                 (0..VARIANTS)
                     .map(|index| {
-                        build_runner(&variant(&base, index), method, 0.0).expect("an axis")
+                        build_runner(
+                            &variant(&base, index),
+                            method.parse().expect("a method"),
+                            0.0,
+                        )
+                        .expect("an axis")
                     })
                     .collect()
             };

@@ -10,16 +10,13 @@
 mod support;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use lostmotion::methods::METHODS;
+use lostmotion::methods::MethodId;
 use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation};
 
 fn comparing(criterion: &mut Criterion) {
     let machine = Machine::preset("vmc3").expect("an embedded machine");
     let source = Program::from_bytes("circles", support::circles().into_bytes());
-    let methods: Vec<String> = METHODS
-        .iter()
-        .map(|method| method.info.name.to_owned())
-        .collect();
+    let methods: Vec<String> = MethodId::all().map(|method| method.to_string()).collect();
     let options = SimulateOptions {
         threads: 0,
         ..SimulateOptions::default()

@@ -11,7 +11,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use lostmotion::base::{Clock, math};
 use lostmotion::drive::{AxisOutput, AxisSample, Setpoint};
 use lostmotion::identify::{BacklashLog, FitSettings, fit_backlash};
-use lostmotion::methods::{AxisConfig, build_runner};
+use lostmotion::methods::{AxisConfig, MethodId, build_runner};
 
 const SECONDS: usize = 10;
 
@@ -23,7 +23,7 @@ fn log(config: &AxisConfig) -> Vec<AxisSample> {
     };
     let setpoints: Vec<Setpoint> = (0..1000 * SECONDS).map(at).collect();
     let mut output = AxisOutput::new(true);
-    let mut runner = build_runner(config, "none", 0.0).expect("an axis");
+    let mut runner = build_runner(config, MethodId::NONE, 0.0).expect("an axis");
     runner
         .push(&setpoints, &mut output)
         .expect("finite setpoints");

@@ -11,7 +11,7 @@ mod common;
 
 use common::{machine, part, program, run};
 use lostmotion::base::AxisId;
-use lostmotion::drive::AxisConfig;
+use lostmotion::methods::AxisConfig;
 use lostmotion::drive::config::Load;
 use lostmotion::sim::{Machine, SimulateOptions, Simulation};
 

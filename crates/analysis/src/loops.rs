@@ -126,7 +126,7 @@ impl AxisAnalysis {
 /// Looks at every loop of an axis that has been checked. The position loop is taken as closed on
 /// the motor's encoder, or on the load's scale on a flank if the axis' method is `load-feedback`.
 pub fn analyse(config: &AxisConfig) -> AxisAnalysis {
-    let feedback = if config.compensation.method == "load-feedback" {
+    let feedback = if config.compensation.method.closes_on_load() {
         Feedback::Load
     } else {
         Feedback::Motor

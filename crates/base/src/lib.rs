@@ -13,6 +13,7 @@ pub mod jet;
 pub mod limits;
 pub mod linalg;
 pub mod math;
+pub mod names;
 pub mod plane;
 pub mod random;
 pub mod real;

@@ -9,14 +9,6 @@ pub enum AxisError {
     /// The description makes no sense.
     #[error(transparent)]
     Config(#[from] AxisConfigError),
-    /// No compensator of that name.
-    #[error("there is no method \"{name}\"; known methods: {known}")]
-    UnknownMethod {
-        /// The name asked for.
-        name: String,
-        /// The names there are, separated by commas.
-        known: String,
-    },
     /// The start position is not a finite number.
     #[error("the start position is {value}; it has to be a finite number")]
     StartPosition {

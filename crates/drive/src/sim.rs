@@ -73,7 +73,7 @@ impl<C: Compensator> Clone for AxisSim<C> {
 impl<C: Compensator> AxisSim<C> {
     /// Standing still with the motor at a position in the axis' unit. The description has to be
     /// checked before.
-    pub fn new(config: &AxisConfig, compensator: C, start_position: f64) -> AxisSim<C> {
+    pub fn new<S>(config: &AxisConfig<S>, compensator: C, start_position: f64) -> AxisSim<C> {
         let factor = config.transmission.motor_rad_per_unit();
         let start_rad = start_position * factor;
         let params = PlantParams::new(config);

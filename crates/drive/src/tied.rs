@@ -37,7 +37,7 @@ impl Tie {
     /// # Errors
     /// A value that is negative or not finite, a tie so stiff that its swing is faster than the
     /// current loop can follow, ends that turn.
-    pub fn check(&self, ends: [&AxisConfig; 2]) -> Result<(), AxisConfigError> {
+    pub fn check<C>(&self, ends: [&AxisConfig<C>; 2]) -> Result<(), AxisConfigError> {
         let range = |key: &str, value: f64, allowed: String| {
             Err(AxisConfigError::Range {
                 key: key.to_owned(),
@@ -52,7 +52,7 @@ impl Tie {
                 "from 0 to 1e6".to_owned(),
             );
         }
-        let mobility = |end: &AxisConfig| {
+        let mobility = |end: &AxisConfig<C>| {
             let reach_m = end.transmission.load_per_motor_rad();
             reach_m * reach_m / end.reflected_load().inertia_kgm2
         };
@@ -86,9 +86,9 @@ impl TiedAxes {
     ///
     /// # Errors
     /// A tie that does not fit the ends ([`Tie::check`]).
-    pub fn new(
+    pub fn new<C>(
         axes: [Box<dyn AxisRunner>; 2],
-        configs: [&AxisConfig; 2],
+        configs: [&AxisConfig<C>; 2],
         tie: Tie,
     ) -> Result<TiedAxes, AxisConfigError> {
         tie.check(configs)?;

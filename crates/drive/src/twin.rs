@@ -97,7 +97,7 @@ impl Twinned<'_> {
 
 impl Twin {
     /// The motor and the drive of an axis, with an ideal encoder.
-    pub fn new(config: &AxisConfig) -> Twin {
+    pub fn new<C: Clone>(config: &AxisConfig<C>) -> Twin {
         let mut ideal = config.clone();
         ideal.drive.encoder_counts_per_rev = None;
         let (inertia, h) = (
@@ -293,7 +293,7 @@ impl LoadModel {
     }
 
     /// The load as the description has it.
-    pub fn told(config: &AxisConfig) -> LoadModel {
+    pub fn told<C>(config: &AxisConfig<C>) -> LoadModel {
         let load = config.reflected_load();
         LoadModel {
             inertia: load.inertia_kgm2,
@@ -339,7 +339,7 @@ pub(crate) struct Rates {
 }
 
 impl MotorNumbers {
-    fn new(config: &AxisConfig, inertia: f64, h: f64) -> MotorNumbers {
+    fn new<C>(config: &AxisConfig<C>, inertia: f64, h: f64) -> MotorNumbers {
         let motor = &config.motor;
         let share = h / motor.phase_inductance_h();
         MotorNumbers {

@@ -4,7 +4,7 @@
 //! `cargo run --release -p lostmotion-methods --example paper`
 
 use lostmotion_drive::{AxisError, AxisOutput};
-use lostmotion_methods::{AxisConfig, METHODS, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use lostmotion_rig::{
     PAPER_MOVE, circle, circle_error, errors, max_abs, mill, rms, run, setpoints, there_and_back,
 };
@@ -54,7 +54,7 @@ fn sine_figures(config: &AxisConfig, method: &str, radius: f64, w: f64) -> [f64;
 /// Best of many seconds of simulated time, so that other work on the computer counts little.
 fn speed(config: &AxisConfig, method: &str) -> Result<f64, AxisError> {
     let points = setpoints(&|t| circle(5.0, 6.0, t), 60.0);
-    let mut runner = build_runner(config, method, 0.0)?;
+    let mut runner = build_runner(config, method.parse().unwrap(), 0.0)?;
     let mut out = AxisOutput::default();
     let mut best = f64::MAX;
     for second in points.chunks(1000) {
@@ -77,18 +77,18 @@ fn main() -> Result<(), AxisError> {
         "{:<20}{:>14}{:>14}{:>12}{:>12}",
         "method", "offset there", "offset back", "rms", "rms of gap"
     );
-    for method in METHODS {
-        let [there, back, r, m] = move_figures(&paper, method.info.name);
+    for method in MethodId::all() {
+        let [there, back, r, m] = move_figures(&paper, method.name());
         println!(
             "{:<20}{there:>14.6}{back:>14.6}{r:>12.6}{m:>12.6}",
-            method.info.name
+            method.name()
         );
     }
     println!("\npart of the load's error that the gap causes on a sine of 5 rad (rms, max; rad)");
     for w in [2.0, 6.0, 15.0] {
-        for method in METHODS {
-            let [r, m] = sine_figures(&paper, method.info.name, 5.0, w);
-            println!("w {w:>4} rad/s  {:<20}{r:>12.6}{m:>12.6}", method.info.name);
+        for method in MethodId::all() {
+            let [r, m] = sine_figures(&paper, method.name(), 5.0, w);
+            println!("w {w:>4} rad/s  {:<20}{r:>12.6}{m:>12.6}", method.name());
         }
     }
     println!("\nradial error of a circle with a 10 um gap, ideal encoders (rms / max, um)");
@@ -137,13 +137,13 @@ fn main() -> Result<(), AxisError> {
         }
     }
     println!("\nspeed, times real time: this axis, a slide with friction");
-    for method in METHODS {
+    for method in MethodId::all() {
         let with_friction = mill(300.0, 100.0);
         println!(
             "{:<20}{:>10.0}{:>10.0}",
-            method.info.name,
-            speed(&paper, method.info.name)?,
-            speed(&with_friction, method.info.name)?
+            method.name(),
+            speed(&paper, method.name())?,
+            speed(&with_friction, method.name())?
         );
     }
     Ok(())

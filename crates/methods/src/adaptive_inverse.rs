@@ -26,10 +26,43 @@
 
 use crate::AxisConfig;
 use crate::ramp::{Ramp, RampTime, direction};
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings, told};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Gap, Transmission};
+
+/// Settings of `adaptive-inverse`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AdaptiveInverseSettings {
+    /// Gain of the gradient, 1/s.
+    pub gain_per_s: f64,
+    /// Total gap beyond which nothing is learned; a turn of the motor if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub largest_gap: Option<Gap>,
+    /// Time over which the correction goes from one side to the other, ms.
+    pub ramp_ms: f64,
+}
+
+impl Default for AdaptiveInverseSettings {
+    fn default() -> AdaptiveInverseSettings {
+        AdaptiveInverseSettings {
+            gain_per_s: 10.0,
+            largest_gap: None,
+            ramp_ms: 8.0,
+        }
+    }
+}
+
+impl Settings for AdaptiveInverseSettings {
+    fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        between("gain_per_s", self.gain_per_s, 0.0, 1e4)?;
+        told("largest_gap", self.largest_gap, transmission)?;
+        between("ramp_ms", self.ramp_ms, 0.0, 10_000.0)
+    }
+}
 
 /// Time of a stroke that has to pass before it is learned from, ms.
 const SETTLE_MS: f64 = 30.0;

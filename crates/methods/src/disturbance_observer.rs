@@ -22,11 +22,39 @@
 //! and Hori, IEEE Trans. Ind. Electron. 38 (1991); in drives as load torque observer.
 
 use crate::AxisConfig;
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings};
 use lostmotion_base::math;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Transmission};
+
+/// Settings of `disturbance-observer`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DisturbanceObserverSettings {
+    /// Bandwidth of the observer's filter, Hz.
+    pub bandwidth_hz: f64,
+    /// Part of the observed torque that is cancelled, 0 to 1.
+    pub share: f64,
+}
+
+impl Default for DisturbanceObserverSettings {
+    fn default() -> DisturbanceObserverSettings {
+        DisturbanceObserverSettings {
+            bandwidth_hz: 30.0,
+            share: 0.8,
+        }
+    }
+}
+
+impl Settings for DisturbanceObserverSettings {
+    fn check(&self, _transmission: &Transmission) -> Result<(), AxisConfigError> {
+        between("bandwidth_hz", self.bandwidth_hz, 0.1, 500.0)?;
+        between("share", self.share, 0.0, 1.0)
+    }
+}
 
 /// The method `disturbance-observer`.
 #[derive(Clone, Copy, Debug)]

@@ -14,7 +14,8 @@
 
 use crate::AxisConfig;
 use lostmotion_drive::Signals;
-use lostmotion_drive::config::Gap;
+use lostmotion_drive::config::check::{AxisConfigError, between, not_negative, positive};
+use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::twin::LoadModel;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -96,6 +97,22 @@ impl Noises {
             wandering: wandering * spread,
         }
     }
+}
+
+/// Checks the settings that [`Noises::new`] takes.
+pub(crate) fn check_noises(
+    share: f64,
+    spread: Option<Gap>,
+    wandering: f64,
+    transmission: &Transmission,
+) -> Result<(), AxisConfigError> {
+    between("torque_noise_share", share, 1e-9, 1.0)?;
+    if let Some(gap) = spread {
+        gap.check(transmission)
+            .map_err(|e| e.within("gap_spread"))?;
+        positive("gap_spread", gap.motor_rad(transmission))?;
+    }
+    not_negative("wandering_share", wandering)
 }
 
 impl Filter {

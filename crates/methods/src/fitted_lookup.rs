@@ -16,9 +16,72 @@
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings, told};
 use lostmotion_drive::twin::LoadModel;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+use serde::{Deserialize, Serialize};
+use lostmotion_drive::config::check::{AxisConfigError, between, finite, not_negative, positive};
+use lostmotion_drive::config::{Gap, Transmission};
+
+/// A load as a fit of the motor's signals found it, at the motor's shaft.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ToldLoad {
+    /// Inertia, kg m2.
+    pub inertia_kgm2: f64,
+    /// Viscous friction, N m s/rad.
+    pub viscous_nm_s_per_rad: f64,
+    /// Coulomb friction, N m.
+    pub coulomb_nm: f64,
+    /// Constant torque against the positive direction, N m.
+    pub constant_nm: f64,
+}
+
+impl ToldLoad {
+    fn check(&self) -> Result<(), AxisConfigError> {
+        positive("inertia_kgm2", self.inertia_kgm2)?;
+        not_negative("viscous_nm_s_per_rad", self.viscous_nm_s_per_rad)?;
+        not_negative("coulomb_nm", self.coulomb_nm)?;
+        finite("constant_nm", self.constant_nm)
+    }
+}
+
+/// Settings of `fitted-lookup`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FittedLookupSettings {
+    /// Total gap that a fit found; without one the axis is left as it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap: Option<Gap>,
+    /// Inertia and friction that it found; those of the description if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load: Option<ToldLoad>,
+    /// Part of the drive's largest torque that a traverse of the gap may take, 0 to 1.
+    pub torque_share: f64,
+}
+
+impl Default for FittedLookupSettings {
+    fn default() -> FittedLookupSettings {
+        FittedLookupSettings {
+            gap: None,
+            load: None,
+            torque_share: 0.5,
+        }
+    }
+}
+
+impl Settings for FittedLookupSettings {
+    fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        told("gap", self.gap, transmission)?;
+        self.load
+            .map_or(Ok(()), |load| load.check().map_err(|e| e.within("load")))?;
+        between("torque_share", self.torque_share, 0.01, 1.0)
+    }
+
+    fn tell_gap(&mut self, gap: Gap) {
+        self.gap = Some(gap);
+    }
+}
 
 /// The method `fitted-lookup`.
 #[derive(Clone, Debug)]
@@ -29,7 +92,7 @@ pub struct FittedLookup {
 }
 
 /// Its twin and where its traverse is.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct FittedLookupState(CrossingState);
 
@@ -44,6 +107,8 @@ impl Registered for FittedLookup {
         },
         source: "flank by torque sign after Gan, Wang, Huang, Machines 2023, 11(2), 193; gap by convex fit",
     };
+
+    const NEEDS_FIT: bool = true;
 
     fn from_axis(config: &AxisConfig) -> FittedLookup {
         let settings = &config.compensation.fitted_lookup;

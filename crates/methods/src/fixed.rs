@@ -16,10 +16,43 @@
 
 use crate::AxisConfig;
 use crate::ramp::{Ramp, RampTime, direction};
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings, told, told_or_true_gap};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Gap, Transmission};
+
+/// Settings of `fixed`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FixedSettings {
+    /// Total gap that the control was told; the machine's true gap if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap: Option<Gap>,
+    /// Time over which the correction goes from one side to the other, ms.
+    pub ramp_ms: f64,
+}
+
+impl Default for FixedSettings {
+    fn default() -> FixedSettings {
+        FixedSettings {
+            gap: None,
+            ramp_ms: 15.0,
+        }
+    }
+}
+
+impl Settings for FixedSettings {
+    fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        told("gap", self.gap, transmission)?;
+        between("ramp_ms", self.ramp_ms, 0.0, 10_000.0)
+    }
+
+    fn tell_gap(&mut self, gap: Gap) {
+        self.gap = Some(gap);
+    }
+}
 
 /// The method `fixed`.
 #[derive(Clone, Copy, Debug)]
@@ -50,11 +83,7 @@ impl Registered for Fixed {
 
     fn from_axis(config: &AxisConfig) -> Fixed {
         let settings = &config.compensation.fixed;
-        let gap = settings
-            .gap
-            .map_or(config.reflected_load().gap_rad, |told| {
-                told.motor_rad(&config.transmission)
-            });
+        let gap = told_or_true_gap(settings.gap, config);
         let period_s = config.servo_period_s();
         Fixed {
             half_gap: 0.5 * gap,

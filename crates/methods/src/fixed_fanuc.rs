@@ -21,10 +21,52 @@
 
 use crate::AxisConfig;
 use crate::ramp::{Ramp, RampTime, STANDING_RAD_S, direction};
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings, told, told_or_true_gap};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
+use lostmotion_drive::config::check::{AxisConfigError, between, positive};
+use lostmotion_drive::config::{Gap, Transmission};
+
+/// Settings of `fixed-fanuc`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FixedFanucSettings {
+    /// Total gap for cutting (parameter 1851); the machine's true gap if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cutting: Option<Gap>,
+    /// Total gap for rapid traverse (parameter 1852); that for cutting if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rapid: Option<Gap>,
+    /// Speed of the axis from which on a motion counts as rapid: mm, deg or rad per s.
+    pub rapid_above_units_s: f64,
+    /// Time over which the correction goes from one amount to another, ms.
+    pub ramp_ms: f64,
+}
+
+impl Default for FixedFanucSettings {
+    fn default() -> FixedFanucSettings {
+        FixedFanucSettings {
+            cutting: None,
+            rapid: None,
+            rapid_above_units_s: 200.0,
+            ramp_ms: 8.0,
+        }
+    }
+}
+
+impl Settings for FixedFanucSettings {
+    fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        told("cutting", self.cutting, transmission)?;
+        told("rapid", self.rapid, transmission)?;
+        positive("rapid_above_units_s", self.rapid_above_units_s)?;
+        between("ramp_ms", self.ramp_ms, 0.0, 10_000.0)
+    }
+
+    fn tell_gap(&mut self, gap: Gap) {
+        self.cutting = Some(gap);
+    }
+}
 
 /// The method `fixed-fanuc`.
 #[derive(Clone, Copy, Debug)]
@@ -58,11 +100,7 @@ impl Registered for FixedFanuc {
 
     fn from_axis(config: &AxisConfig) -> FixedFanuc {
         let settings = &config.compensation.fixed_fanuc;
-        let cutting = settings
-            .cutting
-            .map_or(config.reflected_load().gap_rad, |told| {
-                told.motor_rad(&config.transmission)
-            });
+        let cutting = told_or_true_gap(settings.cutting, config);
         let rapid = settings
             .rapid
             .map_or(cutting, |told| told.motor_rad(&config.transmission));

@@ -21,10 +21,44 @@
 
 use crate::AxisConfig;
 use crate::ramp::direction;
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings, told, told_or_true_gap};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
+use lostmotion_drive::config::check::{AxisConfigError, positive};
+use lostmotion_drive::config::{Gap, Transmission};
+
+/// Settings of `fixed-linuxcnc`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FixedLinuxcncSettings {
+    /// Total gap that the control was told (BACKLASH); the machine's true gap if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap: Option<Gap>,
+    /// The joint's limit of velocity, of which half is used: mm, deg or rad per s. None if left
+    /// out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity_units_s: Option<f64>,
+    /// The joint's limit of acceleration, of which half is used: mm, deg or rad per s2. What the
+    /// rated torque gives the whole axis if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceleration_units_s2: Option<f64>,
+}
+
+impl Settings for FixedLinuxcncSettings {
+    fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        told("gap", self.gap, transmission)?;
+        positive("velocity_units_s", self.velocity_units_s.unwrap_or(1.0))?;
+        positive(
+            "acceleration_units_s2",
+            self.acceleration_units_s2.unwrap_or(1.0),
+        )
+    }
+
+    fn tell_gap(&mut self, gap: Gap) {
+        self.gap = Some(gap);
+    }
+}
 
 /// Part of the joint's limits that the take-up may use.
 const PART_OF_LIMITS: f64 = 0.5;
@@ -62,11 +96,7 @@ impl Registered for FixedLinuxcnc {
 
     fn from_axis(config: &AxisConfig) -> FixedLinuxcnc {
         let settings = &config.compensation.fixed_linuxcnc;
-        let gap = settings
-            .gap
-            .map_or(config.reflected_load().gap_rad, |told| {
-                told.motor_rad(&config.transmission)
-            });
+        let gap = told_or_true_gap(settings.gap, config);
         let per_unit = config.transmission.motor_rad_per_unit();
         let inertia = config.motor_side_inertia_kgm2() + config.reflected_load().inertia_kgm2;
         let rated = config.motor.rated_torque_nm / inertia;

@@ -30,11 +30,47 @@
 
 use crate::AxisConfig;
 use crate::ramp::direction;
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings};
 use crate::strokes::{Beginning, Law, Run, Strokes};
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Transmission};
+
+/// Settings of `iterative-learning`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct IterativeLearningSettings {
+    /// Part of the error that a repetition takes up, 0 to 1.
+    pub rate: f64,
+    /// How far ahead of the error its correction comes, ms.
+    pub lead_ms: f64,
+    /// Half the width of the filter's running mean, whole ms.
+    pub filter_ms: f64,
+    /// Strokes that are remembered, s of motion.
+    pub memory_s: f64,
+}
+
+impl Default for IterativeLearningSettings {
+    fn default() -> IterativeLearningSettings {
+        IterativeLearningSettings {
+            rate: 0.5,
+            lead_ms: 4.0,
+            filter_ms: 2.0,
+            memory_s: 60.0,
+        }
+    }
+}
+
+impl Settings for IterativeLearningSettings {
+    fn check(&self, _transmission: &Transmission) -> Result<(), AxisConfigError> {
+        between("rate", self.rate, 0.0, 1.0)?;
+        between("lead_ms", self.lead_ms, 0.0, 100.0)?;
+        between("filter_ms", self.filter_ms, 0.0, 100.0)?;
+        between("memory_s", self.memory_s, 0.0, 3600.0)
+    }
+}
 
 /// Length of a cell, s.
 const CELL_S: f64 = 1e-3;

@@ -24,12 +24,54 @@
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
-use crate::filter::{Belief, Filter, HALF_GAP, Noises};
-use crate::registry::Registered;
+use crate::filter::{check_noises, Belief, Filter, HALF_GAP, Noises};
+use crate::registry::{Registered, Settings};
 use crate::trust::Trust;
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Gap, Transmission};
+
+/// Settings of `kalman`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct KalmanSettings {
+    /// Standard deviation of the torques that the model does not explain, as part of the rated
+    /// torque.
+    pub torque_noise_share: f64,
+    /// Standard deviation of the unknown gap at the start, as a total gap; a two-hundredth of a
+    /// turn of the motor if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_spread: Option<Gap>,
+    /// How far the half gap may wander, as a part of its spread at the start per square root of s.
+    pub wandering_share: f64,
+    /// Part of the drive's largest torque that a traverse of the gap may take, 0 to 1.
+    pub torque_share: f64,
+}
+
+impl Default for KalmanSettings {
+    fn default() -> KalmanSettings {
+        KalmanSettings {
+            torque_noise_share: 2e-3,
+            gap_spread: None,
+            wandering_share: 1e-3,
+            torque_share: 0.5,
+        }
+    }
+}
+
+impl Settings for KalmanSettings {
+    fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        check_noises(
+            self.torque_noise_share,
+            self.gap_spread,
+            self.wandering_share,
+            transmission,
+        )?;
+        between("torque_share", self.torque_share, 0.01, 1.0)
+    }
+}
 
 /// The method `kalman`.
 #[derive(Clone, Debug)]

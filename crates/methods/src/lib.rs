@@ -1,11 +1,14 @@
 //! Backlash compensators: one file each, one line in the registry.
 //!
-//! What a compensator is stands in [`lostmotion_drive::compensator`].
+//! What a compensator is stands in [`lostmotion_drive::compensator`]; [`MethodId`] names a
+//! registered one, [`build_runner`] makes an axis with it, [`run_with`] one with a compensator of
+//! your own.
 //!
 //! ```
-//! use lostmotion_methods::{AxisConfig, AxisOutput, Setpoint, build_runner};
+//! use lostmotion_methods::{AxisConfig, AxisOutput, MethodId, Setpoint, build_runner};
 //!
-//! let mut axis = build_runner(&AxisConfig::paper(), "published", 0.0)?;
+//! let method: MethodId = "published".parse()?;
+//! let mut axis = build_runner(&AxisConfig::paper(), method, 0.0)?;
 //! let mut out = AxisOutput::new(false);
 //! let slow = |n: u32| Setpoint::moving(1e-3 * f64::from(n), 1.0, 0.0);
 //! for n in 0..100 {
@@ -13,38 +16,141 @@
 //!     axis.push(&[slow(n)], &mut out)?;
 //!     assert_eq!(out.load.len(), 4);
 //! }
-//! # Ok::<(), lostmotion_drive::AxisError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # Adding a compensator
+#![doc = include_str!("../docs/adding.md")]
 
-pub mod adaptive;
-pub mod adaptive_inverse;
 mod crossing;
-pub mod disturbance_observer;
 mod filter;
-pub mod fitted_lookup;
-pub mod fixed;
-pub mod fixed_fanuc;
-pub mod fixed_linuxcnc;
-pub mod iterative_learning;
-pub mod kalman;
 mod linear;
-pub mod load_feedback;
-pub mod lookup;
-pub mod multiple_models;
-pub mod none;
 pub mod observed;
 mod passage;
-pub mod published;
 mod ramp;
 mod readings;
 pub mod registry;
-pub mod reversal_pulse;
 pub mod shaft;
 mod strokes;
 mod traverse;
 mod trust;
 
-pub use lostmotion_drive::{AxisConfig, AxisOutput, Setpoint};
+pub use lostmotion_drive::{AxisOutput, Setpoint};
 pub use observed::Observed;
-pub use registry::{METHODS, Method, build_runner, find_method};
+pub use registry::{Method, MethodId, Registered, Settings, UnknownMethod, build_runner, run_with};
 pub use shaft::{ShaftEstimate, ShaftEstimator, ShaftState};
+
+use lostmotion_drive::config::check::AxisConfigError;
+use lostmotion_drive::config::{CompensatorSettings, Gap, Transmission};
+use serde::{Deserialize, Serialize};
+
+/// The description of an axis, with the settings of every registered method.
+pub type AxisConfig = lostmotion_drive::AxisConfig<CompensationConfig>;
+
+/// Makes, from one line a file, the module, the rows of [`METHODS`] and the table of settings:
+/// `file(its settings): its compensators;`.
+macro_rules! methods {
+    ($($file:ident $(($settings:ident))?: $($compensator:ident),+;)*) => {
+        $(pub mod $file;)*
+
+        /// Every registered method.
+        pub static METHODS: &[Method] = &[
+            $($(Method::of::<$file::$compensator>(stringify!($file)),)+)*
+        ];
+
+        /// The names of [`METHODS`].
+        static NAMES: &[&str] = &[
+            $($(<$file::$compensator as Registered>::INFO.name,)+)*
+        ];
+
+        /// The keys of the tables of settings.
+        static SETTINGS: &[&str] = &[
+            $($({ let _: Option<$file::$settings> = None; stringify!($file) },)?)*
+        ];
+
+        /// The compensator of an axis: which method it uses by itself, and the settings of each
+        /// method.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct CompensationConfig {
+            /// The method that the axis uses unless a run names another for all axes.
+            pub method: MethodId,
+            /// Whether the drive estimates stiffness and damping of its shaft while it runs,
+            /// whatever the method; it changes nothing but traces.
+            #[serde(skip_serializing_if = "is_default")]
+            pub estimate_shaft: bool,
+            $($(
+                #[doc = concat!("Settings of the methods of `", stringify!($file), "`.")]
+                #[serde(skip_serializing_if = "is_default")]
+                pub $file: $file::$settings,
+            )?)*
+        }
+
+        impl CompensationConfig {
+            /// Tells a total gap (a fit's result) to every method that may know it: `fixed`,
+            /// `fixed-linuxcnc`, `fixed-fanuc` for cutting, `lookup`, `fitted-lookup`.
+            pub fn tell_gap(&mut self, gap: Gap) {
+                $($(<$file::$settings as Settings>::tell_gap(&mut self.$file, gap);)?)*
+            }
+        }
+
+        impl CompensatorSettings for CompensationConfig {
+            /// Checks the settings of every method, whichever is used.
+            fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+                $($(<$file::$settings as Settings>::check(&self.$file, transmission)
+                    .map_err(|error| error.within(stringify!($file)))?;)?)*
+                Ok(())
+            }
+        }
+    };
+}
+
+methods! {
+    none: Uncompensated;
+    fixed(FixedSettings): Fixed;
+    published(PublishedSettings): UsualGain, GainAsPrinted;
+    load_feedback: LoadFeedback;
+    reversal_pulse(ReversalPulseSettings): ReversalPulse;
+    lookup(LookupSettings): Lookup;
+    fixed_linuxcnc(FixedLinuxcncSettings): FixedLinuxcnc;
+    fixed_fanuc(FixedFanucSettings): FixedFanuc;
+    adaptive_inverse(AdaptiveInverseSettings): AdaptiveInverse;
+    disturbance_observer(DisturbanceObserverSettings): DisturbanceObserver;
+    kalman(KalmanSettings): Kalman;
+    multiple_models(MultipleModelsSettings): MultipleModels;
+    iterative_learning(IterativeLearningSettings): IterativeLearning;
+    fitted_lookup(FittedLookupSettings): FittedLookup;
+    adaptive(AdaptiveSettings): Adaptive;
+}
+
+impl MethodId {
+    /// No compensation: what the others are compared with.
+    pub const NONE: MethodId = MethodId::at(position("none"));
+
+    /// The method that learns all it needs from the motor alone.
+    pub const ADAPTIVE: MethodId = MethodId::at(position("adaptive"));
+}
+
+/// Row of a name in [`METHODS`], found when this crate is compiled.
+const fn position(name: &str) -> usize {
+    let mut row = 0;
+    while row < NAMES.len() {
+        if same(NAMES[row].as_bytes(), name.as_bytes()) {
+            return row;
+        }
+        row += 1;
+    }
+    row
+}
+
+const fn same(a: &[u8], b: &[u8]) -> bool {
+    let mut at = 0;
+    while at < a.len() && at < b.len() && a[at] == b[at] {
+        at += 1;
+    }
+    at == a.len() && at == b.len()
+}
+
+fn is_default<T: Default + PartialEq>(settings: &T) -> bool {
+    *settings == T::default()
+}

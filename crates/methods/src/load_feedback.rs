@@ -31,6 +31,8 @@ impl Registered for LoadFeedback {
         source: "common practice: linear scale, full closed loop",
     };
 
+    const CLOSES_ON_LOAD: bool = true;
+
     fn from_axis(_config: &AxisConfig) -> LoadFeedback {
         LoadFeedback
     }

@@ -24,9 +24,47 @@
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings, told, told_or_true_gap};
 use lostmotion_drive::twin::{LoadModel, Twinned};
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+use serde::{Deserialize, Serialize};
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Gap, Transmission};
+
+/// Settings of `lookup`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LookupSettings {
+    /// Total gap that the drive was told; the machine's true gap if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap: Option<Gap>,
+    /// Part of the drive's largest torque that a traverse of the gap may take, 0 to 1.
+    pub torque_share: f64,
+    /// Part of the shaft's wind-up that is added to the reference, 0 to 1.
+    pub wind_up: f64,
+}
+
+impl Default for LookupSettings {
+    fn default() -> LookupSettings {
+        LookupSettings {
+            gap: None,
+            torque_share: 0.5,
+            wind_up: 0.0,
+        }
+    }
+}
+
+impl Settings for LookupSettings {
+    fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        told("gap", self.gap, transmission)?;
+        between("torque_share", self.torque_share, 0.01, 1.0)?;
+        between("wind_up", self.wind_up, 0.0, 1.0)
+    }
+
+    fn tell_gap(&mut self, gap: Gap) {
+        self.gap = Some(gap);
+    }
+}
 
 /// The method `lookup`.
 #[derive(Clone, Debug)]
@@ -55,11 +93,7 @@ impl Registered for Lookup {
 
     fn from_axis(config: &AxisConfig) -> Lookup {
         let settings = &config.compensation.lookup;
-        let gap = settings
-            .gap
-            .map_or(config.reflected_load().gap_rad, |told| {
-                told.motor_rad(&config.transmission)
-            });
+        let gap = told_or_true_gap(settings.gap, config);
         Lookup {
             crossing: Crossing::new(config, settings.torque_share, settings.wind_up)
                 .with_weight(config),

@@ -21,13 +21,59 @@
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
-use crate::filter::{Belief, Filter, GAP_ANGLE, HALF_GAP, N, Noises};
-use crate::registry::Registered;
+use crate::filter::{check_noises, Belief, Filter, GAP_ANGLE, HALF_GAP, N, Noises};
+use crate::registry::{Registered, Settings};
 use crate::trust::Trust;
 use lostmotion_base::math;
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Gap, Transmission};
+
+/// Settings of `multiple-models`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MultipleModelsSettings {
+    /// Standard deviation of the torques that the models do not explain, as part of the rated
+    /// torque.
+    pub torque_noise_share: f64,
+    /// Standard deviation of the unknown gap at the start, as a total gap; a two-hundredth of a
+    /// turn of the motor if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_spread: Option<Gap>,
+    /// How far the half gap may wander, as a part of its spread at the start per square root of s.
+    pub wandering_share: f64,
+    /// Part of the drive's largest torque that a traverse of the gap may take, 0 to 1.
+    pub torque_share: f64,
+    /// Probability that contact is made or broken within a tick of 250 us, above 0 to 0.5.
+    pub change_per_tick: f64,
+}
+
+impl Default for MultipleModelsSettings {
+    fn default() -> MultipleModelsSettings {
+        MultipleModelsSettings {
+            torque_noise_share: 0.015,
+            gap_spread: None,
+            wandering_share: 1e-3,
+            torque_share: 0.5,
+            change_per_tick: 3e-4,
+        }
+    }
+}
+
+impl Settings for MultipleModelsSettings {
+    fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        between("change_per_tick", self.change_per_tick, 1e-9, 0.5)?;
+        check_noises(
+            self.torque_noise_share,
+            self.gap_spread,
+            self.wandering_share,
+            transmission,
+        )?;
+        between("torque_share", self.torque_share, 0.01, 1.0)
+    }
+}
 
 /// Models: left flank, gap, right flank.
 const SIDES: [i8; 3] = [-1, 0, 1];

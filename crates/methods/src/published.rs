@@ -43,10 +43,49 @@
 //!   wrong.
 
 use crate::AxisConfig;
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
+use lostmotion_drive::config::check::{AxisConfigError, between, not_negative, positive};
+use lostmotion_drive::config::{Transmission};
+
+/// Settings of `published` and `published-literal`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PublishedSettings {
+    /// Threshold of the inertia: J_min = J_M/(1 - lambda), 0 < lambda < 1. It has to be below 1 -
+    /// J_M/(J_M + J_L). If left out: 0.775 of that bound, which makes 0.60 on the paper's axis; who
+    /// commissions an axis would choose it so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lambda: Option<f64>,
+    /// Initial covariance P0 = p0 I of the recursive least squares (angles in rad, current in A).
+    pub p0: f64,
+    /// A reference acceleration no larger than this counts as zero, rad/s2 at the motor. The paper
+    /// compares with exact zero; a spline of floating-point setpoints leaves rounding where the
+    /// acceleration is meant to be zero.
+    pub acceleration_zero_rad_s2: f64,
+}
+
+impl Default for PublishedSettings {
+    fn default() -> PublishedSettings {
+        PublishedSettings {
+            lambda: None,
+            p0: 300.0,
+            acceleration_zero_rad_s2: 1e-3,
+        }
+    }
+}
+
+impl Settings for PublishedSettings {
+    fn check(&self, _transmission: &Transmission) -> Result<(), AxisConfigError> {
+        if let Some(lambda) = self.lambda {
+            between("lambda", lambda, 1e-6, 1.0 - 1e-6)?;
+        }
+        positive("p0", self.p0)?;
+        not_negative("acceleration_zero_rad_s2", self.acceleration_zero_rad_s2)
+    }
+}
 
 const SOURCE: &str = "Gan, Wang, Huang, Machines 2023, 11(2), 193, equations (4) to (13)";
 
@@ -76,6 +115,11 @@ pub struct PublishedState {
     gap_angle: f64,
     coasting: f64,
 }
+
+/// The method `published`.
+pub type UsualGain = Published<false>;
+/// The method `published-literal`.
+pub type GainAsPrinted = Published<true>;
 
 static USUAL: MethodInfo = MethodInfo {
     name: "published",

@@ -1,33 +1,45 @@
-//! The open set of compensators. Adding one is one file beside this and one line in [`METHODS`].
+//! The open set of compensators: what a registered one declares, and how an axis gets one by name.
 
-use crate::AxisConfig;
-use crate::adaptive::Adaptive;
-use crate::adaptive_inverse::AdaptiveInverse;
-use crate::disturbance_observer::DisturbanceObserver;
-use crate::fitted_lookup::FittedLookup;
-use crate::fixed::Fixed;
-use crate::fixed_fanuc::FixedFanuc;
-use crate::fixed_linuxcnc::FixedLinuxcnc;
-use crate::iterative_learning::IterativeLearning;
-use crate::kalman::Kalman;
-use crate::load_feedback::LoadFeedback;
-use crate::lookup::Lookup;
-use crate::multiple_models::MultipleModels;
-use crate::none::Uncompensated;
 use crate::observed::Observed;
-use crate::published::Published;
-use crate::reversal_pulse::ReversalPulse;
-use lostmotion_base::Clock;
-use lostmotion_drive::AxisSim;
-use lostmotion_drive::config::AxisConfigError;
-use lostmotion_drive::error::AxisError;
-use lostmotion_drive::runner::AxisRunner;
-use lostmotion_drive::{Compensator, MethodInfo};
+use crate::{AxisConfig, METHODS, NAMES};
+use lostmotion_base::names::did_you_mean;
+use lostmotion_drive::config::check::AxisConfigError;
+use lostmotion_drive::config::{Gap, Transmission};
+use lostmotion_drive::{AxisError, AxisRunner, AxisSim, Compensator, MethodInfo};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use std::fmt;
+use std::str::FromStr;
+
+/// Settings of a method: a table `compensation.KEY` of an axis, every field with a default.
+pub trait Settings: Default + PartialEq {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value out of range, with its key.
+    fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError>;
+
+    /// Tells a total gap to a method that may know it (a fit's result); others ignore it.
+    fn tell_gap(&mut self, _gap: Gap) {}
+}
 
 /// A compensator that the registry can build from an axis' description.
 pub trait Registered: Compensator + Sized {
     /// What it says of itself.
     const INFO: &'static MethodInfo;
+
+    /// Whether it has nothing to work with before a fit has told it the gap.
+    const NEEDS_FIT: bool = false;
+
+    /// Whether it closes the position loop over the load's scale instead of the motor's encoder.
+    const CLOSES_ON_LOAD: bool = false;
+
+    /// Whether it works on this axis, whose description has been checked.
+    ///
+    /// # Errors
+    /// What does not fit, with a hint.
+    fn suits(_config: &AxisConfig) -> Result<(), AxisConfigError> {
+        Ok(())
+    }
 
     /// With the settings in the description, which has been checked.
     fn from_axis(config: &AxisConfig) -> Self;
@@ -38,103 +50,274 @@ pub trait Registered: Compensator + Sized {
 pub struct Method {
     /// What it says of itself.
     pub info: &'static MethodInfo,
+    /// Name of its file, and of its table of settings if it has any.
+    key: &'static str,
+    passive: bool,
+    needs_fit: bool,
+    closes_on_load: bool,
+    suits: fn(&AxisConfig) -> Result<(), AxisConfigError>,
     build: fn(&AxisConfig, f64) -> Box<dyn AxisRunner>,
 }
 
 impl Method {
-    const fn of<C: Registered>() -> Method {
+    pub(crate) const fn of<C: Registered>(key: &'static str) -> Method {
         Method {
             info: C::INFO,
-            build: built::<C>,
+            key,
+            passive: C::PASSIVE,
+            needs_fit: C::NEEDS_FIT,
+            closes_on_load: C::CLOSES_ON_LOAD,
+            suits: C::suits,
+            build: |config, start| boxed(config, C::from_axis(config), start),
         }
     }
 }
 
-fn built<C: Registered>(config: &AxisConfig, start: f64) -> Box<dyn AxisRunner> {
-    let compensator = C::from_axis(config);
+/// A registered method: a name that has been parsed. Displayed, parsed, and written to files as the
+/// name.
+///
+/// ```
+/// use lostmotion_methods::MethodId;
+///
+/// let method: MethodId = "load-feedback".parse()?;
+/// assert!(method.needs_load_scale() && !method.needs_fit());
+/// assert_eq!(method.to_string(), "load-feedback");
+/// let error = "fixd".parse::<MethodId>().unwrap_err();
+/// assert_eq!(error.to_string(), "there is no method `fixd`; did you mean `fixed`?");
+/// # Ok::<(), lostmotion_methods::UnknownMethod>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct MethodId(&'static Method);
+
+impl MethodId {
+    /// The method of a row of [`METHODS`].
+    pub(crate) const fn at(index: usize) -> MethodId {
+        MethodId(&METHODS[index])
+    }
+
+    /// Every registered method, in the order of [`METHODS`].
+    pub fn all() -> impl Iterator<Item = MethodId> {
+        METHODS.iter().map(MethodId)
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        self.0.info.name
+    }
+
+    /// What it says of itself.
+    pub fn info(self) -> &'static MethodInfo {
+        self.0.info
+    }
+
+    /// Key of its settings in `[axis.x.compensation]`; `None` if it has none.
+    pub fn settings_key(self) -> Option<&'static str> {
+        crate::SETTINGS.contains(&self.0.key).then_some(self.0.key)
+    }
+
+    /// Whether it never corrects anything: what the others are compared with.
+    pub fn is_baseline(self) -> bool {
+        self.0.passive
+    }
+
+    /// Whether it has nothing to work with before a fit has told it the gap.
+    pub fn needs_fit(self) -> bool {
+        self.0.needs_fit
+    }
+
+    /// Whether it closes the position loop over the load's scale instead of the motor's encoder.
+    pub fn closes_on_load(self) -> bool {
+        self.0.closes_on_load
+    }
+
+    /// Whether it measures the load.
+    pub fn needs_load_scale(self) -> bool {
+        self.0.info.knows.load_scale
+    }
+
+    /// Whether it is told the gap.
+    pub fn told_gap(self) -> bool {
+        self.0.info.knows.gap
+    }
+
+    /// Whether it is told the load's inertia and friction.
+    pub fn told_load(self) -> bool {
+        self.0.info.knows.load
+    }
+
+    /// Whether it works on this axis, whose description has been checked.
+    ///
+    /// # Errors
+    /// What does not fit, with a hint.
+    pub fn suits(self, config: &AxisConfig) -> Result<(), AxisConfigError> {
+        (self.0.suits)(config)
+    }
+}
+
+impl Default for MethodId {
+    fn default() -> MethodId {
+        MethodId::NONE
+    }
+}
+
+impl PartialEq for MethodId {
+    fn eq(&self, other: &MethodId) -> bool {
+        self.name() == other.name()
+    }
+}
+
+impl Eq for MethodId {}
+
+impl std::hash::Hash for MethodId {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        self.name().hash(state);
+    }
+}
+
+impl fmt::Debug for MethodId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl fmt::Display for MethodId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A name that no registered method has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no method `{name}`; {hint}")]
+pub struct UnknownMethod {
+    /// The name asked for.
+    pub name: String,
+    /// The nearest name, or all of them.
+    pub hint: String,
+}
+
+impl FromStr for MethodId {
+    type Err = UnknownMethod;
+
+    fn from_str(name: &str) -> Result<MethodId, UnknownMethod> {
+        METHODS
+            .iter()
+            .find(|method| method.info.name == name)
+            .map(MethodId)
+            .ok_or_else(|| UnknownMethod {
+                name: name.to_owned(),
+                hint: did_you_mean(name, NAMES),
+            })
+    }
+}
+
+impl Serialize for MethodId {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for MethodId {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<MethodId, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        name.parse()
+            .map_err(|_| de::Error::unknown_variant(&name, NAMES))
+    }
+}
+
+/// An axis with a registered method, standing still with its motor at `start_position` (mm, deg or
+/// rad: the axis' unit).
+///
+/// # Errors
+/// A description that makes no sense or that the method does not suit, a start position that is not
+/// a finite number.
+pub fn build_runner(
+    config: &AxisConfig,
+    method: MethodId,
+    start_position: f64,
+) -> Result<Box<dyn AxisRunner>, AxisError> {
+    config.check()?;
+    method.suits(config)?;
+    finite(start_position)?;
+    Ok((method.0.build)(config, start_position))
+}
+
+/// An axis with a compensator of the caller's own: the counterpart of [`build_runner`] for types
+/// that are not registered.
+///
+/// ```
+/// use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
+/// use lostmotion_methods::{AxisConfig, AxisOutput, Setpoint, run_with};
+///
+/// /// Adds a constant to the position reference.
+/// struct Offset(f64);
+///
+/// static INFO: MethodInfo = MethodInfo {
+///     name: "offset",
+///     summary: "a constant",
+///     knows: Knowledge { load_scale: false, gap: false, load: false },
+///     source: "an example",
+/// };
+///
+/// impl Compensator for Offset {
+///     type State = ();
+///     fn info(&self) -> &'static MethodInfo { &INFO }
+///     fn initial(&self, _motor_position: f64) {}
+///     fn step(&self, _state: &mut (), _signals: &Signals) -> Correction {
+///         Correction { position: self.0, ..Correction::NONE }
+///     }
+/// }
+///
+/// let mut axis = run_with(&AxisConfig::paper().without_gap(), Offset(0.5), 0.0)?;
+/// let mut out = AxisOutput::new(false);
+/// axis.push(&[Setpoint::moving(0.0, 0.0, 0.0); 1000], &mut out)?;
+/// assert!((out.load[3999] - 0.5).abs() < 1e-6);
+/// # Ok::<(), lostmotion_drive::AxisError>(())
+/// ```
+///
+/// # Errors
+/// A description that makes no sense, a start position that is not a finite number.
+pub fn run_with<C: Compensator>(
+    config: &AxisConfig,
+    compensator: C,
+    start_position: f64,
+) -> Result<Box<dyn AxisRunner>, AxisError> {
+    config.check()?;
+    finite(start_position)?;
+    Ok(boxed(config, compensator, start_position))
+}
+
+fn finite(start_position: f64) -> Result<(), AxisError> {
+    if start_position.is_finite() {
+        return Ok(());
+    }
+    Err(AxisError::StartPosition {
+        value: start_position,
+    })
+}
+
+fn boxed<C: Compensator>(config: &AxisConfig, compensator: C, start: f64) -> Box<dyn AxisRunner> {
     if config.compensation.estimate_shaft {
-        return Box::new(AxisSim::new(
-            config,
-            Observed::new(compensator, config),
-            start,
-        ));
+        let observed = Observed::new(compensator, config);
+        return Box::new(AxisSim::new(config, observed, start));
     }
     Box::new(AxisSim::new(config, compensator, start))
 }
 
-/// Every method there is.
-pub static METHODS: &[Method] = &[
-    Method::of::<Uncompensated>(),
-    Method::of::<Fixed>(),
-    Method::of::<Published<false>>(),
-    Method::of::<Published<true>>(),
-    Method::of::<LoadFeedback>(),
-    Method::of::<ReversalPulse>(),
-    Method::of::<Lookup>(),
-    Method::of::<FixedLinuxcnc>(),
-    Method::of::<FixedFanuc>(),
-    Method::of::<AdaptiveInverse>(),
-    Method::of::<DisturbanceObserver>(),
-    Method::of::<Kalman>(),
-    Method::of::<MultipleModels>(),
-    Method::of::<IterativeLearning>(),
-    Method::of::<FittedLookup>(),
-    Method::of::<Adaptive>(),
-];
-
-/// The method of a name.
-///
-/// # Errors
-/// [`AxisError::UnknownMethod`] with the names there are.
-pub fn find_method(name: &str) -> Result<&'static Method, AxisError> {
-    METHODS
-        .iter()
-        .find(|method| method.info.name == name)
-        .ok_or_else(|| AxisError::UnknownMethod {
-            name: name.to_owned(),
-            known: METHODS
-                .iter()
-                .map(|method| method.info.name)
-                .collect::<Vec<_>>()
-                .join(", "),
-        })
+/// Checks a gap that a method was told.
+pub(crate) fn told(
+    key: &str,
+    gap: Option<Gap>,
+    transmission: &Transmission,
+) -> Result<(), AxisConfigError> {
+    gap.map_or(Ok(()), |gap| {
+        gap.check(transmission).map_err(|e| e.within(key))
+    })
 }
 
-/// An axis with a compensator, standing still with its motor at `start_position` (mm, deg or rad:
-/// the axis' unit).
-///
-/// # Errors
-/// A description that makes no sense, an unknown method, a start position that is not a finite
-/// number.
-pub fn build_runner(
-    config: &AxisConfig,
-    method: &str,
-    start_position: f64,
-) -> Result<Box<dyn AxisRunner>, AxisError> {
-    let method = find_method(method)?;
-    config.check()?;
-    if method.info.name == Adaptive::INFO.name {
-        usual_servo(config)?;
-    }
-    if !start_position.is_finite() {
-        return Err(AxisError::StartPosition {
-            value: start_position,
-        });
-    }
-    Ok((method.build)(config, start_position))
-}
-
-/// The windows and filters of `adaptive` count in servo ticks of 250 us.
-fn usual_servo(config: &AxisConfig) -> Result<(), AxisConfigError> {
-    if config.cycles.servo() == Clock::SERVO {
-        return Ok(());
-    }
-    Err(AxisConfigError::Mismatch {
-        key: "cycles.servo_us".to_owned(),
-        reason: format!(
-            "it is {}, and `adaptive` works at 250 only",
-            config.cycles.servo_us
-        ),
-        hint: "leave servo_us out, or take another method".to_owned(),
+/// The total gap that a method was told, or the machine's true one; rad at the motor.
+pub(crate) fn told_or_true_gap(gap: Option<Gap>, config: &AxisConfig) -> f64 {
+    gap.map_or(config.reflected_load().gap_rad, |gap| {
+        gap.motor_rad(&config.transmission)
     })
 }

@@ -20,9 +20,48 @@
 
 use crate::AxisConfig;
 use crate::ramp::direction;
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings};
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
+use lostmotion_drive::config::check::{AxisConfigError, between, not_negative};
+use lostmotion_drive::config::{Transmission};
+
+/// Settings of `reversal-pulse`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReversalPulseSettings {
+    /// Speed at the start of the pulse, rad/s at the motor; if left out, so much that the pulse's
+    /// area is the machine's true gap, or none where the pulse is one of torque.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_rad_s: Option<f64>,
+    /// Torque at the start of the pulse, N m; none if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torque_nm: Option<f64>,
+    /// Time in which it falls to zero, ms.
+    pub time_ms: f64,
+    /// From the reversal of the reference to the pulse, ms.
+    pub delay_ms: f64,
+}
+
+impl Default for ReversalPulseSettings {
+    fn default() -> ReversalPulseSettings {
+        ReversalPulseSettings {
+            speed_rad_s: None,
+            torque_nm: None,
+            time_ms: 20.0,
+            delay_ms: 0.0,
+        }
+    }
+}
+
+impl Settings for ReversalPulseSettings {
+    fn check(&self, _transmission: &Transmission) -> Result<(), AxisConfigError> {
+        not_negative("speed_rad_s", self.speed_rad_s.unwrap_or(0.0))?;
+        not_negative("torque_nm", self.torque_nm.unwrap_or(0.0))?;
+        between("time_ms", self.time_ms, 0.25, 1000.0)?;
+        between("delay_ms", self.delay_ms, 0.0, 1000.0)
+    }
+}
 
 /// The method `reversal-pulse`.
 #[derive(Clone, Copy, Debug)]

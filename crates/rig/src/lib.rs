@@ -7,7 +7,7 @@
 )]
 
 use lostmotion_base::math;
-use lostmotion_drive::{AxisOutput, Setpoint};
+use lostmotion_drive::{AxisOutput, AxisRunner, Setpoint};
 use lostmotion_methods::{AxisConfig, build_runner};
 
 /// Position, velocity, acceleration at a time in s.
@@ -153,9 +153,15 @@ pub fn setpoints(motion: Motion, seconds: f64) -> Vec<Setpoint> {
         .collect()
 }
 
+/// An axis with the method of a name, standing still.
+pub fn runner(config: &AxisConfig, method: &str, start: f64) -> Box<dyn AxisRunner> {
+    let method = method.parse().expect("a method");
+    build_runner(config, method, start).expect("a good axis")
+}
+
 /// Runs an axis from rest at the motion's start, with a trace.
 pub fn run(config: &AxisConfig, method: &str, motion: Motion, seconds: f64) -> AxisOutput {
-    let mut runner = build_runner(config, method, motion(0.0).0).expect("a good axis");
+    let mut runner = runner(config, method, motion(0.0).0);
     let mut out = AxisOutput::new(true);
     runner
         .push(&setpoints(motion, seconds), &mut out)

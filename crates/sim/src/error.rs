@@ -6,6 +6,7 @@ use lostmotion_contour::ContourError;
 use lostmotion_drive::AxisError;
 use lostmotion_gcode::{Diagnostics, Provenance};
 use lostmotion_kinematics::KinematicsError;
+use lostmotion_methods::UnknownMethod;
 use lostmotion_path::PathError;
 use lostmotion_plan::{PlanError, TravelViolation};
 
@@ -81,13 +82,8 @@ pub enum SimError {
         limit_s: f64,
     },
     /// No such method.
-    #[error("there is no method `{name}`; known are {known}")]
-    Method {
-        /// What was asked for.
-        name: String,
-        /// All registered names, comma separated.
-        known: String,
-    },
+    #[error(transparent)]
+    Method(#[from] UnknownMethod),
     /// A method needs what the machine does not have.
     #[error("axis {axis}: {source}")]
     Axis {

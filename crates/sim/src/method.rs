@@ -2,8 +2,8 @@
 //! machine file names, or one of the caller's own.
 
 use crate::error::SimError;
-use lostmotion_drive::{AxisConfig, AxisError, AxisRunner, AxisSim, Compensator};
-use lostmotion_methods::{METHODS, Method, build_runner, find_method};
+use lostmotion_drive::{AxisError, AxisRunner, Compensator};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner, run_with};
 use std::fmt;
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ pub(crate) enum Choice {
     /// That which each axis' description names (`compensation.method`).
     OfAxes,
     /// A registered one.
-    Registered(&'static Method),
+    Registered(MethodId),
     /// A caller's own.
     Own {
         name: String,
@@ -29,7 +29,7 @@ impl fmt::Debug for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Choice::OfAxes => "of the axes",
-            Choice::Registered(method) => method.info.name,
+            Choice::Registered(method) => method.name(),
             Choice::Own { name, .. } => name,
         })
     }
@@ -38,16 +38,7 @@ impl fmt::Debug for Choice {
 impl Choice {
     /// The registered method of a name.
     pub(crate) fn registered(name: &str) -> Result<Choice, SimError> {
-        find_method(name)
-            .map(Choice::Registered)
-            .map_err(|_| SimError::Method {
-                name: name.to_owned(),
-                known: METHODS
-                    .iter()
-                    .map(|method| method.info.name)
-                    .collect::<Vec<_>>()
-                    .join(", "),
-            })
+        Ok(Choice::Registered(name.parse()?))
     }
 
     /// A caller's own compensator, made for each axis from its description.
@@ -59,13 +50,7 @@ impl Choice {
         Choice::Own {
             name,
             needs_load_scale: make(example).info().knows.load_scale,
-            build: Arc::new(move |config, start| {
-                config.check()?;
-                if !start.is_finite() {
-                    return Err(AxisError::StartPosition { value: start });
-                }
-                Ok(Box::new(AxisSim::new(config, make(config), start)))
-            }),
+            build: Arc::new(move |config, start| run_with(config, make(config), start)),
         }
     }
 
@@ -76,8 +61,8 @@ impl Choice {
         start: f64,
     ) -> Result<Box<dyn AxisRunner>, AxisError> {
         match self {
-            Choice::OfAxes => build_runner(config, &config.compensation.method, start),
-            Choice::Registered(method) => build_runner(config, method.info.name, start),
+            Choice::OfAxes => build_runner(config, config.compensation.method, start),
+            Choice::Registered(method) => build_runner(config, *method, start),
             Choice::Own { build, .. } => build(config, start),
         }
     }
@@ -86,11 +71,11 @@ impl Choice {
     /// none`.
     pub(crate) fn name<'a>(&self, axes: impl Iterator<Item = (char, &'a AxisConfig)>) -> String {
         match self {
-            Choice::Registered(method) => method.info.name.to_owned(),
+            Choice::Registered(method) => method.name().to_owned(),
             Choice::Own { name, .. } => name.clone(),
             Choice::OfAxes => {
                 let named: Vec<(char, &str)> = axes
-                    .map(|(letter, config)| (letter, config.compensation.method.as_str()))
+                    .map(|(letter, config)| (letter, config.compensation.method.name()))
                     .collect();
                 match named.first() {
                     Some((_, first)) if named.iter().all(|(_, name)| name == first) => {
@@ -112,14 +97,11 @@ impl Choice {
         mut axes: impl Iterator<Item = (char, &'a AxisConfig)>,
     ) -> bool {
         match self {
-            Choice::Registered(method) => method.info.knows.load_scale,
+            Choice::Registered(method) => method.needs_load_scale(),
             Choice::Own {
                 needs_load_scale, ..
             } => *needs_load_scale,
-            Choice::OfAxes => axes.any(|(_, config)| {
-                find_method(&config.compensation.method)
-                    .is_ok_and(|method| method.info.knows.load_scale)
-            }),
+            Choice::OfAxes => axes.any(|(_, config)| config.compensation.method.needs_load_scale()),
         }
     }
 }

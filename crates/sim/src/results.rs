@@ -7,6 +7,7 @@
 
 use lostmotion_base::{AxisId, BlockRef};
 pub use lostmotion_contour::Cause;
+use lostmotion_methods::MethodId;
 use serde::{Deserialize, Serialize};
 
 /// Version of the JSON form of [`Run`] and [`SingleRun`].
@@ -340,7 +341,7 @@ impl MethodResult {
 
     /// Whether it is the method that does nothing, which others are held against.
     pub fn is_baseline(&self) -> bool {
-        self.method == "none"
+        self.method == MethodId::NONE.name()
     }
 
     /// In what it is worse than doing nothing on the same plan, if it is.

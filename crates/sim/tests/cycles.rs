@@ -5,7 +5,7 @@
 use lostmotion_base::AxisId;
 use lostmotion_contour::ProgrammedSegment;
 use lostmotion_drive::config::{Cycles, Interpolator};
-use lostmotion_methods::AxisConfig;
+use lostmotion_methods::{AxisConfig, MethodId};
 use lostmotion_plan::Sample;
 use lostmotion_sim::machine::Machine;
 use lostmotion_sim::{Program, Simulation, results::SingleRun};
@@ -103,10 +103,9 @@ fn every_method_runs_in_other_cycles() {
     let short = "G21 G90 G17 G64 P0.001\nG1 X2 Y1 F3000\nG1 X0 Y0\nG1 X2 Y1\nG1 X0 Y0\nM2\n";
     for (command_ms, servo_us) in [(0.25, 31.25), (2.0, 125.0), (8.0, 500.0)] {
         let machine = machine(command_ms, servo_us);
-        for method in lostmotion_methods::METHODS
-            .iter()
-            .map(|method| method.info.name)
-            .filter(|name| !["fitted-lookup", "adaptive"].contains(name))
+        for method in MethodId::all()
+            .filter(|method| !method.needs_fit() && *method != MethodId::ADAPTIVE)
+            .map(MethodId::name)
         {
             let result = run(&machine, short, method);
             let [max, none] = [result.result.cutting.max, result.without_gap.max];

@@ -4,7 +4,7 @@
 
 use lostmotion_base::math::sin_cos;
 use lostmotion_drive::{AxisOutput, Setpoint};
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use lostmotion_sim::machine::{Machine, MachineAxis, presets};
 
 fn all_axes() -> Vec<(String, MachineAxis)> {
@@ -30,8 +30,8 @@ fn run(config: &AxisConfig, seconds: f64, motion: &dyn Fn(f64) -> [f64; 3]) -> A
         .map(|[position, v, a]| Setpoint::moving(position, v, a))
         .collect();
     let mut out = AxisOutput::default();
-    let mut runner =
-        build_runner(config, "none", motion(0.0)[0]).unwrap_or_else(|error| panic!("{error}"));
+    let mut runner = build_runner(config, MethodId::NONE, motion(0.0)[0])
+        .unwrap_or_else(|error| panic!("{error}"));
     runner
         .push(&points, &mut out)
         .unwrap_or_else(|error| panic!("{error}"));

@@ -6,7 +6,7 @@ use lostmotion_analysis::analyse;
 use lostmotion_drive::config::Load;
 use lostmotion_drive::{AxisOutput, AxisSample, Engagement, Setpoint};
 use lostmotion_methods::AxisConfig;
-use lostmotion_methods::build_runner;
+use lostmotion_methods::{MethodId, build_runner};
 use lostmotion_sim::machine::axis_preset;
 
 /// Ends of the sweep, deg, and its speed, deg/s.
@@ -43,7 +43,7 @@ fn sweep(direction: f64) -> Vec<AxisSample> {
             }
         }
     };
-    let mut runner = build_runner(&joint(), "none", -direction * END).unwrap();
+    let mut runner = build_runner(&joint(), MethodId::NONE, -direction * END).unwrap();
     let mut out = AxisOutput::new(true);
     let points: Vec<Setpoint> = (0..((cruise + 2.0 * RISE) * 1e3) as u32)
         .map(|n| at(f64::from(n) * 1e-3))
@@ -133,7 +133,7 @@ fn added(method: &str, rate: f64) -> [f64; 2] {
     let [with, without] =
         [(joint(), method), (joint().without_gap(), "none")].map(|(config, method)| {
             let mut out = AxisOutput::new(false);
-            build_runner(&config, method, -END)
+            build_runner(&config, method.parse().unwrap(), -END)
                 .unwrap()
                 .push(&points, &mut out)
                 .unwrap();

@@ -141,7 +141,7 @@ fn record(axis: &AxisConfig, method: &str, torque_nm: f64) -> Result<Vec<AxisSam
     let points: Vec<Setpoint> = (0..1000 * SECONDS)
         .map(|n| setpoint(1e-3 * f64::from(n), torque_nm))
         .collect();
-    build_runner(axis, method, 0.0)?.push(&points, &mut out)?;
+    build_runner(axis, method.parse()?, 0.0)?.push(&points, &mut out)?;
     Ok(out.trace.unwrap_or_default())
 }
 

@@ -81,7 +81,10 @@ pub fn run(cell: &Cell, method: &str, seconds: f64) -> Result<Vec<Stretch>, Stud
     ];
     let mut axes = Vec::with_capacity(runners.len());
     for (config, method) in &runners {
-        axes.push((build_runner(config, method, 0.0)?, AxisOutput::new(true)));
+        axes.push((
+            build_runner(config, method.parse()?, 0.0)?,
+            AxisOutput::new(true),
+        ));
     }
     let ticks = (seconds / Clock::CNC.period_s()).ceil() as u64;
     let motion = Motion::of(cell);

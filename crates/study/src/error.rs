@@ -2,6 +2,7 @@
 
 use lostmotion_contour::ContourError;
 use lostmotion_drive::AxisError;
+use lostmotion_methods::UnknownMethod;
 use lostmotion_sim::SimError;
 use lostmotion_sim::machine::MachineError;
 
@@ -51,6 +52,9 @@ pub enum StudyError {
     /// The chain stopped.
     #[error(transparent)]
     Sim(#[from] SimError),
+    /// No such method.
+    #[error(transparent)]
+    Unknown(#[from] UnknownMethod),
     /// An axis stopped.
     #[error(transparent)]
     Axis(#[from] AxisError),

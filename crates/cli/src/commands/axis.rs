@@ -7,7 +7,7 @@ use crate::{drives, input, machines, output};
 use lostmotion::analysis::CycleDetector;
 use lostmotion::drive::config::Interpolator;
 use lostmotion::drive::{AxisOutput, AxisRunner, Setpoint};
-use lostmotion::methods::{AxisConfig, build_runner};
+use lostmotion::methods::{AxisConfig, MethodId, UnknownMethod, build_runner};
 use lostmotion::report::WriteError;
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::{AxisTraceWriter, SetpointReader, SetpointSource};
@@ -40,11 +40,15 @@ pub(crate) fn run(args: &Axis) -> Result<u8, Failure> {
         interpolator: interpolator(args, &axis, &setpoints)?,
         ..axis
     };
+    let method: MethodId = args
+        .method
+        .parse()
+        .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
     // a trace shows all that is estimated
     config.compensation.estimate_shaft = true;
     check_unit(args, &config, &setpoints)?;
     let first = setpoints.next().transpose()?.unwrap_or_default();
-    let mut runner = build_runner(&config, &args.method, first.position)
+    let mut runner = build_runner(&config, method, first.position)
         .map_err(|error| Failure::message(error.to_string()))?;
     let units_per_rad = 1.0 / config.transmission.motor_rad_per_unit();
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));

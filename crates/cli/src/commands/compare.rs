@@ -1,15 +1,13 @@
 //! `lostmotion compare`.
 
-use super::{
-    DONE, FITTED, accepted, check_fit, failure, has_fit, prepare, show, text_options, to_json,
-};
+use super::{DONE, accepted, check_fit, failure, has_fit, prepare, show, text_options, to_json};
 use crate::args::Form;
 use crate::args::run::Compare;
 use crate::failure::Failure;
 use crate::output::{remark, stdout_has_color};
 use crate::record::{Answer, Record};
 use crate::voice::Voice;
-use lostmotion::methods::METHODS;
+use lostmotion::methods::MethodId;
 use lostmotion::report::text;
 use lostmotion::sim::{Machine, Simulation};
 
@@ -68,15 +66,18 @@ fn methods(asked: &[String], machine: &Machine, quiet: bool) -> Result<Vec<Strin
     }
     if methods.is_empty() {
         let fitted = has_fit(machine);
-        methods = METHODS
-            .iter()
-            .map(|method| method.info.name)
-            .filter(|name| fitted || *name != FITTED)
-            .map(str::to_owned)
+        methods = MethodId::all()
+            .filter(|method| fitted || !method.needs_fit())
+            .map(|method| method.to_string())
             .collect();
         if !fitted && !quiet {
+            let named: Vec<&str> = MethodId::all()
+                .filter(|method| method.needs_fit())
+                .map(MethodId::name)
+                .collect();
             remark(&format!(
-                "note: {FITTED} is left out: no axis was told a fitted gap (--fitted AXIS=FILE.json)"
+                "note: {} is left out: no axis was told a fitted gap (--fitted AXIS=FILE.json)",
+                named.join(", ")
             ));
         }
     }

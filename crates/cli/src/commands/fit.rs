@@ -5,11 +5,12 @@ use crate::args::machine::Fit;
 use crate::failure::Failure;
 use crate::voice::Voice;
 use crate::{input, machines, output};
-use lostmotion::drive::config::{AxisUnit, Gap, ToldLoad};
+use lostmotion::drive::config::{AxisUnit, Gap};
 use lostmotion::identify::{
     BacklashFit, BacklashLog, FitSettings, MotorLog, fit_backlash, fit_motor_only,
 };
 use lostmotion::methods::AxisConfig;
+use lostmotion::methods::fitted_lookup::ToldLoad;
 use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::{read_log, read_motor_log};
 use lostmotion::report::{WriteError, json, number};
@@ -199,7 +200,8 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
             result.gap
         )));
     }
-    let mut told = config.with_told_gap(Gap::MotorRad(
+    let mut told = config.clone();
+    told.compensation.tell_gap(Gap::MotorRad(
         result.gap * rad_per_unit(config, unit, &shown)?,
     ));
     told.compensation.fitted_lookup.load = result

@@ -26,6 +26,7 @@ use crate::voice::Voice;
 use crate::{drives, machines};
 use lostmotion::base::units::deg;
 use lostmotion::gcode::Severity;
+use lostmotion::methods::MethodId;
 use lostmotion::plan::TravelViolation;
 use lostmotion::report::{json, number, text::TextOptions};
 use lostmotion::sim::{Machine, Program, SimError, SimulateOptions};
@@ -89,9 +90,6 @@ fn prepare(run: &Run) -> Result<(Program, Machine, SimulateOptions), Failure> {
     Ok((program, machine, options))
 }
 
-/// The method that runs on the gap of a fit and on nothing else.
-const FITTED: &str = "fitted-lookup";
-
 /// Whether any axis was told the gap of a fit.
 fn has_fit(machine: &Machine) -> bool {
     machine
@@ -102,12 +100,13 @@ fn has_fit(machine: &Machine) -> bool {
 
 /// Refuses the method for fits where no axis has one: it would leave everything as it is.
 fn check_fit(method: &str, machine: &Machine) -> Result<(), Failure> {
-    if method != FITTED || has_fit(machine) {
+    let needs_fit = method.parse::<MethodId>().is_ok_and(MethodId::needs_fit);
+    if !needs_fit || has_fit(machine) {
         return Ok(());
     }
     let hint = "give a result of `lostmotion fit` as --fitted AXIS=FILE.json, or set compensation.fitted_lookup.gap in the machine file";
     Err(Failure::with_hint(
-        format!("{FITTED} needs a fitted gap, and no axis was told one"),
+        format!("{method} needs a fitted gap, and no axis was told one"),
         hint,
     ))
 }

@@ -1,6 +1,6 @@
 //! The cycles in which a control commands and a drive controls.
 
-use super::error::{AxisConfigError, between};
+use super::check::{AxisConfigError, between};
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! Parameters that change while the machine runs: wear, warm-up, a changing load.
 
-use super::error::{AxisConfigError, between};
+use super::check::{AxisConfigError, between};
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
 //! The drive: loops, limits, encoder.
 
+use super::check::{AxisConfigError, between, not_negative, positive};
 use super::cycles::{Cycles, is_whole};
-use super::error::{AxisConfigError, between, not_negative, positive};
 use super::filter::TorqueFilters;
 use super::loops::{AntiWindup, FrictionFeedforward, LeastMargins};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! Filters on a drive's torque command.
 
-use super::error::{AxisConfigError, between};
+use super::check::{AxisConfigError, between};
 use serde::{Deserialize, Serialize};
 
 /// Most filters that a drive has in series.

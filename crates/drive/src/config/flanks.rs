@@ -1,6 +1,6 @@
 //! Where the flanks of the gap are.
 
-use super::error::{AxisConfigError, between, finite, positive};
+use super::check::{AxisConfigError, between, finite, positive};
 use serde::{Deserialize, Serialize};
 
 /// A gap that is wider (or narrower) around one place of the travel than elsewhere.

@@ -1,6 +1,6 @@
 //! What Coulomb friction does at low speed.
 
-use super::error::{AxisConfigError, between, positive};
+use super::check::{AxisConfigError, between, positive};
 use super::transmission::Transmission;
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! Gravity on a load that turns: a robot's joint, an unbalanced table.
 
-use super::error::{AxisConfigError, between};
+use super::check::{AxisConfigError, between};
 use super::transmission::Transmission;
 use serde::{Deserialize, Serialize};
 

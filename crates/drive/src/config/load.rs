@@ -1,6 +1,6 @@
 //! What the motor moves, and the shaft with its gap between them.
 
-use super::error::{AxisConfigError, between, finite, not_negative, positive};
+use super::check::{AxisConfigError, between, finite, not_negative, positive};
 use super::table::Table;
 use super::transmission::Transmission;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! What a drive's loops do besides their gains: friction feed-forward, anti-windup, and the margins
 //! asked of them.
 
-use super::error::{AxisConfigError, not_negative, positive};
+use super::check::{AxisConfigError, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
 /// Torque fed forward against friction: `coulomb w/sqrt(w^2 + smoothing^2) + viscous w`, w the

@@ -5,7 +5,7 @@
 //! tables are `[axis.x.friction]` and so on):
 //!
 //! ```
-//! # use lostmotion_drive::AxisConfig;
+//! # use lostmotion_drive::config::{AxisConfig, NoSettings};
 //! # let options = r#"
 //! [friction.load.stribeck]    # or: [friction.load.lugre] static_factor, speed_units_s, presliding_units, damping_s
 //! static_factor = 1.5         # breakaway over Coulomb friction, 1 to 10
@@ -32,23 +32,21 @@
 //! gap = { factor = 1.5, over_s = 60.0 }
 //! load_inertia = { factor = 2.0, over_s = 30.0, shape = "cycle" }
 //! # "#;
-//! # let axis = toml::to_string(&AxisConfig::paper())?;
+//! # let axis = toml::to_string(&AxisConfig::<NoSettings>::paper())?;
 //! # let config: AxisConfig = toml::from_str(&format!("{axis}{options}"))?;
 //! # assert!(config.gravity.is_some() && config.flanks.wear.is_some() && config.drift.load_inertia.is_some());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod classic;
-mod compensation;
+pub mod check;
 mod contact;
 mod cycles;
 mod drift;
 mod drive;
-mod error;
-mod estimators;
 mod filter;
 mod flanks;
 mod friction;
+mod gap;
 mod gravity;
 mod load;
 mod loops;
@@ -62,22 +60,15 @@ mod table;
 mod transmission;
 mod tuning;
 
-pub use classic::{
-    AdaptiveInverseSettings, DisturbanceObserverSettings, FittedLookupSettings, FixedFanucSettings,
-    FixedLinuxcncSettings, IterativeLearningSettings, ReversalPulseSettings, ToldLoad,
-};
-pub use compensation::{
-    AdaptiveSettings, CompensationConfig, FixedSettings, Gap, LookupSettings, PublishedSettings,
-};
+pub use check::AxisConfigError;
 pub use contact::{ContactLaw, StartInGap};
 pub use cycles::Cycles;
 pub use drift::{Change, Drift, Shape};
 pub use drive::Drive;
-pub use error::AxisConfigError;
-pub use estimators::{KalmanSettings, MultipleModelsSettings};
 pub use filter::{LowPass, MAX_TORQUE_FILTERS, Notch, TorqueFilter, TorqueFilters};
 pub use flanks::{Flanks, Wear};
 pub use friction::{FrictionLaw, Frictions, Lugre, Stribeck};
+pub use gap::Gap;
 pub use gravity::Gravity;
 pub use load::{Load, Reflected, Slide};
 pub use loops::{AntiWindup, FrictionFeedforward, LeastMargins};
@@ -89,13 +80,34 @@ pub use table::Table;
 pub use transmission::{AxisUnit, Linear, Rotary, Transmission};
 pub use tuning::Tuning;
 
-use error::between;
+use check::between;
 use serde::{Deserialize, Serialize};
 
-/// One axis: transmission, motor, load, drive, contact, compensator.
+/// What an axis' description tells its compensator: the methods' settings, which are defined above
+/// this crate.
+pub trait CompensatorSettings {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value out of range, with its key.
+    fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError>;
+}
+
+/// No settings: an axis whose compensator is configured elsewhere.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoSettings {}
+
+impl CompensatorSettings for NoSettings {
+    fn check(&self, _transmission: &Transmission) -> Result<(), AxisConfigError> {
+        Ok(())
+    }
+}
+
+/// One axis: transmission, motor, load, drive, contact, and settings `C` of its compensators.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct AxisConfig {
+pub struct AxisConfig<C = NoSettings> {
     /// Between the axis' unit and the motor.
     pub transmission: Transmission,
     /// The motor.
@@ -118,7 +130,7 @@ pub struct AxisConfig {
     pub interpolator: Interpolator,
     /// The compensator and its settings.
     #[serde(default)]
-    pub compensation: CompensationConfig,
+    pub compensation: C,
     /// Laws of the Coulomb frictions.
     #[serde(default, skip_serializing_if = "Frictions::is_plain")]
     pub friction: Frictions,
@@ -139,7 +151,7 @@ pub struct AxisConfig {
     pub drift: Drift,
 }
 
-impl AxisConfig {
+impl<C: CompensatorSettings> AxisConfig<C> {
     /// Checks every value, and that the parts go together.
     ///
     /// # Errors
@@ -171,7 +183,9 @@ impl AxisConfig {
         self.drift.check().map_err(|e| e.within("drift"))?;
         self.check_rates()
     }
+}
 
+impl<C> AxisConfig<C> {
     /// Period of the current loop, us: the drive's, or what follows from the servo's cycle.
     pub fn current_period_us(&self) -> f64 {
         self.drive.current_period_us(&self.cycles)
@@ -201,16 +215,18 @@ impl AxisConfig {
     pub fn gap_in_unit(&self) -> f64 {
         self.reflected_load().gap_rad / self.transmission.motor_rad_per_unit()
     }
+}
 
+impl<C: Clone> AxisConfig<C> {
     /// The same axis with a gap of zero: the baseline that shows what backlash alone causes.
     #[must_use]
-    pub fn without_gap(&self) -> AxisConfig {
+    pub fn without_gap(&self) -> AxisConfig<C> {
         self.with_gap(0.0)
     }
 
     /// The same axis with another total gap, given in the axis' unit (mm, deg or rad).
     #[must_use]
-    pub fn with_gap(&self, gap: f64) -> AxisConfig {
+    pub fn with_gap(&self, gap: f64) -> AxisConfig<C> {
         let gap_rad = gap * self.transmission.motor_rad_per_unit();
         AxisConfig {
             load: self.load.with_gap_motor_rad(gap_rad, &self.transmission),
@@ -218,23 +234,10 @@ impl AxisConfig {
         }
     }
 
-    /// The same axis whose compensators that may know the gap were told another total gap (a fit's
-    /// result): `fixed`, `fixed-linuxcnc`, `fixed-fanuc` for cutting, `lookup`, `fitted-lookup`.
-    #[must_use]
-    pub fn with_told_gap(&self, gap: Gap) -> AxisConfig {
-        let mut told = self.clone();
-        told.compensation.fixed.gap = Some(gap);
-        told.compensation.fixed_linuxcnc.gap = Some(gap);
-        told.compensation.fixed_fanuc.cutting = Some(gap);
-        told.compensation.lookup.gap = Some(gap);
-        told.compensation.fitted_lookup.gap = Some(gap);
-        told
-    }
-
     /// The gains follow from the rule of [`Tuning`]; limits, encoder, delays, filters and what else
     /// the drive does stay.
     #[must_use]
-    pub fn tuned(&self, tuning: &Tuning) -> AxisConfig {
+    pub fn tuned(&self, tuning: &Tuning) -> AxisConfig<C> {
         let old = self.drive;
         let new = Drive::tuned(
             &self.motor,

@@ -1,6 +1,6 @@
 //! The motor: what its data sheet says.
 
-use super::error::{AxisConfigError, between, not_negative, positive};
+use super::check::{AxisConfigError, between, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
 /// A permanent-magnet synchronous motor.

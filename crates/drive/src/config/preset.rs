@@ -1,7 +1,6 @@
 //! Axes that come with the library.
 
 use super::AxisConfig;
-use super::compensation::CompensationConfig;
 use super::contact::{ContactLaw, StartInGap};
 use super::cycles::Cycles;
 use super::drift::Drift;
@@ -17,7 +16,7 @@ use super::ripple::Ripple;
 use super::scale::Scale;
 use super::transmission::{AxisUnit, Rotary, Transmission};
 
-impl AxisConfig {
+impl<C: Default> AxisConfig<C> {
     /// The axis of Gan, Wang, Huang, *Adaptive Backlash Compensation for CNC Machining
     /// Applications*, Machines 2023, 11(2), 193, Tables 2 and 3: a rotary axis in rad at the
     /// motor's shaft, its 5:1 gear already reflected.
@@ -28,7 +27,7 @@ impl AxisConfig {
     /// (2). The velocity gain of 1.74 is in A s/rad: with K_t = 1.08 and the total inertia that is
     /// a natural frequency of 161 rad/s with damping 0.70. The printed voltage constant (296
     /// V/krpm) contradicts K_t and is not used.
-    pub fn paper() -> AxisConfig {
+    pub fn paper() -> AxisConfig<C> {
         AxisConfig {
             transmission: Transmission::Rotary(Rotary {
                 gear: 1.0,
@@ -79,7 +78,7 @@ impl AxisConfig {
             start_in_gap: StartInGap(0.0),
             cycles: Cycles::default(),
             interpolator: Interpolator::default(),
-            compensation: CompensationConfig::default(),
+            compensation: C::default(),
             friction: Frictions::default(),
             flanks: Flanks::default(),
             ripple: Ripple::default(),

@@ -1,11 +1,11 @@
 //! How fast the parts of an axis move, against what a step of the current loop can resolve.
 
+use super::check::between;
 use super::drift::Change;
-use super::error::between;
 use super::friction::FrictionLaw;
 use super::{AxisConfig, AxisConfigError};
 
-impl AxisConfig {
+impl<C> AxisConfig<C> {
     /// Refuses parts so stiff, light or quick that a step of the current loop could not resolve
     /// them, at the start or by drift.
     pub(super) fn check_rates(&self) -> Result<(), AxisConfigError> {

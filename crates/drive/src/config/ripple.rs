@@ -1,6 +1,6 @@
 //! A motor whose torque is not even.
 
-use super::error::{AxisConfigError, between};
+use super::check::{AxisConfigError, between};
 use serde::{Deserialize, Serialize};
 
 /// Harmonics of one kind that an axis may have.

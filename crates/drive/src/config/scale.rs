@@ -1,6 +1,6 @@
 //! The load's own scale or encoder, for methods that have one.
 
-use super::error::{AxisConfigError, between, finite, positive};
+use super::check::{AxisConfigError, between, finite, positive};
 use serde::{Deserialize, Serialize};
 
 /// A periodic error of a scale: `amplitude sin(2 pi x/period + phase)` is added to what it reads.

@@ -1,6 +1,6 @@
 //! A rotary table as a load.
 
-use super::error::{AxisConfigError, between, finite, not_negative, positive};
+use super::check::{AxisConfigError, between, finite, not_negative, positive};
 use super::load::Reflected;
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! Between the axis' own unit and the motor shaft.
 
-use super::error::{AxisConfigError, positive};
+use super::check::{AxisConfigError, positive};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 

@@ -62,7 +62,7 @@ impl Waves {
 
     /// Torque of an axis' weight against the positive direction over the load's angle, N m and rad
     /// at the motor; none without [`crate::config::Gravity`].
-    pub fn gravity(config: &AxisConfig) -> Waves {
+    pub fn gravity<C>(config: &AxisConfig<C>) -> Waves {
         let ratio = config.transmission.load_per_motor_rad();
         Waves::new(config.gravity.map(|gravity| Wave {
             amplitude: gravity.torque_nm * ratio,
@@ -110,7 +110,7 @@ impl Bell {
 
 impl Curved {
     /// That of an axis.
-    pub(super) fn new(config: &AxisConfig) -> Curved {
+    pub(super) fn new<C>(config: &AxisConfig<C>) -> Curved {
         let factor = config.transmission.motor_rad_per_unit();
         let wear = config.flanks.wear.map(|wear| Bell {
             excess: wear.factor - 1.0,

@@ -56,7 +56,7 @@ pub struct PlantParams {
 
 impl PlantParams {
     /// The plant of an axis.
-    pub fn new(config: &AxisConfig) -> PlantParams {
+    pub fn new<C>(config: &AxisConfig<C>) -> PlantParams {
         let (motor, load) = (&config.motor, config.reflected_load());
         PlantParams {
             resistance_ohm: motor.phase_resistance_ohm(),

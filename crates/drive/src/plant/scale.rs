@@ -18,7 +18,7 @@ pub struct LoadScale {
 
 impl LoadScale {
     /// That of an axis.
-    pub fn new(config: &AxisConfig) -> LoadScale {
+    pub fn new<C>(config: &AxisConfig<C>) -> LoadScale {
         let (scale, factor) = (&config.scale, config.transmission.motor_rad_per_unit());
         let errors = scale.errors.iter().map(|error| Wave {
             amplitude: error.amplitude_units * factor,

@@ -63,7 +63,7 @@ impl SplineState {
 
 impl Spline {
     /// The spline of an axis.
-    pub fn new(config: &AxisConfig) -> Spline {
+    pub fn new<C>(config: &AxisConfig<C>) -> Spline {
         Spline {
             motor_rad_per_unit: config.transmission.motor_rad_per_unit(),
             interpolator: config.interpolator,

@@ -84,7 +84,7 @@ pub struct Measured {
 
 impl Servo {
     /// The drive of an axis.
-    pub fn new(config: &AxisConfig) -> Servo {
+    pub fn new<C>(config: &AxisConfig<C>) -> Servo {
         let (drive, motor, load) = (config.drive, &config.motor, config.reflected_load());
         let (current_period_s, servo_period_s) =
             (config.current_period_us() * 1e-6, config.servo_period_s());

@@ -8,7 +8,7 @@ use lostmotion_drive::config::{
 };
 use lostmotion_drive::plant::LoadScale;
 use lostmotion_drive::{AxisOutput, Setpoint};
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use lostmotion_rig::{Motion, circle, mill, run};
 use std::f64::consts::TAU;
 
@@ -32,7 +32,7 @@ fn joint() -> AxisConfig {
 #[test]
 fn a_joint_carries_its_arm_with_the_torque_of_its_angle() {
     for angle in [-2.0, -0.3, 0.0, 0.7, 2.5] {
-        let mut runner = build_runner(&joint(), "none", angle).unwrap();
+        let mut runner = build_runner(&joint(), MethodId::NONE, angle).unwrap();
         let mut out = AxisOutput::new(true);
         runner
             .push(&[Setpoint::moving(angle, 0.0, 0.0); 1000], &mut out)

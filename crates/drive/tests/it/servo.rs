@@ -4,7 +4,7 @@ use lostmotion_drive::config::{Drive, Load, Tuning};
 use lostmotion_drive::{AxisOutput, AxisRunner, AxisSim};
 use lostmotion_methods::AxisConfig;
 use lostmotion_methods::none::Uncompensated;
-use lostmotion_methods::{METHODS, build_runner};
+use lostmotion_methods::{MethodId, build_runner};
 use lostmotion_rig::{Move, circle, errors, max_abs, mill, rms, run, setpoints};
 
 /// From rest to a constant velocity.
@@ -131,13 +131,10 @@ fn every_method_settles_and_stands_still_on_a_machine_with_friction() {
         jerk: 50_000.0,
     };
     // the printed gain diverges: tests/compensators.rs
-    for method in METHODS
-        .iter()
-        .filter(|method| method.info.name != "published-literal")
-    {
+    for method in MethodId::all().filter(|method| method.name() != "published-literal") {
         let out = run(
             &mill(300.0, 100.0),
-            method.info.name,
+            method.name(),
             &|t| stroke.at(t - 0.02),
             2.0,
         );
@@ -145,14 +142,14 @@ fn every_method_settles_and_stands_still_on_a_machine_with_friction() {
         let trace = out.trace.unwrap();
         let tail = &trace[trace.len() - 200..];
         let spread = max_abs(tail.iter().map(|s| s.load_position - tail[0].load_position));
-        assert!(spread < 1e-9, "{} moves by {spread} rad", method.info.name);
+        assert!(spread < 1e-9, "{method} moves by {spread} rad");
     }
 }
 
 #[test]
 fn the_field_current_stays_near_zero() {
     // i_d is not in the trace; what it would cost shows in the plant's state
-    let mut runner = build_runner(&AxisConfig::paper(), "none", 0.0).unwrap();
+    let mut runner = build_runner(&AxisConfig::paper(), MethodId::NONE, 0.0).unwrap();
     let mut out = AxisOutput::default();
     let fast = Move {
         distance: 20.0,
@@ -183,19 +180,19 @@ fn a_coarse_encoder_costs_about_its_count() {
 #[test]
 fn chunks_and_copies_do_not_change_a_bit() {
     let points = setpoints(&|t| circle(10.0, 5.0, t), 0.6);
-    for method in METHODS {
+    for method in MethodId::all() {
         let mut whole = AxisOutput::new(false);
-        build_runner(&mill(200.0, 0.0), method.info.name, 0.0)
+        build_runner(&mill(200.0, 0.0), method, 0.0)
             .unwrap()
             .push(&points, &mut whole)
             .unwrap();
         let mut pieces = AxisOutput::new(false);
-        let mut runner = build_runner(&mill(200.0, 0.0), method.info.name, 0.0).unwrap();
+        let mut runner = build_runner(&mill(200.0, 0.0), method, 0.0).unwrap();
         for chunk in points.chunks(7) {
             runner.push(chunk, &mut pieces).unwrap();
             runner = runner.boxed_clone();
         }
-        assert_eq!(whole, pieces, "{}", method.info.name);
+        assert_eq!(whole, pieces, "{method}");
     }
 }
 

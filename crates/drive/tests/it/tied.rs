@@ -2,7 +2,7 @@
 
 use lostmotion_drive::config::Load;
 use lostmotion_drive::{AxisOutput, Setpoint, Tie, TiedAxes};
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use lostmotion_rig::mill_x;
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ fn end(gap_um: f64, coulomb_n: f64) -> AxisConfig {
 }
 
 fn tied(ends: [&AxisConfig; 2], stiffness_n_per_um: f64) -> TiedAxes {
-    let runners = ends.map(|config| build_runner(config, "none", 0.0).unwrap());
+    let runners = ends.map(|config| build_runner(config, MethodId::NONE, 0.0).unwrap());
     TiedAxes::new(
         runners,
         ends,
@@ -81,7 +81,7 @@ fn like_ends_are_one_axis() {
     };
     let setpoints: Vec<Setpoint> = (0..1500).map(motion).collect();
     let mut alone = AxisOutput::new(false);
-    build_runner(&config, "none", 0.0)
+    build_runner(&config, MethodId::NONE, 0.0)
         .unwrap()
         .push(&setpoints, &mut alone)
         .unwrap();

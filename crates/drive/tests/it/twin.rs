@@ -4,7 +4,7 @@ use lostmotion_base::math;
 use lostmotion_drive::config::Load;
 use lostmotion_drive::twin::{LoadModel, Twin};
 use lostmotion_drive::{AxisOutput, Setpoint};
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 
 /// The twin's load beside that of the exact plant without a gap: largest difference, and
 /// largest lag of the load behind its reference, rad.
@@ -20,7 +20,7 @@ fn beside_the_plant(coulomb: f64, feedforward: f64) -> [f64; 2] {
         let (s, c) = math::sin_cos(6.0 * t);
         Setpoint::moving(2.0 - 2.0 * c, 12.0 * s, 72.0 * c)
     };
-    let mut runner = build_runner(&config, "none", 0.0).unwrap();
+    let mut runner = build_runner(&config, MethodId::NONE, 0.0).unwrap();
     let mut out = AxisOutput::new(true);
     let points: Vec<Setpoint> = (0..2000).map(|n| at(f64::from(n) * 1e-3)).collect();
     runner.push(&points, &mut out).unwrap();

@@ -7,7 +7,7 @@ use lostmotion_drive::{AxisOutput, Setpoint};
 use lostmotion_identify::{
     BacklashFit, FitError, FitSettings, MotorLog, NotExcited, fit_motor_only, solver::SolverStatus,
 };
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 
 fn fit(rig: &Rig, seconds: f64) -> BacklashFit {
     fit_motor_only(
@@ -100,7 +100,7 @@ fn simulated(gap: f64, friction: f64) -> (MotorLog, FitSettings) {
     };
     let points: Vec<Setpoint> = (0..20_000).map(|n| at(f64::from(n) * 1e-3)).collect();
     let mut out = AxisOutput::new(true);
-    build_runner(&config, "none", 0.0)
+    build_runner(&config, MethodId::NONE, 0.0)
         .unwrap()
         .push(&points, &mut out)
         .unwrap();

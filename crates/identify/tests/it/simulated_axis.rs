@@ -7,7 +7,7 @@ use lostmotion_drive::{
     config::{ContactLaw, Load},
 };
 use lostmotion_identify::{BacklashFit, BacklashLog, FitSettings, fit_backlash};
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 
 /// Two sines whose periods do not match, so that every reversal is another.
 fn setpoints(seconds: f64) -> Vec<Setpoint> {
@@ -38,7 +38,7 @@ fn axis(gap: f64, load_friction: f64, motor_friction: f64) -> AxisConfig {
 
 fn fit(config: &AxisConfig, counts: f64) -> BacklashFit {
     let mut out = AxisOutput::new(true);
-    build_runner(config, "none", 0.0)
+    build_runner(config, MethodId::NONE, 0.0)
         .unwrap()
         .push(&setpoints(4.0), &mut out)
         .unwrap();

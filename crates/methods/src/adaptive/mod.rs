@@ -62,9 +62,10 @@ mod watch;
 mod window;
 
 use crate::AxisConfig;
+use lostmotion_base::Clock;
 use crate::crossing::{Crossing, CrossingState};
 use crate::readings::Readings;
-use crate::registry::Registered;
+use crate::registry::{Registered, Settings};
 use floating::Floating;
 use learning::{LearningState, Seen};
 use lostmotion_drive::twin::{LoadModel, Twinned};
@@ -77,6 +78,28 @@ use std::f64::consts::TAU;
 use steady::Known;
 use watch::{Motor, Watch};
 use window::Window;
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Transmission};
+
+/// Settings of `adaptive`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AdaptiveSettings {
+    /// Part of the drive's largest torque that a traverse of the gap may take, 0 to 1.
+    pub torque_share: f64,
+}
+
+impl Default for AdaptiveSettings {
+    fn default() -> AdaptiveSettings {
+        AdaptiveSettings { torque_share: 0.5 }
+    }
+}
+
+impl Settings for AdaptiveSettings {
+    fn check(&self, _transmission: &Transmission) -> Result<(), AxisConfigError> {
+        between("torque_share", self.torque_share, 0.01, 1.0)
+    }
+}
 
 /// Encoder noise that is never undercut, rad.
 const LEAST_NOISE: f64 = 3e-7;
@@ -142,6 +165,21 @@ impl Registered for Adaptive {
         },
         source: "this project",
     };
+
+    /// The windows and filters count in servo ticks of 250 us.
+    fn suits(config: &AxisConfig) -> Result<(), AxisConfigError> {
+        if config.cycles.servo() == Clock::SERVO {
+            return Ok(());
+        }
+        Err(AxisConfigError::Mismatch {
+            key: "cycles.servo_us".to_owned(),
+            reason: format!(
+                "it is {}, and `adaptive` works at 250 only",
+                config.cycles.servo_us
+            ),
+            hint: "leave servo_us out, or take another method".to_owned(),
+        })
+    }
 
     fn from_axis(config: &AxisConfig) -> Adaptive {
         let inertia = config.motor_side_inertia_kgm2();

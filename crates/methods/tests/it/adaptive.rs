@@ -82,7 +82,7 @@ fn nothing_of_the_load_but_its_shaft_is_told() {
     // may not be known
     other.drive.told_inertia_kgm2 =
         Some(config.motor_side_inertia_kgm2() + config.reflected_load().inertia_kgm2);
-    let first = build_runner(&config, "adaptive", 0.0).unwrap();
+    let first = build_runner(&config, "adaptive".parse().unwrap(), 0.0).unwrap();
     assert!(!first.info().knows.gap && !first.info().knows.load && !first.info().knows.load_scale);
     let [rms, max] = ratio_on_a_sine(&other, "adaptive", 10.0, 5.0, TURNS);
     assert!(rms < 0.03 && max < 0.2, "{rms} {max}");

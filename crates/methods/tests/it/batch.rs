@@ -6,13 +6,13 @@ use lostmotion_drive::config::{
 };
 use lostmotion_drive::{AxisBatch, AxisError, AxisOutput, Setpoint};
 use lostmotion_methods::AxisConfig;
-use lostmotion_methods::{METHODS, build_runner};
+use lostmotion_methods::{METHODS, MethodId, build_runner};
 use lostmotion_rig::{Move, circle, mill, mill_x, setpoints, there_and_back};
 use proptest::prelude::*;
 
 fn single(config: &AxisConfig, method: &str, points: &[Setpoint], traced: bool) -> AxisOutput {
     let mut out = AxisOutput::new(traced);
-    build_runner(config, method, points[0].position)
+    build_runner(config, method.parse().unwrap(), points[0].position)
         .unwrap()
         .push(points, &mut out)
         .unwrap();
@@ -29,7 +29,9 @@ fn batched(
     let runners = axes
         .iter()
         .zip(points)
-        .map(|((config, method), points)| build_runner(config, method, points[0].position).unwrap())
+        .map(|((config, method), points)| {
+            build_runner(config, method.parse().unwrap(), points[0].position).unwrap()
+        })
         .collect();
     let mut batch = AxisBatch::new(runners, 2);
     let mut outputs: Vec<AxisOutput> = (0..axes.len())
@@ -261,7 +263,7 @@ fn a_faulty_setpoint_stops_its_axis_alone() {
     let mut bad = good.clone();
     bad[40].position = f64::NAN;
     let runners = (0..3)
-        .map(|_| build_runner(&AxisConfig::paper(), "none", 0.0).unwrap())
+        .map(|_| build_runner(&AxisConfig::paper(), MethodId::NONE, 0.0).unwrap())
         .collect();
     let mut outputs = vec![AxisOutput::new(false); 3];
     let results = AxisBatch::new(runners, 1).push(&[&good, &bad, &good], &mut outputs);

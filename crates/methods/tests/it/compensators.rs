@@ -1,9 +1,8 @@
 //! What each compensator does, and what it does wrong.
 
-use lostmotion_drive::AxisError;
 use lostmotion_drive::config::Gap;
 use lostmotion_methods::AxisConfig;
-use lostmotion_methods::{METHODS, build_runner, find_method};
+use lostmotion_methods::{MethodId, build_runner};
 use lostmotion_rig::{
     Move, PAPER_MOVE, circle, circle_error, errors, max_abs, mill, rms, run, there_and_back,
 };
@@ -175,18 +174,71 @@ fn load_feedback_leaves_no_settled_offset() {
 
 #[test]
 fn every_method_is_found_by_its_name_and_says_what_it_is() {
-    for method in METHODS {
-        assert_eq!(find_method(method.info.name).unwrap().info, method.info);
-        assert!(!method.info.summary.is_empty() && !method.info.source.is_empty());
-        let runner = build_runner(&AxisConfig::paper(), method.info.name, 1.0).unwrap();
-        assert_eq!(runner.info(), method.info);
+    for method in MethodId::all() {
+        assert_eq!(method.name().parse::<MethodId>().unwrap(), method);
+        assert!(!method.info().summary.is_empty() && !method.info().source.is_empty());
+        let runner = build_runner(&AxisConfig::paper(), method, 1.0).unwrap();
+        assert_eq!(runner.info(), method.info());
     }
-    let error = build_runner(&AxisConfig::paper(), "magic", 0.0)
-        .err()
-        .unwrap();
+    let error = "magic".parse::<MethodId>().unwrap_err();
     assert!(
-        matches!(&error, AxisError::UnknownMethod { known, .. } if known.contains("published")),
+        error
+            .to_string()
+            .contains("known here: none, fixed, published"),
         "{error}"
     );
-    assert!(build_runner(&AxisConfig::paper(), "none", f64::INFINITY).is_err());
+    assert!(build_runner(&AxisConfig::paper(), MethodId::NONE, f64::INFINITY).is_err());
+}
+
+#[test]
+fn a_method_is_written_and_read_by_its_name() {
+    for method in MethodId::all() {
+        let text = serde_json::to_string(&method).unwrap();
+        assert_eq!(text, format!("\"{method}\""));
+        assert_eq!(serde_json::from_str::<MethodId>(&text).unwrap(), method);
+    }
+    let error = serde_json::from_str::<MethodId>("\"fixd\"").unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .starts_with("unknown variant `fixd`, expected one of `none`, `fixed`"),
+        "{error}"
+    );
+    assert!(
+        "fixd"
+            .parse::<MethodId>()
+            .unwrap_err()
+            .to_string()
+            .ends_with("did you mean `fixed`?")
+    );
+}
+
+#[test]
+fn flags_say_what_a_method_needs() {
+    let of = |flag: fn(MethodId) -> bool| -> Vec<&str> {
+        MethodId::all()
+            .filter(|method| flag(*method))
+            .map(MethodId::name)
+            .collect()
+    };
+    assert_eq!(of(MethodId::is_baseline), ["none"]);
+    assert_eq!(MethodId::NONE.name(), "none");
+    assert_eq!(MethodId::ADAPTIVE.name(), "adaptive");
+    assert_eq!(of(MethodId::needs_fit), ["fitted-lookup"]);
+    assert_eq!(of(MethodId::closes_on_load), ["load-feedback"]);
+    assert_eq!(
+        of(MethodId::needs_load_scale),
+        ["load-feedback", "adaptive-inverse", "iterative-learning"]
+    );
+    assert_eq!(
+        of(|method| method.settings_key().is_none()),
+        ["none", "load-feedback"]
+    );
+    assert_eq!(
+        "published-literal"
+            .parse::<MethodId>()
+            .unwrap()
+            .settings_key(),
+        Some("published")
+    );
 }

@@ -4,7 +4,7 @@
 use lostmotion_drive::config::{Change, Drift, Shape};
 use lostmotion_drive::{AxisOutput, AxisRunner, AxisSample, AxisSim, Setpoint};
 use lostmotion_methods::registry::Registered;
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use lostmotion_rig::{Motion, circle, mill, run};
 
 fn ramp(factor: f64, over_s: f64) -> Option<Change> {
@@ -191,7 +191,7 @@ fn an_axis_goes_on_from_a_kept_state_as_if_nothing_had_been() {
 fn a_cutting_force_costs_its_torque_and_winds_the_shaft_up() {
     let config = mill(0.0, 0.0).without_gap();
     let with = |force: Option<f64>| {
-        let mut runner = build_runner(&config, "none", 0.0).unwrap();
+        let mut runner = build_runner(&config, MethodId::NONE, 0.0).unwrap();
         let mut out = AxisOutput::new(true);
         runner
             .push(
@@ -242,7 +242,7 @@ fn what_makes_no_sense_is_refused() {
         })
         .starts_with("drift.stiffness.over_s is 0")
     );
-    let mut runner = build_runner(&mill(0.0, 0.0), "none", 0.0).unwrap();
+    let mut runner = build_runner(&mill(0.0, 0.0), MethodId::NONE, 0.0).unwrap();
     for value in [f64::NAN, f64::INFINITY, -1.1e7] {
         let setpoint = Setpoint {
             load_force: Some(value),

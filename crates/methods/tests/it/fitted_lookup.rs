@@ -1,6 +1,7 @@
 //! The fitted gap in use, and an axis that no fit was given for.
 
-use lostmotion_drive::config::{Gap, ToldLoad};
+use lostmotion_drive::config::Gap;
+use lostmotion_methods::fitted_lookup::ToldLoad;
 use lostmotion_rig::{circle, mill_x, ratio_on_a_sine, run};
 
 #[test]
@@ -11,7 +12,7 @@ fn it_is_lookup_with_what_the_fit_told() {
         run(&config, "fitted-lookup", &motion, 2.0).load,
         run(&config, "none", &motion, 2.0).load
     );
-    config = config.with_told_gap(Gap::Um(9.9));
+    config.compensation.tell_gap(Gap::Um(9.9));
     assert_eq!(
         run(&config, "fitted-lookup", &motion, 2.0).load,
         run(&config, "lookup", &motion, 2.0).load
@@ -23,7 +24,8 @@ fn it_is_lookup_with_what_the_fit_told() {
 
 #[test]
 fn it_takes_the_load_that_the_fit_found() {
-    let config = mill_x(0.1, 10.0, None).with_told_gap(Gap::Um(10.0));
+    let mut config = mill_x(0.1, 10.0, None);
+    config.compensation.tell_gap(Gap::Um(10.0));
     let load = config.reflected_load();
     let with = |factor: f64| {
         let mut told = config.clone();

@@ -17,5 +17,6 @@ mod hostile;
 mod inverse_and_observer;
 mod iterative_learning;
 mod lookup;
+mod one_file;
 mod reversal_pulse;
 mod shaft;

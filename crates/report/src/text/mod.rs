@@ -17,7 +17,7 @@ pub use table::{Align, Cell, Table};
 pub use time::time;
 
 use lostmotion_drive::Knowledge;
-use lostmotion_methods::find_method;
+use lostmotion_methods::MethodId;
 
 /// What to show of a result.
 #[derive(Clone, Copy, Debug)]
@@ -61,7 +61,10 @@ pub fn knowledge(knows: Knowledge) -> String {
 
 /// The same for a method by its name; `?` for one that is not registered.
 fn needs(method: &str) -> String {
-    find_method(method).map_or_else(|_| "?".to_owned(), |method| knowledge(method.info.knows))
+    method.parse().map_or_else(
+        |_| "?".to_owned(),
+        |method: MethodId| knowledge(method.info().knows),
+    )
 }
 
 /// Ink of a verdict.

@@ -2,13 +2,15 @@
 
 use super::document::Document;
 use super::limits::unit;
-use super::problem::{Problem, did_you_mean, number};
+use super::problem::{Problem, number};
 use super::section::join;
 use super::settings::{BOW_LIMIT_UM, Position};
 use super::{General, MachineAxis, WorkOffsets, reach};
+use lostmotion_base::names::did_you_mean;
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisSet, Coords};
 use lostmotion_drive::AxisConfigError;
+use lostmotion_drive::config::CompensatorSettings;
 use lostmotion_drive::config::Transmission;
 use lostmotion_kinematics::Kinematics;
 use lostmotion_kinematics::chain::JointType;
@@ -94,18 +96,6 @@ pub(super) fn config(
         && let Err(error) = config.check()
     {
         problems.push(axis_problem(document, key, &error));
-    }
-    if lostmotion_methods::find_method(&config.compensation.method).is_err() {
-        let known: Vec<&str> = lostmotion_methods::METHODS
-            .iter()
-            .map(|method| method.info.name)
-            .collect();
-        let message = format!("there is no method `{}`", config.compensation.method);
-        problems.push(document.problem(
-            &join(key, "compensation.method"),
-            message,
-            did_you_mean(&config.compensation.method, &known),
-        ));
     }
 }
 

@@ -4,9 +4,9 @@
 use super::gantry::GantryFile;
 use super::{General, LimitsTable, Machine, MachineError};
 use lostmotion_base::units::{UM_PER_MM, deg, rad};
-use lostmotion_drive::AxisConfig;
 use lostmotion_drive::config::{AxisUnit, Cycles};
 use lostmotion_kinematics::KinematicsSpec;
+use lostmotion_methods::AxisConfig;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -54,7 +54,7 @@ impl MachineFile {
     /// made in code.
     ///
     /// ```
-    /// use lostmotion_drive::AxisConfig;
+    /// use lostmotion_methods::AxisConfig;
     /// use lostmotion_sim::machine::{AxisFile, LimitsTable, LinearLimits, MachineFile};
     ///
     /// let limits = LimitsTable::Linear(LinearLimits {

@@ -25,7 +25,7 @@ pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
 pub use preset::{
     DEFAULT_MACHINE, PresetInfo, axis_preset, axis_preset_toml, axis_presets, presets,
 };
-pub use problem::{MachineError, Problem, did_you_mean};
+pub use problem::{MachineError, Problem};
 pub use read::{axis_from_changed_toml, axis_from_toml};
 pub use review::AxisReview;
 pub use settings::{
@@ -35,10 +35,10 @@ pub use tuning::AxisTuning;
 
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisLimits, AxisSet, Coords};
-use lostmotion_drive::AxisConfig;
 use lostmotion_drive::config::{AxisUnit, Cycles};
 use lostmotion_gcode::Dialect;
 use lostmotion_kinematics::{Kinematics, KinematicsError, KinematicsSpec, Reach, build_within};
+use lostmotion_methods::AxisConfig;
 use serde::{Deserialize, Serialize};
 
 /// One axis of a machine.

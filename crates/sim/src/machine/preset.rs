@@ -1,7 +1,8 @@
 //! Machines that come with the library, as files that a user could have written, and their axes.
 
-use super::problem::{MachineError, did_you_mean};
+use super::problem::MachineError;
 use super::{Machine, axis_from_toml};
+use lostmotion_base::names::did_you_mean;
 use lostmotion_methods::AxisConfig;
 
 /// Name of the machine that is taken if none is named.

@@ -2,13 +2,14 @@
 
 use super::document::{Change, ChangedText, Document, not_finite};
 use super::limits::{LimitsTable, LinearLimits, RotaryLimits};
-use super::problem::{MachineError, Problem, did_you_mean};
+use super::problem::{MachineError, Problem};
 use super::section::{join, read};
 use super::{
     General, Homes, Machine, MachineAxis, PlannerSettings, SimulateSettings, ToolEntry, WorkOffsets,
 };
 use super::{check, gantry};
 use lostmotion_base::AxisId;
+use lostmotion_base::names::did_you_mean;
 use lostmotion_drive::config::Cycles;
 use lostmotion_gcode::Dialect;
 use lostmotion_methods::AxisConfig;

@@ -6,7 +6,8 @@
 //! or of the wrong type. What was read from a mended copy is thrown away.
 
 use super::document::{Document, path_of_span};
-use super::problem::{MISSING, Problem, did_you_mean};
+use super::problem::{MISSING, Problem};
+use lostmotion_base::names::did_you_mean;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use toml::Spanned;

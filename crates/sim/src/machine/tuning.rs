@@ -28,7 +28,7 @@ impl AxisTuning {
     /// The tuning of an axis.
     pub fn of(axis: &MachineAxis) -> AxisTuning {
         let config = &axis.config;
-        let feedback = if config.compensation.method == "load-feedback" {
+        let feedback = if config.compensation.method.closes_on_load() {
             Feedback::Load
         } else {
             Feedback::Motor

@@ -5,10 +5,9 @@ use crate::error::SimError;
 use crate::machine::Machine;
 use crate::method::Choice;
 use lostmotion_base::Coords;
-use lostmotion_drive::{
-    AxisBatch, AxisConfig, AxisError, AxisOutput, AxisRunner, Setpoint, Tie, TiedAxes,
-};
-use lostmotion_methods::build_runner;
+use lostmotion_drive::{AxisBatch, AxisError, AxisOutput, AxisRunner, Setpoint, Tie, TiedAxes};
+use lostmotion_methods::AxisConfig;
+use lostmotion_methods::{MethodId, build_runner};
 use lostmotion_plan::Sample;
 use rayon::prelude::*;
 
@@ -64,14 +63,11 @@ impl<'a> Variant<'a> {
     /// A drive of this variant, from its description.
     fn runner(&self, config: &AxisConfig, at: f64) -> Result<Box<dyn AxisRunner>, AxisError> {
         match self.choice {
-            None => build_runner(config, UNCOMPENSATED, at),
+            None => build_runner(config, MethodId::NONE, at),
             Some(choice) => choice.runner(config, at),
         }
     }
 }
-
-/// Name of the method that does nothing.
-const UNCOMPENSATED: &str = "none";
 
 impl Bank {
     /// Every axis at rest at `start` (joint positions).
@@ -289,6 +285,6 @@ fn datum(config: &AxisConfig, at: f64) -> Result<f64, AxisError> {
     if config.reflected_load().constant_nm == 0.0 {
         return Ok(0.0);
     }
-    let mut runner = build_runner(config, UNCOMPENSATED, at)?;
+    let mut runner = build_runner(config, MethodId::NONE, at)?;
     Ok(settle(runner.as_mut(), config, at)? - at)
 }

@@ -15,10 +15,10 @@ use crate::results::{
 use crate::setup::Setup;
 use lostmotion_base::Clock;
 use lostmotion_base::units::UM_PER_MM;
-use lostmotion_drive::AxisConfig;
+use lostmotion_methods::{AxisConfig, MethodId};
 
 /// The method that is recommended where it is near the best: it has to be told nothing.
-const DEFAULT_METHOD: &str = "adaptive";
+const DEFAULT_METHOD: MethodId = MethodId::ADAPTIVE;
 /// How near, as part of what no compensation leaves. A choice: nobody commissions a table of a gap
 /// for less.
 const NEAR_BEST_SHARE: f64 = 0.05;
@@ -254,16 +254,21 @@ fn preferred<'a>(rms: &[(&'a str, f64)]) -> Option<&'a str> {
             (best, least) = (Some(*method), *rms);
         }
     }
-    let of = |name: &str| {
+    let of = |name: MethodId| {
         rms.iter()
-            .find(|(method, _)| *method == name)
+            .find(|(method, _)| *method == name.name())
             .map(|(_, rms)| *rms)
     };
-    let none = of("none").unwrap_or(0.0);
+    let none = of(MethodId::NONE).unwrap_or(0.0);
     let near = of(DEFAULT_METHOD).is_some_and(|rms| {
-        rms <= least + (NEAR_BEST_SHARE * none).max(HARM_UM) && (of("none").is_none() || rms < none)
+        rms <= least + (NEAR_BEST_SHARE * none).max(HARM_UM)
+            && (of(MethodId::NONE).is_none() || rms < none)
     });
-    if near { Some(DEFAULT_METHOD) } else { best }
+    if near {
+        Some(DEFAULT_METHOD.name())
+    } else {
+        best
+    }
 }
 
 #[cfg(test)]
@@ -273,13 +278,9 @@ mod tests {
     #[test]
     fn adaptive_goes_before_what_is_hardly_better_and_never_where_it_does_not_help() {
         let told = |lookup: f64, adaptive: f64| {
-            preferred(&[
-                ("none", 5.0),
-                ("lookup", lookup),
-                (DEFAULT_METHOD, adaptive),
-            ])
+            preferred(&[("none", 5.0), ("lookup", lookup), ("adaptive", adaptive)])
         };
-        assert_eq!(told(0.1, 0.34), Some(DEFAULT_METHOD));
+        assert_eq!(told(0.1, 0.34), Some("adaptive"));
         assert_eq!(told(0.1, 0.36), Some("lookup"));
         assert_eq!(told(6.0, 5.05), Some("none"));
         assert_eq!(preferred(&[("none", 5.0), ("fixed", 5.0)]), Some("none"));

@@ -6,7 +6,7 @@ use super::frame::Trace;
 use super::result::CellResult;
 use super::{machine, motion};
 use crate::error::StudyError;
-use lostmotion_drive::AxisConfig;
+use lostmotion_methods::AxisConfig;
 use lostmotion_sim::{Program, Simulation};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;

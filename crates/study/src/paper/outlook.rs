@@ -93,7 +93,7 @@ fn run(
         ..point
     };
     let points: Vec<Setpoint> = Move::CHOSEN.setpoints().into_iter().map(scaled).collect();
-    let mut runner = build_runner(&config, method, 0.0)?;
+    let mut runner = build_runner(&config, method.parse()?, 0.0)?;
     let mut out = AxisOutput::new(true);
     for _ in 0..TIMES {
         runner.push(&points, &mut out)?;

@@ -3,8 +3,8 @@
 use super::motion::Move;
 use crate::error::StudyError;
 use lostmotion_base::Clock;
-use lostmotion_drive::config::PublishedSettings;
 use lostmotion_drive::{AxisOutput, AxisSample};
+use lostmotion_methods::published::PublishedSettings;
 use lostmotion_methods::{AxisConfig, build_runner};
 
 /// What is chosen for a run.
@@ -44,7 +44,7 @@ impl Trial {
         } else {
             self.axis()
         };
-        let mut runner = build_runner(&axis, method, 0.0)?;
+        let mut runner = build_runner(&axis, method.parse()?, 0.0)?;
         let mut out = AxisOutput::new(true);
         runner.push(&self.motion.setpoints(), &mut out)?;
         Ok(out.trace.unwrap_or_default())

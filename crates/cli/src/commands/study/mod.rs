@@ -9,7 +9,7 @@ mod matrix;
 use crate::args::study::Study;
 use crate::failure::Failure;
 use crate::voice::Voice;
-use lostmotion::methods::{METHODS, find_method};
+use lostmotion::methods::{MethodId, UnknownMethod};
 use lostmotion_study::StudyError;
 
 /// Runs the study asked for.
@@ -26,11 +26,8 @@ fn failure(error: &StudyError) -> Failure {
     Failure::message(error.to_string())
 }
 
-/// Needs a gap fitted beforehand, which nobody has in a study.
-const FITTED: &str = "fitted-lookup";
-
-/// The methods asked for, each known and once, without `none`; all but `fitted-lookup` if none is
-/// named.
+/// The methods asked for, each known and once, without the baseline. If none is named: all but those
+/// that need a fit, which a study does not have.
 fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
     let mut methods: Vec<String> = Vec::new();
     let mut named = false;
@@ -39,22 +36,23 @@ fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
         .map(|name| name.trim())
         .filter(|name| !name.is_empty())
     {
-        find_method(name).map_err(|error| Failure::message(error.to_string()))?;
+        let method: MethodId = name
+            .parse()
+            .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
         if methods.iter().any(|known| known == name) {
             return Err(Failure::message(format!(
                 "--methods names \"{name}\" twice"
             )));
         }
         named = true;
-        if name != "none" {
+        if !method.is_baseline() {
             methods.push(name.to_owned());
         }
     }
     if !named {
-        methods = METHODS
-            .iter()
-            .map(|method| method.info.name.to_owned())
-            .filter(|name| !["none", FITTED].contains(&name.as_str()))
+        methods = MethodId::all()
+            .filter(|method| !method.is_baseline() && !method.needs_fit())
+            .map(|method| method.to_string())
             .collect();
     }
     Ok(methods)

@@ -59,7 +59,10 @@ fn range(key: &str, value: f64, allowed: &str) -> AxisConfigError {
 }
 
 /// A finite number above zero.
-pub(crate) fn positive(key: &str, value: f64) -> Result<(), AxisConfigError> {
+///
+/// # Errors
+/// [`AxisConfigError::Range`] with the key and the value.
+pub fn positive(key: &str, value: f64) -> Result<(), AxisConfigError> {
     if value.is_finite() && value > 0.0 {
         Ok(())
     } else {
@@ -68,7 +71,10 @@ pub(crate) fn positive(key: &str, value: f64) -> Result<(), AxisConfigError> {
 }
 
 /// A finite number, zero or above.
-pub(crate) fn not_negative(key: &str, value: f64) -> Result<(), AxisConfigError> {
+///
+/// # Errors
+/// [`AxisConfigError::Range`] with the key and the value.
+pub fn not_negative(key: &str, value: f64) -> Result<(), AxisConfigError> {
     if value.is_finite() && value >= 0.0 {
         Ok(())
     } else {
@@ -77,7 +83,10 @@ pub(crate) fn not_negative(key: &str, value: f64) -> Result<(), AxisConfigError>
 }
 
 /// A finite number.
-pub(crate) fn finite(key: &str, value: f64) -> Result<(), AxisConfigError> {
+///
+/// # Errors
+/// [`AxisConfigError::Range`] with the key and the value.
+pub fn finite(key: &str, value: f64) -> Result<(), AxisConfigError> {
     if value.is_finite() {
         Ok(())
     } else {
@@ -86,7 +95,10 @@ pub(crate) fn finite(key: &str, value: f64) -> Result<(), AxisConfigError> {
 }
 
 /// A number from `low` to `high`, both included.
-pub(crate) fn between(key: &str, value: f64, low: f64, high: f64) -> Result<(), AxisConfigError> {
+///
+/// # Errors
+/// [`AxisConfigError::Range`] with the key and the value.
+pub fn between(key: &str, value: f64, low: f64, high: f64) -> Result<(), AxisConfigError> {
     if value >= low && value <= high {
         Ok(())
     } else {

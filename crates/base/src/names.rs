@@ -1,0 +1,79 @@
+//! Hints for names that are not known.
+
+/// A hint for an unknown name: the known one that it begins (a key without its unit), the nearest
+/// one if it is near, else all of them.
+pub fn did_you_mean(unknown: &str, known: &[&str]) -> String {
+    if let Some(name) = known.iter().find(|name| {
+        name.strip_prefix(unknown)
+            .is_some_and(|rest| rest.starts_with('_'))
+    }) {
+        return format!("did you mean `{name}`?");
+    }
+    let near = known
+        .iter()
+        .map(|name| (distance(unknown, name), name))
+        .min();
+    match near {
+        Some((steps, name)) if steps <= 2.max(unknown.len() / 3) => {
+            format!("did you mean `{name}`?")
+        }
+        Some(_) => format!("known here: {}", known.join(", ")),
+        None => String::new(),
+    }
+}
+
+/// Levenshtein's distance: insertions, deletions and replacements of letters that lead from one
+/// name to the other.
+fn distance(from: &str, to: &str) -> usize {
+    let to: Vec<char> = to.chars().collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (i, a) in from.chars().enumerate() {
+        let mut diagonal = i;
+        let mut left = i + 1;
+        for (j, b) in to.iter().enumerate() {
+            let above = row.get(j + 1).copied().unwrap_or(left);
+            let cell = (diagonal + usize::from(a != *b))
+                .min(above + 1)
+                .min(left + 1);
+            if let Some(slot) = row.get_mut(j) {
+                *slot = left;
+            }
+            diagonal = above;
+            left = cell;
+        }
+        if let Some(slot) = row.last_mut() {
+            *slot = left;
+        }
+    }
+    row.last().copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_of_known_words() {
+        assert_eq!(distance("kitten", "sitting"), 3);
+        assert_eq!(distance("", "abc"), 3);
+        assert_eq!(distance("abc", ""), 3);
+        assert_eq!(distance("gap_um", "gap_um"), 0);
+        assert_eq!(distance("flaw", "lawn"), 2);
+    }
+
+    #[test]
+    fn near_names_are_offered_and_far_ones_listed() {
+        assert_eq!(
+            did_you_mean("lead_nm", &["gear", "lead_mm"]),
+            "did you mean `lead_mm`?"
+        );
+        assert_eq!(
+            did_you_mean("mass", &["lead_mm", "mass_kg"]),
+            "did you mean `mass_kg`?"
+        );
+        assert_eq!(
+            did_you_mean("colour", &["gear", "lead_mm"]),
+            "known here: gear, lead_mm"
+        );
+    }
+}
