@@ -11,8 +11,8 @@ mod common;
 
 use common::{machine, part, program, run};
 use lostmotion::base::AxisId;
-use lostmotion::methods::AxisConfig;
 use lostmotion::drive::config::Load;
+use lostmotion::methods::AxisConfig;
 use lostmotion::sim::{Machine, SimulateOptions, Simulation};
 
 /// A machine whose axes are as rigid and frictionless as the model goes: what is left is the servo

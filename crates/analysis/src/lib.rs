@@ -12,18 +12,14 @@
 
 mod cycle;
 mod describing;
-mod fault;
 mod loops;
 mod margins;
 mod matrix;
 mod model;
 mod response;
-mod simulated;
 
-pub use cycle::{Cycle, CycleDetector};
+pub use cycle::{Cycle, CycleDetector, simulated_cycle};
 pub use describing::{LimitCycle, limit_cycle};
-pub use fault::Fault;
-pub use loops::{AxisAnalysis, LoopAnalysis, LoopDelays, LoopKind, Regime, analyse};
+pub use loops::{AxisAnalysis, Fault, LoopAnalysis, LoopDelays, LoopKind, Regime, analyse};
 pub use margins::Margins;
 pub use model::Feedback;
-pub use simulated::simulated_cycle;

@@ -11,8 +11,7 @@
 use crate::config::{AxisConfig, AxisConfigError};
 use crate::error::AxisError;
 use crate::plant::PlantState;
-use crate::runner::CurrentLoop;
-use crate::runner::{AxisOutput, AxisRunner};
+use crate::runner::{AxisOutput, AxisRunner, CurrentLoop};
 use crate::signal::Setpoint;
 use serde::{Deserialize, Serialize};
 

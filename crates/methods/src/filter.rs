@@ -47,7 +47,7 @@ pub(super) struct Belief {
 
 /// One period with the flank and the kind of the load's friction given.
 #[derive(Clone, Copy, Debug)]
-struct Step {
+struct FilterStep {
     states: Square,
     torques: [[f64; 2]; N],
 }
@@ -56,7 +56,7 @@ struct Step {
 #[derive(Clone, Debug)]
 pub(super) struct Filter {
     /// By contact and by sliding.
-    steps: [[Step; 2]; 2],
+    steps: [[FilterStep; 2]; 2],
     load: LoadModel,
     torque_constant: f64,
     motor_coulomb: f64,
@@ -118,7 +118,7 @@ pub(crate) fn check_noises(
 impl Filter {
     pub(super) fn new(config: &AxisConfig, noises: &Noises) -> Filter {
         let load = LoadModel::told(config);
-        let step = |contact: bool, slides: bool| Step::new(config, &load, contact, slides);
+        let step = |contact: bool, slides: bool| FilterStep::new(config, &load, contact, slides);
         let count = config
             .drive
             .encoder_counts_per_rev
@@ -190,7 +190,7 @@ impl Filter {
         belief.covariance = self.spread(&step, table, &belief.covariance);
     }
 
-    fn spread(&self, step: &Square, table: &Step, before: &Square) -> Square {
+    fn spread(&self, step: &Square, table: &FilterStep, before: &Square) -> Square {
         let half: Square =
             step.map(|row| std::array::from_fn(|j| (0..N).map(|k| row[k] * before[k][j]).sum()));
         std::array::from_fn(|i| {
@@ -266,8 +266,8 @@ impl Belief {
     }
 }
 
-impl Step {
-    fn new(config: &AxisConfig, load: &LoadModel, contact: bool, slides: bool) -> Step {
+impl FilterStep {
+    fn new(config: &AxisConfig, load: &LoadModel, contact: bool, slides: bool) -> FilterStep {
         let (motor_inertia, period) = (config.motor_side_inertia_kgm2(), config.servo_period_s());
         let (stiffness, damping) = if contact {
             (load.stiffness, load.damping)
@@ -304,7 +304,7 @@ impl Step {
             rates[LOAD_SPEED][column] = of_load[column - 1] / load.inertia;
         }
         let whole = exponential(&rates, period);
-        Step {
+        FilterStep {
             states: std::array::from_fn(|i| std::array::from_fn(|j| whole[i][j])),
             torques: std::array::from_fn(|i| [whole[i][N], whole[i][N + 1]]),
         }
@@ -347,6 +347,51 @@ fn exponential<const M: usize>(rates: &[[f64; M]; M], time: f64) -> [[f64; M]; M
     whole
 }
 
+// When an estimated half gap may be used: after three changes of flank, once the estimates there
+// agree and the filter itself is sure.
+
+/// Changes of flank that are compared.
+const CHANGES: usize = 3;
+/// How far the estimates at these changes may differ, over the largest.
+const AGREE: f64 = 0.2;
+/// Standard deviation over half gap, at most.
+const SURE: f64 = 0.2;
+
+/// The half gaps at the last changes of flank, oldest first, rad.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Trust {
+    side: i8,
+    readings: [f64; CHANGES],
+    seen: u32,
+}
+
+impl Trust {
+    /// Takes the flank that is pressed now (0 for none) and the estimate with its standard
+    /// deviation; gives the half gap to use, 0 if unsure.
+    pub(super) fn step(&mut self, flank: i8, half_gap: f64, spread: f64) -> f64 {
+        if flank != 0 && flank != self.side {
+            if self.side != 0 {
+                self.readings.rotate_left(1);
+                self.readings[CHANGES - 1] = half_gap;
+                self.seen = self.seen.saturating_add(1);
+            }
+            self.side = flank;
+        }
+        let most = self
+            .readings
+            .iter()
+            .fold(half_gap, |most, reading| most.max(*reading));
+        let least = self
+            .readings
+            .iter()
+            .fold(half_gap, |least, reading| least.min(*reading));
+        let sure = self.seen >= CHANGES as u32
+            && most - least <= AGREE * most
+            && spread <= SURE * half_gap;
+        if sure { half_gap } else { 0.0 }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -368,5 +413,21 @@ mod tests {
                 "{found} {wanted}"
             );
         }
+    }
+
+    #[test]
+    fn three_changes_that_agree_are_trusted_and_a_jump_ends_it() {
+        let mut trust = Trust::default();
+        let mut used = Vec::new();
+        for (n, half_gap) in [1.0, 1.0, 0.9, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]
+            .into_iter()
+            .enumerate()
+        {
+            let flank = if n % 2 == 0 { 1 } else { -1 };
+            used.push(trust.step(flank, half_gap, 0.1 * half_gap));
+        }
+        assert_eq!(used, [0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 2.0, 2.0]);
+        assert_eq!(trust.step(0, 2.0, 0.5), 0.0);
+        assert_eq!(trust.step(0, 2.0, 0.1), 2.0);
     }
 }

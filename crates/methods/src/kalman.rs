@@ -24,9 +24,8 @@
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
-use crate::filter::{check_noises, Belief, Filter, HALF_GAP, Noises};
+use crate::filter::{Belief, Filter, HALF_GAP, Noises, Trust, check_noises};
 use crate::registry::{Registered, Settings};
-use crate::trust::Trust;
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};

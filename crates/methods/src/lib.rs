@@ -24,7 +24,6 @@
 
 mod crossing;
 mod filter;
-mod linear;
 pub mod observed;
 mod passage;
 mod ramp;
@@ -33,7 +32,6 @@ pub mod registry;
 pub mod shaft;
 mod strokes;
 mod traverse;
-mod trust;
 
 pub use lostmotion_drive::{AxisOutput, Setpoint};
 pub use observed::Observed;

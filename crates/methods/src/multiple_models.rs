@@ -21,9 +21,8 @@
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
-use crate::filter::{check_noises, Belief, Filter, GAP_ANGLE, HALF_GAP, N, Noises};
+use crate::filter::{Belief, Filter, GAP_ANGLE, HALF_GAP, N, Noises, Trust, check_noises};
 use crate::registry::{Registered, Settings};
-use crate::trust::Trust;
 use lostmotion_base::math;
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};

@@ -10,6 +10,10 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Smallest pivot of the normal equations of the fits, whose parameters are scaled to the order of
+/// 1: what the data do not determine stays finite. Origin unknown, kept.
+pub(crate) const LEAST_PIVOT: f64 = 1e-14;
+
 /// Readings kept.
 const KEPT: usize = 8;
 /// Standard deviation of the drift from reading to reading, part of the value.

@@ -5,10 +5,9 @@
 //! stay apart, so each lane's bits are those of the single axis. A lane that is reported back has
 //! been left as it was.
 
-use super::current::{Fast, Voltages};
-use super::lanes::{Lanes, Numbers, Row, WIDTH};
-use super::tick::parts;
-use super::vector::Vector;
+use super::lanes::{Lanes, PeriodNumbers, Row, WIDTH};
+use super::tick::{Fast, Voltages, parts};
+use super::vector::Wide;
 use pulp::{Simd, WithSimd};
 
 /// Takes periods from `from` until one in which a lane has to step by itself.
@@ -42,7 +41,7 @@ impl WithSimd for Periods<'_> {
             let mut stopped = [false; WIDTH];
             let mut any = false;
             for part in 0..parts {
-                any |= Vector { simd, part }.period(lanes, &active, &mut stopped);
+                any |= Wide { simd, part }.period(lanes, &active, &mut stopped);
             }
             if any {
                 return Some(Stop {
@@ -55,7 +54,7 @@ impl WithSimd for Periods<'_> {
     }
 }
 
-impl<S: Simd> Vector<S> {
+impl<S: Simd> Wide<S> {
     /// One period; whether a lane has to step by itself, and which.
     #[inline(always)]
     fn period(
@@ -205,7 +204,7 @@ impl<S: Simd> Vector<S> {
 
     /// See `plant::quiet`: the penetration's cubic stays in its range.
     #[inline(always)]
-    fn contact(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
+    fn contact(self, n: &PeriodNumbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
         let third = self.get(&n.third);
         let (rise, fall) = (
             self.mul(self.sub(before[2], before[3]), third),
@@ -233,21 +232,21 @@ impl<S: Simd> Vector<S> {
 
     /// Spring exceeds damping at both ends.
     #[inline(always)]
-    fn pushing(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
+    fn pushing(self, n: &PeriodNumbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
         let (a, b) = (self.spare(n, before), self.spare(n, after));
         let least = self.add(self.abs(self.sub(a, b)), self.get(&n.push_margin));
         self.both(self.less(least, a), self.less(least, b))
     }
 
     #[inline(always)]
-    fn spare(self, n: &Numbers, x: &[S::f64s; 4]) -> S::f64s {
+    fn spare(self, n: &PeriodNumbers, x: &[S::f64s; 4]) -> S::f64s {
         let damping = self.mul(self.get(&n.push[1]), self.abs(self.sub(x[2], x[3])));
         self.sub(self.mul(self.get(&n.push[0]), x[1]), damping)
     }
 
     /// No sliding mass comes near to rest.
     #[inline(always)]
-    fn sliding(self, n: &Numbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
+    fn sliding(self, n: &PeriodNumbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
         self.both(
             self.slides(n, 0, before[2], after[2]),
             self.slides(n, 1, before[3], after[3]),
@@ -255,7 +254,7 @@ impl<S: Simd> Vector<S> {
     }
 
     #[inline(always)]
-    fn slides(self, n: &Numbers, mass: usize, from: S::f64s, to: S::f64s) -> S::m64s {
+    fn slides(self, n: &PeriodNumbers, mass: usize, from: S::f64s, to: S::f64s) -> S::m64s {
         let sign = self.get(&n.sliding[mass]);
         let least = self.add(
             self.abs(self.sub(to, from)),
@@ -271,7 +270,7 @@ impl<S: Simd> Vector<S> {
     #[inline(always)]
     fn standing(
         self,
-        n: &Numbers,
+        n: &PeriodNumbers,
         before: &[S::f64s; 4],
         after: &[S::f64s; 4],
         held_load: S::f64s,
@@ -293,7 +292,7 @@ impl<S: Simd> Vector<S> {
     }
 
     #[inline(always)]
-    fn contact_torque(self, n: &Numbers, x: &[S::f64s; 4]) -> S::f64s {
+    fn contact_torque(self, n: &PeriodNumbers, x: &[S::f64s; 4]) -> S::f64s {
         self.add(
             self.mul(self.get(&n.shaft[0]), x[1]),
             self.mul(self.get(&n.shaft[1]), self.sub(x[2], x[3])),
@@ -301,7 +300,7 @@ impl<S: Simd> Vector<S> {
     }
 
     #[inline(always)]
-    fn holds(self, n: &Numbers, mass: usize, a: S::f64s, b: S::f64s) -> S::m64s {
+    fn holds(self, n: &PeriodNumbers, mass: usize, a: S::f64s, b: S::f64s) -> S::m64s {
         let (limit, margin, change) = (
             self.get(&n.holding[mass]),
             self.get(&n.torque_margin),

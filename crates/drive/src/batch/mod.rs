@@ -11,13 +11,10 @@
 //! all compensators but `none`, which is not asked. Groups of lanes run on the caller's thread, or
 //! on the threads of the rayon pool in force if more than one is asked for.
 
-mod current;
 mod group;
 mod kernel;
 mod lanes;
-mod loops;
 mod tick;
-mod twin_kernel;
 mod twins;
 mod vector;
 

@@ -8,12 +8,12 @@ const ALL_WHOLE: f64 = (1_u64 << 52) as f64;
 
 /// Part of the lanes, as many as a vector holds.
 #[derive(Clone, Copy)]
-pub(super) struct Vector<S: Simd> {
+pub(super) struct Wide<S: Simd> {
     pub(super) simd: S,
     pub(super) part: usize,
 }
 
-impl<S: Simd> Vector<S> {
+impl<S: Simd> Wide<S> {
     #[inline(always)]
     pub(super) fn get(self, row: &Row) -> S::f64s {
         S::as_simd_f64s(&row.0).0[self.part]
@@ -104,7 +104,7 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
             for part in 0..WIDTH / S::F64_LANES {
-                let vector = Vector { simd, part };
+                let vector = Wide { simd, part };
                 let value = vector.round(vector.get(self.0));
                 vector.put(self.0, value);
             }

@@ -3,8 +3,10 @@
 use super::check::{AxisConfigError, between, not_negative, positive};
 use super::cycles::{Cycles, is_whole};
 use super::filter::TorqueFilters;
-use super::loops::{AntiWindup, FrictionFeedforward, LeastMargins};
+use super::load::Reflected;
+use super::motor::Motor;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// Settings of the cascade: position P and velocity PI every servo cycle (250 us unless [`Cycles`]
 /// say otherwise), current PI every [`Drive::current_period_us`].
@@ -157,5 +159,195 @@ impl Drive {
     /// Current periods in a servo period.
     pub fn current_periods(&self, cycles: &Cycles) -> u32 {
         (cycles.servo_us / self.current_period_us(cycles)).round() as u32
+    }
+}
+
+// What a drive's loops do besides their gains: friction feed-forward, anti-windup, and the margins
+// asked of them.
+
+/// Torque fed forward against friction: `coulomb w/sqrt(w^2 + smoothing^2) + viscous w`, w the
+/// reference's mean velocity over the coming servo period, rad/s at the motor.
+///
+/// The smoothing keeps the torque from jumping at a reversal: at `w = smoothing` it is 71 % of the
+/// Coulomb friction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionFeedforward {
+    /// Coulomb friction that the drive was told, N m at the motor.
+    pub coulomb_nm: f64,
+    /// Viscous friction that the drive was told, N m s/rad at the motor.
+    #[serde(default)]
+    pub viscous_nm_s_per_rad: f64,
+    /// Velocity over which the sign is smoothed, rad/s at the motor.
+    #[serde(default = "smoothing_rad_s")]
+    pub smoothing_rad_s: f64,
+}
+
+fn smoothing_rad_s() -> f64 {
+    0.1
+}
+
+impl FrictionFeedforward {
+    pub(super) fn check(&self) -> Result<(), AxisConfigError> {
+        not_negative("friction_feedforward.coulomb_nm", self.coulomb_nm)?;
+        not_negative(
+            "friction_feedforward.viscous_nm_s_per_rad",
+            self.viscous_nm_s_per_rad,
+        )?;
+        positive("friction_feedforward.smoothing_rad_s", self.smoothing_rad_s)
+    }
+}
+
+/// What the velocity loop's integral does while the current command is cut at its limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AntiWindup {
+    /// Back-calculation: a command cut by `delta` moves the integral by `delta` times period over
+    /// integral time, so the tracking time is the integral time. While the voltage is at its limit
+    /// the integral takes up no error that asks for still more torque. Source: Astrom and
+    /// Haegglund, *Advanced PID Control* (2006), section 3.5.
+    #[default]
+    BackCalculation,
+    /// Conditional integration: while current or voltage is at its limit the integral takes up no
+    /// error that asks for still more torque.
+    Conditional,
+    /// None: the integral goes on. For showing what the others are there for.
+    None,
+}
+
+/// Margins below which [`crate::analysis`] calls a loop badly tuned.
+///
+/// The defaults are low: they refuse what is about to oscillate, not what a commissioning engineer
+/// would do better.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeastMargins {
+    /// Phase margin, deg.
+    #[serde(default = "phase_deg")]
+    pub phase_deg: f64,
+    /// Gain margin, dB.
+    #[serde(default = "gain_db")]
+    pub gain_db: f64,
+}
+
+fn phase_deg() -> f64 {
+    15.0
+}
+
+fn gain_db() -> f64 {
+    3.0
+}
+
+impl Default for LeastMargins {
+    fn default() -> LeastMargins {
+        LeastMargins {
+            phase_deg: phase_deg(),
+            gain_db: gain_db(),
+        }
+    }
+}
+
+impl LeastMargins {
+    pub(super) fn check(&self) -> Result<(), AxisConfigError> {
+        not_negative("least_margins.phase_deg", self.phase_deg)?;
+        not_negative("least_margins.gain_db", self.gain_db)
+    }
+
+    /// Whether these are the defaults.
+    pub fn is_default(&self) -> bool {
+        *self == LeastMargins::default()
+    }
+}
+
+impl AntiWindup {
+    /// Whether this is the default.
+    pub fn is_default(&self) -> bool {
+        *self == AntiWindup::default()
+    }
+}
+
+// A stated rule for a drive's gains, so that every machine of a catalogue is tuned the same way.
+
+/// What the gains of a drive follow from.
+///
+/// Rule:
+/// - current PI by pole-zero cancellation: integral time `L/R`, gain `2 pi f_c L`, so the closed
+///   loop is a first-order lag of bandwidth `f_c`;
+/// - velocity PI for the rigid axis, inertia `J` of rotor, screw and load: natural frequency
+///   `w_n = 2 pi f_v` and damping `D`, so the gain is `(2 D w_n J - b)/K_t` and the integral time
+///   `(2 D w_n J - b)/(w_n^2 J)`;
+/// - position gain `Kv = position_ratio * w_n`.
+///
+/// `f_v` has to stay well below the first resonance and below what the loop's delays allow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tuning {
+    /// Bandwidth f_c of the current loop, Hz.
+    pub current_bandwidth_hz: f64,
+    /// Natural frequency f_v of the velocity loop, Hz.
+    pub velocity_frequency_hz: f64,
+    /// Damping D of the velocity loop.
+    pub velocity_damping: f64,
+    /// Position gain over the velocity loop's natural frequency (rad/s).
+    pub position_ratio: f64,
+    /// Part of the velocity that is fed forward, 0 to 1.
+    pub velocity_feedforward: f64,
+    /// Part of the acceleration that is fed forward, 0 to 1.
+    pub acceleration_feedforward: f64,
+}
+
+impl Default for Tuning {
+    /// A stiffly tuned machine tool axis: 800 Hz, 40 Hz, D 1, ratio 1/4 (Kv 63 1/s), full
+    /// feed-forward.
+    fn default() -> Tuning {
+        Tuning {
+            current_bandwidth_hz: 800.0,
+            velocity_frequency_hz: 40.0,
+            velocity_damping: 1.0,
+            position_ratio: 0.25,
+            velocity_feedforward: 1.0,
+            acceleration_feedforward: 1.0,
+        }
+    }
+}
+
+impl Drive {
+    /// A drive whose gains follow from the motor and the load by the rule of [`Tuning`].
+    ///
+    /// The limits are the caller's: `current_limit_a` as i_q amplitude, `bus_voltage_v` as DC. The
+    /// encoder is ideal, the current loop has its usual period (50 us) and one period of delay; all
+    /// fields can be set afterwards.
+    pub fn tuned(
+        motor: &Motor,
+        load: &Reflected,
+        tuning: &Tuning,
+        current_limit_a: f64,
+        bus_voltage_v: f64,
+    ) -> Drive {
+        let inductance = motor.phase_inductance_h();
+        let inertia = motor.inertia_kgm2 + load.motor_side_inertia_kgm2 + load.inertia_kgm2;
+        let viscous = motor.viscous_nm_s_per_rad + load.viscous_nm_s_per_rad;
+        let natural = TAU * tuning.velocity_frequency_hz;
+        let damping_torque = 2.0 * tuning.velocity_damping * natural * inertia - viscous;
+        Drive {
+            current_gain_v_per_a: TAU * tuning.current_bandwidth_hz * inductance,
+            current_time_s: inductance / motor.phase_resistance_ohm(),
+            velocity_gain_a_s_per_rad: damping_torque / motor.torque_constant_nm_per_a,
+            velocity_time_s: damping_torque / (natural * natural * inertia),
+            position_gain_per_s: tuning.position_ratio * natural,
+            velocity_feedforward: tuning.velocity_feedforward,
+            acceleration_feedforward: tuning.acceleration_feedforward,
+            told_inertia_kgm2: None,
+            current_limit_a,
+            bus_voltage_v,
+            encoder_counts_per_rev: None,
+            current_period_us: None,
+            voltage_delay_periods: 1,
+            command_delay_periods: 0,
+            friction_feedforward: None,
+            torque_filter: TorqueFilters::default(),
+            anti_windup: AntiWindup::default(),
+            least_margins: LeastMargins::default(),
+        }
     }
 }

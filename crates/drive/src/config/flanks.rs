@@ -1,6 +1,8 @@
-//! Where the flanks of the gap are.
+//! The gap: where its flanks are, how they push on each other, and how a method is told of it.
 
-use super::check::{AxisConfigError, between, finite, positive};
+use super::check::{AxisConfigError, between, finite, not_negative, positive};
+use super::load::ARCSEC_PER_DEG;
+use super::transmission::{AxisUnit, Transmission};
 use serde::{Deserialize, Serialize};
 
 /// A gap that is wider (or narrower) around one place of the travel than elsewhere.
@@ -63,5 +65,92 @@ impl Flanks {
             between("width_units: slope of the flanks", slope, 0.0, 0.1)
         };
         check().map_err(|e| e.within("wear"))
+    }
+}
+
+// How the flanks push on each other.
+
+/// Law of the contact torque at penetration p of a flank with closing speed v (stiffness k, damping
+/// d).
+///
+/// Published models differ, and bounce differently. With a gap of zero both flanks touch at once
+/// and the shaft is the plain spring and damper, whichever law is chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ContactLaw {
+    /// `k p + d v` as long as p > 0: pulls while the flanks separate fast.
+    #[default]
+    Linear,
+    /// `max(0, k p + d v)`: never pulls.
+    Clamped,
+    /// `k p + clamp(d v, -k p, k p)`: never pulls, and no jump of torque when the flanks meet (the
+    /// bounded damping of the Modelica Standard Library's elasto-backlash).
+    Bounded,
+}
+
+/// Where in its gap the axis stands at the start, as the motor's lead over the load: -1 on the
+/// negative flank, 0 in the middle, 1 on the positive flank.
+///
+/// The motor stands at the start position; the load is off it by this part of half the gap.
+/// Positions therefore count from the middle of the gap. If the constant load torque is more than
+/// the friction can hold, the axis starts on the flank that carries it, wound up, with the servo
+/// already holding it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct StartInGap(pub f64);
+
+// A total gap as a method is told it.
+
+/// A total gap in the unit that suits whoever tells it: `{ um = 10.0 }`, `{ mdeg = 3.0 }`,
+/// `{ arcsec = 11.0 }`, `{ deg = 0.003 }` or `{ motor_rad = 0.2 }`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Gap {
+    /// Micrometre at the slide.
+    Um(f64),
+    /// Millidegree at the table.
+    Mdeg(f64),
+    /// Second of arc at the table.
+    Arcsec(f64),
+    /// Degree at the table.
+    Deg(f64),
+    /// Radian at the motor's shaft.
+    MotorRad(f64),
+}
+
+impl Gap {
+    /// Checks the value and that the unit suits the axis.
+    ///
+    /// # Errors
+    /// A negative or non-finite gap, micrometres on a rotary axis, an angle on a linear one.
+    pub fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        let linear = transmission.unit() == AxisUnit::Mm;
+        let (key, value, fits) = match *self {
+            Gap::Um(value) => ("um", value, linear),
+            Gap::Mdeg(value) => ("mdeg", value, !linear),
+            Gap::Arcsec(value) => ("arcsec", value, !linear),
+            Gap::Deg(value) => ("deg", value, !linear),
+            Gap::MotorRad(value) => ("motor_rad", value, true),
+        };
+        if !fits {
+            return Err(AxisConfigError::Mismatch {
+                key: key.to_owned(),
+                reason: format!("the axis is in {}", transmission.unit().symbol()),
+                hint: "give the gap as um on a linear axis, arcsec, mdeg or deg on a rotary one, or motor_rad".to_owned(),
+            });
+        }
+        not_negative(key, value)
+    }
+
+    /// The gap in rad at the motor's shaft.
+    pub fn motor_rad(&self, transmission: &Transmission) -> f64 {
+        let ratio = transmission.load_per_motor_rad();
+        match *self {
+            Gap::Um(um) => um * 1e-6 / ratio,
+            Gap::Mdeg(mdeg) => (mdeg * 1e-3).to_radians() / ratio,
+            Gap::Arcsec(arcsec) => (arcsec / ARCSEC_PER_DEG).to_radians() / ratio,
+            Gap::Deg(deg) => deg.to_radians() / ratio,
+            Gap::MotorRad(rad) => rad,
+        }
     }
 }

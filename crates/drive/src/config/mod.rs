@@ -39,46 +39,31 @@
 //! ```
 
 pub mod check;
-mod contact;
 mod cycles;
 mod drift;
 mod drive;
 mod filter;
 mod flanks;
 mod friction;
-mod gap;
-mod gravity;
 mod load;
-mod loops;
 mod motor;
 mod preset;
-mod rates;
 mod reference;
-mod ripple;
 mod scale;
-mod table;
 mod transmission;
-mod tuning;
 
 pub use check::AxisConfigError;
-pub use contact::{ContactLaw, StartInGap};
 pub use cycles::Cycles;
 pub use drift::{Change, Drift, Shape};
-pub use drive::Drive;
+pub use drive::{AntiWindup, Drive, FrictionFeedforward, LeastMargins, Tuning};
 pub use filter::{LowPass, MAX_TORQUE_FILTERS, Notch, TorqueFilter, TorqueFilters};
-pub use flanks::{Flanks, Wear};
+pub use flanks::{ContactLaw, Flanks, Gap, StartInGap, Wear};
 pub use friction::{FrictionLaw, Frictions, Lugre, Stribeck};
-pub use gap::Gap;
-pub use gravity::Gravity;
-pub use load::{Load, Reflected, Slide};
-pub use loops::{AntiWindup, FrictionFeedforward, LeastMargins};
-pub use motor::Motor;
+pub use load::{Gravity, Load, Reflected, Slide, Table};
+pub use motor::{Harmonic, MAX_HARMONICS, Motor, Ripple};
 pub use reference::Interpolator;
-pub use ripple::{Harmonic, MAX_HARMONICS, Ripple};
 pub use scale::{Scale, ScaleError};
-pub use table::Table;
 pub use transmission::{AxisUnit, Linear, Rotary, Transmission};
-pub use tuning::Tuning;
 
 use check::between;
 use serde::{Deserialize, Serialize};

@@ -1,18 +1,15 @@
 //! Axes that come with the library.
 
 use super::AxisConfig;
-use super::contact::{ContactLaw, StartInGap};
 use super::cycles::Cycles;
 use super::drift::Drift;
-use super::drive::Drive;
+use super::drive::{AntiWindup, Drive, LeastMargins};
 use super::filter::TorqueFilters;
-use super::flanks::Flanks;
+use super::flanks::{ContactLaw, Flanks, StartInGap};
 use super::friction::Frictions;
 use super::load::{Load, Reflected};
-use super::loops::{AntiWindup, LeastMargins};
-use super::motor::Motor;
+use super::motor::{Motor, Ripple};
 use super::reference::Interpolator;
-use super::ripple::Ripple;
 use super::scale::Scale;
 use super::transmission::{AxisUnit, Rotary, Transmission};
 

@@ -12,13 +12,11 @@
 //! An inclined flank takes its part of the force along the load, so that the spring's energy is
 //! that of its compression, wherever it is.
 
-use super::bristles::Brush;
-use super::dynamics::Held;
+use super::dynamics::{COEFFICIENTS, Held};
 use super::mode::{Coupling, Friction, Mass, Mode};
-use super::params::PlantParams;
-use super::series::{NOTHING, Series, Sine, Width, product, value};
+use super::params::{Bristles, PlantParams};
+use super::series::{Gauss, NOTHING, Series, Sine, Width, product, value};
 use super::state::PlantState;
-use super::taylor::COEFFICIENTS;
 use crate::config::MAX_HARMONICS;
 
 /// Order before which no series counts as settled: what acts on the motor shows in the load four
@@ -63,8 +61,8 @@ impl<'a> Expansion<'a> {
         held: &Held,
         span: f64,
     ) -> Expansion<'a> {
-        let sines = |waves: &super::curved::Waves| {
-            let mut list = [Sine::new(super::curved::Wave::default()); MAX_HARMONICS];
+        let sines = |waves: &super::params::Waves| {
+            let mut list = [Sine::new(super::params::Wave::default()); MAX_HARMONICS];
             for (slot, wave) in list.iter_mut().zip(waves.as_slice()) {
                 *slot = Sine::new(*wave);
             }
@@ -285,4 +283,60 @@ fn start(first: f64) -> Series {
     let mut series = NOTHING;
     series[0] = first;
     series
+}
+
+// LuGre's friction as a series; see [`crate::config::Lugre`] for its equations.
+
+/// Friction of a mass that moves on bristles in one direction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Brush {
+    sign: f64,
+    coulomb: f64,
+    static_excess: f64,
+    speed: f64,
+    stiffness: f64,
+    damping: f64,
+    u: Series,
+    gauss: Gauss,
+    level: Series,
+    ratio: Series,
+    /// Speed of the deflection, rad/s.
+    pub(super) rate: Series,
+    /// Friction torque against the positive direction, N m.
+    pub(super) torque: Series,
+}
+
+impl Brush {
+    pub(super) fn new(params: &PlantParams, mass: Mass, sign: f64, bristles: Bristles) -> Brush {
+        let (shape, coulomb) = (params.friction(mass), params.coulomb(mass));
+        let stiffness = coulomb / bristles.presliding_rad;
+        Brush {
+            sign,
+            coulomb,
+            static_excess: shape.static_factor - 1.0,
+            speed: shape.speed_rad_s,
+            stiffness,
+            damping: stiffness * bristles.damping_s,
+            u: NOTHING,
+            gauss: Gauss::NEW,
+            level: NOTHING,
+            ratio: NOTHING,
+            rate: NOTHING,
+            torque: NOTHING,
+        }
+    }
+
+    pub(super) fn extend(&mut self, speed: &Series, deflection: &Series, n: usize) {
+        self.u[n] = speed[n] / self.speed;
+        self.gauss.extend(&self.u, n);
+        self.level[n] = self.coulomb * self.static_excess * self.gauss.value[n];
+        if n == 0 {
+            self.level[0] += self.coulomb;
+        }
+        // deflection over level, by long division; its own coefficient n is still zero in the
+        // product
+        self.ratio[n] = (deflection[n] - product(&self.level, &self.ratio, n)) / self.level[0];
+        self.rate[n] = speed[n] - self.sign * self.stiffness * product(speed, &self.ratio, n);
+        self.torque[n] = self.stiffness * deflection[n] + self.damping * self.rate[n];
+    }
 }

@@ -13,7 +13,7 @@ use crate::config::ContactLaw;
 pub(crate) struct Lane {
     pub(crate) mode: Mode,
     /// Columns of the step's matrix, then the row of the load's travel: see
-    /// [`super::table::StepTable`].
+    /// [`super::dynamics::StepTable`].
     pub(crate) columns: [[f64; 4]; 7],
     pub(crate) travel: [f64; 7],
     pub(crate) decay_d: f64,

@@ -12,44 +12,31 @@
 //! step of its own. The voltages that couple d and q (`w_e L i`) and would make the equations
 //! bilinear are held over a period at their value at its start.
 
-mod bristles;
-mod crossing;
-mod curved;
 mod curved_step;
 mod drifting;
 mod dynamics;
 mod expansion;
-mod friction;
 mod guard;
 mod lane;
-mod matrix;
 mod mode;
 mod params;
 mod quiet;
-mod scale;
 mod series;
 mod state;
-mod table;
-mod taylor;
 
-pub use curved::{Bell, Curved, Wave, Waves};
 pub use drifting::DRIFT_MS;
 pub(crate) use drifting::Drifting;
-pub use friction::{Bristles, FrictionShape};
 pub(crate) use lane::Lane;
 pub use mode::{Contact, Friction, Mode, Side};
-pub use params::PlantParams;
-pub use scale::LoadScale;
+pub use params::{Bell, Bristles, Curved, FrictionShape, LoadScale, PlantParams, Wave, Waves};
 pub use state::PlantState;
 
-use dynamics::{Held, Vector};
+use dynamics::{Held, StepTable, Taylor, Vector};
 use expansion::Expansion;
 use guard::{Event, Guards, Vanishing};
 use lostmotion_base::math;
 use mode::{MATRICES, Mass};
 use quiet::Margins;
-use table::StepTable;
-use taylor::Taylor;
 
 /// Events in one step after which the rest of the step is taken without looking for more. Contact
 /// and friction cannot follow each other that fast; the bound is there so that no input whatever
@@ -217,7 +204,7 @@ impl Plant {
                 _ => 0,
             };
             let polynomial = taylor.functional(guard.offset, &guard.row);
-            if let Some(tau) = crossing::first_crossing(&polynomial, zeros)
+            if let Some(tau) = curved_step::first_crossing(&polynomial, zeros)
                 && first.is_none_or(|(earliest, _)| tau < earliest)
             {
                 first = Some((tau, guard.event));

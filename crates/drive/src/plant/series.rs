@@ -3,8 +3,8 @@
 //! differentiation, as in Jorba and Zou, *A Software Package for the Numerical Integration of ODEs
 //! by Means of High-Order Taylor Methods* (Experimental Mathematics 14, 2005).
 
-use super::curved::{Bell, Wave};
-use super::taylor::COEFFICIENTS;
+use super::dynamics::COEFFICIENTS;
+use super::params::{Bell, Wave};
 use lostmotion_base::math;
 
 /// Coefficients by powers of tau in [0, 1].

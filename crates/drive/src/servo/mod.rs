@@ -22,22 +22,16 @@
 //! read, a voltage `voltage_delay_periods` after the current was; [`crate::analysis`] lists them
 //! and what they cost in phase.
 
-mod current;
-mod encoder;
 mod filter;
-mod numbers;
-mod velocity;
+mod loops;
 
-pub use current::CurrentState;
-pub use encoder::Encoder;
 pub use filter::{FilterState, Filters};
-pub(crate) use numbers::TickNumbers;
-pub use velocity::VelocityState;
+pub(crate) use loops::TickNumbers;
+pub use loops::{CurrentState, Encoder, VelocityState};
 
 use crate::config::{AxisConfig, Drive};
 use crate::plant::{LoadScale, PlantInput, PlantState};
-use crate::signal::Correction;
-use crate::signal::Reference;
+use crate::signal::{Correction, Reference};
 use serde::{Deserialize, Serialize};
 
 /// The drive of one axis: immutable, shared.

@@ -15,11 +15,10 @@
 //! steady Kalman filter for the encoder's rounding against a torque that nobody models; the sum of
 //! `e^2` over its variance is what the true parameters make least (prediction error method).
 
-use super::laws::{shaft, slide};
-use super::steady::{Filter, Known};
 use super::window::{Sample, Window};
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
+use lostmotion_base::Clock;
 
 /// Hypotheses side by side.
 pub(super) const LANES: usize = 8;
@@ -50,7 +49,7 @@ pub(super) struct Progress {
     pub(super) load_speed: Lanes,
     off: Lanes,
     pub(super) speed: Lanes,
-    filter: Filter,
+    filter: SteadyFilter,
 }
 
 /// Samples at the start in which a large damping brings the load into step with the motor, critical
@@ -113,7 +112,7 @@ impl Progress {
             load_speed,
             off: [0.0; LANES],
             speed: [speed; LANES],
-            filter: Filter::default(),
+            filter: SteadyFilter::default(),
         }
     }
 
@@ -268,6 +267,78 @@ impl Progress {
     }
 }
 
+// Shaft and friction of the hypotheses, in a form that vectors can take.
+
+/// Torque of the shaft at a lead, nothing within the gap.
+#[inline(always)]
+pub(super) fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f64) -> f64 {
+    let pressed = lead - lead.max(-half_gap).min(half_gap);
+    if pressed.abs() > 0.0 {
+        stiffness * pressed + damping_torque
+    } else {
+        0.0
+    }
+}
+
+/// Speed after a gain of speed with friction that takes at most `most`; what turns around does so
+/// within the sample, and friction with it.
+#[inline(always)]
+pub(super) fn slide(speed: f64, gain: f64, most: f64) -> f64 {
+    let driven = gain - gain.max(-most).min(most);
+    let after = speed + gain - if speed > 0.0 { most } else { -most };
+    let turns = speed * after <= 0.0;
+    // part of the sample that is left once it stands
+    let left = if speed.abs() > 0.0 {
+        after / (after - speed)
+    } else {
+        1.0
+    };
+    if turns { left * driven } else { after }
+}
+
+// The motor's data, and the steady filter of its innovations.
+
+/// What is known of the motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Known {
+    pub(super) torque_constant: f64,
+    pub(super) inertia: f64,
+    pub(super) viscous: f64,
+    /// Standard deviation of a measured position, rad.
+    pub(super) noise: f64,
+    /// Standard deviation of the torque that nothing models, over a servo tick, N m.
+    pub(super) unmodelled: f64,
+}
+
+/// Gains and variance of the steady filter for samples of a length.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct SteadyFilter {
+    pub(super) ticks: u32,
+    pub(super) span: f64,
+    pub(super) alpha: f64,
+    pub(super) beta: f64,
+    pub(super) variance: f64,
+}
+
+impl Known {
+    /// The filter for samples of so many ticks (tracking index of Kalata, 1984).
+    pub(super) fn filter(&self, stride: u32) -> SteadyFilter {
+        let span = f64::from(stride) * Clock::SERVO.period_s();
+        let index =
+            self.unmodelled / self.inertia * span * span / (f64::from(stride).sqrt() * self.noise);
+        let r = 0.25 * (4.0 + index - (8.0 * index + index * index).sqrt());
+        let alpha = 1.0 - r * r;
+        let beta = 2.0 * (2.0 - alpha) - 4.0 * (1.0 - alpha).sqrt();
+        SteadyFilter {
+            ticks: stride,
+            span,
+            alpha,
+            beta,
+            variance: self.noise * self.noise / (1.0 - alpha),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -326,5 +397,16 @@ mod tests {
             assert_eq!(a.e.map(f64::to_bits), b.e.map(f64::to_bits), "{n}");
             assert_eq!(wide, plain, "{n}");
         }
+    }
+
+    #[test]
+    fn a_mass_that_turns_around_goes_on_with_friction_against_its_new_way() {
+        // at rest after 0.1/0.61 of the sample, then 0.59 for the rest of it
+        assert!((slide(-0.1, 0.6, 0.01) - 0.59 * (1.0 - 0.1 / 0.61)).abs() < 1e-15);
+        assert_eq!((slide(0.1, -0.005, 0.2), slide(0.0, 0.1, 0.2)), (0.0, 0.0));
+        assert!(
+            (slide(0.5, 0.1, 0.2) - 0.4).abs() < 1e-15
+                && (slide(0.0, 0.3, 0.2) - 0.1).abs() < 1e-15
+        );
     }
 }

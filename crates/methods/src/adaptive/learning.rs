@@ -15,9 +15,8 @@
 //!
 //! The four unknowns are those of `load_filter`.
 
-use super::block::{BLOCK, Block};
-use super::bridge::Bridge;
-use super::load_filter::{LEAST_INERTIA, LoadFilter, N, VISCOUS_SPEED, Vector};
+use super::bridge::{BLOCK, Block, Bridge};
+use super::load_filter::{LEAST_INERTIA, LoadFilter, N, VISCOUS_SPEED, LoadVector};
 use super::watch::Motor;
 use lostmotion_base::Clock;
 use lostmotion_drive::Signals;
@@ -75,7 +74,7 @@ impl LearningState {
     }
 
     /// Covariance of inertia, viscous friction, Coulomb friction and constant torque, SI.
-    pub(super) fn covariance(&self, inertia: f64, rated: f64) -> [Vector; N] {
+    pub(super) fn covariance(&self, inertia: f64, rated: f64) -> [LoadVector; N] {
         self.filter.covariance(&units(inertia, rated))
     }
 
@@ -189,6 +188,6 @@ impl LearningState {
 }
 
 /// SI value of one unit of each unknown.
-fn units(inertia: f64, rated: f64) -> Vector {
+fn units(inertia: f64, rated: f64) -> LoadVector {
     [inertia, rated / VISCOUS_SPEED, rated, rated]
 }

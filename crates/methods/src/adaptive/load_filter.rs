@@ -40,17 +40,17 @@ pub(super) const N: usize = 4;
 /// friction that takes more than a fifth of the rated torque at the rated speed of a motor is rare.
 /// Of what drifts, friction does most: were a constant torque as free, half of any change of the
 /// friction would be taken for one as long as the axis moves one way.
-const MEAN: Vector = [1.5, 0.03, 0.05, 0.0];
-const SPREAD: Vector = [3.0, 0.1, 0.3, 0.05];
-const DRIFT: Vector = [1e-3, 3e-5, 1e-4, 1e-5];
+const MEAN: LoadVector = [1.5, 0.03, 0.05, 0.0];
+const SPREAD: LoadVector = [3.0, 0.1, 0.3, 0.05];
+const DRIFT: LoadVector = [1e-3, 3e-5, 1e-4, 1e-5];
 pub(super) const VISCOUS_SPEED: f64 = 100.0;
 
-pub(super) type Vector = [f64; N];
+pub(super) type LoadVector = [f64; N];
 
 /// The filter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct LoadFilter {
-    pub(super) mean: Vector,
+    pub(super) mean: LoadVector,
     covariance: [[f64; N]; N],
     /// Mean square of the residuals over the rated torque.
     spread: f64,
@@ -78,7 +78,7 @@ impl LoadFilter {
     }
 
     /// Covariance of the unknowns in the units of each.
-    pub(super) fn covariance(&self, unit: &Vector) -> [Vector; N] {
+    pub(super) fn covariance(&self, unit: &LoadVector) -> [LoadVector; N] {
         std::array::from_fn(|i| std::array::from_fn(|j| self.covariance[i][j] * unit[i] * unit[j]))
     }
 
@@ -93,11 +93,11 @@ impl LoadFilter {
     }
 
     /// The most likely values that are possible: no friction or inertia below zero.
-    pub(super) fn possible(&self) -> Vector {
+    pub(super) fn possible(&self) -> LoadVector {
         let (mut mean, mut p) = (self.mean, self.covariance);
         for (i, least) in [(1, 0.0), (2, 0.0), (0, LEAST_INERTIA)] {
             if mean[i] < least && p[i][i] > 0.0 {
-                let (column, off): (Vector, f64) =
+                let (column, off): (LoadVector, f64) =
                     (std::array::from_fn(|j| p[j][i] / p[i][i]), least - mean[i]);
                 let row = p[i];
                 for j in 0..N {
@@ -147,7 +147,7 @@ impl LoadFilter {
 
     /// Takes a block; `noise`: variance of the first of its row, as a regressor's error it makes
     /// the inertia too small; `known`: enough came before to tell which are bad.
-    pub(super) fn update(&mut self, row: &Vector, torque: f64, noise: f64, known: bool) {
+    pub(super) fn update(&mut self, row: &LoadVector, torque: f64, noise: f64, known: bool) {
         for (i, line) in self.covariance.iter_mut().enumerate() {
             line[i] += DRIFT[i]
                 * DRIFT[i]
@@ -185,11 +185,11 @@ impl LoadFilter {
         );
     }
 
-    fn gains(&self, row: &Vector) -> Vector {
+    fn gains(&self, row: &LoadVector) -> LoadVector {
         std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * row[j]).sum())
     }
 
-    fn correct(&mut self, ph: &Vector, scale: f64, residual: f64) {
+    fn correct(&mut self, ph: &LoadVector, scale: f64, residual: f64) {
         for i in 0..N {
             self.mean[i] += ph[i] * scale * residual;
             for j in 0..N {

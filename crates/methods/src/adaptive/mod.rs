@@ -44,20 +44,15 @@
 //! question (gap, load inertia and friction unknown, motor signals only) is that of Gan, Wang,
 //! Huang, Machines 2023, 11(2), 193; prediction error method: Ljung, *System Identification*, 1999.
 
-mod block;
 mod bridge;
-mod disturbance;
 mod floating;
 mod lanes;
-mod laws;
 mod learning;
 mod load_filter;
 mod newton;
-mod onset;
 mod prior;
 mod reading;
 mod said;
-mod steady;
 mod watch;
 mod window;
 
@@ -75,7 +70,7 @@ use reading::Reading;
 use said::Said;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use steady::Known;
+use lanes::Known;
 use watch::{Motor, Watch};
 use window::Window;
 use lostmotion_drive::config::check::{AxisConfigError, between};

@@ -9,7 +9,8 @@
 
 use super::lanes::{Innovation, Lanes};
 use super::prior::{GAP, N, Prior, Vector};
-use crate::linear::{factor, solve};
+use crate::readings::LEAST_PIVOT;
+use lostmotion_base::linalg::{cholesky, cholesky_solve};
 use serde::{Deserialize, Serialize};
 
 /// Passes at most.
@@ -142,11 +143,11 @@ fn solve_step(
         a[i][i] = a[i][i] * (1.0 + 1e-9) + 1e-12;
     }
     let right: Vector = std::array::from_fn(|i| sums.right[i] / scale - pull[i] * step[i]);
-    let (l, mut unit) = (factor(&a), [0.0; N]);
+    let (l, mut unit) = (cholesky(&a, LEAST_PIVOT), [0.0; N]);
     unit[GAP] = 1.0;
-    let x = solve(&l, &right);
+    let x = cholesky_solve(&l, &right);
     (
         std::array::from_fn(|i| x[i] * step[i]),
-        solve(&l, &unit)[GAP] * step[GAP] * step[GAP],
+        cholesky_solve(&l, &unit)[GAP] * step[GAP] * step[GAP],
     )
 }

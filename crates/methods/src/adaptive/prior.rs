@@ -1,7 +1,8 @@
 //! What is known before a window is read: the unknowns' most likely values and how sure they are.
 
 use super::lanes::{Hypotheses, LANES, Lanes};
-use crate::linear::{factor, solve};
+use crate::readings::LEAST_PIVOT;
+use lostmotion_base::linalg::{cholesky, cholesky_solve};
 use lostmotion_drive::twin::LoadModel;
 use serde::{Deserialize, Serialize};
 
@@ -126,10 +127,10 @@ impl Prior {
                     + if i == j { 1.0 } else { 0.0 }
             })
         });
-        let l = factor(&scaled);
+        let l = cholesky(&scaled, LEAST_PIVOT);
         for (j, column) in OF_LOAD.into_iter().enumerate() {
             let unit: [f64; 4] = std::array::from_fn(|i| if i == j { 1.0 } else { 0.0 });
-            for (i, value) in solve(&l, &unit).into_iter().enumerate() {
+            for (i, value) in cholesky_solve(&l, &unit).into_iter().enumerate() {
                 information[OF_LOAD[i]][column] = value / (slack[OF_LOAD[i]] * slack[column]);
             }
         }

@@ -12,12 +12,10 @@
 //! The work is spread over servo ticks, a few samples in each, so that no tick takes longer than
 //! another.
 
-use super::lanes::{Hypotheses, LANES, Progress, WARM_UP};
+use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
-use super::onset::{ENDLESS, Onset};
+use super::said::{AGAINST, ENDLESS, Onset, Said};
 use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
-use super::said::{AGAINST, Said};
-use super::steady::Known;
 use super::window::Window;
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};

@@ -6,11 +6,11 @@
 //! before it does was none: the window stays open over both changes, and its reading counts as
 //! faint.
 
-use super::disturbance::Disturbance;
 use super::window::{Recent, Sample, Tick, Window};
 use lostmotion_drive::Signals;
 use lostmotion_drive::twin::TwinState;
 use serde::{Deserialize, Serialize};
+use lostmotion_base::Clock;
 
 /// Parts of the rated torque with which a flank is surely pressed: half the load's friction, within
 /// these bounds.
@@ -151,5 +151,32 @@ impl Watch {
         let mut window = self.window.take()?;
         window.close();
         (self.engaged && window.side != 0 && window.side != flank).then_some(window)
+    }
+}
+
+// The torque behind the motor, seen from the motor: a momentum observer.
+//
+// ```text
+// z' = K_t i - b_v w - F_M sign(w) - T        T = omega (z - J_M w)
+// ```
+// First-order low pass of the true shaft torque with corner omega; no derivative of a measured
+// speed comes in.
+
+/// Corner, rad/s: 30 Hz, above it the encoder's steps are louder than the load.
+const CORNER_RAD_S: f64 = 190.0;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Disturbance {
+    momentum: f64,
+    /// Torque of the shaft on the load, N m.
+    pub(super) torque: f64,
+}
+
+impl Disturbance {
+    /// `drive`: motor torque less its friction, mean over the last tick (N m); `momentum`: `J_M w`
+    /// (N m s).
+    pub(super) fn step(&mut self, drive: f64, momentum: f64) {
+        self.momentum += Clock::SERVO.period_s() * (drive - self.torque);
+        self.torque = CORNER_RAD_S * (self.momentum - momentum);
     }
 }

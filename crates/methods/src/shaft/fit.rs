@@ -7,15 +7,16 @@
 //! Golub, Pereyra, *The differentiation of pseudo-inverses and nonlinear least squares problems
 //! whose variables separate*, SIAM J. Numer. Anal. 10, 1973.
 
-use super::model::{Motor, Shaft};
+use super::model::{Shaft, ShaftMotor};
 use super::window::{Excerpt, LINEAR, Projected};
-use crate::linear::{factor, solve};
+use crate::readings::LEAST_PIVOT;
+use lostmotion_base::linalg::{cholesky, cholesky_solve};
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
 
 /// Parameters: ln k, damping ratio, ln 1/J_L.
 const N: usize = 3;
-type Vector = [f64; N];
+type ShaftVector = [f64; N];
 
 /// Differences from which derivatives are taken.
 const DIFFERENCE: f64 = 1e-4;
@@ -37,7 +38,7 @@ const INERTIAS: [f64; 3] = [0.6, 2.0, 6.0];
 const INERTIA: [f64; 2] = [0.02, 1000.0];
 
 /// What is known of `1/J_L` beforehand: value, and standard deviation of its logarithm.
-pub(super) type Prior = Option<(f64, f64)>;
+pub(super) type ShaftPrior = Option<(f64, f64)>;
 
 /// What an excerpt says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,7 +59,7 @@ pub(super) struct Found {
 }
 
 /// Where to start from if nothing is known.
-pub(super) fn grid(motor: &Motor, held: bool, prior: Prior) -> Vec<Shaft> {
+pub(super) fn grid(motor: &ShaftMotor, held: bool, prior: ShaftPrior) -> Vec<Shaft> {
     let mut list = Vec::new();
     let mut hz = LEAST_HZ;
     while hz < MOST_HZ {
@@ -86,24 +87,24 @@ pub(super) fn grid(motor: &Motor, held: bool, prior: Prior) -> Vec<Shaft> {
 
 /// Gauss-Newton, step by step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Newton {
-    at: Vector,
+pub(super) struct ShaftNewton {
+    at: ShaftVector,
     held: bool,
     /// The best so far with its cost, and the step that led away from it.
-    best: Option<(Vector, f64)>,
-    step: Vector,
+    best: Option<(ShaftVector, f64)>,
+    step: ShaftVector,
     steps: u32,
 }
 
-impl Newton {
-    pub(super) fn new(start: &Shaft) -> Newton {
+impl ShaftNewton {
+    pub(super) fn new(start: &Shaft) -> ShaftNewton {
         let held = start.inverse_load <= 0.0;
         let inverse = if held {
             0.0
         } else {
             math::log(start.inverse_load)
         };
-        Newton {
+        ShaftNewton {
             at: [math::log(start.stiffness), start.damping_ratio, inverse],
             held,
             best: None,
@@ -112,7 +113,7 @@ impl Newton {
         }
     }
 
-    fn shaft(&self, at: &Vector) -> Shaft {
+    fn shaft(&self, at: &ShaftVector) -> Shaft {
         Shaft {
             stiffness: math::exp(at[0]),
             damping_ratio: at[1],
@@ -123,9 +124,9 @@ impl Newton {
     /// One step. Says what was found at the end, which may be nothing.
     pub(super) fn work(
         &mut self,
-        motor: &Motor,
+        motor: &ShaftMotor,
         excerpt: &Excerpt,
-        prior: Prior,
+        prior: ShaftPrior,
     ) -> Option<Option<Found>> {
         self.steps += 1;
         let here = excerpt.left_by(motor, &self.shaft(&self.at));
@@ -156,14 +157,14 @@ impl Newton {
 
     fn gauss_newton(
         &self,
-        motor: &Motor,
+        motor: &ShaftMotor,
         excerpt: &Excerpt,
-        prior: Prior,
+        prior: ShaftPrior,
         here: &Projected,
-    ) -> Vector {
+    ) -> ShaftVector {
         let noise = (motor.noise * motor.noise).max(here.squares / excerpt.len() as f64);
         let columns = self.derivatives(motor, excerpt, &here.left);
-        let mut right: Vector = columns.each_ref().map(|column| {
+        let mut right: ShaftVector = columns.each_ref().map(|column| {
             -column
                 .iter()
                 .zip(&here.left)
@@ -174,10 +175,13 @@ impl Newton {
         if let Some((inverse, doubt)) = prior.filter(|_| !self.held) {
             right[2] -= (self.at[2] - math::log(inverse)) / (doubt * doubt);
         }
-        solve(&factor(&self.normal(&columns, noise, prior)), &right)
+        cholesky_solve(
+            &cholesky(&self.normal(&columns, noise, prior), LEAST_PIVOT),
+            &right,
+        )
     }
 
-    fn derivatives(&self, motor: &Motor, excerpt: &Excerpt, left: &[f64]) -> [Vec<f64>; N] {
+    fn derivatives(&self, motor: &ShaftMotor, excerpt: &Excerpt, left: &[f64]) -> [Vec<f64>; N] {
         std::array::from_fn(|i| {
             if self.held && i == 2 {
                 return vec![0.0; left.len()];
@@ -195,7 +199,7 @@ impl Newton {
     }
 
     /// Information: of the excerpt with that noise, and beforehand.
-    fn normal(&self, columns: &[Vec<f64>; N], noise: f64, prior: Prior) -> [Vector; N] {
+    fn normal(&self, columns: &[Vec<f64>; N], noise: f64, prior: ShaftPrior) -> [ShaftVector; N] {
         let dot = |i: usize, j: usize| {
             columns[i]
                 .iter()
@@ -213,7 +217,7 @@ impl Newton {
         normal
     }
 
-    fn bounded(&self, motor: &Motor, at: Vector) -> Vector {
+    fn bounded(&self, motor: &ShaftMotor, at: ShaftVector) -> ShaftVector {
         let [least, most] = INERTIA.map(|ratio| -math::log(ratio * motor.inertia));
         let [_, damping, inverse] = at;
         let inverse = if self.held {
@@ -231,7 +235,7 @@ impl Newton {
         ]
     }
 
-    fn end(&self, motor: &Motor, excerpt: &Excerpt, prior: Prior) -> Option<Found> {
+    fn end(&self, motor: &ShaftMotor, excerpt: &Excerpt, prior: ShaftPrior) -> Option<Found> {
         let shaft = self.shaft(&self.at);
         let here = excerpt.left_by(motor, &shaft);
         let noise = motor.noise * motor.noise;
@@ -241,9 +245,13 @@ impl Newton {
         );
         let misfit = squares / free.max(1) as f64;
         let columns = self.derivatives(motor, excerpt, &here.left);
-        let l = factor(&self.normal(&columns, noise * misfit.max(1.0), prior));
-        let variance =
-            |i: usize| solve(&l, &std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))[i];
+        let l = cholesky(
+            &self.normal(&columns, noise * misfit.max(1.0), prior),
+            LEAST_PIVOT,
+        );
+        let variance = |i: usize| {
+            cholesky_solve(&l, &std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))[i]
+        };
         let found = Found {
             shaft,
             doubt: [variance(0), variance(1)].map(f64::sqrt),

@@ -32,17 +32,16 @@
 mod fit;
 mod model;
 mod reading;
-mod watch;
 mod window;
 
 use crate::AxisConfig;
 use crate::readings::Readings;
-use fit::{Found, Prior};
+use fit::{Found, ShaftPrior};
 use lostmotion_drive::Signals;
-use model::Motor;
-use reading::Reading;
+use model::ShaftMotor;
+use reading::ShaftReading;
 use serde::{Deserialize, Serialize};
-use watch::Watch;
+use window::ShaftWatch;
 
 /// Standard deviation of ln 1/J_L of an inertia that a method has learned.
 const LEARNED: f64 = 0.05;
@@ -85,14 +84,14 @@ impl ShaftEstimate {
 /// The estimator of one axis: immutable.
 #[derive(Clone, Debug)]
 pub struct ShaftEstimator {
-    motor: Motor,
+    motor: ShaftMotor,
 }
 
 /// What it has found, and what it is about.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ShaftState {
-    watch: Watch,
-    reading: Option<Reading>,
+    watch: ShaftWatch,
+    reading: Option<ShaftReading>,
     stiffness: Readings,
     damping: Readings,
     pause: u32,
@@ -102,7 +101,7 @@ impl ShaftEstimator {
     /// For an axis; only what a drive knows of its motor is taken from the description.
     pub fn new(config: &AxisConfig) -> ShaftEstimator {
         ShaftEstimator {
-            motor: Motor::new(config),
+            motor: ShaftMotor::new(config),
         }
     }
 
@@ -113,7 +112,7 @@ impl ShaftEstimator {
         signals: &Signals,
         load_inertia: Option<f64>,
     ) -> ShaftEstimate {
-        let prior: Prior = load_inertia
+        let prior: ShaftPrior = load_inertia
             .filter(|inertia| *inertia > 0.0)
             .map(|inertia| (1.0 / inertia, LEARNED));
         let window = state.watch.step(&self.motor, signals);
@@ -122,7 +121,7 @@ impl ShaftEstimator {
             && state.reading.is_none()
             && state.pause == 0
         {
-            state.reading = Some(Reading::new(window));
+            state.reading = Some(ShaftReading::new(window));
         }
         let near = (state.stiffness.count >= KNOWN).then_some(state.stiffness.value);
         if let Some(found) = state

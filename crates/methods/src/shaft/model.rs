@@ -19,7 +19,7 @@ const TERMS: u32 = 32;
 
 /// What the drive knows of its motor.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Motor {
+pub(super) struct ShaftMotor {
     pub(super) torque_constant: f64,
     pub(super) inertia: f64,
     pub(super) viscous: f64,
@@ -31,8 +31,8 @@ pub(super) struct Motor {
     pub(super) period_s: f64,
 }
 
-impl Motor {
-    pub(super) fn new(config: &AxisConfig) -> Motor {
+impl ShaftMotor {
+    pub(super) fn new(config: &AxisConfig) -> ShaftMotor {
         let (motor, count) = (
             &config.motor,
             config
@@ -40,7 +40,7 @@ impl Motor {
                 .encoder_counts_per_rev
                 .map_or(0.0, |counts| TAU / f64::from(counts)),
         );
-        Motor {
+        ShaftMotor {
             torque_constant: motor.torque_constant_nm_per_a,
             inertia: config.motor_side_inertia_kgm2(),
             viscous: motor.viscous_nm_s_per_rad,
@@ -63,12 +63,12 @@ pub(super) struct Shaft {
 
 impl Shaft {
     /// Natural frequency with both ends free (or the load's end held), rad/s.
-    pub(super) fn frequency(&self, motor: &Motor) -> f64 {
+    pub(super) fn frequency(&self, motor: &ShaftMotor) -> f64 {
         (self.stiffness * (1.0 / motor.inertia + self.inverse_load)).sqrt()
     }
 
     /// Damping, N m s/rad.
-    pub(super) fn damping(&self, motor: &Motor) -> f64 {
+    pub(super) fn damping(&self, motor: &ShaftMotor) -> f64 {
         2.0 * self.damping_ratio * self.stiffness / self.frequency(motor)
     }
 }
@@ -80,7 +80,7 @@ type State = [f64; N];
 
 /// How a servo period takes states and inputs to states.
 #[derive(Clone, Debug)]
-pub(super) struct Step {
+pub(super) struct ShaftStep {
     transition: [State; N],
     /// Of the motor's torque: constant, linear and quadratic in t/h.
     drive: [State; 3],
@@ -88,8 +88,8 @@ pub(super) struct Step {
     load: [State; 2],
 }
 
-impl Step {
-    pub(super) fn new(motor: &Motor, shaft: &Shaft) -> Step {
+impl ShaftStep {
+    pub(super) fn new(motor: &ShaftMotor, shaft: &Shaft) -> ShaftStep {
         let (h, k, d) = (motor.period_s, shaft.stiffness, shaft.damping(motor));
         let (m, l) = (1.0 / motor.inertia, shaft.inverse_load);
         let motor_row = [0.0, -motor.viscous * m, -k * m, -d * m];
@@ -110,7 +110,7 @@ impl Step {
         }
         let of = |input: State, power: u32| inputs(&a, &input.map(|entry| h * entry), power);
         let (drive, load) = ([0.0, m, 0.0, m], [0.0, 0.0, 0.0, l]);
-        Step {
+        ShaftStep {
             transition,
             drive: [of(drive, 0), of(drive, 1), of(drive, 2)],
             load: [of(load, 0), of(load, 1)],

@@ -1,10 +1,9 @@
 //! Reads a window: excerpts from it, one after the other, each with the load sliding and with the
 //! load held.
 
-use super::fit::{Found, Newton, Prior, grid};
-use super::model::{Motor, Shaft};
-use super::watch::BEFORE;
-use super::window::{Excerpt, Sample};
+use super::fit::{Found, ShaftNewton, ShaftPrior, grid};
+use super::model::{Shaft, ShaftMotor};
+use super::window::{BEFORE, Excerpt, ShaftSample};
 use serde::{Deserialize, Serialize};
 
 /// Samples after the blow at which excerpts begin, and how long they are.
@@ -34,26 +33,26 @@ const POINTS: usize = 4;
 const NEAR: f64 = 0.3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-enum Phase {
+enum ShaftPhase {
     /// Looking over the grid from a point on; the best so far with its squares.
     Grid(usize, Option<(Shaft, f64)>),
-    Newton(Newton),
+    ShaftNewton(ShaftNewton),
 }
 
 /// A window, and which excerpt of it is being read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Reading {
-    samples: Vec<Sample>,
+pub(super) struct ShaftReading {
+    samples: Vec<ShaftSample>,
     excerpt: usize,
-    phase: Option<Phase>,
+    phase: Option<ShaftPhase>,
     /// What the excerpt says with the load sliding.
     sliding: Option<Found>,
     best: Option<Found>,
 }
 
-impl Reading {
-    pub(super) fn new(samples: Vec<Sample>) -> Reading {
-        Reading {
+impl ShaftReading {
+    pub(super) fn new(samples: Vec<ShaftSample>) -> ShaftReading {
+        ShaftReading {
             samples,
             excerpt: 0,
             phase: None,
@@ -64,7 +63,7 @@ impl Reading {
 
     /// The excerpt under way, and whether its load is held; none if there is no motion that can be
     /// read.
-    fn excerpt(&self, motor: &Motor) -> Option<(Excerpt, bool)> {
+    fn excerpt(&self, motor: &ShaftMotor) -> Option<(Excerpt, bool)> {
         let (which, held) = (self.excerpt / 2, self.excerpt % 2 == 1);
         let start = BEFORE - 1 + STARTS.get(which / LENGTHS.len())?;
         let samples = self
@@ -81,8 +80,8 @@ impl Reading {
     /// A bounded piece of work; at the end what was found, if anything.
     pub(super) fn work(
         &mut self,
-        motor: &Motor,
-        prior: Prior,
+        motor: &ShaftMotor,
+        prior: ShaftPrior,
         near: Option<f64>,
     ) -> Option<Option<Found>> {
         if self.excerpt >= EXCERPTS {
@@ -101,9 +100,9 @@ impl Reading {
                 if excerpt.left_by_a_mass(motor) < EXCITED * noise {
                     return self.next();
                 }
-                self.phase = Some(Phase::Grid(0, None));
+                self.phase = Some(ShaftPhase::Grid(0, None));
             }
-            Some(Phase::Grid(from, best)) => {
+            Some(ShaftPhase::Grid(from, best)) => {
                 let mut points = grid(motor, held, prior);
                 if let Some(near) = near {
                     points.retain(|point| (point.stiffness / near - 1.0).abs() < NEAR);
@@ -125,14 +124,14 @@ impl Reading {
                 };
                 let done = from + POINTS >= points.len();
                 self.phase = Some(if done {
-                    Phase::Newton(Newton::new(&start))
+                    ShaftPhase::ShaftNewton(ShaftNewton::new(&start))
                 } else {
-                    Phase::Grid(from + POINTS, best)
+                    ShaftPhase::Grid(from + POINTS, best)
                 });
             }
-            Some(Phase::Newton(mut newton)) => {
+            Some(ShaftPhase::ShaftNewton(mut newton)) => {
                 let end = newton.work(motor, &excerpt, prior);
-                self.phase = Some(Phase::Newton(newton));
+                self.phase = Some(ShaftPhase::ShaftNewton(newton));
                 if let Some(found) = end {
                     return self.take(found);
                 }

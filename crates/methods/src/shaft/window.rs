@@ -1,8 +1,10 @@
 //! What the motor did over some servo periods, and what explains it: trajectories that are linear
 //! in the unknown start and torques.
 
-use super::model::{Motor, Shaft, Step};
+use super::model::{Shaft, ShaftMotor, ShaftStep};
+use lostmotion_drive::Signals;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// Unknowns that enter linearly: position, speed, twist, its rate at the start; the load's torque
 /// at the start, and how far it goes over the window.
@@ -17,7 +19,7 @@ const DEPENDENT: f64 = 1e-11;
 /// The motor at the end of a servo period: position (rad), current then, and mean current over the
 /// period (A).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Sample {
+pub(super) struct ShaftSample {
     pub(super) position: f64,
     pub(super) current: f64,
     pub(super) mean: f64,
@@ -47,13 +49,13 @@ pub(super) struct Excerpt {
 
 impl Excerpt {
     /// Of samples that follow each other; `way`: sign of the motor's speed.
-    pub(super) fn new(motor: &Motor, samples: &[Sample], way: f64) -> Excerpt {
+    pub(super) fn new(motor: &ShaftMotor, samples: &[ShaftSample], way: f64) -> Excerpt {
         let start = samples.first().map_or(0.0, |first| first.position);
         let positions = samples
             .iter()
             .map(|sample| sample.position - start)
             .collect();
-        let parabola = |pair: &[Sample]| {
+        let parabola = |pair: &[ShaftSample]| {
             let [from, to, mean] = [pair[0].current, pair[1].current, pair[1].mean]
                 .map(|current| motor.torque_constant * current);
             let bend = 3.0 * (from + to) - 6.0 * mean;
@@ -71,8 +73,8 @@ impl Excerpt {
     }
 
     /// What a shaft cannot explain, whatever start and torques.
-    pub(super) fn left_by(&self, motor: &Motor, shaft: &Shaft) -> Projected {
-        let step = Step::new(motor, shaft);
+    pub(super) fn left_by(&self, motor: &ShaftMotor, shaft: &Shaft) -> Projected {
+        let step = ShaftStep::new(motor, shaft);
         // known torque, speed, twist, its rate, the load's torque and its slope
         let mut x = [[0.0; TRAJECTORIES]; 4];
         let held = shaft.inverse_load <= 0.0;
@@ -112,8 +114,8 @@ impl Excerpt {
 
     /// Whether motor and load stay on one flank and the load goes one way, with what a fit has
     /// found.
-    pub(super) fn stays(&self, motor: &Motor, shaft: &Shaft, unknowns: &Row) -> bool {
-        let (step, damping) = (Step::new(motor, shaft), shaft.damping(motor));
+    pub(super) fn stays(&self, motor: &ShaftMotor, shaft: &Shaft, unknowns: &Row) -> bool {
+        let (step, damping) = (ShaftStep::new(motor, shaft), shaft.damping(motor));
         let [_, speed, twist, rate, torque, slope] = *unknowns;
         let held = shaft.inverse_load <= 0.0;
         let rate = if held { speed } else { rate };
@@ -142,7 +144,7 @@ impl Excerpt {
 
     /// What a rigid mass of whatever inertia cannot explain, under a torque that bends as a
     /// parabola besides the known one: sum of squares, rad2.
-    pub(super) fn left_by_a_mass(&self, motor: &Motor) -> f64 {
+    pub(super) fn left_by_a_mass(&self, motor: &ShaftMotor) -> f64 {
         let h = motor.period_s;
         let (mut way, mut speed) = (0.0, 0.0);
         let count = self.torques.len().max(1) as f64;
@@ -222,4 +224,84 @@ fn take_out(rows: &[Row], left: &mut [f64]) -> Row {
             .sum::<f64>();
     }
     dots
+}
+
+// Where something hits the shaft: two momentum observers of the torque behind the motor, a quick
+// one and a slow one, part.
+
+/// Corners, rad/s.
+const CORNERS_RAD_S: [f64; 2] = [1500.0, 60.0];
+/// How far they have to part: part of the rated torque, and standard deviations of the quick one's
+/// noise.
+const PART: f64 = 0.01;
+const NOISES: f64 = 8.0;
+/// A blow is a difference so many times what it was, which fades with this time, s.
+const JUMP: f64 = 1.5;
+const FADES_S: f64 = 0.01;
+/// Samples kept from before a blow and in all.
+pub(super) const BEFORE: usize = 10;
+pub(super) const LENGTH: usize = 250;
+
+/// Observers, the last samples, and the window under way.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct ShaftWatch {
+    momentum: [f64; 2],
+    torque: [f64; 2],
+    envelope: f64,
+    recent: VecDeque<ShaftSample>,
+    window: Option<Vec<ShaftSample>>,
+    ticks: u32,
+}
+
+impl ShaftWatch {
+    /// One tick. Gives a window that is complete.
+    pub(super) fn step(
+        &mut self,
+        motor: &ShaftMotor,
+        signals: &Signals,
+    ) -> Option<Vec<ShaftSample>> {
+        let speed = signals.motor_velocity;
+        let friction = motor.viscous * speed
+            + if speed == 0.0 {
+                0.0
+            } else {
+                motor.coulomb * speed.signum()
+            };
+        let drive = motor.torque_constant * signals.mean_current - friction;
+        for ((momentum, torque), corner) in self
+            .momentum
+            .iter_mut()
+            .zip(&mut self.torque)
+            .zip(CORNERS_RAD_S)
+        {
+            *momentum += motor.period_s * (drive - *torque);
+            *torque = corner * (*momentum - motor.inertia * speed);
+        }
+        let apart = (self.torque[0] - self.torque[1]).abs();
+        let noise = CORNERS_RAD_S[0] * motor.inertia * motor.noise * std::f64::consts::SQRT_2
+            / motor.period_s;
+        let blow =
+            apart > (PART * motor.rated_torque).max(NOISES * noise) && apart > JUMP * self.envelope;
+        self.envelope = apart.max(self.envelope * (1.0 - motor.period_s / FADES_S));
+        let sample = ShaftSample {
+            position: signals.motor_position,
+            current: signals.current,
+            mean: signals.mean_current,
+        };
+        if self.recent.len() >= BEFORE {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(sample);
+        self.ticks = self.ticks.saturating_add(1);
+        if blow {
+            self.window = Some(self.recent.iter().copied().collect());
+            return None;
+        }
+        let window = self.window.as_mut()?;
+        window.push(sample);
+        if window.len() < LENGTH {
+            return None;
+        }
+        self.window.take()
+    }
 }

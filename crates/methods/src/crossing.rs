@@ -25,16 +25,14 @@
 //! (`taking_up`) on the flank while the load slides, within a quarter of the torque that presses
 //! it, so that it neither lets go nor is thrown.
 
-mod state;
-
-pub(super) use state::CrossingState;
-
 use crate::AxisConfig;
-use crate::traverse::{Offset, ticks_for};
+use crate::passage::Passage;
+use crate::traverse::{Offset, Traverse, ticks_for};
 use lostmotion_drive::plant::Waves;
 use lostmotion_drive::signal::Engagement;
-use lostmotion_drive::twin::{LoadModel, Shown, Twin, Twinned};
+use lostmotion_drive::twin::{LoadModel, Shown, Twin, TwinState, Twinned};
 use lostmotion_drive::{Correction, Signals};
+use serde::{Deserialize, Serialize};
 
 /// A traverse takes no less and no more, ms. A current loop cannot follow what is quicker.
 const TRAVERSE_MS: [f64; 2] = [3.0, 100.0];
@@ -334,6 +332,50 @@ impl Crossing {
                 _ => Engagement::Gap,
             },
             ..Correction::NONE
+        }
+    }
+}
+
+// What a crossing carries from tick to tick.
+
+/// What the crossing carries along.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct CrossingState {
+    pub(crate) twin: TwinState,
+    /// The twin before its last step.
+    pub(crate) before: Shown,
+    pub(crate) side: i8,
+    pub(super) traverse: Traverse,
+    /// Whether the traverse takes up a half gap that changed, on the same flank.
+    pub(super) taking_up: bool,
+    /// Reference velocity and acceleration as the axis follows them.
+    pub(super) lagged: [f64; 2],
+    pub(super) passage: Passage,
+    pub(super) wound: f64,
+    /// Torque of the motor, averaged over the times of `HOLDING_TICKS`, N m.
+    pub(super) holding: [f64; 2],
+    /// Ticks of rest since the last traverse.
+    pub(super) held_ticks: u32,
+}
+
+impl CrossingState {
+    /// Whether it is on its way from flank to flank.
+    pub(crate) fn crossing(&self) -> bool {
+        self.traverse.moving() && !self.taking_up
+    }
+
+    pub(super) fn new(twin: TwinState) -> CrossingState {
+        CrossingState {
+            before: twin.shown(),
+            twin,
+            side: 0,
+            traverse: Traverse::default(),
+            taking_up: false,
+            lagged: [0.0; 2],
+            passage: Passage::default(),
+            wound: 0.0,
+            holding: [0.0; 2],
+            held_ticks: 0,
         }
     }
 }
