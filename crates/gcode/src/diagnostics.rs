@@ -8,6 +8,17 @@ use crate::severity::Severity;
 use lostmotion_base::span::BlockRef;
 
 /// One finding, with its place in the source.
+///
+/// ```
+/// use lostmotion_gcode::{InterpreterConfig, Program, Severity};
+///
+/// let found = Program::new(&b"G21 F200\nG2 X20 I4\nM2\n"[..], InterpreterConfig::default()).finish();
+/// let diagnostic = &found.kept()[0];
+/// assert_eq!(diagnostic.code(), "arc-radii");
+/// assert_eq!(diagnostic.severity(), Severity::Error);
+/// assert_eq!(diagnostic.place.span.line, 2);
+/// assert_eq!(diagnostic.hint().as_deref(), Some("did you mean G90.1, absolute arc centres?"));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
     /// What is wrong, with the values it was seen with.
@@ -98,7 +109,7 @@ impl Diagnostics {
         self.provenance.files()
     }
 
-    /// The file of a span's index; none for the program itself, which is 0.
+    /// The file of a span's index; `None` for the program itself, which is 0.
     pub fn file(&self, index: u32) -> Option<&LoadedFile> {
         self.provenance.file(index)
     }

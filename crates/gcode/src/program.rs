@@ -64,7 +64,7 @@ impl<R: BufRead> Program<R> {
         &self.interpreter
     }
 
-    /// Somebody else has moved the controlled point: where it is in program coordinates and units.
+    /// Tells where the controlled point is after a move that is not in the program: where it is in program coordinates and units.
     pub fn moved_to(&mut self, place: crate::ops::Position) {
         self.interpreter.moved_to(place);
     }
@@ -243,6 +243,16 @@ impl Event<'_> {
 }
 
 /// Runs a program to its end and shows every block to `see`.
+///
+/// ```
+/// use lostmotion_gcode::program::watch;
+/// use lostmotion_gcode::{InterpreterConfig, Program};
+///
+/// let mut program = Program::new(&b"G21 G0 X5\nG91 X1\nM2\n"[..], InterpreterConfig::default());
+/// let mut ends = Vec::new();
+/// watch(&mut program, |event| ends.push(event.after.current[0]));
+/// assert_eq!(ends[..2], [5.0, 6.0]);
+/// ```
 pub fn watch<R: BufRead>(program: &mut Program<R>, mut see: impl FnMut(&Event<'_>)) {
     program.take_pending();
     let mut ops = Vec::new();

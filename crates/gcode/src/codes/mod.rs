@@ -1,7 +1,15 @@
 //! The table of codes: one row per code.
 //!
-//! Adding a code is one row in `g` or `m`, one function that carries it out, and one sample
-//! program.
+//! Adding a code is one row in `g` or `m`, one function with its line in `exec/actions.rs`, and one
+//! sample program; tests fail while one of them is missing.
+//!
+//! ```
+//! use lostmotion_gcode::Code;
+//! use lostmotion_gcode::codes::find;
+//!
+//! let row = find(Code { letter: 'G', tenths: 591 }).unwrap();
+//! assert_eq!((row.group.name(), row.example), ("coordinate system", "G59.1"));
+//! ```
 
 use crate::code::Code;
 use std::fmt::Write;

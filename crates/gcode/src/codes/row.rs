@@ -87,7 +87,7 @@ pub struct CodeRow {
     pub words: &'static str,
     /// The same as bits.
     pub(crate) takes: u32,
-    /// What has to be accepted for it; none if it is of RS274/NGC.
+    /// What has to be accepted for it; `None` if it is of RS274/NGC.
     pub leniency: Option<Leniency>,
     /// What it does.
     pub meaning: &'static str,

@@ -10,8 +10,8 @@ use crate::state::FeedMode;
 use crate::state::held::NurbsDraft;
 
 /// Order of a NURBS block where L does not say.
-const ORDER: u32 = 3;
-/// Highest order.
+const DEFAULT_NURBS_ORDER: u32 = 3;
+/// Highest order of a NURBS. Origin unknown, kept.
 const HIGHEST_ORDER: f64 = 32.0;
 
 const fn plain(at: [f64; 2]) -> ControlPoint {
@@ -141,7 +141,7 @@ pub(crate) fn nurbs(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     }
     let opens = exec.state.nurbs.is_none();
     if opens {
-        let value = exec.word(b'L').unwrap_or(f64::from(ORDER));
+        let value = exec.word(b'L').unwrap_or(f64::from(DEFAULT_NURBS_ORDER));
         let order = whole(value).filter(|order| (2.0..=HIGHEST_ORDER).contains(order));
         let order = order.ok_or(Problem::WordOutOfRange {
             code,

@@ -2,7 +2,7 @@
 
 use super::Exec;
 use super::actions::action;
-use super::straight::CORNERS;
+use super::straight::CORNER_BITS;
 use crate::code::Code;
 use crate::code::whole;
 use crate::codes::row::{PHASE_F, PHASE_MOTION, PHASE_S, PHASE_T};
@@ -29,7 +29,7 @@ impl Exec<'_> {
             .state
             .corner_exit
             .take()
-            .filter(|_| words.mask & CORNERS != 0);
+            .filter(|_| words.mask & CORNER_BITS != 0);
         let mut next = 0;
         let mut moved = false;
         for used in words.codes() {

@@ -26,11 +26,13 @@ impl Interpreter {
         }
         let before = out.len();
         self.executed += 1;
+        // Parse and carry out; a refused block leaves its motion mode to those that follow.
         if let Err((problem, text)) = self.line_step(out) {
             self.place_and_report(problem, text);
             self.salvage();
             self.spoil_profile();
         }
+        // A block may end the profile of a turning cycle, or a subroutine whose modes come back.
         if self.profile.is_some() {
             self.end_profile(out);
         }
@@ -40,8 +42,9 @@ impl Interpreter {
             self.report(problem);
         }
         if self.state.ended {
-            self.let_go(out);
+            self.release_held(out);
         }
+        // Endless loops end here.
         self.watch(out.get(before..).unwrap_or_default());
         if self.state.ended {
             self.settle_habits();
@@ -121,6 +124,7 @@ impl Interpreter {
     }
 
     fn line_step(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
+        // Lines that are passed over need no parsing unless they could hold an O-word.
         if self.is_passing() && !self.flow.keeps && !may_matter(&self.line) {
             self.recording(None, false)
                 .map_err(|problem| (problem, None))?;
@@ -129,6 +133,7 @@ impl Interpreter {
         if self.passes_goto() {
             return Ok(());
         }
+        // The grammar first; then what other dialects write differently.
         self.state.line = self.place.line;
         let parsed = parse_block(&self.line, &mut self.block, &self.config.limits)
             .or_else(|fault| self.parse_specially(fault));

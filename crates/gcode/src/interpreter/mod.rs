@@ -188,7 +188,7 @@ impl Interpreter {
         }
     }
 
-    /// Somebody else has moved the controlled point: where it is in program coordinates and units.
+    /// Tells where the controlled point is after a move that is not in the program: where it is in program coordinates and units.
     pub(crate) fn moved_to(&mut self, place: crate::ops::Position) {
         self.state.current = place;
     }

@@ -25,7 +25,7 @@ pub enum PathMode {
     ExactStop,
     /// G64: corners may be rounded.
     Continuous {
-        /// Allowed deviation; none if no bound was programmed.
+        /// Allowed deviation; `None` if no bound was programmed.
         tolerance_mm: Option<f64>,
         /// Short moves may be merged within this; 0 is off.
         merge_mm: f64,
@@ -62,7 +62,7 @@ pub struct Motion {
     pub start: Coords,
     /// Where it ends, mm and rad. May be the same as the start.
     pub end: Coords,
-    /// Its circle; none for a move that is straight or bends otherwise.
+    /// Its circle; `None` for a move that is straight or bends otherwise.
     pub circle: Option<Circle>,
     /// How it bends as part of a spline.
     pub bend: Option<Bend>,

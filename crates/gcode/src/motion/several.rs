@@ -14,13 +14,14 @@ use std::f64::consts::TAU;
 /// How far the polynomials may lie from the spline that they stand for, unless told otherwise.
 pub const SPLINE_TOLERANCE_MM: f64 = 0.001;
 
-/// Ends of an arc that are as near as this are one, program units.
-const SAME_PLACE: f64 = 1e-9;
+/// Largest distance between the ends of an arc that counts as a full circle, program units. Derived:
+/// far above the rounding of machine coordinates and back.
+const CLOSED_ARC_GAP: f64 = 1e-9;
 
 /// Most lines that stand for one arc of a tilted plane.
-const MOST_LINES: f64 = 1e6;
+const MOST_ARC_LINES: f64 = 1e6;
 
-/// Length of a curve in the unit of its points; none if it has too few.
+/// Length of a curve in the unit of its points; `None` if it has too few.
 pub(crate) fn curve_length(curve: &NurbsFeed) -> Option<f64> {
     let points = curve.points.iter().map(|point| (point.at, point.weight));
     Spline::new(points, curve.order as usize).map(|spline| whole_length(&spline))
@@ -82,6 +83,7 @@ impl MotionFold {
                 &mut parts,
             );
         }
+        // Each part takes its share of an inverse-time duration by its length.
         let whole: f64 = parts.iter().map(Stretch::length).sum();
         let place = |fold: &MotionFold, [x, y]: Vec2| {
             let mut place = curve.end;
@@ -127,7 +129,8 @@ impl MotionFold {
         let [first, second, _] = arc.plane.axes();
         // There and back through the machine's coordinates, the start of a full circle is its end
         // but for rounding.
-        if (start[first] - end[first]).abs() + (start[second] - end[second]).abs() < SAME_PLACE {
+        if (start[first] - end[first]).abs() + (start[second] - end[second]).abs() < CLOSED_ARC_GAP
+        {
             (start[first], start[second]) = (end[first], end[second]);
         }
         let from = [start[first] - arc.center[0], start[second] - arc.center[1]];
@@ -146,7 +149,7 @@ impl MotionFold {
         let share = (self.spline_tolerance_mm / largest).min(1.0);
         let pieces = (sweep / (2.0 * math::acos(1.0 - share)))
             .ceil()
-            .clamp(1.0, MOST_LINES);
+            .clamp(1.0, MOST_ARC_LINES);
         let feed = self.arc_feed()?;
         let angle = math::atan2(from[1], from[0]);
         for piece in 1..=(pieces as u64) {

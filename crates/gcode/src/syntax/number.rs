@@ -11,7 +11,7 @@ const POWERS: [f64; 23] = [
 /// Digits that always fit a u64.
 const SAFE_DIGITS: usize = 19;
 /// Integers up to here are exact in an f64.
-const EXACT: u64 = 1 << 53;
+const LARGEST_EXACT_INTEGER: u64 = 1 << 53;
 const fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t')
 }
@@ -61,7 +61,7 @@ pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
         fraction = after.len() - rest.len();
         count += fraction;
     }
-    if count == 0 || count > SAFE_DIGITS || mantissa > EXACT {
+    if count == 0 || count > SAFE_DIGITS || mantissa > LARGEST_EXACT_INTEGER {
         return None;
     }
     let value = mantissa as f64 / POWERS.get(fraction)?;

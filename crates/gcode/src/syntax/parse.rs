@@ -270,7 +270,7 @@ fn goes_on(tail: &[u8], next: &[u8]) -> bool {
     }
 }
 
-/// A literal at the start of the input; none if the grammar has to look at it.
+/// A literal at the start of the input; `None` if the grammar has to look at it.
 pub(crate) fn number(input: &[u8]) -> Option<(&[u8], f64)> {
     literal(input).filter(|(tail, _)| !goes_on(tail, skip(tail)))
 }

@@ -336,7 +336,7 @@ fn starts_with<'a>(input: &'a [u8], text: &[u8]) -> Option<&'a [u8]> {
     }
 }
 
-/// What a line has that only Sinumerik controls know; none if it has nothing of the kind.
+/// What a line has that only Sinumerik controls know; `None` if it has nothing of the kind.
 pub(crate) fn siemens_word(line: &[u8]) -> Option<&'static str> {
     const WORDS: [&str; 27] = [
         "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "CYCLE",
