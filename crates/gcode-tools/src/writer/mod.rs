@@ -114,6 +114,7 @@ impl Writer {
         else {
             return Err(WriterError::not_writable(self.window.front(), None, ""));
         };
+        // What has been written is expected to come back from the reader.
         for sourced in self.window.drain(..ops.min(self.window.len())) {
             match sourced.op {
                 CanonicalOp::StartSpeedFeedSync(pitch) => self.sync = Some(pitch),
@@ -130,6 +131,7 @@ impl Writer {
 
     /// Appends a block and reads it back.
     fn put(&mut self, line: &str, out: &mut String) -> Result<(), WriterError> {
+        // The written block is read by an interpreter of its own and resolved like the original.
         let fed = self.reader.feed(line.as_bytes());
         for sourced in &fed.ops {
             self.got.extend(self.resolver.push(&sourced.op)?);
@@ -170,8 +172,8 @@ impl Writer {
 /// Rates that follow from inverse time may differ by this much: they are computed from lengths.
 const SAME_RATE_RELATIVE: f64 = 1e-9;
 
-/// Equality, but for what follows from lengths in the frame: rates in inverse time, and the place
-/// where a probing move is taken to stop.
+/// Equality, except for values that are computed from lengths in the frame: rates in inverse time, and
+/// the place where a probing move stops.
 fn same(one: &CanonicalOp, other: &CanonicalOp) -> bool {
     match (one, other) {
         (CanonicalOp::StraightProbe(one), CanonicalOp::StraightProbe(other)) => {

@@ -7,7 +7,7 @@
 //! use lostmotion_gcode::Code;
 //! use lostmotion_gcode::codes::find;
 //!
-//! let row = find(Code { letter: 'G', tenths: 591 }).unwrap();
+//! let row = find(Code::g(591)).unwrap();
 //! assert_eq!((row.group.name(), row.example), ("coordinate system", "G59.1"));
 //! ```
 
@@ -73,20 +73,8 @@ mod tests {
         for row in rows() {
             assert!(std::ptr::eq(find(row.code).unwrap(), row), "{}", row.code);
         }
-        assert!(
-            find(Code {
-                letter: 'G',
-                tenths: 390
-            })
-            .is_none()
-        );
-        assert!(
-            find(Code {
-                letter: 'M',
-                tenths: 9999
-            })
-            .is_none()
-        );
+        assert!(find(Code::g(390)).is_none());
+        assert!(find(Code::m(9999)).is_none());
     }
 
     #[test]

@@ -28,6 +28,7 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let plane = exec.state.plane;
     let [first, second, normal] = plane.axes();
     let (from, to) = ([start[first], start[second]], [end[first], end[second]]);
+    // The centre from I, J, K or R; then limits, feed and the compensated or plain operation.
     let center = exec.center(from, to, clockwise)?;
     let turns = if clockwise { -turns } else { turns };
     check_radius(from, center, exec.state.units, exec.config.limits.radius_mm)?;
@@ -200,6 +201,7 @@ pub(crate) fn check_center(
         Units::Inch => CENTER_TOLERANCE_INCH,
         Units::Mm => CENTER_TOLERANCE_MM,
     };
+    // Within the absolute tolerance any arc is accepted, beyond it only relative to a large radius.
     let difference = (start_radius - end_radius).abs();
     let relative = difference / start_radius.max(end_radius);
     if difference > MOST_CENTER_TOLERANCES * tolerance
@@ -243,6 +245,7 @@ pub(crate) fn center_from_radius(
             unit: units.name(),
         });
     }
+    // Height of the centre above the chord, to the side that the sign of R selects.
     let height = (radius * radius - half * half).max(0.0).sqrt();
     let side = if clockwise == (radius > 0.0) {
         height

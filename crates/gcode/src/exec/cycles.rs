@@ -3,8 +3,7 @@
 
 use super::Exec;
 use super::holes::Hole;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::codes::users;
 use crate::dialect::{Dialect, Leniency};
 use crate::ops::{CanonicalOp, PathControl, Position};

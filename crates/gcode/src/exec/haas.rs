@@ -1,8 +1,7 @@
 //! Circular pockets (G12, G13) and patterns of holes (G70 to G72) as Haas mills have them.
 
 use super::Exec;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::ops::{ArcFeed, CanonicalOp, Position};
 use crate::problem::Problem;
 use lostmotion_base::math;

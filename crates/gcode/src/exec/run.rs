@@ -3,8 +3,7 @@
 use super::Exec;
 use super::actions::action;
 use super::straight::CORNER_BITS;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::codes::row::{PHASE_F, PHASE_MOTION, PHASE_S, PHASE_T};
 use crate::codes::{CodeRow, Group};
 use crate::ops::CanonicalOp;
@@ -13,10 +12,7 @@ use crate::state::FeedMode;
 use crate::syntax::Text;
 
 /// G5, which goes on as the one before it ended.
-const CUBIC: Code = Code {
-    letter: 'G',
-    tenths: 50,
-};
+const CUBIC: Code = Code::g(50);
 
 impl Exec<'_> {
     /// Carries the block out.

@@ -26,10 +26,7 @@ pub(crate) const SECONDARY_BITS: u32 = bit(b'U') | bit(b'V') | bit(b'W');
 /// Most codes of one line. Derived: one of each modal group, G and M apart.
 const MOST_CODES: usize = 24;
 
-const G80: Code = Code {
-    letter: 'G',
-    tenths: 800,
-};
+const G80: Code = Code::g(800);
 
 /// A code of the block.
 #[derive(Clone, Copy, Debug)]
@@ -99,13 +96,9 @@ impl Words {
 
     /// Whether a G code is there.
     pub(crate) fn has_g(&self, tenths: u16) -> bool {
-        self.codes.iter().any(|used| {
-            used.row.code
-                == Code {
-                    letter: 'G',
-                    tenths,
-                }
-        })
+        self.codes
+            .iter()
+            .any(|used| used.row.code == Code::g(tenths))
     }
 
     /// Sets the value of a letter.

@@ -3,8 +3,7 @@
 use super::flow::Record;
 use super::tape::Tape;
 use super::{Interpreter, Percent, Step};
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::codes::{self, AxisUse, Group};
 use crate::ops::SourcedOp;
 use crate::problem::Problem;

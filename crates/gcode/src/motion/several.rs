@@ -71,6 +71,7 @@ impl MotionFold {
             points: curve.points.len(),
             order: curve.order,
         })?;
+        // Approximate every span, then bring the parts into machine coordinates.
         let feed = self.arc_feed()?;
         let mut parts: Vec<Stretch> = Vec::new();
         for span in 0..spline.spans() {
@@ -136,6 +137,7 @@ impl MotionFold {
         let from = [start[first] - arc.center[0], start[second] - arc.center[1]];
         let to = [end[first] - arc.center[0], end[second] - arc.center[1]];
         let radii = [math::hypot(from[0], from[1]), math::hypot(to[0], to[1])];
+        // Sweep of the last turn in the direction of travel, plus the whole turns before it.
         let way = if arc.turns > 0 { 1.0 } else { -1.0 };
         let turn = way
             * math::atan2(
@@ -156,6 +158,7 @@ impl MotionFold {
             let part = piece as f64 / pieces;
             let mut place: Position =
                 std::array::from_fn(|axis| start[axis] + part * (end[axis] - start[axis]));
+            // Radius and height change evenly with the angle: a spiral or helix.
             if part < 1.0 {
                 let radius = radii[0] + part * (radii[1] - radii[0]);
                 let (sin, cos) = math::sin_cos(angle + way * part * sweep);
@@ -184,6 +187,7 @@ impl MotionFold {
         let machine = self.machine(&place);
         let mut bottom = top;
         bottom.0[..3].copy_from_slice(&machine.0[..3]);
+        // Down and back, with a stop at either end where the spindle reverses.
         for to in [bottom, top] {
             let feed = self.feed(&to, "G33.1")?;
             let mut item = self.advance(to, None, feed, block);

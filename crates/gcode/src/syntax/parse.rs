@@ -29,6 +29,7 @@ pub fn parse_block(line: &[u8], block: &mut Block, limits: &Limits) -> Result<()
 fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let (mut rest, ()) = head(line, block, limits)?;
     loop {
+        // Plain words first, without the grammar; then one item that needs it.
         rest = if block.flow.is_some() {
             skip(rest)
         } else {

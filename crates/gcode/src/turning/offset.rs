@@ -33,6 +33,7 @@ pub(crate) fn offset(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Pi
     if by == 0.0 {
         return Some(profile.to_vec());
     }
+    // Joining neighbours is exact and usual; the envelope copes with pieces that vanish.
     adjacent(profile, by, forgiven).or_else(|| envelope(profile, by, forgiven))
 }
 
@@ -85,6 +86,7 @@ fn joint(before: &Piece, held: &Piece, piece: &Piece, next: &Piece, forgiven: f6
     if onwards && turn.abs() < SMOOTH_TURN_RAD {
         return Joint::At(touching(held, next, forgiven));
     }
+    // Of two crossings the joint is the one nearer to the corner of the profile.
     let near = |places: [Vec2; 2]| {
         let [first, second] = places;
         if distance2(first, before.end) <= distance2(second, before.end) {
@@ -160,6 +162,7 @@ pub(crate) fn corner(
     }
     let radius = corner.size();
     let side = if turn > 0.0 { radius } else { -radius };
+    // The centre of the fillet has the radius as its distance from both pieces.
     let center = nearest(
         crossings(&before.offset(side)?, &after.offset(side)?, 0.0)?,
         before.end,

@@ -1,8 +1,7 @@
 //! Macros with arguments by letter (G65 to G67), and subroutines at a line number (M97).
 
 use super::super::Interpreter;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::dialect::Leniency;
 use crate::problem::Problem;
 
@@ -145,10 +144,7 @@ impl Interpreter {
                 _ => {}
             }
         }
-        let code = Code {
-            letter: 'M',
-            tenths: 970,
-        };
+        let code = Code::m(970);
         let number = number.ok_or(Problem::WordMissing {
             code,
             what: "P, the line number of the subroutine",
