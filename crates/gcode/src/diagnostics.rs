@@ -80,8 +80,8 @@ impl Diagnostics {
         }
     }
 
-    /// Adds a finding; one that a loop repeats at the same place is only counted. Errors displace
-    /// what is none when the limit is reached.
+    /// Adds a finding. One that a loop repeats at the same place is only counted. When the limit is
+    /// reached, an error displaces a kept note or warning.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let is_error = diagnostic.severity() == Severity::Error;
         match diagnostic.severity() {
@@ -104,7 +104,7 @@ impl Diagnostics {
         }
     }
 
-    /// The files of subroutines that were read: what spans with a file other than 0 are about.
+    /// The files of subroutines that were read; a span's file 1 is the first of them.
     pub fn files(&self) -> &SourceFiles {
         self.provenance.files()
     }
@@ -139,7 +139,7 @@ impl Diagnostics {
         last(Severity::Note).or_else(|| last(Severity::Warning))
     }
 
-    /// Says how often a habit has occurred by now; nothing if its finding is not kept any more.
+    /// Updates the count of a habit; does nothing if its finding is not kept any more.
     pub(crate) fn recount(&mut self, file: u32, leniency: Leniency, times: u64) {
         for kept in self
             .kept

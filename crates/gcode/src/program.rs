@@ -1,4 +1,4 @@
-//! Programs: a reader driven through the interpreter, block by block, watched if wanted.
+//! A program: an iterator of canonical operations over a reader, or a run that shows every block.
 
 use crate::config::InterpreterConfig;
 use crate::diagnostics::Diagnostics;
@@ -47,7 +47,7 @@ impl<R: BufRead> Program<R> {
         }
     }
 
-    /// Takes subroutines that the program does not define from files.
+    /// Loads subroutines that the program does not define.
     #[must_use]
     pub fn with_loader(mut self, loader: Arc<dyn SubroutineLoader>) -> Program<R> {
         self.interpreter = self.interpreter.with_loader(loader);
@@ -219,12 +219,11 @@ pub struct Event<'a> {
     pub after: &'a State,
     /// Cutter compensation is in force after it.
     pub compensates: bool,
-    /// The operations it gave out. Under cutter compensation those of the block before may come
-    /// with it.
+    /// Its operations. Under cutter compensation those of the block before may be among them.
     pub ops: &'a [SourcedOp],
     /// Errors that it has.
     pub errors: u64,
-    /// It was only looked at: a branch not taken, or the definition of a subroutine.
+    /// It was not carried out: it stands in a branch not taken, or defines a subroutine.
     pub passed: bool,
     /// The interpreter after it.
     pub interpreter: &'a Interpreter,

@@ -17,7 +17,7 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// The files of subroutines that were read: what spans with a file other than 0 are about.
+    /// The files of subroutines that were read; a span's file 1 is the first of them.
     pub fn files(&self) -> &SourceFiles {
         &self.files
     }

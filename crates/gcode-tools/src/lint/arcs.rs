@@ -1,4 +1,4 @@
-//! Arcs whose shape hangs on the last digit.
+//! Arcs whose shape depends on the rounding of the last digit.
 
 use super::Check;
 use super::moves::Leg;

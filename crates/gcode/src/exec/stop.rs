@@ -1,4 +1,4 @@
-//! M0, M1, M60, M2 and M30.
+//! Stops and ends (M0, M1, M60, M2, M30), calls and returns (M98, M99).
 
 use super::{Exec, Jump};
 use crate::code::{Code, whole};

@@ -80,7 +80,7 @@ pub struct Motion {
     /// Where the program's zero lies in the machine frame (work coordinate system and G92), mm and
     /// rad.
     pub origin: Coords,
-    /// The block that asked for it.
+    /// Its block.
     pub block: BlockRef,
 }
 
@@ -96,7 +96,7 @@ pub enum MotionItem {
     Dwell {
         /// How long, s.
         seconds: f64,
-        /// The block that asked for it.
+        /// Its block.
         block: BlockRef,
     },
     /// The machine stops for another tool.
