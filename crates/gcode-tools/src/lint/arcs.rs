@@ -132,6 +132,7 @@ impl Arcs {
 }
 
 fn nearly_full(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
+    // Ends closer than the rounding of both coordinates may be meant to be one point.
     let limit = 1.5 * last_place(decimals(event));
     if shape.chord == 0.0 || shape.chord > limit || shape.chord > 0.1 * shape.radius {
         return;
@@ -152,6 +153,7 @@ fn nearly_full(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
 
 fn nearly_half(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
     let off = deg((shape.sweep - PI).abs());
+    // Near a half circle the centre's height above the chord is sqrt(2 R dR) for an error dR.
     let uncertain = (shape.radius * last_place(decimals(event))).sqrt();
     // An R of exactly half the distance is a half circle on purpose.
     let exact = (shape.radius - 0.5 * shape.chord).abs() <= 1e-9 * shape.radius;

@@ -79,6 +79,7 @@ pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFinding
     let limits = program.interpreter().limits().clone();
     let mut scan = Scan::new(limits);
     let mut last = BlockRef::default();
+    // Lines of the program itself are scanned as text; blocks that run go to every check.
     watch(program, |event| {
         if event.place.span.file == 0 && event.place.span.line > 0 {
             scan.line(event.interpreter.line(), event.place.span);
@@ -91,6 +92,7 @@ pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFinding
             }
         }
     });
+    // Lines after the end are scanned, too.
     scan.program_ended(program.interpreter().state().ended);
     while let Some((line, span)) = program.next_line() {
         scan.line(line, span);

@@ -73,6 +73,7 @@ impl Check for Rapid {
             if judged && matches!(leg.op, CanonicalOp::StraightTraverse(_)) {
                 self.traverse(leg, event, found);
             }
+            // A hole is known only at the place where it was cut.
             if moves_sideways(leg) {
                 self.cut_z = None;
             }

@@ -114,6 +114,7 @@ impl Exec<'_> {
                 pockets,
             }
         };
+        // Where the profile is entered: LinuxCNC 2.9 differs under cutter compensation.
         let from = if self.strays() {
             self.place_for_profile(end)
         } else {
@@ -206,6 +207,7 @@ impl Exec<'_> {
         frame: &Frame,
         moves: &[Move],
     ) -> Result<(), Problem> {
+        // Back from the frame of the profile to X and Z; limits and feed as for any move.
         for step in moves {
             let (place, feed) = match *step {
                 Move::Rapid(place) => (place, false),

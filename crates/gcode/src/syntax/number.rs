@@ -64,8 +64,9 @@ pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
     if count == 0 || count > SAFE_DIGITS || mantissa > LARGEST_EXACT_INTEGER {
         return None;
     }
+    // Both operands are exact, so that the quotient is the nearest f64 (Clinger 1990).
     let value = mantissa as f64 / POWERS.get(fraction)?;
-    // Without a branch: signs are as good as random.
+    // The sign is set without a branch, which could not be predicted.
     Some((
         rest,
         f64::from_bits(value.to_bits() | u64::from(negative) << 63),

@@ -99,6 +99,7 @@ impl<'a> Reader<'a> {
 
     fn items(&mut self, block: &mut Block) -> Parsed<'a, ()> {
         let (mut rest, ()) = head(self.line, block, self.limits)?;
+        // Control flow and text commands take the whole line; otherwise it is a list of items.
         if let Some(result) = self.flow(skip(rest), block) {
             return result;
         }
@@ -270,6 +271,7 @@ impl<'a> Reader<'a> {
                 (_, Some(after)) => (Keyword::Then, after),
                 _ => return expected(rest, "GOTO or THEN"),
             },
+            // DO without WHILE is a loop whose condition always holds.
             Keyword::Do => {
                 block.arguments.push(Value::Number(1.0));
                 (Keyword::While, rest)

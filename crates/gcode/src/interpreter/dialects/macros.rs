@@ -69,6 +69,7 @@ impl Interpreter {
                 }
             }
         }
+        // G67 ends the modal macro, G66 sets it, G65 calls at once.
         self.tell(Leniency::MacroCalls);
         if code == 67.0 {
             self.modal_macro = None;
