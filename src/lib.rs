@@ -53,3 +53,13 @@ pub use lostmotion_sim::{
     ContourPoint, Intervention, Machine, Observer, Program, Progress, Run, SimError,
     SimulateOptions, Simulation, results,
 };
+
+/// The Rust blocks of README.md and of the book, as doctests.
+#[cfg(doctest)]
+mod documents {
+    #[doc = include_str!("../README.md")]
+    struct Readme;
+
+    #[doc = include_str!("../docs/book/src/guide/library.md")]
+    struct Library;
+}

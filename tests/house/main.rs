@@ -13,5 +13,6 @@ mod documents;
 mod figures;
 mod files;
 mod names;
+mod recipes;
 #[path = "../sources/mod.rs"]
 mod sources;

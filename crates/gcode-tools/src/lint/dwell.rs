@@ -24,11 +24,9 @@ static DWELL_MILLISECONDS: LintRule = rule(
     "P is in seconds: half a second is P0.5.",
 );
 
-/// Shortest dwell that counts as a mistake, s. An hour: longer than a
-/// program waits on purpose.
+/// From here on nobody waits on purpose, s.
 const ENDLESS_S: f64 = 3600.0;
-/// Shortest dwell in whole seconds that looks like milliseconds, s. Origin unknown,
-/// kept.
+/// From here on a whole number looks like milliseconds, s.
 const MILLISECONDS_S: f64 = 100.0;
 
 pub(super) struct Dwell;

@@ -3,7 +3,7 @@
 use crate::code::Code;
 use crate::dialect::Leniency;
 
-/// Modal groups: one line may have one code of each.
+/// Sets of codes of which one line may have one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs, reason = "see Group::name")]
 pub enum Group {
@@ -79,7 +79,7 @@ pub struct CodeRow {
     pub code: Code,
     /// Its modal group.
     pub group: Group,
-    /// Order of execution within a block, lowest first, whatever the order on the line.
+    /// When it is carried out: lower first, whatever the order on the line.
     pub(crate) phase: u8,
     /// What it does with axis words.
     pub axes: AxisUse,
@@ -87,7 +87,7 @@ pub struct CodeRow {
     pub words: &'static str,
     /// The same as bits.
     pub(crate) takes: u32,
-    /// Leniency that it needs; `None` for the codes of RS274/NGC.
+    /// What has to be accepted for it; none if it is of RS274/NGC.
     pub leniency: Option<Leniency>,
     /// What it does.
     pub meaning: &'static str,

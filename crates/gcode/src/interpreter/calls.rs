@@ -13,7 +13,10 @@ use crate::state::held::Saved;
 use crate::syntax::{Block, Keyword, Label, Value, parse_block};
 use std::sync::Arc;
 
-const M98: Code = Code::m(980);
+const M98: Code = Code {
+    letter: 'M',
+    tenths: 980,
+};
 
 impl Interpreter {
     /// A subroutine line that is carried out.
@@ -95,7 +98,6 @@ impl Interpreter {
         if rounds == 0 {
             return Ok(());
         }
-        // The caller's #1 to #30, open branches and place are kept in the frame.
         let locals = arguments.map(|arguments| Box::new(self.parameters.enter(arguments)));
         let frame = CallFrame {
             name,
@@ -164,7 +166,6 @@ impl Interpreter {
             }
             return Err(Problem::NoSuchSub { name });
         }
-        // Step back to the calling line, which runs again once the definition has been found.
         self.flow.at -= 1;
         let after = self
             .flow

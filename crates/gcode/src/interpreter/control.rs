@@ -286,7 +286,7 @@ impl Interpreter {
         let number = whole(number)
             .filter(|number| *number >= 0.0)
             .ok_or(Problem::NoSuchLine { number })?;
-        // A search costs time, too: every 16 lines count as one block towards the limit.
+        // Searching takes time too: so many lines count as a block.
         self.looped += (self.flow.tape().len() / LINES_A_BLOCK) as u64;
         let (at, tape) = (self.flow.at, self.flow.tape());
         let is_it = |index: &usize| {

@@ -3,7 +3,8 @@
 use super::flow::Record;
 use super::tape::Tape;
 use super::{Interpreter, Percent, Step};
-use crate::code::{Code, whole};
+use crate::code::Code;
+use crate::code::whole;
 use crate::codes::{self, AxisUse, Group};
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
@@ -25,13 +26,11 @@ impl Interpreter {
         }
         let before = out.len();
         self.executed += 1;
-        // Parse and carry out; a refused block leaves its motion mode to those that follow.
         if let Err((problem, text)) = self.line_step(out) {
             self.place_and_report(problem, text);
             self.salvage();
             self.spoil_profile();
         }
-        // A block may end the profile of a turning cycle, or a subroutine whose modes come back.
         if self.profile.is_some() {
             self.end_profile(out);
         }
@@ -41,9 +40,8 @@ impl Interpreter {
             self.report(problem);
         }
         if self.state.ended {
-            self.release_held(out);
+            self.let_go(out);
         }
-        // Endless loops end here.
         self.watch(out.get(before..).unwrap_or_default());
         if self.state.ended {
             self.settle_habits();
@@ -123,7 +121,6 @@ impl Interpreter {
     }
 
     fn line_step(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
-        // Lines that are passed over need no parsing unless they could hold an O-word.
         if self.is_passing() && !self.flow.keeps && !may_matter(&self.line) {
             self.recording(None, false)
                 .map_err(|problem| (problem, None))?;
@@ -132,7 +129,6 @@ impl Interpreter {
         if self.passes_goto() {
             return Ok(());
         }
-        // The grammar first; then what other dialects write differently.
         self.state.line = self.place.line;
         let parsed = parse_block(&self.line, &mut self.block, &self.config.limits)
             .or_else(|fault| self.parse_specially(fault));

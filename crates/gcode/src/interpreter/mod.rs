@@ -37,13 +37,12 @@ use lostmotion_base::span::{BlockRef, Span};
 use lostmotion_base::units::deg;
 use std::sync::Arc;
 
-/// State of the interpreter after a step.
+/// What a step left behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// A block has run; more may follow without further input.
     Ran,
-    /// It needs the next line ([`Interpreter::push_line`]) or the end of the source
-    /// ([`Interpreter::end_of_source`]).
+    /// The next line has to be pushed, or the end of the source declared.
     NeedsLine,
     /// The program is over.
     Ended,
@@ -189,12 +188,13 @@ impl Interpreter {
         }
     }
 
-    /// Tells where the controlled point is after a move that is not in the program: where it is in program coordinates and units.
+    /// Somebody else has moved the controlled point: where it is in program coordinates and units.
     pub(crate) fn moved_to(&mut self, place: crate::ops::Position) {
         self.state.current = place;
     }
 
-    /// Operations that state what is in force before the first line: units and offsets.
+    /// The operations that put the initial state into words: units and offsets in force before the
+    /// first line.
     pub fn begin(&self, out: &mut Vec<SourcedOp>) {
         let offsets = &self.state.offsets;
         let ops = [
@@ -212,14 +212,15 @@ impl Interpreter {
         }));
     }
 
-    /// Loads subroutines that the program does not define.
+    /// Takes subroutines that the program does not define from files.
     #[must_use]
     pub fn with_loader(mut self, loader: Arc<dyn SubroutineLoader>) -> Interpreter {
         self.loader = Some(loader);
         self
     }
 
-    /// Adds the next line of the program, without its terminator, when a step needs it.
+    /// Gives the next line of the program, without its terminator. To be called when a step asks
+    /// for it.
     pub fn push_line(&mut self, line: &[u8], place: Place) {
         self.flow.forget();
         (self.looped, self.made, self.idle) = (0, 0, 0);
@@ -244,7 +245,7 @@ impl Interpreter {
         }
     }
 
-    /// States that no line follows.
+    /// Says that no line follows.
     pub fn end_of_source(&mut self) {
         self.at_end = true;
     }

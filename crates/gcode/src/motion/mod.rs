@@ -23,25 +23,6 @@ pub use several::SPLINE_TOLERANCE_MM;
 pub(crate) use several::curve_length;
 
 /// Folds operations into motion. State only: small, cloneable, serialisable.
-///
-/// ```
-/// use lostmotion_base::Coords;
-/// use lostmotion_gcode::{InterpreterConfig, MotionFold, MotionItem, Program};
-///
-/// let mut origin = Coords::ZERO;
-/// origin.0[0] = -300.0;
-/// let config = InterpreterConfig::default().with_work_offset(1, origin);
-/// let mut fold = MotionFold::new(config.start);
-/// let mut moves = Vec::new();
-/// for sourced in Program::new(&b"G54 G21 G1 X10 F600\nM2\n"[..], config) {
-///     if let Some(MotionItem::Move(motion)) = fold.push(&sourced)? {
-///         moves.push(motion);
-///     }
-/// }
-/// // Machine coordinates: the origin of G54 and the programmed 10 mm.
-/// assert_eq!(moves[0].end.0[0], -290.0);
-/// # Ok::<(), lostmotion_gcode::Problem>(())
-/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionFold {
     units: Units,
@@ -110,7 +91,7 @@ impl MotionFold {
         self.tool
     }
 
-    /// Tells where the controlled point is after a move that is not in the program, mm and rad.
+    /// Somebody else has moved the controlled point, mm and rad.
     pub fn moved_to(&mut self, at: Coords) {
         self.at = at;
     }

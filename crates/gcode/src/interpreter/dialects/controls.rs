@@ -2,7 +2,8 @@
 //! path, cycles that are not read.
 
 use super::super::Interpreter;
-use crate::code::{Code, whole};
+use crate::code::Code;
+use crate::code::whole;
 use crate::dialect::Dialect::{self, Fanuc, Haas};
 use crate::dialect::Leniency;
 use crate::ops::SourcedOp;
@@ -111,7 +112,10 @@ impl Interpreter {
         } else {
             0
         };
-        let code = Code::g(tenths);
+        let code = Code {
+            letter: 'G',
+            tenths,
+        };
         let cycle = match (
             self.words
                 .codes()
@@ -149,11 +153,13 @@ impl Interpreter {
         if !self.config.leniencies.has(Leniency::PackedCalls) || self.words.has(b'L') {
             return;
         }
-        let is_call = self
-            .words
-            .codes()
-            .iter()
-            .any(|used| used.row.code == Code::m(980));
+        let is_call = self.words.codes().iter().any(|used| {
+            used.row.code
+                == Code {
+                    letter: 'M',
+                    tenths: 980,
+                }
+        });
         if let (true, Some(number)) = (
             is_call,
             self.words

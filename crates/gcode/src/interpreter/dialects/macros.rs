@@ -1,7 +1,8 @@
 //! Macros with arguments by letter (G65 to G67), and subroutines at a line number (M97).
 
 use super::super::Interpreter;
-use crate::code::{Code, whole};
+use crate::code::Code;
+use crate::code::whole;
 use crate::dialect::Leniency;
 use crate::problem::Problem;
 
@@ -69,7 +70,6 @@ impl Interpreter {
                 }
             }
         }
-        // G67 ends the modal macro, G66 sets it, G65 calls at once.
         self.tell(Leniency::MacroCalls);
         if code == 67.0 {
             self.modal_macro = None;
@@ -145,7 +145,10 @@ impl Interpreter {
                 _ => {}
             }
         }
-        let code = Code::m(970);
+        let code = Code {
+            letter: 'M',
+            tenths: 970,
+        };
         let number = number.ok_or(Problem::WordMissing {
             code,
             what: "P, the line number of the subroutine",
