@@ -33,7 +33,7 @@ fn log(config: &AxisConfig) -> Vec<AxisSample> {
 fn fit(criterion: &mut Criterion) {
     let config = AxisConfig::paper();
     let log = BacklashLog::from_samples(Clock::SERVO.period_s(), &log(&config)).expect("a log");
-    let settings = FitSettings::for_motor(&config.motor);
+    let settings = FitSettings::for_axis(&config);
     let mut group = criterion.benchmark_group("fit");
     group.sample_size(10);
     group.bench_function("10 s at 250 us", |bencher| {

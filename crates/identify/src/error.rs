@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::solver::SolverStatus;
-
 /// Why a log does not tell the gap.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -140,4 +138,36 @@ pub enum FitError {
         /// Iterations made.
         iterations: u32,
     },
+}
+
+/// How a solver ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum SolverStatus {
+    /// Within the tolerances.
+    Solved,
+    /// A solution of reduced accuracy.
+    AlmostSolved,
+    /// No point satisfies the constraints.
+    Infeasible,
+    /// The objective falls without end.
+    Unbounded,
+    /// Out of iterations.
+    IterationLimit,
+    /// Gave up for numerical reasons.
+    NumericalFailure,
+}
+
+impl std::fmt::Display for SolverStatus {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Solved => "solved",
+            Self::AlmostSolved => "almost solved",
+            Self::Infeasible => "infeasible",
+            Self::Unbounded => "unbounded",
+            Self::IterationLimit => "iteration limit",
+            Self::NumericalFailure => "numerical failure",
+        })
+    }
 }

@@ -28,7 +28,7 @@ pub(crate) const DAMPING: usize = 3;
 pub(crate) const INERTIA: usize = 4;
 
 /// All that an estimate is made from.
-pub(crate) struct Job<'a> {
+pub(crate) struct EstimateJob<'a> {
     pub(crate) contact: &'a Contact,
     pub(crate) settings: &'a FitSettings,
     pub(crate) resolution: f64,
@@ -47,7 +47,7 @@ pub(crate) struct Estimate {
     pub(crate) solver: SolverReport,
 }
 
-impl Job<'_> {
+impl EstimateJob<'_> {
     /// The regression with these columns, the half gap first; what is left out is known, or zero.
     fn regression<const P: usize>(&self, columns: [usize; P]) -> Regression<P> {
         let known = self

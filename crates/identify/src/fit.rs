@@ -3,7 +3,7 @@
 use crate::{
     contact::{self, Contact},
     error::{FitError, NotExcited},
-    estimate::{COMPLIANCE, DAMPING, Estimate, GAP, INERTIA, Job, OFFSET, RESOLVED},
+    estimate::{COMPLIANCE, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET, RESOLVED},
     log::BacklashLog,
     result::BacklashFit,
     settings::FitSettings,
@@ -72,7 +72,7 @@ fn fit_at(
     if settings.stiffness_nm_per_rad.is_none() {
         check_variation(&contact)?;
     }
-    let job = Job {
+    let job = EstimateJob {
         contact: &contact,
         settings,
         resolution: log.resolution_rad(),

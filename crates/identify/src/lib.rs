@@ -45,6 +45,6 @@ pub mod window;
 pub use error::{FitError, NotExcited};
 pub use fit::{fit_backlash, fit_backlash_with};
 pub use log::{BacklashLog, MotorLog};
-pub use motor_only::{FittedLoad, fit_motor_only, fit_motor_only_with};
-pub use result::{BacklashFit, SolverReport};
+pub use motor_only::{fit_motor_only, fit_motor_only_with};
+pub use result::{BacklashFit, FittedLoad, SolverReport};
 pub use settings::FitSettings;

@@ -3,7 +3,7 @@
 use lostmotion_drive::config::Gap;
 use serde::{Deserialize, Serialize};
 
-use crate::{error::NotExcited, motor_only::FittedLoad, solver::SolverStatus};
+use crate::error::{NotExcited, SolverStatus};
 
 /// Half gap, compliance and offset of an axis, with what speaks for and against them. Motor side:
 /// rad, N m.
@@ -88,6 +88,19 @@ impl BacklashFit {
     pub fn total_gap(&self) -> Gap {
         Gap::MotorRad(2.0 * self.half_gap_rad)
     }
+}
+
+/// Load at the motor's shaft, as a fit from the motor alone found it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FittedLoad {
+    /// Inertia, kg m2.
+    pub inertia_kgm2: f64,
+    /// Viscous friction, N m s/rad.
+    pub viscous_nm_s_per_rad: f64,
+    /// Coulomb friction, N m.
+    pub coulomb_nm: f64,
+    /// Constant torque against the positive direction, N m.
+    pub constant_nm: f64,
 }
 
 /// What the solver did.

@@ -1,6 +1,6 @@
 //! What the fit is told beforehand.
 
-use lostmotion_drive::config::Motor;
+use lostmotion_drive::AxisConfig;
 use serde::{Deserialize, Serialize};
 
 use crate::error::FitError;
@@ -77,12 +77,17 @@ impl FitSettings {
         }
     }
 
-    /// Defaults with a motor's data sheet: torque constant, inertia, and its own friction.
-    pub fn for_motor(motor: &Motor) -> Self {
+    /// Defaults with what is known of an axis: the motor's torque constant and its own friction,
+    /// and the inertia on the motor's side of the gap, rotor and screw or pinion together.
+    pub fn for_axis(axis: &AxisConfig) -> Self {
+        let motor = &axis.motor;
         Self {
             motor_viscous_nm_s_per_rad: motor.viscous_nm_s_per_rad,
             motor_coulomb_nm: motor.coulomb_nm,
-            ..Self::new(motor.torque_constant_nm_per_a, Some(motor.inertia_kgm2))
+            ..Self::new(
+                motor.torque_constant_nm_per_a,
+                Some(axis.motor_side_inertia_kgm2()),
+            )
         }
     }
 
@@ -154,5 +159,24 @@ impl FitSettings {
             });
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lostmotion_drive::config::Load;
+
+    #[test]
+    fn the_screw_counts_with_the_rotor() {
+        let mut axis = AxisConfig::paper();
+        let rotor = axis.motor.inertia_kgm2;
+        assert_eq!(FitSettings::for_axis(&axis).motor_inertia_kgm2, Some(rotor));
+        if let Load::Reflected(load) = &mut axis.load {
+            load.motor_side_inertia_kgm2 = 3e-4;
+        }
+        let settings = FitSettings::for_axis(&axis);
+        assert_eq!(settings.motor_inertia_kgm2, Some(rotor + 3e-4));
+        assert_eq!(settings.motor_coulomb_nm, axis.motor.coulomb_nm);
     }
 }

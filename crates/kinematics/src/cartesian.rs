@@ -4,7 +4,7 @@
 //! the others: the program gives coordinates that already hold for the tilted part (no
 //! tool-centre-point control), as on a mill with a rotary table whose CAM knows the table.
 
-use crate::registry::check_parameters;
+use crate::spec::check_parameters;
 use crate::{Kinematics, KinematicsError, KinematicsSpec, ToolPose};
 use lostmotion_base::{Coords, Jet};
 

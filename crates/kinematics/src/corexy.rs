@@ -3,7 +3,7 @@
 //! a = x + y and b = x - y are the ways of the belts, which are the joints X and Y; Z and all
 //! others are as programmed. The tool's offset is added before.
 
-use crate::registry::check_parameters;
+use crate::spec::check_parameters;
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
 use lostmotion_base::{AXES, Coords, Jet, Real};
 

@@ -10,7 +10,7 @@
 //! Forward is the intersection of three spheres of radius L about the carriages, the lower one of
 //! its two points.
 
-use crate::registry::check_parameters;
+use crate::spec::check_parameters;
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
 use lostmotion_base::units::rad;
 use lostmotion_base::vec::{cross, dot, scale, sub, unit};

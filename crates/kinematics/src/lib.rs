@@ -16,6 +16,7 @@ mod pose;
 pub mod registry;
 mod rotation;
 pub mod scara;
+mod spec;
 pub mod trunnion;
 mod turns;
 
@@ -24,9 +25,8 @@ pub use cartesian::Cartesian;
 pub use chain::{Chain, ChainJoint, Family};
 pub use machine_tool::MachineTool;
 pub use orient::{OrientError, Orientation};
-pub use registry::{
-    KinematicsSpec, RegistryEntry, TipControl, Words, build, build_within, entries,
-};
+pub use registry::{RegistryEntry, build, build_within, entries};
+pub use spec::{Elbow, KinematicsSpec, TipControl, Words};
 
 /// Where the tool is and how it points, in the part's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,8 +13,8 @@
 
 use crate::chain::{Chain, ChainJoint, JointSpec};
 use crate::orient::Orientation;
-use crate::registry::check_parameters;
 use crate::rotation::apply;
+use crate::spec::check_parameters;
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
 use lostmotion_base::vec::{Vec3, constant, cross, dot, scale, sub};
 use lostmotion_base::{AXES, AxisId, Coords, Jet, Real};

@@ -11,10 +11,9 @@
 //! The elbow stays on its side, so joints are continuous up to the cut of atan2 behind the base,
 //! which the travel of A has to leave out.
 
-use crate::registry::check_parameters;
+use crate::spec::{Elbow, check_parameters};
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Layout, Reach, ToolPose};
 use lostmotion_base::{AXES, AxisId, Coords, Jet, Real};
-use serde::{Deserialize, Serialize};
 
 /// Registered name.
 pub const KIND: &str = "scara";
@@ -22,16 +21,6 @@ pub const KIND: &str = "scara";
 const A: usize = AxisId::A as usize;
 const B: usize = AxisId::B as usize;
 const C: usize = AxisId::C as usize;
-
-/// On which side of the way from base to tool the elbow is, seen from above looking out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Elbow {
-    /// B is negative.
-    Left,
-    /// B is positive.
-    Right,
-}
 
 /// Two arms, a quill, a wrist.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,7 +16,7 @@
 
 use crate::chain::{Chain, GaugeSpec, JointSpec, JointType, Side};
 use crate::machine_tool::{MachineTool, tolerance};
-use crate::registry::check_parameters;
+use crate::spec::check_parameters;
 use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach};
 
 /// Registered name of the machine that tilts about X.

@@ -5,7 +5,7 @@
 //! cycle T is T2/8 q'' v2 off them, square to the way. What the tool makes of that has a limit, so
 //! that v has one.
 
-use crate::condition::Piece;
+use crate::piece::Piece;
 use lostmotion_base::{AXES, Coords, Jet};
 use lostmotion_kinematics::{Kinematics, KinematicsError, chord_bend};
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! What the planner may do and how far it looks ahead.
 
 use crate::PlanError;
-use crate::profile::law::TimeLaw;
+use crate::profile::TimeLaw;
 use crate::profile::refined::Refined;
 use lostmotion_base::{AXES, AxisId, AxisLimits, Clock};
 use serde::{Deserialize, Serialize};

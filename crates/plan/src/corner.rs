@@ -9,9 +9,9 @@
 //! both.
 
 use crate::chord::Chord;
-use crate::condition::{Piece, size};
 use crate::machine::Machine;
-use crate::profile::Profile;
+use crate::motion::{PathState, Profile};
+use crate::piece::{Piece, sideways};
 use crate::stretch::Stretch;
 use lostmotion_base::root::Bracket;
 use lostmotion_base::{Coords, math};
@@ -100,15 +100,18 @@ impl Leg {
     }
 
     /// Distance from the corner, speed and acceleration at a time from rest.
-    fn at(&self, t: f64) -> [f64; 3] {
-        let motion = self.profile.at(t);
-        [motion.s - self.from, motion.v, motion.a]
+    fn at(&self, t: f64) -> PathState {
+        let state = self.profile.at(t);
+        PathState {
+            s: state.s - self.from,
+            ..state
+        }
     }
 
     /// The latest time, up to the longest, at which it is no farther from the corner than a
     /// distance.
     fn time_to(&self, distance: f64) -> f64 {
-        let near_enough = |t: f64| self.at(t)[0] <= distance;
+        let near_enough = |t: f64| self.at(t).s <= distance;
         if near_enough(self.longest_s) {
             return self.longest_s;
         }
@@ -116,12 +119,6 @@ impl Leg {
             .bisect(TIME_HALVINGS, near_enough)
             .low
     }
-}
-
-/// How far from the line along `other` a step along `d` leads at most, per unit of the step.
-pub(crate) fn sideways(d: &Coords, other: &Coords) -> f64 {
-    let along = (d.dot(other) / other.dot(other)).clamp(0.0, 1.0);
-    size(&(*d - *other * along)).min(size(d))
 }
 
 /// How long two motions may overlap at their corner without leaving the path by more than a
@@ -197,7 +194,7 @@ pub(crate) fn usual_overlap_s(
 
 /// Whether the sum of both motions keeps every limit over an overlap.
 fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
-    if before.at(overlap_s)[0] > before.room || after.at(overlap_s)[0] > after.room {
+    if before.at(overlap_s).s > before.room || after.at(overlap_s).s > after.room {
         return false;
     }
     let mut times = Vec::new();
@@ -206,7 +203,10 @@ fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
     after.profile.steps(overlap_s, &mut times);
     times.push(overlap_s);
     times.sort_by(f64::total_cmp);
-    let states = |t: f64| (before.at(overlap_s - t), after.at(t));
+    let states = |t: f64| Sum {
+        before: before.at(overlap_s - t),
+        after: after.at(t),
+    };
     let mut start = 0.0;
     let mut left = states(0.0);
     for t in times {
@@ -235,39 +235,39 @@ fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
     true
 }
 
-type State = ([f64; 3], [f64; 3]);
+/// The states of two motions that add up. The one before runs backward in its own time: its speed
+/// counts as it is, its acceleration with the other sign.
+#[derive(Clone, Copy, Debug)]
+struct Sum {
+    before: PathState,
+    after: PathState,
+}
 
 /// Whether a command cycle around a place of the sum takes the tool too far off its way.
-fn bows(chord: &Chord, before: &Leg, after: &Leg, state: &State) -> bool {
-    let sum =
-        |k: usize, sign: f64| after.direction * state.1[k] + before.direction * (sign * state.0[k]);
+fn bows(chord: &Chord, before: &Leg, after: &Leg, sum: &Sum) -> bool {
+    let velocity = after.direction * sum.after.v + before.direction * sum.before.v;
+    let acceleration = after.direction * sum.after.a + before.direction * -sum.before.a;
     let joints = after.corner + Coords::xyz(after.tool_mm[0], after.tool_mm[1], after.tool_mm[2]);
-    chord.part([&joints, &sum(1, 1.0), &sum(2, -1.0)], &after.tool_mm) > 1.0
+    chord.part([&joints, &velocity, &acceleration], &after.tool_mm) > 1.0
 }
 
 /// Whether the sum keeps every limit over a time without a step of the jerk, given the states at
 /// its ends.
-fn keeps(
-    machine: &Machine,
-    before: &Leg,
-    after: &Leg,
-    left: &State,
-    right: &State,
-    step: f64,
-) -> bool {
+fn keeps(machine: &Machine, before: &Leg, after: &Leg, left: &Sum, right: &Sum, step: f64) -> bool {
     // Between its ends a motion of constant jerk leaves the chord of its speed by at most j h^2 /
     // 8.
     let jerk = [
-        (right.0[2] - left.0[2]) / -step,
-        (right.1[2] - left.1[2]) / step,
+        (right.before.a - left.before.a) / -step,
+        (right.after.a - left.after.a) / step,
     ];
     let bulge = |k: usize| jerk[k].abs() * step * step / 8.0;
-    let fastest = left.0[1].max(right.0[1]) + bulge(0) + left.1[1].max(right.1[1]) + bulge(1);
+    let fastest =
+        left.before.v.max(right.before.v) + bulge(0) + left.after.v.max(right.after.v) + bulge(1);
     let free = fastest <= before.feed.min(after.feed) * ROUNDING;
     free && machine.joints().all(|(joint, [v, a, j])| {
         let (d, e) = (before.direction.0[joint], after.direction.0[joint]);
-        let speed = |s: &State| (s.0[1] * d + s.1[1] * e).abs();
-        let acceleration = |s: &State| (s.1[2] * e - s.0[2] * d).abs();
+        let speed = |sum: &Sum| (sum.before.v * d + sum.after.v * e).abs();
+        let acceleration = |sum: &Sum| (sum.after.a * e - sum.before.a * d).abs();
         let bulge = (jerk[0] * d + jerk[1] * e).abs() * step * step / 8.0;
         speed(left).max(speed(right)) + bulge <= v * ROUNDING
             && acceleration(left).max(acceleration(right)) <= a * ROUNDING

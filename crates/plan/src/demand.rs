@@ -49,10 +49,28 @@ impl Demand {
         self.feed = self.feed.min(other.feed);
     }
 
+    /// The bounds of one joint.
+    pub(crate) fn joint(&self, joint: usize) -> JointDerivs {
+        let [d1, d2, d3] = [0, 1, 2].map(|order| self.d[order][joint]);
+        JointDerivs { d1, d2, d3 }
+    }
+
     /// Whether every joint is linear in the path parameter.
     pub(crate) fn is_straight(&self) -> bool {
         self.d[1] == [0.0; AXES] && self.d[2] == [0.0; AXES]
     }
+}
+
+/// A stretch of path with one set of bounds.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Interval {
+    /// Where it begins on the path.
+    pub(crate) start: f64,
+    /// Where it ends.
+    pub(crate) end: f64,
+    pub(crate) demand: Demand,
+    /// Largest steady speed.
+    pub(crate) cap: f64,
 }
 
 /// Which way the speed changes.
@@ -62,16 +80,25 @@ pub(crate) enum Direction {
     Slower,
 }
 
+/// Derivatives of one joint by the path, or bounds of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct JointDerivs {
+    pub(crate) d1: f64,
+    pub(crate) d2: f64,
+    pub(crate) d3: f64,
+}
+
 /// Bounds of |q'| and of what of q'' and q''' pulls a joint's jerk to one side, then to the other:
 /// to either side q''' v3 adds to 3 q'' v a of its own sign while speeding up, and to that of the
 /// other sign while slowing down. The window's mean of the acceleration may be anything from none
 /// to all of it, so that what pulls the other way is no help.
-pub(crate) fn sides(demand: &Demand, direction: Direction, joint: usize) -> [[f64; 3]; 2] {
-    let c1 = demand.d[0][joint];
+pub(crate) fn sides(demand: &Demand, direction: Direction, joint: usize) -> [JointDerivs; 2] {
+    let d1 = demand.d[0][joint];
     let at = |order: usize, side: usize| demand.sides[order][side][joint];
     let (up2, down2, up3, down3) = (at(0, 0), at(0, 1), at(1, 0), at(1, 1));
-    match direction {
-        Direction::Faster => [[c1, up2, up3], [c1, down2, down3]],
-        Direction::Slower => [[c1, down2, up3], [c1, up2, down3]],
-    }
+    let pairs = match direction {
+        Direction::Faster => [(up2, up3), (down2, down3)],
+        Direction::Slower => [(down2, up3), (up2, down3)],
+    };
+    pairs.map(|(d2, d3)| JointDerivs { d1, d2, d3 })
 }

@@ -1,8 +1,8 @@
 //! Bounds of the joints' derivatives along a piece of path.
 
-use crate::condition::Piece;
+use crate::demand::Interval;
 use crate::machine::{Demand, Machine};
-use crate::profile::Interval;
+use crate::piece::Piece;
 use lostmotion_base::{AXES, Coords, Jet};
 use lostmotion_kinematics::{Kinematics, KinematicsError};
 use lostmotion_path::{Curve, Quintic};

@@ -1,10 +1,11 @@
 //! Whether a corner is passed faster by a blend or by a stop.
 
-use crate::condition::{Judge, Piece, Programmed};
+use crate::condition::Judge;
 use crate::corner::usual_overlap_s;
 use crate::demands::demands;
 use crate::machine::{Demand, Direction, Machine, NO_LIMIT};
-use crate::soft::{self, Soft};
+use crate::piece::{Piece, Programmed, Soft};
+use crate::soft;
 use lostmotion_base::Coords;
 use lostmotion_kinematics::Kinematics;
 use lostmotion_path::Curve;

@@ -6,30 +6,36 @@
 //! jerk of at most a / T.
 
 use crate::chord::Chord;
-use crate::demand::sides;
 pub(crate) use crate::demand::{Demand, Direction};
-use crate::profile::{Interval, Knot};
+use crate::demand::{Interval, JointDerivs, sides};
+use crate::motion::Knot;
 use lostmotion_base::{AXES, AxisLimits, math};
 
-/// A joint with its limits.
+/// A joint with its limits: velocity, acceleration, jerk.
 #[derive(Clone, Copy, Debug)]
-struct Joint {
+struct JointLimits {
     index: usize,
     v: f64,
     a: f64,
     j: f64,
 }
 
-impl Joint {
+impl JointLimits {
     /// By how much a window that begins at a speed and an acceleration may pass the jerk.
-    fn excess(&self, [c1, c2, c3]: [f64; 3], v: f64, window_s: f64, a: f64) -> f64 {
+    fn excess(
+        &self,
+        JointDerivs { d1, d2, d3 }: JointDerivs,
+        v: f64,
+        window_s: f64,
+        a: f64,
+    ) -> f64 {
         let mean = v + 0.5 * a * window_s;
-        (c3 * mean * mean + 3.0 * c2 * a) * mean + c1 * a / window_s - self.j
+        (d3 * mean * mean + 3.0 * d2 * a) * mean + d1 * a / window_s - self.j
     }
 
     /// The largest acceleration that keeps the jerk at the mean speed `cap`.
-    fn at_cap(&self, [c1, c2, c3]: [f64; 3], cap: f64, window_s: f64) -> f64 {
-        (self.j - c3 * cap * cap * cap).max(0.0) / (3.0 * c2 * cap + c1 / window_s)
+    fn at_cap(&self, JointDerivs { d1, d2, d3 }: JointDerivs, cap: f64, window_s: f64) -> f64 {
+        (self.j - d3 * cap * cap * cap).max(0.0) / (3.0 * d2 * cap + d1 / window_s)
     }
 
     /// The largest acceleration up to `a` that keeps the jerk.
@@ -38,17 +44,18 @@ impl Joint {
     /// T/2, so that the jerk is at most q''' (v + a T/2)^3 + 3 q'' (v + a T/2) a + q' a / T: convex
     /// in a, solved from above by Newton's method and then bounded from below by a chord. Its mean
     /// speed is at most `cap`, too, which may leave more room.
-    fn jerk_room(&self, [c1, c2, c3]: [f64; 3], cap: f64, v: f64, window_s: f64, a: f64) -> f64 {
+    fn jerk_room(&self, derivs: JointDerivs, cap: f64, v: f64, window_s: f64, a: f64) -> f64 {
+        let JointDerivs { d1, d2, d3 } = derivs;
         let half = 0.5 * window_s;
-        let excess = |a: f64| self.excess([c1, c2, c3], v, window_s, a);
+        let excess = |a: f64| self.excess(derivs, v, window_s, a);
         let slope = |a: f64| {
             let mean = v + a * half;
-            3.0 * (c3 * mean * mean * half + c2 * (mean + a * half)) + c1 / window_s
+            3.0 * (d3 * mean * mean * half + d2 * (mean + a * half)) + d1 / window_s
         };
         if excess(a) <= 0.0 {
             return a;
         }
-        let at_cap = self.at_cap([c1, c2, c3], cap, window_s);
+        let at_cap = self.at_cap(derivs, cap, window_s);
         let rest = excess(0.0);
         if rest >= 0.0 {
             return at_cap.min(a);
@@ -85,7 +92,7 @@ pub(crate) const NO_LIMIT: f64 = 1e12;
 /// The limits of all joints.
 #[derive(Clone, Debug)]
 pub(crate) struct Machine {
-    joints: Vec<Joint>,
+    joints: Vec<JointLimits>,
     /// How far the tool may be off its way between two commands.
     pub(crate) chord: Option<Chord>,
 }
@@ -93,7 +100,7 @@ pub(crate) struct Machine {
 impl Machine {
     pub(crate) fn new(limits: &[Option<AxisLimits>; AXES]) -> Machine {
         let joint = |(index, limits): (usize, &Option<AxisLimits>)| {
-            limits.map(|l| Joint {
+            limits.map(|l| JointLimits {
                 index,
                 v: l.velocity * MARGIN,
                 a: l.acceleration * MARGIN,
@@ -108,7 +115,7 @@ impl Machine {
 
     /// The same with part of the acceleration and the jerk.
     pub(crate) fn part(&self, part: f64) -> Machine {
-        let joints = self.joints.iter().map(|joint| Joint {
+        let joints = self.joints.iter().map(|joint| JointLimits {
             a: joint.a * part,
             j: joint.j * part,
             ..*joint
@@ -121,7 +128,7 @@ impl Machine {
 
     /// Takes in the demands of another stretch on the joints that there are.
     pub(crate) fn join(&self, all: &mut Demand, other: &Demand) {
-        for Joint { index, .. } in &self.joints {
+        for JointLimits { index, .. } in &self.joints {
             for order in 0..3 {
                 all.d[order][*index] = all.d[order][*index].max(other.d[order][*index]);
             }
@@ -163,15 +170,15 @@ impl Machine {
     pub(crate) fn speed_cap(&self, demand: &Demand) -> f64 {
         let mut cap = demand.feed;
         for joint in &self.joints {
-            let [c1, c2, c3] = [0, 1, 2].map(|order| demand.d[order][joint.index]);
-            if c1 > 0.0 {
-                cap = cap.min(joint.v / c1);
+            let JointDerivs { d1, d2, d3 } = demand.joint(joint.index);
+            if d1 > 0.0 {
+                cap = cap.min(joint.v / d1);
             }
-            if c2 * cap * cap > joint.a * (STEADY * STEADY) {
-                cap = cap.min((joint.a / c2).sqrt() * STEADY);
+            if d2 * cap * cap > joint.a * (STEADY * STEADY) {
+                cap = cap.min((joint.a / d2).sqrt() * STEADY);
             }
-            if c3 * cap * cap * cap > joint.j * (STEADY * STEADY * STEADY) {
-                cap = cap.min(math::cbrt(joint.j / c3) * STEADY);
+            if d3 * cap * cap * cap > joint.j * (STEADY * STEADY * STEADY) {
+                cap = cap.min(math::cbrt(joint.j / d3) * STEADY);
             }
         }
         cap
@@ -190,18 +197,18 @@ impl Machine {
     ) -> f64 {
         let mut a = most;
         for joint in &self.joints {
-            let [c1, c2] = [0, 1].map(|order| demand.d[order][joint.index]);
-            let room = joint.a - c2 * v * v;
-            if c1 * a > room {
-                a = room.max(0.0) / c1;
+            let JointDerivs { d1, d2, .. } = demand.joint(joint.index);
+            let room = joint.a - d2 * v * v;
+            if d1 * a > room {
+                a = room.max(0.0) / d1;
             }
-            if c1 * a > joint.j * window_s {
-                a = joint.j * window_s / c1;
+            if d1 * a > joint.j * window_s {
+                a = joint.j * window_s / d1;
             }
         }
         for joint in &self.joints {
-            let [c2, c3] = [1, 2].map(|order| demand.d[order][joint.index]);
-            if c2 == 0.0 && c3 == 0.0 {
+            let JointDerivs { d2, d3, .. } = demand.joint(joint.index);
+            if d2 == 0.0 && d3 == 0.0 {
                 continue;
             }
             for side in sides(demand, direction, joint.index) {
@@ -215,10 +222,10 @@ impl Machine {
     pub(crate) fn pull(&self, demand: &Demand, b: f64) -> f64 {
         let mut a = NO_LIMIT;
         for joint in &self.joints {
-            let [c1, c2] = [0, 1].map(|order| demand.d[order][joint.index]);
-            let room = joint.a - c2 * b;
-            if c1 * a > room {
-                a = room.max(0.0) / c1;
+            let JointDerivs { d1, d2, .. } = demand.joint(joint.index);
+            let room = joint.a - d2 * b;
+            if d1 * a > room {
+                a = room.max(0.0) / d1;
             }
         }
         a
@@ -235,12 +242,12 @@ impl Machine {
         a: f64,
     ) -> bool {
         self.joints.iter().all(|joint| {
-            let [c1, c2, c3] = [0, 1, 2].map(|order| demand.d[order][joint.index]);
+            let JointDerivs { d1, d2, d3 } = demand.joint(joint.index);
             let side = |side| {
                 joint.excess(side, v, window_s, a) <= 0.0 || a <= joint.at_cap(side, cap, window_s)
             };
-            (c1 == 0.0 || c2 * v * v + c1 * a <= joint.a && c1 * a <= joint.j * window_s)
-                && (c2 == 0.0 && c3 == 0.0
+            (d1 == 0.0 || d2 * v * v + d1 * a <= joint.a && d1 * a <= joint.j * window_s)
+                && (d2 == 0.0 && d3 == 0.0
                     || sides(demand, direction, joint.index).into_iter().all(side))
         })
     }
@@ -256,7 +263,7 @@ impl Machine {
         );
         v <= demand.feed * part
             && self.joints.iter().all(|joint| {
-                let [d1, d2, d3] = [0, 1, 2].map(|order| demand.d[order][joint.index]);
+                let JointDerivs { d1, d2, d3 } = demand.joint(joint.index);
                 d1 * v <= joint.v * part
                     && d1 * a + d2 * v * v <= joint.a * part
                     && d1 * j + (3.0 * d2 * a + d3 * v * v) * v <= joint.j * part
@@ -272,8 +279,9 @@ impl Machine {
             all.join(&interval.demand);
             speed = speed.max(interval.cap);
         }
-        let least = |limit: fn(&Joint) -> f64| {
-            let of = |joint: &Joint| limit(joint) / all.d[0][joint.index].max(f64::MIN_POSITIVE);
+        let least = |limit: fn(&JointLimits) -> f64| {
+            let of =
+                |joint: &JointLimits| limit(joint) / all.d[0][joint.index].max(f64::MIN_POSITIVE);
             self.joints.iter().map(of).fold(f64::INFINITY, f64::min)
         };
         let (a, j) = (least(|joint| joint.a), least(|joint| joint.j));

@@ -2,13 +2,13 @@
 
 use crate::admit::{Position, admit, dwell};
 use crate::chord::Chord;
-use crate::condition::{Conditioner, Programmed, Step, Stop};
+use crate::condition::Conditioner;
 use crate::corner::{Leg, overlap_s};
 use crate::judge::TimeJudge;
 use crate::machine::Machine;
 use crate::optimal::{self, Retimer, nominal_clock};
+use crate::piece::{PathStep, Programmed, Soft, Stop};
 use crate::sampler::Sampler;
-use crate::soft::Soft;
 use crate::stretch::Stretch;
 use crate::window::{Settled, Window};
 use crate::{Move, PlanError, PlanItem, PlannerConfig, Quality, Sample};
@@ -269,10 +269,10 @@ impl Planner {
         self.follow(steps)
     }
 
-    fn follow(&mut self, steps: Vec<Step>) -> Result<(), PlanError> {
+    fn follow(&mut self, steps: Vec<PathStep>) -> Result<(), PlanError> {
         for step in steps {
             match step {
-                Step::Piece(piece) => {
+                PathStep::Piece(piece) => {
                     self.window
                         .push(piece, &self.machine, self.kinematics.as_ref())?;
                     while self.window.is_due() {
@@ -285,7 +285,7 @@ impl Planner {
                         self.forced_stops += u64::from(forced);
                     }
                 }
-                Step::Stop(stop) => {
+                PathStep::Stop(stop) => {
                     let ends = [self.soft.take(), stop.soft];
                     if let Some(settled) =
                         self.window

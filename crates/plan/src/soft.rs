@@ -3,9 +3,9 @@
 //! long as they overlap that it is not. What that costs is far less than what the overlap saves, as
 //! little way is left there.
 
-use crate::corner::sideways;
 use crate::machine::Machine;
-use crate::profile::Knot;
+use crate::motion::Knot;
+use crate::piece::{Soft, sideways};
 use lostmotion_base::root::Bracket;
 use lostmotion_base::{Coords, math};
 
@@ -15,15 +15,6 @@ const HALVINGS: usize = 60;
 const PART: f64 = 1.0 - 1e-6;
 /// An overlap has to save so many times what the soft ends cost.
 const WORTH: f64 = 1.1;
-
-/// The end of a motion at rest at which less jerk is used.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Soft {
-    /// Part of the jerk that is used.
-    part: f64,
-    /// For how long, s.
-    time_s: f64,
-}
 
 /// What a straight motion has: speed, acceleration and jerk of the path, of which joints in its
 /// direction take no more than theirs.
@@ -53,11 +44,11 @@ impl Reach {
 
 /// Speeding up from rest: times and jerks of its phases.
 #[derive(Clone, Copy, Debug)]
-struct Ramp([(f64, f64); 4]);
+struct SoftRamp([(f64, f64); 4]);
 
-impl Ramp {
+impl SoftRamp {
     /// To a speed.
-    fn to(v: f64, Reach { a, j, .. }: Reach, soft: Option<Soft>) -> Ramp {
+    fn to(v: f64, Reach { a, j, .. }: Reach, soft: Option<Soft>) -> SoftRamp {
         let (low, knee) = soft.map_or((j, 0.0), |soft| {
             (soft.part * j, (soft.part * j * soft.time_s).min(a))
         });
@@ -72,7 +63,7 @@ impl Ramp {
             (2.0 * v / (1.0 / low + 1.0 / j)).sqrt()
         };
         let first = peak.min(knee);
-        Ramp([
+        SoftRamp([
             (first / low, low),
             ((peak - first) / j, j),
             ((v - full).max(0.0) / a, 0.0),
@@ -95,7 +86,7 @@ impl Ramp {
 
 /// The motion from rest to rest over a way, from the place `from`, with soft ends.
 pub(crate) fn line(from: f64, length: f64, reach: Reach, ends: [Option<Soft>; 2]) -> Vec<Knot> {
-    let ramps = |v: f64| ends.map(|soft| Ramp::to(v, reach, soft));
+    let ramps = |v: f64| ends.map(|soft| SoftRamp::to(v, reach, soft));
     let way = |v: f64| ramps(v).map(|ramp| ramp.extent()[1]).iter().sum::<f64>();
     let mut v = reach.v;
     if way(v) > length {
@@ -156,7 +147,7 @@ pub(crate) fn gets_fast(machine: &Machine, d: &Coords, speed: f64, length: f64) 
 
 /// What a stop from a speed costs: the time that it takes less that of the way at the speed.
 fn lost_s(reach: Reach, soft: Option<Soft>) -> f64 {
-    let [time, way] = Ramp::to(reach.v, reach, soft).extent();
+    let [time, way] = SoftRamp::to(reach.v, reach, soft).extent();
     time - way / reach.v
 }
 

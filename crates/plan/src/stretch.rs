@@ -1,7 +1,7 @@
 //! Motion in time between two stops.
 
-use crate::condition::Piece;
-use crate::profile::{Knot, Motion, Profile};
+use crate::motion::{Knot, PathState, Profile};
+use crate::piece::Piece;
 use lostmotion_base::Coords;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -76,7 +76,7 @@ impl Stretch {
     }
 
     /// The motion at a time that never falls; what lies before it is forgotten.
-    pub(crate) fn advance(&mut self, t: f64) -> Motion {
+    pub(crate) fn advance(&mut self, t: f64) -> PathState {
         let motion = self.profile.advance(t);
         while self.pieces.len() > 1
             && self

@@ -1,13 +1,14 @@
 //! The look-ahead: path that waits to be planned, and what of its plan is final.
 
-use crate::condition::Piece;
+use crate::demand::Interval;
 use crate::demands::Intervals;
 use crate::machine::{Demand, Machine};
+use crate::motion::Knot;
+use crate::piece::{Piece, Soft};
 use crate::profile::{
-    Certificate, Interval, Knot, Node, Plan, Section, Task, TimeLaw, average, duration_s, ideal,
-    last_cut, plan,
+    Certificate, Node, Plan, Section, Task, TimeLaw, average, duration_s, ideal, last_cut, plan,
 };
-use crate::soft::{self, Soft};
+use crate::soft;
 use crate::{PlanError, PlannerConfig};
 use lostmotion_kinematics::{Kinematics, KinematicsError};
 use std::collections::VecDeque;

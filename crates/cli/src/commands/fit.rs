@@ -57,7 +57,10 @@ pub(crate) fn run(args: &Fit, voice: Voice) -> Result<u8, Failure> {
     };
     let unit = log.unit;
     let (scale, settings) = match &axis {
-        Some(config) => (rad_per_unit(config, unit, &name)?, settings(config)),
+        Some(config) => (
+            rad_per_unit(config, unit, &name)?,
+            FitSettings::for_axis(config),
+        ),
         None => (1.0, FitSettings::default()),
     };
     let fitted = if args.motor_only {
@@ -104,18 +107,6 @@ fn rad_per_unit(config: &AxisConfig, unit: AxisUnit, name: &str) -> Result<f64, 
             axis.symbol()
         ))),
     }
-}
-
-/// What a fit is told of the motor of an axis.
-pub(crate) fn settings(config: &AxisConfig) -> FitSettings {
-    let motor = &config.motor;
-    let mut settings = FitSettings::new(
-        motor.torque_constant_nm_per_a,
-        Some(config.motor_side_inertia_kgm2()),
-    );
-    settings.motor_viscous_nm_s_per_rad = motor.viscous_nm_s_per_rad;
-    settings.motor_coulomb_nm = motor.coulomb_nm;
-    settings
 }
 
 fn scaled(values: Vec<f64>, scale: f64) -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! FootState points and signs against closed forms and brute force.
+//! Foot points, and the sign and size of contour errors, against closed forms and brute force.
 
 use lostmotion_base::{BlockRef, Coords, math};
 use lostmotion_contour::{

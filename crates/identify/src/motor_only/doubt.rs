@@ -13,7 +13,7 @@
 
 use faer::{Mat, Side, linalg::solvers::Llt};
 
-use super::load::FittedLoad;
+use crate::result::FittedLoad;
 
 /// How well inertia and friction of the load are known from where it slides, as a part of them.
 const UNSURE: f64 = 1e-2;

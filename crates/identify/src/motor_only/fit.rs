@@ -14,10 +14,11 @@ use crate::{
 use lostmotion_base::math;
 
 use super::doubt::{Beforehand, Found, Prior};
-use super::load::FittedLoad;
+use super::load::find_load;
 use super::program::{COMMON, Projected, Solved};
 use super::segments::{Cutter, Segment};
 use super::sides::Sides;
+use crate::result::FittedLoad;
 
 /// Huber's constant.
 const HUBER: f64 = 1.345;
@@ -81,7 +82,7 @@ pub fn fit_motor_only_with(
             needed,
         })
     };
-    let load = FittedLoad::find(&windows, &sides, settle, settings, solver)?
+    let load = find_load(&windows, &sides, settle, settings, solver)?
         .ok_or_else(|| thin(0, sides.changes()))?;
     let samples = window::averages(log.as_backlash_log(), settings, inertia, 1);
     let cutter = Cutter {
@@ -99,7 +100,7 @@ pub fn fit_motor_only_with(
     if segments.len() < needed {
         return Err(thin(segments.len(), changes));
     }
-    let job = Job {
+    let job = MotorOnlyJob {
         log,
         settings,
         solver,
@@ -127,7 +128,7 @@ pub fn fit_motor_only_with(
 /// make rows of unlike sizes.
 const SHARPER: f64 = 0.1;
 
-struct Job<'a> {
+struct MotorOnlyJob<'a> {
     log: &'a MotorLog,
     settings: &'a FitSettings,
     solver: &'a dyn QpSolver,
@@ -138,7 +139,7 @@ struct Job<'a> {
     threshold_nm: f64,
 }
 
-impl Job<'_> {
+impl MotorOnlyJob<'_> {
     fn fit(&self, mut segments: Vec<Segment>) -> Result<BacklashFit, FitError> {
         let options = SolveOptions {
             tolerance: SHARPER * self.settings.solver_tolerance,

@@ -1,15 +1,14 @@
 //! What the load needs while it slides: inertia and friction from the windows in firm contact.
 
+use super::sides::Sides;
 use crate::{
     error::FitError,
     huber::Regression,
+    result::FittedLoad,
     settings::FitSettings,
     solver::{QpSolver, SolveOptions},
     window::WindowSample,
 };
-use serde::{Deserialize, Serialize};
-
-use super::sides::Sides;
 
 /// Windows that are needed at least.
 const ENOUGH: usize = 20;
@@ -18,85 +17,70 @@ const SLOW_SHARE: f64 = 0.02;
 /// Windows that the regression takes at most.
 const MOST: usize = 4000;
 
-/// Load at the motor's shaft, as a fit from the motor alone found it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FittedLoad {
-    /// Inertia, kg m2.
-    pub inertia_kgm2: f64,
-    /// Viscous friction, N m s/rad.
-    pub viscous_nm_s_per_rad: f64,
-    /// Coulomb friction, N m.
-    pub coulomb_nm: f64,
-    /// Constant torque against the positive direction, N m.
-    pub constant_nm: f64,
-}
-
-impl FittedLoad {
-    /// `T = J alpha + b w + T_f sign(w) + T_0` over the windows that slide in settled contact.
-    pub(super) fn find(
-        windows: &[WindowSample],
-        sides: &Sides,
-        settle: usize,
-        settings: &FitSettings,
-        solver: &dyn QpSolver,
-    ) -> Result<Option<FittedLoad>, FitError> {
-        let fastest = windows
-            .iter()
-            .map(|window| window.rate_rad_s.abs())
-            .fold(0.0, f64::max);
-        let slides = |n: usize| windows[n].rate_rad_s.abs() > SLOW_SHARE * fastest;
-        // settled: the same side and the same direction for the settling time
-        let mut since = 0;
-        let mut chosen = Vec::new();
-        for n in 1..windows.len() {
-            let same = sides.of(n) != 0
-                && sides.of(n) == sides.of(n - 1)
-                && windows[n].rate_rad_s * windows[n - 1].rate_rad_s > 0.0;
-            since = if same && slides(n) { since + 1 } else { 0 };
-            if since > settle && sides.firm(n) {
-                chosen.push(n);
-            }
+/// `T = J alpha + b w + T_f sign(w) + T_0` over the windows that slide in settled contact.
+pub(super) fn find_load(
+    windows: &[WindowSample],
+    sides: &Sides,
+    settle: usize,
+    settings: &FitSettings,
+    solver: &dyn QpSolver,
+) -> Result<Option<FittedLoad>, FitError> {
+    let fastest = windows
+        .iter()
+        .map(|window| window.rate_rad_s.abs())
+        .fold(0.0, f64::max);
+    let slides = |n: usize| windows[n].rate_rad_s.abs() > SLOW_SHARE * fastest;
+    // settled: the same side and the same direction for the settling time
+    let mut since = 0;
+    let mut chosen = Vec::new();
+    for n in 1..windows.len() {
+        let same = sides.of(n) != 0
+            && sides.of(n) == sides.of(n - 1)
+            && windows[n].rate_rad_s * windows[n - 1].rate_rad_s > 0.0;
+        since = if same && slides(n) { since + 1 } else { 0 };
+        if since > settle && sides.firm(n) {
+            chosen.push(n);
         }
-        if chosen.len() < ENOUGH {
-            return Ok(None);
-        }
-        let step = chosen.len().div_ceil(MOST);
-        let taken = || chosen.iter().step_by(step).map(|&n| &windows[n]);
-        let both = taken().any(|w| w.rate_rad_s > 0.0) && taken().any(|w| w.rate_rad_s < 0.0);
-        if !both {
-            return Ok(None);
-        }
-        let regression = Regression {
-            rows: taken()
-                .map(|w| {
-                    [
-                        w.acceleration_rad_s2,
-                        w.rate_rad_s,
-                        w.rate_rad_s.signum(),
-                        1.0,
-                    ]
-                })
-                .collect(),
-            targets: taken().map(|w| w.torque_nm).collect(),
-            nonnegative: [true, true, true, false],
-        };
-        let start = regression.least_squares();
-        let residuals = (0..regression.targets.len())
-            .map(|k| regression.residual(k, &start).abs())
-            .collect();
-        let scale = crate::contact::quantile(residuals, 0.5) / 0.6745;
-        let options = SolveOptions {
-            tolerance: settings.solver_tolerance,
-            iterations: settings.solver_iterations,
-        };
-        let delta = (1.345 * scale).max(1e-9 * sides.largest_nm());
-        let [inertia_kgm2, viscous_nm_s_per_rad, coulomb_nm, constant_nm] =
-            regression.minimise(delta, solver, &options)?.x;
-        Ok(Some(FittedLoad {
-            inertia_kgm2,
-            viscous_nm_s_per_rad,
-            coulomb_nm,
-            constant_nm,
-        }))
     }
+    if chosen.len() < ENOUGH {
+        return Ok(None);
+    }
+    let step = chosen.len().div_ceil(MOST);
+    let taken = || chosen.iter().step_by(step).map(|&n| &windows[n]);
+    let both = taken().any(|w| w.rate_rad_s > 0.0) && taken().any(|w| w.rate_rad_s < 0.0);
+    if !both {
+        return Ok(None);
+    }
+    let regression = Regression {
+        rows: taken()
+            .map(|w| {
+                [
+                    w.acceleration_rad_s2,
+                    w.rate_rad_s,
+                    w.rate_rad_s.signum(),
+                    1.0,
+                ]
+            })
+            .collect(),
+        targets: taken().map(|w| w.torque_nm).collect(),
+        nonnegative: [true, true, true, false],
+    };
+    let start = regression.least_squares();
+    let residuals = (0..regression.targets.len())
+        .map(|k| regression.residual(k, &start).abs())
+        .collect();
+    let scale = crate::contact::quantile(residuals, 0.5) / 0.6745;
+    let options = SolveOptions {
+        tolerance: settings.solver_tolerance,
+        iterations: settings.solver_iterations,
+    };
+    let delta = (1.345 * scale).max(1e-9 * sides.largest_nm());
+    let [inertia_kgm2, viscous_nm_s_per_rad, coulomb_nm, constant_nm] =
+        regression.minimise(delta, solver, &options)?.x;
+    Ok(Some(FittedLoad {
+        inertia_kgm2,
+        viscous_nm_s_per_rad,
+        coulomb_nm,
+        constant_nm,
+    }))
 }

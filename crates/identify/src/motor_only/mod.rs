@@ -32,4 +32,3 @@ mod segments;
 mod sides;
 
 pub use fit::{fit_motor_only, fit_motor_only_with};
-pub use load::FittedLoad;

@@ -17,8 +17,8 @@
 //! a moment e later, which L takes up.
 
 use super::away::{BrokenAway, Chosen};
-use super::load::FittedLoad;
 use super::sides::{Sides, Stretch};
+use crate::result::FittedLoad;
 use crate::window::WindowSample;
 
 /// Part of the friction up to which a load certainly rests.

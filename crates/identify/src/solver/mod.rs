@@ -5,10 +5,9 @@
 
 mod clarabel;
 
-use serde::{Deserialize, Serialize};
-
 pub use self::clarabel::Clarabel;
 use crate::error::FitError;
+pub use crate::error::SolverStatus;
 
 /// A sparse matrix, column by column.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -62,38 +61,6 @@ pub struct QuadraticProgram {
     pub bounds: Vec<f64>,
     /// How many of the rows are equations.
     pub equations: usize,
-}
-
-/// How a solver ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum SolverStatus {
-    /// Within the tolerances.
-    Solved,
-    /// A solution of reduced accuracy.
-    AlmostSolved,
-    /// No point satisfies the constraints.
-    Infeasible,
-    /// The objective falls without end.
-    Unbounded,
-    /// Out of iterations.
-    IterationLimit,
-    /// Gave up for numerical reasons.
-    NumericalFailure,
-}
-
-impl std::fmt::Display for SolverStatus {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Solved => "solved",
-            Self::AlmostSolved => "almost solved",
-            Self::Infeasible => "infeasible",
-            Self::Unbounded => "unbounded",
-            Self::IterationLimit => "iteration limit",
-            Self::NumericalFailure => "numerical failure",
-        })
-    }
 }
 
 /// What a solver found.

@@ -112,7 +112,7 @@ fn simulated(gap: f64, friction: f64) -> (MotorLog, FitSettings) {
     let current = trace.iter().map(|sample| sample.current).collect();
     (
         MotorLog::new(250e-6, motor, current).unwrap(),
-        FitSettings::for_motor(&config.motor).motor_only(),
+        FitSettings::for_axis(&config).motor_only(),
     )
 }
 

@@ -49,7 +49,7 @@ fn fit(config: &AxisConfig, counts: f64) -> BacklashFit {
         sample.load_position = (sample.load_position / step).floor() * step;
     }
     let log = BacklashLog::from_samples(250e-6, &trace).unwrap();
-    fit_backlash(&log, &FitSettings::for_motor(&config.motor)).unwrap()
+    fit_backlash(&log, &FitSettings::for_axis(config)).unwrap()
 }
 
 #[test]

@@ -1,8 +1,7 @@
 //! Blends: a polynomial piece in place of the last stretch of one curve and the first of the next.
 
+use crate::piece::size;
 use lostmotion_base::Coords;
-use lostmotion_base::units::deg;
-use lostmotion_base::vec::norm;
 use lostmotion_path::{Curve, CurveDerivs, HermiteEnd, Quintic};
 
 /// Parts of either half on which the deviation is bounded.
@@ -21,17 +20,6 @@ pub(crate) struct Blend {
     pub(crate) quintic: Quintic,
     /// Length taken from either neighbour.
     pub(crate) half: f64,
-}
-
-/// Size of a difference between two points: mm of X Y Z, of U V W, or degrees of A B C, whichever
-/// is largest. A tolerance of so many mm allows the rotary axes as many degrees, as the feed rule
-/// treats them alike.
-pub(crate) fn size(delta: &Coords) -> f64 {
-    let [.., u, v, w] = delta.0;
-    delta
-        .linear_norm()
-        .max(norm([u, v, w]))
-        .max(deg(norm(delta.rotary())))
 }
 
 /// The longest blend between the end of one curve and the start of the next that stays within the

@@ -1,8 +1,8 @@
 //! The choice between a stop and blends of several lengths.
 
 use super::blend::{self, Blend};
-use super::piece::{Piece, Programmed};
-use crate::soft::Soft;
+use crate::piece::Soft;
+use crate::piece::{Piece, Programmed};
 
 /// Lengths of a blend that are tried, and what follows of each is of it: one that takes all of its
 /// room may bend more than a shorter one.

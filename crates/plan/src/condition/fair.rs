@@ -7,7 +7,7 @@
 //! its bound, w is what just holds it there. (Whittaker, Proc. Edinburgh Math. Soc. 41, 1923, with
 //! weights.)
 
-use super::blend::size;
+use crate::piece::size;
 use lostmotion_base::linalg::solve_banded;
 use lostmotion_base::{AXES, Coords, math};
 

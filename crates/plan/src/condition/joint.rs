@@ -1,7 +1,7 @@
 //! What becomes of the place where two moves meet.
 
-use super::blend::size;
-use super::piece::Programmed;
+use crate::piece::Programmed;
+use crate::piece::size;
 use crate::{PathControl, PlannerConfig};
 use lostmotion_base::math;
 use lostmotion_base::units::{deg, rad};
@@ -24,7 +24,7 @@ const SAME: f64 = 1e-10;
 
 /// A meeting of two moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Joint {
+pub(crate) enum Junction {
     /// Comes to rest.
     Stop,
     /// Nothing to do: position and two derivatives agree.
@@ -97,7 +97,7 @@ pub(super) fn reach(before: &Programmed, next: &Programmed, tolerance: f64) -> f
 }
 
 /// Tells what becomes of the place where `next` follows `before`.
-pub(crate) fn joint(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> Joint {
+pub(crate) fn joint(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> Junction {
     let (Some(first), Some(second)) = (
         allowed(config, before.control),
         allowed(config, next.control),
@@ -105,7 +105,7 @@ pub(crate) fn joint(config: &PlannerConfig, before: &Programmed, next: &Programm
         // Only the end of an exact stop move is a stop; what follows one has none at its start
         // besides.
         return match allowed(config, before.control) {
-            None => Joint::Stop,
+            None => Junction::Stop,
             Some((tolerance, _)) => corner(config, before, next, tolerance, false),
         };
     };
@@ -124,24 +124,24 @@ fn corner(
     next: &Programmed,
     tolerance: f64,
     cut: bool,
-) -> Joint {
+) -> Junction {
     if before.tool_mm != next.tool_mm {
-        return Joint::Stop;
+        return Junction::Stop;
     }
     let (end, start) = (before.curve.eval(before.length), next.curve.eval(0.0));
     let turn = angle(&end.d1, &start.d1);
     // A vertex that happens to lie on the line of its neighbours is one all the same.
     if is_vertex(config, before, next, turn) {
-        return Joint::Vertex;
+        return Junction::Vertex;
     }
     let gap = size(&(start.p - end.p)) <= SAME;
     if gap && size(&(start.d1 - end.d1)) <= SAME && size(&(start.d2 - end.d2)) <= SAME {
-        return Joint::Through;
+        return Junction::Through;
     }
     if turn > rad(REVERSAL_DEG) || (!cut && turn > rad(config.exact_path_angle_deg)) {
-        return Joint::Stop;
+        return Junction::Stop;
     }
-    Joint::Blend { tolerance }
+    Junction::Blend { tolerance }
 }
 
 fn is_vertex(config: &PlannerConfig, before: &Programmed, next: &Programmed, turn: f64) -> bool {

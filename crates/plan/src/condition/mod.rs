@@ -10,17 +10,15 @@ mod blend;
 mod choice;
 mod fair;
 mod joint;
-mod piece;
 mod run;
 
-pub(crate) use blend::size;
 pub(crate) use choice::Judge;
-pub(crate) use piece::{Piece, Programmed, Step, Stop};
 
 use crate::PlannerConfig;
-use joint::Joint;
+use crate::piece::{PathStep, Piece, Programmed, Stop};
+use joint::Junction;
 use lostmotion_base::Coords;
-use run::{Chord, Knot};
+use run::{RunChord, RunKnot};
 use std::sync::Arc;
 
 /// A run is worked off when it has this many chords ...
@@ -47,7 +45,7 @@ pub(crate) struct Conditioner {
     /// How much of the first move of the chain is spent.
     spent: f64,
     /// Where a run already partly worked off goes on: the knot at the start of the chain.
-    knot: Option<Knot>,
+    knot: Option<RunKnot>,
     /// Vertices after it that are settled, too.
     carried: Vec<Coords>,
 }
@@ -64,13 +62,13 @@ impl Conditioner {
     }
 
     /// Takes a move of positive length.
-    pub(crate) fn push(&mut self, next: &Programmed, judge: &dyn Judge, out: &mut Vec<Step>) {
+    pub(crate) fn push(&mut self, next: &Programmed, judge: &dyn Judge, out: &mut Vec<PathStep>) {
         let Some(last) = self.chain.last() else {
             self.chain.push(*next);
             return;
         };
         let joint = joint::joint(&self.config, last, next);
-        if joint == Joint::Vertex {
+        if joint == Junction::Vertex {
             if self.is_straight(last, next) {
                 self.close_chain(judge, out);
             }
@@ -82,16 +80,16 @@ impl Conditioner {
         }
         self.close_chain(judge, out);
         let spent = match joint {
-            Joint::Stop => {
+            Junction::Stop => {
                 self.end(out);
-                out.push(Step::Stop(Stop::default()));
+                out.push(PathStep::Stop(Stop::default()));
                 0.0
             }
-            Joint::Through | Joint::Vertex => {
+            Junction::Through | Junction::Vertex => {
                 self.end(out);
                 0.0
             }
-            Joint::Blend { tolerance } => self.blend(next, tolerance, judge, out),
+            Junction::Blend { tolerance } => self.blend(next, tolerance, judge, out),
         };
         self.chain.clear();
         self.chain.push(*next);
@@ -99,19 +97,21 @@ impl Conditioner {
     }
 
     /// Comes to rest after what was pushed so far.
-    pub(crate) fn stop(&mut self, stop: Stop, judge: &dyn Judge, out: &mut Vec<Step>) {
+    pub(crate) fn stop(&mut self, stop: Stop, judge: &dyn Judge, out: &mut Vec<PathStep>) {
         self.close_chain(judge, out);
         self.end(out);
         self.chain.clear();
-        out.push(Step::Stop(stop));
+        out.push(PathStep::Stop(stop));
     }
 
     /// Gives out what is left of the last move.
-    fn end(&mut self, out: &mut Vec<Step>) {
+    fn end(&mut self, out: &mut Vec<PathStep>) {
         if let Some(last) = self.chain.last()
             && last.length > self.spent
         {
-            out.push(Step::Piece(Arc::new(last.part(self.spent, last.length))));
+            out.push(PathStep::Piece(Arc::new(
+                last.part(self.spent, last.length),
+            )));
         }
         self.spent = 0.0;
     }
@@ -123,7 +123,7 @@ impl Conditioner {
         next: &Programmed,
         tolerance: f64,
         judge: &dyn Judge,
-        out: &mut Vec<Step>,
+        out: &mut Vec<PathStep>,
     ) -> f64 {
         let Some(before) = self.chain.last() else {
             return 0.0;
@@ -132,11 +132,11 @@ impl Conditioner {
         match choice::best_blend(before, next, tolerance, longest, judge) {
             Some((half, piece)) => {
                 if before.length - half > self.spent {
-                    out.push(Step::Piece(Arc::new(
+                    out.push(PathStep::Piece(Arc::new(
                         before.part(self.spent, before.length - half),
                     )));
                 }
-                out.push(Step::Piece(Arc::new(piece)));
+                out.push(PathStep::Piece(Arc::new(piece)));
                 half
             }
             None => {
@@ -144,7 +144,7 @@ impl Conditioner {
                     (tolerance > self.config.exact_path_tolerance_mm).then_some(tolerance);
                 let soft = allowed.and_then(|tolerance| judge.soft(before, next, tolerance));
                 self.end(out);
-                out.push(Step::Stop(Stop {
+                out.push(PathStep::Stop(Stop {
                     tolerance: allowed,
                     soft,
                     ..Stop::default()
@@ -155,7 +155,7 @@ impl Conditioner {
     }
 
     /// Gives out all of the chain but its last move, of which at least the second half is left.
-    fn close_chain(&mut self, judge: &dyn Judge, out: &mut Vec<Step>) {
+    fn close_chain(&mut self, judge: &dyn Judge, out: &mut Vec<PathStep>) {
         let one_vertex = self.knot.is_none() && self.chain.len() == 2;
         if (one_vertex || self.ends_in_a_stub())
             && let (tolerance, Some(last)) = (self.tolerance(), self.chain.pop())
@@ -234,11 +234,11 @@ impl Conditioner {
 
     /// First knot and chords of the run: from the second half of the first move, where a run
     /// begins, into the first half of the last.
-    fn chords(&self) -> (Knot, Vec<Chord<'_>>) {
-        let mut chords: Vec<Chord<'_>> = self
+    fn chords(&self) -> (RunKnot, Vec<RunChord<'_>>) {
+        let mut chords: Vec<RunChord<'_>> = self
             .chain
             .iter()
-            .map(|line| Chord {
+            .map(|line| RunChord {
                 line,
                 from: 0.0,
                 to: line.length,
@@ -258,12 +258,12 @@ impl Conditioner {
                 first.from = first.line.length - bent(self.chain.windows(2).next(), first.line);
                 (first.knot(first.from), chords)
             }
-            (None, None) => (Knot::default(), chords),
+            (None, None) => (RunKnot::default(), chords),
         }
     }
 
     /// Gives out the older part of a long run.
-    fn work_off(&mut self, out: &mut Vec<Step>) {
+    fn work_off(&mut self, out: &mut Vec<PathStep>) {
         let (first, chords) = self.chords();
         let knots = run::knots(
             first,
@@ -289,11 +289,11 @@ impl Conditioner {
     }
 
     /// What is left of the first move before the run begins in its middle.
-    fn lead_in(&self, chords: &[Chord<'_>], out: &mut Vec<Step>) {
+    fn lead_in(&self, chords: &[RunChord<'_>], out: &mut Vec<PathStep>) {
         if let Some(first) = chords.first()
             && first.from > self.spent
         {
-            out.push(Step::Piece(Arc::new(
+            out.push(PathStep::Piece(Arc::new(
                 first.line.part(self.spent, first.from),
             )));
         }
@@ -302,13 +302,15 @@ impl Conditioner {
 
 /// What is longer than this stays in a run as it is, mm. It depends on the program alone, so that a
 /// machine that can do more is not given a rougher path.
-fn fairing_length(chords: &[Chord<'_>]) -> f64 {
-    FAIRED_CHORDS * chords.iter().map(Chord::length).sum::<f64>() / chords.len().max(1) as f64
+fn fairing_length(chords: &[RunChord<'_>]) -> f64 {
+    FAIRED_CHORDS * chords.iter().map(RunChord::length).sum::<f64>() / chords.len().max(1) as f64
 }
 
 /// Gives out the pieces between knots.
-fn emit(knots: &[Knot], chords: &[Chord<'_>], out: &mut Vec<Step>) {
+fn emit(knots: &[RunKnot], chords: &[RunChord<'_>], out: &mut Vec<PathStep>) {
     for (chord, ends) in chords.iter().zip(knots.windows(2)) {
-        out.push(Step::Piece(Arc::new(run::piece(&ends[0], &ends[1], chord))));
+        out.push(PathStep::Piece(Arc::new(run::piece(
+            &ends[0], &ends[1], chord,
+        ))));
     }
 }

@@ -6,9 +6,9 @@
 //! from, which is what keeps the jerk low. Each piece is bounded against its chord; where it leaves
 //! the tolerance its ends fall back to the direction of their longer chord, which cannot.
 
-use super::blend::size;
 use super::fair::{self, Point};
-use super::piece::{Piece, Programmed};
+use crate::piece::size;
+use crate::piece::{Piece, Programmed};
 use lostmotion_base::Coords;
 use lostmotion_path::{Curve, HermiteEnd, Quintic};
 
@@ -20,17 +20,17 @@ const FAIRINGS: usize = 4;
 const TIGHTER: f64 = 0.5;
 
 /// A vertex with the derivatives that the pieces on both sides share.
-pub(super) type Knot = HermiteEnd;
+pub(super) type RunKnot = HermiteEnd;
 
 /// A chord of a run: part of a programmed line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Chord<'a> {
+pub(super) struct RunChord<'a> {
     pub(super) line: &'a Programmed,
     pub(super) from: f64,
     pub(super) to: f64,
 }
 
-impl Chord<'_> {
+impl RunChord<'_> {
     pub(super) fn length(&self) -> f64 {
         self.to - self.from
     }
@@ -40,8 +40,8 @@ impl Chord<'_> {
     }
 
     /// The programmed line itself has these derivatives.
-    pub(super) fn knot(&self, s: f64) -> Knot {
-        Knot {
+    pub(super) fn knot(&self, s: f64) -> RunKnot {
+        RunKnot {
             p: self.line.curve.point(s),
             d1: self.direction(),
             d2: Coords::ZERO,
@@ -55,12 +55,12 @@ impl Chord<'_> {
 /// The knots after the first one are `carried` over from the run's last part, the others are
 /// faired: see [`fair`].
 pub(super) fn knots(
-    first: Knot,
-    chords: &[Chord<'_>],
+    first: RunKnot,
+    chords: &[RunChord<'_>],
     carried: &[Coords],
     tolerance: f64,
     length: f64,
-) -> Vec<Knot> {
+) -> Vec<RunKnot> {
     let mut vertices = vec![first];
     for chord in chords {
         vertices.push(chord.knot(chord.to));
@@ -101,19 +101,24 @@ fn tighten(bounds: &mut [f64], chord: usize, factor: f64) {
 
 /// The vertices moved to where the curve through them bends evenly; it goes on as the first knot
 /// and the last chord say.
-fn faired(vertices: &[Knot], chords: &[Chord<'_>], bounds: &[f64], length: f64) -> Vec<Knot> {
+fn faired(
+    vertices: &[RunKnot],
+    chords: &[RunChord<'_>],
+    bounds: &[f64],
+    length: f64,
+) -> Vec<RunKnot> {
     let mut points = Vec::with_capacity(vertices.len() + 4);
     let (Some(first), Some(last)) = (vertices.first(), vertices.last()) else {
         return Vec::new();
     };
-    let outside = |knot: &Knot, u: f64, x: f64| Point {
+    let outside = |knot: &RunKnot, u: f64, x: f64| Point {
         p: knot.p + (knot.d1 + knot.d2 * (0.5 * x)) * x,
         u: u + x,
         bound: 0.0,
     };
     let (h, g) = (
-        chords.first().map_or(1.0, Chord::length),
-        chords.last().map_or(1.0, Chord::length),
+        chords.first().map_or(1.0, RunChord::length),
+        chords.last().map_or(1.0, RunChord::length),
     );
     points.extend([-2.0, -1.0].map(|k| outside(first, 0.0, k * h)));
     let mut u = 0.0;
@@ -123,29 +128,29 @@ fn faired(vertices: &[Knot], chords: &[Chord<'_>], bounds: &[f64], length: f64) 
             u,
             bound: *bound,
         });
-        u += chords.get(k).map_or(0.0, Chord::length);
+        u += chords.get(k).map_or(0.0, RunChord::length);
     }
     points.extend([1.0, 2.0].map(|k| outside(last, u, k * g)));
     let offsets = fair::offsets(&points, length);
     vertices
         .iter()
         .zip(&offsets[2..])
-        .map(|(vertex, offset)| Knot {
+        .map(|(vertex, offset)| RunKnot {
             p: vertex.p + *offset,
             ..*vertex
         })
         .collect()
 }
 
-fn keeps(from: &Knot, to: &Knot, chord: &Chord<'_>, tolerance: f64) -> bool {
+fn keeps(from: &RunKnot, to: &RunKnot, chord: &RunChord<'_>, tolerance: f64) -> bool {
     quintic(from, to, chord).is_some_and(|q| deviation(&q, chord, tolerance) <= tolerance)
 }
 
 /// First and second derivatives of the cubic spline with given slopes at both ends.
-fn smooth(knots: &mut [Knot], chords: &[Chord<'_>]) {
+fn smooth(knots: &mut [RunKnot], chords: &[RunChord<'_>]) {
     let n = chords.len();
     let secant =
-        |j: usize, knots: &[Knot]| (knots[j + 1].p - knots[j].p) * (1.0 / chords[j].length());
+        |j: usize, knots: &[RunKnot]| (knots[j + 1].p - knots[j].p) * (1.0 / chords[j].length());
     let mut factor = vec![0.0; n + 1];
     for j in 1..n {
         let (left, right) = (1.0 / chords[j - 1].length(), 1.0 / chords[j].length());
@@ -166,7 +171,7 @@ fn smooth(knots: &mut [Knot], chords: &[Chord<'_>]) {
 }
 
 /// Falls back where a piece leaves the tolerance, until none does.
-fn settle(knots: &mut [Knot], chords: &[Chord<'_>], tolerance: f64) {
+fn settle(knots: &mut [RunKnot], chords: &[RunChord<'_>], tolerance: f64) {
     let mut fallen = vec![false; knots.len()];
     let mut again = true;
     while again {
@@ -187,7 +192,7 @@ fn settle(knots: &mut [Knot], chords: &[Chord<'_>], tolerance: f64) {
                     } else {
                         &chords[k]
                     };
-                    *knot = Knot {
+                    *knot = RunKnot {
                         d1: longer.direction(),
                         d2: Coords::ZERO,
                         ..chords[k - 1].knot(chords[k - 1].to)
@@ -198,13 +203,13 @@ fn settle(knots: &mut [Knot], chords: &[Chord<'_>], tolerance: f64) {
     }
 }
 
-fn quintic(from: &Knot, to: &Knot, chord: &Chord<'_>) -> Option<Quintic> {
+fn quintic(from: &RunKnot, to: &RunKnot, chord: &RunChord<'_>) -> Option<Quintic> {
     Quintic::hermite(*from, *to, chord.length()).ok()
 }
 
 /// Bound of the distance between a piece and its chord: that of its control points, after halving
 /// it where that is not near enough.
-fn deviation(quintic: &Quintic, chord: &Chord<'_>, tolerance: f64) -> f64 {
+fn deviation(quintic: &Quintic, chord: &RunChord<'_>, tolerance: f64) -> f64 {
     let (start, direction, length) = (
         chord.line.curve.point(chord.from),
         chord.direction(),
@@ -231,7 +236,7 @@ fn deviation(quintic: &Quintic, chord: &Chord<'_>, tolerance: f64) -> f64 {
 }
 
 /// The piece over a chord.
-pub(super) fn piece(from: &Knot, to: &Knot, chord: &Chord<'_>) -> Piece {
+pub(super) fn piece(from: &RunKnot, to: &RunKnot, chord: &RunChord<'_>) -> Piece {
     let part = chord.line.part(chord.from, chord.to);
     match quintic(from, to, chord) {
         Some(quintic) => Piece {

@@ -22,7 +22,7 @@ mod warp;
 mod windows;
 
 pub(crate) use ends::End;
-pub(crate) use tighten::Judge;
+pub(crate) use tighten::LimitJudge;
 pub(crate) use trial::{Placed, Trial};
 pub(crate) use warp::{between, quintic};
 pub(crate) use windows::Windows;

@@ -18,16 +18,16 @@ fn rests(point: &Sample) -> bool {
 
 /// A joint with its limits of velocity, acceleration and jerk.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Joint {
+pub(super) struct RetimedJoint {
     pub(super) index: usize,
     pub(super) limits: [f64; 3],
 }
 
 /// The joints that have limits, each kept to a part of them: velocity, acceleration, jerk.
-pub(super) fn joints(limits: &[Option<AxisLimits>; AXES], parts: [f64; 3]) -> Vec<Joint> {
+pub(super) fn joints(limits: &[Option<AxisLimits>; AXES], parts: [f64; 3]) -> Vec<RetimedJoint> {
     let joint = |(index, limits): (usize, &Option<AxisLimits>)| {
         let limits = (*limits)?;
-        Some(Joint {
+        Some(RetimedJoint {
             index,
             limits: [
                 limits.velocity * parts[0],
@@ -43,12 +43,12 @@ pub(super) fn joints(limits: &[Option<AxisLimits>; AXES], parts: [f64; 3]) -> Ve
 /// jerk by interval.
 pub(super) fn limits(
     points: &[Sample],
-    joints: &[Joint],
+    joints: &[RetimedJoint],
     step_s: f64,
     room: &[[f64; 2]],
     ends: [End; 2],
 ) -> Problem {
-    let moving: Vec<Joint> = joints
+    let moving: Vec<RetimedJoint> = joints
         .iter()
         .filter(|joint| moves(points, joint))
         .copied()
@@ -72,7 +72,7 @@ pub(super) fn limits(
             .max(a.chord_part)
             .max(b.chord_part)
             .max(waiting);
-        for Joint { index, limits } in &moving {
+        for RetimedJoint { index, limits } in &moving {
             let [v, w] = [a, b].map(|point| point.velocity.0[*index]);
             let [c, d] = [a, b].map(|point| point.acceleration.0[*index]);
             fastest = fastest.max(v.abs().max(w.abs()) / limits[0]);
@@ -121,7 +121,7 @@ impl Stencil {
     }
 }
 
-fn moves(points: &[Sample], joint: &Joint) -> bool {
+fn moves(points: &[Sample], joint: &RetimedJoint) -> bool {
     points.iter().any(|point| {
         let (v, a) = (
             point.velocity.0[joint.index],

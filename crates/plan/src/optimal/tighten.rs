@@ -16,7 +16,7 @@ pub(super) type Excess = Vec<(usize, [f64; 2])>;
 
 /// Holds differences of the samples against the joints' limits.
 #[derive(Clone, Debug)]
-pub(crate) struct Judge {
+pub(crate) struct LimitJudge {
     /// By joint: index, limits of acceleration and jerk times the second and third power of the
     /// period.
     joints: Vec<(usize, [f64; 2])>,
@@ -24,8 +24,8 @@ pub(crate) struct Judge {
     before: Vec<Coords>,
 }
 
-impl Judge {
-    pub(crate) fn new(config: &PlannerConfig) -> Judge {
+impl LimitJudge {
+    pub(crate) fn new(config: &PlannerConfig) -> LimitJudge {
         let period = config.clock.period_s();
         let joint = |(index, limits): (usize, &Option<lostmotion_base::AxisLimits>)| {
             limits.map(|l| {
@@ -38,7 +38,7 @@ impl Judge {
                 )
             })
         };
-        Judge {
+        LimitJudge {
             joints: config.limits.iter().enumerate().filter_map(joint).collect(),
             before: Vec::new(),
         }

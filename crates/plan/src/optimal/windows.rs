@@ -2,10 +2,10 @@
 
 use super::ends::End;
 use super::interior::{Goal, Interior};
-use super::nominal::{Joint, joints, limits};
+use super::nominal::{RetimedJoint, joints, limits};
 use super::problem::Problem;
 use super::settle;
-use super::tighten::{Judge, REACH};
+use super::tighten::{LimitJudge, REACH};
 use super::trial::{Placed, Trial};
 use super::warp::Walk;
 use crate::{PlannerConfig, Sample};
@@ -48,7 +48,7 @@ const GIVEN: usize = 60;
 /// What is retimed, and how.
 #[derive(Clone, Debug)]
 pub(crate) struct Windows {
-    joints: Vec<Joint>,
+    joints: Vec<RetimedJoint>,
     step_s: f64,
     /// The pace, squared, at which a window ends that is not the last.
     tail: f64,
@@ -64,7 +64,7 @@ pub(crate) struct Windows {
     pub(crate) margin: usize,
     walk: Walk,
     solver: Interior,
-    judge: Judge,
+    judge: LimitJudge,
 }
 
 impl Windows {
@@ -91,7 +91,7 @@ impl Windows {
                 period_s: config.clock.period_s(),
             },
             solver: Interior::default(),
-            judge: Judge::new(config),
+            judge: LimitJudge::new(config),
         }
     }
 

@@ -5,7 +5,7 @@ use super::aim::{Aim, REACHED, aim};
 use super::ramp::Ramp;
 use super::retimed::{GOOD, Retimed};
 use crate::Heeds;
-use crate::optimal::Judge;
+use crate::optimal::LimitJudge;
 use lostmotion_base::Coords;
 
 /// Command cycles from one attempt to get nearer to the pace asked for to the next: at first, and
@@ -132,7 +132,7 @@ impl Pacer {
                 _ => position(cycle),
             });
         let around: Option<Vec<Coords>> = around.collect();
-        around.is_some_and(|around| Judge::new(&self.config).keep(&around, GOOD))
+        around.is_some_and(|around| LimitJudge::new(&self.config).keep(&around, GOOD))
     }
 
     fn begin(&mut self, ramp: Ramp) {

@@ -13,7 +13,7 @@ const AHEAD: f64 = 10.0;
 
 /// Limits of a joint: velocity, acceleration, jerk, by index.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Joint {
+pub(super) struct PacedJoint {
     pub(super) index: usize,
     pub(super) limits: [f64; 3],
 }
@@ -31,12 +31,12 @@ pub(super) struct Rates {
 
 /// All joints that move at a place; the rest are zero.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct CoursePlace {
     pub(super) joints: [Rates; AXES],
     pub(super) count: usize,
 }
 
-impl Place {
+impl CoursePlace {
     pub(super) fn joints(&self) -> &[Rates] {
         &self.joints[..self.count]
     }
@@ -46,7 +46,7 @@ impl Place {
 /// velocities and accelerations.
 #[derive(Clone, Debug)]
 pub(super) struct Course {
-    joints: Vec<Joint>,
+    joints: Vec<PacedJoint>,
     samples: VecDeque<Sample>,
     /// Step of the first sample held.
     first: u64,
@@ -59,7 +59,7 @@ pub(super) struct Course {
 impl Course {
     pub(super) fn new(limits: &[Option<AxisLimits>; AXES], step_s: f64) -> Course {
         let joint = |(index, limits): (usize, &Option<AxisLimits>)| {
-            limits.map(|l| Joint {
+            limits.map(|l| PacedJoint {
                 index,
                 limits: [l.velocity, l.acceleration, l.jerk],
             })
@@ -80,7 +80,7 @@ impl Course {
         self.joints
             .iter()
             .map(
-                |Joint {
+                |PacedJoint {
                      limits: [v, a, j], ..
                  }| v / a + a / j,
             )
@@ -92,7 +92,7 @@ impl Course {
         self.joints
             .iter()
             .map(
-                |Joint {
+                |PacedJoint {
                      limits: [v, _, j], ..
                  }| j / v,
             )
@@ -187,9 +187,9 @@ impl Course {
     }
 
     /// The derivatives of the joints at a place.
-    pub(super) fn at(&self, sigma: f64) -> Place {
+    pub(super) fn at(&self, sigma: f64) -> CoursePlace {
         let (index, part) = self.find(sigma);
-        let mut place = Place {
+        let mut place = CoursePlace {
             joints: [Rates::default(); AXES],
             count: 0,
         };

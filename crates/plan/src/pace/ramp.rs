@@ -6,7 +6,7 @@
 //! then the most of u, and turns round just in time to arrive with u = 0. Whether it keeps every
 //! limit is looked at afterwards, all along.
 
-use super::course::{Course, Place};
+use super::course::{Course, CoursePlace};
 use lostmotion_base::root::Bracket;
 
 /// Real time from one choice to the next, s.
@@ -26,7 +26,7 @@ const LONGEST: usize = 4000;
 /// A pace this near to the one aimed at is there.
 const THERE: f64 = 1e-9;
 
-/// Place on the plan in steps, pace, and its derivative by real time, 1/s.
+/// CoursePlace on the plan in steps, pace, and its derivative by real time, 1/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct State {
     pub(super) sigma: f64,
@@ -48,7 +48,7 @@ impl State {
 
 /// A state, and what happens from there for how long.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct RampPiece {
     pub(super) from: State,
     pub(super) lasts_s: f64,
     pub(super) r: f64,
@@ -57,7 +57,7 @@ pub(super) struct Piece {
 /// A change of pace.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Ramp {
-    pub(super) pieces: Vec<Piece>,
+    pub(super) pieces: Vec<RampPiece>,
     pub(super) end: State,
 }
 
@@ -100,7 +100,7 @@ fn room(c: [f64; 2], slope: f64, limit: f64) -> [f64; 2] {
 
 impl Effort<'_> {
     /// The least and largest r that all joints allow.
-    fn jerk_room(place: &Place, w: f64, u: f64) -> [f64; 2] {
+    fn jerk_room(place: &CoursePlace, w: f64, u: f64) -> [f64; 2] {
         let most = 1.0 / (SWIFTEST_S * SWIFTEST_S);
         let mut all = [-most, most];
         for joint in place.joints().iter().filter(|joint| joint.v != 0.0) {
@@ -117,7 +117,7 @@ impl Effort<'_> {
 
     /// The least and largest u. Where a joint hardly moves, r does not reach its jerk, and 3 p'' w
     /// u alone has to keep within it.
-    fn rate_room(&self, place: &Place, w: f64) -> [f64; 2] {
+    fn rate_room(&self, place: &CoursePlace, w: f64) -> [f64; 2] {
         let most = 1.0 / SWIFTEST_S;
         let mut all = [-most, most];
         let mut meet = |[low, high]: [f64; 2]| all = [all[0].max(low), all[1].min(high)];
@@ -160,7 +160,7 @@ impl Effort<'_> {
 
     /// From a state to a steady pace, as fast as may be; none where the plan is not known far
     /// enough.
-    fn level(&self, from: State, pieces: &mut Vec<Piece>) -> Option<State> {
+    fn level(&self, from: State, pieces: &mut Vec<RampPiece>) -> Option<State> {
         let (mut state, step_s) = (from, self.course.step_s);
         let last = self.course.end()?;
         let up = from.u < 0.0;
@@ -172,7 +172,7 @@ impl Effort<'_> {
                 state.u + r * STEP_S <= 0.0
             };
             let t = if crosses { -state.u / r } else { STEP_S };
-            pieces.push(Piece {
+            pieces.push(RampPiece {
                 from: state,
                 lasts_s: t,
                 r,
@@ -209,14 +209,14 @@ impl Effort<'_> {
         };
         let mut pieces = self.trunk(from, target, up);
         // The first piece after which turning round arrives beyond the target.
-        let end = |piece: &Piece, t: f64| piece.from.after(t, piece.r, self.course.step_s);
+        let end = |piece: &RampPiece, t: f64| piece.from.after(t, piece.r, self.course.step_s);
         let turn = pieces.partition_point(|piece| !beyond(end(piece, piece.lasts_s)));
         let last = *pieces.get(turn)?;
         let lasts_s = Bracket::new(0.0, last.lasts_s)
             .bisect(HALVINGS, |t| !beyond(end(&last, t)))
             .low;
         pieces.truncate(turn);
-        pieces.push(Piece { lasts_s, ..last });
+        pieces.push(RampPiece { lasts_s, ..last });
         let arrived = self.level(end(&last, lasts_s), &mut pieces)?;
         let near = (arrived.w - target).abs() <= THERE;
         let keeps = near && pieces.iter().all(|piece| self.keeps(piece));
@@ -231,13 +231,13 @@ impl Effort<'_> {
     }
 
     /// As hard as may be to one side, until that passes a limit or the target.
-    fn trunk(&self, from: State, target: f64, up: bool) -> Vec<Piece> {
+    fn trunk(&self, from: State, target: f64, up: bool) -> Vec<RampPiece> {
         let mut pieces = Vec::new();
         let mut state = from;
         while pieces.len() < LONGEST
             && (self.course.complete || self.course.end().is_some_and(|last| state.sigma < last))
         {
-            let piece = Piece {
+            let piece = RampPiece {
                 from: state,
                 lasts_s: STEP_S,
                 r: self.hardest(&state, up, STEP_S),
@@ -257,7 +257,7 @@ impl Effort<'_> {
     }
 
     /// Whether a piece keeps every limit, and does not go backward.
-    fn keeps(&self, piece: &Piece) -> bool {
+    fn keeps(&self, piece: &RampPiece) -> bool {
         [0.0, 0.5, 1.0].into_iter().all(|part| {
             let State { sigma, w, u } =
                 piece

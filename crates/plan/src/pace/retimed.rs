@@ -29,7 +29,7 @@ const ABOVE: f64 = 1e-3;
 pub(super) struct Retimed {
     pub(super) asked: Asked,
     windows: Windows,
-    /// Place of the first point that is not given out, in steps of the plan.
+    /// CoursePlace of the first point that is not given out, in steps of the plan.
     origin: f64,
     ready: VecDeque<State>,
     /// Steps of the plan that a window looks ahead, and keeps back.

@@ -1,6 +1,7 @@
 //! The moving average of a speed profile over time, which has limited jerk.
 
-use super::{Knot, Node};
+use super::Node;
+use crate::motion::Knot;
 
 /// Steps of the acceleration nearer to each other than this are one, s.
 const INSTANT_S: f64 = 1e-12;

@@ -43,14 +43,14 @@ struct Bound {
 type Use = (f64, [f64; 3]);
 
 /// An end of an interval: b there by b, b' and b'' in the middle, and its root.
-struct End {
+struct IntervalEnd {
     by: [f64; 3],
     root: f64,
 }
 
 /// What to solve: free are all coefficients but the first and the last two.
 #[derive(Debug)]
-pub(super) struct Problem<'a> {
+pub(super) struct BarrierProblem<'a> {
     grid: &'a Grid,
     basis: Vec<[[f64; 3]; 3]>,
     /// Largest b in the middle and at the end of each interval.
@@ -64,16 +64,16 @@ pub(super) struct Problem<'a> {
     bounds: Vec<Bound>,
 }
 
-impl<'a> Problem<'a> {
+impl<'a> BarrierProblem<'a> {
     pub(super) fn new(
         grid: &'a Grid,
         caps: Vec<f64>,
         rows: Vec<Row>,
         goals: Vec<[f64; 2]>,
-    ) -> Problem<'a> {
+    ) -> BarrierProblem<'a> {
         let n = grid.len();
         let basis = (0..n).map(|interval| grid.basis(interval)).collect();
-        Problem {
+        BarrierProblem {
             grid,
             basis,
             caps,
@@ -95,12 +95,12 @@ impl<'a> Problem<'a> {
     }
 
     /// Both ends of an interval in which b, b' and b'' in the middle are as given.
-    fn ends(&self, interval: usize, x: &[f64; 3]) -> [End; 2] {
+    fn ends(&self, interval: usize, x: &[f64; 3]) -> [IntervalEnd; 2] {
         [-1.0, 1.0].map(|end| {
             let half = 0.5 * end * self.grid.width(interval);
             let by = [1.0, half, 0.5 * half * half];
             let b = (by[0] * x[0] + by[1] * x[1] + by[2] * x[2]).max(f64::MIN_POSITIVE);
-            End { by, root: b.sqrt() }
+            IntervalEnd { by, root: b.sqrt() }
         })
     }
 
@@ -121,7 +121,7 @@ impl<'a> Problem<'a> {
             if row.end == 0.0 {
                 return (sum * by, row.f.map(|f| f * by));
             }
-            let End { by: place, root } = &ends[usize::from(row.end > 0.0)];
+            let IntervalEnd { by: place, root } = &ends[usize::from(row.end > 0.0)];
             let slope = 0.5 * sum / root;
             (
                 sum * root * by,

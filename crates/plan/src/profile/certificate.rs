@@ -7,8 +7,10 @@
 //! halved. Where a kinematics bends the path, the joints' fourth and fifth derivatives are not
 //! known: the middle's distance from the chord stands for the bound.
 
-use super::course::{Course, Place};
-use super::{Knot, Motion, Section};
+use super::Section;
+use super::course::{JointCourse, JointPlace};
+use crate::demand::JointDerivs;
+use crate::motion::{Knot, PathState};
 use lostmotion_base::AXES;
 
 /// Limits are kept within rounding.
@@ -23,25 +25,25 @@ const INSTANT_S: f64 = 1e-10;
 pub(super) type Used = [f64; 3];
 
 /// A joint's velocity, acceleration and jerk.
-type State = [[f64; 3]; AXES];
+type JointStates = [[f64; 3]; AXES];
 
 /// Goes along a section and bounds what a motion over it uses.
 #[derive(Debug)]
 pub(crate) struct Certificate<'a> {
     section: &'a Section<'a>,
-    course: Course<'a>,
+    course: JointCourse<'a>,
     /// The place looked at last, with its time: the end of one stretch is mostly the start of the
     /// next.
-    last: Option<(f64, Place)>,
+    last: Option<(f64, JointPlace)>,
 }
 
 /// One end of a stretch.
 #[derive(Clone, Copy)]
-struct End {
+struct StretchEnd {
     t: f64,
-    motion: Motion,
-    place: Place,
-    state: State,
+    motion: PathState,
+    place: JointPlace,
+    state: JointStates,
     /// Speed of the tip.
     tip: f64,
 }
@@ -54,7 +56,7 @@ impl<'a> Certificate<'a> {
     pub(crate) fn new(section: &'a Section<'a>) -> Certificate<'a> {
         Certificate {
             section,
-            course: Course::new(section),
+            course: JointCourse::new(section),
             last: None,
         }
     }
@@ -120,23 +122,23 @@ impl<'a> Certificate<'a> {
         true
     }
 
-    fn end(&self, knot: &Knot, t: f64) -> Option<End> {
+    fn end(&self, knot: &Knot, t: f64) -> Option<StretchEnd> {
         let motion = knot.at(t);
         let place = match self.last {
             Some((last, place)) if last == t => place,
             _ => self.course.on_piece(motion.s)?,
         };
-        let Motion { v, a, .. } = motion;
-        let mut state = State::default();
+        let PathState { v, a, .. } = motion;
+        let mut state = JointStates::default();
         for (joint, _) in self.section.machine.joints() {
-            let [d1, d2, d3] = [0, 1, 2].map(|order| place.d[order][joint]);
+            let JointDerivs { d1, d2, d3 } = place.joint(joint);
             state[joint] = [
                 d1 * v,
                 d1 * a + d2 * v * v,
                 d1 * knot.j + (3.0 * d2 * a + d3 * v * v) * v,
             ];
         }
-        Some(End {
+        Some(StretchEnd {
             t,
             motion,
             place,
@@ -146,7 +148,13 @@ impl<'a> Certificate<'a> {
     }
 
     /// Over a stretch of one jerk and one piece.
-    fn stretch(&self, knot: &Knot, left: &End, right: &End, halvings: u32) -> Option<Used> {
+    fn stretch(
+        &self,
+        knot: &Knot,
+        left: &StretchEnd,
+        right: &StretchEnd,
+        halvings: u32,
+    ) -> Option<Used> {
         let middle = || self.end(knot, 0.5 * (left.t + right.t));
         let (seen, bound) = if self.section.kinematics.is_affine() {
             self.bounds(knot, left, right)
@@ -166,7 +174,7 @@ impl<'a> Certificate<'a> {
     }
 
     /// What is used at three places, and about at most in between.
-    fn estimate(&self, [left, middle, right]: [&End; 3]) -> (Used, Used) {
+    fn estimate(&self, [left, middle, right]: [&StretchEnd; 3]) -> (Used, Used) {
         let tip = left.tip.max(middle.tip).max(right.tip);
         let mut seen = [tip, 0.0, 0.0];
         let mut bound = [
@@ -189,7 +197,7 @@ impl<'a> Certificate<'a> {
     }
 
     /// What is used at the ends, and at most in between.
-    fn bounds(&self, knot: &Knot, left: &End, right: &End) -> (Used, Used) {
+    fn bounds(&self, knot: &Knot, left: &StretchEnd, right: &StretchEnd) -> (Used, Used) {
         let h = right.t - left.t;
         let eighth = h * h / 8.0;
         let bends = self
@@ -231,8 +239,8 @@ impl<'a> Certificate<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::condition::{Piece, Programmed};
     use crate::machine::Machine;
+    use crate::piece::{Piece, Programmed};
     use crate::{FeedLimit, Move, PathControl};
     use lostmotion_base::{AxisLimits, BlockRef, Coords};
     use lostmotion_kinematics::{KinematicsSpec, build};
@@ -341,7 +349,7 @@ mod tests {
                     t: 0.06,
                     ..Knot::default()
                 };
-                let Motion { s, v, a } = knot.at(end.t);
+                let PathState { s, v, a } = knot.at(end.t);
                 let used = Certificate::new(&section).most(&[knot, Knot { s, v, a, ..end }]);
                 let bound = used.unwrap_or([0.0; 3]);
                 let mut q: Vec<Coords> = (0..=1200)

@@ -1,21 +1,30 @@
 //! Derivatives of the joints along the pieces of a section.
 
 use super::Section;
+use crate::demand::JointDerivs;
 use lostmotion_base::AXES;
 
 /// Derivatives of the joints by the path at a place, and the largest speed of the path parameter
 /// that the feed and the chords allow, 1/s.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct JointPlace {
     pub(crate) d: [[f64; AXES]; 3],
     pub(crate) feed: f64,
 }
 
+impl JointPlace {
+    /// The derivatives of one joint.
+    pub(super) fn joint(&self, joint: usize) -> JointDerivs {
+        let [d1, d2, d3] = [0, 1, 2].map(|order| self.d[order][joint]);
+        JointDerivs { d1, d2, d3 }
+    }
+}
+
 /// Derivatives over a short stretch.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Span {
+pub(crate) struct JointSpan {
     /// At either end.
-    pub(crate) ends: [Place; 2],
+    pub(crate) ends: [JointPlace; 2],
     /// Least and largest third, which steps from piece to piece.
     pub(crate) third: [[f64; AXES]; 2],
     pub(crate) feed: f64,
@@ -26,14 +35,14 @@ pub(super) type Bends = [[f64; AXES]; 4];
 
 /// Goes along a section; fast where the places asked for rise.
 #[derive(Debug)]
-pub(crate) struct Course<'a> {
+pub(crate) struct JointCourse<'a> {
     section: &'a Section<'a>,
     index: usize,
 }
 
-impl<'a> Course<'a> {
-    pub(crate) fn new(section: &'a Section<'a>) -> Course<'a> {
-        Course { section, index: 0 }
+impl<'a> JointCourse<'a> {
+    pub(crate) fn new(section: &'a Section<'a>) -> JointCourse<'a> {
+        JointCourse { section, index: 0 }
     }
 
     /// Finds the piece under a place; whether it is another one than before.
@@ -65,7 +74,7 @@ impl<'a> Course<'a> {
     }
 
     /// At a place on the piece in hand.
-    pub(super) fn on_piece(&self, s: f64) -> Option<Place> {
+    pub(super) fn on_piece(&self, s: f64) -> Option<JointPlace> {
         let (start, piece) = self.section.pieces.get(self.index)?;
         let at = piece.curve.eval(s - start);
         let tip = at.d1.linear_norm();
@@ -76,7 +85,7 @@ impl<'a> Course<'a> {
         };
         let chord = self.section.machine.chord.as_ref();
         if self.section.kinematics.is_affine() && chord.is_none() {
-            return Some(Place {
+            return Some(JointPlace {
                 d: [at.d1.0, at.d2.0, at.d3.0],
                 feed,
             });
@@ -89,7 +98,7 @@ impl<'a> Course<'a> {
         let feed = chord.map_or(feed, |chord| {
             feed.min(chord.speed_here(&jets, &piece.tool_mm))
         });
-        Some(Place {
+        Some(JointPlace {
             d: [1, 2, 3].map(|order| jets.map(|jet| jet.0[order])),
             feed,
         })
@@ -97,7 +106,7 @@ impl<'a> Course<'a> {
 
     /// Bounds of the second to fifth derivatives of affine joints between two places on the piece
     /// in hand, given those at the ends.
-    pub(super) fn bends(&self, from: f64, to: f64, ends: [&Place; 2]) -> Bends {
+    pub(super) fn bends(&self, from: f64, to: f64, ends: [&JointPlace; 2]) -> Bends {
         let Some((start, piece)) = self.section.pieces.get(self.index) else {
             return Bends::default();
         };
@@ -115,10 +124,10 @@ impl<'a> Course<'a> {
 
     /// Over a stretch: third derivatives at its ends, on both sides of where pieces meet in it, and
     /// halfway in between.
-    pub(crate) fn over(&mut self, from: f64, to: f64) -> Option<Span> {
+    pub(crate) fn over(&mut self, from: f64, to: f64) -> Option<JointSpan> {
         self.find(from);
         let first = self.on_piece(from)?;
-        let mut span = Span {
+        let mut span = JointSpan {
             ends: [first; 2],
             third: [first.d[2]; 2],
             feed: first.feed,
@@ -144,8 +153,8 @@ impl<'a> Course<'a> {
     }
 }
 
-impl Span {
-    fn take(&mut self, place: &Place) {
+impl JointSpan {
+    fn take(&mut self, place: &JointPlace) {
         for (joint, d3) in place.d[2].into_iter().enumerate() {
             self.third[0][joint] = self.third[0][joint].min(d3);
             self.third[1][joint] = self.third[1][joint].max(d3);

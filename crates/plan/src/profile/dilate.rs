@@ -1,6 +1,7 @@
 //! Spreads each interval's demands over the reach of a window around it.
 
-use super::{Interval, Task};
+use super::Task;
+use crate::demand::Interval;
 use crate::machine::{Demand, Direction, NO_LIMIT};
 use lostmotion_base::AXES;
 use std::cell::OnceCell;

@@ -4,7 +4,8 @@
 //! bounded for the worst case. Where that is next to nothing, as it is nearly everywhere on a path
 //! that the feed limits, there is nothing to make faster.
 
-use super::{Interval, Node};
+use super::Node;
+use crate::demand::Interval;
 use crate::machine::Machine;
 
 /// The highest profile that keeps velocity, feed and acceleration of every joint, between two

@@ -11,7 +11,7 @@
 //! 3. [`peaks`]: between speeding up and slowing down lies at least one window, so that the
 //!    acceleration in any window changes by no more than its bound.
 //! 4. [`average`]: the moving average itself, as corners of piecewise constant jerk.
-//! 5. [`law`]: between two states that cannot change any more, a time law may find a faster motion
+//! 5. [`TimeLaw`]: between two states that cannot change any more, a time law may find a faster motion
 //!    than that.
 
 mod average;
@@ -21,7 +21,6 @@ mod course;
 mod cut;
 mod dilate;
 mod ideal;
-pub(crate) mod law;
 mod node;
 mod peaks;
 pub(crate) mod refined;
@@ -36,22 +35,40 @@ pub(crate) use cut::last_cut;
 pub(crate) use dilate::Cell;
 use dilate::Dilated;
 pub(crate) use ideal::ideal;
-pub(crate) use law::{Knot, Motion, Profile, Section, TimeLaw};
 pub(crate) use node::{Node, duration_s};
 use scan::Ground;
 
-use crate::machine::{Demand, Machine};
+use crate::demand::Interval;
+use crate::machine::Machine;
+use crate::motion::Knot;
+use crate::piece::Piece;
+use lostmotion_kinematics::Kinematics;
+use std::collections::VecDeque;
+use std::sync::Arc;
 
-/// A stretch of path with one set of bounds.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Interval {
-    /// Where it begins on the path.
-    pub(crate) start: f64,
-    /// Where it ends.
-    pub(crate) end: f64,
-    pub(crate) demand: Demand,
-    /// Largest steady speed.
-    pub(crate) cap: f64,
+/// A section of path between two states that are both given: rest, or a steady speed where the
+/// look-ahead is sure of it.
+#[derive(Debug)]
+pub(crate) struct Section<'a> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) kinematics: &'a dyn Kinematics,
+    /// Pieces of path that hold the section, each with the place where it begins.
+    pub(crate) pieces: &'a VecDeque<(f64, Arc<Piece>)>,
+    /// Consecutive intervals that hold the section; their demands bound the joints' derivatives all
+    /// over each of them.
+    pub(crate) intervals: &'a [Interval],
+    /// The profile of which the base is the mean.
+    pub(crate) nodes: &'a [Node],
+    /// A motion that keeps every limit, from the first state to the last; its times begin at 0.
+    pub(crate) base: &'a [Knot],
+}
+
+/// Plans the time over a section. Since both its ends are given, each section is planned for
+/// itself, and a program as it comes.
+pub(crate) trait TimeLaw: std::fmt::Debug + Sync {
+    /// A motion with the base's first and last state, nowhere backward, that keeps every limit and
+    /// takes no longer.
+    fn plan(&self, section: &Section<'_>) -> Vec<Knot>;
 }
 
 /// What to plan.

@@ -1,14 +1,15 @@
 //! A time law that starts from the averaged profile and lowers its time by an interior-point
 //! method.
 
-use super::barrier::Problem;
+use super::barrier::BarrierProblem;
 use super::certificate::{Certificate, KEPT};
 use super::ideal::{ideal, time_between};
-use super::law::{self, Knot, Motion, Section, TimeLaw, state_at, states};
 use super::node::Node;
 use super::rows::problem;
-use super::spans::{Span, spans};
+use super::spans::{JointSpan, spans};
 use super::spline::Grid;
+use super::{Section, TimeLaw};
+use crate::motion::{Knot, PathState, state_at, states};
 
 /// Intervals in the longest time over which a joint builds up its acceleration.
 const INTERVALS: f64 = 8.0;
@@ -84,7 +85,7 @@ impl<'a> Gains<'a> {
         Gains { section, ideal }
     }
 
-    fn are_there(&self, span: &Span, step_s: f64) -> bool {
+    fn are_there(&self, span: &JointSpan, step_s: f64) -> bool {
         let [from, to] = [span.from, span.to].map(|t| state_at(self.section.base, t).s);
         let own = span.to - span.from;
         own - time_between(&self.ideal, from, to) > WORTH * own + TURNS * step_s
@@ -92,7 +93,7 @@ impl<'a> Gains<'a> {
 
     /// Replaces a part of the motion; where none that is faster was found for all of it, what lies
     /// before and after the place that was in the way.
-    fn take(&self, span: Span, step_s: f64, splits: usize, joined: &mut Joined<'_>) {
+    fn take(&self, span: JointSpan, step_s: f64, splits: usize, joined: &mut Joined<'_>) {
         if !self.are_there(&span, step_s) {
             return;
         }
@@ -101,11 +102,11 @@ impl<'a> Gains<'a> {
             Err(at) if splits > 0 => {
                 let kept_s = AROUND * step_s;
                 let parts = [
-                    Span {
+                    JointSpan {
                         to: at - kept_s,
                         ..span
                     },
-                    Span {
+                    JointSpan {
                         from: at + kept_s,
                         ..span
                     },
@@ -148,7 +149,7 @@ impl Joined<'_> {
 
     /// Puts knots in the place of a part; their times begin at 0, and the last one is where the
     /// base goes on.
-    fn replace(&mut self, span: Span, faster: &[Knot]) {
+    fn replace(&mut self, span: JointSpan, faster: &[Knot]) {
         self.keep(span.from);
         let from = span.from + self.shift_s;
         self.knots.extend(faster.iter().map(|knot| Knot {
@@ -175,8 +176,8 @@ impl Joined<'_> {
 
 /// A faster motion over a part of the base, its times from 0; or about when in the base lies what
 /// none was found for.
-fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f64> {
-    let (base, Span { from, to }) = (section.base, span);
+fn refine(section: &Section<'_>, span: JointSpan, step_s: f64) -> Result<Vec<Knot>, f64> {
+    let (base, JointSpan { from, to }) = (section.base, span);
     let count = ((to - from) / step_s).ceil();
     let time = |k: f64| from + (to - from) * (k / count);
     let middle = time(0.5 * count);
@@ -211,14 +212,14 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
 fn start(
     base: &[Knot],
     grid: &Grid,
-    states: &[Motion],
+    states: &[PathState],
     (from, to): (f64, f64),
 ) -> Option<Vec<f64>> {
     let count = grid.len() as f64;
     let mut c = vec![0.0; grid.len() + 2];
     let middles =
         (1..grid.len() - 1).map(|interval| from + (to - from) * ((interval as f64 + 0.5) / count));
-    for (c, middle) in c[2..].iter_mut().zip(law::states(base, middles)) {
+    for (c, middle) in c[2..].iter_mut().zip(states(base, middles)) {
         *c = middle.v * middle.v;
     }
     c[..2].copy_from_slice(&grid.ends(false, states.first()?));
@@ -243,7 +244,11 @@ fn knots(grid: &Grid, c: &[f64]) -> Result<Vec<Knot>, usize> {
 
 /// Makes the goals of what passes a limit stricter, and of what is near it; then gives the interval
 /// that passes one by most, or in which the machine cannot be.
-fn repaired(section: &Section<'_>, problem: &mut Problem<'_>, knots: &[Knot]) -> Result<(), usize> {
+fn repaired(
+    section: &Section<'_>,
+    problem: &mut BarrierProblem<'_>,
+    knots: &[Knot],
+) -> Result<(), usize> {
     let mut certificate = Certificate::new(section);
     let (mut worst, mut most) = (None, KEPT);
     let count = problem.goals.len();

@@ -1,10 +1,10 @@
 //! What the limits of velocity, acceleration and jerk ask of the speed over each interval of a
 //! part.
 
+use super::Section;
 use super::barrier::{Problem, Row};
 use super::certificate::KEPT;
-use super::course::Course;
-use super::law::Section;
+use super::course::JointCourse;
 use super::refined::GOALS;
 use super::spline::Grid;
 
@@ -26,7 +26,7 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Probl
         .joints()
         .filter(|(joint, _)| moves(*joint))
         .collect();
-    let mut course = Course::new(section);
+    let mut course = JointCourse::new(section);
     let (mut caps, mut rows) = (
         Vec::with_capacity(grid.len()),
         Vec::with_capacity(6 * moving.len() * grid.len()),

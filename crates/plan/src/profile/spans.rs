@@ -1,7 +1,7 @@
 //! Which parts of a motion are worth changing.
 
-use super::Interval;
-use super::law::{Knot, Motion, states};
+use crate::demand::Interval;
+use crate::motion::{Knot, PathState, states};
 
 /// Steps at either end that rests: b(s) has no bounded derivatives there.
 const AT_REST: usize = 8;
@@ -32,7 +32,7 @@ enum Kind {
 
 /// From the states now and a step later, whose acceleration is at least as telling as that of now.
 fn kind(
-    Motion { s, v, a }: Motion,
+    PathState { s, v, a }: PathState,
     next: f64,
     intervals: &mut std::slice::Iter<'_, Interval>,
     step_s: f64,

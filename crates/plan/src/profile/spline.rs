@@ -1,6 +1,6 @@
 //! The square of the speed by place, as a quadratic B-spline.
 
-use super::{Knot, Motion};
+use crate::motion::{Knot, PathState};
 
 /// Steps towards the time that an interval takes.
 const TIME_STEPS: usize = 12;
@@ -37,7 +37,7 @@ impl Grid {
 
     /// The two coefficients that give a state at the start of the first interval or the end of the
     /// last one.
-    pub(super) fn ends(&self, at_end: bool, state: &Motion) -> [f64; 2] {
+    pub(super) fn ends(&self, at_end: bool, state: &PathState) -> [f64; 2] {
         let half = if at_end {
             self.widths[self.len()]
         } else {
@@ -76,9 +76,9 @@ impl Grid {
     }
 
     /// The state at a node.
-    fn state(&self, c: &[f64], node: usize) -> Motion {
+    fn state(&self, c: &[f64], node: usize) -> PathState {
         let (b, slope) = self.at_node(c, node);
-        Motion {
+        PathState {
             s: self.nodes[node],
             v: b.max(0.0).sqrt(),
             a: 0.5 * slope,

@@ -3,7 +3,7 @@
 mod run;
 
 use crate::chord::Chord;
-use crate::condition::size;
+use crate::piece::size;
 use crate::stretch::Stretch;
 use crate::{Heeds, Sample};
 use lostmotion_base::{AXES, Clock, Coords, Jet, Tick};
@@ -216,7 +216,7 @@ impl Sampler {
 }
 
 /// Where a stretch is at a time, program side, with the distance gone and left on it.
-struct Place {
+struct SamplePlace {
     program: [Jet; AXES],
     gone: f64,
     left: f64,
@@ -234,7 +234,7 @@ fn path_speed(program: &[Jet; AXES]) -> f64 {
 }
 
 /// Moves along a stretch if it has begun, and says in the sample where that is.
-fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<Place> {
+fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<SamplePlace> {
     if t <= stretch.start_s {
         return None;
     }
@@ -258,7 +258,7 @@ fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<Place> {
         .map(|jet| jet.reparametrize(motion.v, motion.a, 0.0));
     let tip = Coords(program.map(|jet| jet.0[1])).linear_norm();
     let (gone, left) = (motion.s - stretch.from, stretch.profile.to() - motion.s);
-    Some(Place {
+    Some(SamplePlace {
         program,
         speed: tip.max(motion.v),
         feed: piece.feed,

@@ -2,12 +2,12 @@
 
 use super::failure;
 use crate::args::study::Bench as Args;
-use crate::commands::{DONE, fit};
+use crate::commands::DONE;
 use crate::failure::Failure;
 use crate::output;
 use lostmotion::base::Clock;
 use lostmotion::identify::{
-    BacklashFit, BacklashLog, FitError, MotorLog, fit_backlash, fit_motor_only,
+    BacklashFit, BacklashLog, FitError, FitSettings, MotorLog, fit_backlash, fit_motor_only,
 };
 use lostmotion_study::bench::{COUPLERS, Coupler, Recording, run as record};
 
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
 
 fn with_load(recording: &Recording) -> Result<BacklashFit, FitError> {
     let log = BacklashLog::from_samples(Clock::SERVO.period_s(), &recording.loaded)?;
-    fit_backlash(&log, &fit::settings(&recording.axis))
+    fit_backlash(&log, &FitSettings::for_axis(&recording.axis))
 }
 
 fn motor_only(recording: &Recording) -> Result<BacklashFit, FitError> {
@@ -62,7 +62,7 @@ fn motor_only(recording: &Recording) -> Result<BacklashFit, FitError> {
         .map(|sample| sample.current)
         .collect();
     let log = MotorLog::new(Clock::SERVO.period_s(), motor, current)?;
-    fit_motor_only(&log, &fit::settings(&recording.axis).motor_only())
+    fit_motor_only(&log, &FitSettings::for_axis(&recording.axis).motor_only())
 }
 
 /// Gap and stiffness off what was set; why there is none.

@@ -1,8 +1,9 @@
-//! What the conditioned path is made of.
+//! What the conditioned path is made of, and how deviations from it are measured.
 
 use crate::Heeds;
-use crate::soft::Soft;
-use lostmotion_base::BlockRef;
+use lostmotion_base::units::deg;
+use lostmotion_base::vec::norm;
+use lostmotion_base::{BlockRef, Coords};
 use lostmotion_path::Curve;
 use std::sync::Arc;
 
@@ -41,6 +42,15 @@ impl Piece {
     }
 }
 
+/// The end of a motion at rest at which less jerk is used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Soft {
+    /// Part of the jerk that is used.
+    pub(crate) part: f64,
+    /// For how long, s.
+    pub(crate) time_s: f64,
+}
+
 /// Coming to rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Stop {
@@ -53,9 +63,9 @@ pub(crate) struct Stop {
     pub(crate) soft: Option<Soft>,
 }
 
-/// What the conditioner gives out.
+/// One output of the conditioner.
 #[derive(Clone, Debug)]
-pub(crate) enum Step {
+pub(crate) enum PathStep {
     Piece(Arc<Piece>),
     Stop(Stop),
 }
@@ -99,4 +109,21 @@ impl Programmed {
             tool_mm: self.tool_mm,
         }
     }
+}
+
+/// Size of a difference between two points: mm of X Y Z, of U V W, or degrees of A B C, whichever
+/// is largest. A tolerance of so many mm allows the rotary axes as many degrees, as the feed rule
+/// treats them alike.
+pub(crate) fn size(delta: &Coords) -> f64 {
+    let [.., u, v, w] = delta.0;
+    delta
+        .linear_norm()
+        .max(norm([u, v, w]))
+        .max(deg(norm(delta.rotary())))
+}
+
+/// How far from the line along `other` a step along `d` leads at most, per unit of the step.
+pub(crate) fn sideways(d: &Coords, other: &Coords) -> f64 {
+    let along = (d.dot(other) / other.dot(other)).clamp(0.0, 1.0);
+    size(&(*d - *other * along)).min(size(d))
 }

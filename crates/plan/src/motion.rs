@@ -1,19 +1,16 @@
-//! Place by time, and what makes a section of it faster.
+//! Motion along the path by time: states, knots of constant jerk between them, and profiles made of
+//! knots.
 
-use super::{Interval, Node};
-use crate::condition::Piece;
-use crate::machine::Machine;
 use lostmotion_base::root::Bracket;
-use lostmotion_kinematics::Kinematics;
 use std::collections::VecDeque;
-use std::sync::Arc;
 
-/// Steps towards the time at which a motion is at a place.
+/// Most steps of Newton's method towards the time at which a motion is at a place; halving alone
+/// would need 53.
 const TIME_STEPS: usize = 60;
 
 /// Place, speed and acceleration on the path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Motion {
+pub(crate) struct PathState {
     pub(crate) s: f64,
     pub(crate) v: f64,
     pub(crate) a: f64,
@@ -34,9 +31,9 @@ pub(crate) struct Knot {
 
 impl Knot {
     /// The state at a time before the next knot.
-    pub(crate) fn at(&self, t: f64) -> Motion {
+    pub(crate) fn at(&self, t: f64) -> PathState {
         let x = t - self.t;
-        Motion {
+        PathState {
             s: self.s + (self.v + (0.5 * self.a + self.j / 6.0 * x) * x) * x,
             v: self.v + (self.a + 0.5 * self.j * x) * x,
             a: self.a + self.j * x,
@@ -44,7 +41,7 @@ impl Knot {
     }
 
     /// When a motion that goes forward is at a place, between two times before the next knot.
-    pub(super) fn time_at(&self, s: f64, from: f64, to: f64) -> f64 {
+    pub(crate) fn time_at(&self, s: f64, from: f64, to: f64) -> f64 {
         let (first, last) = (self.at(from).s, self.at(to).s);
         if last <= s {
             return to;
@@ -65,47 +62,22 @@ impl Knot {
     }
 }
 
-/// A section of path between two states that are both given: rest, or a steady speed where the
-/// look-ahead is sure of it.
-#[derive(Debug)]
-pub(crate) struct Section<'a> {
-    pub(crate) machine: &'a Machine,
-    pub(crate) kinematics: &'a dyn Kinematics,
-    /// Pieces of path that hold the section, each with the place where it begins.
-    pub(crate) pieces: &'a VecDeque<(f64, Arc<Piece>)>,
-    /// Consecutive intervals that hold the section; their demands bound the joints' derivatives all
-    /// over each of them.
-    pub(crate) intervals: &'a [Interval],
-    /// The profile of which the base is the mean.
-    pub(crate) nodes: &'a [Node],
-    /// A motion that keeps every limit, from the first state to the last; its times begin at 0.
-    pub(crate) base: &'a [Knot],
-}
-
-/// Plans the time over a section. Since both its ends are given, each section is planned for
-/// itself, and a program as it comes.
-pub(crate) trait TimeLaw: std::fmt::Debug + Sync {
-    /// A motion with the base's first and last state, nowhere backward, that keeps every limit and
-    /// takes no longer.
-    fn plan(&self, section: &Section<'_>) -> Vec<Knot>;
-}
-
 /// The state at a time; before the first knot and after the last one it rests in their states.
-pub(crate) fn state_at(knots: &[Knot], t: f64) -> Motion {
+pub(crate) fn state_at(knots: &[Knot], t: f64) -> PathState {
     let index = knots.partition_point(|knot| knot.t <= t).saturating_sub(1);
     match knots.get(index) {
         Some(knot) if index + 1 < knots.len() && t >= knot.t => knot.at(t),
-        Some(knot) => Motion {
+        Some(knot) => PathState {
             s: knot.s,
             v: knot.v,
             a: knot.a,
         },
-        None => Motion::default(),
+        None => PathState::default(),
     }
 }
 
 /// The states at rising times.
-pub(crate) fn states(knots: &[Knot], times: impl Iterator<Item = f64>) -> Vec<Motion> {
+pub(crate) fn states(knots: &[Knot], times: impl Iterator<Item = f64>) -> Vec<PathState> {
     let mut rest = knots;
     times
         .map(|t| {
@@ -187,16 +159,16 @@ impl Profile {
     }
 
     /// The state at a time; before its start and after its end it rests in the states there.
-    pub(crate) fn at(&self, t: f64) -> Motion {
+    pub(crate) fn at(&self, t: f64) -> PathState {
         let index = self
             .knots
             .partition_point(|knot| knot.t <= t)
             .saturating_sub(1);
         let Some(knot) = self.knots.get(index) else {
-            return Motion::default();
+            return PathState::default();
         };
         if index + 1 == self.knots.len() || t < knot.t {
-            return Motion {
+            return PathState {
                 s: knot.s,
                 v: knot.v,
                 a: knot.a,
@@ -206,18 +178,18 @@ impl Profile {
     }
 
     /// The state at a time that never falls: what lies before it is forgotten.
-    pub(crate) fn advance(&mut self, t: f64) -> Motion {
+    pub(crate) fn advance(&mut self, t: f64) -> PathState {
         while self.knots.get(1).is_some_and(|next| next.t <= t) {
             self.knots.pop_front();
         }
         match self.knots.front() {
             Some(knot) if self.knots.len() > 1 && t >= knot.t => knot.at(t),
-            Some(knot) => Motion {
+            Some(knot) => PathState {
                 s: knot.s,
                 v: knot.v,
                 a: knot.a,
             },
-            None => Motion::default(),
+            None => PathState::default(),
         }
     }
 }
