@@ -1,7 +1,6 @@
 //! Blends: a polynomial piece in place of the last stretch of one curve and the first of the next.
 
 use crate::piece::size;
-use lostmotion_base::Coords;
 use lostmotion_path::{Curve, CurveDerivs, HermiteEnd, Quintic};
 
 /// Parts of either half on which the deviation is bounded.

@@ -15,7 +15,7 @@ mod run;
 pub(crate) use choice::Judge;
 
 use crate::PlannerConfig;
-use crate::piece::{PathStep, Piece, Programmed, Stop};
+use crate::piece::{PathStep, Programmed, Stop};
 use joint::Junction;
 use lostmotion_base::Coords;
 use run::{RunChord, RunKnot};

@@ -6,7 +6,7 @@ use super::certificate::{Certificate, KEPT};
 use super::ideal::{ideal, time_between};
 use super::node::Node;
 use super::rows::problem;
-use super::spans::{JointSpan, spans};
+use super::spans::{Span, spans};
 use super::spline::Grid;
 use super::{Section, TimeLaw};
 use crate::motion::{Knot, PathState, state_at, states};
@@ -85,7 +85,7 @@ impl<'a> Gains<'a> {
         Gains { section, ideal }
     }
 
-    fn are_there(&self, span: &JointSpan, step_s: f64) -> bool {
+    fn are_there(&self, span: &Span, step_s: f64) -> bool {
         let [from, to] = [span.from, span.to].map(|t| state_at(self.section.base, t).s);
         let own = span.to - span.from;
         own - time_between(&self.ideal, from, to) > WORTH * own + TURNS * step_s
@@ -93,7 +93,7 @@ impl<'a> Gains<'a> {
 
     /// Replaces a part of the motion; where none that is faster was found for all of it, what lies
     /// before and after the place that was in the way.
-    fn take(&self, span: JointSpan, step_s: f64, splits: usize, joined: &mut Joined<'_>) {
+    fn take(&self, span: Span, step_s: f64, splits: usize, joined: &mut Joined<'_>) {
         if !self.are_there(&span, step_s) {
             return;
         }
@@ -102,11 +102,11 @@ impl<'a> Gains<'a> {
             Err(at) if splits > 0 => {
                 let kept_s = AROUND * step_s;
                 let parts = [
-                    JointSpan {
+                    Span {
                         to: at - kept_s,
                         ..span
                     },
-                    JointSpan {
+                    Span {
                         from: at + kept_s,
                         ..span
                     },
@@ -149,7 +149,7 @@ impl Joined<'_> {
 
     /// Puts knots in the place of a part; their times begin at 0, and the last one is where the
     /// base goes on.
-    fn replace(&mut self, span: JointSpan, faster: &[Knot]) {
+    fn replace(&mut self, span: Span, faster: &[Knot]) {
         self.keep(span.from);
         let from = span.from + self.shift_s;
         self.knots.extend(faster.iter().map(|knot| Knot {
@@ -176,8 +176,8 @@ impl Joined<'_> {
 
 /// A faster motion over a part of the base, its times from 0; or about when in the base lies what
 /// none was found for.
-fn refine(section: &Section<'_>, span: JointSpan, step_s: f64) -> Result<Vec<Knot>, f64> {
-    let (base, JointSpan { from, to }) = (section.base, span);
+fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f64> {
+    let (base, Span { from, to }) = (section.base, span);
     let count = ((to - from) / step_s).ceil();
     let time = |k: f64| from + (to - from) * (k / count);
     let middle = time(0.5 * count);
@@ -219,7 +219,7 @@ fn start(
     let mut c = vec![0.0; grid.len() + 2];
     let middles =
         (1..grid.len() - 1).map(|interval| from + (to - from) * ((interval as f64 + 0.5) / count));
-    for (c, middle) in c[2..].iter_mut().zip(states(base, middles)) {
+    for (c, middle) in c[2..].iter_mut().zip(crate::motion::states(base, middles)) {
         *c = middle.v * middle.v;
     }
     c[..2].copy_from_slice(&grid.ends(false, states.first()?));

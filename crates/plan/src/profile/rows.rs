@@ -2,7 +2,7 @@
 //! part.
 
 use super::Section;
-use super::barrier::{Problem, Row};
+use super::barrier::{BarrierProblem, Row};
 use super::certificate::KEPT;
 use super::course::JointCourse;
 use super::refined::GOALS;
@@ -14,7 +14,7 @@ const CAP: f64 = 0.9999;
 const NEAR: usize = 3;
 
 /// Limits at the ends of each interval.
-pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Problem<'a>> {
+pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<BarrierProblem<'a>> {
     let moves = |joint: usize| {
         section
             .intervals
@@ -82,5 +82,10 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Probl
     if let Some(last) = caps.last_mut() {
         *last = f64::INFINITY;
     }
-    Some(Problem::new(grid, caps, rows, vec![GOALS; grid.len()]))
+    Some(BarrierProblem::new(
+        grid,
+        caps,
+        rows,
+        vec![GOALS; grid.len()],
+    ))
 }
