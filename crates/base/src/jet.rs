@@ -7,6 +7,14 @@ use crate::real::Real;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Value and derivatives d/ds, d2/ds2, d3/ds3.
+///
+/// ```
+/// use lostmotion_base::Jet;
+///
+/// // s^2 at s = 3: value 9, slope 6, curvature 2
+/// let s = Jet::new(3.0, 1.0, 0.0, 0.0);
+/// assert_eq!((s * s).0, [9.0, 6.0, 2.0, 0.0]);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Jet(pub [f64; 4]);
 

@@ -21,7 +21,7 @@ impl Clock {
     /// The drive's current loop: 50 us.
     pub const CURRENT: Clock = Clock { period_ns: 50_000 };
 
-    /// A clock with a period in nanoseconds; none for zero.
+    /// A clock with a period in nanoseconds; `None` for zero.
     pub const fn from_nanos(period_ns: u64) -> Option<Clock> {
         if period_ns == 0 {
             None
@@ -45,7 +45,7 @@ impl Clock {
         (tick as f64 * self.period_ns as f64) * 1e-9
     }
 
-    /// How many periods of a faster clock fit into one of this; none if they do not fit evenly.
+    /// How many periods of a faster clock fit into one of this; `None` if they do not fit evenly.
     pub const fn ratio(self, faster: Clock) -> Option<u64> {
         if self.period_ns.is_multiple_of(faster.period_ns) {
             Some(self.period_ns / faster.period_ns)

@@ -7,6 +7,21 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// The nominal circle.
+///
+/// ```
+/// use lostmotion_base::{Plane, math};
+/// use lostmotion_contour::Circle;
+///
+/// let circle = Circle { plane: Plane::Xy, center_mm: [0.0; 2], radius_mm: 50.0 };
+/// // A tool that runs round a centre 10 um off in X: the circle is round all the same.
+/// let tips: Vec<[f64; 3]> = (0..360)
+///     .map(|degrees| math::sin_cos(f64::from(degrees).to_radians()))
+///     .map(|(sin, cos)| [0.01 + 50.0 * cos, 50.0 * sin, 0.0])
+///     .collect();
+/// let found = circle.deviation(&tips)?;
+/// assert!((found.radial_max_mm - 0.01).abs() < 1e-6 && found.circular_mm < 1e-6);
+/// # Ok::<(), lostmotion_contour::ContourError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Circle {
     /// Plane of the circle.

@@ -6,14 +6,14 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Mantissa bits that tell bins apart.
-const BITS: u32 = 7;
-/// Exponents of the smallest and largest octave: 6e-8 to 1024 of whatever unit.
-const LOW: i64 = -24;
-const HIGH: i64 = 10;
-const BINS: usize = ((HIGH - LOW) as usize) << BITS;
-const SHIFT: u32 = 52 - BITS;
-const FIRST: u64 = ((1023 + LOW) as u64) << BITS;
+/// Leading bits of the mantissa that tell bins apart: 128 bins an octave, 0.8 % wide.
+const MANTISSA_BITS: u32 = 7;
+/// Exponents of the smallest and largest octave: 6e-8 to 1024 in the unit of the values.
+const LOWEST_EXPONENT: i64 = -24;
+const HIGHEST_EXPONENT: i64 = 10;
+const BINS: usize = ((HIGHEST_EXPONENT - LOWEST_EXPONENT) as usize) << MANTISSA_BITS;
+const SHIFT: u32 = 52 - MANTISSA_BITS;
+const FIRST_BIN_BITS: u64 = ((1023 + LOWEST_EXPONENT) as u64) << MANTISSA_BITS;
 
 /// Bins are made with the first count.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -26,7 +26,7 @@ pub(crate) struct Histogram {
 impl Histogram {
     /// Counts a magnitude.
     pub(crate) fn count(&mut self, magnitude: f64) {
-        let Some(bin) = (magnitude.to_bits() >> SHIFT).checked_sub(FIRST) else {
+        let Some(bin) = (magnitude.to_bits() >> SHIFT).checked_sub(FIRST_BIN_BITS) else {
             self.below += 1;
             return;
         };
@@ -58,7 +58,7 @@ impl Histogram {
         for (bin, count) in self.bins.iter().enumerate() {
             seen += count;
             if rank <= seen {
-                let edge = |bin: u64| f64::from_bits((FIRST + bin) << SHIFT);
+                let edge = |bin: u64| f64::from_bits((FIRST_BIN_BITS + bin) << SHIFT);
                 return 0.5 * (edge(bin as u64) + edge(bin as u64 + 1));
             }
         }

@@ -95,7 +95,7 @@ pub struct BlockLedger {
 }
 
 impl BlockLedger {
-    /// One that keeps so many worst rows of cutting moves, and as many of G0 moves.
+    /// A ledger that keeps the given number of worst rows of cutting moves, and as many of G0 moves.
     pub fn new(keep: usize) -> BlockLedger {
         BlockLedger {
             open: BTreeMap::new(),
@@ -112,7 +112,7 @@ impl BlockLedger {
             .add(record);
     }
 
-    /// Closes and hands out the rows of all segments before one: the oldest that the tracker still
+    /// Closes and returns the rows of all segments before one: the oldest that the tracker still
     /// holds ([`crate::ContourTracker::release`]).
     #[must_use]
     pub fn finish_before(&mut self, segment: u64) -> Vec<BlockRow> {
@@ -120,7 +120,7 @@ impl BlockLedger {
         self.close(later)
     }
 
-    /// Closes and hands out what is left.
+    /// Closes the open rows and returns the ledger's result.
     #[must_use]
     pub fn finish(&mut self) -> Vec<BlockRow> {
         self.close(BTreeMap::new())

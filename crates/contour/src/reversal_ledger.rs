@@ -47,7 +47,7 @@ impl ReversalLedger {
         }
     }
 
-    /// Opens a row, and hands out the one of the axis' reversal before it, if its window was still
+    /// Opens a row, and returns the one of the axis' reversal before it, if its window was still
     /// open.
     #[must_use]
     pub fn open(
@@ -75,7 +75,7 @@ impl ReversalLedger {
         before
     }
 
-    /// Takes a sample and hands out the rows whose windows it has passed, in axis order.
+    /// Takes a sample and returns the rows whose windows it has passed, in axis order.
     #[must_use]
     pub fn record(&mut self, record: &ErrorRecord) -> Vec<ReversalRow> {
         let tick = record.sample.tick;
@@ -99,7 +99,7 @@ impl ReversalLedger {
         finished
     }
 
-    /// Closes and hands out what is left.
+    /// Closes and returns what is left.
     #[must_use]
     pub fn finish(&mut self) -> Vec<ReversalRow> {
         (0..AXES).filter_map(|axis| self.close(axis)).collect()

@@ -4,8 +4,8 @@ use lostmotion_base::math;
 use lostmotion_base::vec::{Vec3, dot, norm};
 use lostmotion_path::{Curve, Plane};
 
-/// Part of a distance below which its component to the side says nothing about a side.
-const SIDELESS: f64 = 1e-2;
+/// Least share of an error that has to point to the side for its sign to be negative.
+const MIN_SIDE_SHARE: f64 = 1e-2;
 
 /// +1 to the left of `travel` in the plane, -1 to the right. A point off the plane has the side of
 /// its shadow on the plane. +1 where there is no side: travel along the normal, or an error along
@@ -14,7 +14,7 @@ pub(crate) fn side(error: Vec3, travel: Vec3, plane: Plane) -> f64 {
     let [first, second, _] = plane.axes();
     let shadow = math::hypot(travel[first], travel[second]);
     let left = travel[first] * error[second] - travel[second] * error[first];
-    if left < -SIDELESS * shadow * norm(error) {
+    if left < -MIN_SIDE_SHARE * shadow * norm(error) {
         -1.0
     } else {
         1.0

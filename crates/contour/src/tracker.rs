@@ -63,6 +63,39 @@ pub struct FootState {
 /// joint of two segments, as on the outside of a corner, travel is taken along the corner's
 /// bisector, which puts the whole outside on one side. Where there is no side (overshoot beyond the
 /// end of the program, an error along the normal) the error is positive.
+///
+/// ```
+/// use lostmotion_base::{BlockRef, Coords, Plane};
+/// use lostmotion_contour::{
+///     ContourConfig, ContourInput, ContourTracker, FootState, ProgrammedSegment,
+/// };
+/// use lostmotion_path::Curve;
+///
+/// let mut tracker = ContourTracker::new(ContourConfig::default());
+/// tracker.push(ProgrammedSegment {
+///     index: 0,
+///     curve: Curve::line(Coords::ZERO, Coords::xyz(50.0, 0.0, 0.0)),
+///     plane: Plane::Xy,
+///     rapid: false,
+///     origin_mm: [0.0; 3],
+///     block: BlockRef::default(),
+/// })?;
+/// // The command is at X20; the tool lags by 0.1 mm and is 4 um to the right of the line.
+/// let sample = tracker.measure(
+///     &mut FootState::default(),
+///     &ContourInput {
+///         tick: 0,
+///         segment: 0,
+///         s: 20.0,
+///         actual_tip_mm: [19.9, -0.004, 0.0],
+///         commanded_tip_mm: [20.0, 0.0, 0.0],
+///         actual_axis: [0.0, 0.0, 1.0],
+///         commanded_axis: [0.0, 0.0, 1.0],
+///     },
+/// )?;
+/// assert!((sample.error_mm + 0.004).abs() < 1e-12 && (sample.s - 19.9).abs() < 1e-12);
+/// # Ok::<(), lostmotion_contour::ContourError>(())
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ContourTracker {
     config: ContourConfig,
@@ -142,6 +175,7 @@ impl ContourTracker {
     pub fn release(&mut self, segment: u64, s: f64) -> Option<u64> {
         let at = self.position(segment)?;
         let horizon = self.held.get(at)?.place(s) - self.config.max_window_mm;
+        // Whole segments behind the horizon are dropped, and the oldest where there are too many.
         let mut behind = at;
         while behind > 0
             && self
@@ -225,6 +259,7 @@ impl ContourTracker {
     /// The nearest point of the window.
     fn search(&self, foot: &FootState, input: &ContourInput, at: usize, command: f64) -> Found {
         let config = &self.config;
+        // The window: from the last foot to the command, and a margin beyond either that grows with the lag.
         let apart = norm(sub(input.actual_tip_mm, input.commanded_tip_mm));
         let margin = (config.window_factor * apart)
             .max(config.min_window_mm)
@@ -273,6 +308,7 @@ impl ContourTracker {
                 (held.place(near.s) - command).abs(),
                 held.segment.index.abs_diff(input.segment),
             );
+            // Of equal distances the foot nearer to the command along the path, then by segments.
             let nearer = near.distance < best.distance - SAME_DISTANCE_MM;
             if nearer || (near.distance <= best.distance + SAME_DISTANCE_MM && away < best.away) {
                 best = Found {
@@ -296,6 +332,7 @@ impl ContourTracker {
         let still = length <= 0.0;
         let mut travel = held.segment.curve.tangent(s);
         let own = travel;
+        // At a joint of two segments, travel is along the bisector of both tangents.
         let slack = 1e-9 * (1.0 + length);
         if still || s <= slack {
             let before = self
@@ -325,7 +362,7 @@ impl ContourTracker {
         Some(&self.held.get(self.position(index)?)?.segment)
     }
 
-    /// Where a sample's foot point lies and which way is left there; none if its segment is held no
+    /// Where a sample's foot point lies and which way is left there; `None` if its segment is held no
     /// longer.
     pub fn place(&self, sample: &ContourSample) -> Option<FootPlace> {
         let at = self.position(sample.segment)?;

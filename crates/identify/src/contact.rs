@@ -2,11 +2,13 @@
 
 use crate::{error::NotExcited, settings::FitSettings, window::WindowSample};
 
+/// Median of the absolute value of a standard normal variable.
+pub(crate) const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// Share of the log's largest torque from which on the side counts as known, unless torque noise
 /// asks for more.
-const THRESHOLD_SHARE: f64 = 0.02;
+pub(crate) const THRESHOLD_SHARE: f64 = 0.02;
 /// Standard deviations of noise that a torque or a slip has to exceed to mean something.
-const NOISE_FACTOR: f64 = 6.0;
+pub(crate) const NOISE_FACTOR: f64 = 6.0;
 
 /// One window in firm contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -157,7 +159,7 @@ pub(crate) fn noise(signal: impl Iterator<Item = f64>) -> f64 {
         .windows(3)
         .map(|w| (w[0] - 2.0 * w[1] + w[2]).abs())
         .collect();
-    quantile(bends, 0.5) / (0.6745 * 6.0_f64.sqrt())
+    quantile(bends, 0.5) / (MEDIAN_OF_NORMAL * 6.0_f64.sqrt())
 }
 
 /// A quantile of unordered values by nearest rank; 0 if there are none.
@@ -261,7 +263,7 @@ mod tests {
             100.0 * lostmotion_base::math::sin(f64::from(k) * 1e-3)
                 + if k % 2 == 0 { 1.0 } else { -1.0 }
         });
-        assert!((noise(signal) - 4.0 / (0.6745 * 6.0_f64.sqrt())).abs() < 1e-3);
+        assert!((noise(signal) - 4.0 / (MEDIAN_OF_NORMAL * 6.0_f64.sqrt())).abs() < 1e-3);
     }
 
     #[test]

@@ -1,24 +1,22 @@
 //! From the windows in contact to coefficients and their spread.
 
 use crate::{
-    contact::{Contact, quantile},
+    contact::{Contact, MEDIAN_OF_NORMAL, quantile},
     error::{FitError, NotExcited},
-    huber::{Minimiser, Regression},
+    huber::{HUBER_TUNING, Minimiser, Regression},
     result::SolverReport,
     settings::FitSettings,
     solver::{QpSolver, SolveOptions},
     spread::{self, Spread},
 };
 
-/// Huber's constant: 95 % efficiency on normal residuals.
-const HUBER: f64 = 1.345;
 /// Rounds in which the residual scale and the fit settle on one another.
 const SCALE_ROUNDS: usize = 3;
 /// Samples on which they do.
 const SCALE_SAMPLES: usize = 2000;
-/// Share of the encoders' resolution that averages are at best good to: no encoder divides its
+/// Systematic error of averages as a share of the encoders' resolution: no encoder divides its
 /// counts more finely, and errors that recur at the same angles do not average out.
-pub(crate) const RESOLVED: f64 = 0.02;
+pub(crate) const RESOLUTION_SHARE: f64 = 0.02;
 
 /// Positions of the coefficients in an [`Estimate`].
 pub(crate) const GAP: usize = 0;
@@ -143,7 +141,7 @@ impl EstimateJob<'_> {
             delta,
             rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
             outliers: residuals.iter().filter(|r| **r > delta).count(),
-            scale: quantile(residuals, 0.5) / 0.6745,
+            scale: quantile(residuals, 0.5) / MEDIAN_OF_NORMAL,
             solver: SolverReport {
                 name: self.solver.name().to_owned(),
                 status,
@@ -168,14 +166,14 @@ fn settle_delta<const P: usize>(
     let thinned = regression.thinned(SCALE_SAMPLES);
     let count = thinned.targets.len().max(1) as f64;
     let size = (thinned.targets.iter().map(|y| y * y).sum::<f64>() / count).sqrt();
-    let floor = (RESOLVED * resolution)
+    let floor = (RESOLUTION_SHARE * resolution)
         .max(1e-9 * size)
         .max(f64::MIN_POSITIVE.sqrt());
     let scale_around = |x: &[f64; P]| {
         let residuals = (0..thinned.targets.len())
             .map(|k| thinned.residual(k, x).abs())
             .collect();
-        HUBER * (quantile(residuals, 0.5) / 0.6745).max(floor)
+        HUBER_TUNING * (quantile(residuals, 0.5) / MEDIAN_OF_NORMAL).max(floor)
     };
     let mut delta = scale_around(&thinned.least_squares());
     for _ in 0..SCALE_ROUNDS {

@@ -3,7 +3,9 @@
 use crate::{
     contact::{self, Contact},
     error::{FitError, NotExcited},
-    estimate::{COMPLIANCE, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET, RESOLVED},
+    estimate::{
+        COMPLIANCE, DAMPING, Estimate, EstimateJob, GAP, INERTIA, OFFSET, RESOLUTION_SHARE,
+    },
     log::BacklashLog,
     result::BacklashFit,
     settings::FitSettings,
@@ -11,10 +13,10 @@ use crate::{
     window,
 };
 
-/// Share of the wind-up that the model is at best good to: the current between two samples of the
-/// log is not their mean. On the simulated axis, whose current loop runs five times per sample,
-/// this shifts the torque by 0.03 to 0.04 %.
-const MODELLED: f64 = 5e-4;
+/// Systematic error of the model as a share of the wind-up: the current between two samples of the
+/// log is not their mean. Measured on the simulated axis, whose current loop runs five times per
+/// sample: 0.03 to 0.04 %.
+const MODEL_ERROR_SHARE: f64 = 5e-4;
 /// Fits in a row where the motor's inertia is unknown: each takes the sides from the inertia that
 /// the one before found.
 const INERTIA_ROUNDS: usize = 4;
@@ -24,6 +26,27 @@ const LEAST_VARIATION: f64 = 0.01;
 
 /// Fits the gap of an axis with [`Clarabel`].
 ///
+/// ```
+/// use lostmotion_base::math;
+/// use lostmotion_drive::{AxisOutput, Setpoint};
+/// use lostmotion_identify::{BacklashLog, FitSettings, fit_backlash};
+/// use lostmotion_methods::{AxisConfig, build_runner};
+///
+/// // Three seconds of a simulated axis with a gap of 0.2 rad that swings to and fro.
+/// let axis = AxisConfig::paper().with_gap(0.2);
+/// let setpoints: Vec<Setpoint> = (0..3000)
+///     .map(|n| 9.0 * f64::from(n) * 1e-3)
+///     .map(math::sin_cos)
+///     .map(|(sin, cos)| Setpoint::moving(3.0 * sin, 27.0 * cos, -243.0 * sin))
+///     .collect();
+/// let mut recorded = AxisOutput::new(true);
+/// build_runner(&axis, "none", 0.0)?.push(&setpoints, &mut recorded)?;
+/// let log = BacklashLog::from_samples(250e-6, &recorded.trace.unwrap_or_default())?;
+/// let fit = fit_backlash(&log, &FitSettings::for_axis(&axis))?;
+/// assert!(fit.excited && (2.0 * fit.half_gap_rad / 0.2 - 1.0).abs() < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// Settings out of range, a log shorter than a window, a log that does not excite the gap, or a
 /// solver that fails. A gap that was fitted but cannot be told from zero is no error: see
@@ -32,7 +55,7 @@ pub fn fit_backlash(log: &BacklashLog, settings: &FitSettings) -> Result<Backlas
     fit_backlash_with(log, settings, &Clarabel)
 }
 
-/// As [`fit_backlash`], with a solver of one's own.
+/// As [`fit_backlash`], with another solver.
 ///
 /// # Errors
 /// As [`fit_backlash`].
@@ -148,7 +171,7 @@ impl Estimate {
             .map(|sample| sample.window.torque_nm * sample.window.torque_nm)
             .sum::<f64>();
         let wind_up = compliance * (torque_square / contact.samples.len() as f64).sqrt();
-        let allowance = RESOLVED * log.resolution_rad() + MODELLED * wind_up;
+        let allowance = RESOLUTION_SHARE * log.resolution_rad() + MODEL_ERROR_SHARE * wind_up;
         let half_width = self.gap_spread.half_width + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {

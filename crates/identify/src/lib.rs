@@ -18,7 +18,7 @@
 //! motor shaft.
 //!
 //! How one log becomes one number, in order:
-//! 1. [`BacklashLog`] holds the three columns and refuses what is not a log.
+//! 1. [`BacklashLog`] holds the three columns and refuses columns that are no log.
 //! 2. [`window`] averages position difference and contact torque with one and the same triangular
 //!    window, so that the acceleration needs no separate filter and no lag arises between the two
 //!    sides of the equation.

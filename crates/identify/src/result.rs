@@ -26,7 +26,7 @@ pub struct BacklashFit {
     pub compliance_rad_per_nm: f64,
     /// Standard error of the compliance, rad/(N m); zero where the stiffness was given.
     pub compliance_error_rad_per_nm: f64,
-    /// Stiffness of the shaft, N m/rad; none where the fit found no compliance.
+    /// Stiffness of the shaft, N m/rad; `None` where the fit found no compliance.
     pub stiffness_nm_per_rad: Option<f64>,
     /// Damping over stiffness of the shaft, less what the current was logged late against the
     /// positions, s; zero where it was not fitted.

@@ -79,6 +79,16 @@ impl FitSettings {
 
     /// Defaults with what is known of an axis: the motor's torque constant and its own friction,
     /// and the inertia on the motor's side of the gap, rotor and screw or pinion together.
+    ///
+    /// ```
+    /// use lostmotion_drive::AxisConfig;
+    /// use lostmotion_identify::FitSettings;
+    ///
+    /// let axis = AxisConfig::paper();
+    /// let settings = FitSettings::for_axis(&axis);
+    /// assert_eq!(settings.motor_inertia_kgm2, Some(axis.motor_side_inertia_kgm2()));
+    /// assert!(settings.check().is_ok());
+    /// ```
     pub fn for_axis(axis: &AxisConfig) -> Self {
         let motor = &axis.motor;
         Self {

@@ -21,9 +21,10 @@ pub const KIND: &str = "delta";
 
 /// Where the towers stand if nothing else is said, degrees: X front left, Y front right, Z at the
 /// back.
-const ANGLES_DEG: [f64; 3] = [210.0, 330.0, 90.0];
-/// Least part of the rod's length that has to stand upright.
-const UPRIGHT: f64 = 0.05;
+const DEFAULT_TOWER_ANGLES_DEG: [f64; 3] = [210.0, 330.0, 90.0];
+/// Least share of a rod's length that has to stand upright: a rod nearly flat no longer carries the
+/// platform's height (the joint's derivatives grow as 1 / share).
+const MIN_UPRIGHT_SHARE: f64 = 0.05;
 
 /// Three carriages on towers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,10 +57,13 @@ pub(crate) fn build(
             "the rods (`rod_mm`) have to be longer than `tower_radius_mm`, and both above 0",
         );
     }
-    let towers = spec.tower_angles_deg.unwrap_or(ANGLES_DEG).map(|degrees| {
-        let (sin, cos) = math::sin_cos(rad(degrees));
-        [radius * cos, radius * sin]
-    });
+    let towers = spec
+        .tower_angles_deg
+        .unwrap_or(DEFAULT_TOWER_ANGLES_DEG)
+        .map(|degrees| {
+            let (sin, cos) = math::sin_cos(rad(degrees));
+            [radius * cos, radius * sin]
+        });
     let [p, q, r] = towers;
     let area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     if area.abs() < 0.1 * radius * radius {
@@ -75,7 +79,7 @@ impl Delta {
         for (joint, [px, py]) in joints.iter_mut().zip(self.towers) {
             let (dx, dy) = (x - R::constant(px), y - R::constant(py));
             let square = R::constant(self.rod_mm * self.rod_mm) - dx * dx - dy * dy;
-            if square.value() < UPRIGHT * UPRIGHT * self.rod_mm * self.rod_mm {
+            if square.value() < MIN_UPRIGHT_SHARE * MIN_UPRIGHT_SHARE * self.rod_mm * self.rod_mm {
                 return None;
             }
             *joint = z + square.sqrt();

@@ -2,6 +2,20 @@
 //!
 //! One file per kind of machine, one line in [`registry`] for each. Serial machines are one
 //! description, [`chain`].
+//!
+//! ```
+//! use lostmotion_base::Coords;
+//! use lostmotion_kinematics::{KinematicsSpec, build};
+//!
+//! let belts = build(&KinematicsSpec {
+//!     kind: "corexy".into(),
+//!     ..KinematicsSpec::default()
+//! })?;
+//! // One motor stands still while the carriage goes along the diagonal.
+//! let joints = belts.inverse(&Coords::xyz(10.0, 10.0, 0.0), &[0.0; 3])?;
+//! assert_eq!(joints.linear(), [20.0, 0.0, 0.0]);
+//! # Ok::<(), lostmotion_kinematics::KinematicsError>(())
+//! ```
 
 use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Jet};
 
@@ -37,11 +51,11 @@ pub struct ToolPose {
     pub axis: [f64; 3],
 }
 
-/// From where to where each joint may go, mm or rad, by axis; none where nothing is known.
+/// From where to where each joint may go, mm or rad, by axis; `None` where nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reach(pub [Option<(f64, f64)>; AXES]);
 
-/// Words and joints of a machine that does not name the ones after the others.
+/// Words and joints of a machine whose joints do not have the names of its words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// The words that programs give.
@@ -103,6 +117,67 @@ impl KinematicsError {
 /// `tool` is the tool's offset (X, Y, Z in mm) that is in force; program coordinates are those of
 /// the tip, so that with all rotary axes at zero X, Y and Z of the joints are the program's plus
 /// the offset.
+///
+/// The trait is open: the planner takes any type that implements it.
+///
+/// ```
+/// use lostmotion_base::{Coords, Jet, Real};
+/// use lostmotion_kinematics::{Kinematics, KinematicsError, ToolPose};
+///
+/// /// A mill whose column leans along X by `lean` mm per mm of height.
+/// #[derive(Debug)]
+/// struct LeaningColumn {
+///     lean: f64,
+/// }
+///
+/// impl LeaningColumn {
+///     /// Written once for plain numbers and for jets, which carry the derivatives.
+///     fn joints<R: Real>(&self, program: &[R; 9], tool: &[f64; 3]) -> [R; 9] {
+///         let mut joints = *program;
+///         for (joint, offset) in joints.iter_mut().zip(tool) {
+///             *joint = *joint + R::constant(*offset);
+///         }
+///         joints[0] = joints[0] - R::constant(self.lean) * joints[2];
+///         joints
+///     }
+/// }
+///
+/// impl Kinematics for LeaningColumn {
+///     fn name(&self) -> &'static str {
+///         "leaning-column"
+///     }
+///     fn is_affine(&self) -> bool {
+///         false
+///     }
+///     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
+///         Ok(Coords(self.joints(&program.0, tool)))
+///     }
+///     fn inverse_jet(
+///         &self,
+///         program: &[Jet; 9],
+///         tool: &[f64; 3],
+///     ) -> Result<[Jet; 9], KinematicsError> {
+///         Ok(self.joints(program, tool))
+///     }
+///     fn forward(&self, joints: &Coords, tool: &[f64; 3]) -> Coords {
+///         let mut program = *joints;
+///         program.0[0] += self.lean * joints.0[2];
+///         program - Coords::xyz(tool[0], tool[1], tool[2])
+///     }
+///     fn tool_pose(&self, joints: &Coords, tool: &[f64; 3]) -> ToolPose {
+///         ToolPose {
+///             tip: self.forward(joints, tool).linear(),
+///             axis: [0.0, 0.0, 1.0],
+///         }
+///     }
+/// }
+///
+/// let machine = LeaningColumn { lean: 0.01 };
+/// let joints = machine.inverse(&Coords::xyz(10.0, 0.0, 100.0), &[0.0; 3])?;
+/// assert_eq!(joints.linear(), [9.0, 0.0, 100.0]);
+/// assert_eq!(machine.forward(&joints, &[0.0; 3]).linear(), [10.0, 0.0, 100.0]);
+/// # Ok::<(), KinematicsError>(())
+/// ```
 pub trait Kinematics: Send + Sync + std::fmt::Debug {
     /// Registered name.
     fn name(&self) -> &'static str;
@@ -137,7 +212,7 @@ pub trait Kinematics: Send + Sync + std::fmt::Debug {
     }
 
     /// Which words a program gives and which joints the machine has, where these are not the same
-    /// letters; none where they are.
+    /// letters; `None` where they are.
     fn layout(&self) -> Option<Layout> {
         None
     }

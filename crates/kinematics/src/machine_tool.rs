@@ -22,8 +22,9 @@ use lostmotion_base::{AXES, AxisId, Coords, Jet, Real};
 /// Registered name.
 pub const KIND: &str = "chain";
 
-/// Smallest volume that the three linear directions may span.
-const INDEPENDENT: f64 = 1e-3;
+/// Smallest volume of the box spanned by the unit directions of X, Y and Z; 1 where they are at right
+/// angles. Directions nearer to a plane are refused as a mistake in the description.
+const MIN_VOLUME: f64 = 1e-3;
 
 /// A serial machine tool.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +42,7 @@ pub struct MachineTool {
 struct Together {
     first: usize,
     last: usize,
-    /// From a way of the tip to ways of the carriers; none if they are the coordinate axes.
+    /// From a way of the tip to ways of the carriers; `None` if they are the coordinate axes.
     inverse: Option<[[f64; 3]; 3]>,
 }
 
@@ -128,7 +129,7 @@ impl MachineTool {
         }
         let directions = carriers.map(|index| chain.joints[index].direction());
         let volume = dot(directions[0], cross(directions[1], directions[2]));
-        if volume.abs() < INDEPENDENT {
+        if volume.abs() < MIN_VOLUME {
             return Err("the directions of the linear joints x, y and z lie in a plane".into());
         }
         let (first, last) = (

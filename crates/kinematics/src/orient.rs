@@ -63,7 +63,7 @@ pub enum OrientError {
 }
 
 impl Orientation {
-    /// For a chain with one or two rotary joints; none for others.
+    /// For a chain with one or two rotary joints; `None` for others.
     pub(crate) fn new(chain: &Chain, reach: &Reach, tolerance_rad: f64) -> Option<Orientation> {
         let joints: Vec<ChainJoint> = chain
             .joints
@@ -123,7 +123,7 @@ impl Orientation {
         })
     }
 
-    /// Every pair of angles (within a turn) that gives a direction; none for the first of a pair
+    /// Every pair of angles (within a turn) that gives a direction; `None` for the first of a pair
     /// where any does. Empty if the direction cannot be had.
     pub fn solutions(&self, direction: [f64; 3]) -> Vec<(Option<f64>, f64)> {
         let Some(direction) = unit(direction) else {
@@ -147,7 +147,7 @@ impl Orientation {
         }
     }
 
-    /// Angle between a direction and the nearer pole of the first joint, rad; none where there is
+    /// Angle between a direction and the nearer pole of the first joint, rad; `None` where there is
     /// no pole within reach.
     fn pole_distance(&self, direction: [f64; 3]) -> Option<f64> {
         let [first, _] = self.joints.as_slice() else {

@@ -8,18 +8,19 @@ use crate::rotation::Turning;
 use lostmotion_base::Real;
 use lostmotion_base::vec::{Vec3, constant, cross, dot, norm, scale, sub};
 
-/// How far a direction may lie out of reach and still be taken for rounding.
-const ROUNDING: f64 = 1e-9;
-/// Square of the sine to an axis below which a direction is that axis.
-const POLE: f64 = 1e-22;
+/// How far the cosine of a direction may lie beyond 1 and still be rounding.
+const REACH_TOLERANCE: f64 = 1e-9;
+/// Square of the sine of the angle to an axis below which a direction counts as the axis itself:
+/// 1e-11 rad. Origin unknown, kept.
+const POLE_SINE_SQUARED: f64 = 1e-22;
 
 /// Angles x that fulfil a cos x + b sin x = d: x = atan2(b, a) + / - atan2(sqrt((h - d)(h + d)), d)
 /// with h = |(a, b)|. `above` and `below` are h - d and h + d, given because they may be known more
 /// exactly than by subtraction. None if no angle does.
 pub(crate) fn cosine<R: Real>(a: R, b: R, d: R, above: R, below: R) -> Option<[R; 2]> {
     let size = (a.value() * a.value() + b.value() * b.value()).sqrt();
-    if above.value() < -ROUNDING * (1.0 + size)
-        || below.value() < -ROUNDING * (1.0 + size)
+    if above.value() < -REACH_TOLERANCE * (1.0 + size)
+        || below.value() < -REACH_TOLERANCE * (1.0 + size)
         || size == 0.0
     {
         return None;
@@ -34,7 +35,7 @@ pub(crate) fn cosine<R: Real>(a: R, b: R, d: R, above: R, below: R) -> Option<[R
     Some([middle + half, middle - half])
 }
 
-/// The angle about `u` that turns `from` to `to`, both seen along `u`; none if either lies on `u`.
+/// The angle about `u` that turns `from` to `to`, both seen along `u`; `None` if either lies on `u`.
 pub(crate) fn about<R: Real>(u: [f64; 3], from: Vec3<R>, to: Vec3<R>) -> Option<R> {
     let along = constant(u);
     // What lies along u is taken off first: near u it would drown the rest.
@@ -43,7 +44,7 @@ pub(crate) fn about<R: Real>(u: [f64; 3], from: Vec3<R>, to: Vec3<R>) -> Option<
     let (sin, cos) = (dot(along, cross(p, q)), dot(p, q));
     let size = dot(from, from).value() * dot(to, to).value();
     let seen = sin.value() * sin.value() + cos.value() * cos.value();
-    (seen > POLE * size * size).then(|| sin.atan2(cos))
+    (seen > POLE_SINE_SQUARED * size * size).then(|| sin.atan2(cos))
 }
 
 /// Angles (a, b) with R(u1, a) R(u2, b) t = d for unit vectors. The first angle of a pair is none
@@ -90,9 +91,9 @@ pub(crate) fn two<R: Real>(
     Some(angles.map(|angle| (about(u1.u, u2.by(constant(t), angle), d), angle)))
 }
 
-/// The angle with R(u, a) t = d; none if no angle does, `Some(None)` where any does.
+/// The angle with R(u, a) t = d; `None` if no angle does, `Some(None)` where any does.
 pub(crate) fn one(u: &Turning, t: [f64; 3], d: [f64; 3]) -> Option<Option<f64>> {
     let angle = about(u.u, t, d);
     let reached = u.by(t, angle.unwrap_or(0.0));
-    (norm(sub(reached, d)) < ROUNDING).then_some(angle)
+    (norm(sub(reached, d)) < REACH_TOLERANCE).then_some(angle)
 }

@@ -6,11 +6,30 @@ use lostmotion_base::{Coords, math};
 use std::f64::consts::TAU;
 
 /// An arc whose end is nearer than this to its start, along the circle, is a full turn, mm. Offsets
-/// and inches leave the two ends of a programmed circle some 1e-12 mm apart; nobody programs an arc
-/// of a nanometre.
+/// and inches leave the two ends of a programmed circle some 1e-12 mm apart; a programmed
+/// arc is longer than a nanometre.
 const SAME_POINT_MM: f64 = 1e-6;
 
 /// An arc as RS274 describes it.
+///
+/// ```
+/// use lostmotion_base::{Coords, Plane};
+/// use lostmotion_path::{Arc, ArcSpec, Curve};
+///
+/// // G2 X10 Y0 I5 with the tool at zero: half a circle, clockwise, 4 mm deep.
+/// let arc = Arc::new(ArcSpec {
+///     start: Coords::ZERO,
+///     end: Coords::xyz(10.0, 0.0, -4.0),
+///     plane: Plane::Xy,
+///     center: [5.0, 0.0],
+///     rotation: -1,
+/// })?;
+/// assert!((arc.sweep() + std::f64::consts::PI).abs() < 1e-12);
+/// let helix = Curve::from(arc);
+/// let middle = helix.point(0.5 * helix.length());
+/// assert!((middle.linear()[1] - 5.0).abs() < 1e-12 && (middle.linear()[2] + 2.0).abs() < 1e-12);
+/// # Ok::<(), lostmotion_path::PathError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcSpec {
     /// Where it begins, mm and rad.

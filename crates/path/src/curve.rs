@@ -113,6 +113,14 @@ impl Curve {
     }
 
     /// The same as [`Curve::eval`], one jet per axis.
+    ///
+    /// ```
+    /// use lostmotion_base::{Coords, Jet};
+    /// use lostmotion_path::Curve;
+    ///
+    /// let line = Curve::line(Coords::ZERO, Coords::xyz(0.0, 0.0, -8.0));
+    /// assert_eq!(line.jet(3.0)[2], Jet::new(-3.0, -1.0, 0.0, 0.0));
+    /// ```
     pub fn jet(&self, s: f64) -> [Jet; AXES] {
         self.eval(s).jets()
     }

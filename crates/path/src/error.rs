@@ -35,7 +35,7 @@ pub enum PathError {
     },
 }
 
-/// Refuses what is not finite.
+/// Refuses anything that is not finite.
 pub(crate) fn finite(what: &'static str, values: &[f64]) -> Result<(), PathError> {
     match values.iter().find(|value| !value.is_finite()) {
         Some(&value) => Err(PathError::NotFinite { what, value }),

@@ -3,9 +3,9 @@
 use crate::{Bounds, Curve};
 use lostmotion_base::{AXES, Coords};
 
-/// How far beyond the curve the box may reach, mm or rad.
-const SLACK: f64 = 1e-6;
-const MAX_DEPTH: u32 = 24;
+/// How far the box may reach beyond the curve, mm or rad: far below any travel limit's meaning.
+const BOX_TOLERANCE: f64 = 1e-6;
+const MAX_BOX_HALVINGS: u32 = 24;
 
 /// The box around a curve, never too small and at most a nanometre too large: a stretch of length h
 /// lies within M h^2 / 8 of its chord, M bounding the second derivative; stretches which could
@@ -17,7 +17,7 @@ pub(crate) fn search(curve: &Curve) -> Bounds {
         curve,
         (0.0, curve.length()),
         (curve.start(), curve.end()),
-        MAX_DEPTH,
+        MAX_BOX_HALVINGS,
         &mut bounds,
         &mut slack,
     );
@@ -43,7 +43,7 @@ fn grow(
         let bulge = second.0[axis] * h * h / 8.0;
         let (low, high) = (p0.0[axis].min(p1.0[axis]), p0.0[axis].max(p1.0[axis]));
         let beyond = (bounds.min.0[axis] - (low - bulge)).max(high + bulge - bounds.max.0[axis]);
-        halve |= beyond > SLACK;
+        halve |= beyond > BOX_TOLERANCE;
         reach.0[axis] = beyond.max(0.0);
     }
     if halve && depth > 0 {

@@ -35,9 +35,9 @@ pub(crate) trait Piece {
     fn rates(&self, t0: f64, t1: f64) -> Rates;
 }
 
-/// Pieces looked at before the best so far is returned; only a curve that runs at a constant
-/// distance around the point, and is no exact circle, comes near it.
-const MAX_PIECES: usize = 20_000;
+/// Most intervals examined before the best foot so far is returned; only a curve that runs at a
+/// constant distance around the point, and is no exact circle, comes near it.
+const MAX_INTERVALS: usize = 20_000;
 /// Halvings of the range, which also bounds the stack: one entry for each.
 const MAX_DEPTH: usize = 60;
 
@@ -58,7 +58,7 @@ pub(crate) fn search(
     best.offer(range.1);
     let mut stack = Vec::with_capacity(8);
     stack.push((range.0, range.1, 0_usize));
-    for _ in 0..MAX_PIECES {
+    for _ in 0..MAX_INTERVALS {
         let Some((a, b, depth)) = stack.pop() else {
             break;
         };
@@ -113,16 +113,19 @@ impl<P: Piece> Best<'_, P> {
         }
         let rates = self.piece.rates(a, b);
         let reach = rates.d1 * h;
+        // Too far: no point of the interval can beat the best so far.
         if distance - reach >= self.distance {
             return Verdict::Done;
         }
         let f1 = dot(q, local.d1);
         let f2 = dot(local.d1, local.d1) + dot(q, local.d2);
         let spread = h * (3.0 * rates.d1_d2 + (distance + reach) * rates.d3);
+        // No stationary point, or only a maximum, inside: the ends have been offered already.
         let keeps_sign = f1.abs() > h * (f2.abs() + spread);
         if keeps_sign || f2 + spread < 0.0 {
             return Verdict::Done;
         }
+        // Convex throughout: one minimum.
         if f2 - spread > 0.0 {
             let t = self.stationary(a, b);
             self.offer(t);

@@ -66,7 +66,7 @@ fn feed(item: &Move, length: f64) -> Result<f64, PlanError> {
     Ok(feed)
 }
 
-/// Refuses what is not a positive finite number.
+/// Refuses anything that is not a positive finite number.
 fn positive(block: BlockRef, what: &'static str, value: f64) -> Result<(), PlanError> {
     if value.is_finite() && value > 0.0 {
         Ok(())

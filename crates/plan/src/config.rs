@@ -34,7 +34,7 @@ pub struct PlannerConfig {
     pub quality: Quality,
     /// Rate of the samples.
     pub clock: Clock,
-    /// Limits of each joint, by axis index; none for a joint that the machine does not have.
+    /// Limits of each joint, by axis index; `None` for a joint that the machine does not have.
     pub limits: [Option<AxisLimits>; AXES],
     /// Tolerance of G64 without P, mm.
     pub default_tolerance_mm: f64,
@@ -53,6 +53,15 @@ pub struct PlannerConfig {
 
 impl PlannerConfig {
     /// Usual settings for a machine with these limits.
+    ///
+    /// ```
+    /// use lostmotion_plan::PlannerConfig;
+    ///
+    /// let mut config = PlannerConfig::new([None; 9]);
+    /// config.default_tolerance_mm = -0.01;
+    /// let refused = config.check().unwrap_err().to_string();
+    /// assert!(refused.contains("default_tolerance_mm") && refused.contains("-0.01"));
+    /// ```
     pub fn new(limits: [Option<AxisLimits>; AXES]) -> PlannerConfig {
         PlannerConfig {
             quality: Quality::Fast,

@@ -127,6 +127,7 @@ pub(crate) fn overlap_s(machine: &Machine, before: &Leg, after: &Leg, tolerance:
     let (a, b) = (&before.direction, &after.direction);
     let off = sideways(b, a).max(sideways(a, b));
     let reach = tolerance / off.max(f64::MIN_POSITIVE);
+    // Both motions have to stay within reach of the corner at the same time.
     let longest = (before.time_to(reach) + after.time_to(reach))
         .min(before.longest_s)
         .min(after.longest_s);
@@ -197,6 +198,7 @@ fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
     if before.at(overlap_s).s > before.room || after.at(overlap_s).s > after.room {
         return false;
     }
+    // Between two steps of either jerk the sum has constant jerk: its ends bound it.
     let mut times = Vec::new();
     before.profile.steps(overlap_s, &mut times);
     times.iter_mut().for_each(|t| *t = overlap_s - *t);

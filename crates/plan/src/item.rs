@@ -12,7 +12,7 @@ pub enum PathControl {
     ExactPath,
     /// G64: blend within a tolerance.
     Continuous {
-        /// P: largest distance from the programmed path, mm; none for G64 without P.
+        /// P: largest distance from the programmed path, mm; `None` for G64 without P.
         tolerance_mm: Option<f64>,
         /// Q: tolerance for merging short lines, mm; 0 turns merging off.
         merge_tolerance_mm: Option<f64>,
@@ -26,7 +26,7 @@ pub enum FeedLimit {
     Rapid,
     /// Path parameter per second: mm/s, or degrees/s where only rotary axes move (G94, G95).
     PerSecond(f64),
-    /// The whole move in so many seconds (G93).
+    /// The whole move in this number of seconds (G93).
     Duration(f64),
     /// As [`FeedLimit::PerSecond`], and no override changes it (M49, M50 P0, threads).
     Fixed(f64),

@@ -6,7 +6,7 @@
 //!    place of many short lines, or a stop, so that between two stops the path has a continuous
 //!    second derivative;
 //! 3. bounds of every joint's derivatives along the path say how fast it may go;
-//! 4. the look-ahead window plans a speed profile and gives out what later moves cannot change;
+//! 4. the look-ahead window plans a speed profile and outputs what later moves cannot change;
 //! 5. a moving average over time makes the profile jerk-limited, a time law makes it faster where
 //!    it can, and the sampler reads it at every tick.
 //!
@@ -17,6 +17,36 @@
 //! sets out before the one before has come to rest, so that the two motions add up for a while. The
 //! tool then stays within the tolerance of the path and passes the corner itself within twice as
 //! much; where the path turns back by more than 175 degrees it comes to rest.
+//!
+//! ```
+//! use lostmotion_base::{AxisLimits, BlockRef, Coords};
+//! use lostmotion_kinematics::Cartesian;
+//! use lostmotion_path::Curve;
+//! use lostmotion_plan::{FeedLimit, Move, PathControl, PlanItem, Planner, PlannerConfig};
+//! use std::sync::Arc;
+//!
+//! let limits = AxisLimits { min: -500.0, max: 500.0, velocity: 100.0, acceleration: 1e3, jerk: 3e4 };
+//! let mut config = PlannerConfig::new([None; 9]);
+//! config.limits[..3].fill(Some(limits));
+//! let mut planner = Planner::new(config, Arc::new(Cartesian), Coords::ZERO)?;
+//! let corners = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]].map(|[x, y]| Coords::xyz(x, y, 0.0));
+//! for ends in corners.windows(2) {
+//!     planner.push(PlanItem::Move(Move {
+//!         curve: Curve::line(ends[0], ends[1]),
+//!         feed: FeedLimit::PerSecond(50.0),
+//!         control: PathControl::ExactStop,
+//!         tool_mm: [0.0; 3],
+//!         block: BlockRef::default(),
+//!     }))?;
+//! }
+//! planner.finish()?;
+//! let mut samples = Vec::new();
+//! while planner.take(1000, &mut samples) > 0 {}
+//! let fastest = samples.iter().map(|sample| sample.path_speed).fold(0.0, f64::max);
+//! assert!((fastest - 50.0).abs() < 1e-3);
+//! assert_eq!(samples.last().map(|sample| sample.position), Some(corners[2]));
+//! # Ok::<(), lostmotion_plan::PlanError>(())
+//! ```
 
 mod admit;
 mod chord;

@@ -68,6 +68,7 @@ impl JointLimits {
                 break;
             }
         }
+        // The chord of a convex function from 0 lies above it: its zero is a safe bound from below.
         let chord = high * rest / (rest - excess(high).max(0.0));
         chord.max(at_cap).min(a)
     }

@@ -57,7 +57,7 @@ pub(crate) struct Stop {
     /// How long to stand still, s.
     pub(crate) dwell_s: f64,
     /// How far the tool may leave the path here, mm, to set out again before it has come to rest;
-    /// none if it has to come to rest.
+    /// `None` if it has to come to rest.
     pub(crate) tolerance: Option<f64>,
     /// How soft the motions before and after it should be for that.
     pub(crate) soft: Option<Soft>,

@@ -17,13 +17,13 @@ use lostmotion_kinematics::Kinematics;
 use lostmotion_path::Curve;
 use std::sync::Arc;
 
-/// Moves shorter than this do not move, mm or degrees: a nanometre, which no control resolves, but
-/// a path that bends in it would be slow.
+/// Moves shorter than this, mm or degrees, are dropped; their displacement is added to the next
+/// move. A nanometre: no control resolves it, but a path that bends within it would be slow.
 const NOTHING: f64 = 1e-6;
 /// What is left of them where the motion comes to rest is made up for down to this, mm or degrees.
 const ROUNDING: f64 = 1e-9;
 
-/// Plans a program as it comes and gives out samples as they become final.
+/// Plans a program as it comes and outputs samples as they become final.
 ///
 /// Push items, take samples in between, and finish: memory stays within the window of the
 /// configuration as long as the samples are taken. The samples do not depend on how pushing and
@@ -39,9 +39,9 @@ pub struct Planner {
     window: Window,
     sampler: Sampler,
     here: Position,
-    /// Where the path really is, less where the program is: moves that are nothing leave a gap.
+    /// Displacement of the dropped moves, which the next move has to make up for.
     gap: Coords,
-    /// The move that left it.
+    /// The last dropped move.
     gap_of: Option<Box<Programmed>>,
     segments: u64,
     forced_stops: u64,

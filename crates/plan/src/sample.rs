@@ -1,4 +1,4 @@
-//! What the planner gives out.
+//! What the planner outputs.
 
 use crate::Heeds;
 use lostmotion_base::{BlockRef, Coords, Tick};

@@ -13,7 +13,7 @@ use lostmotion_base::{Coords, math};
 const HALVINGS: usize = 60;
 /// Part of a joint's jerk that the sum is planned to use.
 const PART: f64 = 1.0 - 1e-6;
-/// An overlap has to save so many times what the soft ends cost.
+/// Least ratio of the time that an overlap saves to the time that its soft ends cost.
 const WORTH: f64 = 1.1;
 
 /// What a straight motion has: speed, acceleration and jerk of the path, of which joints in its
@@ -94,6 +94,7 @@ pub(crate) fn line(from: f64, length: f64, reach: Reach, ends: [Option<Soft>; 2]
             .bisect(HALVINGS, |v| way(v) <= length)
             .low;
     }
+    // The rest of the way at that speed.
     let [up, down] = ramps(v);
     let cruise = ((length - way(v)) / v).max(0.0);
     let phases =
@@ -152,7 +153,7 @@ fn lost_s(reach: Reach, soft: Option<Soft>) -> f64 {
 }
 
 /// How soft the ends of two motions along these directions have to be so that they may overlap at
-/// their corner as long as the tolerance allows, and what the overlap saves, s; none if they need
+/// their corner as long as the tolerance allows, and what the overlap saves, s; `None` if they need
 /// not be or that saves nothing. Speeds are those that the lines are long enough for.
 pub(crate) fn soften(
     machine: &Machine,

@@ -17,6 +17,28 @@ const POINTS: usize = 64;
 ///
 /// Exact for kinematics whose joints are program coordinates up to a constant; for others the
 /// joints are looked at in 65 points of every move.
+///
+/// ```
+/// use lostmotion_base::{AxisLimits, BlockRef, Coords};
+/// use lostmotion_kinematics::Cartesian;
+/// use lostmotion_path::Curve;
+/// use lostmotion_plan::{FeedLimit, Move, PathControl, PlannerConfig, TravelCheck};
+/// use std::sync::Arc;
+///
+/// let limits = AxisLimits { min: 0.0, max: 300.0, velocity: 100.0, acceleration: 1e3, jerk: 3e4 };
+/// let mut config = PlannerConfig::new([None; 9]);
+/// config.limits[..3].fill(Some(limits));
+/// let mut check = TravelCheck::new(&config, Arc::new(Cartesian));
+/// check.push(&Move {
+///     curve: Curve::line(Coords::ZERO, Coords::xyz(310.0, 0.0, 0.0)),
+///     feed: FeedLimit::Rapid,
+///     control: PathControl::ExactPath,
+///     tool_mm: [0.0; 3],
+///     block: BlockRef::default(),
+/// })?;
+/// assert_eq!(check.take_violations().len(), 1);
+/// # Ok::<(), lostmotion_plan::PlanError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct TravelCheck {
     limits: [Option<AxisLimits>; AXES],

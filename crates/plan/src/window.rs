@@ -132,7 +132,7 @@ impl Window {
         }
     }
 
-    /// Plans what is there and gives out what is final; nothing if the window may still grow. The
+    /// Plans what is there and outputs what is final; nothing if the window may still grow. The
     /// flag tells whether the profile had to come to rest for want of look-ahead.
     pub(crate) fn settle(
         &mut self,
@@ -230,7 +230,7 @@ impl Window {
         settled
     }
 
-    /// The motion over a final part of the profile; none if it does not keep every limit.
+    /// The motion over a final part of the profile; `None` if it does not keep every limit.
     fn timed(
         &self,
         machine: &Machine,

@@ -25,6 +25,8 @@
 mod normal;
 mod program;
 
+use lostmotion_base::vec::dot;
+
 use crate::{
     error::FitError,
     solver::{QpSolver, SolveOptions, SolverStatus},
@@ -33,16 +35,18 @@ use crate::{
 pub use normal::{Normal, solve_small};
 pub(crate) use program::Piece;
 
+/// Huber's delta in standard deviations: 95 % efficiency on normal residuals (Huber 1964).
+pub(crate) const HUBER_TUNING: f64 = 1.345;
 /// Samples solved in full before anything is summed up.
-const THINNED: usize = 2000;
+const THINNED_SAMPLES: usize = 2000;
 /// Distance from a corner of the loss, in deltas, within which a sample stays explicit at first.
-const BAND: f64 = 0.05;
+const EXPLICIT_BAND: f64 = 0.05;
 /// Scaled distance from zero, in deltas, beyond which a bound is left out of the program until a
 /// solve violates it: a bound a million deltas away is the one badly scaled row of an otherwise
 /// well scaled program, and keeps a solver from converging.
-const FAR: f64 = 10.0;
+const FAR_BOUND: f64 = 10.0;
 /// Most Newton steps at the end; one is the rule.
-const POLISH: usize = 20;
+const MAX_POLISH_STEPS: usize = 20;
 
 /// Linear regression `y = a x` with some coefficients bounded below by zero.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +80,7 @@ pub struct Minimiser<const P: usize> {
 impl<const P: usize> Regression<P> {
     /// `y_k - a_k x` of one sample.
     pub fn residual(&self, sample: usize, x: &[f64; P]) -> f64 {
-        self.targets[sample] - dot(&self.rows[sample], x)
+        self.targets[sample] - dot(self.rows[sample], *x)
     }
 
     /// The objective at `x`.
@@ -118,7 +122,8 @@ impl<const P: usize> Regression<P> {
             solves: 0,
             explicit: 0,
         };
-        let thinned = scaled.thinned(THINNED);
+        // A thinned set in full gives a point near enough to sum up the samples far from the corners.
+        let thinned = scaled.thinned(THINNED_SAMPLES);
         state.solve(
             &thinned,
             &vec![Piece::Explicit; thinned.targets.len()],
@@ -128,6 +133,7 @@ impl<const P: usize> Regression<P> {
         if thinned.targets.len() < scaled.targets.len() {
             scaled.reduce(&mut state, solver, options)?;
         }
+        // Remove the solver's own tolerance.
         scaled.polish(&mut state.z);
         let optimality = scaled.optimality(&state.z);
         let x = std::array::from_fn(|j| state.z[j] * units[j]);
@@ -193,11 +199,12 @@ impl<const P: usize> Regression<P> {
     ) -> Result<(), FitError> {
         let centre = state.z;
         let mut pieces: Vec<Piece> = (0..self.targets.len())
-            .map(|k| Piece::assume(self.residual(k, &centre), BAND))
+            .map(|k| Piece::assume(self.residual(k, &centre), EXPLICIT_BAND))
             .collect();
         loop {
             state.z = centre;
             state.solve(self, &pieces, solver, options)?;
+            // A sample that crossed its assumed corner becomes explicit, and the program is solved again.
             let mut violated = 0;
             for (k, piece) in pieces.iter_mut().enumerate() {
                 if !piece.holds(self.residual(k, &state.z)) {
@@ -214,7 +221,7 @@ impl<const P: usize> Regression<P> {
     /// Newton steps on the pieces of the loss, kept only while they lower it.
     fn polish(&self, z: &mut [f64; P]) {
         let mut best = self.objective(z, 1.0);
-        for _ in 0..POLISH {
+        for _ in 0..MAX_POLISH_STEPS {
             let normal = Normal::at(self, z);
             let free = std::array::from_fn(|j| {
                 !(self.nonnegative[j] && z[j] <= 1e-6 && normal.gradient[j] <= 0.0)
@@ -280,7 +287,7 @@ impl<const P: usize> Descent<P> {
         solver: &dyn QpSolver,
         options: &SolveOptions,
     ) -> Result<(), FitError> {
-        let mut bounded = std::array::from_fn(|j| data.nonnegative[j] && self.z[j] <= FAR);
+        let mut bounded = std::array::from_fn(|j| data.nonnegative[j] && self.z[j] <= FAR_BOUND);
         loop {
             let (program, unit) = program::build(data, pieces, &self.z, &bounded);
             let solution = solver.solve(&program, options)?;
@@ -316,8 +323,4 @@ impl<const P: usize> Descent<P> {
             bounded = std::array::from_fn(|j| bounded[j] || missed[j]);
         }
     }
-}
-
-pub(crate) fn dot<const P: usize>(a: &[f64; P], b: &[f64; P]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

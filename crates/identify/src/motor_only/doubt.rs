@@ -16,15 +16,15 @@ use faer::{Mat, Side, linalg::solvers::Llt};
 use crate::result::FittedLoad;
 
 /// How well inertia and friction of the load are known from where it slides, as a part of them.
-const UNSURE: f64 = 1e-2;
+const LOAD_UNCERTAINTY: f64 = 1e-2;
 /// Part of the walk that is weighed. In full it would make the windows' differences count most, in
 /// which the noise of the torque exceeds its changes: the compliance comes out too small then, to a
 /// fifth, and the gap too large.
-const WALK: f64 = 0.1;
+const WALK_SHARE: f64 = 0.1;
 /// How late a sampled current may be, in sampling periods, and the longest time in which a shaft's
 /// damping acts, s.
-const LATE: f64 = 0.5;
-const DAMPED_S: f64 = 2e-3;
+const MAX_LATENESS: f64 = 0.5;
+const MAX_DAMPING_TIME_S: f64 = 2e-3;
 
 /// What a round of the fit has found, for the next one.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +54,7 @@ impl Beforehand {
             return Drift(0.0);
         }
         let speed = self.torque_noise_nm * self.period_s.sqrt() / self.load.inertia_kgm2;
-        let walk = WALK * speed * self.spacing_s * self.spacing_s.sqrt() / found.deviation;
+        let walk = WALK_SHARE * speed * self.spacing_s * self.spacing_s.sqrt() / found.deviation;
         Drift(walk * walk)
     }
 
@@ -69,8 +69,8 @@ impl Beforehand {
         if inertia_kgm2 <= 0.0 {
             return Vec::new();
         }
-        let (p, late) = (1.0 / inertia_kgm2, LATE * self.period_s);
-        let friction = UNSURE * (coulomb_nm + UNSURE * self.largest_nm);
+        let (p, late) = (1.0 / inertia_kgm2, MAX_LATENESS * self.period_s);
+        let friction = LOAD_UNCERTAINTY * (coulomb_nm + LOAD_UNCERTAINTY * self.largest_nm);
         let compliance = found.compliance.max(1e-9);
         let of = |column, value, doubt| Prior {
             column,
@@ -78,11 +78,11 @@ impl Beforehand {
             doubt,
         };
         vec![
-            of(2, 0.0, compliance * DAMPED_S),
-            of(3, p, UNSURE * p),
+            of(2, 0.0, compliance * MAX_DAMPING_TIME_S),
+            of(3, p, LOAD_UNCERTAINTY * p),
             of(4, 0.0, p * friction),
             of(5, 0.0, p * late),
-            of(6, 0.0, DAMPED_S),
+            of(6, 0.0, MAX_DAMPING_TIME_S),
             of(7, 0.0, compliance * late),
             of(
                 8,
@@ -99,7 +99,7 @@ pub(super) struct Drift(pub(super) f64);
 
 impl Drift {
     /// The lower triangle that whitens windows in which the load has been under way for so long;
-    /// none if there is nothing to whiten.
+    /// `None` if there is nothing to whiten.
     pub(super) fn whitener(self, under_way: &[f64]) -> Option<Mat<f64>> {
         if self.0 <= 0.0 {
             return None;

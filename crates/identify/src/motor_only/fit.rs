@@ -1,7 +1,7 @@
 //! From a log to the gap.
 
 use crate::{
-    contact::{noise, quantile},
+    contact::{MEDIAN_OF_NORMAL, noise, quantile},
     error::{FitError, NotExcited},
     estimate::RESOLVED,
     log::MotorLog,
@@ -20,21 +20,20 @@ use super::segments::{Cutter, Segment};
 use super::sides::Sides;
 use crate::result::FittedLoad;
 
-/// Huber's constant.
-const HUBER: f64 = 1.345;
 /// Rounds in which delta and the crossings' choice settle.
-const ROUNDS: usize = 3;
+const ROUNDS_OF_CHOICE: usize = 3;
 /// Standard errors that the compliance has to exceed to be told from the gap; and share of the gap
 /// that is allowed for where it does not, as in a log that repeats one stroke: what all crossings
 /// have in common scatter cannot show.
-const SURE: f64 = 3.0;
-const BLURRED: f64 = 1e-2;
-/// A crossing whose median residual exceeds so many times that of all was labelled wrongly.
-const ODD: f64 = 4.0;
+const SURE_COMPLIANCE: f64 = 3.0;
+const BLURRED_GAP_SHARE: f64 = 1e-2;
+/// A crossing whose median residual exceeds that of all crossings by more than this factor was
+/// labelled wrongly.
+const ODD_CROSSING: f64 = 4.0;
 /// Share of the wind-up that the model is at best good to: on logs whose gap is known it came out a
 /// hundredth to a fiftieth too compliant, because masses that slide together are taken for rigid,
 /// and what is alike on both flanks of that falls out.
-const MODELLED: f64 = 3e-3;
+const MODEL_ERROR_SHARE: f64 = 3e-3;
 
 /// Fits the gap of an axis from the motor's signals alone, with [`Clarabel`].
 ///
@@ -48,7 +47,7 @@ pub fn fit_motor_only(log: &MotorLog, settings: &FitSettings) -> Result<Backlash
     fit_motor_only_with(log, settings, &Clarabel)
 }
 
-/// As [`fit_motor_only`], with a solver of one's own.
+/// As [`fit_motor_only`], with another solver.
 ///
 /// # Errors
 /// As [`fit_motor_only`].
@@ -126,7 +125,7 @@ pub fn fit_motor_only_with(
 
 /// The solver's tolerance here, in parts of the setting: priors in units of a window's deviation
 /// make rows of unlike sizes.
-const SHARPER: f64 = 0.1;
+const TOLERANCE_FACTOR: f64 = 0.1;
 
 struct MotorOnlyJob<'a> {
     log: &'a MotorLog,
@@ -142,11 +141,11 @@ struct MotorOnlyJob<'a> {
 impl MotorOnlyJob<'_> {
     fn fit(&self, mut segments: Vec<Segment>) -> Result<BacklashFit, FitError> {
         let options = SolveOptions {
-            tolerance: SHARPER * self.settings.solver_tolerance,
+            tolerance: TOLERANCE_FACTOR * self.settings.solver_tolerance,
             iterations: self.settings.solver_iterations,
         };
-        let floor = (RESOLVED * self.log.resolution_rad()).max(1e-12);
-        let robust = |residuals: Vec<f64>| (quantile(residuals, 0.5) / 0.6745).max(floor);
+        let floor = (RESOLUTION_SHARE * self.log.resolution_rad()).max(1e-12);
+        let robust = |residuals: Vec<f64>| (quantile(residuals, 0.5) / MEDIAN_OF_NORMAL).max(floor);
         let mut found = Found {
             deviation: self.log.resolution_rad().max(floor),
             compliance: 1.0,
@@ -173,7 +172,7 @@ impl MotorOnlyJob<'_> {
             let delta = self
                 .settings
                 .huber_delta_rad
-                .unwrap_or(HUBER * found.deviation);
+                .unwrap_or(HUBER_TUNING * found.deviation);
             let solved = data.solve(delta, self.solver, &options)?;
             let residuals: Vec<f64> = solved
                 .residuals
@@ -186,10 +185,10 @@ impl MotorOnlyJob<'_> {
                 deviation: robust(residuals),
                 compliance: solved.x[1],
             };
-            if round == ROUNDS {
+            if round == ROUNDS_OF_CHOICE {
                 return self.report(&data, &priors, &segments, &solved, delta, found.deviation);
             }
-            segments = keep(segments, &data, &solved, ODD * usual);
+            segments = keep(segments, &data, &solved, ODD_CROSSING * usual);
             if segments.len() < self.settings.min_traversals.max(2) {
                 break;
             }
@@ -229,9 +228,14 @@ impl MotorOnlyJob<'_> {
         let count = equations().count().max(1) as f64;
         let wind_up =
             compliance * (equations().map(|e| e.torque * e.torque).sum::<f64>() / count).sqrt();
-        let told_apart = compliance > SURE * compliance_spread.standard_error;
-        let blurred = if told_apart { 0.0 } else { BLURRED * half_gap };
-        let allowance = RESOLVED * self.log.resolution_rad() + MODELLED * wind_up + blurred;
+        let told_apart = compliance > SURE_COMPLIANCE * compliance_spread.standard_error;
+        let blurred = if told_apart {
+            0.0
+        } else {
+            BLURRED_GAP_SHARE * half_gap
+        };
+        let allowance =
+            RESOLUTION_SHARE * self.log.resolution_rad() + MODEL_ERROR_SHARE * wind_up + blurred;
         let half_width = math::hypot(gap.half_width, 2.0 * presumed) + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {

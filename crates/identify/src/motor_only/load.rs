@@ -3,19 +3,19 @@
 use super::sides::Sides;
 use crate::{
     error::FitError,
-    huber::Regression,
+    huber::{HUBER_TUNING, Regression},
     result::FittedLoad,
     settings::FitSettings,
     solver::{QpSolver, SolveOptions},
     window::WindowSample,
 };
 
-/// Windows that are needed at least.
-const ENOUGH: usize = 20;
+/// Least windows of sliding contact from which the load's inertia and friction are estimated.
+const MIN_SLIDING_WINDOWS: usize = 20;
 /// Share of the largest speed below which the direction of sliding is not sure.
 const SLOW_SHARE: f64 = 0.02;
-/// Windows that the regression takes at most.
-const MOST: usize = 4000;
+/// Most windows that the regression takes; of more, every n-th. Origin unknown, kept.
+const MAX_SLIDING_WINDOWS: usize = 4000;
 
 /// `T = J alpha + b w + T_f sign(w) + T_0` over the windows that slide in settled contact.
 pub(super) fn find_load(
@@ -42,10 +42,10 @@ pub(super) fn find_load(
             chosen.push(n);
         }
     }
-    if chosen.len() < ENOUGH {
+    if chosen.len() < MIN_SLIDING_WINDOWS {
         return Ok(None);
     }
-    let step = chosen.len().div_ceil(MOST);
+    let step = chosen.len().div_ceil(MAX_SLIDING_WINDOWS);
     let taken = || chosen.iter().step_by(step).map(|&n| &windows[n]);
     let both = taken().any(|w| w.rate_rad_s > 0.0) && taken().any(|w| w.rate_rad_s < 0.0);
     if !both {
@@ -69,12 +69,12 @@ pub(super) fn find_load(
     let residuals = (0..regression.targets.len())
         .map(|k| regression.residual(k, &start).abs())
         .collect();
-    let scale = crate::contact::quantile(residuals, 0.5) / 0.6745;
+    let scale = crate::contact::quantile(residuals, 0.5) / crate::contact::MEDIAN_OF_NORMAL;
     let options = SolveOptions {
         tolerance: settings.solver_tolerance,
         iterations: settings.solver_iterations,
     };
-    let delta = (1.345 * scale).max(1e-9 * sides.largest_nm());
+    let delta = (HUBER_TUNING * scale).max(1e-9 * sides.largest_nm());
     let [inertia_kgm2, viscous_nm_s_per_rad, coulomb_nm, constant_nm] =
         regression.minimise(delta, solver, &options)?.x;
     Ok(Some(FittedLoad {

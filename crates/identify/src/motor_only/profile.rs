@@ -1,6 +1,8 @@
 //! What the equations say of a coefficient once the crossings' own constants and the priors are
 //! accounted for.
 
+use lostmotion_base::vec::dot;
+
 use crate::huber::{Normal, Piece, Regression};
 
 use super::doubt::Prior;
@@ -57,7 +59,7 @@ impl<const P: usize> Projected<P> {
         let targets = rows
             .iter()
             .enumerate()
-            .map(|(k, row)| shown(k) + crate::huber::dot(row, &solved.x))
+            .map(|(k, row)| shown(k) + dot(*row, solved.x))
             .collect();
         Regression {
             rows,
@@ -92,7 +94,7 @@ fn profile<const P: usize>(rows: &mut [[f64; P]], local: &[[f64; LOCAL]], inner:
         if let Some(shares) = crate::huber::solve_small(&normal, &right) {
             rows.iter_mut()
                 .zip(local)
-                .for_each(|(row, l)| row[j] -= crate::huber::dot(&shares, l));
+                .for_each(|(row, l)| row[j] -= dot(shares, *l));
         }
     }
 }

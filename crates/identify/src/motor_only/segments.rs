@@ -22,17 +22,17 @@ use crate::result::FittedLoad;
 use crate::window::WindowSample;
 
 /// Part of the friction up to which a load certainly rests.
-const RESTING: f64 = 0.85;
+const RESTING_SHARE: f64 = 0.85;
 /// Windows of each side that a crossing takes at most.
-const MOST: usize = 24;
+const MAX_WINDOWS_PER_SIDE: usize = 24;
 /// Windows after the break-away of a resting load.
-const AFTER: usize = 10;
+const WINDOWS_AFTER_BREAKAWAY: usize = 10;
 /// Windows between the motor's turning and the load's certain rest.
-const TURNED: usize = 5;
+const WINDOWS_AFTER_REVERSAL: usize = 5;
 /// Windows of each side that make a crossing worth while.
-const LEAST: usize = 2;
+const MIN_WINDOWS_PER_SIDE: usize = 2;
 /// Least speed of a load that slides through, over that at the start.
-const LEAST_SPEED: f64 = 0.1;
+const MIN_SPEED_SHARE: f64 = 0.1;
 /// Longest crossing of a load that slides, and of one that rests, in windows.
 const LONGEST_SLIDING: usize = 300;
 const LONGEST_RESTING: usize = 1000;
@@ -130,7 +130,7 @@ impl Cutter<'_> {
     }
 
     fn rests(&self, n: usize) -> bool {
-        self.drive(n).abs() < RESTING * self.load.coulomb_nm
+        self.drive(n).abs() < RESTING_SHARE * self.load.coulomb_nm
     }
 
     fn resting(&self, from: Stretch, to: Stretch) -> Option<Segment> {
@@ -147,7 +147,8 @@ impl Cutter<'_> {
         let turn = (last + 1)
             .checked_sub(backed + 1)
             .filter(|&n| n >= from.1 && self.rate(n) * old >= 0.0)?;
-        let first = (turn + 1 + TURNED).max(last.saturating_sub(MOST));
+        let first =
+            (turn + 1 + WINDOWS_AFTER_REVERSAL).max(last.saturating_sub(MAX_WINDOWS_PER_SIDE));
         if (last..to.1).any(|n| !self.rests(n)) || to.1 - last > LONGEST_RESTING {
             return None;
         }
@@ -157,23 +158,25 @@ impl Cutter<'_> {
         let held = (to.1..=to.2)
             .take_while(|&n| self.rests(n))
             .count()
-            .min(MOST);
-        let end = (to.1 + held + AFTER).min(to.2);
+            .min(MAX_WINDOWS_PER_SIDE);
+        let end = (to.1 + held + WINDOWS_AFTER_BREAKAWAY).min(to.2);
         let away = BrokenAway::new(self, to.1 + held, end, new);
         chosen.extend((to.1..end).filter(firm).map(|n| away.chosen(n, self.half)));
         let after = chosen.len() - before;
-        (before >= LEAST && after >= LEAST).then(|| self.segment(&chosen, false))
+        (before >= MIN_WINDOWS_PER_SIDE && after >= MIN_WINDOWS_PER_SIDE)
+            .then(|| self.segment(&chosen, false))
     }
 
     fn sliding(&self, from: Stretch, to: Stretch) -> Option<Segment> {
         let way = self.rate(from.2);
-        let goes_on = |n: &usize| self.rate(*n) * way > 0.0 && self.rate(*n) / way > LEAST_SPEED;
-        let first = (from.1.max(from.2.saturating_sub(MOST))..=from.2)
+        let goes_on =
+            |n: &usize| self.rate(*n) * way > 0.0 && self.rate(*n) / way > MIN_SPEED_SHARE;
+        let first = (from.1.max(from.2.saturating_sub(MAX_WINDOWS_PER_SIDE))..=from.2)
             .rev()
             .take_while(goes_on)
             .last()?;
         let landed = to.1 + self.settle;
-        let end = to.2.min(landed + MOST);
+        let end = to.2.min(landed + MAX_WINDOWS_PER_SIDE);
         if end <= landed || landed - from.2 > LONGEST_SLIDING {
             return None;
         }
@@ -183,7 +186,7 @@ impl Cutter<'_> {
         let (mut chosen, mut counts) = (Vec::new(), [0, 0]);
         for n in first..=end {
             let window = &self.windows[n];
-            if speed / way < LEAST_SPEED {
+            if speed / way < MIN_SPEED_SHARE {
                 break;
             }
             // the motor's own friction is constant as long as it goes one way: its part is a
@@ -213,7 +216,10 @@ impl Cutter<'_> {
                 / self.load.inertia_kgm2;
         }
         // a straight line, a parabola and a step need more windows than a step
-        (counts.iter().all(|count| *count >= 2 * LEAST)).then(|| self.segment(&chosen, true))
+        (counts
+            .iter()
+            .all(|count| *count >= 2 * MIN_WINDOWS_PER_SIDE))
+        .then(|| self.segment(&chosen, true))
     }
 
     /// What the motor gives beyond its own friction, N m.

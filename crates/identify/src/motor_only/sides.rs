@@ -1,17 +1,11 @@
 //! Which flank the contact torque presses on, window by window.
 
 use crate::{
-    contact::{noise, quantile},
+    contact::{NOISE_FACTOR, THRESHOLD_SHARE, noise, quantile},
     error::NotExcited,
     settings::FitSettings,
     window::WindowSample,
 };
-
-/// Share of the log's largest torque from which on the side counts as known, unless torque noise
-/// asks for more.
-const THRESHOLD_SHARE: f64 = 0.02;
-/// Standard deviations of the torque's noise that it has to exceed.
-const NOISE_FACTOR: f64 = 6.0;
 
 /// A side, and the first and the last window of a stretch of it.
 pub(super) type Stretch = (i8, usize, usize);

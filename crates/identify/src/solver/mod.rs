@@ -1,4 +1,4 @@
-//! Quadratic programs and who solves them.
+//! Quadratic programs, and the solvers for them.
 //!
 //! The fits see this trait only, so that another solver is one file and no type of a solver's
 //! library leaks out.
@@ -23,7 +23,7 @@ pub struct SparseColumns {
 }
 
 impl SparseColumns {
-    /// An empty matrix of so many rows, to be filled by [`SparseColumns::push_column`].
+    /// An empty matrix with this number of rows, to be filled by [`SparseColumns::push_column`].
     pub fn new(rows: usize) -> Self {
         Self {
             rows,

@@ -69,7 +69,7 @@ impl Family {
     }
 }
 
-/// Where the last three of six axes meet with all joints at zero, mm; none if they do not meet
+/// Where the last three of six axes meet with all joints at zero, mm; `None` if they do not meet
 /// within a micrometre.
 pub(crate) fn wrist_center(chain: &Chain) -> Option<[f64; 3]> {
     let [.., fourth, fifth, sixth] = chain.joints.as_slice() else {

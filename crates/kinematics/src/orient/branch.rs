@@ -4,11 +4,11 @@ use super::{Angles, OrientError, Orientation};
 use std::f64::consts::TAU;
 
 /// Positions beyond the travel by less are rounding, rad.
-const SLACK: f64 = 1e-9;
-/// States nearer than this are one, rad.
-const SAME: f64 = 1e-9;
-/// Most states kept a direction.
-const MOST: usize = 24;
+const TRAVEL_TOLERANCE_RAD: f64 = 1e-9;
+/// Solutions nearer to each other than this are one, rad.
+const SAME_STATE_RAD: f64 = 1e-9;
+/// Most states kept per direction, those that turn least. Origin unknown, kept.
+const MAX_STATES: usize = 24;
 
 /// Where the joints may be at one direction, and how they got there.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ struct State {
     turned: f64,
     /// State of the direction before.
     from: usize,
-    /// Which of the solutions; none where the first joint is free.
+    /// Which of the solutions; `None` where the first joint is free.
     branch: Option<usize>,
 }
 
@@ -77,12 +77,14 @@ impl Orientation {
             branch,
         }]];
         let mut here = start;
+        // Forward: the least turning to each state of each stage.
         for next in wanted {
             let before = stages.last().map(Vec::as_slice).unwrap_or_default();
             let states = self.stage(before, here, next)?;
             stages.push(states);
             here = here.map(|_| next.direction);
         }
+        // Backward: from the best last state along the states that led there.
         let least = |states: &[State]| {
             (0..states.len()).min_by(|a, b| states[*a].turned.total_cmp(&states[*b].turned))
         };
@@ -153,6 +155,7 @@ impl Orientation {
             for (branch, solution) in solutions.iter().enumerate() {
                 let positions = self.positions(state.angles, wanted, solution);
                 let branch = (solution.0.is_some() && !wanted.free).then_some(branch);
+                // Along a path the solution may only change where the tool stays near the great circle.
                 let changes = branch.zip(state.branch).is_some_and(|(a, b)| a != b);
                 for angles in positions {
                     if changes
@@ -181,7 +184,7 @@ impl Orientation {
             return Err(OrientError::Travel { direction });
         }
         states.sort_by(|a, b| a.turned.total_cmp(&b.turned));
-        states.truncate(MOST);
+        states.truncate(MAX_STATES);
         Ok(states)
     }
 
@@ -191,7 +194,9 @@ impl Orientation {
         let nearest = angle + TAU * ((to - angle) / TAU).round();
         let travel = self.travel.get(joint).copied().flatten();
         let inside = |angle: f64| {
-            travel.is_none_or(|(min, max)| angle >= min - SLACK && angle <= max + SLACK)
+            travel.is_none_or(|(min, max)| {
+                angle >= min - TRAVEL_TOLERANCE_RAD && angle <= max + TRAVEL_TOLERANCE_RAD
+            })
         };
         [nearest, nearest + TAU, nearest - TAU]
             .into_iter()
@@ -203,7 +208,8 @@ impl Orientation {
 /// Adds a state, or takes it in place of a longer way to the same.
 fn keep(states: &mut Vec<State>, new: State) {
     let same = |old: &&mut State| {
-        old.branch == new.branch && (0..2).all(|i| (old.angles[i] - new.angles[i]).abs() < SAME)
+        old.branch == new.branch
+            && (0..2).all(|i| (old.angles[i] - new.angles[i]).abs() < SAME_STATE_RAD)
     };
     match states.iter_mut().find(same) {
         Some(old) if new.turned < old.turned => *old = new,

@@ -6,12 +6,13 @@ use lostmotion_base::math;
 use lostmotion_base::units::deg;
 use lostmotion_base::vec::{add, cross, dot, scale, unit};
 
-/// Directions along a great circle at which solutions are chosen, rad apart.
-const STEP: f64 = 0.05;
-/// Places of a step at which its direction is looked at.
-const CHECKS: u32 = 16;
+/// Largest turn of the tool between two directions at which solutions are chosen, rad. Tuned on
+/// random paths of every family; origin of the value unknown, kept.
+const CHOICE_STEP_RAD: f64 = 0.05;
+/// Places within a step at which the tool's direction is compared with the great circle.
+const CHECKS_PER_STEP: u32 = 16;
 /// How often a step is halved, at most.
-const HALVINGS: u32 = 14;
+const MAX_STEP_HALVINGS: u32 = 14;
 
 /// One of the steps of a turn: rotary joints go linearly from one to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +52,10 @@ impl Orientation {
                     direction: *direction,
                 });
             };
-            let steps = (angle_between(here, there) / STEP).ceil().max(1.0);
+            // Cut every great circle into directions close enough for solutions to be compared.
+            let steps = (angle_between(here, there) / CHOICE_STEP_RAD)
+                .ceil()
+                .max(1.0);
             for step in 1..=(steps as u32) {
                 let part = f64::from(step) / steps;
                 wanted.push(self.wanted(between(here, there, part)));
@@ -59,6 +63,7 @@ impl Orientation {
             }
             here = there;
         }
+        // Choose the solutions over the whole list, then halve where linear joints leave the circle.
         let angles = self.through(from, Some(self.direction(from)), &wanted)?;
         let mut steps = Vec::new();
         let mut before = (self.direction(from), from, 0.0);
@@ -70,7 +75,7 @@ impl Orientation {
                 wanted.direction,
                 angles,
                 (turn, start, part),
-                HALVINGS,
+                MAX_STEP_HALVINGS,
                 &mut steps,
             )?;
             before = (wanted.direction, angles, part);
@@ -146,6 +151,7 @@ impl Orientation {
                 .map(|i| (a[i] - from[i]).abs() + (a[i] - to[i]).abs())
                 .sum::<f64>()
         };
+        // Both ends on the same solution: the middle has to be on it, too.
         let branch = match (self.branch_at(from, here), self.branch_at(to, there)) {
             (Some(a), Some(b)) if a != b => None,
             (a, b) => a.or(b),
@@ -166,8 +172,8 @@ impl Orientation {
     /// How far the tool leaves the great circle between two directions while the joints go
     /// linearly, rad.
     pub(crate) fn leaves(&self, here: [f64; 3], from: Angles, there: [f64; 3], to: Angles) -> f64 {
-        let places = (0..=CHECKS).map(|check| {
-            let part = f64::from(check) / f64::from(CHECKS);
+        let places = (0..=CHECKS_PER_STEP).map(|check| {
+            let part = f64::from(check) / f64::from(CHECKS_PER_STEP);
             from_arc(
                 here,
                 there,

@@ -23,9 +23,9 @@ use lostmotion_base::{AXES, Coords, Jet, Real};
 
 /// Registered name.
 const KIND: &str = "chain";
-/// Largest cosine between axes that should be across each other, and distance from 1 of those that
-/// should be parallel.
-const SQUARE: f64 = 1e-9;
+/// Largest cosine between axes that have to be at right angles, and largest distance from 1 of the
+/// cosine of those that have to be parallel: rounding of the description's numbers.
+const AXIS_ERROR: f64 = 1e-9;
 
 /// An arm on one of its eight branches.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,9 +47,11 @@ impl Arm {
         let [first, second, third, ..] = chain.joints.as_slice() else {
             return None;
         };
+        // Pieper's condition: six rotary joints, the last three through one point; here the first two at
+        // right angles and the second parallel to the third.
         let six = chain.joints.len() == 6 && chain.joints.iter().all(|joint| joint.rotary);
         let (u1, u2, u3) = (first.direction(), second.direction(), third.direction());
-        let square = dot(u1, u2).abs() < SQUARE && (dot(u2, u3).abs() - 1.0).abs() < SQUARE;
+        let square = dot(u1, u2).abs() < AXIS_ERROR && (dot(u2, u3).abs() - 1.0).abs() < AXIS_ERROR;
         let center = wrist_center(chain)?;
         if !(six && square) {
             return None;
@@ -62,6 +64,7 @@ impl Arm {
         };
         let pose = Pose::of_joints(chain, &home.0, &[0.0; 3]);
         let mut nearest: Option<(f64, Branch)> = None;
+        // Of the eight solutions of the pose at home, the one that stands at home gives the branch.
         for index in 0..8 {
             let branch = Branch(index & 1, index >> 1 & 1, index >> 2);
             let Ok(joints) = arm.solve(&pose, &[0.0; 3], branch) else {
@@ -86,6 +89,7 @@ impl Arm {
         tool: &[f64; 3],
         branch: Branch,
     ) -> Result<[R; AXES], &'static str> {
+        // The wrist's centre depends on the first three joints only, the orientation on the rest.
         let c = self.wrist_place(pose, tool);
         let [x1, x2, x3] = self.shoulder(c, branch)?;
         let [x4, x5, x6] = self.wrist(pose, [x1, x2, x3], branch)?;
@@ -137,6 +141,7 @@ impl Arm {
         );
         let d = R::constant(dot(u2, sub(self.center, j2.point)) - dot(u2, sub(j1.point, j2.point)));
         let h = (a * a + b * b).sqrt();
+        // First joint: the centre's distance along u2 does not change with the second and third joint.
         let firsts = cosine(a, b, d, h - d, h + d).ok_or("it lies too near to the first axis")?;
         let x1 = pick(firsts, branch.0);
         let inner = add(j1.turning.by(out, -x1), constant(j1.point));
@@ -149,9 +154,11 @@ impl Arm {
         let (a, b) = (dot(upper, fore), dot(upper, side));
         let d = (dot(g, g) - dot(upper, upper) - dot(fore, fore)) * R::constant(0.5);
         let h = R::constant((a.value() * a.value() + b.value() * b.value()).sqrt());
+        // Third joint: the distance from the second axis to the centre (law of cosines).
         let thirds = cosine(a, b, d, h - d, h + d).ok_or("it lies beyond the reach of the arm")?;
         let x3 = pick(thirds, branch.1);
         let reached = add(upper, j3.turning.by(fore, x3));
+        // Second joint: turns the reached point onto the wanted one.
         let x2 = about(u2, reached, g).ok_or("the wrist lies on the second axis")?;
         Ok([x1, x2, x3])
     }
@@ -172,6 +179,7 @@ impl Arm {
                 -moved[2],
             )
         };
+        // Orientation left over once the first three joints are undone.
         let along = unturn(self.turned(pose, j6.direction()));
         let solutions = two(&j4.turning, &j5.turning, j6.direction(), along)
             .ok_or("the wrist cannot turn there")?;
@@ -184,6 +192,7 @@ impl Arm {
         let x4 = x4.ok_or(
             "the wrist is straight, where its first and last axis turn the same (singular)",
         )?;
+        // Sixth joint: from where a direction across its axis has to point.
         let marker = across(j6.direction());
         let seen = unturn(self.turned(pose, marker));
         let x6 = about(

@@ -18,20 +18,20 @@ use crate::chain::Chain;
 use crate::{Kinematics, KinematicsError, Layout, Reach, ToolPose};
 use lostmotion_base::{AxisId, AxisSet, Coords, Jet, Real};
 use nalgebra::SVector;
-use task::{ARM_MM, SINGULAR, length};
+use task::{RESIDUAL_ARM_MM, SINGULAR_RATIO, length};
 
 /// Registered name.
 const KIND: &str = "chain";
-/// Residual at which it is solved, mm.
-const SOLVED: f64 = 1e-11;
-/// Residual that is good enough where rounding allows no better, mm.
-const GOOD: f64 = 1e-9;
-/// Most steps of a search.
-const STEPS: usize = 60;
-/// Longest step of a joint, rad (or so many hundred mm).
-const LONGEST: f64 = 0.5;
+/// Residual at which the pose counts as solved, mm: 50 times the rounding of coordinates of 1 m.
+const SOLVED_MM: f64 = 1e-11;
+/// Residual that is accepted where rounding allows no better, mm.
+const ACCEPTED_MM: f64 = 1e-9;
+/// Most steps of a search; a few suffice from a neighbouring pose.
+const MAX_NEWTON_STEPS: usize = 60;
+/// Longest step of a joint: rad, or hundreds of mm.
+const MAX_JOINT_STEP: f64 = 0.5;
 /// Parts in which a pose is approached that cannot be reached in one go.
-const PARTS: u32 = 24;
+const APPROACH_PARTS: u32 = 24;
 
 /// A chain solved numerically.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +74,7 @@ impl Numeric {
         let largest = pivots.first().copied().unwrap_or(0.0);
         numeric.rank = pivots
             .iter()
-            .filter(|pivot| **pivot > SINGULAR * largest)
+            .filter(|pivot| **pivot > SINGULAR_RATIO * largest)
             .count();
         let wanted = numeric.rows().min(free.len());
         if free.is_empty() || numeric.rank < wanted {
@@ -93,24 +93,31 @@ impl Numeric {
         let mut damping = 1e-6;
         let mut residual = self.residual(target, &joints.0, &self.frame(&joints), tool);
         let mut size = length(&residual);
-        for _ in 0..STEPS {
-            if size < SOLVED {
+        for _ in 0..MAX_NEWTON_STEPS {
+            if size < SOLVED_MM {
                 break;
             }
+            // Damped least-squares step (Levenberg and Marquardt).
             let inverse = Self::inverse_of(&self.jacobian(&joints, tool), damping)?;
             let step = inverse * SVector::<f64, 6>::from(residual);
+            // Steps that are too long for the linearisation are shortened.
             let longest = self.chain.joints.iter().map(|joint| {
                 let step = step[joint.axis.index()].abs();
-                if joint.rotary { step } else { step / ARM_MM }
+                if joint.rotary {
+                    step
+                } else {
+                    step / RESIDUAL_ARM_MM
+                }
             });
-            let factor = (LONGEST / longest.fold(f64::MIN_POSITIVE, f64::max)).min(1.0);
+            let factor = (MAX_JOINT_STEP / longest.fold(f64::MIN_POSITIVE, f64::max)).min(1.0);
             let next = Coords(std::array::from_fn(|i| joints.0[i] + factor * step[i]));
             let next_residual = self.residual(target, &next.0, &self.frame(&next), tool);
             let next_size = length(&next_residual);
+            // A step that makes it worse is discarded and damped more.
             if next_size < size || factor < 1.0 {
                 (joints, residual, size) = (next, next_residual, next_size);
                 damping = (damping * 0.1).max(1e-15);
-            } else if size < GOOD {
+            } else if size < ACCEPTED_MM {
                 break;
             } else {
                 damping = (damping * 10.0).min(1.0);
@@ -119,7 +126,7 @@ impl Numeric {
                 return None;
             }
         }
-        (size < GOOD && !self.is_turned_away(target, &joints, tool)).then_some(joints)
+        (size < ACCEPTED_MM && !self.is_turned_away(target, &joints, tool)).then_some(joints)
     }
 
     /// Home, with the joints that have words of their own where these say.
@@ -154,12 +161,14 @@ impl Numeric {
             .iter()
             .filter(|joint| joint.rotary && self.free.contains(joint.axis))
         {
+            // Of the turns that are the same, those nearest to home.
             joints[joint.axis] += turns_to(joints[joint.axis], self.home[joint.axis]);
         }
+        // Rank of the Jacobian: fewer independent motions than at home is a singular pose.
         let pivots = self.pivots(&joints, tool);
         if pivots
             .iter()
-            .filter(|pivot| **pivot > SINGULAR * pivots.first().copied().unwrap_or(0.0))
+            .filter(|pivot| **pivot > SINGULAR_RATIO * pivots.first().copied().unwrap_or(0.0))
             .count()
             < self.rank
         {
@@ -190,8 +199,8 @@ impl Numeric {
     fn approach(&self, program: &Coords, tool: &[f64; 3]) -> Option<Coords> {
         let home = self.home_for(program);
         let from = words(&self.chain, &home, tool);
-        (1..=PARTS).try_fold(home, |joints, part| {
-            let on_the_way = from.lerp(*program, f64::from(part) / f64::from(PARTS));
+        (1..=APPROACH_PARTS).try_fold(home, |joints, part| {
+            let on_the_way = from.lerp(*program, f64::from(part) / f64::from(APPROACH_PARTS));
             self.search(&Pose::of_words(&on_the_way.0), tool, joints)
         })
     }

@@ -6,15 +6,15 @@ use crate::CurveDerivs;
 use crate::bernstein::{bernstein, differences, mixed, raised};
 use lostmotion_base::{AXES, Coords};
 
-/// Axes looked at where only X, Y and Z move: a fourth one costs nothing.
-const LINEAR: usize = 4;
+/// Axes evaluated where only X, Y and Z move: four fill a vector register, a fourth costs nothing.
+const LINEAR_LANES: usize = 4;
 
 impl Quintic {
     /// The point at s; s is held within the piece.
     pub fn point(&self, s: f64) -> Coords {
         let u = self.parameter(s);
         if self.moving() == 3 {
-            self.point_of::<LINEAR>(u)
+            self.point_of::<LINEAR_LANES>(u)
         } else {
             self.point_of::<AXES>(u)
         }
@@ -30,7 +30,7 @@ impl Quintic {
     pub fn eval(&self, s: f64) -> CurveDerivs {
         let u = self.parameter(s);
         if self.moving() == 3 {
-            self.eval_of::<LINEAR>(u)
+            self.eval_of::<LINEAR_LANES>(u)
         } else {
             self.eval_of::<AXES>(u)
         }
@@ -60,7 +60,7 @@ impl Quintic {
     pub(crate) fn travel(&self, s: f64, v: f64, a: f64) -> [Coords; 3] {
         let u = self.parameter(s);
         if self.moving() == 3 {
-            self.travel_of::<LINEAR>(u, v, a)
+            self.travel_of::<LINEAR_LANES>(u, v, a)
         } else {
             self.travel_of::<AXES>(u, v, a)
         }
@@ -98,7 +98,7 @@ impl Quintic {
     pub(crate) fn higher_derivatives(&self, s0: f64, s1: f64) -> (Coords, Coords) {
         let ends = [self.parameter(s0), self.parameter(s1)];
         if self.moving() == 3 {
-            self.higher_of::<LINEAR>(ends)
+            self.higher_of::<LINEAR_LANES>(ends)
         } else {
             self.higher_of::<AXES>(ends)
         }

@@ -22,7 +22,7 @@ pub(crate) struct Blend {
 }
 
 /// The longest blend between the end of one curve and the start of the next that stays within the
-/// tolerance, at most `longest` on either side; none if even a tiny one does not.
+/// tolerance, at most `longest` on either side; `None` if even a tiny one does not.
 pub(crate) fn blend(before: &Curve, after: &Curve, tolerance: f64, longest: f64) -> Option<Blend> {
     let (end, start) = (before.eval(before.length()), after.eval(0.0));
     let corner = size(&(start.d1 - end.d1));

@@ -50,7 +50,7 @@ fn allowed(config: &PlannerConfig, control: PathControl) -> Option<(f64, bool)> 
     }
 }
 
-/// Tolerance for a run of short lines, mm; none if they are not to be merged.
+/// Tolerance for a run of short lines, mm; `None` if they are not to be merged.
 pub(crate) fn merge_tolerance(config: &PlannerConfig, control: PathControl) -> Option<f64> {
     let PathControl::Continuous {
         merge_tolerance_mm, ..

@@ -104,7 +104,7 @@ impl Conditioner {
         out.push(PathStep::Stop(stop));
     }
 
-    /// Gives out what is left of the last move.
+    /// Outputs what is left of the last move.
     fn end(&mut self, out: &mut Vec<PathStep>) {
         if let Some(last) = self.chain.last()
             && last.length > self.spent
@@ -116,7 +116,7 @@ impl Conditioner {
         self.spent = 0.0;
     }
 
-    /// Gives out the rest of the last move up to a blend, and the blend; or a stop in its place.
+    /// Outputs the rest of the last move up to a blend, and the blend; or a stop in its place.
     /// Returns how much of the next move is spent.
     fn blend(
         &mut self,
@@ -154,7 +154,7 @@ impl Conditioner {
         }
     }
 
-    /// Gives out all of the chain but its last move, of which at least the second half is left.
+    /// Outputs all of the chain but its last move, of which at least the second half is left.
     fn close_chain(&mut self, judge: &dyn Judge, out: &mut Vec<PathStep>) {
         let one_vertex = self.knot.is_none() && self.chain.len() == 2;
         if (one_vertex || self.ends_in_a_stub())
@@ -262,7 +262,7 @@ impl Conditioner {
         }
     }
 
-    /// Gives out the older part of a long run.
+    /// Outputs the older part of a long run.
     fn work_off(&mut self, out: &mut Vec<PathStep>) {
         let (first, chords) = self.chords();
         let knots = run::knots(
@@ -306,7 +306,7 @@ fn fairing_length(chords: &[RunChord<'_>]) -> f64 {
     FAIRED_CHORDS * chords.iter().map(RunChord::length).sum::<f64>() / chords.len().max(1) as f64
 }
 
-/// Gives out the pieces between knots.
+/// Outputs the pieces between knots.
 fn emit(knots: &[RunKnot], chords: &[RunChord<'_>], out: &mut Vec<PathStep>) {
     for (chord, ends) in chords.iter().zip(knots.windows(2)) {
         out.push(PathStep::Piece(Arc::new(run::piece(

@@ -215,7 +215,7 @@ impl Windows {
         }
     }
 
-    /// Gives out what a plan says about the first `given` intervals, and forgets them.
+    /// Outputs what a plan says about the first `given` intervals, and forgets them.
     pub(crate) fn give(&mut self, trial: Trial, given: usize) -> Vec<Placed> {
         self.walk = trial.walk;
         self.judge.pass(&trial.samples);

@@ -34,7 +34,7 @@ pub(super) struct Aim {
 }
 
 /// The best change to a pace found: for less pace the one that is done first, for more the one that
-/// gets nearest. `after` tells the state after so many command cycles as things are; none if that
+/// gets nearest. `after` tells the state after so many command cycles as things are; `None` if that
 /// is not known.
 pub(super) fn aim(
     course: &Course,

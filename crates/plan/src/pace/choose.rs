@@ -24,7 +24,7 @@ impl Pacer {
             .unwrap_or_default()
     }
 
-    /// The steady pace asked for; none where it changes on the way, or is more than the plan
+    /// The steady pace asked for; `None` where it changes on the way, or is more than the plan
     /// leaves.
     fn wanted(&self) -> Option<f64> {
         if self.held || self.stopping || self.asked.rests(self.here()) {

@@ -28,7 +28,7 @@ use retimed::{MOST_PACE, Retimed};
 const FINEST_NS: u64 = 500_000;
 /// Makes samples of a plan at the pace that is asked for.
 ///
-/// Fed with the samples of a planner whose clock is [`Pacer::plan_clock`], it gives out samples at
+/// Fed with the samples of a planner whose clock is [`Pacer::plan_clock`], it outputs samples at
 /// the command cycle. As long as nothing is asked for they are the plan's own to the bit.
 #[derive(Clone, Debug)]
 pub struct Pacer {

@@ -158,7 +158,7 @@ impl Effort<'_> {
         }
     }
 
-    /// From a state to a steady pace, as fast as may be; none where the plan is not known far
+    /// From a state to a steady pace, as fast as may be; `None` where the plan is not known far
     /// enough.
     fn level(&self, from: State, pieces: &mut Vec<RampPiece>) -> Option<State> {
         let (mut state, step_s) = (from, self.course.step_s);
@@ -200,7 +200,7 @@ impl Effort<'_> {
             .map_or(lost, |state| state.w)
     }
 
-    /// The fastest way from a state to a pace; none where it cannot be had, or passes a limit.
+    /// The fastest way from a state to a pace; `None` where it cannot be had, or passes a limit.
     pub(super) fn ramp(&self, from: State, target: f64) -> Option<Ramp> {
         let up = self.level(from, &mut Vec::new())?.w < target;
         let beyond = |state: State| {

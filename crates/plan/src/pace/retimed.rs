@@ -39,7 +39,7 @@ pub(super) struct Retimed {
 }
 
 impl Retimed {
-    /// The way on from a state; none if none is found that keeps the limits. `before` are the last
+    /// The way on from a state; `None` if none is found that keeps the limits. `before` are the last
     /// positions given out before that state.
     pub(super) fn start(
         config: &PlannerConfig,

@@ -233,7 +233,7 @@ impl<'a> BarrierProblem<'a> {
     }
 
     /// Lowers the time until the mean product of slacks and duals, which begins with `first`, is at
-    /// most `last` and the bounds are kept within a tolerance; at most so many steps.
+    /// most `last` and the bounds are kept within a tolerance; takes at most `steps` steps.
     pub(super) fn solve(&mut self, c: &mut Vec<f64>, first: f64, last: f64, steps: usize) {
         let bound = |(used, _): Use| {
             let slack = (1.0 - used).max(ROOM);

@@ -61,7 +61,7 @@ impl<'a> Certificate<'a> {
         }
     }
 
-    /// Bounds of what consecutive knots use, of which the last one is only an end; none where the
+    /// Bounds of what consecutive knots use, of which the last one is only an end; `None` where the
     /// machine cannot be.
     pub(super) fn most(&mut self, knots: &[Knot]) -> Option<Used> {
         let mut most = [0.0; 3];

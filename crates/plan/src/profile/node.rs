@@ -14,7 +14,7 @@ impl Node {
         Node { s, b }
     }
 
-    /// Time from this corner to the next one, s; none where the profile does not advance.
+    /// Time from this corner to the next one, s; `None` where the profile does not advance.
     pub(crate) fn time_to(&self, next: &Node) -> Option<f64> {
         let (distance, speeds) = (next.s - self.s, self.b.sqrt() + next.b.sqrt());
         (distance > 0.0 && speeds > 0.0).then(|| 2.0 * distance / speeds)

@@ -60,6 +60,7 @@ fn step(ground: &Ground<'_>, direction: Direction, cell: &Cell, b: f64, distance
     let allows = |a: f64| cell.allows(ground.task, ground.members, direction, exit(a), a);
     // The bound never rises with the speed: what holds at a higher speed holds at all below.
     let low = cell.acceleration(ground.task, ground.members, direction, exit(high));
+    // The largest acceleration whose exit speed still allows it.
     let mut bracket = Bracket::new(low, high).bisect(HALVINGS, allows);
     for _ in HALVINGS..MAX_HALVINGS {
         if bracket.low > 0.0 {

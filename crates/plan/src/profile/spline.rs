@@ -87,7 +87,7 @@ impl Grid {
 
     /// The motion over an interval: from state to state with one jerk in the first half of the time
     /// and another in the second. The first knot begins at a time; that of the end of the interval
-    /// is returned, too. None where no such motion goes forward all the time: near rest the
+    /// is returned, too. `None` where no such motion goes forward all the time: near rest the
     /// acceleration of b(s) changes too fast for two jerks.
     pub(super) fn knots(&self, c: &[f64], interval: usize, t: f64) -> Option<[Knot; 3]> {
         let (from, to) = (self.state(c, interval), self.state(c, interval + 1));

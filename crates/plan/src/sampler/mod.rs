@@ -26,7 +26,7 @@ impl Until {
     }
 }
 
-/// Gives out samples up to where the motion is settled.
+/// Outputs samples up to where the motion is settled.
 #[derive(Clone, Debug)]
 pub(crate) struct Sampler {
     clock: Clock,

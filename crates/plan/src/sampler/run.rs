@@ -6,7 +6,7 @@ use lostmotion_base::Coords;
 use lostmotion_kinematics::Kinematics;
 
 impl Sampler {
-    /// Adds samples, until there are so many, as long as nothing but the first stretch moves and
+    /// Adds samples up to `most`, as long as nothing but the first stretch moves and
     /// joints are program coordinates up to a constant: the usual case, without anything that it
     /// does not need. Whether there was one.
     pub(super) fn run(

@@ -5,10 +5,10 @@ use lostmotion_base::vec::{Vec3, across, add, cross, dot, norm, scale, sub};
 use lostmotion_base::{AXES, Coords, Real};
 use nalgebra::SMatrix;
 
-/// What a radian counts for in the residual, mm: about the size of a tool.
-pub(super) const ARM_MM: f64 = 100.0;
+/// Length by which turns enter the residual, mm per rad: about the size of a tool.
+pub(super) const RESIDUAL_ARM_MM: f64 = 100.0;
 /// Ratio of the smallest to the largest pivot of J J' below which the pose is singular.
-pub(super) const SINGULAR: f64 = 1e-10;
+pub(super) const SINGULAR_RATIO: f64 = 1e-10;
 
 pub(super) type Jacobian = SMatrix<f64, 6, AXES>;
 pub(super) type Residual<R> = [R; 6];
@@ -23,6 +23,7 @@ impl Numeric {
     /// directions left last.
     pub(super) fn pivots(&self, joints: &Coords, tool: &[f64; 3]) -> Vec<f64> {
         let jacobian = self.jacobian(joints, tool);
+        // Elimination with full pivoting on the diagonal: J J' is symmetric.
         let mut square = jacobian * jacobian.transpose();
         let mut pivots = Vec::new();
         for step in 0..6 {
@@ -63,7 +64,7 @@ impl Numeric {
             }
             for row in 0..3 {
                 matrix[(row, column)] = linear[row];
-                matrix[(3 + row, column)] = ARM_MM * dot(frame[row], angular);
+                matrix[(3 + row, column)] = RESIDUAL_ARM_MM * dot(frame[row], angular);
             }
             if self.rows() == 5 {
                 matrix[(5, column)] = 0.0;
@@ -90,13 +91,14 @@ impl Numeric {
     ) -> Residual<R> {
         let here = Pose::of_joints(&self.chain, joints, tool);
         let way = sub(target.tip, here.tip);
-        let half = R::constant(0.5 * ARM_MM);
+        let half = R::constant(0.5 * RESIDUAL_ARM_MM);
         let turn: Vec3<R> = if self.rows() == 5 {
             scale(
                 cross(here.columns[2], target.columns[2]),
-                R::constant(ARM_MM),
+                R::constant(RESIDUAL_ARM_MM),
             )
         } else {
+            // Half the sum of the crosses of corresponding columns is the rotation vector to first order.
             let crosses = here
                 .columns
                 .iter()
