@@ -3,7 +3,8 @@
 use crate::{
     contact::{MEDIAN_OF_NORMAL, noise, quantile},
     error::{FitError, NotExcited},
-    estimate::RESOLVED,
+    estimate::RESOLUTION_SHARE,
+    huber::HUBER_TUNING,
     log::MotorLog,
     result::BacklashFit,
     settings::FitSettings,
