@@ -30,7 +30,7 @@ const LEAST_VARIATION: f64 = 0.01;
 /// use lostmotion_base::math;
 /// use lostmotion_drive::{AxisOutput, Setpoint};
 /// use lostmotion_identify::{BacklashLog, FitSettings, fit_backlash};
-/// use lostmotion_methods::{AxisConfig, build_runner};
+/// use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 ///
 /// // Three seconds of a simulated axis with a gap of 0.2 rad that swings to and fro.
 /// let axis = AxisConfig::paper().with_gap(0.2);
@@ -40,7 +40,7 @@ const LEAST_VARIATION: f64 = 0.01;
 ///     .map(|(sin, cos)| Setpoint::moving(3.0 * sin, 27.0 * cos, -243.0 * sin))
 ///     .collect();
 /// let mut recorded = AxisOutput::new(true);
-/// build_runner(&axis, "none", 0.0)?.push(&setpoints, &mut recorded)?;
+/// build_runner(&axis, MethodId::NONE, 0.0)?.push(&setpoints, &mut recorded)?;
 /// let log = BacklashLog::from_samples(250e-6, &recorded.trace.unwrap_or_default())?;
 /// let fit = fit_backlash(&log, &FitSettings::for_axis(&axis))?;
 /// assert!(fit.excited && (2.0 * fit.half_gap_rad / 0.2 - 1.0).abs() < 0.01);

@@ -81,15 +81,15 @@ impl FitSettings {
     /// and the inertia on the motor's side of the gap, rotor and screw or pinion together.
     ///
     /// ```
-    /// use lostmotion_drive::AxisConfig;
     /// use lostmotion_identify::FitSettings;
+    /// use lostmotion_methods::AxisConfig;
     ///
     /// let axis = AxisConfig::paper();
     /// let settings = FitSettings::for_axis(&axis);
     /// assert_eq!(settings.motor_inertia_kgm2, Some(axis.motor_side_inertia_kgm2()));
     /// assert!(settings.check().is_ok());
     /// ```
-    pub fn for_axis(axis: &AxisConfig) -> Self {
+    pub fn for_axis<C>(axis: &AxisConfig<C>) -> Self {
         let motor = &axis.motor;
         Self {
             motor_viscous_nm_s_per_rad: motor.viscous_nm_s_per_rad,
@@ -175,11 +175,11 @@ impl FitSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lostmotion_drive::config::Load;
+    use lostmotion_drive::config::{Load, NoSettings};
 
     #[test]
     fn the_screw_counts_with_the_rotor() {
-        let mut axis = AxisConfig::paper();
+        let mut axis = AxisConfig::<NoSettings>::paper();
         let rotor = axis.motor.inertia_kgm2;
         assert_eq!(FitSettings::for_axis(&axis).motor_inertia_kgm2, Some(rotor));
         if let Load::Reflected(load) = &mut axis.load {
