@@ -234,20 +234,23 @@ pub fn write_program<R: BufRead>(
 pub(crate) struct Four(pub(crate) f64);
 
 /// Products below this (2^43) are exact to 1/2048.
-const LARGEST: f64 = 8_796_093_022_208.0;
+const LARGEST_SCALED: f64 = 8_796_093_022_208.0;
 /// Largest distance from a whole number at which the rounding is certain.
-const CERTAIN: f64 = 0.5 - 1.0 / 1024.0;
+const CERTAIN_DISTANCE: f64 = 0.5 - 1.0 / 1024.0;
 /// Bytes: sign, up to 9 digits, point, 4 digits, and one to spare.
-const SIZE: usize = 16;
+const TEXT_BYTES: usize = 16;
 
 impl Display for Four {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let scaled = self.0.abs() * 1e4;
         let whole = (scaled + 0.5) as u64;
-        if scaled.is_nan() || scaled >= LARGEST || (scaled - whole as f64).abs() > CERTAIN {
+        if scaled.is_nan()
+            || scaled >= LARGEST_SCALED
+            || (scaled - whole as f64).abs() > CERTAIN_DISTANCE
+        {
             return write!(f, "{:.4}", self.0);
         }
-        let mut text = [b'-'; SIZE];
+        let mut text = [b'-'; TEXT_BYTES];
         let start = put(&mut text, whole) - usize::from(self.0.is_sign_negative());
         let shown = text
             .get(start..)
@@ -258,10 +261,10 @@ impl Display for Four {
 
 /// Puts ten-thousandths at the end of a text and gives where they begin; what lies before is left
 /// as it is.
-fn put(text: &mut [u8; SIZE], mut whole: u64) -> usize {
-    let mut start = SIZE;
+fn put(text: &mut [u8; TEXT_BYTES], mut whole: u64) -> usize {
+    let mut start = TEXT_BYTES;
     for (index, slot) in text.iter_mut().enumerate().rev() {
-        let place = SIZE - 1 - index;
+        let place = TEXT_BYTES - 1 - index;
         if place == 4 {
             *slot = b'.';
             continue;

@@ -99,10 +99,7 @@ mod tests {
 
     #[test]
     fn problems_that_share_a_code_have_its_severity() {
-        let code = Code {
-            letter: 'G',
-            tenths: 700,
-        };
+        let code = Code::g(700);
         let mut problems = vec![
             Problem::ReadOnlyName {
                 name: String::new(),

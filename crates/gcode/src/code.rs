@@ -24,6 +24,22 @@ pub struct Code {
 }
 
 impl Code {
+    /// A G code from ten times its number.
+    pub const fn g(tenths: u16) -> Code {
+        Code {
+            letter: 'G',
+            tenths,
+        }
+    }
+
+    /// An M code from ten times its number.
+    pub const fn m(tenths: u16) -> Code {
+        Code {
+            letter: 'M',
+            tenths,
+        }
+    }
+
     /// The code of a letter and number; `None` for numbers that no code has.
     pub fn of(letter: char, value: f64) -> Option<Code> {
         let tenths = whole(value * 10.0).filter(|tenths| (0.0..=65_535.0).contains(tenths))?;

@@ -8,6 +8,17 @@ use crate::severity::Severity;
 use lostmotion_base::span::BlockRef;
 
 /// One finding, with its place in the source.
+///
+/// ```
+/// use lostmotion_gcode::{InterpreterConfig, Program, Severity};
+///
+/// let found = Program::new(&b"G21 F200\nG2 X20 I4\nM2\n"[..], InterpreterConfig::default()).finish();
+/// let diagnostic = &found.kept()[0];
+/// assert_eq!(diagnostic.code(), "arc-radii");
+/// assert_eq!(diagnostic.severity(), Severity::Error);
+/// assert_eq!(diagnostic.place.span.line, 2);
+/// assert_eq!(diagnostic.hint().as_deref(), Some("did you mean G90.1, absolute arc centres?"));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
     /// What is wrong, with the values it was seen with.
@@ -69,8 +80,8 @@ impl Diagnostics {
         }
     }
 
-    /// Adds a finding; one that a loop repeats at the same place is only counted. Errors displace
-    /// what is none when the limit is reached.
+    /// Adds a finding. One that a loop repeats at the same place is only counted. When the limit is
+    /// reached, an error displaces a kept note or warning.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let is_error = diagnostic.severity() == Severity::Error;
         match diagnostic.severity() {
@@ -93,12 +104,12 @@ impl Diagnostics {
         }
     }
 
-    /// The files of subroutines that were read: what spans with a file other than 0 are about.
+    /// The files of subroutines that were read; a span's file 1 is the first of them.
     pub fn files(&self) -> &SourceFiles {
         self.provenance.files()
     }
 
-    /// The file of a span's index; none for the program itself, which is 0.
+    /// The file of a span's index; `None` for the program itself, which is 0.
     pub fn file(&self, index: u32) -> Option<&LoadedFile> {
         self.provenance.file(index)
     }
@@ -128,7 +139,7 @@ impl Diagnostics {
         last(Severity::Note).or_else(|| last(Severity::Warning))
     }
 
-    /// Says how often a habit has occurred by now; nothing if its finding is not kept any more.
+    /// Updates the count of a habit; does nothing if its finding is not kept any more.
     pub(crate) fn recount(&mut self, file: u32, leniency: Leniency, times: u64) {
         for kept in self
             .kept

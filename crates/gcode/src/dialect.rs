@@ -9,6 +9,17 @@ use Dialect::{Fanuc, Haas, Klipper, LinuxCnc, Marlin, Siemens};
 use serde::{Deserialize, Serialize};
 
 /// Whose G-code a program is in.
+///
+/// ```
+/// use lostmotion_gcode::{Dialect, InterpreterConfig, Leniency, Program};
+///
+/// let text = b"G21 G1 X#1 F200\n#1=3+4\nM30\n";
+/// let errors = |config| Program::new(&text[..], config).finish().errors();
+/// assert_eq!(errors(InterpreterConfig::default()), 1);
+/// let fanuc = InterpreterConfig::default().with_dialect(Dialect::Fanuc);
+/// assert!(fanuc.leniencies.has(Leniency::BareArithmetic));
+/// assert_eq!(errors(fanuc), 0);
+/// ```
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]

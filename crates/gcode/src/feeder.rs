@@ -11,21 +11,21 @@ use crate::provenance::SubroutineLoader;
 use lostmotion_base::span::Span;
 use std::sync::Arc;
 
-/// What came of a line.
+/// The result of one line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fed {
-    /// What is to be done now. A line that closes a loop brings the operations of all its rounds.
+    /// Operations to carry out now. A line that closes a loop yields those of all its rounds.
     pub ops: Vec<SourcedOp>,
-    /// What was found in the line, and in what it set going.
+    /// Findings about the line, and about the blocks that it makes run.
     pub diagnostics: Vec<Diagnostic>,
-    /// The line was only taken note of: it belongs to a subroutine's definition, to a branch that
+    /// Nothing has run yet: the line belongs to a subroutine's definition, to a branch that
     /// is not taken, or more lines are needed before it can run.
     pub waits: bool,
     /// The program is over; further lines have no effect.
     pub ended: bool,
 }
 
-/// An interpreter that is fed with lines.
+/// An interpreter that takes one line at a time.
 ///
 /// ```
 /// use lostmotion_gcode::{Feeder, InterpreterConfig};
@@ -56,7 +56,7 @@ impl Feeder {
         }
     }
 
-    /// Takes subroutines that the lines do not define from files.
+    /// Loads subroutines that the lines do not define.
     #[must_use]
     pub fn with_loader(mut self, loader: Arc<dyn SubroutineLoader>) -> Feeder {
         self.interpreter = self.interpreter.with_loader(loader);
@@ -100,8 +100,8 @@ impl Feeder {
         self.run()
     }
 
-    /// Says that no line follows: what is still open is told, moves held by cutter compensation
-    /// come out.
+    /// Ends the program: reports structures that are still open and emits the moves that cutter
+    /// compensation holds.
     pub fn finish(&mut self) -> Fed {
         self.interpreter.end_of_source();
         self.run()

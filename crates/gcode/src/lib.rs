@@ -20,8 +20,8 @@
 //! [`ops::StraightProbe`]. Subroutines in files come through a [`provenance::SubroutineLoader`], and
 //! [`Interpreter::call_stacks`] tells which calls led to a block.
 //!
-//! Whoever has the lines instead of a file (a sender, an editor) gives them to a [`Feeder`] one at
-//! a time and gets what each does; [`Program::run_block`] reads a file block by block; [`Blocks`]
+//! A sender or an editor that has lines instead of a file gives them to a [`Feeder`] one at a time
+//! and gets what each does; [`Program::run_block`] reads a file block by block; [`Blocks`]
 //! only parses.
 
 pub mod blocks;
@@ -64,6 +64,8 @@ pub use ops::{
 };
 pub use problem::Problem;
 pub use program::Program;
-pub use provenance::{CallSite, CallStacks, LoadedFile, Provenance, SourceFiles, SubroutineLoader};
+pub use provenance::{
+    CallSite, CallStacks, LoadedFile, Provenance, SourceFiles, SourceText, SubroutineLoader,
+};
 pub use severity::Severity;
 pub use tool_table::{Tool, ToolTable};

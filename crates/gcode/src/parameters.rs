@@ -268,7 +268,7 @@ fn truth(condition: bool) -> f64 {
     if condition { 1.0 } else { 0.0 }
 }
 
-/// The value of a predefined parameter; none if there is none of that name.
+/// The value of a predefined parameter; `None` if there is none of that name.
 pub(crate) fn system_name(name: &[u8], state: &State) -> Option<f64> {
     let name = std::str::from_utf8(name).ok()?;
     Some(match name {

@@ -1,4 +1,4 @@
-//! Programs: a reader driven through the interpreter, block by block, watched if wanted.
+//! A program: an iterator of canonical operations over a reader, or a run that shows every block.
 
 use crate::config::InterpreterConfig;
 use crate::diagnostics::Diagnostics;
@@ -47,7 +47,7 @@ impl<R: BufRead> Program<R> {
         }
     }
 
-    /// Takes subroutines that the program does not define from files.
+    /// Loads subroutines that the program does not define.
     #[must_use]
     pub fn with_loader(mut self, loader: Arc<dyn SubroutineLoader>) -> Program<R> {
         self.interpreter = self.interpreter.with_loader(loader);
@@ -64,7 +64,7 @@ impl<R: BufRead> Program<R> {
         &self.interpreter
     }
 
-    /// Somebody else has moved the controlled point: where it is in program coordinates and units.
+    /// Tells where the controlled point is after a move that is not in the program: where it is in program coordinates and units.
     pub fn moved_to(&mut self, place: crate::ops::Position) {
         self.interpreter.moved_to(place);
     }
@@ -219,12 +219,11 @@ pub struct Event<'a> {
     pub after: &'a State,
     /// Cutter compensation is in force after it.
     pub compensates: bool,
-    /// The operations it gave out. Under cutter compensation those of the block before may come
-    /// with it.
+    /// Its operations. Under cutter compensation those of the block before may be among them.
     pub ops: &'a [SourcedOp],
     /// Errors that it has.
     pub errors: u64,
-    /// It was only looked at: a branch not taken, or the definition of a subroutine.
+    /// It was not carried out: it stands in a branch not taken, or defines a subroutine.
     pub passed: bool,
     /// The interpreter after it.
     pub interpreter: &'a Interpreter,
@@ -243,6 +242,16 @@ impl Event<'_> {
 }
 
 /// Runs a program to its end and shows every block to `see`.
+///
+/// ```
+/// use lostmotion_gcode::program::watch;
+/// use lostmotion_gcode::{InterpreterConfig, Program};
+///
+/// let mut program = Program::new(&b"G21 G0 X5\nG91 X1\nM2\n"[..], InterpreterConfig::default());
+/// let mut ends = Vec::new();
+/// watch(&mut program, |event| ends.push(event.after.current[0]));
+/// assert_eq!(ends[..2], [5.0, 6.0]);
+/// ```
 pub fn watch<R: BufRead>(program: &mut Program<R>, mut see: impl FnMut(&Event<'_>)) {
     program.take_pending();
     let mut ops = Vec::new();

@@ -17,12 +17,12 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// The files of subroutines that were read: what spans with a file other than 0 are about.
+    /// The files of subroutines that were read; a span's file 1 is the first of them.
     pub fn files(&self) -> &SourceFiles {
         &self.files
     }
 
-    /// The file of a span's index; none for the program itself, which is 0.
+    /// The file of a span's index; `None` for the program itself, which is 0.
     pub fn file(&self, index: u32) -> Option<&LoadedFile> {
         self.files
             .get((index as usize).checked_sub(1)?)
@@ -43,8 +43,63 @@ impl Provenance {
     }
 }
 
-/// Most distinct calls that are told apart; further ones count as made from the main program.
-const MOST: usize = 100_000;
+/// The text that spans point into: the program's own bytes, and the files of subroutines.
+///
+/// ```
+/// use lostmotion_gcode::{InterpreterConfig, Program, SourceText};
+///
+/// let text = b"G21 F200\nG2 X20 I4\nM2\n";
+/// let found = Program::new(&text[..], InterpreterConfig::default()).finish();
+/// let source = SourceText::new(text, found.provenance());
+/// let span = found.kept()[0].place.span;
+/// assert_eq!(source.text(span), Some(&b"G2"[..]));
+/// assert_eq!(source.line(span), Some(&b"G2 X20 I4"[..]));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct SourceText<'a> {
+    program: &'a [u8],
+    provenance: &'a Provenance,
+}
+
+impl<'a> SourceText<'a> {
+    /// The text of a reading: the bytes of the program, and what the reading knows of files.
+    pub fn new(program: &'a [u8], provenance: &'a Provenance) -> SourceText<'a> {
+        SourceText {
+            program,
+            provenance,
+        }
+    }
+
+    /// The bytes of a span; `None` if it does not lie within its file.
+    pub fn text(&self, span: Span) -> Option<&'a [u8]> {
+        let start = usize::try_from(span.start).ok()?;
+        self.file(span)?
+            .get(start..start.checked_add(span.len as usize)?)
+    }
+
+    /// The whole line that a span begins on, without its terminator; `None` if the span does not
+    /// begin within its file.
+    pub fn line(&self, span: Span) -> Option<&'a [u8]> {
+        let file = self.file(span)?;
+        let (before, after) = file.split_at_checked(usize::try_from(span.start).ok()?)?;
+        let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
+        let from = before.iter().rposition(is_end).map_or(0, |at| at + 1);
+        let to = before.len() + after.iter().position(is_end).unwrap_or(after.len());
+        file.get(from..to)
+    }
+
+    fn file(&self, span: Span) -> Option<&'a [u8]> {
+        if span.file == 0 {
+            Some(self.program)
+        } else {
+            self.provenance.file(span.file).map(|file| &*file.text)
+        }
+    }
+}
+
+/// Most distinct calls that are told apart; further ones count as made from the main program. Bounds
+/// the memory of the tree.
+const MOST_CALLS: usize = 100_000;
 
 /// A call of a subroutine.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -65,7 +120,7 @@ pub struct CallStacks {
 }
 
 impl CallStacks {
-    /// The call of an index, as [`lostmotion_base::span::BlockRef`] has it; none for the main
+    /// The call of an index, as [`lostmotion_base::span::BlockRef`] has it; `None` for the main
     /// program.
     pub fn get(&self, index: u32) -> Option<&CallSite> {
         self.sites.get((index as usize).checked_sub(1)?)
@@ -84,7 +139,7 @@ impl CallStacks {
                 return index;
             }
         }
-        if self.sites.len() >= MOST {
+        if self.sites.len() >= MOST_CALLS {
             return 0;
         }
         self.sites.push(CallSite {
@@ -101,7 +156,7 @@ impl CallStacks {
 /// Gives the text of a file that holds a subroutine. All access to files is behind this trait.
 pub trait SubroutineLoader: Debug + Send + Sync {
     /// The file of subroutine `name` (lower case, as in `o<name> call`, or the number of an M98),
-    /// with the name to show for it; none if there is no such file.
+    /// with the name to show for it; `None` if there is no such file.
     ///
     /// # Errors
     /// Why the file cannot be read.

@@ -6,9 +6,9 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// A habit of the program's text, told once with how often it occurs; nothing needs to be done.
+    /// A habit of writing, reported once a file with its count; no change is needed.
     Note,
-    /// The program is accepted; what it does may not be what was meant.
+    /// The program is accepted, but may not do what its author means.
     Warning,
     /// The block is not executed and the program is refused.
     Error,

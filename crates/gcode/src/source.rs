@@ -81,6 +81,7 @@ impl<R: BufRead> Lines<R> {
                     Some(self.finished(length, start))
                 });
             }
+            // A LF right after a CR belongs to the same terminator, also across buffers.
             if self.after_cr {
                 self.after_cr = false;
                 if buffer.first() == Some(&b'\n') {
@@ -100,11 +101,13 @@ impl<R: BufRead> Lines<R> {
             let used = piece.len() + usize::from(terminator.is_some());
             self.offset += used as u64;
             self.after_cr = terminator == Some(b'\r');
+            // A line that lies whole in the buffer is not copied.
             if terminator.is_some() && length == 0 && piece.len() <= self.limit && start > 0 {
                 (self.in_place, self.used) = (Some(piece.len()), used);
                 self.number = self.number.saturating_add(1);
                 return Ok(Some((LineKind::Whole, self.number, start)));
             }
+            // Otherwise its parts are gathered, up to the limit.
             let room = self.limit.saturating_sub(self.line.len()).min(piece.len());
             self.line
                 .extend_from_slice(piece.get(..room).unwrap_or_default());
@@ -136,7 +139,7 @@ impl<R: BufRead> Lines<R> {
     /// The bytes of the last line.
     pub(crate) fn line(&mut self) -> &[u8] {
         match self.in_place {
-            // The buffer is not empty: nothing is read.
+            // The buffer still holds the line: this reads nothing.
             Some(length) => self
                 .reader
                 .fill_buf()

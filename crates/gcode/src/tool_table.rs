@@ -23,6 +23,18 @@ pub struct Tool {
 }
 
 /// The tools of a machine by number.
+///
+/// ```
+/// use lostmotion_gcode::ToolTable;
+///
+/// let table = ToolTable::parse("T1 P1 Z50.5 D6 ; end mill\n")?;
+/// assert_eq!(table.get(1).map(|tool| (tool.offset[2], tool.diameter)), Some((50.5, 6.0)));
+/// assert_eq!(
+///     ToolTable::parse("T1 Zlong").unwrap_err().to_string().split(':').next(),
+///     Some("tool table, line 1")
+/// );
+/// # Ok::<(), lostmotion_gcode::Problem>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ToolTable {
     tools: BTreeMap<i32, Tool>,

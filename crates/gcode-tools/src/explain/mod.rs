@@ -74,7 +74,7 @@ pub struct Call {
     pub sub: String,
     /// The line that calls it.
     pub line: u32,
-    /// The file of that line; none for the program itself.
+    /// The file of that line; `None` for the program itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
 }
@@ -100,7 +100,18 @@ impl Snapshot {
     }
 }
 
-/// Runs a program to its end and explains a line of it; none if the program does not have the line.
+/// Runs a program to its end and explains a line of it; `None` if the program does not have the line.
+///
+/// ```
+/// use lostmotion_gcode::{InterpreterConfig, Program};
+/// use lostmotion_gcode_tools::explain::explain;
+///
+/// let text = b"G21 F600\no1 repeat [3]\nG91 G1 X10\no1 endrepeat\nM2\n";
+/// let mut program = Program::new(&text[..], InterpreterConfig::default());
+/// let line = explain(&mut program, 3).unwrap();
+/// assert_eq!((line.text.as_str(), line.executions), ("G91 G1 X10", 3));
+/// assert_eq!(line.last.unwrap().after.position[0], 30.0);
+/// ```
 pub fn explain<R: BufRead>(program: &mut Program<R>, line: u32) -> Option<Explanation> {
     let mut explanation = Explanation {
         line,

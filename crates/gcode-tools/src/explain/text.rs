@@ -240,7 +240,7 @@ fn arc(arc: &ArcFeed, from: &Position, unit: &str) -> String {
 }
 
 /// Most actions that are listed for one execution.
-const ACTIONS: usize = 100;
+const MOST_ACTIONS: usize = 100;
 
 /// What one execution needs to be told.
 pub(super) struct Seen {
@@ -271,7 +271,7 @@ impl Seen {
         for SourcedOp { op, block } in event.ops {
             if (block.span.file, block.span.line) == (0, line) {
                 self.count += 1;
-                if self.ops.len() < ACTIONS {
+                if self.ops.len() < MOST_ACTIONS {
                     self.ops.push((at, op.clone()));
                 }
             }

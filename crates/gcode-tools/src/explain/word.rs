@@ -97,7 +97,7 @@ const fn flow(keyword: Keyword) -> &'static str {
         Keyword::While => "repeats while the condition is not 0",
         Keyword::EndWhile => "goes back to the while",
         Keyword::Do => "begins a loop whose condition stands at its end",
-        Keyword::Repeat => "repeats so many times",
+        Keyword::Repeat => "repeats the lines up to `endrepeat`, as often as the number says",
         Keyword::EndRepeat => "goes back to the repeat",
         Keyword::Break => "leaves the loop",
         Keyword::Continue => "goes on with the next round of the loop",

@@ -4,7 +4,7 @@ use super::{Case, Formatter, LineNumbers};
 use lostmotion_gcode::syntax::{Block, Text, parse_block};
 
 impl Formatter<'_> {
-    /// The line in its new form; none if it has to stay as it is.
+    /// The line in its new form; `None` if it has to stay as it is.
     pub(super) fn line(&mut self, line: &[u8]) -> Option<Vec<u8>> {
         if line.len() > self.options.limits.line_bytes
             || parse_block(line, &mut self.block, &self.options.limits).is_err()

@@ -88,11 +88,21 @@ pub struct FormatSummary {
 }
 
 /// Changes that a summary keeps.
-const CHANGES: usize = 20;
+const KEPT_CHANGES: usize = 20;
 const MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Formats a program line by line, in memory that does not grow with its length. Line ends stay as
 /// they are.
+///
+/// ```
+/// use lostmotion_gcode_tools::format::{FormatOptions, format};
+///
+/// let mut out = Vec::new();
+/// let summary = format(&b"g1x10y5(rough)\n"[..], &FormatOptions::default(), &mut out)?;
+/// assert_eq!(out, b"G1 X10 Y5 (rough)\n");
+/// assert_eq!(summary.changed, 1);
+/// # Ok::<(), std::io::Error>(())
+/// ```
 ///
 /// # Errors
 /// Those of the reader and the writer.
@@ -122,7 +132,7 @@ pub fn format(
         let formatted = formatted.as_deref().unwrap_or(text);
         if formatted != text {
             summary.changed += 1;
-            if summary.changes.len() < CHANGES {
+            if summary.changes.len() < KEPT_CHANGES {
                 summary.changes.push(Change {
                     line: summary.lines,
                     before: text.to_vec(),
@@ -153,7 +163,7 @@ struct Indent {
 }
 
 /// Deeper levels are not shown.
-const DEEPEST: usize = 40;
+const DEEPEST_INDENT: usize = 40;
 
 impl Indent {
     /// The level of a line; what it opens counts for the next.
@@ -191,7 +201,7 @@ impl Indent {
     }
 
     fn shown(&self) -> usize {
-        self.open.len().min(DEEPEST)
+        self.open.len().min(DEEPEST_INDENT)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Arcs whose shape hangs on the last digit.
+//! Arcs whose shape depends on the rounding of the last digit.
 
 use super::Check;
 use super::moves::Leg;
@@ -34,10 +34,10 @@ static ARC_CENTERS_MIXED: LintRule = rule(
     "One of the two is likely to be a leftover.",
 );
 
-/// An arc by radius within this of a half circle is doubtful.
-const HALF_DEG: f64 = 3.0;
-/// A centre that rounding may move by less than this does not matter, mm.
-const CENTER_MM: f64 = 0.002;
+/// Largest distance from a half circle at which an arc by radius is doubtful, degrees.
+const NEARLY_HALF_DEG: f64 = 3.0;
+/// Largest shift of the centre by rounding that does not matter, mm.
+const CENTER_SHIFT_MM: f64 = 0.002;
 /// Coordinates that are computed are taken for this many decimals.
 const COMPUTED_DECIMALS: i32 = 4;
 
@@ -132,6 +132,7 @@ impl Arcs {
 }
 
 fn nearly_full(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
+    // Ends closer than the rounding of both coordinates may be meant to be one point.
     let limit = 1.5 * last_place(decimals(event));
     if shape.chord == 0.0 || shape.chord > limit || shape.chord > 0.1 * shape.radius {
         return;
@@ -152,10 +153,11 @@ fn nearly_full(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
 
 fn nearly_half(event: &Event<'_>, shape: &Shape, found: &mut LintFindings) {
     let off = deg((shape.sweep - PI).abs());
+    // Near a half circle the centre's height above the chord is sqrt(2 R dR) for an error dR.
     let uncertain = (shape.radius * last_place(decimals(event))).sqrt();
-    // Exactly half a circle is what somebody wanted.
+    // An R of exactly half the distance is a half circle on purpose.
     let exact = (shape.radius - 0.5 * shape.chord).abs() <= 1e-9 * shape.radius;
-    if exact || off > HALF_DEG || uncertain * event.after.units.mm() < CENTER_MM {
+    if exact || off > NEARLY_HALF_DEG || uncertain * event.after.units.mm() < CENTER_SHIFT_MM {
         return;
     }
     let unit = event.after.units.name();

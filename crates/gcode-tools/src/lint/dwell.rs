@@ -24,9 +24,11 @@ static DWELL_MILLISECONDS: LintRule = rule(
     "P is in seconds: half a second is P0.5.",
 );
 
-/// From here on nobody waits on purpose, s.
+/// Shortest dwell that counts as a mistake, s. An hour: longer than a
+/// program waits on purpose.
 const ENDLESS_S: f64 = 3600.0;
-/// From here on a whole number looks like milliseconds, s.
+/// Shortest dwell in whole seconds that looks like milliseconds, s. Origin unknown,
+/// kept.
 const MILLISECONDS_S: f64 = 100.0;
 
 pub(super) struct Dwell;

@@ -57,7 +57,21 @@ trait Check {
     fn lines(&mut self, _scan: &Scan, _found: &mut LintFindings) {}
 }
 
-/// Runs a program to its end and gives what the lints say about it. What the front end itself finds
+/// Runs a program to its end and gives what the lints say about it.
+///
+/// ```
+/// use lostmotion_gcode::{InterpreterConfig, Program};
+/// use lostmotion_gcode_tools::lint::{Level, Levels, lint};
+///
+/// let text = b"G21 G90 G17 G94 G54\nG4 P500\nM2\n";
+/// let mut program = Program::new(&text[..], InterpreterConfig::default());
+/// let mut levels = Levels::default();
+/// levels.set("dwell-milliseconds", Level::Deny);
+/// let found = lint(&mut program, levels);
+/// assert_eq!((found.denied(), found.kept()[0].place.span.line), (1, 2));
+/// assert_eq!(found.kept()[0].hint, "P is in seconds; 500 ms are P0.5");
+/// ```
+/// What the front end itself finds
 /// is in [`Program::diagnostics`] afterwards.
 pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFindings {
     let mut found = LintFindings::new(levels);
@@ -65,6 +79,7 @@ pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFinding
     let limits = program.interpreter().limits().clone();
     let mut scan = Scan::new(limits);
     let mut last = BlockRef::default();
+    // Lines of the program itself are scanned as text; blocks that run go to every check.
     watch(program, |event| {
         if event.place.span.file == 0 && event.place.span.line > 0 {
             scan.line(event.interpreter.line(), event.place.span);
@@ -77,6 +92,7 @@ pub fn lint<R: BufRead>(program: &mut Program<R>, levels: Levels) -> LintFinding
             }
         }
     });
+    // Lines after the end are scanned, too.
     scan.program_ended(program.interpreter().state().ended);
     while let Some((line, span)) = program.next_line() {
         scan.line(line, span);

@@ -12,8 +12,8 @@ pub(super) struct Leg<'a> {
     pub(super) end: Position,
 }
 
-/// The moves that a block gave out, in order. Under cutter compensation they belong to the block
-/// before: none then.
+/// The moves of a block in order. Empty under cutter compensation, where they belong to the block
+/// before.
 pub(super) fn legs<'a>(event: &'a Event<'_>) -> Vec<Leg<'a>> {
     if event.compensated || event.compensates {
         return Vec::new();

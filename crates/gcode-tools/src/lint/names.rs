@@ -1,5 +1,5 @@
-//! Lints of names: parameters that nobody reads, subroutines that nobody calls, blocks that never
-//! run.
+//! Lints of names: parameters that are never read, subroutines that are never called, blocks that
+//! never run.
 
 use super::Check;
 use super::rules::{Lint, LintFindings, LintRule, rule};

@@ -24,8 +24,8 @@ static RAPID_BELOW_SURFACE: LintRule = rule(
     "Retract first, or use G1.",
 );
 
-/// Smaller differences of coordinates are rounding.
-const EQUAL: f64 = 1e-6;
+/// Largest difference of coordinates that counts as rounding, program units.
+const SAME_COORDINATE: f64 = 1e-6;
 
 /// How deep feeds have cut at the present place in X and Y.
 #[derive(Debug, Default)]
@@ -34,15 +34,17 @@ pub(super) struct Rapid {
 }
 
 fn moves_sideways(leg: &Leg<'_>) -> bool {
-    (leg.end[0] - leg.start[0]).abs() > EQUAL || (leg.end[1] - leg.start[1]).abs() > EQUAL
+    (leg.end[0] - leg.start[0]).abs() > SAME_COORDINATE
+        || (leg.end[1] - leg.start[1]).abs() > SAME_COORDINATE
 }
 
 impl Rapid {
     fn traverse(&self, leg: &Leg<'_>, event: &Event<'_>, found: &mut LintFindings) {
         let ([.., from, _, _, _, _, _, _], [.., to, _, _, _, _, _, _]) = (leg.start, leg.end);
         let unit = event.after.units.name();
-        let into_own_hole = !moves_sideways(leg) && self.cut_z.is_some_and(|cut| to >= cut - EQUAL);
-        if to < -EQUAL && to < from - EQUAL && !into_own_hole {
+        let into_own_hole =
+            !moves_sideways(leg) && self.cut_z.is_some_and(|cut| to >= cut - SAME_COORDINATE);
+        if to < -SAME_COORDINATE && to < from - SAME_COORDINATE && !into_own_hole {
             let message = format!("a rapid goes down from Z{from} to Z{to} {unit}, below Z0");
             found.add(
                 &RAPID_PLUNGE,
@@ -51,7 +53,7 @@ impl Rapid {
                 &[("from_z", from), ("to_z", to)],
                 "go down with G1 from above the work",
             );
-        } else if to < -EQUAL && from < -EQUAL && moves_sideways(leg) {
+        } else if to < -SAME_COORDINATE && from < -SAME_COORDINATE && moves_sideways(leg) {
             let message = format!("a rapid moves sideways at Z{to} {unit}, below Z0");
             found.add(
                 &RAPID_BELOW_SURFACE,
@@ -71,6 +73,7 @@ impl Check for Rapid {
             if judged && matches!(leg.op, CanonicalOp::StraightTraverse(_)) {
                 self.traverse(leg, event, found);
             }
+            // A hole is known only at the place where it was cut.
             if moves_sideways(leg) {
                 self.cut_z = None;
             }

@@ -11,7 +11,7 @@ use std::fmt::Write;
 pub struct LintRule {
     /// Stable name, kebab case.
     pub code: &'static str,
-    /// What is done about it unless the user says otherwise.
+    /// Its level unless [`Levels`] change it.
     pub level: Level,
     /// What has been found.
     pub summary: &'static str,
@@ -42,7 +42,7 @@ static OUTSIDE_TRAVEL: LintRule = rule(
 /// The lints of one file.
 pub(super) struct Lint {
     pub(super) rules: &'static [&'static LintRule],
-    /// Makes what looks for them.
+    /// Makes the check that looks for them.
     pub(super) check: fn() -> Box<dyn Check>,
 }
 

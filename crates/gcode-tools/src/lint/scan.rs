@@ -7,11 +7,11 @@ use lostmotion_gcode::limits::Limits;
 use lostmotion_gcode::syntax::{Block, Keyword, Label, Op, Target, Text, Value, Word, parse_block};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The P of a call may have its rounds before so many digits of the subroutine's number.
-const PACKED: f64 = 10_000.0;
+/// The P of a call may have its rounds before the last four digits, the number of the subroutine.
+const PACKED_CALL_FACTOR: f64 = 10_000.0;
 
-/// Numbers of lines may begin anew after so high a one.
-const WRAPS: u64 = 9000;
+/// Line numbers may begin anew after one of at least this.
+const LEAST_WRAPPING_NUMBER: u64 = 9000;
 /// Most numbers that are remembered.
 const MOST_NUMBERS: usize = 100_000;
 
@@ -155,7 +155,7 @@ impl Scan {
                 self.inside = Some(name);
             }
             (Keyword::EndSub, Some(name)) if self.inside.as_ref() == Some(&name) => {
-                self.inside = None
+                self.inside = None;
             }
             (Keyword::Call, Some(name)) => {
                 self.called.insert(name);
@@ -170,7 +170,7 @@ impl Scan {
         let Some(number) = block.line_number.map(|number| number as u64) else {
             return;
         };
-        if number < self.last_number && self.last_number >= WRAPS {
+        if number < self.last_number && self.last_number >= LEAST_WRAPPING_NUMBER {
             self.numbers.clear();
         }
         self.last_number = number;
@@ -208,7 +208,8 @@ impl Scan {
             {
                 Some(Value::Number(number)) => {
                     self.called.insert(format!("{}", number.round()));
-                    self.called.insert(format!("{}", number.round() % PACKED));
+                    self.called
+                        .insert(format!("{}", number.round() % PACKED_CALL_FACTOR));
                 }
                 _ => self.calls_computed = true,
             }

@@ -44,11 +44,11 @@ pub(super) struct Spindles {
 }
 
 /// Most runs of such cuts that are remembered.
-const MOST: usize = 20;
+const MOST_RUNS: usize = 20;
 
 impl Spindles {
     fn cut(&mut self, place: BlockRef) {
-        if !self.off && self.cuts.len() < MOST {
+        if !self.off && self.cuts.len() < MOST_RUNS {
             self.cuts.push(place);
         }
         self.off = true;

@@ -29,8 +29,8 @@ const PER_INCH: [f64; 29] = [
     80.0, 72.0, 64.0, 56.0, 48.0, 44.0, 40.0, 36.0, 32.0, 28.0, 27.0, 24.0, 20.0, 19.0, 18.0, 16.0,
     14.0, 13.0, 12.0, 11.5, 11.0, 10.0, 9.0, 8.0, 7.0, 6.0, 5.0, 4.5, 4.0,
 ];
-/// How far from a pitch, as a share of it: rounding of F and S.
-const NEAR: f64 = 0.01;
+/// Largest relative deviation from a standard pitch: F and S are rounded.
+const PITCH_TOLERANCE: f64 = 0.01;
 
 /// G74 and G84 outside lathes.
 #[derive(Debug)]
@@ -55,7 +55,7 @@ impl Check for Taps {
             _ => return,
         };
         let pitch_mm = pitch * state.units.mm();
-        let is_near = |usual: f64| (pitch_mm / usual - 1.0).abs() <= NEAR;
+        let is_near = |usual: f64| (pitch_mm / usual - 1.0).abs() <= PITCH_TOLERANCE;
         if METRIC.into_iter().any(is_near)
             || PER_INCH
                 .into_iter()

@@ -41,7 +41,7 @@ pub(super) struct Tools {
 }
 
 /// Most changes without a length that are remembered.
-const MOST: usize = 20;
+const MOST_CHANGES: usize = 20;
 
 impl Tools {
     fn change(&mut self, event: &Event<'_>, tool: i32, found: &mut LintFindings) {
@@ -102,14 +102,14 @@ impl Check for Tools {
         let moves_z = || !in_machine(event) && legs.iter().any(|leg| leg.start[2] != leg.end[2]);
         if let Some((tool, line)) = self.changed.filter(|_| moves_z()) {
             self.changed = None;
-            if self.missing.len() < MOST {
+            if self.missing.len() < MOST_CHANGES {
                 self.missing.push((event.place, tool, line));
             }
         }
     }
 
     fn end(&mut self, _: BlockRef, found: &mut LintFindings) {
-        // Who never uses G43 sets up each tool by hand: that is said once.
+        // A program without any G43 is made for tools that are set up by hand: one finding is enough.
         let shown = if self.applied { self.missing.len() } else { 1 };
         for (place, tool, line) in self.missing.iter().take(shown) {
             let message = format!(

@@ -450,7 +450,7 @@ pub(super) fn axes(from: &Position, to: &Position) -> String {
     }
 }
 
-/// Words of the axes that differ, none if there is none.
+/// Words of the axes that differ, `None` if there is none.
 pub(super) fn changed(from: &Position, to: &Position) -> String {
     if from
         .iter()

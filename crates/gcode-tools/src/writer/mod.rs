@@ -23,7 +23,7 @@ pub use error::WriterError;
 pub use resolve::{Frame, Resolver};
 
 /// Operations that are looked at together.
-const WINDOW: usize = 16;
+const WINDOW_OPERATIONS: usize = 16;
 
 /// Writes resolved operations as blocks.
 #[derive(Debug)]
@@ -80,7 +80,7 @@ impl Writer {
     /// The operations have no blocks that mean the same.
     pub fn push(&mut self, op: SourcedOp, out: &mut String) -> Result<(), WriterError> {
         self.window.push_back(op);
-        while self.window.len() > WINDOW {
+        while self.window.len() > WINDOW_OPERATIONS {
             self.next(out)?;
         }
         Ok(())
@@ -114,6 +114,7 @@ impl Writer {
         else {
             return Err(WriterError::not_writable(self.window.front(), None, ""));
         };
+        // What has been written is expected to come back from the reader.
         for sourced in self.window.drain(..ops.min(self.window.len())) {
             match sourced.op {
                 CanonicalOp::StartSpeedFeedSync(pitch) => self.sync = Some(pitch),
@@ -130,6 +131,7 @@ impl Writer {
 
     /// Appends a block and reads it back.
     fn put(&mut self, line: &str, out: &mut String) -> Result<(), WriterError> {
+        // The written block is read by an interpreter of its own and resolved like the original.
         let fed = self.reader.feed(line.as_bytes());
         for sourced in &fed.ops {
             self.got.extend(self.resolver.push(&sourced.op)?);
@@ -168,10 +170,10 @@ impl Writer {
 }
 
 /// Rates that follow from inverse time may differ by this much: they are computed from lengths.
-const SAME_RATE: f64 = 1e-9;
+const SAME_RATE_RELATIVE: f64 = 1e-9;
 
-/// Equality, but for what follows from lengths in the frame: rates in inverse time, and the place
-/// where a probing move is taken to stop.
+/// Equality, except for values that are computed from lengths in the frame: rates in inverse time, and
+/// the place where a probing move stops.
 fn same(one: &CanonicalOp, other: &CanonicalOp) -> bool {
     match (one, other) {
         (CanonicalOp::StraightProbe(one), CanonicalOp::StraightProbe(other)) => {
@@ -183,7 +185,10 @@ fn same(one: &CanonicalOp, other: &CanonicalOp) -> bool {
                 inverse_time: Some(per_minute),
             },
             CanonicalOp::SetFeedRate { rate, inverse_time },
-        ) => *inverse_time == Some(*per_minute) && (one - rate).abs() <= SAME_RATE * one.abs(),
+        ) => {
+            *inverse_time == Some(*per_minute)
+                && (one - rate).abs() <= SAME_RATE_RELATIVE * one.abs()
+        }
         _ => one == other,
     }
 }
@@ -198,12 +203,24 @@ pub struct Written {
 }
 
 /// Text that is held before it goes out, bytes.
-const BUFFER: usize = 1 << 16;
+const BUFFER_BYTES: usize = 1 << 16;
 
 /// Runs a program and writes what it does as a program without parameters, loops, calls, cycles and
 /// offsets. Its coordinates are those of a work coordinate system, 1 for G54 to 9 for G59.3, as it
 /// is before the program. `config` has to be that of the program. Memory does not grow with the
 /// program's length.
+///
+/// ```
+/// use lostmotion_gcode::{InterpreterConfig, Program};
+/// use lostmotion_gcode_tools::writer::write_program;
+///
+/// let (text, config) = (b"G21 #1=2 F600\nG1 X[#1*5]\nM2\n", InterpreterConfig::default());
+/// let mut out = Vec::new();
+/// write_program(&mut Program::new(&text[..], config.clone()), &config, 1, &mut out)?;
+/// let plain = String::from_utf8_lossy(&out);
+/// assert!(plain.contains("X10") && !plain.contains('#'));
+/// # Ok::<(), lostmotion_gcode_tools::writer::WriterError>(())
+/// ```
 ///
 /// # Errors
 /// The program has errors, or something in it has no block of its own: see [`WriterError`].
@@ -254,7 +271,7 @@ fn write_in<R: BufRead>(
             )?;
         }
         last = sourced;
-        if text.len() > BUFFER {
+        if text.len() > BUFFER_BYTES {
             flush(&mut text, &mut written, out)?;
         }
     }

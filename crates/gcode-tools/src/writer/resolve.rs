@@ -88,6 +88,7 @@ impl Resolver {
     /// An arc that a rotation turns out of its plane.
     pub fn push(&mut self, op: &CanonicalOp) -> Result<Vec<CanonicalOp>, WriterError> {
         use CanonicalOp as O;
+        // The end of a synchronised move is held back: a second one that follows keeps the mode on.
         if self.stop_sync && matches!(op, O::StartSpeedFeedSync(_)) {
             self.stop_sync = false;
         }

@@ -9,18 +9,18 @@ pub(super) struct Settled {
 }
 
 /// Kinds of settings that are remembered.
-const KINDS: usize = 17;
+const KIND_COUNT: usize = 17;
 /// That of feed rates.
-const RATE: usize = 1;
+const RATE_KIND: usize = 1;
 /// That of the first spindle's turning.
-const TURNING: usize = 9;
+const SPINDLE_KIND: usize = 9;
 
-/// The kind of an operation that only sets something; none for all others.
+/// The kind of an operation that only sets something; `None` for all others.
 fn kind(op: &CanonicalOp) -> Option<usize> {
     use CanonicalOp as O;
     Some(match op {
         O::UseLengthUnits(_) => 0,
-        O::SetFeedRate { .. } => RATE,
+        O::SetFeedRate { .. } => RATE_KIND,
         O::SetFeedMode { .. } => 2,
         O::SelectPlane(_) => 3,
         O::SetMotionControlMode(_) => 4,
@@ -28,7 +28,7 @@ fn kind(op: &CanonicalOp) -> Option<usize> {
         O::UseToolLengthOffset(_) => 6,
         O::SetSpindleSpeed { spindle: 0, .. } => 7,
         O::SetSpindleMode { spindle: 0, .. } => 8,
-        O::StartSpindle { spindle: 0, .. } | O::StopSpindle { spindle: 0 } => TURNING,
+        O::StartSpindle { spindle: 0, .. } | O::StopSpindle { spindle: 0 } => SPINDLE_KIND,
         O::Mist(_) => 10,
         O::Flood(_) => 11,
         O::FeedOverride(_) => 12,
@@ -45,7 +45,7 @@ impl Settled {
     pub(super) fn new(units: Units) -> Settled {
         use CanonicalOp as O;
         let mut settled = Settled {
-            last: vec![None; KINDS],
+            last: vec![None; KIND_COUNT],
         };
         let start = [
             O::UseLengthUnits(units),
@@ -96,7 +96,7 @@ impl Settled {
             CanonicalOp::OrientSpindle { spindle: 0, .. }
                 | CanonicalOp::WaitOrient { spindle: 0, .. }
         ) {
-            self.forget(TURNING);
+            self.forget(SPINDLE_KIND);
         }
         let Some(slot) = kind(op).and_then(|kind| self.last.get_mut(kind)) else {
             return true;
@@ -112,7 +112,7 @@ impl Settled {
         let news = slot.as_ref() != Some(op);
         *slot = lasting.then(|| op.clone());
         if news && matches!(op, CanonicalOp::SetFeedMode { .. }) {
-            self.forget(RATE);
+            self.forget(RATE_KIND);
         }
         news
     }
@@ -126,7 +126,7 @@ impl Settled {
 
     /// In other units the same numbers mean something else.
     fn forget_lengths(&mut self) {
-        for kind in [RATE, 4, 5, 6, 16] {
+        for kind in [RATE_KIND, 4, 5, 6, 16] {
             if let Some(slot) = self.last.get_mut(kind) {
                 *slot = slot
                     .take()

@@ -1,7 +1,10 @@
 //! Every lint on a program that it is for, and on one that it must leave alone.
+
 use lostmotion_gcode::{InterpreterConfig, Program};
 use lostmotion_gcode_tools::lint::{Level, Levels, lint, rules};
 use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
 
 /// A first line that sets every mode.
 const HEAD: &str = "G21 G90 G17 G94 G54 G40 G49 G80\n";
@@ -269,4 +272,20 @@ fn programs_that_hold_much_are_watched_all_the_same() {
         );
         assert!(program.interpreter().state().ended);
     }
+}
+
+#[test]
+fn every_file_of_lints_is_in_the_list() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lint");
+    let list = fs::read_to_string(folder.join("mod.rs")).unwrap();
+    let mut files = 0;
+    for entry in fs::read_dir(&folder).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let name = name.trim_end_matches(".rs");
+        if !["mod", "rules", "moves", "scan"].contains(&name) {
+            assert!(list.contains(&format!("    {name}::LINTS,\n")), "{name}");
+            files += 1;
+        }
+    }
+    assert!(files > 10);
 }

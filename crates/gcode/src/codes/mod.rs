@@ -1,7 +1,15 @@
 //! The table of codes: one row per code.
 //!
-//! Adding a code is one row in `g` or `m`, one function that carries it out, and one sample
-//! program.
+//! Adding a code is one row in `g` or `m`, one function with its line in `exec/actions.rs`, and one
+//! sample program; tests fail while one of them is missing.
+//!
+//! ```
+//! use lostmotion_gcode::Code;
+//! use lostmotion_gcode::codes::find;
+//!
+//! let row = find(Code::g(591)).unwrap();
+//! assert_eq!((row.group.name(), row.example), ("coordinate system", "G59.1"));
+//! ```
 
 use crate::code::Code;
 use std::fmt::Write;
@@ -56,44 +64,6 @@ pub(crate) fn users(letter: char) -> String {
     codes.join(" ")
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_row_is_found_by_its_code_and_no_code_has_two() {
-        for row in rows() {
-            assert!(std::ptr::eq(find(row.code).unwrap(), row), "{}", row.code);
-        }
-        assert!(
-            find(Code {
-                letter: 'G',
-                tenths: 390
-            })
-            .is_none()
-        );
-        assert!(
-            find(Code {
-                letter: 'M',
-                tenths: 9999
-            })
-            .is_none()
-        );
-    }
-
-    #[test]
-    fn examples_name_their_code() {
-        for row in rows() {
-            assert!(
-                row.example.contains(&row.code.to_string()),
-                "{}: {}",
-                row.code,
-                row.example
-            );
-        }
-    }
-}
-
 const HEAD: &str = "# Codes\n\nEvery G and M code that lostmotion reads: its modal group (one line may have one code of a group), the words it takes besides F, S and T, what it \
 does, a line that uses it. This page is made from the table in `crates/gcode/src/codes`; a test keeps it in step. Each code has a sample program in \
 [gcode_samples/codes](../../../../gcode_samples/codes), whose canonical operations are recorded as a snapshot.\n\n\
@@ -135,4 +105,30 @@ fn words(row: &CodeRow) -> String {
         .chain(letters)
         .collect::<Vec<_>>()
         .join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_found_by_its_code_and_no_code_has_two() {
+        for row in rows() {
+            assert!(std::ptr::eq(find(row.code).unwrap(), row), "{}", row.code);
+        }
+        assert!(find(Code::g(390)).is_none());
+        assert!(find(Code::m(9999)).is_none());
+    }
+
+    #[test]
+    fn examples_name_their_code() {
+        for row in rows() {
+            assert!(
+                row.example.contains(&row.code.to_string()),
+                "{}: {}",
+                row.code,
+                row.example
+            );
+        }
+    }
 }

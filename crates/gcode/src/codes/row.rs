@@ -3,7 +3,7 @@
 use crate::code::Code;
 use crate::dialect::Leniency;
 
-/// Sets of codes of which one line may have one.
+/// Modal groups: one line may have one code of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs, reason = "see Group::name")]
 pub enum Group {
@@ -79,7 +79,7 @@ pub struct CodeRow {
     pub code: Code,
     /// Its modal group.
     pub group: Group,
-    /// When it is carried out: lower first, whatever the order on the line.
+    /// Order of execution within a block, lowest first, whatever the order on the line.
     pub(crate) phase: u8,
     /// What it does with axis words.
     pub axes: AxisUse,
@@ -87,7 +87,7 @@ pub struct CodeRow {
     pub words: &'static str,
     /// The same as bits.
     pub(crate) takes: u32,
-    /// What has to be accepted for it; none if it is of RS274/NGC.
+    /// Leniency that it needs; `None` for the codes of RS274/NGC.
     pub leniency: Option<Leniency>,
     /// What it does.
     pub meaning: &'static str,

@@ -30,7 +30,7 @@ pub(crate) fn action(code: Code) -> Option<Action> {
         ('G', 281 | 301) => straight::store,
         ('G', 330) => spindle::synchronised,
         ('G', 331) => spindle::rigid_tap,
-        ('G', 382 | 383 | 384 | 385) => straight::probe,
+        ('G', 382..=385) => straight::probe,
         ('G', 400) => compensation::off,
         ('G', 410 | 420) => compensation::on,
         ('G', 411 | 421) => compensation::dynamic,

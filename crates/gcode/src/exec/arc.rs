@@ -10,7 +10,7 @@ use lostmotion_base::vec::{Vec2, distance2};
 use std::f64::consts::{SQRT_2, TAU};
 
 /// Letters of the centre by axis index.
-const OFFSETS: [u8; 3] = *b"IJK";
+const CENTER_LETTERS: [u8; 3] = *b"IJK";
 /// Most turns one block may make.
 const MOST_TURNS: f64 = 1e6;
 
@@ -28,6 +28,7 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let plane = exec.state.plane;
     let [first, second, normal] = plane.axes();
     let (from, to) = ([start[first], start[second]], [end[first], end[second]]);
+    // The centre from I, J, K or R; then limits, feed and the compensated or plain operation.
     let center = exec.center(from, to, clockwise)?;
     let turns = if clockwise { -turns } else { turns };
     check_radius(from, center, exec.state.units, exec.config.limits.radius_mm)?;
@@ -105,10 +106,13 @@ impl Exec<'_> {
         let plane = self.state.plane;
         let [first, second, normal] = plane.axes();
         let words = self.words;
-        let offset = |axis: usize| words.get(OFFSETS[axis]);
+        let offset = |axis: usize| words.get(CENTER_LETTERS[axis]);
         let units = self.state.units;
         if let Some(radius) = self.word(b'R') {
-            if let Some(letter) = OFFSETS.into_iter().find(|&letter| self.words.has(letter)) {
+            if let Some(letter) = CENTER_LETTERS
+                .into_iter()
+                .find(|&letter| self.words.has(letter))
+            {
                 return Err(Problem::ArcTwoFormats {
                     letter: char::from(letter),
                 });
@@ -122,7 +126,7 @@ impl Exec<'_> {
             });
         } else if off_plane.is_some() {
             return Err(Problem::ArcOffPlane {
-                letter: char::from(OFFSETS[normal]),
+                letter: char::from(CENTER_LETTERS[normal]),
                 plane: plane.name(),
             });
         }
@@ -138,12 +142,12 @@ impl Exec<'_> {
             (Some(first), Some(second)) if self.state.arc_absolute => [first, second],
             (None, _) if self.state.arc_absolute => {
                 return Err(Problem::ArcCenterWord {
-                    letter: char::from(OFFSETS[first]),
+                    letter: char::from(CENTER_LETTERS[first]),
                 });
             }
             (_, None) if self.state.arc_absolute => {
                 return Err(Problem::ArcCenterWord {
-                    letter: char::from(OFFSETS[second]),
+                    letter: char::from(CENTER_LETTERS[second]),
                 });
             }
             (first, second) => [
@@ -162,10 +166,10 @@ const RADIUS_TOLERANCE_INCH: f64 = 0.000_05;
 /// 0.001 in or 0.01 mm, doubled).
 const CENTER_TOLERANCE_INCH: f64 = 2.0 * SQRT_2 * 0.001;
 const CENTER_TOLERANCE_MM: f64 = 2.0 * SQRT_2 * 0.01;
-/// By how much relative to the radius they may differ.
-const CENTER_RELATIVE: f64 = 0.001;
-/// Beyond this many tolerances they may not differ, whatever the radius.
-const CENTER_ABSOLUTE: f64 = 100.0;
+/// Largest difference of the radii relative to the radius. Published: LinuxCNC.
+const CENTER_TOLERANCE_RELATIVE: f64 = 0.001;
+/// Largest difference of the radii in absolute tolerances, whatever the radius.
+const MOST_CENTER_TOLERANCES: f64 = 100.0;
 
 const fn radius_tolerance(units: Units) -> f64 {
     match units {
@@ -197,10 +201,11 @@ pub(crate) fn check_center(
         Units::Inch => CENTER_TOLERANCE_INCH,
         Units::Mm => CENTER_TOLERANCE_MM,
     };
+    // Within the absolute tolerance any arc is accepted, beyond it only relative to a large radius.
     let difference = (start_radius - end_radius).abs();
     let relative = difference / start_radius.max(end_radius);
-    if difference > CENTER_ABSOLUTE * tolerance
-        || (difference > tolerance && relative > CENTER_RELATIVE)
+    if difference > MOST_CENTER_TOLERANCES * tolerance
+        || (difference > tolerance && relative > CENTER_TOLERANCE_RELATIVE)
     {
         return Err(Problem::ArcRadii {
             start_radius,
@@ -240,6 +245,7 @@ pub(crate) fn center_from_radius(
             unit: units.name(),
         });
     }
+    // Height of the centre above the chord, to the side that the sign of R selects.
     let height = (radius * radius - half * half).max(0.0).sqrt();
     let side = if clockwise == (radius > 0.0) {
         height

@@ -24,7 +24,7 @@ pub(crate) fn save(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     Ok(())
 }
 
-/// M71: whether there is something to forget or not.
+/// M71: forgets the saved modes, if there are any.
 pub(crate) fn forget(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     if let Some(level) = exec.saved.last_mut() {
         *level = Saved::default();
@@ -32,7 +32,7 @@ pub(crate) fn forget(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     Ok(())
 }
 
-/// M72.
+/// M72: brings the saved modes back.
 pub(crate) fn bring_back(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let modes = exec
         .saved

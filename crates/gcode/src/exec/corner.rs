@@ -55,6 +55,7 @@ impl Exec<'_> {
             return Ok(());
         };
         let result = self.make_corner(&pending);
+        // The held move is made in any case.
         if result.is_err() {
             self.out.push(SourcedOp {
                 op: CanonicalOp::StraightFeed(pending.corner),
@@ -92,6 +93,7 @@ impl Exec<'_> {
                 to[second] - pending.corner[second],
             ]
         };
+        // Vectors from the corner back along the held move, and on along the next one.
         let (back, on) = (way(&pending.start), way(&end));
         let lengths = [math::hypot(back[0], back[1]), math::hypot(on[0], on[1])];
         let sine = back[0] * on[1] - back[1] * on[0];
@@ -99,6 +101,7 @@ impl Exec<'_> {
         if !(angle > 1e-9 && angle < std::f64::consts::PI - 1e-9) {
             return Err(failed("needs two directions"));
         }
+        // Length that the corner takes off both moves.
         let cut = if pending.rounds {
             pending.size / math::tan(0.5 * angle)
         } else {

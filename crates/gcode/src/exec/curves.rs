@@ -1,8 +1,7 @@
 //! G5, G5.1, G5.2 and G5.3: curves in the XY plane as rational B-splines.
 
 use super::Exec;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::motion::curve_length;
 use crate::ops::{CanonicalOp, ControlPoint, NurbsFeed, Plane, Position};
 use crate::problem::Problem;
@@ -10,8 +9,8 @@ use crate::state::FeedMode;
 use crate::state::held::NurbsDraft;
 
 /// Order of a NURBS block where L does not say.
-const ORDER: u32 = 3;
-/// Highest order.
+const DEFAULT_NURBS_ORDER: u32 = 3;
+/// Highest order of a NURBS. Origin unknown, kept.
 const HIGHEST_ORDER: f64 = 32.0;
 
 const fn plain(at: [f64; 2]) -> ControlPoint {
@@ -79,6 +78,7 @@ pub(crate) fn cubic(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
             });
         }
     };
+    // Without I and J the next G5 continues in the direction that this one ends in.
     exec.state.spline_exit = Some([-p, -q]);
     exec.spline(
         end,
@@ -139,9 +139,10 @@ pub(crate) fn nurbs(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
             allowed: "a weight greater than zero",
         });
     }
+    // The opening block fixes the order and puts the first control point where the tool is.
     let opens = exec.state.nurbs.is_none();
     if opens {
-        let value = exec.word(b'L').unwrap_or(f64::from(ORDER));
+        let value = exec.word(b'L').unwrap_or(f64::from(DEFAULT_NURBS_ORDER));
         let order = whole(value).filter(|order| (2.0..=HIGHEST_ORDER).contains(order));
         let order = order.ok_or(Problem::WordOutOfRange {
             code,
@@ -188,10 +189,7 @@ pub(crate) fn nurbs(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 /// A NURBS block that the program ends in.
 pub(crate) const fn unclosed() -> Problem {
     Problem::Curve {
-        code: Code {
-            letter: 'G',
-            tenths: 52,
-        },
+        code: Code::g(52),
         message: "without its G5.3: the curve is not run",
     }
 }

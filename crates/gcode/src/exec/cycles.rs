@@ -3,8 +3,7 @@
 
 use super::Exec;
 use super::holes::Hole;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::codes::users;
 use crate::dialect::{Dialect, Leniency};
 use crate::ops::{CanonicalOp, PathControl, Position};
@@ -131,10 +130,12 @@ impl Exec<'_> {
         let hole = self.resolve_hole(code, &words, began, [r, bottom])?;
         let r = hole.r;
         self.check_moves(&hole, repeats)?;
+        // From below R the tool first goes up to it.
         let target = self.target()?;
         if began < r {
             self.level(&hole, r, false);
         }
+        // Holes are made in exact path mode, so that no corner is rounded at the bottom.
         let saved = self.state.path_control;
         if saved != PathControl::ExactPath {
             self.emit(CanonicalOp::SetMotionControlMode(PathControl::ExactPath));

@@ -53,7 +53,7 @@ pub(crate) fn tilt(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     exec.set_tilt(Some(Tilt::in_space(origin, euler)))
 }
 
-/// G69.
+/// G69: ends the turned coordinates.
 pub(crate) fn untilt(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     exec.set_tilt(None)
 }

@@ -1,8 +1,7 @@
 //! Circular pockets (G12, G13) and patterns of holes (G70 to G72) as Haas mills have them.
 
 use super::Exec;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::ops::{ArcFeed, CanonicalOp, Position};
 use crate::problem::Problem;
 use lostmotion_base::math;
@@ -55,6 +54,7 @@ pub(crate) fn pocket(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         };
     }
     exec.check_target(&floor)?;
+    // Down at the centre, then circles of growing radius, then back to the centre.
     exec.move_to(floor, true);
     let clockwise = code.tenths == 120;
     let mut radius = first;
@@ -150,6 +150,7 @@ impl Exec<'_> {
                 }
             });
         }
+        // G72 is a line, G70 and G71 lie on a circle about the origin.
         for hole in 0..holes {
             let (turn, reach) = if code.tenths == 720 {
                 (angle, size * f64::from(hole))

@@ -38,18 +38,21 @@ impl Exec<'_> {
         match hole.code.tenths {
             730 | 830 => self.peck(hole),
             740 | 840 => self.tap(hole),
+            // Counterbore: dwell at the bottom, rapid out.
             820 => {
                 self.level(hole, hole.bottom, true);
                 self.hole_dwell(hole)?;
                 self.level(hole, hole.clear, false);
                 Ok(())
             }
+            // Ream: feed out to R, then rapid.
             850 => {
                 self.level(hole, hole.bottom, true);
                 self.level(hole, hole.r, true);
                 self.level(hole, hole.clear, false);
                 Ok(())
             }
+            // Bore: dwell, feed out.
             890 => {
                 self.level(hole, hole.bottom, true);
                 self.hole_dwell(hole)?;
@@ -96,6 +99,7 @@ impl Exec<'_> {
             });
         }
         let clearance = Units::Mm.convert(PECK_CLEARANCE_MM, self.state.units);
+        // Each peck starts a little above the depth of the last one.
         let mut depth = hole.r - delta;
         while depth > hole.bottom {
             self.level(hole, depth, true);
@@ -128,6 +132,7 @@ impl Exec<'_> {
             return Err(Problem::Cycle { message });
         }
         let (feed, speed) = (self.state.feed_override, self.state.speed_override);
+        // Feed and speed belong together while the tap is in the hole: overrides are off.
         self.emit(CanonicalOp::FeedOverride(false));
         self.emit(CanonicalOp::SpeedOverride(false));
         self.tap_level(hole, hole.bottom);
@@ -204,14 +209,17 @@ impl Exec<'_> {
             spindle: 0,
             clockwise,
         };
+        // Lower the held tool beside the bore, move to its centre line and start the spindle there.
         self.move_to(beside, false);
         self.emit(CanonicalOp::StopSpindle { spindle: 0 });
         self.emit(orient.clone());
         self.move_to(at(&beside, hole.bottom), false);
         self.move_to(at(&center, hole.bottom), false);
         self.emit(start.clone());
+        // Bore upwards, and back down to where the tool can leave.
         self.move_to(at(&center, middle), true);
         self.move_to(at(&center, hole.bottom), true);
+        // Hold the tool again and lift it out beside the bore.
         self.emit(CanonicalOp::StopSpindle { spindle: 0 });
         self.emit(orient);
         self.move_to(at(&beside, hole.bottom), false);
@@ -233,7 +241,7 @@ impl Exec<'_> {
         self.emit(CanonicalOp::StopSpindle { spindle: 0 });
         if hole.code.tenths == 880 {
             self.emit(CanonicalOp::ProgramStop);
-            // By hand.
+            // The operator retracts by hand to the clearance level.
             self.state.current[hole.normal] = hole.clear;
         } else {
             self.level(hole, hole.clear, false);

@@ -17,7 +17,7 @@ pub(crate) fn system_parameter(system: u8) -> u16 {
     FIRST_SYSTEM + 20 * (u16::from(system.max(1)) - 1)
 }
 
-/// G54 to G59.3.
+/// G54 to G59.3: selects a work coordinate system.
 pub(crate) fn select(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let system = if code.tenths > 590 {
         code.tenths - 590 + 6
@@ -99,7 +99,7 @@ pub(crate) fn local(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     Ok(())
 }
 
-/// G92.1.
+/// G92.1: forgets the G92 offset and its parameters.
 pub(crate) fn g92_forget(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.parameters.put_position(G92, &[0.0; 9]);
     g92_suspend(exec, code)
@@ -128,7 +128,7 @@ pub(crate) fn g92_restore(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 /// The system that L11 measures tools in: G59.3.
 const FIXTURE_SYSTEM: u8 = 9;
 
-/// G10.
+/// G10: data of tools (L1, L10, L11) and of coordinate systems (L2, L20).
 pub(crate) fn g10(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let selector = exec.need(b'L', code, "L, what it sets")?;
     let number = exec.need(b'P', code, "P, the coordinate system or tool")?;

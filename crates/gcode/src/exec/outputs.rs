@@ -9,13 +9,13 @@ use crate::syntax::evaluate::evaluate;
 use crate::syntax::{Block, parse_block};
 
 /// Highest number of an input or output.
-const HIGHEST: f64 = 255.0;
+const HIGHEST_PORT: f64 = 255.0;
 /// Parameter that M66 puts its result in.
-const RESULT: u16 = 5399;
+const INPUT_RESULT_PARAMETER: u16 = 5399;
 
 impl Exec<'_> {
     fn port(&self, code: Code, letter: u8, value: f64) -> Result<u8, Problem> {
-        match whole(value).filter(|number| (0.0..=HIGHEST).contains(number)) {
+        match whole(value).filter(|number| (0.0..=HIGHEST_PORT).contains(number)) {
             Some(number) => Ok(number as u8),
             None => Err(Problem::WordOutOfRange {
                 code,
@@ -98,7 +98,7 @@ pub(crate) fn input(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
             what: "Q, how many seconds to wait at most",
         });
     }
-    exec.parameters.put(RESULT, 0.0);
+    exec.parameters.put(INPUT_RESULT_PARAMETER, 0.0);
     exec.emit(CanonicalOp::ReadInput {
         index,
         analog,
@@ -109,7 +109,7 @@ pub(crate) fn input(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 }
 
 /// Prefixes of comments that do something, and whether values are filled in.
-const ACTIVE: [(&str, TextKind, bool); 5] = [
+const ACTIVE_COMMENTS: [(&str, TextKind, bool); 5] = [
     ("msg,", TextKind::Message, false),
     ("debug,", TextKind::Message, true),
     ("print,", TextKind::Print, true),
@@ -122,7 +122,7 @@ impl Exec<'_> {
     pub(crate) fn comment(&mut self, inside: &[u8]) {
         let text = String::from_utf8_lossy(inside).into_owned();
         let start = text.trim_start();
-        for (prefix, kind, fill) in ACTIVE {
+        for (prefix, kind, fill) in ACTIVE_COMMENTS {
             if start
                 .get(..prefix.len())
                 .is_some_and(|head| head.eq_ignore_ascii_case(prefix))

@@ -2,9 +2,8 @@
 
 use super::Exec;
 use super::actions::action;
-use super::straight::CORNERS;
-use crate::code::Code;
-use crate::code::whole;
+use super::straight::CORNER_BITS;
+use crate::code::{Code, whole};
 use crate::codes::row::{PHASE_F, PHASE_MOTION, PHASE_S, PHASE_T};
 use crate::codes::{CodeRow, Group};
 use crate::ops::CanonicalOp;
@@ -13,10 +12,7 @@ use crate::state::FeedMode;
 use crate::syntax::Text;
 
 /// G5, which goes on as the one before it ended.
-const CUBIC: Code = Code {
-    letter: 'G',
-    tenths: 50,
-};
+const CUBIC: Code = Code::g(50);
 
 impl Exec<'_> {
     /// Carries the block out.
@@ -29,7 +25,7 @@ impl Exec<'_> {
             .state
             .corner_exit
             .take()
-            .filter(|_| words.mask & CORNERS != 0);
+            .filter(|_| words.mask & CORNER_BITS != 0);
         let mut next = 0;
         let mut moved = false;
         for used in words.codes() {

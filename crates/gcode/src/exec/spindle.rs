@@ -205,7 +205,7 @@ impl Iterator for Spindles {
     }
 }
 
-/// M3 and M4.
+/// M3 and M4: starts the spindles that `$` names.
 pub(crate) fn spindle_on(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let clockwise = code.tenths == 30;
     for spindle in exec.spindles()? {
@@ -279,7 +279,7 @@ pub(crate) fn adaptive_feed(exec: &mut Exec<'_>, code: Code) -> Result<(), Probl
     Ok(())
 }
 
-/// M53.
+/// M53: whether a feed hold is obeyed.
 pub(crate) fn feed_hold(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.state.feed_hold = exec.switched_on(code)?;
     exec.emit(CanonicalOp::FeedHold(exec.state.feed_hold));

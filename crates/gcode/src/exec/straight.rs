@@ -11,11 +11,11 @@ use crate::syntax::special::{CORNER_CHAMFER, CORNER_RADIUS};
 use lostmotion_base::math;
 use lostmotion_base::units::{deg, rad};
 
-/// Slowest feed that inverse time results in, units per minute (LinuxCNC).
-const LEAST_RATE: f64 = 0.1;
+/// Slowest feed that inverse time results in, units per minute. Published: LinuxCNC.
+const LEAST_INVERSE_TIME_RATE: f64 = 0.1;
 
 /// Bits of `,R` and `,C`.
-pub(crate) const CORNERS: u32 = bit(CORNER_RADIUS) | bit(CORNER_CHAMFER);
+pub(crate) const CORNER_BITS: u32 = bit(CORNER_RADIUS) | bit(CORNER_CHAMFER);
 
 /// G0.
 pub(crate) fn traverse(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
@@ -34,7 +34,7 @@ pub(crate) fn feed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     exec.state.current = end;
     exec.check_feed(code)?;
     exec.inverse_time(|| straight_length(&start, &end));
-    if exec.words.mask & CORNERS != 0 && exec.hold_corner(&start, end)? {
+    if exec.words.mask & CORNER_BITS != 0 && exec.hold_corner(&start, end)? {
         return Ok(());
     }
     exec.straight(&start, end, true)
@@ -69,7 +69,7 @@ pub(crate) fn straight_length(start: &Position, end: &Position) -> f64 {
 }
 
 /// Bits of the tool's direction (G43.5).
-const VECTOR: u32 = bit(b'I') | bit(b'J') | bit(b'K');
+const TOOL_DIRECTION_BITS: u32 = bit(b'I') | bit(b'J') | bit(b'K');
 
 impl Exec<'_> {
     /// Where the axis words lead to.
@@ -102,7 +102,9 @@ impl Exec<'_> {
         feed: bool,
     ) -> Result<(), Problem> {
         self.state.arc_not_allowed = false;
-        if self.words.mask & VECTOR != 0 && self.state.tip_control == TipControl::WithVector {
+        if self.words.mask & TOOL_DIRECTION_BITS != 0
+            && self.state.tip_control == TipControl::WithVector
+        {
             self.tool_vector()?;
         }
         if self
@@ -161,7 +163,7 @@ impl Exec<'_> {
                 .is_some_and(|compensation| compensation.acts());
             let differs = acts || self.state.arc_not_allowed;
             self.set_feed(
-                (length() * per_minute).max(LEAST_RATE),
+                (length() * per_minute).max(LEAST_INVERSE_TIME_RATE),
                 Some(per_minute).filter(|_| !differs),
             );
         }
@@ -241,12 +243,13 @@ impl Exec<'_> {
     }
 }
 
-/// Distance between the homes of G28 and G30.
-const SECOND: u16 = 20;
+/// Distance between the parameters of the homes of G28 and G30. Published: LinuxCNC, "Numbered
+/// Parameters".
+const SECOND_HOME_OFFSET: u16 = 20;
 
 const fn first_parameter(code: Code) -> u16 {
     if code.tenths >= 300 {
-        HOME + SECOND
+        HOME + SECOND_HOME_OFFSET
     } else {
         HOME
     }
@@ -288,15 +291,15 @@ pub(crate) fn store(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     Ok(())
 }
 
-/// How far before its end a probing move is taken to stop, as in LinuxCNC's stand-alone
-/// interpreter: 0.254 mm.
-const STOP_MM: f64 = 0.254;
+/// Distance before its end at which a probing move counts as stopped, mm. Recorded from LinuxCNC's
+/// stand-alone interpreter: 0.01 inch.
+const PROBE_STOP_MM: f64 = 0.254;
 /// Shortest probing move (LinuxCNC: 0.00000001 units).
-const SHORTEST: f64 = 1e-8;
+const SHORTEST_PROBE: f64 = 1e-8;
 /// Parameters: where the probe touched, in program coordinates.
-const TOUCHED: u16 = 5061;
+const TOUCHED_PARAMETER: u16 = 5061;
 /// Parameter: whether it touched.
-const SUCCESS: u16 = 5070;
+const TOUCHED_FLAG_PARAMETER: u16 = 5070;
 
 /// Probes up to the programmed end. There is no probe: #5061 to #5069 become the end, #5070 says
 /// that nothing was touched, and the tool is taken to be a little before the end.
@@ -311,13 +314,13 @@ pub(crate) fn probe(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     }
     let must = code.tenths.is_multiple_of(2);
     let ways: [f64; 9] = std::array::from_fn(|axis| end[axis] - start[axis]);
-    if must && ways.iter().all(|way| way.abs() < SHORTEST) {
+    if must && ways.iter().all(|way| way.abs() < SHORTEST_PROBE) {
         return Err(Problem::ProbeTooShort { code });
     }
     let length = ways.iter().take(3).map(|way| way * way).sum::<f64>().sqrt();
     let mut stop = end;
     if length > 0.0 {
-        let share = Units::Mm.convert(STOP_MM, exec.state.units) / length;
+        let share = Units::Mm.convert(PROBE_STOP_MM, exec.state.units) / length;
         for axis in 0..3 {
             stop[axis] -= ways[axis] * share;
         }
@@ -328,8 +331,8 @@ pub(crate) fn probe(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         away: code.tenths >= 384,
         must,
     };
-    exec.parameters.put_position(TOUCHED, &end);
-    exec.parameters.put(SUCCESS, 0.0);
+    exec.parameters.put_position(TOUCHED_PARAMETER, &end);
+    exec.parameters.put(TOUCHED_FLAG_PARAMETER, 0.0);
     exec.emit(CanonicalOp::StraightProbe(Box::new(probe)));
     exec.state.current = stop;
     Ok(())

@@ -1,8 +1,7 @@
 //! G76: a thread cut on a lathe in several passes.
 
 use super::Exec;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::ops::{CanonicalOp, Plane};
 use crate::problem::Problem;
 use lostmotion_base::math;
@@ -155,6 +154,7 @@ impl Exec<'_> {
         {
             return Err(Problem::CycleTooLong { limit });
         }
+        // Pass n goes to first * n^(1 / R): with R = 2 every pass removes the same area.
         let mut depth = first;
         let mut pass = 1.0;
         while depth < thread.depth {
@@ -162,6 +162,7 @@ impl Exec<'_> {
             pass += 1.0;
             depth = first * math::pow(pass, 1.0 / degression);
         }
+        // The last pass at full depth, then spring passes.
         for _ in 0..=(springs as u64) {
             self.pass(thread, thread.depth);
         }
@@ -178,6 +179,7 @@ impl Exec<'_> {
         ];
         let way = (end - start).signum();
         let [entry, exit] = thread.tapers;
+        // Infeed, entry taper, the thread, exit taper, back at clearance.
         self.lathe(clear, start, false);
         if entry == 0.0 {
             self.lathe(cut, start, false);

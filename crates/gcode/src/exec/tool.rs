@@ -1,8 +1,7 @@
 //! T, M6, M61 and tool offsets.
 
 use super::Exec;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::dialect::Dialect;
 use crate::ops::{CanonicalOp, Position};
 use crate::problem::Problem;
@@ -109,7 +108,7 @@ pub(crate) fn dynamic_length(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem
     exec.apply_tool_offset(offset)
 }
 
-/// G43.2: what H or the axis words give comes on top.
+/// G43.2: adds the offset of H, or that of the axis words, to the one in force.
 pub(crate) fn added_length(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let named = exec.word(b'H').is_some();
     if !named && (0..9).all(|axis| exec.axis_word(axis).is_none()) {
@@ -135,7 +134,7 @@ pub(crate) fn added_length(exec: &mut Exec<'_>, code: Code) -> Result<(), Proble
     exec.apply_tool_offset(offset)
 }
 
-/// G49.
+/// G49: no tool offset.
 pub(crate) fn no_length(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     exec.end_tip_control();
     exec.apply_tool_offset([0.0; 9])

@@ -1,16 +1,15 @@
 //! G70 to G72.2: the words of the turning cycles, and their moves as operations.
 
 use super::{Exec, Jump};
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position};
 use crate::problem::Problem;
 use crate::state::FeedMode;
 use crate::turning::{self, Finishing, Frame, Move, Pockets, ProfileMove, Roughing, Trouble};
 
 /// I and R where they are not given (LinuxCNC: 1 and 0.5, whatever the units).
-const DEPTH: f64 = 1.0;
-const RETRACT: f64 = 0.5;
+const DEFAULT_DEPTH: f64 = 1.0;
+const DEFAULT_RETRACT: f64 = 0.5;
 /// By how much ends of arcs may miss each other and a profile turn back, mm: the rounding of
 /// programs.
 const ROUNDING_MM: f64 = 0.002;
@@ -93,7 +92,7 @@ impl Exec<'_> {
                 passes: self.passes_of_finishing(code)?,
             }
         } else {
-            let depth = self.word(b'I').unwrap_or(DEPTH);
+            let depth = self.word(b'I').unwrap_or(DEFAULT_DEPTH);
             if depth <= 0.0 {
                 return Err(Problem::WordOutOfRange {
                     code,
@@ -110,11 +109,12 @@ impl Exec<'_> {
             Kind::Rough {
                 distance,
                 depth,
-                retract: self.not_negative(code, b'R', RETRACT)?,
+                retract: self.not_negative(code, b'R', DEFAULT_RETRACT)?,
                 along_z: code.tenths < 720,
                 pockets,
             }
         };
+        // Where the profile is entered: LinuxCNC 2.9 differs under cutter compensation.
         let from = if self.strays() {
             self.place_for_profile(end)
         } else {
@@ -207,6 +207,7 @@ impl Exec<'_> {
         frame: &Frame,
         moves: &[Move],
     ) -> Result<(), Problem> {
+        // Back from the frame of the profile to X and Z; limits and feed as for any move.
         for step in moves {
             let (place, feed) = match *step {
                 Move::Rapid(place) => (place, false),

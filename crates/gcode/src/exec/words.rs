@@ -23,13 +23,10 @@ pub(crate) const AXIS_BITS: u32 = bit(b'X')
     | bit(b'W');
 /// Bits of U, V and W.
 pub(crate) const SECONDARY_BITS: u32 = bit(b'U') | bit(b'V') | bit(b'W');
-/// Most codes that one line can have without two of a group.
-const CODES: usize = 24;
+/// Most codes of one line. Derived: one of each modal group, G and M apart.
+const MOST_CODES: usize = 24;
 
-const CANCEL: Code = Code {
-    letter: 'G',
-    tenths: 800,
-};
+const G80: Code = Code::g(800);
 
 /// A code of the block.
 #[derive(Clone, Copy, Debug)]
@@ -99,13 +96,9 @@ impl Words {
 
     /// Whether a G code is there.
     pub(crate) fn has_g(&self, tenths: u16) -> bool {
-        self.codes.iter().any(|used| {
-            used.row.code
-                == Code {
-                    letter: 'G',
-                    tenths,
-                }
-        })
+        self.codes
+            .iter()
+            .any(|used| used.row.code == Code::g(tenths))
     }
 
     /// Sets the value of a letter.
@@ -169,8 +162,8 @@ impl Words {
                 group: row.group.name(),
             });
         }
-        if self.codes.len() >= CODES {
-            return Err(Problem::TooManyWords { limit: CODES });
+        if self.codes.len() >= MOST_CODES {
+            return Err(Problem::TooManyWords { limit: MOST_CODES });
         }
         let at = self
             .codes
@@ -191,14 +184,10 @@ impl Words {
         else {
             return false;
         };
-        if new.code == CANCEL {
+        if new.code == G80 {
             return true;
         }
-        if self
-            .codes
-            .get(at)
-            .is_some_and(|used| used.row.code == CANCEL)
-        {
+        if self.codes.get(at).is_some_and(|used| used.row.code == G80) {
             self.codes.remove(at);
         }
         false
@@ -206,10 +195,10 @@ impl Words {
 }
 
 /// Words that need no code.
-const FREE: u32 = bit(b'F') | bit(b'S') | bit(b'T');
-const ARC_OFFSETS: u32 = bit(b'I') | bit(b'J') | bit(b'K');
-const CORNERS: u32 = bit(b'r') | bit(b'c');
-const POLAR: u32 = bit(b'@') | bit(b'^');
+const FREE_LETTERS: u32 = bit(b'F') | bit(b'S') | bit(b'T');
+const ARC_CENTER_BITS: u32 = bit(b'I') | bit(b'J') | bit(b'K');
+const CORNER_BITS: u32 = bit(b'r') | bit(b'c');
+const POLAR_BITS: u32 = bit(b'@') | bit(b'^');
 
 /// A problem with the place of the word that has it.
 pub(crate) type Placed = (Problem, Option<Text>);
@@ -217,7 +206,12 @@ pub(crate) type Placed = (Problem, Option<Text>);
 /// Finds the motion of the block and checks that every word is used.
 pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
     find_motion(words, state)?;
-    let mut taken = if state.motion_unknown { !0 } else { FREE };
+    // Collect the letters that the codes of the block use; what is left over is an error.
+    let mut taken = if state.motion_unknown {
+        !0
+    } else {
+        FREE_LETTERS
+    };
     if words.has(b'S') {
         // Which spindle the speed is for.
         taken |= bit(b'$');
@@ -229,12 +223,12 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
         }
     }
     if let Some(row) = words.motion {
-        taken |= row.takes | AXIS_BITS | POLAR;
+        taken |= row.takes | AXIS_BITS | POLAR_BITS;
         if row.code.tenths == 10 {
-            taken |= CORNERS;
+            taken |= CORNER_BITS;
         }
         if row.code.tenths <= 10 && state.tip_control == TipControl::WithVector {
-            taken |= ARC_OFFSETS;
+            taken |= ARC_CENTER_BITS;
         }
     }
     let unused = words.mask & !taken;
@@ -258,7 +252,7 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
 }
 
 fn find_motion(words: &mut Words, state: &State) -> Result<(), Placed> {
-    let has_axes = words.mask & (AXIS_BITS | POLAR) != 0;
+    let has_axes = words.mask & (AXIS_BITS | POLAR_BITS) != 0;
     let explicit = words
         .codes()
         .iter()
@@ -270,7 +264,7 @@ fn find_motion(words: &mut Words, state: &State) -> Result<(), Placed> {
         .find(|used| used.row.group != Group::Motion && used.row.axes != AxisUse::None)
         .copied();
     if let Some(other) = other {
-        if words.mask & POLAR != 0 {
+        if words.mask & POLAR_BITS != 0 {
             return Err((
                 Problem::PolarWithoutMotion {
                     code: other.row.code,
@@ -355,7 +349,7 @@ fn modal_motion(
             )),
         };
     }
-    Ok(if is_arc && words.mask & ARC_OFFSETS != 0 {
+    Ok(if is_arc && words.mask & ARC_CENTER_BITS != 0 {
         modal
     } else {
         None

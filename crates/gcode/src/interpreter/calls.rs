@@ -13,10 +13,7 @@ use crate::state::held::Saved;
 use crate::syntax::{Block, Keyword, Label, Value, parse_block};
 use std::sync::Arc;
 
-const M98: Code = Code {
-    letter: 'M',
-    tenths: 980,
-};
+const M98: Code = Code::m(980);
 
 impl Interpreter {
     /// A subroutine line that is carried out.
@@ -98,6 +95,7 @@ impl Interpreter {
         if rounds == 0 {
             return Ok(());
         }
+        // The caller's #1 to #30, open branches and place are kept in the frame.
         let locals = arguments.map(|arguments| Box::new(self.parameters.enter(arguments)));
         let frame = CallFrame {
             name,
@@ -166,6 +164,7 @@ impl Interpreter {
             }
             return Err(Problem::NoSuchSub { name });
         }
+        // Step back to the calling line, which runs again once the definition has been found.
         self.flow.at -= 1;
         let after = self
             .flow
@@ -313,7 +312,7 @@ impl Interpreter {
             }
             match flow {
                 Some((label, Keyword::Sub)) if open.is_none() => {
-                    open = name(label).map(|name| (name, Tape::default()))
+                    open = name(label).map(|name| (name, Tape::default()));
                 }
                 Some((label, Keyword::EndSub))
                     if open.as_ref().map(|(open, _)| open) == name(label).as_ref() =>

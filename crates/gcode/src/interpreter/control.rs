@@ -232,7 +232,7 @@ impl Interpreter {
                 condition?;
             }
             (Skip::LoopEnd, Keyword::EndWhile | Keyword::EndRepeat | Keyword::While) => {
-                self.flow.skip = None
+                self.flow.skip = None;
             }
             (Skip::DoWhile, Keyword::While) => {
                 self.flow.skip = None;
@@ -286,7 +286,7 @@ impl Interpreter {
         let number = whole(number)
             .filter(|number| *number >= 0.0)
             .ok_or(Problem::NoSuchLine { number })?;
-        // Searching takes time too: so many lines count as a block.
+        // A search costs time, too: every 16 lines count as one block towards the limit.
         self.looped += (self.flow.tape().len() / LINES_A_BLOCK) as u64;
         let (at, tape) = (self.flow.at, self.flow.tape());
         let is_it = |index: &usize| {

@@ -20,7 +20,7 @@ impl Interpreter {
             return Step::Ran;
         }
         self.check_open();
-        self.let_go(out);
+        self.release_held(out);
         self.span = Span {
             column: 1,
             len: 0,
@@ -39,9 +39,9 @@ impl Interpreter {
         Step::Ended
     }
 
-    /// Moves that cutter compensation still holds go out as they are; a curve that is not closed is
-    /// told.
-    pub(super) fn let_go(&mut self, out: &mut Vec<SourcedOp>) {
+    /// Emits the moves that cutter compensation still holds as they are, and reports a curve that is
+    /// not closed.
+    pub(super) fn release_held(&mut self, out: &mut Vec<SourcedOp>) {
         if self.state.nurbs.take().is_some() {
             self.report(crate::exec::curves::unclosed());
         }

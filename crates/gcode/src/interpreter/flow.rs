@@ -59,7 +59,7 @@ pub(crate) struct CallFrame {
     pub(crate) return_to: usize,
     /// How many structures were open in the callers.
     pub(crate) opens: usize,
-    /// The caller's #1 to #30; none if the subroutine shares them (M98).
+    /// The caller's #1 to #30; `None` if the subroutine shares them (M98).
     pub(crate) locals: Option<Box<[f64; LOCALS]>>,
     /// Index of the caller's own call.
     pub(crate) caller: u32,
@@ -92,7 +92,7 @@ pub(crate) struct Record {
 }
 
 /// What a subroutine takes beside its name and lines, in bytes.
-const SUBROUTINE: usize = 256;
+const SUBROUTINE_OVERHEAD_BYTES: usize = 256;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Flow {
@@ -135,7 +135,7 @@ impl Flow {
 
     /// Keeps a subroutine; an earlier one of the same name is forgotten.
     pub(crate) fn keep(&mut self, name: String, body: Tape) {
-        let beside = SUBROUTINE + name.len();
+        let beside = SUBROUTINE_OVERHEAD_BYTES + name.len();
         self.held += beside + body.size();
         if let Some(old) = self.subs.insert(name, Arc::new(body)) {
             self.held = self.held.saturating_sub(beside + old.size());

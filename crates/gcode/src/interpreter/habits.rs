@@ -1,4 +1,4 @@
-//! Habits of writing: what is accepted, told once a file, and counted.
+//! Habits of writing: leniencies that are reported once a file with their count.
 
 use super::Interpreter;
 use crate::diagnostics::Diagnostic;

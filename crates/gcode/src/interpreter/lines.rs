@@ -3,8 +3,7 @@
 use super::flow::Record;
 use super::tape::Tape;
 use super::{Interpreter, Percent, Step};
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::codes::{self, AxisUse, Group};
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
@@ -26,11 +25,13 @@ impl Interpreter {
         }
         let before = out.len();
         self.executed += 1;
+        // Parse and carry out; a refused block leaves its motion mode to those that follow.
         if let Err((problem, text)) = self.line_step(out) {
             self.place_and_report(problem, text);
             self.salvage();
             self.spoil_profile();
         }
+        // A block may end the profile of a turning cycle, or a subroutine whose modes come back.
         if self.profile.is_some() {
             self.end_profile(out);
         }
@@ -40,8 +41,9 @@ impl Interpreter {
             self.report(problem);
         }
         if self.state.ended {
-            self.let_go(out);
+            self.release_held(out);
         }
+        // Endless loops end here.
         self.watch(out.get(before..).unwrap_or_default());
         if self.state.ended {
             self.settle_habits();
@@ -121,6 +123,7 @@ impl Interpreter {
     }
 
     fn line_step(&mut self, out: &mut Vec<SourcedOp>) -> Result<(), (Problem, Option<Text>)> {
+        // Lines that are passed over need no parsing unless they could hold an O-word.
         if self.is_passing() && !self.flow.keeps && !may_matter(&self.line) {
             self.recording(None, false)
                 .map_err(|problem| (problem, None))?;
@@ -129,6 +132,7 @@ impl Interpreter {
         if self.passes_goto() {
             return Ok(());
         }
+        // The grammar first; then what other dialects write differently.
         self.state.line = self.place.line;
         let parsed = parse_block(&self.line, &mut self.block, &self.config.limits)
             .or_else(|fault| self.parse_specially(fault));
@@ -197,7 +201,7 @@ impl Interpreter {
             }
             // The search for a subroutine goes through the program from its first line.
             Percent::Open if self.flow.seek.is_some() && self.flow.frames.is_empty() => {
-                self.at_end |= self.place.line != self.opened
+                self.at_end |= self.place.line != self.opened;
             }
             Percent::Open if self.flow.frames.is_empty() => {
                 self.check_open();

@@ -37,12 +37,13 @@ use lostmotion_base::span::{BlockRef, Span};
 use lostmotion_base::units::deg;
 use std::sync::Arc;
 
-/// What a step left behind.
+/// State of the interpreter after a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// A block has run; more may follow without further input.
     Ran,
-    /// The next line has to be pushed, or the end of the source declared.
+    /// It needs the next line ([`Interpreter::push_line`]) or the end of the source
+    /// ([`Interpreter::end_of_source`]).
     NeedsLine,
     /// The program is over.
     Ended,
@@ -188,13 +189,12 @@ impl Interpreter {
         }
     }
 
-    /// Somebody else has moved the controlled point: where it is in program coordinates and units.
+    /// Tells where the controlled point is after a move that is not in the program: where it is in program coordinates and units.
     pub(crate) fn moved_to(&mut self, place: crate::ops::Position) {
         self.state.current = place;
     }
 
-    /// The operations that put the initial state into words: units and offsets in force before the
-    /// first line.
+    /// Operations that state what is in force before the first line: units and offsets.
     pub fn begin(&self, out: &mut Vec<SourcedOp>) {
         let offsets = &self.state.offsets;
         let ops = [
@@ -212,15 +212,14 @@ impl Interpreter {
         }));
     }
 
-    /// Takes subroutines that the program does not define from files.
+    /// Loads subroutines that the program does not define.
     #[must_use]
     pub fn with_loader(mut self, loader: Arc<dyn SubroutineLoader>) -> Interpreter {
         self.loader = Some(loader);
         self
     }
 
-    /// Gives the next line of the program, without its terminator. To be called when a step asks
-    /// for it.
+    /// Adds the next line of the program, without its terminator, when a step needs it.
     pub fn push_line(&mut self, line: &[u8], place: Place) {
         self.flow.forget();
         (self.looped, self.made, self.idle) = (0, 0, 0);
@@ -245,7 +244,7 @@ impl Interpreter {
         }
     }
 
-    /// Says that no line follows.
+    /// States that no line follows.
     pub fn end_of_source(&mut self) {
         self.at_end = true;
     }

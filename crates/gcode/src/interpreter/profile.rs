@@ -1,8 +1,7 @@
 //! The profile of a turning cycle: a subroutine that is run for its moves alone.
 
 use super::Interpreter;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::codes::{AxisUse, Group};
 use crate::diagnostics::Diagnostic;
 use crate::dialect::Leniency;
@@ -15,10 +14,7 @@ use crate::state::State;
 use crate::turning::{Corner, Piece, ProfileMove, Trouble};
 use lostmotion_base::span::BlockRef;
 
-const FEED: Code = Code {
-    letter: 'G',
-    tenths: 10,
-};
+const FEED: Code = Code::g(10);
 
 /// A profile that is being read.
 #[derive(Debug)]
@@ -91,6 +87,7 @@ impl Interpreter {
     /// A line inside a profile: only G0 to G3 count, as moves; parameters are set, everything else
     /// is passed over.
     pub(crate) fn profile_line(&mut self) -> Result<(), Placed> {
+        // The motion mode as G0 to G3 set it; other motion is an error, other codes are passed over.
         let mut motion = self.state.motion.filter(|code| code.tenths <= 30);
         for used in self.words.codes() {
             let code = used.row.code;
@@ -155,6 +152,7 @@ impl Interpreter {
             }
         };
         exec.state.current = end;
+        // A corner word rounds or chamfers the end of this move.
         let corner = self.profile_corner()?;
         let limit = self.config.limits.cycle_moves;
         let place = BlockRef {

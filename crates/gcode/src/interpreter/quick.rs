@@ -14,22 +14,10 @@ use crate::state::{FeedMode, State};
 use crate::syntax::Value;
 use lostmotion_base::span::BlockRef;
 
-const RAPID: Code = Code {
-    letter: 'G',
-    tenths: 0,
-};
-const FEED: Code = Code {
-    letter: 'G',
-    tenths: 10,
-};
-const CLOCKWISE: Code = Code {
-    letter: 'G',
-    tenths: 20,
-};
-const COUNTER_CLOCKWISE: Code = Code {
-    letter: 'G',
-    tenths: 30,
-};
+const RAPID: Code = Code::g(0);
+const FEED: Code = Code::g(10);
+const CLOCKWISE: Code = Code::g(20);
+const COUNTER_CLOCKWISE: Code = Code::g(30);
 
 /// Whether nothing is in force that such a move has to ask about.
 fn is_plain(state: &State) -> bool {
@@ -58,7 +46,7 @@ struct Gathered {
 }
 
 impl Gathered {
-    /// Takes a word in; false for any that needs more than this, or that is there already.
+    /// Adds a word; false for a word that needs the full path, or that is there already.
     #[inline(always)]
     fn take(&mut self, letter: u8, value: f64) -> bool {
         let (slot, seen, bit) = match letter {
@@ -100,7 +88,7 @@ impl Gathered {
 }
 
 impl Interpreter {
-    /// Carries the block out if it is a move of that kind. False: nothing has been done.
+    /// Carries the block out if it is a plain move; false if it is not, and nothing has been done.
     #[inline]
     pub(super) fn quick_move(&mut self, out: &mut Vec<SourcedOp>) -> bool {
         let waits = self.special || self.profile.is_some() || self.modal_macro.is_some();
@@ -111,6 +99,7 @@ impl Interpreter {
         {
             return false;
         }
+        // Gather literals; anything unusual leaves the block to the full path.
         let (code, end) = (self.state.motion, self.state.current);
         let mut said = Gathered {
             code,
@@ -132,6 +121,7 @@ impl Interpreter {
         let Some(op) = self.quick_op(&said) else {
             return false;
         };
+        // Limits, then the state changes as on the full path.
         let mut exec = self.exec(out);
         let too_fast = said
             .rate

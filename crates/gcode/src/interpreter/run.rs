@@ -52,12 +52,14 @@ impl Interpreter {
     ) -> Result<(), (Problem, Option<Text>)> {
         self.begun |= !self.block.words.is_empty();
         self.note_habits();
+        // 1. The fast path: plain moves without anything special in force.
         if self.quick_move(out) {
             return Ok(());
         }
         if self.special && matches!(self.dialect_line(out)?, Line::Done) {
             return Ok(());
         }
+        // 2. Evaluate the words and look up their codes.
         let mut collected = self.collect_words();
         if self.words.has(b'E') && self.merge_exponents() {
             collected = self.collect_words();
@@ -76,6 +78,7 @@ impl Interpreter {
         {
             return self.look_for(name).map_err(|problem| (problem, None));
         }
+        // 3. Parameters are set before any code is carried out.
         self.apply_settings()?;
         self.warn();
         if self.profile.is_some() {
@@ -85,12 +88,14 @@ impl Interpreter {
         if self.words.mask == 0 && self.words.codes().is_empty() {
             return Ok(());
         }
+        // 4. Find the motion, and check that every word has a code that uses it.
         if let Err((problem, place)) = check(&mut self.words, &self.state) {
             if !self.reconcile(&problem) {
                 return Err((problem, place));
             }
             check(&mut self.words, &self.state)?;
         }
+        // 5. Carry the codes out by phase, then go where M98, M99 or a turning cycle sends the program.
         let result = self.exec(out).run();
         self.warn();
         result?;

@@ -29,7 +29,7 @@ impl Place {
 }
 
 /// What a line takes beside its bytes.
-const LINE: usize = 32;
+const LINE_OVERHEAD_BYTES: usize = 32;
 
 /// Lines of source in one buffer.
 #[derive(Clone, Debug, Default)]
@@ -51,7 +51,7 @@ impl Tape {
 
     /// Bytes held, with what it takes to find the lines.
     pub(crate) fn size(&self) -> usize {
-        self.bytes.len() + LINE * self.lines.len()
+        self.bytes.len() + LINE_OVERHEAD_BYTES * self.lines.len()
     }
 
     pub(crate) fn clear(&mut self) {

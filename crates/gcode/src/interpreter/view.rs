@@ -16,7 +16,7 @@ impl Interpreter {
         self.diagnostics.provenance().call_stacks()
     }
 
-    /// Name of the file of an index in a span; none for the program itself, which is 0.
+    /// Name of the file of an index in a span; `None` for the program itself, which is 0.
     pub fn file_name(&self, index: u32) -> Option<&str> {
         self.diagnostics.file(index).map(|file| file.name.as_str())
     }

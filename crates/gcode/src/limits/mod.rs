@@ -3,6 +3,17 @@
 use serde::{Deserialize, Serialize};
 
 /// What a program may use. Every bound is settable; exceeding one is an error that names it.
+///
+/// ```
+/// use lostmotion_gcode::{InterpreterConfig, Limits, Program};
+///
+/// let mut limits = Limits::default();
+/// limits.set("line_bytes", "20")?;
+/// let config = InterpreterConfig { limits, ..InterpreterConfig::default() };
+/// let found = Program::new(&b"G1 X10 (a comment that is too long) F200\nM2\n"[..], config).finish();
+/// assert_eq!(found.kept()[0].problem.limit(), Some("line_bytes"));
+/// # Ok::<(), lostmotion_gcode::LimitError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {

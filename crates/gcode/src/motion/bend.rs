@@ -1,18 +1,21 @@
-//! Curves as polynomials of degree five by their length that share the curve's points, directions
-//! and curvatures, fine enough to stay within a tolerance.
+//! Curves as quintic Hermite polynomials over their arc length: place, direction and curvature at the
+//! ends are those of the curve, and the polynomials are so short that they stay within a tolerance.
 
 use super::spline::{End, Spline};
 use lostmotion_base::math;
 use lostmotion_base::vec::{Vec2, distance2, dot};
 
-/// Most halvings of a stretch of the curve.
+/// Most halvings of a part of the curve. After 20, what is left of a
+/// span of 1 m is 1 um long.
 const MOST_HALVINGS: u32 = 20;
-/// Places between its ends at which a polynomial is held against the curve.
+/// Intervals between the places at which a polynomial is compared with the curve. Origin unknown,
+/// kept; property tests hold the tolerance between them.
 const CHECKS: u32 = 8;
-/// Part by which its speed may differ from one, so that its parameter is its length.
-const UNEVEN: f64 = 0.01;
-/// Steps of Newton's method towards the curve's nearest point.
-const STEPS: usize = 4;
+/// Largest relative deviation of a polynomial's speed from 1, at which its parameter still counts as
+/// arc length. Origin unknown, kept.
+const LARGEST_SPEED_ERROR: f64 = 0.01;
+/// Newton steps towards the curve's nearest point. Origin unknown, kept.
+const NEWTON_STEPS: usize = 4;
 /// Gauss-Legendre quadrature with five points: places on [-1, 1] and weights (Abramowitz and
 /// Stegun, table 25.4).
 const GAUSS: [(f64, f64); 5] = [
@@ -23,8 +26,8 @@ const GAUSS: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
 
-/// Pieces of a span in which its length is integrated.
-const PIECES: u32 = 16;
+/// Parts of a span over which its length is integrated. Origin unknown, kept.
+const LENGTH_PARTS: u32 = 16;
 
 /// A straight stretch, or one that bends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +66,8 @@ impl Stretch {
 
     /// Place and derivative by length, a share of the way along.
     pub(super) fn at(&self, share: f64) -> [Vec2; 2] {
+        // De Casteljau: interpolate between control points until two are left, which give the place
+        // and the derivative.
         let mut points = self.control();
         for level in (2..6).rev() {
             for index in 0..level {
@@ -85,6 +90,8 @@ impl Stretch {
         let ([t0, t1], [k0, k1]) = self.bend.map_or(([way; 2], [[0.0; 2]; 2]), |bend| {
             (bend.tangents, bend.curvatures)
         });
+        // The first and last three control points follow from place, velocity and acceleration at
+        // that end; by arc length the velocity has length 1.
         let mut points = [self.start; 6];
         for i in 0..2 {
             let (v0, v1, a0, a1) = (
@@ -119,8 +126,8 @@ fn length(spline: &Spline, span: usize, from: f64, to: f64) -> f64 {
 /// Length of a whole curve, in the unit of its points.
 pub(super) fn whole_length(spline: &Spline) -> f64 {
     let pieces = |span: usize| {
-        (0..PIECES).map(move |piece| {
-            [piece, piece + 1].map(|end| span as f64 + f64::from(end) / f64::from(PIECES))
+        (0..LENGTH_PARTS).map(move |piece| {
+            [piece, piece + 1].map(|end| span as f64 + f64::from(end) / f64::from(LENGTH_PARTS))
         })
     };
     (0..spline.spans())
@@ -141,6 +148,7 @@ pub(super) fn stretches(
     let middle = 0.5 * (from + to);
     let splits = halvings < MOST_HALVINGS && middle > from && middle < to;
     let length = length(spline, span, from, to);
+    // One polynomial if it fits, else two halves, else (no direction, or too short) a straight line.
     if let (Some(first), Some(last)) = (&start, &end)
         && length > 0.0
         && let stretch = Stretch::between(first, last, length)
@@ -174,8 +182,9 @@ fn fits(
         let share = f64::from(check) / f64::from(CHECKS);
         let [place, slope] = stretch.at(share);
         let mut parameter = from + (to - from) * share;
+        // Project the polynomial's place onto the curve.
         let mut here = spline.derivatives(span, parameter);
-        for _ in 0..STEPS {
+        for _ in 0..NEWTON_STEPS {
             let [at, d1, _] = here;
             let square = dot(d1, d1);
             if square == 0.0 {
@@ -185,7 +194,8 @@ fn fits(
                 .clamp(from, to);
             here = spline.derivatives(span, parameter);
         }
-        (math::hypot(slope[0], slope[1]) - 1.0).abs() <= UNEVEN
+        // Half of the tolerance is left for the places between the checks.
+        (math::hypot(slope[0], slope[1]) - 1.0).abs() <= LARGEST_SPEED_ERROR
             && distance2(here[0], place) <= 0.5 * tolerance
     })
 }

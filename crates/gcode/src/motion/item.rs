@@ -25,7 +25,7 @@ pub enum PathMode {
     ExactStop,
     /// G64: corners may be rounded.
     Continuous {
-        /// Allowed deviation; none if no bound was programmed.
+        /// Allowed deviation; `None` if no bound was programmed.
         tolerance_mm: Option<f64>,
         /// Short moves may be merged within this; 0 is off.
         merge_mm: f64,
@@ -62,7 +62,7 @@ pub struct Motion {
     pub start: Coords,
     /// Where it ends, mm and rad. May be the same as the start.
     pub end: Coords,
-    /// Its circle; none for a move that is straight or bends otherwise.
+    /// Its circle; `None` for a move that is straight or bends otherwise.
     pub circle: Option<Circle>,
     /// How it bends as part of a spline.
     pub bend: Option<Bend>,
@@ -80,7 +80,7 @@ pub struct Motion {
     /// Where the program's zero lies in the machine frame (work coordinate system and G92), mm and
     /// rad.
     pub origin: Coords,
-    /// The block that asked for it.
+    /// Its block.
     pub block: BlockRef,
 }
 
@@ -96,7 +96,7 @@ pub enum MotionItem {
     Dwell {
         /// How long, s.
         seconds: f64,
-        /// The block that asked for it.
+        /// Its block.
         block: BlockRef,
     },
     /// The machine stops for another tool.

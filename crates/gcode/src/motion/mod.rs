@@ -23,6 +23,25 @@ pub use several::SPLINE_TOLERANCE_MM;
 pub(crate) use several::curve_length;
 
 /// Folds operations into motion. State only: small, cloneable, serialisable.
+///
+/// ```
+/// use lostmotion_base::Coords;
+/// use lostmotion_gcode::{InterpreterConfig, MotionFold, MotionItem, Program};
+///
+/// let mut origin = Coords::ZERO;
+/// origin.0[0] = -300.0;
+/// let config = InterpreterConfig::default().with_work_offset(1, origin);
+/// let mut fold = MotionFold::new(config.start);
+/// let mut moves = Vec::new();
+/// for sourced in Program::new(&b"G54 G21 G1 X10 F600\nM2\n"[..], config) {
+///     if let Some(MotionItem::Move(motion)) = fold.push(&sourced)? {
+///         moves.push(motion);
+///     }
+/// }
+/// // Machine coordinates: the origin of G54 and the programmed 10 mm.
+/// assert_eq!(moves[0].end.0[0], -290.0);
+/// # Ok::<(), lostmotion_gcode::Problem>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionFold {
     units: Units,
@@ -91,7 +110,7 @@ impl MotionFold {
         self.tool
     }
 
-    /// Somebody else has moved the controlled point, mm and rad.
+    /// Tells where the controlled point is after a move that is not in the program, mm and rad.
     pub fn moved_to(&mut self, at: Coords) {
         self.at = at;
     }
@@ -286,15 +305,15 @@ impl MotionFold {
         match op {
             CanonicalOp::UseLengthUnits(units) => self.units = *units,
             CanonicalOp::SetG5xOffset { offset, .. } => {
-                self.offsets.g5x = convert(offset, self.units, Units::Mm)
+                self.offsets.g5x = convert(offset, self.units, Units::Mm);
             }
             CanonicalOp::SetG92Offset(offset) => {
-                self.offsets.g92 = convert(offset, self.units, Units::Mm)
+                self.offsets.g92 = convert(offset, self.units, Units::Mm);
             }
             CanonicalOp::SetTilt(tilt) => {
                 self.offsets.tilt = tilt
                     .as_deref()
-                    .map(|tilt| tilt.convert(self.units, Units::Mm))
+                    .map(|tilt| tilt.convert(self.units, Units::Mm));
             }
             CanonicalOp::SetXyRotation(degrees) => self.offsets.rotation_deg = *degrees,
             CanonicalOp::UseToolLengthOffset(offset) => {
@@ -308,7 +327,7 @@ impl MotionFold {
                     (*rate * self.units.mm(), *rate, *inverse_time);
             }
             CanonicalOp::StartSpeedFeedSync(pitch) => {
-                self.pitch_mm = Some(*pitch * self.units.mm())
+                self.pitch_mm = Some(*pitch * self.units.mm());
             }
             CanonicalOp::StopSpeedFeedSync => self.pitch_mm = None,
             CanonicalOp::FeedOverride(on) => self.feed_override = *on,
@@ -327,7 +346,7 @@ impl MotionFold {
             }
             CanonicalOp::SetMotionControlMode(control) => self.control = *control,
             CanonicalOp::SetNaiveCamTolerance(tolerance) => {
-                self.merge = *tolerance * self.units.mm()
+                self.merge = *tolerance * self.units.mm();
             }
             _ => {}
         }

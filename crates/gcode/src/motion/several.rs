@@ -14,13 +14,14 @@ use std::f64::consts::TAU;
 /// How far the polynomials may lie from the spline that they stand for, unless told otherwise.
 pub const SPLINE_TOLERANCE_MM: f64 = 0.001;
 
-/// Ends of an arc that are as near as this are one, program units.
-const SAME_PLACE: f64 = 1e-9;
+/// Largest distance between the ends of an arc that counts as a full circle, program units. Derived:
+/// far above the rounding of machine coordinates and back.
+const CLOSED_ARC_GAP: f64 = 1e-9;
 
 /// Most lines that stand for one arc of a tilted plane.
-const MOST_LINES: f64 = 1e6;
+const MOST_ARC_LINES: f64 = 1e6;
 
-/// Length of a curve in the unit of its points; none if it has too few.
+/// Length of a curve in the unit of its points; `None` if it has too few.
 pub(crate) fn curve_length(curve: &NurbsFeed) -> Option<f64> {
     let points = curve.points.iter().map(|point| (point.at, point.weight));
     Spline::new(points, curve.order as usize).map(|spline| whole_length(&spline))
@@ -70,6 +71,7 @@ impl MotionFold {
             points: curve.points.len(),
             order: curve.order,
         })?;
+        // Approximate every span, then bring the parts into machine coordinates.
         let feed = self.arc_feed()?;
         let mut parts: Vec<Stretch> = Vec::new();
         for span in 0..spline.spans() {
@@ -82,6 +84,7 @@ impl MotionFold {
                 &mut parts,
             );
         }
+        // Each part takes its share of an inverse-time duration by its length.
         let whole: f64 = parts.iter().map(Stretch::length).sum();
         let place = |fold: &MotionFold, [x, y]: Vec2| {
             let mut place = curve.end;
@@ -127,12 +130,14 @@ impl MotionFold {
         let [first, second, _] = arc.plane.axes();
         // There and back through the machine's coordinates, the start of a full circle is its end
         // but for rounding.
-        if (start[first] - end[first]).abs() + (start[second] - end[second]).abs() < SAME_PLACE {
+        if (start[first] - end[first]).abs() + (start[second] - end[second]).abs() < CLOSED_ARC_GAP
+        {
             (start[first], start[second]) = (end[first], end[second]);
         }
         let from = [start[first] - arc.center[0], start[second] - arc.center[1]];
         let to = [end[first] - arc.center[0], end[second] - arc.center[1]];
         let radii = [math::hypot(from[0], from[1]), math::hypot(to[0], to[1])];
+        // Sweep of the last turn in the direction of travel, plus the whole turns before it.
         let way = if arc.turns > 0 { 1.0 } else { -1.0 };
         let turn = way
             * math::atan2(
@@ -146,13 +151,14 @@ impl MotionFold {
         let share = (self.spline_tolerance_mm / largest).min(1.0);
         let pieces = (sweep / (2.0 * math::acos(1.0 - share)))
             .ceil()
-            .clamp(1.0, MOST_LINES);
+            .clamp(1.0, MOST_ARC_LINES);
         let feed = self.arc_feed()?;
         let angle = math::atan2(from[1], from[0]);
         for piece in 1..=(pieces as u64) {
             let part = piece as f64 / pieces;
             let mut place: Position =
                 std::array::from_fn(|axis| start[axis] + part * (end[axis] - start[axis]));
+            // Radius and height change evenly with the angle: a spiral or helix.
             if part < 1.0 {
                 let radius = radii[0] + part * (radii[1] - radii[0]);
                 let (sin, cos) = math::sin_cos(angle + way * part * sweep);
@@ -181,6 +187,7 @@ impl MotionFold {
         let machine = self.machine(&place);
         let mut bottom = top;
         bottom.0[..3].copy_from_slice(&machine.0[..3]);
+        // Down and back, with a stop at either end where the spindle reverses.
         for to in [bottom, top] {
             let feed = self.feed(&to, "G33.1")?;
             let mut item = self.advance(to, None, feed, block);

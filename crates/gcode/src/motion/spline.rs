@@ -13,8 +13,8 @@ pub(super) struct End {
     pub(super) curvature: Vec2,
 }
 
-/// Derivatives below this are none, mm.
-const STILL: f64 = 1e-9;
+/// Shortest derivative that has a direction, mm.
+const LEAST_DERIVATIVE_MM: f64 = 1e-9;
 
 /// A curve in the plane of its control points, mm.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +60,7 @@ impl Spline {
             .map(|point| point.map(Jet::constant))
             .collect();
         let parameter = Jet::new(parameter, 1.0, 0.0, 0.0);
+        // De Boor's algorithm on homogeneous coordinates; jets carry two derivatives along.
         for level in 1..=self.degree {
             for index in (level..=self.degree).rev() {
                 let low = self.knot(span + index);
@@ -80,11 +81,12 @@ impl Spline {
         [0, 1, 2].map(|order| [x.0[order], y.0[order]])
     }
 
-    /// The curve at a parameter in a span or at its ends; none where it has no direction.
+    /// The curve at a parameter in a span or at its ends; `None` where it has no direction.
     pub(super) fn end(&self, span: usize, parameter: f64) -> Option<End> {
         let [place, d1, d2] = self.derivatives(span, parameter);
         let speed = math::hypot(d1[0], d1[1]);
-        if speed > STILL {
+        if speed > LEAST_DERIVATIVE_MM {
+            // By arc length: the unit tangent, and the part of the second derivative across it.
             let tangent = d1.map(|d| d / speed);
             let along = d2[0] * tangent[0] + d2[1] * tangent[1];
             let curvature = std::array::from_fn(|i| (d2[i] - along * tangent[i]) / (speed * speed));
@@ -94,10 +96,11 @@ impl Spline {
                 curvature,
             });
         }
-        // Where two control points are one the curve sets out the way that it speeds up.
+        // Where two control points coincide the first derivative vanishes: the curve starts in the
+        // direction of the second one.
         let pull = math::hypot(d2[0], d2[1]);
         let way = if parameter > span as f64 { -1.0 } else { 1.0 };
-        (pull > STILL).then(|| End {
+        (pull > LEAST_DERIVATIVE_MM).then(|| End {
             place,
             tangent: d2.map(|d| way * d / pull),
             curvature: [0.0; 2],

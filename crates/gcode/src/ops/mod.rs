@@ -68,7 +68,7 @@ pub enum CanonicalOp {
     SetMotionControlMode(PathControl),
     /// Tolerance for merging short collinear moves, program units; 0 is off.
     SetNaiveCamTolerance(f64),
-    /// Turned coordinates (G68, G68.2); none with G69.
+    /// Turned coordinates (G68, G68.2); `None` with G69.
     SetTilt(Option<Box<Tilt>>),
     /// Whether X Y Z are the tool's tip, whatever the rotary axes do (G43.4, G43.5).
     ToolTipControl(bool),
@@ -122,7 +122,7 @@ pub enum CanonicalOp {
         /// In the course of a boring cycle (G87), whose record has other numbers for the ways.
         boring: bool,
     },
-    /// Waits until the spindle has been turned to its angle, at most so many seconds.
+    /// Waits until the spindle has been turned to its angle; the value is the longest wait, s.
     WaitOrient {
         /// Which spindle.
         spindle: u8,

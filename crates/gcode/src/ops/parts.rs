@@ -195,7 +195,7 @@ pub struct Tilt {
 }
 
 /// Entries of a rotation smaller than this are rounding.
-const ROUNDING: f64 = 1e-15;
+const ROTATION_ROUNDING: f64 = 1e-15;
 
 impl Tilt {
     /// G68: about a point of the XY plane, counter-clockwise, degrees.
@@ -261,7 +261,13 @@ fn about_x(degrees: f64) -> [[f64; 3]; 3] {
 /// Sine and cosine whose zeros are zeros.
 fn exact(degrees: f64) -> (f64, f64) {
     let (sin, cos) = math::sin_cos(rad(degrees));
-    let clean = |value: f64| if value.abs() < ROUNDING { 0.0 } else { value };
+    let clean = |value: f64| {
+        if value.abs() < ROTATION_ROUNDING {
+            0.0
+        } else {
+            value
+        }
+    };
     (clean(sin), clean(cos))
 }
 

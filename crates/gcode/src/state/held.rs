@@ -13,7 +13,7 @@ pub struct Compensation {
     pub(crate) left: f64,
     /// Orientation of a lathe tool's nose, 0 to 9.
     pub(crate) orientation: u8,
-    /// The last offset move and where it ends; none before the first.
+    /// The last offset move and where it ends; `None` before the first.
     pub(crate) last: Option<Edge>,
     /// The last move has gone out: its end is fixed.
     pub(crate) fixed: bool,

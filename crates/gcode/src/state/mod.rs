@@ -60,7 +60,7 @@ pub struct State {
     pub feed_mode: FeedMode,
     /// Feed rate in force; 0 before the first F.
     pub feed: f64,
-    /// Motion mode; none after G80.
+    /// Motion mode; `None` after G80.
     pub motion: Option<Code>,
     /// G7: X is a diameter.
     pub diameter: bool,

@@ -5,8 +5,8 @@ use crate::problem::Problem;
 use lostmotion_base::math;
 use lostmotion_base::units::{deg, rad};
 
-/// Comparisons for equality allow this difference (LinuxCNC's interpreter does).
-const EQUAL: f64 = 1e-5;
+/// Largest difference of numbers that EQ takes for equal. Published: LinuxCNC.
+const EQUALITY_TOLERANCE: f64 = 1e-5;
 
 /// What expressions read.
 pub(crate) trait Lookup {
@@ -14,7 +14,7 @@ pub(crate) trait Lookup {
     fn numbered(&mut self, number: f64) -> Result<f64, Problem>;
     /// Whether there is a parameter of that number.
     fn numbered_exists(&self, number: f64) -> bool;
-    /// The value of a named parameter; none if it does not exist.
+    /// The value of a named parameter; `None` if it does not exist.
     fn named(&self, name: &[u8]) -> Option<f64>;
 }
 
@@ -151,8 +151,8 @@ fn binary(operator: Binary, left: f64, right: f64) -> Result<f64, Problem> {
         }
         Binary::Plus => left + right,
         Binary::Minus => left - right,
-        Binary::Equal => truth((left - right).abs() < EQUAL),
-        Binary::NotEqual => truth((left - right).abs() >= EQUAL),
+        Binary::Equal => truth((left - right).abs() < EQUALITY_TOLERANCE),
+        Binary::NotEqual => truth((left - right).abs() >= EQUALITY_TOLERANCE),
         Binary::Greater => truth(left > right),
         Binary::GreaterEqual => truth(left >= right),
         Binary::Less => truth(left < right),

@@ -197,6 +197,7 @@ fn operations<'a>(
         let Ok((after, operator)) = binary(at) else {
             return Ok((at, ()));
         };
+        // Precedence climbing: an operator takes everything to its right that binds tighter.
         let precedence = operator.precedence();
         if precedence < least {
             return Ok((at, ()));
@@ -278,10 +279,11 @@ fn unknown<T>(input: &[u8]) -> Parsed<'_, T> {
     }
 }
 
-/// An alternative that was tried: why it is none is not asked for, and costs nothing.
+/// Result of an alternative; its error carries no reason and costs nothing.
 pub(super) type Tried<'a, T> = IResult<&'a [u8], T, ()>;
 
-/// The first byte decides between symbols and words, which keeps what is not an operator cheap.
+/// A binary operator. The first byte decides between symbols and words, so that the end of an
+/// expression is found without trying all of them.
 pub(super) fn binary(input: &[u8]) -> Tried<'_, Binary> {
     match input.first() {
         Some(b'*' | b'/' | b'+' | b'-') => alt((

@@ -1,5 +1,20 @@
 //! From the bytes of a line to a block: words, values, settings, comments. Nothing here knows what
 //! a code means.
+//!
+//! ```
+//! use lostmotion_gcode::Limits;
+//! use lostmotion_gcode::syntax::{Block, Value, parse_block};
+//!
+//! let (line, mut block) = (b"G1 X[2+3] F200 (rough)", Block::default());
+//! parse_block(line, &mut block, &Limits::default()).unwrap();
+//! let letters: Vec<u8> = block.words.iter().map(|word| word.letter).collect();
+//! assert_eq!(letters, b"GXF");
+//! assert_eq!(block.words[2].value, Value::Number(200.0));
+//!
+//! // A fault has the number of bytes that were left where it was found.
+//! let fault = parse_block(b"G1 X?", &mut block, &Limits::default()).unwrap_err();
+//! assert_eq!(fault.problem.code(), "missing-number");
+//! ```
 
 pub mod block;
 pub(crate) mod evaluate;

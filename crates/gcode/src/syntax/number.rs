@@ -11,7 +11,7 @@ const POWERS: [f64; 23] = [
 /// Digits that always fit a u64.
 const SAFE_DIGITS: usize = 19;
 /// Integers up to here are exact in an f64.
-const EXACT: u64 = 1 << 53;
+const LARGEST_EXACT_INTEGER: u64 = 1 << 53;
 const fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t')
 }
@@ -61,11 +61,12 @@ pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
         fraction = after.len() - rest.len();
         count += fraction;
     }
-    if count == 0 || count > SAFE_DIGITS || mantissa > EXACT {
+    if count == 0 || count > SAFE_DIGITS || mantissa > LARGEST_EXACT_INTEGER {
         return None;
     }
+    // Both operands are exact, so that the quotient is the nearest f64 (Clinger 1990).
     let value = mantissa as f64 / POWERS.get(fraction)?;
-    // Without a branch: signs are as good as random.
+    // The sign is set without a branch, which could not be predicted.
     Some((
         rest,
         f64::from_bits(value.to_bits() | u64::from(negative) << 63),

@@ -29,6 +29,7 @@ pub fn parse_block(line: &[u8], block: &mut Block, limits: &Limits) -> Result<()
 fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let (mut rest, ()) = head(line, block, limits)?;
     loop {
+        // Plain words first, without the grammar; then one item that needs it.
         rest = if block.flow.is_some() {
             skip(rest)
         } else {
@@ -270,7 +271,7 @@ fn goes_on(tail: &[u8], next: &[u8]) -> bool {
     }
 }
 
-/// A literal at the start of the input; none if the grammar has to look at it.
+/// A literal at the start of the input; `None` if the grammar has to look at it.
 pub(crate) fn number(input: &[u8]) -> Option<(&[u8], f64)> {
     literal(input).filter(|(tail, _)| !goes_on(tail, skip(tail)))
 }

@@ -99,6 +99,7 @@ impl<'a> Reader<'a> {
 
     fn items(&mut self, block: &mut Block) -> Parsed<'a, ()> {
         let (mut rest, ()) = head(self.line, block, self.limits)?;
+        // Control flow and text commands take the whole line; otherwise it is a list of items.
         if let Some(result) = self.flow(skip(rest), block) {
             return result;
         }
@@ -270,6 +271,7 @@ impl<'a> Reader<'a> {
                 (_, Some(after)) => (Keyword::Then, after),
                 _ => return expected(rest, "GOTO or THEN"),
             },
+            // DO without WHILE is a loop whose condition always holds.
             Keyword::Do => {
                 block.arguments.push(Value::Number(1.0));
                 (Keyword::While, rest)
@@ -336,7 +338,7 @@ fn starts_with<'a>(input: &'a [u8], text: &[u8]) -> Option<&'a [u8]> {
     }
 }
 
-/// What a line has that only Sinumerik controls know; none if it has nothing of the kind.
+/// What a line has that only Sinumerik controls know; `None` if it has nothing of the kind.
 pub(crate) fn siemens_word(line: &[u8]) -> Option<&'static str> {
     const WORDS: [&str; 27] = [
         "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "CYCLE",

@@ -4,12 +4,13 @@
 use super::piece::{MonotonePart, Piece, crossings};
 use lostmotion_base::vec::{Vec2, cross2, distance2, dot};
 
-/// Comparisons that one profile may take.
-const MOST_WORK: usize = 1_000_000;
+/// Most comparisons of one profile: bounds the time of one cycle.
+const MOST_COMPARISONS: usize = 1_000_000;
 
 /// The pieces at a distance above the profile, cut where they cross each other, without those parts
-/// that come nearer to it. None if what is left has gaps, or the profile is too long.
+/// that come nearer to it. `None` if what is left has gaps, or the profile is too long.
 pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
+    // 1. Offset every piece and round the outside corners.
     let raw = candidates(profile, by);
     let scale = 1.0
         + by
@@ -22,6 +23,7 @@ pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<
     let mut work = 0;
     let mut kept: Vec<(usize, Piece)> = Vec::new();
     for (index, (piece, &[low, high])) in raw.iter().zip(&reaches).enumerate() {
+        // 2. Cut each piece where others cross it; a sweep along the travel skips pieces that are apart.
         let mut cuts = vec![0.0, 1.0];
         for (other, (with, &[from, to])) in raw.iter().zip(&reaches).enumerate() {
             if other == index || from > high + close || to < low - close {
@@ -33,11 +35,12 @@ pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<
                 share(piece, place, close).filter(|_| share(with, place, close).is_some())
             }));
         }
+        // 3. Keep the parts whose middle has the full distance from the whole profile.
         cuts.sort_by(f64::total_cmp);
         for pair in cuts.windows(2) {
             let &[from, to] = pair else { continue };
             work += profile.len();
-            if work > MOST_WORK {
+            if work > MOST_COMPARISONS {
                 return None;
             }
             if to - from > 1e-9
@@ -56,6 +59,7 @@ pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<
             }
         }
     }
+    // 4. Order the parts along the travel and join them.
     kept.sort_by(|(i, a), (j, b)| {
         let [u, v] = [a, b].map(|piece| 0.5 * (piece.start[0] + piece.end[0]));
         if (u - v).abs() > close {
@@ -86,7 +90,7 @@ fn candidates(profile: &[Piece], by: f64) -> Vec<Piece> {
     raw
 }
 
-/// Where on a piece a place lies, from 0 to 1; none if it is beyond its ends.
+/// Where on a piece a place lies, from 0 to 1; `None` if it is beyond its ends.
 fn share(piece: &Piece, place: Vec2, close: f64) -> Option<f64> {
     let share = if piece.circle.is_some() {
         let turned = piece.turned(place);
@@ -163,7 +167,7 @@ fn push(kept: &mut Vec<(usize, Piece)>, index: usize, part: Piece, close: f64) {
     kept.push((index, part));
 }
 
-/// The parts in their order, joined; none if there is a gap. Parts that nearly touch are joined
+/// The parts in their order, joined; `None` if there is a gap. Parts that nearly touch are joined
 /// where they cross.
 fn chain(kept: Vec<(usize, Piece)>, close: f64, gap: f64) -> Option<Vec<Piece>> {
     let mut chain: Vec<Piece> = Vec::with_capacity(kept.len());

@@ -70,6 +70,7 @@ pub(crate) fn rough(
     words: &Roughing,
     forgiven: f64,
 ) -> Result<(Frame, Vec<Move>), Trouble> {
+    // Turn the profile so that it goes right and up; offset it by the stock; lead to it from the start.
     let frame = monotone(profile, Frame::of(along_z, ends(profile)?), forgiven)?;
     let laid = lay(profile, frame)?;
     let moved = laid.moved(distance, forgiven)?;
@@ -98,6 +99,7 @@ pub(crate) fn finish(
     let frame = frame_of_finish(profile, forgiven)?;
     let laid = lay(profile, frame)?;
     let mut moves = vec![Move::Rapid(laid.from)];
+    // The offset shrinks evenly from the first pass to the last.
     for pass in (0..words.passes).rev() {
         let distance =
             f64::from(pass) * (words.first - words.last) / f64::from(words.passes) + words.last;
@@ -164,6 +166,7 @@ fn lay(profile: &[ProfileMove], frame: Frame) -> Result<Laid, Trouble> {
         if index == 0 {
             piece.start[0] = piece.start[0].min(piece.end[0]);
         }
+        // A corner belongs to the end of its move and is made when the next one is known.
         if let (Some((at, corner)), Some(before)) = (open.take(), pieces.last_mut()) {
             let made =
                 offset::corner(before, &mut piece, corner).ok_or(Trouble::Corner { index: at })?;

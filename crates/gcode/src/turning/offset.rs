@@ -5,14 +5,15 @@ use super::envelope::envelope;
 use super::piece::{Piece, crossings, joints};
 use lostmotion_base::vec::{Vec2, along, cross2, distance2, dot, sub};
 
-/// Directions that differ by less than this, rad, go on without a corner.
-const STRAIGHT_ON: f64 = 1e-3;
+/// Largest turn that counts as no corner, rad. Origin unknown, kept.
+const SMOOTH_TURN_RAD: f64 = 1e-3;
 /// Rounded corners that would be shorter than this along the travel are left as points, where the
 /// moves prolonged meet: recorded at all directions and distances tried.
 const SHORT_ROUNDING: f64 = 0.01;
-/// Cosine of the turn up to which that is done.
-const BLUNT: f64 = 0.5;
-/// By how much of its length a touching joint may lie away from where the pieces meet.
+/// Cosine of the largest turn at which that is done. Recorded: 60 degrees.
+const BLUNT_TURN_COS: f64 = 0.5;
+/// Largest distance of a touching joint from where the pieces meet, in parts of their length. Origin
+/// unknown, kept.
 const JOINT_REACH: f64 = 0.1;
 
 /// How one piece goes on into the next.
@@ -26,16 +27,17 @@ enum Joint {
 }
 
 /// The profile moved up by a distance, corners that stick out rounded. `forgiven` is by how much
-/// ends of arcs may miss one another, which they do by the rounding of the program. None if the
+/// ends of arcs may miss one another, which they do by the rounding of the program. `None` if the
 /// distance does not fit into the profile.
 pub(crate) fn offset(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
     if by == 0.0 {
         return Some(profile.to_vec());
     }
+    // Joining neighbours is exact and usual; the envelope copes with pieces that vanish.
     adjacent(profile, by, forgiven).or_else(|| envelope(profile, by, forgiven))
 }
 
-/// Each piece joined with its neighbour. None if a piece vanishes.
+/// Each piece joined with its neighbour. `None` if a piece vanishes.
 fn adjacent(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
     let mut moved: Vec<Piece> = Vec::with_capacity(2 * profile.len());
     let mut last: Option<(&Piece, Piece)> = None;
@@ -81,9 +83,10 @@ fn joint(before: &Piece, held: &Piece, piece: &Piece, next: &Piece, forgiven: f6
     let (leaves, enters) = (before.heading(before.end), piece.heading(piece.start));
     let turn = cross2(leaves, enters);
     let onwards = dot(leaves, enters) > 0.0;
-    if onwards && turn.abs() < STRAIGHT_ON {
+    if onwards && turn.abs() < SMOOTH_TURN_RAD {
         return Joint::At(touching(held, next, forgiven));
     }
+    // Of two crossings the joint is the one nearer to the corner of the profile.
     let near = |places: [Vec2; 2]| {
         let [first, second] = places;
         if distance2(first, before.end) <= distance2(second, before.end) {
@@ -93,9 +96,9 @@ fn joint(before: &Piece, held: &Piece, piece: &Piece, next: &Piece, forgiven: f6
         }
     };
     let met = joints(held, next, 0.0).map(near);
-    if turn < 0.0 || (turn.abs() < STRAIGHT_ON && leaves[1] > 0.0) {
-        let short =
-            (next.start[0] - held.end[0]).abs() < SHORT_ROUNDING && dot(leaves, enters) > BLUNT;
+    if turn < 0.0 || (turn.abs() < SMOOTH_TURN_RAD && leaves[1] > 0.0) {
+        let short = (next.start[0] - held.end[0]).abs() < SHORT_ROUNDING
+            && dot(leaves, enters) > BLUNT_TURN_COS;
         return met.filter(|_| short).map_or(Joint::Rounded, Joint::At);
     }
     met.map_or(Joint::None, Joint::At)
@@ -159,6 +162,7 @@ pub(crate) fn corner(
     }
     let radius = corner.size();
     let side = if turn > 0.0 { radius } else { -radius };
+    // The centre of the fillet has the radius as its distance from both pieces.
     let center = nearest(
         crossings(&before.offset(side)?, &after.offset(side)?, 0.0)?,
         before.end,

@@ -67,7 +67,7 @@ impl Piece {
         }
     }
 
-    /// Radius at the start; none for a line.
+    /// Radius at the start; `None` for a line.
     pub(crate) fn radius(&self) -> Option<f64> {
         self.circle
             .map(|circle| distance2(circle.center, self.start))
@@ -210,7 +210,7 @@ impl Piece {
         ]
     }
 
-    /// The piece `by` to the left of its direction; none if an arc has no radius left.
+    /// The piece `by` to the left of its direction; `None` if an arc has no radius left.
     pub(crate) fn offset(&self, by: f64) -> Option<Piece> {
         let Some(PieceCircle { center, ccw }) = self.circle else {
             let left = left_of(direction(self.start, self.end));

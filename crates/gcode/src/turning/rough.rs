@@ -3,9 +3,10 @@
 use super::piece::{MonotonePart, Piece};
 use lostmotion_base::vec::{Vec2, distance2};
 
-/// A level counts as reached when it is missed by no more than this.
-const CLOSE: f64 = 1e-9;
-/// Stretches looked at in the search for the ends of levels.
+/// Largest distance at which a level counts as reached, program units. Origin
+/// unknown, kept.
+const REACHED: f64 = 1e-9;
+/// Most parts looked at in the search for the ends of levels: bounds the time of one cycle.
 const MOST_WORK: u64 = 200_000_000;
 
 /// One move of a cycle.
@@ -50,7 +51,7 @@ struct Rougher<'a> {
 
 /// The moves that rough a path. Its first piece leads from where the tool is to the moved profile:
 /// above the material it is passed at rapid, and it and all that falls on after it belong to the
-/// first pocket. None if there are too many.
+/// first pocket. `None` if there are too many.
 pub(crate) fn rough(path: &[Piece], words: &Roughing) -> Option<Vec<Move>> {
     let top = match (words.pockets, path.first()) {
         (Pockets::Later, _) | (_, None) => f64::NEG_INFINITY,
@@ -64,6 +65,7 @@ pub(crate) fn rough(path: &[Piece], words: &Roughing) -> Option<Vec<Move>> {
         cuts: 0.0,
         work: 0,
     };
+    // The first pocket lasts as long as the path falls from its start.
     let mut falling = true;
     let mut bridge = None;
     for (index, piece) in path.iter().enumerate() {
@@ -71,7 +73,7 @@ pub(crate) fn rough(path: &[Piece], words: &Roughing) -> Option<Vec<Move>> {
         let mut from = piece.start;
         for (at, stretch) in stretches.iter().take(count).enumerate() {
             // Recorded: a place from which an arc falls at once does not end the first pocket.
-            if falling && distance2(stretch.from, stretch.to) < CLOSE {
+            if falling && distance2(stretch.from, stretch.to) < REACHED {
                 continue;
             }
             falling = falling && !stretch.rises;
@@ -79,6 +81,7 @@ pub(crate) fn rough(path: &[Piece], words: &Roughing) -> Option<Vec<Move>> {
                 rougher.over(piece, stretch, &mut bridge);
                 continue;
             }
+            // Cut all levels that begin on this part, then follow the profile down.
             from = rougher.levels((index, at), piece, stretch, from)?;
             if words.pockets == Pockets::First {
                 rougher.along(piece, from, stretch.to, is_rapid(index, piece));
@@ -119,7 +122,8 @@ impl Rougher<'_> {
             self.along(piece, from, stretch.to, rapid);
             from = stretch.to;
         }
-        while stretch.to[1] < self.level() - CLOSE {
+        // Wherever the path falls below the next level, a cut begins.
+        while stretch.to[1] < self.level() - REACHED {
             let level = self.level();
             let place = if level >= stretch.from[1] {
                 stretch.from
@@ -147,7 +151,9 @@ impl Rougher<'_> {
             }
             self.cuts = 0.0;
         } else if to > self.level() {
-            self.cuts = ((self.top - to) / self.words.depth - CLOSE).ceil().max(0.0);
+            self.cuts = ((self.top - to) / self.words.depth - REACHED)
+                .ceil()
+                .max(0.0);
         }
     }
 
@@ -155,7 +161,7 @@ impl Rougher<'_> {
     /// (as recorded).
     fn along(&mut self, piece: &Piece, from: Vec2, to: Vec2, rapid: bool) {
         match piece.circle {
-            Some(_) if distance2(from, to) < CLOSE => {}
+            Some(_) if distance2(from, to) < REACHED => {}
             Some(circle) => self.moves.push(Move::Arc {
                 end: to,
                 center: circle.center,
@@ -171,11 +177,12 @@ impl Rougher<'_> {
     /// down to the path.
     fn cut(&mut self, (index, stretch): (usize, usize), from: Vec2, rapid: bool) {
         let to = self.end_of_level(index, stretch, from);
-        if to - from[0] < CLOSE {
+        if to - from[0] < REACHED {
             return;
         }
         let away = self.words.retract.min(0.5 * (to - from[0]));
         let level = from[1];
+        // Cut along the level, retract at 45 degrees, go back at rapid, return to the profile.
         self.moves.push(Move::Feed([to, level]));
         self.moves.push(Move::Rapid([to - away, level + away]));
         self.moves.push(Move::Rapid([from[0] + away, level + away]));
@@ -194,7 +201,7 @@ impl Rougher<'_> {
             let (stretches, count) = piece.stretches();
             for stretch in stretches.iter().take(count).skip(skip) {
                 self.work += 1;
-                if stretch.rises && stretch.to[1] >= from[1] - CLOSE {
+                if stretch.rises && stretch.to[1] >= from[1] - REACHED {
                     return piece.at_level(stretch, from[1].min(stretch.to[1]))[0].max(from[0]);
                 }
             }
@@ -214,10 +221,11 @@ impl Rougher<'_> {
             base: from[1],
             rise: 0.0,
         });
-        let slack = if piece.circle.is_some() { CLOSE } else { 0.0 };
+        let slack = if piece.circle.is_some() { REACHED } else { 0.0 };
         if !rises || to[1] - held.base < held.rise - slack {
             return;
         }
+        // Only what rises above everything so far is followed.
         let level = held.base + held.rise;
         let place = if from[1] >= level {
             from
@@ -242,7 +250,7 @@ struct Bridge {
 impl Bridge {
     fn over(piece: &Piece, to: Vec2) -> Bridge {
         match (piece.circle, piece.radius()) {
-            (Some(circle), Some(radius)) if (circle.center[1] + radius - to[1]).abs() < CLOSE => {
+            (Some(circle), Some(radius)) if (circle.center[1] + radius - to[1]).abs() < REACHED => {
                 Bridge {
                     base: circle.center[1],
                     rise: radius,

@@ -111,11 +111,11 @@ fn moves(
     for sourced in program.by_ref() {
         match sourced.op {
             CanonicalOp::StraightTraverse(end) => {
-                moves.push(format!("T{:.4},{:.4}", end[2], end[0]))
+                moves.push(format!("T{:.4},{:.4}", end[2], end[0]));
             }
             CanonicalOp::StraightFeed(end) => moves.push(format!("F{:.4},{:.4}", end[2], end[0])),
             CanonicalOp::ArcFeed(arc) => {
-                moves.push(format!("A{:.4},{:.4}", arc.end[0], arc.end[1]))
+                moves.push(format!("A{:.4},{:.4}", arc.end[0], arc.end[1]));
             }
             _ => {}
         }

@@ -72,7 +72,7 @@ fn check_roughing(seed: u64, codes: &[&str], pockets: bool) -> bool {
         inside: random.below(2) == 0,
     };
     let profile = profile(&mut random, lie, pockets);
-    let distance = [0.0, 0.1, 0.3][random.below(3) as usize];
+    let distance = [0.0, 0.1, 0.3][random.below(3)];
     let depth = 0.3 + 0.1 * random.below(10) as f64;
     let top = profile.top + distance + 0.5;
     let start = lie.words([-1.0 - distance, top]);

@@ -7,10 +7,12 @@ use lostmotion_base::math;
 use lostmotion_base::vec::{Vec2, along, cross2, direction2, distance2, dot, left_of, sub};
 use std::f64::consts::{PI, TAU};
 
-/// Moves whose directions differ by less than this, rad, go on without a corner (LinuxCNC: 0.05).
-pub(crate) const STRAIGHT_ON: f64 = 0.05;
-/// By how much of the tool's radius an arc may grow when its end is fixed.
-const ARC_GROWTH: f64 = 0.01;
+/// Largest turn that counts as no corner, rad. Published: LinuxCNC's documentation of cutter
+/// compensation.
+pub(crate) const SMOOTH_TURN_RAD: f64 = 0.05;
+/// Largest growth of an arc when its end is fixed, in parts of the tool's radius. Origin unknown,
+/// kept.
+const LARGEST_ARC_GROWTH: f64 = 0.01;
 
 /// A place in the plane.
 pub(crate) fn in_plane(plane: Plane, position: &Position) -> Vec2 {
@@ -41,7 +43,7 @@ impl Edge {
                 } => {
                     let was = sweep(center, self.start, self.end, counter_clockwise);
                     let is = sweep(center, self.start, end, counter_clockwise);
-                    (is - was) * radius <= ARC_GROWTH * tool_radius
+                    (is - was) * radius <= LARGEST_ARC_GROWTH * tool_radius
                 }
             };
         if fits {
@@ -66,9 +68,10 @@ pub(crate) enum CornerKind {
 /// The joint of a move with one that enters the corner in a direction, the tool to the left, or to
 /// the right where `left` is negative.
 pub(crate) fn joint(last: &Edge, enters: Vec2, next: Shape, left: f64) -> CornerKind {
+    // Turn angle between the directions, positive towards the tool's side.
     let turn = math::atan2(cross2(last.leaves, enters), dot(last.leaves, enters));
     let inwards = if left > 0.0 { turn } else { -turn };
-    if inwards.abs() >= PI - STRAIGHT_ON {
+    if inwards.abs() >= PI - SMOOTH_TURN_RAD {
         // Straight back: an arc that bends away from the tool comes into the tool's way, the next
         // one, or the last one before a line.
         let in_the_way = if matches!(next, Shape::Line(_)) {
@@ -81,9 +84,9 @@ pub(crate) fn joint(last: &Edge, enters: Vec2, next: Shape, left: f64) -> Corner
         } else {
             CornerKind::Outside
         }
-    } else if inwards > STRAIGHT_ON {
+    } else if inwards > SMOOTH_TURN_RAD {
         CornerKind::Inside
-    } else if inwards.abs() <= STRAIGHT_ON {
+    } else if inwards.abs() <= SMOOTH_TURN_RAD {
         CornerKind::Smooth
     } else {
         CornerKind::Outside
@@ -157,6 +160,7 @@ fn crossings(a: Shape, a_at: Vec2, b: Shape, b_at: Vec2) -> Option<[Vec2; 2]> {
 }
 
 fn line_circle(at: Vec2, u: Vec2, center: Vec2, radius: f64) -> Option<[Vec2; 2]> {
+    // Foot point of the centre on the line, then half the chord to either side.
     let foot = along(at, u, dot(sub(center, at), u));
     let away = distance2(foot, center);
     if away > radius {
@@ -172,6 +176,7 @@ fn circles(c: Vec2, r: f64, d: Vec2, s: f64) -> Option<[Vec2; 2]> {
     if gap > r + s || gap < (r - s).abs() {
         return None;
     }
+    // Both crossings lie on the radical line, which is square to the line of centres.
     let to_foot = (gap * gap + r * r - s * s) / (2.0 * gap);
     let half = (r * r - to_foot * to_foot).max(0.0).sqrt();
     let foot = along(c, u, to_foot);

@@ -20,7 +20,7 @@ mod stray;
 /// Operations that may wait for the end of a move.
 const MOST_HELD: usize = 100_000;
 
-/// G40: what is held goes out as it is.
+/// G40: the held operations are emitted as they are.
 pub(crate) fn off(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     exec.end_compensation()
 }
@@ -98,8 +98,8 @@ impl Exec<'_> {
         Ok(())
     }
 
-    /// Refuses codes that would move the path away under the compensation, and lets go what is held
-    /// before a stop.
+    /// Refuses codes that would move the path away under the compensation; before a stop, emits the
+    /// operations that are held.
     #[cold]
     pub(crate) fn under_compensation(&mut self, code: Code) -> Result<(), Problem> {
         let message = match (code.letter, code.tenths) {
@@ -140,7 +140,7 @@ impl Exec<'_> {
         is_current && matches!(self.word(b'L').and_then(whole), Some(2.0 | 20.0))
     }
 
-    /// Lets what is held go and turns the compensation off.
+    /// Emits the held operations and turns the compensation off.
     pub(crate) fn end_compensation(&mut self) -> Result<(), Problem> {
         let Some(mut compensation) = self.state.compensation.take() else {
             return Ok(());
@@ -181,14 +181,14 @@ impl Exec<'_> {
 }
 
 impl Compensation {
-    /// Fixes the end of the held move, if it is another than thought, and lets everything that is
-    /// held go.
+    /// Fixes the end of the held move, if the corner moves it, and emits everything that is held.
     fn release(
         &mut self,
         plane: Plane,
         end: Option<Vec2>,
         out: &mut Vec<SourcedOp>,
     ) -> Result<(), Problem> {
+        // A move that the corner shortens to less than nothing is a gouge.
         let result = match (&self.last, end) {
             (Some(edge), end) if !self.fixed && (end.is_some() || !edge.astray) => {
                 edge.check(end.unwrap_or(edge.end), self.left.abs())
@@ -196,6 +196,7 @@ impl Compensation {
             _ => Ok(()),
         };
         let shift = self.nose(plane);
+        // The move itself, and moves across the plane that share its end, get the final end.
         for (index, mut held) in self.held.drain(..).enumerate() {
             if let Some(end) = end.filter(|_| index == 0 || held.follows) {
                 path::set_end(

@@ -137,6 +137,7 @@ impl Compensation {
                 message: "the tool's radius is not less than that of the arc it is inside of",
             });
         }
+        // The offset arc has the same centre; its end lies on the same ray.
         let out = direction2(arc.center, to).unwrap_or([1.0, 0.0]);
         let end = along(arc.center, out, radius);
         let leaves = tangent(out, counter_clockwise);
@@ -156,7 +157,8 @@ impl Compensation {
                 leaves,
             });
         }
-        // The centre is on the radius of the end and as far from the start as from the end.
+        // The entry arc is tangent to the offset at its end: its centre lies on the radius of the end
+        // and is as far from the start as from the end.
         let chord = sub(from, end);
         let reach = dot(chord, chord);
         let inwards = -dot(chord, out);
@@ -195,6 +197,7 @@ impl Compensation {
         let shift = self.nose(plane);
         let mut result = Ok(());
         if let Some(last) = self.last {
+            // Now that the next direction is known, the end of the held move is final.
             let (joint, end) = self.meet(&last, corner, enters, &mut edge);
             let (end, refused) =
                 end.map_or_else(|problem| (None, Err(problem)), |end| (end, Ok(())));
@@ -202,6 +205,7 @@ impl Compensation {
             let released = self.release(plane, end, exec.out);
             result = result.and(released);
             if joint == CornerKind::Outside {
+                // An outside corner: the tool rolls about it, at rapid in a straight line.
                 let end = along(edge.start, shift, 1.0);
                 if matches!(op, CanonicalOp::StraightTraverse(_)) {
                     let mut across = CanonicalOp::StraightTraverse(*at);
@@ -215,6 +219,7 @@ impl Compensation {
                 }
             }
         }
+        // The new move waits in its turn; its end may still change.
         set_end(&mut op, plane, along(edge.end, shift, 1.0));
         self.held.push(HeldOp {
             sourced: SourcedOp {
@@ -237,6 +242,7 @@ impl Compensation {
         enters: Vec2,
         edge: &mut Edge,
     ) -> (CornerKind, Result<Option<Vec2>, Problem>) {
+        // After a profile (G70) the tool counts as standing at the profile's end.
         if let Some(place) = self.strayed.take() {
             let last = last.astray(place, corner, self.left);
             let joint = joint(&last, enters, edge.shape, self.left);

@@ -2,8 +2,7 @@
 //! path, cycles that are not read.
 
 use super::super::Interpreter;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::dialect::Dialect::{self, Fanuc, Haas};
 use crate::dialect::Leniency;
 use crate::ops::SourcedOp;
@@ -112,10 +111,7 @@ impl Interpreter {
         } else {
             0
         };
-        let code = Code {
-            letter: 'G',
-            tenths,
-        };
+        let code = Code::g(tenths);
         let cycle = match (
             self.words
                 .codes()
@@ -153,13 +149,11 @@ impl Interpreter {
         if !self.config.leniencies.has(Leniency::PackedCalls) || self.words.has(b'L') {
             return;
         }
-        let is_call = self.words.codes().iter().any(|used| {
-            used.row.code
-                == Code {
-                    letter: 'M',
-                    tenths: 980,
-                }
-        });
+        let is_call = self
+            .words
+            .codes()
+            .iter()
+            .any(|used| used.row.code == Code::m(980));
         if let (true, Some(number)) = (
             is_call,
             self.words

@@ -1,8 +1,7 @@
 //! Macros with arguments by letter (G65 to G67), and subroutines at a line number (M97).
 
 use super::super::Interpreter;
-use crate::code::Code;
-use crate::code::whole;
+use crate::code::{Code, whole};
 use crate::dialect::Leniency;
 use crate::problem::Problem;
 
@@ -70,6 +69,7 @@ impl Interpreter {
                 }
             }
         }
+        // G67 ends the modal macro, G66 sets it, G65 calls at once.
         self.tell(Leniency::MacroCalls);
         if code == 67.0 {
             self.modal_macro = None;
@@ -140,15 +140,12 @@ impl Interpreter {
                 b'L' => {
                     rounds = whole(value)
                         .filter(|rounds| (0.0..=1e15).contains(rounds))
-                        .unwrap_or(1.0)
+                        .unwrap_or(1.0);
                 }
                 _ => {}
             }
         }
-        let code = Code {
-            letter: 'M',
-            tenths: 970,
-        };
+        let code = Code::m(970);
         let number = number.ok_or(Problem::WordMissing {
             code,
             what: "P, the line number of the subroutine",
