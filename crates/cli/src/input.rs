@@ -1,17 +1,22 @@
-//! Files that are read whole, and part programs.
+//! What a command reads: files that are read whole, part programs, and files of subroutines in
+//! folders that are allowed and nowhere else.
 
-use crate::failure::Failure;
+use crate::output::{Failure, is_standard};
+use lostmotion::gcode::{LoadedFile, SubroutineLoader};
 use lostmotion::sim::Program;
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest machine file, tool table or fit result.
 const MAX_TEXT_BYTES: u64 = 16 << 20;
 /// Largest part program from a pipe: it is held in memory.
 const MAX_PIPE_BYTES: u64 = 1 << 30;
 
-/// Opens a file for reading; a folder or a missing file is said to be one.
+/// What messages call a part program from stdin.
+const STDIN: &str = "stdin";
+
+/// Opens a file for reading. A folder and a missing file have their own messages.
 pub(crate) fn open(path: &Path, what: &str) -> Result<File, Failure> {
     let shown = path.display();
     match std::fs::metadata(path) {
@@ -44,7 +49,7 @@ pub(crate) fn text(path: &Path, what: &str) -> Result<String, Failure> {
         .map_err(|error| Failure::message(format!("cannot read {what} {shown}: {error}")))?;
     if bytes.len() as u64 > MAX_TEXT_BYTES {
         return Err(Failure::message(format!(
-            "{shown} has more than {MAX_TEXT_BYTES} bytes; that is no {what}"
+            "{shown} has more than {MAX_TEXT_BYTES} bytes; that is not a {what}"
         )));
     }
     if bytes.is_empty() {
@@ -53,38 +58,234 @@ pub(crate) fn text(path: &Path, what: &str) -> Result<String, Failure> {
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         Failure::message(format!(
-            "{shown} is not a {what}: no UTF-8 text from byte {at} on"
+            "{shown} is not a {what}: it is not UTF-8 text (byte {at})"
         ))
     })
 }
 
-/// A part program that is there and not empty. A run reads it more than once, so what can be read
-/// only once (a pipe) is taken into memory.
+/// A part program that exists and is not empty; `-` is stdin. A run reads it more than once, so what
+/// can be read only once (a pipe) is taken into memory.
 pub(crate) fn program(path: &Path) -> Result<Program, Failure> {
+    if is_standard(path) {
+        return piped(std::io::stdin().lock(), STDIN);
+    }
     let shown = path.display();
     let failed = |error| Failure::message(format!("cannot read part program {shown}: {error}"));
     let file = open(path, "part program")?;
     let meta = file.metadata().map_err(failed)?;
-    let empty = || Failure::message(format!("part program {shown} is empty"));
     if meta.is_file() {
         return if meta.len() == 0 {
-            Err(empty())
+            Err(Failure::message(format!("part program {shown} is empty")))
         } else {
             Ok(Program::from_path(path))
         };
     }
+    piped(file, &shown.to_string())
+}
+
+/// A part program that can be read only once.
+fn piped(pipe: impl Read, name: &str) -> Result<Program, Failure> {
     let mut bytes = Vec::new();
-    file.take(MAX_PIPE_BYTES + 1)
+    pipe.take(MAX_PIPE_BYTES + 1)
         .read_to_end(&mut bytes)
-        .map_err(failed)?;
+        .map_err(|error| Failure::message(format!("cannot read part program {name}: {error}")))?;
     if bytes.len() as u64 > MAX_PIPE_BYTES {
-        return Err(Failure::message(format!(
-            "{shown} gives more than {MAX_PIPE_BYTES} bytes; a program of that size has to be a file"
-        )));
+        return Err(Failure::with_hint(
+            format!("{name} gives more than {MAX_PIPE_BYTES} bytes"),
+            "a part program of that size has to be a file",
+        ));
     }
     if bytes.is_empty() {
-        Err(empty())
+        Err(Failure::message(format!("part program {name} is empty")))
     } else {
-        Ok(Program::from_bytes(shown.to_string(), bytes))
+        Ok(Program::from_bytes(name.to_owned(), bytes))
+    }
+}
+
+/// Largest file of subroutines.
+const MAX_BYTES: u64 = 16 << 20;
+/// Endings that a file of a subroutine may have, in the order they are tried. Numbers are also
+/// looked for with an O before them.
+const ENDINGS: [&str; 4] = ["ngc", "nc", "tap", ""];
+
+/// The folder of the part, then those asked for.
+#[derive(Debug)]
+pub(crate) struct Folders {
+    /// As they are, with all links followed.
+    folders: Vec<PathBuf>,
+}
+
+impl Folders {
+    /// Folders that exist. The part's own folder is left out where the part is not a file.
+    pub(crate) fn new(part: &Path, more: &[PathBuf]) -> Result<Folders, Failure> {
+        let own = match part.parent() {
+            Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
+            Some(parent) => parent,
+            None => Path::new("."),
+        };
+        let mut folders: Vec<PathBuf> = if part.is_file() {
+            own.canonicalize().into_iter().collect()
+        } else {
+            Vec::new()
+        };
+        for folder in more {
+            let shown = folder.display();
+            let found = folder.canonicalize().map_err(|error| {
+                Failure::message(format!("cannot read the folder {shown}: {error}"))
+            })?;
+            if !found.is_dir() {
+                return Err(Failure::message(format!("{shown} is not a folder")));
+            }
+            folders.push(found);
+        }
+        Ok(Folders { folders })
+    }
+
+    /// A file of a folder, if it lies in one that is allowed once all links are followed.
+    fn read(&self, folder: &Path, name: &str) -> Result<Option<LoadedFile>, String> {
+        let path = folder.join(name);
+        let Ok(found) = path.canonicalize() else {
+            return Ok(None);
+        };
+        let shown = path.display();
+        if !self.folders.iter().any(|folder| found.starts_with(folder)) {
+            return Err(format!(
+                "{shown} leads out of the folders that are allowed, to {}",
+                found.display()
+            ));
+        }
+        if !found.is_file() {
+            return Ok(None);
+        }
+        let failed = |error: std::io::Error| format!("cannot read {shown}: {error}");
+        let file = std::fs::File::open(&found).map_err(failed)?;
+        let mut text = Vec::new();
+        file.take(MAX_BYTES + 1)
+            .read_to_end(&mut text)
+            .map_err(failed)?;
+        if text.len() as u64 > MAX_BYTES {
+            return Err(format!("{shown} has more than {MAX_BYTES} bytes"));
+        }
+        Ok(Some(LoadedFile {
+            name: shown.to_string(),
+            text,
+        }))
+    }
+}
+
+/// Whether a name can be that of a file in a folder, and nothing else.
+fn is_plain(name: &str) -> bool {
+    !name.is_empty()
+        && name.len() <= 200
+        && name
+            .bytes()
+            .all(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-' | b'.'))
+}
+
+impl SubroutineLoader for Folders {
+    fn load(&self, name: &str) -> Result<Option<LoadedFile>, String> {
+        if !is_plain(name) || name.starts_with('.') || name.contains("..") {
+            return Err(
+                "its name may only have letters, digits, _, - and ., so no file is looked for"
+                    .to_owned(),
+            );
+        }
+        let number = name.parse::<u32>().ok();
+        let stems = [
+            Some(name.to_owned()),
+            number.map(|number| format!("o{number:04}")),
+            number.map(|number| format!("O{number:04}")),
+        ];
+        for folder in &self.folders {
+            for stem in stems.iter().flatten() {
+                for ending in ENDINGS {
+                    let file = if ending.is_empty() {
+                        stem.clone()
+                    } else {
+                        format!("{stem}.{ending}")
+                    };
+                    if let Some(found) = self.read(folder, &file)? {
+                        return Ok(Some(found));
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folders() -> (tempfile::TempDir, Folders) {
+        let root = tempfile::tempdir().unwrap();
+        let at = |name: &str| root.path().join(name);
+        std::fs::create_dir(at("part")).unwrap();
+        std::fs::create_dir(at("lib")).unwrap();
+        std::fs::write(at("secret.ngc"), "o<secret> sub").unwrap();
+        std::fs::write(at("part/main.ngc"), "M2").unwrap();
+        std::fs::write(at("part/own.ngc"), "own").unwrap();
+        std::fs::write(at("lib/own.ngc"), "lib").unwrap();
+        std::fs::write(at("lib/O0100.nc"), "hundred").unwrap();
+        let found = Folders::new(&at("part/main.ngc"), &[at("lib")]).unwrap();
+        (root, found)
+    }
+
+    fn text(found: &Folders, name: &str) -> Option<Vec<u8>> {
+        found.load(name).unwrap().map(|file| file.text)
+    }
+
+    #[test]
+    fn the_part_s_folder_comes_first() {
+        let (_root, found) = folders();
+        assert_eq!(text(&found, "own").unwrap(), b"own");
+        assert_eq!(text(&found, "100").unwrap(), b"hundred");
+        assert_eq!(text(&found, "other"), None);
+    }
+
+    #[test]
+    fn names_cannot_leave_the_folders() {
+        let (_root, found) = folders();
+        for name in [
+            "../secret",
+            "..",
+            ".",
+            "",
+            "a/b",
+            "a\\b",
+            "/etc/passwd",
+            "c:x",
+            "se\0cret",
+            ".hidden",
+            "a..b",
+        ] {
+            assert!(found.load(name).is_err(), "{name:?}");
+        }
+        assert_eq!(text(&found, "secret"), None);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_only_within_the_folders() {
+        let (root, found) = folders();
+        let link = |to: &str, from: &str| {
+            std::os::unix::fs::symlink(root.path().join(to), root.path().join(from)).unwrap()
+        };
+        link("secret.ngc", "part/secret.ngc");
+        link("lib/own.ngc", "part/inner.ngc");
+        assert!(found.load("secret").unwrap_err().contains("leads out"));
+        assert_eq!(text(&found, "inner").unwrap(), b"lib");
+    }
+
+    #[test]
+    fn files_have_a_largest_size() {
+        let (root, found) = folders();
+        std::fs::write(
+            root.path().join("part/big.ngc"),
+            vec![b' '; MAX_BYTES as usize + 1],
+        )
+        .unwrap();
+        assert!(found.load("big").unwrap_err().contains("more than"));
     }
 }

@@ -1,39 +1,37 @@
 //! The program `lostmotion`: arguments in, a verdict out.
 //!
-//! Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance; 2 bad input,
+//! Exit codes: 0 done, and within tolerance where there is one; 1 outside tolerance, warnings of
+//! `check` and `gcode lint`, or a program that `gcode format --check` would change; 2 bad input,
 //! with a message on stderr and nothing written; 130 ended by Ctrl-C, with nothing left behind.
-//! `lint`: 1 warnings, 2 errors. `format --check`: 1 the program would change.
+//!
+//! Modules in the order of their dependencies: `output`, `input`, `findings` and `fits`; `options`
+//! that commands share; a module for the commands of each heading; `cli` above them.
 
-mod args;
-mod commands;
-mod diagnostics;
-mod drives;
-mod excerpt;
-mod failure;
+mod axis;
+mod cli;
+mod findings;
+mod fits;
 mod input;
-mod machines;
+mod machine;
+mod method;
+mod options;
 mod output;
-mod progress;
-mod reading;
-mod record;
-mod subroutines;
-mod voice;
+mod parts;
+mod shell;
+mod study;
 
-use clap::Parser;
 use std::process::ExitCode;
 
-/// Exit code of a run that was told to end: 128 and the number of the signal of Ctrl-C, as shells
-/// have it.
-const ENDED: i32 = 130;
+/// Exit code of a run that was interrupted: 128 and the number of Ctrl-C's signal, as in shells.
+const INTERRUPTED: i32 = 130;
 
 fn main() -> ExitCode {
-    // Where a handler cannot be had, a run that is ended leaves its unfinished files behind.
+    // Without a handler, an interrupted run leaves its unfinished files behind.
     let _ = ctrlc::set_handler(|| {
         lostmotion::report::atomic::abandon();
-        std::process::exit(ENDED);
+        std::process::exit(INTERRUPTED);
     });
-    let cli = args::Cli::parse();
-    match commands::run(&cli) {
+    match cli::Cli::of_process().run() {
         Ok(code) => ExitCode::from(code),
         Err(failure) => failure.report(),
     }

@@ -1,7 +1,71 @@
-//! Text on stdout and stderr.
+//! What a command says: its answer on stdout, remarks and progress on stderr, and why it ends
+//! without an answer.
 
-use crate::failure::Failure;
+use indicatif::{ProgressBar, ProgressStyle};
+use lostmotion::report::{ReadError, WriteError};
 use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// Exit code: done, and within tolerance where there is one.
+pub(crate) const DONE: u8 = 0;
+/// Exit code: the part comes out outside its tolerance, or there are warnings.
+pub(crate) const FOUND: u8 = 1;
+/// Exit code: something is wrong with what was given.
+pub(crate) const BAD_INPUT: u8 = 2;
+
+/// A command that could not do its work; ends with exit code 2.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// A message, with what to do about it.
+    Message {
+        /// What is wrong, with place and values.
+        text: String,
+        /// What to do; may be empty.
+        hint: String,
+    },
+    /// Messages that carry their own prefixes.
+    Rendered(String),
+}
+
+impl Failure {
+    /// A message without a hint.
+    pub(crate) fn message(text: impl Into<String>) -> Failure {
+        Failure::with_hint(text, "")
+    }
+
+    /// A message with a hint.
+    pub(crate) fn with_hint(text: impl Into<String>, hint: impl Into<String>) -> Failure {
+        Failure::Message {
+            text: text.into(),
+            hint: hint.into(),
+        }
+    }
+
+    /// Prints the failure on stderr and returns the exit code. A closed stderr is ignored.
+    pub(crate) fn report(&self) -> ExitCode {
+        let mut stderr = io::stderr().lock();
+        let _ = match self {
+            Failure::Message { text, hint } if hint.is_empty() => writeln!(stderr, "error: {text}"),
+            Failure::Message { text, hint } => writeln!(stderr, "error: {text}\nhint: {hint}"),
+            Failure::Rendered(text) => writeln!(stderr, "{}", text.trim_end()),
+        };
+        ExitCode::from(BAD_INPUT)
+    }
+}
+
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Failure {
+        Failure::message(error.to_string())
+    }
+}
+
+impl From<ReadError> for Failure {
+    fn from(error: ReadError) -> Failure {
+        Failure::message(error.to_string())
+    }
+}
 
 /// Large enough that millions of short lines go out in few calls.
 const BUFFER_BYTES: usize = 1 << 16;
@@ -26,8 +90,53 @@ fn wants_color() -> bool {
         && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// Whether writing may go on: false when the reader has gone (`lostmotion ... | head`), which is no
-/// failure.
+/// Columns of a terminal that does not say how many it has.
+const USUAL_COLUMNS: usize = 80;
+
+/// How many columns tables on stdout may take: `COLUMNS`, or what the terminal says, or 80.
+pub(crate) fn stdout_columns() -> usize {
+    let told = std::env::var("COLUMNS")
+        .ok()
+        .and_then(|columns| columns.trim().parse().ok())
+        .filter(|columns| *columns > 0);
+    told.or_else(|| {
+        let (_, columns) = console::Term::stdout().size_checked()?;
+        Some(usize::from(columns))
+    })
+    .unwrap_or(USUAL_COLUMNS)
+}
+
+/// A text in lines that fit stdout, broken at blanks; ends in a newline.
+pub(crate) fn wrapped(text: &str) -> String {
+    lines(text, "")
+}
+
+/// The same with four blanks before each line.
+pub(crate) fn indented(text: &str) -> String {
+    lines(text, "    ")
+}
+
+fn lines(text: &str, before: &str) -> String {
+    let columns = stdout_columns();
+    let (mut out, mut used) = (String::new(), 0);
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if used > 0 && used + 1 + length <= columns {
+            out.push(' ');
+            used += 1 + length;
+        } else {
+            out.push_str(if used > 0 { "\n" } else { "" });
+            out.push_str(before);
+            used = before.len() + length;
+        }
+        out.push_str(word);
+    }
+    out.push_str(if used > 0 { "\n" } else { "" });
+    out
+}
+
+/// Whether writing may go on: false when the reader has gone (`lostmotion ... | head`), which is
+/// not a failure.
 pub(crate) fn go_on(result: io::Result<()>) -> Result<bool, Failure> {
     match result {
         Ok(()) => Ok(true),
@@ -42,7 +151,84 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     go_on(out.write_all(text.as_bytes()).and_then(|()| out.flush())).map(|_| ())
 }
 
-/// Prints a remark on stderr; a closed stderr is nobody's loss.
+/// Prints a remark on stderr; a closed stderr is ignored.
 pub(crate) fn remark(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", text.trim_end());
+}
+
+/// Whether a path stands for stdin or stdout.
+pub(crate) fn is_standard(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Writes a text to a file, which appears complete or not at all, or to stdout for `-`.
+pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
+    if is_standard(path) {
+        return print(text);
+    }
+    let mut file = lostmotion::report::atomic::AtomicFile::create(path)?;
+    file.write_all(text.as_bytes())
+        .map_err(|error| WriteError::io("write", path, error))?;
+    file.commit()?;
+    Ok(())
+}
+
+/// Work that is done sooner shows no bar.
+const PATIENCE: Duration = Duration::from_millis(300);
+
+/// Steps of the bar.
+const STEPS: u64 = 1000;
+
+/// A progress bar that appears only on a terminal, and only after a moment.
+pub(crate) struct Progress {
+    started: Instant,
+    bar: Option<ProgressBar>,
+    enabled: bool,
+}
+
+impl Progress {
+    /// A bar that stays away if `quiet`.
+    pub(crate) fn new(quiet: bool) -> Progress {
+        Progress {
+            started: Instant::now(),
+            bar: None,
+            enabled: !quiet && io::stderr().is_terminal(),
+        }
+    }
+
+    /// Tells how much is done, and how much machine time has been simulated.
+    pub(crate) fn update(&mut self, done: u64, total: u64, simulated_s: f64) {
+        if !self.enabled || self.started.elapsed() < PATIENCE {
+            return;
+        }
+        let bar = self.bar.get_or_insert_with(new_bar);
+        let part = if total == 0 {
+            0.0
+        } else {
+            done as f64 / total as f64
+        };
+        bar.set_position((part.clamp(0.0, 1.0) * STEPS as f64) as u64);
+        bar.set_message(format!("{simulated_s:.0} s of machine time"));
+    }
+
+    /// Takes the bar away.
+    pub(crate) fn finish(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
+fn new_bar() -> ProgressBar {
+    let bar = ProgressBar::new(STEPS);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left") {
+        bar.set_style(style);
+    }
+    bar
 }

@@ -122,7 +122,7 @@ fn answer() -> CycleTime {
 
 #[test]
 fn a_cycle_time_in_a_terminal() {
-    insta::assert_snapshot!(text::time(&answer()));
+    insta::assert_snapshot!(text::time(&answer(), &text::TextOptions::default()));
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Tables of blocks, axes and reversals.
 
-use super::parts::{cause, line, short};
-use super::table::{Align, Cell, Table};
+use super::TextOptions;
+use super::parts::{cause, line};
+use super::table::{Align, Cell, Table, short};
 use crate::number::{error, fixed, percent};
 use lostmotion_sim::results::{AxisResult, BlockResult, GantryResult, ReversalResult};
 
@@ -12,7 +13,7 @@ const RIGHT: Align = Align::Right;
 const BLOCK_TEXT: usize = 40;
 
 /// Blocks with the largest error: where, how much, what of it comes from where, and why.
-pub(super) fn worst_blocks(blocks: &[BlockResult]) -> String {
+pub(super) fn worst_blocks(blocks: &[BlockResult], options: &TextOptions) -> String {
     let mut table = Table::new(&[
         ("line", RIGHT),
         ("error", RIGHT),
@@ -24,7 +25,8 @@ pub(super) fn worst_blocks(blocks: &[BlockResult]) -> String {
         ("time s", RIGHT),
         ("at x y z mm", LEFT),
         ("block", LEFT),
-    ]);
+    ])
+    .optional(&[8, 2, 7]);
     for block in blocks {
         let [x, y, z] = block.at_mm.map(|c| fixed(c, 3));
         table.row([
@@ -45,7 +47,7 @@ pub(super) fn worst_blocks(blocks: &[BlockResult]) -> String {
             short(&block.text, BLOCK_TEXT).into(),
         ]);
     }
-    table.render()
+    options.table(&table)
 }
 
 /// Decimals of a speed or a range for people.
@@ -54,7 +56,7 @@ fn speed(value: f64) -> String {
 }
 
 /// One line an axis.
-pub(super) fn axes(axes: &[AxisResult]) -> String {
+pub(super) fn axes(axes: &[AxisResult], options: &TextOptions) -> String {
     let mut table = Table::new(&[
         ("axis", LEFT),
         ("unit", LEFT),
@@ -68,7 +70,8 @@ pub(super) fn axes(axes: &[AxisResult]) -> String {
         ("range", LEFT),
         ("peak current", RIGHT),
         ("at limit", RIGHT),
-    ]);
+    ])
+    .optional(&[9, 4, 6, 8, 10, 5]);
     for axis in axes {
         let unit = if axis.unit == "mdeg" { "deg" } else { "mm" };
         table.row([
@@ -95,7 +98,7 @@ pub(super) fn axes(axes: &[AxisResult]) -> String {
             },
         ]);
     }
-    table.render()
+    options.table(&table)
 }
 
 /// One line for the gantry.
@@ -115,7 +118,7 @@ pub(super) fn gantry(gantry: &GantryResult) -> String {
 }
 
 /// One line a reversal.
-pub(super) fn reversals(reversals: &[ReversalResult]) -> String {
+pub(super) fn reversals(reversals: &[ReversalResult], options: &TextOptions) -> String {
     let mut table = Table::new(&[
         ("axis", LEFT),
         ("to", LEFT),
@@ -136,5 +139,5 @@ pub(super) fn reversals(reversals: &[ReversalResult]) -> String {
             if reversal.rapid { "rapid" } else { "cutting" }.into(),
         ]);
     }
-    table.render()
+    options.table(&table)
 }

@@ -25,7 +25,7 @@ pub fn comparison(comparison: &Run, options: &TextOptions) -> String {
     out.push_str(&program(&comparison.program, &comparison.plan));
     out.push_str(&warnings(&comparison.program, WARNINGS));
     out.push_str("\ncontour error of cutting moves, um\n");
-    out.push_str(&table(comparison, none));
+    out.push_str(&table(comparison, none, options));
     out.push('\n');
     out.push_str(&recommendation(comparison, options));
     for result in &comparison.results {
@@ -39,7 +39,7 @@ pub fn comparison(comparison: &Run, options: &TextOptions) -> String {
     out
 }
 
-fn table(comparison: &Run, none: Option<&MethodResult>) -> String {
+fn table(comparison: &Run, none: Option<&MethodResult>, options: &TextOptions) -> String {
     let right = Align::Right;
     let mut table = Table::new(&[
         ("method", Align::Left),
@@ -51,7 +51,8 @@ fn table(comparison: &Run, none: Option<&MethodResult>) -> String {
         ("of none", right),
         ("verdict", Align::Left),
         ("needs", Align::Left),
-    ]);
+    ])
+    .optional(&[3, 8, 4, 2, 6]);
     for result in &comparison.results {
         let ratio = none
             .filter(|n| n.backlash.rms > 0.0)
@@ -97,7 +98,7 @@ fn table(comparison: &Run, none: Option<&MethodResult>) -> String {
         .into(),
         "-".into(),
     ]);
-    table.render()
+    options.table(&table)
 }
 
 fn recommendation(comparison: &Run, options: &TextOptions) -> String {

@@ -28,6 +28,8 @@ pub struct TextOptions {
     pub blocks: usize,
     /// How many of the worst reversals to list.
     pub reversals: usize,
+    /// Longest line of a table; tables leave out columns to keep it. `None` for any length.
+    pub width: Option<usize>,
 }
 
 impl Default for TextOptions {
@@ -36,6 +38,7 @@ impl Default for TextOptions {
             color: false,
             blocks: 10,
             reversals: 10,
+            width: None,
         }
     }
 }
@@ -75,6 +78,11 @@ enum Ink {
 }
 
 impl TextOptions {
+    /// A table in lines that are not too long.
+    fn table(&self, table: &Table) -> String {
+        table.render_within(self.width.unwrap_or(usize::MAX))
+    }
+
     fn paint(&self, ink: Ink, text: &str) -> String {
         match (self.color, ink) {
             (false, _) => text.to_owned(),

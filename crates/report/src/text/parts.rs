@@ -92,6 +92,7 @@ pub(super) fn stats_table(title: &str) -> Table {
         ("p99", right),
         ("p99.9", right),
     ])
+    .optional(&[3, 4])
 }
 
 /// A row of [`stats_table`]; dashes where there was no sample.
@@ -125,17 +126,4 @@ pub(super) fn line(block: &BlockRef) -> String {
         0 => block.span.line.to_string(),
         file => format!("{}:{}", file, block.span.line),
     }
-}
-
-/// `text` shortened to `limit` characters, without control characters.
-pub(super) fn short(text: &str, limit: usize) -> String {
-    let clean = |c: char| if c.is_control() { ' ' } else { c };
-    if text.chars().count() <= limit {
-        return text.chars().map(clean).collect();
-    }
-    text.chars()
-        .map(clean)
-        .take(limit.saturating_sub(3))
-        .chain("...".chars())
-        .collect()
 }

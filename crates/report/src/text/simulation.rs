@@ -14,16 +14,16 @@ pub fn simulation(simulation: &SingleRun, options: &TextOptions) -> String {
     out.push_str(&program(&simulation.program, &simulation.plan));
     out.push_str(&warnings(&simulation.program, WARNINGS));
     out.push('\n');
-    out.push_str(&errors(simulation));
+    out.push_str(&errors(simulation, options));
     let result = &simulation.result;
     let worst = &result.worst_blocks[..result.worst_blocks.len().min(options.blocks)];
     if !worst.is_empty() {
         out.push_str("\nworst blocks, um (positive: left of the direction of travel)\n");
-        out.push_str(&blocks::worst_blocks(worst));
+        out.push_str(&blocks::worst_blocks(worst, options));
     }
     if !result.axes.is_empty() {
         out.push_str("\naxes\n");
-        out.push_str(&blocks::axes(&result.axes));
+        out.push_str(&blocks::axes(&result.axes, options));
     }
     if let Some(gantry) = &result.gantry {
         out.push_str(&blocks::gantry(gantry));
@@ -35,7 +35,7 @@ pub fn simulation(simulation: &SingleRun, options: &TextOptions) -> String {
             reversals.len(),
             result.reversal_count
         ));
-        out.push_str(&blocks::reversals(reversals));
+        out.push_str(&blocks::reversals(reversals, options));
     }
     if !result.notes.is_empty() {
         out.push_str("\nnotes\n");
@@ -83,7 +83,7 @@ fn verdict(simulation: &SingleRun, options: &TextOptions) -> String {
 }
 
 /// The table of contour errors.
-fn errors(simulation: &SingleRun) -> String {
+fn errors(simulation: &SingleRun, options: &TextOptions) -> String {
     let result = &simulation.result;
     let mut table = stats_table("contour error, um");
     stats_row(&mut table, "cutting moves", &result.cutting);
@@ -99,11 +99,11 @@ fn errors(simulation: &SingleRun) -> String {
         &simulation.plan.command,
     );
     stats_row(&mut table, "rapids", &result.rapid);
-    let mut out = table.render();
+    let mut out = options.table(&table);
     if let Some(orientation) = &result.orientation_mdeg {
         let mut table = stats_table("tool axis, mdeg");
         stats_row(&mut table, "cutting moves", orientation);
-        out.push_str(&table.render());
+        out.push_str(&options.table(&table));
     }
     out
 }

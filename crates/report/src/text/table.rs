@@ -60,11 +60,18 @@ impl Cell {
     }
 }
 
+/// Blanks between two columns.
+const BETWEEN: usize = 2;
+/// A text column is not shortened below this many characters.
+const SHORTEST_TEXT: usize = 12;
+
 /// A table with a header line, two blanks between columns and no rules.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     header: Vec<(String, Align)>,
     rows: Vec<Vec<Cell>>,
+    /// Columns that a narrow terminal does without, the first to go first.
+    optional: Vec<usize>,
 }
 
 impl Table {
@@ -76,7 +83,16 @@ impl Table {
                 .map(|(name, align)| ((*name).to_owned(), *align))
                 .collect(),
             rows: Vec::new(),
+            optional: Vec::new(),
         }
+    }
+
+    /// Columns, counted from 0, that [`Table::render_within`] leaves out where a line would be too
+    /// long, the first to go first.
+    #[must_use]
+    pub fn optional(mut self, columns: &[usize]) -> Table {
+        self.optional = columns.to_vec();
+        self
     }
 
     /// Appends a row; cells beyond the columns are dropped, missing ones are empty.
@@ -102,50 +118,103 @@ impl Table {
         )
     }
 
-    /// Every line ends in a newline and has no trailing blanks.
+    /// The whole table. Every line ends in a newline and has no trailing blanks.
     pub fn render(&self) -> String {
-        let decimals: Vec<usize> = (0..self.header.len())
-            .map(|column| self.decimals(column))
+        self.render_within(usize::MAX)
+    }
+
+    /// The table in lines of at most `width` characters: optional columns are left out until it
+    /// fits, then the widest text column is shortened. Numbers are never cut.
+    ///
+    /// # Examples
+    /// ```
+    /// use lostmotion_report::text::{Align, Table};
+    ///
+    /// let columns = [("line", Align::Right), ("time s", Align::Right), ("block", Align::Left)];
+    /// let mut table = Table::new(&columns).optional(&[1]);
+    /// table.row(["12".into(), "0.250".into(), "G1 X10".into()]);
+    /// assert_eq!(table.render_within(80), "line  time s  block\n  12   0.250  G1 X10\n");
+    /// assert_eq!(table.render_within(12), "line  block\n  12  G1 X10\n");
+    /// ```
+    pub fn render_within(&self, width: usize) -> String {
+        let mut lines = self.lines();
+        let mut widths: Vec<usize> = (0..self.header.len())
+            .map(|column| widest(&lines, column))
             .collect();
-        let mut lines = vec![
-            self.header
-                .iter()
-                .map(|(name, _)| name.clone())
-                .collect::<Vec<_>>(),
-        ];
-        lines.extend(self.rows.iter().map(|row| {
-            row.iter()
-                .zip(&decimals)
-                .map(|(cell, d)| cell.render(*d))
-                .collect()
-        }));
-        let widths: Vec<usize> = (0..self.header.len())
-            .map(|column| {
-                lines
-                    .iter()
-                    .map(|line| line[column].chars().count())
-                    .max()
-                    .unwrap_or(0)
-            })
-            .collect();
+        let mut shown: Vec<usize> = (0..self.header.len()).collect();
+        let taken = |shown: &[usize], widths: &[usize]| {
+            let columns: usize = shown.iter().map(|column| widths[*column]).sum();
+            columns + BETWEEN * shown.len().saturating_sub(1)
+        };
+        for column in &self.optional {
+            if taken(&shown, &widths) > width {
+                shown.retain(|kept| kept != column);
+            }
+        }
+        let excess = taken(&shown, &widths).saturating_sub(width);
+        let text = |column: &&usize| self.header[**column].1 == Align::Left;
+        let longest = shown.iter().filter(text).max_by_key(|c| widths[**c]);
+        if let Some(&column) = longest.filter(|_| excess > 0) {
+            let room = widths[column].saturating_sub(excess).max(SHORTEST_TEXT);
+            for line in &mut lines {
+                line[column] = short(&line[column], room);
+            }
+            widths[column] = widest(&lines, column);
+        }
         let mut out = String::new();
         for line in lines {
             let mut text = String::new();
-            for ((cell, width), (_, align)) in line.iter().zip(&widths).zip(&self.header) {
-                let pad = width - cell.chars().count();
-                let (before, after) = if *align == Align::Right {
-                    (pad, 0)
-                } else {
-                    (0, pad)
+            for &column in &shown {
+                let cell = &line[column];
+                let pad = widths[column] - cell.chars().count();
+                let (before, after) = match self.header[column].1 {
+                    Align::Right => (pad, 0),
+                    Align::Left => (0, pad),
                 };
                 // Writing to a String cannot fail.
-                let _ = write!(text, "{:before$}{cell}{:after$}  ", "", "");
+                let _ = write!(text, "{:before$}{cell}{:after$}{:BETWEEN$}", "", "", "");
             }
             out.push_str(text.trim_end());
             out.push('\n');
         }
         out
     }
+
+    /// Header and rows as text.
+    fn lines(&self) -> Vec<Vec<String>> {
+        let decimals: Vec<usize> = (0..self.header.len())
+            .map(|column| self.decimals(column))
+            .collect();
+        let header = self.header.iter().map(|(name, _)| name.clone()).collect();
+        let row = |row: &Vec<Cell>| {
+            row.iter()
+                .zip(&decimals)
+                .map(|(cell, decimals)| cell.render(*decimals))
+                .collect()
+        };
+        std::iter::once(header)
+            .chain(self.rows.iter().map(row))
+            .collect()
+    }
+}
+
+/// Characters of the longest cell of a column.
+fn widest(lines: &[Vec<String>], column: usize) -> usize {
+    let lengths = lines.iter().map(|line| line[column].chars().count());
+    lengths.max().unwrap_or(0)
+}
+
+/// `text` shortened to `limit` characters, without control characters.
+pub(super) fn short(text: &str, limit: usize) -> String {
+    let clean = |c: char| if c.is_control() { ' ' } else { c };
+    if text.chars().count() <= limit {
+        return text.chars().map(clean).collect();
+    }
+    text.chars()
+        .map(clean)
+        .take(limit.saturating_sub(3))
+        .chain("...".chars())
+        .collect()
 }
 
 #[cfg(test)]
@@ -166,6 +235,37 @@ mod tests {
         assert_eq!(
             table.render(),
             "name        um   signed\na       123.46     0.00\nlonger    0.04    -1.50\nb            -    +1.50\nwild    4.50e7  -4.50e7\n"
+        );
+    }
+
+    #[test]
+    fn narrow_tables_have_fewer_columns_and_whole_numbers() {
+        let mut table = Table::new(&[
+            ("line", Align::Right),
+            ("RMS", Align::Right),
+            ("at", Align::Left),
+            ("block", Align::Left),
+        ])
+        .optional(&[2, 1]);
+        let block = "G1 X100.000 Y200.000 Z300.000 F2000";
+        table.row(["7".into(), Cell::Error(1.25), "1 2 3".into(), block.into()]);
+        for (width, header) in [
+            (80, "line   RMS  at     block"),
+            (50, "line   RMS  block"),
+            (41, "line  block"),
+            (20, "line  block"),
+        ] {
+            let text = table.render_within(width);
+            assert!(
+                text.lines().all(|line| line.chars().count() <= width),
+                "{text}"
+            );
+            assert_eq!(text.lines().next(), Some(header));
+            assert!(text.contains("   7") && text.contains("G1 X10"), "{text}");
+        }
+        assert_eq!(
+            table.render_within(20),
+            "line  block\n   7  G1 X100.000...\n"
         );
     }
 }

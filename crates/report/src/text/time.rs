@@ -1,7 +1,8 @@
 //! Where the time of a program goes, as text.
 
-use super::parts::{line, short, warnings};
-use super::table::{Align, Cell, Table};
+use super::TextOptions;
+use super::parts::{line, warnings};
+use super::table::{Align, Cell, Table, short};
 use crate::number::{duration, fixed, percent};
 use lostmotion_sim::time::results::{CycleTime, KindTimes, LimitShare, TimeKind};
 
@@ -16,7 +17,7 @@ const LEFT: Align = Align::Left;
 const RIGHT: Align = Align::Right;
 
 /// The whole answer: total, kinds, limits, blocks, what-if. Ends in a newline.
-pub fn time(time: &CycleTime) -> String {
+pub fn time(time: &CycleTime, options: &TextOptions) -> String {
     let mut out = format!(
         "{} on {}\ncycle time: {}\n",
         time.program.name,
@@ -25,23 +26,23 @@ pub fn time(time: &CycleTime) -> String {
     );
     out.push_str(&warnings(&time.program, WARNINGS));
     out.push('\n');
-    out.push_str(&kinds(&time.kinds, time.total_s));
+    out.push_str(&kinds(&time.kinds, time.total_s, options));
     out.push_str("\nlimited by\n");
-    out.push_str(&limits(&time.limits));
+    out.push_str(&limits(&time.limits, options));
     let shown = time.blocks.len() as u64;
     out.push_str(&format!(
         "\nblocks that take longest ({shown} of {})\n",
         time.block_count
     ));
-    out.push_str(&blocks(time));
+    out.push_str(&blocks(time, options));
     if !time.what_if.is_empty() {
         out.push_str("\nwhat if\n");
-        out.push_str(&what_if(time));
+        out.push_str(&what_if(time, options));
     }
     out
 }
 
-fn kinds(kinds: &KindTimes, total_s: f64) -> String {
+fn kinds(kinds: &KindTimes, total_s: f64, options: &TextOptions) -> String {
     let mut table = Table::new(&[
         ("kind", LEFT),
         ("time s", RIGHT),
@@ -71,10 +72,10 @@ fn kinds(kinds: &KindTimes, total_s: f64) -> String {
             );
         }
     }
-    table.render()
+    options.table(&table)
 }
 
-fn limits(limits: &[LimitShare]) -> String {
+fn limits(limits: &[LimitShare], options: &TextOptions) -> String {
     let mut table = Table::new(&[("limit", LEFT), ("time s", RIGHT), ("share", RIGHT)]);
     for limit in limits {
         table.row([
@@ -83,10 +84,10 @@ fn limits(limits: &[LimitShare]) -> String {
             percent(limit.share).into(),
         ]);
     }
-    table.render()
+    options.table(&table)
 }
 
-fn blocks(time: &CycleTime) -> String {
+fn blocks(time: &CycleTime, options: &TextOptions) -> String {
     let mut table = Table::new(&[
         ("line", RIGHT),
         ("time s", RIGHT),
@@ -95,7 +96,8 @@ fn blocks(time: &CycleTime) -> String {
         ("kind", LEFT),
         ("limited by", LEFT),
         ("block", LEFT),
-    ]);
+    ])
+    .optional(&[3, 2]);
     for block in &time.blocks {
         let kind = match block.kind {
             TimeKind::Cutting => "cutting",
@@ -118,10 +120,10 @@ fn blocks(time: &CycleTime) -> String {
             short(&block.text, BLOCK_TEXT).into(),
         ]);
     }
-    table.render()
+    options.table(&table)
 }
 
-fn what_if(time: &CycleTime) -> String {
+fn what_if(time: &CycleTime, options: &TextOptions) -> String {
     let mut table = Table::new(&[
         ("change", LEFT),
         ("plan s", RIGHT),
@@ -136,5 +138,5 @@ fn what_if(time: &CycleTime) -> String {
             percent(row.saved_share).into(),
         ]);
     }
-    table.render()
+    options.table(&table)
 }

@@ -9,6 +9,7 @@ mod check;
 mod document;
 mod file;
 mod gantry;
+mod keys;
 mod limits;
 mod preset;
 mod problem;
@@ -21,6 +22,7 @@ mod tuning;
 pub use document::Change;
 pub use file::{AxisEdit, AxisFile, MachineEdit, MachineFile};
 pub use gantry::{Gantry, GantryFile};
+pub use keys::{KeyInfo, keys};
 pub use limits::{LimitsTable, LinearLimits, RotaryLimits};
 pub use preset::{
     DEFAULT_MACHINE, PresetInfo, axis_preset, axis_preset_toml, axis_presets, presets,

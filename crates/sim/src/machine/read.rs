@@ -35,10 +35,13 @@ const TABLES: [&str; 10] = [
 /// Keys of a machine file outside any table.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Head {
+pub(super) struct Head {
+    /// Name of the machine in results.
     name: String,
+    /// One line for people.
     #[serde(default)]
     description: String,
+    /// Dialect that its programs are in.
     #[serde(default)]
     dialect: Dialect,
 }

@@ -12,24 +12,32 @@ fn is_zero(value: &f64) -> bool {
 /// A position: the axes that are left out are 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-#[expect(missing_docs, reason = "the keys say it: axis and unit")]
 pub struct Position {
+    /// X, mm.
     #[serde(skip_serializing_if = "is_zero")]
     pub x_mm: f64,
+    /// Y, mm.
     #[serde(skip_serializing_if = "is_zero")]
     pub y_mm: f64,
+    /// Z, mm.
     #[serde(skip_serializing_if = "is_zero")]
     pub z_mm: f64,
+    /// A, deg.
     #[serde(skip_serializing_if = "is_zero")]
     pub a_deg: f64,
+    /// B, deg.
     #[serde(skip_serializing_if = "is_zero")]
     pub b_deg: f64,
+    /// C, deg.
     #[serde(skip_serializing_if = "is_zero")]
     pub c_deg: f64,
+    /// U, mm.
     #[serde(skip_serializing_if = "is_zero")]
     pub u_mm: f64,
+    /// V, mm.
     #[serde(skip_serializing_if = "is_zero")]
     pub v_mm: f64,
+    /// W, mm.
     #[serde(skip_serializing_if = "is_zero")]
     pub w_mm: f64,
 }

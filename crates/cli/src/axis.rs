@@ -1,0 +1,343 @@
+//! `lostmotion axis`: one axis alone, and fits to what was logged of one.
+
+use crate::fits::{FitResult, SCHEMA, rad_per_unit};
+use crate::input;
+use crate::options::machine::{Cycles, axis, interpolator, interpolators, set_changes};
+use crate::options::methods;
+use crate::output::{self, DONE, Failure};
+use clap::{Args, Subcommand, ValueHint};
+use lostmotion::analysis::CycleDetector;
+use lostmotion::drive::config::Interpolator;
+use lostmotion::drive::{AxisOutput, AxisRunner, Setpoint};
+use lostmotion::identify::{
+    BacklashFit, BacklashLog, FitSettings, MotorLog, fit_backlash, fit_motor_only,
+};
+use lostmotion::methods::{AxisConfig, MethodId, UnknownMethod, build_runner};
+use lostmotion::report::atomic::AtomicFile;
+use lostmotion::report::csv::{
+    AxisTraceWriter, SetpointReader, SetpointSource, read_log, read_motor_log,
+};
+use lostmotion::report::{WriteError, json, number};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// `axis`.
+#[derive(Debug, Subcommand)]
+pub(crate) enum AxisCommand {
+    /// Run one axis alone on setpoints from a CSV
+    Run(RunAxis),
+    /// Fit the gap of an axis to a log of motor position, load position and current
+    Fit(Fit),
+}
+
+/// `axis run`.
+#[derive(Debug, Args)]
+pub(crate) struct RunAxis {
+    /// CSV with the columns t_s and position, a row a command cycle; velocity and acceleration
+    /// where the interpolator needs them
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) setpoints: PathBuf,
+    /// Axis: a name from `machine list`, or a file with the tables of one axis
+    #[arg(long, value_name = "FILE.toml|PRESET")]
+    pub(crate) axis: String,
+    /// Compensation method
+    #[arg(long, value_name = "NAME", default_value = "none", value_parser = methods())]
+    pub(crate) method: String,
+    /// Column of the setpoints that holds the position, such as x_mm of a plan
+    #[arg(long, value_name = "NAME")]
+    pub(crate) column: Option<String>,
+    /// How the drive goes from setpoint to setpoint; quintic-differences, or the axis' own where
+    /// the setpoints bring velocity and acceleration
+    #[arg(long, value_name = "NAME", value_parser = interpolators())]
+    pub(crate) interpolator: Option<String>,
+    /// Any key of the machine file (FILE.toml:x, vmc3:x) or of the axis file, for example
+    /// drive.position_gain_per_s=30; may be repeated
+    #[arg(long, value_name = "KEY=VALUE", allow_hyphen_values = true)]
+    pub(crate) set: Vec<String>,
+    /// CSV to write, a row a servo tick
+    #[arg(long, short, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
+    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) cycles: Cycles,
+}
+
+/// `axis fit`.
+#[derive(Debug, Args)]
+pub(crate) struct Fit {
+    /// CSV with the columns t_s, motor_U, load_U (U: mm, deg or rad) and current_a
+    pub(crate) log: PathBuf,
+    /// Use motor position and current alone: for a log without load_U (needs --axis for the motor's
+    /// inertia)
+    #[arg(long, requires = "axis")]
+    pub(crate) motor_only: bool,
+    /// The axis that was logged: motor data and transmission make the fit sharper
+    #[arg(long, value_name = "FILE.toml|PRESET")]
+    pub(crate) axis: Option<String>,
+    /// JSON to write
+    #[arg(long, short, value_name = "FILE.json", value_hint = ValueHint::FilePath)]
+    pub(crate) out: PathBuf,
+}
+
+/// Setpoints that go to the axis at once.
+const CHUNK: usize = 1024;
+
+/// Smallest swing (peak to peak) of a standing load that counts as a limit cycle, in parts of the
+/// gap.
+const LEAST_SWING: f64 = 0.02;
+
+/// Runs the command asked for.
+pub(crate) fn run(command: &AxisCommand, quiet: bool) -> Result<u8, Failure> {
+    match command {
+        AxisCommand::Run(args) => run_axis(args),
+        AxisCommand::Fit(args) => fit(args, quiet),
+    }
+}
+
+/// Runs an axis alone and writes its trace; says so if its load does not come to rest at the end.
+fn run_axis(args: &RunAxis) -> Result<u8, Failure> {
+    let axis = axis(&args.axis, &set_changes(&args.set)?)?;
+    let cycles = args.cycles.over(axis.cycles)?;
+    let file = input::open(&args.setpoints, "setpoint file")?;
+    let source = args
+        .column
+        .as_deref()
+        .map_or(SetpointSource::Position, SetpointSource::Column);
+    let mut setpoints = SetpointReader::new(
+        file,
+        &args.setpoints.display().to_string(),
+        source,
+        cycles.command(),
+    )?;
+    let mut config = AxisConfig {
+        cycles,
+        interpolator: usable_interpolator(args, &axis, &setpoints)?,
+        ..axis
+    };
+    // a trace shows all that is estimated
+    config.compensation.estimate_shaft = true;
+    check_unit(args, &config, &setpoints)?;
+    let first = setpoints.next().transpose()?.unwrap_or_default();
+    let method: MethodId = args
+        .method
+        .parse()
+        .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
+    let mut runner = build_runner(&config, method, first.position)
+        .map_err(|error| Failure::message(error.to_string()))?;
+    let units_per_rad = 1.0 / config.transmission.motor_rad_per_unit();
+    let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
+    let mut writer = AxisTraceWriter::new(
+        AtomicFile::create(&args.out)?,
+        config.unit(),
+        units_per_rad,
+        cycles.servo(),
+    )
+    .map_err(unwritten)?;
+    let mut out = AxisOutput::new(true);
+    let mut detector = CycleDetector::new(
+        cycles.servo().period_s(),
+        LEAST_SWING * config.reflected_load().gap_rad,
+    );
+    let mut tick = 0;
+    let mut chunk = vec![first];
+    loop {
+        let full = fill(&mut chunk, &mut setpoints)?;
+        push(&mut *runner, &chunk, &mut out)?;
+        for sample in out.trace.iter().flatten() {
+            writer.push(tick, sample).map_err(unwritten)?;
+            detector.push(sample.reference.position, sample.load_position);
+            tick += 1;
+        }
+        out.clear();
+        chunk.clear();
+        if !full {
+            break;
+        }
+    }
+    writer.finish().map_err(unwritten)?.commit()?;
+    if let Some(cycle) = detector.cycle() {
+        let (amplitude, unit) = (cycle.amplitude * units_per_rad, config.unit().symbol());
+        output::remark(&format!(
+            "limit cycle: at the end the load swings by +-{amplitude:.3e} {unit} at {:.1} Hz",
+            cycle.frequency_hz
+        ));
+    }
+    Ok(DONE)
+}
+
+/// The interpolator asked for; else the axis' own where the table has what it needs, else one for
+/// positions alone.
+fn usable_interpolator(
+    args: &RunAxis,
+    axis: &AxisConfig,
+    setpoints: &SetpointReader<impl Read>,
+) -> Result<Interpolator, Failure> {
+    let Some(name) = &args.interpolator else {
+        let own = axis.interpolator;
+        return Ok(if setpoints.serves(own) {
+            own
+        } else {
+            Interpolator::QuinticDifferences
+        });
+    };
+    let wanted = interpolator(name)?;
+    if setpoints.serves(wanted) {
+        return Ok(wanted);
+    }
+    let missing = if wanted.needs_velocity() && !setpoints.has_velocity() {
+        "velocity"
+    } else {
+        "acceleration"
+    };
+    let hint = "for positions alone: linear, cubic-differences, catmull-rom, b-spline, quintic-differences";
+    Err(Failure::with_hint(
+        format!(
+            "{}: interpolator \"{name}\" needs a column `{missing}`",
+            args.setpoints.display()
+        ),
+        hint,
+    ))
+}
+
+/// Fills a chunk; false at the end of the table.
+fn fill(
+    chunk: &mut Vec<Setpoint>,
+    setpoints: &mut SetpointReader<impl Read>,
+) -> Result<bool, Failure> {
+    while chunk.len() < CHUNK {
+        match setpoints.next().transpose()? {
+            Some(setpoint) => chunk.push(setpoint),
+            None => return Ok(false),
+        }
+    }
+    Ok(true)
+}
+
+fn push(
+    runner: &mut dyn AxisRunner,
+    chunk: &[Setpoint],
+    out: &mut AxisOutput,
+) -> Result<(), Failure> {
+    runner
+        .push(chunk, out)
+        .map_err(|error| Failure::message(error.to_string()))
+}
+
+/// Refuses a position column that has another unit than the axis.
+fn check_unit(
+    args: &RunAxis,
+    config: &AxisConfig,
+    setpoints: &SetpointReader<impl Read>,
+) -> Result<(), Failure> {
+    match setpoints.unit() {
+        Some(unit) if unit != config.unit() => Err(Failure::message(format!(
+            "{}: the positions are in {}, but axis \"{}\" is in {}",
+            args.setpoints.display(),
+            unit.symbol(),
+            args.axis,
+            config.unit().symbol()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Fits the gap of a log and writes it as JSON.
+pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
+    let axis = args
+        .axis
+        .as_deref()
+        .map(|name| axis(name, &[]))
+        .transpose()?;
+    let name = args.log.display().to_string();
+    let input = input::open(&args.log, "log")?;
+    let log = if args.motor_only {
+        read_motor_log(input, &name)?
+    } else {
+        read_log(input, &name)?
+    };
+    let unit = log.unit;
+    let (scale, settings) = match &axis {
+        Some(config) => (
+            rad_per_unit(config, unit, &name)?,
+            FitSettings::for_axis(config),
+        ),
+        None => (1.0, FitSettings::default()),
+    };
+    let fitted = if args.motor_only {
+        MotorLog::new(log.period_s, scaled(log.motor, scale), log.current_a)
+            .and_then(|log| fit_motor_only(&log, &settings.motor_only()))
+    } else {
+        BacklashLog::new(
+            log.period_s,
+            scaled(log.motor, scale),
+            scaled(log.load, scale),
+            log.current_a,
+        )
+        .and_then(|log| fit_backlash(&log, &settings))
+    };
+    let fit = fitted.map_err(|error| Failure::message(format!("{name}: {error}")))?;
+    let result = FitResult {
+        schema: SCHEMA,
+        log: name,
+        unit: unit.symbol().to_owned(),
+        gap: 2.0 * fit.half_gap_rad / scale,
+        gap_interval: fit.half_gap_interval_rad.map(|half| 2.0 * half / scale),
+        excited: fit.excited,
+        motor_rad_per_unit: axis.map(|_| scale),
+        motor_only: args.motor_only,
+        fit,
+    };
+    write(&args.out, &result)?;
+    if !quiet {
+        output::print(&summary(&result))?;
+    }
+    Ok(DONE)
+}
+
+fn scaled(values: Vec<f64>, scale: f64) -> Vec<f64> {
+    values.into_iter().map(|value| value * scale).collect()
+}
+
+fn write(path: &Path, result: &FitResult) -> Result<(), Failure> {
+    let mut file = AtomicFile::create(path)?;
+    json::write_significant(&mut file, result)
+        .map_err(|error| WriteError::io("write", path, error))?;
+    file.commit()?;
+    Ok(())
+}
+
+fn summary(result: &FitResult) -> String {
+    let unit = &result.unit;
+    let [low, high] = result
+        .gap_interval
+        .map(|v| number::plain(number::round_to(v, 6)));
+    let gap = number::plain(number::round_to(result.gap, 6));
+    let fit = &result.fit;
+    let used = format!(
+        "{} of {} samples, {} traversals",
+        fit.samples_used, fit.samples_logged, fit.traversals
+    );
+    let doubt = fit
+        .reason
+        .as_ref()
+        .map(|reason| format!("the log does not tell the gap from zero: {reason}\n"))
+        .unwrap_or_default();
+    let more = result
+        .motor_rad_per_unit
+        .map(|_| found_beside(fit))
+        .unwrap_or_default();
+    format!("gap {gap} {unit} (95 %: {low} to {high} {unit}) from {used}\n{doubt}{more}")
+}
+
+/// What was found beside the gap, at the motor's shaft.
+fn found_beside(fit: &BacklashFit) -> String {
+    let shown = |value: f64| format!("{value:.3e}");
+    let stiffness = fit
+        .stiffness_nm_per_rad
+        .map(|stiffness| format!("stiffness {} N m/rad\n", shown(stiffness)));
+    let load = fit.load.map(|load| {
+        let (inertia, viscous) = (shown(load.inertia_kgm2), shown(load.viscous_nm_s_per_rad));
+        let (coulomb, constant) = (shown(load.coulomb_nm), shown(load.constant_nm));
+        format!("load {inertia} kg m2, friction {coulomb} N m and {viscous} N m s/rad, constant {constant} N m\n")
+    });
+    [stiffness, load].into_iter().flatten().collect()
+}

@@ -1,0 +1,414 @@
+//! Findings about a part program: with the lines they are about for people, as documents for
+//! programs.
+
+use crate::output::{Failure, remark, stderr_has_color};
+use annotate_snippets::renderer::DecorStyle;
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use clap::ValueEnum;
+use lostmotion::base::{BlockRef, Span};
+use lostmotion::gcode::{Diagnostics, Provenance, Severity};
+use lostmotion::report::findings::{Counts, Finding, Origin, write_json, write_sarif};
+use lostmotion::sim::Program;
+use std::io::BufRead;
+
+/// Form of findings about a part program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Form {
+    /// With the lines they are about
+    #[default]
+    Text,
+    /// Versioned JSON
+    Json,
+    /// SARIF 2.1.0
+    Sarif,
+}
+
+/// How much a command says on stderr, and how.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Voice {
+    /// No progress and no warnings.
+    pub(crate) quiet: bool,
+    /// Form of findings.
+    pub(crate) diagnostics: Form,
+}
+
+/// What has been found in a program.
+pub(crate) struct Findings<'a> {
+    source: &'a Program,
+    pub(crate) list: Vec<Finding>,
+    pub(crate) counts: Counts,
+    /// Files of subroutines that findings may be about, and the calls that led there.
+    provenance: Provenance,
+}
+
+impl<'a> Findings<'a> {
+    /// Nothing yet.
+    pub(crate) fn none(source: &'a Program) -> Findings<'a> {
+        Findings {
+            source,
+            list: Vec::new(),
+            counts: Counts::default(),
+            provenance: Provenance::default(),
+        }
+    }
+
+    /// The same with what the places of findings point into.
+    pub(crate) fn with_provenance(self, provenance: &Provenance) -> Findings<'a> {
+        Findings {
+            provenance: provenance.clone(),
+            ..self
+        }
+    }
+
+    /// The lines that the findings are about, in their order; empty where they cannot be read.
+    fn lines(&self) -> Vec<Excerpt> {
+        let own: Vec<Span> = self
+            .list
+            .iter()
+            .map(|finding| finding.span)
+            .filter(|span| span.file == 0)
+            .collect();
+        let mut own = self
+            .source
+            .open()
+            .and_then(|mut reader| excerpts(&mut *reader, &own))
+            .unwrap_or_default()
+            .into_iter();
+        let of_file = |span: Span| {
+            excerpts(
+                &mut self.provenance.file(span.file)?.text.as_slice(),
+                &[span],
+            )
+            .ok()?
+            .pop()
+        };
+        let line = |finding: &Finding| {
+            if finding.span.file == 0 {
+                own.next()
+            } else {
+                of_file(finding.span)
+            }
+        };
+        self.list
+            .iter()
+            .map(line)
+            .map(Option::unwrap_or_default)
+            .collect()
+    }
+
+    /// Everything the front end has found.
+    pub(crate) fn of(source: &'a Program, diagnostics: &Diagnostics) -> Findings<'a> {
+        let origin = Origin {
+            program: source.name(),
+            provenance: diagnostics.provenance(),
+        };
+        let list = diagnostics
+            .kept()
+            .iter()
+            .map(|diagnostic| Finding::from_diagnostic(diagnostic, &origin))
+            .collect();
+        let counts = Counts {
+            errors: diagnostics.errors(),
+            warnings: diagnostics.warnings(),
+            notes: diagnostics.notes(),
+        };
+        Findings {
+            source,
+            list,
+            counts,
+            provenance: diagnostics.provenance().clone(),
+        }
+    }
+
+    /// Adds a finding at a place.
+    pub(crate) fn add(
+        &mut self,
+        severity: Severity,
+        code: &str,
+        block: BlockRef,
+        message: String,
+        hint: Option<String>,
+    ) {
+        let origin = Origin {
+            program: self.source.name(),
+            provenance: &self.provenance,
+        };
+        let (file, calls) = (origin.file(block.span.file), origin.calls(block.call_stack));
+        let (code, values, excerpt) = (code.to_owned(), serde_json::Map::new(), String::new());
+        self.list.push(Finding {
+            code,
+            severity,
+            message,
+            file,
+            span: block.span,
+            values,
+            excerpt,
+            hint,
+            calls,
+        });
+        match severity {
+            Severity::Error => self.counts.errors += 1,
+            Severity::Warning => self.counts.warnings += 1,
+            Severity::Note => self.counts.notes += 1,
+        }
+    }
+
+    /// The findings in the form asked for.
+    pub(crate) fn render(&self, form: Form) -> Result<String, Failure> {
+        let mut out = Vec::new();
+        match form {
+            Form::Text => return Ok(self.text()),
+            Form::Json => write_json(&mut out, &self.with_excerpts(), self.counts),
+            Form::Sarif => write_sarif(&mut out, &self.with_excerpts()),
+        }
+        .map_err(|error| Failure::message(format!("cannot write the findings: {error}")))?;
+        Ok(String::from_utf8_lossy(&out).into_owned())
+    }
+
+    /// The findings with the lines that they are about.
+    fn with_excerpts(&self) -> Vec<Finding> {
+        let text = |line: Excerpt| line.text.trim_end().to_owned();
+        self.list
+            .iter()
+            .zip(self.lines())
+            .map(|(finding, line)| Finding {
+                excerpt: text(line),
+                ..finding.clone()
+            })
+            .collect()
+    }
+
+    /// The failure of a program that was refused for these.
+    pub(crate) fn failure(&self, voice: Voice) -> Failure {
+        self.render(voice.diagnostics)
+            .map_or_else(|failure| failure, Failure::Rendered)
+    }
+
+    /// Tells what has been found in a program that was accepted. A document is written even if it
+    /// is empty.
+    pub(crate) fn remark(&self, voice: Voice) -> Result<(), Failure> {
+        if voice.diagnostics != Form::Text || (!self.list.is_empty() && !voice.quiet) {
+            remark(&self.render(voice.diagnostics)?);
+        }
+        Ok(())
+    }
+
+    fn text(&self) -> String {
+        let lines = self.lines();
+        let nothing = Excerpt::default();
+        let renderer = if stderr_has_color() {
+            Renderer::styled()
+        } else {
+            Renderer::plain()
+        }
+        .decor_style(DecorStyle::Ascii);
+        let one = |(index, finding)| {
+            one(&renderer, finding, lines.get(index).unwrap_or(&nothing)) + "\n\n"
+        };
+        let shown: String = self.list.iter().enumerate().map(one).collect();
+        format!("{shown}{}", self.count())
+    }
+
+    fn count(&self) -> String {
+        let number = |n: u64, what: &str| {
+            (n > 0).then(|| format!("{n} {what}{}", if n == 1 { "" } else { "s" }))
+        };
+        let Counts {
+            errors,
+            warnings,
+            notes,
+        } = self.counts;
+        let dropped = (errors + warnings + notes).saturating_sub(self.list.len() as u64);
+        let not_shown = (dropped > 0).then(|| format!("{dropped} of them not shown"));
+        let parts = [
+            number(errors, "error"),
+            number(warnings, "warning"),
+            number(notes, "note"),
+            not_shown,
+        ];
+        let text = parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
+        if text.is_empty() { text } else { text + "\n" }
+    }
+}
+
+fn one(renderer: &Renderer, finding: &Finding, line: &Excerpt) -> String {
+    if finding.severity == Severity::Note {
+        // A habit of the file, told in a line.
+        let hint = finding
+            .hint
+            .as_ref()
+            .map(|hint| format!(" ({hint})"))
+            .unwrap_or_default();
+        return format!(
+            "note[{}]: {}, {}: {}{hint}",
+            finding.code, finding.file, finding.span, finding.message
+        );
+    }
+    let level = match finding.severity {
+        Severity::Error => Level::ERROR,
+        _ => Level::WARNING,
+    };
+    let span = finding.span;
+    let name = finding.file.as_str();
+    let title = level
+        .primary_title(finding.message.as_str())
+        .id(finding.code.as_str());
+    let mut group = if !line.text.is_empty() {
+        let mark = AnnotationKind::Primary.span(line.range.clone());
+        title.element(
+            Snippet::source(line.text.as_str())
+                .line_start(span.line as usize)
+                .path(name)
+                .annotation(mark),
+        )
+    } else if span.line > 0 {
+        title.element(Level::NOTE.message(format!("{name}, {span}")))
+    } else {
+        title.element(Level::NOTE.message(name))
+    };
+    for call in &finding.calls {
+        group = group.element(Level::NOTE.message(format!(
+            "in {}, called from {}, line {}",
+            call.sub, call.file, call.span.line
+        )));
+    }
+    if let Some(hint) = &finding.hint {
+        group = group.element(Level::HELP.message(hint.as_str()));
+    }
+    renderer.render(&[group])
+}
+
+/// Longest piece of a line that is shown.
+const WIDTH: usize = 160;
+
+/// A line, or the part of a long one around a span.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Excerpt {
+    /// Printable text, one byte of it for each byte of the source.
+    pub(crate) text: String,
+    /// Where the span lies in it.
+    pub(crate) range: std::ops::Range<usize>,
+}
+
+/// Fetches the lines of spans in one pass over the source. Spans that lie beyond its end get an
+/// empty text. The answer is in the order of the spans.
+pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Result<Vec<Excerpt>> {
+    let mut order: Vec<usize> = (0..spans.len()).collect();
+    order.sort_by_key(|index| window_start(&spans[*index]));
+    let mut found = vec![Excerpt::default(); spans.len()];
+    let mut window: Vec<u8> = Vec::new();
+    let mut window_at = 0_u64;
+    for index in order {
+        let span = &spans[index];
+        let start = window_start(span);
+        let skip = start - window_at;
+        if skip <= window.len() as u64 {
+            window.drain(..skip as usize);
+        } else {
+            let missing = skip - window.len() as u64;
+            window.clear();
+            std::io::copy(
+                &mut std::io::Read::take(&mut *source, missing),
+                &mut std::io::sink(),
+            )?;
+        }
+        window_at = start;
+        let wanted = (WIDTH - window.len().min(WIDTH)) as u64;
+        std::io::Read::read_to_end(&mut std::io::Read::take(&mut *source, wanted), &mut window)?;
+        found[index] = excerpt(&window, (span.start - start) as usize, span.len as usize);
+    }
+    Ok(found)
+}
+
+/// Where the shown part of a span's line begins: at the line's start, or a third of the width
+/// before the span.
+fn window_start(span: &Span) -> u64 {
+    let before = u64::from(span.column.saturating_sub(1)).min(span.start);
+    let shown = if before as usize > WIDTH * 2 / 3 {
+        (WIDTH / 3) as u64
+    } else {
+        before
+    };
+    span.start - shown
+}
+
+fn excerpt(window: &[u8], offset: usize, length: usize) -> Excerpt {
+    let window = &window[..window.len().min(WIDTH)];
+    let end = window
+        .iter()
+        .position(|b| matches!(b, b'\n' | b'\r'))
+        .unwrap_or(window.len());
+    let text: String = window[..end]
+        .iter()
+        .map(|b| {
+            if matches!(b, b' '..=b'~') {
+                char::from(*b)
+            } else {
+                ' '
+            }
+        })
+        .collect();
+    let from = offset.min(text.len());
+    Excerpt {
+        range: from..(from + length).min(text.len()),
+        text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn span(line: u32, column: u32, start: u64, len: u32) -> Span {
+        Span {
+            file: 0,
+            line,
+            column,
+            start,
+            len,
+        }
+    }
+
+    #[test]
+    fn lines_are_found_in_any_order() {
+        let text = b"G0 X1\r\nG1 Y2 F3\nM2";
+        let spans = [
+            span(2, 4, 10, 2),
+            span(1, 1, 0, 2),
+            span(3, 1, 16, 2),
+            span(2, 7, 13, 2),
+            span(9, 1, 99, 2),
+        ];
+        let found = excerpts(&mut &text[..], &spans).unwrap();
+        let seen: Vec<(&str, &str)> = found
+            .iter()
+            .map(|e| (e.text.as_str(), &e.text[e.range.clone()]))
+            .collect();
+        assert_eq!(
+            seen,
+            [
+                ("G1 Y2 F3", "Y2"),
+                ("G0 X1", "G0"),
+                ("M2", "M2"),
+                ("G1 Y2 F3", "F3"),
+                ("", "")
+            ]
+        );
+    }
+
+    #[test]
+    fn of_a_long_line_only_the_neighbourhood_is_shown() {
+        let mut text = vec![b'('; 5_000_000];
+        text[4_000_000] = b'G';
+        let found = excerpts(&mut text.as_slice(), &[span(1, 4_000_001, 4_000_000, 1)]).unwrap();
+        assert_eq!(found[0].text.len(), WIDTH);
+        assert_eq!(&found[0].text[found[0].range.clone()], "G");
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_become_blanks() {
+        let found = excerpts(&mut &b"G1\0\xff X1"[..], &[span(1, 6, 5, 2)]).unwrap();
+        assert_eq!(found[0].text, "G1   X1");
+        assert_eq!(&found[0].text[found[0].range.clone()], "X1");
+    }
+}

@@ -1,0 +1,111 @@
+//! Results of fits: what `axis fit` writes and `--fitted` reads.
+
+use crate::input;
+use crate::output::Failure;
+use lostmotion::drive::config::{AxisUnit, Gap};
+use lostmotion::identify::BacklashFit;
+use lostmotion::methods::AxisConfig;
+use lostmotion::methods::fitted_lookup::ToldLoad;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Version of [`FitResult`].
+pub(crate) const SCHEMA: u32 = 1;
+
+/// What `fit` writes. Fields are only ever added within one schema number.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct FitResult {
+    /// [`SCHEMA`].
+    pub(crate) schema: u32,
+    /// Name of the log.
+    pub(crate) log: String,
+    /// Unit of the log's positions: `mm`, `deg` or `rad`.
+    pub(crate) unit: String,
+    /// Total gap in that unit, at the load.
+    pub(crate) gap: f64,
+    /// 95 % interval of the total gap in that unit.
+    pub(crate) gap_interval: [f64; 2],
+    /// Whether the log tells the gap from zero.
+    pub(crate) excited: bool,
+    /// Radian of the motor for one unit of the log, where the axis was given; otherwise the figures
+    /// below are in the log's unit instead of rad, and per A instead of N m.
+    pub(crate) motor_rad_per_unit: Option<f64>,
+    /// Whether the load's positions were left out of it.
+    #[serde(default)]
+    pub(crate) motor_only: bool,
+    /// The fit itself.
+    pub(crate) fit: BacklashFit,
+}
+
+/// Motor radian for a unit of the log.
+pub(crate) fn rad_per_unit(
+    config: &AxisConfig,
+    unit: AxisUnit,
+    name: &str,
+) -> Result<f64, Failure> {
+    let per_axis_unit = config.transmission.motor_rad_per_unit();
+    match (unit, config.unit()) {
+        (log, axis) if log == axis => Ok(per_axis_unit),
+        (AxisUnit::Deg, AxisUnit::Rad) => Ok(per_axis_unit.to_radians()),
+        (AxisUnit::Rad, AxisUnit::Deg) => Ok(per_axis_unit.to_degrees()),
+        (log, axis) => Err(Failure::message(format!(
+            "{name}: the positions are in {}, but the axis is in {}",
+            log.symbol(),
+            axis.symbol()
+        ))),
+    }
+}
+
+/// The axis with gap and load of a fit told to the methods that may know them.
+pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, Failure> {
+    let shown = path.display().to_string();
+    let text = input::text(path, "result of `fit`")?;
+    let result: FitResult = serde_json::from_str(&text).map_err(|error| {
+        Failure::message(format!(
+            "{shown} is not a result of `lostmotion axis fit`: {error}"
+        ))
+    })?;
+    if result.schema != SCHEMA {
+        return Err(Failure::message(format!(
+            "{shown} has schema {}; this version reads {SCHEMA}",
+            result.schema
+        )));
+    }
+    let unit = [AxisUnit::Mm, AxisUnit::Deg, AxisUnit::Rad]
+        .into_iter()
+        .find(|unit| unit.symbol() == result.unit);
+    let unit = unit.ok_or_else(|| {
+        Failure::message(format!(
+            "{shown}: unit is \"{}\"; it has to be mm, deg or rad",
+            result.unit
+        ))
+    })?;
+    if !result.excited {
+        return Err(Failure::message(format!(
+            "{shown}: the log does not tell the gap from zero"
+        )));
+    }
+    if !(result.gap.is_finite() && result.gap >= 0.0) {
+        return Err(Failure::message(format!(
+            "{shown}: gap is {}; it has to be finite and not negative",
+            result.gap
+        )));
+    }
+    let mut told = config.clone();
+    told.compensation.tell_gap(Gap::MotorRad(
+        result.gap * rad_per_unit(config, unit, &shown)?,
+    ));
+    told.compensation.fitted_lookup.load = result
+        .fit
+        .load
+        .filter(|_| result.motor_rad_per_unit.is_some())
+        .map(|load| ToldLoad {
+            inertia_kgm2: load.inertia_kgm2,
+            viscous_nm_s_per_rad: load.viscous_nm_s_per_rad,
+            coulomb_nm: load.coulomb_nm,
+            constant_nm: load.constant_nm,
+        });
+    told.check()
+        .map_err(|error| Failure::message(format!("{shown}: {error}")))?;
+    Ok(told)
+}

@@ -1,0 +1,402 @@
+//! Machines and axes by name or file, and what options change about them.
+
+use super::Names;
+use crate::fits;
+use crate::input;
+use crate::output::Failure;
+use clap::Args;
+use lostmotion::base::AxisId;
+use lostmotion::base::names::did_you_mean;
+use lostmotion::drive::config::{Cycles as CyclesConfig, Interpolator};
+use lostmotion::gcode::ToolTable;
+use lostmotion::methods::AxisConfig;
+use lostmotion::sim::Machine;
+use lostmotion::sim::machine::{
+    AxisTuning, Change, DEFAULT_MACHINE, MachineError, WorkOffsets, axis_from_changed_toml,
+    axis_preset_toml, axis_presets, presets,
+};
+use std::path::{Path, PathBuf};
+
+/// The machine and what is changed about it.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Machine")]
+pub(crate) struct MachineOptions {
+    /// Machine: a name from `machine list`, or a machine file
+    #[arg(long, short, value_name = "NAME|FILE.toml", value_hint = clap::ValueHint::FilePath)]
+    pub(crate) machine: Option<String>,
+    /// Tool table in LinuxCNC's format (.tbl), in place of the machine's tools; lengths in the
+    /// machine's units, millimetres
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    pub(crate) tool_table: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) changes: Changes,
+}
+
+/// Values in place of those of a machine file.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Machine")]
+pub(crate) struct Changes {
+    /// Origin of a work coordinate system in machine coordinates, X,Y,Z,A,B,C in mm and deg, for
+    /// example g54=220,85,-150 or g54=x220,c90; may be repeated
+    #[arg(long, value_name = "SYSTEM=X,Y,Z", allow_hyphen_values = true)]
+    pub(crate) offset: Vec<String>,
+    /// Any key of the machine file, for example axis.x.drive.position_gain_per_s=30 (`machine keys`
+    /// lists them); may be repeated
+    #[arg(long, value_name = "KEY=VALUE", allow_hyphen_values = true)]
+    pub(crate) set: Vec<String>,
+}
+
+impl MachineOptions {
+    /// The machine asked for, or the default one.
+    pub(crate) fn load(&self) -> Result<Machine, Failure> {
+        load(self.machine.as_deref(), &self.changes.read()?)
+    }
+
+    /// The machine asked for, if one is named.
+    ///
+    /// # Errors
+    /// Changes without a machine.
+    pub(crate) fn named(&self) -> Result<Option<Machine>, Failure> {
+        if self.machine.is_some() {
+            return self.load().map(Some);
+        }
+        match self.changes.read()?.first() {
+            None => Ok(None),
+            Some(change) => Err(Failure::with_hint(
+                format!("{} needs a machine to change", change.name),
+                format!("name one, for example -m {DEFAULT_MACHINE}"),
+            )),
+        }
+    }
+
+    /// The tool table of the file asked for.
+    pub(crate) fn tools(&self) -> Result<Option<ToolTable>, Failure> {
+        self.tool_table.as_deref().map(tool_table).transpose()
+    }
+}
+
+/// The tool table of a file.
+fn tool_table(path: &Path) -> Result<ToolTable, Failure> {
+    let text = input::text(path, "tool table")?;
+    ToolTable::parse(&text)
+        .map_err(|problem| Failure::message(format!("{}: {problem}", path.display())))
+}
+
+impl Changes {
+    /// As the machine's reader takes them.
+    ///
+    /// # Errors
+    /// An option that is not understood.
+    pub(crate) fn read(&self) -> Result<Vec<Change>, Failure> {
+        let mut changes = Vec::new();
+        for option in &self.offset {
+            changes.extend(offset(option)?);
+        }
+        changes.extend(set_changes(&self.set)?);
+        Ok(changes)
+    }
+}
+
+/// Changes as `--set` gives them.
+pub(crate) fn set_changes(options: &[String]) -> Result<Vec<Change>, Failure> {
+    let change = |option: &String| {
+        let (key, value) = option.split_once('=').ok_or_else(|| {
+            Failure::with_hint(
+                format!("--set {option} is not of the form KEY=VALUE"),
+                "for example: --set axis.x.drive.position_gain_per_s=30",
+            )
+        })?;
+        Ok(Change {
+            key: key.trim().to_owned(),
+            value: value.trim().to_owned(),
+            name: format!("--set {option}"),
+        })
+    };
+    options.iter().map(change).collect()
+}
+
+/// Axes of a work offset in the order of its numbers.
+const ORDER: [AxisId; 6] = [
+    AxisId::X,
+    AxisId::Y,
+    AxisId::Z,
+    AxisId::A,
+    AxisId::B,
+    AxisId::C,
+];
+
+/// A change for each coordinate of `g54=220,85,-150`.
+fn offset(option: &str) -> Result<Vec<Change>, Failure> {
+    let refused = |why: String| {
+        Failure::with_hint(
+            format!("--offset {option}: {why}"),
+            "for example: --offset g54=220,85,-150 or --offset g54=x220,c90 (mm and deg)",
+        )
+    };
+    let (system, coordinates) = option
+        .split_once('=')
+        .ok_or_else(|| refused("it is not of the form SYSTEM=X,Y,Z".to_owned()))?;
+    let system = system.trim().to_ascii_lowercase().replace('.', "_");
+    if !WorkOffsets::KEYS.contains(&system.as_str()) {
+        let why = format!(
+            "there is no work coordinate system {system}; {}",
+            did_you_mean(&system, &WorkOffsets::KEYS)
+        );
+        return Err(refused(why));
+    }
+    let mut changes: Vec<Change> = Vec::new();
+    for (index, text) in coordinates.split(',').map(str::trim).enumerate() {
+        let lettered = text.chars().next().and_then(AxisId::from_letter);
+        let axis = lettered.or_else(|| ORDER.get(index).copied());
+        let Some(axis) = axis else {
+            return Err(refused(format!("it has more than {} numbers", ORDER.len())));
+        };
+        let number = if lettered.is_some() {
+            text.get(1..).unwrap_or_default()
+        } else {
+            text
+        };
+        let value = number
+            .trim()
+            .parse::<f64>()
+            .map_err(|_| refused(format!("`{text}` is not a number")))?;
+        let key = format!("work_offset.{system}.{}", axis.column());
+        if changes.iter().any(|change| change.key == key) {
+            return Err(refused(format!("it names {axis} twice")));
+        }
+        changes.push(Change {
+            key,
+            value: format!("{value:?}"),
+            name: format!("--offset {option}"),
+        });
+    }
+    Ok(changes)
+}
+
+/// Whether an argument means a file rather than a name.
+fn is_file(name: &str) -> bool {
+    name.ends_with(".toml") || name.contains(['/', '\\'])
+}
+
+/// Names of the machines that come with the program.
+pub(crate) fn machine_names() -> Names {
+    Names::new(
+        "machine",
+        presets().iter().map(|preset| (preset.name, preset.summary)),
+    )
+}
+
+/// The machine asked for, or the default one, with changes.
+fn load(name: Option<&str>, changes: &[Change]) -> Result<Machine, Failure> {
+    let (name, text) = description(name.unwrap_or(DEFAULT_MACHINE))?;
+    Machine::from_changed_toml(&name, &text, changes).map_err(|error| failure(&error))
+}
+
+/// Name and text of a machine file, or of a machine that comes with the program.
+fn description(name: &str) -> Result<(String, String), Failure> {
+    if is_file(name) {
+        let text = input::text(Path::new(name), "machine file")?;
+        return Ok((name.to_owned(), text));
+    }
+    match presets().iter().find(|preset| preset.name == name) {
+        Some(preset) => Ok((format!("{name}.toml"), preset.toml.to_owned())),
+        None => Err(unknown(name)),
+    }
+}
+
+/// There is no machine of a name.
+fn unknown(name: &str) -> Failure {
+    match machine_names().refusal(name) {
+        Failure::Message { text, hint } => {
+            Failure::with_hint(text, format!("{hint}; a machine file's name ends in .toml"))
+        }
+        failure => failure,
+    }
+}
+
+/// The machine of a file or a name, with its tuning; refused if that is not good enough.
+pub(crate) fn check(name: &str, changes: &[Change]) -> Result<(Machine, Vec<AxisTuning>), Failure> {
+    let (_, text) = if Path::new(name).is_file() {
+        (String::new(), input::text(Path::new(name), "machine file")?)
+    } else {
+        description(name)?
+    };
+    Machine::check_changed_toml(name, &text, changes).map_err(|error| failure(&error))
+}
+
+/// All that is wrong with a machine, with the count.
+pub(crate) fn failure(error: &MachineError) -> Failure {
+    let count = error.problems.len();
+    Failure::Rendered(format!(
+        "{error}\n{count} error{}",
+        if count == 1 { "" } else { "s" }
+    ))
+}
+
+/// The axis of a preset (`paper`, `vmc3:x`), of a machine file (`FILE.toml:x`), or of a file with
+/// the tables of one axis; changes are keys of the machine file or of the axis file.
+pub(crate) fn axis(name: &str, changes: &[Change]) -> Result<AxisConfig, Failure> {
+    let of_machine = name.rsplit_once(':').filter(|(machine, _)| {
+        machine.ends_with(".toml") || presets().iter().any(|preset| preset.name == *machine)
+    });
+    if let Some((machine, letter)) = of_machine {
+        let machine_of_axis = load(Some(machine), changes)?;
+        return machine_of_axis.drive(letter).cloned().ok_or_else(|| {
+            Failure::with_hint(
+                format!("{machine} has no axis \"{letter}\""),
+                format!("its axes: {}", machine_of_axis.drives().join(", ")),
+            )
+        });
+    }
+    let text = match axis_preset_toml(name) {
+        Some(text) => text,
+        None if is_file(name) => input::text(Path::new(name), "axis file")?,
+        None => {
+            let known = axis_presets();
+            let names: Vec<&str> = known.iter().map(String::as_str).collect();
+            let nearest = did_you_mean(name, &names).replace("known here", "known axes");
+            return Err(Failure::with_hint(
+                format!("there is no axis \"{name}\""),
+                format!("{nearest}; an axis of a machine file is FILE.toml:x"),
+            ));
+        }
+    };
+    axis_from_changed_toml(name, &text, changes).map_err(|error| failure(&error))
+}
+
+/// The machine with fitted gaps and loads, each given as `AXIS=FILE.json`, told to the methods that
+/// may know them; `y2` is the second motor of a gantry's Y.
+pub(crate) fn with_fits(mut machine: Machine, options: &[String]) -> Result<Machine, Failure> {
+    for option in options {
+        let (name, file) = option.split_once('=').ok_or_else(|| {
+            Failure::with_hint(
+                format!("--fitted {option} is not of the form AXIS=FILE.json"),
+                "for example: --fitted x=x-axis.json",
+            )
+        })?;
+        let drive = machine.drive(name).ok_or_else(|| {
+            Failure::with_hint(
+                format!(
+                    "--fitted {option}: machine \"{}\" has no axis {}",
+                    machine.name(),
+                    name.to_ascii_uppercase()
+                ),
+                format!("its axes: {}", machine.drives().join(", ")),
+            )
+        })?;
+        let told = fits::with_fit(Path::new(file), drive)?;
+        machine = match letter_of(name) {
+            Some(id) => machine.with_axis_config(id, &told),
+            None => machine.with_second_config(&told),
+        };
+    }
+    Ok(machine)
+}
+
+fn letter_of(text: &str) -> Option<AxisId> {
+    let mut letters = text.chars();
+    match (letters.next(), letters.next()) {
+        (Some(letter), None) => AxisId::from_letter(letter),
+        _ => None,
+    }
+}
+
+/// How the drives are commanded.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Drives")]
+pub(crate) struct Drives {
+    /// How the drives go from setpoint to setpoint: linear, cubic-differences, catmull-rom,
+    /// cubic-hermite, quintic-hermite, b-spline, compensated-b-spline or quintic-differences, for
+    /// all axes or for one (x=linear); may be repeated
+    #[arg(long, value_name = "[AXIS=]NAME")]
+    pub(crate) interpolator: Vec<String>,
+    #[command(flatten)]
+    pub(crate) cycles: Cycles,
+}
+
+/// Cycles of command and servo.
+#[derive(Clone, Copy, Debug, Default, Args)]
+#[command(next_help_heading = "Drives")]
+pub(crate) struct Cycles {
+    /// Time from setpoint to setpoint, 0.25 to 8 ms; the machine's, if left out
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) command_ms: Option<f64>,
+    /// Time from servo tick to servo tick, 31.25 to 1000 us, a whole fraction of the command's; the
+    /// machine's, if left out
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) servo_us: Option<f64>,
+}
+
+impl Cycles {
+    /// The cycles asked for; those left out are the drive's own.
+    ///
+    /// # Errors
+    /// Cycles that do not go together.
+    pub(crate) fn over(self, own: CyclesConfig) -> Result<CyclesConfig, Failure> {
+        let cycles = CyclesConfig {
+            command_ms: self.command_ms.unwrap_or(own.command_ms),
+            servo_us: self.servo_us.unwrap_or(own.servo_us),
+        };
+        cycles.check().map_err(|error| {
+            Failure::with_hint(
+                error.to_string(),
+                "--command-ms and --servo-us set them; one has to divide the other",
+            )
+        })?;
+        Ok(cycles)
+    }
+}
+
+/// Names of interpolators.
+pub(crate) fn interpolators() -> Names {
+    Names::new(
+        "interpolator",
+        Interpolator::ALL.map(|known| (known.name(), "")),
+    )
+}
+
+/// The interpolator of a name.
+pub(crate) fn interpolator(name: &str) -> Result<Interpolator, Failure> {
+    Interpolator::from_name(name).ok_or_else(|| interpolators().refusal(name))
+}
+
+impl Drives {
+    /// The machine with the cycles and interpolators asked for.
+    ///
+    /// # Errors
+    /// Unknown names, and values that do not go together, with their axis.
+    pub(crate) fn of(&self, machine: &Machine) -> Result<Machine, Failure> {
+        let mut machine = machine.with_cycles(self.cycles.over(machine.cycles())?);
+        for word in &self.interpolator {
+            let Some((letter, name)) = word.split_once('=') else {
+                let interpolator = interpolator(word)?;
+                machine = machine.map_axes(|axis| AxisConfig {
+                    interpolator,
+                    ..axis.clone()
+                });
+                continue;
+            };
+            let axis = letter_of(letter).and_then(|id| machine.axis(id));
+            let axis = axis.ok_or_else(|| {
+                Failure::with_hint(
+                    format!(
+                        "--interpolator {word}: machine \"{}\" has no axis \"{letter}\"",
+                        machine.name()
+                    ),
+                    "for example: --interpolator linear --interpolator x=quintic-hermite",
+                )
+            })?;
+            let config = AxisConfig {
+                interpolator: interpolator(name)?,
+                ..axis.config.clone()
+            };
+            machine = machine.with_axis_config(axis.id, &config);
+        }
+        for axis in machine.axes() {
+            axis.config
+                .check()
+                .map_err(|error| Failure::message(format!("axis {}: {error}", axis.id)))?;
+        }
+        Ok(machine)
+    }
+}

@@ -1,0 +1,195 @@
+//! `lostmotion check` and `gcode lint`: what can be said about a part program without moving.
+
+use super::{add_travel, failure};
+use crate::findings::{Findings, Form, Voice};
+use crate::input;
+use crate::options::Names;
+use crate::options::part::{Setup, interpret};
+use crate::output::{self, BAD_INPUT, DONE, FOUND, Failure};
+use clap::{Args, ValueHint};
+use lostmotion::gcode::{InterpreterConfig, Severity};
+use lostmotion::gcode_tools::lint::{Level, Levels, lint as linted, rules};
+use lostmotion::report::findings::{Finding, Origin};
+use lostmotion::sim::{Machine, Program, SimError, SimulateOptions, Simulation};
+use std::path::PathBuf;
+
+/// Which lints are reported, and how.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Lints")]
+pub(crate) struct LintLevels {
+    /// Switch a lint off; may be repeated. `all` stands for every lint, and a code beats `all`
+    #[arg(long, value_name = "CODE", value_parser = lints(), hide_possible_values = true)]
+    pub(crate) allow: Vec<String>,
+    /// Report a lint as a warning
+    #[arg(long, value_name = "CODE", value_parser = lints(), hide_possible_values = true)]
+    pub(crate) warn: Vec<String>,
+    /// Report a lint as an error
+    #[arg(long, value_name = "CODE", value_parser = lints(), hide_possible_values = true)]
+    pub(crate) deny: Vec<String>,
+}
+
+/// `lint`.
+#[derive(Debug, Args)]
+pub(crate) struct Lint {
+    /// Part program; `-` is stdin
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) part: PathBuf,
+    /// Form of the answer on stdout; that of --diagnostics, if left out
+    #[arg(long, value_enum)]
+    pub(crate) format: Option<Form>,
+    #[command(flatten)]
+    pub(crate) setup: Setup,
+    #[command(flatten)]
+    pub(crate) lints: LintLevels,
+}
+
+/// `check`.
+#[derive(Debug, Args)]
+pub(crate) struct Check {
+    /// Part program; `-` is stdin
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) part: PathBuf,
+    /// Form of the answer on stdout; that of --diagnostics, if left out
+    #[arg(long, value_enum)]
+    pub(crate) format: Option<Form>,
+    #[command(flatten)]
+    pub(crate) setup: Setup,
+    #[command(flatten)]
+    pub(crate) lints: LintLevels,
+}
+
+/// Codes of lints, and `all`.
+fn lints() -> Names {
+    let named = rules::all().map(|rule| (rule.code, ""));
+    Names::new("lint", named.chain([("all", "every lint")]))
+}
+
+/// Code of the lint for moves beyond the travel.
+const TRAVEL: &str = "outside-travel";
+
+/// `gcode lint`: on a machine only if one is named.
+pub(crate) fn lint(args: &Lint, quiet: bool) -> Result<u8, Failure> {
+    let voice = args.setup.reading.voice(quiet);
+    let levels = levels(&args.lints, Levels::default());
+    let machine = args.setup.machine()?;
+    let source = input::program(&args.part)?;
+    let mut findings = find(
+        &source,
+        &args.part,
+        &args.setup,
+        machine.as_ref(),
+        &levels,
+        voice,
+    )?;
+    tell(&mut findings, args.format.unwrap_or(voice.diagnostics))
+}
+
+/// `check`: on the machine named or the default one, whose limits are errors.
+pub(crate) fn check(args: &Check, quiet: bool) -> Result<u8, Failure> {
+    let voice = args.setup.reading.voice(quiet);
+    let mut usual = Levels::default();
+    usual.set(TRAVEL, Level::Deny);
+    let levels = levels(&args.lints, usual);
+    let machine = args.setup.on.load()?;
+    let source = input::program(&args.part)?;
+    let mut findings = find(
+        &source,
+        &args.part,
+        &args.setup,
+        Some(&machine),
+        &levels,
+        voice,
+    )?;
+    let form = args.format.unwrap_or(voice.diagnostics);
+    let code = tell(&mut findings, form)?;
+    if code == DONE && form == Form::Text && !quiet {
+        let said = format!("{} on {}: nothing found\n", source.name(), machine.name());
+        output::print(&said)?;
+    }
+    Ok(code)
+}
+
+/// What the interpreter and the lints find and, on a machine, what leaves its travel.
+fn find<'a>(
+    source: &'a Program,
+    part: &std::path::Path,
+    setup: &Setup,
+    machine: Option<&Machine>,
+    levels: &Levels,
+    voice: Voice,
+) -> Result<Findings<'a>, Failure> {
+    let config = setup.config(machine, InterpreterConfig::default())?;
+    let mut program = interpret(source, config, Some(setup.reading.loader(part)?))?;
+    let travel = rules::find(TRAVEL).map_or(Level::Warn, |rule| levels.of(rule));
+    let found = linted(&mut program, levels.clone());
+    let mut findings = Findings::of(source, program.diagnostics());
+    let origin = Origin {
+        program: source.name(),
+        provenance: program.diagnostics().provenance(),
+    };
+    let of_lint = |finding| Finding::from_lint(finding, &origin);
+    findings.list.extend(found.kept().iter().map(of_lint));
+    findings.counts.errors += found.denied();
+    findings.counts.warnings += found.warned();
+    let readable = program.diagnostics().errors() == 0;
+    if let Some(machine) = machine.filter(|_| readable && travel != Level::Allow) {
+        let options = setup.options(part, machine, SimulateOptions::default())?;
+        on_machine(source, machine, &options, travel, &mut findings, voice)?;
+    }
+    Ok(findings)
+}
+
+/// Holds the program against a machine's axes and travel.
+fn on_machine(
+    source: &Program,
+    machine: &Machine,
+    options: &SimulateOptions,
+    level: Level,
+    findings: &mut Findings<'_>,
+    voice: Voice,
+) -> Result<(), Failure> {
+    let simulation = Simulation::new(source, machine).options(options.clone());
+    match simulation.check() {
+        Ok(_) | Err(SimError::Empty { .. }) => Ok(()),
+        Err(SimError::Travel { violations, .. }) => {
+            let severity = if level == Level::Deny {
+                Severity::Error
+            } else {
+                Severity::Warning
+            };
+            add_travel(findings, severity, &violations);
+            Ok(())
+        }
+        Err(error) => Err(failure(source, &error, voice)),
+    }
+}
+
+/// Prints findings in the order of the text; the exit code says the worst.
+fn tell(findings: &mut Findings<'_>, form: Form) -> Result<u8, Failure> {
+    findings
+        .list
+        .sort_by_key(|finding| (finding.span.file, finding.span.start));
+    output::print(&findings.render(form)?)?;
+    Ok(match findings.counts {
+        counts if counts.errors > 0 => BAD_INPUT,
+        counts if counts.warnings > 0 => FOUND,
+        _ => DONE,
+    })
+}
+
+/// The levels asked for; a code beats `all`.
+fn levels(args: &LintLevels, mut levels: Levels) -> Levels {
+    let given = [
+        (&args.allow, Level::Allow),
+        (&args.warn, Level::Warn),
+        (&args.deny, Level::Deny),
+    ];
+    let (all, named): (Vec<_>, Vec<_>) = given
+        .iter()
+        .flat_map(|(codes, level)| codes.iter().map(|code| (code.as_str(), *level)))
+        .partition(|(code, _)| *code == "all");
+    for (code, level) in all.into_iter().chain(named) {
+        levels.set(code, level);
+    }
+    levels
+}

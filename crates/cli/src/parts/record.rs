@@ -1,0 +1,229 @@
+//! What a run shows and writes while it goes on.
+
+use crate::output::{Failure, Progress};
+use lostmotion::report::atomic::{AtomicFile, OutputFolder};
+use lostmotion::report::csv::{BlockWriter, ContourWriter, ReversalWriter};
+use lostmotion::report::svg::{ContourPicture, ContourTrace, TracePoint, TraceRecorder, contour};
+use lostmotion::report::{WriteError, number};
+use lostmotion::sim::results::{BlockResult, MethodResult, ReversalResult};
+use lostmotion::sim::{ContourPoint, Observer};
+use std::io::{self, Write};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// Points of a method's trace in the picture, at most twice this.
+const PICTURE_POINTS: usize = 4000;
+
+/// The files of a run with `--out`.
+struct Files {
+    blocks: BlockWriter<AtomicFile>,
+    reversals: ReversalWriter<AtomicFile>,
+    contour: Option<ContourWriter<AtomicFile>>,
+    traces: Vec<TraceRecorder>,
+    failed: Option<io::Error>,
+    /// Last, so that it goes when the files in it are gone and can take a folder that it made
+    /// along.
+    folder: OutputFolder,
+}
+
+/// Watches a run: progress on a terminal, tables and traces into a folder if one was asked for.
+pub(crate) struct Record {
+    methods: Vec<String>,
+    progress: Progress,
+    files: Option<Files>,
+}
+
+fn io_error(folder: &OutputFolder) -> impl Fn(io::Error) -> Failure + '_ {
+    |error| WriteError::io("write into", folder.path(), error).into()
+}
+
+impl Files {
+    fn new(path: &Path, methods: usize, trace: bool) -> Result<Files, Failure> {
+        let folder = OutputFolder::create(path)?;
+        let blocks = BlockWriter::new(folder.file("blocks.csv")?).map_err(io_error(&folder))?;
+        let reversals =
+            ReversalWriter::new(folder.file("reversals.csv")?).map_err(io_error(&folder))?;
+        let contour = if trace {
+            Some(ContourWriter::new(folder.file("contour.csv")?).map_err(io_error(&folder))?)
+        } else {
+            None
+        };
+        let traces = (0..methods)
+            .map(|_| TraceRecorder::new(PICTURE_POINTS))
+            .collect();
+        Ok(Files {
+            blocks,
+            reversals,
+            contour,
+            traces,
+            failed: None,
+            folder,
+        })
+    }
+
+    /// Keeps the first error; an observer cannot stop a run.
+    fn keep(&mut self, result: io::Result<()>) {
+        if let (Err(error), None) = (result, &self.failed) {
+            self.failed = Some(error);
+        }
+    }
+
+    fn contour(&mut self, method: usize, name: &str, points: &[ContourPoint]) {
+        if let Some(trace) = self.traces.get_mut(method) {
+            for point in points {
+                if point.rapid {
+                    trace.lift();
+                } else {
+                    trace.push(TracePoint {
+                        foot_mm: point.foot_mm,
+                        normal: point.normal,
+                        error_um: point.error_um,
+                    });
+                }
+            }
+        }
+        if let Some(writer) = &mut self.contour {
+            let result = writer.push(name, points);
+            self.keep(result);
+        }
+    }
+}
+
+impl Record {
+    /// Starts watching a run of these methods; `out` is the folder for files, `trace` adds every
+    /// sample.
+    pub(crate) fn new(
+        out: Option<&Path>,
+        trace: bool,
+        methods: &[String],
+        quiet: bool,
+    ) -> Result<Record, Failure> {
+        let files = out
+            .map(|path| Files::new(path, methods.len(), trace))
+            .transpose()?;
+        Ok(Record {
+            methods: methods.to_vec(),
+            progress: Progress::new(quiet),
+            files,
+        })
+    }
+
+    /// Writes the answer and the picture, and gives all files their names. Without `--out` this
+    /// does nothing.
+    pub(crate) fn finish(mut self, answer: &Answer<'_>) -> Result<(), Failure> {
+        self.progress.finish();
+        let Some(mut files) = self.files else {
+            return Ok(());
+        };
+        if let Some(error) = files.failed {
+            return Err(io_error(&files.folder)(error));
+        }
+        let traces: Vec<ContourTrace> = files
+            .traces
+            .into_iter()
+            .zip(answer.results)
+            .map(|(trace, result)| trace.finish(&result.method, &caption(result)))
+            .collect();
+        let picture = ContourPicture {
+            title: format!("Contour error of {}", file_name(answer.program)),
+            subtitle: format!(
+                "{}, {} of machine time",
+                answer.machine,
+                number::duration(answer.duration_s)
+            ),
+            tolerance_um: Some(answer.tolerance_um),
+            plane: None,
+        };
+        let svg = contour(&picture, &traces);
+        let texts = [
+            ("contour.svg", &svg),
+            (answer.json_name, answer.json),
+            (answer.text_name, answer.text),
+        ];
+        let folder = &mut files.folder;
+        let mut done = vec![files.blocks.finish(), files.reversals.finish()];
+        done.extend(files.contour.map(ContourWriter::finish));
+        for file in done {
+            let file = file.map_err(io_error(folder))?;
+            folder.add(file);
+        }
+        for (name, text) in texts {
+            let mut file = folder.file(name)?;
+            file.write_all(text.as_bytes()).map_err(io_error(folder))?;
+            folder.add(file);
+        }
+        files.folder.commit()?;
+        Ok(())
+    }
+}
+
+/// What goes into the folder besides the tables.
+pub(crate) struct Answer<'a> {
+    /// Name of the program.
+    pub(crate) program: &'a str,
+    /// Name of the machine.
+    pub(crate) machine: &'a str,
+    /// Length of the program, s.
+    pub(crate) duration_s: f64,
+    /// Tolerance, um.
+    pub(crate) tolerance_um: f64,
+    /// A result a method.
+    pub(crate) results: &'a [MethodResult],
+    /// Name of the JSON file.
+    pub(crate) json_name: &'a str,
+    /// The answer as JSON.
+    pub(crate) json: &'a String,
+    /// Name of the text file.
+    pub(crate) text_name: &'a str,
+    /// The answer as text.
+    pub(crate) text: &'a String,
+}
+
+/// The last part of a path.
+fn file_name(path: &str) -> &str {
+    std::path::Path::new(path)
+        .file_name()
+        .and_then(|name| name.to_str())
+        .unwrap_or(path)
+}
+
+fn caption(result: &MethodResult) -> String {
+    let figure = number::error;
+    format!(
+        "max {} \u{b5}m, RMS {} \u{b5}m",
+        figure(result.cutting.max),
+        figure(result.cutting.rms)
+    )
+}
+
+impl Observer for Record {
+    fn progress(&mut self, done: lostmotion::sim::Progress) -> ControlFlow<()> {
+        self.progress
+            .update(done.done_bytes, done.total_bytes, done.simulated_s);
+        ControlFlow::Continue(())
+    }
+
+    fn blocks(&mut self, method: usize, rows: &[BlockResult]) {
+        if let (Some(files), Some(name)) = (&mut self.files, self.methods.get(method)) {
+            let result = files.blocks.push(name, rows);
+            files.keep(result);
+        }
+    }
+
+    fn reversals(&mut self, method: usize, rows: &[ReversalResult]) {
+        if let (Some(files), Some(name)) = (&mut self.files, self.methods.get(method)) {
+            let result = files.reversals.push(name, rows);
+            files.keep(result);
+        }
+    }
+
+    fn wants_contour(&self) -> bool {
+        self.files.is_some()
+    }
+
+    fn contour(&mut self, method: usize, points: &[ContourPoint]) {
+        if let (Some(files), Some(name)) = (&mut self.files, self.methods.get(method)) {
+            files.contour(method, name, points);
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! `lostmotion simulate`: a part program on a machine, with one method or several.
+
+use super::record::{Answer, Record};
+use super::{accepted, failure, shown, to_json};
+use crate::findings::{Form, Voice};
+use crate::input;
+use crate::options::machine::{Drives, with_fits};
+use crate::options::part::OnMachine;
+use crate::options::{Format, Interventions, Names, Quality, methods, show, threads};
+use crate::output::{DONE, FOUND, Failure, remark};
+use clap::{Args, ValueHint};
+use lostmotion::methods::MethodId;
+use lostmotion::report::text;
+use lostmotion::report::text::TextOptions;
+use lostmotion::sim::{Machine, Program, SimulateOptions, Simulation};
+use std::path::PathBuf;
+
+/// What `simulate` and `compare` share.
+#[derive(Debug, Args)]
+pub(crate) struct Run {
+    /// How much effort to put into the cycle time
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) quality: Quality,
+    /// Tolerance of the contour error in micrometres; the machine's, if left out
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) tolerance_um: Option<f64>,
+    /// Cutting force in newton, against the direction of travel on every feed move; the machine's
+    /// (mostly 0), if left out
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) cutting_force_n: Option<f64>,
+    /// How far the tool may leave its path between two setpoints, in micrometres; the motion slows
+    /// down to keep it. If left out the machine's, or 5, which is kept if a drive interpolates
+    /// linearly and only warned about otherwise
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) bow_limit_um: Option<f64>,
+    /// Form of the answer
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+    /// Folder for result, tables and picture; made if it does not exist
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+    /// Also write every sample of the contour error (needs --out; a row a servo tick)
+    #[arg(long, requires = "out")]
+    pub(crate) trace: bool,
+    /// Tell the methods that may know it the gap of an axis, from a result of `axis fit`
+    /// (`fitted-lookup` needs one, and also uses the load of `axis fit --motor-only`); y2 is the
+    /// second motor of a gantry's Y; may be repeated
+    #[arg(long, value_name = "AXIS=FILE.json")]
+    pub(crate) fitted: Vec<String>,
+    /// Threads to use at most; all cores, if left out. The answer does not depend on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<usize>,
+    #[command(flatten)]
+    pub(crate) on: OnMachine,
+    #[command(flatten)]
+    pub(crate) drives: Drives,
+    #[command(flatten)]
+    pub(crate) interventions: Interventions,
+}
+
+/// `simulate`.
+#[derive(Debug, Args)]
+pub(crate) struct Simulate {
+    /// Compensation method
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "none",
+        value_parser = methods(),
+        conflicts_with = "methods"
+    )]
+    pub(crate) method: String,
+    /// Several compensation methods on one plan, side by side, separated by commas; `all` is every
+    /// method
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        value_parser = methods_or_all(),
+        hide_possible_values = true
+    )]
+    pub(crate) methods: Vec<String>,
+    #[command(flatten)]
+    pub(crate) run: Run,
+}
+
+/// Names of methods, and `all`.
+fn methods_or_all() -> Names {
+    let all = ("all", "every method");
+    let named = MethodId::all().map(|method| (method.name(), method.info().summary));
+    Names::new("method", named.chain([all]))
+}
+
+/// `compare`.
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// Compensation methods, separated by commas; all, if left out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = methods())]
+    pub(crate) methods: Vec<String>,
+    #[command(flatten)]
+    pub(crate) run: Run,
+}
+
+/// What a run is given: the program, the machine, and how.
+fn prepare(run: &Run) -> Result<(Program, Machine, SimulateOptions), Failure> {
+    let program = input::program(&run.on.part)?;
+    let machine = run.drives.of(&run.on.machine()?)?;
+    let machine = with_fits(machine, &run.fitted)?;
+    if let Some(tolerance) = run.tolerance_um.filter(|um| !(um.is_finite() && *um > 0.0)) {
+        return Err(Failure::message(format!(
+            "--tolerance-um is {tolerance}; allowed is a positive finite number"
+        )));
+    }
+    let options = SimulateOptions {
+        tolerance_um: run.tolerance_um,
+        cutting_force_n: run.cutting_force_n,
+        bow_limit_um: run.bow_limit_um,
+        threads: threads(run.threads)?,
+        quality: run.quality.of_planner(),
+        interventions: run.interventions.read()?,
+        ..SimulateOptions::default()
+    };
+    let options = run.on.options(&machine, options)?;
+    Ok((program, machine, options))
+}
+
+/// Whether any axis was told the gap of a fit.
+fn has_fit(machine: &Machine) -> bool {
+    machine
+        .axes()
+        .iter()
+        .any(|axis| axis.config.compensation.fitted_lookup.gap.is_some())
+}
+
+/// Refuses the method for fits where no axis has one: it would leave everything as it is.
+fn check_fit(method: &str, machine: &Machine) -> Result<(), Failure> {
+    let needs_fit = method.parse::<MethodId>().is_ok_and(MethodId::needs_fit);
+    if !needs_fit || has_fit(machine) {
+        return Ok(());
+    }
+    let hint = "give a result of `lostmotion axis fit` as --fitted AXIS=FILE.json, or set compensation.fitted_lookup.gap in the machine file";
+    Err(Failure::with_hint(
+        format!("{method} needs a fitted gap, and no axis has one"),
+        hint,
+    ))
+}
+
+/// Runs a program with one method, or with several.
+pub(crate) fn run(args: &Simulate, quiet: bool) -> Result<u8, Failure> {
+    let voice = args.run.on.setup.reading.voice(quiet);
+    if !args.methods.is_empty() {
+        let all = args.methods.iter().any(|name| name == "all");
+        let named = if all { &[] } else { args.methods.as_slice() };
+        return several(&args.run, named, voice);
+    }
+    one(&args.run, &args.method, voice)
+}
+
+/// `compare`: several methods; all, if none is named.
+pub(crate) fn compare(args: &Compare, quiet: bool) -> Result<u8, Failure> {
+    several(
+        &args.run,
+        &args.methods,
+        args.run.on.setup.reading.voice(quiet),
+    )
+}
+
+/// One method. Exit code 0 within tolerance, 1 outside.
+fn one(run: &Run, method: &String, voice: Voice) -> Result<u8, Failure> {
+    let (program, machine, options) = prepare(run)?;
+    check_fit(method, &machine)?;
+    let methods = std::slice::from_ref(method);
+    let mut record = Record::new(run.out.as_deref(), run.trace, methods, voice.quiet)?;
+    let simulation = Simulation::new(&program, &machine)
+        .method(method)
+        .options(options.clone())
+        .observer(&mut record)
+        .run()
+        .map_err(|error| failure(&program, &error, voice))?
+        .into_single()
+        .ok_or_else(|| Failure::message("no method was run"))?;
+    accepted(&program, &machine, &options, voice)?;
+    let json = to_json(&simulation)?;
+    record.finish(&Answer {
+        program: &simulation.program.name,
+        machine: &simulation.machine,
+        duration_s: simulation.plan.duration_s,
+        tolerance_um: simulation.tolerance_um,
+        results: std::slice::from_ref(&simulation.result),
+        json_name: "simulation.json",
+        json: &json,
+        text_name: "simulation.txt",
+        text: &text::simulation(&simulation, &TextOptions::default()),
+    })?;
+    show(run.format, &json, &text::simulation(&simulation, &shown()))?;
+    Ok(if simulation.result.within_tolerance {
+        DONE
+    } else {
+        FOUND
+    })
+}
+
+/// Several methods side by side; all, if none is named. Exit code 0 whatever the verdicts are.
+fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
+    let (program, machine, options) = prepare(run)?;
+    let quiet = voice.quiet || voice.diagnostics != Form::Text;
+    let methods = compared(named, &machine, quiet)?;
+    let mut record = Record::new(run.out.as_deref(), run.trace, &methods, voice.quiet)?;
+    let comparison = Simulation::new(&program, &machine)
+        .methods(&methods)
+        .options(options.clone())
+        .observer(&mut record)
+        .run()
+        .map_err(|error| failure(&program, &error, voice))?;
+    accepted(&program, &machine, &options, voice)?;
+    let json = to_json(&comparison)?;
+    record.finish(&Answer {
+        program: &comparison.program.name,
+        machine: &comparison.machine,
+        duration_s: comparison.plan.duration_s,
+        tolerance_um: comparison.tolerance_um,
+        results: &comparison.results,
+        json_name: "comparison.json",
+        json: &json,
+        text_name: "comparison.txt",
+        text: &text::comparison(&comparison, &TextOptions::default()),
+    })?;
+    show(run.format, &json, &text::comparison(&comparison, &shown()))?;
+    Ok(DONE)
+}
+
+/// The methods asked for, each once; if none is named, all of them, without the one for fits where
+/// there is no fit.
+fn compared(asked: &[String], machine: &Machine, quiet: bool) -> Result<Vec<String>, Failure> {
+    let mut methods: Vec<String> = Vec::new();
+    for name in asked.iter().filter(|name| !name.is_empty()) {
+        if methods.contains(name) {
+            return Err(Failure::message(format!(
+                "--methods names \"{name}\" twice"
+            )));
+        }
+        methods.push(name.clone());
+    }
+    if methods.is_empty() {
+        let fitted = has_fit(machine);
+        methods = MethodId::all()
+            .filter(|method| fitted || !method.needs_fit())
+            .map(|method| method.to_string())
+            .collect();
+        if !fitted && !quiet {
+            let named: Vec<&str> = MethodId::all()
+                .filter(|method| method.needs_fit())
+                .map(MethodId::name)
+                .collect();
+            remark(&format!(
+                "note: {} is left out: no axis has a fitted gap (--fitted AXIS=FILE.json)",
+                named.join(", ")
+            ));
+        }
+    }
+    methods
+        .iter()
+        .try_for_each(|name| check_fit(name, machine))?;
+    Ok(methods)
+}

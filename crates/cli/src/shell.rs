@@ -1,0 +1,95 @@
+//! `lostmotion completions` and `lostmotion man`: the command line for shells and for `man`.
+
+use crate::output::{self, DONE, Failure};
+use clap::{Args, Command, ValueHint};
+use clap_complete::Shell;
+use clap_mangen::Man;
+use lostmotion::report::WriteError;
+use lostmotion::report::atomic::OutputFolder;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+/// `completions`.
+#[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// Shell that the completions are for
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// `man`.
+#[derive(Debug, Args)]
+pub(crate) struct ManPages {
+    /// Command whose page is printed, for example machine check; the program's, if left out
+    #[arg(conflicts_with = "out")]
+    command: Vec<String>,
+    /// Write the pages of all commands into this folder; made if it does not exist
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    out: Option<PathBuf>,
+}
+
+/// Prints a completion file.
+pub(crate) fn completions(args: &Completions, mut program: Command) -> Result<u8, Failure> {
+    let name = program.get_name().to_owned();
+    let mut text = Vec::new();
+    clap_complete::generate(args.shell, &mut program, name, &mut text);
+    output::print(&String::from_utf8_lossy(&text))?;
+    Ok(DONE)
+}
+
+/// Prints the page of a command, or writes the pages of all.
+pub(crate) fn man(args: &ManPages, mut program: Command) -> Result<u8, Failure> {
+    program.build();
+    let unwritten = |error: io::Error| Failure::message(format!("cannot make a page: {error}"));
+    if let Some(path) = &args.out {
+        let mut folder = OutputFolder::create(path)?;
+        for (name, page) in pages(&program).map_err(unwritten)? {
+            let mut file = folder.file(&format!("{name}.1"))?;
+            file.write_all(&page)
+                .map_err(|error| WriteError::io("write into", path, error))?;
+            folder.add(file);
+        }
+        folder.commit()?;
+        return Ok(DONE);
+    }
+    let mut command = &program;
+    for name in &args.command {
+        let inner = command.get_subcommands().find(|sub| sub.get_name() == name);
+        command = inner.ok_or_else(|| {
+            let visible = command.get_subcommands().filter(is_visible);
+            let known: Vec<&str> = visible.map(Command::get_name).collect();
+            Failure::with_hint(
+                format!("{} has no command \"{name}\"", command.get_name()),
+                format!("its commands: {}", known.join(", ")),
+            )
+        })?;
+    }
+    let page = page(command).map_err(unwritten)?;
+    output::print(&String::from_utf8_lossy(&page))?;
+    Ok(DONE)
+}
+
+/// The page of a command.
+fn page(command: &Command) -> io::Result<Vec<u8>> {
+    let name = command.get_display_name().unwrap_or(command.get_name());
+    let mut text = Vec::new();
+    Man::new(command.clone())
+        .title(name.to_ascii_uppercase())
+        .render(&mut text)?;
+    Ok(text)
+}
+
+/// Name and page of a command and all below it that are not hidden.
+fn pages(command: &Command) -> io::Result<Vec<(String, Vec<u8>)>> {
+    let name = command.get_display_name().unwrap_or(command.get_name());
+    let mut all = vec![(name.to_owned(), page(command)?)];
+    for inner in command.get_subcommands().filter(is_visible) {
+        all.extend(pages(inner)?);
+    }
+    Ok(all)
+}
+
+/// Whether a command has a page: not the former names, nor clap's own `help`.
+fn is_visible(command: &&Command) -> bool {
+    !command.is_hide_set() && command.get_name() != "help"
+}

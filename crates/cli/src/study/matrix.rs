@@ -1,0 +1,217 @@
+//! `lostmotion study matrix`: cells that are run, and the journal in which the results so far are
+//! kept.
+
+use super::{failure, known_methods, methods};
+use crate::options::{Format, show, threads};
+use crate::output::{DONE, Failure, Progress};
+use clap::{Args, ValueHint};
+use lostmotion::report::WriteError;
+use lostmotion::report::atomic::OutputFolder;
+use lostmotion_study::StudyError;
+use lostmotion_study::matrix::journal::{Found, Header, line, read};
+use lostmotion_study::matrix::{Cell, CellResult, all_cells, run_cells, sample, table};
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// `study matrix`.
+#[derive(Debug, Args)]
+pub(crate) struct MatrixArgs {
+    /// Number of cells sampled
+    #[arg(long, value_name = "N", default_value_t = 120, conflicts_with = "full")]
+    pub(crate) cells: usize,
+    /// Seed of the sample
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Every cell; takes days
+    #[arg(long)]
+    pub(crate) full: bool,
+    /// Compensation methods, separated by commas; all but `fitted-lookup`, if left out
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = known_methods())]
+    pub(crate) methods: Vec<String>,
+    /// Folder for the tables, and for the results so far: run again, a stopped study goes on
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+    /// Forget the results so far in the folder
+    #[arg(long, requires = "out")]
+    pub(crate) fresh: bool,
+    /// Form of the answer
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+    /// Threads to use at most; all cores, if left out. The answer does not depend on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<usize>,
+}
+
+/// Runs the cells that are not there yet, and sums up.
+pub(super) fn run(args: &MatrixArgs, quiet: bool) -> Result<u8, Failure> {
+    let threads = threads(args.threads)?;
+    let methods = methods(&args.methods)?;
+    let cells = if args.full {
+        all_cells()
+    } else {
+        sample(args.cells, args.seed).map_err(|error| failure(&error))?
+    };
+    let header = Header::new((!args.full).then_some(args.cells), args.seed, &methods);
+    let mut journal = args
+        .out
+        .as_deref()
+        .map(|folder| Journal::open(folder, &header, args.fresh))
+        .transpose()?;
+    let mut results = journal
+        .as_mut()
+        .map(|journal| std::mem::take(&mut journal.results))
+        .unwrap_or_default();
+    let missing: Vec<Cell> = cells
+        .iter()
+        .copied()
+        .filter(|cell| !results.contains_key(cell))
+        .collect();
+    for result in run_missing(&missing, &methods, threads, journal.as_mut(), quiet)? {
+        results.insert(result.cell, result);
+    }
+    let results = in_order(&cells, results);
+    let what = if args.full {
+        "all".to_owned()
+    } else {
+        format!("sampled with seed {}", args.seed)
+    };
+    let (markdown, json) = (
+        table::markdown(&results, &what),
+        table::json(&results, &what).map_err(|error| failure(&error))?,
+    );
+    if let Some(folder) = &args.out {
+        write(
+            folder,
+            &[
+                ("matrix.md", &markdown),
+                ("matrix.csv", &table::csv(&results)),
+                ("matrix.json", &json),
+            ],
+        )?;
+    }
+    show(args.format, &json, &markdown)?;
+    Ok(DONE)
+}
+
+fn run_missing(
+    cells: &[Cell],
+    methods: &[String],
+    threads: usize,
+    mut journal: Option<&mut Journal>,
+    quiet: bool,
+) -> Result<Vec<CellResult>, Failure> {
+    let mut progress = Progress::new(quiet);
+    let mut unwritten = None;
+    let run = run_cells(cells, methods, threads, &mut |result, state| {
+        progress.update(state.done as u64, state.all as u64, state.simulated_s);
+        let Some(journal) = journal.as_mut() else {
+            return Ok(());
+        };
+        journal.append(&line(result)?).map_err(|failure| {
+            unwritten = Some(failure);
+            StudyError::Sink("the results cannot be kept".to_owned())
+        })
+    });
+    progress.finish();
+    match (unwritten, run) {
+        (Some(failure), _) => Err(failure),
+        (None, run) => run.map_err(|error| failure(&error)),
+    }
+}
+
+fn in_order(cells: &[Cell], mut results: BTreeMap<Cell, CellResult>) -> Vec<CellResult> {
+    cells
+        .iter()
+        .filter_map(|cell| results.remove(cell))
+        .collect()
+}
+
+fn write(folder: &Path, files: &[(&str, &String)]) -> Result<(), Failure> {
+    let mut folder = OutputFolder::create(folder)?;
+    for (name, text) in files {
+        let mut file = folder.file(name)?;
+        file.write_all(text.as_bytes())
+            .map_err(|error| WriteError::io("write into", folder.path(), error))?;
+        folder.add(file);
+    }
+    folder.commit()?;
+    Ok(())
+}
+
+/// File of the results so far in the folder of a study.
+const NAME: &str = "cells.jsonl";
+
+/// A journal open for more results.
+struct Journal {
+    path: PathBuf,
+    file: File,
+    /// What was there.
+    results: BTreeMap<Cell, CellResult>,
+}
+
+impl Journal {
+    /// Opens the journal of a folder, which is made if it does not exist; begins it if there is
+    /// none, or if asked to.
+    fn open(folder: &Path, header: &Header, fresh: bool) -> Result<Journal, Failure> {
+        if folder.exists() && !folder.is_dir() {
+            return Err(WriteError::NotFolder {
+                path: folder.to_path_buf(),
+            }
+            .into());
+        }
+        std::fs::create_dir_all(folder).map_err(|error| WriteError::io("create", folder, error))?;
+        let path = folder.join(NAME);
+        let failed = |error| Failure::from(WriteError::io("write", &path, error));
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(fresh)
+            .open(&path)
+            .map_err(failed)?;
+        let mut text = String::new();
+        file.read_to_string(&mut text)
+            .map_err(|error| match error.kind() {
+                ErrorKind::InvalidData => {
+                    Failure::with_hint(format!("{} is not text", path.display()), HINT)
+                }
+                _ => failed(error),
+            })?;
+        let found = read(&text, header)
+            .map_err(|error| Failure::with_hint(format!("{}: {error}", path.display()), HINT))?;
+        let mut journal = Journal {
+            file,
+            results: BTreeMap::new(),
+            path,
+        };
+        journal.trim(&found)?;
+        if found.whole_bytes == 0 {
+            journal.append(&line(header).map_err(|error| failure(&error))?)?;
+        }
+        journal.results = found.results;
+        Ok(journal)
+    }
+
+    /// Cuts off a line that was not finished.
+    fn trim(&mut self, found: &Found) -> Result<(), Failure> {
+        let end = found.whole_bytes as u64;
+        let done = self
+            .file
+            .set_len(end)
+            .and_then(|()| self.file.seek(SeekFrom::Start(end)));
+        done.map(|_| ())
+            .map_err(|error| WriteError::io("write", &self.path, error).into())
+    }
+
+    /// Puts a line at the end, at once and whole.
+    fn append(&mut self, text: &str) -> Result<(), Failure> {
+        self.file
+            .write_all(text.as_bytes())
+            .map_err(|error| WriteError::io("write", &self.path, error).into())
+    }
+}
+
+/// What to do about a journal of another study.
+const HINT: &str = "--fresh forgets what is there; another --out keeps it";

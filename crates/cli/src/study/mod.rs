@@ -1,0 +1,399 @@
+//! `lostmotion study`: the test matrix, single cells, couplers, endurance, and the paper.
+
+mod matrix;
+
+use crate::options::methods as known_methods;
+use crate::output::{self, DONE, Failure};
+use clap::{Args, Subcommand, ValueHint};
+use lostmotion::base::Clock;
+use lostmotion::drive::AxisSample;
+use lostmotion::identify::{
+    BacklashFit, BacklashLog, FitError, FitSettings, MotorLog, fit_backlash, fit_motor_only,
+};
+use lostmotion::methods::{MethodId, UnknownMethod};
+use lostmotion::report::WriteError;
+use lostmotion::report::atomic::{AtomicFile, OutputFolder};
+use lostmotion::report::number::{fixed, percent};
+use lostmotion_study::StudyError;
+use lostmotion_study::bench::{COUPLERS, Coupler, Recording, run as record};
+use lostmotion_study::endurance::run as endure;
+use lostmotion_study::matrix::motion::program as motion_program;
+use lostmotion_study::matrix::{Cell, CellResult, Traced, run_cell, table};
+use lostmotion_study::paper::{Trial, figures, outlook, scan, shaft_trials, text, trials};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// `study`.
+#[derive(Debug, Subcommand)]
+pub(crate) enum StudyCommand {
+    /// Run the test matrix: motions, gaps, friction, inertia and encoders, with every method
+    Matrix(matrix::MatrixArgs),
+    /// Run one cell of the matrix and write its trace
+    Cell(CellArgs),
+    /// Two motors back to back, a coupler with a known gap and stiffness: what the fits and
+    /// `adaptive` find of it
+    Bench(Bench),
+    /// An axis for an hour of motion and rest: whether what a method has learned stays
+    Endurance(Endurance),
+    /// The experiments of Gan, Wang, Huang, Machines 2023, 11(2), 193: figures 3 and 7 to 11, and
+    /// what the paper does not say, scanned
+    Paper(Paper),
+}
+
+/// `study cell`.
+#[derive(Debug, Args)]
+pub(crate) struct CellArgs {
+    /// Name of the cell, from a table of the matrix
+    pub(crate) cell: String,
+    /// Compensation method
+    #[arg(long, value_name = "NAME", default_value = "none", value_parser = known_methods())]
+    pub(crate) method: String,
+    /// CSV to write: error and both axes, a row every 250 us
+    #[arg(long, short, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
+    pub(crate) out: Option<PathBuf>,
+    /// Also write the cell's part program
+    #[arg(long, value_name = "FILE.ngc")]
+    pub(crate) program: Option<PathBuf>,
+}
+
+/// `study bench`.
+#[derive(Debug, Args)]
+pub(crate) struct Bench {
+    /// Total gap of the coupler in radian; five couplers, if left out
+    #[arg(long, value_name = "N", requires = "stiffness_nm_per_rad")]
+    pub(crate) gap_rad: Option<f64>,
+    /// Its stiffness in N m/rad
+    #[arg(long, value_name = "N", requires = "gap_rad")]
+    pub(crate) stiffness_nm_per_rad: Option<f64>,
+}
+
+/// `study endurance`.
+#[derive(Debug, Args)]
+pub(crate) struct Endurance {
+    /// Cell of the matrix whose axis runs, with drift over the whole time if its name ends so
+    #[arg(long, value_name = "NAME", default_value = lostmotion_study::endurance::USUAL)]
+    pub(crate) cell: String,
+    /// Compensation method
+    #[arg(long, value_name = "NAME", default_value = "adaptive", value_parser = known_methods())]
+    pub(crate) method: String,
+    /// How long, in minutes of the machine's time
+    #[arg(long, value_name = "N", default_value_t = 60.0)]
+    pub(crate) minutes: f64,
+}
+
+/// `study paper`.
+#[derive(Debug, Args)]
+pub(crate) struct Paper {
+    /// Folder for table, scan and figures; made if it does not exist
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Runs the study asked for.
+pub(crate) fn run(study: &StudyCommand, quiet: bool) -> Result<u8, Failure> {
+    match study {
+        StudyCommand::Matrix(args) => matrix::run(args, quiet),
+        StudyCommand::Cell(args) => cell(args),
+        StudyCommand::Bench(args) => bench(args),
+        StudyCommand::Endurance(args) => endurance(args),
+        StudyCommand::Paper(args) => paper(args),
+    }
+}
+
+fn failure(error: &StudyError) -> Failure {
+    Failure::message(error.to_string())
+}
+
+/// The methods asked for, each once, without the baseline. If none is named: all but those that
+/// need a fit, which a study does not have.
+fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
+    let mut methods: Vec<String> = Vec::new();
+    let mut named = false;
+    for name in asked.iter().filter(|name| !name.is_empty()) {
+        if methods.contains(name) {
+            return Err(Failure::message(format!(
+                "--methods names \"{name}\" twice"
+            )));
+        }
+        named = true;
+        let method: MethodId = name
+            .parse()
+            .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
+        if !method.is_baseline() {
+            methods.push(name.clone());
+        }
+    }
+    if !named {
+        methods = MethodId::all()
+            .filter(|method| !method.is_baseline() && !method.needs_fit())
+            .map(|method| method.to_string())
+            .collect();
+    }
+    Ok(methods)
+}
+
+/// Runs one cell; the trace is that of the method.
+fn cell(args: &CellArgs) -> Result<u8, Failure> {
+    let cell = Cell::parse(&args.cell).map_err(|error| failure(&error))?;
+    let methods = methods(std::slice::from_ref(&args.method))?;
+    if let Some(path) = &args.program {
+        let mut file = AtomicFile::create(path)?;
+        file.write_all(motion_program(&cell).as_bytes())
+            .map_err(|error| WriteError::io("write", path, error))?;
+        file.commit()?;
+    }
+    let result = match &args.out {
+        None => run_cell(&cell, &methods, None).map_err(|error| failure(&error))?,
+        Some(path) => traced(&cell, &methods, path)?,
+    };
+    output::print(&table::csv(&[result]))?;
+    Ok(DONE)
+}
+
+fn traced(cell: &Cell, methods: &[String], path: &Path) -> Result<CellResult, Failure> {
+    let unwritten = |error| Failure::from(WriteError::io("write", path, error));
+    let mut file = BufWriter::new(AtomicFile::create(path)?);
+    writeln!(
+        file,
+        "t_s,error_um,error_without_gap_um,measured{}{}",
+        columns("x"),
+        columns("y")
+    )
+    .map_err(unwritten)?;
+    let mut written = Ok(());
+    let result = run_cell(
+        cell,
+        methods,
+        Some(&mut |row| {
+            if written.is_ok() {
+                written = write_row(&mut file, row);
+            }
+        }),
+    );
+    let result = result.map_err(|error| failure(&error))?;
+    written.map_err(unwritten)?;
+    let file = file
+        .into_inner()
+        .map_err(|error| unwritten(error.into_error()))?;
+    file.commit()?;
+    Ok(result)
+}
+
+/// Columns of an axis; angles at the motor.
+fn columns(axis: &str) -> String {
+    let names = [
+        "reference_rad",
+        "reference_rad_s",
+        "reference_rad_s2",
+        "motor_rad",
+        "load_rad",
+        "torque_nm",
+        "engagement",
+        "gap_estimate_rad",
+        "inertia_estimate_kgm2",
+        "engagement_estimate",
+        "stiffness_estimate_nm_per_rad",
+        "damping_estimate_nm_s_per_rad",
+    ];
+    names.map(|name| format!(",{axis}_{name}")).concat()
+}
+
+fn write_row(out: &mut impl Write, row: &Traced) -> io::Result<()> {
+    let [error, without] = row.error_um;
+    write!(
+        out,
+        "{},{error:.4},{without:.4},{}",
+        Clock::SERVO.seconds(row.tick),
+        u8::from(row.measured)
+    )?;
+    for sample in &row.axes {
+        let AxisSample {
+            reference,
+            motor_position,
+            load_position,
+            torque,
+            engagement,
+            engagement_estimate,
+            ..
+        } = sample;
+        write!(
+            out,
+            ",{:.9},{:.6},{:.4}",
+            reference.position, reference.velocity, reference.acceleration
+        )?;
+        write!(
+            out,
+            ",{motor_position:.9},{load_position:.9},{torque:.6},{}",
+            engagement.sign()
+        )?;
+        for estimate in [sample.gap_angle_estimate, sample.inertia_estimate] {
+            if estimate.is_finite() {
+                write!(out, ",{estimate:.9}")?
+            } else {
+                write!(out, ",")?
+            }
+        }
+        write!(out, ",{}", engagement_estimate.sign())?;
+        for estimate in [sample.stiffness_estimate, sample.damping_estimate] {
+            if estimate.is_finite() {
+                write!(out, ",{estimate:.4}")?
+            } else {
+                write!(out, ",")?
+            }
+        }
+    }
+    writeln!(out)
+}
+
+/// Prints what was set, and what was found by each that looked.
+fn bench(args: &Bench) -> Result<u8, Failure> {
+    let couplers = match (args.gap_rad, args.stiffness_nm_per_rad) {
+        (Some(gap_rad), Some(stiffness_nm_per_rad)) => vec![Coupler {
+            gap_rad,
+            stiffness_nm_per_rad,
+        }],
+        _ => COUPLERS.to_vec(),
+    };
+    let mut out =
+        "| gap, rad | stiffness, N m/rad | `fit`: gap | stiffness | `fit --motor-only`: gap | stiffness | `adaptive`: gap | stiffness | damping |\n"
+            .to_owned();
+    out.push_str("|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    for coupler in couplers {
+        let recording = record(&coupler).map_err(|error| failure(&error))?;
+        let found = [with_load(&recording), motor_only(&recording)].map(|fit| shown(&coupler, fit));
+        let learned = recording
+            .adaptive_gap_rad
+            .map_or("-".to_owned(), |gap| off(gap, coupler.gap_rad));
+        let (gap, stiffness) = (coupler.gap_rad, coupler.stiffness_nm_per_rad);
+        let online = online(
+            &coupler,
+            recording.axis.motor.inertia_kgm2,
+            recording.online,
+        );
+        out.push_str(&format!(
+            "| {gap} | {stiffness} | {} | {learned} | {online} |\n",
+            found.join(" | ")
+        ));
+    }
+    output::print(&out)?;
+    Ok(DONE)
+}
+
+fn with_load(recording: &Recording) -> Result<BacklashFit, FitError> {
+    let log = BacklashLog::from_samples(Clock::SERVO.period_s(), &recording.loaded)?;
+    fit_backlash(&log, &FitSettings::for_axis(&recording.axis))
+}
+
+fn motor_only(recording: &Recording) -> Result<BacklashFit, FitError> {
+    let motor = recording
+        .towed
+        .iter()
+        .map(|sample| sample.motor_position)
+        .collect();
+    let current = recording
+        .towed
+        .iter()
+        .map(|sample| sample.current)
+        .collect();
+    let log = MotorLog::new(Clock::SERVO.period_s(), motor, current)?;
+    fit_motor_only(&log, &FitSettings::for_axis(&recording.axis).motor_only())
+}
+
+/// Gap and stiffness off what was set; why there is none.
+fn shown(coupler: &Coupler, fit: Result<BacklashFit, FitError>) -> String {
+    match fit {
+        Ok(fit) => {
+            let stiffness = 1.0 / fit.compliance_rad_per_nm;
+            format!(
+                "{} | {}",
+                off(2.0 * fit.half_gap_rad, coupler.gap_rad),
+                off(stiffness, coupler.stiffness_nm_per_rad)
+            )
+        }
+        Err(error) => format!("{error} | -"),
+    }
+}
+
+/// Stiffness and damping off what was set.
+fn online(coupler: &Coupler, rotor_kgm2: f64, found: Option<[f64; 2]>) -> String {
+    found.map_or("not excited | -".to_owned(), |[stiffness, damping]| {
+        let known = if damping.is_finite() {
+            off(damping, coupler.damping_nm_s_per_rad(rotor_kgm2))
+        } else {
+            "not known".to_owned()
+        };
+        format!("{} | {known}", off(stiffness, coupler.stiffness_nm_per_rad))
+    })
+}
+
+fn off(found: f64, set: f64) -> String {
+    format!("{:+.2} %", 100.0 * (found / set - 1.0))
+}
+
+/// Longest run, minutes: a day.
+const MOST_MINUTES: f64 = 1440.0;
+
+/// Runs an axis and prints what each stretch of the time showed.
+fn endurance(args: &Endurance) -> Result<u8, Failure> {
+    if !(args.minutes > 0.0 && args.minutes <= MOST_MINUTES) {
+        return Err(Failure::with_hint(
+            format!(
+                "--minutes is {}; allowed is above 0, up to {MOST_MINUTES}",
+                args.minutes
+            ),
+            "",
+        ));
+    }
+    let cell = Cell::parse(&args.cell).map_err(|error| failure(&error))?;
+    let stretches =
+        endure(&cell, &args.method, 60.0 * args.minutes).map_err(|error| failure(&error))?;
+    let mut out = format!(
+        "what the gap adds to the load's place, X of {cell}\n\n| until min | `none`: RMS, um | max, um | `{0}`: RMS, um | max, um | RMS of none | gap off by |\n|--:|--:|--:|--:|--:|--:|--:|\n",
+        args.method
+    );
+    for stretch in &stretches {
+        let ([none, rms], [none_max, max]) = (stretch.rms_um, stretch.max_um);
+        let gap = stretch
+            .gap_error
+            .map_or("-".to_owned(), |error| format!("{:.2} %", 100.0 * error));
+        let columns = [none, none_max, rms, max]
+            .map(|um| fixed(um, 3))
+            .join(" | ");
+        out.push_str(&format!(
+            "| {} | {columns} | {} | {gap} |\n",
+            fixed(stretch.until_s / 60.0, 1),
+            percent(rms / none)
+        ));
+    }
+    output::print(&out)?;
+    Ok(DONE)
+}
+
+/// Runs the paper's experiments again.
+pub(crate) fn paper(args: &Paper) -> Result<u8, Failure> {
+    let failed = |error: StudyError| Failure::message(error.to_string());
+    // a folder that cannot be made is reported before the work is done
+    let folder = args.out.as_ref().map(OutputFolder::create).transpose()?;
+    let trials = trials(&Trial::CHOSEN, &scan::FORMS).map_err(failed)?;
+    let scanned = scan::scan().map_err(failed)?;
+    let shafts = shaft_trials().map_err(failed)?;
+    let markdown = text::markdown(&trials, &scanned, &shafts);
+    if let Some(mut folder) = folder {
+        let mut files = vec![
+            ("paper.md".to_owned(), markdown.clone()),
+            ("scan.csv".to_owned(), text::csv(&scanned)),
+        ];
+        files.extend(figures::figures(&trials));
+        files.extend(figures::scan_figures(&scanned));
+        files.extend(outlook::figures(&shafts));
+        for (name, content) in files {
+            let mut file = folder.file(&name)?;
+            file.write_all(content.as_bytes())
+                .map_err(|error| WriteError::io("write into", folder.path(), error))?;
+            folder.add(file);
+        }
+        folder.commit()?;
+    }
+    output::print(&markdown)?;
+    Ok(DONE)
+}

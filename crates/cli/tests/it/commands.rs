@@ -1,0 +1,444 @@
+//! The program from the outside: exit codes, messages, files that appear or do not.
+
+use crate::bench::{Bench, CIRCLE, names};
+use std::process::Stdio;
+
+#[test]
+fn simulate_judges_against_the_tolerance() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    let text = bench.expect(0, &["simulate", "circle.ngc", "--tolerance-um", "1000"]);
+    assert!(
+        text.contains("circle.ngc on vmc3, method none\nwithin tolerance: largest contour error"),
+        "{text}"
+    );
+    assert!(
+        text.contains("tolerance 1000 um")
+            && text.contains("reversals, um")
+            && !text.contains('\x1b')
+    );
+    let text = bench.expect(1, &["simulate", "circle.ngc", "--tolerance-um", "0.01"]);
+    assert!(
+        text.contains("OUTSIDE tolerance") && text.contains("line 3"),
+        "{text}"
+    );
+    let json = bench.expect(
+        1,
+        &[
+            "simulate",
+            "circle.ngc",
+            "--tolerance-um",
+            "0.01",
+            "--format",
+            "json",
+            "--threads",
+            "1",
+        ],
+    );
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(value["schema"], 1);
+    assert_eq!(value["result"]["method"], "none");
+    assert_eq!(
+        json,
+        bench.expect(
+            1,
+            &[
+                "simulate",
+                "circle.ngc",
+                "--tolerance-um",
+                "0.01",
+                "--format",
+                "json",
+                "--threads",
+                "2"
+            ]
+        )
+    );
+}
+
+#[test]
+fn results_of_a_run_go_into_a_folder_together() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    let shown = bench.expect(
+        0,
+        &[
+            "simulate",
+            "circle.ngc",
+            "--tolerance-um",
+            "1000",
+            "--out",
+            "a/b",
+            "--trace",
+            "--format",
+            "json",
+        ],
+    );
+    let expected = [
+        "blocks.csv",
+        "contour.csv",
+        "contour.svg",
+        "reversals.csv",
+        "simulation.json",
+        "simulation.txt",
+    ];
+    assert_eq!(names(&bench.path("a/b")), expected);
+    assert_eq!(
+        std::fs::read_to_string(bench.path("a/b/simulation.json")).unwrap(),
+        shown
+    );
+    let contour = std::fs::read_to_string(bench.path("a/b/contour.csv")).unwrap();
+    assert!(contour.starts_with("method,t_s,foot_x_mm") && contour.lines().count() > 1000);
+    assert!(
+        std::fs::read_to_string(bench.path("a/b/contour.svg"))
+            .unwrap()
+            .contains(">none</text>")
+    );
+    bench.refuses(&["simulate", "circle.ngc", "--trace"], &["--out"]);
+}
+
+#[test]
+fn compare_has_a_row_a_method() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    let text = bench.expect(
+        0,
+        &[
+            "compare",
+            "circle.ngc",
+            "--methods",
+            "none,fixed,load-feedback",
+            "--out",
+            "out",
+        ],
+    );
+    for start in [
+        "none ",
+        "fixed ",
+        "load-feedback ",
+        "(no gap) ",
+        "recommended:",
+    ] {
+        assert!(
+            text.lines().any(|line| line.starts_with(start)),
+            "{start}\n{text}"
+        );
+    }
+    assert_eq!(
+        names(&bench.path("out")),
+        [
+            "blocks.csv",
+            "comparison.json",
+            "comparison.txt",
+            "contour.svg",
+            "reversals.csv"
+        ]
+    );
+    bench.refuses(
+        &["compare", "circle.ngc", "--methods", "none,none"],
+        &["names \"none\" twice"],
+    );
+    bench.refuses(
+        &["compare", "circle.ngc", "--methods", "none,magic"],
+        &["magic", "load-feedback"],
+    );
+}
+
+#[test]
+fn canon_prints_operations_and_all_errors() {
+    let bench = Bench::new();
+    bench
+        .file("circle.ngc", CIRCLE)
+        .file("bad.ngc", "G21 G90\nG1 X10\nG2 X20 I3\nM2\n")
+        .file("tools.tbl", "T1 P1 Z5\n");
+    let text = bench.expect(0, &["canon", "circle.ngc", "--tool-table", "tools.tbl"]);
+    assert!(
+        text.contains(
+            "\nARC_FEED(10.0000, 0.0000, 0.0000, 0.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)\n"
+        ),
+        "{text}"
+    );
+    let output = bench.run(&["canon", "bad.ngc"]);
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    for text in [
+        "error[no-feed]",
+        "--> bad.ngc:2:1",
+        "2 | G1 X10",
+        "error[arc-radii]",
+        "--> bad.ngc:3:1",
+        "G90.1",
+        "2 errors",
+    ] {
+        assert!(stderr.contains(text), "`{text}` is not in\n{stderr}");
+    }
+    bench.refuses(
+        &["canon", "circle.ngc", "--tool-table", "none.tbl"],
+        &["tool table none.tbl does not exist"],
+    );
+}
+
+#[test]
+fn plan_writes_a_row_a_millisecond() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE);
+    bench.expect(
+        0,
+        &[
+            "plan",
+            "circle.ngc",
+            "--machine",
+            "bench3",
+            "--out",
+            "plan.csv",
+        ],
+    );
+    let plan = std::fs::read_to_string(bench.path("plan.csv")).unwrap();
+    let mut lines = plan.lines();
+    assert_eq!(lines.next(), Some("t_s,x_mm,y_mm,z_mm,line"));
+    assert!(lines.next().unwrap().starts_with("0.000,0.0000"));
+    assert!(
+        plan.lines().last().unwrap().ends_with(",3"),
+        "{}",
+        plan.lines().last().unwrap()
+    );
+    assert_eq!(bench.names(), ["circle.ngc", "plan.csv"]);
+}
+
+/// Bad input of every kind, for every command that reads a program.
+#[test]
+fn bad_programs_end_with_a_clear_message_and_write_nothing() {
+    let bench = Bench::new();
+    bench.file("empty.ngc", "").file(
+        "binary.ngc",
+        [0x7f, b'E', b'L', b'F', 2, 1, 1, 0, 0, 0xff, b'\n', 0],
+    );
+    bench
+        .file("blank.ngc", "\n\n(only a comment)\nM2\n")
+        .file("far.ngc", "G21 G90 G0 X9000\nM2\n");
+    bench
+        .file("arc.ngc", "G21 G90 F100\nG1 X1\nG2 X20 I3\nM2\n")
+        .file("feed.ngc", "G21 G90\nG1 X1\nM2\n");
+    std::fs::create_dir(bench.path("folder")).unwrap();
+    let cases: [(&str, &[&str]); 7] = [
+        ("missing.ngc", &["missing.ngc does not exist"]),
+        ("folder", &["folder is a folder"]),
+        ("empty.ngc", &["empty.ngc is empty"]),
+        ("binary.ngc", &["binary.ngc:1", "error"]),
+        ("far.ngc", &["far.ngc:1", "axis X", "beyond its limit of"]),
+        ("arc.ngc", &["arc.ngc:3", "radius to start", "16.0000"]),
+        ("feed.ngc", &["feed.ngc:2", "without a feed", "set F first"]),
+    ];
+    for (program, texts) in cases {
+        bench.refuses(&["simulate", program, "--out", "out"], texts);
+        bench.refuses(
+            &[
+                "compare",
+                program,
+                "--methods",
+                "none,fixed",
+                "--out",
+                "out/deeper",
+            ],
+            texts,
+        );
+        bench.refuses(&["plan", program, "--out", "plan.csv"], texts);
+    }
+    for program in [
+        "missing.ngc",
+        "folder",
+        "empty.ngc",
+        "binary.ngc",
+        "arc.ngc",
+        "feed.ngc",
+    ] {
+        let output = bench.run(&["canon", program]);
+        assert_eq!(output.status.code(), Some(2), "{program}");
+    }
+    bench.refuses(&["simulate", "blank.ngc"], &["blank.ngc", "moves nothing"]);
+    bench.file("rotary.ngc", "G21 G90\nG0 A10\nM2\n");
+    bench.refuses(
+        &["simulate", "rotary.ngc"],
+        &[
+            "rotary.ngc:2",
+            "machine \"vmc3\" has no axis A",
+            "machine list",
+        ],
+    );
+}
+
+#[test]
+fn bad_arguments_end_with_code_2() {
+    let bench = Bench::new();
+    bench.file("circle.ngc", CIRCLE).file("taken", "x");
+    bench.refuses(&[], &["Usage"]);
+    bench.refuses(&["sumulate", "circle.ngc"], &["unrecognized subcommand"]);
+    bench.refuses(
+        &["simulate", "circle.ngc", "--machine", "vmc9"],
+        &["no machine \"vmc9\"", "vmc3-worn"],
+    );
+    bench.refuses(
+        &["simulate", "circle.ngc", "--machine", "vmc9.toml"],
+        &["machine file vmc9.toml does not exist"],
+    );
+    bench.refuses(
+        &[
+            "simulate",
+            "circle.ngc",
+            "--method",
+            "magic",
+            "--out",
+            "out",
+        ],
+        &["magic", "load-feedback"],
+    );
+    for tolerance in ["0", "-1", "nan", "inf"] {
+        bench.refuses(
+            &["simulate", "circle.ngc", "--tolerance-um", tolerance],
+            &["--tolerance-um is", "positive finite"],
+        );
+    }
+    bench.refuses(
+        &["simulate", "circle.ngc", "--threads", "0"],
+        &["--threads is 0"],
+    );
+    bench.refuses(
+        &["simulate", "circle.ngc", "--out", "taken"],
+        &["taken: it is not a folder"],
+    );
+    bench.refuses(
+        &["plan", "circle.ngc", "--out", "no/plan.csv"],
+        &["no/plan.csv: its folder does not exist"],
+    );
+    bench.refuses(&["plan", "circle.ngc", "--out", "."], &["it is a folder"]);
+}
+
+/// A reader that goes away early (`| head`) is no failure and no panic.
+#[test]
+fn a_closed_stdout_ends_quietly() {
+    let bench = Bench::new();
+    let mut long = String::from("G21 G90 F1000\n");
+    for line in 0..100_000 {
+        long.push_str(&format!("G1 X{}\n", line % 7));
+    }
+    bench.file("long.ngc", long + "M2\n");
+    let mut child = bench
+        .command(&["canon", "long.ngc"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(
+        output.stderr.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_program_may_come_from_a_pipe() {
+    use std::io::Write;
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_lostmotion"))
+        .args(["simulate", "/dev/stdin", "--machine", "bench3"])
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(b"G21 F500\nG1 X5\nG1 Y5\nM2\n")
+        .unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("2 moves") && text.contains("G1 Y5"), "{text}");
+}
+
+#[test]
+fn subroutines_come_from_the_part_s_folder_and_those_named_and_mistakes_show_their_file() {
+    let bench = Bench::new();
+    std::fs::create_dir(bench.path("lib")).unwrap();
+    bench
+        .file("lib/hole.ngc", "o<hole> sub\nG0 X#1\no<hole> endsub\n")
+        .file("part.ngc", "o<hole> call [5]\nM2\n");
+    bench.refuses(&["canon", "part.ngc"], &["no-such-sub"]);
+    assert!(
+        bench
+            .expect(0, &["canon", "part.ngc", "--subroutines", "lib"])
+            .contains("STRAIGHT_TRAVERSE(5.0000")
+    );
+    bench.file("lib/hole.ngc", "o<hole> sub\nG0 X[1/0]\no<hole> endsub\n");
+    let output = bench.run(&["canon", "part.ngc", "--subroutines", "lib"]);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr.contains("hole.ngc:2:4") && stderr.contains("G0 X[1/0]"),
+        "{stderr}"
+    );
+    bench
+        .file("part.ngc", "o<../secret> call\nM2\n")
+        .file("secret.ngc", "o<../secret> sub\no<../secret> endsub\n");
+    bench.refuses(&["canon", "part.ngc"], &["sub-file"]);
+}
+
+#[test]
+fn dialects_leniencies_and_limits_are_switched_on_the_command_line() {
+    let bench = Bench::new();
+    bench.file("part.nc", "%\nO1\n#1=2+3\nG0 X#1\nM30\n%\n");
+    bench.refuses(&["canon", "part.nc"], &["error"]);
+    assert!(
+        bench
+            .expect(0, &["canon", "part.nc", "--dialect", "fanuc"])
+            .contains("STRAIGHT_TRAVERSE(5.0000")
+    );
+    bench.expect(0, &["canon", "part.nc", "--accept", "bare-arithmetic"]);
+    assert_eq!(
+        bench
+            .run(&[
+                "canon",
+                "part.nc",
+                "--dialect",
+                "fanuc",
+                "--refuse",
+                "bare-arithmetic"
+            ])
+            .status
+            .code(),
+        Some(2)
+    );
+    bench.refuses(
+        &["canon", "part.nc", "--dialect", "heidenhain"],
+        &["known dialects", "fanuc"],
+    );
+    bench.refuses(
+        &["canon", "part.nc", "--accept", "anything"],
+        &["known codes", "five-axis"],
+    );
+    bench.refuses(
+        &["canon", "part.nc", "--limit", "word=3"],
+        &["there is no limit `word`"],
+    );
+    bench.refuses(&["canon", "part.nc", "--limit", "words"], &["NAME=VALUE"]);
+    bench.refuses(
+        &[
+            "canon",
+            "part.nc",
+            "--dialect",
+            "fanuc",
+            "--limit",
+            "line_bytes=3",
+        ],
+        &["line-too-long"],
+    );
+}

@@ -1,0 +1,278 @@
+//! `time`, and drives that are commanded in other ways, from the outside.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+const LINE: &str = "G21 G90 G61\nG0 X50\nG4 P0.25\nS500 M3\nG1 X0 F3000\nM5\nM2\n";
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lostmotion"));
+    command
+        .args(arguments)
+        .current_dir(folder)
+        // wide enough for every column, as in files
+        .env("COLUMNS", "500")
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+fn part() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("line.ngc"), LINE).unwrap();
+    folder
+}
+
+fn text(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
+    if code == 2 {
+        stderr
+    } else {
+        String::from_utf8(output.stdout).unwrap()
+    }
+}
+
+/// G0 50 mm at 100 mm/s, 1 m/s2, 30 m/s3: 0.633 s; back at 50 mm/s: 1.083 s.
+#[test]
+fn time_is_told_as_text_json_and_tables() {
+    let folder = part();
+    let at = folder.path();
+    let said = text(
+        at,
+        0,
+        &[
+            "time",
+            "line.ngc",
+            "--machine",
+            "bench3",
+            "--spindle-s",
+            "1.5",
+            "--out",
+            "out",
+        ],
+    );
+    for piece in [
+        "cycle time: 4.967 s",
+        "rapid     0.634",
+        "dwell     0.249",
+        "2 x 1.5 s, as told",
+        "velocity limits +20 %",
+        "G1 X0 F3000",
+    ] {
+        assert!(said.contains(piece), "`{piece}` is not in\n{said}");
+    }
+    assert_eq!(
+        std::fs::read_to_string(at.join("out/time.txt")).unwrap(),
+        said
+    );
+    let rows = std::fs::read_to_string(at.join("out/blocks.csv")).unwrap();
+    assert!(
+        rows.starts_with("segment,file,line,kind,start_s,time_s,limit,limit_share\n"),
+        "{rows}"
+    );
+    assert_eq!(
+        rows.lines()
+            .skip(1)
+            .map(|row| row.split(',').nth(3).unwrap())
+            .collect::<Vec<_>>(),
+        ["rapid", "dwell", "cutting"]
+    );
+    let json = text(
+        at,
+        0,
+        &[
+            "time",
+            "line.ngc",
+            "--machine",
+            "bench3",
+            "--format",
+            "json",
+            "--no-what-if",
+            "--top",
+            "1",
+        ],
+    );
+    assert!(
+        json.contains("\"what_if\": []") && json.contains("\"block_count\": 3"),
+        "{json}"
+    );
+    assert_eq!(json.matches("\"start_s\"").count(), 1, "{json}");
+    assert!(
+        text(at, 2, &["time", "line.ngc", "--tool-change-s", "-1"])
+            .contains("the time of a tool change in s")
+    );
+}
+
+#[test]
+fn drives_are_commanded_as_asked() {
+    let folder = part();
+    let at = folder.path();
+    let simulate = |more: &[&str]| {
+        let mut arguments = vec![
+            "simulate",
+            "line.ngc",
+            "--machine",
+            "bench3",
+            "--format",
+            "json",
+        ];
+        arguments.extend(more);
+        text(at, 0, &arguments)
+    };
+    let usual = simulate(&[]);
+    assert_eq!(
+        simulate(&[
+            "--interpolator",
+            "quintic-hermite",
+            "--command-ms",
+            "1",
+            "--servo-us",
+            "250"
+        ]),
+        usual
+    );
+    assert_ne!(simulate(&["--interpolator", "x=linear"]), usual);
+    assert_ne!(simulate(&["--servo-us", "125"]), usual);
+    let refused = |more: &[&str]| {
+        let mut arguments = vec!["simulate", "line.ngc", "--machine", "bench3"];
+        arguments.extend(more);
+        text(at, 2, &arguments)
+    };
+    assert!(refused(&["--interpolator", "lineal"]).contains("known interpolators: linear, "));
+    assert!(refused(&["--interpolator", "w=linear"]).contains("has no axis \"w\""));
+    assert!(refused(&["--servo-us", "300"]).contains("a whole fraction of the command's 1000 us"));
+}
+
+#[test]
+fn plans_and_axes_take_other_cycles() {
+    let folder = part();
+    let at = folder.path();
+    text(
+        at,
+        0,
+        &[
+            "plan",
+            "line.ngc",
+            "--machine",
+            "bench3",
+            "--command-ms",
+            "2",
+            "--out",
+            "plan.csv",
+        ],
+    );
+    let plan = std::fs::read_to_string(at.join("plan.csv")).unwrap();
+    assert!(plan.lines().nth(2).unwrap().starts_with("0.002,"), "{plan}");
+    let axis = |more: &[&str], code| {
+        let mut arguments = vec![
+            "axis",
+            "--setpoints",
+            "plan.csv",
+            "--axis",
+            "bench3:x",
+            "--column",
+            "x_mm",
+            "--out",
+            "axis.csv",
+        ];
+        arguments.extend(more);
+        text(at, code, &arguments)
+    };
+    axis(
+        &[
+            "--command-ms",
+            "2",
+            "--servo-us",
+            "62.5",
+            "--interpolator",
+            "catmull-rom",
+        ],
+        0,
+    );
+    let trace = std::fs::read_to_string(at.join("axis.csv")).unwrap();
+    assert!(
+        trace.lines().nth(2).unwrap().starts_with("0.000062500,"),
+        "{}",
+        trace.lines().nth(2).unwrap()
+    );
+    assert_eq!(trace.lines().count() - 1, (plan.lines().count() - 1) * 32);
+    assert!(axis(&[], 2).contains("rows have to be 1 ms apart"));
+    assert!(
+        axis(&["--command-ms", "2", "--interpolator", "cubic-hermite"], 2)
+            .contains("needs a column `velocity`")
+    );
+}
+
+/// Back at 50 mm/s from 50 mm: held for good on the way there, the tool has not come back.
+#[test]
+fn the_operator_interferes() {
+    let folder = part();
+    let at = folder.path();
+    let plan = |more: &[&str]| {
+        let mut arguments = vec![
+            "plan",
+            "line.ngc",
+            "--machine",
+            "bench3",
+            "--out",
+            "plan.csv",
+            "--quiet",
+        ];
+        arguments.extend(more);
+        text(at, 0, &arguments);
+        let rows = std::fs::read_to_string(at.join("plan.csv")).unwrap();
+        let last: Vec<f64> = rows
+            .lines()
+            .last()
+            .unwrap()
+            .split(',')
+            .take(2)
+            .map(|cell| cell.parse().unwrap())
+            .collect();
+        (last[0], last[1])
+    };
+    let alone = plan(&[]);
+    let held = plan(&["--at", "200ms=hold", "--at", "1.2s=resume"]);
+    assert!(
+        (held.0 - alone.0 - 1.0).abs() < 0.01 && held.1 == alone.1,
+        "{held:?} {alone:?}"
+    );
+    let stopped = plan(&["--at", "200ms=stop"]);
+    assert!(
+        stopped.0 < 0.4 && (5.0..30.0).contains(&stopped.1),
+        "{stopped:?}"
+    );
+    let optimal = plan(&["--quality", "optimal", "--at", "0=override:50"]);
+    assert!(optimal.0 > 1.5 * alone.0, "{optimal:?}");
+    assert!(
+        text(
+            at,
+            0,
+            &[
+                "time",
+                "line.ngc",
+                "--machine",
+                "bench3",
+                "--at",
+                "0.2=hold",
+                "--at",
+                "1=resume"
+            ]
+        )
+        .contains("feed hold")
+    );
+    assert!(text(at, 2, &["simulate", "line.ngc", "--at", "soon=hold"]).contains("--at 3.2s=hold"));
+}
+
+#[test]
+fn embedded_machines_are_checked_by_name() {
+    let folder = part();
+    let said = text(folder.path(), 0, &["machine", "check", "vmc3"]);
+    assert!(
+        said.starts_with("vmc3: machine \"vmc3\" is sound") && said.contains("Kv 1/s"),
+        "{said}"
+    );
+    assert!(text(folder.path(), 2, &["machine", "check", "vmc9"]).contains("vmc9"));
+}

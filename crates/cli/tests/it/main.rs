@@ -1,0 +1,14 @@
+//! The program from the outside: exit codes, messages, files that appear or do not.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
+mod bench;
+mod commands;
+mod drives;
+#[cfg(unix)]
+mod interrupt;
+mod machines;
+mod reference;
+mod studies;
+mod surface;
+mod texts;
