@@ -131,7 +131,7 @@ fn packages_in_documents_exist() {
 #[test]
 fn readme_is_short() {
     let readme = fs::read_to_string(repository().join("README.md")).expect("README.md");
-    let most = 30_000;
+    let most = 8_000;
     assert!(readme.len() <= most, "README.md has {} bytes", readme.len());
 }
 
