@@ -1,9 +1,10 @@
 //! Results as JSON.
 //!
 //! The Rust structs are the schema: [`lostmotion_sim::results`] says what each field means, and
-//! `docs/book/src/reference/json.md` tells it to people who do not read Rust. The number `schema` rises
-//! only when a field changes its meaning or goes away. Numbers are cut to what is meaningful:
-//! values in um and mdeg to 1e-4, all others to 1e-6 of their unit. NaN and infinity have no JSON
+//! `docs/book/src/reference/json.md` tells it to people who do not read Rust. The number `schema`
+//! rises only when a field changes its meaning or goes away. Numbers are cut to what is meaningful,
+//! by one table of keys: errors in um and mdeg to 1e-4, all others to 1e-6 of their unit. NaN and
+//! infinity have no JSON
 //! form and come out as `null`.
 
 use crate::number::round_to;
@@ -79,33 +80,83 @@ impl Rounding {
     }
 }
 
-/// The decimals that a key stands for, none where it inherits those of what it lies in.
+/// What is kept of the numbers under a key.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Keep {
+    /// [`ERROR_DECIMALS`], and the same in what lies in it.
+    Error,
+    /// [`OTHER_DECIMALS`], and the same in what lies in it.
+    Other,
+    /// As in what it lies in.
+    Inherit,
+}
+
+/// Every key of the results that holds numbers with a fraction, and what is kept of them. A test
+/// finds those that are missing; a key that is not here keeps [`OTHER_DECIMALS`] or what it lies
+/// in.
+const KEYS: &[(&str, Keep)] = &[
+    // statistics: the key that they stand under says what of
+    ("max", Keep::Inherit),
+    ("rms", Keep::Inherit),
+    ("p50", Keep::Inherit),
+    ("p95", Keep::Inherit),
+    ("p99", Keep::Inherit),
+    ("p999", Keep::Inherit),
+    // errors: um and mdeg
+    ("backlash", Keep::Error),
+    ("backlash_um", Keep::Error),
+    ("bow_limit_um", Keep::Error),
+    ("command", Keep::Error),
+    ("cutting", Keep::Error),
+    ("following", Keep::Error),
+    ("following_without_gap", Keep::Error),
+    ("gap", Keep::Error),
+    ("max_um", Keep::Error),
+    ("orientation_mdeg", Keep::Error),
+    ("parts_um", Keep::Error),
+    ("peak_um", Keep::Error),
+    ("rapid", Keep::Error),
+    ("rms_um", Keep::Error),
+    ("servo", Keep::Error),
+    ("skew_um", Keep::Error),
+    ("tolerance_um", Keep::Error),
+    ("without_gap", Keep::Error),
+    // times in s, places and lengths in mm or deg, ratios, forces in N
+    ("at_mm", Keep::Other),
+    ("cutting_force_n", Keep::Other),
+    ("cutting_mm", Keep::Other),
+    ("cutting_s", Keep::Other),
+    ("duration_s", Keep::Other),
+    ("dwell_s", Keep::Other),
+    ("peak_current_ratio", Keep::Other),
+    ("peak_velocity", Keep::Other),
+    ("plan_s", Keep::Other),
+    ("range", Keep::Other),
+    ("rapid_mm", Keep::Other),
+    ("rapid_s", Keep::Other),
+    ("saved_s", Keep::Other),
+    ("saved_share", Keep::Other),
+    ("share", Keep::Other),
+    ("spindle_event_s", Keep::Other),
+    ("start_s", Keep::Other),
+    ("time_s", Keep::Other),
+    ("tool_change_s", Keep::Other),
+    ("total_s", Keep::Other),
+];
+
+/// The decimals that a key stands for; `None` where it inherits those of what it lies in.
 fn decimals_of(key: &[u8]) -> Option<usize> {
-    const ERRORS: [&[u8]; 9] = [
-        b"cutting",
-        b"rapid",
-        b"backlash",
-        b"without_gap",
-        b"command",
-        b"following",
-        b"following_without_gap",
-        b"gap",
-        b"servo",
-    ];
-    if ERRORS.contains(&key) || key.ends_with(b"_um") || key.ends_with(b"_mdeg") {
-        return Some(ERROR_DECIMALS);
+    let known = KEYS.iter().find(|(name, _)| name.as_bytes() == key);
+    match known.map(|(_, keep)| keep) {
+        Some(Keep::Error) => Some(ERROR_DECIMALS),
+        Some(Keep::Other) => Some(OTHER_DECIMALS),
+        Some(Keep::Inherit) | None => None,
     }
-    let is_unit = [
-        &b"_s"[..],
-        b"_mm",
-        b"_ratio",
-        b"_velocity",
-        b"_deg",
-        b"_rad",
-    ]
-    .iter()
-    .any(|unit| key.ends_with(unit));
-    (is_unit || key == b"range").then_some(OTHER_DECIMALS)
+}
+
+/// Whether the rounding of a key's numbers has been decided, rather than left to the default.
+pub fn is_known_key(key: &str) -> bool {
+    KEYS.iter().any(|(name, _)| *name == key)
 }
 
 fn nine_digits(value: f64) -> f64 {
@@ -114,6 +165,7 @@ fn nine_digits(value: f64) -> f64 {
 
 impl Formatter for Rounding {
     fn write_f64<W: ?Sized + Write>(&mut self, writer: &mut W, value: f64) -> io::Result<()> {
+        // Rounded here, after serde: the structs keep every bit.
         let cut = if self.significant {
             nine_digits(value)
         } else {

@@ -1,7 +1,7 @@
 //! Numbers as text: fast fixed-point for large tables, and rounding for people.
 
 /// Powers of ten that are exact in an `f64` and as integers.
-const TEN: [u64; 16] = [
+const POWERS_OF_TEN: [u64; 16] = [
     1,
     10,
     100,
@@ -22,7 +22,7 @@ const TEN: [u64; 16] = [
 
 /// Largest magnitude that [`push_fixed`] writes by integer arithmetic: integers up to here are
 /// exact.
-const EXACT: f64 = 9_007_199_254_740_992.0;
+const EXACT_INTEGERS_TO: f64 = 9_007_199_254_740_992.0;
 
 /// Appends `value` with `decimals` (at most 15) digits after the point, `1.500`.
 ///
@@ -34,13 +34,13 @@ pub fn push_fixed(out: &mut Vec<u8>, value: f64, decimals: usize) {
     if !value.is_finite() {
         return;
     }
-    let decimals = decimals.min(TEN.len() - 1);
+    let decimals = decimals.min(POWERS_OF_TEN.len() - 1);
     let magnitude = value.abs();
-    if magnitude >= EXACT {
+    if magnitude >= EXACT_INTEGERS_TO {
         out.extend_from_slice(format!("{value:.decimals$}").as_bytes());
         return;
     }
-    let scale = TEN[decimals];
+    let scale = POWERS_OF_TEN[decimals];
     let mut whole = magnitude as u64;
     let mut fraction = ((magnitude - whole as f64) * scale as f64).round_ties_even() as u64;
     if fraction >= scale {
@@ -60,7 +60,7 @@ pub fn push_fixed(out: &mut Vec<u8>, value: f64, decimals: usize) {
 /// Appends an integer.
 pub fn push_integer(out: &mut Vec<u8>, value: u64) {
     let mut width = 1;
-    while width < 20 && value >= TEN.get(width).copied().unwrap_or(u64::MAX) {
+    while width < 20 && value >= POWERS_OF_TEN.get(width).copied().unwrap_or(u64::MAX) {
         width += 1;
     }
     if width > 15 {
@@ -119,11 +119,11 @@ pub fn error_decimals(magnitude: f64) -> usize {
 }
 
 /// Magnitude from which on digits are left to the exponent.
-const LARGE: f64 = 1e6;
+const EXPONENT_FROM: f64 = 1e6;
 
 /// As [`fixed`], with an exponent from a million on: `3.63e7`.
 pub fn compact(value: f64, decimals: usize) -> String {
-    if value.is_finite() && value.abs() >= LARGE {
+    if value.is_finite() && value.abs() >= EXPONENT_FROM {
         format!("{value:.2e}")
     } else {
         fixed(value, decimals)
@@ -168,9 +168,9 @@ pub fn duration(seconds: f64) -> String {
 
 /// A value cut to a number of decimals, as `f64`: the nearest number that prints that short.
 pub fn round_to(value: f64, decimals: usize) -> f64 {
-    let scale = TEN[decimals.min(TEN.len() - 1)] as f64;
+    let scale = POWERS_OF_TEN[decimals.min(POWERS_OF_TEN.len() - 1)] as f64;
     let scaled = (value * scale).round();
-    if scaled.abs() < EXACT {
+    if scaled.abs() < EXACT_INTEGERS_TO {
         scaled / scale + 0.0
     } else {
         value
@@ -239,7 +239,7 @@ mod tests {
         #[test]
         fn written_numbers_read_back(value in -1e6..1e6_f64, decimals in 0usize..=12) {
             let read: f64 = written(value, decimals).parse().unwrap();
-            let half = 0.5 / TEN[decimals] as f64;
+            let half = 0.5 / POWERS_OF_TEN[decimals] as f64;
             prop_assert!((read - value).abs() <= half + value.abs() * 4e-16, "{value} {read}");
         }
 

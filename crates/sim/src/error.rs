@@ -1,6 +1,7 @@
 //! What ends a run without a result.
 
 use crate::machine::MachineError;
+use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, BlockRef};
 use lostmotion_contour::ContourError;
 use lostmotion_drive::AxisError;
@@ -8,10 +9,53 @@ use lostmotion_gcode::{Diagnostics, Provenance};
 use lostmotion_kinematics::KinematicsError;
 use lostmotion_methods::UnknownMethod;
 use lostmotion_path::PathError;
-use lostmotion_plan::{PlanError, TravelViolation};
+use lostmotion_plan::PlanError;
+use std::fmt;
 
 /// Why a sink refuses what it is given.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
+
+/// The moves that take a joint beyond one end of its travel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TravelExcess {
+    /// The joint.
+    pub joint: AxisId,
+    /// Whether it turns.
+    pub is_rotary: bool,
+    /// The end of its travel, mm or rad, machine coordinates.
+    pub limit: f64,
+    /// The farthest position, mm or rad.
+    pub value: f64,
+    /// The block that goes there.
+    pub block: BlockRef,
+    /// Number of moves that go beyond this end.
+    pub moves: u64,
+}
+
+impl TravelExcess {
+    /// By how much the farthest position is beyond the limit, mm or rad.
+    pub fn by(&self) -> f64 {
+        (self.value - self.limit).abs()
+    }
+}
+
+impl fmt::Display for TravelExcess {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let TravelExcess { joint, .. } = self;
+        let [value, limit] = [self.value, self.limit].map(|v| shown(v, self.is_rotary));
+        write!(f, "axis {joint} to {value}, beyond its limit of {limit}")
+    }
+}
+
+/// A position of a joint with its unit.
+pub(crate) fn shown(value: f64, is_rotary: bool) -> String {
+    if is_rotary {
+        format!("{:.3} deg", deg(value))
+    } else {
+        format!("{value:.3} mm")
+    }
+}
 
 /// Why there is no result.
 #[derive(Debug, thiserror::Error)]
@@ -47,17 +91,21 @@ pub enum SimError {
     },
     /// The part lies outside the machine's travel.
     #[error(
-        "{name}: the part does not fit the machine `{machine}`: {count} moves go beyond its travel; shift the work offset in the machine file or take another machine"
+        "{name}: the part does not fit the machine `{machine}`: {moves} move{s} beyond its travel, {all}; hint: {hint}",
+        s = if *moves == 1 { " goes" } else { "s go" },
+        all = excesses.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "),
     )]
     Travel {
         /// Name of the program.
         name: String,
         /// Name of the machine.
         machine: String,
-        /// Number of violations.
-        count: u64,
-        /// The first of them.
-        violations: Vec<TravelViolation>,
+        /// Number of moves beyond it.
+        moves: u64,
+        /// How far each joint is beyond each end, the farthest first.
+        excesses: Vec<TravelExcess>,
+        /// What to do about it: which work offset to move by how much.
+        hint: String,
         /// The files that their blocks stand in, and the calls that led there.
         provenance: Box<Provenance>,
     },
@@ -143,7 +191,10 @@ pub enum SimError {
 impl SimError {
     /// With the files and calls that the block of the error stands in.
     pub(crate) fn with_provenance(mut self, found: &Diagnostics) -> SimError {
-        if let SimError::NoAxis { provenance, .. } | SimError::Path { provenance, .. } = &mut self {
+        if let SimError::NoAxis { provenance, .. }
+        | SimError::Path { provenance, .. }
+        | SimError::Travel { provenance, .. } = &mut self
+        {
             **provenance = found.provenance().clone();
         }
         self

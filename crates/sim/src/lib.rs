@@ -20,7 +20,7 @@ mod setup;
 pub mod simulation;
 pub mod time;
 
-pub use error::{SimError, SinkError};
+pub use error::{SimError, SinkError, TravelExcess};
 pub use machine::{Machine, presets};
 pub use motion::interpreter_config;
 pub use observer::{ContourPoint, Observer, Progress};

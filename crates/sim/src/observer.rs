@@ -49,6 +49,27 @@ impl Progress {
 ///
 /// `method` is the index in the list of methods compared; 0 if there is one. Rows come in a fixed
 /// order, whatever the number of threads.
+///
+/// ```
+/// use lostmotion_sim::results::ReversalResult;
+/// use lostmotion_sim::{Machine, Observer, Program, Simulation};
+///
+/// #[derive(Default)]
+/// struct Reversals(usize);
+///
+/// impl Observer for Reversals {
+///     fn reversals(&mut self, _method: usize, rows: &[ReversalResult]) {
+///         self.0 += rows.len();
+///     }
+/// }
+///
+/// let program = Program::from_str("zigzag.ngc", "G21 G90 G61\nG1 X9 F900\nG1 X0\nG1 X9\nM2\n");
+/// let machine = Machine::preset("bench3")?;
+/// let mut reversals = Reversals::default();
+/// Simulation::new(&program, &machine).observer(&mut reversals).run()?;
+/// assert_eq!(reversals.0, 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Observer: Send {
     /// How far the run is, once a chunk of the plan. [`ControlFlow::Break`] ends the run with
     /// [`SimError::Cancelled`].

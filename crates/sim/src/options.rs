@@ -36,7 +36,7 @@ pub struct SimulateOptions {
     pub keep_blocks: usize,
     /// How many of the worst reversals a result lists.
     pub keep_reversals: usize,
-    /// How long after a reversal an error is laid to it, s.
+    /// How long after a reversal an error counts as caused by it, s.
     pub reversal_window_s: f64,
     /// Longest motion simulated, s; beyond it the run ends with an error.
     pub max_duration_s: f64,

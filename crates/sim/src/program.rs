@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 /// Longest text kept of a block, characters; a listing has no room for more.
 const LONGEST_TEXT: usize = 80;
-/// Bytes that so many characters take at most in UTF-8.
+/// Bytes that this many characters take at most in UTF-8.
 const LONGEST_BYTES: usize = 4 * LONGEST_TEXT;
 
 /// Operations of a program as the interpreter gives them, one after the other, with the block each

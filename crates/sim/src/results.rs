@@ -231,6 +231,21 @@ fn is_zero(value: &f64) -> bool {
 /// Answer of a run: one plan, one method or several side by side.
 ///
 /// Its JSON form is that of `compare`; [`Run::into_single`] gives that of `simulate`.
+///
+/// ```
+/// use lostmotion_sim::{Machine, Program, Run, Simulation};
+///
+/// let program = Program::from_str("slot.ngc", "G21 G90 G61\nG1 X9 F900\nG1 X0\nM2\n");
+/// let run = Simulation::new(&program, &Machine::preset("vmc3-worn")?)
+///     .methods(["none", "fixed"])
+///     .run()?;
+/// let [none, fixed] = ["none", "fixed"].map(|name| run.result(name).map(|r| r.backlash.rms));
+/// assert!(fixed < none);
+/// // As JSON it reads back to the last bit.
+/// let text = serde_json::to_string(&run)?;
+/// assert_eq!(serde_json::from_str::<Run>(&text)?, run);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]

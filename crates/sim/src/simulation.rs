@@ -281,6 +281,16 @@ impl<'a> Simulation<'a> {
 
     /// Reads the program to its end and holds it against the machine, without moving anything.
     ///
+    /// ```
+    /// # use lostmotion_sim::{Machine, Program, Simulation};
+    /// let machine = Machine::preset("vmc3")?;
+    /// let far = Program::from_str("far.ngc", "G21 G90\nG0 X400\nM2\n");
+    /// let error = Simulation::new(&far, &machine).check().unwrap_err().to_string();
+    /// assert!(error.contains("axis X to 19.000 mm, beyond its limit of 0.000 mm"));
+    /// assert!(error.contains("move the origin of G54: X by -19.000 mm or more"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// As [`Simulation::run`], apart from those of the methods.
     pub fn check(&self) -> Result<ProgramInfo, SimError> {
@@ -313,6 +323,20 @@ impl<'a> Simulation<'a> {
 
     /// Plans the program and hands out the samples, chunk by chunk, with the programmed path: so a
     /// caller can measure contour errors of machines that are not described by a [`Machine`].
+    ///
+    /// ```
+    /// # use lostmotion_sim::{Machine, Program, Simulation};
+    /// let machine = Machine::preset("bench3")?;
+    /// let program = Program::from_str("line.ngc", "G21 G90\nG1 X50 F3000\nM2\n");
+    /// let mut last = None;
+    /// let plan = Simulation::new(&program, &machine).plan(&mut |samples, _path| {
+    ///     last = samples.last().copied();
+    ///     Ok(())
+    /// })?;
+    /// assert_eq!(plan.cutting_mm, 50.0);
+    /// assert!((last.ok_or("no sample")?.position.linear()[0] - 50.0).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// As [`Simulation::run`], and whatever the sink answers, as [`SimError::Sink`].
@@ -356,6 +380,17 @@ impl<'a> Simulation<'a> {
     ///
     /// Time is counted in command cycles, so that the parts sum to the whole; memory does not grow
     /// with the program.
+    ///
+    /// ```
+    /// # use lostmotion_sim::{Machine, Program, Simulation};
+    /// # use lostmotion_sim::time::TimeOptions;
+    /// let machine = Machine::preset("bench3")?;
+    /// let program = Program::from_str("line.ngc", "G21 G90\nG1 X50 F3000\nG4 P2\nM2\n");
+    /// let time = Simulation::new(&program, &machine).time(&TimeOptions::default(), &mut |_| Ok(()))?;
+    /// assert!((time.kinds.dwell_s - 2.0).abs() < 0.01);
+    /// assert_eq!(time.kinds.cutting_s + time.kinds.rapid_s + time.kinds.dwell_s, time.plan_s);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// As [`Simulation::plan`].

@@ -15,7 +15,7 @@ use lostmotion_methods::{AxisConfig, build_runner};
 use std::f64::consts::TAU;
 
 /// Length of a recording, s.
-const SECONDS: u32 = 20;
+const RECORDING_S: u32 = 20;
 /// Coulomb friction of the second motor, N m.
 const FRICTION_NM: f64 = 0.4;
 /// Torque of the second motor, N m, and its frequencies, Hz.
@@ -24,7 +24,7 @@ const TORQUE_HZ: [f64; 2] = [0.7, 1.9];
 /// Amplitudes, rad, and rates, rad/s, of the motion.
 const MOTION: [(f64, f64); 2] = [(3.0, 5.0), (1.1, 13.0)];
 /// Encoders of both motors.
-const COUNTS: u32 = 1 << 20;
+const ENCODER_COUNTS: u32 = 1 << 20;
 
 /// What lies between the shafts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +76,7 @@ pub struct Recording {
     pub loaded: Vec<AxisSample>,
     /// The same with the second motor towed.
     pub towed: Vec<AxisSample>,
-    /// Total gap that `adaptive` learned towing it, rad; none if it claims none.
+    /// Total gap that `adaptive` learned towing it, rad; `None` if it claims none.
     pub adaptive_gap_rad: Option<f64>,
     /// Stiffness, N m/rad, and damping, N m s/rad, estimated online in that run; none where the
     /// motion did not excite the coupler.
@@ -89,7 +89,7 @@ pub fn axis(coupler: &Coupler) -> AxisConfig {
     let rotor = config.motor.inertia_kgm2;
     config.drive.velocity_feedforward = 1.0;
     config.drive.acceleration_feedforward = 1.0;
-    config.drive.encoder_counts_per_rev = Some(COUNTS);
+    config.drive.encoder_counts_per_rev = Some(ENCODER_COUNTS);
     config.compensation.estimate_shaft = true;
     // the loop on both rotors as the paper has it on its own inertias
     config.drive.velocity_gain_a_s_per_rad *=
@@ -116,7 +116,7 @@ pub fn axis(coupler: &Coupler) -> AxisConfig {
 /// A coupler that makes no sense.
 pub fn run(coupler: &Coupler) -> Result<Recording, StudyError> {
     let axis = axis(coupler);
-    let count = TAU / f64::from(COUNTS);
+    let count = TAU / f64::from(ENCODER_COUNTS);
     let read = |angle: f64| (angle / count).round() * count;
     let (mut loaded, mut towed, adaptive) = (
         record(&axis, "none", TORQUE_NM)?,
@@ -138,7 +138,7 @@ pub fn run(coupler: &Coupler) -> Result<Recording, StudyError> {
 
 fn record(axis: &AxisConfig, method: &str, torque_nm: f64) -> Result<Vec<AxisSample>, StudyError> {
     let mut out = AxisOutput::new(true);
-    let points: Vec<Setpoint> = (0..1000 * SECONDS)
+    let points: Vec<Setpoint> = (0..1000 * RECORDING_S)
         .map(|n| setpoint(1e-3 * f64::from(n), torque_nm))
         .collect();
     build_runner(axis, method.parse()?, 0.0)?.push(&points, &mut out)?;

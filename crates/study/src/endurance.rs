@@ -13,19 +13,20 @@ use lostmotion_drive::{AxisOutput, AxisRunner, Engagement, Setpoint};
 use lostmotion_methods::{AxisConfig, build_runner};
 use std::f64::consts::TAU;
 
-/// Turns in a row, and the rest after them, s.
-const TURNS: f64 = 5.0;
+/// Turns in a row, s.
+const TURNS_S: f64 = 5.0;
+/// Rest after them, s.
 const REST_S: f64 = 0.5;
 /// Radius where the cell's motion is no circle, mm.
 const RADIUS_MM: f64 = 25.0;
-/// Largest speed over the mean speed of the turns.
-const PEAK: f64 = 1.875;
+/// Largest speed over the mean speed of the turns: that of a quintic from rest to rest, 15/8.
+const PEAK_OVER_MEAN: f64 = 1.875;
 /// Stretches that the time is divided into.
 pub const STRETCHES: usize = 12;
 /// A cell in the middle of the matrix that drifts.
 pub const USUAL: &str = "circle50-f3000-ccw-g20-t10-v0-j2-e20-drift";
 /// Setpoints that go to the axes at once.
-const CHUNK: u64 = 1000;
+const CHUNK_SETPOINTS: u64 = 1000;
 
 /// What a stretch of the time showed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,7 +65,7 @@ impl Sums {
     }
 }
 
-/// Runs an axis of a cell with a method for so many s; an answer for each of [`STRETCHES`] equal
+/// Runs an axis of a cell with a method for a time, s; an answer for each of [`STRETCHES`] equal
 /// stretches.
 ///
 /// # Errors
@@ -93,7 +94,7 @@ pub fn run(cell: &Cell, method: &str, seconds: f64) -> Result<Vec<Stretch>, Stud
     for index in 1..=STRETCHES as u64 {
         let end = ticks * index / STRETCHES as u64;
         while tick < end {
-            let until = end.min(tick + CHUNK);
+            let until = end.min(tick + CHUNK_SETPOINTS);
             let points: Vec<Setpoint> = (tick..until)
                 .map(|tick| motion.at(Clock::CNC.seconds(tick)))
                 .collect();
@@ -164,7 +165,7 @@ impl Motion {
         };
         Motion {
             radius_mm,
-            turning_s: PEAK * TURNS * TAU * radius_mm / (cell.number(FEED) / 60.0),
+            turning_s: PEAK_OVER_MEAN * TURNS_S * TAU * radius_mm / (cell.number(FEED) / 60.0),
         }
     }
 
@@ -172,7 +173,7 @@ impl Motion {
     fn at(&self, time_s: f64) -> Setpoint {
         let span = self.turning_s;
         let t = time_s - ((time_s / (span + REST_S)).floor() * (span + REST_S));
-        let (u, turns) = ((t / span).min(1.0), TURNS * TAU);
+        let (u, turns) = ((t / span).min(1.0), TURNS_S * TAU);
         let angle = turns * u * u * u * (10.0 - u * (15.0 - 6.0 * u));
         let rate = turns / span * 30.0 * u * u * (1.0 - u) * (1.0 - u);
         let change = turns / (span * span) * 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u);

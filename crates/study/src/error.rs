@@ -89,7 +89,7 @@ pub enum StudyError {
         /// What is wrong.
         reason: String,
     },
-    /// Whoever takes the results cannot.
+    /// The sink has refused a result.
     #[error("{0}")]
     Sink(String),
 }

@@ -7,13 +7,12 @@
 //! [`paper`] runs the experiments of the paper again, [`mod@bench`] two motors back to back with a
 //! coupler that is known, [`endurance`] an axis for an hour.
 //!
-//! Everything here computes; files are written by whoever calls.
+//! Everything here computes; files are written by the caller.
 
 pub mod bench;
 pub mod endurance;
 pub mod error;
 pub mod matrix;
 pub mod paper;
-mod random;
 
 pub use error::StudyError;

@@ -151,13 +151,13 @@ fn on_machine(
     let simulation = Simulation::new(source, machine).options(options.clone());
     match simulation.check() {
         Ok(_) | Err(SimError::Empty { .. }) => Ok(()),
-        Err(SimError::Travel { violations, .. }) => {
+        Err(error @ SimError::Travel { .. }) => {
             let severity = if level == Level::Deny {
                 Severity::Error
             } else {
                 Severity::Warning
             };
-            add_travel(findings, severity, &violations);
+            add_travel(findings, severity, &error);
             Ok(())
         }
         Err(error) => Err(failure(source, &error, voice)),

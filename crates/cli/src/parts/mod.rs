@@ -10,10 +10,8 @@ pub(crate) mod time;
 use crate::findings::{Findings, Form, Voice};
 use crate::options::part::interpret;
 use crate::output::{Failure, stdout_columns, stdout_has_color};
-use lostmotion::base::units::deg;
 use lostmotion::gcode::Severity;
-use lostmotion::plan::TravelViolation;
-use lostmotion::report::{json, number, text::TextOptions};
+use lostmotion::report::{json, text::TextOptions};
 use lostmotion::sim::{Machine, Program, SimError, SimulateOptions};
 use serde::Serialize;
 
@@ -24,13 +22,9 @@ fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
         SimError::Program { diagnostics, .. } => {
             return Findings::of(program, diagnostics).failure(voice);
         }
-        SimError::Travel {
-            violations,
-            provenance,
-            ..
-        } => {
+        SimError::Travel { provenance, .. } => {
             findings = findings.with_provenance(provenance);
-            add_travel(&mut findings, Severity::Error, violations);
+            add_travel(&mut findings, Severity::Error, error);
         }
         SimError::NoAxis {
             block,
@@ -58,25 +52,40 @@ fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
         }
         _ => return Failure::message(error.to_string()),
     }
-    match (error, findings.failure(voice)) {
-        (SimError::Travel { .. }, Failure::Rendered(text)) if voice.diagnostics == Form::Text => {
-            Failure::Rendered(format!("{text}error: {error}"))
-        }
-        (_, failure) => failure,
-    }
+    findings.failure(voice)
 }
 
-/// Moves beyond the travel as findings.
-fn add_travel(findings: &mut Findings<'_>, severity: Severity, violations: &[TravelViolation]) {
-    for violation in violations {
-        findings.add(
-            severity,
-            "outside-travel",
-            violation.block,
-            travel(violation),
-            None,
-        );
-    }
+/// Moves beyond the travel as one finding, at the place that is farthest out.
+fn add_travel(findings: &mut Findings<'_>, severity: Severity, error: &SimError) {
+    let SimError::Travel {
+        machine,
+        moves,
+        excesses,
+        hint,
+        ..
+    } = error
+    else {
+        return;
+    };
+    let Some(worst) = excesses.first() else {
+        return;
+    };
+    let all: Vec<String> = excesses.iter().map(ToString::to_string).collect();
+    let moves = if *moves == 1 {
+        "1 move goes".to_owned()
+    } else {
+        format!("{moves} moves go")
+    };
+    findings.add(
+        severity,
+        "outside-travel",
+        worst.block,
+        format!(
+            "{moves} beyond the travel of machine \"{machine}\": {}; the farthest is here",
+            all.join(", ")
+        ),
+        Some(hint.clone()),
+    );
 }
 
 /// Findings in a program that was accepted, where they are wanted as a document.
@@ -93,25 +102,6 @@ fn accepted(
     let mut reading = interpret(program, config, options.loader.clone())?;
     for _ in reading.by_ref() {}
     Findings::of(program, reading.diagnostics()).remark(voice)
-}
-
-/// How far a move leaves the travel, in the units that people use.
-fn travel(violation: &TravelViolation) -> String {
-    let TravelViolation {
-        joint,
-        value,
-        limit,
-        ..
-    } = violation;
-    let (unit, factor) = if joint.is_rotary() {
-        ("deg", deg(1.0))
-    } else {
-        ("mm", 1.0)
-    };
-    let [value, limit] = [value * factor, limit * factor].map(|v| number::fixed(v, 3));
-    format!(
-        "axis {joint} would have to go to {value} {unit} in machine coordinates, beyond its limit of {limit} {unit}"
-    )
 }
 
 /// A result as JSON text.

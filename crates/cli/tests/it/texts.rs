@@ -108,7 +108,7 @@ fn lint_holds_a_program_against_a_machine() {
     ]);
     let (code, out, _) = run(at.path(), &["lint", "far.ngc", "--machine", "vmc3"]);
     assert!(
-        code == 1 && out.contains("warning[outside-travel]: axis X would have to go to"),
+        code == 1 && out.contains("warning[outside-travel]: 1 move goes beyond the travel of machine \"vmc3\": axis X to"),
         "{out}"
     );
     assert_eq!(

@@ -1,6 +1,6 @@
 //! Several output files that belong together.
 
-use super::unfinished::Unfinished;
+use super::file::Unfinished;
 use crate::atomic::AtomicFile;
 use crate::error::WriteError;
 use std::path::{Path, PathBuf};

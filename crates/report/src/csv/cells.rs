@@ -7,10 +7,10 @@ use std::io::Read;
 
 /// Rows end here. With the default, which takes `\r\n` as one end, the reader's line numbers lag by
 /// one behind `\r\n`; the `\r` is trimmed with the blanks instead.
-const END: csv::Terminator = csv::Terminator::Any(b'\n');
+const ROW_END: csv::Terminator = csv::Terminator::Any(b'\n');
 
-/// Longest piece of a file shown in a message.
-const SHOWN: usize = 60;
+/// Longest piece of a file shown in a message, characters.
+const LONGEST_SHOWN: usize = 60;
 
 /// The units that a column's name can state.
 pub(super) const UNITS: [AxisUnit; 3] = [AxisUnit::Mm, AxisUnit::Deg, AxisUnit::Rad];
@@ -38,7 +38,7 @@ impl<R: Read> Cells<R> {
             .has_headers(false)
             .flexible(true)
             .comment(Some(b'#'))
-            .terminator(END)
+            .terminator(ROW_END)
             .from_reader(input);
         let mut record = ByteRecord::new();
         let read = reader
@@ -109,7 +109,7 @@ impl<R: Read> Cells<R> {
     }
 
     fn missing(&self, wanted: String) -> ReadError {
-        let found = shorten(&self.header.join(", "), 3 * SHOWN);
+        let found = shorten(&self.header.join(", "), 3 * LONGEST_SHOWN);
         ReadError::MissingColumn {
             name: self.name.clone(),
             line: self.header_line,
@@ -196,7 +196,7 @@ impl<R: Read> Cells<R> {
             name: self.name.clone(),
             line: line_of(&self.record),
             column: column.header.clone(),
-            value: shorten(&value, SHOWN),
+            value: shorten(&value, LONGEST_SHOWN),
             why: why.into(),
             hint,
         }

@@ -6,10 +6,11 @@ use lostmotion_drive::config::AxisUnit;
 use std::io::Read;
 
 /// Fewest rows of a log: velocity and acceleration are taken by differences.
-const FEWEST: usize = 3;
+const FEWEST_ROWS: usize = 3;
 
-/// How far the time between two rows may be off, in parts of the period.
-const TIME_SLACK: f64 = 0.01;
+/// How far the time between two rows may be off, in parts of the period. A choice: times written with
+/// few decimals pass.
+const TIME_TOLERANCE_SHARE: f64 = 0.01;
 
 /// A log of one axis at a fixed rate.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +21,7 @@ pub struct AxisLog {
     pub unit: AxisUnit,
     /// Motor positions in `unit`, at the load.
     pub motor: Vec<f64>,
-    /// Load positions in `unit`; none if only the motor was read.
+    /// Load positions in `unit`; `None` if only the motor was read.
     pub load: Vec<f64>,
     /// Torque-forming current, A.
     pub current_a: Vec<f64>,
@@ -76,16 +77,16 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
                 return Err(cells.bad(
                     &time,
                     format!("is not after {before_s} s, the time of the row before"),
-                    ORDER,
+                    ORDER_HINT,
                 ));
             }
             1 => log.period_s = step_s,
-            _ if (step_s - log.period_s).abs() > TIME_SLACK * log.period_s => {
+            _ if (step_s - log.period_s).abs() > TIME_TOLERANCE_SHARE * log.period_s => {
                 let why = format!(
                     "is {step_s:.6} s after the row before; the first two rows are {:.6} s apart",
                     log.period_s
                 );
-                return Err(cells.bad(&time, why, EVEN));
+                return Err(cells.bad(&time, why, EVEN_HINT));
             }
             _ => {}
         }
@@ -96,10 +97,10 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
         }
         log.current_a.push(cells.number(&current)?);
     }
-    if log.motor.len() < FEWEST {
+    if log.motor.len() < FEWEST_ROWS {
         return Err(ReadError::Empty {
             name: name.to_owned(),
-            needed: FEWEST,
+            needed: FEWEST_ROWS,
         });
     }
     log.period_s = (before_s - start_s) / (log.motor.len() - 1) as f64;
@@ -107,6 +108,6 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
 }
 
 /// Hint for rows out of order.
-const ORDER: &str = "rows have to be in order of time, none twice";
+const ORDER_HINT: &str = "rows have to be in order of time, none twice";
 /// Hint for rows at other times than they should be.
-const EVEN: &str = "a log needs rows evenly spaced in time, none missing";
+const EVEN_HINT: &str = "a log needs rows evenly spaced in time, none missing";

@@ -9,7 +9,7 @@ use std::io::Read;
 
 /// How far a row's time may be off its tick, in parts of the period: times written with few
 /// decimals pass.
-const TIME_SLACK: f64 = 0.01;
+const TIME_TOLERANCE_SHARE: f64 = 0.01;
 
 /// Which column holds the positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,11 +134,11 @@ impl<R: Read> SetpointReader<R> {
     fn check_time(&self, time_s: f64) -> Result<(), ReadError> {
         let period_s = self.clock.period_s();
         let due_s = self.start_s + self.clock.seconds(self.rows);
-        if (time_s - due_s).abs() <= TIME_SLACK * period_s {
+        if (time_s - due_s).abs() <= TIME_TOLERANCE_SHARE * period_s {
             return Ok(());
         }
         let before_s = due_s - period_s;
-        let (why, hint) = if time_s <= before_s + TIME_SLACK * period_s {
+        let (why, hint) = if time_s <= before_s + TIME_TOLERANCE_SHARE * period_s {
             (
                 format!("is not after {before_s:.6} s, the time of the row before"),
                 "rows have to be in order of time, none twice",

@@ -1,9 +1,7 @@
 //! What was found in a part program, for other programs: JSON and SARIF 2.1.0.
 
-mod json;
 mod sarif;
 
-pub use json::write as write_json;
 pub use sarif::write as write_sarif;
 
 use lostmotion_base::span::Span;
@@ -11,6 +9,7 @@ use lostmotion_gcode::{CallSite, Diagnostic, Provenance, Severity};
 use lostmotion_gcode_tools::lint::{Level, LintFinding};
 use serde::Serialize;
 use serde_json::{Map, Value};
+use std::io::{self, Write};
 
 /// One finding, free of the interpreter that made it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -139,4 +138,31 @@ pub struct Counts {
     pub warnings: u64,
     /// Notes.
     pub notes: u64,
+}
+
+/// Version of the document; it rises only when a field changes its meaning or goes away.
+const JSON_SCHEMA: u32 = 1;
+
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: u32,
+    #[serde(flatten)]
+    counts: Counts,
+    findings: &'a [Finding],
+}
+
+/// Writes findings and their counts. Values that are not finite come out as `null`.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_json(out: &mut dyn Write, findings: &[Finding], counts: Counts) -> io::Result<()> {
+    serde_json::to_writer_pretty(
+        &mut *out,
+        &Document {
+            schema: JSON_SCHEMA,
+            counts,
+            findings,
+        },
+    )?;
+    out.write_all(b"\n")
 }

@@ -9,7 +9,8 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-const SCHEMA: &str =
+/// Address of the schema that the document follows.
+const SARIF_SCHEMA: &str =
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
 
 /// Writes a log with one run. Only the rules that have results are listed.
@@ -31,7 +32,7 @@ pub fn write(out: &mut dyn Write, findings: &[Finding]) -> io::Result<()> {
     // Columns are those of bytes; programs are ASCII, where they are those of UTF-16 too.
     let run =
         json!({ "tool": { "driver": driver }, "columnKind": "utf16CodeUnits", "results": results });
-    let log = json!({ "$schema": SCHEMA, "version": "2.1.0", "runs": [run] });
+    let log = json!({ "$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [run] });
     serde_json::to_writer_pretty(&mut *out, &log)?;
     out.write_all(b"\n")
 }

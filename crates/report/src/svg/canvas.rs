@@ -15,7 +15,7 @@ pub(super) const COLORS: [&str; 7] = [
 ];
 
 /// Width of a character in parts of the font size, an estimate for sans-serif fonts.
-const GLYPH: f64 = 0.56;
+const GLYPH_WIDTH: f64 = 0.56;
 
 /// Where a text is anchored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,12 +177,12 @@ impl Canvas {
 
 /// Estimated width of a text.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
-    text.chars().count() as f64 * size * GLYPH
+    text.chars().count() as f64 * size * GLYPH_WIDTH
 }
 
 /// `text` cut to what fits into a width.
 pub(super) fn fit(text: &str, size: f64, width: f64) -> String {
-    let room = (width / (size * GLYPH)).max(4.0) as usize;
+    let room = (width / (size * GLYPH_WIDTH)).max(4.0) as usize;
     if text.chars().count() <= room {
         text.to_owned()
     } else {

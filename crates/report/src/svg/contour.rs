@@ -1,9 +1,9 @@
 //! The contour error of a path: one panel a method, all magnified alike.
 
 use super::canvas::{Anchor, COLORS, Canvas, FAINT, INK, SOFT, Stroke, fit, text_width};
-use super::projection::Plane;
-use super::reduce::keep;
+use super::scale::keep;
 use super::scale::{Range, round_down};
+use super::trace::Plane;
 use super::trace::{ContourTrace, TracePoint};
 use crate::number::{fixed, plain};
 
@@ -20,23 +20,29 @@ pub struct ContourPicture {
     pub plane: Option<Plane>,
 }
 
-const WIDTH: f64 = 960.0;
-const MARGIN: f64 = 24.0;
-const HEADER: f64 = 66.0;
-const FOOTER: f64 = 60.0;
+/// Width of the picture, px.
+const WIDTH_PX: f64 = 960.0;
+/// Around everything, px.
+const MARGIN_PX: f64 = 24.0;
+/// Title and subtitle, px.
+const HEADER_PX: f64 = 66.0;
+/// Scale of the errors, px.
+const FOOTER_PX: f64 = 60.0;
 /// Above a panel: the method's name and its figures.
-const PANEL_HEAD: f64 = 44.0;
+const PANEL_HEAD_PX: f64 = 44.0;
 /// Left of and below a panel: tick labels and the axis' label.
-const PANEL_LEFT: f64 = 54.0;
-const PANEL_BELOW: f64 = 42.0;
-const GAP: f64 = 18.0;
-/// The largest error takes at most this part of the contour's larger extent.
-const ERROR_PART: f64 = 0.17;
+const PANEL_LEFT_PX: f64 = 54.0;
+const PANEL_BELOW_PX: f64 = 42.0;
+/// Between panels, px.
+const BETWEEN_PANELS_PX: f64 = 18.0;
+/// The largest error takes at most this part of the contour's larger extent. A choice: more hides
+/// the contour.
+const LARGEST_ERROR_SHARE: f64 = 0.17;
 /// A trace with errors beyond this multiple of the quietest trace's is cut off, so that one method
 /// gone wild does not hide the others.
-const WILD: f64 = 12.0;
+const WILD_RATIO: f64 = 12.0;
 /// Points nearer than this to the line without them are not drawn, px.
-const DETAIL: f64 = 0.12;
+const LEAST_DETAIL_PX: f64 = 0.12;
 
 /// Where a panel's frame lies and how mm become pixels.
 struct Panel {
@@ -89,9 +95,9 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
     };
     let extent = x.span().max(y.span()).max(1e-3);
     let shown_um = shown_um(picture, traces);
-    let mm_per_um = ERROR_PART * extent / shown_um;
+    let mm_per_um = LARGEST_ERROR_SHARE * extent / shown_um;
     let magnification = round_down(mm_per_um * 1e3).max(1.0);
-    let pad = ERROR_PART * extent * 1.15;
+    let pad = LARGEST_ERROR_SHARE * extent * 1.15;
     let (x, y) = (
         Range {
             min: x.min - pad,
@@ -103,20 +109,23 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
         },
     );
 
-    let cell = (WIDTH - 2.0 * MARGIN - GAP * (columns as f64 - 1.0)) / columns as f64;
-    let width = (cell - PANEL_LEFT).min(560.0);
+    let cell =
+        (WIDTH_PX - 2.0 * MARGIN_PX - BETWEEN_PANELS_PX * (columns as f64 - 1.0)) / columns as f64;
+    let width = (cell - PANEL_LEFT_PX).min(560.0);
     let px_per_mm = (width / x.span()).min(1.1 * width / y.span());
     let height = (y.span() * px_per_mm).max(0.25 * width);
     let rows = traces.len().div_ceil(columns);
-    let step = PANEL_HEAD + height + PANEL_BELOW + GAP;
-    let total = HEADER + rows as f64 * step + FOOTER;
-    let mut canvas = Canvas::new(WIDTH, total);
+    let step = PANEL_HEAD_PX + height + PANEL_BELOW_PX + BETWEEN_PANELS_PX;
+    let total = HEADER_PX + rows as f64 * step + FOOTER_PX;
+    let mut canvas = Canvas::new(WIDTH_PX, total);
     heading(&mut canvas, picture);
     for (index, trace) in traces.iter().enumerate() {
         let (column, row) = (index % columns, index / columns);
-        let left =
-            MARGIN + column as f64 * (cell + GAP) + 0.5 * (cell - PANEL_LEFT - width) + PANEL_LEFT;
-        let at = [left, HEADER + row as f64 * step + PANEL_HEAD];
+        let left = MARGIN_PX
+            + column as f64 * (cell + BETWEEN_PANELS_PX)
+            + 0.5 * (cell - PANEL_LEFT_PX - width)
+            + PANEL_LEFT_PX;
+        let at = [left, HEADER_PX + row as f64 * step + PANEL_HEAD_PX];
         let panel = Panel {
             at,
             size: [width, height],
@@ -137,7 +146,7 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
     }
     footer(
         &mut canvas,
-        total - FOOTER + 14.0,
+        total - FOOTER_PX + 14.0,
         magnification,
         px_per_mm * magnification * 1e-3,
         shown_um,
@@ -157,7 +166,7 @@ fn shown_um(picture: &ContourPicture, traces: &[ContourTrace]) -> f64 {
     let each = || traces.iter().map(largest_um).filter(|um| *um > 0.0);
     let quietest = each().fold(f64::INFINITY, f64::min);
     let largest = each()
-        .filter(|um| *um <= WILD * quietest)
+        .filter(|um| *um <= WILD_RATIO * quietest)
         .fold(0.0, f64::max);
     largest
         .max(picture.tolerance_um.unwrap_or(0.0).min(2.0 * largest))
@@ -165,16 +174,16 @@ fn shown_um(picture: &ContourPicture, traces: &[ContourTrace]) -> f64 {
 }
 
 fn heading(canvas: &mut Canvas, picture: &ContourPicture) {
-    let room = WIDTH - 2.0 * MARGIN;
+    let room = WIDTH_PX - 2.0 * MARGIN_PX;
     canvas.bold(
-        [MARGIN, 30.0],
+        [MARGIN_PX, 30.0],
         &fit(&picture.title, 18.0, room),
         18.0,
         INK,
         Anchor::Start,
     );
     canvas.text(
-        [MARGIN, 51.0],
+        [MARGIN_PX, 51.0],
         &fit(&picture.subtitle, 13.0, room),
         13.0,
         SOFT,
@@ -183,10 +192,10 @@ fn heading(canvas: &mut Canvas, picture: &ContourPicture) {
 }
 
 fn empty(picture: &ContourPicture) -> String {
-    let mut canvas = Canvas::new(WIDTH, HEADER + FOOTER);
+    let mut canvas = Canvas::new(WIDTH_PX, HEADER_PX + FOOTER_PX);
     heading(&mut canvas, picture);
     canvas.text(
-        [MARGIN, HEADER + 20.0],
+        [MARGIN_PX, HEADER_PX + 20.0],
         "no cutting move",
         13.0,
         SOFT,
@@ -242,7 +251,7 @@ fn draw_panel(
 }
 
 fn reduced(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    keep(points, DETAIL)
+    keep(points, LEAST_DETAIL_PX)
         .into_iter()
         .map(|i| points[i])
         .collect()
@@ -309,7 +318,7 @@ fn footer(
     let bar_um = round_down(shown_um);
     let length = (bar_um * px_per_um).max(1.0);
     let y = top + 14.0;
-    let ends = [MARGIN, MARGIN + length];
+    let ends = [MARGIN_PX, MARGIN_PX + length];
     canvas.line([ends[0], y], [ends[1], y], Stroke::new(INK, 2.0));
     for end in ends {
         canvas.line([end, y - 5.0], [end, y + 5.0], Stroke::new(INK, 2.0));

@@ -5,13 +5,10 @@
 
 mod canvas;
 mod contour;
-mod projection;
-mod reduce;
 mod scale;
 mod series;
 mod trace;
 
 pub use contour::{ContourPicture, contour};
-pub use projection::Plane;
 pub use series::{Series, SeriesPicture, series};
-pub use trace::{ContourTrace, TracePoint, TraceRecorder};
+pub use trace::{ContourTrace, Plane, TracePoint, TraceRecorder};

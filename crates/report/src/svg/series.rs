@@ -1,8 +1,8 @@
 //! Curves over time or anything else.
 
 use super::canvas::{Anchor, COLORS, Canvas, FAINT, INK, SOFT, Stroke, fit, text_width};
-use super::reduce::keep;
 use super::scale::Range;
+use super::scale::keep;
 use crate::number::fixed;
 
 /// One curve.
@@ -25,25 +25,27 @@ pub struct SeriesPicture {
     pub y_label: String,
 }
 
-const SIZE: [f64; 2] = [760.0, 400.0];
-const LEFT: f64 = 74.0;
-const TOP: f64 = 72.0;
-const RIGHT: f64 = 20.0;
-const BOTTOM: f64 = 52.0;
-/// Between rows of the legend.
-const ROW: f64 = 18.0;
+/// Width and height of the picture, px.
+const SIZE_PX: [f64; 2] = [760.0, 400.0];
+/// Margins around the plot, px: tick labels to the left, title and legend above.
+const LEFT_PX: f64 = 74.0;
+const TOP_PX: f64 = 72.0;
+const RIGHT_PX: f64 = 20.0;
+const BOTTOM_PX: f64 = 52.0;
+/// Between rows of the legend, px.
+const LEGEND_ROW_PX: f64 = 18.0;
 /// Points nearer than this to the line without them are not drawn, px.
-const DETAIL: f64 = 0.12;
+const LEAST_DETAIL_PX: f64 = 0.12;
 
 /// Draws curves in one frame with a legend above it.
 pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
     let places = legend(curves);
     let more = places.last().map_or(0.0, |place| place[1]);
-    let (size, top) = ([SIZE[0], SIZE[1] + more], TOP + more);
+    let (size, top) = ([SIZE_PX[0], SIZE_PX[1] + more], TOP_PX + more);
     let mut canvas = Canvas::new(size[0], size[1]);
     canvas.bold(
-        [LEFT, 28.0],
-        &fit(&picture.title, 16.0, size[0] - LEFT - RIGHT),
+        [LEFT_PX, 28.0],
+        &fit(&picture.title, 16.0, size[0] - LEFT_PX - RIGHT_PX),
         16.0,
         INK,
         Anchor::Start,
@@ -58,15 +60,15 @@ pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
         Range::of(finite().map(|p| p[0])),
         Range::of(finite().map(|p| p[1])),
     ) else {
-        canvas.text([LEFT, top], "no data", 13.0, SOFT, Anchor::Start);
+        canvas.text([LEFT_PX, top], "no data", 13.0, SOFT, Anchor::Start);
         return canvas.finish(&picture.title);
     };
     let x = if x.span() > 0.0 { x } else { x.padded(0.0) };
     let y = y.padded(0.05);
-    let (width, height) = (size[0] - LEFT - RIGHT, size[1] - top - BOTTOM);
+    let (width, height) = (size[0] - LEFT_PX - RIGHT_PX, size[1] - top - BOTTOM_PX);
     let place = |p: [f64; 2]| {
         [
-            LEFT + (p[0] - x.min) / x.span() * width,
+            LEFT_PX + (p[0] - x.min) / x.span() * width,
             top + (y.max - p[1]) / y.span() * height,
         ]
     };
@@ -86,18 +88,18 @@ pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
     let (ticks, decimals) = y.ticks(6);
     for tick in ticks {
         let [_, py] = place([x.min, tick]);
-        canvas.line([LEFT, py], [LEFT + width, py], grid);
+        canvas.line([LEFT_PX, py], [LEFT_PX + width, py], grid);
         canvas.text(
-            [LEFT - 6.0, py + 4.0],
+            [LEFT_PX - 6.0, py + 4.0],
             &fixed(tick, decimals),
             11.0,
             SOFT,
             Anchor::End,
         );
     }
-    canvas.frame([LEFT, top], [width, height], Stroke::new(FAINT, 1.0));
+    canvas.frame([LEFT_PX, top], [width, height], Stroke::new(FAINT, 1.0));
     canvas.text(
-        [LEFT + 0.5 * width, size[1] - 14.0],
+        [LEFT_PX + 0.5 * width, size[1] - 14.0],
         &picture.x_label,
         12.0,
         SOFT,
@@ -111,7 +113,7 @@ pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
             .split(|p| !(p[0].is_finite() && p[1].is_finite()))
         {
             let pixels: Vec<[f64; 2]> = piece.iter().map(|p| place(*p)).collect();
-            let line: Vec<[f64; 2]> = keep(&pixels, DETAIL)
+            let line: Vec<[f64; 2]> = keep(&pixels, LEAST_DETAIL_PX)
                 .into_iter()
                 .map(|i| pixels[i])
                 .collect();
@@ -135,11 +137,11 @@ pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
 
 /// Where each curve's sign in the legend begins, and by how much its row is below the first.
 fn legend(curves: &[Series]) -> Vec<[f64; 2]> {
-    let (mut x, mut row) = (LEFT, 0.0);
+    let (mut x, mut row) = (LEFT_PX, 0.0);
     let place = |curve: &Series| {
         let width = 28.0 + text_width(&curve.name, 12.0);
-        if x > LEFT && x + width > SIZE[0] - RIGHT {
-            (x, row) = (LEFT, row + ROW);
+        if x > LEFT_PX && x + width > SIZE_PX[0] - RIGHT_PX {
+            (x, row) = (LEFT_PX, row + LEGEND_ROW_PX);
         }
         let at = [x, row];
         x += width + 22.0;
@@ -175,14 +177,12 @@ mod tests {
         let places = legend(&many);
         assert_eq!(
             (places[0], places.last().map(|place| place[1])),
-            ([LEFT, 0.0], Some(ROW))
+            ([LEFT_PX, 0.0], Some(LEGEND_ROW_PX))
         );
-        assert!(
-            places.iter().zip(&many).all(|(place, curve)| place[0]
-                + 28.0
-                + text_width(&curve.name, 12.0)
-                <= SIZE[0] - RIGHT)
-        );
+        assert!(places.iter().zip(&many).all(|(place, curve)| place[0]
+            + 28.0
+            + text_width(&curve.name, 12.0)
+            <= SIZE_PX[0] - RIGHT_PX));
         assert!(
             legend(&curves(&["a", "b"]))
                 .iter()

@@ -9,8 +9,8 @@ use lostmotion_sim::results::{AxisResult, BlockResult, GantryResult, ReversalRes
 const LEFT: Align = Align::Left;
 const RIGHT: Align = Align::Right;
 
-/// Longest piece of a block's text in a table.
-const BLOCK_TEXT: usize = 40;
+/// Longest piece of a block's text in a table, characters.
+const LONGEST_BLOCK_TEXT: usize = 40;
 
 /// Blocks with the largest error: where, how much, what of it comes from where, and why.
 pub(super) fn worst_blocks(blocks: &[BlockResult], options: &TextOptions) -> String {
@@ -44,7 +44,7 @@ pub(super) fn worst_blocks(blocks: &[BlockResult], options: &TextOptions) -> Str
             .into(),
             fixed(block.time_s, 3).into(),
             format!("{x} {y} {z}").into(),
-            short(&block.text, BLOCK_TEXT).into(),
+            short(&block.text, LONGEST_BLOCK_TEXT).into(),
         ]);
     }
     options.table(&table)

@@ -7,7 +7,7 @@ use crate::number::{error, percent, plain};
 use lostmotion_sim::results::{Harm, MethodResult, Run};
 
 /// Most warnings shown; the JSON form has all of them.
-const WARNINGS: usize = 3;
+const MOST_WARNINGS: usize = 3;
 
 /// Name of the method that the others are held against.
 const BASELINE: &str = "none";
@@ -23,7 +23,7 @@ pub fn comparison(comparison: &Run, options: &TextOptions) -> String {
         super::parts::count(comparison.results.len() as u64, "method"),
     );
     out.push_str(&program(&comparison.program, &comparison.plan));
-    out.push_str(&warnings(&comparison.program, WARNINGS));
+    out.push_str(&warnings(&comparison.program, MOST_WARNINGS));
     out.push_str("\ncontour error of cutting moves, um\n");
     out.push_str(&table(comparison, none, options));
     out.push('\n');

@@ -35,13 +35,13 @@ pub(super) fn program(program: &ProgramInfo, plan: &PlanInfo) -> String {
     out
 }
 
-/// What is less does not count, um.
-const SHOWN_UM: f64 = 1e-3;
+/// Figures below this are not shown, um: 1 nm, below what the model knows.
+const LEAST_SHOWN_UM: f64 = 1e-3;
 
 /// How straight the tool goes, on machines where that is a question: up to two lines.
 pub fn straightness(plan: &PlanInfo) -> String {
     let mut out = String::new();
-    if let Some(bow) = plan.bow.filter(|bow| bow.max_um >= SHOWN_UM) {
+    if let Some(bow) = plan.bow.filter(|bow| bow.max_um >= LEAST_SHOWN_UM) {
         out.push_str(&format!(
             "between two commands: tool off its way by at most {} um with joints that go straight, {}{}\n",
             error(bow.max_um),

@@ -6,13 +6,13 @@ use crate::number::{error, plain};
 use lostmotion_sim::results::SingleRun;
 
 /// Most warnings shown; the JSON form has all of them.
-const WARNINGS: usize = 10;
+const MOST_WARNINGS: usize = 10;
 
 /// The whole answer: verdict, errors, worst blocks, axes, reversals, notes. Ends in a newline.
 pub fn simulation(simulation: &SingleRun, options: &TextOptions) -> String {
     let mut out = verdict(simulation, options);
     out.push_str(&program(&simulation.program, &simulation.plan));
-    out.push_str(&warnings(&simulation.program, WARNINGS));
+    out.push_str(&warnings(&simulation.program, MOST_WARNINGS));
     out.push('\n');
     out.push_str(&errors(simulation, options));
     let result = &simulation.result;

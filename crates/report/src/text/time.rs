@@ -7,11 +7,11 @@ use crate::number::{duration, fixed, percent};
 use lostmotion_sim::time::results::{CycleTime, KindTimes, LimitShare, TimeKind};
 
 /// Most warnings shown; the JSON form has all of them.
-const WARNINGS: usize = 3;
-/// Longest piece of a block's text in a table.
-const BLOCK_TEXT: usize = 40;
-/// What limits a block, so many at most.
-const BLOCK_LIMITS: usize = 3;
+const MOST_WARNINGS: usize = 3;
+/// Longest piece of a block's text in a table, characters.
+const LONGEST_BLOCK_TEXT: usize = 40;
+/// Most limits listed for a block.
+const MOST_LIMITS: usize = 3;
 
 const LEFT: Align = Align::Left;
 const RIGHT: Align = Align::Right;
@@ -24,7 +24,7 @@ pub fn time(time: &CycleTime, options: &TextOptions) -> String {
         time.machine,
         duration(time.total_s)
     );
-    out.push_str(&warnings(&time.program, WARNINGS));
+    out.push_str(&warnings(&time.program, MOST_WARNINGS));
     out.push('\n');
     out.push_str(&kinds(&time.kinds, time.total_s, options));
     out.push_str("\nlimited by\n");
@@ -107,7 +107,7 @@ fn blocks(time: &CycleTime, options: &TextOptions) -> String {
         let limits: Vec<String> = block
             .limits
             .iter()
-            .take(BLOCK_LIMITS)
+            .take(MOST_LIMITS)
             .map(|limit| format!("{} {}", limit.limit, percent(limit.share)))
             .collect();
         table.row([
@@ -117,7 +117,7 @@ fn blocks(time: &CycleTime, options: &TextOptions) -> String {
             fixed(block.start_s, 3).into(),
             kind.into(),
             limits.join(", ").into(),
-            short(&block.text, BLOCK_TEXT).into(),
+            short(&block.text, LONGEST_BLOCK_TEXT).into(),
         ]);
     }
     options.table(&table)

@@ -13,7 +13,7 @@ use lostmotion_kinematics::chain::{GaugeSpec, JointSpec, JointType, Side};
 
 const JOINTS: usize = 6;
 /// Components below this are rounding.
-const ROUNDING: f64 = 1e-12;
+const ROUNDING_BELOW: f64 = 1e-12;
 
 /// Writes a chain of six joints; every length and angle has to be told.
 pub(super) fn serial(
@@ -80,5 +80,5 @@ fn along(place: [f64; 3], direction: [f64; 3], by: f64) -> [f64; 3] {
 }
 
 fn clean(v: [f64; 3]) -> [f64; 3] {
-    v.map(|c| if c.abs() < ROUNDING { 0.0 } else { c })
+    v.map(|c| if c.abs() < ROUNDING_BELOW { 0.0 } else { c })
 }

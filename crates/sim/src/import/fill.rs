@@ -12,7 +12,7 @@ use std::fmt::Write;
 const ROTARY_LENDER: &str = "trunnion5";
 
 /// How far a SCARA's elbow is bent at its homes, degrees.
-const BENT_DEG: f64 = 60.0;
+const ELBOW_DEG: f64 = 60.0;
 
 /// A machine file out of a draft.
 pub(super) fn machine(
@@ -331,7 +331,7 @@ fn positions(
         };
         if draft.kinematics.kind == "scara" && axis.id == AxisId::B {
             // A straight arm is singular.
-            joints[axis.id] = lostmotion_base::units::rad(BENT_DEG.min(*max).max(*min));
+            joints[axis.id] = lostmotion_base::units::rad(ELBOW_DEG.min(*max).max(*min));
         }
     }
     let kinematics = build(&draft.kinematics)

@@ -97,7 +97,7 @@ fn vectors(value: &Value) -> Option<[[f64; 3]; 2]> {
 }
 
 /// Joints from the workpiece to the tool: on the table what is carried comes before what carries
-/// it, on the head after; linear axes are nearer to the base where nobody says.
+/// it, on the head after; linear axes are nearer to the base where the file does not say.
 pub(super) fn chain(places: &[Place]) -> Result<Vec<JointSpec>, String> {
     let mut out = Vec::new();
     for side in [Side::Table, Side::Head] {

@@ -97,7 +97,7 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     }
 }
 
-/// A line; none if it is no setting.
+/// A line; `None` if it is no setting.
 fn setting<'a>(
     draft: &mut Draft,
     line: usize,

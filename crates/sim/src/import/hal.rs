@@ -64,7 +64,7 @@ impl<'a> Pins<'a> {
         true
     }
 
-    /// The value of a pin in `unit`s; none if it is not set.
+    /// The value of a pin in `unit`s; `None` if it is not set.
     pub(super) fn told(
         &mut self,
         draft: &mut Draft,

@@ -18,7 +18,7 @@ pub(super) struct Module {
     pub(super) name: &'static str,
     /// Axes of the joints in their order, where it is not that of the coordinates.
     joints: Option<&'static [Numbered]>,
-    /// Coordinates that it has if nobody tells others.
+    /// Coordinates that it has if the configuration names no others.
     pub(super) coordinates: &'static str,
     describe: Describe,
 }

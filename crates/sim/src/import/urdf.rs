@@ -14,7 +14,8 @@ use lostmotion_kinematics::Words;
 use lostmotion_kinematics::chain::{GaugeSpec, JointSpec, JointType, Side};
 use roxmltree::{Document, Node};
 
-const MM: f64 = 1e3;
+/// URDF is in metres.
+const MM_PER_M: f64 = 1e3;
 
 type Vector = [f64; 3];
 type Matrix = [Vector; 3];
@@ -147,7 +148,7 @@ fn joint<'a>(node: Node<'a, 'a>) -> Result<Joint<'a>, Problem> {
         })?,
         parent: link("parent")?,
         child: link("child")?,
-        place: vector(child("origin"), "xyz", [0.0; 3])?.map(|metre| metre * MM),
+        place: vector(child("origin"), "xyz", [0.0; 3])?.map(|metre| metre * MM_PER_M),
         turn: roll_pitch_yaw(vector(child("origin"), "rpy", [0.0; 3])?),
         axis: vector(child("axis"), "xyz", [1.0, 0.0, 0.0])?,
         limit: child("limit"),
@@ -303,7 +304,7 @@ fn letter(draft: &Draft, name: &str, rotary: bool) -> Option<AxisId> {
 }
 
 fn limits(draft: &mut Draft, joint: &Joint<'_>, axis: AxisId, rotary: bool) -> Result<(), Problem> {
-    let scale = if rotary { deg(1.0) } else { MM };
+    let scale = if rotary { deg(1.0) } else { MM_PER_M };
     draft.row(
         format!("joint {}", joint.name),
         joint.kind,

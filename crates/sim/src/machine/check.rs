@@ -387,6 +387,7 @@ fn coupled(kinematics: &dyn Kinematics) -> AxisSet {
     let Ok(here) = kinematics.inverse(&pose, &[0.0; 3]) else {
         return AxisSet::EMPTY;
     };
+    // An axis that moves another joint than its own is coupled with it.
     let mut set = AxisSet::EMPTY;
     for axis in AxisId::ALL {
         let mut moved = pose;

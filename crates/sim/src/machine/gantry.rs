@@ -60,7 +60,7 @@ pub struct Gantry {
     pub at_mm: [f64; 2],
     /// The second end's drive, motor, shaft, load, compensator.
     pub second: AxisConfig,
-    /// The beam between the ends, square where they stand at the start; none if it yields.
+    /// The beam between the ends, square where they stand at the start; `None` if it yields.
     pub beam: Option<Tie>,
 }
 

@@ -126,8 +126,8 @@ pub fn axis_preset(name: &str) -> Option<AxisConfig> {
     machine.drive(drive).cloned()
 }
 
-/// The file of an axis that comes with the library, all keys written out; none if there is none of
-/// that name or it cannot be written.
+/// The file of an axis that comes with the library, all keys written out; `None` if there is none
+/// of that name or it cannot be written.
 pub fn axis_preset_toml(name: &str) -> Option<String> {
     if name == JOINT.0 {
         return Some(JOINT.1.to_owned());

@@ -51,11 +51,13 @@ impl AxisReview {
         let inertia = motor_side + load.inertia_kgm2;
         let coulomb = motor.coulomb_nm + load.coulomb_nm;
         let viscous = (motor.viscous_nm_s_per_rad + load.viscous_nm_s_per_rad) * speed;
+        // Torque for the largest acceleration at the largest speed, with friction and gravity.
         let torque = inertia * axis.limits.acceleration * motor_rad
             + coulomb
             + viscous
             + load.constant_nm.abs();
         let current = torque / motor.torque_constant_nm_per_a;
+        // Voltage of the q axis (back EMF and resistance) and of the d axis (cross coupling).
         let q_volt = motor.back_emf_v_s_per_rad() * speed + motor.phase_resistance_ohm() * current;
         let d_volt = motor.phase_inductance_h() * motor.pole_pairs() * speed * current;
         let joint = 1.0 / motor_side + 1.0 / load.inertia_kgm2;

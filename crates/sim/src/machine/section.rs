@@ -14,10 +14,10 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
 
 /// The most errors looked for in one part.
-const MAX_ROUNDS: usize = 100;
+const MOST_ERRORS: usize = 100;
 
 /// Values put where one is missing or of the wrong type, tried in this order.
-const STAND_INS: [&str; 5] = ["1.0", "1", "\"\"", "true", "{}"];
+const STAND_IN_TEXTS: [&str; 5] = ["1.0", "1", "\"\"", "true", "{}"];
 
 /// Marks a stand-in, so that an error in it is not reported: no text is that long.
 const STAND_IN_SPAN: Range<usize> = usize::MAX - 1..usize::MAX;
@@ -34,7 +34,7 @@ pub(super) fn read<T: DeserializeOwned>(
     let mut copy = part.clone();
     let before = problems.len();
     let mut stand_in = 0;
-    for _ in 0..MAX_ROUNDS {
+    for _ in 0..MOST_ERRORS {
         let error = match T::deserialize(ValueDeserializer::from(copy.clone())) {
             Ok(value) => return (problems.len() == before).then_some(value),
             Err(error) => error,
@@ -147,7 +147,7 @@ fn mend(
     span: &Range<usize>,
     stand_in: usize,
 ) -> bool {
-    let Some(replacement) = STAND_INS
+    let Some(replacement) = STAND_IN_TEXTS
         .get(stand_in)
         .and_then(|text| DeValue::parse(text).ok())
     else {

@@ -150,7 +150,8 @@ impl Default for PlannerSettings {
     }
 }
 
-/// How far the tool may be off its way between two commands where nobody says, um.
+/// How far the tool may be off its way between two commands without a warning, um, where neither the
+/// machine nor the run names a limit. A choice: a quarter of the usual tolerance.
 pub const BOW_LIMIT_UM: f64 = 5.0;
 
 /// Defaults of `simulate`.

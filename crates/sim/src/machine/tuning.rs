@@ -8,7 +8,6 @@ use lostmotion_analysis::{
     AxisAnalysis, Cycle, Feedback, LimitCycle, analyse, limit_cycle, simulated_cycle,
 };
 use lostmotion_base::AxisId;
-use rayon::prelude::*;
 
 /// Tuning of one axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +44,7 @@ impl AxisTuning {
 impl Machine {
     /// The tuning of every axis.
     pub fn tuning(&self) -> Vec<AxisTuning> {
-        self.axes().par_iter().map(AxisTuning::of).collect()
+        self.axes().iter().map(AxisTuning::of).collect()
     }
 
     /// Reads a machine file as [`Machine::from_toml`] does, and looks at its tuning.

@@ -10,8 +10,8 @@ use lostmotion_path::Curve;
 use lostmotion_plan::{Chord, FeedLimit, Move, Planner, Sample};
 use std::sync::Arc;
 
-/// Where the tool goes less than this, mm, it has no direction.
-const STILL_MM: f64 = 1e-12;
+/// A way shorter than this has no direction, mm: rounding.
+const NO_DIRECTION_MM: f64 = 1e-12;
 
 /// The largest of both, so far.
 #[derive(Clone, Debug)]
@@ -27,8 +27,8 @@ pub(crate) struct Bows {
 }
 
 impl Bows {
-    /// None on machines on which joints that go straight are a tool that does, unless a limit has
-    /// to be kept.
+    /// `None` where joints that move along a straight line move the tool along one, unless a limit
+    /// has to be kept.
     pub(crate) fn new(
         kinematics: &Arc<dyn Kinematics>,
         period_s: f64,
@@ -89,12 +89,13 @@ impl Bows {
     }
 
     /// How far the tool is off its planned way in the middle between two commands if every joint
-    /// goes straight from the one to the other, mm. The plan's middle is that of the quintic with
-    /// the velocities and accelerations of both.
+    /// goes straight from the one to the other, mm.
     fn between(&self, a: &Sample, b: &Sample) -> f64 {
         if self.rests(a) || self.rests(b) {
             return 0.0;
         }
+        // The middle of the chord of the joints, and that of the quintic Hermite polynomial with the
+        // velocities and accelerations of both ends.
         let straight = (a.position + b.position) * 0.5;
         let bend = (a.velocity - b.velocity) * (5.0 / 32.0 * self.period_s);
         let planned = straight
@@ -167,7 +168,7 @@ fn less(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 fn off(vector: &[f64; 3], direction: &[f64; 3]) -> f64 {
     let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let square = dot(direction, direction);
-    let along = if square > STILL_MM * STILL_MM {
+    let along = if square > NO_DIRECTION_MM * NO_DIRECTION_MM {
         dot(vector, direction) / square
     } else {
         0.0

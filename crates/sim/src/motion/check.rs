@@ -1,9 +1,11 @@
 //! The first pass: the whole program is read and held against the machine before anything is
-//! simulated, so that all its errors are told in one go and nothing is half done.
+//! simulated, so that all its errors are reported together.
 
 use super::curves::plan_item;
 use super::modes::Modes;
-use super::reader::{Read, Reader};
+use super::reader::Reader;
+use super::steer::Read;
+use super::travel::Excesses;
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
@@ -12,15 +14,11 @@ use crate::results::{PlanInfo, ProgramInfo};
 use crate::setup::Setup;
 use lostmotion_base::AxisSet;
 use lostmotion_gcode::{Diagnostic, Diagnostics, Problem, Severity, SourceFiles};
-use lostmotion_plan::{
-    FeedLimit, Move, PlanItem, PlannerConfig, Quality, TravelCheck, TravelViolation,
-};
+use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, Quality, TravelCheck};
 use std::sync::Arc;
 
 /// The largest cutting force, N: far more than any machine stands; beyond it numbers overflow.
 const LARGEST_FORCE_N: f64 = 1e6;
-/// How many violations of the travel are kept.
-const KEPT_VIOLATIONS: usize = 20;
 
 /// What the first pass learns.
 #[derive(Clone, Debug, Default)]
@@ -54,8 +52,7 @@ struct Pass<'a> {
     /// Without tool-centre-point control, and with it.
     travel: [TravelCheck; 2],
     words: AxisSet,
-    violations: Vec<TravelViolation>,
-    violated: u64,
+    excesses: Excesses,
     problems: Vec<Diagnostic>,
     moves: u64,
     plan: PlanInfo,
@@ -71,6 +68,7 @@ pub(crate) fn check(setup: &Setup<'_>) -> Result<Checked, SimError> {
     let mut reader = Reader::new(setup)?;
     let modes = Modes::new(&setup.kinematics);
     let config = planner_config(machine, options.quality);
+    // Moves are held against the travel with the kinematics of their coordinates.
     let travel =
         [false, true].map(|tip| TravelCheck::new(&config, Arc::clone(modes.kinematics(tip))));
     let words = modes
@@ -82,8 +80,7 @@ pub(crate) fn check(setup: &Setup<'_>) -> Result<Checked, SimError> {
         setup,
         travel,
         words,
-        violations: Vec::new(),
-        violated: 0,
+        excesses: Excesses::default(),
         problems: Vec::new(),
         moves: 0,
         plan,
@@ -91,7 +88,7 @@ pub(crate) fn check(setup: &Setup<'_>) -> Result<Checked, SimError> {
     while let Some(item) = reader.next() {
         match item {
             Ok(read) => pass
-                .item(&read)
+                .item(&read, reader.system())
                 .map_err(|error| error.with_provenance(reader.diagnostics()))?,
             Err((problem, place)) => pass.problems.push(Diagnostic { problem, place }),
         }
@@ -109,7 +106,7 @@ pub(crate) fn check(setup: &Setup<'_>) -> Result<Checked, SimError> {
 }
 
 impl Pass<'_> {
-    fn item(&mut self, read: &Read) -> Result<(), SimError> {
+    fn item(&mut self, read: &Read, system: u8) -> Result<(), SimError> {
         let Some(PlanItem::Move(item)) = plan_item(&read.item)? else {
             return Ok(());
         };
@@ -131,14 +128,8 @@ impl Pass<'_> {
         let travel = &mut self.travel[usize::from(read.tip)];
         travel.push(&item)?;
         let found = travel.take_violations();
-        self.note_violations(found);
+        self.excesses.add(self.setup.machine, system, &found);
         Ok(())
-    }
-
-    fn note_violations(&mut self, found: Vec<TravelViolation>) {
-        self.violated += found.len() as u64;
-        let room = KEPT_VIOLATIONS - self.violations.len().min(KEPT_VIOLATIONS);
-        self.violations.extend(found.into_iter().take(room));
     }
 
     fn finish(self, found: &Diagnostics, options: &SimulateOptions) -> Result<Checked, SimError> {
@@ -153,16 +144,9 @@ impl Pass<'_> {
                 diagnostics: Box::new(diagnostics),
             });
         }
-        if self.violated > 0 {
-            let machine = self.setup.machine.name().to_owned();
-            let provenance = Box::new(diagnostics.provenance().clone());
-            return Err(SimError::Travel {
-                name,
-                machine,
-                count: self.violated,
-                violations: self.violations,
-                provenance,
-            });
+        if !self.excesses.is_empty() {
+            let error = self.excesses.error(self.setup);
+            return Err(error.with_provenance(&diagnostics));
         }
         let setup = self.setup;
         let unreadable = |source| setup.unreadable(source);

@@ -1,6 +1,7 @@
 //! From the motion of a program to curves and to the planner's items.
 
-use super::reader::{Read, Reader};
+use super::reader::Reader;
+use super::steer::Read;
 use crate::error::SimError;
 use crate::setup::Setup;
 use lostmotion_base::Coords;

@@ -6,8 +6,9 @@ use super::change::Change;
 use super::check::planner_config;
 use super::curves::plan_item;
 use super::modes::Modes;
-use super::paced::{AT_ONCE, Paced};
-use super::reader::{Read, Reader};
+use super::paced::{PLAN_SAMPLES, Paced};
+use super::reader::Reader;
+use super::steer::Read;
 use crate::error::SimError;
 use crate::options::BowLimit;
 use crate::results::PlanInfo;
@@ -19,13 +20,13 @@ use lostmotion_kinematics::TipControl;
 use lostmotion_plan::{FeedLimit, Move, Pacer, PlanItem, Planner, PlannerConfig, Sample};
 use std::sync::Arc;
 
-/// What was read, for those who want to know where time goes.
+/// What was read, for the account of where time goes.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "nearly all are moves")]
 pub(crate) enum Note {
     /// A move with its running number.
     Move { index: u64, item: Move },
-    /// A dwell after so many moves.
+    /// A dwell, after `after` moves.
     Dwell {
         after: u64,
         seconds: f64,
@@ -116,7 +117,7 @@ impl Feed {
         })
     }
 
-    /// The next samples, at most so many, none at the end; and the segments that were read on the
+    /// The next samples, at most `most`, none at the end; and the segments that were read on the
     /// way.
     pub(crate) fn chunk(
         &mut self,
@@ -126,7 +127,9 @@ impl Feed {
     ) -> Result<(), SimError> {
         samples.clear();
         let result = if let Some(mut paced) = self.paced.take() {
-            let result = paced.take(most, samples, |plan| self.plan(AT_ONCE, plan, segments));
+            let result = paced.take(most, samples, |plan| {
+                self.plan(PLAN_SAMPLES, plan, segments)
+            });
             self.paced = Some(paced);
             result
         } else {
@@ -139,7 +142,7 @@ impl Feed {
         result
     }
 
-    /// The next samples of the plan, up to so many in all.
+    /// The next samples of the plan, up to `most` in all.
     fn plan(
         &mut self,
         most: usize,
@@ -155,6 +158,8 @@ impl Feed {
             }
             self.given += taken as Tick;
             self.planned = samples.last().map_or(self.planned, |last| last.position);
+            // The planner knows no more: it gets the next item, or comes to rest, and goes on in
+            // other coordinates if a move in those is waiting.
             if taken == 0 {
                 if let Some(read) = self.held.take() {
                     self.change_over(&read)?;

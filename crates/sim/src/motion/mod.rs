@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! check    read everything once: diagnostics, travel            (check.rs)
+//! travel   what lies beyond the travel, and which offset brings it in  (travel.rs)
 //! reader   text -> operations -> motion; tool directions        (reader.rs, steer.rs)
 //! curves   motion -> curves and planner's items                 (curves.rs)
 //! feed     moves -> samples, segments                           (feed.rs, modes.rs)
@@ -18,6 +19,7 @@ mod modes;
 mod paced;
 mod reader;
 mod steer;
+mod travel;
 
 pub(crate) use bow::Bows;
 pub(crate) use change::{CHANGES, Change};

@@ -7,7 +7,7 @@ use lostmotion_plan::{Action, Pacer, PlannerConfig, Sample};
 use std::collections::VecDeque;
 
 /// Samples of the plan that are read at a time.
-pub(super) const AT_ONCE: usize = 256;
+pub(super) const PLAN_SAMPLES: usize = 256;
 
 /// A pacer, and what is still to be done to it.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ pub(super) struct Paced {
 }
 
 impl Paced {
-    /// For a program that goes by itself there is none.
+    /// `None` for a program without interventions.
     pub(super) fn new(
         config: &PlannerConfig,
         interventions: &[Intervention],
@@ -52,8 +52,8 @@ impl Paced {
         }))
     }
 
-    /// Adds samples, up to so many, as far as the plan is known; `plan` adds more of it, or nothing
-    /// at its end.
+    /// Adds samples, up to `most`, as far as the plan is known; `plan` adds more of it, or nothing at
+    /// its end.
     pub(super) fn take(
         &mut self,
         most: usize,
@@ -70,7 +70,7 @@ impl Paced {
                     self.pacer.act(action)?;
                 }
             }
-            // Nothing lets it go on any more.
+            // Held, and no later intervention resumes it.
             self.stopped = self.pacer.is_held() && self.actions.is_empty();
             if let Some(sample) = self.pacer.take() {
                 samples.push(sample);

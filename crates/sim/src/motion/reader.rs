@@ -1,6 +1,6 @@
 //! The program as a stream of motion, with the plane in force.
 
-use super::steer::Steering;
+use super::steer::{Read, Steering};
 use crate::error::SimError;
 use crate::machine::Machine;
 use crate::options::SimulateOptions;
@@ -17,16 +17,6 @@ use std::sync::Arc;
 /// First parameters (RS274/NGC) that hold the places of G28 and G30.
 const HOME_PARAMETERS: [u16; 2] = [5161, 5181];
 
-/// One thing read.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Read {
-    pub(crate) item: MotionItem,
-    /// Plane in force.
-    pub(crate) plane: Plane,
-    /// Whether its coordinates are the tip's; else those of the linear joints.
-    pub(crate) tip: bool,
-}
-
 /// Motion out of a program.
 pub(crate) struct Reader {
     program: Operations,
@@ -35,6 +25,8 @@ pub(crate) struct Reader {
     /// What the last operations have made the machine do, and the plane in force.
     pending: VecDeque<Read>,
     plane: Plane,
+    /// Work coordinate system in force, from 1 for G54.
+    system: u8,
     /// The first move that follows the spindle.
     synchronised: Option<BlockRef>,
     /// Whether each spindle that turns does so clockwise, and how often any has changed that.
@@ -66,6 +58,7 @@ impl Reader {
             steering,
             pending: VecDeque::new(),
             plane: Plane::Xy,
+            system: 1,
             synchronised: None,
             spindles: BTreeMap::new(),
             spindle_events: 0,
@@ -79,6 +72,7 @@ impl Reader {
             if let Some(read) = self.pending.pop_front() {
                 return Some(Ok(read));
             }
+            // At the end of the program moves may still wait for directions behind them.
             let Some(sourced) = self.program.next() else {
                 match self.steering.flush(&mut self.fold, &mut self.pending) {
                     Ok(true) => continue,
@@ -91,6 +85,7 @@ impl Reader {
             }
             match sourced.op {
                 CanonicalOp::SelectPlane(plane) => self.plane = plane,
+                CanonicalOp::SetG5xOffset { system, .. } => self.system = system,
                 CanonicalOp::StartSpeedFeedSync(_) => {
                     self.synchronised = self.synchronised.or(Some(sourced.block))
                 }
@@ -173,12 +168,17 @@ impl Reader {
         Ok(())
     }
 
-    /// Gives out moves whose directions have waited for more.
+    /// Hands over moves whose directions have waited for more.
     fn flush(&mut self) -> Result<(), Problem> {
         if self.steering.flush(&mut self.fold, &mut self.pending)? {
             self.program.moved_to(self.fold.program_place());
         }
         Ok(())
+    }
+
+    /// Work coordinate system in force, from 1 for G54.
+    pub(crate) fn system(&self) -> u8 {
+        self.system
     }
 
     /// The first move that follows the spindle, if there has been one.

@@ -6,7 +6,6 @@
 //! along. Where the one gives way to the other nothing moves: the joints stay, and the program
 //! learns where it is in the new coordinates.
 
-use super::reader::Read;
 use lostmotion_base::{BlockRef, Coords};
 use lostmotion_gcode::{Motion, MotionFold, MotionItem, Plane, Problem};
 use lostmotion_kinematics::orient::Angles;
@@ -14,8 +13,18 @@ use lostmotion_kinematics::{Cartesian, Kinematics, OrientError, TipControl};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Places nearer than this are the same, mm or rad.
-const SAME: f64 = 1e-9;
+/// One item of motion, with what is in force at it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Read {
+    pub(crate) item: MotionItem,
+    /// Plane in force.
+    pub(crate) plane: Plane,
+    /// Whether its coordinates are the tip's; else those of the linear joints.
+    pub(crate) tip: bool,
+}
+
+/// Places nearer than this are the same, mm or rad: far above rounding, far below any step.
+const SAME_PLACE: f64 = 1e-9;
 /// Moves with a direction that are looked at together when solutions are chosen.
 const LOOK_AHEAD: usize = 64;
 
@@ -52,7 +61,7 @@ fn refuse(error: &OrientError) -> Problem {
     Problem::FiveAxis { message }
 }
 
-const BEYOND: Problem = Problem::FiveAxis {
+const POSE_BEYOND_REACH: Problem = Problem::FiveAxis {
     message: "the machine cannot take the pose where tool-centre-point control begins or ends",
 };
 
@@ -114,7 +123,7 @@ impl Steering {
             let joints = self
                 .kinematics(self.on)
                 .inverse(&fold.position(), &tool)
-                .map_err(|_| BEYOND)?;
+                .map_err(|_| POSE_BEYOND_REACH)?;
             fold.moved_to(self.kinematics(on).forward(&joints, &tool));
             self.on = on;
         }
@@ -125,7 +134,7 @@ impl Steering {
     pub(crate) fn joints(&self, fold: &MotionFold) -> Result<Coords, Problem> {
         self.kinematics(self.on)
             .inverse(&fold.position(), &fold.tool_offset().linear())
-            .map_err(|_| BEYOND)
+            .map_err(|_| POSE_BEYOND_REACH)
     }
 
     /// After a change of the tool's offset, which the program takes to be along the machine's axes:
@@ -137,7 +146,7 @@ impl Steering {
         let wrong = (at - fold.position())
             .0
             .iter()
-            .any(|away| away.abs() > SAME);
+            .any(|away| away.abs() > SAME_PLACE);
         if wrong {
             fold.moved_to(at);
         }
@@ -172,7 +181,7 @@ impl Steering {
         Ok(Some((item, false)))
     }
 
-    /// Keeps a move until those behind it are known; gives out what is settled.
+    /// Keeps a move until those behind it are known; hands over the moves that are settled.
     pub(crate) fn hold(
         &mut self,
         motion: Motion,
@@ -196,7 +205,7 @@ impl Steering {
         }
     }
 
-    /// Gives out everything that waits; the joints stand where the last direction wants them.
+    /// Hands over everything that waits; the joints stand where the last direction wants them.
     pub(crate) fn flush(
         &mut self,
         fold: &mut MotionFold,
@@ -231,6 +240,8 @@ impl Steering {
                 return Err(refuse(&error));
             }
         };
+        // Each move becomes one step, or several where the rotary axes pass a singular place; a
+        // step takes its part of the move and of its duration.
         let mut before: Option<(usize, f64)> = None;
         for step in steps.into_iter().take_while(|step| step.turn < count) {
             let Some((motion, _, plane)) = self.waiting.get(step.turn) else {

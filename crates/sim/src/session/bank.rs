@@ -80,6 +80,7 @@ impl Bank {
     ) -> Result<Bank, SimError> {
         let axes: Vec<AxisInfo> = machine.axes().iter().map(AxisInfo::of).collect();
         let gantry = machine.gantry().and_then(|gantry| Beam::of(gantry, &axes));
+        // One lane for each drive of each variant, settled under gravity at the start.
         let (mut lanes, count): (Vec<Lane>, usize) = (Vec::new(), axes.len());
         for variant in variants {
             let firsts = machine
@@ -117,6 +118,8 @@ impl Bank {
             .map(|lane| lane.runner.delay_ticks())
             .max()
             .unwrap_or(0);
+        // The ends of a stiff beam push on each other each current period: they are stepped in
+        // pairs, behind the lanes that are free of each other.
         let stiff = gantry
             .as_ref()
             .and_then(|beam| Some((beam.axis, beam.gantry.beam?)));
@@ -156,9 +159,10 @@ impl Bank {
         self.delay_ticks
     }
 
-    /// Steps every lane through a chunk of samples, with a force on each joint's load (N or N m)
-    /// for each, or with none; the outputs of the chunk before are gone.
+    /// Steps every lane through a chunk of samples. `forces` has the force on each joint's load (N or
+    /// N m) for each sample, or is empty. The outputs of the chunk before are overwritten.
     pub(crate) fn run(&mut self, samples: &[Sample], forces: &[Coords]) -> Result<(), SimError> {
+        // Joint units of the plan to axis units, with the load's share of the cutting force.
         for (info, setpoints) in self.outputs.axes.iter().zip(&mut self.setpoints) {
             setpoints.clear();
             setpoints.extend(samples.iter().enumerate().map(|(n, sample)| {

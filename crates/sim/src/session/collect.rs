@@ -19,8 +19,8 @@ use lostmotion_methods::{AxisConfig, MethodId};
 
 /// The method that is recommended where it is near the best: it has to be told nothing.
 const DEFAULT_METHOD: MethodId = MethodId::ADAPTIVE;
-/// How near, as part of what no compensation leaves. A choice: nobody commissions a table of a gap
-/// for less.
+/// How near, as part of what no compensation leaves. A choice: measuring a table of the gap costs
+/// more than a twentieth of the error is worth.
 const NEAR_BEST_SHARE: f64 = 0.05;
 
 /// The answer of a run.
@@ -248,6 +248,7 @@ fn recommended(
 /// [`DEFAULT_METHOD`], which has to be told nothing, goes before others that are hardly better: by
 /// no more than [`HARM_UM`] or [`NEAR_BEST_SHARE`] of what no compensation leaves.
 fn preferred<'a>(rms: &[(&'a str, f64)]) -> Option<&'a str> {
+    // The least backlash RMS, the first of equals.
     let (mut best, mut least) = (None, f64::INFINITY);
     for (method, rms) in rms {
         if best.is_none() || *rms < least {
@@ -259,6 +260,7 @@ fn preferred<'a>(rms: &[(&'a str, f64)]) -> Option<&'a str> {
             .find(|(method, _)| *method == name.name())
             .map(|(_, rms)| *rms)
     };
+    // The default goes before it if it is near, and better than no compensation at all.
     let none = of(MethodId::NONE).unwrap_or(0.0);
     let near = of(DEFAULT_METHOD).is_some_and(|rms| {
         rms <= least + (NEAR_BEST_SHARE * none).max(HARM_UM)

@@ -13,10 +13,11 @@ use lostmotion_contour::ContourTracker;
 use lostmotion_kinematics::Kinematics;
 use lostmotion_plan::Sample;
 
-/// Half the distance over which the tip is differentiated by a joint, mm or rad.
-const REACH: [f64; 2] = [1e-3, 1e-6];
+/// Half the distance over which the tip is differentiated by a joint: mm for linear ones, rad for
+/// rotary ones. Derived: far above rounding of places up to 1 m, far below any curvature.
+const DIFFERENCE_STEPS: [f64; 2] = [1e-3, 1e-6];
 /// Speed of the tip below which it has no direction, mm/s.
-const STANDING_MM_S: f64 = 1e-9;
+const STANDSTILL_MM_S: f64 = 1e-9;
 
 /// A cutting force on some machine.
 #[derive(Debug)]
@@ -72,10 +73,12 @@ impl Cutting {
                 .map(|(axis, way)| way[n] * sample.velocity[*axis])
                 .sum::<f64>()
         };
+        // Speed of the tip in the part's frame: the sum of what each joint contributes.
         let velocity = [along(0), along(1), along(2)];
         let speed = dot(&velocity, &velocity).sqrt();
         let mut forces = Coords::ZERO;
-        if speed > STANDING_MM_S {
+        if speed > STANDSTILL_MM_S {
+            // Virtual work: F t . dp/dq is what the force takes from each joint.
             for (axis, way) in ways {
                 let per_joint = self.force_n * dot(&velocity, &way) / speed;
                 // mm of the tip for each rad of a rotary joint
@@ -91,7 +94,7 @@ impl Cutting {
 
     /// How the tip moves with a joint: mm for each mm or rad.
     fn way(&self, sample: &Sample, axis: AxisId, kinematics: &dyn Kinematics) -> [f64; 3] {
-        let reach = REACH[usize::from(self.rotary.contains(axis))];
+        let reach = DIFFERENCE_STEPS[usize::from(self.rotary.contains(axis))];
         let at = |by: f64| {
             let mut joints = sample.position;
             joints[axis] += by;

@@ -81,6 +81,8 @@ impl Aligner {
         frames.clear();
         let held = self.past.len() as u64;
         for servo_sample in 0..samples.len() as u64 * self.servo_per_cnc {
+            // The servo sample shows the axis under the command of `delay_ticks` command cycles
+            // before, which may lie in the chunk before.
             let (cnc, part) = (
                 self.done + servo_sample / self.servo_per_cnc,
                 servo_sample % self.servo_per_cnc,

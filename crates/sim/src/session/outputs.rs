@@ -125,6 +125,7 @@ impl Outputs {
     /// Load position of an axis of a variant at a servo sample of the last chunk, in the axis'
     /// unit.
     pub(crate) fn load_of(&self, variant: usize, axis: usize, servo_sample: usize) -> f64 {
+        // The tool sits on the beam like on a lever between its ends.
         let first = self.end(variant, axis, servo_sample);
         let Some(beam) = self.gantry.as_ref().filter(|beam| beam.axis == axis) else {
             return first;

@@ -92,11 +92,14 @@ impl Recorder {
                 .at(frame.sample.segment)
                 .tool_pose(&joints, &frame.sample.tool_mm);
             let sample = tracker.measure(&mut self.foot, &contour_input(frame, &actual))?;
+            // The error of the command, what the machine without a gap adds to it, and what the gap
+            // adds to that.
             let shares = Shares::of(
                 frame.command_mm,
                 frame.without_gap.error_mm,
                 sample.error_mm,
             );
+            // Laid to the largest share, and to a reversal if one lies within the window before.
             let cause = self.rule.cause(&shares, &sample, &self.reversals);
             let record = ErrorRecord {
                 sample,

@@ -55,7 +55,7 @@ pub(crate) fn reversal(row: &ReversalRow, servo: Clock) -> ReversalResult {
     }
 }
 
-/// A point for pictures; none if the tracker holds its segment no longer.
+/// A point for pictures; `None` if the tracker no longer holds its segment.
 pub(crate) fn contour_point(
     tracker: &ContourTracker,
     record: &ErrorRecord,

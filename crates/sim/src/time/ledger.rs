@@ -83,6 +83,7 @@ impl Ledger {
     pub(super) fn close(&mut self) {
         let Some(open) = self.open.take() else { return };
         self.count += 1;
+        // Insertion into the sorted list of the longest, which is bounded.
         let place = self.kept.partition_point(|kept| kept.ticks >= open.ticks);
         if place < self.keep {
             self.kept.insert(place, open.clone());

@@ -146,6 +146,7 @@ impl Watch {
             self.ledger.add(b.block, kind, b.segment, HELD);
             return;
         }
+        // Whether the command has left the programmed path: it rounds a corner.
         let off = || {
             let pose = self.modes.at(b.segment).tool_pose(&b.position, &b.tool_mm);
             let (tip, place) = (pose.tip, first.curve.point(b.s).linear());

@@ -23,10 +23,10 @@ use lostmotion_sim::{Frame as SimFrame, SinkError, TickSink, Ticks};
 const SERVO_TICKS: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) as usize;
 /// Reversals of each axis before measuring.
 const FIRST_REVERSALS: u32 = 4;
-/// Time after the last of them, CNC ticks.
-const AFTER: Tick = 100;
+/// Time after the last of them, command cycles (0.1 s): the transient of the last reversal is over.
+const REST_TICKS: Tick = 100;
 /// Decimals kept of a figure in um, ms or as a ratio: below what a change of compiler moves.
-const DECIMALS: usize = 6;
+const FIGURE_DECIMALS: usize = 6;
 /// How long the session lets the machine stand before the program, command cycles: gaps drift
 /// meanwhile, too.
 const SETTLE_TICKS: Tick = 500;
@@ -188,7 +188,7 @@ impl<'a, 't> Bench<'a, 't> {
         if self.measured_from.is_none()
             && self.reversals.iter().all(|count| *count >= FIRST_REVERSALS)
         {
-            self.measured_from = Some(tick + AFTER);
+            self.measured_from = Some(tick + REST_TICKS);
         }
     }
 
@@ -205,6 +205,7 @@ impl<'a, 't> Bench<'a, 't> {
         for (frame, found) in self.frames.iter().zip(ticks.frames()) {
             let without = self.load(ticks, 0, found);
             let mut load = self.load(ticks, variant, found);
+            // Until Z has reversed often enough it counts as ideal, like a Z that is no axis here.
             if !frame.z_counts {
                 load[2] = without[2];
             }
@@ -223,6 +224,7 @@ impl<'a, 't> Bench<'a, 't> {
             }
             if let Some(since) = frame.since {
                 let time_s = Clock::SERVO.seconds(frame.tick) + Clock::CNC.seconds(SETTLE_TICKS);
+                // The true half gap of the moment: it drifts from the start of the settling on.
                 let half_gap = 0.5
                     * self.physics.gap_rad
                     * self.gap_drift.map_or(1.0, |change| change.at(time_s));
@@ -268,14 +270,14 @@ impl<'a, 't> Bench<'a, 't> {
             samples: self.tallies.first().map_or(0, Tally::samples),
             reached_mm_min: round_to(self.reached_mm_s * 60.0, 3),
             reversals: self.reversals,
-            traverse_ms: round_to(self.physics.traverse_s * 1e3, DECIMALS),
-            limit_max_um: round_to(self.limit_max_rad * um_per_rad, DECIMALS),
-            limit_rms_um: round_to(limit_rms * um_per_rad, DECIMALS),
+            traverse_ms: round_to(self.physics.traverse_s * 1e3, FIGURE_DECIMALS),
+            limit_max_um: round_to(self.limit_max_rad * um_per_rad, FIGURE_DECIMALS),
+            limit_rms_um: round_to(limit_rms * um_per_rad, FIGURE_DECIMALS),
             floating: round_to(
                 Clock::CNC.seconds(self.floating_ticks) / measured_s,
-                DECIMALS,
+                FIGURE_DECIMALS,
             ),
-            encoder_um: round_to(count_um(&self.cell, self.motor_rad_per_mm), DECIMALS),
+            encoder_um: round_to(count_um(&self.cell, self.motor_rad_per_mm), FIGURE_DECIMALS),
             methods: self
                 .tallies
                 .iter()

@@ -8,13 +8,14 @@
 //! cycle.
 
 /// Servo ticks of a window: 0.5 s.
-const WINDOW: usize = 2000;
+const WINDOW_TICKS: usize = 2000;
 /// Turns that one change of flank or one reversal explains.
 const TURNS_AN_EVENT: u32 = 6;
-/// Turns left over that make a window an oscillating one.
-const LEFT_OVER: u32 = 5;
-/// Windows running that make a limit cycle.
-const RUNNING: usize = 2;
+/// Turns that no event explains, from which a window oscillates. Tuned on the matrix: fewer are
+/// found without any limit cycle.
+const UNEXPLAINED_TURNS: u32 = 5;
+/// Oscillating windows in a row that make a limit cycle: 1 s. A choice.
+const WINDOWS_IN_A_ROW: usize = 2;
 
 /// The least step back that counts as a turn, um: 0.2 um, two counts of the encoder, or a hundredth
 /// of the gap, whichever is most.
@@ -29,7 +30,7 @@ pub(super) struct Windows(Vec<u32>);
 impl Windows {
     /// Counts one at a servo tick since the start of measuring.
     pub(super) fn count(&mut self, tick: usize) {
-        let window = tick / WINDOW;
+        let window = tick / WINDOW_TICKS;
         if self.0.len() <= window {
             self.0.resize(window + 1, 0);
         }
@@ -80,12 +81,12 @@ pub(super) fn hunts(turns: &Windows, none: &Windows, events: &Windows) -> bool {
                 0
             };
         let explained = none.get(window) + TURNS_AN_EVENT * recent;
-        running = if turns.get(window) >= explained + LEFT_OVER {
+        running = if turns.get(window) >= explained + UNEXPLAINED_TURNS {
             running + 1
         } else {
             0
         };
-        if running >= RUNNING {
+        if running >= WINDOWS_IN_A_ROW {
             return true;
         }
     }
@@ -113,7 +114,7 @@ mod tests {
         assert!(!hunts(&hunting, &hunting, &quiet));
         let mut events = Windows::default();
         for window in 0..8 {
-            events.count(window * WINDOW);
+            events.count(window * WINDOW_TICKS);
         }
         assert!(!hunts(&hunting, &quiet, &events));
         assert!(!hunts(

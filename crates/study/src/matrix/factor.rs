@@ -43,7 +43,7 @@ pub const DRIFT: usize = 8;
 ///
 /// Feeds are in mm/min, total gaps in um at the slide, Coulomb friction in per cent of the motor's
 /// rated torque; viscous friction `v20` is 0.2 of the rated torque at the rated speed; the inertia
-/// is that of the load over that of the motor; encoders have so many bits a turn. What `drift` is
+/// is that of the load over that of the motor; encoders by their bits a turn. What `drift` is
 /// says [`super::machine`].
 pub const FACTORS: [Factor; COUNT] = [
     factor(

@@ -40,8 +40,9 @@ pub struct Physics {
     pub rated_nm: f64,
 }
 
-/// Part of the rated torque below which nothing presses a load on a flank.
-const PRESSED: f64 = 3e-3;
+/// Part of the rated torque below which nothing presses a load on a flank: the friction of seals and
+/// the ripple of a current are of that size. A choice.
+const PRESSING_SHARE: f64 = 3e-3;
 
 impl Physics {
     /// Of an axis.
@@ -68,7 +69,7 @@ impl Physics {
     /// gap at whatever speed its last contact left it.
     pub fn floats(&self, velocity: f64, acceleration: f64) -> bool {
         self.coulomb_nm <= 0.0
-            && self.need_nm(0.0, velocity, acceleration).abs() < PRESSED * self.rated_nm
+            && self.need_nm(0.0, velocity, acceleration).abs() < PRESSING_SHARE * self.rated_nm
     }
 
     /// Least error of a change of flank at a reversal of the velocity with some acceleration

@@ -2,7 +2,7 @@
 //!
 //! Rotor 0.00189 kg m2, rated torque 11 N m at 2000 1/min, at most 43 N m; screw of 20 mm lead,
 //! shaft of 2400 N m/rad with 5 % of critical damping. Gains follow from the inertias by the rule
-//! of [`Tuning`], as whoever commissions the axis would set them: 40 Hz, but so low that the loop
+//! of [`Tuning`], as a commissioning engineer would set them: 40 Hz, but so low that the loop
 //! is still stable when the motor turns alone in its gap.
 //!
 //! In half of the cells the machine changes while it runs, in a straight line over the length of

@@ -16,7 +16,6 @@
 //! `none` leaves.
 
 mod cell;
-mod cells;
 mod cycle;
 mod events;
 pub mod factor;

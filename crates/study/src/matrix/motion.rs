@@ -1,7 +1,7 @@
 //! The part program of a cell.
 //!
 //! Plain G-code with every number written out, so that a cell can be looked at, and run with any
-//! other control. All figures lie in X and Y; the pocket's and nobody else's Z moves, too. Figures
+//! other control. All figures lie in X and Y; only the pocket moves Z, too. Figures
 //! are gone round so often that each axis reverses eight times or more.
 
 use super::factor::{Cell, FEED, SHAPE, WAY};
@@ -10,17 +10,18 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 /// Motion lasts at least about this long, s, within the bounds on the number of turns.
-const SECONDS: f64 = 12.0;
+const LEAST_MOTION_S: f64 = 12.0;
 /// Least and most turns of a figure.
-const TURNS: (f64, f64) = (4.0, 16.0);
+const LEAST_AND_MOST_TURNS: (f64, f64) = (4.0, 16.0);
 /// Half diagonals of the lissajous figure, mm, and the lines it is made of.
 const LISSAJOUS: (f64, f64, u32) = (15.0, 10.0, 180);
 /// Rows of the zigzag: length and distance in mm, and the angle at which they lie, so that both
 /// axes reverse at every row's end.
-const ROWS: (f64, f64, f64) = (30.0, 1.0, 30.0);
+const ZIGZAG: (f64, f64, f64) = (30.0, 1.0, 30.0);
 /// The pocket's own feed for its straight cuts, mm/min; its other feeds keep their ratio to it.
-const POCKET_FEED: f64 = 2500.0;
-const POCKET: &str = include_str!("../../../../gcode_samples/parts/pocket_helical.ngc");
+const POCKET_FEED_MM_MIN: f64 = 2500.0;
+/// The sample part `pocket_helical.ngc`.
+const POCKET: &str = include_str!("pocket_helical.ngc");
 
 /// The program of a cell.
 pub fn program(cell: &Cell) -> String {
@@ -30,7 +31,7 @@ pub fn program(cell: &Cell) -> String {
         "rounded" => rounded(feed),
         "lissajous" => lissajous(feed),
         "zigzag" => zigzag(feed),
-        "pocket" => with_feeds(POCKET, feed / POCKET_FEED),
+        "pocket" => with_feeds(POCKET, feed / POCKET_FEED_MM_MIN),
         _ => circle(cell.number(SHAPE), feed),
     };
     if cell.level_name(WAY) == "cw" {
@@ -47,9 +48,9 @@ pub fn moves_z(cell: &Cell) -> bool {
 
 /// How often a figure of some length is gone round.
 fn turns(length_mm: f64, feed: f64) -> u32 {
-    (SECONDS * feed / 60.0 / length_mm)
+    (LEAST_MOTION_S * feed / 60.0 / length_mm)
         .ceil()
-        .clamp(TURNS.0, TURNS.1) as u32
+        .clamp(LEAST_AND_MOST_TURNS.0, LEAST_AND_MOST_TURNS.1) as u32
 }
 
 fn opened(mode: &str, x: f64, y: f64, feed: f64) -> String {
@@ -101,7 +102,7 @@ fn lissajous(feed: f64) -> String {
 }
 
 fn zigzag(feed: f64) -> String {
-    let (length, step, degrees) = ROWS;
+    let (length, step, degrees) = ZIGZAG;
     let (s, c) = math::sin_cos(degrees.to_radians());
     let at = |u: f64, v: f64| format!("X{:.4} Y{:.4}", u * c - v * s, u * s + v * c);
     let mut text = opened("G64 P0.01", 0.0, 0.0, feed);

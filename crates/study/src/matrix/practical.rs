@@ -16,24 +16,26 @@
 use super::result::CellResult;
 
 /// Traverse on a quintic over the shortest one, to the third power: (sqrt(5.77)/2)^3.
-const QUINTIC: f64 = 1.733;
-/// Part of the gap that is not known.
-const GAP_UNKNOWN: f64 = 0.01;
+const QUINTIC_TRAVERSE_CUBED: f64 = 1.733;
+/// Part of the gap that is not known: what a careful measurement leaves. A choice.
+const UNKNOWN_GAP_SHARE: f64 = 0.01;
 /// What is wanted where the limit allows it: RMS and largest error over those of `none`.
 pub const WANTED: [f64; 2] = [0.02, 0.10];
 
 impl CellResult {
-    /// The practical limit: RMS and largest error, over those of `none`; none if `none` leaves next
+    /// The practical limit: RMS and largest error, over those of `none`; `None` if `none` leaves next
     /// to nothing.
     pub fn practical(&self) -> Option<[f64; 2]> {
         let none = self.of("none")?;
         self.ratios("none")?;
         let rms = [
-            QUINTIC * self.limit_rms_um,
-            GAP_UNKNOWN * none.rms_um,
+            QUINTIC_TRAVERSE_CUBED * self.limit_rms_um,
+            UNKNOWN_GAP_SHARE * none.rms_um,
             self.encoder_um / 12.0_f64.sqrt(),
         ];
-        let max = QUINTIC * self.limit_max_um + GAP_UNKNOWN * none.max_um + self.encoder_um;
+        let max = QUINTIC_TRAVERSE_CUBED * self.limit_max_um
+            + UNKNOWN_GAP_SHARE * none.max_um
+            + self.encoder_um;
         let squares: f64 = rms.iter().map(|part| part * part).sum();
         Some([squares.sqrt() / none.rms_um, max / none.max_um])
     }

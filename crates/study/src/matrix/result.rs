@@ -16,7 +16,7 @@ pub struct MethodFigures {
     /// RMS of what backlash adds to the position of the loads of X and Y, um.
     pub axis_rms_um: [f64; 2],
     /// Mean magnitude of the relative error of the estimated half gap while load and motor are in
-    /// contact, the worse axis; none if the method estimates none.
+    /// contact, the worse axis; `None` if the method estimates none.
     pub gap_error: Option<f64>,
     /// Whether an axis hunts where without compensation it does not.
     pub hunts: bool,
@@ -64,12 +64,12 @@ pub const WORSE_UM: f64 = 0.1;
 
 /// A cell in which a load floats for more than this part of the time counts as one of floating
 /// loads.
-const FLOATS: f64 = 0.05;
+const FLOATING_TIME_SHARE: f64 = 0.05;
 
 impl CellResult {
     /// Whether loads float for a notable part of the time.
     pub fn floats(&self) -> bool {
-        self.floating > FLOATS
+        self.floating > FLOATING_TIME_SHARE
     }
 
     /// The figures of a method.
@@ -77,7 +77,7 @@ impl CellResult {
         self.methods.iter().find(|figures| figures.method == method)
     }
 
-    /// RMS and largest error of a method as parts of those of `none`; none if `none` leaves next to
+    /// RMS and largest error of a method as parts of those of `none`; `None` if `none` leaves next to
     /// nothing.
     pub fn ratios(&self, method: &str) -> Option<[f64; 2]> {
         let (none, figures) = (self.of("none")?, self.of(method)?);

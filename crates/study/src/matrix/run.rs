@@ -60,7 +60,7 @@ pub struct Progress {
     pub simulated_s: f64,
 }
 
-/// Runs cells, each with `none` and these methods, on so many threads (0: one per core). `sink`
+/// Runs cells, each with `none` and these methods, on a number of threads (0: one per core). `sink`
 /// takes each result as it is finished, in no particular order; the results come back in the order
 /// of the cells, the same to the bit for any number of threads.
 ///

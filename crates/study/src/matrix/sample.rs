@@ -7,14 +7,14 @@
 
 use super::factor::{COUNT, Cell, FACTORS};
 use crate::error::StudyError;
-use crate::random::Random;
+use lostmotion_base::Random;
 use std::collections::BTreeSet;
 
 /// The largest sample.
 pub const MOST_CELLS: usize = 20_000;
 
-/// Exchanges tried, for each cell.
-const TRIES: usize = 600;
+/// Exchanges tried, for each cell. Tuned: more hardly make the pairs more even.
+const EXCHANGES_PER_CELL: usize = 600;
 
 /// Cells of the full factorial.
 pub fn full_size() -> usize {
@@ -35,7 +35,7 @@ pub fn all_cells() -> Vec<Cell> {
         .collect()
 }
 
-/// A sample of so many different cells.
+/// A sample of a number of different cells.
 ///
 /// # Errors
 /// No cell, or more than [`MOST_CELLS`].
@@ -51,7 +51,8 @@ pub fn sample(cells: usize, seed: u64) -> Result<Vec<Cell>, StudyError> {
     let mut random = Random::new(seed);
     let mut list = shuffled_columns(cells, &mut random);
     let mut pairs = Pairs::of(&list);
-    for _ in 0..TRIES * cells {
+    // Exchange algorithm: two cells swap their levels of one factor where that evens out the pairs.
+    for _ in 0..EXCHANGES_PER_CELL * cells {
         let (a, b, factor) = (
             random.below(cells),
             random.below(cells),

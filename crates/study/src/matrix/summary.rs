@@ -18,7 +18,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of some values, by nearest rank; none if there is none.
+    /// Of some values, by nearest rank; `None` if there are none.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
         let mut sorted: Vec<f64> = values.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
@@ -107,9 +107,9 @@ pub struct Summary {
 }
 
 /// Part of the time at a limit from which a cell counts as saturated.
-const SATURATED: f64 = 0.01;
+const SATURATED_TIME_SHARE: f64 = 0.01;
 /// Worst cells listed for each method.
-const WORST: usize = 5;
+const WORST_CELLS: usize = 5;
 
 /// Sums up.
 pub fn summary(results: &[CellResult]) -> Summary {
@@ -165,7 +165,7 @@ fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
         worse_max: cells.iter().filter(|cell| cell.worse(name)[1]).count(),
         hunts: figures().filter(|figures| figures.hunts).count(),
         saturated: figures()
-            .filter(|figures| figures.saturated > SATURATED)
+            .filter(|figures| figures.saturated > SATURATED_TIME_SHARE)
             .count(),
         within: [0, 1].map(|which: usize| {
             cells
@@ -220,7 +220,7 @@ fn worst(results: &[CellResult], name: &str) -> Vec<WorstCell> {
         })
         .collect();
     list.sort_by(|a, b| f64::total_cmp(&b.ratios[0], &a.ratios[0]));
-    list.truncate(WORST);
+    list.truncate(WORST_CELLS);
     list
 }
 

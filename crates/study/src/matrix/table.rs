@@ -1,11 +1,10 @@
 //! The matrix for people (Markdown) and for other programs (CSV, JSON).
 
-use super::cells;
 use super::factor::{COUNT, FACTORS};
 use super::result::CellResult;
 use super::summary::{MethodSummary, Spread, Summary, summary};
 use crate::error::StudyError;
-use lostmotion_report::number::percent;
+use lostmotion_report::number::{fixed, percent};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -15,14 +14,14 @@ macro_rules! put {
 }
 
 /// A ratio beyond this has run away; how far says nothing.
-const RUNAWAY: f64 = 10.0;
+const RUNAWAY_RATIO: f64 = 10.0;
 /// Median RMS ratio above which a method does nothing worth having in a regime.
-const IDLE: f64 = 0.9;
+const IDLE_RATIO: f64 = 0.9;
 /// Part of a regime's cells in which a method is worse than none, from which it does harm there.
-const HARMFUL: f64 = 0.1;
+const HARMFUL_CELL_SHARE: f64 = 0.1;
 
 pub(super) fn capped(ratio: f64) -> String {
-    if ratio > RUNAWAY {
+    if ratio > RUNAWAY_RATIO {
         "> 1000 %".to_owned()
     } else {
         percent(ratio)
@@ -96,7 +95,7 @@ pub fn markdown(results: &[CellResult], what: &str) -> String {
             capped(max)
         );
     }
-    cells::markdown(&mut out, results);
+    cells_markdown(&mut out, results);
     out
 }
 
@@ -235,10 +234,10 @@ fn failures(out: &mut String, sum: &Summary) {
                 all.join(", ")
             }
         };
-        let idle = levels(&|m| m.rms_ratio.is_some_and(|spread| spread.median > IDLE));
+        let idle = levels(&|m| m.rms_ratio.is_some_and(|spread| spread.median > IDLE_RATIO));
         let harmful = levels(&|m| {
             m.rms_ratio
-                .is_some_and(|spread| m.worse_rms as f64 > HARMFUL * spread.cells as f64)
+                .is_some_and(|spread| m.worse_rms as f64 > HARMFUL_CELL_SHARE * spread.cells as f64)
         });
         put!(out, "| `{}` | {idle} | {harmful} |", method.method);
     }
@@ -329,4 +328,64 @@ pub fn json(results: &[CellResult], what: &str) -> Result<String, StudyError> {
         .map_err(|error| StudyError::Sink(error.to_string()))?;
     text.push('\n');
     Ok(text)
+}
+
+/// Methods shown, where they have been run: told everything, and told nothing.
+const METHODS_OF_CELLS: [&str; 2] = ["lookup", "adaptive"];
+
+/// Appends every cell with its limits beside what the methods that need no scale leave.
+fn cells_markdown(out: &mut String, results: &[CellResult]) {
+    let ran = |name: &&&str| results.first().is_some_and(|cell| cell.of(name).is_some());
+    let shown: Vec<&str> = METHODS_OF_CELLS.iter().filter(ran).copied().collect();
+    out.push_str(
+        "\n## Each cell with its limits\n\nTraverse: the shortest one with all of the drive's torque. Least: what that leaves. Count: of the encoder. Practical: the practical limit (RMS / largest, of `none`). \
+         **Bold**: within.\n\n| cell | `none`: RMS, um | max, um | traverse, ms | least: RMS, um | max, um | count, um | practical |",
+    );
+    shown.iter().for_each(|name| {
+        let _ = write!(out, " `{name}` |");
+    });
+    out.push_str("\n|---|--:|--:|--:|--:|--:|--:|--:|");
+    out.push_str(&"--:|".repeat(shown.len()));
+    out.push('\n');
+    for cell in results {
+        cell_row(out, cell, &shown);
+    }
+}
+
+fn cell_row(out: &mut String, cell: &CellResult, shown: &[&str]) {
+    let [rms, max] = cell
+        .of("none")
+        .map_or([f64::NAN; 2], |none| [none.rms_um, none.max_um]);
+    let _ = write!(
+        out,
+        "| `{}` | {} | {} | {} |",
+        cell.cell,
+        fixed(rms, 2),
+        fixed(max, 2),
+        fixed(cell.traverse_ms, 2)
+    );
+    let _ = write!(
+        out,
+        " {} | {} | {} |",
+        fixed(cell.limit_rms_um, 4),
+        fixed(cell.limit_max_um, 3),
+        fixed(cell.encoder_um, 4)
+    );
+    let pair = |[rms, max]: [f64; 2]| format!("{} / {}", capped(rms), capped(max));
+    let _ = write!(out, " {} |", cell.practical().map_or("-".to_owned(), pair));
+    for name in shown {
+        let Some(ratios) = cell.ratios(name) else {
+            out.push_str(" - |");
+            continue;
+        };
+        let mark = |inside: bool| if inside { "**" } else { "" };
+        let [rms, max] = cell.within(name).unwrap_or_default().map(mark);
+        let _ = write!(
+            out,
+            " {rms}{}{rms} / {max}{}{max} |",
+            capped(ratios[0]),
+            capped(ratios[1])
+        );
+    }
+    out.push('\n');
 }

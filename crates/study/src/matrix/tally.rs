@@ -6,8 +6,8 @@ use lostmotion_base::units::UM_PER_MM;
 use lostmotion_drive::{AxisSample, Engagement};
 use lostmotion_report::number::round_to;
 
-/// Digits kept of a figure in um, and of a ratio.
-const DIGITS: usize = 6;
+/// Decimals kept of a figure in um, and of a ratio.
+const FIGURE_DECIMALS: usize = 6;
 
 /// Sum of squares and largest magnitude.
 #[derive(Clone, Copy, Debug, Default)]
@@ -106,19 +106,19 @@ impl Tally {
             .map(|axis| axis.gap_error / (axis.gap_samples as f64));
         MethodFigures {
             method: method.to_owned(),
-            rms_um: round_to(self.contour.rms(), DIGITS),
-            max_um: round_to(self.contour.max, DIGITS),
+            rms_um: round_to(self.contour.rms(), FIGURE_DECIMALS),
+            max_um: round_to(self.contour.max, FIGURE_DECIMALS),
             axis_rms_um: self
                 .axes
                 .each_ref()
-                .map(|axis| round_to(axis.deviation.rms(), DIGITS)),
+                .map(|axis| round_to(axis.deviation.rms(), FIGURE_DECIMALS)),
             gap_error: gap_errors
                 .reduce(f64::max)
-                .map(|error| round_to(error, DIGITS)),
+                .map(|error| round_to(error, FIGURE_DECIMALS)),
             hunts: hunting.any(|((axis, none), events)| {
                 cycle::hunts(&axis.turns.windows, &none.turns.windows, events)
             }),
-            saturated: round_to(saturated, DIGITS),
+            saturated: round_to(saturated, FIGURE_DECIMALS),
         }
     }
 }

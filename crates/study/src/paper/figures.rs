@@ -216,9 +216,9 @@ pub fn scan_figures(scan: &Scan) -> Vec<Figure> {
 }
 
 /// Lambdas drawn: as many as can be told apart.
-const DRAWN: [f64; 4] = [0.3, 0.5, 0.6, 0.7];
+const DRAWN_LAMBDAS: [f64; 4] = [0.3, 0.5, 0.6, 0.7];
 /// Beyond this the curve is cut off, per cent.
-const HIGHEST: f64 = 250.0;
+const HIGHEST_PERCENT: f64 = 250.0;
 
 fn scan_figure(scan: &Scan, form: &str) -> String {
     let curve = |lambda: f64| {
@@ -230,7 +230,7 @@ fn scan_figure(scan: &Scan, form: &str) -> String {
             .map(|point| {
                 [
                     math::log10(point.trial.p0),
-                    (100.0 * point.offset).min(HIGHEST),
+                    (100.0 * point.offset).min(HIGHEST_PERCENT),
                 ]
             })
             .collect();
@@ -240,11 +240,13 @@ fn scan_figure(scan: &Scan, form: &str) -> String {
         }
     };
     let picture = SeriesPicture {
-        title: format!("{form}: settled offset of the load over P0 (cut off at {HIGHEST} %)"),
+        title: format!(
+            "{form}: settled offset of the load over P0 (cut off at {HIGHEST_PERCENT} %)"
+        ),
         x_label: "P0, as a power of ten".to_owned(),
         y_label: "offset, % of half the gap".to_owned(),
     };
-    let mut curves: Vec<Series> = DRAWN.map(curve).into();
+    let mut curves: Vec<Series> = DRAWN_LAMBDAS.map(curve).into();
     let ends = super::scan::P0
         .iter()
         .map(|p0| [math::log10(*p0), 100.0 * super::CLAIM])

@@ -12,15 +12,15 @@ use lostmotion_report::svg::{Series, SeriesPicture, series};
 use std::fmt::Write;
 
 /// Times the move is made there and back.
-const TIMES: usize = 4;
+const STROKES: usize = 4;
 /// An axis of a mill: 20 um of gap, a tenth of the rated torque as friction, twice the motor's
 /// inertia.
 const MILL: &str = "circle50-f3000-ccw-g20-t10-v0-j2-ideal-steady";
 /// Counts per turn; 0: ideal.
-const COUNTS: [u32; 3] = [0, 1 << 23, 1 << 20];
+const ENCODER_COUNTS: [u32; 3] = [0, 1 << 23, 1 << 20];
 const METHODS: [&str; 2] = ["published", "adaptive"];
-/// Every so many servo ticks a point is drawn.
-const DRAWN: usize = 40;
+/// A point is drawn every this many servo ticks.
+const DRAWN_EVERY_TICKS: usize = 40;
 
 /// One run with its estimates.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ impl ShaftTrial {
             .map(|(time, _)| *time)
     }
 
-    /// Estimate over truth less 1 at the end; none if nothing is told.
+    /// Estimate over truth less 1 at the end; `None` if there is no estimate.
     pub fn off(&self, which: usize) -> Option<f64> {
         let (_, last) = self.estimates.last()?;
         last[which]
@@ -67,7 +67,7 @@ pub fn shaft_trials() -> Result<Vec<ShaftTrial>, StudyError> {
     ];
     let mut trials = Vec::new();
     for (axis, config) in &axes {
-        for counts in COUNTS {
+        for counts in ENCODER_COUNTS {
             for method in METHODS {
                 trials.push(run(axis, config, counts, method)?);
             }
@@ -95,7 +95,7 @@ fn run(
     let points: Vec<Setpoint> = Move::CHOSEN.setpoints().into_iter().map(scaled).collect();
     let mut runner = build_runner(&config, method.parse()?, 0.0)?;
     let mut out = AxisOutput::new(true);
-    for _ in 0..TIMES {
+    for _ in 0..STROKES {
         runner.push(&points, &mut out)?;
     }
     let load = config.reflected_load();
@@ -119,7 +119,7 @@ pub fn markdown(trials: &[ShaftTrial]) -> String {
     let mut out = "## The outlook: stiffness and damping while the axis runs\n\n".to_owned();
     let _ = writeln!(
         out,
-        "From motor position, current and the motor's data alone (`estimate_shaft`), whatever the method; the move above, {TIMES} times there and back. What tells a shaft is a blow or\n\
+        "From motor position, current and the motor's data alone (`estimate_shaft`), whatever the method; the move above, {STROKES} times there and back. What tells a shaft is a blow or\n\
          a step that makes motor and load swing against each other by some ten steps of the encoder: until then, and where no explanation fits, nothing is told.\n"
     );
     out.push_str("| axis | method | encoder | stiffness, N m/rad | told after, s | at the end off by | damping, N m s/rad | told after, s | at the end off by |\n");
@@ -178,7 +178,12 @@ fn figure(trials: &[ShaftTrial], which: usize, name: &str) -> String {
                 },
                 trial.method
             ),
-            points: trial.estimates.iter().step_by(DRAWN).map(point).collect(),
+            points: trial
+                .estimates
+                .iter()
+                .step_by(DRAWN_EVERY_TICKS)
+                .map(point)
+                .collect(),
         }
     };
     let picture = SeriesPicture {
@@ -189,7 +194,7 @@ fn figure(trials: &[ShaftTrial], which: usize, name: &str) -> String {
     // ideal and 2^20: what lies between lies between
     let mut curves: Vec<Series> = trials
         .iter()
-        .filter(|trial| trial.counts != COUNTS[1] && trial.method == METHODS[1])
+        .filter(|trial| trial.counts != ENCODER_COUNTS[1] && trial.method == METHODS[1])
         .map(curve)
         .collect();
     curves.extend(trials.iter().find(|trial| trial.counts == 0).map(curve));

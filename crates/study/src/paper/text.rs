@@ -118,8 +118,8 @@ fn row(out: &mut String, name: &str, outcome: &Outcome, half_gap: f64) {
     );
 }
 
-/// Beyond this an estimate has run away, parts of half the gap.
-const AWAY: f64 = 20.0;
+/// An estimate beyond this has run away, half gaps.
+const RUNAWAY_HALF_GAPS: f64 = 20.0;
 
 type Side<'a> = (&'a str, &'a [f64], fn(&ScanPoint) -> f64);
 
@@ -144,7 +144,9 @@ fn grid(out: &mut String, form: &str, columns: Side<'_>, rows: Side<'_>, points:
                 .iter()
                 .find(|p| p.method == form && same(column(p), *value) && same(row(p), *step));
             match point {
-                Some(point) if point.offset > AWAY || !point.offset.is_finite() => "-".to_owned(),
+                Some(point) if point.offset > RUNAWAY_HALF_GAPS || !point.offset.is_finite() => {
+                    "-".to_owned()
+                }
                 Some(point) if point.holds() => format!("**{}**", percent(point.offset)),
                 Some(point) => percent(point.offset),
                 None => String::new(),

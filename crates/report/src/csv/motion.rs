@@ -1,0 +1,166 @@
+//! Tables of motion: samples of a plan, signals of one axis; a row a tick.
+
+use super::rows::{POSITION_DECIMALS, RATE_DECIMALS, Rows};
+use lostmotion_base::{AxisId, AxisSet, Clock, Tick, units};
+use lostmotion_drive::AxisSample;
+use lostmotion_drive::config::AxisUnit;
+use lostmotion_plan::Sample;
+use std::io::{self, Write};
+
+/// Writes the columns `t_s`, a position for each axis of the machine (`x_mm` ... `c_deg`), and
+/// `line`, the source line.
+#[derive(Debug)]
+pub struct PlanWriter<W> {
+    rows: Rows<W>,
+    axes: AxisSet,
+    rotary: AxisSet,
+    clock: Clock,
+}
+
+impl<W: Write> PlanWriter<W> {
+    /// Starts the table. `rotary` are the joints that turn; where these are not A, B and C (arms),
+    /// columns are named `x_deg`, too. `clock` is the one that the samples' ticks count.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn new(out: W, axes: AxisSet, rotary: AxisSet, clock: Clock) -> io::Result<PlanWriter<W>> {
+        let unit = |axis: AxisId| if rotary.contains(axis) { "deg" } else { "mm" };
+        let names: Vec<String> = axes
+            .iter()
+            .map(|axis| format!("{}_{}", axis.letter().to_ascii_lowercase(), unit(axis)))
+            .collect();
+        let names = names.iter().map(String::as_str);
+        let rows = Rows::new(
+            out,
+            std::iter::once("t_s")
+                .chain(names)
+                .chain(std::iter::once("line")),
+        )?;
+        Ok(PlanWriter {
+            rows,
+            axes,
+            rotary,
+            clock,
+        })
+    }
+
+    /// Appends rows.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn push(&mut self, samples: &[Sample]) -> io::Result<()> {
+        for sample in samples {
+            self.rows.seconds(sample.tick, self.clock.period_ns());
+            for axis in self.axes.iter() {
+                let position = sample.position[axis];
+                self.rows.number(
+                    if self.rotary.contains(axis) {
+                        units::deg(position)
+                    } else {
+                        position
+                    },
+                    POSITION_DECIMALS,
+                );
+            }
+            self.rows.integer(u64::from(sample.block.span.line));
+            self.rows.end()?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is left and gives the writer back.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn finish(self) -> io::Result<W> {
+        self.rows.finish()
+    }
+}
+
+/// Writes an axis' trace in the axis' own unit `u` (`mm`, `deg`, `rad`), at the load.
+///
+/// Columns: `t_s`, `reference_<u>`, `reference_velocity_<u>_s`, `reference_acceleration_<u>_s2`,
+/// `motor_<u>`, `motor_velocity_<u>_s`, `load_<u>`, `load_velocity_<u>_s`, `current_a`,
+/// `torque_nm`, `engagement` (-1, 0, 1), `gap_estimate_<u>` (the compensator's theta_M - theta_L),
+/// `inertia_estimate_kgm2` (motor side), `engagement_estimate`, `stiffness_estimate_nm_per_rad`,
+/// `damping_estimate_nm_s_per_rad` (of the shaft, motor side; only where the axis estimates them).
+/// Where a method makes no estimate the cell is empty.
+#[derive(Debug)]
+pub struct AxisTraceWriter<W> {
+    rows: Rows<W>,
+    clock: Clock,
+    units_per_rad: f64,
+}
+
+impl<W: Write> AxisTraceWriter<W> {
+    /// Starts the table. `units_per_rad` is how far the load goes, in `unit`, for a radian of the
+    /// motor.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn new(
+        out: W,
+        unit: AxisUnit,
+        units_per_rad: f64,
+        clock: Clock,
+    ) -> io::Result<AxisTraceWriter<W>> {
+        let u = unit.symbol();
+        let header = [
+            "t_s".to_owned(),
+            format!("reference_{u}"),
+            format!("reference_velocity_{u}_s"),
+            format!("reference_acceleration_{u}_s2"),
+            format!("motor_{u}"),
+            format!("motor_velocity_{u}_s"),
+            format!("load_{u}"),
+            format!("load_velocity_{u}_s"),
+            "current_a".to_owned(),
+            "torque_nm".to_owned(),
+            "engagement".to_owned(),
+            format!("gap_estimate_{u}"),
+            "inertia_estimate_kgm2".to_owned(),
+            "engagement_estimate".to_owned(),
+            "stiffness_estimate_nm_per_rad".to_owned(),
+            "damping_estimate_nm_s_per_rad".to_owned(),
+        ];
+        let rows = Rows::new(out, header.iter().map(String::as_str))?;
+        Ok(AxisTraceWriter {
+            rows,
+            clock,
+            units_per_rad,
+        })
+    }
+
+    /// Appends the row of a tick.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn push(&mut self, tick: Tick, sample: &AxisSample) -> io::Result<()> {
+        let (rows, k) = (&mut self.rows, self.units_per_rad);
+        rows.seconds(tick, self.clock.period_ns());
+        rows.number(sample.reference.position * k, POSITION_DECIMALS);
+        rows.number(sample.reference.velocity * k, RATE_DECIMALS);
+        rows.number(sample.reference.acceleration * k, RATE_DECIMALS);
+        rows.number(sample.motor_position * k, POSITION_DECIMALS);
+        rows.number(sample.motor_velocity * k, RATE_DECIMALS);
+        rows.number(sample.load_position * k, POSITION_DECIMALS);
+        rows.number(sample.load_velocity * k, RATE_DECIMALS);
+        rows.number(sample.current, RATE_DECIMALS);
+        rows.number(sample.torque, RATE_DECIMALS);
+        rows.signed(sample.engagement.sign());
+        rows.number(sample.gap_angle_estimate * k, POSITION_DECIMALS);
+        rows.number(sample.inertia_estimate, POSITION_DECIMALS);
+        rows.signed(sample.engagement_estimate.sign());
+        rows.number(sample.stiffness_estimate, RATE_DECIMALS);
+        rows.number(sample.damping_estimate, RATE_DECIMALS);
+        rows.end()
+    }
+
+    /// Writes what is left and gives the writer back.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn finish(self) -> io::Result<W> {
+        self.rows.finish()
+    }
+}

@@ -1,0 +1,57 @@
+//! The numbers of results in JSON.
+
+use crate::common::{simulation, stats};
+use lostmotion_base::AxisId;
+use lostmotion_report::json;
+use lostmotion_sim::results::{GantryResult, Run, Straightness};
+use lostmotion_sim::time::results::{BlockTime, CycleTime, LimitShare, WhatIf};
+use serde_json::Value;
+
+/// Keys, each of which holds a number with a fraction or a list of them.
+fn float_keys(key: &str, value: &Value, found: &mut Vec<String>) {
+    match value {
+        Value::Number(number) if number.is_f64() && !found.iter().any(|known| known == key) => {
+            found.push(key.to_owned());
+        }
+        Value::Array(list) => list.iter().for_each(|item| float_keys(key, item, found)),
+        Value::Object(map) => map
+            .iter()
+            .for_each(|(key, item)| float_keys(key, item, found)),
+        _ => {}
+    }
+}
+
+/// A new field of a result gets its rounding by being put into the table: nothing is rounded by
+/// chance.
+#[test]
+fn the_rounding_of_every_number_of_every_result_is_in_the_table() {
+    let mut single = simulation();
+    single.plan.bow = Some(Straightness::default());
+    single.plan.bow_limit_um = Some(5.0);
+    single.plan.unstraight = Some(Straightness::default());
+    single.plan.cutting_force_n = 100.5;
+    let mut gantry = made!(GantryResult { axis: AxisId::Y });
+    gantry.skew_um = stats(2.0);
+    single.result.gantry = Some(gantry);
+    let mut run = made!(Run { plan: single.plan });
+    run.results = vec![single.result.clone()];
+    let share = LimitShare::default();
+    let mut block = BlockTime::default();
+    block.limits = vec![share.clone()];
+    let time = made!(CycleTime {
+        limits: vec![share],
+        blocks: vec![block],
+        what_if: vec![WhatIf::default()],
+    });
+    let mut found = Vec::new();
+    for value in [
+        serde_json::to_value(single).unwrap(),
+        serde_json::to_value(run).unwrap(),
+        serde_json::to_value(time).unwrap(),
+    ] {
+        float_keys("", &value, &mut found);
+    }
+    assert!(found.len() > 30, "{found:?}");
+    found.retain(|key| !json::is_known_key(key));
+    assert!(found.is_empty(), "not in json::KEYS: {found:?}");
+}

@@ -1,0 +1,103 @@
+//! What people read, and what programs read.
+
+use crate::common::{comparison, method, simulation};
+use lostmotion_report::csv::{BlockWriter, ReversalWriter};
+use lostmotion_report::json;
+use lostmotion_report::text::{
+    TextOptions, comparison as render_comparison, simulation as render_simulation,
+};
+use lostmotion_sim::results::Harm;
+
+fn options() -> TextOptions {
+    TextOptions::default()
+}
+
+#[test]
+fn a_simulation_in_a_terminal() {
+    insta::assert_snapshot!(render_simulation(&simulation(), &options()));
+}
+
+#[test]
+fn a_comparison_in_a_terminal() {
+    insta::assert_snapshot!(render_comparison(&comparison(), &options()));
+}
+
+#[test]
+fn a_program_that_does_not_cut_is_said_to() {
+    let mut run = simulation();
+    run.result = method("none", 0.0, 0.0);
+    run.result.cutting = Default::default();
+    run.result.worst_blocks.clear();
+    run.result.reversals.clear();
+    run.result.axes.clear();
+    insta::assert_snapshot!(render_simulation(&run, &options()));
+}
+
+#[test]
+fn colour_is_only_where_it_was_asked_for_and_changes_no_word() {
+    let plain = render_simulation(&simulation(), &options());
+    let coloured = render_simulation(
+        &simulation(),
+        &TextOptions {
+            color: true,
+            ..options()
+        },
+    );
+    assert!(!plain.contains('\x1b'));
+    assert!(coloured.contains("\x1b[1;31mOUTSIDE tolerance\x1b[0m"));
+    assert_eq!(
+        coloured.replace("\x1b[1;31m", "").replace("\x1b[0m", ""),
+        plain
+    );
+}
+
+#[test]
+fn harm_is_a_larger_rms_or_else_a_larger_peak() {
+    let none = method("none", 10.0, 10.0);
+    assert_eq!(
+        method("twice", 20.0, 20.0).harm(&none),
+        Some(Harm::Rms(2.0))
+    );
+    assert_eq!(method("same", 10.0, 10.1).harm(&none), None);
+    assert_eq!(none.harm(&none), None);
+    let mut peak = method("peak", 10.0, 15.0);
+    peak.backlash.rms = 1.0;
+    assert_eq!(peak.harm(&none), Some(Harm::Peak(1.5)));
+}
+
+#[test]
+fn json_has_a_version_and_reads_back_as_what_it_was() {
+    let mut out = Vec::new();
+    json::write(&mut out, &simulation()).unwrap();
+    let text = String::from_utf8(out).unwrap();
+    assert!(text.starts_with("{\n  \"schema\": 1,\n"));
+    let read: lostmotion_sim::results::SingleRun = serde_json::from_str(&text).unwrap();
+    assert_eq!(read.result.worst_blocks.len(), 2);
+    let mut again = Vec::new();
+    json::write(&mut again, &read).unwrap();
+    assert_eq!(String::from_utf8(again).unwrap(), text);
+}
+
+#[test]
+fn json_of_a_simulation() {
+    let mut run = simulation();
+    run.result.worst_blocks.truncate(1);
+    run.result.reversals.truncate(1);
+    run.result.axes.truncate(1);
+    let mut out = Vec::new();
+    json::write(&mut out, &run).unwrap();
+    insta::assert_snapshot!(String::from_utf8(out).unwrap());
+}
+
+#[test]
+fn blocks_and_reversals_as_tables() {
+    let run = simulation();
+    let mut blocks = BlockWriter::new(Vec::new()).unwrap();
+    blocks.push("fixed", &run.result.worst_blocks).unwrap();
+    let mut reversals = ReversalWriter::new(Vec::new()).unwrap();
+    reversals.push("fixed", &run.result.reversals).unwrap();
+    let text = [blocks.finish().unwrap(), reversals.finish().unwrap()]
+        .map(|bytes| String::from_utf8(bytes).unwrap())
+        .concat();
+    insta::assert_snapshot!(text);
+}

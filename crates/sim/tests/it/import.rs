@@ -1,0 +1,372 @@
+//! Descriptions of other programs become machine files that hold together, and bad ones say where
+//! they are bad.
+use lostmotion_base::units::rad;
+use lostmotion_base::{AxisId, Coords};
+use lostmotion_sim::Machine;
+use lostmotion_sim::import::{Fate, ImportFormat, Imported, import};
+
+fn imported(name: &str, text: &str) -> (Imported, Machine) {
+    let format = ImportFormat::recognise(name, text).unwrap();
+    let imported = import(name, text, format, "vmc3").unwrap_or_else(|error| panic!("{error}"));
+    let machine = Machine::from_toml("imported.toml", &imported.toml)
+        .unwrap_or_else(|error| panic!("{error}\n{}", imported.toml));
+    (imported, machine)
+}
+
+fn refused(name: &str, text: &str) -> String {
+    let format = ImportFormat::recognise(name, text).unwrap();
+    import(name, text, format, "vmc3").unwrap_err().to_string()
+}
+
+const GRBL: &str = "$0=10\n$13=0\n$100=250.000 (x, step/mm)\n$101=250.000\n$102=250.000\n$110=1500.000 (x rate, mm/min)\n$111=1200\n$112=500.000\n$120=30.000\n$121=20\n$122=10.000\n$130=200.000\n$131=150.5\n$132=80\nok\n";
+
+#[test]
+fn grbl_settings() {
+    let (imported, machine) = imported("dump.txt", GRBL);
+    let limits = |axis| machine.axis(axis).unwrap().limits;
+    assert_eq!(
+        (limits(AxisId::X).velocity, limits(AxisId::Y).velocity),
+        (25.0, 20.0)
+    );
+    assert_eq!(
+        (
+            limits(AxisId::Y).min,
+            limits(AxisId::Y).max,
+            limits(AxisId::Z).acceleration
+        ),
+        (-150.5, 0.0, 10.0)
+    );
+    let fate = |key: &str| {
+        imported
+            .rows
+            .iter()
+            .find(|row| row.key == key)
+            .unwrap()
+            .fate
+    };
+    assert_eq!(
+        (
+            fate("$110"),
+            fate("$100"),
+            fate("$0"),
+            fate("axis.x.limits.jerk_mm_s3")
+        ),
+        (Fate::Used, Fate::Ignored, Fate::Ignored, Fate::Filled)
+    );
+    assert!(
+        imported.toml.contains("velocity_mm_s = 25.0 # $110")
+            && imported.toml.contains("# preset vmc3:x")
+    );
+    let bad = refused("dump.txt", "$110=fast\n$120=0\n");
+    assert!(
+        bad.contains("dump.txt:1:1: error: $110: `fast` is not a number")
+            && bad.contains("dump.txt:2:1: error: $120: is 0; it has to be above 0"),
+        "{bad}"
+    );
+}
+
+/// grblHAL: gaps, and an origin at the switches, of which X's and Z's are at the lower end.
+#[test]
+fn grblhal_settings() {
+    let more =
+        "> $$\n[VER:1.1f.20240330:]\n$22=9\n$23=5\n$11=0.01\n$160=0.025\n$161=0\n$150=16\n$341=0\n";
+    let (imported, machine) = imported("hal.txt", &format!("{more}{GRBL}"));
+    let axis = |axis| machine.axis(axis).unwrap();
+    let travel = |id| (axis(id).limits.min, axis(id).limits.max);
+    assert_eq!(
+        (travel(AxisId::X), travel(AxisId::Y), travel(AxisId::Z)),
+        ((0.0, 200.0), (-150.5, 0.0), (0.0, 80.0))
+    );
+    assert!(
+        (axis(AxisId::X).config.gap_in_unit() - 0.025).abs() < 1e-12
+            && axis(AxisId::Y).config.gap_in_unit() == 0.0
+    );
+    let row = |key: &str| imported.rows.iter().find(|row| row.key == key).unwrap();
+    assert_eq!(
+        (row("$22").fate, row("$160").fate, row("$150").fate),
+        (Fate::Used, Fate::Used, Fate::Ignored)
+    );
+    assert!(row("$11").note.contains("corners"));
+    // Without the bit, switches say nothing of the coordinates.
+    let (_, machine) = self::imported("hal.txt", &format!("$22=1\n$23=5\n{GRBL}"));
+    assert_eq!(machine.axis(AxisId::X).unwrap().limits.max, 0.0);
+    let bad = refused("hal.txt", "$110=600\n$160=-0.1\n$130=1e999\n$120\n");
+    assert!(
+        bad.contains(
+            "hal.txt:2:1: error: $160: is -0.1; it has to be 0 or above\n  hint: 0 if there is none"
+        ) && bad.contains("hal.txt:3:1: error: $130: `1e999` is not a number")
+            && bad.contains("hal.txt:4:1: error: $120: has no value"),
+        "{bad}"
+    );
+}
+
+const INI: &str = "[EMC]\nMACHINE = Bench Mill\n[KINS]\nKINEMATICS = trivkins coordinates=XYZA\nJOINTS = 4\n[TRAJ]\nCOORDINATES = X Y Z A\nLINEAR_UNITS = inch\nANGULAR_UNITS = degree\n[AXIS_X]\nMAX_VELOCITY = 9.0\n[JOINT_0]\nTYPE = LINEAR\nMIN_LIMIT = -10\nMAX_LIMIT = 10\nMAX_VELOCITY = 2.0\nMAX_ACCELERATION = 30.0\nBACKLASH = 0.001\nFERROR = 0.05\n[JOINT_1]\nMIN_LIMIT = 0.5\nMAX_LIMIT = 8\nMAX_VELOCITY = 2.0\n[JOINT_2]\nMIN_LIMIT = -4\nMAX_LIMIT = 0\n[JOINT_3]\nTYPE = ANGULAR\nMAX_VELOCITY = 30\nMIN_LIMIT = -360\nMAX_LIMIT = 360\nBACKLASH = 0.02\n";
+
+#[test]
+fn linuxcnc_ini() {
+    let (imported, machine) = imported("mill.ini", INI);
+    assert_eq!(machine.name(), "Bench Mill");
+    let x = machine.axis(AxisId::X).unwrap();
+    assert!(
+        (x.limits.max - 254.0).abs() < 1e-9
+            && (x.limits.velocity - 50.8).abs() < 1e-9
+            && (x.limits.acceleration - 762.0).abs() < 1e-9
+    );
+    assert!(
+        (x.config.gap_in_unit() - 0.0254).abs() < 1e-9,
+        "{}",
+        x.config.gap_in_unit()
+    );
+    let a = machine.axis(AxisId::A).unwrap();
+    assert!(
+        (a.limits.velocity - rad(30.0)).abs() < 1e-9
+            && (a.config.gap_in_unit() - 0.02).abs() < 1e-9
+    );
+    // Zero lies outside Y's travel: offset and homes are put into it.
+    assert!((machine.start()[AxisId::Y] - 4.25 * 25.4).abs() < 1e-6);
+    assert!(
+        imported
+            .rows
+            .iter()
+            .any(|row| row.key == "[AXIS_X] MAX_VELOCITY" && row.fate == Fate::Used)
+    );
+    assert!(
+        imported
+            .rows
+            .iter()
+            .any(|row| row.key == "[JOINT_0] FERROR" && row.fate == Fate::Ignored)
+    );
+    let bad = refused(
+        "mill.ini",
+        "[KINS]\nKINEMATICS = pumakins\n[JOINT_0]\nMAX_VELOCITY = 2 m/s\nnonsense\n",
+    );
+    assert!(
+        bad.contains("mill.ini:5:1: error: `nonsense` is neither a section nor KEY = VALUE"),
+        "{bad}"
+    );
+    let bad = refused(
+        "mill.ini",
+        "[KINS]\nKINEMATICS = pumakins\n[JOINT_0]\nMAX_VELOCITY = 2 m/s\n",
+    );
+    assert!(
+        bad.contains(":2:1: error: KINS.KINEMATICS: `pumakins` is not known here\n  hint: ")
+            && bad.contains(":4:1: error: [JOINT_0] MAX_VELOCITY"),
+        "{bad}"
+    );
+    assert!(refused("mill.ini", "[JOINT_0]\nMIN_LIMIT = 5\nMAX_LIMIT = 1\n").contains("travel"));
+}
+
+#[test]
+fn freecad_machines() {
+    let text = r#"{
+  "machine": {
+    "name": "Router", "units": "metric",
+    "axes": {
+      "X": {"type": "linear", "min": 0, "max": 1000, "max_velocity": 12000},
+      "Y": {"type": "linear", "min": 0, "max": 600, "max_velocity": 6000},
+      "Z": {"type": "linear", "min": -100, "max": 0, "max_velocity": 3000},
+      "A": {"type": "angular", "min": -180, "max": 180, "max_velocity": 3600, "prefer_positive": true}
+    },
+    "spindles": []
+  }
+}"#;
+    let (imported, machine) = imported("router.fcm", text);
+    assert_eq!(machine.name(), "Router");
+    assert!((machine.axis(AxisId::X).unwrap().limits.velocity - 200.0).abs() < 1e-9);
+    assert!((machine.axis(AxisId::A).unwrap().limits.velocity - rad(60.0)).abs() < 1e-9);
+    assert!(
+        imported
+            .rows
+            .iter()
+            .any(|row| row.key == "machine.spindles" && row.fate == Fate::Ignored)
+    );
+    assert!(refused("router.fcm", "{\n\"machine\": \n").contains("error: not JSON"));
+    assert!(
+        refused(
+            "router.fcm",
+            "{\"machine\": {\"axes\": {\"X\": {\"max_velocity\": -1}}}}"
+        )
+        .contains("machine.axes.X.max_velocity: is -1")
+    );
+}
+
+fn arm() -> String {
+    let joint = |index: usize, xyz: &str, axis: &str| {
+        format!(
+            "<joint name=\"joint_{index}\" type=\"revolute\"><origin xyz=\"{xyz}\" rpy=\"0 0 0\"/><parent link=\"l{}\"/><child link=\"l{index}\"/><axis xyz=\"{axis}\"/>\n<limit lower=\"-2.9\" upper=\"2.9\" velocity=\"1.5\" effort=\"100\"/></joint>\n",
+            index - 1
+        )
+    };
+    let joints = [
+        ("0 0 0", "0 0 1"),
+        ("0.15 0 0.45", "0 1 0"),
+        ("0 0 0.6", "0 1 0"),
+        ("0 0 0.13", "1 0 0"),
+        ("0.64 0 0", "0 1 0"),
+        ("0 0 0", "1 0 0"),
+    ];
+    let joints: String = joints
+        .iter()
+        .enumerate()
+        .map(|(i, (xyz, axis))| joint(i + 1, xyz, axis))
+        .collect();
+    format!(
+        "<robot name=\"arm\">\n<link name=\"l0\"/>\n{joints}<joint name=\"flange\" type=\"fixed\"><origin xyz=\"0.08 0 0\" rpy=\"0 1.5707963267948966 0\"/><parent link=\"l6\"/><child link=\"tool0\"/></joint>\n</robot>\n"
+    )
+}
+
+#[test]
+fn urdf_arms_are_the_preset_s() {
+    let (imported, machine) = imported("arm.urdf", &arm());
+    let (own, preset) = (
+        machine.build_kinematics().unwrap(),
+        Machine::preset("arm6").unwrap().build_kinematics().unwrap(),
+    );
+    // The same arm as the preset arm6, described by somebody else: the same tip and axis for any
+    // joints.
+    for k in 0..50 {
+        let joints = Coords(std::array::from_fn(|i| {
+            if i < 6 {
+                0.4 * f64::from((k * (i as i32 + 3)) % 7 - 3)
+            } else {
+                0.0
+            }
+        }));
+        let (a, b) = (
+            own.tool_pose(&joints, &[0.0, 0.0, 50.0]),
+            preset.tool_pose(&joints, &[0.0, 0.0, 50.0]),
+        );
+        assert!(
+            (0..3).all(
+                |i| (a.tip[i] - b.tip[i]).abs() < 1e-9 && (a.axis[i] - b.axis[i]).abs() < 1e-12
+            ),
+            "{a:?} {b:?}"
+        );
+    }
+    assert!((machine.axis(AxisId::Z).unwrap().limits.velocity - 1.5).abs() < 1e-9);
+    assert!(
+        imported
+            .rows
+            .iter()
+            .any(|row| row.key == "joint joint_1 limit effort" && row.fate == Fate::Ignored)
+    );
+    assert!(refused("arm.urdf", "<robot><joint").contains("not XML"));
+    let reversed = refused(
+        "arm.urdf",
+        &arm().replacen(
+            "lower=\"-2.9\" upper=\"2.9\"",
+            "lower=\"2.9\" upper=\"1\"",
+            1,
+        ),
+    );
+    assert!(
+        reversed.contains("arm.urdf:3:1: error: joint joint_1 limit upper: travel of X from 166"),
+        "{reversed}"
+    );
+    assert!(refused("arm.urdf", &" ".repeat(5 << 20)).contains("has 5242880 bytes"));
+    assert!(
+        refused(
+            "arm.urdf",
+            &arm().replace("axis xyz=\"0 0 1\"", "axis xyz=\"0 0\"")
+        )
+        .contains("arm.urdf:3:")
+    );
+    assert!(
+        refused("arm.urdf", &arm().replacen("revolute", "floating", 1))
+            .contains("joints of type `floating` are not known here")
+    );
+}
+
+#[test]
+fn urdf_machine_tools_have_a_table_and_a_tool() {
+    let joint = |name: &str,
+                 kind: &str,
+                 parent: &str,
+                 child: &str,
+                 xyz: &str,
+                 axis: &str,
+                 limit: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"{kind}\"><origin xyz=\"{xyz}\"/><parent link=\"{parent}\"/><child link=\"{child}\"/><axis xyz=\"{axis}\"/>{limit}</joint>\n"
+        )
+    };
+    let travel = "<limit lower=\"-0.3\" upper=\"0.3\" velocity=\"0.5\"/>";
+    let text = [
+        "<robot name=\"swivel\">\n".to_owned(),
+        joint("axis_c", "continuous", "base", "table", "0 0 -0.42", "0 0 1", "<limit velocity=\"2\"/>"),
+        joint("axis_x", "prismatic", "base", "slide", "0 0 0", "1 0 0", travel),
+        joint("axis_y", "prismatic", "slide", "ram", "0 0 0", "0 1 0", travel),
+        joint("axis_z", "prismatic", "ram", "head", "0 0 0", "0 0 1", travel),
+        joint("axis_b", "revolute", "head", "spindle", "0 0 0.2", "0 1 0", "<limit lower=\"-1.9\" upper=\"1.9\" velocity=\"1\"/>"),
+        "<joint name=\"nose\" type=\"fixed\"><origin xyz=\"0 0 -0.2\" rpy=\"3.141592653589793 0 0\"/><parent link=\"spindle\"/><child link=\"nose\"/></joint>\n</robot>".to_owned(),
+    ]
+    .concat();
+    let (_, machine) = imported("swivel.urdf", &text);
+    let (own, preset) = (
+        machine.build_kinematics().unwrap(),
+        Machine::preset("swivel5")
+            .unwrap()
+            .build_kinematics()
+            .unwrap(),
+    );
+    assert_eq!(
+        own.chain().unwrap().family(),
+        preset.chain().unwrap().family()
+    );
+    let mut joints = Coords::xyz(30.0, -20.0, -100.0);
+    // A positive turn of the URDF's table turns the part, so the tool goes the other way round than
+    // with ISO 841.
+    (joints[AxisId::B], joints[AxisId::C]) = (0.4, 0.7);
+    let here = own.tool_pose(&joints, &[0.0, 0.0, 80.0]);
+    joints[AxisId::C] = -0.7;
+    let there = preset.tool_pose(&joints, &[0.0, 0.0, 80.0]);
+    assert!(
+        (0..3).all(|i| (here.tip[i] - there.tip[i]).abs() < 1e-9
+            && (here.axis[i] - there.axis[i]).abs() < 1e-9),
+        "{here:?} {there:?}"
+    );
+}
+
+/// A trunnion's points and offsets as an INI file sets them, in its own unit; what it does not set
+/// is told.
+#[test]
+fn linuxcnc_trunnion_pins() {
+    let axes = "[TRAJ]\nCOORDINATES = XYZAC\nLINEAR_UNITS = inch\n[JOINT_0]\nMAX_VELOCITY = 2\n[JOINT_1]\nMAX_VELOCITY = 2\n[JOINT_2]\nMAX_VELOCITY = 2\n[JOINT_3]\nMAX_VELOCITY = 30\n[JOINT_4]\nMAX_VELOCITY = 30\n";
+    let pins = "[HAL]\nHALCMD = setp xyzac-trt-kins.x-rot-point 1\nHALCMD = setp xyzac-trt-kins.z-rot-point -2.5\nHALCMD = setp xyzac-trt-kins.y-offset 0.5\nHALCMD = setp xyzac-trt-kins.z-offset 2\nHALCMD = setp xyzac-trt-kins.conventional-directions 1\nHALCMD = net on foo\n";
+    let head = "[KINS]\nKINEMATICS = xyzac-trt-kins\n";
+    let (told, machine) = imported("trt.ini", &format!("{head}{axes}{pins}"));
+    let spec = machine.kinematics();
+    assert_eq!(spec.rotation_point_mm, Some([25.4, 0.0, -63.5]));
+    assert_eq!(
+        (
+            spec.offset_y_mm,
+            spec.offset_z_mm,
+            spec.conventional_directions
+        ),
+        (Some(12.7), Some(50.8), Some(true))
+    );
+    let fates = |told: &Imported, key: &str| {
+        told.rows
+            .iter()
+            .filter(|row| row.key.contains(key))
+            .map(|row| row.fate)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(fates(&told, "rot-point"), [Fate::Used; 2]);
+    assert_eq!(fates(&told, "[HAL] HALCMD"), [Fate::Ignored]);
+    assert!(fates(&told, "kinematics.rotation_point_mm").is_empty());
+    let (untold, machine) = imported("trt.ini", &format!("{head}{axes}"));
+    assert_eq!(machine.kinematics().rotation_point_mm, Some([0.0; 3]));
+    assert_eq!(
+        fates(&untold, "kinematics.rotation_point_mm"),
+        [Fate::Filled]
+    );
+    let bad = refused(
+        "trt.ini",
+        &format!("{head}{axes}[HAL]\nHALCMD = setp xyzac-trt-kins.x-rot-point far\n"),
+    );
+    assert!(
+        bad.contains("trt.ini:17:1: error: xyzac-trt-kins.x-rot-point: `far` is not a number"),
+        "{bad}"
+    );
+}

@@ -1,0 +1,28 @@
+//! Tests of the simulation from outside the crate.
+
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test says what went wrong by panicking; expected values are found independently"
+)]
+
+mod bow;
+mod bow_kept;
+mod cycles;
+mod five_axis;
+mod gantry;
+mod import;
+mod import_kinematics;
+mod interventions;
+mod machine_axes;
+mod machine_file;
+mod machine_presets;
+mod random_five_axis;
+mod robot_joint;
+mod sample_parts;
+mod splines;
+mod time;
+mod travel;
+mod worm;
