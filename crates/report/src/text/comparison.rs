@@ -4,13 +4,11 @@ use super::parts::{program, warnings};
 use super::table::{Align, Cell, Table};
 use super::{Ink, TextOptions, needs};
 use crate::number::{error, percent, plain};
+use lostmotion_methods::MethodId;
 use lostmotion_sim::results::{Harm, MethodResult, Run};
 
 /// Most warnings shown; the JSON form has all of them.
 const MOST_WARNINGS: usize = 3;
-
-/// Name of the method that the others are held against.
-const BASELINE: &str = "none";
 
 /// The whole answer: one line a method, the recommendation, harm, notes. Ends in a newline.
 pub fn comparison(comparison: &Run, options: &TextOptions) -> String {
@@ -103,7 +101,7 @@ fn table(comparison: &Run, none: Option<&MethodResult>, options: &TextOptions) -
 
 fn recommendation(comparison: &Run, options: &TextOptions) -> String {
     match &comparison.recommended {
-        Some(name) if name == BASELINE => {
+        Some(name) if name == MethodId::NONE.name() => {
             let text = "none: no method compared improves on doing nothing with what a drive has";
             format!("{} {text}\n", options.paint(Ink::Good, "recommended:"))
         }
