@@ -47,15 +47,16 @@ fn field_docs() -> BTreeMap<String, String> {
             let (mut of, mut doc, mut other) = (None, String::new(), None);
             for line in text.lines() {
                 let trimmed = line.trim();
-                if !line.starts_with(' ') {
-                    let item = trimmed
-                        .trim_start_matches("pub(super) ")
-                        .trim_start_matches("pub(crate) ");
-                    let item = item.trim_start_matches("pub ");
-                    let opened = item
-                        .strip_prefix("struct ")
-                        .or_else(|| item.strip_prefix("enum "))
-                        .filter(|rest| rest.ends_with('{'));
+                // items of macros are indented
+                let item = ["pub(super) ", "pub(crate) ", "pub "]
+                    .iter()
+                    .find_map(|shown| trimmed.strip_prefix(shown))
+                    .unwrap_or(trimmed);
+                let opened = item
+                    .strip_prefix("struct ")
+                    .or_else(|| item.strip_prefix("enum "))
+                    .filter(|rest| rest.ends_with('{'));
+                if opened.is_some() || !line.starts_with(' ') {
                     of = opened.map(|rest| rest.split([' ', '<']).next().unwrap().to_owned());
                     doc.clear();
                 } else if let Some(said) = trimmed.strip_prefix("/// ") {
