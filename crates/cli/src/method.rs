@@ -15,12 +15,12 @@ pub(crate) enum MethodCommand {
     List,
     /// Print what a method does: its law, signals, settings with defaults and units, where it
     /// fails, and its source
-    Show(Show),
+    Show(ShowMethod),
 }
 
 /// `method show`.
 #[derive(Debug, Args)]
-pub(crate) struct Show {
+pub(crate) struct ShowMethod {
     /// A name from `method list`; all methods, if left out
     #[arg(value_parser = methods())]
     name: Option<String>,

@@ -22,7 +22,7 @@ pub(crate) enum MachineCommand {
     /// List the machines and single axes that come with the program
     List,
     /// Print a machine as a file to start from
-    Show(Show),
+    Show(ShowMachine),
     /// Say everything that is wrong with a machine file, and how the loops of its axes are tuned
     Check(CheckMachine),
     /// Make a machine file from another program's description: LinuxCNC INI, grbl `$$`, FreeCAD
@@ -36,7 +36,7 @@ pub(crate) enum MachineCommand {
 
 /// `machine show`.
 #[derive(Debug, Args)]
-pub(crate) struct Show {
+pub(crate) struct ShowMachine {
     /// A name from `machine list`
     name: String,
     /// File to write; stdout, if left out or `-`

@@ -15,7 +15,7 @@ use std::path::Path;
 const PICTURE_POINTS: usize = 4000;
 
 /// The files of a run with `--out`.
-struct Files {
+struct RunFiles {
     blocks: BlockWriter<AtomicFile>,
     reversals: ReversalWriter<AtomicFile>,
     contour: Option<ContourWriter<AtomicFile>>,
@@ -30,15 +30,15 @@ struct Files {
 pub(crate) struct Record {
     methods: Vec<String>,
     progress: Progress,
-    files: Option<Files>,
+    files: Option<RunFiles>,
 }
 
 fn io_error(folder: &OutputFolder) -> impl Fn(io::Error) -> Failure + '_ {
     |error| WriteError::io("write into", folder.path(), error).into()
 }
 
-impl Files {
-    fn new(path: &Path, methods: usize, trace: bool) -> Result<Files, Failure> {
+impl RunFiles {
+    fn new(path: &Path, methods: usize, trace: bool) -> Result<RunFiles, Failure> {
         let folder = OutputFolder::create(path)?;
         let blocks = BlockWriter::new(folder.file("blocks.csv")?).map_err(io_error(&folder))?;
         let reversals =
@@ -51,7 +51,7 @@ impl Files {
         let traces = (0..methods)
             .map(|_| TraceRecorder::new(PICTURE_POINTS))
             .collect();
-        Ok(Files {
+        Ok(RunFiles {
             blocks,
             reversals,
             contour,
@@ -99,7 +99,7 @@ impl Record {
         quiet: bool,
     ) -> Result<Record, Failure> {
         let files = out
-            .map(|path| Files::new(path, methods.len(), trace))
+            .map(|path| RunFiles::new(path, methods.len(), trace))
             .transpose()?;
         Ok(Record {
             methods: methods.to_vec(),

@@ -65,22 +65,22 @@ pub(crate) struct Time {
 }
 
 /// The folder of an answer, with its table of blocks.
-struct Files {
+struct TimeFiles {
     blocks: TimeWriter<AtomicFile>,
     /// Last, so that it goes when the files in it are gone and can take a folder that it made
     /// along.
     folder: OutputFolder,
 }
 
-impl Files {
-    fn new(path: &Path) -> Result<Files, Failure> {
+impl TimeFiles {
+    fn new(path: &Path) -> Result<TimeFiles, Failure> {
         let folder = OutputFolder::create(path)?;
         let blocks = TimeWriter::new(folder.file("blocks.csv")?).map_err(unwritten(&folder))?;
-        Ok(Files { blocks, folder })
+        Ok(TimeFiles { blocks, folder })
     }
 
     fn finish(self, json: &str, text: &str) -> Result<(), Failure> {
-        let Files { blocks, mut folder } = self;
+        let TimeFiles { blocks, mut folder } = self;
         let blocks = blocks.finish().map_err(unwritten(&folder))?;
         folder.add(blocks);
         for (name, content) in [("time.json", json), ("time.txt", text)] {
@@ -117,7 +117,7 @@ pub(crate) fn run(args: &Time, quiet: bool) -> Result<u8, Failure> {
         spindle_event_s: args.spindle_s,
         what_if: !args.no_what_if,
     };
-    let mut files = args.out.as_deref().map(Files::new).transpose()?;
+    let mut files = args.out.as_deref().map(TimeFiles::new).transpose()?;
     let mut sink = |rows: &[BlockTime]| {
         files
             .as_mut()
