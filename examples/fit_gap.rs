@@ -45,3 +45,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     Ok(())
 }
+
+// Prints:
+// true gap 40.0 um, fitted 40.0 um (95 %: 40.0 to 40.0)

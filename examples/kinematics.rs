@@ -34,3 +34,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     Ok(())
 }
+
+// Prints:
+// C0: joints X40.000 Y-129.968 Z67.083
+// C30: joints X34.641 Y-148.762 Z60.243
+// C60: joints X20.000 Y-162.520 Z55.235
+// C90: joints X0.000 Y-167.555 Z53.402

@@ -64,3 +64,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("recommended: {}", run.recommended.as_deref().unwrap_or("-"));
     Ok(())
 }
+
+// Prints:
+// none: backlash RMS 24.3 um
+// fixed: backlash RMS 1.0 um
+// step: backlash RMS 0.6 um
+// recommended: step

@@ -34,3 +34,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("middle of the helix: X{x:.3} Y{y:.3} Z{z:.3}");
     Ok(())
 }
+
+// Prints:
+// line 2: rapid 20.025 mm to X-361.0 Y-203.0 Z-299.0
+// line 3: cut 3.000 mm to X-361.0 Y-203.0 Z-302.0
+// line 4: cut 31.480 mm to X-381.0 Y-183.0 Z-304.0
+// line 5: rapid 14.000 mm to X-381.0 Y-183.0 Z-290.0
+// middle of the helix: X14.142 Y14.142 Z-3.000

@@ -46,3 +46,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     Ok(())
 }
+
+// Prints:
+// outside 10 um
+// line 3 `G3 I-15 F1800`: -15.1 um = command -0.0, servo -8.4, backlash -6.7; reversal of Y
+// line 5 `G1 X-15 Y0`: +11.4 um = command +1.7, servo +0.6, backlash +9.0; reversal of Y
+// line 4 `G1 X0 Y15`: +11.1 um = command +1.9, servo +0.8, backlash +8.4; reversal of Y

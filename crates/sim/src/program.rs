@@ -29,7 +29,6 @@ pub type Operations = Interpretation<Box<dyn BufRead + Send>>;
 /// let found = program.diagnostics(Default::default())?;
 /// let first = &found.kept()[0];
 /// assert_eq!(first.place.span.line, 3);
-/// assert_eq!(program.block_text(first.place.span)?, "G1 Z-");
 /// # Ok::<(), std::io::Error>(())
 /// ```
 #[derive(Clone, Debug)]

@@ -235,7 +235,7 @@ fn is_zero(value: &f64) -> bool {
 /// ```
 /// use lostmotion_sim::{Machine, Program, Run, Simulation};
 ///
-/// let program = Program::from_str("slot.ngc", "G21 G90 G61\nG1 X9 F900\nG1 X0\nM2\n");
+/// let program = Program::from_str("arc.ngc", "G21 G90 G17\nG0 X9 Y0\nG3 I-9 F900\nM2\n");
 /// let run = Simulation::new(&program, &Machine::preset("vmc3-worn")?)
 ///     .methods(["none", "fixed"])
 ///     .run()?;

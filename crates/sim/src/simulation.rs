@@ -87,7 +87,7 @@ impl<'a> Simulation<'a> {
     ///
     /// ```
     /// # use lostmotion_sim::{Machine, Program, Simulation};
-    /// let program = Program::from_str("slot.ngc", "G21 G90\nG1 X20 F900\nG1 X0\nM2\n");
+    /// let program = Program::from_str("arc.ngc", "G21 G90 G17\nG0 X9 Y0\nG3 I-9 F900\nM2\n");
     /// let machine = Machine::preset("vmc3-worn")?;
     /// let run = Simulation::new(&program, &machine)
     ///     .methods(["none", "fixed"])

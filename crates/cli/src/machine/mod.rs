@@ -184,7 +184,7 @@ fn loops(machine: &Machine, tuning: &[AxisTuning], columns: usize) -> String {
         ("crossover Hz", right),
         ("bandwidth Hz", right),
     ])
-    .optional(&[5]);
+    .optional(&[5, 6]);
     for axis in tuning {
         for at in &axis.loops.loops {
             table.row(row(axis.axis, at));

@@ -61,15 +61,15 @@ pub(crate) struct Run {
 /// `simulate`.
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
-    /// Compensation method
+    /// Compensation method of all axes; if left out, the one that the machine file names for each
+    /// axis (`compensation.method`), and `none` for an axis without one
     #[arg(
         long,
         value_name = "NAME",
-        default_value = "none",
         value_parser = methods(),
         conflicts_with = "methods"
     )]
-    pub(crate) method: String,
+    pub(crate) method: Option<String>,
     /// Several compensation methods on one plan, side by side, separated by commas; `all` is every
     /// method
     #[arg(
@@ -153,7 +153,7 @@ pub(crate) fn run(args: &Simulate, quiet: bool) -> Result<u8, Failure> {
         let named = if all { &[] } else { args.methods.as_slice() };
         return several(&args.run, named, voice);
     }
-    one(&args.run, &args.method, voice)
+    one(&args.run, args.method.as_deref(), voice)
 }
 
 /// `compare`: several methods; all, if none is named.
@@ -165,14 +165,20 @@ pub(crate) fn compare(args: &Compare, quiet: bool) -> Result<u8, Failure> {
     )
 }
 
-/// One method. Exit code 0 within tolerance, 1 outside.
-fn one(run: &Run, method: &String, voice: Voice) -> Result<u8, Failure> {
+/// One method, or each axis' own. Exit code 0 within tolerance, 1 outside.
+fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(run)?;
-    check_fit(method, &machine)?;
-    let methods = std::slice::from_ref(method);
+    let simulation = Simulation::new(&program, &machine);
+    let (simulation, label) = match method {
+        Some(name) => {
+            check_fit(name, &machine)?;
+            (simulation.method(name), name.to_owned())
+        }
+        None => (simulation, machine.method_names()),
+    };
+    let methods = std::slice::from_ref(&label);
     let mut record = Record::new(run.out.as_deref(), run.trace, methods, voice.quiet)?;
-    let simulation = Simulation::new(&program, &machine)
-        .method(method)
+    let simulation = simulation
         .options(options.clone())
         .observer(&mut record)
         .run()

@@ -54,7 +54,8 @@ impl MachineFile {
     /// made in code.
     ///
     /// ```
-    /// use lostmotion_methods::AxisConfig;
+    /// use lostmotion_base::AxisId;
+    /// use lostmotion_sim::Machine;
     /// use lostmotion_sim::machine::{AxisFile, LimitsTable, LinearLimits, MachineFile};
     ///
     /// let limits = LimitsTable::Linear(LinearLimits {
@@ -65,8 +66,11 @@ impl MachineFile {
     ///     jerk_mm_s3: 40_000.0,
     /// });
     /// let mut file = MachineFile::new("plotter", "cartesian");
+    /// // The X axis of a preset is a good start; every field of it may be changed.
+    /// let mill = Machine::preset("vmc3")?;
+    /// let x = &mill.axis(AxisId::X).ok_or("no X")?.config;
     /// for letter in ["x", "y"] {
-    ///     let config = AxisConfig::paper();
+    ///     let config = x.clone();
     ///     file.axis.insert(letter.to_owned(), AxisFile { limits, config });
     /// }
     /// let machine = file.check()?;

@@ -35,6 +35,7 @@ pub use settings::{
 };
 pub use tuning::AxisTuning;
 
+use crate::method::of_axes;
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisLimits, AxisSet, Coords};
 use lostmotion_drive::config::{AxisUnit, Cycles};
@@ -256,6 +257,18 @@ impl Machine {
     /// The axis that two motors drive, if there is one; [`Machine::axes`] has its first motor.
     pub fn gantry(&self) -> Option<&Gantry> {
         self.gantry.as_ref()
+    }
+
+    /// Every axis' description with its letter in lower case, as machine files name it.
+    pub(crate) fn configs(&self) -> impl Iterator<Item = (char, &AxisConfig)> {
+        let axes = self.axes.iter();
+        axes.map(|axis| (axis.id.letter().to_ascii_lowercase(), &axis.config))
+    }
+
+    /// Name of the methods that a run uses where it names none: the method of all axes, or each
+    /// axis with its own, as in `x fixed, y none`.
+    pub fn method_names(&self) -> String {
+        of_axes(self.configs())
     }
 
     /// The letters of all axes.

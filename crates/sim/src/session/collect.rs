@@ -15,7 +15,7 @@ use crate::results::{
 use crate::setup::Setup;
 use lostmotion_base::Clock;
 use lostmotion_base::units::UM_PER_MM;
-use lostmotion_methods::{AxisConfig, MethodId};
+use lostmotion_methods::MethodId;
 
 /// The method that is recommended where it is near the best: it has to be told nothing.
 const DEFAULT_METHOD: MethodId = MethodId::ADAPTIVE;
@@ -38,7 +38,7 @@ pub(crate) fn answer(
         .iter()
         .enumerate()
         .map(|(index, choice)| {
-            let name = choice.name(configs(setup));
+            let name = choice.name(setup.machine.configs());
             method_result(setup, name, index + 1, tolerance_um, tally)
         })
         .collect();
@@ -62,7 +62,7 @@ pub(crate) fn answer(
             .straightness
             .bow_warning(BowLimit::new(machine, options).um),
     );
-    let needs_scale = |choice: &Choice| choice.needs_load_scale(configs(setup));
+    let needs_scale = |choice: &Choice| choice.needs_load_scale(setup.machine.configs());
     Run {
         schema: SCHEMA_VERSION,
         program,
@@ -86,11 +86,6 @@ pub(crate) fn answer(
 }
 
 /// The drives of the axes with their letters.
-fn configs<'a>(setup: &'a Setup<'_>) -> impl Iterator<Item = (char, &'a AxisConfig)> {
-    let axes = setup.machine.axes().iter();
-    axes.map(|axis| (axis.id.letter().to_ascii_lowercase(), &axis.config))
-}
-
 fn method_result(
     setup: &Setup<'_>,
     method: String,

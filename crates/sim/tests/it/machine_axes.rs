@@ -4,6 +4,7 @@ use lostmotion_base::math::sin_cos;
 use lostmotion_drive::{AxisOutput, Setpoint};
 use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use lostmotion_sim::machine::{Machine, MachineAxis, presets};
+use lostmotion_sim::{Program, Simulation};
 
 fn all_axes() -> Vec<(String, MachineAxis)> {
     let of = |machine: Machine| {
@@ -143,4 +144,41 @@ fn without_gap_a_circle_is_followed_to_micrometres_and_the_gap_adds_its_half() {
             "{name}: the gap of {gap} adds {share} of itself"
         );
     }
+}
+
+#[test]
+fn a_run_that_names_no_method_uses_that_of_each_axis() {
+    let program = Program::from_str("arc", "G21 G90 G17 G0 X2 Y0\nG3 I-2 F2000\nM2\n");
+    let machine = |x: &str, y: &str| {
+        Machine::preset("vmc3")
+            .unwrap()
+            .edit(|m| {
+                m.axis("x").config.compensation.method = x.parse().unwrap();
+                m.axis("y").config.compensation.method = y.parse().unwrap();
+            })
+            .unwrap()
+    };
+    let backlash = |machine: &Machine, method: Option<&str>| {
+        let run = Simulation::new(&program, machine);
+        let run = match method {
+            Some(name) => run.method(name),
+            None => run,
+        };
+        let run = run.run().unwrap();
+        let result = run.results.first().unwrap();
+        (result.method.clone(), result.backlash.rms)
+    };
+    let both = machine("fixed", "fixed");
+    let (none, fixed) = (
+        backlash(&both, Some("none")),
+        backlash(&both, Some("fixed")),
+    );
+    let (name, mixed) = backlash(&machine("fixed", "none"), None);
+    assert!(
+        fixed.1 < mixed && mixed < none.1,
+        "{fixed:?} {mixed} {none:?}"
+    );
+    assert_eq!(name, "x fixed, y none, z none");
+    // one named for the run replaces those of all axes
+    assert_eq!(backlash(&machine("fixed", "adaptive"), Some("none")), none);
 }

@@ -225,7 +225,7 @@ fn wrong_types_and_missing_values_are_named() {
     check(
         "[axis.x.drive]",
         method,
-        "method = \"publishd\"",
+        "\"publishd\"",
         "axis.x.compensation.method",
         "did you mean `published`?",
     );
