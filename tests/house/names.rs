@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Crates in which a name still stands for two types. Take a crate out once it is clean.
-const STILL_REPEATED: &[&str] = &["cli", "identify", "plan", "sim"];
+const STILL_REPEATED: &[&str] = &[];
 
 /// Type names (struct, enum, union, trait, alias) that a package declares more than once in its
 /// modules, each with its files. Types inside functions and under `#[cfg(test)]` do not count.

@@ -1,4 +1,12 @@
 //! Conversions between what people write and what the project computes in.
+//!
+//! ```
+//! use lostmotion_base::units::{MM_PER_INCH, deg, mm_per_s, rad};
+//!
+//! assert_eq!(mm_per_s(6000.0), 100.0);
+//! assert_eq!(2.0 * MM_PER_INCH, 50.8);
+//! assert!((deg(rad(30.0)) - 30.0).abs() < 1e-12);
+//! ```
 
 use std::f64::consts::PI;
 

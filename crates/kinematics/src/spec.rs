@@ -41,7 +41,7 @@ pub enum Elbow {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KinematicsSpec {
-    /// Registered name, as [`entries`](crate::entries) lists them.
+    /// Registered name, as `entries` lists them.
     pub kind: String,
     /// Where the axis of C meets the table with all axes at zero, machine coordinates, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -2,6 +2,7 @@
 //! machine file names, or one of the caller's own.
 
 use crate::error::SimError;
+use crate::machine::names_of_axes;
 use lostmotion_drive::{AxisError, AxisRunner, Compensator};
 use lostmotion_methods::{AxisConfig, MethodId, build_runner, run_with};
 use std::fmt;
@@ -73,7 +74,7 @@ impl Choice {
         match self {
             Choice::Registered(method) => method.name().to_owned(),
             Choice::Own { name, .. } => name.clone(),
-            Choice::OfAxes => of_axes(axes),
+            Choice::OfAxes => names_of_axes(axes),
         }
     }
 
@@ -89,20 +90,5 @@ impl Choice {
             } => *needs_load_scale,
             Choice::OfAxes => axes.any(|(_, config)| config.compensation.method.needs_load_scale()),
         }
-    }
-}
-
-/// Name of the methods that the axes have of their own: the one of all, or each with its axis.
-pub(crate) fn of_axes<'a>(axes: impl Iterator<Item = (char, &'a AxisConfig)>) -> String {
-    let named: Vec<(char, &str)> = axes
-        .map(|(letter, config)| (letter, config.compensation.method.name()))
-        .collect();
-    match named.first() {
-        Some((_, first)) if named.iter().all(|(_, name)| name == first) => (*first).to_owned(),
-        _ => named
-            .iter()
-            .map(|(letter, name)| format!("{letter} {name}"))
-            .collect::<Vec<_>>()
-            .join(", "),
     }
 }

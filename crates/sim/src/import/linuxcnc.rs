@@ -107,7 +107,7 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
         },
     };
     let numbered = module.map_or_else(|| letters.clone(), |module| module.numbered(coordinates));
-    let joints = Joints {
+    let joints = IniJoints {
         numbered,
         words_too: module.is_none_or(Module::words_are_joints),
         units: scale,
@@ -183,14 +183,14 @@ struct Units {
 }
 
 /// What joints there are.
-struct Joints {
+struct IniJoints {
     numbered: Vec<Numbered>,
     /// Whether what a word may do is what the joint of its letter may.
     words_too: bool,
     units: Units,
 }
 
-impl Joints {
+impl IniJoints {
     /// The axis whose section it is, and whether it turns.
     fn of(&self, section: &str) -> Option<Numbered> {
         if let Some(letter) = section.strip_prefix("AXIS_").filter(|_| self.words_too) {
@@ -211,7 +211,7 @@ impl Joints {
     }
 }
 
-fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &Joints) -> Result<(), Problem> {
+fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &IniJoints) -> Result<(), Problem> {
     let key = format!("[{}] {}", entry.section, entry.key);
     let used = [
         ("EMC", "MACHINE"),

@@ -35,7 +35,6 @@ pub use settings::{
 };
 pub use tuning::AxisTuning;
 
-use crate::method::of_axes;
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisLimits, AxisSet, Coords};
 use lostmotion_drive::config::{AxisUnit, Cycles};
@@ -268,7 +267,7 @@ impl Machine {
     /// Name of the methods that a run uses where it names none: the method of all axes, or each
     /// axis with its own, as in `x fixed, y none`.
     pub fn method_names(&self) -> String {
-        of_axes(self.configs())
+        names_of_axes(self.configs())
     }
 
     /// The letters of all axes.
@@ -341,5 +340,20 @@ impl Machine {
             axes: self.axes.iter().map(put).collect(),
             ..self.clone()
         }
+    }
+}
+
+/// Name of the methods that the axes have of their own: the one of all, or each with its axis.
+pub(crate) fn names_of_axes<'a>(axes: impl Iterator<Item = (char, &'a AxisConfig)>) -> String {
+    let named: Vec<(char, &str)> = axes
+        .map(|(letter, config)| (letter, config.compensation.method.name()))
+        .collect();
+    match named.first() {
+        Some((_, first)) if named.iter().all(|(_, name)| name == first) => (*first).to_owned(),
+        _ => named
+            .iter()
+            .map(|(letter, name)| format!("{letter} {name}"))
+            .collect::<Vec<_>>()
+            .join(", "),
     }
 }

@@ -4,7 +4,7 @@ use lostmotion_plan::{FeedLimit, PathControl, PlanItem, PlannerConfig};
 
 /// By what factor each thing is changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Change {
+pub(crate) struct LimitChange {
     velocity: f64,
     acceleration: f64,
     jerk: f64,
@@ -12,9 +12,9 @@ pub(crate) struct Change {
     tolerance: f64,
 }
 
-impl Change {
+impl LimitChange {
     /// As it is.
-    pub(crate) const NONE: Change = Change {
+    pub(crate) const NONE: LimitChange = LimitChange {
         velocity: 1.0,
         acceleration: 1.0,
         jerk: 1.0,
@@ -55,49 +55,49 @@ impl Change {
 }
 
 /// The changes that are tried, with their names.
-pub(crate) const CHANGES: [(&str, Change); 6] = [
+pub(crate) const CHANGES: [(&str, LimitChange); 6] = [
     (
         "velocity limits +20 %",
-        Change {
+        LimitChange {
             velocity: 1.2,
-            ..Change::NONE
+            ..LimitChange::NONE
         },
     ),
     (
         "acceleration limits +20 %",
-        Change {
+        LimitChange {
             acceleration: 1.2,
-            ..Change::NONE
+            ..LimitChange::NONE
         },
     ),
     (
         "jerk limits +20 %",
-        Change {
+        LimitChange {
             jerk: 1.2,
-            ..Change::NONE
+            ..LimitChange::NONE
         },
     ),
     (
         "all three limits +20 %",
-        Change {
+        LimitChange {
             velocity: 1.2,
             acceleration: 1.2,
             jerk: 1.2,
-            ..Change::NONE
+            ..LimitChange::NONE
         },
     ),
     (
         "feed +20 %",
-        Change {
+        LimitChange {
             feed: 1.2,
-            ..Change::NONE
+            ..LimitChange::NONE
         },
     ),
     (
         "tolerance of G64 x 2",
-        Change {
+        LimitChange {
             tolerance: 2.0,
-            ..Change::NONE
+            ..LimitChange::NONE
         },
     ),
 ];

@@ -2,7 +2,7 @@
 //! on.
 
 use super::bow::Bows;
-use super::change::Change;
+use super::change::LimitChange;
 use super::check::planner_config;
 use super::curves::plan_item;
 use super::modes::Modes;
@@ -54,7 +54,7 @@ pub(crate) struct Feed {
     before: (Tick, u64),
     given: Tick,
     segments: u64,
-    change: Change,
+    change: LimitChange,
     notes: Option<Vec<Note>>,
     over: bool,
     last: Option<Sample>,
@@ -62,7 +62,7 @@ pub(crate) struct Feed {
 
 impl Feed {
     pub(crate) fn new(setup: &Setup<'_>) -> Result<Feed, SimError> {
-        Feed::changed(setup, Change::NONE)
+        Feed::changed(setup, LimitChange::NONE)
     }
 
     /// With notes of what is read.
@@ -74,7 +74,7 @@ impl Feed {
     }
 
     /// On a machine, or of a program, with something changed.
-    pub(crate) fn changed(setup: &Setup<'_>, change: Change) -> Result<Feed, SimError> {
+    pub(crate) fn changed(setup: &Setup<'_>, change: LimitChange) -> Result<Feed, SimError> {
         let (machine, options) = (setup.machine, setup.options);
         let mut modes = Modes::new(&setup.kinematics);
         let start = machine.start();

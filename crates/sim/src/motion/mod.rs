@@ -22,7 +22,7 @@ mod steer;
 mod travel;
 
 pub(crate) use bow::Bows;
-pub(crate) use change::{CHANGES, Change};
+pub(crate) use change::{CHANGES, LimitChange};
 pub(crate) use check::{Checked, check, planner_config};
 pub use curves::{Curves, ProgrammedMove, curve, plan_item};
 pub(crate) use feed::{Feed, Note};

@@ -6,7 +6,7 @@ pub mod results;
 mod watch;
 
 use crate::error::SimError;
-use crate::motion::{CHANGES, Change, Checked, Feed, check};
+use crate::motion::{CHANGES, Checked, Feed, LimitChange, check};
 use crate::program::BlockTexts;
 use crate::session::on_threads;
 use crate::setup::Setup;
@@ -142,7 +142,7 @@ fn answer(
 fn what_if(setup: &Setup<'_>, ticks: Tick) -> Result<Vec<WhatIf>, SimError> {
     let command = setup.machine.cycles().command();
     let plan_s = command.seconds(ticks);
-    let row = |(name, change): &(&str, Change)| {
+    let row = |(name, change): &(&str, LimitChange)| {
         let changed_s = command.seconds(duration(setup, *change)?);
         let saved_s = plan_s - changed_s;
         Ok(WhatIf {
@@ -163,7 +163,7 @@ fn what_if(setup: &Setup<'_>, ticks: Tick) -> Result<Vec<WhatIf>, SimError> {
 }
 
 /// Command cycles that the plan takes.
-fn duration(setup: &Setup<'_>, change: Change) -> Result<Tick, SimError> {
+fn duration(setup: &Setup<'_>, change: LimitChange) -> Result<Tick, SimError> {
     let mut feed = Feed::changed(setup, change)?;
     let (mut samples, mut segments, mut count) = (Vec::new(), Vec::new(), 0);
     loop {
