@@ -103,7 +103,7 @@ fn kinematics(criterion: &mut Criterion) {
     let jets = Curve::line(pose, pose + Coords([1.0; 9])).jet(0.5);
     let mut group = criterion.benchmark_group("kinematics");
     group.bench_function("trunnion inverse", |bencher| {
-        bencher.iter(|| trunnion.inverse(&pose, &[0.0, 0.0, 80.0]))
+        bencher.iter(|| trunnion.inverse(&pose, &[0.0, 0.0, 80.0]));
     });
     group.bench_function("trunnion inverse with three derivatives", |bencher| {
         bencher.iter(|| trunnion.inverse_jet(&jets, &[0.0, 0.0, 80.0]));

@@ -37,7 +37,7 @@ fn fit(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("fit");
     group.sample_size(10);
     group.bench_function("10 s at 250 us", |bencher| {
-        bencher.iter(|| fit_backlash(&log, &settings).expect("a fit").half_gap_rad)
+        bencher.iter(|| fit_backlash(&log, &settings).expect("a fit").half_gap_rad);
     });
     group.finish();
 }

@@ -52,7 +52,7 @@ fn segments(criterion: &mut Criterion) {
             .sample_size(10)
             .throughput(Throughput::Elements(SEGMENTS as u64));
         group.bench_function(kind, |bencher| {
-            bencher.iter(|| planned(&config, &moves).held_pieces())
+            bencher.iter(|| planned(&config, &moves).held_pieces());
         });
         group.finish();
         let ready = planned(&config, &moves);
@@ -211,7 +211,7 @@ fn kinematics(criterion: &mut Criterion) {
             .inverse_jet(&jets, &[0.0; 3])
             .expect("a pose within reach");
         group.bench_function(name, |bencher| {
-            bencher.iter(|| kinematics.inverse_jet(&jets, &[0.0; 3]))
+            bencher.iter(|| kinematics.inverse_jet(&jets, &[0.0; 3]));
         });
     }
     group.finish();

@@ -59,28 +59,28 @@ fn run(group: &mut BenchmarkGroup<'_, WallTime>, text: &str) {
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(3));
     group.bench_function("limit: loop by hand", |bencher| {
-        bencher.iter(|| limit::by_hand(black_box(bytes)))
+        bencher.iter(|| limit::by_hand(black_box(bytes)));
     });
     group.bench_function("limit: nom, fast-float2", |bencher| {
-        bencher.iter(|| limit::nom_fast_float(black_box(bytes)))
+        bencher.iter(|| limit::nom_fast_float(black_box(bytes)));
     });
     group.bench_function("limit: nom, its own numbers", |bencher| {
-        bencher.iter(|| limit::nom_double(black_box(bytes)))
+        bencher.iter(|| limit::nom_double(black_box(bytes)));
     });
     group.bench_function("words with spans", |bencher| {
-        bencher.iter(|| words(black_box(bytes)))
+        bencher.iter(|| words(black_box(bytes)));
     });
     group.bench_function("words: gcode", |bencher| {
-        bencher.iter(|| others::gcode_visitor(black_box(text)))
+        bencher.iter(|| others::gcode_visitor(black_box(text)));
     });
     group.bench_function("words: async-gcode", |bencher| {
-        bencher.iter(|| others::async_gcode(black_box(text)))
+        bencher.iter(|| others::async_gcode(black_box(text)));
     });
     group.bench_function("canonical operations", |bencher| {
-        bencher.iter(|| canonical(black_box(bytes)))
+        bencher.iter(|| canonical(black_box(bytes)));
     });
     group.bench_function("motion", |bencher| {
-        bencher.iter(|| motion(black_box(bytes)))
+        bencher.iter(|| motion(black_box(bytes)));
     });
 }
 

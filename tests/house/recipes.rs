@@ -54,7 +54,7 @@ fn recipes_apply_to_the_sources() {
     for change in changes {
         let Some(path) = change.before else {
             let folder = root.join(change.after);
-            if folder.exists() || !folder.parent().is_some_and(|folder| folder.is_dir()) {
+            if folder.exists() || !folder.parent().is_some_and(std::path::Path::is_dir) {
                 faults += &format!("{}: is no new file of a folder\n", change.after);
             }
             continue;

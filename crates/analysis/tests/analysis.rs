@@ -316,7 +316,7 @@ fn load_feedback_swings_through_the_papers_gap() {
 #[test]
 fn on_soft_flanks_the_prediction_is_near_the_simulation() {
     let soft = with_load(AxisConfig::paper(), |load| {
-        (load.stiffness_nm_per_rad, load.damping_nm_s_per_rad) = (200.0, 0.05)
+        (load.stiffness_nm_per_rad, load.damping_nm_s_per_rad) = (200.0, 0.05);
     });
     let (predicted, simulated) = (
         swing(limit_cycle(&soft, Feedback::Load)),

@@ -270,7 +270,7 @@ mod tests {
     fn links_are_followed_only_within_the_folders() {
         let (root, found) = folders();
         let link = |to: &str, from: &str| {
-            std::os::unix::fs::symlink(root.path().join(to), root.path().join(from)).unwrap()
+            std::os::unix::fs::symlink(root.path().join(to), root.path().join(from)).unwrap();
         };
         link("secret.ngc", "part/secret.ngc");
         link("lib/own.ngc", "part/inner.ngc");

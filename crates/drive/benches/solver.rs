@@ -185,10 +185,10 @@ fn solver(criterion: &mut Criterion) {
             );
         }
         group.bench_function(format!("{name} library"), |bencher| {
-            bencher.iter(|| run(&config, start, &mut &plant))
+            bencher.iter(|| run(&config, start, &mut &plant));
         });
         group.bench_function(format!("{name} explicit"), |bencher| {
-            bencher.iter(|| with(Method::Explicit(1e-7)))
+            bencher.iter(|| with(Method::Explicit(1e-7)));
         });
     }
     group.finish();

@@ -228,17 +228,17 @@ fn write_row(out: &mut impl Write, row: &Traced) -> io::Result<()> {
         )?;
         for estimate in [sample.gap_angle_estimate, sample.inertia_estimate] {
             if estimate.is_finite() {
-                write!(out, ",{estimate:.9}")?
+                write!(out, ",{estimate:.9}")?;
             } else {
-                write!(out, ",")?
+                write!(out, ",")?;
             }
         }
         write!(out, ",{}", engagement_estimate.sign())?;
         for estimate in [sample.stiffness_estimate, sample.damping_estimate] {
             if estimate.is_finite() {
-                write!(out, ",{estimate:.4}")?
+                write!(out, ",{estimate:.4}")?;
             } else {
-                write!(out, ",")?
+                write!(out, ",")?;
             }
         }
     }

@@ -97,7 +97,7 @@ impl Plant {
             match state.mode.friction(mass) {
                 Friction::None => {}
                 Friction::Bristles(side) => {
-                    search.guard(Event::Turn(mass), side.sign(), speed, 0.0)
+                    search.guard(Event::Turn(mass), side.sign(), speed, 0.0);
                 }
                 Friction::Sliding(side) if self.params.friction(mass).creeps() => {
                     search.guard(Event::Slow(mass), side.sign(), speed, -slow);

@@ -110,6 +110,11 @@ impl Filters {
             .fold(input, |signal, (filter, state)| filter.step(state, signal))
     }
 
+    /// Whether the torque command passes unfiltered.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// Number of filters.
     pub fn len(&self) -> usize {
         self.0.len()

@@ -279,7 +279,7 @@ impl Servo {
     pub(crate) fn tick_numbers(&self) -> Option<TickNumbers> {
         let drive = &self.drive;
         let plain = drive.command_delay_periods == 0
-            && self.filters.len() == 0
+            && self.filters.is_empty()
             && drive.friction_feedforward.is_none()
             && matches!(drive.anti_windup, AntiWindup::BackCalculation);
         plain.then_some(TickNumbers {

@@ -117,9 +117,9 @@ fn bounded_contact_bounces_by_its_three_arcs() {
         let middle = 0.5 * (low + high);
         let (x, v) = at(middle);
         if k * x + d * v > 0.0 {
-            low = middle
+            low = middle;
         } else {
-            high = middle
+            high = middle;
         }
     }
     let expected = -at(low).1;

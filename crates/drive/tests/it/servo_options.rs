@@ -244,7 +244,7 @@ fn the_file_format_of_the_options() {
             drive.torque_filter = filters(&[TorqueFilter::LowPass(LowPass {
                 frequency_hz: 2000.0,
                 damping: 0.7,
-            })])
+            })]);
         },
         "torque_filter[0]",
     );

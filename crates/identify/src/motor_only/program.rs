@@ -277,7 +277,7 @@ impl<const P: usize> Projected<P> {
         (0..count).for_each(|n| constraints.push_column([(n, 1.0)]));
         (0..count).for_each(|n| constraints.push_column([(n, 1.0), (first_excess_row + n, -1.0)]));
         (0..count).for_each(|n| {
-            constraints.push_column([(n, -1.0), (first_excess_row + count + n, -1.0)])
+            constraints.push_column([(n, -1.0), (first_excess_row + count + n, -1.0)]);
         });
         let mut linear = vec![0.0; free + count];
         linear.resize(variables, 1.0);

@@ -210,10 +210,10 @@ mod tests {
             if block.ticks == BLOCK {
                 match &bridge {
                     None if tick == 31 => {
-                        bridge = Some(Bridge::start(block, &Block::start(position)))
+                        bridge = Some(Bridge::start(block, &Block::start(position)));
                     }
                     Some(bridge) if crossed.is_none() => {
-                        crossed = Some(bridge.end(&block, position, &motor, 0.1))
+                        crossed = Some(bridge.end(&block, position, &motor, 0.1));
                     }
                     _ => {}
                 }

@@ -131,7 +131,7 @@ impl ShaftStep {
             let mut add = |factor: f64, of: &[f64; C]| {
                 sum.iter_mut()
                     .zip(of)
-                    .for_each(|(sum, value)| *sum += factor * value)
+                    .for_each(|(sum, value)| *sum += factor * value);
             };
             self.transition[i]
                 .iter()

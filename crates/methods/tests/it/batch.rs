@@ -197,7 +197,7 @@ fn axes_that_step_by_themselves_among_others() {
             axis.friction.load = FrictionLaw::Stribeck(Stribeck {
                 static_factor: 1.5,
                 speed_units_s: 8.0,
-            })
+            });
         },
         |axis, _| {
             axis.friction.load = FrictionLaw::Lugre(Lugre {
@@ -212,7 +212,7 @@ fn axes_that_step_by_themselves_among_others() {
                 amplitude: 0.1,
                 per_turn: 24,
                 phase_deg: 10.0,
-            }]
+            }];
         },
         |axis, change| axis.drift.gap = change,
         |axis, change| axis.drift.load_inertia = change,

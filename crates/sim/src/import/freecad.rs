@@ -52,7 +52,7 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
             .filter(|_| chars.next().is_none());
         match (id, axis.as_object()) {
             (Some(id), Some(axis)) => {
-                places.extend(take(&mut draft, line, id, axis, &mut problems))
+                places.extend(take(&mut draft, line, id, axis, &mut problems));
             }
             _ => problems.push(problem(
                 line,
@@ -198,7 +198,7 @@ fn take(
                     value: number * scale,
                     from: path.clone(),
                     line,
-                })
+                });
             }
             _ => problems.push(problem(
                 line,

@@ -105,7 +105,7 @@ pub(super) fn chain(places: &[Place]) -> Result<Vec<JointSpec>, String> {
         for place in places {
             match (place.side, place.joint) {
                 (Some(told), Some(joint)) if told == side => {
-                    own.push((place.depth(places), place, joint))
+                    own.push((place.depth(places), place, joint));
                 }
                 (Some(_), Some(_)) => {}
                 _ => {

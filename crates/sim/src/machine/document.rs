@@ -352,14 +352,14 @@ pub(super) fn not_finite(table: &DeTable<'_>) -> Vec<(String, String)> {
 fn walk(path: String, value: &DeValue<'_>, found: &mut Vec<(String, String)>) {
     match value {
         DeValue::Table(table) => table.iter().for_each(|(key, inner)| {
-            walk(format!("{path}.{}", key.get_ref()), inner.get_ref(), found)
+            walk(format!("{path}.{}", key.get_ref()), inner.get_ref(), found);
         }),
         DeValue::Array(array) => array
             .iter()
             .enumerate()
             .for_each(|(i, inner)| walk(format!("{path}[{i}]"), inner.get_ref(), found)),
         DeValue::Float(float) if !float.as_str().parse::<f64>().is_ok_and(f64::is_finite) => {
-            found.push((path, float.as_str().to_owned()))
+            found.push((path, float.as_str().to_owned()));
         }
         _ => {}
     }

@@ -87,10 +87,10 @@ impl Reader {
                 CanonicalOp::SelectPlane(plane) => self.plane = plane,
                 CanonicalOp::SetG5xOffset { system, .. } => self.system = system,
                 CanonicalOp::StartSpeedFeedSync(_) => {
-                    self.synchronised = self.synchronised.or(Some(sourced.block))
+                    self.synchronised = self.synchronised.or(Some(sourced.block));
                 }
                 CanonicalOp::StartSpindle { spindle, clockwise } => {
-                    self.turn(spindle, Some(clockwise))
+                    self.turn(spindle, Some(clockwise));
                 }
                 CanonicalOp::StopSpindle { spindle } => self.turn(spindle, None),
                 _ => {}

@@ -33,7 +33,7 @@ fn run(
     trace: Option<&mut Trace<'_>>,
 ) -> Result<CellResult, StudyError> {
     let machine = machine::machine(cell)?;
-    let program = Program::from_str(cell.to_string(), &motion::program(cell));
+    let program = Program::from_str(cell.to_string(), motion::program(cell));
     let length = Simulation::new(&program, &machine).plan(&mut |_, _| Ok(()))?;
     let mut config = AxisConfig {
         drift: machine::drift(cell, length.duration_s),

@@ -55,9 +55,9 @@ impl Move {
             for _ in 0..100 {
                 let middle = 0.5 * (low + v);
                 if needed(middle) > self.distance_rad {
-                    v = middle
+                    v = middle;
                 } else {
-                    low = middle
+                    low = middle;
                 }
             }
         }

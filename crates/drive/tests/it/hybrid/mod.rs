@@ -247,7 +247,7 @@ impl Machine {
                     guard((most + need[mass]) / most, start(-1.0));
                 }
                 Friction::Slide(s) if falls => {
-                    guard(s * v - speed, Cause::Friction(mass, Friction::Creep(s)))
+                    guard(s * v - speed, Cause::Friction(mass, Friction::Creep(s)));
                 }
                 Friction::Slide(s) => guard(s * v, Cause::Rest(mass)),
                 Friction::Creep(s) => {
@@ -256,7 +256,7 @@ impl Machine {
                 }
                 // a speed of 1e-10 the wrong way round makes no difference to bristles
                 Friction::Bristles(s) => {
-                    guard(s * v + 1e-10, Cause::Friction(mass, Friction::Bristles(-s)))
+                    guard(s * v + 1e-10, Cause::Friction(mass, Friction::Bristles(-s)));
                 }
             }
         }

@@ -167,7 +167,7 @@ fn solve(problem: &Problem, b: &[f64], jerk: bool) -> (Vec<f64>, f64, f64) {
                 for sign in [1.0, -1.0] {
                     let at = bounds.len();
                     (0..3).for_each(|i| {
-                        entries.push((at, first + i, sign * row[i] * b[first + i] / limit))
+                        entries.push((at, first + i, sign * row[i] * b[first + i] / limit));
                     });
                     entries.push((at, k, slope));
                     bounds.push(1.0 + slope);
