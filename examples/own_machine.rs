@@ -48,8 +48,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
 
-    let error = wide.edit(|m| m.axis("y").gap_um = -1.0).unwrap_err();
-    println!("{error}");
+    if let Err(error) = wide.edit(|m| m.axis("y").gap_um = -1.0) {
+        println!("{error}");
+    }
     Ok(())
 }
 

@@ -18,15 +18,17 @@ pub(crate) struct Cycle {
     pub(crate) parent: Vec<String>,
     pub(crate) members: Vec<String>,
     /// Each edge between two members, with the modules where it stands.
-    pub(crate) edges: BTreeMap<(String, String), BTreeSet<String>>,
+    pub(crate) edges: Edges,
 }
+
+/// Edges between siblings, from and to, each with the modules where it stands.
+type Edges = BTreeMap<(String, String), BTreeSet<String>>;
 
 /// Every cycle of a package.
 pub(crate) fn cycles(package: &Package) -> Vec<Cycle> {
     let tree = Tree::new(package);
     // edges between siblings, by parent
-    let mut levels: BTreeMap<Vec<String>, BTreeMap<(String, String), BTreeSet<String>>> =
-        BTreeMap::new();
+    let mut levels: BTreeMap<Vec<String>, Edges> = BTreeMap::new();
     for module in &package.modules {
         for target in tree.uses(module) {
             let common = module

@@ -64,7 +64,7 @@ fn package(root: PathBuf) -> Package {
         .unwrap_or_else(|| panic!("{name} has neither src/lib.rs nor src/main.rs"));
     let mut modules = Vec::new();
     let folder = start.parent().expect("a file in a folder").to_path_buf();
-    read_module(&start, &folder, Vec::new(), &mut modules);
+    read_module(&start, &folder, &[], &mut modules);
     Package {
         name,
         root,
@@ -73,7 +73,7 @@ fn package(root: PathBuf) -> Package {
 }
 
 /// Reads a file as a module; `folder` is where the files of its children lie.
-fn read_module(file: &Path, folder: &Path, path: Vec<String>, out: &mut Vec<Module>) {
+fn read_module(file: &Path, folder: &Path, path: &[String], out: &mut Vec<Module>) {
     let text = fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     let parsed = syn::parse_file(&text).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     take_items(file, folder, path, parsed.items, out);
@@ -82,7 +82,7 @@ fn read_module(file: &Path, folder: &Path, path: Vec<String>, out: &mut Vec<Modu
 fn take_items(
     file: &Path,
     folder: &Path,
-    path: Vec<String>,
+    path: &[String],
     mut items: Vec<syn::Item>,
     out: &mut Vec<Module>,
 ) {
@@ -95,16 +95,16 @@ fn take_items(
         })
         .collect();
     out.push(Module {
-        path: path.clone(),
+        path: path.to_vec(),
         file: file.to_path_buf(),
         items,
     });
     for child in children {
         let name = child.ident.to_string();
-        let mut child_path = path.clone();
+        let mut child_path = path.to_vec();
         child_path.push(name.clone());
         if let Some((_, body)) = child.content {
-            take_items(file, &folder.join(&name), child_path, body, out);
+            take_items(file, &folder.join(&name), &child_path, body, out);
             continue;
         }
         let named = child.attrs.iter().find_map(path_attribute);
@@ -119,7 +119,7 @@ fn take_items(
             .iter()
             .find(|candidate| candidate.is_file())
             .unwrap_or_else(|| panic!("{}: no file for mod {name}", file.display()));
-        read_module(found, &folder.join(&name), child_path, out);
+        read_module(found, &folder.join(&name), &child_path, out);
     }
 }
 

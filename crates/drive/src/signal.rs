@@ -126,7 +126,7 @@ pub struct Signals {
     /// Whether the drive was at its current or voltage limit in the last period.
     pub saturated: bool,
     /// Load position from its scale, rad at the motor shaft; only for methods whose
-    /// [`Knowledge::load_scale`] is set and machines that have one.
+    /// `Knowledge::load_scale` is set and machines that have one.
     pub load_position: Option<f64>,
 }
 

@@ -52,9 +52,9 @@ fn sine_figures(config: &AxisConfig, method: &str, radius: f64, w: f64) -> [f64;
 }
 
 /// Best of many seconds of simulated time, so that other work on the computer counts little.
-fn speed(config: &AxisConfig, method: &str) -> Result<f64, AxisError> {
+fn speed(config: &AxisConfig, method: &str) -> Result<f64, Box<dyn std::error::Error>> {
     let points = setpoints(&|t| circle(5.0, 6.0, t), 60.0);
-    let mut runner = build_runner(config, method.parse().unwrap(), 0.0)?;
+    let mut runner = build_runner(config, method.parse()?, 0.0)?;
     let mut out = AxisOutput::default();
     let mut best = f64::MAX;
     for second in points.chunks(1000) {

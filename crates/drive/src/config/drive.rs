@@ -215,7 +215,7 @@ pub enum AntiWindup {
     None,
 }
 
-/// Margins below which [`crate::analysis`] calls a loop badly tuned.
+/// Margins below which the crate `lostmotion-analysis` calls a loop badly tuned.
 ///
 /// The defaults are low: they refuse what is about to oscillate, not what a commissioning engineer
 /// would do better.

@@ -19,7 +19,7 @@
 //! `delta` times period over integral time.
 //!
 //! Delays: the command takes effect `command_delay_periods` current periods after the encoder was
-//! read, a voltage `voltage_delay_periods` after the current was; [`crate::analysis`] lists them
+//! read, a voltage `voltage_delay_periods` after the current was; the crate `lostmotion-analysis` lists them
 //! and what they cost in phase.
 
 mod filter;
