@@ -68,7 +68,7 @@ fn speed(config: &AxisConfig, method: &str) -> Result<f64, Box<dyn std::error::E
     Ok(1.0 / best)
 }
 
-fn main() -> Result<(), AxisError> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let paper = AxisConfig::paper();
     println!(
         "move 0 -> 20 -> 0 rad (40 rad/s, 400 rad/s2, 8000 rad/s3), gap 0.2 rad, no feed-forward"
