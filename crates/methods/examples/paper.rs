@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p lostmotion-methods --example paper`
 
-use lostmotion_drive::{AxisError, AxisOutput};
+use lostmotion_drive::AxisOutput;
 use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use lostmotion_rig::{
     PAPER_MOVE, circle, circle_error, errors, max_abs, mill, rms, run, setpoints, there_and_back,
