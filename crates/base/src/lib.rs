@@ -9,7 +9,6 @@
 
 pub mod axis;
 pub mod coords;
-pub mod jet;
 pub mod limits;
 pub mod linalg;
 pub mod math;
@@ -25,10 +24,9 @@ pub mod vec;
 
 pub use axis::{AXES, AxisId, AxisSet};
 pub use coords::Coords;
-pub use jet::Jet;
 pub use limits::{AxisLimits, LimitError};
 pub use plane::Plane;
 pub use random::Random;
-pub use real::Real;
+pub use real::{Jet, Real};
 pub use span::{BlockRef, Span};
 pub use tick::{Clock, Tick};

@@ -8,22 +8,18 @@
 pub mod cause;
 pub mod circular;
 pub mod error;
-mod histogram;
 pub mod ledger;
 pub mod reversal;
-pub mod reversal_ledger;
 mod side;
 pub mod statistics;
 pub mod tracker;
 pub mod types;
-mod worst;
 
 pub use cause::{Cause, CauseRule, Shares};
 pub use circular::{Circle, CircularDeviation, Glitch, RadialPoint};
 pub use error::ContourError;
-pub use ledger::{BlockLedger, BlockRow, ErrorRecord};
+pub use ledger::{BlockLedger, BlockRow, ErrorRecord, ReversalLedger, ReversalRow};
 pub use reversal::{Reversal, ReversalConfig, ReversalState};
-pub use reversal_ledger::{ReversalLedger, ReversalRow};
 pub use statistics::{Place, Statistics, Summary};
 pub use tracker::{ContourTracker, FootPlace, FootState};
 pub use types::{ContourConfig, ContourInput, ContourSample, ProgrammedSegment};

@@ -1,4 +1,4 @@
-//! A point of a curve with its derivatives, and boxes around curves.
+//! Quantities computed from curves: points with their derivatives, foot points, boxes.
 
 use lostmotion_base::{AXES, Coords, Jet};
 
@@ -25,6 +25,16 @@ impl CurveDerivs {
         }
         jets
     }
+}
+
+/// The point of a curve nearest to some point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foot {
+    /// Parameter of the foot point on the curve, mm (degrees on a line on which only rotary axes
+    /// move).
+    pub s: f64,
+    /// Distance in the X Y Z space, mm, never negative.
+    pub distance: f64,
 }
 
 /// The smallest and largest value of each axis.

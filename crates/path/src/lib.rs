@@ -19,20 +19,16 @@
 pub mod arc;
 mod arc_bounds;
 mod arc_length;
-mod arc_spec;
-mod bernstein;
 pub mod curve;
 pub mod derivs;
 pub mod error;
-mod extent;
 pub mod line;
 mod nearest;
 pub mod quintic;
 
-pub use arc::Arc;
-pub use arc_spec::ArcSpec;
-pub use curve::{Curve, Foot};
-pub use derivs::{Bounds, CurveDerivs};
+pub use arc::{Arc, ArcSpec};
+pub use curve::Curve;
+pub use derivs::{Bounds, CurveDerivs, Foot};
 pub use error::PathError;
 pub use line::Line;
 pub use lostmotion_base::Plane;

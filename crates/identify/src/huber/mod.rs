@@ -32,8 +32,8 @@ use crate::{
     solver::{QpSolver, SolveOptions, SolverStatus},
 };
 
+pub(crate) use normal::Piece;
 pub use normal::{Normal, solve_small};
-pub(crate) use program::Piece;
 
 /// Huber's delta in standard deviations: 95 % efficiency on normal residuals (Huber 1964).
 pub(crate) const HUBER_TUNING: f64 = 1.345;

@@ -1,11 +1,54 @@
-//! Curvature and gradient of a Huber loss, and the small dense algebra on them.
+//! Pieces of a Huber loss, its curvature and gradient, and the small dense algebra on them.
 
 use faer::{
     Mat, Side,
     linalg::solvers::{Llt, Solve},
 };
 
-use super::{Piece, Regression};
+use super::Regression;
+
+/// What is assumed of a sample's residual, in units of delta.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Piece {
+    /// Nothing: the sample has its own variables.
+    Explicit,
+    /// It ends in the square part.
+    Square,
+    /// It ends above delta.
+    Above,
+    /// It ends below -delta.
+    Below,
+}
+
+impl Piece {
+    pub(super) fn assume(residual: f64, band: f64) -> Self {
+        if (residual.abs() - 1.0).abs() <= band {
+            Piece::Explicit
+        } else {
+            Self::of(residual)
+        }
+    }
+
+    /// The piece that a residual lies in.
+    pub(crate) fn of(residual: f64) -> Self {
+        if residual.abs() <= 1.0 {
+            Piece::Square
+        } else if residual > 0.0 {
+            Piece::Above
+        } else {
+            Piece::Below
+        }
+    }
+
+    pub(super) fn holds(self, residual: f64) -> bool {
+        match self {
+            Piece::Explicit => true,
+            Piece::Square => residual.abs() <= 1.0,
+            Piece::Above => residual >= 1.0,
+            Piece::Below => residual <= -1.0,
+        }
+    }
+}
 
 /// Second-order picture of the loss at a point, in the regression's own units with delta 1.
 #[derive(Clone, Copy, Debug, PartialEq)]

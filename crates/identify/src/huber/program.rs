@@ -1,50 +1,8 @@
 //! The quadratic program around a centre.
 
-use super::{Normal, Regression};
+use super::Regression;
+use super::normal::{Normal, Piece};
 use crate::solver::{QuadraticProgram, SparseColumns};
-
-/// What is assumed of a sample's residual, in units of delta.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Piece {
-    /// Nothing: the sample has its own variables.
-    Explicit,
-    /// It ends in the square part.
-    Square,
-    /// It ends above delta.
-    Above,
-    /// It ends below -delta.
-    Below,
-}
-
-impl Piece {
-    pub(super) fn assume(residual: f64, band: f64) -> Self {
-        if (residual.abs() - 1.0).abs() <= band {
-            Piece::Explicit
-        } else {
-            Self::of(residual)
-        }
-    }
-
-    /// The piece that a residual lies in.
-    pub(crate) fn of(residual: f64) -> Self {
-        if residual.abs() <= 1.0 {
-            Piece::Square
-        } else if residual > 0.0 {
-            Piece::Above
-        } else {
-            Piece::Below
-        }
-    }
-
-    pub(super) fn holds(self, residual: f64) -> bool {
-        match self {
-            Piece::Explicit => true,
-            Piece::Square => residual.abs() <= 1.0,
-            Piece::Above => residual >= 1.0,
-            Piece::Below => residual <= -1.0,
-        }
-    }
-}
 
 /// Variables: step `d` (P), then for each explicit sample its square part `u`, its excess above
 /// `v >= 0` and below `w >= 0` with `a d + u + v - w = r`, `r` the residual at the centre; loss

@@ -22,7 +22,6 @@
 //! What the motor alone cannot tell: the middle of the gap (every crossing has its own zero), and
 //! with it whether the two half gaps differ.
 
-mod away;
 mod doubt;
 mod fit;
 mod load;

@@ -2,8 +2,8 @@
 //! them.
 
 use super::Quintic;
+use super::bernstein::{bernstein, differences, mixed, raised};
 use crate::CurveDerivs;
-use crate::bernstein::{bernstein, differences, mixed, raised};
 use lostmotion_base::{AXES, Coords};
 
 /// Axes evaluated where only X, Y and Z move: four fill a vector register, a fourth costs nothing.

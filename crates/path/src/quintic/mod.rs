@@ -1,11 +1,12 @@
 //! Polynomial piece of degree five in each axis.
 
+mod bernstein;
 mod eval;
 
 use crate::PathError;
-use crate::bernstein::{largest, row};
 use crate::derivs::within;
 use crate::error::finite;
+use bernstein::{largest, row};
 use lostmotion_base::{AXES, Coords};
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! Polynomials of one axis by their Bernstein coefficients; rows of six hold them from the front.
 
 /// The coefficients over the stretch from `u0` to `u1` of the first N of a row.
-pub(crate) fn row<const N: usize>(row: &[f64; 6], u0: f64, u1: f64) -> [f64; N] {
+pub(super) fn row<const N: usize>(row: &[f64; 6], u0: f64, u1: f64) -> [f64; N] {
     let mut points = [0.0; N];
     points.copy_from_slice(&row[..N]);
     let head = if u1 < 1.0 {
@@ -30,7 +30,7 @@ fn split<const N: usize>(points: [f64; N], u: f64) -> ([f64; N], [f64; N]) {
 }
 
 /// Bernstein polynomials of degree N - 1 at u.
-pub(crate) fn bernstein<const N: usize>(u: f64) -> [f64; N] {
+pub(super) fn bernstein<const N: usize>(u: f64) -> [f64; N] {
     let mut basis = [0.0; N];
     basis[0] = 1.0;
     for degree in 1..N {
@@ -40,7 +40,7 @@ pub(crate) fn bernstein<const N: usize>(u: f64) -> [f64; N] {
 }
 
 /// Those of the next degree from those of one: M is N + 1.
-pub(crate) fn raised<const N: usize, const M: usize>(basis: &[f64; N], u: f64) -> [f64; M] {
+pub(super) fn raised<const N: usize, const M: usize>(basis: &[f64; N], u: f64) -> [f64; M] {
     let mut next = [0.0; M];
     next[..N].copy_from_slice(basis);
     raise(&mut next, u);
@@ -55,7 +55,7 @@ fn raise(basis: &mut [f64], u: f64) {
 }
 
 /// Sum of rows with their weights, axis by axis.
-pub(crate) fn mixed<const N: usize, const M: usize>(
+pub(super) fn mixed<const N: usize, const M: usize>(
     rows: &[[f64; N]; M],
     weights: &[f64; M],
 ) -> [f64; N] {
@@ -69,13 +69,13 @@ pub(crate) fn mixed<const N: usize, const M: usize>(
 }
 
 /// Differences of neighbouring rows: L is M - 1.
-pub(crate) fn differences<const N: usize, const M: usize, const L: usize>(
+pub(super) fn differences<const N: usize, const M: usize, const L: usize>(
     rows: &[[f64; N]; M],
 ) -> [[f64; N]; L] {
     std::array::from_fn(|i| std::array::from_fn(|axis| rows[i + 1][axis] - rows[i][axis]))
 }
 
 /// Largest magnitude.
-pub(crate) fn largest(values: &[f64]) -> f64 {
+pub(super) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
