@@ -2,8 +2,9 @@
 
 use crate::condition::Judge;
 use crate::corner::usual_overlap_s;
-use crate::demands::demands;
-use crate::machine::{Demand, Direction, Machine, NO_LIMIT};
+use crate::demand::{Demand, Direction};
+use crate::intervals::demands;
+use crate::machine::{Machine, NO_LIMIT};
 use crate::piece::{Piece, Programmed, Soft};
 use crate::soft;
 use lostmotion_base::Coords;

@@ -6,8 +6,7 @@
 //! jerk of at most a / T.
 
 use crate::chord::Chord;
-pub(crate) use crate::demand::{Demand, Direction};
-use crate::demand::{Interval, JointDerivs, sides};
+use crate::demand::{Demand, Direction, Interval, JointDerivs, sides};
 use crate::motion::Knot;
 use lostmotion_base::{AXES, AxisLimits, math};
 

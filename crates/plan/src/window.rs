@@ -1,12 +1,12 @@
 //! The look-ahead: path that waits to be planned, and what of its plan is final.
 
-use crate::demand::Interval;
-use crate::demands::Intervals;
-use crate::machine::{Demand, Machine};
+use crate::demand::{Demand, Interval};
+use crate::intervals::Intervals;
+use crate::machine::Machine;
 use crate::motion::Knot;
 use crate::piece::{Piece, Soft};
 use crate::profile::{
-    Certificate, Node, Plan, Section, Task, TimeLaw, average, duration_s, ideal, last_cut, plan,
+    Certificate, Node, Plan, Section, Task, TimeLaw, average, duration_s, ideal, plan,
 };
 use crate::soft;
 use crate::{PlanError, PlannerConfig};
@@ -144,7 +144,10 @@ impl Window {
         }
         for part in PARTS {
             let plan = plan(&self.task(&machine.part(part), false, self.window_s));
-            let Some(cut) = last_cut(&plan, self.window_s).filter(|cut| cut.s > self.from.s) else {
+            let Some(cut) = plan
+                .last_cut(self.window_s)
+                .filter(|cut| cut.s > self.from.s)
+            else {
                 break;
             };
             let nodes: Vec<Node> = plan

@@ -1,6 +1,6 @@
 //! Blends: a polynomial piece in place of the last stretch of one curve and the first of the next.
 
-use crate::piece::size;
+use crate::piece::{Piece, Programmed, Soft, size};
 use lostmotion_path::{Curve, CurveDerivs, HermiteEnd, Quintic};
 
 /// Parts of either half on which the deviation is bounded.
@@ -13,17 +13,75 @@ const CORNER: f64 = 0.1875;
 /// Largest deviation at a step k of the second derivative: this times d2 k.
 const CURVATURE: f64 = 0.0108;
 
+/// Lengths of a blend that are tried, and what follows of each is of it: one that takes all of its
+/// room may bend more than a shorter one.
+const TRIES: usize = 3;
+const SHORTER: f64 = 0.7;
+
+/// Decides between a blend and a stop.
+pub(crate) trait Judge {
+    /// Whether the blend is faster than coming to rest at the corner, whose tolerance is given in
+    /// mm.
+    fn is_faster(
+        &self,
+        blend: &Piece,
+        before: &Programmed,
+        next: &Programmed,
+        tolerance: f64,
+    ) -> bool;
+
+    /// How soft the motions before and after a stop should be, so that they may overlap.
+    fn soft(&self, before: &Programmed, next: &Programmed, tolerance: f64) -> Option<Soft>;
+}
+
 /// A blend that keeps its tolerance.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Blend {
-    pub(crate) quintic: Quintic,
+struct Blend {
+    quintic: Quintic,
     /// Length taken from either neighbour.
-    pub(crate) half: f64,
+    half: f64,
+}
+
+/// The longest blend between two moves that takes no more than so much of either and is faster than
+/// a stop, if there is one.
+pub(super) fn best_blend(
+    before: &Programmed,
+    next: &Programmed,
+    tolerance: f64,
+    longest: f64,
+    judge: &dyn Judge,
+) -> Option<(f64, Piece)> {
+    let mut room = longest;
+    for _ in 0..TRIES {
+        let blend = longest_blend(&before.curve, &next.curve, tolerance, room)?;
+        let piece = join(&blend, before, next);
+        if judge.is_faster(&piece, before, next, tolerance) {
+            return Some((blend.half, piece));
+        }
+        room = SHORTER * blend.half;
+    }
+    None
+}
+
+/// The piece that a blend makes.
+fn join(blend: &Blend, before: &Programmed, next: &Programmed) -> Piece {
+    let marks = [
+        before.mark(0.0, before.length - blend.half),
+        next.mark(blend.half, 0.0),
+    ];
+    let heeds = before.heeds.max(next.heeds);
+    Piece {
+        curve: blend.quintic.into(),
+        marks,
+        feed: before.feed.min(next.feed),
+        heeds,
+        tool_mm: next.tool_mm,
+    }
 }
 
 /// The longest blend between the end of one curve and the start of the next that stays within the
 /// tolerance, at most `longest` on either side; `None` if even a tiny one does not.
-pub(crate) fn blend(before: &Curve, after: &Curve, tolerance: f64, longest: f64) -> Option<Blend> {
+fn longest_blend(before: &Curve, after: &Curve, tolerance: f64, longest: f64) -> Option<Blend> {
     let (end, start) = (before.eval(before.length()), after.eval(0.0));
     let corner = size(&(start.d1 - end.d1));
     let step = size(&(start.d2 - end.d2));

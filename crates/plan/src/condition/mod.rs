@@ -7,12 +7,11 @@
 //! belongs to what happens at its either end.
 
 mod blend;
-mod choice;
 mod fair;
 mod joint;
 mod run;
 
-pub(crate) use choice::Judge;
+pub(crate) use blend::Judge;
 
 use crate::PlannerConfig;
 use crate::piece::{PathStep, Programmed, Stop};
@@ -129,7 +128,7 @@ impl Conditioner {
             return 0.0;
         };
         let longest = (before.length - self.spent).min(0.5 * next.length);
-        match choice::best_blend(before, next, tolerance, longest, judge) {
+        match blend::best_blend(before, next, tolerance, longest, judge) {
             Some((half, piece)) => {
                 if before.length - half > self.spent {
                     out.push(PathStep::Piece(Arc::new(

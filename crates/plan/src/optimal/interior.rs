@@ -7,8 +7,7 @@
 //! feasible. Each step solves one system with five diagonals.
 
 use super::banded::Banded;
-use super::ends;
-use super::problem::{Local, MIDDLE, Problem};
+use super::problem::{Local, MIDDLE, Problem, follow, hold};
 use lostmotion_base::vec::dot;
 
 /// How far a step goes to the nearest limit.
@@ -72,7 +71,7 @@ impl Interior {
         for _ in 0..goal.max_steps {
             self.assemble(problem, x, mu);
             self.matrix.solve(&mut self.dx);
-            ends::follow(problem.ends, &mut self.dx);
+            follow(problem.ends, &mut self.dx);
             let [primal, dual] = self.lengths(problem, x, mu);
             let sum = self.apply(problem, x, [primal, dual]);
             gap = sum / time(x);
@@ -176,7 +175,7 @@ impl Interior {
                 self.dx[interval + k] += push + middle[1] * MIDDLE[k];
             }
         }
-        ends::hold(problem.ends, &mut self.matrix, &mut self.dx);
+        hold(problem.ends, &mut self.matrix, &mut self.dx);
     }
 
     /// How far the step may go, for x with the slacks and for the multipliers.

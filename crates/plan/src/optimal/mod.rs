@@ -3,7 +3,7 @@
 //! The motion that the look-ahead planned is taken as nominal: every joint as a function p of a
 //! nominal time sigma. Sought is the pace d sigma / dt, by its square beta over sigma. Since p
 //! comes to rest where the motion does, beta has no singularity there, and corners that are rounded
-//! in time, dwells and kinematics are all in p. [`nominal`] makes the limits of beta, [`interior`]
+//! in time, dwells and kinematics are all in p. [`problem`] makes the limits of beta, [`interior`]
 //! lowers the time, [`warp`] makes samples of it.
 //!
 //! Windows overlap: each starts in the state in which the last one was left and ends at a part of
@@ -11,21 +11,16 @@
 //! enough before that end not to feel it.
 
 mod banded;
-mod ends;
+mod excess;
 mod interior;
-mod nominal;
 mod problem;
-mod settle;
-mod tighten;
-mod trial;
 mod warp;
 mod windows;
 
-pub(crate) use ends::End;
-pub(crate) use tighten::LimitJudge;
-pub(crate) use trial::{Placed, Trial};
-pub(crate) use warp::{between, quintic};
-pub(crate) use windows::Windows;
+pub(crate) use excess::LimitJudge;
+pub(crate) use problem::End;
+pub(crate) use warp::{Placed, between, quintic};
+pub(crate) use windows::{Trial, Windows};
 
 use crate::{PlannerConfig, Sample};
 use lostmotion_base::{AXES, AxisLimits, Clock, Tick};

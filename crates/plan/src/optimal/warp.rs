@@ -1,6 +1,5 @@
 //! From beta over nominal time to samples at even steps of real time.
 
-use super::trial::Placed;
 use crate::Sample;
 use lostmotion_base::{AXES, Coords};
 
@@ -57,6 +56,16 @@ pub(crate) fn quintic([p0, v0, a0]: [f64; 3], [p1, v1, a1]: [f64; 3], u: f64) ->
         v0 + u * (a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5))),
         a0 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5)),
     ]
+}
+
+/// A sample with its place on the nominal motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed {
+    pub(crate) interval: usize,
+    pub(crate) part: f64,
+    /// d sigma / dt, and its rate of change, 1/s.
+    pub(crate) pace: [f64; 2],
+    pub(crate) sample: Sample,
 }
 
 /// Walks along nominal time in steps of real time.

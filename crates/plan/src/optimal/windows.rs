@@ -1,13 +1,9 @@
 //! One window after the other of a motion that is retimed.
 
-use super::ends::End;
+use super::excess::{self, DIFFERENCE_POINTS, Excess, LimitJudge};
 use super::interior::{Goal, Interior};
-use super::nominal::{RetimedJoint, joints, limits};
-use super::problem::Problem;
-use super::settle;
-use super::tighten::{LimitJudge, REACH};
-use super::trial::{Placed, Trial};
-use super::warp::Walk;
+use super::problem::{End, Problem, RetimedJoint, joints, limits};
+use super::warp::{Placed, Walk};
 use crate::{PlannerConfig, Sample};
 use lostmotion_base::{Clock, Coords};
 
@@ -45,6 +41,27 @@ const FAILED: f64 = 0.05;
 /// Intervals at the start of a window in which its given state leaves little choice, so that what
 /// was planned before may be done again.
 const GIVEN: usize = 60;
+/// What a plan of a window would give.
+pub(crate) struct Trial {
+    pub(super) samples: Vec<Placed>,
+    pub(super) walk: Walk,
+    /// Intervals around what passes a limit, with the part of the limits of acceleration and jerk
+    /// that is left to them.
+    pub(super) excess: Excess,
+    /// Whether the solver found something.
+    pub(crate) found: bool,
+}
+
+impl Trial {
+    /// The least part of a limit that is left to an interval.
+    pub(crate) fn least(&self) -> f64 {
+        self.excess
+            .iter()
+            .flat_map(|(_, scale)| *scale)
+            .fold(1.0, f64::min)
+    }
+}
+
 /// What is retimed, and how.
 #[derive(Clone, Debug)]
 pub(crate) struct Windows {
@@ -78,7 +95,7 @@ impl Windows {
             .map(|joint| joint.limits[0] / joint.limits[1] + joint.limits[1] / joint.limits[2])
             .fold(0.0, f64::max);
         Windows {
-            width: settle::width(joints.iter().map(|joint| joint.limits), step_s),
+            width: excess::width(joints.iter().map(|joint| joint.limits), step_s),
             joints,
             step_s,
             tail,
@@ -146,7 +163,7 @@ impl Windows {
         }
         let longest = LONGER * first.samples.len() as f64 + 1.0;
         let (mut best, mut found) = (first, self.x.clone());
-        settle::dip(&mut self.x, &best.excess, self.width, ends);
+        excess::dip(&mut self.x, &best.excess, self.width, ends);
         for _ in 0..DIPS {
             let trial = self.trial(ends[1], given, true);
             if trial.samples.len() as f64 > longest {
@@ -159,7 +176,7 @@ impl Windows {
             if trial.least() > best.least() {
                 (best, found) = (trial, self.x.clone());
             }
-            settle::dip(&mut self.x, &lowered, self.width, ends);
+            excess::dip(&mut self.x, &lowered, self.width, ends);
         }
         self.x = found;
         best
@@ -204,7 +221,7 @@ impl Windows {
                     part: 1.0,
                     pace: [1.0, 0.0],
                     sample: *last,
-                }; REACH],
+                }; DIFFERENCE_POINTS],
             );
         }
         Trial {

@@ -1,7 +1,7 @@
 //! Which change of pace to make, and when.
 
-use super::course::Course;
-use super::ramp::{Effort, Ramp, State};
+use super::course::{Course, PaceState};
+use super::ramp::{Effort, Ramp};
 
 /// Command cycles that a change may wait for a place where it can be made, if that makes it sooner
 /// done.
@@ -40,7 +40,7 @@ pub(super) fn aim(
     course: &Course,
     target: f64,
     period_s: f64,
-    after: &dyn Fn(u32) -> Option<State>,
+    after: &dyn Fn(u32) -> Option<PaceState>,
 ) -> Option<Aim> {
     let now = after(0)?;
     if now.w < target {
@@ -64,7 +64,7 @@ fn fall(
     course: &Course,
     target: f64,
     period_s: f64,
-    after: &dyn Fn(u32) -> Option<State>,
+    after: &dyn Fn(u32) -> Option<PaceState>,
 ) -> Option<Aim> {
     let mut best: Option<(f64, Aim)> = None;
     for wait in WAITS {
@@ -84,7 +84,7 @@ fn fall(
     best.map(|(_, aim)| aim)
 }
 
-fn rise(course: &Course, target: f64, now: &State) -> Option<Aim> {
+fn rise(course: &Course, target: f64, now: &PaceState) -> Option<Aim> {
     let goals = NEARLY
         .into_iter()
         .map(|part| part * target)

@@ -1,6 +1,5 @@
 //! The planned motion by its own time, as far as it is known.
 
-use super::ramp::State;
 use crate::optimal::between;
 use crate::{Heeds, Sample};
 use lostmotion_base::{AXES, AxisLimits, Coords};
@@ -10,6 +9,26 @@ use std::collections::VecDeque;
 const STILL: f64 = 1e-9;
 /// The plan is known for so many times longer than the slowest joint takes to stop.
 const AHEAD: f64 = 10.0;
+
+/// Place on the plan in steps, pace, and its derivative by real time, 1/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct PaceState {
+    pub(super) sigma: f64,
+    pub(super) w: f64,
+    pub(super) u: f64,
+}
+
+impl PaceState {
+    /// After a time at a constant second derivative of the pace, 1/s2.
+    pub(super) fn after(&self, t: f64, r: f64, step_s: f64) -> PaceState {
+        let PaceState { sigma, w, u } = *self;
+        PaceState {
+            sigma: sigma + (w + (0.5 * u + r * t / 6.0) * t) * t / step_s,
+            w: w + (u + 0.5 * r * t) * t,
+            u: u + r * t,
+        }
+    }
+}
 
 /// Limits of a joint: velocity, acceleration, jerk, by index.
 #[derive(Clone, Copy, Debug)]
@@ -176,7 +195,7 @@ impl Course {
 
     /// Whether the plan has neither speed nor acceleration at a place.
     pub(super) fn stands(&self, sigma: f64) -> bool {
-        let sample = self.sample(&State {
+        let sample = self.sample(&PaceState {
             sigma,
             w: 1.0,
             u: 0.0,
@@ -238,7 +257,7 @@ impl Course {
     }
 
     /// The motion in a state of pace: position on the plan, velocity and acceleration by real time.
-    pub(super) fn sample(&self, state: &State) -> Option<Sample> {
+    pub(super) fn sample(&self, state: &PaceState) -> Option<Sample> {
         let (index, part) = self.find(state.sigma);
         let a = self.samples.get(index)?;
         if self.complete && self.end().is_some_and(|end| state.sigma >= end) {

@@ -6,7 +6,7 @@
 //! then the most of u, and turns round just in time to arrive with u = 0. Whether it keeps every
 //! limit is looked at afterwards, all along.
 
-use super::course::{Course, CoursePlace};
+use super::course::{Course, CoursePlace, PaceState};
 use lostmotion_base::root::Bracket;
 
 /// Real time from one choice to the next, s.
@@ -26,30 +26,10 @@ const LONGEST: usize = 4000;
 /// A pace this near to the one aimed at is there.
 const THERE: f64 = 1e-9;
 
-/// CoursePlace on the plan in steps, pace, and its derivative by real time, 1/s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct State {
-    pub(super) sigma: f64,
-    pub(super) w: f64,
-    pub(super) u: f64,
-}
-
-impl State {
-    /// After a time at a constant second derivative of the pace, 1/s2.
-    pub(super) fn after(&self, t: f64, r: f64, step_s: f64) -> State {
-        let State { sigma, w, u } = *self;
-        State {
-            sigma: sigma + (w + (0.5 * u + r * t / 6.0) * t) * t / step_s,
-            w: w + (u + 0.5 * r * t) * t,
-            u: u + r * t,
-        }
-    }
-}
-
 /// A state, and what happens from there for how long.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct RampPiece {
-    pub(super) from: State,
+    pub(super) from: PaceState,
     pub(super) lasts_s: f64,
     pub(super) r: f64,
 }
@@ -58,7 +38,7 @@ pub(super) struct RampPiece {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Ramp {
     pub(super) pieces: Vec<RampPiece>,
-    pub(super) end: State,
+    pub(super) end: PaceState,
 }
 
 impl Ramp {
@@ -67,7 +47,7 @@ impl Ramp {
     }
 
     /// The state at a time since its start, and how long it has been over.
-    pub(super) fn at(&self, mut t: f64, step_s: f64) -> (State, Option<f64>) {
+    pub(super) fn at(&self, mut t: f64, step_s: f64) -> (PaceState, Option<f64>) {
         for piece in &self.pieces {
             if t < piece.lasts_s {
                 return (piece.from.after(t, piece.r, step_s), None);
@@ -140,7 +120,7 @@ impl Effort<'_> {
 
     /// The r that changes the pace to one side as fast as it may, where the next choice comes after
     /// a time.
-    fn hardest(&self, state: &State, up: bool, t: f64) -> f64 {
+    fn hardest(&self, state: &PaceState, up: bool, t: f64) -> f64 {
         let step_s = self.course.step_s;
         let middle = state.after(0.5 * t, 0.0, step_s);
         let [low, high] = Self::jerk_room(&self.course.at(middle.sigma), middle.w, middle.u);
@@ -160,7 +140,7 @@ impl Effort<'_> {
 
     /// From a state to a steady pace, as fast as may be; `None` where the plan is not known far
     /// enough.
-    fn level(&self, from: State, pieces: &mut Vec<RampPiece>) -> Option<State> {
+    fn level(&self, from: PaceState, pieces: &mut Vec<RampPiece>) -> Option<PaceState> {
         let (mut state, step_s) = (from, self.course.step_s);
         let last = self.course.end()?;
         let up = from.u < 0.0;
@@ -194,16 +174,16 @@ impl Effort<'_> {
 
     /// The pace that it would arrive at by turning round at once; out of the way where it does not
     /// arrive.
-    fn arrives(&self, from: State, up: bool) -> f64 {
+    fn arrives(&self, from: PaceState, up: bool) -> f64 {
         let lost = if up { f64::INFINITY } else { f64::NEG_INFINITY };
         self.level(from, &mut Vec::new())
             .map_or(lost, |state| state.w)
     }
 
     /// The fastest way from a state to a pace; `None` where it cannot be had, or passes a limit.
-    pub(super) fn ramp(&self, from: State, target: f64) -> Option<Ramp> {
+    pub(super) fn ramp(&self, from: PaceState, target: f64) -> Option<Ramp> {
         let up = self.level(from, &mut Vec::new())?.w < target;
-        let beyond = |state: State| {
+        let beyond = |state: PaceState| {
             let w = self.arrives(state, up);
             if up { w > target } else { w < target }
         };
@@ -222,7 +202,7 @@ impl Effort<'_> {
         let keeps = near && pieces.iter().all(|piece| self.keeps(piece));
         keeps.then_some(Ramp {
             pieces,
-            end: State {
+            end: PaceState {
                 w: target,
                 u: 0.0,
                 ..arrived
@@ -231,7 +211,7 @@ impl Effort<'_> {
     }
 
     /// As hard as may be to one side, until that passes a limit or the target.
-    fn trunk(&self, from: State, target: f64, up: bool) -> Vec<RampPiece> {
+    fn trunk(&self, from: PaceState, target: f64, up: bool) -> Vec<RampPiece> {
         let mut pieces = Vec::new();
         let mut state = from;
         while pieces.len() < LONGEST
@@ -259,7 +239,7 @@ impl Effort<'_> {
     /// Whether a piece keeps every limit, and does not go backward.
     fn keeps(&self, piece: &RampPiece) -> bool {
         [0.0, 0.5, 1.0].into_iter().all(|part| {
-            let State { sigma, w, u } =
+            let PaceState { sigma, w, u } =
                 piece
                     .from
                     .after(part * piece.lasts_s, piece.r, self.course.step_s);

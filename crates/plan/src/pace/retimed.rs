@@ -6,8 +6,7 @@
 //! and all that is asked, so that there is always a way on.
 
 use super::action::Asked;
-use super::course::Course;
-use super::ramp::State;
+use super::course::{Course, PaceState};
 use crate::optimal::{End, Placed, Trial, Windows};
 use crate::{Heeds, PlannerConfig, Sample};
 use lostmotion_base::{Clock, Coords};
@@ -31,7 +30,7 @@ pub(super) struct Retimed {
     windows: Windows,
     /// CoursePlace of the first point that is not given out, in steps of the plan.
     origin: f64,
-    ready: VecDeque<State>,
+    ready: VecDeque<PaceState>,
     /// Steps of the plan that a window looks ahead, and keeps back.
     far: usize,
     margin: usize,
@@ -45,7 +44,7 @@ impl Retimed {
         config: &PlannerConfig,
         nominal: Clock,
         course: &Course,
-        state: &State,
+        state: &PaceState,
         before: [Coords; 3],
         asked: Asked,
     ) -> Option<Retimed> {
@@ -105,12 +104,12 @@ impl Retimed {
     }
 
     /// The states of the next cycles, as far as they are settled.
-    pub(super) fn ready(&self, cycle: usize) -> Option<State> {
+    pub(super) fn ready(&self, cycle: usize) -> Option<PaceState> {
         self.ready.get(cycle).copied()
     }
 
     /// The next state; none at the end of the plan.
-    pub(super) fn next(&mut self, course: &Course) -> Option<State> {
+    pub(super) fn next(&mut self, course: &Course) -> Option<PaceState> {
         while self.ready.is_empty() && !self.done {
             let eased = self.windows.known().saturating_sub(2);
             let end = self.look(course)?;
@@ -132,7 +131,7 @@ impl Retimed {
             self.far
         };
         for step in points.len()..=steps {
-            let sample = course.sample(&State {
+            let sample = course.sample(&PaceState {
                 sigma: self.origin + step as f64,
                 w: 1.0,
                 u: 0.0,
@@ -171,7 +170,7 @@ impl Retimed {
         let origin = self.origin;
         let state = |placed: Placed| {
             let [w, u] = placed.pace;
-            State {
+            PaceState {
                 sigma: origin + placed.interval as f64 + placed.part,
                 w,
                 u,

@@ -1,8 +1,8 @@
 //! Spreads each interval's demands over the reach of a window around it.
 
 use super::Task;
-use crate::demand::Interval;
-use crate::machine::{Demand, Direction, NO_LIMIT};
+use crate::demand::{Demand, Direction, Interval};
+use crate::machine::NO_LIMIT;
 use lostmotion_base::AXES;
 use std::cell::OnceCell;
 

@@ -18,10 +18,8 @@ mod average;
 mod barrier;
 mod certificate;
 mod course;
-mod cut;
 mod dilate;
 mod ideal;
-mod node;
 mod peaks;
 pub(crate) mod refined;
 mod rows;
@@ -31,11 +29,9 @@ mod spline;
 
 pub(crate) use average::average;
 pub(crate) use certificate::Certificate;
-pub(crate) use cut::last_cut;
 pub(crate) use dilate::Cell;
 use dilate::Dilated;
 pub(crate) use ideal::ideal;
-pub(crate) use node::{Node, duration_s};
 use scan::Ground;
 
 use crate::demand::Interval;
@@ -45,6 +41,38 @@ use crate::piece::Piece;
 use lostmotion_kinematics::Kinematics;
 use std::collections::VecDeque;
 use std::sync::Arc;
+
+/// A cap counts as met within rounding.
+const MET: f64 = 1.0 - 1e-12;
+
+/// A corner of a speed profile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Node {
+    /// Place on the path.
+    pub(crate) s: f64,
+    /// Speed squared, linear in s between corners: constant acceleration.
+    pub(crate) b: f64,
+}
+
+impl Node {
+    pub(crate) fn new(s: f64, b: f64) -> Node {
+        Node { s, b }
+    }
+
+    /// Time from this corner to the next one, s; `None` where the profile does not advance.
+    pub(crate) fn time_to(&self, next: &Node) -> Option<f64> {
+        let (distance, speeds) = (next.s - self.s, self.b.sqrt() + next.b.sqrt());
+        (distance > 0.0 && speeds > 0.0).then(|| 2.0 * distance / speeds)
+    }
+}
+
+/// Time that a profile takes, s.
+pub(crate) fn duration_s(nodes: &[Node]) -> f64 {
+    nodes
+        .windows(2)
+        .filter_map(|pair| pair[0].time_to(&pair[1]))
+        .sum()
+}
 
 /// A section of path between two states that are both given: rest, or a steady speed where the
 /// look-ahead is sure of it.
@@ -98,6 +126,36 @@ pub(crate) struct Plan {
     pub(crate) cells: Vec<Cell>,
     /// Up to where the demands of each interval hold.
     pub(crate) reach_ends: Vec<f64>,
+}
+
+impl Plan {
+    /// The last place up to which the plan cannot change by what comes later: a point on a plateau at
+    /// the cap, at least one window after the plateau's beginning. The speed there cannot rise, so
+    /// nothing before it depends on what follows, and nothing after it needs to know what came before.
+    pub(crate) fn last_cut(&self, window_s: f64) -> Option<Node> {
+        let mut cut = None;
+        let mut cells = self.cells.iter().peekable();
+        let mut plateau = None;
+        for pair in self.nodes.windows(2) {
+            let (a, b) = (pair[0], pair[1]);
+            if a.b != b.b || b.s <= a.s {
+                if b.s > a.s {
+                    plateau = None;
+                }
+                continue;
+            }
+            while cells.next_if(|cell| cell.end <= a.s).is_some() {}
+            let at_cap = cells
+                .peek()
+                .is_some_and(|cell| cell.end >= b.s && a.b >= cell.cap * cell.cap * MET);
+            let begin = *plateau.get_or_insert(a.s);
+            let earliest = begin + a.b.sqrt() * window_s;
+            if at_cap && earliest < b.s {
+                cut = Some(Node::new(b.s, b.b));
+            }
+        }
+        cut
+    }
 }
 
 /// Plans from `task.from` to a stop: at the end of the path if it is known, else as far as the

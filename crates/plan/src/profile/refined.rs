@@ -4,11 +4,10 @@
 use super::barrier::BarrierProblem;
 use super::certificate::{Certificate, KEPT};
 use super::ideal::{ideal, time_between};
-use super::node::Node;
 use super::rows::problem;
 use super::spans::{Span, spans};
 use super::spline::Grid;
-use super::{Section, TimeLaw};
+use super::{Node, Section, TimeLaw};
 use crate::motion::{Knot, PathState, state_at, states};
 
 /// Intervals in the longest time over which a joint builds up its acceleration.
@@ -20,9 +19,6 @@ const WORTH: f64 = 2e-3;
 const TURNS: f64 = 1.0;
 /// Fewer intervals are left alone.
 const LEAST: usize = 12;
-/// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens
-/// between the intervals' middles.
-pub(super) const GOALS: [f64; 2] = [0.9985, 0.99];
 /// Complementarity of the interior-point method at first, where it goes on from what passed a
 /// limit, and at last, as a part of an interval's time.
 const FIRST: f64 = 0.3;

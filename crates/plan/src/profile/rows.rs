@@ -5,9 +5,11 @@ use super::Section;
 use super::barrier::{BarrierProblem, Row};
 use super::certificate::KEPT;
 use super::course::JointCourse;
-use super::refined::GOALS;
 use super::spline::Grid;
 
+/// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens
+/// between the intervals' middles.
+const GOALS: [f64; 2] = [0.9985, 0.99];
 /// Part of the speed limit planned for.
 const CAP: f64 = 0.9999;
 /// So many intervals at either end may use all of it, since what is given there may.

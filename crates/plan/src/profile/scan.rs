@@ -1,7 +1,7 @@
 //! The highest speed profile below the caps that the acceleration allows.
 
 use super::{Cell, Node, Task};
-use crate::machine::Direction;
+use crate::demand::Direction;
 use lostmotion_base::root::Bracket;
 
 /// What a profile is planned over.

@@ -1,7 +1,7 @@
 //! Bounds of the joints' derivatives along a piece of path.
 
-use crate::demand::Interval;
-use crate::machine::{Demand, Machine};
+use crate::demand::{Demand, Interval};
+use crate::machine::Machine;
 use crate::piece::Piece;
 use lostmotion_base::{AXES, Coords, Jet};
 use lostmotion_kinematics::{Kinematics, KinematicsError};

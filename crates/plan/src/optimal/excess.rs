@@ -1,15 +1,30 @@
-//! Looks at samples from the outside, and takes room away where a joint passes its limits.
+//! Judges the retimed samples from outside, and makes room where a joint passes a limit: the
+//! limits of the intervals around it are tightened before the window is solved again, or the pace
+//! is lowered there.
 
-use super::trial::Placed;
+use super::problem::End;
+use super::warp::Placed;
 use crate::PlannerConfig;
 use lostmotion_base::Coords;
 
-/// Differences reach over so many samples.
-pub(super) const REACH: usize = 4;
-/// What passes a limit by no more than this part is rounding.
+/// Number of consecutive positions that a third difference, the discrete jerk, needs.
+pub(super) const DIFFERENCE_POINTS: usize = 4;
+/// Part of a limit by which rounding of positions may pass it.
 const ROUNDING: f64 = 1e-7;
-/// Room is taken away by a little more than what was passed.
-const MORE: f64 = 5e-4;
+/// Part of a limit that is taken away beyond the excess, so that the next solution does not end
+/// just beyond it again; origin unknown, kept.
+const TIGHTEN_MARGIN: f64 = 5e-4;
+/// Half width of a dip of the pace in units of sqrt(v/j): so wide that the dip's own change of pace
+/// costs less jerk than the lower pace saves; origin unknown, kept.
+const DIP_WIDTH: f64 = 3.5;
+/// Depth of a dip of beta for each part by which a limit is passed; origin unknown, kept.
+const DIP_DEPTH: f64 = 1.1;
+/// Deepest dip at once, as a part of beta; origin unknown, kept.
+const DEEPEST_DIP: f64 = 0.5;
+/// Coefficients next to a given state that no dip changes, and over how many more its depth grows
+/// to the whole; origin of both unknown, kept.
+const FIXED_COEFFICIENTS: usize = 4;
+const TAPER_COEFFICIENTS: f64 = 60.0;
 
 /// Intervals, each with the part of its limits of acceleration and jerk that is left to it.
 pub(super) type Excess = Vec<(usize, [f64; 2])>;
@@ -51,7 +66,7 @@ impl LimitJudge {
             return Vec::new();
         };
         let before = if self.before.is_empty() {
-            vec![first.position; REACH - 1]
+            vec![first.position; DIFFERENCE_POINTS - 1]
         } else {
             self.before.clone()
         };
@@ -66,7 +81,7 @@ impl LimitJudge {
         let interval =
             |index: usize| batch[index.saturating_sub(lead).min(batch.len() - 1)].interval;
         let mut scales = vec![[1.0_f64; 2]; intervals];
-        for end in REACH - 1..lead + batch.len() {
+        for end in DIFFERENCE_POINTS - 1..lead + batch.len() {
             let points = [3, 2, 1, 0].map(|back| place(end - back));
             let parts = self.parts(points);
             for (kind, part) in parts
@@ -78,7 +93,7 @@ impl LimitJudge {
                     ..=(interval(end) + 1).min(intervals - 1);
                 scales[around]
                     .iter_mut()
-                    .for_each(|scale| scale[kind] = scale[kind].min((1.0 - MORE) / part));
+                    .for_each(|scale| scale[kind] = scale[kind].min((1.0 - TIGHTEN_MARGIN) / part));
             }
         }
         scales
@@ -90,7 +105,7 @@ impl LimitJudge {
 
     /// Second and third differences of the last three and all four of the points as parts of what
     /// the joints' limits allow, the largest.
-    fn parts(&self, points: [&Coords; REACH]) -> [f64; 2] {
+    fn parts(&self, points: [&Coords; DIFFERENCE_POINTS]) -> [f64; 2] {
         let mut parts = [0.0_f64; 2];
         for (joint, limits) in &self.joints {
             let [p0, p1, p2, p3] = points.map(|point| point.0[*joint]);
@@ -109,23 +124,23 @@ impl LimitJudge {
         if self.before.is_empty()
             && let Some(Placed { sample: first, .. }) = batch.first()
         {
-            self.before = vec![first.position; REACH - 1];
+            self.before = vec![first.position; DIFFERENCE_POINTS - 1];
         }
         self.before.extend(
             batch
                 .iter()
                 .rev()
-                .take(REACH - 1)
+                .take(DIFFERENCE_POINTS - 1)
                 .rev()
                 .map(|placed| placed.sample.position),
         );
-        let excess = self.before.len().saturating_sub(REACH - 1);
+        let excess = self.before.len().saturating_sub(DIFFERENCE_POINTS - 1);
         self.before.drain(..excess);
     }
 
     /// Whether positions at even times keep the limits but for a part.
     pub(crate) fn keep(&self, positions: &[Coords], part: f64) -> bool {
-        positions.windows(REACH).all(|p| {
+        positions.windows(DIFFERENCE_POINTS).all(|p| {
             self.parts([&p[0], &p[1], &p[2], &p[3]])
                 .into_iter()
                 .all(|reached| reached <= 1.0 + part)
@@ -135,5 +150,38 @@ impl LimitJudge {
     /// Takes over the last positions of what was given out elsewhere.
     pub(super) fn follow(&mut self, before: Vec<Coords>) {
         self.before = before;
+    }
+}
+
+/// How wide a dip of the pace is, in steps of nominal time, for the ratios of velocity to jerk of
+/// the joints.
+pub(super) fn width(limits: impl Iterator<Item = [f64; 3]>, step_s: f64) -> f64 {
+    DIP_WIDTH * limits.map(|[v, _, j]| (v / j).sqrt()).fold(0.0, f64::max) / step_s
+}
+
+/// Lowers the coefficients of beta around what passes a limit; those that are given stay.
+pub(super) fn dip(x: &mut [f64], excess: &Excess, width: f64, ends: [End; 2]) {
+    let mut less = vec![0.0_f64; x.len()];
+    for (interval, scale) in excess {
+        let depth = (DIP_DEPTH * (1.0 - scale[0].min(scale[1]))).min(DEEPEST_DIP);
+        let (center, reach) = (*interval as f64 + 1.0, width.ceil() as usize);
+        let around = (interval + 1).saturating_sub(reach)..(interval + 1 + reach).min(x.len());
+        for (index, less) in less[around.clone()].iter_mut().enumerate() {
+            let away = ((around.start + index) as f64 - center) / width;
+            let bump = (1.0 - away * away).max(0.0);
+            *less = less.max(depth * bump * bump);
+        }
+    }
+    let last = x.len() - 1;
+    let part = |end: End, away: usize| {
+        if end == End::Moving {
+            (away.saturating_sub(FIXED_COEFFICIENTS) as f64 / TAPER_COEFFICIENTS).min(1.0)
+        } else {
+            1.0
+        }
+    };
+    for (index, (x, less)) in x.iter_mut().zip(less).enumerate() {
+        let part = part(ends[0], index).min(part(ends[1], last - index));
+        *x *= 1.0 - less * part * part * (3.0 - 2.0 * part);
     }
 }
