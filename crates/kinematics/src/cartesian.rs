@@ -5,7 +5,7 @@
 //! tool-centre-point control), as on a mill with a rotary table whose CAM knows the table.
 
 use crate::spec::check_parameters;
-use crate::{Kinematics, KinematicsError, KinematicsSpec, ToolPose};
+use crate::{JointMap, Kinematics, KinematicsError, KinematicsSpec, ToolPose};
 use lostmotion_base::{Coords, Jet};
 
 /// Registered name.
@@ -29,8 +29,8 @@ impl Kinematics for Cartesian {
         KIND
     }
 
-    fn is_affine(&self) -> bool {
-        true
+    fn joint_map(&self) -> JointMap {
+        JointMap::Shifted
     }
 
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {

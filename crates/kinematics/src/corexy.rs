@@ -35,10 +35,6 @@ impl Kinematics for CoreXy {
         KIND
     }
 
-    fn is_affine(&self) -> bool {
-        false
-    }
-
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
         Ok(Coords(joints(&program.0, tool)))
     }

@@ -100,10 +100,6 @@ impl Kinematics for Delta {
         KIND
     }
 
-    fn is_affine(&self) -> bool {
-        false
-    }
-
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
         self.joints(&program.0, tool)
             .map(Coords)

@@ -64,6 +64,16 @@ pub struct Layout {
     pub joints: AxisSet,
 }
 
+/// How joints follow from program coordinates: what the planner may take from the path itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointMap {
+    /// Each joint is the program coordinate of its letter plus a constant: derivatives by path
+    /// length, bounds and straight lines are those of the path.
+    Shifted,
+    /// Any other map: the planner evaluates [`Kinematics::inverse_jet`] along the path.
+    Curved,
+}
+
 /// A pose that the machine cannot take.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -146,9 +156,6 @@ impl KinematicsError {
 ///     fn name(&self) -> &'static str {
 ///         "leaning-column"
 ///     }
-///     fn is_affine(&self) -> bool {
-///         false
-///     }
 ///     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
 ///         Ok(Coords(self.joints(&program.0, tool)))
 ///     }
@@ -182,9 +189,10 @@ pub trait Kinematics: Send + Sync + std::fmt::Debug {
     /// Registered name.
     fn name(&self) -> &'static str;
 
-    /// Whether joints equal program coordinates up to a constant, so that derivatives by path
-    /// length are the path's own.
-    fn is_affine(&self) -> bool;
+    /// How joints follow from program coordinates.
+    fn joint_map(&self) -> JointMap {
+        JointMap::Curved
+    }
 
     /// Joint positions of program coordinates, mm and rad.
     ///

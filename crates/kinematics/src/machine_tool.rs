@@ -228,10 +228,6 @@ impl Kinematics for MachineTool {
         self.kind
     }
 
-    fn is_affine(&self) -> bool {
-        false
-    }
-
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
         let joints = Coords(self.joints(&program.0, tool));
         if joints.is_finite() {

@@ -99,10 +99,6 @@ impl Kinematics for Scara {
         KIND
     }
 
-    fn is_affine(&self) -> bool {
-        false
-    }
-
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
         self.joints(&program.0, tool)
             .map(Coords)

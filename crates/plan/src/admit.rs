@@ -4,7 +4,7 @@ use crate::error::PlanError;
 use crate::travel::violations;
 use crate::{FeedLimit, Move, PlannerConfig};
 use lostmotion_base::{AXES, AxisId, BlockRef, Coords};
-use lostmotion_kinematics::Kinematics;
+use lostmotion_kinematics::{JointMap, Kinematics};
 
 /// Moves that start farther than this from the end of the one before do not connect, mm or rad.
 const CONNECTED: f64 = 1e-6;
@@ -118,7 +118,7 @@ fn has_limits(
 ) -> Result<(), PlanError> {
     let curve = &item.curve;
     let mut speed = curve.max_derivatives(0.0, curve.length()).0;
-    if !kinematics.is_affine() {
+    if kinematics.joint_map() == JointMap::Curved {
         for point in 0..=POINTS {
             let jets = kinematics.inverse_jet(
                 &curve.jet(curve.length() * (point as f64 / POINTS as f64)),

@@ -4,7 +4,7 @@ use crate::demand::{Demand, Interval};
 use crate::machine::Machine;
 use crate::piece::Piece;
 use lostmotion_base::{AXES, Coords, Jet};
-use lostmotion_kinematics::{Kinematics, KinematicsError};
+use lostmotion_kinematics::{JointMap, Kinematics, KinematicsError};
 use lostmotion_path::{Curve, Quintic};
 
 /// Stretches of arc over which the tangent turns by more are split, rad.
@@ -97,7 +97,7 @@ pub(crate) fn demands(
 ) -> Result<Vec<(f64, Demand)>, KinematicsError> {
     let length = piece.curve.length();
     let mut parts = parts(&piece.curve);
-    if let (Curve::Quintic(quintic), true) = (&piece.curve, kinematics.is_affine()) {
+    if let (Curve::Quintic(quintic), JointMap::Shifted) = (&piece.curve, kinematics.joint_map()) {
         let mut whole = signed(quintic, 0.0, length);
         whole.feed = feed(piece, 0.0, length, Coords(whole.d[0])).min(straight(
             piece,
@@ -118,7 +118,7 @@ pub(crate) fn demands(
             length * (part as f64 / parts as f64),
             length * ((part + 1) as f64 / parts as f64),
         );
-        if kinematics.is_affine() {
+        if kinematics.joint_map() == JointMap::Shifted {
             let mut demand = match &piece.curve {
                 Curve::Quintic(quintic) => signed(quintic, s0, s1),
                 curve => of(curve, s0, s1),

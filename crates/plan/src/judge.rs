@@ -8,7 +8,7 @@ use crate::machine::{Machine, NO_LIMIT};
 use crate::piece::{Piece, Programmed, Soft};
 use crate::soft;
 use lostmotion_base::Coords;
-use lostmotion_kinematics::Kinematics;
+use lostmotion_kinematics::{JointMap, Kinematics};
 use lostmotion_path::Curve;
 
 /// Part of what soft ends save on lines long enough to get fast that is held against a blend: how
@@ -90,7 +90,9 @@ impl TimeJudge<'_> {
         most_s: f64,
     ) -> f64 {
         match (&before.curve, &next.curve) {
-            (Curve::Line(a), Curve::Line(b)) if self.kinematics.is_affine() => {
+            (Curve::Line(a), Curve::Line(b))
+                if self.kinematics.joint_map() == JointMap::Shifted =>
+            {
                 let usual = usual_overlap_s(
                     self.machine,
                     [&a.eval(0.0).d1, &b.eval(0.0).d1],
@@ -121,8 +123,8 @@ impl TimeJudge<'_> {
         next: &Programmed,
         tolerance: f64,
     ) -> Option<(Soft, f64)> {
-        let (Curve::Line(_), Curve::Line(_), true) =
-            (&before.curve, &next.curve, self.kinematics.is_affine())
+        let (Curve::Line(_), Curve::Line(_), JointMap::Shifted) =
+            (&before.curve, &next.curve, self.kinematics.joint_map())
         else {
             return None;
         };

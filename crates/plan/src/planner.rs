@@ -13,7 +13,7 @@ use crate::stretch::Stretch;
 use crate::window::{Settled, Window};
 use crate::{Move, PlanError, PlanItem, PlannerConfig, Quality, Sample};
 use lostmotion_base::Coords;
-use lostmotion_kinematics::Kinematics;
+use lostmotion_kinematics::{JointMap, Kinematics};
 use lostmotion_path::Curve;
 use std::sync::Arc;
 
@@ -334,7 +334,11 @@ impl Planner {
     /// How long before the end of the stretch before a stretch may set out, s.
     fn overlap_s(&mut self, stretch: &Stretch) -> f64 {
         // Program coordinates add up to joints only where the one is the other up to a constant.
-        let Some(tolerance) = self.corner.take().filter(|_| self.kinematics.is_affine()) else {
+        let Some(tolerance) = self
+            .corner
+            .take()
+            .filter(|_| self.kinematics.joint_map() == JointMap::Shifted)
+        else {
             return 0.0;
         };
         let before = self.sampler.stretches.back().and_then(Leg::end_of);

@@ -5,7 +5,7 @@ use crate::piece::size;
 use crate::stretch::Stretch;
 use crate::{Heeds, Sample};
 use lostmotion_base::{AXES, Clock, Coords, Jet, Tick};
-use lostmotion_kinematics::Kinematics;
+use lostmotion_kinematics::{JointMap, Kinematics};
 use std::collections::VecDeque;
 
 /// A bound of times.
@@ -185,7 +185,7 @@ impl Sampler {
         let Some(stretch) = self
             .stretches
             .front_mut()
-            .filter(|_| kinematics.is_affine())
+            .filter(|_| kinematics.joint_map() == JointMap::Shifted)
         else {
             return false;
         };
@@ -338,7 +338,7 @@ fn follow(stretch: &mut Stretch, t: f64, sample: &mut Sample) -> Option<SamplePl
 /// Joint position, velocity and acceleration from the program side's, both by time. Poses were
 /// checked when the move was pushed; should one fail all the same, the joints stay where they are.
 fn joints(sample: &mut Sample, program: &[Jet; AXES], kinematics: &dyn Kinematics) {
-    if kinematics.is_affine() {
+    if kinematics.joint_map() == JointMap::Shifted {
         let point = Coords(program.map(|jet| jet.0[0]));
         if let Ok(position) = kinematics.inverse(&point, &sample.tool_mm) {
             sample.position = position;

@@ -3,7 +3,7 @@
 use crate::error::{PlanError, TravelViolation};
 use crate::{Move, PlannerConfig};
 use lostmotion_base::{AXES, AxisId, AxisLimits, Coords};
-use lostmotion_kinematics::{Kinematics, KinematicsError};
+use lostmotion_kinematics::{JointMap, Kinematics, KinematicsError};
 use lostmotion_path::{Bounds, Curve};
 use std::sync::Arc;
 
@@ -119,7 +119,7 @@ fn joint_bounds(
     tool_mm: &[f64; 3],
 ) -> Result<Bounds, KinematicsError> {
     let start = kinematics.inverse(&curve.start(), tool_mm)?;
-    if kinematics.is_affine() {
+    if kinematics.joint_map() == JointMap::Shifted {
         let (offset, bounds) = (start - curve.start(), curve.bounds());
         return Ok(Bounds {
             min: bounds.min + offset,

@@ -32,10 +32,6 @@ impl Kinematics for Skewed {
         "skewed"
     }
 
-    fn is_affine(&self) -> bool {
-        false
-    }
-
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
         Ok(Coords(self.joints(&program.0, tool)))
     }

@@ -221,10 +221,6 @@ impl Kinematics for Arm {
         KIND
     }
 
-    fn is_affine(&self) -> bool {
-        false
-    }
-
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
         self.solve(&Pose::of_words(&program.0), tool, self.branch)
             .map(Coords)

@@ -211,10 +211,6 @@ impl Kinematics for Numeric {
         KIND
     }
 
-    fn is_affine(&self) -> bool {
-        false
-    }
-
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
         self.solve(program, tool)
     }

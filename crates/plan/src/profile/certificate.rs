@@ -12,6 +12,7 @@ use super::course::{JointCourse, JointPlace};
 use crate::demand::JointDerivs;
 use crate::motion::{Knot, PathState};
 use lostmotion_base::AXES;
+use lostmotion_kinematics::JointMap;
 
 /// Limits are kept within rounding.
 pub(super) const KEPT: f64 = 1.0 + 1e-6;
@@ -156,10 +157,9 @@ impl<'a> Certificate<'a> {
         halvings: u32,
     ) -> Option<Used> {
         let middle = || self.end(knot, 0.5 * (left.t + right.t));
-        let (seen, bound) = if self.section.kinematics.is_affine() {
-            self.bounds(knot, left, right)
-        } else {
-            self.estimate([left, &middle()?, right])
+        let (seen, bound) = match self.section.kinematics.joint_map() {
+            JointMap::Shifted => self.bounds(knot, left, right),
+            JointMap::Curved => self.estimate([left, &middle()?, right]),
         };
         let fits = |used: &Used| used.iter().all(|part| *part <= KEPT);
         if fits(&bound) || !fits(&seen) || halvings == 0 {

@@ -3,6 +3,7 @@
 use super::Section;
 use crate::demand::JointDerivs;
 use lostmotion_base::AXES;
+use lostmotion_kinematics::JointMap;
 
 /// Derivatives of the joints by the path at a place, and the largest speed of the path parameter
 /// that the feed and the chords allow, 1/s.
@@ -84,7 +85,7 @@ impl<'a> JointCourse<'a> {
             piece.feed
         };
         let chord = self.section.machine.chord.as_ref();
-        if self.section.kinematics.is_affine() && chord.is_none() {
+        if self.section.kinematics.joint_map() == JointMap::Shifted && chord.is_none() {
             return Some(JointPlace {
                 d: [at.d1.0, at.d2.0, at.d3.0],
                 feed,

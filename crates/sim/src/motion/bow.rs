@@ -5,7 +5,7 @@ use crate::options::BowLimit;
 use crate::results::{PlanInfo, Straightness};
 use lostmotion_base::Coords;
 use lostmotion_base::units::UM_PER_MM;
-use lostmotion_kinematics::{Kinematics, bow_mm};
+use lostmotion_kinematics::{JointMap, Kinematics, bow_mm};
 use lostmotion_path::Curve;
 use lostmotion_plan::{Chord, FeedLimit, Move, Planner, Sample};
 use std::sync::Arc;
@@ -35,8 +35,8 @@ impl Bows {
         limit: BowLimit,
     ) -> Option<Bows> {
         let kept_um = limit.is_kept.then_some(limit.um);
-        let kinematics =
-            (!kinematics.is_affine() || limit.is_kept).then(|| Arc::clone(kinematics))?;
+        let kinematics = (kinematics.joint_map() == JointMap::Curved || limit.is_kept)
+            .then(|| Arc::clone(kinematics))?;
         Some(Bows {
             kinematics,
             period_s,
@@ -122,7 +122,7 @@ impl Bows {
     pub(crate) fn plain(&mut self, item: &Move) {
         let (Curve::Line(_), false) = (
             &item.curve,
-            item.feed == FeedLimit::Rapid || self.kinematics.is_affine(),
+            item.feed == FeedLimit::Rapid || self.kinematics.joint_map() == JointMap::Shifted,
         ) else {
             return;
         };

@@ -7,6 +7,7 @@ use crate::error::{SimError, TravelExcess, shown};
 use crate::machine::{Machine, WorkOffsets};
 use crate::setup::Setup;
 use lostmotion_base::units::deg;
+use lostmotion_kinematics::JointMap;
 use lostmotion_path::Bounds;
 use lostmotion_plan::TravelViolation;
 use std::collections::BTreeSet;
@@ -147,7 +148,7 @@ fn reached(setup: &Setup<'_>) -> Option<Bounds> {
     for item in Curves::new(setup).ok()? {
         let item = item.ok()?;
         let kinematics = modes.kinematics(item.is_tip);
-        if !kinematics.is_affine() {
+        if kinematics.joint_map() == JointMap::Curved {
             return None;
         }
         let start = item.motion.curve.start();
