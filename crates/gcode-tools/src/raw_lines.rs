@@ -22,6 +22,7 @@ pub(crate) fn read_line(reader: &mut impl BufRead, line: &mut RawLine) -> io::Re
         if buffer.is_empty() {
             return Ok(!line.text.is_empty());
         }
+        // A line may span several fills of the buffer.
         let at = buffer.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
         let piece = buffer.get(..at.unwrap_or(buffer.len())).unwrap_or_default();
         line.text.extend_from_slice(piece);
@@ -35,6 +36,7 @@ pub(crate) fn read_line(reader: &mut impl BufRead, line: &mut RawLine) -> io::Re
                 return Ok(true);
             }
             Some(_) => {
+                // CR LF may be cut by the buffer's end: refill before looking at the next byte.
                 let pair = reader.fill_buf()?.first() == Some(&b'\n');
                 if pair {
                     reader.consume(1);

@@ -37,6 +37,8 @@ fn tool_offset(f: &mut Formatter<'_>, offset: &Position) -> fmt::Result {
 }
 
 fn arc(f: &mut Formatter<'_>, arc: &ArcFeed) -> fmt::Result {
+    // Plane coordinates first, then the axis normal to the plane, then the rotary axes; U V W are
+    // not shown.
     let ([first, second], [center_first, center_second], [a, b, c, ..]) =
         (arc.end, arc.center, arc.others);
     let [first, second, center_first, center_second] =
@@ -104,6 +106,8 @@ impl Display for CanonicalOp {
             O::UseToolLengthOffset(offset) => tool_offset(f, offset),
             O::SetTilt(None) => f.write_str("SET_TILT()"),
             O::SetTilt(Some(tilt)) => {
+                // Origin, then the matrix by rows; LinuxCNC has no such operation, so that the
+                // form is ours.
                 let numbers = tilt
                     .origin
                     .into_iter()
@@ -242,6 +246,8 @@ const TEXT_BYTES: usize = 16;
 
 impl Display for Four {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        // Ten-thousandths as an integer; halves and very large values are left to the standard
+        // library.
         let scaled = self.0.abs() * 1e4;
         let whole = (scaled + 0.5) as u64;
         if scaled.is_nan()
@@ -250,6 +256,8 @@ impl Display for Four {
         {
             return write!(f, "{:.4}", self.0);
         }
+        // The buffer is full of minus signs: the one before the first digit is shown for negative
+        // numbers.
         let mut text = [b'-'; TEXT_BYTES];
         let start = put(&mut text, whole) - usize::from(self.0.is_sign_negative());
         let shown = text
@@ -265,6 +273,7 @@ fn put(text: &mut [u8; TEXT_BYTES], mut whole: u64) -> usize {
     let mut start = TEXT_BYTES;
     for (index, slot) in text.iter_mut().enumerate().rev() {
         let place = TEXT_BYTES - 1 - index;
+        // The point stands before the last four digits.
         if place == 4 {
             *slot = b'.';
             continue;
@@ -272,6 +281,7 @@ fn put(text: &mut [u8; TEXT_BYTES], mut whole: u64) -> usize {
         *slot = b'0' + (whole % 10) as u8;
         whole /= 10;
         start = index;
+        // At least one digit stands before the point.
         if place > 4 && whole == 0 {
             break;
         }

@@ -89,6 +89,7 @@ impl Diagnostics {
             Severity::Warning => self.warnings += 1,
             Severity::Note => self.notes += 1,
         }
+        // A loop finds the same thing at the same place each round.
         if self
             .kept
             .iter()
@@ -96,6 +97,7 @@ impl Diagnostics {
         {
             return;
         }
+        // Room for errors is made at the cost of the mildest finding: errors refuse the program.
         if self.kept.len() < self.limit {
             self.kept.push(diagnostic);
         } else if let (true, Some(index)) = (is_error, self.last_mild()) {

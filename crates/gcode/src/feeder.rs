@@ -67,6 +67,7 @@ impl Feeder {
     /// the terminator.
     pub fn feed(&mut self, line: &[u8]) -> Fed {
         let start = self.offset;
+        // Places count as if the lines stood in one file.
         self.line = self.line.saturating_add(1);
         self.offset += line.len() as u64;
         let content = line.strip_suffix(b"\n").unwrap_or(line);
@@ -81,6 +82,7 @@ impl Feeder {
         if line.ends_with(b"\r\n") {
             self.interpreter.habit_at(Leniency::CrLf, span);
         }
+        // A line that is too long is reported and skipped: the lines after it are still read.
         if content.len() > self.limits.line_bytes {
             let problem = Problem::LineTooLong {
                 bytes: content.len(),

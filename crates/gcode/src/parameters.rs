@@ -52,6 +52,7 @@ impl Parameters {
         let size = usize::from(HIGHEST) + 1;
         let mut parameters = Parameters {
             numbered: vec![0.0; size],
+            // Those from #5061 on are the machine's and always have a value.
             known: (0..size).map(|number| number > 5060).collect(),
             globals: Names::new(),
             scopes: vec![Names::new()],
@@ -116,6 +117,7 @@ impl Parameters {
         state: &State,
     ) -> Result<(), Problem> {
         let shown = || String::from_utf8_lossy(name).into_owned();
+        // Names that show the state cannot be set.
         if name.first() == Some(&b'_') && system_name(name, state).is_some() {
             return Err(Problem::ReadOnlyName { name: shown() });
         }
@@ -125,6 +127,7 @@ impl Parameters {
             self.scopes.last_mut()
         };
         let Some(table) = table else { return Ok(()) };
+        // A known name is replaced without an allocation; only new ones count towards the limit.
         if let Some(slot) = table.get_mut(name) {
             *slot = value;
             return Ok(());
@@ -160,6 +163,7 @@ impl Parameters {
     /// Opens a scope with new #1 to #30 and returns the old ones.
     pub(crate) fn enter(&mut self, arguments: &[f64]) -> [f64; LOCALS] {
         self.scopes.push(Names::new());
+        // NaN stands for a parameter without a value, so that it comes back without one.
         let kept = |index: usize| {
             if self.known.get(index + 1) == Some(&false) {
                 f64::NAN
@@ -204,12 +208,14 @@ pub(crate) struct View<'a> {
 
 impl Lookup for View<'_> {
     fn numbered(&mut self, number: f64) -> Result<f64, Problem> {
+        // #0 is always vacant in Macro B and does not exist in RS274/NGC.
         if number == 0.0 && self.parameters.vacants {
             self.parameters.vacant_read = true;
             return Ok(f64::NAN);
         }
         let number = in_range(number)?;
         Ok(match number {
+            // Parameters that show the state: tool, its offsets, the present place.
             5400 => f64::from(self.state.loaded_tool),
             5401..=5409 => {
                 let index = usize::from(number - 5401);
@@ -234,6 +240,7 @@ impl Lookup for View<'_> {
                     .copied()
                     .unwrap_or(true)
                 {
+                    // Without a value: vacant in Macro B, 0 with a warning in RS274/NGC.
                     if self.parameters.vacants {
                         self.parameters.vacant_read = true;
                         return Ok(f64::NAN);
@@ -324,6 +331,7 @@ pub(crate) fn system_name(name: &[u8], state: &State) -> Option<f64> {
 
 /// `_x` to `_w`: where the tool is; `_abs_x` to `_abs_w`: in machine coordinates.
 fn coordinate(name: &str, state: &State) -> Option<f64> {
+    // One letter after the prefix: anything longer is another name.
     let (position, letter) = match name.strip_prefix("_abs_") {
         Some(letter) => (state.machine(), letter),
         None => (state.current, name.strip_prefix('_')?),

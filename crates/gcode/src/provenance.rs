@@ -139,6 +139,8 @@ impl CallStacks {
                 return index;
             }
         }
+        // A full tree counts further calls as the main program's: places stay right, traces end
+        // early.
         if self.sites.len() >= MOST_CALLS {
             return 0;
         }

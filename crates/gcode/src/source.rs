@@ -63,6 +63,7 @@ impl<R: BufRead> Lines<R> {
 
     /// The next line with its number and offset, none at the end.
     pub(crate) fn next(&mut self) -> io::Result<Option<(LineKind, u32, u64)>> {
+        // The line before was lent from the reader's buffer: it is consumed only now.
         self.reader.consume(std::mem::take(&mut self.used));
         self.line.clear();
         self.in_place = None;
@@ -72,6 +73,7 @@ impl<R: BufRead> Lines<R> {
         loop {
             let buffer = self.reader.fill_buf()?;
             if buffer.is_empty() {
+                // A CR at the very end was no CR LF.
                 if std::mem::take(&mut self.after_cr) {
                     self.end = Some(LineEnd::Cr);
                 }

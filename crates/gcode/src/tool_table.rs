@@ -90,6 +90,7 @@ fn parse_tool(content: &str) -> Result<Tool, String> {
             .ok()
             .filter(|value: &f64| value.is_finite())
             .ok_or_else(|| format!("{word} is not a letter with a number"))?;
+        // Numbers and orientations count things: fractions are mistakes.
         let whole = || {
             if value.fract() == 0.0 && value.abs() < 1e9 {
                 Ok(value as i32)
@@ -107,6 +108,7 @@ fn parse_tool(content: &str) -> Result<Tool, String> {
             'I' => tool.front_angle = value,
             'J' => tool.back_angle = value,
             'Q' => tool.orientation = whole()?,
+            // All other letters are axes of the offset.
             _ => match "XYZABCUVW"
                 .find(letter)
                 .and_then(|index| tool.offset.get_mut(index))

@@ -14,6 +14,7 @@ pub fn block_text(block: &Block, comment: Option<&str>) -> String {
         parts.push(format!("N{number}"));
     }
     if let Some((label, keyword)) = block.flow {
+        // O-words: the label, the keyword, and each argument in brackets of its own.
         let label = match label {
             Label::Number(value) => value_text(block, value),
             Label::Name(name) => name_text(block, name),
@@ -49,6 +50,7 @@ pub fn block_text(block: &Block, comment: Option<&str>) -> String {
     }
     items.sort_by_key(|(start, _)| *start);
     parts.extend(items.into_iter().map(|(_, text)| text));
+    // A comment in parentheses cannot hold parentheses: such a text runs to the end of the line.
     parts.extend(comment.map(|text| {
         if text.contains(['(', ')']) {
             format!(";{text}")
@@ -87,6 +89,7 @@ fn value_text(block: &Block, value: Value) -> String {
         Value::Ops(from, to) => (from as usize, to as usize),
     };
     let mut stack: Vec<(String, u8)> = Vec::new();
+    // Postfix to infix: each operation takes its operands from the stack and pushes its text back.
     for op in block.ops.get(from..to).unwrap_or_default() {
         let top = match op {
             Op::Binary(operator) => {
@@ -117,6 +120,7 @@ fn value_text(block: &Block, value: Value) -> String {
             Op::Negate => format!("-{}", pop(&mut stack)),
             Op::Unary(function) => format!("{}[{}]", unary(*function), inside(pop(&mut stack))),
             Op::Atan => {
+                // ATAN[y]/[x] pushes y first.
                 let x = pop(&mut stack);
                 format!("ATAN[{}]/[{}]", inside(pop(&mut stack)), inside(x))
             }

@@ -141,12 +141,14 @@ impl Document {
         if line == 0 || line > lines + 1 {
             return Err(EditError::NoSuchLine { line, lines });
         }
+        // The terminator of the first line that has one: files mix them rarely.
         let end = self
             .lines
             .iter()
             .map(|raw| raw.end)
             .find(|end| !end.is_empty())
             .unwrap_or(b"\n");
+        // The last line of a file may lack its terminator; a line after it needs one.
         if line == lines + 1
             && let Some(last) = self.lines.last_mut().filter(|last| last.end.is_empty())
         {
@@ -188,6 +190,7 @@ impl Document {
             .find(is_it)
             .map(|word| word.text);
         let text = text.ok_or(EditError::NoSuchWord { line, letter })?;
+        // The value's bytes: the word without its letter.
         let (from, to) = (text.start as usize + 1, (text.start + text.len) as usize);
         if let Some(raw) = self.lines.get_mut(line - 1) {
             raw.text.splice(from..to, value.to_string().into_bytes());

@@ -121,6 +121,7 @@ pub fn explain<R: BufRead>(program: &mut Program<R>, line: u32) -> Option<Explan
     watch(program, |event| {
         let span = event.place.span;
         if (span.file, span.line) == (0, line) && !event.passed {
+            // The first time gives the words, with the values and modes that they had.
             if explanation.executions == 0 {
                 explanation.text = String::from_utf8_lossy(event.interpreter.line()).into_owned();
                 explanation.parts = word::parts(
@@ -130,6 +131,8 @@ pub fn explain<R: BufRead>(program: &mut Program<R>, line: u32) -> Option<Explan
                 );
             }
             explanation.executions += 1;
+            // Only the first and the last time are kept: memory does not grow with the rounds of a
+            // loop.
             *(if first.is_none() {
                 &mut first
             } else {
@@ -141,12 +144,14 @@ pub fn explain<R: BufRead>(program: &mut Program<R>, line: u32) -> Option<Explan
                 unseen(&mut explanation, event.interpreter.line());
             }
         }
+        // Later blocks may emit operations of this line that cutter compensation has held.
         if let Some(seen) = last.as_mut().or(first.as_mut()) {
             seen.take(event, line);
         }
     });
     explanation.first = first.map(|seen| seen.execution(program.interpreter()));
     explanation.last = last.map(|seen| seen.execution(program.interpreter()));
+    // Lines that the interpreter was not given: the program ended before them.
     while let Some((text, Span { line: number, .. })) = program.next_line() {
         if number == line {
             unseen(&mut explanation, text);

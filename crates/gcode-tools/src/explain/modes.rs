@@ -19,6 +19,7 @@ const SYSTEMS: [&str; 9] = [
 
 /// Axis letters with values that are not zero.
 pub(super) fn axes(position: &Position) -> String {
+    // Axes at zero are left out: most offsets name two or three.
     let one = |(letter, value): (char, &f64)| format!("{letter}{value}");
     let some: Vec<String> = "XYZABCUVW"
         .chars()
@@ -64,6 +65,7 @@ fn spindle(state: &State) -> String {
         Some(true) => "clockwise (M3)",
         Some(false) => "counter-clockwise (M4)",
     };
+    // Under G96 the S is a cutting speed, otherwise revolutions per minute.
     let unit = if spindle.surface_limit.is_some() {
         "surface speed (G96)"
     } else {
@@ -81,6 +83,7 @@ pub(super) fn modes(state: &State, compensated: bool) -> Vec<Mode> {
         Plane::Yz => "YZ (G19)",
     };
     let offsets = &state.offsets;
+    // Systems count from 1 for G54.
     let system = SYSTEMS
         .get(usize::from(state.system).wrapping_sub(1))
         .copied()

@@ -13,6 +13,8 @@ use std::fmt::{Display, Formatter, Result};
 impl Display for Explanation {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         writeln!(f, "line {}: {}", self.line, self.text.trim())?;
+        // The column of meanings starts after the widest word; a long expression does not widen
+        // it.
         let width = self
             .parts
             .iter()
@@ -86,6 +88,7 @@ fn position(snapshot: &Snapshot, machine: bool) -> String {
     } else {
         &snapshot.position
     };
+    // X, Y and Z are always shown, other axes where they are not at zero.
     let shown = LETTERS
         .into_iter()
         .zip(values)
@@ -178,6 +181,7 @@ pub(super) fn advance(op: &CanonicalOp, at: &mut Position) {
 
 /// Axes that move with their ends.
 fn targets(from: &Position, to: &Position) -> String {
+    // An axis counts as moved where its coordinate changes to the bit.
     let moved = LETTERS
         .iter()
         .zip(from)
@@ -215,7 +219,9 @@ fn straight(how: &str, from: &Position, to: &Position, unit: &str) -> String {
 fn arc(arc: &ArcFeed, from: &Position, unit: &str) -> String {
     let [first, second, _] = arc.plane.axes();
     let letter = |axis: usize| LETTERS.get(axis).copied().unwrap_or('?');
+    // The radius at the start; that of the end agrees with it within the arc tolerance.
     let radius = math::hypot(from[first] - arc.center[0], from[second] - arc.center[1]);
+    // Canonical turns: the sign is the direction, the size counts begun turns.
     let way = if arc.turns < 0 {
         "clockwise"
     } else {
@@ -267,8 +273,10 @@ impl Seen {
 
     /// Takes the operations of the line, which under cutter compensation come with later blocks.
     pub(super) fn take(&mut self, event: &Event<'_>, line: u32) {
+        // Each operation starts where the one before it has ended.
         let mut at = event.before.current;
         for SourcedOp { op, block } in event.ops {
+            // Held operations keep the place of the block that they come from.
             if (block.span.file, block.span.line) == (0, line) {
                 self.count += 1;
                 if self.ops.len() < MOST_ACTIONS {
@@ -280,6 +288,7 @@ impl Seen {
     }
 
     pub(super) fn execution(&self, interpreter: &Interpreter) -> Execution {
+        // The call stack of the execution, innermost call first.
         let call = |site: &CallSite| Call {
             sub: site.name.clone(),
             line: site.call.line,

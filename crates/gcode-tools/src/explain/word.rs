@@ -9,6 +9,7 @@ use lostmotion_gcode::syntax::{Block, Keyword, Setting, Target, Text, Value, Wor
 
 /// The parts of a line in its order. With the event of its execution, values and modes are known.
 pub(super) fn parts(block: &Block, line: &[u8], event: Option<&Event<'_>>) -> Vec<Part> {
+    // The bytes of a part as they are written, for the left column.
     let text = |text: Text| {
         let piece = line
             .get(text.start as usize..(text.start + text.len) as usize)
@@ -44,6 +45,7 @@ pub(super) fn parts(block: &Block, line: &[u8], event: Option<&Event<'_>>) -> Ve
         ));
     }
     if let Some((_, keyword)) = block.flow {
+        // An O-word line is one part: its words are arguments, not modes.
         let shown = String::from_utf8_lossy(line.trim_ascii()).into_owned();
         parts.push((
             0,
@@ -80,6 +82,7 @@ pub(super) fn parts(block: &Block, line: &[u8], event: Option<&Event<'_>>) -> Ve
             },
         ));
     }
+    // Words, settings and comments were collected by kind: back to the order of the line.
     parts.sort_by_key(|(start, _)| *start);
     parts.into_iter().map(|(_, part)| part).collect()
 }
@@ -108,6 +111,7 @@ const fn flow(keyword: Keyword) -> &'static str {
 }
 
 fn setting_meaning(setting: &Setting, event: Option<&Event<'_>>) -> String {
+    // Only a literal number is a known parameter; #[..] and #<name> are described in general.
     let number = match setting.target {
         Target::Numbered(Value::Number(number)) if (1.0..=5602.0).contains(&number) => {
             number as u16
@@ -138,6 +142,8 @@ fn meaning(word: &Word, block: &Block, event: Option<&Event<'_>>) -> String {
             format!("{} ({})", row.meaning, row.group.name())
         });
     }
+    // A value from the execution comes before the literal: it is in program units after
+    // evaluation.
     let value = match (
         word.value,
         event.and_then(|event| event.interpreter.value_of(word)),
@@ -147,6 +153,7 @@ fn meaning(word: &Word, block: &Block, event: Option<&Event<'_>>) -> String {
     };
     let shown = value.map_or("a computed value".to_owned(), |value| value.to_string());
     let state = event.map(|event| event.after);
+    // The same letter means another thing for another code: find the code that takes it.
     let user = user(word, block, state);
     match letter {
         'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' | 'U' | 'V' | 'W' => axis(letter, &shown, state, user),
@@ -171,6 +178,7 @@ fn is_arc(row: &CodeRow) -> bool {
 fn user(word: &Word, block: &Block, state: Option<&State>) -> Option<&'static CodeRow> {
     let letter = char::from(word.letter);
     let takes = |row: &&'static CodeRow| row.words.contains(letter);
+    // A code of the line comes before the motion mode that is in force.
     let modal = state.and_then(|state| state.motion).and_then(codes::find);
     block
         .words

@@ -11,8 +11,11 @@ impl Formatter<'_> {
         {
             return None;
         }
+        // The level is taken even if the line stays as it is: later lines depend on it.
         let (shown, before) = (self.indent.level(&self.block), self.number);
         let formatted = self.pieces(line, shown * self.options.indent);
+        // The new line is parsed again: only if it gives the same block may it replace the old
+        // one.
         let mut again = Block::default();
         let is_same = formatted.as_ref().is_some_and(|formatted| {
             formatted.len() <= self.options.limits.line_bytes
@@ -20,6 +23,7 @@ impl Formatter<'_> {
                 && same(&self.block, line, &again, formatted)
         });
         if !is_same {
+            // A line that stays does not use up a number.
             self.number = before;
         }
         formatted.filter(|_| is_same)
@@ -29,6 +33,7 @@ impl Formatter<'_> {
         if self.block.percent {
             return Some(line.trim_ascii().to_vec());
         }
+        // The fixed order of a block: `/`, N number, then O-word or items.
         let mut out = Vec::with_capacity(line.len() + 16);
         let mut at = blanks(line, 0);
         let deletable = line.get(at) == Some(&b'/');
@@ -44,6 +49,7 @@ impl Formatter<'_> {
         if self.block.flow.is_some() {
             let rest = line.get(at..)?.trim_ascii_start();
             separate(&mut out);
+            // O-words keep their case: LinuxCNC's own programs write them in lower case.
             let case = if self.options.case == Case::Upper {
                 Case::Keep
             } else {
@@ -53,6 +59,7 @@ impl Formatter<'_> {
         } else {
             self.items(line, at, &mut out)?;
         }
+        // A line of blanks becomes an empty one, without indentation.
         if out.is_empty() && !deletable {
             return Some(Vec::new());
         }
@@ -69,6 +76,7 @@ impl Formatter<'_> {
         match self.options.line_numbers {
             LineNumbers::Remove => None,
             LineNumbers::Renumber { step } if self.block.flow.is_none() => {
+                // Lines of comments alone are not numbered.
                 if self.block.words.is_empty() && self.block.settings.is_empty() {
                     return None;
                 }
@@ -106,6 +114,7 @@ impl Formatter<'_> {
             };
             separate(out);
             let starts = |text: &&Text| text.start as usize == at;
+            // Comments are copied byte for byte; words and settings get their case and spacing.
             let end = if first == b'(' {
                 let end = at + line.get(at..)?.iter().position(|byte| *byte == b')')? + 1;
                 out.extend_from_slice(line.get(at..end)?);
@@ -168,6 +177,7 @@ fn same(one: &Block, line: &[u8], other: &Block, formatted: &[u8]) -> bool {
                 .map(<[u8]>::to_vec)
         })
     };
+    // Words and settings are compared in order: a modal group may depend on it.
     let words = one.words.len() == other.words.len()
         && one
             .words
@@ -195,6 +205,8 @@ pub(super) fn put_value(out: &mut Vec<u8>, word: &[u8], case: Case) {
         return;
     };
     out.push(cased(letter, case));
+    // A literal number may hold blanks, which mean nothing; expressions keep one blank between
+    // tokens.
     let is_plain = value
         .iter()
         .all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-' | b' ' | b'\t'));
@@ -211,6 +223,7 @@ pub(super) fn put_text(out: &mut Vec<u8>, text: &[u8], case: Case) {
     let mut closing = None;
     let mut pending = false;
     for &byte in text {
+        // Inside a name or comment every byte counts.
         if let Some(end) = closing {
             out.push(byte);
             if byte == end {
@@ -222,6 +235,7 @@ pub(super) fn put_text(out: &mut Vec<u8>, text: &[u8], case: Case) {
             pending = true;
             continue;
         }
+        // One blank where there were several, and on both sides of `=`.
         let after_equals = out.last() == Some(&b'=');
         if (pending || byte == b'=' || after_equals) && out.last().is_some_and(|last| *last != b' ')
         {

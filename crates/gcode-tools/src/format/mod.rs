@@ -121,12 +121,14 @@ pub fn format(
     let mut line = RawLine::default();
     while read_line(&mut source, &mut line)? {
         summary.lines += 1;
+        // A byte order mark is no part of the first line and is written back as it was.
         let mark = if summary.lines == 1 && line.text.starts_with(MARK) {
             MARK
         } else {
             b""
         };
         let text = line.text.get(mark.len()..).unwrap_or_default();
+        // A line that the formatter refuses is written back unchanged.
         let formatted = formatter.line(text);
         summary.left_alone += u64::from(formatted.is_none());
         let formatted = formatted.as_deref().unwrap_or(text);
@@ -176,6 +178,7 @@ impl Indent {
             Label::Number(Value::Number(number)) => format!("{number}"),
             Label::Number(Value::Ops(..)) => String::new(),
         };
+        // `while` ends a `do` of the same label; otherwise it opens a loop.
         let ends_do = keyword == Keyword::While
             && self
                 .open
@@ -190,6 +193,7 @@ impl Indent {
                 self.open.pop();
                 self.shown()
             }
+            // Branches stand at the level of their `if`.
             Keyword::Else | Keyword::ElseIf => self.shown().saturating_sub(1),
             Keyword::Sub | Keyword::If | Keyword::While | Keyword::Do | Keyword::Repeat => {
                 let level = self.shown();
@@ -217,6 +221,7 @@ pub fn refers_to_line_numbers(mut source: impl BufRead) -> io::Result<Option<u64
         number += 1;
         let text = without_comments(&line.text);
         let has = |what: &str| text.contains(what);
+        // Text search: a false alarm only keeps the old numbers, a miss would break the program.
         let contour = ["G70", "G71", "G72", "G73"].into_iter().any(has) && has("P") && has("Q");
         if has("GOTO") || (has("M99") && has("P")) || contour {
             return Ok(Some(number));
@@ -230,6 +235,7 @@ fn without_comments(line: &[u8]) -> String {
     let mut text = String::new();
     let mut closing = None;
     for &byte in line {
+        // Inside a comment or name bytes are dropped up to the closing one.
         match (closing, byte) {
             (Some(end), _) if byte == end => closing = None,
             (Some(_), _) | (None, b' ' | b'\t') => {}

@@ -58,10 +58,12 @@ fn shape(start: &Position, arc: &ArcFeed) -> Shape {
     let [first, second, _] = arc.plane.axes();
     let from = [start[first] - arc.center[0], start[second] - arc.center[1]];
     let to = [arc.end[0] - arc.center[0], arc.end[1] - arc.center[1]];
+    // Angle from the start's radius vector to the end's, by cross and dot product.
     let cross = from[0] * to[1] - from[1] * to[0];
     let turn = math::atan2(cross, from[0] * to[0] + from[1] * to[1]);
     let turn = if arc.turns > 0 { turn } else { -turn };
     let chord = math::hypot(to[0] - from[0], to[1] - from[1]);
+    // In the arc's own direction the sweep is above zero and at most a full turn.
     let sweep = if turn <= 0.0 { turn + TAU } else { turn };
     Shape {
         radius: math::hypot(from[0], from[1]),
@@ -80,6 +82,7 @@ fn decimals(event: &Event<'_>) -> i32 {
             .get(from..from + word.text.len as usize)
             .unwrap_or_default();
         match word.value {
+            // Digits after the point as written: they tell how the post processor rounds.
             Value::Number(_) => text
                 .iter()
                 .position(|byte| *byte == b'.')
@@ -105,6 +108,7 @@ fn last_place(decimals: i32) -> f64 {
 impl Arcs {
     fn centers(&mut self, event: &Event<'_>, found: &mut LintFindings) {
         let absolute = event.after.arc_absolute;
+        // Told at the change from one kind to the other, not at each arc.
         let [relative_seen, absolute_seen] = &mut self.centers;
         let (this, other) = if absolute {
             (absolute_seen, relative_seen)
@@ -194,6 +198,8 @@ impl Check for Arcs {
                 continue;
             };
             let shape = shape(&leg.start, arc);
+            // R leaves the centre to the control, which computes it from rounded figures; I J K
+            // state it.
             if has(b"R") {
                 nearly_half(event, &shape, found);
             } else if by_center {

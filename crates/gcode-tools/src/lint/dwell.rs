@@ -42,6 +42,7 @@ impl Check for Dwell {
             let values = [("seconds", seconds)];
             let message = format!("a dwell of {seconds} s ({:.1} min)", seconds / 60.0);
             let hint = format!("P is in seconds; {seconds} ms are P{}", seconds / 1000.0);
+            // The longer one first: a dwell of an hour would be both.
             if seconds >= ENDLESS_S {
                 found.add(&DWELL_ENDLESS, event.place, message, &values, &hint);
             } else if seconds >= MILLISECONDS_S && seconds.fract() == 0.0 {

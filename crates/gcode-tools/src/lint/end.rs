@@ -65,12 +65,15 @@ fn keep(slot: &mut Option<BlockRef>, on: bool, place: BlockRef) {
 impl Check for End {
     fn block(&mut self, event: &Event<'_>, _: &[Leg<'_>], _: &mut LintFindings) {
         let state = event.after;
+        // An offset left by an earlier program (G92.3) is not this one's: it counts once set here.
         let offset_set = has_g(event, 920) || has_g(event, 520) || self.offset.is_some();
         keep(
             &mut self.offset,
             offset_set && state.offsets.g92 != [0.0; 9],
             event.place,
         );
+        // M2 and M30 stop spindle and coolant themselves; only what they leave in force is looked
+        // at.
         if event
             .ops
             .iter()
@@ -116,6 +119,7 @@ impl Check for End {
                 "put G92.1 before the end",
             );
         }
+        // What follows holds only for programs that end without M2 and M30.
         if self.regular {
             return;
         }

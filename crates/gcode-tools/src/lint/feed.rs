@@ -49,6 +49,7 @@ impl Check for Feed {
                 continue;
             }
             let unit = state.units.name();
+            // The bounds of each combination, with the unit that the figure would suit.
             let (doubtful, per, meant) = match (state.feed_mode, state.units) {
                 (FeedMode::PerMinute, Units::Mm) if rate < LEAST_MM_MIN => {
                     (true, "min", "in/min or mm/rev")
@@ -60,6 +61,7 @@ impl Check for Feed {
                 }
                 (FeedMode::InverseTime, _) => continue,
             };
+            // One finding for each combination: the same post processor writes all feeds.
             let mode = (state.feed_mode, state.units);
             if doubtful && !self.told.contains(&mode) {
                 self.told.push(mode);

@@ -25,6 +25,7 @@ impl Check for Home {
         if !event.after.absolute || !(has_g(event, 280) || has_g(event, 300)) {
             return;
         }
+        // The first leg of G28 and G30 leads to the named point, the second one home.
         let Some(by_way) = legs.first() else { return };
         let (z, to_z, unit) = (by_way.start[2], by_way.end[2], event.after.units.name());
         let sideways = by_way
@@ -34,6 +35,7 @@ impl Check for Home {
             .enumerate()
             .any(|(axis, (from, to))| axis != 2 && from != to);
         let values = [("from_z", z), ("to_z", to_z)];
+        // Down towards the work, or sideways while below its surface.
         if to_z < z {
             let message = format!(
                 "{code} in G90 first rapids down from Z{z} to Z{to_z} {unit} of the work, then home"

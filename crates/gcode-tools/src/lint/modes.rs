@@ -87,6 +87,7 @@ impl Modes {
 
 impl Check for Modes {
     fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
+        // A code on the same line counts: it is in force before the motion.
         for (group, settled) in GROUPS.into_iter().zip(&mut self.settled) {
             *settled |= sets(event, group);
         }
@@ -95,6 +96,7 @@ impl Check for Modes {
         }
         self.need(0, &UNSET_UNITS, event, found);
         self.need(1, &UNSET_DISTANCE, event, found);
+        // The plane matters to arcs and cycles only, the feed mode to moves at feed.
         if in_cycle(event)
             || legs
                 .iter()
@@ -105,6 +107,7 @@ impl Check for Modes {
         if legs.iter().any(|leg| is_feed(leg.op)) {
             self.need(3, &UNSET_FEED_MODE, event, found);
         }
+        // G53, G28 and G30 do not use the work coordinate system.
         if !in_machine(event) {
             self.need(4, &UNSET_WORK_OFFSET, event, found);
         }

@@ -63,6 +63,7 @@ fn report(scan: &Scan, found: &mut LintFindings) {
         );
     }
     parameters(scan, found);
+    // A file of subroutines alone is a library: its callers are elsewhere.
     if scan.has_main && !scan.calls_computed {
         for (name, place) in scan
             .subs
@@ -92,6 +93,7 @@ fn report(scan: &Scan, found: &mut LintFindings) {
 }
 
 fn parameters(scan: &Scan, found: &mut LintFindings) {
+    // A called file may read any parameter that is not local to a subroutine.
     let calls_others =
         scan.calls_computed || scan.called.iter().any(|name| !scan.subs.contains_key(name));
     for (name, place) in scan
@@ -102,6 +104,8 @@ fn parameters(scan: &Scan, found: &mut LintFindings) {
         let number: Option<f64> = name
             .strip_prefix('#')
             .and_then(|number| number.parse().ok());
+        // Reads that cannot be seen here: computed numbers, other files, the machine's own
+        // parameters.
         let is_shared = match number {
             Some(number) => {
                 scan.reads_computed || calls_others || number > OWN_PARAMETERS || !scan.has_main

@@ -42,8 +42,10 @@ impl Rapid {
     fn traverse(&self, leg: &Leg<'_>, event: &Event<'_>, found: &mut LintFindings) {
         let ([.., from, _, _, _, _, _, _], [.., to, _, _, _, _, _, _]) = (leg.start, leg.end);
         let unit = event.after.units.name();
+        // Back into a hole that a feed has just cut: pecking does this.
         let into_own_hole =
             !moves_sideways(leg) && self.cut_z.is_some_and(|cut| to >= cut - SAME_COORDINATE);
+        // Downwards below Z0 is a plunge; level or upwards below Z0 it can only hit sideways.
         if to < -SAME_COORDINATE && to < from - SAME_COORDINATE && !into_own_hole {
             let message = format!("a rapid goes down from Z{from} to Z{to} {unit}, below Z0");
             found.add(

@@ -121,6 +121,7 @@ impl Levels {
 
     /// The level of a lint.
     pub fn of(&self, rule: &LintRule) -> Level {
+        // A level for the code itself comes before that for `all`.
         let set = self
             .changed
             .get(rule.code)
@@ -181,6 +182,8 @@ impl LintFindings {
         let level = self.levels.of(rule);
         let count = self.counts.entry(rule.code).or_default();
         if level == Level::Allow
+            // Places are remembered only as long as findings are kept, so that a loop cannot fill
+            // memory.
             || (*count <= KEPT_PER_RULE
                 && !self
                     .seen

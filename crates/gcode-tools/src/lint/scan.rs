@@ -85,6 +85,7 @@ impl Scan {
         }
         self.last = span.line;
         let mut block = std::mem::take(&mut self.block);
+        // Faults are the front end's to report; here only lines that can be read count.
         if parse_block(line, &mut block, &self.limits).is_ok() && !block.percent {
             self.block(
                 &block,
@@ -99,6 +100,7 @@ impl Scan {
     }
 
     fn block(&mut self, block: &Block, line: &[u8], place: BlockRef) {
+        // Reads first: `#1=[#1+1]` reads and sets.
         self.reads(&block.ops, block);
         self.comment_reads(line);
         for setting in &block.settings {
@@ -144,6 +146,7 @@ impl Scan {
             Label::Number(Value::Ops(..)) => None,
         };
         match (keyword, name) {
+            // Line numbers may begin anew in each subroutine.
             (Keyword::Sub, Some(name)) => {
                 self.subs.entry(name.clone()).or_insert(place);
                 self.numbers.clear();
@@ -170,11 +173,13 @@ impl Scan {
         let Some(number) = block.line_number.map(|number| number as u64) else {
             return;
         };
+        // CAM systems count up to N9999 and begin anew: that is no repetition.
         if number < self.last_number && self.last_number >= LEAST_WRAPPING_NUMBER {
             self.numbers.clear();
         }
         self.last_number = number;
         let before = self.numbers.get(&number).copied();
+        // Of a run of repeated numbers the first is told: the others follow from it.
         if let (Some(line), false, true) = (before, self.repeats, self.twice.len() < MOST_NUMBERS) {
             self.twice.push((number, line, place));
         }
@@ -207,6 +212,7 @@ impl Scan {
                 .map(|word| word.value)
             {
                 Some(Value::Number(number)) => {
+                    // Fanuc packs rounds and number into one P: both readings count as called.
                     self.called.insert(format!("{}", number.round()));
                     self.called
                         .insert(format!("{}", number.round() % PACKED_CALL_FACTOR));
@@ -219,6 +225,8 @@ impl Scan {
     fn reads(&mut self, ops: &[Op], block: &Block) {
         for (index, op) in ops.iter().enumerate() {
             match op {
+                // `#n` is compiled to the number, then the access; anything else before it
+                // computes the number.
                 Op::Parameter => match index.checked_sub(1).and_then(|before| ops.get(before)) {
                     Some(Op::Push(number)) => {
                         self.read.insert(format!("#{number}"));
@@ -244,6 +252,7 @@ impl Scan {
         }
         for piece in text.split('#').skip(1) {
             let digits = piece.bytes().take_while(u8::is_ascii_digit).count();
+            // `#<name>` or `#123`; blanks inside a name mean nothing.
             let name = match piece.find('>') {
                 Some(end) if piece.starts_with('<') => {
                     piece.get(..=end).map(|name| name.replace([' ', '\t'], ""))

@@ -63,6 +63,7 @@ impl Check for Spindles {
             .iter()
             .any(|sourced| matches!(sourced.op, CanonicalOp::StartSpindle { .. }))
         {
+            // S on the line of M3 is carried out before it and has set the speed.
             if !self.speed {
                 let hint = "put S on this line or before it";
                 found.add(
@@ -75,6 +76,7 @@ impl Check for Spindles {
             }
             (self.started, self.speed, self.off) = (true, true, false);
         }
+        // A block that stops the spindle after its move, or starts it before, counts as turning.
         let turns =
             event.after.spindle.clockwise.is_some() || event.before.spindle.clockwise.is_some();
         if turns {
@@ -88,6 +90,7 @@ impl Check for Spindles {
     }
 
     fn end(&mut self, _: BlockRef, found: &mut LintFindings) {
+        // A program that never starts a spindle is told once: the operator may switch it by hand.
         if self.started {
             for place in &self.cuts {
                 let message = "a feed below Z0 while the spindle stands still".to_owned();

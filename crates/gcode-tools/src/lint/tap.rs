@@ -49,6 +49,7 @@ impl Check for Taps {
             return;
         }
         let speed = state.spindle.speed;
+        // Feed per minute over revolutions per minute is the travel per revolution, the pitch.
         let pitch = match state.feed_mode {
             FeedMode::PerRevolution => state.feed,
             _ if speed > 0.0 => state.feed / speed,
@@ -56,6 +57,7 @@ impl Check for Taps {
         };
         let pitch_mm = pitch * state.units.mm();
         let is_near = |usual: f64| (pitch_mm / usual - 1.0).abs() <= PITCH_TOLERANCE;
+        // A metric pitch, or an inch one from its threads per inch.
         if METRIC.into_iter().any(is_near)
             || PER_INCH
                 .into_iter()

@@ -46,6 +46,7 @@ const MOST_CHANGES: usize = 20;
 impl Tools {
     fn change(&mut self, event: &Event<'_>, tool: i32, found: &mut LintFindings) {
         let z = event.before.current[2];
+        // T0 empties the spindle: it needs no length.
         self.changed = (tool != 0).then_some((tool, event.place.span.line));
         if z < 0.0 && !is_lathe(event.after) {
             let message = format!(
@@ -73,6 +74,7 @@ impl Tools {
             .iter()
             .find(|word| word.letter == b'H')
             .and_then(|word| event.interpreter.value_of(word));
+        // H0 and an empty spindle say nothing about another tool.
         let loaded = f64::from(event.after.loaded_tool);
         if let Some(h) =
             h.filter(|h| has_g(event, 430) && *h != 0.0 && loaded != 0.0 && *h != loaded)
@@ -99,6 +101,7 @@ impl Check for Tools {
                 _ => {}
             }
         }
+        // A move in machine coordinates retracts without a length, rightly.
         let moves_z = || !in_machine(event) && legs.iter().any(|leg| leg.start[2] != leg.end[2]);
         if let Some((tool, line)) = self.changed.filter(|_| moves_z()) {
             self.changed = None;

@@ -26,6 +26,7 @@ pub(super) struct UnitChanges {
 
 impl Check for UnitChanges {
     fn block(&mut self, event: &Event<'_>, legs: &[Leg<'_>], found: &mut LintFindings) {
+        // A change before the first move is the program's own choice of units.
         if self.moved && event.before.units != event.after.units {
             let name = |units| {
                 if units == Units::Inch {

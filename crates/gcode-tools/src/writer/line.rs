@@ -40,6 +40,7 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
     use CanonicalOp as O;
     let (first, rest) = ops.split_first()?;
     let one = |text: String| Some(Line { text, ops: 1 });
+    // The program's end first: M2 makes several operations that have blocks of their own.
     if let Some(ops) = end(ops) {
         return Some(Line {
             text: "M2".to_owned(),
@@ -48,6 +49,7 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
     }
     match first {
         O::SetFeedRate { rate, inverse_time } => feed(*rate, *inverse_time, rest, state),
+        // G33 is the start of synchronisation and the move; its end needs no text.
         O::StartSpeedFeedSync(pitch) => rest
             .first()
             .and_then(|next| in_step(next, *pitch, state))
@@ -59,6 +61,8 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
         },
         O::StraightTraverse(_) | O::ArcFeed(_) | O::StraightProbe(_) => one(motion(first, state)?),
         O::NurbsFeed(feed) => one(curve(feed)?),
+        // G64 P Q sets both tolerances in one block; the second operation may be missing if it
+        // changes nothing.
         O::SetMotionControlMode(PathControl::Continuous { tolerance }) => {
             let merge = match rest.first() {
                 Some(O::SetNaiveCamTolerance(merge)) => Some(*merge),
@@ -81,6 +85,7 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
             spindle: 0,
             highest,
         } if *highest > 0.0 => {
+            // G96 needs an S on its line: the one that follows, or the speed in force.
             let next = rest.first().and_then(|next| {
                 if let O::SetSpindleSpeed { spindle: 0, speed } = next {
                     Some(*speed)
@@ -88,6 +93,7 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
                     None
                 }
             });
+            // Without D there is no limit, which the interpreter writes as 1e30.
             let limit = if *highest >= 1e30 {
                 String::new()
             } else {
@@ -126,6 +132,7 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
             way,
             ..
         } => {
+            // M19 with Q orients and waits: two operations, one block.
             let wait = rest.first().and_then(|next| {
                 if let O::WaitOrient { seconds, .. } = next {
                     Some(*seconds)
@@ -144,6 +151,7 @@ pub(super) fn line(ops: &[&CanonicalOp], state: &State, sync: Option<f64>) -> Op
                 ops: 1 + usize::from(wait.is_some()),
             })
         }
+        // M9 switches both off; M7 and M8 switch on singly.
         O::Mist(false) => Some(Line {
             text: "M9".to_owned(),
             ops: 1 + usize::from(rest.first() == Some(&&O::Flood(false))),
@@ -163,11 +171,13 @@ fn feed(
     rest: &[&CanonicalOp],
     state: &State,
 ) -> Option<Line> {
+    // A rapid does not use the feed: F then stands on a line of its own.
     let next = rest
         .first()
         .filter(|op| !matches!(op, CanonicalOp::StraightTraverse(_)))
         .and_then(|op| motion(op, state));
     let inverse = state.feed_mode == FeedMode::InverseTime;
+    // In inverse time each move has its own F, so that F cannot stand alone.
     if let Some(per_minute) = inverse_time {
         let mode = if inverse { "" } else { "G93 " };
         return next.map(|motion| Line {
@@ -215,6 +225,7 @@ fn in_step(op: &CanonicalOp, pitch: f64, state: &State) -> Option<String> {
 /// Spindle and coolant are switched off by blocks of their own where they come first.
 fn end(ops: &[&CanonicalOp]) -> Option<usize> {
     use CanonicalOp as O;
+    // Only if the whole run up to the end is in M2's own order does M2 stand for it.
     if matches!(
         ops.first(),
         Some(O::StopSpindle { .. } | O::Mist(_) | O::Flood(_))
@@ -373,6 +384,8 @@ fn arc(arc: &ArcFeed, state: &State) -> String {
     let [first, second, _] = arc.plane.axes();
     let letter = |axis: usize| ['I', 'J', 'K'].get(axis).copied().unwrap_or('I');
     let start = [state.current[first], state.current[second]];
+    // I and J relative to the start are short, but the sum may round: then absolute centres
+    // (G90.1).
     let offsets = [
         offset(start[0], arc.center[0]),
         offset(start[1], arc.center[1]),
@@ -402,6 +415,7 @@ fn arc(arc: &ArcFeed, state: &State) -> String {
 
 /// The shortest offset that leads from a start to a centre exactly, if there is one.
 fn offset(start: f64, center: f64) -> Option<f64> {
+    // From few to many decimals, then the neighbours of the exact difference.
     let exact = center - start;
     let leads = |offset: &f64| (start + offset).to_bits() == center.to_bits();
     let rounded = (0..=12)
@@ -415,6 +429,7 @@ fn offset(start: f64, center: f64) -> Option<f64> {
 /// A NURBS block by block.
 pub(super) fn curve(curve: &NurbsFeed) -> Option<String> {
     let (first, rest) = curve.points.split_first()?;
+    // The first control point is where the tool is: its block has only weight and order.
     let mut text = format!("G5.2 P{} L{}\n", first.weight, curve.order);
     for point in rest {
         text.push_str(&format!(
@@ -435,6 +450,7 @@ pub(super) fn word(letter: char, value: f64) -> String {
 
 /// Words of the axes whose end is not where they are; X if there is none.
 pub(super) fn axes(from: &Position, to: &Position) -> String {
+    // Compared as bits: -0 and 0 are written differently and have to be read back the same.
     let moved = |(_, (from, to)): &(usize, (&f64, &f64))| from.to_bits() != to.to_bits();
     let words: Vec<String> = from
         .iter()

@@ -50,6 +50,8 @@ impl Writer {
         frame: Frame,
         out: &mut String,
     ) -> Result<Writer, WriterError> {
+        // The reader must not refuse what the original interpreter has resolved: no tool table, no
+        // block delete.
         let config = InterpreterConfig {
             tool_table: None,
             block_delete: false,
@@ -80,6 +82,7 @@ impl Writer {
     /// The operations have no blocks that mean the same.
     pub fn push(&mut self, op: SourcedOp, out: &mut String) -> Result<(), WriterError> {
         self.window.push_back(op);
+        // One block may stand for several operations, so that a window is looked at.
         while self.window.len() > WINDOW_OPERATIONS {
             self.next(out)?;
         }
@@ -94,6 +97,7 @@ impl Writer {
         while !self.window.is_empty() {
             self.next(out)?;
         }
+        // The reader's side holds one operation back, too.
         self.got.extend(self.resolver.finish());
         self.compare("the end of the program")?;
         match (self.expected.pop_front(), self.got.pop_front()) {
@@ -176,6 +180,8 @@ const SAME_RATE_RELATIVE: f64 = 1e-9;
 /// the place where a probing move stops.
 fn same(one: &CanonicalOp, other: &CanonicalOp) -> bool {
     match (one, other) {
+        // The stop is computed from the length of the move, which rounds otherwise in another
+        // frame.
         (CanonicalOp::StraightProbe(one), CanonicalOp::StraightProbe(other)) => {
             (one.end, one.away, one.must) == (other.end, other.away, other.must)
         }
@@ -252,6 +258,7 @@ fn write_in<R: BufRead>(
     let mut text = String::new();
     let mut writer = Writer::new(config, frame, &mut text)?;
     let mut written = Written::default();
+    // The block that the held-back operation at the end is attributed to.
     let mut last = SourcedOp {
         op: lostmotion_gcode::CanonicalOp::ProgramEnd,
         block: lostmotion_base::span::BlockRef::default(),
@@ -271,6 +278,7 @@ fn write_in<R: BufRead>(
             )?;
         }
         last = sourced;
+        // Written out now and then: memory does not grow with the program.
         if text.len() > BUFFER_BYTES {
             flush(&mut text, &mut written, out)?;
         }

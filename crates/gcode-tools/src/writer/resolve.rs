@@ -31,11 +31,14 @@ impl Frame {
         if !(1..=9).contains(&system) {
             return Err(WriterError::NoSuchSystem { system });
         }
+        // Parameters of a system: 9 axes from `first`, the rotation at `first + 9`, the next
+        // system 20 on.
         let first = SYSTEM_ORIGINS + 20 * (u16::from(system) - 1);
         let value = |number: u16| {
             config
                 .parameters
                 .iter()
+                // Later settings of a parameter replace earlier ones.
                 .rev()
                 .find(|(known, _)| *known == number)
                 .map_or(0.0, |(_, value)| *value)
@@ -92,6 +95,7 @@ impl Resolver {
         if self.stop_sync && matches!(op, O::StartSpeedFeedSync(_)) {
             self.stop_sync = false;
         }
+        // Any other operation lets the held end go first.
         let mut out: Vec<CanonicalOp> = std::mem::take(&mut self.stop_sync)
             .then_some(O::StopSpeedFeedSync)
             .into_iter()
@@ -177,6 +181,8 @@ impl Resolver {
     /// frame's own.
     fn place(&self, program: &Position) -> Position {
         let mut work = *program;
+        // The order of RS274/NGC: G92 and tool shift, then rotation about Z, then the system's
+        // origin.
         if self.offsets.g92 != [0.0; 9] {
             work = add(&work, &self.offsets.g92);
         }
@@ -198,6 +204,8 @@ impl Resolver {
             });
         }
         let [first, second, normal] = arc.plane.axes();
+        // The centre is carried as a place of the arc's plane, so that it shifts and turns with
+        // the end.
         let mut center = arc.position();
         (center[first], center[second]) = (arc.center[0], arc.center[1]);
         let (center, end) = (self.place(&center), self.place(&arc.position()));

@@ -85,6 +85,7 @@ impl Settled {
 
     /// Whether an operation changes anything; it is remembered.
     pub(super) fn is_news(&mut self, op: &CanonicalOp) -> bool {
+        // Other units: remembered lengths no longer compare.
         if matches!(op, CanonicalOp::UseLengthUnits(_))
             && kind(op).is_some_and(|kind| self.last.get(kind) != Some(&Some(op.clone())))
         {
@@ -111,6 +112,7 @@ impl Settled {
         );
         let news = slot.as_ref() != Some(op);
         *slot = lasting.then(|| op.clone());
+        // Each feed mode begins without a rate, so that the next F is news.
         if news && matches!(op, CanonicalOp::SetFeedMode { .. }) {
             self.forget(RATE_KIND);
         }

@@ -156,6 +156,7 @@ pub(crate) const fn bit(letter: u8) -> u32 {
 const fn bits(letters: &str) -> u32 {
     let bytes = letters.as_bytes();
     let (mut mask, mut at) = (0, 0);
+    // A `for` loop is not allowed in const functions.
     while at < bytes.len() {
         mask |= bit(bytes[at]);
         at += 1;
@@ -185,6 +186,7 @@ pub(crate) const fn row(
     texts: Texts,
 ) -> CodeRow {
     let [meaning, example, sample] = texts;
+    // G4 waits once spindle and coolant have started, before planes and offsets change.
     let phase = if letter == 'G' && tenths == 40 {
         PHASE_DWELL
     } else {

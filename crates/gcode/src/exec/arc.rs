@@ -32,8 +32,11 @@ pub(crate) fn arc(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let center = exec.center(from, to, clockwise)?;
     let turns = if clockwise { -turns } else { turns };
     check_radius(from, center, exec.state.units, exec.config.limits.radius_mm)?;
+    // In inverse time the rate is the length of the arc over the time that F gives.
     exec.inverse_time(|| length(from, to, center, turns, end[normal] - start[normal]));
     let feed = arc_feed(plane, &end, center, turns);
+    // Leaving the compensation shifts the tool by its radius, which only a straight move can
+    // absorb.
     if exec.state.arc_not_allowed {
         return Err(Problem::Compensation {
             message: "the first move after cutter compensation has to be straight",
@@ -108,6 +111,7 @@ impl Exec<'_> {
         let words = self.words;
         let offset = |axis: usize| words.get(CENTER_LETTERS[axis]);
         let units = self.state.units;
+        // By radius: the centre is computed, so that I, J and K would contradict it.
         if let Some(radius) = self.word(b'R') {
             if let Some(letter) = CENTER_LETTERS
                 .into_iter()
@@ -119,6 +123,7 @@ impl Exec<'_> {
             }
             return center_from_radius(from, to, radius, clockwise, units);
         }
+        // An offset along the plane's normal has no meaning; CAM systems write it as zero.
         let off_plane = offset(normal);
         if off_plane == Some(0.0) && self.config.leniencies.has(Leniency::OffPlaneZero) {
             self.warnings.push(Problem::Lenient {
@@ -130,6 +135,8 @@ impl Exec<'_> {
                 plane: plane.name(),
             });
         }
+        // Absolute centres (G90.1) need both words, relative ones count as zero where they are
+        // missing.
         let center = match (offset(first), offset(second)) {
             (None, None) => {
                 let offsets = match plane {
@@ -186,6 +193,7 @@ pub(crate) fn check_center(
     units: Units,
     center_absolute: bool,
 ) -> Result<(), Problem> {
+    // Rounded words make the two radii differ: LinuxCNC's tolerances decide what is still an arc.
     let (start_radius, end_radius) = (distance2(center, start), distance2(center, end));
     let least = radius_tolerance(units);
     for radius in [start_radius, end_radius] {
@@ -235,6 +243,7 @@ pub(crate) fn center_from_radius(
     if chord == 0.0 {
         return Err(Problem::ArcSamePoint);
     }
+    // The circle has to span the chord: R may be short of half of it by rounding only.
     let half = 0.5 * chord;
     let least = radius_tolerance(units);
     if half - radius.abs() > least {
@@ -252,6 +261,7 @@ pub(crate) fn center_from_radius(
     } else {
         -height
     };
+    // From the middle of the chord, square to it.
     let along = [(end[0] - start[0]) / chord, (end[1] - start[1]) / chord];
     Ok([
         0.5 * (start[0] + end[0]) + side * along[1],
@@ -264,6 +274,8 @@ pub(crate) fn center_from_radius(
 pub(crate) fn length(start: Vec2, end: Vec2, center: Vec2, turns: i32, rise: f64) -> f64 {
     let angle = |point: Vec2| math::atan2(point[1] - center[1], point[0] - center[0]);
     let (from, to) = (angle(start), angle(end));
+    // The first turn is begun at the start and may be a full one; each further turn adds a full
+    // circle.
     let counter_clockwise = if turns > 0 { to - from } else { from - to };
     let first = if counter_clockwise <= 0.0 {
         counter_clockwise + TAU

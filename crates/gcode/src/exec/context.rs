@@ -9,6 +9,7 @@ use crate::state::{State, convert};
 
 /// M70 and M73.
 pub(crate) fn save(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    // Curves and corners in progress belong to the path, not to the modes.
     let modes = Some(Box::new(State {
         nurbs: None,
         corner: None,
@@ -46,9 +47,11 @@ impl Exec<'_> {
     /// Brings saved modes back. The motion mode, the position and the tool stay as they are; cutter
     /// compensation ends if it was off.
     pub(crate) fn restore(&mut self, saved: &State) -> Result<(), Problem> {
+        // Compensation ends before anything that it forbids to change.
         if saved.compensation.is_none() {
             self.end_compensation()?;
         }
+        // Units come before all values with lengths, which are then in the saved units.
         if self.state.units != saved.units {
             self.change_units(saved.units);
             self.emit(CanonicalOp::UseLengthUnits(saved.units));
@@ -57,10 +60,12 @@ impl Exec<'_> {
             self.state.plane = saved.plane;
             self.emit(CanonicalOp::SelectPlane(saved.plane));
         }
+        // The system's origin is read anew: the parameters may have changed meanwhile.
         if self.state.system != saved.system {
             self.load_system(saved.system);
             self.emit(CanonicalOp::SetXyRotation(self.state.offsets.rotation_deg));
         }
+        // Operations are emitted only for what differs.
         let tool = convert(&saved.offsets.tool, saved.units, self.state.units);
         if self.state.offsets.tool != tool {
             self.apply_tool_offset(tool)?;
@@ -87,6 +92,7 @@ impl Exec<'_> {
         if self.state.feed != saved.feed {
             self.set_feed(saved.feed, None);
         }
+        // Mode and speed come before the start, so that the spindle starts at its speed.
         let (now, then) = (self.state.spindle, saved.spindle);
         if now.surface_limit != then.surface_limit {
             self.emit(CanonicalOp::SetSpindleMode {
@@ -112,6 +118,7 @@ impl Exec<'_> {
     }
 
     fn restore_switches(&mut self, saved: &State) {
+        // Each switch: its place in the state, the saved value, the operation that sets it.
         type Switch = (fn(&mut State) -> &mut bool, bool, fn(bool) -> CanonicalOp);
         let switches: [Switch; 6] = [
             (|state| &mut state.mist, saved.mist, CanonicalOp::Mist),

@@ -37,6 +37,7 @@ impl Exec<'_> {
         if self.state.compensation.is_some() {
             return Err(failed("cannot be made under cutter compensation"));
         }
+        // After another corner the move starts where that has ended, not at the programmed vertex.
         let start = self.state.corner_exit.take().unwrap_or(*start);
         self.state.corner = Some(Box::new(PendingCorner {
             start,
@@ -66,6 +67,7 @@ impl Exec<'_> {
     }
 
     fn make_corner(&mut self, pending: &PendingCorner) -> Result<(), Problem> {
+        // The corner needs the next direction, so that only a plain straight feed may follow.
         let plain = self
             .words
             .codes()
@@ -81,6 +83,7 @@ impl Exec<'_> {
         let end = self.target()?;
         let plane = self.state.plane;
         let [first, second, normal] = plane.axes();
+        // Both moves lie in the plane: all other axes stand still.
         let flat = |a: &Position, b: &Position| {
             (0..9).all(|axis| axis == first || axis == second || a[axis] == b[axis])
         };
@@ -96,6 +99,7 @@ impl Exec<'_> {
         // Vectors from the corner back along the held move, and on along the next one.
         let (back, on) = (way(&pending.start), way(&end));
         let lengths = [math::hypot(back[0], back[1]), math::hypot(on[0], on[1])];
+        // Interior angle at the vertex; straight on or straight back there is no corner to round.
         let sine = back[0] * on[1] - back[1] * on[0];
         let angle = math::atan2(sine.abs(), back[0] * on[0] + back[1] * on[1]);
         if !(angle > 1e-9 && angle < std::f64::consts::PI - 1e-9) {
@@ -116,12 +120,14 @@ impl Exec<'_> {
             place[second] += way[1] * cut / length;
             place
         };
+        // Where the held move ends and the next one begins.
         let (from, to) = (along(back, lengths[0]), along(on, lengths[1]));
         self.out.push(SourcedOp {
             op: CanonicalOp::StraightFeed(from),
             block: pending.block,
         });
         let op = if pending.rounds {
+            // From the vertex through the middle of the chord: the bisector.
             let middle = [
                 0.5 * (from[first] + to[first]),
                 0.5 * (from[second] + to[second]),
@@ -137,6 +143,7 @@ impl Exec<'_> {
                 pending.corner[second] + out[1] * scale,
             ];
             let [_, _, _, others @ ..] = to;
+            // The arc turns the way that the path turns at the vertex.
             let turns = if sine < 0.0 { 1 } else { -1 };
             CanonicalOp::ArcFeed(ArcFeed {
                 plane,

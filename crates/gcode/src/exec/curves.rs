@@ -80,6 +80,7 @@ pub(crate) fn cubic(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     };
     // Without I and J the next G5 continues in the direction that this one ends in.
     exec.state.spline_exit = Some([-p, -q]);
+    // Bezier points: the ends lie on the path, the inner ones give the tangents.
     exec.spline(
         end,
         vec![
@@ -123,6 +124,7 @@ pub(crate) fn nurbs(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     }
     exec.state.motion = Some(code);
     let end = exec.curve_end(code)?;
+    // A block without X and Y opens the curve with weight and order only.
     let given = [0, 1].map(|axis| exec.axis_word(axis).is_some());
     if given[0] != given[1] {
         return Err(Problem::WordMissing {
@@ -163,6 +165,7 @@ pub(crate) fn nurbs(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     if !given[0] {
         return Ok(());
     }
+    // Points are held until G5.3: their number is bounded.
     let limit = exec.config.limits.curve_points;
     let weight = match weight {
         None if !opens => {
@@ -202,6 +205,7 @@ pub(crate) fn nurbs_end(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> 
         message: "needs a G5.2 before it",
     })?;
     let NurbsDraft { order, points } = *draft;
+    // A B-spline of an order needs at least that many control points.
     if points.len() < order as usize {
         return Err(Problem::CurvePoints {
             points: points.len(),

@@ -46,6 +46,7 @@ pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
             message: "a canned cycle in inverse time feed (G93)",
         });
     }
+    // P is no word of the peck cycles, but many CAM systems write it.
     if matches!(code.tenths, 730 | 830) && exec.words.has(b'P') {
         exec.forgive_dwell()?;
     }
@@ -100,6 +101,7 @@ impl Exec<'_> {
         } else {
             kept.spindle
         };
+        // Words stick from hole to hole; the level is that of before the first one.
         let words = CycleWords {
             level: kept.level.or(Some(self.state.current[normal])),
             r: self.word(b'R').or(kept.r),
@@ -117,6 +119,7 @@ impl Exec<'_> {
     fn holes(&mut self, code: Code, repeats: u32) -> Result<(), Problem> {
         let normal = self.state.plane.axes()[2];
         let words = self.cycle_words(code, normal)?;
+        // R and bottom have to be known; then the levels of the hole, and the count of its moves.
         let r = words.r.ok_or(Problem::WordMissing {
             code,
             what: "R, the clearance plane",
@@ -143,6 +146,8 @@ impl Exec<'_> {
         let incremental_polar =
             !self.state.absolute && (self.words.has(b'@') || self.words.has(b'^'));
         for round in 1..=repeats {
+            // Under G91 each repetition goes on by the same distance, under G90 it stays at its
+            // place.
             let ahead = if self.state.absolute {
                 1.0
             } else {
@@ -177,6 +182,7 @@ impl Exec<'_> {
         began: f64,
         [r, bottom]: [f64; 2],
     ) -> Result<Hole, Problem> {
+        // Under G91 R counts from the level at the start, and the bottom from R.
         let (r, bottom) = if self.state.absolute {
             (r, bottom)
         } else {
@@ -193,6 +199,7 @@ impl Exec<'_> {
             normal: self.state.plane.axes()[2],
             r,
             bottom,
+            // G98 returns to the level at the start, G99 to R.
             clear: if self.state.retract_to_start {
                 began.max(r)
             } else {
@@ -238,6 +245,7 @@ impl Exec<'_> {
     /// Refuses cycles of endless pecks and repetitions.
     fn check_moves(&self, hole: &Hole, repeats: u32) -> Result<(), Problem> {
         let limit = self.config.limits.cycle_moves;
+        // Three moves a peck and a few for the hole are an upper bound.
         let pecks = hole
             .q
             .filter(|q| *q > 0.0)

@@ -17,7 +17,9 @@ pub(crate) fn tip(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     if exec.state.plane != Plane::Xy {
         return Err(failed("tool-centre-point control needs the XY plane (G17)"));
     }
+    // Tip control needs the tool's length: it is applied first.
     super::tool::length(exec, code)?;
+    // G43.5 also takes the direction of the tool from I, J and K.
     exec.state.tip_control = if code.tenths == 435 {
         TipControl::WithVector
     } else {
@@ -48,6 +50,7 @@ pub(crate) fn tilt(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
             "a tilted plane cannot begin under tool-centre-point control (G49 comes first)",
         ));
     }
+    // Words that are missing are zero: origin at the program's zero, no rotation.
     let origin = [0, 1, 2].map(|axis| exec.axis_word(axis).unwrap_or(0.0));
     let euler = [b'I', b'J', b'K'].map(|letter| exec.word(letter).unwrap_or(0.0));
     exec.set_tilt(Some(Tilt::in_space(origin, euler)))
@@ -63,6 +66,7 @@ pub(crate) fn orient(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     let Some(tilt) = exec.state.offsets.tilt else {
         return Err(failed("G53.1 needs a tilted plane (G68.2) before it"));
     };
+    // The third column of the rotation is the plane's normal in program coordinates.
     let axis = tilt.rows.map(|row| row[2]);
     exec.emit(CanonicalOp::OrientTool(axis));
     Ok(())
@@ -108,6 +112,7 @@ impl Exec<'_> {
             return Ok(());
         }
         let [i, j, k] = named.map(Option::unwrap_or_default);
+        // A direction: only the ratio of I, J and K counts.
         let length = math::hypot(math::hypot(i, j), k);
         if length == 0.0 {
             return Err(failed("the direction of the tool (I, J, K) has no length"));

@@ -22,6 +22,7 @@ pub(crate) fn pocket(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     }
     let first = exec.need(b'I', code, "I, the radius of the first circle")?;
     let last = exec.word(b'K').unwrap_or(first);
+    // Several circles need a step; one circle does not.
     let step = match (exec.word(b'K'), exec.word(b'Q')) {
         (Some(_), None) => {
             return Err(Problem::WordMissing {
@@ -41,6 +42,7 @@ pub(crate) fn pocket(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     };
     let tool = exec.pocket_tool(code)?;
     let limit = exec.config.limits.cycle_moves;
+    // A tiny step would make millions of circles.
     if (last - first).abs() / step > f64::from(limit) / 4.0 {
         return Err(Problem::CycleTooLong { limit });
     }
@@ -59,6 +61,7 @@ pub(crate) fn pocket(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let clockwise = code.tenths == 120;
     let mut radius = first;
     loop {
+        // The tool's centre runs inside the wall by its radius.
         let cut = radius.min(last.max(first)) - tool;
         if cut <= 0.0 {
             return Err(Problem::Cycle {
@@ -88,6 +91,7 @@ impl Exec<'_> {
             allowed: "a tool number",
         })? as i32;
         self.check_tool(number)?;
+        // Tools in the table are measured in machine units.
         let diameter = self
             .tools
             .as_ref()
@@ -134,6 +138,7 @@ impl Exec<'_> {
             value: count,
             allowed: "1 to 10000",
         })? as u32;
+        // G70 spreads the holes over the full circle, G71 by K, G72 lies on a line.
         let each = match code.tenths {
             700 => 360.0 / f64::from(holes),
             710 => self.need(b'K', code, "K, the angle between holes")?,

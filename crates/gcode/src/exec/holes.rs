@@ -35,6 +35,7 @@ pub(crate) struct Hole {
 impl Exec<'_> {
     /// Drills from above a hole, which is at its R level.
     pub(crate) fn drill(&mut self, hole: &Hole) -> Result<(), Problem> {
+        // How each cycle goes down, what it does at the bottom, and how it comes out.
         match hole.code.tenths {
             730 | 830 => self.peck(hole),
             740 | 840 => self.tap(hole),
@@ -86,6 +87,7 @@ impl Exec<'_> {
 
     /// G83 clears the hole after each peck, G73 only breaks the chip.
     fn peck(&mut self, hole: &Hole) -> Result<(), Problem> {
+        // A peck of zero depth would never reach the bottom.
         let delta = hole.q.ok_or(Problem::WordMissing {
             code: hole.code,
             what: "Q, the depth of a peck",
@@ -123,6 +125,7 @@ impl Exec<'_> {
     /// G84 taps right-handed, G74 left-handed.
     fn tap(&mut self, hole: &Hole) -> Result<(), Problem> {
         let clockwise = hole.code.tenths == 840;
+        // The wrong sense of rotation would break the tap.
         if self.spindle_state(hole.spindle).clockwise != Some(clockwise) {
             let message = if clockwise {
                 "G84 needs the spindle to turn clockwise"
@@ -136,6 +139,7 @@ impl Exec<'_> {
         self.emit(CanonicalOp::FeedOverride(false));
         self.emit(CanonicalOp::SpeedOverride(false));
         self.tap_level(hole, hole.bottom);
+        // Reversed at the bottom the tap unscrews itself at the same pitch.
         self.turn(hole.spindle, !clockwise);
         self.pause(hole.last_p)?;
         self.tap_level(hole, hole.clear);
@@ -180,12 +184,14 @@ impl Exec<'_> {
         };
         let (along_first, along_second, middle) =
             (offset(first)?, offset(second)?, offset(normal)?);
+        // K is the upper end of the counterbore; under G91 it counts from the bottom.
         let middle = if self.state.absolute {
             middle
         } else {
             middle + hole.bottom
         };
         let center = self.state.current;
+        // I and J shift the tool off the centre line, so that its edge clears the bore.
         let mut beside = center;
         beside[first] += along_first;
         beside[second] += along_second;

@@ -106,11 +106,13 @@ impl Exec<'_> {
     pub(crate) fn check_target(&self, target: &Position) -> Result<(), Problem> {
         let limit = self.config.limits.coordinate;
         for (index, &value) in target.iter().enumerate() {
+            // The limit is in mm or degrees, program values may be in inches.
             let size = if is_angle(index) {
                 value.abs()
             } else {
                 value.abs() * self.state.units.mm()
             };
+            // NaN compares false with everything and has to be refused by name.
             if size.is_nan() || size > limit {
                 let axis = AxisId::from_index(index).map_or('?', AxisId::letter);
                 return Err(Problem::CoordinateTooLarge { axis, value, limit });

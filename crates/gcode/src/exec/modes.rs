@@ -13,6 +13,7 @@ pub(crate) fn plane(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         190 => Plane::Yz,
         _ => Plane::Xy,
     };
+    // The held move is offset in its own plane.
     if plane != exec.state.plane && exec.state.compensation.is_some() {
         return Err(Problem::Compensation {
             message: "the plane cannot change under cutter compensation",
@@ -30,6 +31,7 @@ pub(crate) fn units(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     } else {
         Units::Mm
     };
+    // Emitted even if nothing changes, as LinuxCNC does.
     exec.emit(CanonicalOp::UseLengthUnits(units));
     let state = &mut *exec.state;
     if units != state.units {
@@ -38,6 +40,7 @@ pub(crate) fn units(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
                 message: "the units cannot change under cutter compensation",
             });
         }
+        // F is carried out before the units change and was taken in the old ones.
         if exec.words.has(b'F') && state.feed_mode != FeedMode::InverseTime {
             exec.warnings.push(Problem::FeedBeforeUnits {
                 code,
@@ -99,6 +102,7 @@ pub(crate) fn exact_stop(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 /// G64: without P any deviation is allowed; P alone also merges short moves within it.
 pub(crate) fn continuous(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let tolerance = exec.word(b'P').unwrap_or(0.0);
+    // P bounds the deviation at corners, Q that of merged short moves.
     let merge = exec.word(b'Q').unwrap_or(tolerance);
     for (letter, value) in [('P', tolerance), ('Q', merge)] {
         if value < 0.0 {
@@ -139,6 +143,7 @@ impl Exec<'_> {
         self.emit(CanonicalOp::SetFeedMode {
             per_revolution: mode == FeedMode::PerRevolution,
         });
+        // In inverse time each move brings its own F.
         if mode != FeedMode::InverseTime {
             self.set_feed(0.0, None);
         }

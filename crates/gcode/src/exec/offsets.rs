@@ -19,6 +19,7 @@ pub(crate) fn system_parameter(system: u8) -> u16 {
 
 /// G54 to G59.3: selects a work coordinate system.
 pub(crate) fn select(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    // G54 to G59 are systems 1 to 6, G59.1 to G59.3 are 7 to 9.
     let system = if code.tenths > 590 {
         code.tenths - 590 + 6
     } else {
@@ -35,6 +36,7 @@ pub(crate) fn select(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 impl Exec<'_> {
     /// Puts a coordinate system into force as its parameters describe it.
     pub(crate) fn load_system(&mut self, system: u8) {
+        // Origin and rotation as the parameters have them, which are in machine units.
         let first = system_parameter(system);
         let origin = convert(
             &self.parameters.position(first),
@@ -42,6 +44,7 @@ impl Exec<'_> {
             self.state.units,
         );
         let rotation = self.parameters.get(first + 9);
+        // The machine stays where it is; its program coordinates change.
         self.state.rebase(|offsets| {
             offsets.g5x = origin;
             offsets.rotation_deg = rotation;
@@ -76,6 +79,7 @@ pub(crate) fn g92(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     let mut offset = exec.state.offsets.g92;
     for (axis, slot) in offset.iter_mut().enumerate() {
         if let Some(value) = exec.axis_word(axis) {
+            // The offset grows by what the present place is to lose.
             *slot += exec.state.current[axis] - value;
         }
     }
@@ -132,6 +136,7 @@ const FIXTURE_SYSTEM: u8 = 9;
 pub(crate) fn g10(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let selector = exec.need(b'L', code, "L, what it sets")?;
     let number = exec.need(b'P', code, "P, the coordinate system or tool")?;
+    // With axis words, L10 and L11 are LinuxCNC's measurements, without them Fanuc's memories.
     if let Some(memory @ 10.0..=13.0) = whole(selector)
         && exec.config.leniencies.has(Leniency::ToolMemory)
         && !(0..9).any(|axis| exec.axis_word(axis).is_some())
@@ -185,6 +190,7 @@ impl Exec<'_> {
 
     /// L2 gives the origin, L20 the coordinates that the present place is to have.
     fn set_system(&mut self, code: Code, number: f64, from_place: bool) -> Result<(), Problem> {
+        // P0 is the system in force.
         let system = match whole(number).filter(|number| (0.0..=9.0).contains(number)) {
             Some(0.0) => self.state.system,
             Some(number) => number as u8,
@@ -197,6 +203,7 @@ impl Exec<'_> {
                 });
             }
         };
+        // These belong to tools: a mistaken L would otherwise go unnoticed.
         for letter in *b"IJQ" {
             if let Some(value) = self.word(letter) {
                 return Err(Problem::UnusedWord {
@@ -207,6 +214,7 @@ impl Exec<'_> {
             }
         }
         let mut offsets = self.system_offsets(system);
+        // L2 may set the rotation with R; L20 keeps it.
         offsets.rotation_deg = self
             .word(b'R')
             .filter(|_| !from_place)
@@ -214,6 +222,8 @@ impl Exec<'_> {
         if from_place {
             let place = subtract(&self.state.machine(), &self.state.offsets.tool);
             let wanted = self.with_axis_words(&offsets.to_program(&place));
+            // L20: the origin is the present place minus where the wanted coordinates lead without
+            // an origin.
             offsets.g5x = [0.0; 9];
             offsets.g5x = subtract(&place, &offsets.to_machine(&wanted));
         } else {
@@ -229,6 +239,7 @@ impl Exec<'_> {
         let stored = convert(&offsets.g5x, self.state.units, self.config.machine_units);
         self.parameters.put_position(first, &stored);
         self.parameters.put(first + 9, offsets.rotation_deg);
+        // The system in force takes effect at once.
         if system == self.state.system {
             self.load_system(system);
             self.emit(CanonicalOp::SetXyRotation(self.state.offsets.rotation_deg));
@@ -242,9 +253,12 @@ impl Exec<'_> {
             tool: [0.0; 9],
             ..*offsets
         };
+        // The present place in program coordinates without the tool.
         let mut place = subtract(&self.state.machine(), &without.g5x);
         rotate(&mut place, -without.rotation_deg);
         let here = subtract(&subtract(&place, &without.g92), tool);
+        // What the tool's offset has to add so that the block's coordinates come out, turned back
+        // into the machine's axes.
         let mut change = subtract(&here, &self.with_axis_words(&here));
         rotate(&mut change, without.rotation_deg);
         std::array::from_fn(|axis| tool[axis] + change[axis])
@@ -265,6 +279,7 @@ impl Exec<'_> {
             value,
             allowed,
         })? as i32;
+        // The table is in machine units; it holds diameters, while radii are programmed.
         let value = self.state.units.convert(value, self.config.machine_units);
         let table = self.tools.get_or_insert_with(ToolTable::default);
         let mut tool = table.get(number).copied().unwrap_or(Tool {
@@ -301,6 +316,7 @@ impl Exec<'_> {
             .as_ref()
             .and_then(|table| table.get(number))
             .copied();
+        // With a table only its tools exist; without one a tool is made.
         if known.is_none() && self.tools.is_some() {
             return Err(Problem::NoSuchTool {
                 tool: i64::from(number),
@@ -310,6 +326,7 @@ impl Exec<'_> {
             number,
             ..Tool::default()
         });
+        // Offsets are computed in program units and stored in machine units.
         let (program, machine) = (self.state.units, self.config.machine_units);
         let changed = offset(self, convert(&tool.offset, machine, program));
         self.check_target(&changed)?;

@@ -55,6 +55,7 @@ pub(crate) fn analog(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 
 /// M66: reads an input into #5399. There are no inputs: the result is 0.
 pub(crate) fn input(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    // Exactly one of P and E says which kind of input.
     let (letter, number) = match (exec.word(b'P'), exec.word(b'E')) {
         (Some(number), None) => (b'P', number),
         (None, Some(number)) => (b'E', number),
@@ -84,6 +85,7 @@ pub(crate) fn input(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     };
     let analog = letter == b'E';
     let seconds = exec.word(b'Q').unwrap_or(0.0);
+    // Analogue inputs have no edges to wait for.
     if wait != WaitFor::Now && analog {
         return Err(Problem::WordOutOfRange {
             code,
@@ -98,6 +100,7 @@ pub(crate) fn input(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
             what: "Q, how many seconds to wait at most",
         });
     }
+    // Nothing is connected: the program goes on with the result of an idle input.
     exec.parameters.put(INPUT_RESULT_PARAMETER, 0.0);
     exec.emit(CanonicalOp::ReadInput {
         index,
@@ -121,6 +124,7 @@ impl Exec<'_> {
     /// Carries a comment out.
     pub(crate) fn comment(&mut self, inside: &[u8]) {
         let text = String::from_utf8_lossy(inside).into_owned();
+        // The prefix decides, whatever its case; blanks before it do not count.
         let start = text.trim_start();
         for (prefix, kind, fill) in ACTIVE_COMMENTS {
             if start
@@ -148,6 +152,7 @@ impl Exec<'_> {
         let mut filled = String::new();
         let mut rest = text;
         while let Some(at) = rest.find('#') {
+            // Text up to the #, then the reference as value, or as it is where it has none.
             let (before, from) = rest.split_at(at);
             filled.push_str(before);
             let reference = reference(from);
@@ -163,6 +168,7 @@ impl Exec<'_> {
     fn value_of(&mut self, reference: &str) -> Option<f64> {
         let mut block = Block::default();
         parse_block(
+            // The reference is read by the grammar of values: as the value of a word.
             format!("X{reference}").as_bytes(),
             &mut block,
             &self.config.limits,

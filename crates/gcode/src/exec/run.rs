@@ -18,9 +18,11 @@ impl Exec<'_> {
     /// Carries the block out.
     pub(crate) fn run(&mut self) -> Result<(), (Problem, Option<Text>)> {
         let words = self.words;
+        // A corner that waits needs the direction of this block's move: it comes first.
         if self.state.corner.is_some() {
             self.turn_corner().map_err(|problem| (problem, None))?;
         }
+        // Only a chain of corners goes on from the exit of the one before.
         self.state.corner_exit = self
             .state
             .corner_exit
@@ -28,8 +30,10 @@ impl Exec<'_> {
             .filter(|_| words.mask & CORNER_BITS != 0);
         let mut next = 0;
         let mut moved = false;
+        // Codes in the order of RS274/NGC's execution; F, S and T take their places between them.
         for used in words.codes() {
             self.words_before(&mut next, used.row.phase)?;
+            // Motion by mode comes before stops, as a code on the line would.
             if !moved && used.row.phase > PHASE_MOTION {
                 moved = true;
                 self.modal_motion()?;
@@ -52,6 +56,7 @@ impl Exec<'_> {
         if self.state.compensation.is_some() {
             self.under_compensation(row.code)?;
         }
+        // An open NURBS takes control points and its end, and nothing else but a program stop.
         if self.state.nurbs.is_some()
             && row.group != Group::Stop
             && !matches!(
@@ -67,6 +72,7 @@ impl Exec<'_> {
                 message: "cannot stand between G5.2 and G5.3",
             });
         }
+        // G5 may go on from the tangent of the G5 before it only if nothing came between.
         if row.group == Group::Motion && row.code != CUBIC {
             self.state.spline_exit = None;
         }
@@ -97,6 +103,7 @@ impl Exec<'_> {
     }
 
     fn plain_word(&mut self, letter: u8, value: f64) -> Result<(), Problem> {
+        // F, S and T by themselves: feed, speed, selected tool.
         let bad = Problem::BadWordValue {
             letter: char::from(letter),
             value,
@@ -110,6 +117,7 @@ impl Exec<'_> {
                 })
             }
             b'F' => {
+                // In inverse time F belongs to the move, which computes its rate.
                 if self.state.feed_mode != FeedMode::InverseTime {
                     self.set_feed(value, None);
                 }

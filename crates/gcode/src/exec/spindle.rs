@@ -50,6 +50,7 @@ pub(crate) fn orient(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         OrientWay::Clockwise,
         OrientWay::CounterClockwise,
     ];
+    // P: 0 the shortest way, 1 clockwise, 2 counter-clockwise.
     let way = whole(value).and_then(|number| {
         ways.into_iter()
             .find(|way| f64::from(way.number()) == number)
@@ -60,6 +61,7 @@ pub(crate) fn orient(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
         value,
         allowed: "0, 1 or 2",
     })?;
+    // Q alone waits for an orientation that was started before.
     let turns = exec.word(b'R').is_some() || exec.word(b'P').is_some();
     let wait = exec.word(b'Q');
     for spindle in spindles {
@@ -110,6 +112,7 @@ pub(crate) fn synchronised(exec: &mut Exec<'_>, code: Code) -> Result<(), Proble
     let end = exec.target()?;
     exec.state.current = end;
     let pitch = exec.pitch(code)?;
+    // Synchronisation holds for this move alone.
     exec.emit(CanonicalOp::StartSpeedFeedSync(pitch));
     exec.emit(CanonicalOp::StraightFeed(end));
     exec.emit(CanonicalOp::StopSpeedFeedSync);
@@ -152,6 +155,7 @@ impl Exec<'_> {
         let number = self.word(b'$').unwrap_or(0.0);
         match whole(number).filter(|number| (-1.0..8.0).contains(number)) {
             Some(-1.0) => {
+                // A spindle counts as used once its state differs from the initial one.
                 let used = self
                     .state
                     .more_spindles
@@ -170,6 +174,7 @@ impl Exec<'_> {
 
     /// What is known of a spindle.
     pub(crate) fn spindle_state(&mut self, spindle: u8) -> &mut Spindle {
+        // Spindle 0 has its own field, the others stand in the list.
         let index = usize::from(spindle).wrapping_sub(1);
         self.state
             .more_spindles
@@ -199,6 +204,7 @@ impl Iterator for Spindles {
     type Item = u8;
 
     fn next(&mut self) -> Option<u8> {
+        // Clears the lowest set bit and returns its number.
         let lowest = self.0.trailing_zeros();
         self.0 &= self.0.wrapping_sub(1);
         (lowest < 8).then_some(lowest as u8)

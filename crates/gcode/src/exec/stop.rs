@@ -36,6 +36,7 @@ pub(crate) fn call(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
             letter: 'P',
             value: number,
         })?;
+    // L0 is no call at all.
     let rounds = exec.word(b'L').unwrap_or(1.0);
     let rounds = whole(rounds)
         .filter(|value| (0.0..=1e15).contains(value))
@@ -52,6 +53,7 @@ pub(crate) fn call(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 
 /// M99; with P, which Fanuc has, to a line of the caller, or of the main program itself.
 pub(crate) fn back(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    // M99 alone returns behind the call.
     let Some(value) = exec.word(b'P') else {
         *exec.jump = Some(Jump::Return);
         return Ok(());
@@ -77,6 +79,7 @@ pub(crate) fn end(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 
 impl Exec<'_> {
     pub(crate) fn end_program(&mut self) -> Result<(), Problem> {
+        // What shifts or turns the coordinates ends first.
         self.end_compensation()?;
         self.state.arc_not_allowed = false;
         self.end_tip_control();
@@ -93,6 +96,7 @@ impl Exec<'_> {
             per_revolution: false,
         });
         self.set_feed(0.0, None);
+        // Overrides are allowed again; spindles stop, coolant goes off.
         for (allowed, op) in [
             (self.state.feed_override, CanonicalOp::FeedOverride(true)),
             (self.state.speed_override, CanonicalOp::SpeedOverride(true)),
@@ -105,6 +109,7 @@ impl Exec<'_> {
         self.state.spindle.clockwise = None;
         self.state.spindle.surface_limit = None;
         for number in 1..=self.state.more_spindles.len() as u8 {
+            // Further spindles are stopped only if they turn: most machines have one.
             let turned = std::mem::take(self.spindle_state(number))
                 .clockwise
                 .is_some();
@@ -120,6 +125,7 @@ impl Exec<'_> {
         if self.state.mist || self.state.flood {
             self.coolant_off();
         }
+        // The motion mode after the end is G1, as LinuxCNC leaves it.
         self.state.motion = crate::codes::rows()
             .find(|row| row.group == Group::Motion && row.code.tenths == 10)
             .map(|row| row.code);

@@ -33,7 +33,9 @@ pub(crate) fn feed(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let start = exec.state.current;
     exec.state.current = end;
     exec.check_feed(code)?;
+    // The rate of inverse time follows from the length, so that the ends come first.
     exec.inverse_time(|| straight_length(&start, &end));
+    // A move with ,R or ,C waits for the next one, which makes the corner.
     if exec.words.mask & CORNER_BITS != 0 && exec.hold_corner(&start, end)? {
         return Ok(());
     }
@@ -55,6 +57,7 @@ pub(crate) fn machine_coordinates(exec: &mut Exec<'_>, _: Code) -> Result<(), Pr
 
 /// What the feed rate is measured along: X Y Z, or U V W if those stand still, or degrees of A B C.
 pub(crate) fn straight_length(start: &Position, end: &Position) -> f64 {
+    // Euclidean length of three axes from an index on.
     let norm = |from: usize| {
         (from..from + 3)
             .map(|i| (end[i] - start[i]) * (end[i] - start[i]))
@@ -74,6 +77,7 @@ const TOOL_DIRECTION_BITS: u32 = bit(b'I') | bit(b'J') | bit(b'K');
 impl Exec<'_> {
     /// Where the axis words lead to.
     pub(crate) fn target(&self) -> Result<Position, Problem> {
+        // G53 counts from the machine's zero, without offsets, and is always absolute.
         let in_machine = self.words.has_g(530);
         let mut end = if in_machine {
             self.state.machine()
@@ -102,6 +106,8 @@ impl Exec<'_> {
         feed: bool,
     ) -> Result<(), Problem> {
         self.state.arc_not_allowed = false;
+        // Under G43.5 the direction of the tool belongs to the end of the move and comes before
+        // it.
         if self.words.mask & TOOL_DIRECTION_BITS != 0
             && self.state.tip_control == TipControl::WithVector
         {
@@ -178,6 +184,7 @@ impl Exec<'_> {
         if radius.is_none() && angle.is_none() {
             return Ok(());
         }
+        // X and Y would say the same twice.
         if let Some(letter) = ['X', 'Y']
             .into_iter()
             .find(|letter| self.words.has(*letter as u8))
@@ -202,6 +209,7 @@ impl Exec<'_> {
             });
         }
         let [x, y, ..] = self.state.current;
+        // The tool's place in polar coordinates replaces what is missing.
         let here = [math::hypot(x, y), deg(math::atan2(y, x))];
         let [radius, angle] = if self.state.absolute {
             [radius.unwrap_or(here[0]), angle.unwrap_or(here[1])]
@@ -232,6 +240,7 @@ impl Exec<'_> {
     /// A dwell of a checked length.
     pub(crate) fn pause(&mut self, seconds: f64) -> Result<(), Problem> {
         let limit = self.config.limits.dwell_s;
+        // LinuxCNC accepts a negative time; it is likely a mistake.
         if seconds < 0.0 {
             self.warnings.push(Problem::NegativeDwell { seconds });
         }
@@ -260,6 +269,8 @@ pub(crate) fn go(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let by_way = exec.target()?;
     exec.emit(CanonicalOp::StraightTraverse(by_way));
     exec.state.current = by_way;
+    // Homes are machine coordinates; axes that are not named stay at the machine place of the
+    // named point.
     let home = convert(
         &exec.parameters.position(first_parameter(code)),
         exec.config.machine_units,
@@ -312,11 +323,13 @@ pub(crate) fn probe(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     if exec.state.feed_mode == FeedMode::PerRevolution {
         return Err(Problem::ProbeFeed { code });
     }
+    // G38.2 and G38.4 demand a contact, G38.3 and G38.5 do not; from G38.4 on they move away.
     let must = code.tenths.is_multiple_of(2);
     let ways: [f64; 9] = std::array::from_fn(|axis| end[axis] - start[axis]);
     if must && ways.iter().all(|way| way.abs() < SHORTEST_PROBE) {
         return Err(Problem::ProbeTooShort { code });
     }
+    // The stop lies a fixed distance before the end, along the move.
     let length = ways.iter().take(3).map(|way| way * way).sum::<f64>().sqrt();
     let mut stop = end;
     if length > 0.0 {

@@ -46,6 +46,7 @@ pub(crate) fn thread(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let mut end = exec.target()?;
     let [drive, _, start, ..] = exec.state.current;
     let pitch = exec.positive(code, b'P', "P, the pitch")?;
+    // Depths and the crest are along X: halved where X is a diameter.
     let first = exec.radial(exec.positive(code, b'J', "J, the depth of the first pass")?);
     let depth = exec.radial(exec.positive(code, b'K', "K, the depth of the thread")?);
     let crest = exec.radial(exec.need(b'I', code, "I, from the drive line to the crest")?);
@@ -57,12 +58,14 @@ pub(crate) fn thread(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
             allowed: "other than zero",
         });
     }
+    // The degression starts at the first depth and must grow to the full one.
     if depth <= first {
         return Err(Problem::Cycle {
             message: "the depth of the thread (K) has to be more than that of its first pass (J)",
         });
     }
     let angle = exec.word(b'Q').unwrap_or(0.0);
+    // The infeed along the slide grows with tan Q, which has to stay bounded.
     if angle.abs() > 80.0 {
         return Err(Problem::WordOutOfRange {
             code,
@@ -139,6 +142,7 @@ impl Exec<'_> {
 
     /// All passes: each is deeper by the law of degression, the last ones are at full depth.
     fn passes(&mut self, code: Code, thread: &Thread, first: f64) -> Result<(), Problem> {
+        // R = 1 gives equal steps in depth.
         let degression = self.word(b'R').unwrap_or(1.0).max(1.0);
         let value = self.word(b'H').unwrap_or(0.0);
         let springs = whole(value).filter(|springs| *springs >= 0.0);
@@ -149,6 +153,7 @@ impl Exec<'_> {
             allowed: "a whole number from 0",
         })?;
         let limit = self.config.limits.cycle_moves;
+        // Number of passes: depth / first to the power of R.
         if (math::pow(thread.depth / first, degression) + springs + 2.0) * OPS_PER_PASS
             > f64::from(limit)
         {
@@ -170,9 +175,11 @@ impl Exec<'_> {
     }
 
     fn pass(&mut self, thread: &Thread, depth: f64) {
+        // X of clearance, cut, and the end of a taper.
         let clear = thread.drive - thread.outwards * (thread.depth - depth);
         let cut = thread.crest + thread.outwards * depth;
         let out = cut - thread.outwards * thread.depth;
+        // The compound slide shifts start and end along Z, so that one flank of the tool cuts.
         let [start, end] = [
             thread.ends[0] - depth * thread.slide,
             thread.ends[1] + (thread.depth - depth) * thread.slide,
@@ -184,6 +191,7 @@ impl Exec<'_> {
         if entry == 0.0 {
             self.lathe(cut, start, false);
         }
+        // The feed is tied to the spindle: an override would spoil the pitch.
         self.emit(CanonicalOp::FeedOverride(false));
         if entry > 0.0 {
             self.emit(CanonicalOp::StartSpeedFeedSync(tapered(thread, entry)));

@@ -67,6 +67,7 @@ impl Exec<'_> {
 /// M6: the spindle stops and the selected tool comes; its length does not apply yet.
 pub(crate) fn change(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
     let tool = exec.state.selected_tool.ok_or(Problem::NoToolSelected)?;
+    // As in LinuxCNC: change begins, spindle stops, tool comes.
     exec.emit(CanonicalOp::StartChange);
     exec.emit(CanonicalOp::StopSpindle { spindle: 0 });
     exec.state.spindle.clockwise = None;
@@ -101,6 +102,7 @@ pub(crate) fn length(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 
 /// G43.1: axes that are not named keep their offset.
 pub(crate) fn dynamic_length(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
+    // The offset in force is the base: axes that are not named keep theirs.
     let mut offset = exec.state.offsets.tool;
     for (axis, slot) in offset.iter_mut().enumerate() {
         *slot = exec.axis_word(axis).unwrap_or(*slot);

@@ -63,6 +63,7 @@ pub(crate) fn cycle(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let end = exec.target()?;
     let turning = exec.turning(code, &end)?;
     let start = exec.state.current;
+    // The programmed place first: the move under compensation starts from the old one.
     exec.state.current = end;
     // Recorded: also where neither X nor Z is given.
     exec.straight(&start, end, false)?;
@@ -101,6 +102,7 @@ impl Exec<'_> {
                     allowed: "greater than zero",
                 });
             }
+            // G71.1 cuts the first pocket only, G71.2 those after it, G71 all.
             let pockets = match code.tenths % 10 {
                 1 => Pockets::First,
                 2 => Pockets::Later,
@@ -162,6 +164,7 @@ impl Exec<'_> {
         turning: &Turning,
         profile: &[ProfileMove],
     ) -> Result<(Frame, Vec<Move>), Trouble> {
+        // Tolerances are in mm, the profile in program units.
         let forgiven = ROUNDING_MM / self.state.units.mm();
         let most = self.config.limits.cycle_moves as usize;
         match turning.kind {
@@ -213,6 +216,7 @@ impl Exec<'_> {
                 Move::Rapid(place) => (place, false),
                 Move::Feed(place) | Move::Arc { end: place, .. } => (place, true),
             };
+            // The frame has the cutting direction as its first axis.
             let [z, x] = frame.from(place);
             let start = self.state.current;
             let mut end: Position = start;

@@ -124,6 +124,7 @@ impl Words {
         if letter == b'G' || letter == b'M' {
             return self.add_code(letter, value, text);
         }
+        // One value a letter: two X words on a line contradict each other.
         if self.has(letter) {
             return Err(Problem::RepeatedWord {
                 letter: char::from(letter),
@@ -148,9 +149,11 @@ impl Words {
             }
             self.taken = Some(leniency);
         }
+        // G80 beside a motion code is harmless and common.
         if row.group == Group::Motion && self.replaces_motion(row) {
             return Ok(());
         }
+        // Codes of one modal group exclude each other.
         if let Some(other) = self
             .codes
             .iter()
@@ -165,6 +168,7 @@ impl Words {
         if self.codes.len() >= MOST_CODES {
             return Err(Problem::TooManyWords { limit: MOST_CODES });
         }
+        // Kept in the order of execution, whatever the order on the line.
         let at = self
             .codes
             .iter()
@@ -231,10 +235,12 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
             taken |= ARC_CENTER_BITS;
         }
     }
+    // Each letter has to be taken by a code: a forgotten code would otherwise go unnoticed.
     let unused = words.mask & !taken;
     if unused == 0 {
         return Ok(());
     }
+    // The first unused letter is reported, with the codes that would take it.
     let letter = (b'@'..=b'^')
         .chain(*b"$rc")
         .find(|&letter| unused & bit(letter) != 0)
@@ -253,6 +259,7 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
 
 fn find_motion(words: &mut Words, state: &State) -> Result<(), Placed> {
     let has_axes = words.mask & (AXIS_BITS | POLAR_BITS) != 0;
+    // Axis words can belong to a motion code or to one other code such as G92, not to both.
     let explicit = words
         .codes()
         .iter()
@@ -328,6 +335,7 @@ fn modal_motion(
     has_axes: bool,
 ) -> Result<Option<&'static crate::codes::CodeRow>, Placed> {
     let modal = state.motion.and_then(find);
+    // I, J and K alone repeat a full circle in the arc modes; other modes need an axis word.
     let is_arc = matches!(
         state.motion,
         Some(Code {

@@ -30,6 +30,7 @@ impl Interpreter {
                 }
             }
             Keyword::Sub | Keyword::Bare => {
+                // Definitions do not nest: the name would depend on whether the outer one has run.
                 if !self.flow.frames.is_empty() && self.flow.seek.is_none() {
                     return Err(flow_error(format!(
                         "o{label} is defined inside another subroutine"
@@ -44,6 +45,7 @@ impl Interpreter {
                 Ok(())
             }
             Keyword::Call => {
+                // Arguments are evaluated in the caller's scope, before its locals are put away.
                 let mut arguments = Vec::new();
                 for index in 0..self.block.arguments.len() {
                     arguments.push(self.argument(index)?.unwrap_or_default());
@@ -88,10 +90,12 @@ impl Interpreter {
         let Some(body) = self.flow.subs.get(&name).cloned() else {
             return self.look_for(name);
         };
+        // Recursion is bounded: each level keeps the locals of its caller.
         let limit = self.config.limits.call_depth;
         if self.flow.frames.len() >= limit {
             return Err(Problem::CallsTooDeep { limit });
         }
+        // M98 L0: the call is passed over.
         if rounds == 0 {
             return Ok(());
         }
@@ -106,6 +110,7 @@ impl Interpreter {
             caller: self.stack_index,
             rounds: rounds - 1,
         };
+        // The chain of calls is kept for the places of findings.
         self.stack_index = self.diagnostics.provenance_mut().call_stacks_mut().enter(
             &frame.name,
             self.span,
@@ -144,6 +149,7 @@ impl Interpreter {
                 Ok(())
             }
             Some(Jump::ReturnTo { line }) => {
+                // M99 P leaves the subroutine for good, whatever rounds were left.
                 if let Some(frame) = self.flow.frames.last_mut() {
                     frame.rounds = 0;
                     self.leave();
@@ -156,6 +162,7 @@ impl Interpreter {
 
     /// Reads on until the subroutine is defined, then comes back to the line that calls it.
     pub(crate) fn look_for(&mut self, name: String) -> Result<(), Problem> {
+        // The whole program has been searched without success: the loader is the last resort.
         if self.missing_sub.as_ref() == Some(&name) {
             self.missing_sub = None;
             if self.load_sub(&name)? {
@@ -181,6 +188,7 @@ impl Interpreter {
     pub(crate) fn leave(&mut self) {
         if let Some(frame) = self.flow.frames.last_mut() {
             let base = frame.opens;
+            // L of M98: once more from the first line of the body.
             if frame.rounds > 0 {
                 frame.rounds -= 1;
                 self.flow.at = 0;
@@ -192,6 +200,7 @@ impl Interpreter {
                 self.stack_index = frame.caller;
                 self.leave_level();
             }
+            // Branches and loops that the return leaves are closed.
             self.flow.opens.truncate(base);
         }
     }
@@ -205,6 +214,7 @@ impl Interpreter {
         let Some(record) = &mut self.flow.record else {
             return Ok(false);
         };
+        // The bodies of all subroutines share one bound of memory.
         let limit = self.config.limits.held_bytes;
         if record
             .body
@@ -215,6 +225,7 @@ impl Interpreter {
             return Err(Problem::TooMuchHeld { limit });
         }
         let name = &record.name;
+        // A bare label ends with M99, `sub` with the `endsub` of its own name.
         let ends = if record.bare {
             ends_bare
         } else {
@@ -252,6 +263,7 @@ impl Interpreter {
         let Some(loader) = self.loader.clone() else {
             return Ok(false);
         };
+        // A computed name could ask for a new file each round.
         if self.diagnostics.files().len() >= MOST_FILES {
             return Err(Problem::TooManyFiles { limit: MOST_FILES });
         }
@@ -263,6 +275,7 @@ impl Interpreter {
             return Ok(false);
         };
         let limit = self.config.limits.held_bytes;
+        // Files count towards the same bound as the lines that are held.
         self.loaded_bytes = self.loaded_bytes.saturating_add(file.text.len());
         if self.loaded_bytes > limit {
             return Err(Problem::TooMuchHeld { limit });
@@ -296,6 +309,7 @@ impl Interpreter {
                 });
             }
             let place = Place { file, line, start };
+            // Kept in case the file turns out to have no definition of its own.
             whole_file.push(lines.line(), place, limits.held_bytes)?;
             let flow = parse_block(lines.line(), &mut block, limits)
                 .ok()
@@ -307,6 +321,7 @@ impl Interpreter {
                 }
                 Label::Number(_) => None,
             };
+            // Lines between `sub` and `endsub` are the body, the closing line with them.
             if let Some((_, body)) = &mut open {
                 body.push(lines.line(), place, limits.held_bytes)?;
             }
@@ -325,6 +340,7 @@ impl Interpreter {
                 _ => {}
             }
         }
+        // M98 of other controls: the file itself is the subroutine.
         if !defined {
             self.flow
                 .subs

@@ -21,6 +21,8 @@ impl Interpreter {
         match keyword {
             Keyword::If => self.branch(label),
             Keyword::ElseIf | Keyword::Else => {
+                // Reached by running, not by skipping: the branch before it was taken, so the rest
+                // is skipped.
                 let kind = self.top(&label, "if", |kind| !kind.is_loop())?;
                 self.skip(label.clone(), Skip::EndIf);
                 if kind == OpenKind::Else {
@@ -36,6 +38,7 @@ impl Interpreter {
             }
             Keyword::While => self.while_line(label),
             Keyword::EndWhile => {
+                // Back to the `while` line, which evaluates its condition anew.
                 if let OpenKind::While(line) =
                     self.top(&label, "while", |kind| matches!(kind, OpenKind::While(_)))?
                 {
@@ -109,6 +112,7 @@ impl Interpreter {
     }
 
     fn branch(&mut self, label: String) -> Result<(), Problem> {
+        // Opened even if the condition fails, so that its `endif` still closes something.
         let condition = self.condition();
         self.open(label.clone(), OpenKind::If)?;
         if !matches!(condition, Ok(true)) {
@@ -121,6 +125,7 @@ impl Interpreter {
     fn while_line(&mut self, label: String) -> Result<(), Problem> {
         let condition = self.condition();
         let holds = matches!(condition, Ok(true));
+        // A `while` with the label of an open `do` is the end of that loop.
         match self.flow.opens.last() {
             Some(Open {
                 label: open,
@@ -140,6 +145,7 @@ impl Interpreter {
     }
 
     fn repeat(&mut self, label: String) -> Result<(), Problem> {
+        // The number is evaluated once, before the first round.
         let rounds = self.argument(0).and_then(|rounds| {
             rounds.ok_or_else(|| flow_error("the number of repetitions is missing"))
         });
@@ -170,6 +176,7 @@ impl Interpreter {
 
     /// `break` and `continue`.
     fn leave_loop(&mut self, label: String, go_on: bool) -> Result<(), Problem> {
+        // A loop of the caller cannot be left from inside a subroutine.
         let base = self.flow.opens.len() - self.flow.own_opens();
         let index = self
             .flow
@@ -182,6 +189,7 @@ impl Interpreter {
                 "o{label} is not a loop that is open here"
             )));
         };
+        // Branches and loops inside the loop are closed with it.
         self.flow.opens.truncate(index + 1);
         let kind = self.flow.opens.last().map(|open| open.kind);
         match (kind, go_on) {
@@ -209,10 +217,12 @@ impl Interpreter {
         let Some((wanted, skip, _)) = &self.flow.skip else {
             return Ok(());
         };
+        // Structures inside what is skipped have other labels.
         if wanted != label {
             return Ok(());
         }
         let skip = *skip;
+        // What ends the skipping depends on what it looks for.
         match (skip, keyword) {
             (Skip::Branch | Skip::EndIf, Keyword::EndIf) => {
                 self.flow.skip = None;
@@ -249,12 +259,14 @@ const LINES_A_BLOCK: usize = 16;
 
 /// The N number of a line, from its text alone.
 pub(crate) fn line_number(line: &[u8]) -> Option<f64> {
+    // Block delete may stand before the N number.
     let text = line.trim_ascii_start();
     let text = text.strip_prefix(b"/").unwrap_or(text).trim_ascii_start();
     let [b'N' | b'n', rest @ ..] = text else {
         return None;
     };
     let rest = rest.trim_ascii_start();
+    // Jumps go to whole numbers: digits are enough.
     let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
     std::str::from_utf8(rest.get(..digits)?).ok()?.parse().ok()
 }
@@ -289,6 +301,7 @@ impl Interpreter {
         // A search costs time, too: every 16 lines count as one block towards the limit.
         self.looped += (self.flow.tape().len() / LINES_A_BLOCK) as u64;
         let (at, tape) = (self.flow.at, self.flow.tape());
+        // Held lines are compared as text: parsing them again would cost more than the jump.
         let is_it = |index: &usize| {
             tape.get(*index)
                 .is_some_and(|(_, line)| line_number(line) == Some(number))
@@ -301,6 +314,7 @@ impl Interpreter {
             self.flow.at = target;
             return Ok(());
         }
+        // A subroutine is held whole, and after the end nothing more is read.
         if !self.flow.frames.is_empty() || self.at_end {
             return Err(Problem::NoSuchLine { number });
         }
@@ -316,6 +330,7 @@ impl Interpreter {
         while self.flow.own_opens() > 0
             && let Some(open) = self.flow.opens.last()
         {
+            // A loop stays open only if the target lies inside it.
             let start = match open.kind {
                 OpenKind::While(line) | OpenKind::Do(line) | OpenKind::Repeat(line, _) => line,
                 OpenKind::If | OpenKind::Else => usize::MAX,
@@ -346,6 +361,7 @@ impl Interpreter {
             self.flow.goto = None;
             return false;
         }
+        // An END on the way closes its loop.
         if let Some(end) = end_number(&self.line) {
             let label = format!("{end}");
             let base = self.flow.opens.len() - self.flow.own_opens();
@@ -375,6 +391,7 @@ impl Interpreter {
 
     /// `IF [..] GOTO n`, `GOTO n` and `IF [..] THEN #1=..`.
     pub(crate) fn macro_flow(&mut self, label: &str, keyword: Keyword) -> Result<(), Problem> {
+        // GOTO without a condition always jumps.
         let holds = self.argument(0)?.is_none_or(|condition| condition != 0.0);
         if !holds {
             return Ok(());

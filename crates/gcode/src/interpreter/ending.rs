@@ -14,6 +14,7 @@ impl Interpreter {
         if self.goto_failed() {
             return Step::Ran;
         }
+        // A subroutine was looked for to the end: the call runs again and asks the loader.
         if let Some(seek) = self.flow.seek.take() {
             self.flow.record = None;
             self.missing_sub = Some(seek.name);
@@ -21,6 +22,7 @@ impl Interpreter {
         }
         self.check_open();
         self.release_held(out);
+        // The end has the place of the last line, without a stretch of text.
         self.span = Span {
             column: 1,
             len: 0,
@@ -42,6 +44,7 @@ impl Interpreter {
     /// Emits the moves that cutter compensation still holds as they are, and reports a curve that is
     /// not closed.
     pub(super) fn release_held(&mut self, out: &mut Vec<SourcedOp>) {
+        // A curve without G5.3 has no end and is not run.
         if self.state.nurbs.take().is_some() {
             self.report(crate::exec::curves::unclosed());
         }
@@ -55,6 +58,7 @@ impl Interpreter {
         if let Some(record) = self.flow.record.take() {
             self.report_at(Problem::UnclosedSub { name: record.name }, record.span);
         }
+        // Of what is open only the innermost is told: the others often follow from it.
         if let Some((label, skip, span)) = self.flow.skip.take() {
             let what = if matches!(skip, Skip::Branch | Skip::EndIf) {
                 "if"
@@ -79,6 +83,7 @@ impl Interpreter {
     /// Forgets what the level that is left has saved; what M73 saved comes back before the next
     /// block.
     pub(crate) fn leave_level(&mut self) {
+        // The main program's own level is never left.
         if self.saved.len() > 1
             && let Some(saved) = self.saved.pop()
             && saved.automatic
@@ -118,6 +123,7 @@ impl Interpreter {
                     | O::OptionalProgramStop
             )
         };
+        // Blocks and operations since the last line was read, and blocks since the last motion.
         self.looped += 1;
         self.made += ops.len() as u64;
         self.idle = if ops.iter().any(acts) {
@@ -125,6 +131,7 @@ impl Interpreter {
         } else {
             self.idle + 1
         };
+        // An idle loop comes first: that says more than a count of blocks.
         let problem = if self.idle > limits.idle_blocks {
             Problem::IdleLoop {
                 limit: limits.idle_blocks,

@@ -123,6 +123,7 @@ impl Flow {
 
     /// Forgets main program lines that cannot run again.
     pub(crate) fn forget(&mut self) {
+        // Lines are needed again by open loops, by returns to the caller, and by searches.
         let may_return = self.seek.is_some()
             || !self.frames.is_empty()
             || self.opens.iter().any(|open| open.kind.is_loop());
@@ -135,6 +136,7 @@ impl Flow {
 
     /// Keeps a subroutine; an earlier one of the same name is forgotten.
     pub(crate) fn keep(&mut self, name: String, body: Tape) {
+        // Overhead counts, too: many empty subroutines would fill memory.
         let beside = SUBROUTINE_OVERHEAD_BYTES + name.len();
         self.held += beside + body.size();
         if let Some(old) = self.subs.insert(name, Arc::new(body)) {

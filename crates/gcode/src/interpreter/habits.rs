@@ -31,6 +31,7 @@ impl Default for Habits {
 
 impl Habits {
     fn count(&mut self, file: u32, leniency: Leniency) -> u64 {
+        // The program's own counts lie in an array: this runs for every line of some programs.
         let count = match self.own.get_mut(leniency as usize).filter(|_| file == 0) {
             Some(count) => count,
             None => self.others.entry((file, leniency)).or_default(),
@@ -43,6 +44,7 @@ impl Habits {
 impl Interpreter {
     /// Counts a habit at a place, and tells it the first time.
     pub(crate) fn habit_at(&mut self, leniency: Leniency, span: Span) {
+        // Told at the first occurrence, counted afterwards.
         if self.habits.count(span.file, leniency) > 1 {
             return;
         }
@@ -64,6 +66,7 @@ impl Interpreter {
     /// The habits of a line that has been parsed.
     #[inline]
     pub(crate) fn note_habits(&mut self) {
+        // One test on the hot path: most lines have none of these.
         if self.block.lower_case | self.block.glued | (self.line.len() > LINUXCNC_LINE) {
             self.note_writing();
         }

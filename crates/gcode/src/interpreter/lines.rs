@@ -56,6 +56,7 @@ impl Interpreter {
     /// were meant.
     fn salvage(&mut self) {
         for word in self.block.words.iter().filter(|word| word.letter == b'G') {
+            // Only literal codes can be told without evaluating anything.
             let Value::Number(number) = word.value else {
                 continue;
             };
@@ -67,6 +68,7 @@ impl Interpreter {
                     self.state.motion = Some(code);
                     self.state.motion_unknown = false;
                 }
+                // An unknown code may have been a motion mode: later axis words are not blamed.
                 None => self.state.motion_unknown = true,
                 _ => {}
             }
@@ -75,6 +77,7 @@ impl Interpreter {
 
     /// Brings the next line into `self.line`.
     fn fetch(&mut self) -> bool {
+        // A search reads the main program without moving its own place.
         let found = match &self.flow.seek {
             Some(seek) => self.flow.main.get(seek.at),
             None => self.flow.tape().get(self.flow.at),
@@ -110,6 +113,7 @@ impl Interpreter {
         else {
             return false;
         };
+        // Local subroutines are named `n` and their line number.
         let wanted = seek
             .name
             .strip_prefix('n')
@@ -143,6 +147,7 @@ impl Interpreter {
                     .map(|_| ())
                     .map_err(|problem| (problem, None));
             }
+            // Faults count from the line's end, places from its start.
             let start = (self.line.len() - fault.rest.min(self.line.len())) as u32;
             return Err((
                 *fault.problem,
@@ -155,6 +160,7 @@ impl Interpreter {
         if self.block.percent {
             return self.percent_line().map_err(|problem| (problem, None));
         }
+        // A `%` after this comes too late to enclose the program.
         if self.percent == Percent::Unknown && !self.block.is_blank() {
             self.percent = Percent::Absent;
         }
@@ -165,6 +171,7 @@ impl Interpreter {
             Some((label, keyword)) => self
                 .flow_line(label, keyword, out)
                 .map_err(|problem| (problem, None)),
+            // The N number that M97 named: recorded from here to its M99.
             None if self.seeks_line() => {
                 let name = self
                     .flow
@@ -234,6 +241,7 @@ impl Interpreter {
         if self.recording(Some((&label, keyword)), false)? {
             return Ok(());
         }
+        // While a subroutine is looked for, only definitions count.
         if let Some(seek) = &self.flow.seek {
             let wanted = seek.name == label || keyword == Keyword::Sub;
             return if wanted && matches!(keyword, Keyword::Sub | Keyword::Bare) {
@@ -242,6 +250,7 @@ impl Interpreter {
                 Ok(())
             };
         }
+        // Comments of O-lines are carried out like those of other lines.
         self.run_comment(out);
         match keyword {
             Keyword::Goto | Keyword::Then => self.macro_flow(&label, keyword),

@@ -112,12 +112,14 @@ impl Interpreter {
     pub fn new(config: InterpreterConfig) -> Interpreter {
         let mut parameters = Parameters::new(config.limits.named_parameters);
         parameters.vacants = config.leniencies.has(Leniency::Vacant);
+        // Stored parameters come first: work systems, G92 and homes are read from them below.
         for &(number, value) in &config.parameters {
             if number <= HIGHEST && value.is_finite() {
                 parameters.put(number, value);
             }
         }
         let mut state = State::new(config.program_units);
+        // The configuration is in mm and rad, the interpreter in program units and degrees.
         let start: [f64; 9] = std::array::from_fn(|i| {
             if (3..6).contains(&i) {
                 deg(config.start.0[i])
@@ -132,20 +134,24 @@ impl Interpreter {
         } else {
             1
         };
+        // Offsets in force at the start, as the control's memory has them.
         let first = crate::exec::offsets::system_parameter(state.system);
         state.offsets.g5x = unit(parameters.position(first));
         state.offsets.rotation_deg = parameters.get(first + 9);
         if parameters.get(crate::parameters::G92_ACTIVE) != 0.0 {
             state.offsets.g92 = unit(parameters.position(crate::parameters::G92));
         }
+        // The machine's place is given; the program coordinates follow from the offsets.
         state.current = state.offsets.to_program(&convert(
             &start,
             crate::ops::Units::Mm,
             config.program_units,
         ));
         let accepted = config.leniencies;
+        // RS274/NGC with its own leniencies takes the fast path.
         let special = config.dialect != Dialect::LinuxCnc
             || config.leniencies != Dialect::LinuxCnc.leniencies();
+        // GOTO and M97 may lead back to any line: these dialects keep the program's text.
         let keeps = [Leniency::MacroFlow, Leniency::LocalCalls]
             .into_iter()
             .any(|leniency| config.leniencies.has(leniency));
@@ -221,6 +227,7 @@ impl Interpreter {
 
     /// Adds the next line of the program, without its terminator, when a step needs it.
     pub fn push_line(&mut self, line: &[u8], place: Place) {
+        // Lines that cannot run again make room for the new one.
         self.flow.forget();
         (self.looped, self.made, self.idle) = (0, 0, 0);
         if let Err(problem) = self.flow.main.push(

@@ -61,7 +61,9 @@ impl Interpreter {
             span: self.span,
             call_stack: self.stack_index,
         };
+        // The profile runs as a subroutine call; its blocks are collected instead of carried out.
         self.call(turning.name.clone(), Some(&[]), 1)?;
+        // Kept: place, distance mode and diameter mode where the cycle was called.
         let state = Box::new(self.state.clone());
         (self.state.current[2], self.state.current[0]) = (turning.from[2], turning.from[0]);
         let depth = self.flow.frames.len();
@@ -119,6 +121,7 @@ impl Interpreter {
             }
         }
         self.state.motion = motion;
+        // Centre words alone make a move only in the arc modes: a full circle.
         let is_arc = motion.is_some_and(|code| matches!(code.tenths, 20 | 30));
         let moves = *b"XZUW";
         let centers = *b"IKR";
@@ -139,6 +142,7 @@ impl Interpreter {
         let mut end = exec.state.current;
         (end[2], end[0]) = (to[0], to[1]);
         exec.check_target(&end).map_err(unplaced)?;
+        // Geometry in the plane of Z and X, checked like any other move.
         let piece = match arc {
             None => Piece::line(from, to),
             Some(code) => {
@@ -169,6 +173,7 @@ impl Interpreter {
         if profile.moves.len() >= limit as usize {
             return Err(unplaced(Problem::CycleTooLong { limit }));
         }
+        // The first move leads to the profile; an arc needs one of no length before it.
         if profile.moves.is_empty() && arc.is_some() {
             profile.moves.push(ProfileMove {
                 piece: Piece::line(from, from),
@@ -187,9 +192,11 @@ impl Interpreter {
             .profile
             .as_ref()
             .is_none_or(|profile| profile.state.absolute);
+        // In G7 X and U are diameters.
         let scale = if self.state.diameter { 0.5 } else { 1.0 };
         let [x, _, z, ..] = self.state.current;
         let mut target = [z, x];
+        // X and Z follow the distance mode that was in force at the cycle.
         for (letter, index, scale) in [(b'X', 1, scale), (b'Z', 0, 1.0)] {
             if let Some(value) = self.words.get(letter) {
                 target[index] = if absolute {
@@ -217,6 +224,7 @@ impl Interpreter {
 
     /// A or C.
     fn profile_corner(&self) -> Result<Option<Corner>, Placed> {
+        // One corner word a move: a fillet and a chamfer exclude each other.
         let corner = match (self.words.get(b'A'), self.words.get(b'C')) {
             (Some(_), Some(value)) => {
                 return Err((
@@ -252,15 +260,18 @@ impl Interpreter {
         let Some(profile) = self.profile.take_if(|profile| depth < profile.depth) else {
             return;
         };
+        // After the cycle the motion mode is G1.
         self.state.motion = Some(FEED);
         self.words.clear();
         if profile.failed {
             return;
         }
+        // Back to where the cycle was called; the moves start there.
         let read_to = self.state.current;
         (self.state.current, self.state.diameter) = (profile.state.current, profile.state.diameter);
         let mut exec = self.exec(out);
         exec.block = profile.block;
+        // LinuxCNC 2.9 goes to the profile's end first, under cutter compensation.
         let strays = exec.stray_to(&read_to);
         let code = profile.turning.code;
         let problem = match exec.turning_moves(&profile.turning, &profile.moves) {
@@ -274,6 +285,7 @@ impl Interpreter {
             self.tell_detour(&profile, &read_to);
         }
         if let Some((problem, place)) = problem {
+            // What follows is judged from where the profile was to end.
             if let Some(last) = profile.moves.last() {
                 (self.state.current[2], self.state.current[0]) =
                     (last.piece.end[0], last.piece.end[1]);
@@ -345,6 +357,7 @@ impl Interpreter {
             Trouble::TurnsBack { index, along_z } => {
                 let (found, place) = of(index);
                 let [from, to] = found.map_or([0.0; 2], |found| {
+                    // Moves are stored as Z and X.
                     let axis = usize::from(!along_z);
                     [found.piece.start[axis], found.piece.end[axis]]
                 });

@@ -49,6 +49,7 @@ impl Gathered {
     /// Adds a word; false for a word that needs the full path, or that is there already.
     #[inline(always)]
     fn take(&mut self, letter: u8, value: f64) -> bool {
+        // Slots are derived from the letter: no table, no search on the hot path.
         let (slot, seen, bit) = match letter {
             b'X'..=b'Z' => (
                 self.end.get_mut(usize::from(letter - b'X')),
@@ -78,6 +79,7 @@ impl Gathered {
             }
             _ => return false,
         };
+        // A repeated letter is an error, which the full path reports.
         let is_new = *seen & (1 << bit) == 0;
         *seen |= 1 << bit;
         slot.is_some_and(|slot| {
@@ -91,6 +93,7 @@ impl Interpreter {
     /// Carries the block out if it is a plain move; false if it is not, and nothing has been done.
     #[inline]
     pub(super) fn quick_move(&mut self, out: &mut Vec<SourcedOp>) -> bool {
+        // Dialects, profiles and modal macros look at every block themselves.
         let waits = self.special || self.profile.is_some() || self.modal_macro.is_some();
         if waits
             || self.block.comment.is_some()
@@ -153,6 +156,7 @@ impl Interpreter {
     /// The operation, if nothing is wrong with it.
     #[inline(always)]
     fn quick_op(&self, said: &Gathered) -> Option<CanonicalOp> {
+        // A missing feed is an error, which the full path reports.
         let is_fed = said.rate.unwrap_or(self.state.feed) > 0.0;
         match said.code? {
             RAPID if said.axes != 0 && said.centers == 0 => {
@@ -171,11 +175,13 @@ impl Interpreter {
     fn quick_arc(&self, said: &Gathered, turns: i32) -> Option<CanonicalOp> {
         let state = &self.state;
         let [first, second, normal] = state.plane.axes();
+        // Off-plane offsets, absolute centres and the exit from compensation need the full path.
         let off_plane = said.centers & (1 << normal) != 0;
         if said.centers == 0 || off_plane || state.arc_absolute || state.arc_not_allowed {
             return None;
         }
         let from = [state.current[first], state.current[second]];
+        // Relative centres: the same sum and the same checks as on the full path, to the bit.
         let center = [from[0] + said.center[first], from[1] + said.center[second]];
         check_center(
             from,

@@ -18,6 +18,7 @@ impl Interpreter {
             return;
         };
         let from = text.start as usize;
+        // The line is lent out, because executing borrows the interpreter.
         let inside = std::mem::take(&mut self.line);
         self.exec(out).comment(
             inside
@@ -125,6 +126,7 @@ impl Interpreter {
             let Some(&word) = self.block.words.get(index) else {
                 break;
             };
+            // A word with a vacant value is left out, as Macro B has it.
             let value = self.value_or_vacant(word.value);
             if value.as_ref().is_ok_and(|value| value.is_nan()) {
                 continue;
@@ -132,6 +134,7 @@ impl Interpreter {
             let added = value
                 .and_then(|value| self.words.add(word.letter, value, word.text))
                 .map_err(|problem| self.control_cycle(problem));
+            // All faults of a line are told; the last is returned, the others are reported here.
             first = match (first, added) {
                 (Ok(()), Err(problem)) => Err((problem, Some(word.text))),
                 (Err((earlier, place)), Err(problem)) => {
@@ -149,6 +152,7 @@ impl Interpreter {
         if self.block.settings.is_empty() {
             return Ok(());
         }
+        // First all values, then all settings: `#1=2 #2=#1` reads the old #1.
         let mut values = Vec::with_capacity(self.block.settings.len());
         for index in 0..self.block.settings.len() {
             let Some(&setting) = self.block.settings.get(index) else {
@@ -177,6 +181,7 @@ impl Interpreter {
     /// LinuxCNC creates a name with 0 as soon as it reads `#<name>=`, so that `#<n>=[#<n>+1]`
     /// counts from 0.
     fn read_before_set(&mut self, index: usize) -> Result<(), Problem> {
+        // Names that stand left of `=` on this line so far.
         let set = self.block.settings.get(..=index).unwrap_or_default();
         let Some(Value::Ops(from, to)) = set.last().map(|setting| setting.value) else {
             return Ok(());
@@ -192,6 +197,7 @@ impl Interpreter {
         for op in ops {
             let Op::Named(name) = *op else { continue };
             let name = self.block.name(name);
+            // Created with 0 before the expression is evaluated.
             if is_set(name)
                 && !self.parameters.has_name(name, &self.state)
                 && self.config.leniencies.has(Leniency::ReadBeforeSet)
@@ -216,6 +222,7 @@ impl Interpreter {
 
     /// Reports what the block only warns about.
     fn warn(&mut self) {
+        // Reads are noted by the parameters and told once the block is evaluated.
         if std::mem::take(&mut self.parameters.vacant_read) {
             self.tell(Leniency::Vacant);
         }

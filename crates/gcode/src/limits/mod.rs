@@ -215,6 +215,7 @@ impl Limits {
     /// # Errors
     /// No such limit, or not a number that it can have.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), LimitError> {
+        // An unknown name is answered with all known ones.
         let Some(row) = ROWS.iter().find(|row| row.name == name) else {
             let known = ROWS
                 .iter()
@@ -231,6 +232,7 @@ impl Limits {
         } else {
             "a positive number"
         };
+        // Whole numbers up to 9e15 are exact in an f64.
         let highest = if row.whole { 9e15 } else { f64::MAX };
         let number = value.parse::<f64>().ok().filter(|number| {
             *number > 0.0 && *number <= highest && (!row.whole || number.fract() == 0.0)

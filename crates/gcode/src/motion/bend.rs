@@ -86,6 +86,7 @@ impl Stretch {
     /// Bernstein control points.
     fn control(&self) -> [Vec2; 6] {
         let length = self.length();
+        // A straight stretch has its direction at both ends and no curvature.
         let way = [0, 1].map(|i| (self.end[i] - self.start[i]) / length);
         let ([t0, t1], [k0, k1]) = self.bend.map_or(([way; 2], [[0.0; 2]; 2]), |bend| {
             (bend.tangents, bend.curvatures)
@@ -112,6 +113,7 @@ impl Stretch {
 
 /// Length of the curve between two parameters of a span.
 fn length(spline: &Spline, span: usize, from: f64, to: f64) -> f64 {
+    // Quadrature of the speed over the interval, mapped from [-1, 1].
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
     let speed = |x: f64| {
         let [_, d1, _] = spline.derivatives(span, middle + half * x);
@@ -144,6 +146,7 @@ pub(super) fn stretches(
     halvings: u32,
     out: &mut Vec<Stretch>,
 ) {
+    // Place, tangent and curvature by length at both ends determine the quintic.
     let (start, end) = (spline.end(span, from), spline.end(span, to));
     let middle = 0.5 * (from + to);
     let splits = halvings < MOST_HALVINGS && middle > from && middle < to;
@@ -186,6 +189,7 @@ fn fits(
         let mut here = spline.derivatives(span, parameter);
         for _ in 0..NEWTON_STEPS {
             let [at, d1, _] = here;
+            // Gauss-Newton step towards the foot point, kept within the stretch.
             let square = dot(d1, d1);
             if square == 0.0 {
                 break;

@@ -121,6 +121,7 @@ impl MotionFold {
             self.machine(&[x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
                 .linear()
         };
+        // The difference of two places turns with the rotation and loses the shifts.
         let (from, to) = (
             place([0.0; 3]),
             place(direction.map(|c| c / self.units.mm())),
@@ -212,6 +213,7 @@ impl MotionFold {
         feed: Feed,
         block: BlockRef,
     ) -> MotionItem {
+        // F in inverse time is the reciprocal of the duration in minutes.
         let per_minute = self.inverse_time.filter(|_| feed != Feed::Rapid);
         let motion = Motion {
             start: self.at,
@@ -233,6 +235,7 @@ impl MotionFold {
     /// Whether the circles of a plane's arcs do not lie in a plane of the machine.
     pub(super) fn tilts(&self, plane: Plane) -> bool {
         match plane {
+            // A rotation about Z keeps circles of the XY plane, but not those of the others.
             Plane::Xy => self.offsets.tilt.is_some_and(|tilt| !tilt.keeps_plane()),
             Plane::Zx | Plane::Yz => {
                 self.offsets.tilt.is_some() || self.offsets.rotation_deg != 0.0
@@ -257,6 +260,7 @@ impl MotionFold {
 
     /// Where the controlled point is, as the program has it.
     pub fn program_place(&self) -> Position {
+        // mm and rad to mm and degrees, then through the offsets, then to program units.
         let at: Position = std::array::from_fn(|axis| {
             if is_angle(axis) {
                 deg(self.at.0[axis])
@@ -277,6 +281,7 @@ impl MotionFold {
 
     fn circle(&self, arc: &ArcFeed) -> Circle {
         let [first, second, _] = arc.plane.axes();
+        // The centre goes through the offsets as a place in the arc's plane.
         let mut center = arc.position();
         (center[first], center[second]) = (arc.center[0], arc.center[1]);
         let center = self.machine(&center);
@@ -304,6 +309,7 @@ impl MotionFold {
     fn set(&mut self, op: &CanonicalOp) {
         match op {
             CanonicalOp::UseLengthUnits(units) => self.units = *units,
+            // Lengths are stored in mm: a later change of units does not touch them.
             CanonicalOp::SetG5xOffset { offset, .. } => {
                 self.offsets.g5x = convert(offset, self.units, Units::Mm);
             }
@@ -322,6 +328,7 @@ impl MotionFold {
                 self.at = self.at + self.tool - tool;
                 self.tool = tool;
             }
+            // The same F counts in mm or in degrees: which of them, the move decides.
             CanonicalOp::SetFeedRate { rate, inverse_time } => {
                 (self.rate_mm, self.rate_deg, self.inverse_time) =
                     (*rate * self.units.mm(), *rate, *inverse_time);
@@ -375,6 +382,7 @@ impl MotionFold {
     }
 
     fn feed(&self, end: &Coords, code: &'static str) -> Result<Feed, Problem> {
+        // In step with the spindle: travel per revolution times revolutions per minute.
         if let Some(pitch_mm) = self.pitch_mm {
             self.revolutions_are_known()?;
             return match self.spindle_on && self.spindle_speed > 0.0 && pitch_mm != 0.0 {
@@ -384,6 +392,7 @@ impl MotionFold {
         }
         let per_minute = self.per_minute(code)?;
         let moves = |index: usize| end.0[index] != self.at.0[index];
+        // RS274/NGC: F is along the linear axes if any of them moves, else along the rotary ones.
         let linear = (0..9).any(|index| !is_angle(index) && moves(index));
         let turns = (3..6).any(moves);
         Ok(if linear || !turns {

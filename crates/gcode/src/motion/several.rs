@@ -91,6 +91,7 @@ impl MotionFold {
             (place[0], place[1]) = (x / mm, y / mm);
             fold.machine(&place)
         };
+        // Directions are differences of places: the shifts cancel.
         let origin = place(self, [0.0; 2]);
         let count = parts.len();
         for (index, part) in parts.into_iter().enumerate() {
@@ -134,6 +135,7 @@ impl MotionFold {
         {
             (start[first], start[second]) = (end[first], end[second]);
         }
+        // Radius vectors at both ends; a spiral has two radii.
         let from = [start[first] - arc.center[0], start[second] - arc.center[1]];
         let to = [end[first] - arc.center[0], end[second] - arc.center[1]];
         let radii = [math::hypot(from[0], from[1]), math::hypot(to[0], to[1])];
@@ -156,6 +158,7 @@ impl MotionFold {
         let angle = math::atan2(from[1], from[0]);
         for piece in 1..=(pieces as u64) {
             let part = piece as f64 / pieces;
+            // All other axes move evenly with the angle.
             let mut place: Position =
                 std::array::from_fn(|axis| start[axis] + part * (end[axis] - start[axis]));
             // Radius and height change evenly with the angle: a spiral or helix.
@@ -182,6 +185,7 @@ impl MotionFold {
         out: &mut impl Extend<MotionItem>,
     ) -> Result<(), Problem> {
         let top = self.at;
+        // Rotary and secondary axes stay where they are.
         let mut place = [0.0; 9];
         place[..3].copy_from_slice(&end);
         let machine = self.machine(&place);

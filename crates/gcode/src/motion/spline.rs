@@ -46,6 +46,7 @@ impl Spline {
     }
 
     fn knot(&self, index: usize) -> f64 {
+        // Clamped: the first and last knots are repeated, those between are whole numbers.
         index.saturating_sub(self.degree).min(self.spans()) as f64
     }
 
@@ -59,12 +60,14 @@ impl Spline {
             .take(self.degree + 1)
             .map(|point| point.map(Jet::constant))
             .collect();
+        // The derivative of the parameter by itself is 1.
         let parameter = Jet::new(parameter, 1.0, 0.0, 0.0);
         // De Boor's algorithm on homogeneous coordinates; jets carry two derivatives along.
         for level in 1..=self.degree {
             for index in (level..=self.degree).rev() {
                 let low = self.knot(span + index);
                 let high = self.knot(span + index + self.degree + 1 - level);
+                // 0 / 0 counts as 0 where knots coincide.
                 let per = if high > low { 1.0 / (high - low) } else { 0.0 };
                 let share = (parameter - Jet::constant(low)) * Jet::constant(per);
                 if let Some([before, here]) = points.get_mut(index - 1..=index) {
@@ -77,6 +80,7 @@ impl Spline {
                 .last()
                 .copied()
                 .unwrap_or([Jet::default(), Jet::default(), Jet::constant(1.0)]);
+        // From homogeneous to plane coordinates: the quotient rule is in the jets.
         let [x, y] = [x / w, y / w];
         [0, 1, 2].map(|order| [x.0[order], y.0[order]])
     }
@@ -99,6 +103,7 @@ impl Spline {
         // Where two control points coincide the first derivative vanishes: the curve starts in the
         // direction of the second one.
         let pull = math::hypot(d2[0], d2[1]);
+        // At the far end the second derivative points backwards.
         let way = if parameter > span as f64 { -1.0 } else { 1.0 };
         (pull > LEAST_DERIVATIVE_MM).then(|| End {
             place,

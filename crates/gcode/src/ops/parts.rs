@@ -201,6 +201,7 @@ impl Tilt {
     /// G68: about a point of the XY plane, counter-clockwise, degrees.
     pub fn in_plane(center: [f64; 2], degrees: f64) -> Tilt {
         let rows = about_z(degrees);
+        // Shifted so that the centre stays where it is.
         let turned = turn(&rows, [center[0], center[1], 0.0]);
         Tilt {
             origin: [center[0] - turned[0], center[1] - turned[1], 0.0],
@@ -227,6 +228,7 @@ impl Tilt {
 
     /// Coordinates of the workpiece to turned ones.
     pub fn undo(&self, position: &mut Position) {
+        // The inverse of a rotation is its transpose.
         let away: [f64; 3] = std::array::from_fn(|axis| position[axis] - self.origin[axis]);
         for (axis, coordinate) in position.iter_mut().take(3).enumerate() {
             *coordinate = (0..3).map(|row| self.rows[row][axis] * away[row]).sum();
@@ -261,6 +263,7 @@ fn about_x(degrees: f64) -> [[f64; 3]; 3] {
 /// Sine and cosine whose zeros are zeros.
 fn exact(degrees: f64) -> (f64, f64) {
     let (sin, cos) = math::sin_cos(rad(degrees));
+    // cos 90 degrees is 6e-17 in floating point, which would tilt planes that are not tilted.
     let clean = |value: f64| {
         if value.abs() < ROTATION_ROUNDING {
             0.0

@@ -189,6 +189,7 @@ impl State {
 
     /// Changes offsets without moving: the program coordinates of the same place follow.
     pub fn rebase(&mut self, change: impl FnOnce(&mut Offsets)) {
+        // The machine stands still: its place before the change is its place after it.
         let machine = self.offsets.to_machine(&self.current);
         change(&mut self.offsets);
         self.current = self.offsets.to_program(&machine);

@@ -25,6 +25,7 @@ impl Offsets {
     /// Program coordinates to machine coordinates of the spindle: the work coordinates are turned,
     /// then shifted.
     pub fn to_machine(&self, program: &Position) -> Position {
+        // Tilt, then G92, then the rotation of the system, then its origin and the tool.
         let mut work = *program;
         if let Some(tilt) = &self.tilt {
             tilt.apply(&mut work);
@@ -36,6 +37,7 @@ impl Offsets {
 
     /// Machine coordinates of the spindle to program coordinates.
     pub fn to_program(&self, machine: &Position) -> Position {
+        // The steps of `to_machine` undone in reverse order.
         let mut work = subtract(machine, &add(&self.g5x, &self.tool));
         rotate(&mut work, -self.rotation_deg);
         work = subtract(&work, &self.g92);

@@ -249,6 +249,7 @@ pub type Parsed<'a, T> = IResult<&'a [u8], T, Fault>;
 
 impl<'a> ParseError<&'a [u8]> for Fault {
     fn from_error_kind(input: &'a [u8], _: ErrorKind) -> Fault {
+        // nom's kinds say nothing to a user: name the byte that could not be read.
         let problem = input
             .first()
             .map_or(Problem::Expected { expected: "more" }, |&byte| {

@@ -26,6 +26,7 @@ pub(crate) fn evaluate(
     lookup: &mut impl Lookup,
     stack: &mut Vec<f64>,
 ) -> Result<f64, Problem> {
+    // Literals need no stack.
     let (from, to) = match value {
         Value::Number(number) => return Ok(number),
         Value::Ops(from, to) => (from as usize, to as usize),
@@ -81,10 +82,12 @@ fn step(
         Op::Negate => -valued(pop(stack)),
         Op::Unary(function) => unary(function, valued(pop(stack)))?,
         Op::Atan => {
+            // ATAN[y]/[x]: x was pushed last.
             let x = valued(pop(stack));
             deg(math::atan2(valued(pop(stack)), x))
         }
         Op::Binary(operator) => {
+            // The right operand was pushed last.
             let right = pop(stack);
             let left = pop(stack);
             match operator {
@@ -142,6 +145,7 @@ fn binary(operator: Binary, left: f64, right: f64) -> Result<f64, Problem> {
         Binary::Divide | Binary::Modulo if right == 0.0 => return Err(Problem::DivisionByZero),
         Binary::Divide => left / right,
         Binary::Modulo => {
+            // The result of MOD is never negative, as in LinuxCNC.
             let remainder = left % right;
             if remainder < 0.0 {
                 remainder + right.abs()

@@ -21,12 +21,14 @@ pub(crate) struct PostfixCode<'a> {
 /// A value: a literal stays one, anything else becomes code.
 pub(crate) fn word_value<'a>(input: &'a [u8], code: &mut PostfixCode<'_>) -> Parsed<'a, Value> {
     let input = skip(input);
+    // Most values are literals and need no code.
     if let [b'0'..=b'9' | b'.', ..] | [b'+' | b'-', b'0'..=b'9' | b'.', ..] = input {
         let (rest, literal) = number(input)?;
         return Ok((rest, Value::Number(literal)));
     }
     let from = code.ops.len() as u32;
     let (rest, ()) = operand(input, code, code.depth)?;
+    // A literal behind signs or brackets folds into a literal.
     if let [Op::Push(literal)] = code.ops.get(from as usize..).unwrap_or_default() {
         let literal = *literal;
         code.ops.truncate(from as usize);
@@ -97,6 +99,7 @@ fn operand<'a>(input: &'a [u8], code: &mut PostfixCode<'_>, depth: usize) -> Par
             let depth = deeper::<()>(input, code, depth)?;
             parameter(after, code, depth)
         }
+        // A sign before a digit belongs to the literal; before anything else it is an operation.
         [sign @ (b'+' | b'-'), after @ ..]
             if !matches!(skip(after).first(), Some(b'0'..=b'9' | b'.')) =>
         {
@@ -147,6 +150,7 @@ pub(crate) fn name<'a>(input: &'a [u8], names: &mut Vec<u8>) -> Parsed<'a, Text>
     if rest.first() != Some(&b'>') {
         return expected(input, "> after the name");
     }
+    // `#<Some Name>` and `#<somename>` are the same parameter.
     let start = names.len() as u32;
     names.extend(
         inside
@@ -211,6 +215,7 @@ fn operations<'a>(
 
 /// A function with its argument in brackets.
 fn call<'a>(input: &'a [u8], code: &mut PostfixCode<'_>, depth: usize) -> Parsed<'a, ()> {
+    // EXISTS takes a parameter, not its value; ATAN has two arguments in two brackets.
     if let Ok((rest, _)) = keyword(input, b"exists") {
         return exists(rest, code, depth);
     }
@@ -243,6 +248,7 @@ fn exists<'a>(input: &'a [u8], code: &mut PostfixCode<'_>, depth: usize) -> Pars
     let Some((b'#', rest)) = skip(rest).split_first() else {
         return expected(rest, "a parameter as the argument of EXISTS");
     };
+    // By name, or by a number that may be computed.
     let rest = if skip(rest).first() == Some(&b'<') {
         let (rest, text) = name(skip(rest), code.names)?;
         code.ops.push(Op::Exists(text));
@@ -267,6 +273,7 @@ fn unknown<T>(input: &[u8]) -> Parsed<'_, T> {
         .take(20)
         .map(|&byte| char::from(byte))
         .collect();
+    // A single letter is the next word: what is missing is this one's number.
     if name.len() <= 1 {
         fail(
             input,

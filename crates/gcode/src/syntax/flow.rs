@@ -31,6 +31,7 @@ pub(crate) fn flow_line<'a>(input: &'a [u8], block: &mut Block, limit: usize) ->
     let (mut rest, keyword) = keyword(skip(rest))?;
     block.flow = Some((label, keyword));
     while let [b'[', ..] = skip(rest) {
+        // A call may set #1 to #30.
         if block.arguments.len() >= limit.max(30) {
             return fail(rest, Problem::TooManyWords { limit });
         }
@@ -73,6 +74,7 @@ fn label<'a>(input: &'a [u8], block: &mut Block, limit: usize) -> Parsed<'a, Lab
 
 /// The keyword, in any case and with blanks inside; a line that ends after its label has none.
 fn keyword(input: &[u8]) -> Parsed<'_, Keyword> {
+    // A label alone is a subroutine that ends with M99, or the program's own number.
     if matches!(input.first(), None | Some(b'(' | b';')) {
         return Ok((input, Keyword::Bare));
     }
@@ -93,6 +95,7 @@ fn keyword(input: &[u8]) -> Parsed<'_, Keyword> {
 fn starts_with<'a>(input: &'a [u8], text: &[u8]) -> Option<&'a [u8]> {
     let mut rest = input;
     for &letter in text {
+        // RS274/NGC allows blanks anywhere outside names and comments.
         let (first, after) = skip(rest).split_first()?;
         if first.to_ascii_lowercase() != letter {
             return None;

@@ -56,11 +56,13 @@ pub(crate) fn literal(input: &[u8]) -> Option<(&[u8], f64)> {
     let (mut rest, mut mantissa) = integer(digits, 0);
     let mut count = digits.len() - rest.len();
     let mut fraction = 0;
+    // Digits after the point go on in the same integer; their count is the power of ten.
     if let [b'.', after @ ..] = rest {
         (rest, mantissa) = integer(after, mantissa);
         fraction = after.len() - rest.len();
         count += fraction;
     }
+    // Beyond these bounds integer or quotient would round: left to the standard library.
     if count == 0 || count > SAFE_DIGITS || mantissa > LARGEST_EXACT_INTEGER {
         return None;
     }
@@ -93,6 +95,7 @@ fn spread(input: &[u8]) -> Parsed<'_, f64> {
     let mut text = String::new();
     let mut rest = input;
     loop {
+        // The characters are gathered without their blanks.
         match skip(rest) {
             [sign @ (b'+' | b'-'), after @ ..] if text.is_empty() => {
                 text.push(char::from(*sign));

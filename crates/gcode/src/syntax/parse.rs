@@ -69,6 +69,7 @@ fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, (
             }
             _ => word(rest, at, block, limits)?.0,
         };
+        // Bounded, so that a line of megabytes cannot fill memory.
         if block.words.len() + block.settings.len() > limits.words {
             return fail(
                 rest,
@@ -83,6 +84,7 @@ fn items<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, (
 /// Block delete, line number, percent sign.
 pub(crate) fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
     let mut rest = skip(line);
+    // A percent sign stands alone on its line, but for a comment.
     if let [b'%', after @ ..] = rest {
         let after = skip(after);
         block.percent = true;
@@ -95,6 +97,7 @@ pub(crate) fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Pa
         block.deletable = true;
         rest = skip(after);
     }
+    // The number of a line is a label: it cannot be computed.
     if let [b'n' | b'N', after @ ..] = rest {
         let Block { ops, names, .. } = block;
         let (after, value) = match number(after) {
@@ -214,6 +217,7 @@ pub(crate) fn word<'a>(
         start: at as u32,
         len: (input.len() - rest.len()) as u32,
     };
+    // Habits are noted here, where the bytes are at hand, and reported by the interpreter.
     block.lower_case |= input.first().is_some_and(u8::is_ascii_lowercase);
     block.glued |= block
         .words
@@ -241,6 +245,8 @@ fn missing(fault: Err<Fault>, letter: u8) -> Err<Fault> {
 /// What the opening parenthesis of the input encloses.
 pub(crate) fn parenthesis(input: &[u8]) -> Parsed<'_, &[u8]> {
     let inside = input.get(1..).unwrap_or_default();
+    // A comment ends at the first closing parenthesis; an opening one inside is refused, as in
+    // LinuxCNC.
     let (rest, text) = take_till(|byte| matches!(byte, b'(' | b')' | 0))(inside)?;
     match rest.first() {
         Some(b')') => Ok((rest.get(1..).unwrap_or_default(), text)),
@@ -290,6 +296,7 @@ pub(crate) fn words<'a>(
         .words
         .saturating_sub(block.words.len() + block.settings.len());
     while let [first, after @ ..] = rest {
+        // Clearing one bit makes ASCII letters upper case without a branch.
         let letter = first & !0x20;
         if !letter.is_ascii_uppercase() || matches!(letter, b'N' | b'O') || room == 0 {
             break;
@@ -297,6 +304,7 @@ pub(crate) fn words<'a>(
         let Some((tail, value)) = literal(after) else {
             break;
         };
+        // `1 000` goes on after its blank and `1E3` has an exponent: both are left to the grammar.
         let next = skip(tail);
         if goes_on(tail, next) {
             break;

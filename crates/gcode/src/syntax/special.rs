@@ -28,6 +28,7 @@ pub(crate) fn parse_special(
 ) -> Result<Vec<Leniency>, Fault> {
     block.clear();
     let mut taken = Vec::new();
+    // The checksum comes off first: it covers everything before its `*`.
     let (line, checked) = if accepted.has(Leniency::Checksums) {
         checksum(line)?
     } else {
@@ -54,6 +55,7 @@ pub(crate) fn parse_special(
 
 /// The line without its checksum, which is the exclusive or of the bytes before its `*`.
 fn checksum(line: &[u8]) -> Result<(&[u8], bool), Fault> {
+    // A `*` in a comment or in an expression is none: only digits may follow it.
     let comment = line
         .iter()
         .position(|byte| matches!(byte, b'(' | b';'))
@@ -71,6 +73,7 @@ fn checksum(line: &[u8]) -> Result<(&[u8], bool), Fault> {
     let Some(found) = digits else {
         return Ok((line, false));
     };
+    // RepRap's checksum: exclusive or over the bytes of the line.
     let wanted = before.iter().fold(0, |sum, byte| sum ^ byte);
     if found == wanted {
         return Ok((before, true));
@@ -132,6 +135,7 @@ impl<'a> Reader<'a> {
 
     /// A word; in printers' programs its number may be missing.
     fn word(&mut self, rest: &'a [u8], at: usize, block: &mut Block) -> Parsed<'a, ()> {
+        // As usual first; only where that fails does a bare letter count.
         let parsed = word(rest, at, block, self.limits);
         let [letter, after @ ..] = rest else {
             return parsed;
@@ -236,6 +240,7 @@ impl<'a> Reader<'a> {
         ]
         .into_iter()
         .find_map(|(text, keyword)| starts_with(input, text).map(|rest| (keyword, rest)))?;
+        // Without a bracket it is no condition, but perhaps a name of another dialect.
         if matches!(keyword, Keyword::While | Keyword::If) && skip(rest).first() != Some(&b'[') {
             return None;
         }
@@ -279,6 +284,7 @@ impl<'a> Reader<'a> {
             other => (other, rest),
         };
         let (keyword, rest) = keyword;
+        // IF [..] THEN has a setting in place of a label.
         if keyword == Keyword::Then {
             block.flow = Some((Label::Number(Value::Number(0.0)), keyword));
             let at = self.line.len() - skip(rest).len();
@@ -316,6 +322,7 @@ impl<'a> Reader<'a> {
             .take_while(|byte| byte.is_ascii_alphabetic() || **byte == b'_')
             .count();
         let name = input.iter().take_while(|byte| is_name(byte)).count();
+        // Two letters or more before a blank or `=` are a command with a name, not words.
         let is_extended =
             letters >= 2 && matches!(input.get(name), None | Some(b' ' | b'\t' | b';' | b'='));
         let is_text = matches!(input, [b'M' | b'm', b'0'..=b'9', ..]);
@@ -346,6 +353,7 @@ pub(crate) fn siemens_word(line: &[u8]) -> Option<&'static str> {
         "TRAFOOF", "ORIWKS", "SUPA", "CIP", "GOTOF", "GOTOB", "STOPRE", "COMPON",
     ];
     let text = line.trim_ascii();
+    // An N number may stand before the name.
     let text = match text {
         [b'N' | b'n', rest @ ..] => rest.trim_ascii_start().trim_start_digits(),
         _ => text,
@@ -359,6 +367,7 @@ pub(crate) fn siemens_word(line: &[u8]) -> Option<&'static str> {
     if let Some(word) = WORDS.iter().find(matches) {
         return Some(word);
     }
+    // `X=10` is an address with `=`, which RS274/NGC writes without; parameters are set with `#`.
     let comment = text
         .iter()
         .position(|byte| *byte == b';')

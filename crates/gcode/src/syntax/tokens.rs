@@ -66,6 +66,8 @@ impl<'a> Tokens<'a> {
         let all = rest.len();
         let here = |text: Text| text.len > 0 && text.start as usize == self.at;
         let length = |text: Text| text.len as usize;
+        // The first byte decides; words and settings are recognised by the places that the parser
+        // has noted.
         match first {
             b' ' | b'\t' => (
                 TokenKind::Blank,
@@ -93,6 +95,8 @@ impl<'a> Tokens<'a> {
             }
             _ if here(self.block.flow_text) => (TokenKind::Flow, length(self.block.flow_text)),
             _ => {
+                // Words and settings come in the order of the line, so that one index each is
+                // enough.
                 if let Some(word) = self
                     .block
                     .words

@@ -18,6 +18,7 @@ pub(crate) fn envelope(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<
             .iter()
             .map(|piece| piece.end[0].abs().max(piece.end[1].abs()))
             .fold(0.0, f64::max);
+    // Rounding grows with the coordinates, so that the tolerance scales with them.
     let close = 1e-9 * scale;
     let reaches: Vec<[f64; 2]> = raw.iter().map(|piece| piece.reach(0)).collect();
     let mut work = 0;
@@ -78,6 +79,8 @@ fn candidates(profile: &[Piece], by: f64) -> Vec<Piece> {
         let next = piece.offset(by);
         if let Some(before) = index.checked_sub(1).and_then(|before| profile.get(before)) {
             let (leaves, enters) = (before.heading(before.end), piece.heading(piece.start));
+            // A turn to the right, away from the material, opens a gap: an arc about the corner
+            // fills it.
             let turn = cross2(leaves, enters);
             if turn < -1e-9 || (turn.abs() <= 1e-9 && dot(leaves, enters) < 0.0 && leaves[1] > 0.0)
             {
@@ -93,6 +96,7 @@ fn candidates(profile: &[Piece], by: f64) -> Vec<Piece> {
 /// Where on a piece a place lies, from 0 to 1; `None` if it is beyond its ends.
 fn share(piece: &Piece, place: Vec2, close: f64) -> Option<f64> {
     let share = if piece.circle.is_some() {
+        // The share of the sweep; just before the start counts as the start.
         let turned = piece.turned(place);
         let sweep = piece.sweep();
         let over = close / piece.radius().unwrap_or(1.0).max(close);
@@ -104,6 +108,7 @@ fn share(piece: &Piece, place: Vec2, close: f64) -> Option<f64> {
             return None;
         }
     } else {
+        // Projection onto the line, in parts of its length.
         let way = [piece.end[0] - piece.start[0], piece.end[1] - piece.start[1]];
         let length = dot(way, way).max(f64::MIN_POSITIVE);
         let share = dot([place[0] - piece.start[0], place[1] - piece.start[1]], way) / length;
@@ -120,6 +125,7 @@ fn share(piece: &Piece, place: Vec2, close: f64) -> Option<f64> {
 fn is_free(profile: &[Piece], place: Vec2, by: f64) -> bool {
     let mut ground = f64::NEG_INFINITY;
     for piece in profile {
+        // Nearer than the distance to any piece: the cut would take off finishing stock.
         if piece.away(place) < by {
             return false;
         }
@@ -138,6 +144,7 @@ fn height(piece: &Piece, stretch: &MonotonePart, at: f64) -> f64 {
         return f64::NEG_INFINITY;
     }
     if let (Some(circle), Some(radius)) = (piece.circle, piece.radius()) {
+        // Height of the circle above its centre at this abscissa, on the stretch's own half.
         let across = at - circle.center[0];
         let half = (radius * radius - across * across).max(0.0).sqrt();
         return circle.center[1]
@@ -177,6 +184,7 @@ fn chain(kept: Vec<(usize, Piece)>, close: f64, gap: f64) -> Option<Vec<Piece>> 
             if apart > gap {
                 return None;
             }
+            // Small gaps come from rounding: the neighbours are prolonged to where they cross.
             if apart > close {
                 let places = crossings(before, &piece, 0.0).into_iter().flatten();
                 let near = places.min_by(|a, b| {

@@ -82,6 +82,7 @@ pub(crate) fn rough(
     };
     let mut path = vec![Piece::line(laid.from, begin)];
     path.extend(moved);
+    // Back up to the level where the tool came from, so that the last pocket has an end.
     if laid.from[1] > end[1] {
         path.push(Piece::line(end, [end[0], laid.from[1]]));
     }
@@ -136,6 +137,8 @@ fn ends(profile: &[ProfileMove]) -> Result<[Vec2; 2], Trouble> {
 fn frame_of_finish(profile: &[ProfileMove], forgiven: f64) -> Result<Frame, Trouble> {
     let ends = ends(profile)?;
     let along_z = Frame::of(true, ends);
+    // The direction along Z as recorded, then along X; if neither is monotone, the fault along Z
+    // is told.
     let mut recorded = along_z;
     if let Some(first) = profile.get(1) {
         recorded.signs[0] = Frame::of(true, [first.piece.end, ends[1]]).signs[0];
@@ -164,6 +167,7 @@ fn lay(profile: &[ProfileMove], frame: Frame) -> Result<Laid, Trouble> {
     for (index, entry) in profile.iter().enumerate() {
         let mut piece = frame.piece(&entry.piece);
         if index == 0 {
+            // A tool that stands behind the profile's start first goes level with it.
             piece.start[0] = piece.start[0].min(piece.end[0]);
         }
         // A corner belongs to the end of its move and is made when the next one is known.
@@ -204,6 +208,7 @@ impl Laid {
         let moved = if !below {
             offset::offset(profile, distance, forgiven)
         } else {
+            // An offset downwards is that of the mirrored profile upwards.
             let mirrored: Vec<Piece> = profile.iter().map(Piece::mirrored).collect();
             let moved = offset::offset(&mirrored, distance, forgiven);
             moved.map(|pieces| pieces.iter().map(Piece::mirrored).collect())

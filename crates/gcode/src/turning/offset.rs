@@ -42,6 +42,7 @@ fn adjacent(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
     let mut moved: Vec<Piece> = Vec::with_capacity(2 * profile.len());
     let mut last: Option<(&Piece, Piece)> = None;
     for piece in profile {
+        // The held piece gets its end, the new one its start, where the two offsets meet.
         let mut next = piece.offset(by)?;
         if let Some((before, mut held)) = last.take() {
             match joint(before, &held, piece, &next, forgiven) {
@@ -59,6 +60,7 @@ fn adjacent(profile: &[Piece], by: f64, forgiven: f64) -> Option<Vec<Piece>> {
         last = Some((piece, next));
     }
     moved.extend(last.map(|(_, held)| held));
+    // A piece that now goes backwards has vanished between its neighbours.
     let forward = moved.iter().all(|piece| piece.advances(forgiven + 1e-9));
     (forward && keeps_directions(profile, &moved)).then_some(moved)
 }
@@ -83,6 +85,7 @@ fn joint(before: &Piece, held: &Piece, piece: &Piece, next: &Piece, forgiven: f6
     let (leaves, enters) = (before.heading(before.end), piece.heading(piece.start));
     let turn = cross2(leaves, enters);
     let onwards = dot(leaves, enters) > 0.0;
+    // Straight on: the offsets touch.
     if onwards && turn.abs() < SMOOTH_TURN_RAD {
         return Joint::At(touching(held, next, forgiven));
     }
@@ -96,6 +99,7 @@ fn joint(before: &Piece, held: &Piece, piece: &Piece, next: &Piece, forgiven: f6
         }
     };
     let met = joints(held, next, 0.0).map(near);
+    // A corner that sticks out is rounded; short roundings are left as points.
     if turn < 0.0 || (turn.abs() < SMOOTH_TURN_RAD && leaves[1] > 0.0) {
         let short = (next.start[0] - held.end[0]).abs() < SHORT_ROUNDING
             && dot(leaves, enters) > BLUNT_TURN_COS;
@@ -111,6 +115,7 @@ fn touching(held: &Piece, next: &Piece, forgiven: f64) -> Vec2 {
     if distance2(held.end, next.start) < 1e-9 || (held.circle.is_none() && next.circle.is_none()) {
         return held.end;
     }
+    // Touching curves cross far away, too: only near joints count.
     let reach = JOINT_REACH * distance2(held.start, held.end).min(distance2(next.start, next.end));
     let places = joints(held, next, forgiven).into_iter().flatten();
     let close = places.filter(|place| distance2(*place, held.end) <= reach);
@@ -171,6 +176,7 @@ pub(crate) fn corner(
     if !within(before, from) || !within(after, to) {
         return None;
     }
+    // Both pieces end at their foot points of the centre, where the fillet is tangent.
     (before.end, after.start) = (from, to);
     Some(Some(match corner {
         Corner::Fillet(_) => Piece::arc(from, to, center, turn > 0.0),
@@ -192,6 +198,7 @@ fn foot(piece: &Piece, place: Vec2) -> Vec2 {
         let way = piece.heading(piece.start);
         return along(piece.start, way, dot(sub(place, piece.start), way));
     };
+    // On a circle the foot point lies on the ray through the place.
     let out = sub(place, circle.center);
     let length = distance2(circle.center, place);
     let radius = piece.radius().unwrap_or_default();

@@ -89,6 +89,7 @@ impl Piece {
         let Some(PieceCircle { center, ccw }) = self.circle else {
             return 0.0;
         };
+        // Angle between the radius vectors, in the arc's own direction.
         let (a, b) = (sub(self.start, center), sub(at, center));
         let angle = math::atan2(cross2(a, b), dot(a, b));
         let angle = if ccw { angle } else { -angle };
@@ -133,6 +134,7 @@ impl Piece {
             self.start[axis].max(self.end[axis]),
         );
         if let (Some(circle), Some(radius)) = (self.circle, self.radius()) {
+            // An arc reaches beyond its ends where it passes an extreme of its circle.
             for side in [-radius, radius] {
                 let mut extreme = circle.center;
                 extreme[axis] += side;
@@ -157,6 +159,7 @@ impl Piece {
             return (found, 1);
         };
         let sweep = self.sweep();
+        // An arc changes between rising and falling at the top and the bottom of its circle.
         let mut turns: [(f64, Vec2, bool); 2] = [radius, -radius].map(|side| {
             let place = [circle.center[0], circle.center[1] + side];
             let angle = self.turned(place);
@@ -171,6 +174,7 @@ impl Piece {
             turns.swap(0, 1);
         }
         let mut count = 1;
+        // Extremes beyond the arc's end do not divide it.
         for (angle, place, highest) in turns {
             if angle < sweep - 1e-9 {
                 (found[count - 1].to, found[count - 1].rises) = (place, highest);
@@ -197,6 +201,7 @@ impl Piece {
             };
             return [from[0] + share * (to[0] - from[0]), level];
         };
+        // Half the chord at this height, on the stretch's own side of the centre.
         let height = level - circle.center[1];
         let half = (radius * radius - height * height).max(0.0).sqrt();
         let middle = 0.5 * (from[0] + to[0]);
@@ -219,6 +224,7 @@ impl Piece {
                 along(self.end, left, by),
             ));
         };
+        // Left of a counter-clockwise arc is inside it.
         let inwards = if ccw { by } else { -by };
         let moved = |place: Vec2| {
             let radius = distance2(center, place) - inwards;
@@ -264,6 +270,7 @@ impl Piece {
     /// Whether the piece never goes back along the travel by more than a tolerance.
     pub(crate) fn advances(&self, tolerance: f64) -> bool {
         let [low, high] = self.reach(0);
+        // An arc of more than half a circle goes back even where its ends do not.
         low >= self.start[0] - tolerance
             && high <= self.end[0] + tolerance
             && (self.circle.is_none() || self.sweep() <= PI + 1e-3 || high - low <= tolerance)
@@ -356,6 +363,7 @@ fn between(
     match (a.circle, b.circle) {
         (None, None) => {
             let (u, v) = (direction(a.start, a.end), direction(b.start, b.end));
+            // Parallel lines do not cross.
             let slope = cross2(u, v);
             if slope.abs() < 1e-12 {
                 return None;
@@ -370,6 +378,7 @@ fn between(
 
 fn line_circle(line: &Piece, circle: PieceCircle, radius: f64, forgiven: f64) -> Option<[Vec2; 2]> {
     let u = direction(line.start, line.end);
+    // Foot point of the centre, then half the chord to either side.
     let foot = along(line.start, u, dot(sub(circle.center, line.start), u));
     let away = distance2(foot, circle.center);
     if away > radius + forgiven {
@@ -385,6 +394,7 @@ fn circles((c, r): (Vec2, f64), (d, s): (Vec2, f64), forgiven: f64) -> Option<[V
         return None;
     }
     let u = direction(c, d);
+    // The radical line, square to the line of centres; clamped for circles that just miss.
     let to_foot = ((gap * gap + r * r - s * s) / (2.0 * gap)).clamp(-r, r);
     let half = (r * r - to_foot * to_foot).max(0.0).sqrt();
     let foot = along(c, u, to_foot);

@@ -53,6 +53,8 @@ struct Rougher<'a> {
 /// above the material it is passed at rapid, and it and all that falls on after it belong to the
 /// first pocket. `None` if there are too many.
 pub(crate) fn rough(path: &[Piece], words: &Roughing) -> Option<Vec<Move>> {
+    // Levels count from where the tool is; for later pockets from the first place that the path
+    // rises to.
     let top = match (words.pockets, path.first()) {
         (Pockets::Later, _) | (_, None) => f64::NEG_INFINITY,
         (_, Some(entry)) => entry.start[1],
@@ -180,6 +182,8 @@ impl Rougher<'_> {
         if to - from[0] < REACHED {
             return;
         }
+        // A short cut retracts no further than half of it, so that the way back does not cross
+        // itself.
         let away = self.words.retract.min(0.5 * (to - from[0]));
         let level = from[1];
         // Cut along the level, retract at 45 degrees, go back at rapid, return to the profile.
@@ -201,6 +205,7 @@ impl Rougher<'_> {
             let (stretches, count) = piece.stretches();
             for stretch in stretches.iter().take(count).skip(skip) {
                 self.work += 1;
+                // The first rise to the level ends the cut.
                 if stretch.rises && stretch.to[1] >= from[1] - REACHED {
                     return piece.at_level(stretch, from[1].min(stretch.to[1]))[0].max(from[0]);
                 }
@@ -217,6 +222,7 @@ impl Rougher<'_> {
     fn over(&mut self, piece: &Piece, stretch: &MonotonePart, bridge: &mut Option<Bridge>) {
         self.work += 1;
         let MonotonePart { from, to, rises } = *stretch;
+        // The first stretch that is passed over sets the level of the way.
         let held = *bridge.get_or_insert(Bridge {
             base: from[1],
             rise: 0.0,

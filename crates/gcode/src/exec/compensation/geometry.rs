@@ -22,6 +22,7 @@ pub(crate) fn in_plane(plane: Plane, position: &Position) -> Vec2 {
 
 /// Sweep of an arc, in its direction, above 0 and up to a full turn.
 fn sweep(center: Vec2, from: Vec2, to: Vec2, counter_clockwise: bool) -> f64 {
+    // The angle between the radius vectors, taken in the direction of the arc.
     let (a, b) = (sub(from, center), sub(to, center));
     let angle = math::atan2(cross2(a, b), dot(a, b));
     let angle = if counter_clockwise { angle } else { -angle };
@@ -33,6 +34,8 @@ impl Edge {
     /// A move of entry is off the path in any case and may go anywhere.
     pub(crate) fn check(&self, end: Vec2, tool_radius: f64) -> Result<(), Problem> {
         let message = "the tool does not fit into the corner between this move and the one before it: it would gouge";
+        // A line must still lead forwards, an arc must not pass its programmed end by more than
+        // rounding.
         let fits = self.entry
             || match self.shape {
                 Shape::Line(direction) => dot(direction, sub(end, self.start)) >= 0.0,
@@ -136,6 +139,7 @@ pub(crate) fn crossing(a: Shape, a_at: Vec2, b: Shape, b_at: Vec2, left: f64) ->
 fn crossings(a: Shape, a_at: Vec2, b: Shape, b_at: Vec2) -> Option<[Vec2; 2]> {
     match (a, b) {
         (Shape::Line(u), Shape::Line(v)) => {
+            // Parallel lines do not cross.
             let slope = cross2(u, v);
             if slope == 0.0 {
                 return None;
@@ -171,6 +175,7 @@ fn line_circle(at: Vec2, u: Vec2, center: Vec2, radius: f64) -> Option<[Vec2; 2]
 }
 
 fn circles(c: Vec2, r: f64, d: Vec2, s: f64) -> Option<[Vec2; 2]> {
+    // Circles about one centre, apart, or inside one another do not cross.
     let u = direction2(c, d)?;
     let gap = distance2(c, d);
     if gap > r + s || gap < (r - s).abs() {

@@ -81,6 +81,7 @@ impl Exec<'_> {
                 message: "cutter compensation needs the XY or ZX plane (G17 or G18)",
             });
         }
+        // Signed radius: positive to the left of the path (G41), negative to the right (G42).
         let left = if code.tenths < 420 {
             0.5 * diameter
         } else {
@@ -103,6 +104,8 @@ impl Exec<'_> {
     #[cold]
     pub(crate) fn under_compensation(&mut self, code: Code) -> Result<(), Problem> {
         let message = match (code.letter, code.tenths) {
+            // At a stop the operator sees the tool where the held move ends, so that its end
+            // becomes final.
             ('M', 0 | 10 | 600) => {
                 if let Some(compensation) = &mut self.state.compensation {
                     let result = compensation.release(self.state.plane, None, self.out);
@@ -145,6 +148,7 @@ impl Exec<'_> {
         let Some(mut compensation) = self.state.compensation.take() else {
             return Ok(());
         };
+        // The next move leads from the offset place back to the path.
         let moved = compensation.last.is_some();
         let result = compensation.release(self.state.plane, None, self.out);
         self.state.arc_not_allowed = moved;
@@ -168,6 +172,8 @@ impl Exec<'_> {
                 });
             }
             Some(compensation) if compensation.last.is_some() => {
+                // Beyond the bound the held move is emitted with its plain end: memory stays
+                // bounded.
                 let message = "too much happens between two moves under cutter compensation";
                 self.warnings.push(Problem::Compensation { message });
                 self.out
@@ -216,6 +222,7 @@ impl Compensation {
             return [0.0; 2];
         }
         let radius = self.left.abs();
+        // Orientations 1 to 9 as in LinuxCNC's tool table: which corner of the nose is controlled.
         let z = match self.orientation {
             2 | 7 | 3 => -radius,
             1 | 5 | 4 => radius,

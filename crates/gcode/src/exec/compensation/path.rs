@@ -42,6 +42,7 @@ impl Exec<'_> {
         let Some(mut compensation) = self.state.compensation.take() else {
             return Ok(());
         };
+        // A move along the normal only has no direction in the plane: it follows the held move.
         let result = match direction2(from, to) {
             None if compensation.last.is_some() => {
                 compensation.across(self, op);
@@ -53,6 +54,8 @@ impl Exec<'_> {
             }
             None => Ok(()),
             Some(u) => {
+                // The offset line is the programmed one, shifted square to it by the tool's
+                // radius.
                 let side = along([0.0; 2], left_of(u), compensation.left);
                 let edge = Edge {
                     shape: Shape::Line(u),
@@ -62,6 +65,8 @@ impl Exec<'_> {
                     astray: false,
                     leaves: u,
                 };
+                // The first move leads from the path to the offset, so that only its end is
+                // shifted.
                 let entry = Edge {
                     start: from,
                     entry: true,
@@ -91,11 +96,14 @@ impl Exec<'_> {
         let Some(mut compensation) = self.state.compensation.take() else {
             return Ok(());
         };
+        // The direction of the programmed arc at its start decides the kind of corner.
         let enters = tangent(sub(from, arc.center), arc.turns > 0);
         let result = compensation.arc_edge(from, to, &arc).and_then(|edge| {
             if let Shape::Arc { center, .. } = edge.shape {
                 arc.center = center;
             }
+            // A lathe tool is offset about its nose centre, while the program controls another
+            // point of it.
             let shift = compensation.nose(plane);
             arc.center = along(arc.center, shift, 1.0);
             let mut op = CanonicalOp::ArcFeed(arc);
@@ -126,6 +134,7 @@ impl Compensation {
     /// at its end.
     fn arc_edge(&self, from: Vec2, to: Vec2, arc: &ArcFeed) -> Result<Edge, Problem> {
         let counter_clockwise = arc.turns > 0;
+        // The tool to the left of a counter-clockwise arc is inside it.
         let outwards = if counter_clockwise {
             -self.left
         } else {
@@ -142,6 +151,7 @@ impl Compensation {
         let end = along(arc.center, out, radius);
         let leaves = tangent(out, counter_clockwise);
         if self.last.is_some() {
+            // After the first move both ends are shifted along their radius.
             let begins = direction2(arc.center, from).unwrap_or([1.0, 0.0]);
             let start = along(arc.center, begins, distance2(arc.center, from) + outwards);
             return Ok(Edge {
@@ -167,6 +177,7 @@ impl Compensation {
                 message: "the first arc under cutter compensation is too short",
             });
         }
+        // Equal distance from start and end: r = |chord|^2 / (2 inwards).
         let radius = reach / (2.0 * inwards);
         let center = along(end, out, -radius);
         Ok(Edge {
@@ -253,6 +264,8 @@ impl Compensation {
             }
             return (joint, end);
         }
+        // Inside corners end the held move early, where the offsets cross; outside ones leave it
+        // whole.
         let joint = joint(last, enters, edge.shape, self.left);
         let end = match joint {
             CornerKind::Inside if !self.fixed => {
@@ -275,6 +288,7 @@ impl Compensation {
         let plane = exec.state.plane;
         let [_, _, normal] = plane.axes();
         let [_, _, _, others @ ..] = *at;
+        // A tool on the left rolls clockwise about the corner.
         let turns = if self.left > 0.0 { -1 } else { 1 };
         let arc = ArcFeed {
             plane,

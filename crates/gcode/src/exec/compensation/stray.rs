@@ -45,6 +45,7 @@ impl Exec<'_> {
         else {
             return place;
         };
+        // As recorded: named axes begin at their word, the others at the compensated place.
         for (axis, value) in plane.axes().into_iter().zip(last.end) {
             if self
                 .word(b"XYZ".get(axis).copied().unwrap_or_default())
@@ -79,6 +80,7 @@ impl Edge {
     /// The direction that the held move is taken to have had, the tool having strayed from the
     /// programmed `corner`.
     pub(super) fn astray(self, place: Vec2, corner: Vec2, left: f64) -> Edge {
+        // Square to the way from the programmed corner to the profile's end, to the tool's side.
         let away = direction2(corner, place).unwrap_or([1.0, 0.0]);
         let [first, second] = left_of(away);
         Edge {
@@ -105,6 +107,8 @@ impl Edge {
             CornerKind::Smooth => return Ok(None),
             CornerKind::Outside => place,
             CornerKind::Inside => {
+                // tan(a / 2) = sin a / (1 + cos a): what an inside corner of this angle takes off
+                // the move.
                 let tangent_of_half =
                     cross2(self.leaves, enters).abs() / (1.0 + dot(self.leaves, enters));
                 along(place, self.leaves, -left.abs() * tangent_of_half)

@@ -101,6 +101,8 @@ impl Interpreter {
         let is_pattern = |word: &Word| {
             word.letter == b'G' && matches!(word.value, Value::Number(70.0 | 71.0 | 72.0))
         };
+        // G70 to G72 are turning cycles in the table of codes: the word is taken out before the
+        // codes are looked up.
         let Some(at) = self.block.words.iter().position(is_pattern) else {
             return Ok(());
         };
@@ -112,6 +114,8 @@ impl Interpreter {
             0
         };
         let code = Code::g(tenths);
+        // The pattern repeats the canned cycle in force; a motion code on its line would
+        // contradict it.
         let cycle = match (
             self.words
                 .codes()
@@ -154,6 +158,7 @@ impl Interpreter {
             .codes()
             .iter()
             .any(|used| used.row.code == Code::m(980));
+        // P of five digits or more: rounds, then four digits of the program's number.
         if let (true, Some(number)) = (
             is_call,
             self.words
@@ -182,6 +187,7 @@ impl Interpreter {
             .codes()
             .iter()
             .any(|used| used.row.group == crate::codes::Group::Motion);
+        // G4 X and G4 U give seconds and need no scaling.
         if is_dwell && !self.words.has(b'P') {
             for letter in *b"XU" {
                 if let Some(seconds) = self.words.get(letter) {
@@ -192,6 +198,7 @@ impl Interpreter {
         } else if (is_dwell || named || (!motion && self.state.motion.is_some_and(is_cycle)))
             && let Some(value) = self.words.get(b'P')
         {
+            // With a decimal point P is in seconds; computed values are, too.
             let text = self.words.text(b'P');
             let written = self
                 .line
@@ -214,6 +221,7 @@ impl Interpreter {
             .words
             .iter()
             .any(|word| !matches!(word.letter, b'G' | b'Q' | b'R'));
+        // Modes of the control's own path planning have no counterpart here.
         let ignored = |word: &Word| match (word.letter, word.value) {
             (b'G', Value::Number(5.1)) => !spline,
             (b'G', Value::Number(number)) => IGNORED
@@ -251,6 +259,7 @@ impl Interpreter {
         let Problem::UnsupportedCode { code } = problem else {
             return problem;
         };
+        // A known name and a way out are better than `unsupported code`.
         let known = CYCLES.iter().find(|(whose, tenths, ..)| {
             code.letter == 'G' && *tenths == code.tenths && whose.contains(&self.config.dialect)
         });

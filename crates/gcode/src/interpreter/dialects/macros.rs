@@ -25,6 +25,7 @@ pub(crate) struct ModalMacro {
 impl Interpreter {
     /// G65 to G67.
     pub(super) fn macro_line(&mut self) -> Result<(), Problem> {
+        // Arguments that are not given are vacant, or 0 where vacancy is not accepted.
         let mut arguments = vec![
             if self.parameters.vacants {
                 f64::NAN
@@ -38,6 +39,7 @@ impl Interpreter {
             let Some(&word) = self.block.words.get(index) else {
                 break;
             };
+            // G, P and L belong to the call, all other letters set a parameter of the macro.
             let value = self.value_or_vacant(word.value)?;
             match word.letter {
                 b'G' => code = value,
@@ -75,6 +77,7 @@ impl Interpreter {
             self.modal_macro = None;
             return Ok(());
         }
+        // For messages only: G65 to G67 have no row in the table.
         let code_name = Code {
             letter: 'G',
             tenths: if code == 65.0 { 650 } else { 660 },
@@ -90,6 +93,7 @@ impl Interpreter {
                 letter: 'L',
                 value: rounds,
             })?;
+        // G66 calls the macro after each later move at the same level.
         if code == 66.0 {
             self.modal_macro = Some(ModalMacro {
                 name,
@@ -103,6 +107,7 @@ impl Interpreter {
 
     /// Calls the macro of a G66 after a move of the level that set it.
     pub(crate) fn call_modal_macro(&mut self) -> Result<(), Problem> {
+        // Moves inside the macro itself do not call it again.
         let Some(modal) = self
             .modal_macro
             .as_ref()
@@ -123,6 +128,7 @@ impl Interpreter {
             .modal_macro
             .as_ref()
             .filter(|modal| modal.depth == self.flow.frames.len())?;
+        // Looked for before the move, so that the block runs once.
         let moves = self.words.mask & crate::exec::words::AXIS_BITS != 0;
         (moves && !self.flow.subs.contains_key(&modal.name)).then(|| modal.name.clone())
     }
@@ -137,6 +143,7 @@ impl Interpreter {
             let value = self.value(word.value)?;
             match word.letter {
                 b'P' => number = whole(value),
+                // L that is no count is taken as one round.
                 b'L' => {
                     rounds = whole(value)
                         .filter(|rounds| (0.0..=1e15).contains(rounds))

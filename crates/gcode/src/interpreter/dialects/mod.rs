@@ -46,6 +46,8 @@ impl Interpreter {
     #[cold]
     pub(crate) fn parse_specially(&mut self, fault: Fault) -> Result<(), Fault> {
         let accepted = self.config.leniencies;
+        // The dialect's own grammar; only if it took something that RS274/NGC lacks is the line
+        // accepted.
         match parse_special(&self.line, &mut self.block, &self.config.limits, accepted) {
             Ok(taken) if !taken.is_empty() => {
                 if !self.is_passing() {
@@ -58,6 +60,7 @@ impl Interpreter {
             }
             _ => {}
         }
+        // A program for quite another control: one message instead of one for each line.
         if is_heidenhain(&self.line) {
             self.state.ended = true;
             return Err(Fault {
@@ -81,6 +84,7 @@ impl Interpreter {
         out: &mut Vec<SourcedOp>,
     ) -> Result<Line, (Problem, Option<Text>)> {
         let accepted = self.config.leniencies;
+        // Sinumerik programs are recognised and refused at their first block.
         if self.config.dialect == Dialect::Siemens
             && !(self.block.words.is_empty() && self.block.settings.is_empty())
         {
@@ -94,6 +98,7 @@ impl Interpreter {
         if accepted.has(Leniency::IgnoredCodes) && self.ignore_codes() {
             return Ok(Line::Done);
         }
+        // The raw words are looked at: these codes have no row in the table.
         let has = |letter: u8, number: f64| {
             self.block
                 .words
@@ -114,6 +119,7 @@ impl Interpreter {
                 .map(|()| Line::Done)
                 .map_err(|problem| (problem, None));
         }
+        // The same codes are turning cycles elsewhere, so that only Haas has patterns.
         let patterns = accepted.has(Leniency::HolePatterns)
             && [70.0, 71.0, 72.0]
                 .into_iter()
@@ -133,6 +139,7 @@ impl Interpreter {
             && matches!(code.tenths, 280 | 300)
             && is_straight(*other)
         {
+            // `G0 G28 Z0`: the motion code only sets the mode.
             self.words.drop_motion();
             self.state.motion = Some(*other);
             self.tell(Leniency::ExtraMotion);
@@ -156,6 +163,7 @@ impl Interpreter {
                 word.text.start as usize,
                 (word.text.start + word.text.len) as usize,
             );
+            // The text after E decides: `E-12` and `E+3` are exponents, `E5` may be a word.
             let exponent = self
                 .line
                 .get(from + 1..to)
@@ -184,6 +192,8 @@ impl Interpreter {
                 format!("{number:e}")
                     .split_once('e')
                     .and_then(|(digits, own)| {
+                        // The decimal exponents are added and the text is read anew, which rounds
+                        // once.
                         let sum = own
                             .parse::<i64>()
                             .ok()?
@@ -196,6 +206,7 @@ impl Interpreter {
             }
             Value::Ops(..) => None,
         };
+        // The number may end a word or a setting; codes and other E words have no exponent.
         let before = index
             .checked_sub(1)
             .and_then(|before| self.block.words.get_mut(before));
@@ -235,6 +246,7 @@ impl Interpreter {
     /// What a printer's line means on a machine tool.
     fn printer_line(&mut self) -> Line {
         let accepted = self.config.leniencies;
+        // Temperatures, fans, bed levelling: they do not move the axes.
         let foreign = self
             .block
             .words
@@ -255,6 +267,7 @@ impl Interpreter {
         {
             self.tell(Leniency::ExtruderWords);
             self.block.words.retain(|word| word.letter != b'E');
+            // `G92 E0` resets the extruder only and goes with its E.
             let has_axis = self
                 .block
                 .words
@@ -278,6 +291,7 @@ impl Interpreter {
         {
             return;
         }
+        // S in seconds comes before P, as in Marlin.
         let has_s = self.block.words.iter().any(|word| word.letter == b'S');
         self.block
             .words
