@@ -50,10 +50,12 @@ impl AxisLimits {
             ("acceleration", self.acceleration),
             ("jerk", self.jerk),
         ] {
+            // Written so that NaN fails, too.
             if !(value.is_finite() && value > 0.0) {
                 return Err(LimitError::NotPositive { what, value });
             }
         }
+        // False where an end is NaN.
         if self.min < self.max {
             Ok(())
         } else {

@@ -18,6 +18,7 @@ pub type Matrix<const N: usize> = [[f64; N]; N];
 /// column are not read. The factors are left in `rows` and the solutions in `x`. One right side is
 /// divided by the pivots; several are multiplied by one reciprocal.
 pub fn solve_banded<const W: usize, const N: usize>(rows: &mut [[f64; W]], x: &mut [[f64; N]]) {
+    // Rows and right sides come in pairs; a surplus of either stays as it is.
     let n = rows.len().min(x.len());
     let (rows, x) = (&mut rows[..n], &mut x[..n]);
     // Elimination: each row takes its multiples from the W - 1 rows below it.
@@ -25,11 +26,14 @@ pub fn solve_banded<const W: usize, const N: usize>(rows: &mut [[f64; W]], x: &m
         let (row, above) = (rows[i], x[i]);
         let mut factors = row;
         for (k, factor) in factors.iter_mut().enumerate().skip(1) {
+            // The multiplier L(i + k, i); the row below is left with its entries of the Schur
+            // complement.
             *factor = row[k] / row[0];
             if let (Some(below), Some(side)) = (rows.get_mut(i + k), x.get_mut(i + k)) {
                 for (entry, right) in below.iter_mut().zip(&row[k..]) {
                     *entry -= *factor * right;
                 }
+                // The forward substitution of the right sides goes along.
                 subtract(side, &above, *factor);
             }
         }
@@ -38,6 +42,7 @@ pub fn solve_banded<const W: usize, const N: usize>(rows: &mut [[f64; W]], x: &m
     // Substitution from the last row to the first.
     for i in (0..n).rev() {
         let row = rows[i];
+        // The diagonal D: the unknown but for what L' brings in from below.
         let mut value = if N == 1 {
             x[i].map(|x| x / row[0])
         } else {
@@ -68,9 +73,12 @@ pub fn cholesky<const N: usize>(a: &Matrix<N>, least_pivot: f64) -> Matrix<N> {
     let mut l = [[0.0; N]; N];
     for i in 0..N {
         for j in 0..i {
+            // Off the diagonal: the part of a(i, j) that the columns to the left leave, over their
+            // pivot.
             let sum: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
             l[i][j] = (a[i][j] - sum) / l[j][j];
         }
+        // The pivot: rounding, or a direction that is not determined, can take it to zero or below.
         let sum: f64 = (0..i).map(|k| l[i][k] * l[i][k]).sum();
         l[i][i] = (a[i][i] - sum).max(least_pivot).sqrt();
     }
@@ -108,10 +116,12 @@ pub fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
     out
 }
 
-/// Terms of the series of [`expm`]: at a norm of 1 the first one left out is 1/25! = 6e-26.
-const TERMS: u32 = 24;
-/// Most squarings of [`expm`]: a time 2^40 times that of the series.
-const MAX_SQUARINGS: u32 = 40;
+/// Terms of the series of [`expm`]. Derived: at a norm of 1 the first one left out is 1/25! =
+/// 6e-26, far below the last digit of a sum of about 1.
+const EXPM_TERMS: u32 = 24;
+/// Most squarings of [`expm`]: a time 2^40 times that of the series. A choice: no plant is that
+/// stiff over a period of a loop, and an infinite rate must not loop for ever.
+const MAX_EXPM_SQUARINGS: u32 = 40;
 
 /// `exp(a * time)` by Taylor's series with scaling and squaring.
 ///
@@ -122,16 +132,17 @@ pub fn expm<const N: usize>(a: &Matrix<N>, time: f64, rate: f64) -> Matrix<N> {
     // Scaling: halve the time until the series converges fast.
     let mut squarings = 0;
     let mut step = time;
-    while rate * step > 1.0 && squarings < MAX_SQUARINGS {
+    while rate * step > 1.0 && squarings < MAX_EXPM_SQUARINGS {
         step *= 0.5;
         squarings += 1;
     }
+    // Taylor: the term is (a step)^n / n!, from the identity on.
     let mut term = [[0.0; N]; N];
     for (i, row) in term.iter_mut().enumerate() {
         row[i] = 1.0;
     }
     let mut sum = term;
-    for n in 1..=TERMS {
+    for n in 1..=EXPM_TERMS {
         term = product(&term, a);
         let factor = step / f64::from(n);
         for (term_row, sum_row) in term.iter_mut().zip(&mut sum) {

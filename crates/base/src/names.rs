@@ -3,6 +3,7 @@
 /// A hint for an unknown name: the known one that it begins (a key without its unit), the nearest
 /// one if it is near, else all of them.
 pub fn did_you_mean(unknown: &str, known: &[&str]) -> String {
+    // A key without its unit, such as `gap` for `gap_um`.
     if let Some(name) = known.iter().find(|name| {
         name.strip_prefix(unknown)
             .is_some_and(|rest| rest.starts_with('_'))
@@ -14,6 +15,7 @@ pub fn did_you_mean(unknown: &str, known: &[&str]) -> String {
         .map(|name| (distance(unknown, name), name))
         .min();
     match near {
+        // Near: two letters, or a third of a long name.
         Some((steps, name)) if steps <= 2.max(unknown.len() / 3) => {
             format!("did you mean `{name}`?")
         }
@@ -26,12 +28,16 @@ pub fn did_you_mean(unknown: &str, known: &[&str]) -> String {
 /// name to the other.
 fn distance(from: &str, to: &str) -> usize {
     let to: Vec<char> = to.chars().collect();
+    // One row of Wagner and Fischer's table: the distances from the letters so far to each
+    // beginning of `to`.
     let mut row: Vec<usize> = (0..=to.len()).collect();
     for (i, a) in from.chars().enumerate() {
+        // Neighbours of the next cell: diagonal is one letter less of both, left one less of `to`.
         let mut diagonal = i;
         let mut left = i + 1;
         for (j, b) in to.iter().enumerate() {
             let above = row.get(j + 1).copied().unwrap_or(left);
+            // Replace or keep the letter, delete it, or insert one.
             let cell = (diagonal + usize::from(a != *b))
                 .min(above + 1)
                 .min(left + 1);
@@ -41,6 +47,7 @@ fn distance(from: &str, to: &str) -> usize {
             diagonal = above;
             left = cell;
         }
+        // The last cell of the row is still pending.
         if let Some(slot) = row.last_mut() {
             *slot = left;
         }

@@ -27,6 +27,7 @@ impl Random {
 
     /// The next 64 bits.
     pub const fn next_u64(&mut self) -> u64 {
+        // A Weyl sequence whose step is 2^64 over the golden ratio, then a mixer of its 64 bits.
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -35,6 +36,7 @@ impl Random {
 
     /// A number in [0, 1), a multiple of 2^-53.
     pub const fn unit(&mut self) -> f64 {
+        // The upper 53 bits: as many as a mantissa holds.
         (self.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
@@ -50,6 +52,7 @@ impl Random {
 
     /// Between two positive numbers, every factor alike.
     pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
+        // Uniform in the logarithm.
         low * math::pow(high / low, self.unit())
     }
 
@@ -62,6 +65,7 @@ impl Random {
 
     /// Standard normal, by Box and Muller from two numbers.
     pub fn normal(&mut self) -> f64 {
+        // 1 - unit lies in (0, 1], so that the logarithm is finite.
         let radius = (-2.0 * math::log(1.0 - self.unit())).sqrt();
         radius * math::cos(TAU * self.unit())
     }
@@ -72,6 +76,7 @@ impl Random {
         loop {
             let v = [self.signed(), self.signed(), self.signed()];
             let length = crate::vec::norm(v);
+            // Points near the centre are drawn again, too: their direction has fewer digits.
             if length > 0.1 && length < 1.0 {
                 return v.map(|c| c / length);
             }
@@ -80,6 +85,7 @@ impl Random {
 
     /// Puts a list into a random order (Fisher and Yates).
     pub fn shuffle<T>(&mut self, list: &mut [T]) {
+        // Each place from the end gets one of those not yet placed, all equally likely.
         for last in (1..list.len()).rev() {
             list.swap(last, self.below(last + 1));
         }

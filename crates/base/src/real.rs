@@ -1,4 +1,5 @@
-//! Numbers that kinematics are written in: plain `f64`, or a [`Jet`] that carries derivatives along.
+//! Numbers that kinematics are written in: plain `f64`, or a [`Jet`] that carries derivatives
+//! along.
 //!
 //! Planning in joint space needs the joints' derivatives by path length up to the third. Writing a
 //! kinematics once over [`Real`] and evaluating it on jets gives them exactly, without differences.
@@ -88,6 +89,7 @@ impl Jet {
     /// The derivatives after a change of parameter s -> t with the given ds/dt, d2s/dt2, d3s/dt3.
     #[must_use]
     pub fn reparametrize(self, v: f64, a: f64, j: f64) -> Jet {
+        // The chain rule to third order.
         let [q, q1, q2, q3] = self.0;
         Jet([
             q,
@@ -132,6 +134,7 @@ impl Neg for Jet {
 impl Mul for Jet {
     type Output = Jet;
     fn mul(self, o: Jet) -> Jet {
+        // Leibniz' rule to third order.
         let ([a, a1, a2, a3], [b, b1, b2, b3]) = (self.0, o.0);
         Jet([
             a * b,
@@ -146,6 +149,7 @@ impl Div for Jet {
     type Output = Jet;
     fn div(self, o: Jet) -> Jet {
         let r = 1.0 / o.0[0];
+        // The product with 1/o, whose derivatives by o are -r^2, 2 r^3 and -6 r^4.
         self * o.compose(r, -r * r, 2.0 * r * r * r, -6.0 * r * r * r * r)
     }
 }
@@ -168,6 +172,7 @@ impl Real for Jet {
     fn sqrt(self) -> Jet {
         let r = self.0[0].sqrt();
         let x = self.0[0];
+        // By x: 1/(2 r), -1/(4 r x), 3/(8 r x^2).
         self.compose(r, 0.5 / r, -0.25 / (r * x), 0.375 / (r * x * x))
     }
     fn atan2(self, x: Jet) -> Jet {

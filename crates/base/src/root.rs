@@ -50,6 +50,7 @@ impl Bracket {
     /// Narrows the bracket of a rising function by its value at a place within.
     #[inline]
     pub fn narrow(&mut self, at: f64, value: f64) {
+        // A value that is not a number counts as not positive: the bracket still shrinks.
         if value > 0.0 {
             self.high = at;
         } else {
@@ -81,8 +82,10 @@ impl Bracket {
         let mut at = start;
         for _ in 0..steps {
             let (value, slope) = value_and_slope(at);
+            // The bracket first: it catches a step that the slope sends astray.
             self.narrow(at, value);
             let next = self.inside_or_middle(at - value / slope);
+            // Newton's steps settle at a simple root, the bracket where the slope is of no use.
             if (next - at).abs() <= tolerance || self.high - self.low <= tolerance {
                 return next;
             }

@@ -23,7 +23,7 @@ pub type Vec3<R = f64> = [R; 3];
 
 /// Shortest vector that [`unit`] takes for one with a direction. Tuned: a tenth of the smallest
 /// length that machine files state, in mm or without a unit.
-const LEAST_LENGTH: f64 = 1e-9;
+const SHORTEST_DIRECTION: f64 = 1e-9;
 
 /// A vector of constants.
 #[inline]
@@ -110,7 +110,8 @@ pub fn direction2(from: Vec2, to: Vec2) -> Option<Vec2> {
 /// A vector of length 1 in the same direction; `None` for a vector shorter than 1e-9 or not finite.
 pub fn unit(a: Vec3) -> Option<Vec3> {
     let length = norm(a);
-    (length.is_finite() && length > LEAST_LENGTH).then(|| a.map(|c| c / length))
+    // An infinite length would pass the comparison alone, and give a vector of zeros.
+    (length.is_finite() && length > SHORTEST_DIRECTION).then(|| a.map(|c| c / length))
 }
 
 /// A unit vector at right angles to a unit vector.
@@ -130,6 +131,7 @@ pub fn across(u: Vec3) -> Vec3 {
 /// Angle between two directions, rad in [0, pi], accurate for small angles; 0 if either has no
 /// length.
 pub fn angle(a: Vec3, b: Vec3) -> f64 {
+    // From sine and cosine together: acos alone loses half of the digits near 0 and pi.
     math::atan2(norm(cross(a, b)), dot(a, b))
 }
 

@@ -88,9 +88,12 @@ impl CauseRule {
             shares.servo_mm.abs(),
             shares.backlash_mm.abs(),
         );
+        // Only a command share above both others is blending: ties go to the machine.
         if command > servo && command > backlash {
             return Cause::Blend;
         }
+        // Gap, friction and wind-up all act after a reversal: it is the cause whichever of the two
+        // shares is larger.
         match reversals.latest(sample.tick, self.reversal_window_ticks) {
             Some(axis) => Cause::Reversal(axis),
             None if backlash >= servo => Cause::Gap,

@@ -6,6 +6,12 @@ use lostmotion_path::Plane;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+/// Fewest samples of a circular test. A choice: two a quadrant.
+const MIN_SAMPLES: usize = 8;
+/// Determinant of the normal equations over n^3 below which the samples do not determine a centre.
+/// A choice: a full turn has 1/4, an arc of 26 degrees about this.
+const MIN_DETERMINANT: f64 = 1e-6;
+
 /// The nominal circle.
 ///
 /// ```
@@ -122,9 +128,9 @@ impl Circle {
                 what: format!("a positive radius, not {} mm", self.radius_mm),
             });
         }
-        if tips_mm.len() < 8 {
+        if tips_mm.len() < MIN_SAMPLES {
             return Err(ContourError::Circle {
-                what: format!("at least 8 samples, not {}", tips_mm.len()),
+                what: format!("at least {MIN_SAMPLES} samples, not {}", tips_mm.len()),
             });
         }
         Ok(self.profile(tips_mm).collect())
@@ -135,6 +141,7 @@ impl Circle {
     /// left out. Of several turns the largest spike counts.
     pub fn glitches(&self, tips_mm: &[[f64; 3]], window_rad: f64) -> Vec<Glitch> {
         let points: Vec<_> = self.profile(tips_mm).collect();
+        // Sense of rotation: the sign of all steps of angle together.
         let sense = if points
             .windows(2)
             .map(|pair| wrap(pair[1].angle_rad - pair[0].angle_rad))
@@ -147,7 +154,10 @@ impl Circle {
         };
         let [first, second, _] = self.plane.axes();
         let mut glitches = Vec::new();
+        // An axis reverses where its coordinate is largest or smallest: the first at 0 and 180
+        // degrees.
         for (quarter, axis) in [(0.0, first), (1.0, second), (2.0, first), (3.0, second)] {
+            // Angle since the reversal in the direction of travel.
             let past = |point: &RadialPoint| sense * wrap(point.angle_rad - quarter * FRAC_PI_2);
             let before: Vec<_> = points
                 .iter()
@@ -156,6 +166,7 @@ impl Circle {
             let after = points
                 .iter()
                 .filter(|point| (0.0..=window_rad).contains(&past(point)));
+            // The spike is told against the level before it: radius errors of the servo fall out.
             let level = before.iter().map(|point| point.deviation_mm).sum::<f64>()
                 / before.len().max(1) as f64;
             let peak = after
@@ -194,6 +205,7 @@ fn least_squares(points: &[RadialPoint]) -> Result<(f64, [f64; 2]), ContourError
             }
         }
     }
+    // Cramer's rule: the determinant with one column replaced by the right side.
     let determinant = |column: Option<usize>| {
         let entry = |i: usize, j: usize| rows[i][if column == Some(j) { 3 } else { j }];
         let minor = |a: usize, b: usize| entry(1, a) * entry(2, b) - entry(1, b) * entry(2, a);
@@ -201,7 +213,8 @@ fn least_squares(points: &[RadialPoint]) -> Result<(f64, [f64; 2]), ContourError
     };
     let whole = determinant(None);
     let count = points.len() as f64;
-    if whole.is_nan() || whole < 1e-6 * count * count * count {
+    // A full turn gives n^3/4. Far less: an arc on which shift and radius look alike.
+    if whole.is_nan() || whole < MIN_DETERMINANT * count * count * count {
         return Err(ContourError::Circle {
             what: "samples all around the circle".to_owned(),
         });
@@ -213,6 +226,7 @@ fn least_squares(points: &[RadialPoint]) -> Result<(f64, [f64; 2]), ContourError
 }
 
 fn envelope(points: &[RadialPoint], mean_mm: f64, shift: [f64; 2]) -> CircularDeviation {
+    // Radial deviation about the nominal centre, circular deviation about the fitted one.
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     let (mut inner, mut outer) = (f64::INFINITY, f64::NEG_INFINITY);
     for point in points {

@@ -94,7 +94,8 @@ pub struct BlockLedger {
 }
 
 impl BlockLedger {
-    /// A ledger that keeps the given number of worst rows of cutting moves, and as many of G0 moves.
+    /// A ledger that keeps the given number of worst rows of cutting moves, and as many of G0
+    /// moves.
     pub fn new(keep: usize) -> BlockLedger {
         BlockLedger {
             open: BTreeMap::new(),
@@ -115,6 +116,7 @@ impl BlockLedger {
     /// holds ([`crate::ContourTracker::release`]).
     #[must_use]
     pub fn finish_before(&mut self, segment: u64) -> Vec<BlockRow> {
+        // Rows are in order of segments: the later ones stay open.
         let later = self.open.split_off(&segment);
         self.close(later)
     }
@@ -130,6 +132,8 @@ impl BlockLedger {
             .into_values()
             .collect();
         for row in &rows {
+            // G0 moves apart: their errors leave no mark on the part, and would crowd out those
+            // that do.
             let kind = if row.rapid {
                 &mut self.worst_rapids
             } else {
@@ -182,8 +186,8 @@ pub struct ReversalLedger {
 }
 
 impl ReversalLedger {
-    /// One that watches so many ticks after each reversal, or until the axis reverses again, and
-    /// keeps so many worst rows.
+    /// A ledger that watches `window_ticks` after each reversal, or until the axis reverses again,
+    /// and keeps the `keep` worst rows.
     pub fn new(window_ticks: Tick, keep: usize) -> ReversalLedger {
         ReversalLedger {
             window_ticks,
@@ -204,6 +208,7 @@ impl ReversalLedger {
         rapid: bool,
     ) -> Option<ReversalRow> {
         let axis = reversal.axis.index();
+        // A new reversal ends the window of the one before.
         let before = self.close(axis);
         if let (Some(open), Some(count)) = (self.open.get_mut(axis), self.counts.get_mut(axis)) {
             *count += 1;
@@ -230,10 +235,13 @@ impl ReversalLedger {
             let Some(row) = self.open.get_mut(axis).and_then(Option::as_mut) else {
                 continue;
             };
+            // Past the window: the row is finished, and this sample is not part of it.
             if tick.saturating_sub(row.reversal.tick) > self.window_ticks {
                 finished.extend(self.close(axis));
                 continue;
             }
+            // The peak of the error and that of its backlash share, which may be at different
+            // ticks.
             if record.sample.error_mm.abs() > row.peak_mm.abs() {
                 (row.peak_mm, row.peak_tick, row.peak_shares) =
                     (record.sample.error_mm, tick, record.shares);
@@ -284,6 +292,7 @@ impl<T> Worst<T> {
     }
 
     fn offer(&mut self, size: f64, item: T) {
+        // Behind those of equal size, which came first.
         let at = self.items.partition_point(|(other, _)| *other >= size);
         if at < self.keep {
             self.items.insert(at, (size, item));

@@ -43,7 +43,7 @@ pub struct Reversal {
 impl ReversalConfig {
     /// Takes the commanded joint velocities (mm/s, rad/s) of a tick; gives the joints that now move
     /// the other way, in axis order. However long a joint stood still in between, it is one
-    /// reversal, at the tick at which it moves again. The first motion of all is none.
+    /// reversal, at the tick at which it moves again. A joint's first motion is no reversal.
     pub fn step(
         &self,
         state: &mut ReversalState,
@@ -64,10 +64,12 @@ impl ReversalConfig {
             ) else {
                 continue;
             };
+            // Standing still keeps the last direction, however long.
             if speed.abs() <= deadband || speed.is_nan() {
                 continue;
             }
             let direction = if speed > 0.0 { 1 } else { -1 };
+            // Before a joint's first motion its direction is 0, which is against neither.
             if *was == -direction {
                 *last = Some(tick);
                 turned[axis.index()] = Some(Reversal {
@@ -83,8 +85,8 @@ impl ReversalConfig {
 }
 
 impl ReversalState {
-    /// The joint that reversed last, if that was within so many ticks before now; of several at
-    /// once the first.
+    /// The joint that reversed last, if that was at most `within` ticks before `now`; of several at
+    /// the same tick the first in axis order.
     pub fn latest(&self, now: Tick, within: Tick) -> Option<AxisId> {
         let recent = |axis: AxisId| {
             self.last
@@ -93,6 +95,7 @@ impl ReversalState {
                 .flatten()
                 .filter(|tick| now.saturating_sub(*tick) <= within)
         };
+        // The latest of all axes; a later axis replaces it only by a later tick.
         let mut best: Option<(Tick, AxisId)> = None;
         for axis in AxisId::ALL {
             if let Some(tick) =

@@ -4,7 +4,8 @@ use lostmotion_base::math;
 use lostmotion_base::vec::{Vec3, dot, norm};
 use lostmotion_path::{Curve, Plane};
 
-/// Least share of an error that has to point to the side for its sign to be negative.
+/// Least share of an error that has to point to the right for its sign to be negative. A choice:
+/// 0.6 degrees.
 const MIN_SIDE_SHARE: f64 = 1e-2;
 
 /// +1 to the left of `travel` in the plane, -1 to the right. A point off the plane has the side of
@@ -12,8 +13,10 @@ const MIN_SIDE_SHARE: f64 = 1e-2;
 /// the travel or the normal to within a hundredth.
 pub(crate) fn side(error: Vec3, travel: Vec3, plane: Plane) -> f64 {
     let [first, second, _] = plane.axes();
+    // Cross product of travel and error, both as shadows on the plane.
     let shadow = math::hypot(travel[first], travel[second]);
     let left = travel[first] * error[second] - travel[second] * error[first];
+    // Rounding must not flip the sign of an error that points along the travel or the normal.
     if left < -MIN_SIDE_SHARE * shadow * norm(error) {
         -1.0
     } else {
@@ -29,6 +32,7 @@ pub(crate) fn frame(curve: &Curve, s: f64) -> (Vec3, Vec3) {
     if square <= 0.0 {
         return ([0.0; 3], [0.0; 3]);
     }
+    // Curvature vector: the part of p'' across the tangent, over |p'|^2.
     let along = dot(d1, d2) / square;
     let speed = square.sqrt();
     (

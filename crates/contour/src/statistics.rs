@@ -8,8 +8,11 @@ const MANTISSA_BITS: u32 = 7;
 /// Exponents of the smallest and largest octave: 6e-8 to 1024 in the unit of the values.
 const LOWEST_EXPONENT: i64 = -24;
 const HIGHEST_EXPONENT: i64 = 10;
+/// All bins, 35 kB of counters.
 const BINS: usize = ((HIGHEST_EXPONENT - LOWEST_EXPONENT) as usize) << MANTISSA_BITS;
-const SHIFT: u32 = 52 - MANTISSA_BITS;
+/// Bits of the mantissa (52) that do not tell bins apart.
+const DROPPED_BITS: u32 = 52 - MANTISSA_BITS;
+/// Leading bits of the smallest bin's lower edge; 1023 is the exponents' bias.
 const FIRST_BIN_BITS: u64 = ((1023 + LOWEST_EXPONENT) as u64) << MANTISSA_BITS;
 
 /// Where a sample was taken.
@@ -67,6 +70,7 @@ impl Statistics {
             self.not_finite += 1;
             return;
         }
+        // The first sample is a maximum even if it is zero, so that it has a place.
         if value.abs() > self.max.abs() || self.samples == 0 {
             (self.max, self.max_at) = (value, at);
         }
@@ -77,6 +81,7 @@ impl Statistics {
 
     /// Adds another's samples; of two equal maxima the earlier stays.
     pub fn merge(&mut self, other: &Statistics) {
+        // On a tie the earlier tick, as one pass over both halves would have kept it.
         let (mine, theirs) = (self.max.abs(), other.max.abs());
         let earlier = other.max_at.tick < self.max_at.tick;
         if other.samples > 0 && (self.samples == 0 || theirs > mine || (theirs >= mine && earlier))
@@ -119,10 +124,12 @@ impl Statistics {
         if self.samples == 0 {
             return 0.0;
         }
+        // Nearest rank, counted from 1.
         let rank = (part * self.samples as f64)
             .ceil()
             .max(1.0)
             .min(self.samples as f64) as u64;
+        // A bin's middle may lie above the largest value seen.
         self.histogram.value_of_rank(rank).min(self.max.abs())
     }
 
@@ -156,13 +163,17 @@ struct Histogram {
 impl Histogram {
     /// Counts a magnitude.
     fn count(&mut self, magnitude: f64) {
-        let Some(bin) = (magnitude.to_bits() >> SHIFT).checked_sub(FIRST_BIN_BITS) else {
+        // The bits of a positive number grow with it: exponent and leading mantissa bits number the
+        // bins.
+        let Some(bin) = (magnitude.to_bits() >> DROPPED_BITS).checked_sub(FIRST_BIN_BITS) else {
             self.below += 1;
             return;
         };
+        // Allocated with the first count: a statistic without samples costs nothing.
         if self.bins.len() < BINS {
             self.bins.resize(BINS, 0);
         }
+        // Values above the largest octave are counted in the last bin.
         if let Some(count) = self.bins.get_mut((bin as usize).min(BINS - 1)) {
             *count += 1;
         }
@@ -181,6 +192,7 @@ impl Histogram {
     /// The middle of the bin in which the value of a rank lies (1 is the smallest), 0 below the
     /// smallest bin.
     fn value_of_rank(&self, rank: u64) -> f64 {
+        // Counts from the smallest value upwards until the rank is reached.
         let mut seen = self.below;
         if rank <= seen {
             return 0.0;
@@ -188,7 +200,7 @@ impl Histogram {
         for (bin, count) in self.bins.iter().enumerate() {
             seen += count;
             if rank <= seen {
-                let edge = |bin: u64| f64::from_bits((FIRST_BIN_BITS + bin) << SHIFT);
+                let edge = |bin: u64| f64::from_bits((FIRST_BIN_BITS + bin) << DROPPED_BITS);
                 return 0.5 * (edge(bin as u64) + edge(bin as u64 + 1));
             }
         }

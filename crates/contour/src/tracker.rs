@@ -9,8 +9,15 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// Distances that differ by less are equal, mm: of two feet the one nearer to the command along the
-/// path is then taken.
+/// path is then taken. A choice: a picometre, above the rounding of coordinates of some metres.
 const SAME_DISTANCE_MM: f64 = 1e-9;
+
+/// A foot counts as lying on a joint within this of a segment's end, in mm and in parts of its
+/// length. A choice: above the rounding of s.
+const JOINT_SLACK: f64 = 1e-9;
+/// Length of the sum of two unit tangents below which they point against each other. A choice:
+/// within 1e-6 rad of a straight return no bisector has a meaning.
+const STRAIGHT_BACK: f64 = 1e-6;
 
 /// A programmed segment with its place along the path.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -31,6 +38,7 @@ impl Held {
 
     /// Whether a curve that runs at unit speed is too short to come as near to the point as that.
     fn beyond(&self, point: [f64; 3], distance: f64) -> bool {
+        // At unit speed no point of a curve is farther from its start than its length.
         let unit_speed = !matches!(self.segment.curve, Curve::Quintic(_));
         unit_speed
             && norm(sub(self.segment.curve.start().linear(), point)) - self.length_mm > distance
@@ -122,7 +130,7 @@ struct Found {
 }
 
 impl ContourTracker {
-    /// An empty one.
+    /// A tracker that holds no path yet.
     pub fn new(config: ContourConfig) -> ContourTracker {
         ContourTracker {
             config,
@@ -130,7 +138,7 @@ impl ContourTracker {
         }
     }
 
-    /// Takes the next programmed segment. Push at least a window ahead of the command, as far as
+    /// Adds the next programmed segment. Push at least a window ahead of the command, as far as
     /// the program goes.
     ///
     /// # Errors
@@ -144,6 +152,7 @@ impl ContourTracker {
             });
         }
         let start_mm = last.map_or(0.0, Held::end_mm);
+        // A move of rotary axes alone has one place on the path of the tip.
         let length_mm = if segment.curve.moves_tip() {
             segment.curve.length()
         } else {
@@ -164,16 +173,18 @@ impl ContourTracker {
         let Some(last) = self.held.iter().rev().find(|held| held.length_mm > 0.0) else {
             return false;
         };
+        // Tangent and curvature vector on both sides of the joint.
         let (tangent, bend) = frame(&last.segment.curve, last.segment.curve.length());
         let (next_tangent, next_bend) = frame(&segment.curve, 0.0);
         angle(tangent, next_tangent) >= self.config.corner_angle_rad
             || norm(sub(next_bend, bend)) >= self.config.corner_curvature_per_mm
     }
 
-    /// Lets go of what the command, now at `s` of `segment`, has left far behind. Returns the
-    /// oldest segment still held; no later sample has its foot on one before it.
+    /// Drops the segments that the command, now at `s` of `segment`, has left far behind. Returns
+    /// the oldest segment still held; no later sample has its foot on one before it.
     pub fn release(&mut self, segment: u64, s: f64) -> Option<u64> {
         let at = self.position(segment)?;
+        // No window reaches further back than this.
         let horizon = self.held.get(at)?.place(s) - self.config.max_window_mm;
         // Whole segments behind the horizon are dropped, and the oldest where there are too many.
         let mut behind = at;
@@ -219,6 +230,7 @@ impl ContourTracker {
         let Some((at, held)) = at.and_then(|at| Some((at, self.held.get(at)?))) else {
             return Err(self.unknown(input));
         };
+        // Nothing fails from here on: the last foot changes only together with a sample.
         let command = held.place(input.s);
         let found = self.search(foot, input, at, command);
         let held = self.held.get(found.at).unwrap_or(held);
@@ -228,6 +240,7 @@ impl ContourTracker {
             input.actual_tip_mm,
             held.segment.curve.point(found.s).linear(),
         );
+        // The distance gets the sign of the side on which the tool lies.
         let sign = side(error, self.travel(found.at, found.s), held.segment.plane);
         Ok(ContourSample {
             tick: input.tick,
@@ -259,7 +272,8 @@ impl ContourTracker {
     /// The nearest point of the window.
     fn search(&self, foot: &FootState, input: &ContourInput, at: usize, command: f64) -> Found {
         let config = &self.config;
-        // The window: from the last foot to the command, and a margin beyond either that grows with the lag.
+        // The window: from the last foot to the command, and a margin beyond either that grows with
+        // the lag.
         let apart = norm(sub(input.actual_tip_mm, input.commanded_tip_mm));
         let margin = (config.window_factor * apart)
             .max(config.min_window_mm)
@@ -287,12 +301,14 @@ impl ContourTracker {
             let Some(held) = self.held.get(index) else {
                 break;
             };
+            // Segments are in order of their places: none further on is in the window.
             if held.start_mm > high && index > at {
                 break;
             }
             if held.beyond(input.actual_tip_mm, best.distance + SAME_DISTANCE_MM) {
                 continue;
             }
+            // The part of the window on this segment; nearest holds it within the curve.
             let range = if held.length_mm > 0.0 {
                 (low - held.start_mm, high - held.start_mm)
             } else if index == at {
@@ -333,7 +349,7 @@ impl ContourTracker {
         let mut travel = held.segment.curve.tangent(s);
         let own = travel;
         // At a joint of two segments, travel is along the bisector of both tangents.
-        let slack = 1e-9 * (1.0 + length);
+        let slack = JOINT_SLACK * (1.0 + length);
         if still || s <= slack {
             let before = self
                 .held
@@ -353,8 +369,12 @@ impl ContourTracker {
                 .find(|held| held.length_mm > 0.0);
             travel = after.map_or(travel, |held| add(travel, held.segment.curve.tangent(0.0)));
         }
-        // Straight back: no bisector, the segment's own direction is as good as the other.
-        if norm(travel) < 1e-6 { own } else { travel }
+        // Straight back: there is no bisector, the segment's own direction is taken.
+        if norm(travel) < STRAIGHT_BACK {
+            own
+        } else {
+            travel
+        }
     }
 
     /// A segment that is held.
@@ -362,11 +382,12 @@ impl ContourTracker {
         Some(&self.held.get(self.position(index)?)?.segment)
     }
 
-    /// Where a sample's foot point lies and which way is left there; `None` if its segment is held no
-    /// longer.
+    /// Where a sample's foot point lies and which way is left there; `None` if its segment is held
+    /// no longer.
     pub fn place(&self, sample: &ContourSample) -> Option<FootPlace> {
         let at = self.position(sample.segment)?;
         let segment = &self.held.get(at)?.segment;
+        // Left is a quarter turn counter-clockwise from the shadow of travel on the plane.
         let [first, second, _] = segment.plane.axes();
         let travel = self.travel(at, sample.s);
         let shadow = math::hypot(travel[first], travel[second]);
@@ -382,6 +403,7 @@ impl ContourTracker {
 
     fn near_corner(&self, place: f64) -> bool {
         let window = self.config.corner_window_mm;
+        // Corners are starts of segments, which are in order.
         let first = self
             .held
             .partition_point(|held| held.start_mm < place - window);

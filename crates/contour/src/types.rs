@@ -31,7 +31,7 @@ pub struct ContourConfig {
     /// every sample is measured, as the search then follows the foot point; callers that measure
     /// now and then need more, about 4.
     pub window_factor: f64,
-    /// Most path to either side of the command, mm; so much of the past is held.
+    /// Most path to either side of the command, mm; the same length of past path is held.
     pub max_window_mm: f64,
     /// Most segments of the past that are held, should `max_window_mm` be made of very short ones.
     pub max_segments: usize,

@@ -10,10 +10,11 @@ use crate::{
     spread::{self, Spread},
 };
 
-/// Rounds in which the residual scale and the fit settle on one another.
+/// Rounds in which the residual scale and the fit settle on one another. Origin unknown, kept.
 const SCALE_ROUNDS: usize = 3;
-/// Samples on which they do.
-const SCALE_SAMPLES: usize = 2000;
+/// Most samples of the thinned copy on which they settle. A choice: the scale of so many residuals
+/// is known to some 3 %.
+const MAX_SCALE_SAMPLES: usize = 2000;
 /// Systematic error of averages as a share of the encoders' resolution: no encoder divides its
 /// counts more finely, and errors that recur at the same angles do not average out.
 pub(crate) const RESOLUTION_SHARE: f64 = 0.02;
@@ -48,6 +49,7 @@ pub(crate) struct Estimate {
 impl EstimateJob<'_> {
     /// The regression with these columns, the half gap first; what is left out is known, or zero.
     fn regression<const P: usize>(&self, columns: [usize; P]) -> Regression<P> {
+        // The wind-up of a known stiffness is subtracted from the targets.
         let known = self
             .settings
             .stiffness_nm_per_rad
@@ -61,6 +63,7 @@ impl EstimateJob<'_> {
         Regression {
             rows: samples()
                 .map(|(side, window)| {
+                    // One column per coefficient, in the order of their places.
                     let all = [
                         side,
                         1.0,
@@ -89,6 +92,7 @@ impl EstimateJob<'_> {
             tolerance: self.settings.solver_tolerance,
             iterations: self.settings.solver_iterations,
         };
+        // Where the loss turns linear: as given, or from the residuals themselves.
         let delta = match self.settings.huber_delta_rad {
             Some(delta) => delta,
             None => settle_delta(&regression, self.resolution, self.solver, &options)?,
@@ -101,6 +105,7 @@ impl EstimateJob<'_> {
             explicit,
             optimality,
         } = regression.minimise(delta, self.solver, &options)?;
+        // Blocks of whole episodes: samples of one contact err alike.
         let episodes: Vec<usize> = self
             .contact
             .samples
@@ -114,6 +119,7 @@ impl EstimateJob<'_> {
         };
         let spread =
             |which| spread::spread(&regression, &x, delta, &blocks, which).ok_or_else(thin);
+        // What is not fitted is known or zero; the fitted ones then take their places.
         let mut coefficients = [
             0.0,
             0.0,
@@ -131,6 +137,7 @@ impl EstimateJob<'_> {
             Some(which) => spread(which)?.standard_error,
             None => 0.0,
         };
+        // Figures of the residuals: RMS, outliers beyond delta, robust scale.
         let residuals: Vec<f64> = (0..regression.targets.len())
             .map(|k| regression.residual(k, &x).abs())
             .collect();
@@ -163,8 +170,9 @@ fn settle_delta<const P: usize>(
     solver: &dyn QpSolver,
     options: &SolveOptions,
 ) -> Result<f64, FitError> {
-    let thinned = regression.thinned(SCALE_SAMPLES);
+    let thinned = regression.thinned(MAX_SCALE_SAMPLES);
     let count = thinned.targets.len().max(1) as f64;
+    // The scale's floor: encoder resolution, then rounding at the size of the data.
     let size = (thinned.targets.iter().map(|y| y * y).sum::<f64>() / count).sqrt();
     let floor = (RESOLUTION_SHARE * resolution)
         .max(1e-9 * size)
@@ -176,6 +184,7 @@ fn settle_delta<const P: usize>(
         HUBER_TUNING * (quantile(residuals, 0.5) / MEDIAN_OF_NORMAL).max(floor)
     };
     let mut delta = scale_around(&thinned.least_squares());
+    // Residuals depend on delta, and delta on the residuals: alternated.
     for _ in 0..SCALE_ROUNDS {
         delta = scale_around(&thinned.minimise(delta, solver, options)?.x);
     }

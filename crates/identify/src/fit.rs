@@ -18,11 +18,11 @@ use crate::{
 /// sample: 0.03 to 0.04 %.
 const MODEL_ERROR_SHARE: f64 = 5e-4;
 /// Fits in a row where the motor's inertia is unknown: each takes the sides from the inertia that
-/// the one before found.
+/// the one before found. Origin unknown, kept.
 const INERTIA_ROUNDS: usize = 4;
 /// Torque variation within the sides, over its RMS, below which gap and wind-up cannot be told
-/// apart.
-const LEAST_VARIATION: f64 = 0.01;
+/// apart. Origin unknown, kept.
+const MIN_TORQUE_VARIATION: f64 = 0.01;
 
 /// Fits the gap of an axis with [`Clarabel`].
 ///
@@ -68,6 +68,7 @@ pub fn fit_backlash_with(
     if let Some(inertia) = settings.motor_inertia_kgm2 {
         return Ok(fit_at(log, settings, solver, inertia)?.1);
     }
+    // The sides are told by the contact torque, which needs the inertia: from none on, in rounds.
     let mut inertia = 0.0;
     for _ in 1..INERTIA_ROUNDS {
         inertia = fit_at(log, settings, solver, inertia)?.0;
@@ -85,12 +86,14 @@ fn fit_at(
 ) -> Result<(f64, BacklashFit), FitError> {
     let half = window::half_width(settings, log.period_s());
     let windows = window::averages(log, settings, inertia, half);
+    // Fewer windows have no neighbours by which slip could be told.
     if windows.len() < 3 {
         return Err(FitError::TooShort {
             samples: log.len(),
             needed: half.saturating_mul(4).saturating_add(1),
         });
     }
+    // Windows in firm contact; a log that shows too few of them is refused here.
     let contact = contact::select(&windows, settings, half as f64 * log.period_s())?;
     if settings.stiffness_nm_per_rad.is_none() {
         check_variation(&contact)?;
@@ -101,6 +104,7 @@ fn fit_at(
         resolution: log.resolution_rad(),
         solver,
     };
+    // Columns beside gap and offset: those that the settings do not give.
     let optional = [
         (COMPLIANCE, settings.stiffness_nm_per_rad.is_none()),
         (DAMPING, settings.fit_damping),
@@ -111,6 +115,7 @@ fn fit_at(
         .filter(|(_, wanted)| *wanted)
         .map(|(column, _)| column)
         .collect();
+    // The number of columns is part of the regression's type.
     let estimate = match *optional.as_slice() {
         [] => job.estimate([GAP, OFFSET])?,
         [a] => job.estimate([GAP, OFFSET, a])?,
@@ -118,6 +123,7 @@ fn fit_at(
         _ => job.estimate([GAP, OFFSET, COMPLIANCE, DAMPING, INERTIA])?,
     };
     let compliance = estimate.coefficients[COMPLIANCE];
+    // The column of the acceleration has the coefficient c (J - J_assumed).
     let found = if compliance > 0.0 {
         (inertia + estimate.coefficients[INERTIA] / compliance).max(0.0)
     } else {
@@ -129,6 +135,7 @@ fn fit_at(
 /// Gap and wind-up differ only through the torque's variation within the sides.
 fn check_variation(contact: &Contact) -> Result<(), NotExcited> {
     let (mut within, mut square) = (0.0, 0.0);
+    // Within one side the gap is constant: only the torque's variation shows the compliance.
     for side in [1.0, -1.0] {
         let torques: Vec<f64> = contact
             .samples
@@ -148,7 +155,7 @@ fn check_variation(contact: &Contact) -> Result<(), NotExcited> {
     } else {
         0.0
     };
-    if variation < LEAST_VARIATION {
+    if variation < MIN_TORQUE_VARIATION {
         Err(NotExcited::TorqueNotVaried { variation })
     } else {
         Ok(())
@@ -170,8 +177,10 @@ impl Estimate {
             .iter()
             .map(|sample| sample.window.torque_nm * sample.window.torque_nm)
             .sum::<f64>();
+        // Typical wind-up, in whose parts the model's error is allowed for.
         let wind_up = compliance * (torque_square / contact.samples.len() as f64).sqrt();
         let allowance = RESOLUTION_SHARE * log.resolution_rad() + MODEL_ERROR_SHARE * wind_up;
+        // Scatter and allowance add up: one is random, the other is not.
         let half_width = self.gap_spread.half_width + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {

@@ -109,6 +109,7 @@ impl BacklashLog {
     /// are not quantised.
     pub fn resolution_rad(&self) -> f64 {
         let square = |column: &[f64]| {
+            // The smallest step that the column makes is taken for one count.
             let step = column
                 .windows(2)
                 .map(|pair| (pair[1] - pair[0]).abs())

@@ -116,6 +116,7 @@ impl FitSettings {
     /// # Errors
     /// The first that is out of its range.
     pub fn check(&self) -> Result<(), FitError> {
+        // Settings that may be left out are checked where they are given.
         let positive = [
             (
                 "torque_constant_nm_per_a",
@@ -141,6 +142,7 @@ impl FitSettings {
             .into_iter()
             .filter_map(|(name, value)| Some((name, value?)))
         {
+            // Written so that NaN fails, too.
             if !(value.is_finite() && value > 0.0) {
                 return Err(FitError::Setting {
                     name,

@@ -58,6 +58,7 @@ fn average(
     let motor = &log.motor()[start..=start + 2 * half];
     let load = &log.load()[start..=start + 2 * half];
     let current = &log.current()[start..=start + 2 * half];
+    // Sums over the triangle, and over its derivative: the trapezoid rule of two plain means.
     let (mut difference, mut torque_current, mut swing, mut slip) = (0.0, 0.0, 0.0, 0.0);
     let (middle, between) = (motor[half], motor[half] - load[half]);
     for k in 0..=2 * half {
@@ -71,10 +72,13 @@ fn average(
         swing += trapezoid * (motor[k] - middle);
         slip += trapezoid * (motor[k] - load[k] - between);
     }
+    // The triangle's weights add up to half^2 samples.
     let area = (half * half) as f64;
     let width_s = half as f64 * log.period_s();
     let velocity = swing / (area * log.period_s());
+    // The exact mean of the acceleration under the triangle, whatever the motion.
     let acceleration = (motor[2 * half] - 2.0 * middle + motor[0]) / (width_s * width_s);
+    // A motor that stands still has no direction of friction.
     let coulomb = if velocity == 0.0 {
         0.0
     } else {

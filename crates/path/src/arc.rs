@@ -8,7 +8,8 @@ use lostmotion_base::{Coords, Jet, math};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// A difference of radii below this is rounding of the numbers that describe a circle, mm.
+/// A difference of radii below this is rounding of the numbers that describe a circle, mm. A
+/// choice: above the rounding of coordinates of 100 m, far below any programmed spiral.
 const SAME_RADIUS_MM: f64 = 1e-10;
 
 /// An arc whose end is nearer than this to its start, along the circle, is a full turn, mm. Offsets
@@ -80,6 +81,7 @@ impl Arc {
         let from = from_center(&spec.start, spec.plane, spec.center);
         let to = from_center(&spec.end, spec.plane, spec.center);
         let (start_radius, end_radius) = (math::hypot(from[0], from[1]), math::hypot(to[0], to[1]));
+        // A point on the centre has no angle, and so no sweep.
         for (end, radius) in [("start", start_radius), ("end", end_radius)] {
             if radius == 0.0 {
                 return Err(PathError::OnCenter {
@@ -99,6 +101,7 @@ impl Arc {
             start_angle: math::atan2(from[1], from[0]),
             sweep,
             start_radius,
+            // Within rounding it is a circle or helix, whose length and bounds have closed forms.
             radius_change: if change.abs() <= SAME_RADIUS_MM {
                 0.0
             } else {
@@ -213,6 +216,7 @@ impl Arc {
         let [first, second, normal] = self.plane.axes();
         let radius = self.start_radius + self.radius_change * u;
         let (sin, cos) = math::sin_cos(self.start_angle + self.sweep * u);
+        // All axes linear in s, then the three of the plane by angle.
         let mut p = self.start.lerp(self.end, s / self.length);
         p.0[first] = self.center[0] + radius * cos;
         p.0[second] = self.center[1] + radius * sin;
@@ -230,6 +234,7 @@ impl Arc {
         }
         let u = self.fraction(s);
         let [v, a, j] = self.rates(u);
+        // Derivatives of the plane's axes by u, changed to s; the other axes are linear in s.
         let jets = self.plane_jets(u);
         let slope = (self.end - self.start).map(|c| c / self.length);
         let mut derivs = CurveDerivs {
@@ -294,6 +299,7 @@ impl Arc {
     pub fn sub(&self, s0: f64, s1: f64) -> Arc {
         let s0 = within(s0, 0.0, self.length);
         let s1 = within(s1, s0, self.length);
+        // Radius and lift are linear in u, so that a part of a spiral is a spiral.
         let (u0, u1) = (self.fraction(s0), self.fraction(s1));
         Arc {
             start: self.point(s0),
@@ -317,6 +323,7 @@ fn from_center(point: &Coords, plane: Plane, center: [f64; 2]) -> [f64; 2] {
 /// Signed sweep from one offset to another, rad.
 fn sweep_between(from: [f64; 2], to: [f64; 2], rotation: i32, radius: f64) -> f64 {
     let sign = if rotation > 0 { 1.0 } else { -1.0 };
+    // Angle between the offsets in the sense of rotation, in (-pi, pi].
     let between = math::atan2(
         from[0] * to[1] - from[1] * to[0],
         from[0] * to[0] + from[1] * to[1],
@@ -329,6 +336,7 @@ fn sweep_between(from: [f64; 2], to: [f64; 2], rotation: i32, radius: f64) -> f6
     } else {
         between
     };
+    // A rotation of n adds n - 1 full turns.
     sign * (first + TAU * f64::from(rotation.unsigned_abs() - 1))
 }
 

@@ -8,6 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Largest |cos| over the angles from `a` to `b`.
 fn max_abs_cos(a: f64, b: f64) -> f64 {
     let (low, high) = (a.min(b), a.max(b));
+    // A multiple of pi lies between them.
     if (high / PI).floor() * PI >= low {
         1.0
     } else {
@@ -30,11 +31,13 @@ impl Arc {
         let r = ra.max(rb);
         // The fastest u runs where the radius is smallest: see `rates` for the terms.
         let w = 1.0 / spiral.speed(if ra < rb { u0 } else { u1 });
+        // Bounds of the derivatives of w = du/ds by s.
         let (w_d1, w_d2) = (k * b * w * w * w, 5.0 * k * k * b * b * w * w * w * w * w);
         let (a0, a1) = (
             self.start_angle + self.sweep * u0,
             self.start_angle + self.sweep * u1,
         );
+        // Parts of the radial and the tangential direction in each axis of the plane.
         let cos = max_abs_cos(a0, a1);
         let sin = max_abs_cos(a0 - FRAC_PI_2, a1 - FRAC_PI_2);
 
@@ -45,6 +48,7 @@ impl Arc {
         );
         let [first, second, normal] = self.plane.axes();
         for (axis, along, across) in [(first, cos, sin), (second, sin, cos)] {
+            // Derivatives by u, radial and tangential terms by magnitude; then the chain rule to s.
             let p1 = b * along + r * k * across;
             let p2 = r * k * k * along + 2.0 * b * k * across;
             let p3 = 3.0 * b * k * k * along + r * k * k * k * across;
@@ -68,6 +72,7 @@ impl Arc {
         }
         let spiral = self.spiral();
         let (ra, rb) = (spiral.radius(0.0), spiral.radius(1.0));
+        // Angle per length where it is largest, rad/mm, and relative change of the radius per rad.
         let rate = spiral.k / spiral.speed(if ra < rb { 0.0 } else { 1.0 });
         let change = spiral.b.abs() / (spiral.k * ra.min(rb)).max(f64::MIN_POSITIVE);
         let grown = rate * (1.0 + 6.0 * change);
@@ -80,6 +85,7 @@ impl Arc {
             } else {
                 ra.max(rb)
             };
+            // The n-th derivative on a circle is r rate^n.
             let square = grown * grown;
             bounds.0.0[axis] = size * square * square;
             bounds.1.0[axis] = size * square * square * grown;
@@ -96,6 +102,7 @@ impl Arc {
         );
         let [first, second, _] = self.plane.axes();
         let r = self.start_radius;
+        // The first quarter point on the arc; a fifth would be the first one again.
         let quarter = (low / FRAC_PI_2).ceil();
         for n in 0..4 {
             let turn = quarter + f64::from(n);

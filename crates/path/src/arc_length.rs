@@ -11,7 +11,14 @@ use crate::derivs::within;
 use lostmotion_base::math;
 use lostmotion_base::root::Bracket;
 
-/// What the length depends on.
+/// Most steps of Newton's method for the fraction of a length, against a rounding that never
+/// settles; a few are the rule.
+const MAX_FRACTION_STEPS: u32 = 60;
+/// Step in u after which Newton's method ends. Derived: it converges quadratically, so that the
+/// error left is about the square, below the last digit.
+const LAST_FRACTION_STEP: f64 = 1e-9;
+
+/// Shape of an arc, as far as its length depends on it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spiral {
     /// Radius at u = 0, mm.
@@ -40,15 +47,19 @@ impl Spiral {
     pub(crate) fn length(&self, u: f64) -> f64 {
         let (r0, r) = (self.r0, self.radius(u));
         let (g0, g) = (self.speed(0.0), self.speed(u));
+        // Circle and helix have constant speed.
         if self.b == 0.0 {
             return g * u;
         }
+        // The sums that rationalise both differences: of r g by its conjugate, and of asinh by its
+        // addition theorem.
         let (own, crossed) = (r * g + r0 * g0, r * g0 + r0 * g);
         if own <= 0.0 || crossed <= 0.0 {
             // No sweep, or radii whose squares vanish: the speed is then constant.
             return g * u;
         }
         let sum = r + r0;
+        // asinh(k r / c) - asinh(k r0 / c) = asinh(delta).
         let delta = self.k * self.b * u * sum / crossed;
         0.5 * u
             * (sum * (self.c2 + self.k * self.k * (r * r + r0 * r0)) / own
@@ -64,19 +75,20 @@ impl Spiral {
         if s >= total {
             return 1.0;
         }
+        // Exact on a circle or helix, a good start on a spiral.
         let mut u = s / total;
         if self.b == 0.0 {
             return u;
         }
         let mut bracket = Bracket::new(0.0, 1.0);
-        for _ in 0..60 {
+        for _ in 0..MAX_FRACTION_STEPS {
             let excess = self.length(u) - s;
             bracket.narrow(u, excess);
             let step = excess / self.speed(u);
             let next = u - step;
             // The error after a step e is at most k e^2 / 2: such a step was the last one, rounding
             // may point anywhere.
-            if step.abs() <= 1e-9 {
+            if step.abs() <= LAST_FRACTION_STEP {
                 return within(next, 0.0, 1.0);
             }
             u = bracket.inside_or_middle(next);
@@ -88,6 +100,7 @@ impl Spiral {
 /// asinh(x) / x, 1 at zero.
 fn asinh_ratio(x: f64) -> f64 {
     if x.abs() < 1e-3 {
+        // Four terms of the series: the next is below 1e-25.
         let x2 = x * x;
         1.0 - x2 / 6.0 + 3.0 * x2 * x2 / 40.0 - 15.0 * x2 * x2 * x2 / 336.0
     } else {

@@ -6,8 +6,11 @@ use lostmotion_base::vec::{cross, norm};
 use lostmotion_base::{AXES, Coords, Jet, Plane};
 use serde::{Deserialize, Serialize};
 
-/// How far the box may reach beyond the curve, mm or rad: far below any travel limit's meaning.
+/// How far the box may reach beyond the curve, mm or rad. A choice: a nanometre, far below the
+/// accuracy of any travel limit.
 const BOX_TOLERANCE: f64 = 1e-6;
+/// Most halvings of a curve in the search for its box, which also bounds the recursion. A choice:
+/// each quarters the bulge, so that 24 reduce a metre to far below [`BOX_TOLERANCE`].
 const MAX_BOX_HALVINGS: u32 = 24;
 
 /// A piece of path.
@@ -99,6 +102,7 @@ impl Curve {
         match self {
             Curve::Line(line) => [line.point(s), line.direction() * v, line.direction() * a],
             Curve::Arc(arc) => {
+                // The chain rule by time: p' v, and p'' v^2 + p' a.
                 let CurveDerivs { p, d1, d2, .. } = arc.eval(s);
                 [p, d1 * v, d2 * v * v + d1 * a]
             }
@@ -136,6 +140,7 @@ impl Curve {
         let (d1, d2) = (derivs.d1.linear(), derivs.d2.linear());
         let speed = norm(d1);
         if speed > 0.0 {
+            // |p' x p''| / |p'|^3 holds for any parameter, such as a quintic's nominal one.
             norm(cross(d1, d2)) / (speed * speed * speed)
         } else {
             0.0
@@ -156,6 +161,7 @@ impl Curve {
     /// on which X Y Z stand still, the first s.
     pub fn nearest(&self, point: [f64; 3], range: (f64, f64), tolerance_mm: f64) -> Foot {
         let low = within(range.0, 0.0, self.length());
+        // Both ends are held within the curve, and the second not before the first.
         let range = (low, within(range.1, low, self.length()));
         match self {
             Curve::Line(line) => line.nearest(point, range),
@@ -231,10 +237,11 @@ impl Curve {
 }
 
 /// The box around a curve, never too small and at most a nanometre too large: a stretch of length h
-/// lies within M h^2 / 8 of its chord, M bounding the second derivative; stretches which could
-/// reach further out than what is known are halved.
+/// lies within M h^2 / 8 of its chord, M bounding the second derivative; stretches that could
+/// reach further out than the points known so far are halved.
 fn search_box(curve: &Curve) -> Bounds {
     let mut bounds = Bounds::of(curve.start(), curve.end());
+    // The box of points known to be on the curve, and how far the curve may reach beyond it.
     let mut slack = Coords::ZERO;
     grow(
         curve,
@@ -263,13 +270,16 @@ fn grow(
     let mut halve = false;
     let mut reach = Coords::ZERO;
     for axis in 0..AXES {
+        // Distance of the curve from its chord, at most.
         let bulge = second.0[axis] * h * h / 8.0;
         let (low, high) = (p0.0[axis].min(p1.0[axis]), p0.0[axis].max(p1.0[axis]));
+        // How far this stretch could reach beyond the box so far.
         let beyond = (bounds.min.0[axis] - (low - bulge)).max(high + bulge - bounds.max.0[axis]);
         halve |= beyond > BOX_TOLERANCE;
         reach.0[axis] = beyond.max(0.0);
     }
     if halve && depth > 0 {
+        // A point on the curve widens the box, and quarters the bulge of both halves.
         let middle = 0.5 * (s0 + s1);
         let p = curve.point(middle);
         bounds.include(p);
@@ -277,6 +287,7 @@ fn grow(
         grow(curve, (middle, s1), (p, p1), depth - 1, bounds, slack);
     } else {
         for axis in 0..AXES {
+            // Short enough: what is left is allowed for.
             slack.0[axis] = slack.0[axis].max(reach.0[axis]);
         }
     }

@@ -23,6 +23,7 @@ impl Line {
     /// From one point to another, mm and rad.
     pub fn new(start: Coords, end: Coords) -> Line {
         let delta = end - start;
+        // The first of X Y Z, U V W and A B C that moves at all gives the length.
         let [.., u, v, w] = delta.0;
         let lengths = [
             delta.linear_norm(),
@@ -68,6 +69,7 @@ impl Line {
 
     /// The point at s; s is held within the line.
     pub fn point(&self, s: f64) -> Coords {
+        // The programmed end itself, not start + direction * length with its rounding.
         if s >= self.length {
             self.end
         } else {
@@ -89,6 +91,7 @@ impl Line {
         let direction = self.direction.linear();
         let square = dot(direction, direction);
         let offset = sub(point, self.start.linear());
+        // Projection of the offset on the line. Where X Y Z stand still every s is as near.
         let along = if square > 0.0 {
             dot(offset, direction) / square
         } else {

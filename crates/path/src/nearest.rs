@@ -41,6 +41,13 @@ const MAX_INTERVALS: usize = 20_000;
 /// Halvings of the range, which also bounds the stack: one entry for each.
 const MAX_DEPTH: usize = 60;
 
+/// Most steps of Newton's method on an interval of proven convexity, against a rounding that never
+/// settles; a few are the rule.
+const MAX_NEWTON_STEPS: usize = 60;
+/// Step after which Newton's method ends, in parts of the interval. Derived: the error left is at
+/// most the square.
+const LAST_STEP_SHARE: f64 = 1e-8;
+
 /// The t in the range that is nearest to the point and its distance, to within the tolerance in mm.
 pub(crate) fn search(
     piece: &impl Piece,
@@ -54,6 +61,7 @@ pub(crate) fn search(
         t: range.0,
         distance: f64::INFINITY,
     };
+    // Both ends first: an interval is dropped where its minimum lies at an end.
     best.offer(range.0);
     best.offer(range.1);
     let mut stack = Vec::with_capacity(8);
@@ -69,6 +77,8 @@ pub(crate) fn search(
             Verdict::Halve {
                 first_half_first: true,
             } => {
+                // The half into which the distance falls is examined first: a near foot drops much
+                // of the rest.
                 stack.push((middle, b, depth + 1));
                 stack.push((a, middle, depth + 1));
             }
@@ -147,14 +157,14 @@ impl<P: Piece> Best<'_, P> {
     fn stationary(&self, a: f64, b: f64) -> f64 {
         let mut bracket = Bracket::new(a, b);
         let mut t = 0.5 * (a + b);
-        for _ in 0..60 {
+        for _ in 0..MAX_NEWTON_STEPS {
             let local = self.piece.local(t);
             let q = sub(local.p, self.point);
             let f1 = dot(q, local.d1);
             bracket.narrow(t, f1);
             let next = within(t - f1 / (dot(local.d1, local.d1) + dot(q, local.d2)), a, b);
             // On an interval of proven convexity the error after a step e is at most e^2 / (b - a).
-            if (next - t).abs() <= 1e-8 * (b - a) {
+            if (next - t).abs() <= LAST_STEP_SHARE * (b - a) {
                 return next;
             }
             // An end of the interval may be the minimum: the bracket's ends count as inside.
@@ -249,6 +259,7 @@ impl Arc {
             point[first] - self.center[0],
             point[second] - self.center[1],
         ];
+        // A circle's distance has no minimum inside but the foot: else an end is nearest.
         let ends = [range.0, range.1].map(|s| Foot {
             s,
             distance: norm(sub(self.point(s).linear(), point)),
@@ -259,9 +270,12 @@ impl Arc {
         } else {
             begin
         };
+        // On the axis every point of the circle is as near.
         if offset == [0.0, 0.0] {
             return begin;
         }
+        // Angle from the start in the sense of travel, and the first turn on which it lies in the
+        // range.
         let angle = (math::atan2(offset[1], offset[0]) - self.start_angle) * self.sweep.signum();
         let per_angle = self.length / self.sweep.abs();
         let turns = ((range.0 / per_angle - angle) / TAU).ceil();
@@ -269,6 +283,7 @@ impl Arc {
         if s > range.1 {
             return nearer_end;
         }
+        // Distance in the plane from the circle, then with the distance from the plane.
         let across = math::hypot(offset[0], offset[1]) - self.start_radius;
         let distance = math::hypot(across, point[normal] - self.start.0[normal]);
         if nearer_end.distance < distance {

@@ -37,14 +37,22 @@ pub use normal::{Normal, solve_small};
 
 /// Huber's delta in standard deviations: 95 % efficiency on normal residuals (Huber 1964).
 pub(crate) const HUBER_TUNING: f64 = 1.345;
-/// Samples solved in full before anything is summed up.
-const THINNED_SAMPLES: usize = 2000;
-/// Distance from a corner of the loss, in deltas, within which a sample stays explicit at first.
+/// Most samples of the thinned copy that is solved in full. A choice between the cost of this solve
+/// and the number of the later ones; the result does not depend on it.
+const MAX_THINNED_SAMPLES: usize = 2000;
+/// Distance from a corner of the loss, in deltas, within which a sample stays explicit at first. A
+/// choice: a wider band makes the first program larger, a narrower one costs more solves; the
+/// result does not depend on it.
 const EXPLICIT_BAND: f64 = 0.05;
 /// Scaled distance from zero, in deltas, beyond which a bound is left out of the program until a
 /// solve violates it: a bound a million deltas away is the one badly scaled row of an otherwise
 /// well scaled program, and keeps a solver from converging.
 const FAR_BOUND: f64 = 10.0;
+/// Scaled distance, in deltas, within which a coefficient counts as lying on its bound. A choice:
+/// above the solvers' tolerance.
+const AT_BOUND: f64 = 1e-6;
+/// Relative change of the objective that counts as none. A choice: some ten thousand roundings.
+const TIE: f64 = 1e-12;
 /// Most Newton steps at the end; one is the rule.
 const MAX_POLISH_STEPS: usize = 20;
 
@@ -114,6 +122,7 @@ impl<const P: usize> Regression<P> {
         solver: &dyn QpSolver,
         options: &SolveOptions,
     ) -> Result<Minimiser<P>, FitError> {
+        // From here on columns have RMS 1 and residuals are in deltas.
         let (scaled, units) = self.scaled(delta);
         let mut state = Descent {
             z: scaled.scaled_least_squares(),
@@ -122,8 +131,9 @@ impl<const P: usize> Regression<P> {
             solves: 0,
             explicit: 0,
         };
-        // A thinned set in full gives a point near enough to sum up the samples far from the corners.
-        let thinned = scaled.thinned(THINNED_SAMPLES);
+        // A thinned set in full gives a point near enough to sum up the samples far from the
+        // corners.
+        let thinned = scaled.thinned(MAX_THINNED_SAMPLES);
         state.solve(
             &thinned,
             &vec![Piece::Explicit; thinned.targets.len()],
@@ -198,13 +208,16 @@ impl<const P: usize> Regression<P> {
         options: &SolveOptions,
     ) -> Result<(), FitError> {
         let centre = state.z;
+        // Samples near a corner of the loss stay explicit; of the others the part is presumed.
         let mut pieces: Vec<Piece> = (0..self.targets.len())
             .map(|k| Piece::assume(self.residual(k, &centre), EXPLICIT_BAND))
             .collect();
         loop {
+            // Always around the same centre, for which the pieces were presumed.
             state.z = centre;
             state.solve(self, &pieces, solver, options)?;
-            // A sample that crossed its assumed corner becomes explicit, and the program is solved again.
+            // A sample that crossed its assumed corner becomes explicit, and the program is solved
+            // again.
             let mut violated = 0;
             for (k, piece) in pieces.iter_mut().enumerate() {
                 if !piece.holds(self.residual(k, &state.z)) {
@@ -222,13 +235,17 @@ impl<const P: usize> Regression<P> {
     fn polish(&self, z: &mut [f64; P]) {
         let mut best = self.objective(z, 1.0);
         for _ in 0..MAX_POLISH_STEPS {
+            // Newton on the present pieces: exact in one step if no residual changes its piece.
             let normal = Normal::at(self, z);
+            // A coefficient at its bound that the gradient pushes against it stays there (active
+            // set).
             let free = std::array::from_fn(|j| {
-                !(self.nonnegative[j] && z[j] <= 1e-6 && normal.gradient[j] <= 0.0)
+                !(self.nonnegative[j] && z[j] <= AT_BOUND && normal.gradient[j] <= 0.0)
             });
             let Some(step) = normal.newton(&free) else {
                 return;
             };
+            // Projected step: what would become negative ends at zero.
             let next: [f64; P] = std::array::from_fn(|j| match (free[j], self.nonnegative[j]) {
                 (false, _) => 0.0,
                 (true, true) => (z[j] + step[j]).max(0.0),
@@ -238,7 +255,7 @@ impl<const P: usize> Regression<P> {
             let gain = best - objective;
             // a tie is taken: near the minimum the objective no longer resolves what the gradient
             // does
-            if gain < -1e-12 * best || self.optimality(&next) > self.optimality(z) {
+            if gain < -TIE * best || self.optimality(&next) > self.optimality(z) {
                 return;
             }
             (*z, best) = (next, objective);
@@ -247,6 +264,7 @@ impl<const P: usize> Regression<P> {
 
     fn optimality(&self, z: &[f64; P]) -> f64 {
         let gradient = Normal::at(self, z).gradient;
+        // Karush, Kuhn and Tucker: at a bound the gradient may point against it.
         let excused = |j: usize| self.nonnegative[j] && z[j] <= 0.0 && gradient[j] <= 0.0;
         let worst = (0..P)
             .filter(|&j| !excused(j))
@@ -287,6 +305,7 @@ impl<const P: usize> Descent<P> {
         solver: &dyn QpSolver,
         options: &SolveOptions,
     ) -> Result<(), FitError> {
+        // Bounds far from the centre are left out at first (see FAR_BOUND).
         let mut bounded = std::array::from_fn(|j| data.nonnegative[j] && self.z[j] <= FAR_BOUND);
         loop {
             let (program, unit) = program::build(data, pieces, &self.z, &bounded);
@@ -307,6 +326,7 @@ impl<const P: usize> Descent<P> {
             let z: [f64; P] = std::array::from_fn(|j| {
                 self.z[j] + unit * solution.x.get(j).copied().unwrap_or(0.0)
             });
+            // A bound that was left out and is violated joins the program, which is solved again.
             let missed: [bool; P] =
                 std::array::from_fn(|j| data.nonnegative[j] && !bounded[j] && z[j] < 0.0);
             if !missed.contains(&true) {

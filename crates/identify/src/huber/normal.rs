@@ -104,6 +104,8 @@ impl<const P: usize> Normal<P> {
 
     /// Adds one sample that lies in `piece`.
     pub(crate) fn add(&mut self, row: &[f64; P], residual: f64, piece: Piece) {
+        // Only the square part has curvature; a linear part has slope 1 or -1 whatever the
+        // residual.
         let psi = match piece {
             Piece::Explicit => return,
             Piece::Square => {
@@ -136,6 +138,7 @@ impl<const P: usize> Normal<P> {
     /// Newton step over the free coefficients, zero in the others; `None` where the curvature is
     /// singular.
     pub fn newton(&self, free: &[bool; P]) -> Option<[f64; P]> {
+        // A coefficient that is held gets the row of the unit matrix and a zero on the right.
         let matrix = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 if free[i] && free[j] {
@@ -150,6 +153,10 @@ impl<const P: usize> Normal<P> {
     }
 }
 
+/// Smallest diagonal entry of a Cholesky factor, of a matrix with unit diagonal. A choice: its
+/// square, 1e-14, is what rounding leaves of a singular direction.
+const MIN_PIVOT: f64 = 1e-7;
+
 /// Solves `M x = r` for a symmetric positive definite matrix by Cholesky; `None` if it is not, to
 /// working accuracy.
 pub fn solve_small<const P: usize>(matrix: &[[f64; P]; P], right: &[f64; P]) -> Option<[f64; P]> {
@@ -163,7 +170,7 @@ pub fn solve_small<const P: usize>(matrix: &[[f64; P]; P], right: &[f64; P]) -> 
         Side::Lower,
     )
     .ok()?;
-    if (0..P).any(|j| factor.L()[(j, j)] < 1e-7) {
+    if (0..P).any(|j| factor.L()[(j, j)] < MIN_PIVOT) {
         return None;
     }
     let solution = factor.solve(Mat::from_fn(P, 1, |i, _| right[i] / scale[i]));

@@ -23,12 +23,15 @@ pub(super) fn build<const P: usize>(
         .collect();
     let count = explicit.len();
     let unit = 1.0 / (data.rows.len().max(1) as f64).sqrt();
+    // Samples that are summed up: a quadratic form and a linear one in the step.
     let summed = Normal::of_pieces(data, pieces, centre);
     let bounded: Vec<usize> = (0..P).filter(|&j| bounded[j]).collect();
+    // Rows: one equation per explicit sample, then the bounds, then v >= 0 and w >= 0.
     let (variables, rows) = (P + 3 * count, count + bounded.len() + 2 * count);
     let first_excess_row = count + bounded.len();
 
     let mut quadratic = SparseColumns::new(variables);
+    // Objective: H of the summed samples on d, 1 on each u, nothing on v and w.
     for j in 0..P {
         quadratic.push_column((0..=j).map(|i| (i, unit * unit * summed.matrix[i][j])));
     }
@@ -36,6 +39,7 @@ pub(super) fn build<const P: usize>(
     (0..2 * count).for_each(|_| quadratic.push_column([]));
 
     let mut constraints = SparseColumns::new(rows);
+    // Columns of d: its part of each residual, and minus one in the row of its bound.
     for j in 0..P {
         let slopes = explicit
             .iter()
@@ -47,14 +51,17 @@ pub(super) fn build<const P: usize>(
             .map(|n| (count + n, -1.0));
         constraints.push_column(slopes.chain(bound));
     }
+    // Columns of u, v and w: u + v - w in the sample's equation, -v <= 0 and -w <= 0.
     (0..count).for_each(|n| constraints.push_column([(n, 1.0)]));
     (0..count).for_each(|n| constraints.push_column([(n, 1.0), (first_excess_row + n, -1.0)]));
     (0..count)
         .for_each(|n| constraints.push_column([(n, -1.0), (first_excess_row + count + n, -1.0)]));
 
+    // Linear costs: -h on d, none on u, one on v and w.
     let mut linear: Vec<f64> = summed.gradient.iter().map(|h| -unit * h).collect();
     linear.resize(P + count, 0.0);
     linear.resize(variables, 1.0);
+    // Right sides: residuals at the centre, then what each bounded coefficient has to spare.
     let mut bounds: Vec<f64> = explicit.iter().map(|&k| data.residual(k, centre)).collect();
     bounds.extend(bounded.iter().map(|&j| centre[j] / unit));
     bounds.resize(rows, 0.0);

@@ -1,4 +1,4 @@
-//! What is doubtful before the gap is: noise of the current, which the load's motion adds up, and
+//! Uncertainty beside the gap: noise of the current, which adds up in the load's motion, and
 //! coefficients that are known roughly.
 //!
 //! White noise of the torque becomes an integrated random walk of the load's place. Between two
@@ -13,6 +13,9 @@
 
 use faer::{Mat, Side, linalg::solvers::Llt};
 
+use super::segments::{
+    CURRENT_LATENESS, DAMPING_TIME, DRAG, FRICTION, INVERSE_INERTIA, RESTING_RATE, SLIDING_RATE,
+};
 use crate::result::FittedLoad;
 
 /// How well inertia and friction of the load are known from where it slides, as a part of them.
@@ -21,9 +24,10 @@ const LOAD_UNCERTAINTY: f64 = 1e-2;
 /// which the noise of the torque exceeds its changes: the compliance comes out too small then, to a
 /// fifth, and the gap too large.
 const WALK_SHARE: f64 = 0.1;
-/// How late a sampled current may be, in sampling periods, and the longest time in which a shaft's
-/// damping acts, s.
+/// How late a sampled current may be, in sampling periods. A choice: half, as of a mean over the
+/// period.
 const MAX_LATENESS: f64 = 0.5;
+/// Longest damping time d/k of a shaft, s. Origin unknown, kept.
 const MAX_DAMPING_TIME_S: f64 = 2e-3;
 
 /// What a round of the fit has found, for the next one.
@@ -53,6 +57,8 @@ impl Beforehand {
         if self.load.inertia_kgm2 <= 0.0 {
             return Drift(0.0);
         }
+        // Noise of the torque as a random walk of the speed, then of the place, in window
+        // deviations.
         let speed = self.torque_noise_nm * self.period_s.sqrt() / self.load.inertia_kgm2;
         let walk = WALK_SHARE * speed * self.spacing_s * self.spacing_s.sqrt() / found.deviation;
         Drift(walk * walk)
@@ -69,6 +75,7 @@ impl Beforehand {
         if inertia_kgm2 <= 0.0 {
             return Vec::new();
         }
+        // Doubts: one per cent of the load, half a sample of the current, a shaft's damping time.
         let (p, late) = (1.0 / inertia_kgm2, MAX_LATENESS * self.period_s);
         let friction = LOAD_UNCERTAINTY * (coulomb_nm + LOAD_UNCERTAINTY * self.largest_nm);
         let compliance = found.compliance.max(1e-9);
@@ -78,14 +85,14 @@ impl Beforehand {
             doubt,
         };
         vec![
-            of(2, 0.0, compliance * MAX_DAMPING_TIME_S),
-            of(3, p, LOAD_UNCERTAINTY * p),
-            of(4, 0.0, p * friction),
-            of(5, 0.0, p * late),
-            of(6, 0.0, MAX_DAMPING_TIME_S),
-            of(7, 0.0, compliance * late),
+            of(SLIDING_RATE, 0.0, compliance * MAX_DAMPING_TIME_S),
+            of(INVERSE_INERTIA, p, LOAD_UNCERTAINTY * p),
+            of(FRICTION, 0.0, p * friction),
+            of(CURRENT_LATENESS, 0.0, p * late),
+            of(DAMPING_TIME, 0.0, MAX_DAMPING_TIME_S),
+            of(RESTING_RATE, 0.0, compliance * late),
             of(
-                8,
+                DRAG,
                 p * viscous_nm_s_per_rad,
                 p * friction / self.fastest_rad_s,
             ),
@@ -98,14 +105,15 @@ impl Beforehand {
 pub(super) struct Drift(pub(super) f64);
 
 impl Drift {
-    /// The lower triangle that whitens windows in which the load has been under way for so long;
-    /// `None` if there is nothing to whiten.
+    /// The lower triangle that whitens windows, from how long the load has been under way in each,
+    /// in windows; `None` if there is nothing to whiten.
     pub(super) fn whitener(self, under_way: &[f64]) -> Option<Mat<f64>> {
         if self.0 <= 0.0 {
             return None;
         }
         let size = under_way.len();
         let covariance = Mat::from_fn(size, size, |i, j| {
+            // Integrated random walk and white noise (head of the module).
             let (s, t) = (
                 under_way[i].min(under_way[j]),
                 under_way[i].max(under_way[j]),

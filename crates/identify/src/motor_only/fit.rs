@@ -16,17 +16,21 @@ use lostmotion_base::math;
 
 use super::doubt::{Beforehand, Found, Prior};
 use super::load::find_load;
-use super::program::{COMMON, Projected, Solved};
-use super::segments::{Cutter, Segment};
+use super::program::{Projected, Solved};
+use super::segments::{
+    COMMON, COMPLIANCE, Cutter, DAMPING_TIME, HALF_GAP, INVERSE_INERTIA, Segment,
+};
 use super::sides::Sides;
 use crate::result::FittedLoad;
 
 /// Rounds in which delta and the crossings' choice settle.
 const ROUNDS_OF_CHOICE: usize = 3;
-/// Standard errors that the compliance has to exceed to be told from the gap; and share of the gap
-/// that is allowed for where it does not, as in a log that repeats one stroke: what all crossings
-/// have in common scatter cannot show.
-const SURE_COMPLIANCE: f64 = 3.0;
+/// Standard errors that the compliance has to exceed to be told from the gap. A choice: three
+/// sigma.
+const MIN_COMPLIANCE_ERRORS: f64 = 3.0;
+/// Share of the gap that is allowed for where the compliance cannot be told from it, as in a log
+/// that repeats one stroke: scatter does not show what all crossings have in common. Origin
+/// unknown, kept.
 const BLURRED_GAP_SHARE: f64 = 1e-2;
 /// A crossing whose median residual exceeds that of all crossings by more than this factor was
 /// labelled wrongly.
@@ -73,6 +77,7 @@ pub fn fit_motor_only_with(
     }
     let spacing_s = half as f64 * log.period_s();
     let settle = ((settings.settle_s / spacing_s).ceil() as usize).max(1);
+    // Flanks, then the load's inertia and friction, then the crossings that are judged by them.
     let sides = Sides::new(&windows, settings)?;
     let needed = settings.min_traversals.max(2);
     let thin = |usable, seen| {
@@ -84,6 +89,7 @@ pub fn fit_motor_only_with(
     };
     let load = find_load(&windows, &sides, settle, settings, solver)?
         .ok_or_else(|| thin(0, sides.changes()))?;
+    // One window a sample: a load that breaks away is followed sample by sample.
     let samples = window::averages(log.as_backlash_log(), settings, inertia, 1);
     let cutter = Cutter {
         windows: &windows,
@@ -145,12 +151,14 @@ impl MotorOnlyJob<'_> {
             tolerance: TOLERANCE_FACTOR * self.settings.solver_tolerance,
             iterations: self.settings.solver_iterations,
         };
+        // No residual scale below what the encoder resolves.
         let floor = (RESOLUTION_SHARE * self.log.resolution_rad()).max(1e-12);
         let robust = |residuals: Vec<f64>| (quantile(residuals, 0.5) / MEDIAN_OF_NORMAL).max(floor);
         let mut found = Found {
             deviation: self.log.resolution_rad().max(floor),
             compliance: 1.0,
         };
+        // Each round weighs by the scale and the compliance that the one before found.
         for round in 1.. {
             let priors = self.beforehand.priors(&found);
             let data = Projected::new(
@@ -160,6 +168,7 @@ impl MotorOnlyJob<'_> {
                 found.deviation,
             );
             let start = data.regression.least_squares();
+            // The first round has no scale yet: least squares gives one.
             let first = || {
                 robust(
                     (0..data.equations)
@@ -184,11 +193,13 @@ impl MotorOnlyJob<'_> {
             let usual = quantile(residuals.clone(), 0.5);
             found = Found {
                 deviation: robust(residuals),
-                compliance: solved.x[1],
+                compliance: solved.x[COMPLIANCE],
             };
             if round == ROUNDS_OF_CHOICE {
                 return self.report(&data, &priors, &segments, &solved, delta, found.deviation);
             }
+            // Crossings that do not fit were labelled wrongly: the load rested where it was taken
+            // to slide, or the reverse.
             segments = keep(segments, &data, &solved, ODD_CROSSING * usual);
             if segments.len() < self.settings.min_traversals.max(2) {
                 break;
@@ -215,21 +226,24 @@ impl MotorOnlyJob<'_> {
         scale: f64,
     ) -> Result<BacklashFit, FitError> {
         let profiled = data.profiled(solved, delta);
+        // Whole crossings are the blocks of the jackknife.
         let blocks = spread::blocks(&data.segment[..data.equations]);
         let thin = || self.unclear(segments.len());
         let spread =
             |which| spread::spread(&profiled, &solved.x, delta, &blocks, which).ok_or_else(thin);
-        let (gap, compliance_spread) = (spread(0)?, spread(1)?);
+        let (gap, compliance_spread) = (spread(HALF_GAP)?, spread(COMPLIANCE)?);
         let presumed = data
             .presumed(&profiled, solved, delta, priors)
             .ok_or_else(thin)?;
-        let (half_gap, compliance) = (solved.x[0], solved.x[1]);
+        let (half_gap, compliance) = (solved.x[HALF_GAP], solved.x[COMPLIANCE]);
         let residuals = &solved.residuals[..data.equations];
         let equations = || segments.iter().flat_map(|segment| &segment.equations);
         let count = equations().count().max(1) as f64;
+        // Typical wind-up, in whose parts the model's error is allowed for.
         let wind_up =
             compliance * (equations().map(|e| e.torque * e.torque).sum::<f64>() / count).sqrt();
-        let told_apart = compliance > SURE_COMPLIANCE * compliance_spread.standard_error;
+        // A compliance within its own error may be gap, and the gap compliance.
+        let told_apart = compliance > MIN_COMPLIANCE_ERRORS * compliance_spread.standard_error;
         let blurred = if told_apart {
             0.0
         } else {
@@ -237,6 +251,7 @@ impl MotorOnlyJob<'_> {
         };
         let allowance =
             RESOLUTION_SHARE * self.log.resolution_rad() + MODEL_ERROR_SHARE * wind_up + blurred;
+        // Scatter and presumptions are independent; the allowance is not random and is added.
         let half_width = math::hypot(gap.half_width, 2.0 * presumed) + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
@@ -244,9 +259,10 @@ impl MotorOnlyJob<'_> {
             upper_rad: interval[1],
         });
         let positive = equations().filter(|equation| equation.side > 0.0).count();
+        // The inertia of this fit replaces that of the sliding windows, if it found one.
         let load = FittedLoad {
-            inertia_kgm2: if solved.x[3] > 0.0 {
-                1.0 / solved.x[3]
+            inertia_kgm2: if solved.x[INVERSE_INERTIA] > 0.0 {
+                1.0 / solved.x[INVERSE_INERTIA]
             } else {
                 self.load.inertia_kgm2
             },
@@ -261,7 +277,7 @@ impl MotorOnlyJob<'_> {
             compliance_error_rad_per_nm: compliance_spread.standard_error,
             stiffness_nm_per_rad: (compliance > 0.0).then(|| 1.0 / compliance),
             offset_rad: 0.0,
-            damping_time_s: solved.x[6],
+            damping_time_s: solved.x[DAMPING_TIME],
             motor_inertia_kgm2: self.settings.motor_inertia_kgm2.unwrap_or(0.0),
             residual_rms_rad: (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt(),
             residual_scale_rad: scale,

@@ -25,6 +25,7 @@ pub(super) fn find_load(
     settings: &FitSettings,
     solver: &dyn QpSolver,
 ) -> Result<Option<FittedLoad>, FitError> {
+    // Friction acts against the motion: its sign is certain where the speed is not small.
     let fastest = windows
         .iter()
         .map(|window| window.rate_rad_s.abs())
@@ -45,12 +46,15 @@ pub(super) fn find_load(
     if chosen.len() < MIN_SLIDING_WINDOWS {
         return Ok(None);
     }
+    // Thinned evenly over the log.
     let step = chosen.len().div_ceil(MAX_SLIDING_WINDOWS);
     let taken = || chosen.iter().step_by(step).map(|&n| &windows[n]);
+    // With one direction alone, friction and constant torque look alike.
     let both = taken().any(|w| w.rate_rad_s > 0.0) && taken().any(|w| w.rate_rad_s < 0.0);
     if !both {
         return Ok(None);
     }
+    // Inertia, viscous and Coulomb friction, which are not negative, and the constant torque.
     let regression = Regression {
         rows: taken()
             .map(|w| {
@@ -65,6 +69,7 @@ pub(super) fn find_load(
         targets: taken().map(|w| w.torque_nm).collect(),
         nonnegative: [true, true, true, false],
     };
+    // Robust scale of the residuals of least squares, from which delta follows.
     let start = regression.least_squares();
     let residuals = (0..regression.targets.len())
         .map(|k| regression.residual(k, &start).abs())

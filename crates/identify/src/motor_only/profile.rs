@@ -7,6 +7,11 @@ use crate::huber::{Normal, Piece, Regression};
 
 use super::doubt::Prior;
 use super::program::{LOCAL, Projected, Solved};
+use super::segments::HALF_GAP;
+
+/// Added to the diagonal of normal equations of orthonormal columns, so that an empty column has
+/// the solution zero. A choice: far below 1, far above rounding.
+const RIDGE: f64 = 1e-9;
 
 impl<const P: usize> Projected<P> {
     /// Standard deviation of the first coefficient for what the priors presume; `None` where the
@@ -18,6 +23,7 @@ impl<const P: usize> Projected<P> {
         delta: f64,
         priors: &[Prior],
     ) -> Option<f64> {
+        // Curvature of the loss at the solution; its inverse tells how each equation moves the gap.
         let mut normal = Normal::<P>::default();
         for (k, row) in profiled.rows.iter().enumerate() {
             let residual = profiled.residual(k, &solved.x) / delta;
@@ -25,9 +31,11 @@ impl<const P: usize> Projected<P> {
         }
         let influence = crate::huber::solve_small(
             &normal.matrix,
-            &std::array::from_fn(|j| f64::from(u8::from(j == 0))),
+            &std::array::from_fn(|j| f64::from(u8::from(j == HALF_GAP))),
         )?;
         let rows = self.regression.rows.iter().skip(self.equations);
+        // Shift of the gap where a prior is wrong by its own standard deviation; independent, so
+        // their squares add up.
         let shifts = rows.zip(priors).map(|(row, prior)| {
             influence[prior.column] * row[prior.column] * row[prior.column] * prior.doubt
         });
@@ -39,6 +47,7 @@ impl<const P: usize> Projected<P> {
     pub(super) fn profiled(&self, solved: &Solved<P>, delta: f64) -> Regression<P> {
         let mut rows = self.regression.rows.clone();
         let mut first = 0;
+        // Crossing by crossing: equations in the square part determine its constants.
         for run in self.segment.chunk_by(|a, b| a == b) {
             let range = first..first + run.len();
             let inner: Vec<bool> = solved.residuals[range.clone()]
@@ -56,6 +65,7 @@ impl<const P: usize> Projected<P> {
                 solved.residuals[k].clamp(-delta, delta)
             }
         };
+        // Targets that give these residuals at the solution.
         let targets = rows
             .iter()
             .enumerate()
@@ -71,6 +81,7 @@ impl<const P: usize> Projected<P> {
 
 /// Takes local columns out of rows by least squares over the inner equations.
 fn profile<const P: usize>(rows: &mut [[f64; P]], local: &[[f64; LOCAL]], inner: &[bool]) {
+    // Normal equations of the local columns, regularised where a crossing has fewer constants.
     let mut normal = [[0.0; LOCAL]; LOCAL];
     for (l, _) in local.iter().zip(inner).filter(|(_, inner)| **inner) {
         for (i, line) in normal.iter_mut().enumerate() {
@@ -80,9 +91,10 @@ fn profile<const P: usize>(rows: &mut [[f64; P]], local: &[[f64; LOCAL]], inner:
         }
     }
     for (i, line) in normal.iter_mut().enumerate() {
-        line[i] += 1e-9;
+        line[i] += RIDGE;
     }
     for j in 0..P {
+        // What a common column has of the local ones is taken out of it.
         let right: [f64; LOCAL] = std::array::from_fn(|i| {
             rows.iter()
                 .zip(local)

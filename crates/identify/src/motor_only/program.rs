@@ -19,13 +19,10 @@ use crate::{
 use faer::Mat;
 
 use super::doubt::{Drift, Prior, whiten};
-use super::segments::{Equation, Segment};
+use super::segments::{COMMON, COMPLIANCE, Equation, HALF_GAP, INVERSE_INERTIA, Segment};
 
 /// Constants of a crossing at most: position, speed, acceleration of the load.
 pub(super) const LOCAL: usize = 3;
-
-/// Coefficients in common: b, c, r, p, p dT_f, p e, tau, c e, p b_L.
-pub(super) const COMMON: usize = 9;
 
 /// Equations of all crossings with their own constants projected out, then the priors.
 pub(super) struct Projected<const P: usize> {
@@ -50,12 +47,14 @@ pub(super) struct Solved<const P: usize> {
 /// Orthonormal columns for the constants of one crossing.
 fn basis(equations: &[Equation], slides: bool, lower: Option<&Mat<f64>>) -> Vec<[f64; LOCAL]> {
     let count = equations.len() as f64;
+    // Powers of the time about the middle are nearly orthogonal already.
     let middle = equations.iter().map(|equation| equation.time).sum::<f64>() / count;
     let powers = |time: f64| [1.0, time - middle, (time - middle) * (time - middle)];
     let mut columns: Vec<[f64; LOCAL]> = equations
         .iter()
         .map(|equation| powers(equation.time))
         .collect();
+    // Constants are whitened like the equations that they belong to.
     if let Some(lower) = lower {
         for j in 0..LOCAL {
             let mut column: Vec<f64> = columns.iter().map(|row| row[j]).collect();
@@ -66,6 +65,7 @@ fn basis(equations: &[Equation], slides: bool, lower: Option<&Mat<f64>>) -> Vec<
                 .for_each(|(row, value)| row[j] = value);
         }
     }
+    // Gram and Schmidt; a load that rests has a place, and no speed or acceleration.
     for j in 0..LOCAL {
         for i in 0..j {
             let overlap: f64 = columns.iter().map(|row| row[i] * row[j]).sum();
@@ -108,7 +108,8 @@ impl Projected<COMMON> {
         priors: &[Prior],
         deviation: f64,
     ) -> Self {
-        let nonnegative = std::array::from_fn(|column| matches!(column, 0 | 1 | 3));
+        let nonnegative =
+            std::array::from_fn(|column| matches!(column, HALF_GAP | COMPLIANCE | INVERSE_INERTIA));
         let regression = Regression {
             rows: vec![],
             targets: vec![],
@@ -125,6 +126,7 @@ impl Projected<COMMON> {
             whole.add(index, segment, drift);
         }
         whole.equations = whole.segment.len();
+        // A prior is one more equation, weighed by a window's deviation over its own.
         for (index, prior) in priors.iter().enumerate() {
             let weight = deviation / prior.doubt;
             whole.regression.rows.push(std::array::from_fn(|column| {
@@ -153,6 +155,7 @@ impl Projected<COMMON> {
             (0..times).for_each(|_| project(&mut values, &local));
             values
         };
+        // In the order of the coefficients' places.
         let pick = |e: &Equation, column: usize| {
             [
                 e.side,
@@ -190,6 +193,7 @@ impl<const P: usize> Projected<P> {
         options: &SolveOptions,
     ) -> Result<Solved<P>, FitError> {
         let (count, rms) = (self.regression.targets.len(), self.column_rms());
+        // The program's step is counted from least squares, in units of delta over a column's RMS.
         let start = self.regression.least_squares();
         let program = self.program(&start, &rms, delta);
         let solution = solver.solve(&program, options)?;
@@ -211,6 +215,7 @@ impl<const P: usize> Projected<P> {
                 value
             }
         });
+        // What the loss still moves of the crossing's own constants.
         let moved = |k: usize| -> f64 {
             (0..LOCAL)
                 .map(|l| self.local[k][l] * at(P + LOCAL * self.segment[k] + l))
@@ -250,9 +255,11 @@ impl<const P: usize> Projected<P> {
 
     fn program(&self, start: &[f64; P], rms: &[f64; P], delta: f64) -> QuadraticProgram {
         let count = self.regression.targets.len();
+        // Bounds far from the start are left out: badly scaled rows keep a solver from converging.
         let bounded: Vec<usize> = (0..P)
             .filter(|&j| self.regression.nonnegative[j] && start[j] * rms[j] < 10.0 * delta)
             .collect();
+        // Variables d, e, u, v, w; rows: equations, bounds, v >= 0, w >= 0.
         let variables = P + LOCAL * self.segments + 3 * count;
         let rows = count + bounded.len() + 2 * count;
         let first_excess_row = count + bounded.len();
@@ -265,6 +272,7 @@ impl<const P: usize> Projected<P> {
         (0..count).for_each(|n| quadratic.push_column([(free + n, 1.0)]));
         (0..2 * count).for_each(|_| quadratic.push_column([]));
         let mut constraints = SparseColumns::new(rows);
+        // Columns of d with their bounds, of e, then of u, v and w.
         for (j, unit) in rms.iter().enumerate() {
             let slopes = (0..count).map(|k| (k, self.regression.rows[k][j] / unit));
             let bound = bounded
@@ -279,6 +287,7 @@ impl<const P: usize> Projected<P> {
         (0..count).for_each(|n| {
             constraints.push_column([(n, -1.0), (first_excess_row + count + n, -1.0)]);
         });
+        // Costs: squares of u, excesses v and w linearly.
         let mut linear = vec![0.0; free + count];
         linear.resize(variables, 1.0);
         let mut bounds: Vec<f64> = (0..count)
@@ -297,6 +306,7 @@ impl<const P: usize> Projected<P> {
 
     fn push_local(&self, constraints: &mut SparseColumns) {
         let mut first = 0;
+        // Each crossing has variables of its own for its constants.
         for run in self.segment.chunk_by(|a, b| a == b) {
             for l in 0..LOCAL {
                 let entries = (first..first + run.len())
@@ -312,6 +322,8 @@ impl<const P: usize> Projected<P> {
     /// sample, scaled.
     fn optimality(&self, residuals: &[f64], delta: f64, x: &[f64; P]) -> f64 {
         let rms = self.column_rms();
+        // Component of the gradient: the derivative of the loss, clipped at delta, against the
+        // column.
         let pull = |j: usize| -> f64 {
             residuals
                 .iter()

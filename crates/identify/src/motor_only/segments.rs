@@ -10,30 +10,34 @@
 //! x_L = X + V t + Q t^2/2 + p G - p b_L D + p e L,   G = double integral of T,   L = single integral of K_t i,
 //!                                                 D = double integral of w
 //! ```
-//! with p = 1/J_L, and X, V, Q of this crossing alone; Q takes up friction and constant torque. The
+//! with p = 1/J_L, and X, V, Q of this crossing alone; Q includes friction and constant torque. The
 //! contact torque T is data: the double integral of a triangular average over its own width is an
 //! exact second difference, so that the encoder's noise in `J_M alpha` comes out of the sum as it
 //! went in. The current between two samples is not their mean; to first order it is the current of
-//! a moment e later, which L takes up.
+//! a moment e later, hence the term with L.
 
 use super::sides::{Sides, Stretch};
 use crate::result::FittedLoad;
 use crate::window::WindowSample;
 
-/// Part of the friction up to which a load certainly rests.
+/// Part of the friction up to which a load certainly rests. A choice: the remainder is left to the
+/// friction's error and the torque's noise.
 const RESTING_SHARE: f64 = 0.85;
-/// Windows of each side that a crossing takes at most.
+/// Windows of each side that a crossing takes at most. Origin unknown, kept.
 const MAX_WINDOWS_PER_SIDE: usize = 24;
-/// Windows after the break-away of a resting load.
+/// Windows after the break-away of a resting load that a crossing takes at most. Origin unknown,
+/// kept.
 const WINDOWS_AFTER_BREAKAWAY: usize = 10;
-/// Windows between the motor's turning and the load's certain rest.
+/// Windows between the motor's reversal and the load's certain rest. Origin unknown, kept.
 const WINDOWS_AFTER_REVERSAL: usize = 5;
-/// Windows of each side that make a crossing worth while.
+/// Fewest windows on each side of a crossing. Origin unknown, kept.
 const MIN_WINDOWS_PER_SIDE: usize = 2;
-/// Least speed of a load that slides through, over that at the start.
+/// Least speed of a load that slides through, over that at the start. Origin unknown, kept.
 const MIN_SPEED_SHARE: f64 = 0.1;
-/// Longest crossing of a load that slides, and of one that rests, in windows.
+/// Longest crossing of a load that slides, in windows: errors of the torque add up in its motion.
+/// Origin unknown, kept.
 const LONGEST_SLIDING: usize = 300;
+/// Longest crossing of a load that rests, in windows. Origin unknown, kept.
 const LONGEST_RESTING: usize = 1000;
 
 /// One window in firm contact, as an equation: motor = offset(X, V, Q) + side b + torque c -
@@ -67,6 +71,28 @@ pub(super) struct Equation {
     /// Windows since the load's motion has to be added up; zero where it rests.
     pub(super) under_way: f64,
 }
+
+/// Place of the half gap b, rad, among the coefficients that all crossings have in common. Below, p
+/// is 1 over the load's inertia.
+pub(super) const HALF_GAP: usize = 0;
+/// The compliance c, rad/(N m).
+pub(super) const COMPLIANCE: usize = 1;
+/// r on the rate of the torque of sliding contact: damping less lateness, rad s/(N m).
+pub(super) const SLIDING_RATE: usize = 2;
+/// p, 1/(kg m2).
+pub(super) const INVERSE_INERTIA: usize = 3;
+/// p times the load's friction beyond the known, rad/s2.
+pub(super) const FRICTION: usize = 4;
+/// p times the lateness e of the current, s/(kg m2).
+pub(super) const CURRENT_LATENESS: usize = 5;
+/// The damping time tau, s.
+pub(super) const DAMPING_TIME: usize = 6;
+/// c times the lateness of the current, where the load rests, rad s/(N m).
+pub(super) const RESTING_RATE: usize = 7;
+/// p times the load's viscous friction, 1/s.
+pub(super) const DRAG: usize = 8;
+/// Number of these coefficients.
+pub(super) const COMMON: usize = 9;
 
 /// One crossing.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,6 +138,7 @@ impl Cutter<'_> {
             .filter(|stretch| stretch.2 - stretch.1 > self.settle)
             .collect();
         let (all, landed) = (changes(&stretches), changes(&long));
+        // Changes of side that show neither kind with certainty are dropped.
         let resting = all.iter().filter_map(|[from, to]| self.resting(*from, *to));
         let sliding = landed
             .iter()
@@ -133,9 +160,12 @@ impl Cutter<'_> {
     }
 
     fn resting(&self, from: Stretch, to: Stretch) -> Option<Segment> {
+        // Signs of the flank that is left and of the one that is met.
         let (old, new) = (f64::from(from.0), f64::from(to.0));
         let unloads = |n: usize| self.rests(n) && self.rate(n) * old < 0.0;
         let last = from.2;
+        // How long before contact is lost the motor already backs off while friction holds the
+        // load.
         let backed = (from.1..=last)
             .rev()
             .take(LONGEST_RESTING)
@@ -146,14 +176,17 @@ impl Cutter<'_> {
         let turn = (last + 1)
             .checked_sub(backed + 1)
             .filter(|&n| n >= from.1 && self.rate(n) * old >= 0.0)?;
+        // At rest for certain, and not more windows than a crossing takes.
         let first =
             (turn + 1 + WINDOWS_AFTER_REVERSAL).max(last.saturating_sub(MAX_WINDOWS_PER_SIDE));
+        // In the gap, too, the torque must stay below the friction: else the load moves unseen.
         if (last..to.1).any(|n| !self.rests(n)) || to.1 - last > LONGEST_RESTING {
             return None;
         }
         let firm = |n: &usize| self.sides.firm(*n);
         let mut chosen: Vec<Chosen> = (first..=last).filter(firm).map(Chosen::at_rest).collect();
         let before = chosen.len();
+        // On the new flank the load rests until the torque exceeds its friction, then breaks away.
         let held = (to.1..=to.2)
             .take_while(|&n| self.rests(n))
             .count()
@@ -167,24 +200,31 @@ impl Cutter<'_> {
     }
 
     fn sliding(&self, from: Stretch, to: Stretch) -> Option<Segment> {
+        // Speed at the loss of contact, whose sign is the way of the crossing.
         let way = self.rate(from.2);
         let goes_on =
             |n: &usize| self.rate(*n) * way > 0.0 && self.rate(*n) / way > MIN_SPEED_SHARE;
+        // Back from there as long as the motor goes the same way, fast enough.
         let first = (from.1.max(from.2.saturating_sub(MAX_WINDOWS_PER_SIDE))..=from.2)
             .rev()
             .take_while(goes_on)
             .last()?;
+        // Contact on the new flank counts once its ringing has settled.
         let landed = to.1 + self.settle;
         let end = to.2.min(landed + MAX_WINDOWS_PER_SIDE);
         if end <= landed || landed - from.2 > LONGEST_SLIDING {
             return None;
         }
+        // Double integrals of torque and speed by second differences, a single one of the motor's
+        // torque, and the load's speed by Euler's method, which decides only whether it still
+        // slides.
         let square = self.spacing_s * self.spacing_s;
         let (mut before, mut now, mut impulse, mut speed) =
             ([0.0; 2], [0.0; 2], 0.0, self.rate(first));
         let (mut chosen, mut counts) = (Vec::new(), [0, 0]);
         for n in first..=end {
             let window = &self.windows[n];
+            // Nearly at rest: the load may stick, and its friction is no longer constant.
             if speed / way < MIN_SPEED_SHARE {
                 break;
             }
@@ -193,6 +233,8 @@ impl Cutter<'_> {
             let drive = self.spacing_s * self.motor_torque(n);
             let steps = [window.torque_nm, window.rate_rad_s];
             if self.sides.firm(n) && (n <= from.2 || n >= landed) {
+                // The mean of a parabola under the triangle is its middle value and H^2/12 of its
+                // bend.
                 let [travel, drag] = std::array::from_fn(|i| now[i] + square * steps[i] / 12.0);
                 let under_way = (n - first) as f64;
                 chosen.push(Chosen {
@@ -234,6 +276,7 @@ impl Cutter<'_> {
         let clean = self.load.inertia_kgm2 / (self.load.inertia_kgm2 + self.motor_inertia_kgm2);
         let equation = |chosen: &Chosen| {
             let n = chosen.window;
+            // Central difference of the motor's torque.
             let rate =
                 (self.motor_torque(n + 1) - self.motor_torque(n - 1)) / (2.0 * self.spacing_s);
             Equation {
@@ -281,7 +324,9 @@ impl BrokenAway {
     /// asked for.
     fn new(cutter: &Cutter, start: usize, end: usize, side: f64) -> BrokenAway {
         let load = cutter.load;
+        // Averages of half-width 1 begin at the log's second sample.
         let at = |sample: usize| &cutter.samples[(sample - 1).min(cutter.samples.len() - 1)];
+        // Torque beyond what friction holds, counted towards the new flank's side.
         let beyond = |sample: usize| {
             side * (at(sample).torque_nm
                 - load.constant_nm
@@ -289,6 +334,7 @@ impl BrokenAway {
                 - load.coulomb_nm
         };
         let (earliest, last) = (start * cutter.half, (end + 2) * cutter.half);
+        // Two samples in a row: noise of the current alone does not break the load away.
         let first = (earliest..last)
             .find(|&sample| beyond(sample) > 0.0 && beyond(sample + 1) > 0.0)
             .unwrap_or(last);
@@ -299,6 +345,8 @@ impl BrokenAway {
         let (mut before, mut now, mut impulse, mut speed) = ([0.0; 2], [0.0; 2], 0.0, 0.0);
         let mut motion = Vec::new();
         for sample in first..last {
+            // Integrals sample by sample: the place by second differences, the speed by Euler's
+            // method.
             let steps = [side * beyond(sample), -side];
             let late = period * (motor(sample) - motor(first));
             motion.push([
@@ -321,6 +369,7 @@ impl BrokenAway {
 
     /// Averages over a window's triangle.
     fn chosen(&self, window: usize, half: usize) -> Chosen {
+        // Weights of the window's triangle; before the break-away the load rests and adds nothing.
         let centre = (window + 1) * half;
         let mut sums = [0.0; 4];
         for sample in centre - half..=centre + half {

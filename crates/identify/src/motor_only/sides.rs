@@ -1,7 +1,7 @@
 //! Which flank the contact torque presses on, window by window.
 
 use crate::{
-    contact::{NOISE_FACTOR, THRESHOLD_SHARE, noise, quantile},
+    contact::{MIN_TORQUE_SHARE, NOISE_FACTOR, noise, quantile},
     error::NotExcited,
     settings::FitSettings,
     window::WindowSample,
@@ -24,10 +24,11 @@ impl Sides {
         settings: &FitSettings,
     ) -> Result<Sides, NotExcited> {
         let torques = || windows.iter().map(|window| window.torque_nm);
+        // As in the fit with a load position: a high quantile of the torque, and the noise.
         let largest_nm = quantile(torques().map(f64::abs).collect(), 0.999);
-        let threshold_nm = settings
-            .torque_threshold_nm
-            .unwrap_or_else(|| (THRESHOLD_SHARE * largest_nm).max(NOISE_FACTOR * noise(torques())));
+        let threshold_nm = settings.torque_threshold_nm.unwrap_or_else(|| {
+            (MIN_TORQUE_SHARE * largest_nm).max(NOISE_FACTOR * noise(torques()))
+        });
         if largest_nm <= threshold_nm {
             return Err(NotExcited::TorqueBelowThreshold {
                 largest_nm,
@@ -77,6 +78,7 @@ impl Sides {
         let mut stretches = Vec::new();
         let mut first = 0;
         for run in self.sides.chunk_by(|a, b| a == b) {
+            // Runs of one or two windows are noise near the threshold.
             if run[0] != 0 && run.len() >= 3 {
                 stretches.push((run[0], first, first + run.len() - 1));
             }

@@ -25,6 +25,7 @@ impl QpSolver for Clarabel {
         problem: &QuadraticProgram,
         options: &SolveOptions,
     ) -> Result<QpSolution, FitError> {
+        // One thread and its own factorisation: the same bits on every run.
         let settings = DefaultSettings {
             verbose: false,
             max_threads: 1,
@@ -39,6 +40,7 @@ impl QpSolver for Clarabel {
         let inequalities = rows
             .checked_sub(problem.equations)
             .ok_or_else(|| refused("more equations than constraints"))?;
+        // Equations first, then inequalities: the order of the rows.
         let cones = [ZeroConeT(problem.equations), NonnegativeConeT(inequalities)];
         let (quadratic, constraints) = (matrix(&problem.quadratic)?, matrix(&problem.constraints)?);
         let mut solver = DefaultSolver::new(
@@ -52,6 +54,7 @@ impl QpSolver for Clarabel {
         .map_err(|error| refused(&error.to_string()))?;
         solver.solve();
         let solution = solver.solution;
+        // Certificates of reduced accuracy count as what they certify.
         let status = match solution.status {
             Status::Solved => SolverStatus::Solved,
             Status::AlmostSolved => SolverStatus::AlmostSolved,

@@ -4,6 +4,7 @@
 pub(super) fn row<const N: usize>(row: &[f64; 6], u0: f64, u1: f64) -> [f64; N] {
     let mut points = [0.0; N];
     points.copy_from_slice(&row[..N]);
+    // The beginning up to u1 first; u0 is then at u0 / u1 of it.
     let head = if u1 < 1.0 {
         split(points, u1).0
     } else {
@@ -20,6 +21,7 @@ pub(super) fn row<const N: usize>(row: &[f64; 6], u0: f64, u1: f64) -> [f64; N] 
 fn split<const N: usize>(points: [f64; N], u: f64) -> ([f64; N], [f64; N]) {
     let (mut work, mut head, mut tail) = (points, points, points);
     for level in 0..N {
+        // The outermost points of each level are control points of the two parts.
         head[level] = work[0];
         tail[N - 1 - level] = work[N - 1 - level];
         for i in 0..N - 1 - level {
@@ -48,6 +50,7 @@ pub(super) fn raised<const N: usize, const M: usize>(basis: &[f64; N], u: f64) -
 }
 
 fn raise(basis: &mut [f64], u: f64) {
+    // Downwards: each entry needs its lower neighbour of the degree before.
     for i in (1..basis.len()).rev() {
         basis[i] = basis[i] * (1.0 - u) + basis[i - 1] * u;
     }

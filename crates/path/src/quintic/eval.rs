@@ -38,10 +38,12 @@ impl Quintic {
 
     fn eval_of<const N: usize>(&self, u: f64) -> CurveDerivs {
         let (k1, k2, k3) = self.factors();
+        // Bernstein bases of degree 2 to 5, each raised from the one before.
         let b3 = bernstein::<3>(u);
         let b2 = raised::<3, 4>(&b3, u);
         let b1 = raised::<4, 5>(&b2, u);
         let points = self.columns::<N>();
+        // Control points of the derivatives, but for the factors n/L.
         let first: [_; 5] = differences(&points);
         let second: [_; 4] = differences(&first);
         let third: [_; 3] = differences(&second);
@@ -68,6 +70,7 @@ impl Quintic {
 
     fn travel_of<const N: usize>(&self, u: f64, v: f64, a: f64) -> [Coords; 3] {
         let (k1, k2, _) = self.factors();
+        // As in eval, without the third derivative.
         let b2 = bernstein::<4>(u);
         let b1 = raised::<4, 5>(&b2, u);
         let points = self.columns::<N>();
@@ -77,6 +80,7 @@ impl Quintic {
         add(&mut out[0], &mixed(&points, &raised::<5, 6>(&b1, u)));
         let (d1, d2) = (mixed(&first, &b1), mixed(&second, &b2));
         for axis in 0..N {
+            // By time: the chain rule with speed and acceleration of s.
             let (d1, d2) = (d1[axis] * k1, d2[axis] * k2);
             out[1].0[axis] = d1 * v;
             out[2].0[axis] = d2 * v * v + d1 * a;
@@ -112,6 +116,7 @@ impl Quintic {
         let [left, right]: [_; 2] = differences(&third);
         let mut bounds = (Coords::ZERO, Coords::ZERO);
         for axis in 0..N {
+            // The fourth derivative is linear in u: its largest magnitude is at an end.
             let slope = right[axis] - left[axis];
             bounds.0.0[axis] = (left[axis] + slope * u0)
                 .abs()

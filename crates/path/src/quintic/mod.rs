@@ -41,6 +41,8 @@ impl Quintic {
     /// # Errors
     /// Numbers that are not finite, a length that is not positive.
     pub fn hermite(start: HermiteEnd, end: HermiteEnd, length: f64) -> Result<Quintic, PathError> {
+        // Of degree five: the first difference of control points at an end is p' L/5, the second
+        // p'' L^2/20.
         let (v0, a0) = (
             start.d1 * (length / 5.0),
             start.d2 * (length * length / 20.0),
@@ -118,6 +120,7 @@ impl Quintic {
     fn axis(&self, axis: usize) -> [[f64; 6]; 4] {
         let [a, b, c, d, e] = self.control.map(|point| point.0[axis]);
         let mut rows = [[0.0, a, b, c, d, e], [0.0; 6], [0.0; 6], [0.0; 6]];
+        // Differences of control points are those of the derivatives, but for the factors n/L.
         for order in 1..4 {
             for i in 0..6 - order {
                 rows[order][i] = rows[order - 1][i + 1] - rows[order - 1][i];
@@ -152,6 +155,7 @@ impl Quintic {
 
     /// How many of the axes, from the first on, hold all that move: mostly three.
     pub fn moving(&self) -> usize {
+        // All coordinates beyond X Y Z at once, without a branch for each.
         let mut bits = 0_u64;
         for point in &self.control {
             for value in &point.0[3..] {
@@ -192,6 +196,7 @@ impl Quintic {
             length: s1 - s0,
         };
         for axis in 0..self.moving() {
+            // The first control point of the stretch becomes the new origin.
             let [first, rest @ ..] = row::<6>(&self.axis(axis)[0], u0, u1);
             sub.origin.0[axis] = self.origin.0[axis] + first;
             for (control, point) in sub.control.iter_mut().zip(rest) {
