@@ -1,7 +1,10 @@
-//! The changes that the book shows for people who add something apply to today's sources.
+//! The changes that the book shows for people who add something apply to today's sources, and what
+//! they make of them compiles.
 
 use crate::sources::repository;
 use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// A change of one file: its path, and for each hunk the lines of `diff` with their first character.
 struct Change<'a> {
@@ -42,6 +45,113 @@ fn changes(page: &str) -> Vec<Change<'_>> {
 fn stand_in(text: &str, wanted: &[&str]) -> bool {
     let lines: Vec<&str> = text.lines().collect();
     lines.windows(wanted.len()).any(|window| window == wanted)
+}
+
+/// Crates that recipes change. They are copied side by side, changed, and compiled in one go; all
+/// other crates come from where they are.
+const CHANGED: [&str; 2] = ["gcode", "gcode-tools"];
+
+/// Copies the files of a folder and of those below it.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder");
+    for entry in fs::read_dir(from).expect("a folder") {
+        let entry = entry.expect("an entry");
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).expect("a copy");
+        }
+    }
+}
+
+/// The manifest of a workspace whose members are the copies.
+fn manifest(root: &Path) -> String {
+    let text = fs::read_to_string(root.join("Cargo.toml")).expect("a manifest");
+    let (_, shared) = text.split_once("[workspace.package]").expect("a workspace");
+    let (shared, _) = shared.split_once("\n[package]").expect("a package");
+    let mut shared = shared
+        .replace("\"crates/", &format!("\"{}/crates/", root.display()))
+        .replace("\".\"", &format!("\"{}\"", root.display()));
+    let mut members = String::new();
+    for name in CHANGED {
+        let here = format!("crates/{name}\"");
+        shared = shared.replace(&format!("{}/{here}", root.display()), &here);
+        members += &format!("\"{here}, ");
+    }
+    format!("[workspace]\nresolver = \"3\"\nmembers = [{members}]\n\n[workspace.package]{shared}")
+}
+
+/// A crate's manifest without what only its tests and benches need.
+fn without_tests(manifest: &str) -> String {
+    let (before, after) = manifest.split_once("[dev-dependencies]").expect("a table");
+    let (_, lints) = after.split_once("[lints]").expect("a table");
+    format!("{before}[lints]{lints}")
+}
+
+/// A text with the lines of a hunk in place of those that it replaces.
+fn patched(text: &str, hunk: &[&str]) -> String {
+    let side = |gone: char| -> String {
+        let kept = hunk.iter().filter(|line| !line.starts_with(gone));
+        kept.map(|line| line.get(1..).unwrap_or_default().to_owned() + "\n")
+            .collect()
+    };
+    text.replacen(&side('+'), &side('-'), 1)
+}
+
+#[test]
+fn recipes_compile() {
+    let root = repository().canonicalize().expect("the repository");
+    let page = fs::read_to_string(root.join("docs/book/src/hacking/adding.md")).expect("the page");
+    let temporary = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+    let place = temporary.join("recipes");
+    for name in CHANGED {
+        let (from, to) = (
+            root.join("crates").join(name),
+            place.join("crates").join(name),
+        );
+        let _ = fs::remove_dir_all(&to);
+        copy(&from.join("src"), &to.join("src"));
+        let own = fs::read_to_string(from.join("Cargo.toml")).expect("a manifest");
+        fs::write(to.join("Cargo.toml"), without_tests(&own)).expect("a file");
+    }
+    fs::write(place.join("Cargo.toml"), manifest(&root)).expect("a file");
+    fs::copy(root.join("Cargo.lock"), place.join("Cargo.lock")).expect("a copy");
+
+    let mut applied = 0;
+    for change in changes(&page) {
+        let is_in = |name: &&str| change.after.starts_with(&format!("crates/{name}/src/"));
+        if !CHANGED.iter().any(|name| is_in(&name)) {
+            continue;
+        }
+        let path = place.join(change.after);
+        let mut text = match change.before {
+            Some(_) => fs::read_to_string(&path).expect("a file"),
+            None => String::new(),
+        };
+        for hunk in &change.hunks {
+            text = patched(&text, hunk);
+        }
+        fs::write(&path, text).expect("a file");
+        applied += 1;
+    }
+    assert!(
+        applied >= 6,
+        "a lint, a diagnostic and a G-code are {applied} changes"
+    );
+
+    // the dependencies are compiled once for this test and for that of a compensator
+    let output = Command::new(env!("CARGO"))
+        .args(["check", "--offline", "--quiet", "--manifest-path"])
+        .arg(place.join("Cargo.toml"))
+        .env("CARGO_TARGET_DIR", temporary.join("one-file/target"))
+        .output()
+        .expect("cargo");
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success() && !told.contains("warning"),
+        "{told}"
+    );
 }
 
 #[test]

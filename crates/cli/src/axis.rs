@@ -88,13 +88,13 @@ const LEAST_SWING: f64 = 0.02;
 /// Runs the command asked for.
 pub(crate) fn run(command: &AxisCommand, quiet: bool) -> Result<u8, Failure> {
     match command {
-        AxisCommand::Run(args) => run_axis(args),
+        AxisCommand::Run(args) => run_axis(args, quiet),
         AxisCommand::Fit(args) => fit(args, quiet),
     }
 }
 
 /// Runs an axis alone and writes its trace; says so if its load does not come to rest at the end.
-fn run_axis(args: &RunAxis) -> Result<u8, Failure> {
+fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
     let axis = axis(&args.axis, &set_changes(&args.set)?)?;
     let cycles = args.cycles.over(axis.cycles)?;
     let file = input::open(&args.setpoints, "setpoint file")?;
@@ -154,10 +154,10 @@ fn run_axis(args: &RunAxis) -> Result<u8, Failure> {
         }
     }
     writer.finish().map_err(unwritten)?.commit()?;
-    if let Some(cycle) = detector.cycle() {
+    if let Some(cycle) = detector.cycle().filter(|_| !quiet) {
         let (amplitude, unit) = (cycle.amplitude * units_per_rad, config.unit().symbol());
         output::remark(&format!(
-            "limit cycle: at the end the load swings by +-{amplitude:.3e} {unit} at {:.1} Hz",
+            "warning: limit cycle: at the end the load swings by +-{amplitude:.3e} {unit} at {:.1} Hz",
             cycle.frequency_hz
         ));
     }

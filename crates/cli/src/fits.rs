@@ -59,7 +59,7 @@ pub(crate) fn rad_per_unit(
 /// The axis with gap and load of a fit told to the methods that may know them.
 pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, Failure> {
     let shown = path.display().to_string();
-    let text = input::text(path, "result of `fit`")?;
+    let text = input::text(path, "result of `axis fit`")?;
     let result: FitResult = serde_json::from_str(&text).map_err(|error| {
         Failure::message(format!(
             "{shown} is not a result of `lostmotion axis fit`: {error}"

@@ -51,7 +51,8 @@ fn list() -> String {
         ("method", Align::Left),
         ("needs", Align::Left),
         ("", Align::Left),
-    ]);
+    ])
+    .folded();
     for method in MethodId::all() {
         table.row([
             method.name().into(),

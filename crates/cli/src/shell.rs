@@ -75,6 +75,7 @@ fn page(command: &Command) -> io::Result<Vec<u8>> {
     let mut text = Vec::new();
     Man::new(command.clone())
         .title(name.to_ascii_uppercase())
+        .source(concat!("lostmotion ", env!("CARGO_PKG_VERSION")))
         .render(&mut text)?;
     Ok(text)
 }

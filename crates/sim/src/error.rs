@@ -79,7 +79,9 @@ pub enum SimError {
     },
     /// The program has nothing to simulate.
     #[error(
-        "{name}: the program moves nothing ({bytes} bytes, {lines} lines read); is it the right file?"
+        "{name}: the program moves nothing ({bytes} byte{b}, {lines} line{l} read); is it the right file?",
+        b = if *bytes == 1 { "" } else { "s" },
+        l = if *lines == 1 { "" } else { "s" },
     )]
     Empty {
         /// Name of the program.

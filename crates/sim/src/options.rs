@@ -67,6 +67,10 @@ pub struct SimulateOptions {
     pub loader: Option<Arc<dyn SubroutineLoader>>,
 }
 
+/// Most threads that a run may be given: far above the cores of any machine, and low enough that
+/// the system makes them at once. 65,535 threads, the pool's own bound, take minutes to start.
+pub const MAX_THREADS: usize = 1024;
+
 impl Default for SimulateOptions {
     fn default() -> SimulateOptions {
         let interpreter = InterpreterConfig::default();

@@ -2,8 +2,8 @@
 //! and from a preset.
 
 use crate::input;
-use crate::options::Names;
 use crate::options::machine::{failure, machine_names};
+use crate::options::{Names, number};
 use crate::output::{self, Failure, is_standard, write_text};
 use clap::{Args, ValueHint};
 use lostmotion::base::AxisId;
@@ -121,7 +121,7 @@ pub(crate) struct New {
     #[arg(long, value_name = "[AXIS=]N")]
     jerk: Vec<String>,
     /// Tolerance of the contour error, um
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     tolerance_um: Option<f64>,
     /// File to write; stdout, if left out or `-`
     #[arg(long, short, value_name = "FILE.toml", value_hint = ValueHint::FilePath)]

@@ -83,7 +83,7 @@ fn checked(args: &CheckMachine) -> Result<String, Failure> {
 }
 
 fn list() -> String {
-    let mut table = Table::new(&[("machine", Align::Left), ("", Align::Left)]);
+    let mut table = Table::new(&[("machine", Align::Left), ("", Align::Left)]).folded();
     for preset in presets() {
         let note = if preset.name == DEFAULT_MACHINE {
             " (the one taken if none is named)"

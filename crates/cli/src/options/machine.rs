@@ -1,6 +1,6 @@
 //! Machines and axes by name or file, and what options change about them.
 
-use super::Names;
+use super::{Names, number};
 use crate::fits;
 use crate::input;
 use crate::output::Failure;
@@ -159,7 +159,9 @@ fn offset(option: &str) -> Result<Vec<Change>, Failure> {
         let value = number
             .trim()
             .parse::<f64>()
-            .map_err(|_| refused(format!("`{text}` is not a number")))?;
+            .ok()
+            .filter(|value| value.is_finite())
+            .ok_or_else(|| refused(format!("`{text}` is not a finite number")))?;
         let key = format!("work_offset.{system}.{}", axis.column());
         if changes.iter().any(|change| change.key == key) {
             return Err(refused(format!("it names {axis} twice")));
@@ -226,9 +228,16 @@ pub(crate) fn check(name: &str, changes: &[Change]) -> Result<(Machine, Vec<Axis
 
 /// All that is wrong with a machine, with the count.
 pub(crate) fn failure(error: &MachineError) -> Failure {
+    let mut text = String::new();
+    for problem in &error.problems {
+        text.push_str(&format!("error: {}\n", error.text_of(problem)));
+        if !problem.hint.is_empty() {
+            text.push_str(&format!("hint: {}\n", problem.hint));
+        }
+    }
     let count = error.problems.len();
     Failure::Rendered(format!(
-        "{error}\n{count} error{}",
+        "{text}{count} error{}",
         if count == 1 { "" } else { "s" }
     ))
 }
@@ -255,9 +264,10 @@ pub(crate) fn axis(name: &str, changes: &[Change]) -> Result<AxisConfig, Failure
             let known = axis_presets();
             let names: Vec<&str> = known.iter().map(String::as_str).collect();
             let nearest = did_you_mean(name, &names).replace("known here", "known axes");
+            let and = if nearest.ends_with('?') { "" } else { ";" };
             return Err(Failure::with_hint(
                 format!("there is no axis \"{name}\""),
-                format!("{nearest}; an axis of a machine file is FILE.toml:x"),
+                format!("{nearest}{and} an axis of a machine file is FILE.toml:x"),
             ));
         }
     };
@@ -319,11 +329,11 @@ pub(crate) struct Drives {
 #[command(next_help_heading = "Drives")]
 pub(crate) struct Cycles {
     /// Time from setpoint to setpoint, 0.25 to 8 ms; the machine's, if left out
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub(crate) command_ms: Option<f64>,
     /// Time from servo tick to servo tick, 31.25 to 1000 us, a whole fraction of the command's; the
     /// machine's, if left out
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub(crate) servo_us: Option<f64>,
 }
 

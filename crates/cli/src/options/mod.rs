@@ -11,7 +11,9 @@ use lostmotion::base::names::did_you_mean;
 use lostmotion::methods::MethodId;
 use lostmotion::plan::Action;
 use lostmotion::sim::Intervention;
+use lostmotion::sim::options::MAX_THREADS;
 use std::ffi::OsStr;
+use std::str::FromStr;
 
 /// Form of the answer on stdout.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -108,7 +110,7 @@ impl TypedValueParser for Names {
     ) -> Result<String, clap::Error> {
         let name = value.to_string_lossy();
         let name = name.trim();
-        if name.is_empty() || self.known.iter().any(|(known, _)| *known == name) {
+        if self.known.iter().any(|(known, _)| *known == name) {
             return Ok(name.to_owned());
         }
         let Failure::Message { text, hint } = self.refusal(name) else {
@@ -142,13 +144,27 @@ pub(crate) fn methods() -> Names {
 
 /// Number of threads asked for, 0 for all cores; refuses `--threads 0`.
 pub(crate) fn threads(asked: Option<usize>) -> Result<usize, Failure> {
-    if asked == Some(0) {
-        return Err(Failure::with_hint(
-            "--threads is 0; allowed is 1 or more",
+    match asked {
+        Some(asked) if !(1..=MAX_THREADS).contains(&asked) => Err(Failure::with_hint(
+            format!("--threads is {asked}; allowed is 1 to {MAX_THREADS}"),
             "leave it out to use all cores",
-        ));
+        )),
+        asked => Ok(asked.unwrap_or(0)),
     }
-    Ok(asked.unwrap_or(0))
+}
+
+/// A number of an option. clap puts the option and the text before the refusal.
+pub(crate) fn number(text: &str) -> Result<f64, &'static str> {
+    text.trim().parse().map_err(|_| "it is not a number")
+}
+
+/// A whole number of an option, not below 0.
+pub(crate) fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
+    let is_number = text.trim().parse::<f64>().is_ok();
+    text.trim().parse().map_err(|_| match is_number {
+        true => "it is not a whole number from 0 upwards that fits",
+        false => "it is not a number",
+    })
 }
 
 /// What an operator does while a program runs.
@@ -158,7 +174,7 @@ pub(crate) struct Interventions {
     /// What the operator does at a time since the start: hold, resume, stop, override:PERCENT (of
     /// the feed, 0 to 200) or rapid:PERCENT (of rapid moves, 0 to 100); for example 3.2s=hold; may
     /// be repeated
-    #[arg(long, value_name = "TIME=ACTION")]
+    #[arg(long, value_name = "TIME=ACTION", allow_hyphen_values = true)]
     pub(crate) at: Vec<String>,
 }
 impl Interventions {

@@ -1,7 +1,7 @@
 //! A part program and how it is read.
 
-use super::Names;
 use super::machine::MachineOptions;
+use super::{Names, number};
 use crate::findings::{Form, Voice};
 use crate::input::Folders;
 use crate::output::Failure;
@@ -188,7 +188,7 @@ pub(crate) struct OnMachine {
     pub(crate) setup: Setup,
     /// How far the planned curves may lie from the splines (G5, G5.1, G5.2) that they stand for, in
     /// millimetres
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub(crate) spline_tolerance_mm: Option<f64>,
 }
 

@@ -1,6 +1,6 @@
 //! `lostmotion check` and `gcode lint`: what can be said about a part program without moving.
 
-use super::{add_travel, failure};
+use super::{add, add_travel, failure};
 use crate::findings::{Findings, Form, Voice};
 use crate::input;
 use crate::options::Names;
@@ -30,6 +30,7 @@ pub(crate) struct LintLevels {
 
 /// `lint`.
 #[derive(Debug, Args)]
+#[command(after_long_help = every_lint())]
 pub(crate) struct Lint {
     /// Part program; `-` is stdin
     #[arg(value_hint = ValueHint::FilePath)]
@@ -45,6 +46,7 @@ pub(crate) struct Lint {
 
 /// `check`.
 #[derive(Debug, Args)]
+#[command(after_help = CHECKED, after_long_help = checked())]
 pub(crate) struct Check {
     /// Part program; `-` is stdin
     #[arg(value_hint = ValueHint::FilePath)]
@@ -56,6 +58,34 @@ pub(crate) struct Check {
     pub(crate) setup: Setup,
     #[command(flatten)]
     pub(crate) lints: LintLevels,
+}
+
+/// What `check` holds a program against besides the lints.
+const CHECKED: &str = "Checked besides the lints: that every block can be read and carried out \
+in its dialect (`machine keys dialect`, --dialect), that every axis moved is on the machine, that \
+all moves stay within its travel, and that tools and offsets are in its tables. --help lists the \
+lints.";
+
+/// The same, with every lint.
+fn checked() -> String {
+    let (besides, _) = CHECKED.rsplit_once(" --help").unwrap_or((CHECKED, ""));
+    format!("{besides}\n\n{}", every_lint())
+}
+
+/// Every lint with what it finds, as help prints it.
+fn every_lint() -> String {
+    let widest = rules::all().map(|rule| rule.code.len()).max().unwrap_or(0);
+    let mut text = "What the lints find (CODE of --allow, --warn and --deny):\n".to_owned();
+    for rule in rules::all() {
+        let is_off = if rule.level == Level::Allow {
+            " (off)"
+        } else {
+            ""
+        };
+        let summary = rule.summary.trim_end_matches('.');
+        text.push_str(&format!("  {:<widest$}  {summary}{is_off}\n", rule.code));
+    }
+    text
 }
 
 /// Codes of lints, and `all`.
@@ -84,7 +114,7 @@ pub(crate) fn lint(args: &Lint, quiet: bool) -> Result<u8, Failure> {
     tell(&mut findings, args.format.unwrap_or(voice.diagnostics))
 }
 
-/// `check`: on the machine named or the default one, whose limits are errors.
+/// `check`: on the machine named or the default one; moves beyond its travel are errors.
 pub(crate) fn check(args: &Check, quiet: bool) -> Result<u8, Failure> {
     let voice = args.setup.reading.voice(quiet);
     let mut usual = Levels::default();
@@ -160,6 +190,8 @@ fn on_machine(
             add_travel(findings, severity, &error);
             Ok(())
         }
+        // what the lints have found is told, too
+        Err(error) if add(findings, &error) => Ok(()),
         Err(error) => Err(failure(source, &error, voice)),
     }
 }

@@ -5,7 +5,7 @@ use super::to_json;
 use crate::findings::{Findings, Voice};
 use crate::input;
 use crate::options::part::{Setup, interpret};
-use crate::options::{Format, show};
+use crate::options::{Format, show, whole};
 use crate::output::{self, DONE, FOUND, Failure, is_standard};
 use clap::{Args, Subcommand, ValueEnum, ValueHint};
 use lostmotion::gcode::InterpreterConfig;
@@ -77,7 +77,7 @@ pub(crate) struct FormatPart {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) case: LetterCase,
     /// Spaces for each level of O-words
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(long, value_name = "N", default_value_t = 2, allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(crate) indent: usize,
     /// Line numbers: keep, remove, or the step of new numbers
     #[arg(long, value_name = "keep|remove|STEP", default_value = "keep")]
@@ -117,7 +117,7 @@ pub(crate) struct WritePart {
     pub(crate) part: PathBuf,
     /// Work coordinate system, 1 for G54 to 9 for G59.3, that the coordinates of the new program
     /// are in
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u8>)]
     pub(crate) system: u8,
     /// File to write; stdout, if left out or `-`
     #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -194,7 +194,7 @@ fn place(text: &str) -> Result<(&str, u32), Failure> {
     parts.ok_or_else(|| {
         Failure::with_hint(
             format!("\"{text}\" is not of the form PART:LINE"),
-            "for example: part.ngc:12",
+            "for example: part.ngc:12; lines count from 1",
         )
     })
 }

@@ -17,22 +17,30 @@ use serde::Serialize;
 
 /// An error of the session, with the lines of the program it is about.
 fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
-    let mut findings = Findings::none(program);
-    match error {
+    let provenance = match error {
         SimError::Program { diagnostics, .. } => {
             return Findings::of(program, diagnostics).failure(voice);
         }
-        SimError::Travel { provenance, .. } => {
-            findings = findings.with_provenance(provenance);
-            add_travel(&mut findings, Severity::Error, error);
-        }
+        SimError::Travel { provenance, .. }
+        | SimError::NoAxis { provenance, .. }
+        | SimError::Path { provenance, .. } => provenance,
+        _ => return Failure::message(error.to_string()),
+    };
+    let mut findings = Findings::none(program).with_provenance(provenance);
+    add(&mut findings, error);
+    findings.failure(voice)
+}
+
+/// Adds an error of the session that is about a block; false for one that is not.
+fn add(findings: &mut Findings<'_>, error: &SimError) -> bool {
+    match error {
+        SimError::Travel { .. } => add_travel(findings, Severity::Error, error),
         SimError::NoAxis {
             block,
             axis,
             machine,
-            provenance,
+            ..
         } => {
-            findings = findings.with_provenance(provenance);
             let hint = "take a machine with that axis, see `lostmotion machine list`";
             findings.add(
                 Severity::Error,
@@ -42,17 +50,12 @@ fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
                 Some(hint.to_owned()),
             );
         }
-        SimError::Path {
-            block,
-            source,
-            provenance,
-        } => {
-            findings = findings.with_provenance(provenance);
+        SimError::Path { block, source, .. } => {
             findings.add(Severity::Error, "path", *block, source.to_string(), None);
         }
-        _ => return Failure::message(error.to_string()),
+        _ => return false,
     }
-    findings.failure(voice)
+    true
 }
 
 /// Moves beyond the travel as one finding, at the place that is farthest out.

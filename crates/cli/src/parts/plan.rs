@@ -4,7 +4,7 @@ use super::{accepted, failure};
 use crate::input;
 use crate::options::machine::Cycles;
 use crate::options::part::OnMachine;
-use crate::options::{Interventions, Quality};
+use crate::options::{Interventions, Quality, number};
 use crate::output::{self, DONE, Failure, remark};
 use clap::{Args, ValueHint};
 use lostmotion::contour::ProgrammedSegment;
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(crate) struct Plan {
     /// Time from row to row, 0.25 to 8 ms; the machine's command cycle, if left out
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub(crate) command_ms: Option<f64>,
     /// How much effort to put into the cycle time
     #[arg(long, value_enum, default_value_t)]
@@ -28,7 +28,7 @@ pub(crate) struct Plan {
     /// How far the tool may leave its path between two setpoints, in micrometres; the motion slows
     /// down to keep it. If left out the machine's, or 5, which is kept if a drive interpolates
     /// linearly and only warned about otherwise
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub(crate) bow_limit_um: Option<f64>,
     /// CSV to write: t_s, a position per axis (x_mm ... c_deg), source line
     #[arg(long, short, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]

@@ -6,7 +6,9 @@ use crate::findings::{Form, Voice};
 use crate::input;
 use crate::options::machine::{Drives, with_fits};
 use crate::options::part::OnMachine;
-use crate::options::{Format, Interventions, Names, Quality, methods, show, threads};
+use crate::options::{
+    Format, Interventions, Names, Quality, methods, number, show, threads, whole,
+};
 use crate::output::{DONE, FOUND, Failure, remark};
 use clap::{Args, ValueHint};
 use lostmotion::methods::MethodId;
@@ -22,16 +24,16 @@ pub(crate) struct Run {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) quality: Quality,
     /// Tolerance of the contour error in micrometres; the machine's, if left out
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub(crate) tolerance_um: Option<f64>,
     /// Cutting force in newton, against the direction of travel on every feed move; the machine's
     /// (mostly 0), if left out
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub(crate) cutting_force_n: Option<f64>,
     /// How far the tool may leave its path between two setpoints, in micrometres; the motion slows
     /// down to keep it. If left out the machine's, or 5, which is kept if a drive interpolates
     /// linearly and only warned about otherwise
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub(crate) bow_limit_um: Option<f64>,
     /// Form of the answer
     #[arg(long, value_enum, default_value_t)]
@@ -48,7 +50,7 @@ pub(crate) struct Run {
     #[arg(long, value_name = "AXIS=FILE.json")]
     pub(crate) fitted: Vec<String>,
     /// Threads to use at most; all cores, if left out. The answer does not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(crate) threads: Option<usize>,
     #[command(flatten)]
     pub(crate) on: OnMachine,

@@ -3,7 +3,7 @@
 use super::{accepted, failure, shown, to_json};
 use crate::input;
 use crate::options::part::OnMachine;
-use crate::options::{Format, Interventions, Quality, show, threads};
+use crate::options::{Format, Interventions, Quality, number, show, threads, whole};
 use crate::output::{DONE, Failure};
 use clap::{Args, ValueHint};
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
@@ -24,26 +24,24 @@ pub(crate) struct Time {
     pub(crate) quality: Quality,
     /// How far the tool may leave its path between two setpoints, in micrometres; the motion slows
     /// down to keep it. If left out the machine's, or 5 if a drive interpolates linearly
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub(crate) bow_limit_um: Option<f64>,
     /// How many of the blocks that take longest to list
-    #[arg(long, value_name = "N", default_value_t = 10)]
+    #[arg(long, value_name = "N", default_value_t = 10, allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(crate) top: usize,
     /// How long a tool change takes, in seconds
     #[arg(
         long,
         value_name = "N",
         default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
+        allow_negative_numbers = true, value_parser = number)]
     pub(crate) tool_change_s: f64,
     /// How long the spindle takes to start, stop or reverse, in seconds
     #[arg(
         long,
         value_name = "N",
         default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
+        allow_negative_numbers = true, value_parser = number)]
     pub(crate) spindle_s: f64,
     /// Leave out the what-if table, for which the program is planned again for each row
     #[arg(long)]
@@ -56,7 +54,7 @@ pub(crate) struct Time {
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Threads to use at most; all cores, if left out. The answer does not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(crate) threads: Option<usize>,
     #[command(flatten)]
     pub(crate) on: OnMachine,

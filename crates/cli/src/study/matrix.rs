@@ -2,7 +2,7 @@
 //! kept.
 
 use super::{failure, known_methods, methods};
-use crate::options::{Format, show, threads};
+use crate::options::{Format, show, threads, whole};
 use crate::output::{DONE, Failure, Progress};
 use clap::{Args, ValueHint};
 use lostmotion::report::WriteError;
@@ -19,10 +19,10 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 pub(crate) struct MatrixArgs {
     /// Number of cells sampled
-    #[arg(long, value_name = "N", default_value_t = 120, conflicts_with = "full")]
+    #[arg(long, value_name = "N", default_value_t = 120, conflicts_with = "full", allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(crate) cells: usize,
     /// Seed of the sample
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>)]
     pub(crate) seed: u64,
     /// Every cell; takes days
     #[arg(long)]
@@ -40,7 +40,7 @@ pub(crate) struct MatrixArgs {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
     /// Threads to use at most; all cores, if left out. The answer does not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(crate) threads: Option<usize>,
 }
 

@@ -2,7 +2,7 @@
 
 mod matrix;
 
-use crate::options::methods as known_methods;
+use crate::options::{methods as known_methods, number};
 use crate::output::{self, DONE, Failure};
 use clap::{Args, Subcommand, ValueHint};
 use lostmotion::base::Clock;
@@ -60,10 +60,10 @@ pub(crate) struct CellArgs {
 #[derive(Debug, Args)]
 pub(crate) struct Bench {
     /// Total gap of the coupler in radian; five couplers, if left out
-    #[arg(long, value_name = "N", requires = "stiffness_nm_per_rad")]
+    #[arg(long, value_name = "N", requires = "stiffness_nm_per_rad", allow_negative_numbers = true, value_parser = number)]
     pub(crate) gap_rad: Option<f64>,
     /// Its stiffness in N m/rad
-    #[arg(long, value_name = "N", requires = "gap_rad")]
+    #[arg(long, value_name = "N", requires = "gap_rad", allow_negative_numbers = true, value_parser = number)]
     pub(crate) stiffness_nm_per_rad: Option<f64>,
 }
 
@@ -77,7 +77,7 @@ pub(crate) struct Endurance {
     #[arg(long, value_name = "NAME", default_value = "adaptive", value_parser = known_methods())]
     pub(crate) method: String,
     /// How long, in minutes of the machine's time
-    #[arg(long, value_name = "N", default_value_t = 60.0)]
+    #[arg(long, value_name = "N", default_value_t = 60.0, allow_negative_numbers = true, value_parser = number)]
     pub(crate) minutes: f64,
 }
 

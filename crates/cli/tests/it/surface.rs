@@ -125,7 +125,7 @@ fn unknown_names_are_answered_with_the_nearest() {
                 "axis.x.drive.position_gian_per_s=30",
             ],
             &[
-                "--set axis.x.drive.position_gian_per_s=30: error: ",
+                "error: --set axis.x.drive.position_gian_per_s=30: ",
                 "did you mean `position_gain_per_s`?",
             ],
         ),
@@ -148,7 +148,7 @@ fn unknown_names_are_answered_with_the_nearest() {
         ),
         (
             &["simulate", "part.ngc", "--offset", "g54=1,b"],
-            &["`b` is not a number", "hint"],
+            &["`b` is not a finite number", "hint"],
         ),
         (
             &["gcode", "lint", "part.ngc", "--offset", "g54=1,2,3"],

@@ -72,6 +72,8 @@ pub struct Table {
     rows: Vec<Vec<Cell>>,
     /// Columns that a narrow terminal does without, the first to go first.
     optional: Vec<usize>,
+    /// Whether texts of the last column go on in further lines instead of being shortened.
+    is_folded: bool,
 }
 
 impl Table {
@@ -84,7 +86,16 @@ impl Table {
                 .collect(),
             rows: Vec::new(),
             optional: Vec::new(),
+            is_folded: false,
         }
+    }
+
+    /// Texts of the last column are broken at blanks where [`Table::render_within`] would shorten
+    /// them: for lists whose sentences matter more than their height.
+    #[must_use]
+    pub fn folded(mut self) -> Table {
+        self.is_folded = true;
+        self
     }
 
     /// Columns, counted from 0, that [`Table::render_within`] leaves out where a line would be too
@@ -124,7 +135,8 @@ impl Table {
     }
 
     /// The table in lines of at most `width` characters: optional columns are left out until it
-    /// fits, then the widest text column is shortened. Numbers are never cut.
+    /// fits, then the widest text column is shortened, or the last one folded. Numbers are never
+    /// cut.
     ///
     /// # Examples
     /// ```
@@ -152,6 +164,15 @@ impl Table {
             }
         }
         let excess = taken(&shown, &widths).saturating_sub(width);
+        if let Some(&last) = shown.last().filter(|_| self.is_folded && excess > 0) {
+            let room = widths[last].saturating_sub(excess).max(SHORTEST_TEXT);
+            lines = lines
+                .iter()
+                .flat_map(|line| folded(line, last, room))
+                .collect();
+            widths[last] = widest(&lines, last);
+            return aligned(&lines, &shown, &widths, &self.header);
+        }
         let text = |column: &&usize| self.header[**column].1 == Align::Left;
         let longest = shown.iter().filter(text).max_by_key(|c| widths[**c]);
         if let Some(&column) = longest.filter(|_| excess > 0) {
@@ -161,23 +182,7 @@ impl Table {
             }
             widths[column] = widest(&lines, column);
         }
-        let mut out = String::new();
-        for line in lines {
-            let mut text = String::new();
-            for &column in &shown {
-                let cell = &line[column];
-                let pad = widths[column] - cell.chars().count();
-                let (before, after) = match self.header[column].1 {
-                    Align::Right => (pad, 0),
-                    Align::Left => (0, pad),
-                };
-                // Writing to a String cannot fail.
-                let _ = write!(text, "{:before$}{cell}{:after$}{:BETWEEN$}", "", "", "");
-            }
-            out.push_str(text.trim_end());
-            out.push('\n');
-        }
-        out
+        aligned(&lines, &shown, &widths, &self.header)
     }
 
     /// Header and rows as text.
@@ -196,6 +201,59 @@ impl Table {
             .chain(self.rows.iter().map(row))
             .collect()
     }
+}
+
+/// The cells of lines, padded to the widths of the columns shown.
+fn aligned(
+    lines: &[Vec<String>],
+    shown: &[usize],
+    widths: &[usize],
+    header: &[(String, Align)],
+) -> String {
+    let mut out = String::new();
+    for line in lines {
+        let mut text = String::new();
+        for &column in shown {
+            let cell = &line[column];
+            let pad = widths[column].saturating_sub(cell.chars().count());
+            let (before, after) = match header[column].1 {
+                Align::Right => (pad, 0),
+                Align::Left => (0, pad),
+            };
+            // Writing to a String cannot fail.
+            let _ = write!(text, "{:before$}{cell}{:after$}{:BETWEEN$}", "", "", "");
+        }
+        out.push_str(text.trim_end());
+        out.push('\n');
+    }
+    out
+}
+
+/// A line whose cell in a column is broken at blanks into lines of at most `room` characters; a
+/// longer word stands alone.
+fn folded(line: &[String], column: usize, room: usize) -> Vec<Vec<String>> {
+    let mut parts = vec![String::new()];
+    for word in line[column].split_whitespace() {
+        let used = parts.last().map_or(0, |part| part.chars().count());
+        if used > 0 && used + 1 + word.chars().count() > room {
+            parts.push(String::new());
+        }
+        if let Some(part) = parts.last_mut() {
+            part.push_str(if part.is_empty() { "" } else { " " });
+            part.push_str(word);
+        }
+    }
+    let mut lines = Vec::with_capacity(parts.len());
+    for part in parts {
+        // the other columns are written once
+        let mut cells = match lines.first() {
+            None => line.to_vec(),
+            Some(_) => vec![String::new(); line.len()],
+        };
+        cells[column] = part;
+        lines.push(cells);
+    }
+    lines
 }
 
 /// Characters of the longest cell of a column.
@@ -220,6 +278,21 @@ pub(super) fn short(text: &str, limit: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_last_column_of_a_list_is_folded() {
+        let mut table = Table::new(&[("name", Align::Left), ("", Align::Left)]).folded();
+        table.row(["one".into(), "a few plain words".into()]);
+        table.row(["two".into(), "more".into()]);
+        assert_eq!(
+            table.render(),
+            "name\none   a few plain words\ntwo   more\n"
+        );
+        assert_eq!(
+            table.render_within(18),
+            "name\none   a few plain\n      words\ntwo   more\n"
+        );
+    }
 
     #[test]
     fn numbers_of_a_column_share_their_decimals() {

@@ -424,7 +424,7 @@ fn in_travel(
         .iter()
         .filter(|axis| !axis.limits.contains(joints[axis.id], 1e-9))
     {
-        let shown = |value: f64| if axis.is_rotary() { deg(value) } else { value };
+        let shown = |value: f64| number(if axis.is_rotary() { deg(value) } else { value });
         let (position, min, max) = (
             shown(joints[axis.id]),
             shown(axis.limits.min),

@@ -50,8 +50,8 @@ pub(super) fn number(value: f64) -> String {
 /// A machine file that cannot be used, with everything that was found wrong with it, in the order
 /// of the text.
 ///
-/// Its text has one line `file:line:column: error: key: message` a problem, and a line `hint: ...`
-/// below where there is one; without line and column for a machine that was described in code.
+/// Its text has one line `file:line:column: key: message` a problem, and a line `hint: ...` below
+/// where there is one; without line and column for a machine that was described in code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MachineError {
@@ -104,22 +104,30 @@ impl MachineError {
     }
 }
 
+impl MachineError {
+    /// The text of one of its problems without the hint: place, key and message.
+    pub fn text_of(&self, problem: &Problem) -> String {
+        let place = match (&problem.option, problem.line, self.file.as_str()) {
+            (Some(option), ..) => format!("{option}: "),
+            (None, 0, "") => String::new(),
+            (None, 0, name) => format!("{name}: "),
+            (None, line, file) => format!("{file}:{line}:{}: ", problem.column),
+        };
+        let key = match problem.key.as_str() {
+            "" => String::new(),
+            key => format!("{key}: "),
+        };
+        format!("{place}{key}{}", problem.message)
+    }
+}
+
 impl fmt::Display for MachineError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, problem) in self.problems.iter().enumerate() {
             if index > 0 {
                 writeln!(f)?;
             }
-            match (&problem.option, problem.line, self.file.as_str()) {
-                (Some(option), ..) => write!(f, "{option}: error: ")?,
-                (None, 0, "") => {}
-                (None, 0, name) => write!(f, "{name}: error: ")?,
-                (None, line, file) => write!(f, "{file}:{line}:{}: error: ", problem.column)?,
-            }
-            if !problem.key.is_empty() {
-                write!(f, "{}: ", problem.key)?;
-            }
-            write!(f, "{}", problem.message)?;
+            write!(f, "{}", self.text_of(problem))?;
             if !problem.hint.is_empty() {
                 write!(f, "\n  hint: {}", problem.hint)?;
             }

@@ -101,6 +101,7 @@ impl Bows {
         let planned = straight
             + bend
             + (a.acceleration + b.acceleration) * (self.period_s * self.period_s / 64.0);
+        // Both middles through the kinematics: the bow is measured at the tool, not in the joints.
         let [from, to, straight, planned] =
             [a.position, b.position, straight, planned].map(|joints| self.tip(&joints, &b.tool_mm));
         off(&less(&straight, &planned), &less(&to, &from))
@@ -126,10 +127,12 @@ impl Bows {
         ) else {
             return;
         };
+        // Without tip control words are joints, shifted by the tool's offset.
         let [start, end] =
             [item.curve.start(), item.curve.end()].map(|program| offset(&program, &item.tool_mm));
         let way = end - start;
         let moves = |range: std::ops::Range<usize>| way.0[range].iter().any(|way| *way != 0.0);
+        // Bent only where rotary and linear words move together.
         if !(moves(3..6) && (moves(0..3) || moves(6..9))) {
             return;
         }
@@ -168,6 +171,7 @@ fn less(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 fn off(vector: &[f64; 3], direction: &[f64; 3]) -> f64 {
     let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let square = dot(direction, direction);
+    // A way without length has no direction: the whole vector counts.
     let along = if square > NO_DIRECTION_MM * NO_DIRECTION_MM {
         dot(vector, direction) / square
     } else {

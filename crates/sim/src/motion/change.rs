@@ -29,6 +29,8 @@ impl LimitChange {
             limits.acceleration *= self.acceleration;
             limits.jerk *= self.jerk;
         }
+        // The machine's tolerance serves moves whose G64 names none; theirs is changed with the
+        // item.
         config.default_tolerance_mm *= self.tolerance;
         config
     }
@@ -40,6 +42,7 @@ impl LimitChange {
                 FeedLimit::Rapid => FeedLimit::Rapid,
                 FeedLimit::PerSecond(feed) => FeedLimit::PerSecond(feed * self.feed),
                 FeedLimit::Fixed(feed) => FeedLimit::Fixed(feed * self.feed),
+                // Inverse time gives the duration: a faster feed makes it shorter.
                 FeedLimit::Duration(seconds) => FeedLimit::Duration(seconds / self.feed),
             };
             if let PathControl::Continuous {

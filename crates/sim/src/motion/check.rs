@@ -64,6 +64,7 @@ struct Pass<'a> {
 /// Everything that is wrong with the program, or all moves beyond the machine's travel.
 pub(crate) fn check(setup: &Setup<'_>) -> Result<Checked, SimError> {
     let (machine, options) = (setup.machine, setup.options);
+    // Options before the program: a wrong number must not cost the reading of a large file.
     check_options(options)?;
     let mut reader = Reader::new(setup)?;
     let modes = Modes::new(&setup.kinematics);
@@ -73,6 +74,7 @@ pub(crate) fn check(setup: &Setup<'_>) -> Result<Checked, SimError> {
         [false, true].map(|tip| TravelCheck::new(&config, Arc::clone(modes.kinematics(tip))));
     let words = modes
         .kinematics(true)
+        // A machine whose joints have other letters than its words says which words it takes.
         .layout()
         .map_or_else(|| machine.axis_set(), |layout| layout.words);
     let plan = PlanInfo::default();
@@ -92,10 +94,12 @@ pub(crate) fn check(setup: &Setup<'_>) -> Result<Checked, SimError> {
                 .map_err(|error| error.with_provenance(reader.diagnostics()))?,
             Err((problem, place)) => pass.problems.push(Diagnostic { problem, place }),
         }
+        // More problems would not be shown; a hostile program must not fill the memory.
         if pass.problems.len() >= options.limits.diagnostics {
             break;
         }
     }
+    // One warning for all moves in step with the spindle: its speed is assumed, not simulated.
     if let Some(place) = reader.synchronised() {
         pass.problems.push(Diagnostic {
             problem: Problem::SpindleAssumed,
@@ -111,10 +115,12 @@ impl Pass<'_> {
             return Ok(());
         };
         self.moves += 1;
+        // Lengths of the program as it stands, before blending shortens corners.
         match item.feed {
             FeedLimit::Rapid => self.plan.rapid_mm += tip_length(&item),
             _ => self.plan.cutting_mm += tip_length(&item),
         }
+        // An axis that stays at its place may be named: posts write A0 on three-axis machines, too.
         for axis in lostmotion_base::AxisId::ALL {
             if !self.words.contains(axis) && item.curve.end()[axis] != item.curve.start()[axis] {
                 return Err(SimError::NoAxis {
@@ -125,6 +131,8 @@ impl Pass<'_> {
                 });
             }
         }
+        // The whole curve is held against the travel, not its ends alone: an arc bulges beyond
+        // them.
         let travel = &mut self.travel[usize::from(read.tip)];
         travel.push(&item)?;
         let found = travel.take_violations();
@@ -138,6 +146,7 @@ impl Pass<'_> {
         for problem in self.problems {
             diagnostics.push(problem);
         }
+        // Errors of the text go first: places beyond the travel may follow from them.
         if diagnostics.errors() > 0 {
             return Err(SimError::Program {
                 name,
@@ -151,6 +160,7 @@ impl Pass<'_> {
         let setup = self.setup;
         let unreadable = |source| setup.unreadable(source);
         let bytes = setup.program.len().map_err(unreadable)?;
+        // Loops make blocks and lines differ: lines are counted in the file.
         let lines = count_lines(setup.program).map_err(unreadable)?;
         if self.moves == 0 {
             return Err(SimError::Empty { name, bytes, lines });
@@ -197,6 +207,7 @@ fn count_lines(source: &Program) -> std::io::Result<u64> {
         if buffer.is_empty() {
             return Ok(lines + u64::from(unfinished));
         }
+        // A last line without a line feed counts, too.
         lines += buffer.iter().filter(|byte| **byte == b'\n').count() as u64;
         unfinished = buffer.last() != Some(&b'\n');
         let length = buffer.len();

@@ -38,6 +38,7 @@ fn planned_move(motion: &Motion) -> Result<Move, SimError> {
         source,
         provenance: Box::default(),
     })?;
+    // A duration (G93) replaces the feed; rapids heed neither.
     let feed = match (motion.feed, motion.duration_s) {
         (Feed::Rapid, _) => FeedLimit::Rapid,
         (_, Some(seconds)) => FeedLimit::Duration(seconds),
@@ -45,6 +46,8 @@ fn planned_move(motion: &Motion) -> Result<Move, SimError> {
         // The parameter of a curve on which only rotary axes move is in degrees.
         (Feed::RadPerMin(feed), None) => FeedLimit::PerSecond(deg(feed) / MINUTE_S),
     };
+    // M49 takes the override away: the feed is fixed, and a duration becomes the mean speed that
+    // keeps it.
     let feed = match feed {
         FeedLimit::PerSecond(feed) if !motion.feed_override => FeedLimit::Fixed(feed),
         FeedLimit::Duration(seconds) if !motion.feed_override => {
@@ -88,10 +91,13 @@ pub fn curve(motion: &Motion) -> Result<Curve, PathError> {
         };
         return Ok(Curve::Arc(Arc::new(spec)?));
     }
+    // Pieces of splines have tangents and curvatures at their ends; all else that is no circle is
+    // straight.
     let Some(bend) = &motion.bend else {
         return Ok(Curve::line(motion.start, motion.end));
     };
     let ends = [motion.start, motion.end];
+    // Derivatives by arc length: the unit tangent, and the curvature vector in 1/mm.
     let [start, end] = [0, 1].map(|at| {
         let [d1, d2] =
             [bend.tangents[at], bend.curvatures_per_mm[at]].map(|[x, y, z]| Coords::xyz(x, y, z));

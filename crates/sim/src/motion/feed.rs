@@ -79,8 +79,11 @@ impl Feed {
         let mut modes = Modes::new(&setup.kinematics);
         let start = machine.start();
         let mut config = change.of_machine(planner_config(machine, options.quality));
+        // An operator's actions retime the finished plan: they act on samples, not on the planner.
         let paced = Paced::new(&config, &options.interventions)?;
         if paced.is_some() {
+            // The planner samples finely enough that the pacer loses nothing between two of its
+            // samples.
             config.clock = Pacer::plan_clock(&config);
         }
         let bows = Bows::new(
@@ -88,10 +91,13 @@ impl Feed {
             machine.cycles().command().period_s(),
             BowLimit::new(machine, options),
         );
+        // Without rotary orientation words are always the tip; else only where the machine or G43.4
+        // says so.
         let tip = setup.tip_control == TipControl::Always
             || modes.kinematics(true).orientation().is_none();
         modes.begin(0, tip);
         let kinematics = Arc::clone(modes.kinematics(tip));
+        // Before the first tool change no offset is in force.
         let start_joints = kinematics.inverse(&start, &[0.0; 3])?;
         Ok(Feed {
             name: setup.program.name().to_owned(),
@@ -126,6 +132,7 @@ impl Feed {
         segments: &mut Vec<ProgrammedSegment>,
     ) -> Result<(), SimError> {
         samples.clear();
+        // Taken out for the call, since the pacer draws on the plan of `self`.
         let result = if let Some(mut paced) = self.paced.take() {
             let result = paced.take(most, samples, |plan| {
                 self.plan(PLAN_SAMPLES, plan, segments)
@@ -152,6 +159,7 @@ impl Feed {
         while samples.len() < most {
             let from = samples.len();
             let taken = self.planner.take(most - from, samples);
+            // Each planner counts from 0; the program has one count over all of them.
             for sample in samples.iter_mut().skip(from) {
                 sample.tick += self.before.0;
                 sample.segment += self.before.1;
@@ -161,6 +169,8 @@ impl Feed {
             // The planner knows no more: it gets the next item, or comes to rest, and goes on in
             // other coordinates if a move in those is waiting.
             if taken == 0 {
+                // The planner has come to rest, so the waiting move may begin in its own
+                // coordinates.
                 if let Some(read) = self.held.take() {
                     self.change_over(&read)?;
                     self.push(&read, segments)?;
@@ -182,6 +192,8 @@ impl Feed {
         };
         let read =
             read.map_err(|(problem, place)| self.reader.refused(&self.name, problem, place))?;
+        // A change between tip and joint coordinates needs a standstill: paths of the two cannot be
+        // blended.
         if matches!(read.item, MotionItem::Move(_)) && self.modes.begin(self.segments, read.tip) {
             self.held = Some(read);
             return Ok(self.planner.finish()?);
@@ -195,6 +207,7 @@ impl Feed {
         } else {
             Coords::ZERO
         };
+        // Dwells and tool changes take time without motion: the account of time gets them here.
         self.note_stop(&read.item);
         let item = plan_item(&read.item)
             .map_err(|error| error.with_provenance(self.reader.diagnostics()))?;
@@ -203,6 +216,8 @@ impl Feed {
         };
         self.planner.push(item)?;
         if let PlanItem::Move(item) = item {
+            // Under tip control the planner itself keeps the tip on the line; without it a rotary
+            // word bends the way.
             if let Some(bows) = self.bows.as_mut().filter(|_| !read.tip) {
                 bows.plain(&item);
             }
@@ -251,11 +266,13 @@ impl Feed {
     /// Goes on from rest in other coordinates.
     fn change_over(&mut self, read: &Read) -> Result<(), SimError> {
         let kinematics = self.modes.kinematics(read.tip);
+        // The joints stand where the last plan ended; only the words for the place change.
         let start = kinematics.forward(&self.planned, &[0.0; 3]);
         self.planner = Bows::bound(
             self.bows.as_ref(),
             Planner::new(self.config.clone(), Arc::clone(kinematics), start)?,
         );
+        // Offsets of samples and segments for the new planner's counts.
         self.before = (self.given, self.segments);
         Ok(())
     }

@@ -36,6 +36,7 @@ impl Modes {
 
     /// That of a segment.
     pub(crate) fn at(&self, segment: u64) -> &dyn Kinematics {
+        // The last change at or before the segment holds; there are few changes and many look-ups.
         let after = self.changes.partition_point(|(first, _)| *first <= segment);
         let tip = after
             .checked_sub(1)

@@ -32,6 +32,7 @@ impl Paced {
         let mut last_s = 0.0;
         let mut actions = VecDeque::new();
         for Intervention { at_s, action } in interventions {
+            // Actions are taken off the front: their times must not go back.
             if !(at_s.is_finite() && *at_s >= last_s) {
                 return Err(SimError::Option {
                     what: "the time of an intervention in s",
@@ -41,6 +42,7 @@ impl Paced {
             }
             action.check()?;
             last_s = *at_s;
+            // To the nearest command cycle: the pacer acts between samples.
             actions.push_back(((at_s / config.clock.period_s()).round() as Tick, *action));
         }
         Ok(Some(Paced {
@@ -72,11 +74,13 @@ impl Paced {
             }
             // Held, and no later intervention resumes it.
             self.stopped = self.pacer.is_held() && self.actions.is_empty();
+            // The pacer gives a sample as soon as it knows enough of the plan to brake in time.
             if let Some(sample) = self.pacer.take() {
                 samples.push(sample);
                 self.given += 1;
                 continue;
             }
+            // It needs more of the plan, which may end here.
             self.plan.clear();
             plan(&mut self.plan)?;
             self.plan.iter().for_each(|sample| self.pacer.push(*sample));

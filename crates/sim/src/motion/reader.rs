@@ -80,10 +80,13 @@ impl Reader {
                     Err(problem) => return Some(Err((problem, BlockRef::default()))),
                 }
             };
+            // Progress is measured in the main file; a loop's blocks lie before the farthest place
+            // read.
             if sourced.block.span.file == 0 {
                 self.bytes = self.bytes.max(sourced.block.span.start);
             }
             match sourced.op {
+                // Modes that the fold does not keep, for the segments that follow.
                 CanonicalOp::SelectPlane(plane) => self.plane = plane,
                 CanonicalOp::SetG5xOffset { system, .. } => self.system = system,
                 CanonicalOp::StartSpeedFeedSync(_) => {
@@ -106,6 +109,8 @@ impl Reader {
             sourced.op,
             CanonicalOp::StraightFeed(_) | CanonicalOp::StraightTraverse(_)
         );
+        // Under G43.5 a straight move has a direction but no rotary words yet: it waits until those
+        // behind it are known.
         if straight && self.steering.directs() {
             return match self.fold.push(sourced)? {
                 Some(MotionItem::Move(motion)) => {
@@ -141,6 +146,8 @@ impl Reader {
             }
             CanonicalOp::UseToolLengthOffset(_) if self.steering.steers() => {
                 self.flush()?;
+                // A new length offset must not move the machine: the joints are taken before and
+                // restored after.
                 let joints = self.steering.joints(&self.fold)?;
                 self.fold.push(sourced)?;
                 if !self.steering.stand(&joints, &mut self.fold) {
@@ -155,6 +162,8 @@ impl Reader {
             _ => {
                 let mut items = Vec::new();
                 self.fold.push_all(sourced, &mut items)?;
+                // Moves that wait come before this one; operations without motion may overtake
+                // them.
                 if !items.is_empty() {
                     self.flush()?;
                 }
@@ -164,6 +173,7 @@ impl Reader {
                 return Ok(());
             }
         }
+        // The interpreter works out later words from where the program now is.
         self.program.moved_to(self.fold.program_place());
         Ok(())
     }
@@ -191,6 +201,7 @@ impl Reader {
             Some(clockwise) => self.spindles.insert(spindle, clockwise),
             None => self.spindles.remove(&spindle),
         };
+        // Repeating M3 changes nothing and takes no time.
         self.spindle_events += u64::from(before != clockwise);
     }
 
@@ -264,6 +275,7 @@ fn tool_table(machine: &Machine) -> Option<ToolTable> {
     for entry in machine.tools() {
         let mut offset = [0.0; 9];
         offset[2] = Units::Mm.convert(entry.length_mm, InterpreterConfig::default().machine_units);
+        // Machine files have no carousel: every tool stands in the pocket of its number.
         let number = entry.number as i32;
         table.insert(Tool {
             number,

@@ -124,6 +124,7 @@ impl Steering {
                 .kinematics(self.on)
                 .inverse(&fold.position(), &tool)
                 .map_err(|_| POSE_BEYOND_REACH)?;
+            // Same joints, other words: nothing moves when control of the tip begins or ends.
             fold.moved_to(self.kinematics(on).forward(&joints, &tool));
             self.on = on;
         }
@@ -169,10 +170,13 @@ impl Steering {
         let Some(orientation) = tip.orientation() else {
             return Ok(None);
         };
+        // G53.1 turns now: of the two solutions the one with the least turning from here.
         let from = orientation.angles(&fold.position());
         let angles = orientation
             .choose(from, &[direction])
             .map_err(|error| refuse(&error))?;
+        // Linear joints stand still while the rotary ones turn: joint coordinates for this one
+        // move.
         self.switch(false, fold)?;
         let end = orientation.with(&fold.position(), angles.first().copied().unwrap_or(from));
         let item = fold.rapid_to(end, block);
@@ -198,6 +202,8 @@ impl Steering {
                 .map_or([0.0; 2], |orientation| orientation.angles(&motion.start));
         }
         self.waiting.push_back((motion, direction, plane));
+        // Half of the window is released and half stays, so that each choice of solution sees at
+        // least that many moves ahead.
         if self.waiting.len() >= LOOK_AHEAD {
             self.release(LOOK_AHEAD / 2, out)
         } else {
@@ -232,10 +238,14 @@ impl Steering {
             .iter()
             .map(|(_, direction, _)| *direction)
             .collect();
+        // Least total turning over all that waits (a shortest path through the solutions), not move
+        // by move.
         let steps = orientation.follow(self.from, &directions);
         let steps = match steps {
             Ok(steps) => steps,
             Err(error) => {
+                // A direction out of reach spoils the whole window: the moves behind it would start
+                // elsewhere.
                 self.waiting.clear();
                 return Err(refuse(&error));
             }
@@ -255,6 +265,7 @@ impl Steering {
             };
             let (start, end): (Coords, Coords) =
                 (place(started, self.from), place(step.part, step.angles));
+            // Inverse time (G93) gives the whole move a duration; each step has its share.
             let duration_s = motion
                 .duration_s
                 .map(|seconds| seconds * (step.part - started));

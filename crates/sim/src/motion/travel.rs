@@ -30,6 +30,8 @@ impl Excesses {
         self.moves += 1;
         self.systems.insert(system);
         for violation in violations {
+            // One entry a joint and end of its travel: limits are compared to the bit, both come
+            // from the same machine.
             let same = |known: &&mut TravelExcess| {
                 known.joint == violation.joint && known.limit.to_bits() == violation.limit.to_bits()
             };
@@ -44,6 +46,7 @@ impl Excesses {
             match self.found.iter_mut().find(same) {
                 Some(known) => {
                     let moves = known.moves + 1;
+                    // The farthest place stands for all, with the count of moves beyond this end.
                     if new.by() > known.by() {
                         *known = new;
                     }
@@ -61,6 +64,7 @@ impl Excesses {
 
     /// The error that they are, largest first, with what to do about them.
     pub(super) fn error(mut self, setup: &Setup<'_>) -> SimError {
+        // Linear joints first: mm and rad cannot be ordered by size.
         self.found.sort_by(|a, b| {
             (a.is_rotary, b.by())
                 .partial_cmp(&(b.is_rotary, a.by()))
@@ -86,6 +90,7 @@ impl Excesses {
             (Some(system), 1) => WorkOffsets::KEYS.get(usize::from(*system).checked_sub(1)?)?,
             _ => return None,
         };
+        // A shift helps only where the whole part moves with it: the range of all moves is needed.
         let reached = reached(setup)?;
         let (mut shifts, mut keys) = (Vec::new(), Vec::new());
         for axis in setup.machine.axes() {
@@ -99,6 +104,7 @@ impl Excesses {
             };
             let (low, high) = (reached.min[axis.id], reached.max[axis.id]);
             let (needs, has) = (high - low, axis.limits.max - axis.limits.min);
+            // No offset makes a part fit that is longer than the travel.
             if needs > has {
                 let [needs, has] = [needs, has].map(|length| shown(length, axis.is_rotary()));
                 return Some(format!(
@@ -106,6 +112,7 @@ impl Excesses {
                     axis.id
                 ));
             }
+            // The least shift: the farthest place comes to lie on the limit.
             let by = first.limit - first.value;
             shifts.push(format!(
                 "{} by {} or more",
@@ -113,6 +120,7 @@ impl Excesses {
                 signed(by, axis.is_rotary())
             ));
             let system = usize::from(*self.systems.first()?) - 1;
+            // The value to write into the machine file: the origin in force, shifted.
             let origin = setup.machine.work_offsets().get(system)?[axis.id] + by;
             let value = if axis.is_rotary() {
                 deg(origin)
@@ -148,10 +156,14 @@ fn reached(setup: &Setup<'_>) -> Option<Bounds> {
     for item in Curves::new(setup).ok()? {
         let item = item.ok()?;
         let kinematics = modes.kinematics(item.is_tip);
+        // With rotary kinematics a shift of the part changes every joint: no single number mends
+        // it.
         if kinematics.joint_map() == JointMap::Curved {
             return None;
         }
         let start = item.motion.curve.start();
+        // Joints are the program's coordinates plus a constant, so bounds of the curve need no
+        // sampling.
         let offset = kinematics.inverse(&start, &item.motion.tool_mm).ok()? - start;
         let bounds = item.motion.curve.bounds();
         let (min, max) = (bounds.min + offset, bounds.max + offset);

@@ -95,14 +95,19 @@ impl Bank {
                     &beam.gantry.second,
                 ))
             });
+            // The drives of the axes, then the second motor of a gantry, which has the same axis
+            // and its own description.
             for (drive, axis, config) in firsts.chain(second) {
                 let error = |source| SimError::Axis {
                     axis: axis.id,
                     source,
                 };
                 let config = variant.config(config);
+                // Joints count in mm and rad, axes in the unit of their file (mm, deg, rad).
                 let at = start[axis.id] * axis.axis_units_per_joint_unit();
                 let mut runner = variant.runner(&config, at).map_err(error)?;
+                // A program starts from rest: gravity has chosen the flank, integrators hold the
+                // load.
                 settle(runner.as_mut(), &config, at).map_err(error)?;
                 let datum = datum(&config, at).map_err(error)?;
                 lanes.push(Lane {
@@ -113,6 +118,7 @@ impl Bank {
                 });
             }
         }
+        // The most delayed lane decides how long the end of the program is drained.
         let delay_ticks = lanes
             .iter()
             .map(|lane| lane.runner.delay_ticks())
@@ -126,7 +132,10 @@ impl Bank {
         let in_beam =
             |lane: &Lane| stiff.is_some_and(|(axis, _)| lane.drive == axis || lane.drive == count);
         let mut order: Vec<usize> = (0..lanes.len()).collect();
+        // A stable sort: free lanes keep their order and come first, so that one split separates
+        // batch and beams.
         order.sort_by_key(|lane| in_beam(&lanes[*lane]));
+        // The inverse permutation, for readers who ask by variant and axis.
         let mut lane_of = vec![0; lanes.len()];
         order
             .iter()
@@ -179,9 +188,13 @@ impl Bank {
                 }
             }));
         }
+        // Both motors follow one command; the cutting force is divided by the lever rule of the
+        // tool's place on the beam.
         if let Some(beam) = &self.outputs.gantry {
             beam.share_forces(samples, &mut self.setpoints);
         }
+        // Variants differ in their lanes, never in their setpoints: lanes of one drive share a
+        // slice.
         let setpoints: Vec<&[Setpoint]> = self
             .drive_of
             .iter()
@@ -191,6 +204,7 @@ impl Bank {
         let free = self.batch.len();
         let (lanes, ends) = self.outputs.lanes.split_at_mut(free);
         let (drive_of, infos) = (&self.drive_of, (&self.outputs.axes, &self.outputs.gantry));
+        // An error names the axis; the second motor counts as the gantry's axis.
         let named = |lane: usize, source| {
             let (axes, gantry) = infos;
             let second = gantry.as_ref().map_or(0, |beam| beam.axis);
@@ -207,6 +221,8 @@ impl Bank {
         {
             result.map_err(|source| named(lane, source))?;
         }
+        // The ends of a beam exchange force each current period and cannot run in separate lanes of
+        // the batch.
         type Ends<'a> = (
             (&'a mut TiedAxes, &'a mut [AxisOutput]),
             &'a [&'a [Setpoint]],
@@ -277,6 +293,7 @@ fn tie(
 fn settle(runner: &mut dyn AxisRunner, config: &AxisConfig, at: f64) -> Result<f64, AxisError> {
     let rest = Setpoint::moving(at, 0.0, 0.0);
     let mut output = AxisOutput::new(false);
+    // Command cycles in the time for settling.
     let ticks = (SETTLE_S / config.cycles.command().period_s()).round() as usize;
     runner.push(&vec![rest; ticks], &mut output)?;
     Ok(output.load.last().copied().unwrap_or(at))
@@ -289,6 +306,7 @@ fn datum(config: &AxisConfig, at: f64) -> Result<f64, AxisError> {
     if config.reflected_load().constant_nm == 0.0 {
         return Ok(0.0);
     }
+    // The zero is set with the bare drive: a compensator would already shift the load.
     let mut runner = build_runner(config, MethodId::NONE, at)?;
     Ok(settle(runner.as_mut(), config, at)? - at)
 }

@@ -42,6 +42,7 @@ pub(crate) fn answer(
             method_result(setup, name, index + 1, tolerance_um, tally)
         })
         .collect();
+    // Texts of the few worst blocks are read again from the program: the tally holds places alone.
     let mut texts = BlockTexts::new(setup.program, checked.files);
     for row in results
         .iter_mut()
@@ -49,6 +50,7 @@ pub(crate) fn answer(
     {
         row.text = texts.at(row.block.span);
     }
+    // Needs all methods at once: harm is measured against `none` of the same run.
     note_harm(&mut results);
     let mut program = checked.program;
     let PlanInfo {
@@ -57,6 +59,7 @@ pub(crate) fn answer(
         unstraight,
         ..
     } = tally.straightness;
+    // The bow is known only after planning, so its warning is added to those of the reading pass.
     program.warnings.extend(
         tally
             .straightness
@@ -85,7 +88,7 @@ pub(crate) fn answer(
     }
 }
 
-/// The drives of the axes with their letters.
+/// The results of one method, which is a variant of the tally.
 fn method_result(
     setup: &Setup<'_>,
     method: String,
@@ -119,13 +122,15 @@ fn method_result(
         within_tolerance: cutting.max <= tolerance_um,
         notes: Vec::new(),
     };
+    // Last: the notes quote figures of the result itself.
     result.notes = notes(&result, servo, recorder.cutting.not_finite());
     result
 }
 
-/// Cutting moves; G0 moves only where nothing is cut.
+/// The worst blocks: of cutting moves; of rapids only where nothing is cut.
 fn worst_blocks(recorder: &Recorder, servo: Clock) -> Vec<BlockResult> {
     let block = |row| rows::block(row, servo);
+    // A program of rapids alone still has worst blocks to show.
     let cutting: Vec<BlockResult> = recorder.blocks.worst().map(block).collect();
     if cutting.is_empty() {
         recorder.blocks.worst_rapids().map(block).collect()
@@ -184,6 +189,7 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
     } else {
         UM_PER_MM
     };
+    // Axis units to um or mdeg, through the joint unit that both are defined by.
     let factor = per_joint_unit / info.units;
     let large = per_joint_unit / 1e3;
     AxisResult {
@@ -193,6 +199,7 @@ fn axis_result(variant: usize, axis: usize, tally: &Tally) -> AxisResult {
         following: rows::stats(&tally.recorders[variant].following[axis], factor),
         following_without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].following[axis], factor),
         reversals: tally.recorders[variant].turns.counts()[id.index()],
+        // The harder loaded motor of a gantry decides.
         peak_current_ratio: second.map_or(output.peak_current_a, |second| {
             output.peak_current_a.max(second.peak_current_a)
         }) / info.current_limit_a,
@@ -216,6 +223,7 @@ fn note_harm(results: &mut [MethodResult]) {
         .iter_mut()
         .filter(|result| matches!(Harm::of(&result.backlash, &none), Some(Harm::Rms(_))))
     {
+        // Diverged runs leave metres of error: decimals would say nothing.
         let (with, without) = (result.backlash.rms, none.rms);
         let digits = if with < 100.0 { 2 } else { 0 };
         result.notes.push(format!("does harm here: backlash RMS {with:.digits$} um against {without:.2} um without compensation"));
@@ -228,6 +236,8 @@ fn recommended(
     choices: &[Choice],
     needs_scale: impl Fn(&Choice) -> bool,
 ) -> Option<String> {
+    // A scale on the load is hardware that most machines do not have: methods that need one are
+    // shown, not recommended.
     let rms: Vec<(&str, f64)> = results
         .iter()
         .zip(choices)

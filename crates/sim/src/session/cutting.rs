@@ -63,6 +63,7 @@ impl Cutting {
     }
 
     fn force(&self, sample: &Sample, kinematics: &dyn Kinematics) -> Coords {
+        // Columns of the tip's Jacobian dp/dq, one a joint.
         let ways: Vec<(AxisId, [f64; 3])> = self
             .axes
             .iter()
@@ -94,6 +95,8 @@ impl Cutting {
 
     /// How the tip moves with a joint: mm for each mm or rad.
     fn way(&self, sample: &Sample, axis: AxisId, kinematics: &dyn Kinematics) -> [f64; 3] {
+        // Central differences: any kinematics serves, also one of the caller that has no
+        // derivatives of the pose.
         let reach = DIFFERENCE_STEPS[usize::from(self.rotary.contains(axis))];
         let at = |by: f64| {
             let mut joints = sample.position;

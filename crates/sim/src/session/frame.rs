@@ -90,6 +90,8 @@ impl Aligner {
             let Some(commanded) = cnc.checked_sub(self.delay_ticks) else {
                 continue;
             };
+            // Index counted from the oldest sample held back: below `held` it lies in an earlier
+            // chunk.
             let from_oldest = commanded + held - self.done;
             let sample = match from_oldest.checked_sub(held) {
                 Some(index) => samples[index as usize],
@@ -108,6 +110,7 @@ impl Aligner {
                 without_gap: ContourSample::default(),
             });
         }
+        // The last samples of this chunk are answered by ticks of the next one.
         self.keep(samples);
     }
 

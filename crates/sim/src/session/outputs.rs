@@ -44,6 +44,7 @@ impl Beam {
         let [axis, second] = [self.axis, count - 1];
         setpoints[second] = first;
         for (n, sample) in samples.iter().enumerate() {
+            // Lever rule: the nearer end takes the larger part, both together the whole.
             let share = self.gantry.share(sample.position[self.gantry.along]);
             for (drive, part) in [(axis, 1.0 - share), (second, share)] {
                 let force = &mut setpoints[drive][n].load_force;
@@ -133,6 +134,7 @@ impl Outputs {
         let share = beam
             .gantry
             .share(self.end(variant, beam.along, servo_sample));
+        // Linear between the ends: the beam itself is taken to be straight.
         first + share * (self.end(variant, self.axes.len(), servo_sample) - first)
     }
 

@@ -46,6 +46,8 @@ impl Recorder {
         options: &SimulateOptions,
         with_records: bool,
     ) -> Recorder {
+        // The window is given in seconds and counted in servo ticks: causes must not depend on
+        // rounding of times.
         let window = (options.reversal_window_s / cycles.servo().period_s()).round() as u64;
         Recorder {
             variant,
@@ -84,10 +86,12 @@ impl Recorder {
             records.clear();
         }
         for frame in frames {
+            // Reversals are those of the commanded velocity, which changes once a command cycle.
             if frame.is_command_tick {
                 self.watch_reversals(frame);
             }
             let joints = outputs.load(self.variant, frame.servo_sample);
+            // Forward kinematics of the loads: where the tool is, in the part's frame.
             let actual = modes
                 .at(frame.sample.segment)
                 .tool_pose(&joints, &frame.sample.tool_mm);
@@ -108,6 +112,8 @@ impl Recorder {
                 commanded_tip_mm: frame.tip_mm,
             };
             self.finished_turns.extend(self.turns.record(&record));
+            // While all joints are commanded to rest nothing is cut, and dwells would outweigh the
+            // motion in the RMS.
             if frame.moving {
                 self.count(frame, &record, outputs);
             }
@@ -121,6 +127,7 @@ impl Recorder {
             .reversal_config
             .step(&mut self.reversals, frame.tick, &sample.velocity)
         {
+            // An axis that turns again within the window closes its earlier reversal.
             let before = self.turns.open(
                 reversal,
                 sample.segment,
@@ -137,6 +144,7 @@ impl Recorder {
             segment: record.sample.segment,
             s: record.sample.s,
         };
+        // Verdict and comparison are about cutting; rapids are kept apart.
         if record.sample.rapid {
             self.rapid.push(record.sample.error_mm, place);
         } else {
@@ -146,6 +154,7 @@ impl Recorder {
                 .push(record.sample.orientation_error_rad, place);
         }
         for (axis, statistics) in self.following.iter_mut().enumerate() {
+            // Following error: the reference, after its delay, minus the load at the same tick.
             let reference = outputs.of(self.variant, axis).reference[frame.servo_sample];
             statistics.push(
                 reference - outputs.load_of(self.variant, axis, frame.servo_sample),
@@ -154,6 +163,7 @@ impl Recorder {
         }
         if let Some(skew) = outputs.skew(self.variant, frame.servo_sample) {
             self.skew.push(skew, place);
+            // Statistics know where their peak is on the path; the block is kept here.
             if skew.abs() > self.skew_peak.0 {
                 self.skew_peak = (skew.abs(), frame.sample.block);
             }

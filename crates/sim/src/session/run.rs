@@ -8,6 +8,7 @@ use super::stepper::Stepper;
 use crate::error::SimError;
 use crate::method::Choice;
 use crate::observer::{Audience, Observer};
+use crate::options::MAX_THREADS;
 use crate::program::BlockTexts;
 use crate::results::PlanInfo;
 use crate::setup::Setup;
@@ -41,8 +42,13 @@ pub(crate) fn on_threads<T: Send>(
     threads: usize,
     work: impl FnOnce(usize) -> Result<T, SimError> + Send,
 ) -> Result<T, SimError> {
+    // Without a pool a run may itself be a job of the caller's pool, hundreds at a time.
     if threads == 1 {
         return work(1);
+    }
+    if threads > MAX_THREADS {
+        let why = format!("allowed are 0 (one per core) to {MAX_THREADS}");
+        return Err(SimError::Threads { threads, why });
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|why| SimError::Threads {
@@ -81,6 +87,8 @@ fn run_on(
     audience: &mut Audience<'_>,
 ) -> Result<Tally, SimError> {
     let mut variants = vec![Variant::without_gap()];
+    // Variant 0 is the reference: what servo and command leave without a gap. Every method's error
+    // is split against it.
     variants.extend(choices.iter().map(Variant::with_gap));
     let mut stepper = Stepper::new(setup, &variants, threads, false)?;
     let mut judge = Judge::new(setup, &stepper, variants.len(), audience.wants_contour());
@@ -90,16 +98,20 @@ fn run_on(
         .map(|_| BlockTexts::new(setup.program, files.clone()));
     loop {
         let more = stepper.step()?;
+        // All variants are measured on the same ticks, then rows that no later tick can change are
+        // handed out: memory stays constant.
         judge.chunk(&mut stepper, threads)?;
         if let (Some(observer), Some(texts)) = (&mut audience.observer, &mut texts) {
             judge.report_rows(*observer, texts);
             judge.report_contour(*observer, &stepper.tracker);
         }
+        // After the rows, so that a caller who cancels here has seen what was finished.
         audience.progress(stepper.progress())?;
         if !more {
             break;
         }
     }
+    // Rows of the last blocks and reversals stay open until the end of the program.
     for recorder in &mut judge.recorders {
         recorder.close();
     }
@@ -130,6 +142,7 @@ impl Judge {
     fn new(setup: &Setup<'_>, stepper: &Stepper, variants: usize, with_records: bool) -> Judge {
         let (axes, cycles) = (stepper.bank.outputs.axes().len(), setup.machine.cycles());
         let recorder = |variant| {
+            // Observers see methods alone; the reference variant needs no points.
             let with_records = with_records && variant != WITHOUT_GAP;
             Recorder::new(variant, axes, cycles, setup.options, with_records)
         };
@@ -143,16 +156,20 @@ impl Judge {
     }
 
     fn chunk(&mut self, stepper: &mut Stepper, threads: usize) -> Result<(), SimError> {
+        // First what all recorders read from the frames: they run side by side afterwards.
         self.measure_references(stepper)?;
         let (frames, tracker, modes) = (&stepper.frames, &stepper.tracker, &stepper.modes);
         let outputs = &stepper.bank.outputs;
         let record = |recorder: &mut Recorder| recorder.chunk(frames, outputs, tracker, modes);
+        // Collected in the order of the variants, so that the first error does not depend on the
+        // number of threads.
         let results: Vec<Result<(), SimError>> = if threads > 1 {
             self.recorders.par_iter_mut().map(record).collect()
         } else {
             self.recorders.iter_mut().map(record).collect()
         };
         results.into_iter().collect::<Result<(), SimError>>()?;
+        // A row is final once no foot point can fall back on its segment.
         if let Some(oldest) = stepper.release() {
             for recorder in &mut self.recorders {
                 recorder.close_before(oldest);
@@ -166,20 +183,25 @@ impl Judge {
     fn measure_references(&mut self, stepper: &mut Stepper) -> Result<(), SimError> {
         let (outputs, tracker) = (&stepper.bank.outputs, &stepper.tracker);
         for frame in &mut stepper.frames {
+            // Contour error of the command: the reference as the tool, so what is left is G64's
+            // blending and the interpolation.
             let command =
                 tracker.measure(&mut self.command_foot, &contour_input(frame, &frame.pose))?;
+            // The same tick on the machine without a gap: command plus servo.
             let joints = outputs.load(WITHOUT_GAP, frame.servo_sample);
             let actual = stepper
                 .modes
                 .at(frame.sample.segment)
                 .tool_pose(&joints, &frame.sample.tool_mm);
             frame.command_mm = command.error_mm;
+            // Results name places as the program does: from its work offset, not from machine zero.
             let origin = tracker
                 .segment(frame.sample.segment)
                 .map_or([0.0; 3], |segment| segment.origin_mm);
             frame.tip_mm = std::array::from_fn(|axis| frame.pose.tip[axis] - origin[axis]);
             frame.without_gap =
                 tracker.measure(&mut self.without_gap_foot, &contour_input(frame, &actual))?;
+            // Rapids and standstill would dilute the RMS and percentiles of what is cut.
             if frame.moving && !command.rapid {
                 let place = Place {
                     tick: frame.tick,
@@ -193,6 +215,7 @@ impl Judge {
     }
 
     fn report_contour(&self, observer: &mut dyn Observer, tracker: &ContourTracker) {
+        // Recorder 0 is the machine without a gap: method n is recorder n + 1.
         for (method, recorder) in self.recorders.iter().skip(1).enumerate() {
             if let Some(records) = &recorder.records {
                 let points: Vec<_> = records
@@ -211,6 +234,8 @@ impl Judge {
                 .iter()
                 .map(|row| rows::block(row, self.servo))
                 .collect();
+            // Texts of blocks are read from the program again, for the rows that are reported
+            // alone.
             for row in &mut blocks {
                 row.text = texts.at(row.block.span);
             }

@@ -87,6 +87,7 @@ impl Stepper {
     /// # Errors
     /// Those of the planner and the axes; a program that runs longer than allowed.
     pub(crate) fn step(&mut self) -> Result<bool, SimError> {
+        // Endless programs end here: every other resource of a run is bounded by the chunk.
         if self.command.seconds(self.count) > self.max_duration_s {
             return Err(SimError::TooLong {
                 limit_s: self.max_duration_s,
@@ -94,20 +95,26 @@ impl Stepper {
         }
         self.feed
             .chunk(self.chunk_samples, &mut self.samples, &mut self.segments)?;
+        // The tracker has to know a segment before the first sample that names it.
         for segment in self.segments.drain(..) {
             self.tracker.push(segment)?;
         }
         self.modes.clone_from(self.feed.modes());
+        // The reference lags behind the plan by the interpolator's delay: samples at rest push the
+        // last setpoints through.
         self.over = self.samples.is_empty();
         if self.over {
             self.drain();
         }
         self.note_commands();
+        // Forces from the commanded motion, not from the simulated one: the same for every variant,
+        // so that methods are compared under one load.
         let forces = self.cutting.as_ref().map_or(Vec::new(), |cutting| {
             cutting.forces(&self.samples, &self.tracker, &self.modes)
         });
         self.bank.run(&self.samples, &forces)?;
         let outputs = &self.bank.outputs;
+        // Each servo tick is paired with the command that it answers to, the delay taken out.
         self.aligner.frames(
             &self.samples,
             &self.modes,
@@ -125,6 +132,7 @@ impl Stepper {
             path_speed: 0.0,
             ..last
         });
+        // As many command cycles as the slowest axis' reference is late.
         let delay = self.bank.delay_ticks() as usize;
         self.samples.extend(
             rest.into_iter()

@@ -62,6 +62,8 @@ impl Ledger {
             .as_ref()
             .is_some_and(|open| open.block == block && open.kind == kind)
         {
+            // A block that runs again (a loop, a subroutine) after another one has a row of its
+            // own.
             self.close();
             self.open = Some(Open {
                 block,
@@ -124,6 +126,7 @@ pub(super) fn shares(counts: &Counts, ticks: Tick, clock: Clock) -> Vec<LimitSha
         .enumerate()
         .filter(|(_, count)| *count > 0)
         .collect();
+    // Ties in the order of the limiters, so that tables do not depend on the sort.
     used.sort_by_key(|(limiter, count)| (std::cmp::Reverse(*count), *limiter));
     let share = |(limiter, count): (Limiter, Tick)| LimitShare {
         limit: name(limiter),

@@ -78,12 +78,16 @@ impl Joints {
                 0.5 * (a.velocity.0[joint] + b.velocity.0[joint]),
                 [a, b].map(|s| s.acceleration.0[joint]),
             );
+            // Means over the interval for velocity and acceleration, the difference quotient for
+            // jerk: what the drive sees between two commands.
             let uses = [
                 v * per[0],
                 0.5 * (a0 + a1) * per[1],
                 (a1 - a0) / self.period_s * per[2],
             ];
             for (kind, usage) in uses.into_iter().enumerate() {
+                // The first of equals stays: joint by joint, velocity before acceleration before
+                // jerk.
                 if usage.abs() > most.1 {
                     most = (1 + kind * AXES + joint, usage.abs());
                 }

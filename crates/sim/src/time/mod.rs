@@ -51,6 +51,7 @@ pub(crate) fn time(
 ) -> Result<CycleTime, SimError> {
     check_options(time)?;
     let options = setup.options;
+    // The program is read once for its errors before time is spent on planning.
     let checked = check(setup)?;
     let mut feed = Feed::timed(setup)?;
     let mut texts = BlockTexts::new(setup.program, checked.files.clone());
@@ -64,14 +65,17 @@ pub(crate) fn time(
             break;
         }
         let notes = feed.notes();
+        // Notes first: a sample may lie on a move that was read in this very chunk.
         watch.chunk(&samples, notes, feed.modes());
         sink(&finished(&mut watch, &mut texts)).map_err(SimError::Sink)?;
+        // A loop without end would plan for ever.
         if command.seconds(watch.ledger.ticks()) > options.max_duration_s {
             return Err(SimError::TooLong {
                 limit_s: options.max_duration_s,
             });
         }
     }
+    // The last block has no successor that would end it.
     watch.ledger.close();
     sink(&finished(&mut watch, &mut texts)).map_err(SimError::Sink)?;
     let what_if = if time.what_if {
@@ -122,6 +126,8 @@ fn answer(
         spindle_event_s: time.spindle_event_s,
     };
     let plan_s = command.seconds(ledger.ticks());
+    // Tool changes and the spindle are not simulated: what they take is counted times what the
+    // caller assumes.
     let assumed_s = kinds.tool_changes as f64 * kinds.tool_change_s
         + kinds.spindle_events as f64 * kinds.spindle_event_s;
     CycleTime {
@@ -149,10 +155,12 @@ fn what_if(setup: &Setup<'_>, ticks: Tick) -> Result<Vec<WhatIf>, SimError> {
             change: (*name).to_owned(),
             plan_s: changed_s,
             saved_s,
+            // Of at least one cycle: a program of no motion has no share to save.
             saved_share: saved_s / plan_s.max(command.period_s()),
         })
     };
     on_threads(setup.options.threads, |threads| {
+        // Plans are independent of each other; collected in the table's order.
         let rows: Vec<Result<WhatIf, SimError>> = if threads > 1 {
             CHANGES.par_iter().map(row).collect()
         } else {
@@ -170,6 +178,7 @@ fn duration(setup: &Setup<'_>, change: LimitChange) -> Result<Tick, SimError> {
         segments.clear();
         feed.chunk(setup.options.chunk_samples, &mut samples, &mut segments)?;
         if samples.is_empty() {
+            // n samples bound n - 1 intervals.
             return Ok(Tick::saturating_sub(count, 1));
         }
         count += samples.len() as Tick;

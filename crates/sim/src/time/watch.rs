@@ -95,6 +95,7 @@ impl Watch {
             }
         }
         for sample in samples {
+            // An interval lies between two samples; the first of the program only begins one.
             if let Some(last) = self.last.replace(*sample) {
                 self.interval(&last, sample);
             }
@@ -105,6 +106,7 @@ impl Watch {
         let feed = match item.feed {
             FeedLimit::Rapid => None,
             FeedLimit::PerSecond(feed) | FeedLimit::Fixed(feed) => Some(feed),
+            // Inverse time allows the mean speed of its duration.
             FeedLimit::Duration(seconds) => Some(item.curve.length() / seconds),
         };
         let tolerance = match item.control {
@@ -123,9 +125,11 @@ impl Watch {
     }
 
     fn interval(&mut self, a: &Sample, b: &Sample) {
+        // Rest belongs to a dwell where one is due; else to a stop within the motion.
         if stands(a) && stands(b) && self.stand(b.segment) {
             return;
         }
+        // Samples come in the order of the path: moves before the one at hand are done with.
         while self.moves.len() > 1
             && self
                 .moves
@@ -142,6 +146,7 @@ impl Watch {
         } else {
             TimeKind::Cutting
         };
+        // A standstill within a move that no dwell explains is the operator's feed hold.
         if self.interrupted && stands(a) && stands(b) {
             self.ledger.add(b.block, kind, b.segment, HELD);
             return;
@@ -164,6 +169,7 @@ impl Watch {
 
     /// Gives an interval of rest to the dwell that it belongs to; says whether there is one.
     fn stand(&mut self, segment: u64) -> bool {
+        // A dwell is over when a move behind it has begun.
         let past =
             |dwell: &Waiting| segment > dwell.after || (segment == dwell.after && segment > 0);
         while self
@@ -176,6 +182,7 @@ impl Watch {
         let Some(dwell) = self.dwells.front_mut() else {
             return false;
         };
+        // Cycle by cycle, so that a dwell's row has the time that the plan gives it.
         dwell.left_s -= self.period_s;
         self.ledger
             .add(dwell.block, TimeKind::Dwell, segment, DWELL);

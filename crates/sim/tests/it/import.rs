@@ -59,8 +59,8 @@ fn grbl_settings() {
     );
     let bad = refused("dump.txt", "$110=fast\n$120=0\n");
     assert!(
-        bad.contains("dump.txt:1:1: error: $110: `fast` is not a number")
-            && bad.contains("dump.txt:2:1: error: $120: is 0; it has to be above 0"),
+        bad.contains("dump.txt:1:1: $110: `fast` is not a number")
+            && bad.contains("dump.txt:2:1: $120: is 0; it has to be above 0"),
         "{bad}"
     );
 }
@@ -93,9 +93,9 @@ fn grblhal_settings() {
     let bad = refused("hal.txt", "$110=600\n$160=-0.1\n$130=1e999\n$120\n");
     assert!(
         bad.contains(
-            "hal.txt:2:1: error: $160: is -0.1; it has to be 0 or above\n  hint: 0 if there is none"
-        ) && bad.contains("hal.txt:3:1: error: $130: `1e999` is not a number")
-            && bad.contains("hal.txt:4:1: error: $120: has no value"),
+            "hal.txt:2:1: $160: is -0.1; it has to be 0 or above\n  hint: 0 if there is none"
+        ) && bad.contains("hal.txt:3:1: $130: `1e999` is not a number")
+            && bad.contains("hal.txt:4:1: $120: has no value"),
         "{bad}"
     );
 }
@@ -141,7 +141,7 @@ fn linuxcnc_ini() {
         "[KINS]\nKINEMATICS = pumakins\n[JOINT_0]\nMAX_VELOCITY = 2 m/s\nnonsense\n",
     );
     assert!(
-        bad.contains("mill.ini:5:1: error: `nonsense` is neither a section nor KEY = VALUE"),
+        bad.contains("mill.ini:5:1: `nonsense` is neither a section nor KEY = VALUE"),
         "{bad}"
     );
     let bad = refused(
@@ -149,8 +149,8 @@ fn linuxcnc_ini() {
         "[KINS]\nKINEMATICS = pumakins\n[JOINT_0]\nMAX_VELOCITY = 2 m/s\n",
     );
     assert!(
-        bad.contains(":2:1: error: KINS.KINEMATICS: `pumakins` is not known here\n  hint: ")
-            && bad.contains(":4:1: error: [JOINT_0] MAX_VELOCITY"),
+        bad.contains(":2:1: KINS.KINEMATICS: `pumakins` is not known here\n  hint: ")
+            && bad.contains(":4:1: [JOINT_0] MAX_VELOCITY"),
         "{bad}"
     );
     assert!(refused("mill.ini", "[JOINT_0]\nMIN_LIMIT = 5\nMAX_LIMIT = 1\n").contains("travel"));
@@ -260,7 +260,7 @@ fn urdf_arms_are_the_preset_s() {
         ),
     );
     assert!(
-        reversed.contains("arm.urdf:3:1: error: joint joint_1 limit upper: travel of X from 166"),
+        reversed.contains("arm.urdf:3:1: joint joint_1 limit upper: travel of X from 166"),
         "{reversed}"
     );
     assert!(refused("arm.urdf", &" ".repeat(5 << 20)).contains("has 5242880 bytes"));
@@ -366,7 +366,7 @@ fn linuxcnc_trunnion_pins() {
         &format!("{head}{axes}[HAL]\nHALCMD = setp xyzac-trt-kins.x-rot-point far\n"),
     );
     assert!(
-        bad.contains("trt.ini:17:1: error: xyzac-trt-kins.x-rot-point: `far` is not a number"),
+        bad.contains("trt.ini:17:1: xyzac-trt-kins.x-rot-point: `far` is not a number"),
         "{bad}"
     );
 }

@@ -303,7 +303,7 @@ fn serial_arms_follow_their_denavit_hartenberg_table() {
         .unwrap_err()
         .to_string();
     assert!(
-        refused.contains("arm.ini:4:1: error: genserkins.D-3: is not set in the INI file")
+        refused.contains("arm.ini:4:1: genserkins.D-3: is not set in the INI file")
             && refused.contains("hint: an arm has A-0"),
         "{refused}"
     );
@@ -390,7 +390,7 @@ fn freecad_machines_with_rotary_axes_are_chains() {
     );
     assert!(
         told.contains(
-            "five.fcm:6:1: error: machine.axes.A.joint: has no direction\n  hint: write [[0, 0, 50]"
+            "five.fcm:6:1: machine.axes.A.joint: has no direction\n  hint: write [[0, 0, 50]"
         ),
         "{told}"
     );
@@ -399,7 +399,7 @@ fn freecad_machines_with_rotary_axes_are_chains() {
         &TRUNNION.replace("\"min\": -500", "\"min\": 500"),
         ImportFormat::FreeCad,
     );
-    let expected = "five.fcm:10:1: error: machine.axes.Z.limits.max: travel of Z from 500 (machine.axes.Z.limits.min) to 0\n  hint: the first";
+    let expected = "five.fcm:10:1: machine.axes.Z.limits.max: travel of Z from 500 (machine.axes.Z.limits.min) to 0\n  hint: the first";
     assert!(told.contains(expected), "{told}");
     let arm = ini("scarakins", "XYZC", 4, &[0, 1, 3], &[]).replacen(
         "MIN_LIMIT = -150\nMAX_LIMIT = 150",

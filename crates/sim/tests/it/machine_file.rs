@@ -312,7 +312,7 @@ fn syntax_errors_have_a_place() {
         Machine::from_toml("empty.toml", "")
             .expect_err("empty")
             .to_string()
-            .starts_with("empty.toml:1:1: error: name: missing")
+            .starts_with("empty.toml:1:1: name: missing")
     );
     assert!(Machine::from_toml("b", "\u{0}\u{1}\u{7f}").is_err());
 }
@@ -367,7 +367,7 @@ fn what_is_too_long_is_no_machine_file() {
         .unwrap_err()
         .to_string();
     assert!(
-        told.contains("long.toml:1:1: error: has ")
+        told.contains("long.toml:1:1: has ")
             && told.contains("at most 262144")
             && told.contains("hint: is it a machine file?"),
         "{told}"
@@ -432,7 +432,7 @@ fn changes_are_checked_like_the_file() {
         let error = Machine::from_changed_toml("vmc3", text, &[change(key, value)]).expect_err(key);
         let said = error.to_string();
         assert!(
-            said.starts_with(&format!("--set {key}={value}: error: ")) && said.contains(told),
+            said.starts_with(&format!("--set {key}={value}: ")) && said.contains(told),
             "{said}"
         );
         assert_eq!(error.problems.len(), 1, "{said}");
