@@ -81,6 +81,7 @@ impl Program {
             Origin::Bytes(bytes) => Ok(bytes.len() as u64),
             Origin::File(path) => {
                 let metadata = std::fs::metadata(path)?;
+                // Opening a folder succeeds on some systems and fails only at the first read.
                 if metadata.is_dir() {
                     return Err(std::io::Error::new(
                         std::io::ErrorKind::IsADirectory,
@@ -188,6 +189,8 @@ impl Lines {
             }
             Lines::File(reader, next) => {
                 match i64::try_from(start).ok().zip(i64::try_from(*next).ok()) {
+                    // Keeps the buffer where the place lies in it; `seek` would always throw it
+                    // away.
                     Some((start, next)) => reader.seek_relative(start - next)?,
                     None => drop(reader.seek(SeekFrom::Start(start))?),
                 }
@@ -235,6 +238,7 @@ impl BlockTexts {
 
     /// The text at a span; empty where it cannot be read.
     pub(crate) fn at(&mut self, span: Span) -> String {
+        // File 0 is the program itself, n the nth file of subroutines.
         match (span.file as usize).checked_sub(1) {
             None => self
                 .lines

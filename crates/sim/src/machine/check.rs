@@ -43,6 +43,7 @@ fn out_of_range(value: f64, low: f64, high: f64) -> String {
 fn limits(document: &Document<'_>, key: &str, axis: &MachineAxis, problems: &mut Vec<Problem>) {
     let bounded = axis.table.bounded();
     for (name, value, low, high) in bounded {
+        // Written so that NaN is out of range, too.
         if !(value >= low && value <= high) {
             problems.push(document.problem(
                 &format!("{key}.limits.{name}"),
@@ -92,6 +93,7 @@ pub(super) fn config(
             problems.push(axis_problem(document, key, &error.within(part)));
         }
     }
+    // Only parts that are sound by themselves can be held against each other.
     if problems.len() == before
         && let Err(error) = config.check()
     {
@@ -128,6 +130,7 @@ fn turns(general: Option<&General>, axis: AxisId) -> bool {
     let told = joints
         .iter()
         .find(|joint| joint.axis.starts_with(axis.letter().to_ascii_lowercase()));
+    // Without a chain the letter decides: A, B, C turn.
     told.map_or(axis.is_rotary(), |joint| joint.kind == JointType::Rotary)
 }
 
@@ -354,6 +357,7 @@ fn kinematics(
         layout.map_or(set, |layout| layout.words),
         problems,
     );
+    // A kinematics without a layout is probed for the joints that it couples.
     let needed = layout.map_or_else(|| coupled(kinematics.as_ref()), |layout| layout.joints);
     for missing in needed.iter().filter(|axis| !set.contains(*axis)) {
         let message = format!("needs an axis {missing}, which the machine does not have");
@@ -367,6 +371,7 @@ fn kinematics(
         ("home.g28", general.home.g28),
         ("home.g30", general.home.g30),
     ];
+    // Without [start] the machine stands at the origin of G54: that place has to be reachable.
     stands.push(("start", general.start.unwrap_or(general.work_offset.g54)));
     for (key, position) in stands {
         in_travel(
@@ -384,6 +389,7 @@ fn kinematics(
 /// that they move. Found by moving each axis of a pose in which no angle is special.
 fn coupled(kinematics: &dyn Kinematics) -> AxisSet {
     let pose = Coords([30.0, 20.0, 10.0, 0.3, 0.4, 0.5, 1.0, 2.0, 3.0]);
+    // A pose out of reach tells nothing; what is wrong with it is told elsewhere.
     let Ok(here) = kinematics.inverse(&pose, &[0.0; 3]) else {
         return AxisSet::EMPTY;
     };

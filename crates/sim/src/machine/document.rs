@@ -27,6 +27,8 @@ impl<'a> Document<'a> {
     /// All syntax errors; a text that is too long; a change that is no key with a value.
     pub(super) fn parse(changed: &'a ChangedText) -> Result<Document<'a>, Vec<Problem>> {
         let mut document = Document::parse_file(changed.file())?;
+        // From here on bytes are counted in the text with the changes behind it: each value has one
+        // place.
         document.text = &changed.text;
         let mut problems = Vec::new();
         for change in &changed.changes {
@@ -61,6 +63,7 @@ impl<'a> Document<'a> {
                 option: None,
             }]);
         }
+        // The parser goes on behind an error, so that all of them are told at once.
         let (root, errors) = DeTable::parse_recoverable(text);
         let document = Document {
             text,

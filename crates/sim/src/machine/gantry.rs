@@ -171,6 +171,7 @@ pub(super) fn read(
         axis
     };
     let (axis, along) = (linear("axis", table.axis), linear("along", table.along));
+    // Both were looked for first, so that both mistakes are told.
     let (axis, along) = (axis?, along?);
     if axis.id == along.id {
         problems.push(document.problem(
@@ -190,6 +191,7 @@ pub(super) fn read(
         problems.push(document.problem("gantry.second_at_mm", message, ""));
     }
     let mut second = table.second.unwrap_or_else(|| axis.config.clone());
+    // Both motors run in the machine's cycles, whatever their table says.
     second.cycles = cycles;
     if let Some(gap_um) = table.second_gap_um {
         if !(0.0..=1e6).contains(&gap_um) {
@@ -204,6 +206,7 @@ pub(super) fn read(
     }
     check::config(document, "gantry.second", &second, problems);
     check::transmissions(document, &axis.config, &second, problems);
+    // The beam is held against both ends, which have to be sound for that.
     if let (Some(beam), true) = (&table.beam, problems.len() == before) {
         let found = beam.check([&axis.config, &second]).err();
         problems.extend(found.map(|error| check::axis_problem(document, "gantry.beam", &error)));

@@ -101,6 +101,7 @@ fn descend<T: for<'de> Deserialize<'de>>(
     field: &str,
     all: &mut Vec<KeyInfo>,
 ) {
+    // A type that contains itself would never end.
     if path.len() > DEEPEST {
         return;
     }
@@ -127,6 +128,7 @@ fn descend<T: for<'de> Deserialize<'de>>(
             }
         }
         Some(Asked::Variants(name, variants)) => {
+            // Variants without content are words of one key; the others are tables below it.
             let is_unit = |variant: &&'static str| {
                 asked::<T>(&below(Step::Variant(variant))) == Some(Asked::Unit)
             };
@@ -326,6 +328,7 @@ fn fields(text: &str) -> impl Iterator<Item = &str> {
             '}' | ')' | ']' => depth -= 1,
             _ => {}
         }
+        // Commas within braces belong to an inner value.
         c == ',' && depth == 0
     })
 }

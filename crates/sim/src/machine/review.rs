@@ -44,6 +44,7 @@ impl AxisReview {
             axis.config.drive,
             axis.config.reflected_load(),
         );
+        // Joint units to radians of the motor: axis units in between.
         let motor_rad =
             axis.config.transmission.motor_rad_per_unit() * axis.axis_units_per_joint_unit();
         let speed = axis.limits.velocity * motor_rad;
@@ -60,6 +61,7 @@ impl AxisReview {
         // Voltage of the q axis (back EMF and resistance) and of the d axis (cross coupling).
         let q_volt = motor.back_emf_v_s_per_rad() * speed + motor.phase_resistance_ohm() * current;
         let d_volt = motor.phase_inductance_h() * motor.pole_pairs() * speed * current;
+        // Two masses on a spring: w^2 = k (1/J_motor + 1/J_load).
         let joint = 1.0 / motor_side + 1.0 / load.inertia_kgm2;
         let resonance = (load.stiffness_nm_per_rad * joint).sqrt();
         AxisReview {

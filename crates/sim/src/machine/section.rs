@@ -40,10 +40,13 @@ pub(super) fn read<T: DeserializeOwned>(
             Err(error) => error,
         };
         let span = error.span().unwrap_or_else(|| part.span());
+        // The error lies in a stand-in: try the next kind of value in its place, and report
+        // nothing.
         if span == STAND_IN_SPAN {
             stand_in += 1;
         } else {
             let problem = describe(document, key, part, &span, error.message(), also);
+            // The same error again: mending did not help, and would not the next time.
             if problems.iter().skip(before).any(|old| *old == problem) {
                 return None;
             }
@@ -76,6 +79,7 @@ fn describe(
     if let (true, Some((unknown, known))) = (message.starts_with("unknown"), words.split_first()) {
         let mut known = known.to_vec();
         known.extend_from_slice(also);
+        // Mixing up distance and angle is no misspelling: the nearest name would mislead.
         if let Some(hint) = gap_hint(unknown, &known) {
             return document.problem_at(span.start, path, "unknown key".to_owned(), hint);
         }
@@ -99,6 +103,7 @@ fn describe(
         .strip_prefix("invalid type: ")
         .or_else(|| message.strip_prefix("invalid value: "))
         .unwrap_or(message);
+    // serde speaks of Rust types; the file's author knows tables, lists and numbers.
     let (found, expected) = said.split_once(", expected ").unwrap_or((said, ""));
     let found = if found == "map" { "a table" } else { found };
     let expected = match expected {
@@ -155,6 +160,7 @@ fn mend(
     };
     let replacement = Spanned::new(STAND_IN_SPAN, replacement.into_inner());
     let message = error.message();
+    // A key too many is taken out; all other errors get a stand-in.
     if *span != STAND_IN_SPAN && message.starts_with("unknown field") {
         return remove_key(copy, span);
     }
@@ -196,6 +202,7 @@ fn replace<'i>(
     by: &Spanned<DeValue<'i>>,
 ) -> bool {
     for inner in children(value) {
+        // The innermost value of that span: a table and its only value may share one.
         let inside = replace(inner, span, by);
         if inside {
             return true;

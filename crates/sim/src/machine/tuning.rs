@@ -69,6 +69,7 @@ impl Machine {
         let changed = ChangedText::new(text, changes);
         let document =
             Document::parse(&changed).map_err(|problems| MachineError::new(name, problems))?;
+        // Only a sound file has loops to analyse; faults point at the gain that has to be cut.
         let tuning = machine.tuning();
         let mut problems = Vec::new();
         for (axis, tuning) in machine.axes().iter().zip(&tuning) {
