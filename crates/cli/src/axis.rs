@@ -116,6 +116,8 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
     // a trace shows all that is estimated
     config.compensation.estimate_shaft = true;
     check_unit(args, &config, &setpoints)?;
+    // The axis begins at rest at the first setpoint: a jump there would be the table's, not the
+    // axis'.
     let first = setpoints.next().transpose()?.unwrap_or_default();
     let method: MethodId = args
         .method
@@ -140,10 +142,12 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
     let mut tick = 0;
     let mut chunk = vec![first];
     loop {
+        // In chunks: tables may be longer than memory.
         let full = fill(&mut chunk, &mut setpoints)?;
         push(&mut *runner, &chunk, &mut out)?;
         for sample in out.trace.iter().flatten() {
             writer.push(tick, sample).map_err(unwritten)?;
+            // Watches for swings that go on while the reference stands.
             detector.push(sample.reference.position, sample.load_position);
             tick += 1;
         }
@@ -172,6 +176,7 @@ fn usable_interpolator(
     setpoints: &SetpointReader<impl Read>,
 ) -> Result<Interpolator, Failure> {
     let Some(name) = &args.interpolator else {
+        // Tables of positions alone are run with an interpolator that differentiates for itself.
         let own = axis.interpolator;
         return Ok(if setpoints.serves(own) {
             own
@@ -279,6 +284,7 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
         schema: SCHEMA,
         log: name,
         unit: unit.symbol().to_owned(),
+        // The fit works in half gaps and radians of the motor; people give total gaps at the load.
         gap: 2.0 * fit.half_gap_rad / scale,
         gap_interval: fit.half_gap_interval_rad.map(|half| 2.0 * half / scale),
         excited: fit.excited,

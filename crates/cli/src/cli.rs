@@ -188,6 +188,7 @@ fn with_axis_run(mut arguments: Vec<OsString>) -> Vec<OsString> {
         .skip(1)
         .position(|argument| !is_option(argument))
         .map_or(arguments.len(), |index| index + 1);
+    // Options like -q may stand before the command's name.
     let is_axis = arguments.get(command).is_some_and(|name| name == "axis");
     let asks_help = |argument: &OsString| argument == "-h" || argument == "--help";
     let bare = arguments

@@ -218,6 +218,7 @@ impl<'a> Findings<'a> {
             warnings,
             notes,
         } = self.counts;
+        // Counts go on when no more findings are kept.
         let dropped = (errors + warnings + notes).saturating_sub(self.list.len() as u64);
         let not_shown = (dropped > 0).then(|| format!("{dropped} of them not shown"));
         let parts = [
@@ -301,6 +302,7 @@ pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Res
     for index in order {
         let span = &spans[index];
         let start = window_start(span);
+        // What the window already holds is kept; the rest up to the next place is read past.
         let skip = start - window_at;
         if skip <= window.len() as u64 {
             window.drain(..skip as usize);
@@ -313,6 +315,7 @@ pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Res
             )?;
         }
         window_at = start;
+        // Only as much of a line as is shown: a line may be as long as the file.
         let wanted = (WIDTH - window.len().min(WIDTH)) as u64;
         std::io::Read::read_to_end(&mut std::io::Read::take(&mut *source, wanted), &mut window)?;
         found[index] = excerpt(&window, (span.start - start) as usize, span.len as usize);

@@ -73,6 +73,7 @@ pub(crate) fn program(path: &Path) -> Result<Program, Failure> {
     let failed = |error| Failure::message(format!("cannot read part program {shown}: {error}"));
     let file = open(path, "part program")?;
     let meta = file.metadata().map_err(failed)?;
+    // A file is read in place, as often as needed; a pipe only once.
     if meta.is_file() {
         return if meta.len() == 0 {
             Err(Failure::message(format!("part program {shown} is empty")))
@@ -123,6 +124,7 @@ impl Folders {
             Some(parent) => parent,
             None => Path::new("."),
         };
+        // A part from stdin has no folder whose files it may call.
         let mut folders: Vec<PathBuf> = if part.is_file() {
             own.canonicalize().into_iter().collect()
         } else {
@@ -148,6 +150,7 @@ impl Folders {
             return Ok(None);
         };
         let shown = path.display();
+        // After all links are followed: a program must not read files outside through a link.
         if !self.folders.iter().any(|folder| found.starts_with(folder)) {
             return Err(format!(
                 "{shown} leads out of the folders that are allowed, to {}",
@@ -190,6 +193,7 @@ impl SubroutineLoader for Folders {
                     .to_owned(),
             );
         }
+        // M98 P100 calls O0100: controls name such files with and without the O.
         let number = name.parse::<u32>().ok();
         let stems = [
             Some(name.to_owned()),

@@ -120,6 +120,7 @@ fn lines(text: &str, before: &str) -> String {
     let columns = stdout_columns();
     let (mut out, mut used) = (String::new(), 0);
     for word in text.split_whitespace() {
+        // Characters, not bytes: an umlaut takes one column.
         let length = word.chars().count();
         if used > 0 && used + 1 + length <= columns {
             out.push(' ');

@@ -334,12 +334,11 @@ fn blocks_of_documents_are_true() {
 fn subcommands(help: &str) -> Vec<String> {
     let mut names = Vec::new();
     let mut listing = false;
-    for line in help.lines() {
+    // commands come first: what stands below the options may have headings of its own
+    let ends = |line: &&str| line.starts_with("Options:") || line.starts_with("Arguments:");
+    for line in help.lines().take_while(|line| !ends(line)) {
         if !line.starts_with(' ') {
-            // options and arguments have headings of their own
-            listing = line.ends_with(':')
-                && !line.starts_with("Options")
-                && !line.starts_with("Arguments");
+            listing = line.ends_with(':');
         } else if listing && line.starts_with("  ") && !line.starts_with("   ") {
             let name = line.split_whitespace().next().unwrap_or_default();
             if !name.starts_with('-') && name != "help" {

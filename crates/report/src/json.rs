@@ -63,6 +63,7 @@ struct Rounding {
 
 impl Rounding {
     fn open(&mut self) {
+        // A list or table takes its own key's decimals, else those of what it lies in.
         let level = self.pending.or(self.levels.last().copied().flatten());
         self.levels.push(level);
         self.pending = None;

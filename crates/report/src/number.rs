@@ -42,11 +42,14 @@ pub fn push_fixed(out: &mut Vec<u8>, value: f64, decimals: usize) {
     }
     let scale = POWERS_OF_TEN[decimals];
     let mut whole = magnitude as u64;
+    // The fraction of a double is exact; only its product with the power of ten is rounded.
     let mut fraction = ((magnitude - whole as f64) * scale as f64).round_ties_even() as u64;
+    // 0.9996 with three decimals rounds up into the whole part.
     if fraction >= scale {
         whole += 1;
         fraction -= scale;
     }
+    // The sign goes before digits that are not all 0: no -0.000.
     if value < 0.0 && (whole != 0 || fraction != 0) {
         out.push(b'-');
     }

@@ -146,6 +146,7 @@ fn offset(option: &str) -> Result<Vec<Change>, Failure> {
     }
     let mut changes: Vec<Change> = Vec::new();
     for (index, text) in coordinates.split(',').map(str::trim).enumerate() {
+        // A letter names its axis; numbers without one go by their order.
         let lettered = text.chars().next().and_then(AxisId::from_letter);
         let axis = lettered.or_else(|| ORDER.get(index).copied());
         let Some(axis) = axis else {
@@ -294,6 +295,8 @@ pub(crate) fn with_fits(mut machine: Machine, options: &[String]) -> Result<Mach
                 format!("its axes: {}", machine.drives().join(", ")),
             )
         })?;
+        // Each fit is told to the drive that it was measured on, the second motor of a gantry by
+        // itself.
         let told = fits::with_fit(Path::new(file), drive)?;
         machine = match letter_of(name) {
             Some(id) => machine.with_axis_config(id, &told),
@@ -402,6 +405,7 @@ impl Drives {
             };
             machine = machine.with_axis_config(axis.id, &config);
         }
+        // Interpolator and cycles may each be right and still not go together.
         for axis in machine.axes() {
             axis.config
                 .check()

@@ -188,6 +188,7 @@ impl Interventions {
             .iter()
             .map(|word| intervention(word))
             .collect::<Result<Vec<_>, _>>()?;
+        // The pacer takes actions in the order of their times, users give them in any.
         all.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         Ok(all)
     }
@@ -205,6 +206,7 @@ fn intervention(word: &str) -> Result<Intervention, Failure> {
         )
     };
     let (time, action) = word.split_once('=').ok_or_else(wrong)?;
+    // `ms` before `s`, which it ends in.
     let (number, unit_s) = match time.strip_suffix("ms") {
         Some(number) => (number, 1e-3),
         None => (time.strip_suffix('s').unwrap_or(time), 1.0),

@@ -70,6 +70,7 @@ impl Reading {
     fn leniencies(&self, dialect: Dialect) -> Result<Leniencies, Failure> {
         let named =
             |name: &String| Leniency::from_name(name).ok_or_else(|| leniencies().refusal(name));
+        // The dialect first, then what is accepted and refused besides: --refuse has the last word.
         let mut accepted = dialect.leniencies();
         for name in &self.accept {
             accepted = accepted.with(named(name)?);

@@ -161,6 +161,7 @@ fn find<'a>(
     findings.list.extend(found.kept().iter().map(of_lint));
     findings.counts.errors += found.denied();
     findings.counts.warnings += found.warned();
+    // Moves of a program with errors are guesses: their travel says nothing.
     let readable = program.diagnostics().errors() == 0;
     if let Some(machine) = machine.filter(|_| readable && travel != Level::Allow) {
         let options = setup.options(part, machine, SimulateOptions::default())?;
@@ -216,6 +217,7 @@ fn levels(args: &LintLevels, mut levels: Levels) -> Levels {
         (&args.warn, Level::Warn),
         (&args.deny, Level::Deny),
     ];
+    // `all` first, whatever the order on the command line, so that single codes stand.
     let (all, named): (Vec<_>, Vec<_>) = given
         .iter()
         .flat_map(|(codes, level)| codes.iter().map(|code| (code.as_str(), *level)))

@@ -209,6 +209,7 @@ pub(crate) fn write(args: &WritePart, quiet: bool) -> Result<u8, Failure> {
         .config(machine.as_ref(), InterpreterConfig::default())?;
     let loader = args.setup.reading.loader(&args.part)?;
     // Nothing is written of a program that is refused.
+    // A first pass for the errors; the second one writes.
     let again = std::sync::Arc::clone(&loader);
     let mut program = interpret(&source, config.clone(), Some(again))?;
     for _ in program.by_ref() {}

@@ -118,6 +118,7 @@ impl Record {
         if let Some(error) = files.failed {
             return Err(io_error(&files.folder)(error));
         }
+        // Captions need the final figures, so traces are closed only now.
         let traces: Vec<ContourTrace> = files
             .traces
             .into_iter()
@@ -141,6 +142,7 @@ impl Record {
             (answer.text_name, answer.text),
         ];
         let folder = &mut files.folder;
+        // All files are completed before the folder names the first of them.
         let mut done = vec![files.blocks.finish(), files.reversals.finish()];
         done.extend(files.contour.map(ContourWriter::finish));
         for file in done {

@@ -250,6 +250,8 @@ fn compared(asked: &[String], machine: &Machine, quiet: bool) -> Result<Vec<Stri
         methods.push(name.clone());
     }
     if methods.is_empty() {
+        // `fitted-lookup` without a fit would do nothing: it is left out of `all`, and refused by
+        // name.
         let fitted = has_fit(machine);
         methods = MethodId::all()
             .filter(|method| fitted || !method.needs_fit())

@@ -174,6 +174,107 @@ fn unknown_names_are_answered_with_the_nearest() {
 }
 
 #[test]
+fn every_message_has_one_prefix_with_place_values_and_hint() {
+    let bench = Bench::new();
+    bench
+        .file("part.ngc", CIRCLE)
+        .file("bad.toml", "name = 3\nfoo = 1\n");
+    let cases: [(&[&str], &[&str]); 13] = [
+        (
+            &["simulate", "part.ngc", "--method", ""],
+            &["no method \"\"", "hint: known methods"],
+        ),
+        (&["method", "show", ""], &["no method \"\""]),
+        (
+            &["simulate", "part.ngc", "--tolerance-um", "abc"],
+            &["'abc'", "it is not a number"],
+        ),
+        (
+            &["simulate", "part.ngc", "--tolerance-um", "-1"],
+            &["--tolerance-um is -1", "positive"],
+        ),
+        (
+            &["simulate", "part.ngc", "--tolerance-um", "NaN"],
+            &["--tolerance-um is NaN"],
+        ),
+        (
+            &["simulate", "part.ngc", "--threads", "99999999"],
+            &["99999999", "1 to 1024", "hint: "],
+        ),
+        (
+            &["time", "part.ngc", "--threads", "-1"],
+            &["'-1'", "a whole number"],
+        ),
+        (
+            &["time", "part.ngc", "--top", "1.5"],
+            &["'1.5'", "a whole number"],
+        ),
+        (
+            &["simulate", "part.ngc", "--at", "-1s=hold"],
+            &["--at -1s=hold", "hint: "],
+        ),
+        (
+            &["simulate", "part.ngc", "--offset", "g54=nan"],
+            &["`nan` is not a finite number"],
+        ),
+        (
+            &["simulate", "part.ngc", "--offset", "g54=1e300"],
+            &["would stand at 1e300 mm"],
+        ),
+        (
+            &["machine", "check", "bad.toml"],
+            &[
+                "error: bad.toml:1:8: name: found",
+                "error: bad.toml:2:1: foo: unknown key\nhint: ",
+            ],
+        ),
+        (
+            &["gcode", "explain", "part.ngc:0"],
+            &["PART:LINE", "lines count from 1"],
+        ),
+    ];
+    for (arguments, texts) in cases {
+        bench.refuses(arguments, texts);
+        let output = bench.run(arguments);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(told.starts_with("error: "), "{arguments:?}: {told}");
+        assert!(!told.contains("error: error"), "{arguments:?}: {told}");
+        assert!(
+            told.lines().all(|line| line.len() < 600),
+            "{arguments:?}: {told}"
+        );
+    }
+}
+
+#[test]
+fn check_lists_its_lints_and_tells_them_beside_what_the_machine_refuses() {
+    let bench = Bench::new();
+    bench.file("rotary.ngc", "G21 G0 B5\nM2\n");
+    let help = bench.expect(0, &["check", "--help"]);
+    for said in [
+        "unset-units",
+        "outside-travel",
+        "every axis moved is on the machine",
+    ] {
+        assert!(help.contains(said), "{said}: {help}");
+    }
+    let told = bench.expect(2, &["check", "rotary.ngc"]);
+    assert!(
+        told.contains("error[no-axis]") && told.contains("warning[unset-distance]"),
+        "{told}"
+    );
+}
+
+#[test]
+fn lists_are_folded_not_cut() {
+    let bench = Bench::new();
+    for command in ["machine", "method"] {
+        let list = bench.expect(0, &[command, "list"]);
+        assert!(!list.contains("..."), "{list}");
+    }
+}
+
+#[test]
 fn offsets_keys_and_tool_tables_are_taken_by_every_command_on_a_machine() {
     let bench = Bench::new();
     bench

@@ -37,6 +37,7 @@ impl AtomicFile {
     /// The path is a folder, or nothing can be created beside it.
     pub fn create(path: impl AsRef<Path>) -> Result<AtomicFile, WriteError> {
         let asked = path.as_ref();
+        // Follows a link, so that its target is replaced and the link stays.
         let path = asked.canonicalize().unwrap_or_else(|_| asked.to_path_buf());
         let target = match path.metadata() {
             Ok(meta) if meta.is_dir() => {
@@ -44,6 +45,7 @@ impl AtomicFile {
                     path: asked.to_path_buf(),
                 });
             }
+            // A pipe or device has no name to take over: it is written as it comes.
             Ok(meta) if !meta.is_file() => {
                 let file = File::options()
                     .write(true)
@@ -74,6 +76,7 @@ impl AtomicFile {
         let result = match &mut self.target {
             Target::Temporary(writer, _) => writer
                 .flush()
+                // Without it a power cut after the rename could leave a file of length 0.
                 .and_then(|()| writer.get_ref().as_file().sync_all()),
             Target::Special(writer) => writer.flush(),
         };
@@ -98,7 +101,7 @@ impl AtomicFile {
     }
 }
 
-/// The error without the name of the temporary file, which means nothing to anybody.
+/// The error without the name of the temporary file, which the user has not chosen.
 fn without_path(error: &std::io::Error) -> std::io::Error {
     match error.kind() {
         std::io::ErrorKind::NotFound => {
@@ -120,6 +123,8 @@ fn temporary_beside(path: &Path) -> std::io::Result<NamedTempFile> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
+        // Of the file to be replaced; a new one gets what the umask leaves, not the 0600 of
+        // temporary files.
         let mode = path
             .metadata()
             .map_or(0o666, |meta| meta.permissions().mode() & 0o777);
@@ -269,6 +274,7 @@ pub(super) struct Unfinished(u64);
 impl Unfinished {
     pub(super) fn new(path: PathBuf) -> Unfinished {
         let mut all = unfinished();
+        // Numbers rise with time: `abandon` removes the latest first.
         let number = all.last_key_value().map_or(0, |(last, _)| last + 1);
         all.insert(number, path);
         Unfinished(number)

@@ -35,6 +35,8 @@ impl OutputFolder {
         if path.exists() && !path.is_dir() {
             return Err(WriteError::NotFolder { path });
         }
+        // Registered before they are made, the outermost first, so that an interrupt in between
+        // finds them.
         let unfinished = missing
             .iter()
             .rev()
@@ -82,6 +84,7 @@ impl OutputFolder {
     /// do not appear).
     pub fn commit(mut self) -> Result<Vec<PathBuf>, WriteError> {
         for file in &mut self.done {
+            // Whatever can fail (a full disk) fails before the first rename.
             file.complete()?;
         }
         let mut paths = Vec::with_capacity(self.done.len());
@@ -101,6 +104,7 @@ impl Drop for OutputFolder {
     fn drop(&mut self) {
         self.done.clear();
         for folder in &self.made {
+            // Another program has put something there: its parents cannot go either.
             if std::fs::remove_dir(folder).is_err() {
                 break;
             }

@@ -35,6 +35,7 @@ impl<R: Read> Cells<R> {
     /// Reads the header. `name` is the file's name for messages.
     pub(super) fn new(input: R, name: &str) -> Result<Cells<R>, ReadError> {
         let mut reader = csv::ReaderBuilder::new()
+            // The header is read as a row, for its line and for messages about it.
             .has_headers(false)
             .flexible(true)
             .comment(Some(b'#'))
@@ -142,6 +143,7 @@ impl<R: Read> Cells<R> {
             if wanted == found {
                 return Ok(true);
             }
+            // A line of blanks at the end is no row with too few cells.
             let blank = found == 1 && self.record.iter().all(|cell| cell.trim_ascii().is_empty());
             if !blank {
                 return Err(ReadError::Ragged {
@@ -215,9 +217,11 @@ fn header_cells(record: &ByteRecord) -> Result<Vec<String>, (u8, u64)> {
     for (index, cell) in record.iter().enumerate() {
         let text = std::str::from_utf8(cell)
             .map_err(|e| (cell[e.valid_up_to()], offset + e.valid_up_to() as u64))?;
+        // Control characters are UTF-8, too: they tell a binary file from a table.
         if let Some(at) = text.trim_end().bytes().position(|b| b < b' ' && b != b'\t') {
             return Err((cell[at], offset + at as u64));
         }
+        // Spreadsheets write a byte order mark before the first name.
         let text = if index == 0 {
             text.trim_start_matches('\u{feff}')
         } else {

@@ -70,6 +70,7 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
     let (mut start_s, mut before_s) = (0.0, 0.0);
     while cells.next_row()? {
         let time_s = cells.number(&time)?;
+        // The first step is the period; every later one is held against it.
         let step_s = time_s - before_s;
         match log.motor.len() {
             0 => start_s = time_s,
@@ -103,6 +104,7 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
             needed: FEWEST_ROWS,
         });
     }
+    // The mean over the whole log is free of the rounding of single times.
     log.period_s = (before_s - start_s) / (log.motor.len() - 1) as f64;
     Ok(log)
 }

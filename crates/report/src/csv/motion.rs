@@ -24,6 +24,7 @@ impl<W: Write> PlanWriter<W> {
     /// # Errors
     /// Those of the writer.
     pub fn new(out: W, axes: AxisSet, rotary: AxisSet, clock: Clock) -> io::Result<PlanWriter<W>> {
+        // Arms have rotary joints named X or Y: the joint says its unit, not the letter.
         let unit = |axis: AxisId| if rotary.contains(axis) { "deg" } else { "mm" };
         let names: Vec<String> = axes
             .iter()

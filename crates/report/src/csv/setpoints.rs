@@ -133,6 +133,7 @@ impl<R: Read> SetpointReader<R> {
 
     fn check_time(&self, time_s: f64) -> Result<(), ReadError> {
         let period_s = self.clock.period_s();
+        // Due by count, not by the row before: small errors of the times do not add up.
         let due_s = self.start_s + self.clock.seconds(self.rows);
         if (time_s - due_s).abs() <= TIME_TOLERANCE_SHARE * period_s {
             return Ok(());

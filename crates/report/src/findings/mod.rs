@@ -84,6 +84,7 @@ impl Origin<'_> {
 impl Finding {
     /// A finding of the front end.
     pub fn from_diagnostic(diagnostic: &Diagnostic, origin: &Origin<'_>) -> Finding {
+        // A problem serialises as {variant: {values}}: only the values are wanted.
         let values = match serde_json::to_value(&diagnostic.problem) {
             Ok(Value::Object(variant)) => variant.into_iter().next().map(|(_, values)| values),
             _ => None,

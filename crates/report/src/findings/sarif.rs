@@ -18,6 +18,7 @@ const SARIF_SCHEMA: &str =
 /// # Errors
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, findings: &[Finding]) -> io::Result<()> {
+    // Rules in the order of their codes, so that results can name them by index.
     let codes: BTreeMap<&str, ()> = findings
         .iter()
         .map(|finding| (finding.code.as_str(), ()))
@@ -104,6 +105,7 @@ fn stack(calls: &[Call]) -> Value {
 fn location(file: &str, span: &Span, excerpt: &str) -> Value {
     let mut place = Map::new();
     place.insert("artifactLocation".to_owned(), json!({ "uri": uri(file) }));
+    // Line 0 stands for the file as a whole: no region.
     if span.line > 0 {
         let mut region = json!({
             "startLine": span.line,

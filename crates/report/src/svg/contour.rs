@@ -14,9 +14,9 @@ pub struct ContourPicture {
     pub title: String,
     /// Line below it.
     pub subtitle: String,
-    /// Tolerance drawn as dashed lines to both sides, um; none for no lines.
+    /// Tolerance drawn as dashed lines to both sides, um; `None` for no lines.
     pub tolerance_um: Option<f64>,
-    /// The plane to look at; none to choose the one that shows most.
+    /// The plane to look at; `None` to choose the one that shows most.
     pub plane: Option<Plane>,
 }
 
@@ -93,10 +93,13 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
         2 | 4 => 2,
         _ => 3,
     };
+    // A part without extent (one hole) still gets a frame.
     let extent = x.span().max(y.span()).max(1e-3);
     let shown_um = shown_um(picture, traces);
     let mm_per_um = LARGEST_ERROR_SHARE * extent / shown_um;
+    // A round number of times, which the scale bar can name; errors are never made smaller.
     let magnification = round_down(mm_per_um * 1e3).max(1.0);
+    // Room for the magnified errors around the contour.
     let pad = LARGEST_ERROR_SHARE * extent * 1.15;
     let (x, y) = (
         Range {
@@ -112,8 +115,10 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
     let cell =
         (WIDTH_PX - 2.0 * MARGIN_PX - BETWEEN_PANELS_PX * (columns as f64 - 1.0)) / columns as f64;
     let width = (cell - PANEL_LEFT_PX).min(560.0);
+    // One scale for both directions, so that circles stay round.
     let px_per_mm = (width / x.span()).min(1.1 * width / y.span());
     let height = (y.span() * px_per_mm).max(0.25 * width);
+    // Panels of equal size in rows, with one magnification: traces can be compared by eye.
     let rows = traces.len().div_ceil(columns);
     let step = PANEL_HEAD_PX + height + PANEL_BELOW_PX + BETWEEN_PANELS_PX;
     let total = HEADER_PX + rows as f64 * step + FOOTER_PX;
@@ -165,6 +170,7 @@ fn largest_um(trace: &ContourTrace) -> f64 {
 fn shown_um(picture: &ContourPicture, traces: &[ContourTrace]) -> f64 {
     let each = || traces.iter().map(largest_um).filter(|um| *um > 0.0);
     let quietest = each().fold(f64::INFINITY, f64::min);
+    // Traces far beyond the quietest are clipped at the scale that the others set.
     let largest = each()
         .filter(|um| *um <= WILD_RATIO * quietest)
         .fold(0.0, f64::max);
@@ -230,6 +236,7 @@ fn draw_panel(
     for run in &trace.runs {
         let foot: Vec<[f64; 2]> = run.iter().map(|p| panel.displaced(p, 0.0)).collect();
         let tool: Vec<[f64; 2]> = run.iter().map(|p| panel.displaced(p, p.error_um)).collect();
+        // The area between contour and tool: along the one and back along the other.
         let mut outline = reduced(&foot);
         outline.extend(reduced(&tool).into_iter().rev());
         canvas.area(&outline, color, 0.16);
@@ -260,6 +267,7 @@ fn reduced(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
 fn draw_axes(canvas: &mut Canvas, panel: &Panel) {
     let ([left, top], [width, height]) = (panel.at, panel.size);
     let (right, bottom) = (left + width, top + height);
+    // The frame may be larger than the contour: ticks go over all that is seen.
     let half = |pixels: f64| 0.5 * pixels / panel.px_per_mm;
     let x = Range {
         min: panel.x.middle() - half(width),

@@ -30,7 +30,7 @@ pub(super) struct Range {
 }
 
 impl Range {
-    /// The smallest range that holds all finite values; none without any.
+    /// The smallest range that holds all finite values; `None` without any.
     pub(super) fn of(values: impl Iterator<Item = f64>) -> Option<Range> {
         values
             .filter(|v| v.is_finite())
@@ -69,6 +69,7 @@ impl Range {
         if step <= 0.0 {
             return (Vec::new(), 0);
         }
+        // Ticks by their number, not by adding steps: no rounding piles up.
         let first = (self.min / step).ceil() as i64;
         let last = (self.max / step).floor() as i64;
         let decimals = (-math::log10(step).floor()).clamp(0.0, 9.0) as usize;
@@ -108,6 +109,7 @@ pub(super) fn keep(points: &[[f64; 2]], tolerance: f64) -> Vec<usize> {
 fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
     let length2 = dx * dx + dy * dy;
+    // Foot point on the stretch, clamped to its ends; a closed curve has a stretch of no length.
     let along = if length2 > 0.0 {
         (((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / length2).clamp(0.0, 1.0)
     } else {

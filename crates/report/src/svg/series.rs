@@ -63,6 +63,7 @@ pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
         canvas.text([LEFT_PX, top], "no data", 13.0, SOFT, Anchor::Start);
         return canvas.finish(&picture.title);
     };
+    // A single point has no range to divide by.
     let x = if x.span() > 0.0 { x } else { x.padded(0.0) };
     let y = y.padded(0.05);
     let (width, height) = (size[0] - LEFT_PX - RIGHT_PX, size[1] - top - BOTTOM_PX);
@@ -112,6 +113,7 @@ pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
             .points
             .split(|p| !(p[0].is_finite() && p[1].is_finite()))
         {
+            // Reduced in pixels: what counts is what can be seen.
             let pixels: Vec<[f64; 2]> = piece.iter().map(|p| place(*p)).collect();
             let line: Vec<[f64; 2]> = keep(&pixels, LEAST_DETAIL_PX)
                 .into_iter()

@@ -75,6 +75,7 @@ impl TraceRecorder {
             return;
         }
         let starts_run = std::mem::take(&mut self.broken);
+        // A group ends where the next run begins: no line may be drawn across a rapid.
         let fresh = self.seen.is_multiple_of(self.group) || starts_run;
         match self.entries.last_mut() {
             Some(last) if !fresh => {
@@ -99,6 +100,7 @@ impl TraceRecorder {
     fn merge(&mut self) {
         self.group *= 2;
         let pairs = self.entries.chunks(2).map(|pair| {
+            // A run of one entry merges with its neighbour; the break stays.
             let starts_run = pair.iter().any(|entry| entry.starts_run);
             let larger = |a: Entry, b: &Entry| {
                 if b.point.error_um.abs() > a.point.error_um.abs() {
@@ -210,6 +212,7 @@ impl Plane {
             .map_or(0.0, |range| range.span())
         };
         let [x, y, z] = [extent(0), extent(1), extent(2)];
+        // XY unless Z clearly is larger than one of them: milled parts are looked at from above.
         if z <= x.min(y) * 1.5 || (z <= x && z <= y) {
             Plane::Xy
         } else if y <= x {

@@ -52,6 +52,7 @@ fn table(comparison: &Run, none: Option<&MethodResult>, options: &TextOptions) -
     ])
     .optional(&[3, 8, 4, 2, 6]);
     for result in &comparison.results {
+        // Of what no compensation leaves; without backlash there is nothing to compare with.
         let ratio = none
             .filter(|n| n.backlash.rms > 0.0)
             .map_or("-".to_owned(), |n| {
@@ -79,6 +80,7 @@ fn table(comparison: &Run, none: Option<&MethodResult>, options: &TextOptions) -
             needs(&result.method).into(),
         ]);
     }
+    // Beside them the machine without a gap: command and servo alone.
     let free = &comparison.without_gap;
     table.row([
         "(no gap)".into(),

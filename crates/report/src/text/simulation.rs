@@ -58,6 +58,7 @@ fn verdict(simulation: &SingleRun, options: &TextOptions) -> String {
         "{} on {}, method {}",
         simulation.program.name, simulation.machine, result.method
     );
+    // Without a cutting move there is no contour to judge.
     let what = if result.cutting.samples == 0 {
         "no cutting move".to_owned()
     } else {

@@ -158,6 +158,7 @@ impl Table {
             let columns: usize = shown.iter().map(|column| widths[*column]).sum();
             columns + BETWEEN * shown.len().saturating_sub(1)
         };
+        // Whole columns go first: a number that is cut short would be a wrong number.
         for column in &self.optional {
             if taken(&shown, &widths) > width {
                 shown.retain(|kept| kept != column);
@@ -174,6 +175,7 @@ impl Table {
             return aligned(&lines, &shown, &widths, &self.header);
         }
         let text = |column: &&usize| self.header[**column].1 == Align::Left;
+        // Then the widest text gives what is still missing.
         let longest = shown.iter().filter(text).max_by_key(|c| widths[**c]);
         if let Some(&column) = longest.filter(|_| excess > 0) {
             let room = widths[column].saturating_sub(excess).max(SHORTEST_TEXT);

@@ -64,6 +64,7 @@ fn kinds(kinds: &KindTimes, total_s: f64, options: &TextOptions) -> String {
         ("tool change", kinds.tool_changes, kinds.tool_change_s),
         ("spindle", kinds.spindle_events, kinds.spindle_event_s),
     ] {
+        // Assumed times are listed only where the program has such events.
         if count > 0 {
             row(
                 name,
