@@ -78,12 +78,12 @@ pub(crate) struct Fit {
     pub(crate) out: PathBuf,
 }
 
-/// Setpoints that go to the axis at once.
-const CHUNK: usize = 1024;
+/// Setpoints that go to the axis at once. A choice: about a second of motion.
+const SETPOINTS_PER_CHUNK: usize = 1024;
 
 /// Smallest swing (peak to peak) of a standing load that counts as a limit cycle, in parts of the
-/// gap.
-const LEAST_SWING: f64 = 0.02;
+/// gap. A choice: above the creep of a load that settles, below any swing from flank to flank.
+const LEAST_CYCLE_SWING_SHARE: f64 = 0.02;
 
 /// Runs the command asked for.
 pub(crate) fn run(command: &AxisCommand, quiet: bool) -> Result<u8, Failure> {
@@ -137,7 +137,7 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
     let mut out = AxisOutput::new(true);
     let mut detector = CycleDetector::new(
         cycles.servo().period_s(),
-        LEAST_SWING * config.reflected_load().gap_rad,
+        LEAST_CYCLE_SWING_SHARE * config.reflected_load().gap_rad,
     );
     let mut tick = 0;
     let mut chunk = vec![first];
@@ -208,7 +208,7 @@ fn fill(
     chunk: &mut Vec<Setpoint>,
     setpoints: &mut SetpointReader<impl Read>,
 ) -> Result<bool, Failure> {
-    while chunk.len() < CHUNK {
+    while chunk.len() < SETPOINTS_PER_CHUNK {
         match setpoints.next().transpose()? {
             Some(setpoint) => chunk.push(setpoint),
             None => return Ok(false),

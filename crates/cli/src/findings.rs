@@ -279,8 +279,8 @@ fn one(renderer: &Renderer, finding: &Finding, line: &Excerpt) -> String {
     renderer.render(&[group])
 }
 
-/// Longest piece of a line that is shown.
-const WIDTH: usize = 160;
+/// Longest piece of a line that is shown, bytes. A choice: two lines of a terminal.
+const EXCERPT_BYTES: usize = 160;
 
 /// A line, or the part of a long one around a span.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -316,7 +316,7 @@ pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Res
         }
         window_at = start;
         // Only as much of a line as is shown: a line may be as long as the file.
-        let wanted = (WIDTH - window.len().min(WIDTH)) as u64;
+        let wanted = (EXCERPT_BYTES - window.len().min(EXCERPT_BYTES)) as u64;
         std::io::Read::read_to_end(&mut std::io::Read::take(&mut *source, wanted), &mut window)?;
         found[index] = excerpt(&window, (span.start - start) as usize, span.len as usize);
     }
@@ -327,8 +327,8 @@ pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Res
 /// before the span.
 fn window_start(span: &Span) -> u64 {
     let before = u64::from(span.column.saturating_sub(1)).min(span.start);
-    let shown = if before as usize > WIDTH * 2 / 3 {
-        (WIDTH / 3) as u64
+    let shown = if before as usize > EXCERPT_BYTES * 2 / 3 {
+        (EXCERPT_BYTES / 3) as u64
     } else {
         before
     };
@@ -336,7 +336,7 @@ fn window_start(span: &Span) -> u64 {
 }
 
 fn excerpt(window: &[u8], offset: usize, length: usize) -> Excerpt {
-    let window = &window[..window.len().min(WIDTH)];
+    let window = &window[..window.len().min(EXCERPT_BYTES)];
     let end = window
         .iter()
         .position(|b| matches!(b, b'\n' | b'\r'))
@@ -404,7 +404,7 @@ mod tests {
         let mut text = vec![b'('; 5_000_000];
         text[4_000_000] = b'G';
         let found = excerpts(&mut text.as_slice(), &[span(1, 4_000_001, 4_000_000, 1)]).unwrap();
-        assert_eq!(found[0].text.len(), WIDTH);
+        assert_eq!(found[0].text.len(), EXCERPT_BYTES);
         assert_eq!(&found[0].text[found[0].range.clone()], "G");
     }
 

@@ -8,13 +8,13 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Largest machine file, tool table or fit result.
+/// Largest machine file, tool table or fit result, bytes. A choice: a thousand times the usual.
 const MAX_TEXT_BYTES: u64 = 16 << 20;
-/// Largest part program from a pipe: it is held in memory.
+/// Largest part program from a pipe, bytes: it is held in memory.
 const MAX_PIPE_BYTES: u64 = 1 << 30;
 
 /// What messages call a part program from stdin.
-const STDIN: &str = "stdin";
+const STDIN_NAME: &str = "stdin";
 
 /// Opens a file for reading. A folder and a missing file have their own messages.
 pub(crate) fn open(path: &Path, what: &str) -> Result<File, Failure> {
@@ -67,7 +67,7 @@ pub(crate) fn text(path: &Path, what: &str) -> Result<String, Failure> {
 /// can be read only once (a pipe) is taken into memory.
 pub(crate) fn program(path: &Path) -> Result<Program, Failure> {
     if is_standard(path) {
-        return piped(std::io::stdin().lock(), STDIN);
+        return piped(std::io::stdin().lock(), STDIN_NAME);
     }
     let shown = path.display();
     let failed = |error| Failure::message(format!("cannot read part program {shown}: {error}"));
@@ -103,11 +103,11 @@ fn piped(pipe: impl Read, name: &str) -> Result<Program, Failure> {
     }
 }
 
-/// Largest file of subroutines.
-const MAX_BYTES: u64 = 16 << 20;
+/// Largest file of subroutines, bytes: it is held in memory.
+const MAX_SUBROUTINE_BYTES: u64 = 16 << 20;
 /// Endings that a file of a subroutine may have, in the order they are tried. Numbers are also
 /// looked for with an O before them.
-const ENDINGS: [&str; 4] = ["ngc", "nc", "tap", ""];
+const SUBROUTINE_ENDINGS: [&str; 4] = ["ngc", "nc", "tap", ""];
 
 /// The folder of the part, then those asked for.
 #[derive(Debug)]
@@ -163,11 +163,13 @@ impl Folders {
         let failed = |error: std::io::Error| format!("cannot read {shown}: {error}");
         let file = std::fs::File::open(&found).map_err(failed)?;
         let mut text = Vec::new();
-        file.take(MAX_BYTES + 1)
+        file.take(MAX_SUBROUTINE_BYTES + 1)
             .read_to_end(&mut text)
             .map_err(failed)?;
-        if text.len() as u64 > MAX_BYTES {
-            return Err(format!("{shown} has more than {MAX_BYTES} bytes"));
+        if text.len() as u64 > MAX_SUBROUTINE_BYTES {
+            return Err(format!(
+                "{shown} has more than {MAX_SUBROUTINE_BYTES} bytes"
+            ));
         }
         Ok(Some(LoadedFile {
             name: shown.to_string(),
@@ -202,7 +204,7 @@ impl SubroutineLoader for Folders {
         ];
         for folder in &self.folders {
             for stem in stems.iter().flatten() {
-                for ending in ENDINGS {
+                for ending in SUBROUTINE_ENDINGS {
                     let file = if ending.is_empty() {
                         stem.clone()
                     } else {
@@ -287,7 +289,7 @@ mod tests {
         let (root, found) = folders();
         std::fs::write(
             root.path().join("part/big.ngc"),
-            vec![b' '; MAX_BYTES as usize + 1],
+            vec![b' '; MAX_SUBROUTINE_BYTES as usize + 1],
         )
         .unwrap();
         assert!(found.load("big").unwrap_err().contains("more than"));

@@ -67,7 +67,7 @@ impl From<ReadError> for Failure {
     }
 }
 
-/// Large enough that millions of short lines go out in few calls.
+/// Buffer of stdout, bytes: large enough that millions of short lines go out in few calls.
 const BUFFER_BYTES: usize = 1 << 16;
 
 /// stdout, buffered.
@@ -91,7 +91,7 @@ fn wants_color() -> bool {
 }
 
 /// Columns of a terminal that does not say how many it has.
-const USUAL_COLUMNS: usize = 80;
+const DEFAULT_COLUMNS: usize = 80;
 
 /// How many columns tables on stdout may take: `COLUMNS`, or what the terminal says, or 80.
 pub(crate) fn stdout_columns() -> usize {
@@ -103,7 +103,7 @@ pub(crate) fn stdout_columns() -> usize {
         let (_, columns) = console::Term::stdout().size_checked()?;
         Some(usize::from(columns))
     })
-    .unwrap_or(USUAL_COLUMNS)
+    .unwrap_or(DEFAULT_COLUMNS)
 }
 
 /// A text in lines that fit stdout, broken at blanks; ends in a newline.
@@ -175,10 +175,10 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
 }
 
 /// Work that is done sooner shows no bar.
-const PATIENCE: Duration = Duration::from_millis(300);
+const BAR_DELAY: Duration = Duration::from_millis(300);
 
 /// Steps of the bar.
-const STEPS: u64 = 1000;
+const BAR_STEPS: u64 = 1000;
 
 /// A progress bar that appears only on a terminal, and only after a moment.
 pub(crate) struct Progress {
@@ -199,7 +199,7 @@ impl Progress {
 
     /// Tells how much is done, and how much machine time has been simulated.
     pub(crate) fn update(&mut self, done: u64, total: u64, simulated_s: f64) {
-        if !self.enabled || self.started.elapsed() < PATIENCE {
+        if !self.enabled || self.started.elapsed() < BAR_DELAY {
             return;
         }
         let bar = self.bar.get_or_insert_with(new_bar);
@@ -208,7 +208,7 @@ impl Progress {
         } else {
             done as f64 / total as f64
         };
-        bar.set_position((part.clamp(0.0, 1.0) * STEPS as f64) as u64);
+        bar.set_position((part.clamp(0.0, 1.0) * BAR_STEPS as f64) as u64);
         bar.set_message(format!("{simulated_s:.0} s of machine time"));
     }
 
@@ -227,7 +227,7 @@ impl Drop for Progress {
 }
 
 fn new_bar() -> ProgressBar {
-    let bar = ProgressBar::new(STEPS);
+    let bar = ProgressBar::new(BAR_STEPS);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left") {
         bar.set_style(style);
     }

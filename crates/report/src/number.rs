@@ -122,11 +122,11 @@ pub fn error_decimals(magnitude: f64) -> usize {
 }
 
 /// Magnitude from which on digits are left to the exponent.
-const EXPONENT_FROM: f64 = 1e6;
+const EXPONENT_MAGNITUDE: f64 = 1e6;
 
 /// As [`fixed`], with an exponent from a million on: `3.63e7`.
 pub fn compact(value: f64, decimals: usize) -> String {
-    if value.is_finite() && value.abs() >= EXPONENT_FROM {
+    if value.is_finite() && value.abs() >= EXPONENT_MAGNITUDE {
         format!("{value:.2e}")
     } else {
         fixed(value, decimals)

@@ -131,7 +131,7 @@ pub enum SimError {
         /// The limit, s.
         limit_s: f64,
     },
-    /// No such method.
+    /// There is no method of that name.
     #[error(transparent)]
     Method(#[from] UnknownMethod),
     /// A method needs what the machine does not have.

@@ -116,7 +116,7 @@ pub(crate) fn set_changes(options: &[String]) -> Result<Vec<Change>, Failure> {
 }
 
 /// Axes of a work offset in the order of its numbers.
-const ORDER: [AxisId; 6] = [
+const OFFSET_AXES: [AxisId; 6] = [
     AxisId::X,
     AxisId::Y,
     AxisId::Z,
@@ -148,9 +148,12 @@ fn offset(option: &str) -> Result<Vec<Change>, Failure> {
     for (index, text) in coordinates.split(',').map(str::trim).enumerate() {
         // A letter names its axis; numbers without one go by their order.
         let lettered = text.chars().next().and_then(AxisId::from_letter);
-        let axis = lettered.or_else(|| ORDER.get(index).copied());
+        let axis = lettered.or_else(|| OFFSET_AXES.get(index).copied());
         let Some(axis) = axis else {
-            return Err(refused(format!("it has more than {} numbers", ORDER.len())));
+            return Err(refused(format!(
+                "it has more than {} numbers",
+                OFFSET_AXES.len()
+            )));
         };
         let number = if lettered.is_some() {
             text.get(1..).unwrap_or_default()

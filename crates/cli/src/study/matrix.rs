@@ -141,7 +141,7 @@ fn write(folder: &Path, files: &[(&str, &String)]) -> Result<(), Failure> {
 }
 
 /// File of the results so far in the folder of a study.
-const NAME: &str = "cells.jsonl";
+const JOURNAL_NAME: &str = "cells.jsonl";
 
 /// A journal open for more results.
 struct Journal {
@@ -162,7 +162,7 @@ impl Journal {
             .into());
         }
         std::fs::create_dir_all(folder).map_err(|error| WriteError::io("create", folder, error))?;
-        let path = folder.join(NAME);
+        let path = folder.join(JOURNAL_NAME);
         let failed = |error| Failure::from(WriteError::io("write", &path, error));
         let mut file = OpenOptions::new()
             .read(true)
@@ -175,12 +175,13 @@ impl Journal {
         file.read_to_string(&mut text)
             .map_err(|error| match error.kind() {
                 ErrorKind::InvalidData => {
-                    Failure::with_hint(format!("{} is not text", path.display()), HINT)
+                    Failure::with_hint(format!("{} is not text", path.display()), OTHER_STUDY_HINT)
                 }
                 _ => failed(error),
             })?;
-        let found = read(&text, header)
-            .map_err(|error| Failure::with_hint(format!("{}: {error}", path.display()), HINT))?;
+        let found = read(&text, header).map_err(|error| {
+            Failure::with_hint(format!("{}: {error}", path.display()), OTHER_STUDY_HINT)
+        })?;
         let mut journal = Journal {
             file,
             results: BTreeMap::new(),
@@ -214,4 +215,4 @@ impl Journal {
 }
 
 /// What to do about a journal of another study.
-const HINT: &str = "--fresh forgets what is there; another --out keeps it";
+const OTHER_STUDY_HINT: &str = "--fresh forgets what is there; another --out keeps it";

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
-/// Large enough that a plan's rows reach the disk in few calls.
+/// Buffer of a file, bytes: large enough that a plan's rows reach the disk in few calls.
 const BUFFER_BYTES: usize = 1 << 18;
 
 /// Where the bytes go until the file is complete.

@@ -7,7 +7,7 @@ use crate::number::{error, percent, plain};
 use lostmotion_methods::MethodId;
 use lostmotion_sim::results::{Harm, MethodResult, Run};
 
-/// Most warnings shown; the JSON form has all of them.
+/// Most warnings shown, a choice; the JSON form has all of them.
 const MOST_WARNINGS: usize = 3;
 
 /// The whole answer: one line a method, the recommendation, harm, notes. Ends in a newline.

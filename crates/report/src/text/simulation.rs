@@ -5,7 +5,7 @@ use super::{Ink, TextOptions, blocks};
 use crate::number::{error, plain};
 use lostmotion_sim::results::SingleRun;
 
-/// Most warnings shown; the JSON form has all of them.
+/// Most warnings shown, a choice; the JSON form has all of them.
 const MOST_WARNINGS: usize = 10;
 
 /// The whole answer: verdict, errors, worst blocks, axes, reversals, notes. Ends in a newline.

@@ -61,7 +61,7 @@ impl Cell {
 }
 
 /// Blanks between two columns.
-const BETWEEN: usize = 2;
+const BETWEEN_COLUMNS: usize = 2;
 /// A text column is not shortened below this many characters.
 const SHORTEST_TEXT: usize = 12;
 
@@ -156,7 +156,7 @@ impl Table {
         let mut shown: Vec<usize> = (0..self.header.len()).collect();
         let taken = |shown: &[usize], widths: &[usize]| {
             let columns: usize = shown.iter().map(|column| widths[*column]).sum();
-            columns + BETWEEN * shown.len().saturating_sub(1)
+            columns + BETWEEN_COLUMNS * shown.len().saturating_sub(1)
         };
         // Whole columns go first: a number that is cut short would be a wrong number.
         for column in &self.optional {
@@ -223,7 +223,11 @@ fn aligned(
                 Align::Left => (0, pad),
             };
             // Writing to a String cannot fail.
-            let _ = write!(text, "{:before$}{cell}{:after$}{:BETWEEN$}", "", "", "");
+            let _ = write!(
+                text,
+                "{:before$}{cell}{:after$}{:BETWEEN_COLUMNS$}",
+                "", "", ""
+            );
         }
         out.push_str(text.trim_end());
         out.push('\n');

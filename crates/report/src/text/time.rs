@@ -6,7 +6,7 @@ use super::table::{Align, Cell, Table, short};
 use crate::number::{duration, fixed, percent};
 use lostmotion_sim::time::results::{CycleTime, KindTimes, LimitShare, TimeKind};
 
-/// Most warnings shown; the JSON form has all of them.
+/// Most warnings shown, a choice; the JSON form has all of them.
 const MOST_WARNINGS: usize = 3;
 /// Longest piece of a block's text in a table, characters.
 const LONGEST_BLOCK_TEXT: usize = 40;

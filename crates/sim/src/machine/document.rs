@@ -5,10 +5,10 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A machine file has some 20 kB; what is much larger is something else, and would take long to be
-/// told what is wrong with it.
+/// Longest machine file, bytes. The embedded ones have some 20 kB; a larger text is something else,
+/// and listing its errors would take long.
 const MAX_BYTES: usize = 256 * 1024;
-/// The most syntax errors that are worth listing.
+/// The most syntax errors listed. A choice: later ones mostly follow from earlier ones.
 const MAX_SYNTAX_ERRORS: usize = 20;
 
 /// A parsed text.

@@ -11,7 +11,7 @@ use lostmotion_drive::config::Cycles;
 use lostmotion_methods::AxisConfig;
 use serde::{Deserialize, Serialize};
 
-/// Least distance between the two ends of a beam, mm.
+/// Least distance between the two ends of a beam, mm. A choice: the tool's place is divided by it.
 const LEAST_BEAM_MM: f64 = 1.0;
 
 /// Table `gantry` of a machine file.

@@ -34,8 +34,8 @@ pub struct KeyInfo {
     pub field: String,
 }
 
-/// Deeper than any table in a machine file.
-const DEEPEST: usize = 12;
+/// Tables below each other that are followed; no machine file has half as many.
+const MAX_KEY_DEPTH: usize = 12;
 
 /// Every key that the reader accepts, in the order of the types.
 pub fn keys() -> Vec<KeyInfo> {
@@ -102,7 +102,7 @@ fn descend<T: for<'de> Deserialize<'de>>(
     all: &mut Vec<KeyInfo>,
 ) {
     // A type that contains itself would never end.
-    if path.len() > DEEPEST {
+    if path.len() > MAX_KEY_DEPTH {
         return;
     }
     let below = |step: Step| [path, &[step]].concat();
@@ -208,11 +208,11 @@ const UNITS: [(&str, &str); 47] = [
     ("_k", "K"),
 ];
 
-/// Machine and axis in which a key is tried out.
-const TRIED: [(&str, &str); 3] = [("vmc3", "x"), ("vmc4", "a"), ("gantry3", "y")];
+/// Machine and axis in which a key is tried out: a linear axis, a rotary one, a gantry.
+const TRIAL_AXES: [(&str, &str); 3] = [("vmc3", "x"), ("vmc4", "a"), ("gantry3", "y")];
 
-/// Far beyond any range.
-const FAR: [&str; 2] = ["-1e300", "1e300"];
+/// Values beyond any range that a key may have: the refusal tells the range.
+const OUT_OF_RANGE_VALUES: [&str; 2] = ["-1e300", "1e300"];
 
 impl KeyInfo {
     /// The unit that the key's name carries; empty for none.
@@ -236,12 +236,12 @@ impl KeyInfo {
         if self.kind != "number" {
             return None;
         }
-        TRIED.iter().find_map(|(machine, letter)| {
+        TRIAL_AXES.iter().find_map(|(machine, letter)| {
             let toml = presets()
                 .iter()
                 .find(|preset| preset.name == *machine)?
                 .toml;
-            FAR.iter().find_map(|value| {
+            OUT_OF_RANGE_VALUES.iter().find_map(|value| {
                 let change = Change {
                     key: self.of_axis(letter),
                     value: (*value).to_owned(),
@@ -258,7 +258,7 @@ impl KeyInfo {
 
     /// The value where a file says nothing; `None` if the key is needed or has no value then.
     pub fn default(&self) -> Option<String> {
-        TRIED.iter().find_map(|(name, letter)| {
+        TRIAL_AXES.iter().find_map(|(name, letter)| {
             let preset = presets().iter().find(|preset| preset.name == *name)?;
             let file: toml::Table = toml::from_str(preset.toml).ok()?;
             let key = self.of_axis(letter);

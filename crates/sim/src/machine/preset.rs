@@ -104,9 +104,9 @@ impl Machine {
 }
 
 /// Name of the axis of the paper, which is not part of a machine.
-const PAPER: &str = "paper";
+const PAPER_AXIS: &str = "paper";
 /// Name of a robot's joint, and its file.
-const JOINT: (&str, &str) = (
+const ROBOT_JOINT: (&str, &str) = (
     "robot-joint",
     include_str!("../../presets/axes/robot-joint.toml"),
 );
@@ -115,11 +115,11 @@ const JOINT: (&str, &str) = (
 /// (`gantry3:y2` is a gantry's second motor); `None` if there is none of that
 /// name.
 pub fn axis_preset(name: &str) -> Option<AxisConfig> {
-    if name == PAPER {
+    if name == PAPER_AXIS {
         return Some(AxisConfig::paper());
     }
-    if name == JOINT.0 {
-        return axis_from_toml(JOINT.0, JOINT.1).ok();
+    if name == ROBOT_JOINT.0 {
+        return axis_from_toml(ROBOT_JOINT.0, ROBOT_JOINT.1).ok();
     }
     let (machine, drive) = name.split_once(':')?;
     let machine = Machine::preset(machine).ok()?;
@@ -129,8 +129,8 @@ pub fn axis_preset(name: &str) -> Option<AxisConfig> {
 /// The file of an axis that comes with the library, all keys written out; `None` if there is none
 /// of that name or it cannot be written.
 pub fn axis_preset_toml(name: &str) -> Option<String> {
-    if name == JOINT.0 {
-        return Some(JOINT.1.to_owned());
+    if name == ROBOT_JOINT.0 {
+        return Some(ROBOT_JOINT.1.to_owned());
     }
     toml::to_string(&axis_preset(name)?).ok()
 }
@@ -147,7 +147,7 @@ pub fn axis_presets() -> Vec<String> {
             .map(|drive| format!("{}:{drive}", info.name))
             .collect::<Vec<_>>()
     };
-    [PAPER, JOINT.0]
+    [PAPER_AXIS, ROBOT_JOINT.0]
         .map(str::to_owned)
         .into_iter()
         .chain(presets().iter().flat_map(of))

@@ -13,7 +13,8 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
 
-/// The most errors looked for in one part.
+/// The most errors looked for in one part. A choice: a reader mends fewer at a time, and each costs a
+/// further reading.
 const MOST_ERRORS: usize = 100;
 
 /// Values put where one is missing or of the wrong type, tried in this order.

@@ -10,7 +10,8 @@ use lostmotion_path::Curve;
 use lostmotion_plan::{Chord, FeedLimit, Move, Planner, Sample};
 use std::sync::Arc;
 
-/// A way shorter than this has no direction, mm: rounding.
+/// A way shorter than this has no direction, mm. Derived: the rounding of places up to 1 m is some
+/// 1e-13 mm.
 const NO_DIRECTION_MM: f64 = 1e-12;
 
 /// The largest of both, so far.

@@ -17,7 +17,7 @@ use lostmotion_gcode::{Diagnostic, Diagnostics, Problem, Severity, SourceFiles};
 use lostmotion_plan::{FeedLimit, Move, PlanItem, PlannerConfig, Quality, TravelCheck};
 use std::sync::Arc;
 
-/// The largest cutting force, N: far more than any machine stands; beyond it numbers overflow.
+/// The largest cutting force, N. A choice: far more than any machine stands, far below an overflow.
 const LARGEST_FORCE_N: f64 = 1e6;
 
 /// What the first pass learns.

@@ -6,7 +6,7 @@ use super::change::LimitChange;
 use super::check::planner_config;
 use super::curves::plan_item;
 use super::modes::Modes;
-use super::paced::{PLAN_SAMPLES, Paced};
+use super::paced::{PLAN_CHUNK_SAMPLES, Paced};
 use super::reader::Reader;
 use super::steer::Read;
 use crate::error::SimError;
@@ -135,7 +135,7 @@ impl Feed {
         // Taken out for the call, since the pacer draws on the plan of `self`.
         let result = if let Some(mut paced) = self.paced.take() {
             let result = paced.take(most, samples, |plan| {
-                self.plan(PLAN_SAMPLES, plan, segments)
+                self.plan(PLAN_CHUNK_SAMPLES, plan, segments)
             });
             self.paced = Some(paced);
             result

@@ -6,8 +6,8 @@ use lostmotion_base::Tick;
 use lostmotion_plan::{Action, Pacer, PlannerConfig, Sample};
 use std::collections::VecDeque;
 
-/// Samples of the plan that are read at a time.
-pub(super) const PLAN_SAMPLES: usize = 256;
+/// Samples of the plan that are read at a time. A choice: few enough to keep memory small.
+pub(super) const PLAN_CHUNK_SAMPLES: usize = 256;
 
 /// A pacer, and what is still to be done to it.
 #[derive(Debug)]

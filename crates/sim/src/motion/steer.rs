@@ -24,9 +24,10 @@ pub(crate) struct Read {
 }
 
 /// Places nearer than this are the same, mm or rad: far above rounding, far below any step.
-const SAME_PLACE: f64 = 1e-9;
-/// Moves with a direction that are looked at together when solutions are chosen.
-const LOOK_AHEAD: usize = 64;
+const SAME_PLACE_UNITS: f64 = 1e-9;
+/// Moves with a direction that are looked at together when solutions are chosen. Origin
+/// unknown, kept.
+const ORIENTATION_HORIZON_MOVES: usize = 64;
 
 /// The coordinates that programs are in, and moves whose directions wait for those behind them.
 #[derive(Debug)]
@@ -147,7 +148,7 @@ impl Steering {
         let wrong = (at - fold.position())
             .0
             .iter()
-            .any(|away| away.abs() > SAME_PLACE);
+            .any(|away| away.abs() > SAME_PLACE_UNITS);
         if wrong {
             fold.moved_to(at);
         }
@@ -204,8 +205,8 @@ impl Steering {
         self.waiting.push_back((motion, direction, plane));
         // Half of the window is released and half stays, so that each choice of solution sees at
         // least that many moves ahead.
-        if self.waiting.len() >= LOOK_AHEAD {
-            self.release(LOOK_AHEAD / 2, out)
+        if self.waiting.len() >= ORIENTATION_HORIZON_MOVES {
+            self.release(ORIENTATION_HORIZON_MOVES / 2, out)
         } else {
             Ok(())
         }

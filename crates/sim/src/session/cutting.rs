@@ -16,7 +16,8 @@ use lostmotion_plan::Sample;
 /// Half the distance over which the tip is differentiated by a joint: mm for linear ones, rad for
 /// rotary ones. Derived: far above rounding of places up to 1 m, far below any curvature.
 const DIFFERENCE_STEPS: [f64; 2] = [1e-3, 1e-6];
-/// Speed of the tip below which it has no direction, mm/s.
+/// Speed of the tip below which it has no direction, mm/s. Derived: far above the rounding of speeds
+/// of 1 m/s, far below any feed.
 const STANDSTILL_MM_S: f64 = 1e-9;
 
 /// A cutting force on some machine.

@@ -19,7 +19,7 @@ use lostmotion_plan::Sample;
 
 /// Utilisation from which a constraint is active. Tuned: the smoothing of a profile leaves about 2 %
 /// of a limit unused.
-const ACTIVE_FROM: f64 = 0.97;
+const ACTIVE_UTILISATION: f64 = 0.97;
 
 /// Ways of being limited: feed, three for each joint, tolerance, look-ahead, dwell, feed hold,
 /// chord.
@@ -109,11 +109,11 @@ impl Joints {
         // The largest utilisation is the active constraint; feed goes before joints among equals.
         let used = feed.map_or(0.0, |feed| 0.5 * (a.path_speed + b.path_speed) / feed);
         let (joint, usage) = self.most(a, b);
-        if used >= ACTIVE_FROM && used >= usage.max(chord) {
+        if used >= ACTIVE_UTILISATION && used >= usage.max(chord) {
             FEED
-        } else if chord >= ACTIVE_FROM && chord >= usage {
+        } else if chord >= ACTIVE_UTILISATION && chord >= usage {
             CHORD
-        } else if usage >= ACTIVE_FROM {
+        } else if usage >= ACTIVE_UTILISATION {
             joint
         } else if off() {
             TOLERANCE

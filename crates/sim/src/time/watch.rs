@@ -13,7 +13,7 @@ use lostmotion_plan::{FeedLimit, Move, PathControl, Quality, Sample};
 use std::collections::VecDeque;
 
 /// Part of the tolerance by which the command has to be off the path to be rounding a corner: above
-/// the rounding of the planner, far below any blend.
+/// the rounding of the planner, far below any blend. A choice.
 const OFF_PATH_SHARE: f64 = 0.02;
 
 /// A programmed move.
