@@ -57,4 +57,4 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 // Prints:
 // plotter: none leaves 3.2 um of backlash at most
 // worn plotter: none leaves 22.7 um of backlash at most
-// worn plotter: error: axis.y.load.slide.gap_um: is -1.0000000000000002; it has to be from 0 to 100000
+// worn plotter: axis.y.load.slide.gap_um: is -1.0000000000000002; it has to be from 0 to 100000

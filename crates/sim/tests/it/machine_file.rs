@@ -332,7 +332,7 @@ fn an_axis_alone_is_read_with_the_same_care() {
         .replace("mass_kg", "mass");
     let error = axis_from_toml("x.toml", &bad).expect_err("bad").to_string();
     assert!(
-        error.contains("error: load.slide.gap_um: is nan")
+        error.contains("x.toml:32:1: load.slide.gap_um: is nan")
             && error.contains("did you mean `mass_kg`?"),
         "{error}"
     );
