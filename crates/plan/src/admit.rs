@@ -6,12 +6,15 @@ use crate::{FeedLimit, Move, PlannerConfig};
 use lostmotion_base::{AXES, AxisId, BlockRef, Coords};
 use lostmotion_kinematics::{JointMap, Kinematics};
 
-/// Moves that start farther than this from the end of the one before do not connect, mm or rad.
-const CONNECTED: f64 = 1e-6;
-/// Points at which joints are looked for that move without having limits.
-const POINTS: usize = 8;
-/// Slower joints stand still: their speed per path parameter is rounding.
-const STILL: f64 = 1e-12;
+/// Largest distance, mm or rad, between the end of a move and the start of the next one; origin
+/// unknown, kept.
+const MAX_GAP: f64 = 1e-6;
+/// Intervals of a move at whose ends joints are looked for that move without having limits; origin
+/// unknown, kept.
+const LIMIT_POINTS: usize = 8;
+/// Speed of a joint per path parameter up to which it stands still: rounding of the inverse
+/// kinematics.
+const STILL_SPEED: f64 = 1e-12;
 
 /// Where the program is.
 #[derive(Clone, Copy, Debug)]
@@ -87,6 +90,8 @@ fn connects(kinematics: &dyn Kinematics, here: &Position, item: &Move) -> Result
     let delta = if here.tool_mm == item.tool_mm {
         start - here.program
     } else {
+        // Under another tool offset the same pose has other program coordinates: joints are
+        // compared.
         let joints = |program: &Coords, tool: &[f64; 3]| {
             kinematics
                 .inverse(program, tool)
@@ -101,7 +106,7 @@ fn connects(kinematics: &dyn Kinematics, here: &Position, item: &Move) -> Result
         .into_iter()
         .max_by(|a, b| delta[*a].abs().total_cmp(&delta[*b].abs()));
     match farthest {
-        Some(axis) if delta[axis].abs() > CONNECTED => Err(PlanError::Jump {
+        Some(axis) if delta[axis].abs() > MAX_GAP => Err(PlanError::Jump {
             block: item.block,
             axis,
             distance: delta[axis].abs(),
@@ -119,9 +124,11 @@ fn has_limits(
     let curve = &item.curve;
     let mut speed = curve.max_derivatives(0.0, curve.length()).0;
     if kinematics.joint_map() == JointMap::Curved {
-        for point in 0..=POINTS {
+        // The bounds of the curve are not those of the joints: their speeds at some places tell
+        // which of them move.
+        for point in 0..=LIMIT_POINTS {
             let jets = kinematics.inverse_jet(
-                &curve.jet(curve.length() * (point as f64 / POINTS as f64)),
+                &curve.jet(curve.length() * (point as f64 / LIMIT_POINTS as f64)),
                 &item.tool_mm,
             );
             let jets = jets.map_err(|source| PlanError::Pose {
@@ -140,7 +147,7 @@ fn has_limits(
     }
     let missing = AxisId::ALL
         .into_iter()
-        .find(|joint| speed[*joint] > STILL && config.limits[joint.index()].is_none());
+        .find(|joint| speed[*joint] > STILL_SPEED && config.limits[joint.index()].is_none());
     match missing {
         Some(joint) => Err(PlanError::NoLimits {
             block: item.block,

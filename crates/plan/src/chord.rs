@@ -10,8 +10,9 @@ use lostmotion_base::{AXES, Coords, Jet};
 use lostmotion_kinematics::{Kinematics, KinematicsError, chord_bend};
 use std::sync::Arc;
 
-/// Part of the limit that is planned for: the rest is for what is of a higher order in the cycle.
-const PART: f64 = 0.99;
+/// Part of the limit that is planned for; the rest is for terms of higher order in the cycle.
+/// Origin unknown, kept.
+const BOW_PART: f64 = 0.99;
 
 /// A limit of the tool's distance from its way in the middle between two commands.
 #[derive(Clone, Debug)]
@@ -27,9 +28,10 @@ impl Chord {
     /// For drives that go straight over a command cycle of `period_s` on a machine with these
     /// kinematics, whose tool may be off its way by `bow_mm`.
     pub fn new(kinematics: Arc<dyn Kinematics>, bow_mm: f64, period_s: f64) -> Chord {
+        // The sagitta T^2/8 of a bend by time, solved for the bend.
         Chord {
             kinematics,
-            most: PART * 8.0 * bow_mm / (period_s * period_s),
+            most: BOW_PART * 8.0 * bow_mm / (period_s * period_s),
         }
     }
 
@@ -42,6 +44,8 @@ impl Chord {
                 tool_mm,
             )
         });
+        // The middle's distance from the mean of the ends stands for what the bend may rise above
+        // all three.
         self.speed_at(a.max(m).max(b) + (m - 0.5 * (a + b)).abs())
     }
 

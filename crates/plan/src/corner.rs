@@ -17,17 +17,19 @@ use lostmotion_base::root::Bracket;
 use lostmotion_base::{Coords, math};
 use lostmotion_path::Curve;
 
-/// Halvings in the search for the time at which a distance is reached.
+/// Halvings in the search for the time at which a distance is reached: to 1e-12 of the longest
+/// overlap.
 const TIME_HALVINGS: usize = 40;
-/// Halvings in the search for an overlap that keeps the limits.
+/// Halvings in the search for an overlap that keeps the limits: to a thousandth of the longest one.
 const FIT_HALVINGS: usize = 10;
-/// Shorter overlaps are not worth the trouble, s.
+/// Shorter overlaps, s, are left out: they save nothing that counts.
 const NEGLIGIBLE_S: f64 = 1e-4;
-/// Steps of the jerk nearer to each other are too near for a difference of accelerations between
-/// them.
-const INSTANT_S: f64 = 1e-7;
-/// Places in a time without a step of the jerk at which the tool's bow is looked at.
-const PLACES: u32 = 8;
+/// Steps of the jerk that are nearer to each other than this, s, are taken as one: a difference of
+/// accelerations between them would be rounding.
+const SAME_STEP_S: f64 = 1e-7;
+/// Places in a time without a step of the jerk at which the bow of the tool is evaluated; origin
+/// unknown, kept.
+const BOW_PLACES: u32 = 8;
 /// Sums of two motions that both keep a limit exactly may pass it by rounding.
 const ROUNDING: f64 = 1.0 + 1e-7;
 
@@ -125,6 +127,7 @@ impl Leg {
 /// tolerance, s.
 pub(crate) fn overlap_s(machine: &Machine, before: &Leg, after: &Leg, tolerance: f64) -> f64 {
     let (a, b) = (&before.direction, &after.direction);
+    // A way on one line leads this much off the other, so that the tolerance bounds the way.
     let off = sideways(b, a).max(sideways(a, b));
     let reach = tolerance / off.max(f64::MIN_POSITIVE);
     // Both motions have to stay within reach of the corner at the same time.
@@ -134,6 +137,7 @@ pub(crate) fn overlap_s(machine: &Machine, before: &Leg, after: &Leg, tolerance:
     // With one motion's jerk after the other's, joints that both move have less to bear than while
     // both have jerk.
     let in_turn = before.profile.onset_s() + after.profile.onset_s();
+    // Both candidates are checked before the search for what the limits leave.
     for overlap in [longest, in_turn] {
         if overlap <= longest && fits(machine, before, after, overlap) {
             return overlap;
@@ -156,6 +160,8 @@ pub(crate) fn usual_overlap_s(
     window_s: f64,
     most_s: f64,
 ) -> f64 {
+    // Path jerk from rest: the largest that joints have, or that builds up their acceleration in
+    // one window.
     let jerk = |d: &Coords| {
         machine
             .joints()
@@ -163,6 +169,7 @@ pub(crate) fn usual_overlap_s(
             .fold(f64::INFINITY, f64::min)
     };
     let (first, second) = (jerk(a), jerk(b));
+    // The way on either line that the tolerance allows.
     let reach = tolerance / sideways(b, a).max(sideways(a, b)).max(f64::MIN_POSITIVE);
     // The jerk lasts one window, and the acceleration is constant from then on.
     let time_to = |jerk: f64| {
@@ -175,6 +182,7 @@ pub(crate) fn usual_overlap_s(
         }
     };
     let longest = (time_to(first) + time_to(second)).min(most_s);
+    // What each motion takes of the jerk of each joint.
     let jerks = machine
         .joints()
         .map(|(joint, [.., j])| [first * a.0[joint] / j, second * b.0[joint] / j]);
@@ -186,6 +194,7 @@ pub(crate) fn usual_overlap_s(
             0.0
         };
     }
+    // One window from rest the jerk of a motion may change its sign.
     if jerks.clone().any(|[d, e]| (d - e).abs() > ROUNDING) {
         longest.min(window_s)
     } else {
@@ -195,12 +204,14 @@ pub(crate) fn usual_overlap_s(
 
 /// Whether the sum of both motions keeps every limit over an overlap.
 fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
+    // Beyond its line a motion would go in another direction.
     if before.at(overlap_s).s > before.room || after.at(overlap_s).s > after.room {
         return false;
     }
     // Between two steps of either jerk the sum has constant jerk: its ends bound it.
     let mut times = Vec::new();
     before.profile.steps(overlap_s, &mut times);
+    // The motion before the corner runs backward from it.
     times.iter_mut().for_each(|t| *t = overlap_s - *t);
     after.profile.steps(overlap_s, &mut times);
     times.push(overlap_s);
@@ -213,17 +224,18 @@ fn fits(machine: &Machine, before: &Leg, after: &Leg, overlap_s: f64) -> bool {
     let mut left = states(0.0);
     for t in times {
         let step = t - start;
-        if step < INSTANT_S {
+        if step < SAME_STEP_S {
             continue;
         }
         let right = states(t);
+        // Its bow has no such bound: look at places in between.
         let bows = |chord: &Chord| {
-            (1..=PLACES).any(|k| {
+            (1..=BOW_PLACES).any(|k| {
                 bows(
                     chord,
                     before,
                     after,
-                    &states(start + step * f64::from(k) / f64::from(PLACES)),
+                    &states(start + step * f64::from(k) / f64::from(BOW_PLACES)),
                 )
             })
         };
@@ -268,6 +280,8 @@ fn keeps(machine: &Machine, before: &Leg, after: &Leg, left: &Sum, right: &Sum, 
     let free = fastest <= before.feed.min(after.feed) * ROUNDING;
     free && machine.joints().all(|(joint, [v, a, j])| {
         let (d, e) = (before.direction.0[joint], after.direction.0[joint]);
+        // Velocities of both motions add up; accelerations too, where that of the one that slows
+        // down has the other sign in its own time.
         let speed = |sum: &Sum| (sum.before.v * d + sum.after.v * e).abs();
         let acceleration = |sum: &Sum| (sum.after.a * e - sum.before.a * d).abs();
         let bulge = (jerk[0] * d + jerk[1] * e).abs() * step * step / 8.0;

@@ -7,24 +7,29 @@ use lostmotion_base::{AXES, Coords, Jet};
 use lostmotion_kinematics::{JointMap, Kinematics, KinematicsError};
 use lostmotion_path::{Curve, Quintic};
 
-/// Stretches of arc over which the tangent turns by more are split, rad.
-const TURN: f64 = 0.1;
-/// Parts of a blend or a piece of a run.
+/// Most that the tangent of an arc turns within one part, rad; origin unknown, kept.
+const ARC_PART_RAD: f64 = 0.1;
+/// Parts of a blend or of a piece of a run; origin unknown, kept.
 const QUINTIC_PARTS: usize = 6;
-/// Most parts of one piece.
-const MAX_PARTS: f64 = 4096.0;
-/// How often a stretch is halved, at most, while the joints' derivatives vary over it.
+/// Most parts of one arc, so that no number of turns needs unbounded memory; origin unknown, kept.
+const MAX_ARC_PARTS: f64 = 4096.0;
+/// Halvings, at most, while the derivatives of the joints vary over a stretch; origin unknown,
+/// kept.
 const MAX_HALVINGS: u32 = 10;
-/// How often more, where a joint turns round between the places that were looked at (near a
-/// singular pose).
-const MORE_HALVINGS: u32 = 10;
-/// Halving goes on while the middle differs from the mean of the ends by more than this part of the
-/// largest value.
-const BEND: f64 = 0.02;
-/// Neighbouring intervals shorter together than this part of the way in one window become one.
-const COALESCE: f64 = 0.4;
-/// Fastest parameter speed ever considered, 1/s.
-const FASTEST: f64 = 1e9;
+/// Further halvings where a joint turns round between the places that were evaluated (near a
+/// singular pose); origin unknown, kept.
+const PEAK_HALVINGS: u32 = 10;
+/// A stretch is halved while the value in its middle differs from the mean of its ends by more than
+/// this part of the largest value; origin unknown, kept.
+const CHORD_DEPARTURE: f64 = 0.02;
+/// Neighbouring intervals that are together shorter than this part of the way in one averaging
+/// window become one. Record 35 of the decisions gives what it costs.
+const GATHERED_WINDOW: f64 = 0.4;
+/// Largest speed of the path parameter, 1/s, where neither feed nor joints bound it; far above any
+/// machine.
+const SPEED_CEILING: f64 = 1e9;
+/// Rounding of a joint's travel over a stretch, mm or rad.
+const TRAVEL_ROUNDING: f64 = 1e-9;
 
 /// Turns pieces into intervals, gathering tiny ones.
 #[derive(Clone, Debug)]
@@ -58,7 +63,9 @@ impl Intervals {
         out: &mut Vec<Interval>,
     ) -> Result<(), KinematicsError> {
         for (length, demand) in demands(piece, machine, kinematics)? {
-            let cap = machine.speed_cap(&demand).min(FASTEST);
+            // Where neither a joint nor the feed bounds the speed, the cap has to be finite all the
+            // same: it is squared.
+            let cap = machine.speed_cap(&demand).min(SPEED_CEILING);
             self.add(length, demand, cap, out);
         }
         Ok(())
@@ -67,8 +74,12 @@ impl Intervals {
     fn add(&mut self, length: f64, demand: Demand, cap: f64, out: &mut Vec<Interval>) {
         let (start, end) = (self.end, self.end + length);
         self.end = end;
+        // Parts that the motion passes within a fraction of the averaging window act on it
+        // together: the maximum over them costs little time and saves intervals.
         match &mut self.open {
-            Some(open) if end - open.start <= COALESCE * self.window_s * open.cap.min(cap) => {
+            Some(open)
+                if end - open.start <= GATHERED_WINDOW * self.window_s * open.cap.min(cap) =>
+            {
                 open.demand.join(&demand);
                 open.cap = open.cap.min(cap);
                 open.end = end;
@@ -97,16 +108,17 @@ pub(crate) fn demands(
 ) -> Result<Vec<(f64, Demand)>, KinematicsError> {
     let length = piece.curve.length();
     let mut parts = parts(&piece.curve);
+    // Bounds of the whole quintic tell how many parts are worth having.
     if let (Curve::Quintic(quintic), JointMap::Shifted) = (&piece.curve, kinematics.joint_map()) {
         let mut whole = signed(quintic, 0.0, length);
-        whole.feed = feed(piece, 0.0, length, Coords(whole.d[0])).min(straight(
+        whole.feed = feed(piece, 0.0, length, Coords(whole.d[0])).min(chord_speed(
             piece,
             machine,
             kinematics,
             [0.0, length],
         )?);
-        // More parts would be gathered again.
-        let gathered = COALESCE * machine.longest_window_s() * machine.speed_cap(&whole);
+        // Parts shorter than this would be gathered again.
+        let gathered = GATHERED_WINDOW * machine.longest_window_s() * machine.speed_cap(&whole);
         if length <= gathered {
             return Ok(vec![(length, whole)]);
         }
@@ -119,11 +131,13 @@ pub(crate) fn demands(
             length * ((part + 1) as f64 / parts as f64),
         );
         if kinematics.joint_map() == JointMap::Shifted {
+            // Joints are program coordinates up to a constant, so that bounds of the curve hold for
+            // them.
             let mut demand = match &piece.curve {
                 Curve::Quintic(quintic) => signed(quintic, s0, s1),
-                curve => of(curve, s0, s1),
+                curve => magnitudes(curve, s0, s1),
             };
-            demand.feed = feed(piece, s0, s1, Coords(demand.d[0])).min(straight(
+            demand.feed = feed(piece, s0, s1, Coords(demand.d[0])).min(chord_speed(
                 piece,
                 machine,
                 kinematics,
@@ -131,12 +145,12 @@ pub(crate) fn demands(
             )?);
             out.push((s1 - s0, demand));
         } else {
-            bend(
+            curved_demands(
                 piece,
                 machine,
                 kinematics,
                 (s0, s1),
-                MAX_HALVINGS + MORE_HALVINGS,
+                MAX_HALVINGS + PEAK_HALVINGS,
                 &mut out,
             )?;
         }
@@ -145,7 +159,7 @@ pub(crate) fn demands(
 }
 
 /// Bounds of the magnitudes.
-fn of(curve: &Curve, s0: f64, s1: f64) -> Demand {
+fn magnitudes(curve: &Curve, s0: f64, s1: f64) -> Demand {
     let (d1, d2, d3) = curve.max_derivatives(s0, s1);
     Demand::new([d1.0, d2.0, d3.0], f64::INFINITY)
 }
@@ -154,10 +168,14 @@ fn of(curve: &Curve, s0: f64, s1: f64) -> Demand {
 fn signed(quintic: &Quintic, s0: f64, s1: f64) -> Demand {
     let mut demand = Demand::NONE;
     for joint in 0..quintic.moving() {
+        // A Bezier polynomial lies within the hull of its control points, and its derivatives
+        // within those of their differences.
         let (first, second, third) = quintic.derivative_points(joint, s0, s1);
         demand.d[0][joint] = first
             .into_iter()
             .fold(0.0, |most: f64, b| most.max(b.abs()));
+        // Each side apart: bending one way must not be charged with the jerk of bending the other
+        // way.
         for (order, points) in [second.as_slice(), &third].into_iter().enumerate() {
             let up = points.iter().fold(0.0, |most: f64, b| most.max(*b));
             let down = points.iter().fold(0.0, |most: f64, b| most.max(-b));
@@ -172,20 +190,25 @@ fn signed(quintic: &Quintic, s0: f64, s1: f64) -> Demand {
 fn parts(curve: &Curve) -> usize {
     match curve {
         Curve::Line(_) => 1,
-        Curve::Arc(arc) => (arc.sweep().abs() / TURN).ceil().clamp(1.0, MAX_PARTS) as usize,
+        Curve::Arc(arc) => (arc.sweep().abs() / ARC_PART_RAD)
+            .ceil()
+            .clamp(1.0, MAX_ARC_PARTS) as usize,
         Curve::Quintic(_) => QUINTIC_PARTS,
     }
 }
 
-/// Largest speed of the parameter that keeps the feed: where X Y Z move faster than the parameter,
-/// the less.
+/// Largest speed of the parameter that keeps the feed: lower where X Y Z move faster than the
+/// parameter.
 fn feed(piece: &Piece, s0: f64, s1: f64, d1: Coords) -> f64 {
     let Curve::Quintic(quintic) = &piece.curve else {
         return piece.feed;
     };
+    // The tip is no faster than the parameter.
     if d1.linear_norm() <= 1.0 {
         return piece.feed;
     }
+    // The hodograph lies within the hull of its control points: the longest one bounds the speed of
+    // the tip.
     let [x, y, z] = [0, 1, 2].map(|axis| quintic.derivative_points(axis, s0, s1).0);
     let squares = x
         .iter()
@@ -195,9 +218,9 @@ fn feed(piece: &Piece, s0: f64, s1: f64, d1: Coords) -> f64 {
     piece.feed / squares.fold(1.0, f64::max).sqrt()
 }
 
-/// Largest speed of the parameter that keeps the tool near its way between two commands; joints
-/// that go straight do.
-fn straight(
+/// Largest speed of the parameter with which the tool stays near its way between two commands. On
+/// a line the joints go straight anyway.
+fn chord_speed(
     piece: &Piece,
     machine: &Machine,
     kinematics: &dyn Kinematics,
@@ -209,19 +232,20 @@ fn straight(
     }
 }
 
-/// Whether some joint goes farther between the ends of a stretch than its speeds there and in the
-/// middle say (Simpson's rule).
+/// Whether the travel of some joint differs from Simpson's rule over its speeds at the ends and in
+/// the middle of a stretch: then its speed has a peak between those places.
 fn hides_a_peak([first, second, third]: &[[Jet; AXES]; 3], length: f64) -> bool {
     first.iter().zip(second).zip(third).any(|((a, m), b)| {
         let fastest = a.0[1].abs().max(m.0[1].abs()).max(b.0[1].abs());
+        // Travel by Simpson's rule.
         let told = (a.0[1] + 4.0 * m.0[1] + b.0[1]) * length / 6.0;
-        (b.0[0] - a.0[0] - told).abs() > BEND * fastest * length + 1e-9
+        (b.0[0] - a.0[0] - told).abs() > CHORD_DEPARTURE * fastest * length + TRAVEL_ROUNDING
     })
 }
 
 /// Demands under kinematics that bend the path: from exact derivatives at the ends and the middle
 /// of a stretch, halved until the middle lies near the chord of the ends.
-fn bend(
+fn curved_demands(
     piece: &Piece,
     machine: &Machine,
     kinematics: &dyn Kinematics,
@@ -237,17 +261,21 @@ fn bend(
     let mut demand = Demand::NONE;
     let mut smooth = true;
     let [first, second, third] = jets;
+    // A peak of the speed between the three places shows in the travel alone.
     let hidden = hides_a_peak(&jets, s1 - s0);
     for (joint, ((first, second), third)) in first.iter().zip(&second).zip(&third).enumerate() {
         for order in 1..4 {
             let (a, m, b) = (first.0[order], second.0[order], third.0[order]);
             let largest = a.abs().max(m.abs()).max(b.abs());
+            // No bound of the next derivative is known: the middle's distance from the chord stands
+            // for what the function may rise above all three values.
             let sagitta = (m - 0.5 * (a + b)).abs();
-            smooth &= sagitta <= BEND * largest + f64::EPSILON;
+            smooth &= sagitta <= CHORD_DEPARTURE * largest + f64::EPSILON;
             demand.d[order - 1][joint] = largest + sagitta;
         }
     }
-    if (smooth || halvings <= MORE_HALVINGS) && (!hidden || halvings == 0) {
+    // The first halvings make the derivatives smooth; all of them are spent on a hidden peak.
+    if (smooth || halvings <= PEAK_HALVINGS) && (!hidden || halvings == 0) {
         demand = Demand::new(demand.d, demand.feed);
         let (d1, _, _) = piece.curve.max_derivatives(s0, s1);
         let chord = machine.chord.as_ref().map_or(f64::INFINITY, |chord| {
@@ -257,8 +285,8 @@ fn bend(
         out.push((s1 - s0, demand));
         return Ok(());
     }
-    bend(piece, machine, kinematics, (s0, middle), halvings - 1, out)?;
-    bend(piece, machine, kinematics, (middle, s1), halvings - 1, out)
+    curved_demands(piece, machine, kinematics, (s0, middle), halvings - 1, out)?;
+    curved_demands(piece, machine, kinematics, (middle, s1), halvings - 1, out)
 }
 
 #[cfg(test)]

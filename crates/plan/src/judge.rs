@@ -11,9 +11,9 @@ use lostmotion_base::Coords;
 use lostmotion_kinematics::{JointMap, Kinematics};
 use lostmotion_path::Curve;
 
-/// Part of what soft ends save on lines long enough to get fast that is held against a blend: how
-/// fast that is by the end is known too little to count all of it.
-const SOFT: f64 = 0.5;
+/// Part of what soft ends save, on lines long enough to get fast, that counts against a blend. The
+/// speed at the corner is not known well enough to count all of it; origin unknown, kept.
+const SOFT_SHARE: f64 = 0.5;
 
 /// Compares times.
 #[derive(Clone, Copy, Debug)]
@@ -39,11 +39,13 @@ impl Judge for TimeJudge<'_> {
         let Ok(parts) = demands(blend, self.machine, self.kinematics) else {
             return false;
         };
+        // One set of bounds for the whole blend gives a steady pace along it.
         let mut all = Demand::NONE;
         for (_, demand) in &parts {
             all.join(demand);
         }
         let pace = self.machine.speed_cap(&all);
+        // The lines beside it: acceleration, and the speed that is reached between two stops.
         let straight = Demand::new([all.d[0], [0.0; 9], [0.0; 9]], before.feed.min(next.feed));
         let window = self.machine.window_s(&all);
         let acceleration = self.machine.acceleration(
@@ -56,6 +58,7 @@ impl Judge for TimeJudge<'_> {
         );
         let reachable = (acceleration * before.length.min(next.length)).sqrt();
         let speed = self.machine.speed_cap(&straight).min(reachable);
+        // A blend at full speed always wins.
         if pace >= speed {
             return true;
         }
@@ -65,6 +68,8 @@ impl Judge for TimeJudge<'_> {
                 .straight_window_s(&straight, before.length.min(next.length)),
         );
         let own = blend.curve.length() / pace;
+        // What the blend saves of slowing down and speeding up, and the way that it gets on, as
+        // time at full speed.
         let saved = 2.0 * pace / acceleration + pace * (window + own) / speed
             - pace * pace / (acceleration * speed);
         // A stretch gives at most half of its time to an overlap.
@@ -100,6 +105,7 @@ impl TimeJudge<'_> {
                     window_s,
                     most_s,
                 );
+                // Soft ends save time only on lines that get fast before the corner.
                 let is_long = [before, next].into_iter().all(|line| {
                     soft::gets_fast(
                         self.machine,
@@ -109,7 +115,9 @@ impl TimeJudge<'_> {
                     )
                 });
                 let soft = self.softened(before, next, tolerance).filter(|_| is_long);
-                soft.map_or(usual, |(_, saved)| usual.max((SOFT * saved).min(most_s)))
+                soft.map_or(usual, |(_, saved)| {
+                    usual.max((SOFT_SHARE * saved).min(most_s))
+                })
             }
             _ => 0.0,
         }

@@ -51,19 +51,23 @@ impl JointLimits {
             let mean = v + a * half;
             3.0 * (d3 * mean * mean * half + d2 * (mean + a * half)) + d1 / window_s
         };
+        // The acceleration asked for keeps the jerk.
         if excess(a) <= 0.0 {
             return a;
         }
         let at_cap = self.at_cap(derivs, cap, window_s);
+        // The curve alone, at a steady speed. Where that takes all of the jerk, only the bound at
+        // the cap leaves room.
         let rest = excess(0.0);
         if rest >= 0.0 {
             return at_cap.min(a);
         }
+        // On a convex function Newton's method comes down to the root without passing it.
         let mut high = a;
         for _ in 0..NEWTON_STEPS {
             let over = excess(high);
             high -= over / slope(high);
-            if over < CLOSE * self.j {
+            if over < JERK_TOLERANCE * self.j {
                 break;
             }
         }
@@ -73,20 +77,22 @@ impl JointLimits {
     }
 }
 
-/// Keeps what is planned a hair inside the limits, so that rounding cannot pass them.
-const MARGIN: f64 = 1.0 - 1e-6;
+/// Part of every limit that is planned for, so that rounding cannot pass the limit.
+const PLANNED_PART: f64 = 1.0 - 1e-6;
 
-/// By what a ramp may take longer than the best one.
-const SHORT: f64 = 1.05;
-/// Part of the steady speed that a joint's acceleration and jerk would allow, so that some of both
-/// is left to get there.
-const STEADY: f64 = 0.99;
-/// From far above, each step of Newton's method on a cubic takes off about a third.
+/// A window is short if a ramp with it takes at most this many times the time of the best one;
+/// origin unknown, kept.
+const SHORT_RAMP: f64 = 1.05;
+/// Part of the steady speed that acceleration and jerk would allow, so that some of both is left to
+/// get there; origin unknown, kept.
+const STEADY_PART: f64 = 0.99;
+/// Most steps of Newton's method on a cubic. From far above, each takes off about a third.
 const NEWTON_STEPS: usize = 8;
-/// Excess of jerk, as a part of its limit, from which one more step is good enough.
-const CLOSE: f64 = 0.1;
+/// Excess of jerk, as a part of its limit, at which one more step of Newton's method is the last:
+/// the chord below it is safe anyway.
+const JERK_TOLERANCE: f64 = 0.1;
 
-/// Largest path acceleration ever considered, 1/s2: stands for "no joint minds".
+/// Largest path acceleration ever considered, 1/s2: stands for "no joint binds".
 pub(crate) const NO_LIMIT: f64 = 1e12;
 
 /// The limits of all joints.
@@ -102,9 +108,9 @@ impl Machine {
         let joint = |(index, limits): (usize, &Option<AxisLimits>)| {
             limits.map(|l| JointLimits {
                 index,
-                v: l.velocity * MARGIN,
-                a: l.acceleration * MARGIN,
-                j: l.jerk * MARGIN,
+                v: l.velocity * PLANNED_PART,
+                a: l.acceleration * PLANNED_PART,
+                j: l.jerk * PLANNED_PART,
             })
         };
         Machine {
@@ -171,14 +177,18 @@ impl Machine {
         let mut cap = demand.feed;
         for joint in &self.joints {
             let JointDerivs { d1, d2, d3 } = demand.joint(joint.index);
+            // Velocity d1 v. The tests below compare products, since roots are only needed where a
+            // joint binds.
             if d1 > 0.0 {
                 cap = cap.min(joint.v / d1);
             }
-            if d2 * cap * cap > joint.a * (STEADY * STEADY) {
-                cap = cap.min((joint.a / d2).sqrt() * STEADY);
+            // Acceleration d2 v^2 of the curve.
+            if d2 * cap * cap > joint.a * (STEADY_PART * STEADY_PART) {
+                cap = cap.min((joint.a / d2).sqrt() * STEADY_PART);
             }
-            if d3 * cap * cap * cap > joint.j * (STEADY * STEADY * STEADY) {
-                cap = cap.min(math::cbrt(joint.j / d3) * STEADY);
+            // Jerk d3 v^3 of the curve.
+            if d3 * cap * cap * cap > joint.j * (STEADY_PART * STEADY_PART * STEADY_PART) {
+                cap = cap.min(math::cbrt(joint.j / d3) * STEADY_PART);
             }
         }
         cap
@@ -195,6 +205,8 @@ impl Machine {
         window_s: f64,
         most: f64,
     ) -> f64 {
+        // First what is cheap: the acceleration that the curve leaves, and no more of it than the
+        // jerk builds up within the window.
         let mut a = most;
         for joint in &self.joints {
             let JointDerivs { d1, d2, .. } = demand.joint(joint.index);
@@ -208,6 +220,7 @@ impl Machine {
         }
         for joint in &self.joints {
             let JointDerivs { d2, d3, .. } = demand.joint(joint.index);
+            // On curves the jerk of the curve adds to that of the window, for each side by itself.
             if d2 == 0.0 && d3 == 0.0 {
                 continue;
             }
@@ -242,6 +255,7 @@ impl Machine {
         a: f64,
     ) -> bool {
         self.joints.iter().all(|joint| {
+            // The conditions of `acceleration`, without solving for the bound.
             let JointDerivs { d1, d2, d3 } = demand.joint(joint.index);
             let side = |side| {
                 joint.excess(side, v, window_s, a) <= 0.0 || a <= joint.at_cap(side, cap, window_s)
@@ -257,6 +271,8 @@ impl Machine {
     pub(crate) fn keeps(&self, demand: &Demand, ends: &[Knot], part: f64) -> bool {
         let [left, right] = ends else { return true };
         let (h, j) = (right.t - left.t, left.j.abs());
+        // At constant jerk the acceleration is largest at an end, and the speed passes the chord of
+        // its ends by at most j h^2 / 8.
         let (v, a) = (
             left.v.max(right.v) + j * h * h / 8.0,
             left.a.abs().max(right.a.abs()),
@@ -284,8 +300,10 @@ impl Machine {
                 |joint: &JointLimits| limit(joint) / all.d[0][joint.index].max(f64::MIN_POSITIVE);
             self.joints.iter().map(of).fold(f64::INFINITY, f64::min)
         };
+        // Path acceleration and jerk that every moving joint can follow.
         let (a, j) = (least(|joint| joint.a), least(|joint| joint.j));
-        speed / a + window_s <= SHORT * 2.0 * (speed / j).sqrt()
+        // Constant acceleration and a window against the shortest ramp, of jerk alone: 2 sqrt(v/j).
+        speed / a + window_s <= SHORT_RAMP * 2.0 * (speed / j).sqrt()
     }
 
     /// The best window for a straight stretch from rest to rest: the time-optimal profile with
@@ -298,6 +316,8 @@ impl Machine {
             .map(|joint| joint.j / demand.d[0][joint.index]);
         let jerk = jerk.fold(f64::INFINITY, f64::min);
         let speed = self.speed_cap(demand);
+        // Jerk alone reaches the speed v in two windows of sqrt(v/j), and covers a way s from rest
+        // to rest in four of cbrt(s/2j).
         (speed / jerk).sqrt().min(math::cbrt(0.5 * length / jerk))
     }
 }

@@ -46,6 +46,8 @@ impl Knot {
         if last <= s {
             return to;
         }
+        // Newton's method from where the chord says, within a bracket, as the place rises with
+        // time.
         let mut bracket = Bracket::new(from, to);
         let part = (s - first) / (last - first);
         let mut t = from + (to - from) * if part > 0.0 && part < 1.0 { part } else { 0.5 };
@@ -110,6 +112,7 @@ impl Profile {
     pub(crate) fn reversed(&self) -> Profile {
         let (time, to) = (self.end_s(), self.to());
         let mut knots = VecDeque::with_capacity(self.knots.len());
+        // The jerk of a knot lasts until the next one, which backward is the knot before.
         let before = self
             .knots
             .iter()

@@ -19,9 +19,10 @@ use std::sync::Arc;
 
 /// Moves shorter than this, mm or degrees, are dropped; their displacement is added to the next
 /// move. A nanometre: no control resolves it, but a path that bends within it would be slow.
-const NOTHING: f64 = 1e-6;
-/// What is left of them where the motion comes to rest is made up for down to this, mm or degrees.
-const ROUNDING: f64 = 1e-9;
+const DROPPED_LENGTH: f64 = 1e-6;
+/// Displacement of dropped moves that is made up for where the motion comes to rest, if it is
+/// larger than this, mm or degrees: less is rounding.
+const CLOSED_GAP: f64 = 1e-9;
 
 /// Plans a program as it comes and outputs samples as they become final.
 ///
@@ -206,6 +207,7 @@ impl Planner {
         } else {
             curve.start()
         };
+        // The motion is where the dropped moves have left it, so that the curve begins there.
         let drawn = last + self.gap;
         if curve.start() != drawn {
             curve = curve.starting_at(drawn);
@@ -226,7 +228,8 @@ impl Planner {
             segment,
             block,
         };
-        let is_nothing = length <= NOTHING;
+        let is_nothing = length <= DROPPED_LENGTH;
+        // What this move leaves for the next one to make up for.
         self.gap = if is_nothing { drawn } else { curve.end() } - item.curve.end();
         self.gap_of = (self.gap != Coords::ZERO).then(|| Box::new(programmed));
         if is_nothing {
@@ -249,10 +252,11 @@ impl Planner {
             kinematics: self.kinematics.as_ref(),
             softens: self.retimer.is_none(),
         };
+        // Rest is at the programmed point: a short line makes up for the dropped moves.
         if let Some(last) = self.gap_of.take() {
             let end = self.here.program;
             let curve = Curve::line(end + self.gap, end);
-            if curve.length() > ROUNDING {
+            if curve.length() > CLOSED_GAP {
                 self.gap = Coords::ZERO;
                 self.conditioner.push(
                     &Programmed {
@@ -275,6 +279,8 @@ impl Planner {
                 PathStep::Piece(piece) => {
                     self.window
                         .push(piece, &self.machine, self.kinematics.as_ref())?;
+                    // The memory is bounded: a full window gives out what is final, by a stop if
+                    // need be.
                     while self.window.is_due() {
                         let Some((settled, forced)) =
                             self.window.settle(&self.machine, self.kinematics.as_ref())
@@ -286,11 +292,14 @@ impl Planner {
                     }
                 }
                 PathStep::Stop(stop) => {
+                    // The soft start was settled with the corner before, the soft end with this
+                    // one.
                     let ends = [self.soft.take(), stop.soft];
                     if let Some(settled) =
                         self.window
                             .finish(&self.machine, self.kinematics.as_ref(), ends)
                     {
+                        // The next stretch begins softly only if this one ends so.
                         self.soft = stop.soft.filter(|_| settled.soft);
                         self.commit(settled);
                     }
@@ -305,6 +314,7 @@ impl Planner {
     /// Adds a final part of a profile to the open stretch, or begins one with it.
     fn commit(&mut self, settled: Settled) {
         let from = settled.knots.first().map_or(0.0, |knot| knot.s);
+        // A part after a stop begins a new stretch.
         let open = self
             .sampler
             .stretches
@@ -320,6 +330,8 @@ impl Planner {
         stretch.extend(settled.pieces.into_iter(), &settled.knots);
         stretch.complete = settled.complete;
         if is_new {
+            // Only now both motions at the corner are known, and with them how long they may
+            // overlap.
             let overlap_s = self.overlap_s(&stretch);
             stretch.start_s = self.sampler.end_s - overlap_s;
             stretch.corner = stretch

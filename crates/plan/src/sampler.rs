@@ -87,6 +87,7 @@ impl Sampler {
             if !settled.holds(t) {
                 break;
             }
+            // What has ended leaves only the place where the motion rests.
             while self
                 .stretches
                 .front()
@@ -94,6 +95,8 @@ impl Sampler {
             {
                 self.leave();
             }
+            // Nearly all samples come from one stretch under affine kinematics, without the general
+            // case's jets.
             if !self.run(before.saturating_add(most), settled, kinematics, out) {
                 let sample = Sample {
                     tick: self.tick,
@@ -122,6 +125,7 @@ impl Sampler {
         match self.stretches.back() {
             Some(last) if !(self.finished && last.complete) => Until::Included(last.known_s()),
             _ if self.finished => {
+                // The last sample is the first tick at or after the end.
                 Until::Excluded(self.end_s + self.clock.period_s() * (1.0 - 1e-6))
             }
             _ => Until::Excluded(f64::NEG_INFINITY),
@@ -203,6 +207,7 @@ impl Sampler {
             let Some((piece, local)) = stretch.here(motion.s) else {
                 break;
             };
+            // Joints are program coordinates plus a constant that depends on the tool offset alone.
             if self
                 .offset
                 .is_none_or(|(tool_mm, _)| tool_mm != piece.tool_mm)
@@ -263,6 +268,7 @@ impl Sampler {
             {
                 let before = sample;
                 if let Some(second) = follow(stretch, t, &mut sample) {
+                    // Both motions start from the corner: their sum counts it once.
                     for (joint, (a, b)) in program.iter_mut().zip(second.program).enumerate() {
                         *a = *a + b - Jet::new(corner.0[joint], 0.0, 0.0, 0.0);
                     }

@@ -9,12 +9,14 @@ use crate::piece::{Soft, sideways};
 use lostmotion_base::root::Bracket;
 use lostmotion_base::{Coords, math};
 
-/// Halvings in the search for the speed that a way leaves room for.
-const HALVINGS: usize = 60;
-/// Part of a joint's jerk that the sum is planned to use.
-const PART: f64 = 1.0 - 1e-6;
-/// Least ratio of the time that an overlap saves to the time that its soft ends cost.
-const WORTH: f64 = 1.1;
+/// Halvings in the search for the speed that a way leaves room for: to the last bit.
+const SPEED_HALVINGS: usize = 60;
+/// Part of a joint's jerk that the sum of both motions is planned to use, so that rounding cannot
+/// pass it.
+const JERK_PART: f64 = 1.0 - 1e-6;
+/// Least ratio of the time that an overlap saves to the time that its soft ends cost; origin
+/// unknown, kept.
+const LEAST_GAIN: f64 = 1.1;
 
 /// What a straight motion has: speed, acceleration and jerk of the path, of which joints in its
 /// direction take no more than theirs.
@@ -55,6 +57,8 @@ impl SoftRamp {
         // Speed when the acceleration has gone up to the knee, and down again from a peak above it.
         let rise = 0.5 * knee * knee * (1.0 / low - 1.0 / j);
         let full = rise + a * a / j;
+        // With a phase of constant acceleration, with a peak above the knee, or at the lower jerk
+        // all the way up.
         let peak = if v >= full {
             a
         } else if v >= rise + knee * knee / j {
@@ -74,6 +78,7 @@ impl SoftRamp {
     /// How long it takes, and how far it goes.
     fn extent(&self) -> [f64; 2] {
         let (mut t, mut s, mut v, mut a) = (0.0, 0.0, 0.0, 0.0);
+        // Constant jerk in each phase: exact.
         for (time, jerk) in self.0 {
             s += (v + (0.5 * a + jerk / 6.0 * time) * time) * time;
             v += (a + 0.5 * jerk * time) * time;
@@ -89,14 +94,17 @@ pub(crate) fn line(from: f64, length: f64, reach: Reach, ends: [Option<Soft>; 2]
     let ramps = |v: f64| ends.map(|soft| SoftRamp::to(v, reach, soft));
     let way = |v: f64| ramps(v).map(|ramp| ramp.extent()[1]).iter().sum::<f64>();
     let mut v = reach.v;
+    // Both ramps are too long for the way. Their length grows with the speed, so that halving finds
+    // the speed that fits.
     if way(v) > length {
         v = Bracket::new(0.0, v)
-            .bisect(HALVINGS, |v| way(v) <= length)
+            .bisect(SPEED_HALVINGS, |v| way(v) <= length)
             .low;
     }
     // The rest of the way at that speed.
     let [up, down] = ramps(v);
     let cruise = ((length - way(v)) / v).max(0.0);
+    // Slowing down is speeding up backward in time, in which jerks keep their sign.
     let phases =
         up.0.into_iter()
             .chain([(cruise, 0.0)])
@@ -119,6 +127,7 @@ pub(crate) fn line(from: f64, length: f64, reach: Reach, ends: [Option<Soft>; 2]
             j: 0.0,
         };
     }
+    // The end exactly: rounding of the phases must not move it.
     knots.push(Knot {
         t: here.t,
         s: from + length,
@@ -165,6 +174,7 @@ pub(crate) fn soften(
         Reach::along(machine, d, speeds[0]),
         Reach::along(machine, e, speeds[1]),
     ];
+    // What the sum of both jerks takes of the joint that has least left.
     let sum = machine
         .joints()
         .map(|(joint, [.., j])| (legs[0].j * d.0[joint] + legs[1].j * e.0[joint]).abs() / j)
@@ -172,21 +182,25 @@ pub(crate) fn soften(
     if sum <= 1.0 {
         return None;
     }
-    let part = PART / sum;
+    let part = JERK_PART / sum;
     let reach = tolerance / sideways(e, d).max(sideways(d, e)).max(f64::MIN_POSITIVE);
+    // At the jerk p j a motion from rest covers p j t^3 / 6: the time within the tolerance on
+    // either line.
     let longest: f64 = legs
         .iter()
         .map(|leg| math::cbrt(6.0 * reach / (part * leg.j)))
         .sum();
+    // The lower jerk ends where it has built up the acceleration.
     let time_s = legs
         .iter()
         .fold(longest, |time, leg| time.min(leg.a / (part * leg.j)));
     let soft = Soft { part, time_s };
+    // Both stops get longer; that has to be clearly less than the overlap.
     let cost: f64 = legs
         .iter()
         .map(|leg| lost_s(*leg, Some(soft)) - lost_s(*leg, None))
         .sum();
-    (time_s > WORTH * cost).then_some((soft, time_s - cost))
+    (time_s > LEAST_GAIN * cost).then_some((soft, time_s - cost))
 }
 
 #[cfg(test)]

@@ -7,10 +7,11 @@ use lostmotion_kinematics::{JointMap, Kinematics, KinematicsError};
 use lostmotion_path::{Bounds, Curve};
 use std::sync::Arc;
 
-/// Positions beyond a limit by less are rounding, mm or rad.
-const SLACK: f64 = 1e-6;
-/// Points at which a move is looked at where the kinematics bends it.
-const POINTS: usize = 64;
+/// Distance beyond a limit that counts as rounding, mm or rad.
+const TRAVEL_ROUNDING: f64 = 1e-6;
+/// Intervals of a move at whose ends the joints are evaluated where the kinematics bends it; origin
+/// unknown, kept.
+const TRAVEL_POINTS: usize = 64;
 
 /// Checks moves against the joints' travel without planning them: a pass over a whole program
 /// before anything is done.
@@ -94,8 +95,9 @@ pub(crate) fn violations(
     for (joint, limit) in AxisId::ALL.into_iter().zip(limits) {
         let Some(limit) = limit else { continue };
         let (low, high) = (bounds.min[joint], bounds.max[joint]);
+        // One violation for a move and joint: that of the farther end.
         let (below, above) = (limit.min - low, high - limit.max);
-        if below.max(above) > SLACK {
+        if below.max(above) > TRAVEL_ROUNDING {
             let (value, limit) = if below > above {
                 (low, limit.min)
             } else {
@@ -132,20 +134,29 @@ fn joint_bounds(
     };
     let length = curve.length();
     let mut before = (0.0, start);
-    for point in 1..=POINTS {
-        let s = length * (point as f64 / POINTS as f64);
+    for point in 1..=TRAVEL_POINTS {
+        let s = length * (point as f64 / TRAVEL_POINTS as f64);
         let joints = kinematics.inverse(&curve.point(s), tool_mm)?;
-        is_continuous(kinematics, curve, tool_mm, before, (s, joints), HALVINGS)?;
+        // Both places may be within the travel although the inverse jumps between its solutions.
+        is_continuous(
+            kinematics,
+            curve,
+            tool_mm,
+            before,
+            (s, joints),
+            JUMP_HALVINGS,
+        )?;
         bounds.include(joints);
         before = (s, joints);
     }
     Ok(bounds)
 }
 
-/// Joints that are so far apart, mm or rad, have to come nearer where the places do.
-const FAR: [f64; 2] = [20.0, 0.3];
-/// How often a stretch is halved to see that: to a billionth of a move.
-const HALVINGS: u32 = 24;
+/// Distances of a joint between two places, mm and rad, from which on it has to be shown that the
+/// joint does not jump; origin unknown, kept.
+const JUMP_SIZE: [f64; 2] = [20.0, 0.3];
+/// Halvings of a stretch to show that: to a billionth of a move.
+const JUMP_HALVINGS: u32 = 24;
 
 /// Refuses a move on which joints would jump from one solution to another.
 fn is_continuous(
@@ -158,9 +169,10 @@ fn is_continuous(
 ) -> Result<(), KinematicsError> {
     let far = AxisId::ALL
         .into_iter()
-        .find(|axis| (end[*axis] - start[*axis]).abs() > FAR[usize::from(axis.is_rotary())]);
+        .find(|axis| (end[*axis] - start[*axis]).abs() > JUMP_SIZE[usize::from(axis.is_rotary())]);
     let Some(joint) = far else { return Ok(()) };
     let middle = 0.5 * (s0 + s1);
+    // A fast joint comes nearer when the places do; one that jumps does not.
     if halvings == 0 || middle <= s0 || middle >= s1 {
         return Err(KinematicsError::Jump {
             pose: curve.point(s0),

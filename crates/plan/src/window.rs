@@ -15,18 +15,20 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Parts of the usual window that are tried: on curves and short ways a shorter one may be faster.
-const SHORTER: [f64; 5] = [0.75, 0.6, 0.45, 0.3, 0.2];
-/// How much of the path the windows are compared on.
-const TRIED_INTERVALS: usize = 192;
-/// A window with which the time is within this factor of that without a limit of the jerk is good
-/// enough.
-const ENOUGH: f64 = 1.003;
-/// A window that takes longer than the best by this factor is followed by none that is better.
-const HOPELESS: f64 = 1.02;
+/// Origin unknown, kept.
+const SHORTER_WINDOWS: [f64; 5] = [0.75, 0.6, 0.45, 0.3, 0.2];
+/// Intervals at the beginning of a stretch on which windows are compared; origin unknown, kept.
+const COMPARED_INTERVALS: usize = 192;
+/// A window is good enough if its time is within this factor of the time without a jerk limit.
+/// Record 35 of the decisions gives what it costs.
+const GOOD_TIME: f64 = 1.003;
+/// The search for a shorter window ends where one takes longer than the best by this factor; origin
+/// unknown, kept.
+const WORSE_TIME: f64 = 1.02;
 /// Parts of the limits of acceleration and jerk that are planned for, one after the other, until
-/// the motion is proven to keep all of them. The first nearly always is: all but one of 7,000
+/// the motion is proven to keep the limits. The first nearly always does: for all but one of 7,000
 /// sections of generated programs.
-const PARTS: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.05];
+const LIMIT_PARTS: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.05];
 
 /// Path between two stops that is not planned for good yet.
 #[derive(Clone, Debug)]
@@ -139,11 +141,14 @@ impl Window {
         machine: &Machine,
         kinematics: &dyn Kinematics,
     ) -> Option<(Settled, bool)> {
+        // The averaging window can change only at rest: within a stretch it shapes the motion on
+        // both sides.
         if self.from.b == 0.0 {
             self.window_s = self.best_window_s(machine);
         }
-        for part in PARTS {
+        for part in LIMIT_PARTS {
             let plan = plan(&self.task(&machine.part(part), false, self.window_s));
+            // Final is only what lies before a plateau at the cap.
             let Some(cut) = plan
                 .last_cut(self.window_s)
                 .filter(|cut| cut.s > self.from.s)
@@ -156,6 +161,7 @@ impl Window {
                 .copied()
                 .take_while(|node| node.s <= cut.s)
                 .collect();
+            // Without a proof, the same part is planned again with less of the limits.
             if let Some(knots) = self.timed(machine, kinematics, &nodes, false) {
                 return Some((self.give(knots, &plan, cut), false));
             }
@@ -174,14 +180,17 @@ impl Window {
 
     /// Takes out what lies before a cut, and forgets the demands that do not reach beyond it.
     fn give(&mut self, knots: Vec<Knot>, plan: &Plan, cut: Node) -> Settled {
+        // The pieces of this part; the next one may begin on the last of them.
         let done = self.pieces.partition_point(|(start, _)| *start < cut.s);
         let next = knots.last().map_or(0.0, |knot| knot.s);
+        // An interval matters as long as its demands reach beyond the cut.
         let past = plan.reach_ends.partition_point(|end| *end <= cut.s);
         let pieces = self
             .pieces
             .range(self.given.min(done)..done)
             .cloned()
             .collect();
+        // The averaged motion ends half a window before the cut: pieces from there on are held.
         let past_pieces = self
             .pieces
             .partition_point(|(start, _)| *start <= next)
@@ -215,6 +224,8 @@ impl Window {
     ) -> Option<Settled> {
         self.builder.finish(&mut self.intervals);
         let settled = (!self.intervals.is_empty()).then(|| {
+            // Soft ends make the rounding of a corner faster, but only a single line has them in
+            // closed form.
             let soft = self.soft_knots(machine, kinematics, ends);
             let is_soft = soft.is_some();
             let knots = soft.unwrap_or_else(|| self.final_knots(machine, kinematics));
@@ -250,6 +261,7 @@ impl Window {
             nodes,
             base: &base,
         };
+        // The time law starts from a motion that is proven.
         Certificate::new(&section)
             .holds(&base)
             .then(|| self.law.plan(&section))
@@ -293,7 +305,7 @@ impl Window {
             self.window_s = self.best_window_s(machine);
         }
         let mut nodes = Vec::new();
-        for part in PARTS {
+        for part in LIMIT_PARTS {
             nodes = plan(&self.task(&machine.part(part), true, self.window_s)).nodes;
             if let Some(knots) = self.timed(machine, kinematics, &nodes, true) {
                 return knots;
@@ -305,17 +317,20 @@ impl Window {
     /// The window with which the beginning of the path takes the least time.
     fn best_window_s(&self, machine: &Machine) -> f64 {
         let usual = self.usual_window_s(machine);
+        // A straight stretch has a closed form.
         if let [only] = self.intervals.as_slice()
             && only.demand.is_straight()
         {
             return usual.min(machine.straight_window_s(&only.demand, only.end - self.from.s));
         }
-        let intervals = &self.intervals[..self.intervals.len().min(TRIED_INTERVALS)];
+        // Planning all of a long stretch for each window would cost too much; its beginning tells.
+        let intervals = &self.intervals[..self.intervals.len().min(COMPARED_INTERVALS)];
         let time = |window_s: f64| {
             let task = Task {
                 intervals,
                 ..self.task(machine, true, window_s)
             };
+            // Averaging adds one window to the time of the profile.
             duration_s(&plan(&task).nodes) + window_s
         };
         let (mut best, mut least) = (usual, time(usual));
@@ -323,14 +338,17 @@ impl Window {
             self.from,
             Node::new(intervals.last().map_or(self.from.s, |last| last.end), 0.0),
         );
-        if least <= usual + ENOUGH * duration_s(&ideal(machine, intervals, from, to))
+        // Near the time without a jerk limit no other window can gain much.
+        if least <= usual + GOOD_TIME * duration_s(&ideal(machine, intervals, from, to))
             && machine.is_short(intervals, usual)
         {
             return usual;
         }
-        for part in SHORTER {
+        // A shorter window spreads the demands less far but leaves less acceleration: from the
+        // usual one downward until the time rises.
+        for part in SHORTER_WINDOWS {
             let tried = time(part * usual);
-            if tried > HOPELESS * least {
+            if tried > WORSE_TIME * least {
                 break;
             }
             if tried < least {
