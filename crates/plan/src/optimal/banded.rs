@@ -36,6 +36,8 @@ impl Banded {
 
     /// Makes an unknown equal to the one after it, whose row takes over all of its couplings.
     pub(super) fn tie_up(&mut self, row: usize) {
+        // With x[row] = x[row + 1] both rows add up, and their coupling counts twice on the
+        // diagonal.
         let [diagonal, ..] = self.rows[row];
         let first = self.rows[row + 1][1];
         let second = self.rows.get(row + 2).map_or(0.0, |next| next[2]);
@@ -80,6 +82,7 @@ impl Banded {
             (before, last) = (last, [pivot, l1]);
             (x_before, x_last) = (x_last, *x);
         }
+        // Back substitution with the two unknowns below.
         let mut above = [(0.0, [0.0; 3]); 2];
         for (row, x) in self.rows.iter().zip(x.iter_mut()).rev() {
             *x = *x / row[0] - above[0].1[1] * above[0].0 - above[1].1[2] * above[1].0;

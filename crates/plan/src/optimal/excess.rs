@@ -65,6 +65,7 @@ impl LimitJudge {
         let Some(Placed { sample: first, .. }) = batch.first() else {
             return Vec::new();
         };
+        // Before its first sample the motion has rested.
         let before = if self.before.is_empty() {
             vec![first.position; DIFFERENCE_POINTS - 1]
         } else {
@@ -89,6 +90,8 @@ impl LimitJudge {
                 .enumerate()
                 .filter(|(_, part)| *part > 1.0 + ROUNDING)
             {
+                // A difference of order n reaches back n samples. The intervals under them, and one
+                // more on either side, get less room.
                 let around = interval(end - 2 - kind).saturating_sub(1)
                     ..=(interval(end) + 1).min(intervals - 1);
                 scales[around]
@@ -168,6 +171,7 @@ pub(super) fn dip(x: &mut [f64], excess: &Excess, width: f64, ends: [End; 2]) {
         let around = (interval + 1).saturating_sub(reach)..(interval + 1 + reach).min(x.len());
         for (index, less) in less[around.clone()].iter_mut().enumerate() {
             let away = ((around.start + index) as f64 - center) / width;
+            // A bump of continuous slope; where dips overlap the deeper one counts.
             let bump = (1.0 - away * away).max(0.0);
             *less = less.max(depth * bump * bump);
         }
@@ -180,6 +184,7 @@ pub(super) fn dip(x: &mut [f64], excess: &Excess, width: f64, ends: [End; 2]) {
             1.0
         }
     };
+    // The given end states stay, with a smooth onset beside them.
     for (index, (x, less)) in x.iter_mut().zip(less).enumerate() {
         let part = part(ends[0], index).min(part(ends[1], last - index));
         *x *= 1.0 - less * part * part * (3.0 - 2.0 * part);

@@ -10,12 +10,14 @@ use super::banded::Banded;
 use super::problem::{Local, MIDDLE, Problem, follow, hold};
 use lostmotion_base::vec::dot;
 
-/// How far a step goes to the nearest limit.
-const TO_LIMIT: f64 = 0.99;
-/// Bounds of the part by which a step lowers the barrier.
-const LOWER: [f64; 2] = [0.08, 0.6];
-/// The smallest slack given to a limit that the start does not keep.
-const SMALLEST_SLACK: f64 = 0.03;
+/// Part of the way to the nearest limit that a step may go (fraction to the boundary). Origin
+/// unknown, kept.
+const TO_BOUNDARY: f64 = 0.99;
+/// Bounds of the factor by which a step lowers the barrier. Origin unknown, kept.
+const CENTERING: [f64; 2] = [0.08, 0.6];
+/// Least slack, as a part of its limit, of a limit that the start does not keep. Origin unknown,
+/// kept.
+const LEAST_SLACK: f64 = 0.03;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
@@ -65,21 +67,25 @@ impl Interior {
                     .map(|(i, x)| weight(i, n) / x.sqrt())
                     .sum::<f64>()
         };
+        // The barrier that belongs to the duality gap which the start is taken to have.
         let mut mu = goal.first_gap * time(x) / count as f64;
         self.start(problem, x, mu);
         let mut gap = f64::INFINITY;
         for _ in 0..goal.max_steps {
+            // Newton's step with slacks and multipliers eliminated.
             self.assemble(problem, x, mu);
             self.matrix.solve(&mut self.dx);
             follow(problem.ends, &mut self.dx);
             let [primal, dual] = self.lengths(problem, x, mu);
             let sum = self.apply(problem, x, [primal, dual]);
             gap = sum / time(x);
+            // After a short step the linearised limits are not met yet, whatever the gap.
             if gap <= goal.gap && primal > 0.5 {
                 break;
             }
+            // The more of the step was taken, the more the barrier falls.
             let missed = 1.0 - primal.min(dual);
-            mu = (missed * missed).clamp(LOWER[0], LOWER[1]) * sum / count as f64;
+            mu = (missed * missed).clamp(CENTERING[0], CENTERING[1]) * sum / count as f64;
         }
         gap
     }
@@ -89,14 +95,14 @@ impl Interior {
         self.ceilings.clear();
         for (interval, inverse) in problem.inverse_ceilings.iter().enumerate() {
             let local = Local::at(x, interval);
-            let slack = (1.0 - inverse * local.beta).max(SMALLEST_SLACK);
+            let slack = (1.0 - inverse * local.beta).max(LEAST_SLACK);
             self.ceilings.push([slack, mu / slack]);
             for rows in &problem.rows[interval * problem.joints..(interval + 1) * problem.joints] {
                 for (kind, row) in rows.iter().enumerate() {
                     let (right, _) = local.right(kind);
                     let left = dot(*row, local.x);
                     let [up, down] =
-                        [right - left, right + left].map(|slack| slack.max(SMALLEST_SLACK));
+                        [right - left, right + left].map(|slack| slack.max(LEAST_SLACK));
                     self.pairs.push([up, down, mu / up, mu / down]);
                 }
             }
@@ -110,6 +116,7 @@ impl Interior {
     fn assemble(&mut self, problem: &Problem, x: &[f64], mu: f64) {
         let n = problem.inverse_ceilings.len();
         self.matrix.reset(x.len());
+        // Gradient and Hessian of the time, the sum of weight / sqrt(x), are diagonal.
         for (i, (dx, x)) in self.dx.iter_mut().zip(x).enumerate() {
             let slope = problem.step_s * weight(i, n) * 0.5 / (*x * x.sqrt());
             *dx = slope;
@@ -141,6 +148,7 @@ impl Interior {
                     let (right, slope) = local.right(kind);
                     let left = dot(*row, local.x);
                     let (per_up, per_down) = (1.0 / up, 1.0 / down);
+                    // Multiplier by slack is the weight of a limit in the Schur complement.
                     let [w, u] = [more * per_up, less * per_down];
                     let pull_up = mu * per_up - w * (right - left - up);
                     let pull_down = mu * per_down - u * (right + left - down);
@@ -163,6 +171,8 @@ impl Interior {
                     push[2] += pull * c;
                 }
             }
+            // The slope of beta is the same for all limits of the interval, so that its terms are
+            // added once.
             let [e, f] = [MIDDLE[0], MIDDLE[1]];
             for (entry, product) in block
                 .iter_mut()
@@ -181,7 +191,8 @@ impl Interior {
     /// How far the step may go, for x with the slacks and for the multipliers.
     fn lengths(&mut self, problem: &Problem, x: &[f64], mu: f64) -> [f64; 2] {
         // The largest rates of falling to zero.
-        let mut rates = [TO_LIMIT; 2];
+        let mut rates = [TO_BOUNDARY; 2];
+        // The coefficients have to stay positive.
         for (x, dx) in x.iter().zip(&self.dx) {
             rates[0] = rates[0].max(-dx / x);
         }
@@ -206,6 +217,7 @@ impl Interior {
                 for (kind, row) in rows.iter().enumerate() {
                     let [up, down, more, less] = self.pairs[index];
                     let (right, slope) = local.right(kind);
+                    // The right side of the jerk's limit along its tangent.
                     let right = right + slope * dbeta;
                     let left = dot(*row, local.x) + dot(*row, dx);
                     let (dup, ddown) = (right - left - up, right + left - down);
@@ -219,7 +231,7 @@ impl Interior {
                 }
             }
         }
-        rates.map(|rate| (TO_LIMIT / rate).min(1.0))
+        rates.map(|rate| (TO_BOUNDARY / rate).min(1.0))
     }
 
     /// Goes the step; returns the sum of slacks times multipliers.

@@ -26,18 +26,19 @@ use crate::{PlannerConfig, Sample};
 use lostmotion_base::{AXES, AxisLimits, Clock, Tick};
 use std::collections::VecDeque;
 
-/// Steps of nominal time in a period of the samples.
+/// Steps of nominal time in a period of the samples. Origin unknown, kept.
 const STEPS_IN_PERIOD: u64 = 2;
-/// The pace, squared, at which a window ends that is not the last.
-const TAIL: f64 = 0.25;
-/// Part of the nominal limits at that pace that is used, so that some room is left.
-const LOOSE: f64 = 0.9;
-/// A window by what of it is not given out yet.
-const WINDOW: usize = 4;
+/// Square of the pace at which a window ends that is not the last. Origin unknown, kept.
+const TAIL_BETA: f64 = 0.25;
+/// Part of the nominal limits that is used at that pace, so that some room is left. Origin unknown,
+/// kept.
+const TAIL_ROOM: f64 = 0.9;
+/// Length of a window in margins held back. Origin unknown, kept.
+const WINDOW_MARGINS: usize = 4;
 
 /// The pace at which windows end, and a little more.
 pub(crate) fn end_pace() -> f64 {
-    TAIL.sqrt() / LOOSE
+    TAIL_BETA.sqrt() / TAIL_ROOM
 }
 
 /// Limits that the nominal motion has to keep where it will be retimed: what it keeps of velocity,
@@ -73,7 +74,7 @@ pub(crate) fn nominal_clock(clock: Clock) -> Clock {
 impl Retimer {
     pub(crate) fn new(config: &PlannerConfig) -> Retimer {
         let clock = nominal_clock(config.clock);
-        let windows = Windows::new(config, clock, TAIL);
+        let windows = Windows::new(config, clock, TAIL_BETA);
         Retimer {
             windows,
             step_s: clock.period_s(),
@@ -87,7 +88,7 @@ impl Retimer {
     pub(crate) fn push(&mut self, point: Sample) {
         let windows = &mut self.windows;
         windows.points.push(point);
-        if windows.points.len() > WINDOW * windows.margin {
+        if windows.points.len() > WINDOW_MARGINS * windows.margin {
             let given = windows.points.len() - 1 - windows.margin;
             self.plan(End::Moving, given);
         }

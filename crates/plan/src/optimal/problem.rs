@@ -7,17 +7,17 @@ use lostmotion_base::{AXES, AxisLimits, Coords};
 
 /// Value of a quadratic spline in the middle of an interval from its three coefficients there.
 pub(super) const MIDDLE: [f64; 3] = [0.125, 0.75, 0.125];
-/// The margin by which eased limits keep the start.
-const EASE: f64 = 2e-4;
+/// Part of a limit by which an eased limit keeps the start. Origin unknown, kept.
+const EASE_MARGIN: f64 = 2e-4;
 
-/// The same for a largest beta: what is reached by a limit of its own needs next to no margin.
-const ROUNDING: f64 = 1e-5;
+/// The same for a largest beta, which has no need of room: rounding.
+const CEILING_MARGIN: f64 = 1e-5;
 
-/// Joints slower than this part of their limits do not count.
-const STILL: f64 = 1e-9;
-/// The pace may change from standing still to that of the nominal motion in no less than about this
-/// time, s: where the joints rest, nothing else would bound its jerk.
-const SWIFTEST_S: f64 = 4e-3;
+/// Part of its limits up to which a joint counts as still: rounding of the nominal motion.
+const STILL_PART: f64 = 1e-9;
+/// Time, s, in which the pace may change from standing still to that of the nominal motion, about:
+/// where the joints rest, nothing else would bound its jerk. Origin unknown, kept.
+const SWIFTEST_PACE_S: f64 = 4e-3;
 
 /// How a window meets what is around it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,13 +56,14 @@ impl Problem {
         for interval in 0..intervals.min(self.inverse_ceilings.len()) {
             let local = Local::at(x, interval);
             let inverse = &mut self.inverse_ceilings[interval];
-            *inverse = inverse.min((1.0 - ROUNDING) / local.beta);
+            *inverse = inverse.min((1.0 - CEILING_MARGIN) / local.beta);
             for rows in &mut self.rows[interval * self.joints..(interval + 1) * self.joints] {
                 for (kind, row) in rows.iter_mut().enumerate() {
                     let (right, _) = local.right(kind);
                     let left = dot(*row, local.x).abs();
-                    if left > right * (1.0 - EASE) {
-                        *row = row.map(|c| c * (right * (1.0 - EASE) / left));
+                    // Scaled so that the given start keeps it by a margin.
+                    if left > right * (1.0 - EASE_MARGIN) {
+                        *row = row.map(|c| c * (right * (1.0 - EASE_MARGIN) / left));
                     }
                 }
             }
@@ -173,10 +174,12 @@ pub(super) fn limits(
             .max(a.chord_part)
             .max(b.chord_part)
             .max(waiting);
+        // Velocity is a ceiling of beta, acceleration and jerk are rows.
         for RetimedJoint { index, limits } in &moving {
             let [v, w] = [a, b].map(|point| point.velocity.0[*index]);
             let [c, d] = [a, b].map(|point| point.acceleration.0[*index]);
             fastest = fastest.max(v.abs().max(w.abs()) / limits[0]);
+            // Derivatives of the nominal motion in the middle of the interval.
             let middle = [
                 0.5 * (v + w) - (d - c) * step_s / 8.0,
                 0.5 * (c + d),
@@ -189,7 +192,7 @@ pub(super) fn limits(
         // The pace itself, as a joint of steady nominal speed.
         problem.rows.push(derivatives.rows(
             [1.0, 0.0, 0.0],
-            [f64::INFINITY, 1.0 / (SWIFTEST_S * SWIFTEST_S)],
+            [f64::INFINITY, 1.0 / (SWIFTEST_PACE_S * SWIFTEST_PACE_S)],
         ));
         problem.inverse_ceilings.push(fastest * fastest);
     }
@@ -228,7 +231,7 @@ fn moves(points: &[Sample], joint: &RetimedJoint) -> bool {
             point.velocity.0[joint.index],
             point.acceleration.0[joint.index],
         );
-        v.abs() > STILL * joint.limits[0] || a.abs() > STILL * joint.limits[1]
+        v.abs() > STILL_PART * joint.limits[0] || a.abs() > STILL_PART * joint.limits[1]
     })
 }
 
@@ -239,12 +242,14 @@ pub(super) fn hold([start, end]: [End; 2], matrix: &mut Banded, right: &mut [f64
         matrix.isolate(index);
         right[index] = 0.0;
     };
+    // Two coefficients hold the value and the slope of beta at an end.
     if start == End::Moving {
         [0, 1].into_iter().for_each(&mut given);
     }
     if end == End::Moving {
         [last - 1, last].into_iter().for_each(&mut given);
     }
+    // At rest beta is constant but free: gradients of all tied coefficients go to the one inside.
     if let End::Rest(tied) = start {
         for index in 0..tied {
             matrix.tie_up(index);

@@ -83,6 +83,7 @@ impl Walk {
     pub(super) fn go(&mut self, points: &[Sample], step_s: f64, x: &[f64], out: &mut Vec<Placed>) {
         for (interval, (pair, x)) in points.windows(2).zip(x.windows(3)).enumerate() {
             let beta = Beta::over(x);
+            // Real by nominal time: the mean of 1 / sqrt(beta) over the interval.
             let stretch = GAUSS
                 .iter()
                 .map(|(at, weight)| weight / beta.at(*at).sqrt())
@@ -90,6 +91,8 @@ impl Walk {
             let whole = step_s * stretch;
             while self.ahead_s < whole {
                 let part = beta.part(self.ahead_s / whole, stretch);
+                // The pace in force at the sample, and its rate by real time: d2 sigma / dt2 is
+                // beta' / 2.
                 let ends = [&pair[0], &pair[1]];
                 let pace = [beta.at(part).sqrt(), 0.5 * beta.slope(part) / step_s];
                 out.push(Placed {
@@ -126,12 +129,14 @@ pub(crate) fn between(
     let velocity = joints.map(|joint| joint[1] / step_s);
     let acceleration = joints.map(|joint| joint[2] / (step_s * step_s));
     let speed = a.path_speed + (b.path_speed - a.path_speed) * part;
+    // Names come from the nearer end.
     let near = if part < 0.5 { a } else { b };
     let s = if a.segment == b.segment && a.tool_mm == b.tool_mm {
         a.s + (b.s - a.s) * part
     } else {
         near.s
     };
+    // By real time: p' pace, and p'' pace^2 + p' times the rate of the pace.
     Sample {
         position: Coords(joints.map(|joint| joint[0])),
         velocity: Coords(velocity.map(|v| v * pace)),

@@ -7,40 +7,42 @@ use super::warp::{Placed, Walk};
 use crate::{PlannerConfig, Sample};
 use lostmotion_base::{Clock, Coords};
 
-/// What is given out ends at least so many times before the end of its window as the slowest joint
-/// takes to stop.
-const STOPS: f64 = 2.0;
-/// Over how many steps at rest beta is constant.
-const TIED: usize = 8;
-/// Parts of the limits that are planned: within an interval the jerk passes its middle's a little
-/// where the path is tightly curved.
-const PARTS: [f64; 3] = [1.0 - 1e-6, 0.999, 0.982];
+/// Part of a window that is planned but held back, in times that the slowest joint takes to stop.
+const MARGIN_STOPS: f64 = 2.0;
+/// Steps at rest over which beta is constant. Origin unknown, kept.
+const TIED_STEPS: usize = 8;
+/// Parts of the limits of velocity, acceleration and jerk that are planned for: within an interval
+/// the jerk passes that of its middle a little where the path is tightly curved. Origin unknown,
+/// kept.
+const PLANNED_PARTS: [f64; 3] = [1.0 - 1e-6, 0.999, 0.982];
 /// When a window is good enough.
-const GOAL: Goal = Goal {
+const FIRST_GOAL: Goal = Goal {
     gap: 3e-4,
     first_gap: 1.0,
     max_steps: 60,
 };
 /// The same where only some room was taken away.
-const AGAIN: Goal = Goal {
+const REPAIR_GOAL: Goal = Goal {
     first_gap: 0.03,
-    ..GOAL
+    ..FIRST_GOAL
 };
-/// How often room is taken away, at most, and while a limit is passed by how much.
-const ROUNDS: usize = 10;
-const COARSE: f64 = 8e-4;
-/// Where less than this part of a limit is left to an interval after all, the pace of the window's
-/// end may be better for all of it.
-const TOLERABLE: f64 = 0.9985;
-/// How often the pace is lowered around what still passes a limit.
-const DIPS: usize = 100;
-/// By how much that may lengthen what is given out, at most.
-const LONGER: f64 = 1.01;
-/// A gap that is not below this means that no better motion was found.
-const FAILED: f64 = 0.05;
-/// Intervals at the start of a window in which its given state leaves little choice, so that what
-/// was planned before may be done again.
-const GIVEN: usize = 60;
+/// How often limits are tightened and a window is solved again, at most. Origin unknown, kept.
+const MAX_ROUNDS: usize = 10;
+/// Part of a limit that has to be passed for a further round. Origin unknown, kept.
+const ROUND_EXCESS: f64 = 8e-4;
+/// Least part of a limit left to an interval with which a solution is taken without a comparison
+/// with the steady pace of the window's end. Origin unknown, kept.
+const LEAST_ROOM: f64 = 0.9985;
+/// How often the pace is lowered around what still passes a limit, at most. Origin unknown, kept.
+const MAX_DIPS: usize = 100;
+/// Factor by which dips may lengthen what is given out, at most. Origin unknown, kept.
+const LONGEST_DIPPED: f64 = 1.01;
+/// Duality gap, as a part of the time, from which on no better motion was found. Origin unknown,
+/// kept.
+const FAILED_GAP: f64 = 0.05;
+/// Intervals at the start of a window that are eased again after limits were tightened: the given
+/// state leaves little choice there. Origin unknown, kept.
+const EASED_AGAIN: usize = 60;
 /// What a plan of a window would give.
 pub(crate) struct Trial {
     pub(super) samples: Vec<Placed>,
@@ -88,7 +90,7 @@ impl Windows {
     /// For samples at the configuration's clock from a nominal motion at another; `tail` is the
     /// pace, squared, at which a window ends that is not the last.
     pub(crate) fn new(config: &PlannerConfig, nominal: Clock, tail: f64) -> Windows {
-        let joints = joints(&config.limits, PARTS);
+        let joints = joints(&config.limits, PLANNED_PARTS);
         let step_s = nominal.period_s();
         let stop_s = joints
             .iter()
@@ -102,7 +104,7 @@ impl Windows {
             points: Vec::new(),
             x: Vec::new(),
             room: Vec::new(),
-            margin: ((STOPS * stop_s / step_s).ceil() as usize).max(4 * TIED),
+            margin: ((MARGIN_STOPS * stop_s / step_s).ceil() as usize).max(4 * TIED_STEPS),
             walk: Walk {
                 ahead_s: 0.0,
                 period_s: config.clock.period_s(),
@@ -114,7 +116,7 @@ impl Windows {
 
     /// An end at rest of a window of so many steps.
     pub(crate) fn rest(steps: usize) -> End {
-        End::Rest(TIED.min(steps / 4))
+        End::Rest(TIED_STEPS.min(steps / 4))
     }
 
     /// Plans all that is there; `given` is the number of intervals that are to be given out. The
@@ -125,12 +127,18 @@ impl Windows {
         self.room.resize(intervals, [1.0; 2]);
         let mut problem = limits(&self.points, &self.joints, self.step_s, &self.room, ends);
         let known = self.x.clone();
+        // The state at the start is given, and may use all of a limit: what it passes is eased, so
+        // that the start is feasible.
         problem.ease(eased, &known);
+        // Fresh intervals start at the pace of a window's end, which keeps every limit.
         self.x.resize(intervals + 2, self.tail);
         let slow = self.x.clone();
-        let mut trial = self.improve(&problem, &GOAL, ends[1], given);
-        for _ in 0..ROUNDS {
-            if trial.least() > 1.0 - COARSE || !trial.found {
+        let mut trial = self.improve(&problem, &FIRST_GOAL, ends[1], given);
+        // The solver imposes limits in the middles of intervals, the judge looks at samples: where
+        // they differ the limits are tightened.
+        for _ in 0..MAX_ROUNDS {
+            // The steady pace of the end is slower but within all limits, but for the way there.
+            if trial.least() > 1.0 - ROUND_EXCESS || !trial.found {
                 break;
             }
             for (interval, scale) in &trial.excess {
@@ -140,10 +148,10 @@ impl Windows {
                     self.room[*interval][1] * scale[1],
                 ];
             }
-            problem.ease(GIVEN.min(eased), &known);
-            trial = self.improve(&problem, &AGAIN, ends[1], given);
+            problem.ease(EASED_AGAIN.min(eased), &known);
+            trial = self.improve(&problem, &REPAIR_GOAL, ends[1], given);
         }
-        if trial.least() < TOLERABLE {
+        if trial.least() < LEAST_ROOM {
             let found = std::mem::replace(&mut self.x, slow);
             let other = self.trial(ends[1], given, true);
             if other.least() > trial.least() {
@@ -161,10 +169,10 @@ impl Windows {
         if first.excess.is_empty() {
             return first;
         }
-        let longest = LONGER * first.samples.len() as f64 + 1.0;
+        let longest = LONGEST_DIPPED * first.samples.len() as f64 + 1.0;
         let (mut best, mut found) = (first, self.x.clone());
         excess::dip(&mut self.x, &best.excess, self.width, ends);
-        for _ in 0..DIPS {
+        for _ in 0..MAX_DIPS {
             let trial = self.trial(ends[1], given, true);
             if trial.samples.len() as f64 > longest {
                 break;
@@ -185,7 +193,7 @@ impl Windows {
     /// Lowers the time, if that can be done, and looks at what comes of it.
     fn improve(&mut self, problem: &Problem, goal: &Goal, end: End, given: usize) -> Trial {
         let before = self.x.clone();
-        let found = self.solver.solve(problem, &mut self.x, goal) < FAILED;
+        let found = self.solver.solve(problem, &mut self.x, goal) < FAILED_GAP;
         if !found {
             self.x = before;
         }
@@ -203,6 +211,8 @@ impl Windows {
             &self.x[..given + 2],
             &mut samples,
         );
+        // The judge also sees what is held back, so that a limit passed just beyond is found while
+        // it can be mended.
         let mut more = samples.clone();
         let mut beyond = walk;
         beyond.go(
@@ -214,6 +224,7 @@ impl Windows {
         more[samples.len()..]
             .iter_mut()
             .for_each(|placed| placed.interval += given);
+        // Differences of the last samples reach into the rest that follows.
         if let (End::Rest(_), Some(last)) = (end, self.points.last()) {
             more.extend(
                 [Placed {

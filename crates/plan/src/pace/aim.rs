@@ -5,7 +5,7 @@ use super::ramp::{Effort, Ramp};
 
 /// Command cycles that a change may wait for a place where it can be made, if that makes it sooner
 /// done.
-const WAITS: [u32; 22] = [
+const WAIT_CYCLES: [u32; 22] = [
     0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 64, 80, 96,
 ];
 /// Parts of the most that the pace may change by that are tried, each with the part of the least
@@ -22,8 +22,8 @@ const EFFORTS: [[f64; 2]; 8] = [
 ];
 /// Parts of the pace aimed at that do where the plan leaves no room to come up to it: what is
 /// missing follows as soon as it can.
-const NEARLY: [f64; 9] = [1.0, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3, 0.1];
-/// Up to this part a pace is the one aimed at.
+const GOAL_PARTS: [f64; 9] = [1.0, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3, 0.1];
+/// Difference from a pace up to which it is reached.
 pub(super) const REACHED: f64 = 1e-6;
 
 /// A change of pace that begins after so many command cycles.
@@ -67,7 +67,8 @@ fn fall(
     after: &dyn Fn(u32) -> Option<PaceState>,
 ) -> Option<Aim> {
     let mut best: Option<(f64, Aim)> = None;
-    for wait in WAITS {
+    for wait in WAIT_CYCLES {
+        // Later starts cannot be done before the best one found.
         let waited_s = f64::from(wait) * period_s;
         if best.as_ref().is_some_and(|(least, _)| waited_s >= *least) {
             break;
@@ -85,10 +86,11 @@ fn fall(
 }
 
 fn rise(course: &Course, target: f64, now: &PaceState) -> Option<Aim> {
-    let goals = NEARLY
+    let goals = GOAL_PARTS
         .into_iter()
         .map(|part| part * target)
         .filter(|goal| *goal > now.w + REACHED);
+    // The nearest goal first, each with the hardest effort first.
     let mut tries = goals.flat_map(|goal| efforts(course).map(move |effort| (goal, effort)));
     tries
         .find_map(|(goal, effort)| effort.ramp(*now, goal))

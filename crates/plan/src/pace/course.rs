@@ -5,10 +5,11 @@ use crate::{Heeds, Sample};
 use lostmotion_base::{AXES, AxisLimits, Coords};
 use std::collections::VecDeque;
 
-/// Joints slower than this part of their limits do not count.
-const STILL: f64 = 1e-9;
-/// The plan is known for so many times longer than the slowest joint takes to stop.
-const AHEAD: f64 = 10.0;
+/// Part of its limits up to which a joint counts as still: rounding of the plan.
+const STILL_PART: f64 = 1e-9;
+/// How far the plan is looked at ahead of the motion, in times that the slowest joint takes to
+/// stop. Record 41 of the decisions.
+const LOOK_AHEAD_STOPS: f64 = 10.0;
 
 /// Place on the plan in steps, pace, and its derivative by real time, 1/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -120,7 +121,7 @@ impl Course {
 
     /// How far the plan is looked at ahead of the motion, in steps.
     pub(super) fn far(&self) -> usize {
-        (AHEAD * self.stop_s() / self.step_s).ceil() as usize
+        (LOOK_AHEAD_STOPS * self.stop_s() / self.step_s).ceil() as usize
     }
 
     pub(super) fn push(&mut self, sample: Sample) {
@@ -230,17 +231,21 @@ impl Course {
             };
             let [_, v, acceleration] = crate::optimal::quintic(state(a), state(b), part);
             let accelerations = [before, a, b, after].map(|sample| sample.acceleration.0[k]);
+            // Accelerations are sampled, so that the jerk is known as a range over three intervals.
             let [j0, j1, j2] =
                 [0, 1, 2].map(|i| (accelerations[i + 1] - accelerations[i]) / self.step_s);
             let (v, a) = (v / self.step_s, acceleration / (self.step_s * self.step_s));
             let j = [j0.min(j1).min(j2), j0.max(j1).max(j2)];
             let [most_v, most_a, most_j] = joint.limits;
-            if v.abs() <= STILL * most_v
-                && a.abs() <= STILL * most_a
-                && j[1] - j[0] <= STILL * most_j
+            // A joint at rest must not bound the pace by rounding.
+            if v.abs() <= STILL_PART * most_v
+                && a.abs() <= STILL_PART * most_a
+                && j[1] - j[0] <= STILL_PART * most_j
             {
                 continue;
             }
+            // Where the plan itself uses more than a limit, by rounding, its own pace has to stay
+            // possible.
             place.joints[place.count] = Rates {
                 v,
                 a,
@@ -263,6 +268,7 @@ impl Course {
         if self.complete && self.end().is_some_and(|end| state.sigma >= end) {
             return self.samples.back().copied();
         }
+        // At the pace 1 on a sample: that sample, to the bit.
         if part == 0.0 && state.w.to_bits() == 1.0_f64.to_bits() && state.u == 0.0 {
             return Some(*a);
         }

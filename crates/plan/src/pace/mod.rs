@@ -22,16 +22,18 @@ use aim::{Aim, REACHED, aim};
 use course::{Course, PaceState};
 use lostmotion_base::{Clock, Coords, Tick};
 use ramp::Ramp;
-use retimed::{GOOD, MOST_PACE, Retimed};
+use retimed::{MOST_PACE, Retimed, SEAM_EXCESS};
 
-/// Longest step of the plan that is gone along, ns.
-const FINEST_NS: u64 = 500_000;
-/// Command cycles from one attempt to get nearer to the pace asked for to the next: at first, and
-/// at last.
-const SOON: u32 = 2;
-const LATE: u32 = 64;
-/// Differences of samples reach over so many cycles.
-const AROUND: i64 = 3;
+/// Longest step of the plan, ns. Origin unknown, kept.
+const LONGEST_STEP_NS: u64 = 500_000;
+/// Command cycles from the first attempt to get nearer to the pace asked for to the second. Origin
+/// unknown, kept.
+const FIRST_DELAY: u32 = 2;
+/// Command cycles between two attempts, at most: each waits twice as long as the one before. Origin
+/// unknown, kept.
+const LONGEST_DELAY: u32 = 64;
+/// Command cycles over which third differences of the samples reach.
+const DIFFERENCE_REACH: i64 = 3;
 
 /// Makes samples of a plan at the pace that is asked for.
 ///
@@ -70,7 +72,7 @@ impl Pacer {
     pub fn plan_clock(config: &PlannerConfig) -> Clock {
         let period = config.clock.period_ns();
         let whole =
-            (period.div_ceil(FINEST_NS)..=period).find(|steps| period.is_multiple_of(*steps));
+            (period.div_ceil(LONGEST_STEP_NS)..=period).find(|steps| period.is_multiple_of(*steps));
         whole
             .and_then(|steps| Clock::from_nanos(period / steps))
             .unwrap_or(config.clock)
@@ -147,6 +149,7 @@ impl Pacer {
     /// The next sample; none while more of the plan has to be known, or at the end.
     pub fn take(&mut self) -> Option<Sample> {
         let end = self.course.end()?;
+        // A change of pace may need all of the plan as far as it is looked at.
         if self.over
             || (!self.course.complete
                 && end < self.state.sigma + self.course.far() as f64 + MOST_PACE * self.steps)
@@ -164,6 +167,7 @@ impl Pacer {
             self.past
         };
         self.past = [past[0], past[1], past[2], sample.position];
+        // A stop ends wherever the motion rests, in a dwell of the plan too.
         let rests = self.state.w == 0.0 || self.course.rests(self.state.sigma);
         if self.stopping && self.ramp.is_none() && rests
             || self.course.complete && self.state.sigma >= end
@@ -190,6 +194,7 @@ impl Pacer {
             let Some(over_s) = over else { return Some(at) };
             (state, left_s) = (at, over_s);
         }
+        // At the pace 1 the samples are those of the plan, to the bit.
         if state.w.to_bits() == 1.0_f64.to_bits() && self.ramp.is_none() {
             state.sigma += cycles * self.steps;
         } else {
@@ -260,6 +265,7 @@ impl Pacer {
 
     /// Decides on a change of pace.
     fn choose(&mut self) {
+        // A change has been found that begins later.
         if let Some(aim) = &mut self.next {
             if aim.wait > 0 {
                 aim.wait -= 1;
@@ -269,6 +275,7 @@ impl Pacer {
             return;
         }
         let (wanted, sure) = (self.wanted(), self.asked.sure());
+        // The retimed motion follows what is asked by itself.
         if wanted.is_none()
             && self
                 .retimed
@@ -281,18 +288,22 @@ impl Pacer {
             .ramp
             .as_ref()
             .map_or(self.state.w, |(ramp, _)| ramp.end.w);
+        // There, or on the way there.
         if self.retimed.is_none() && wanted.is_some_and(|wanted| (goal - wanted).abs() <= REACHED) {
             return;
         }
+        // Attempts that fail cost time, so they get rarer.
         if self.patience > 0 {
             self.patience -= 1;
             return;
         }
-        self.delay = (2 * self.delay).clamp(SOON, LATE);
+        self.delay = (2 * self.delay).clamp(FIRST_DELAY, LONGEST_DELAY);
         self.patience = self.delay;
         if wanted.is_none() && self.ramp.is_none() && self.retime() {
             return;
         }
+        // Failing that, a steady pace within all that is asked, from which the next attempt sets
+        // out.
         self.change(wanted.unwrap_or(sure));
     }
 
@@ -346,13 +357,16 @@ impl Pacer {
             };
             self.course.sample(&state).map(|sample| sample.position)
         };
+        // Differences over the seam reach back to samples that are out already.
         let around =
-            (wait - AROUND..=wait + AROUND).map(|cycle| match usize::try_from(cycle + AROUND) {
+            (wait - DIFFERENCE_REACH..=wait + DIFFERENCE_REACH).map(|cycle| match usize::try_from(
+                cycle + DIFFERENCE_REACH,
+            ) {
                 Ok(past) if cycle <= 0 => self.past.get(past).copied(),
                 _ => position(cycle),
             });
         let around: Option<Vec<Coords>> = around.collect();
-        around.is_some_and(|around| LimitJudge::new(&self.config).keep(&around, GOOD))
+        around.is_some_and(|around| LimitJudge::new(&self.config).keep(&around, SEAM_EXCESS))
     }
 
     fn begin(&mut self, ramp: Ramp) {

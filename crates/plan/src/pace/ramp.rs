@@ -9,22 +9,24 @@
 use super::course::{Course, CoursePlace, PaceState};
 use lostmotion_base::root::Bracket;
 
-/// Real time from one choice to the next, s.
+/// Real time from one choice of r to the next, s. Origin unknown, kept.
 const STEP_S: f64 = 2.5e-4;
 /// The pace may change by 1 in no less than about twice this time, s: where joints rest, nothing
 /// else would bound it.
-const SWIFTEST_S: f64 = 4e-3;
+const SWIFTEST_PACE_S: f64 = 4e-3;
 /// Part of the limits of acceleration and jerk that is used, since they are looked at in the middle
-/// of each step.
-const PART: f64 = 0.998;
-/// Halvings of the step in which a ramp turns round.
-const HALVINGS: usize = 30;
-/// What passes a limit by no more than this part is rounding.
-const ROUNDING: f64 = 1.0 + 1e-9;
-/// Longest ramp, in steps.
-const LONGEST: usize = 4000;
-/// A pace this near to the one aimed at is there.
-const THERE: f64 = 1e-9;
+/// of each step. Origin unknown, kept.
+const PLANNED_PART: f64 = 0.998;
+/// Halvings of the step in which a ramp turns round: to 1e-9 of it.
+const TURN_HALVINGS: usize = 30;
+/// Part of a limit up to which it counts as kept: 1 and rounding.
+const LIMIT_ROUNDING: f64 = 1.0 + 1e-9;
+/// Longest ramp, in steps: one second.
+const MAX_PIECES: usize = 4000;
+/// Difference from a pace up to which it is reached, and speed backward that is rounding.
+const PACE_TOLERANCE: f64 = 1e-9;
+/// Paces outside which a ramp is given up: backward, or faster than any override asks for.
+const PACE_RANGE: [f64; 2] = [-0.5, 4.0];
 
 /// A state, and what happens from there for how long.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -81,13 +83,15 @@ fn room(c: [f64; 2], slope: f64, limit: f64) -> [f64; 2] {
 impl Effort<'_> {
     /// The least and largest r that all joints allow.
     fn jerk_room(place: &CoursePlace, w: f64, u: f64) -> [f64; 2] {
-        let most = 1.0 / (SWIFTEST_S * SWIFTEST_S);
+        let most = 1.0 / (SWIFTEST_PACE_S * SWIFTEST_PACE_S);
         let mut all = [-most, most];
         for joint in place.joints().iter().filter(|joint| joint.v != 0.0) {
+            // The jerk without r, for the range of p'''; p' r comes on top.
             let c = joint.j.map(|j| (j * w * w + 3.0 * joint.a * u) * w);
-            let [low, high] = room(c, joint.v, PART * joint.limits[2]);
+            let [low, high] = room(c, joint.v, PLANNED_PART * joint.limits[2]);
             all = [all[0].max(low), all[1].min(high)];
         }
+        // Where no r suits all joints, the middle; the ramp is judged as a whole later.
         if all[0] <= all[1] {
             all
         } else {
@@ -98,20 +102,26 @@ impl Effort<'_> {
     /// The least and largest u. Where a joint hardly moves, r does not reach its jerk, and 3 p'' w
     /// u alone has to keep within it.
     fn rate_room(&self, place: &CoursePlace, w: f64) -> [f64; 2] {
-        let most = 1.0 / SWIFTEST_S;
+        let most = 1.0 / SWIFTEST_PACE_S;
         let mut all = [-most, most];
         let mut meet = |[low, high]: [f64; 2]| all = [all[0].max(low), all[1].min(high)];
         for joint in place.joints() {
+            // Acceleration p'' w^2 + p' u.
             if joint.v != 0.0 {
-                meet(room([joint.a * w * w; 2], joint.v, PART * joint.limits[1]));
+                meet(room(
+                    [joint.a * w * w; 2],
+                    joint.v,
+                    PLANNED_PART * joint.limits[1],
+                ));
             }
             let slope = 3.0 * joint.a * w;
+            // Jerk 3 p'' w u, of which r can take back what p' reaches.
             if slope != 0.0 {
                 let reach = joint.v.abs() * self.reach;
                 meet(room(
                     joint.j.map(|j| j * w * w * w),
                     slope,
-                    PART * joint.limits[2] + reach,
+                    PLANNED_PART * joint.limits[2] + reach,
                 ));
             }
         }
@@ -122,6 +132,7 @@ impl Effort<'_> {
     /// a time.
     fn hardest(&self, state: &PaceState, up: bool, t: f64) -> f64 {
         let step_s = self.course.step_s;
+        // The jerk is looked at in the middle of the step, the room for u at its end.
         let middle = state.after(0.5 * t, 0.0, step_s);
         let [low, high] = Self::jerk_room(&self.course.at(middle.sigma), middle.w, middle.u);
         let end = state.after(t, 0.0, step_s);
@@ -146,6 +157,7 @@ impl Effort<'_> {
         let up = from.u < 0.0;
         while state.u != 0.0 {
             let r = self.hardest(&state, up, STEP_S);
+            // The step in which u gets to zero ends there.
             let crosses = if up {
                 state.u + r * STEP_S >= 0.0
             } else {
@@ -161,9 +173,10 @@ impl Effort<'_> {
             if crosses {
                 state.u = 0.0;
             }
-            if pieces.len() > LONGEST
-                || state.w < -0.5
-                || state.w > 4.0
+            // It does not arrive: too many steps, out of range, or beyond the known plan.
+            if pieces.len() > MAX_PIECES
+                || state.w < PACE_RANGE[0]
+                || state.w > PACE_RANGE[1]
                 || (state.sigma > last && !self.course.complete)
             {
                 return None;
@@ -187,18 +200,21 @@ impl Effort<'_> {
             let w = self.arrives(state, up);
             if up { w > target } else { w < target }
         };
+        // As hard as may be to one side, then back to a steady pace: the later it turns round, the
+        // farther it gets.
         let mut pieces = self.trunk(from, target, up);
         // The first piece after which turning round arrives beyond the target.
         let end = |piece: &RampPiece, t: f64| piece.from.after(t, piece.r, self.course.step_s);
         let turn = pieces.partition_point(|piece| !beyond(end(piece, piece.lasts_s)));
         let last = *pieces.get(turn)?;
         let lasts_s = Bracket::new(0.0, last.lasts_s)
-            .bisect(HALVINGS, |t| !beyond(end(&last, t)))
+            .bisect(TURN_HALVINGS, |t| !beyond(end(&last, t)))
             .low;
         pieces.truncate(turn);
         pieces.push(RampPiece { lasts_s, ..last });
         let arrived = self.level(end(&last, lasts_s), &mut pieces)?;
-        let near = (arrived.w - target).abs() <= THERE;
+        // Only now all limits are checked, all along.
+        let near = (arrived.w - target).abs() <= PACE_TOLERANCE;
         let keeps = near && pieces.iter().all(|piece| self.keeps(piece));
         keeps.then_some(Ramp {
             pieces,
@@ -214,7 +230,7 @@ impl Effort<'_> {
     fn trunk(&self, from: PaceState, target: f64, up: bool) -> Vec<RampPiece> {
         let mut pieces = Vec::new();
         let mut state = from;
-        while pieces.len() < LONGEST
+        while pieces.len() < MAX_PIECES
             && (self.course.complete || self.course.end().is_some_and(|last| state.sigma < last))
         {
             let piece = RampPiece {
@@ -244,9 +260,9 @@ impl Effort<'_> {
                     .from
                     .after(part * piece.lasts_s, piece.r, self.course.step_s);
             let place = self.course.at(sigma);
-            w >= -THERE
+            w >= -PACE_TOLERANCE
                 && place.joints().iter().all(|joint| {
-                    let [v, a, j] = joint.limits.map(|limit| limit * ROUNDING);
+                    let [v, a, j] = joint.limits.map(|limit| limit * LIMIT_ROUNDING);
                     let jerk = joint
                         .j
                         .map(|jerk| (jerk * w * w + 3.0 * joint.a * u) * w + joint.v * piece.r);

@@ -12,23 +12,24 @@ use crate::{Heeds, PlannerConfig, Sample};
 use lostmotion_base::{Clock, Coords};
 use std::collections::VecDeque;
 
-/// A first window is good enough where it leaves a limit by no more than this part.
-pub(super) const GOOD: f64 = 4e-4;
-/// At a steady pace so many intervals may go on as before, although they are at their limits.
-const STEADY: usize = 60;
-/// A pace that changes may do so for so many.
-const CHANGING: usize = 3;
-/// However slow the plan is, it is not passed faster than at this pace.
+/// Part of a limit by which the first window may pass it. Origin unknown, kept.
+pub(super) const SEAM_EXCESS: f64 = 4e-4;
+/// Intervals that may go on at a steady pace as before, although they are at their limits. Origin
+/// unknown, kept.
+const EASED_STEADY: usize = 60;
+/// The same for a pace that changes. Origin unknown, kept.
+const EASED_CHANGING: usize = 3;
+/// Largest pace, however slow the plan is. Origin unknown, kept.
 pub(super) const MOST_PACE: f64 = 4.0;
-/// By how much the start may be above what is asked.
-const ABOVE: f64 = 1e-3;
+/// Part by which the start may be above the pace asked for. Origin unknown, kept.
+const START_MARGIN: f64 = 1e-3;
 
 /// The way on, as far as it is settled.
 #[derive(Clone, Debug)]
 pub(super) struct Retimed {
     pub(super) asked: Asked,
     windows: Windows,
-    /// CoursePlace of the first point that is not given out, in steps of the plan.
+    /// Place of the first point that has not been output, in steps of the plan.
     origin: f64,
     ready: VecDeque<PaceState>,
     /// Steps of the plan that a window looks ahead, and keeps back.
@@ -63,6 +64,7 @@ impl Retimed {
         let end = retimed.look(course)?;
         let steps = retimed.windows.points.len() - 1;
         let stands = course.stands(state.sigma);
+        // beta at the start and its slope as the first two coefficients of the spline.
         let first = [-1.0, 1.0].map(|side| {
             if stands {
                 sure * sure
@@ -73,12 +75,13 @@ impl Retimed {
         if first.iter().any(|x| *x <= 0.0) {
             return None;
         }
+        // The state that is may already use all of a limit.
         let eased = if stands {
             0
         } else if state.u == 0.0 {
-            STEADY.min(steps)
+            EASED_STEADY.min(steps)
         } else {
-            CHANGING.min(steps)
+            EASED_CHANGING.min(steps)
         };
         if !stands {
             retimed.let_slow_down(state.w);
@@ -94,7 +97,8 @@ impl Retimed {
             End::Moving
         };
         let trial = retimed.windows.best([start, end], given, eased);
-        if !trial.found || trial.least() < 1.0 - GOOD {
+        // The seam must not pass a limit.
+        if !trial.found || trial.least() < 1.0 - SEAM_EXCESS {
             return None;
         }
         retimed.take(trial, given, end);
@@ -124,6 +128,7 @@ impl Retimed {
     fn look(&mut self, course: &Course) -> Option<End> {
         let last = course.end()?;
         let (known, points) = (last - self.origin, &mut self.windows.points);
+        // The end of the plan is in sight: the window ends at rest there.
         let rests = known < self.far as f64;
         let steps = if rests {
             known.ceil().max(1.0) as usize
@@ -157,11 +162,11 @@ impl Retimed {
         }
     }
 
-    /// Where the motion is faster than asked, what is asked comes true by and by.
+    /// Relaxes the feed limit at the start so that a faster initial pace is feasible.
     fn let_slow_down(&mut self, pace: f64) {
         let margin = self.margin as f64;
         for (step, point) in self.windows.points.iter_mut().enumerate().take(self.margin) {
-            let left = pace * (1.0 + ABOVE) * (1.0 - step as f64 / margin);
+            let left = pace * (1.0 + START_MARGIN) * (1.0 - step as f64 / margin);
             point.feed_part = point.feed_part.min(1.0 / left);
         }
     }

@@ -3,8 +3,9 @@
 use super::Node;
 use crate::motion::Knot;
 
-/// Steps of the acceleration nearer to each other than this are one, s.
-const INSTANT_S: f64 = 1e-12;
+/// Steps of the acceleration that are nearer to each other than this, s, are taken as one: a jerk
+/// between them would be rounding.
+const SAME_TIME_S: f64 = 1e-12;
 
 /// A profile of piecewise constant acceleration, asked for at rising times.
 struct Cursor<'a> {
@@ -86,12 +87,16 @@ pub(crate) fn average(nodes: &[Node], window_s: f64, complete: bool) -> Vec<Knot
         return Vec::new();
     };
     let duration = super::duration_s(nodes);
+    // Coming to rest takes the window longer than the profile; a motion that goes on ends half a
+    // window before the last corner.
     let end = if complete {
         duration + window_s
     } else {
         duration
     };
     let (mut front, mut back) = (Cursor::new(nodes), Cursor::new(nodes));
+    // The speed has been steady before the first corner, so that the mean sets out half a window
+    // before it.
     let mut here = Knot {
         s: first.s - 0.5 * first.b.sqrt() * window_s,
         v: first.b.sqrt(),
@@ -99,7 +104,7 @@ pub(crate) fn average(nodes: &[Node], window_s: f64, complete: bool) -> Vec<Knot
     };
     let mut knots = Vec::with_capacity(2 * nodes.len());
     // Never less than rounding of the time.
-    let instant = INSTANT_S.max(8.0 * f64::EPSILON * end);
+    let instant = SAME_TIME_S.max(8.0 * f64::EPSILON * end);
     while here.t < end {
         // Far along a path the places lose digits, which a long steady motion would add up.
         let steady = front
@@ -116,6 +121,8 @@ pub(crate) fn average(nodes: &[Node], window_s: f64, complete: bool) -> Vec<Knot
         } else {
             t
         };
+        // The mean speed is the difference of the places at both edges of the window by T, the mean
+        // acceleration that of the speeds.
         let ((s1, v1), (s0, v0)) = (front.at(t), back.at(t - window_s));
         let (v, a) = steady.map_or(((s1 - s0) / window_s, (v1 - v0) / window_s), |v| (v, 0.0));
         let dt = t - here.t;

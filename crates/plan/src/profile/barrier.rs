@@ -8,16 +8,19 @@
 use super::spline::Grid;
 use lostmotion_base::linalg::solve_banded;
 
-/// By what the complementarity is to fall in a step.
-const FALL: f64 = 0.25;
-/// Part of the way to the nearest bound that a step may go.
-const REACH: f64 = 0.95;
-/// Halvings of a step that leads to no speed.
-const HALVINGS: usize = 8;
-/// Least slack at first.
-const ROOM: f64 = 0.01;
-/// Excess of a bound that is good enough.
-const KEPT: f64 = 1e-4;
+/// Factor by which the complementarity is to fall in a step. Origin unknown, kept.
+const CENTERING: f64 = 0.25;
+/// Part of the way to the nearest bound that a step may go (fraction to the boundary). Origin
+/// unknown, kept.
+const TO_BOUNDARY: f64 = 0.95;
+/// Halvings of a step that leads to no speed in some interval, before the method gives up. Origin
+/// unknown, kept.
+const STEP_HALVINGS: usize = 8;
+/// Least slack at the start, as a part of the bound. Origin unknown, kept.
+const LEAST_SLACK: f64 = 0.01;
+/// Excess of a bound, as a part of it, at which the solution is good enough: the goals leave more
+/// than that.
+const BOUND_TOLERANCE: f64 = 1e-4;
 
 /// What a row bounds, as an index of goals and rooms.
 pub(super) const ACCELERATION: usize = 0;
@@ -111,6 +114,7 @@ impl<'a> BarrierProblem<'a> {
         let cap = 1.0 / self.caps[interval];
         let goals = self.goals[interval].map(|goal| 1.0 / goal);
         let half = 0.5 * self.grid.width(interval);
+        // The square of the speed is bounded in the middle and at the end of the interval.
         let speed = [cap, half * cap, 0.5 * half * half * cap];
         out.push((x[0] * cap, [cap, 0.0, 0.0]));
         out.push((speed[0] * x[0] + speed[1] * x[1] + speed[2] * x[2], speed));
@@ -121,6 +125,7 @@ impl<'a> BarrierProblem<'a> {
             if row.end == 0.0 {
                 return (sum * by, row.f.map(|f| f * by));
             }
+            // The jerk is the sum times sqrt(b): the product rule adds the slope of the root.
             let IntervalEnd { by: place, root } = &ends[usize::from(row.end > 0.0)];
             let slope = 0.5 * sum / root;
             (
@@ -146,11 +151,13 @@ impl<'a> BarrierProblem<'a> {
         let per = self.per + 2;
         for interval in 0..self.grid.len() {
             let b = self.middle(c, interval)[0];
+            // The time by the midpoint rule is h / sqrt(b); its derivatives by b follow.
             let time = self.grid.width(interval) / b.sqrt();
             let mut g = [-0.5 * time / b, 0.0, 0.0];
             let mut h = [[0.75 * time / (b * b), 0.0, 0.0], [0.0; 3], [0.0; 3]];
             let these = interval * per..(interval + 1) * per;
             for ((used, d), bound) in used[these.clone()].iter().zip(&self.bounds[these]) {
+                // With slack and dual eliminated each bound adds a term of rank one.
                 let over = used + bound.slack - 1.0;
                 let (first, second) = (
                     (weight + bound.dual * over) / bound.slack,
@@ -187,13 +194,16 @@ impl<'a> BarrierProblem<'a> {
         {
             let dx = self.middle(step, interval);
             for ((used, d), old) in used.iter().zip(bounds) {
+                // Newton's changes of slack and dual: the linearised bound holds, and slack times
+                // dual is the weight.
                 let slack = 1.0 - used - old.slack - (d[0] * dx[0] + d[1] * dx[1] + d[2] * dx[2]);
                 let change = (weight - old.dual * slack) / old.slack - old.dual;
-                if slack < -REACH * old.slack {
-                    primal = primal.min(-REACH * old.slack / slack);
+                // Neither may reach zero.
+                if slack < -TO_BOUNDARY * old.slack {
+                    primal = primal.min(-TO_BOUNDARY * old.slack / slack);
                 }
-                if change < -REACH * old.dual {
-                    dual = dual.min(-REACH * old.dual / change);
+                if change < -TO_BOUNDARY * old.dual {
+                    dual = dual.min(-TO_BOUNDARY * old.dual / change);
                 }
                 changes.push(Bound {
                     slack,
@@ -206,12 +216,14 @@ impl<'a> BarrierProblem<'a> {
 
     /// One step; the mean product of slacks and duals after it.
     fn step(&mut self, c: &mut Vec<f64>, used: &[Use], weight: f64) -> Option<f64> {
+        // Schur complement in the coefficients: two bands on either side.
         let (right, mut bands) = self.system(c, used, weight);
         let mut step: Vec<f64> = right.iter().map(|g| -g).collect();
         solve_inner(&mut bands, &mut step);
         let (changes, mut primal, dual) = self.changes(used, &step, weight);
         let mut tried = c.clone();
-        for _ in 0..HALVINGS {
+        // The time has no meaning unless b is positive in the middle of every interval.
+        for _ in 0..STEP_HALVINGS {
             tried
                 .iter_mut()
                 .zip(c.iter())
@@ -235,8 +247,10 @@ impl<'a> BarrierProblem<'a> {
     /// Lowers the time until the mean product of slacks and duals, which begins with `first`, is at
     /// most `last` and the bounds are kept within a tolerance; takes at most `steps` steps.
     pub(super) fn solve(&mut self, c: &mut Vec<f64>, first: f64, last: f64, steps: usize) {
+        // The start need not keep the bounds: a raised slack is an infeasibility, which the steps
+        // take away.
         let bound = |(used, _): Use| {
-            let slack = (1.0 - used).max(ROOM);
+            let slack = (1.0 - used).max(LEAST_SLACK);
             Bound {
                 slack,
                 dual: first / slack,
@@ -246,13 +260,14 @@ impl<'a> BarrierProblem<'a> {
         self.bounds = used.iter().copied().map(bound).collect();
         let mut mean = first;
         for _ in 0..steps {
-            let Some(reached) = self.step(c, &used, FALL * mean) else {
+            let Some(reached) = self.step(c, &used, CENTERING * mean) else {
                 return;
             };
+            // At its goal the complementarity is held until the bounds are kept, too.
             mean = reached.max(last);
             used = self.all_used(c);
             // The slacks may hide an excess.
-            if reached <= last && used.iter().all(|(used, _)| used - 1.0 <= KEPT) {
+            if reached <= last && used.iter().all(|(used, _)| used - 1.0 <= BOUND_TOLERANCE) {
                 return;
             }
         }
@@ -269,6 +284,7 @@ fn gather(
     bands: &mut [[f64; 3]],
 ) {
     let full = |i: usize, k: usize| if i <= k { h[i][k] } else { h[k][i] };
+    // Chain rule through the basis B: the gradient B' g, and the matrix B' H B.
     let mut product = [[0.0; 3]; 3];
     for (i, row) in product.iter_mut().enumerate() {
         for (q, value) in row.iter_mut().enumerate() {
@@ -288,6 +304,8 @@ fn gather(
 /// Solves for all unknowns but the first and the last two, which become 0.
 fn solve_inner(bands: &mut [[f64; 3]], x: &mut [f64]) {
     let n = bands.len();
+    // What is given becomes a row of identity; the rows before lose their couplings to the last
+    // two.
     for fixed in [0, 1, n - 2, n - 1] {
         x[fixed] = 0.0;
         bands[fixed] = [1.0, 0.0, 0.0];

@@ -14,13 +14,14 @@ use crate::motion::{Knot, PathState};
 use lostmotion_base::AXES;
 use lostmotion_kinematics::JointMap;
 
-/// Limits are kept within rounding.
+/// Part of a limit up to which it counts as kept: 1 and rounding.
 pub(super) const KEPT: f64 = 1.0 + 1e-6;
-/// How often a stretch is halved.
-const HALVINGS: u32 = 10;
-/// What lasts no longer is rounding of where pieces and knots meet, s: no jerk changes an
-/// acceleration in that time.
-const INSTANT_S: f64 = 1e-10;
+/// Halvings of a stretch in search of a proof, at most: each takes three quarters of the distance
+/// from the chord.
+const PROOF_HALVINGS: u32 = 10;
+/// A time that is no longer than this, s, is rounding of where pieces and knots meet: no jerk
+/// changes an acceleration in it.
+const ROUNDING_S: f64 = 1e-10;
 
 /// Parts that are used of the limits of velocity (feed included), acceleration and jerk.
 pub(super) type Used = [f64; 3];
@@ -71,17 +72,18 @@ impl<'a> Certificate<'a> {
             if self.course.find(pair[0].s) {
                 self.last = None;
             }
+            // Each piece by itself: third derivatives of the path step where pieces meet.
             while from < pair[1].t {
                 // Up to where the next piece begins.
                 let to = self
                     .course
                     .next()
                     .map_or(pair[1].t, |next| pair[0].time_at(next, from, pair[1].t));
-                if to - from > INSTANT_S {
+                if to - from > ROUNDING_S {
                     let left = self.end(&pair[0], from)?;
                     let right = self.end(&pair[0], to)?;
                     self.last = Some((to, right.place));
-                    most = worse(most, self.stretch(&pair[0], &left, &right, HALVINGS)?);
+                    most = worse(most, self.stretch(&pair[0], &left, &right, PROOF_HALVINGS)?);
                 }
                 if to >= pair[1].t {
                     break;
@@ -109,6 +111,7 @@ impl<'a> Certificate<'a> {
             let under = intervals[first.min(intervals.len())..]
                 .iter()
                 .take_while(|interval| interval.start < pair[1].s);
+            // The bounds of whole intervals cost little and suffice nearly everywhere.
             let coarse = under
                 .clone()
                 .all(|interval| self.section.machine.keeps(&interval.demand, pair, KEPT));
@@ -131,6 +134,7 @@ impl<'a> Certificate<'a> {
         };
         let PathState { v, a, .. } = motion;
         let mut state = JointStates::default();
+        // Chain rule of q(s(t)) at constant path jerk.
         for (joint, _) in self.section.machine.joints() {
             let JointDerivs { d1, d2, d3 } = place.joint(joint);
             state[joint] = [
@@ -162,6 +166,8 @@ impl<'a> Certificate<'a> {
             JointMap::Curved => self.estimate([left, &middle()?, right]),
         };
         let fits = |used: &Used| used.iter().all(|part| *part <= KEPT);
+        // Done where the limits are proven, where a place already passes one, or where halving has
+        // to end.
         if fits(&bound) || !fits(&seen) || halvings == 0 {
             return Some(if fits(&seen) { bound } else { seen });
         }
@@ -203,6 +209,8 @@ impl<'a> Certificate<'a> {
         let bends = self
             .course
             .bends(left.motion.s, right.motion.s, [&left.place, &right.place]);
+        // At constant jerk the acceleration is largest at an end, and the speed passes its chord by
+        // at most j h^2 / 8.
         let a = left.motion.a.abs().max(right.motion.a.abs());
         let v = left.motion.v.max(right.motion.v) + eighth * knot.j.abs();
         let j = knot.j.abs();
@@ -222,6 +230,8 @@ impl<'a> Certificate<'a> {
             let fourth = (d4 * v2 + 6.0 * d3 * a) * v2 + d2 * (3.0 * a2 + 4.0 * v * j);
             let jerk = at(2) + eighth * fifth;
             let used = [at(0) + eighth * jerk, at(1) + eighth * fourth, jerk];
+            // The second derivative of the tip's speed is at most the size of the jerk of X, Y and
+            // Z.
             if joint < 3 {
                 tip += jerk * jerk;
             }
@@ -230,6 +240,7 @@ impl<'a> Certificate<'a> {
                 bound[kind] = f64::max(bound[kind], used[kind] / limits[kind]);
             }
         }
+        // The tip or the parameter, whichever leaves its chord farther.
         let feed = left.place.feed.min(right.place.feed);
         bound[0] = bound[0].max(left.tip.max(right.tip) + eighth * tip.sqrt().max(j) / feed);
         (seen, bound)

@@ -79,6 +79,7 @@ impl<'a> JointCourse<'a> {
         let (start, piece) = self.section.pieces.get(self.index)?;
         let at = piece.curve.eval(s - start);
         let tip = at.d1.linear_norm();
+        // The feed is for the tip where that is faster than the parameter.
         let feed = if tip > 1.0 {
             piece.feed / tip
         } else {
@@ -117,6 +118,8 @@ impl<'a> JointCourse<'a> {
         let most = |order: usize, joint: usize| {
             f64::abs(left[order][joint]).max(right[order][joint].abs())
         };
+        // Between the ends a derivative passes the larger of them by at most half the stretch times
+        // the next derivative.
         let third: [f64; AXES] =
             std::array::from_fn(|joint| most(2, joint) + half * fourth.0[joint]);
         let second = std::array::from_fn(|joint| most(1, joint) + half * third[joint]);
@@ -134,6 +137,7 @@ impl<'a> JointCourse<'a> {
             feed: first.feed,
         };
         let mut here = from;
+        // Third derivatives step where pieces meet, so that both sides of each meeting count.
         while let Some((next, _)) = self
             .section
             .pieces

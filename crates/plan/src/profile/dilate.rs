@@ -24,9 +24,9 @@ pub(crate) struct Cell {
     gentle: [OnceCell<Option<f64>>; 2],
 }
 
-/// A cell is nearly straight if at its cap so much is left of the acceleration that it would allow
-/// if it were straight.
-const GENTLE: f64 = 0.97;
+/// A cell is nearly straight if this part of the acceleration of a straight cell is left at its
+/// cap. Record 35 of the decisions gives what it costs.
+const STRAIGHT_PART: f64 = 0.97;
 
 impl Cell {
     /// An acceleration that holds at all speeds, where the cell is nearly straight.
@@ -37,12 +37,15 @@ impl Cell {
         direction: Direction,
     ) -> Option<f64> {
         *self.gentle[direction as usize].get_or_init(|| {
+            // One maximum over all that reaches the cell bounds each of them.
             let mut all = Demand::NONE;
             let mut cap = self.cap;
             for &index in &members[self.first..self.past] {
                 task.machine.join(&mut all, &task.intervals[index].demand);
                 cap = cap.max(task.intervals[index].cap);
             }
+            // The acceleration without curvature; the part of it that the curvature takes at the
+            // cap decides.
             let straight = Demand::new([all.d[0], [0.0; AXES], [0.0; AXES]], f64::INFINITY);
             let most =
                 task.machine
@@ -50,7 +53,7 @@ impl Cell {
             let a = task
                 .machine
                 .acceleration(&all, direction, cap, self.cap, task.window_s, most);
-            (a >= GENTLE * most).then_some(a)
+            (a >= STRAIGHT_PART * most).then_some(a)
         })
     }
 
@@ -101,9 +104,9 @@ impl Cell {
     }
 }
 
-/// Boundaries nearer to each other than this part of a reach become one; the cell then takes in the
-/// demands of both sides.
-const MERGE: f64 = 0.02;
+/// Boundaries that are nearer to each other than this part of a reach become one; the cell then
+/// takes in the demands of both sides. Origin unknown, kept.
+const MERGED_REACH: f64 = 0.02;
 
 /// What demands hold where.
 #[derive(Debug)]
@@ -127,6 +130,8 @@ pub(super) fn dilate(task: &Task<'_>) -> Dilated {
     let mut low = 0;
     for pair in marks.windows(2) {
         let (start, end) = (pair[0], pair[1]);
+        // Reaches end in rising order along the path, so that those that hold here are found by
+        // going along.
         while low + 1 < reaches.len() && ends[low] <= start {
             low += 1;
         }
@@ -222,9 +227,10 @@ fn boundaries(task: &Task<'_>, reaches: &[(f64, f64)], end: f64) -> Vec<f64> {
     let mut marks = Vec::with_capacity(3 * reaches.len());
     for (interval, (low, high)) in task.intervals.iter().zip(reaches) {
         let (before, after) = (interval.start - low, high - interval.end);
-        marks.push((*low, before * MERGE));
-        marks.push((*high, after * MERGE));
-        marks.push((interval.end, before.min(after) * MERGE));
+        // A boundary may be left out if it is within a part of its own reach of the last one.
+        marks.push((*low, before * MERGED_REACH));
+        marks.push((*high, after * MERGED_REACH));
+        marks.push((interval.end, before.min(after) * MERGED_REACH));
     }
     marks.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut boundaries = vec![task.from];

@@ -16,6 +16,7 @@ pub(crate) fn ideal(machine: &Machine, intervals: &[Interval], from: Node, to: N
     let intervals = &intervals[first.min(past)..past];
     let mut nodes = Vec::with_capacity(intervals.len() + 1);
     nodes.push(from);
+    // Forward: as fast as acceleration and caps allow.
     for (k, interval) in intervals.iter().enumerate() {
         let last = nodes[k];
         let s = interval.end.min(to.s);
@@ -29,6 +30,7 @@ pub(crate) fn ideal(machine: &Machine, intervals: &[Interval], from: Node, to: N
     if let Some(last) = nodes.last_mut() {
         last.b = last.b.min(to.b);
     }
+    // Backward: slow enough for the next cap.
     for k in (0..intervals.len()).rev() {
         let (next, length) = (nodes[k + 1].b, nodes[k + 1].s - nodes[k].s);
         nodes[k].b = nodes[k]
@@ -44,6 +46,8 @@ fn with_peaks(machine: &Machine, intervals: &[Interval], ends: &[Node]) -> Vec<N
     nodes.extend(ends.first());
     for (interval, pair) in intervals.iter().zip(ends.windows(2)) {
         let (from, to) = (pair[0], pair[1]);
+        // The acceleration at the lower speed is the most that the interval allows: the profile may
+        // be too fast, never too slow.
         let a = machine.pull(&interval.demand, from.b.min(to.b));
         let peak = (0.5 * (from.b + to.b) + a * (to.s - from.s)).min(interval.cap * interval.cap);
         if peak > from.b.max(to.b) {

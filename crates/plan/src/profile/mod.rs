@@ -42,8 +42,8 @@ use lostmotion_kinematics::Kinematics;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// A cap counts as met within rounding.
-const MET: f64 = 1.0 - 1e-12;
+/// Part of a cap from which on it counts as met: 1 but for rounding.
+const CAP_MET: f64 = 1.0 - 1e-12;
 
 /// A corner of a speed profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,6 +138,7 @@ impl Plan {
         let mut plateau = None;
         for pair in self.nodes.windows(2) {
             let (a, b) = (pair[0], pair[1]);
+            // A plateau has constant speed; two corners at one place change nothing.
             if a.b != b.b || b.s <= a.s {
                 if b.s > a.s {
                     plateau = None;
@@ -145,11 +146,14 @@ impl Plan {
                 continue;
             }
             while cells.next_if(|cell| cell.end <= a.s).is_some() {}
+            // At the cap the speed cannot rise by what comes later.
             let at_cap = cells
                 .peek()
-                .is_some_and(|cell| cell.end >= b.s && a.b >= cell.cap * cell.cap * MET);
+                .is_some_and(|cell| cell.end >= b.s && a.b >= cell.cap * cell.cap * CAP_MET);
             let begin = *plateau.get_or_insert(a.s);
             let earliest = begin + a.b.sqrt() * window_s;
+            // With one window of plateau behind it, the average there does not reach back to what
+            // came before.
             if at_cap && earliest < b.s {
                 cut = Some(Node::new(b.s, b.b));
             }

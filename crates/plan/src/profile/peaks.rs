@@ -6,10 +6,10 @@
 
 use super::Node;
 
-/// Less than a window by rounding only.
-const ROUNDING: f64 = 1.0 - 1e-9;
+/// Part of a window from which on a plateau counts as that long: 1 but for rounding.
+const WINDOW_ROUNDING: f64 = 1.0 - 1e-9;
 /// Speeds squared that differ by less than this part are the same but for rounding.
-const SAME: f64 = 1e-12;
+const SAME_LEVEL: f64 = 1e-12;
 
 /// The profile with every peak held for at least `window_s`. A profile that starts moving is taken
 /// to have a plateau before its start.
@@ -17,13 +17,15 @@ pub(super) fn widen(nodes: &[Node], window_s: f64) -> Vec<Node> {
     let mut done: Vec<Node> = Vec::with_capacity(nodes.len());
     for &node in nodes {
         let level = done.last().map_or(node.b, |top| {
-            if (node.b - top.b).abs() <= SAME * top.b {
+            if (node.b - top.b).abs() <= SAME_LEVEL * top.b {
                 top.b
             } else {
                 node.b
             }
         });
         let node = Node::new(node.s, level);
+        // Coming down ends a plateau. Lowering it may merge it with the one below, which is then
+        // looked at in turn.
         while done.last().is_some_and(|top| node.b < top.b) && lower(&mut done, node, window_s) {}
         done.push(node);
     }
@@ -37,15 +39,17 @@ fn lower(done: &mut Vec<Node>, next: Node, window_s: f64) -> bool {
         return false;
     };
     let mut first = done.len() - 1;
+    // The plateau is all nodes of one level.
     while first > 0 && done[first - 1].b == right.b {
         first -= 1;
     }
+    // A peak has lower speeds on both sides.
     if first == 0 || done[first - 1].b > right.b {
         return false;
     }
     let (before, left) = (done[first - 1], done[first]);
     let width = right.s - left.s;
-    if width >= right.b.sqrt() * window_s * ROUNDING {
+    if width >= right.b.sqrt() * window_s * WINDOW_ROUNDING {
         return false;
     }
     // Both flanks are linear in the speed squared: at the speed v the peak is width + slope (b -
@@ -53,8 +57,11 @@ fn lower(done: &mut Vec<Node>, next: Node, window_s: f64) -> bool {
     let rise = (left.s - before.s) / (left.b - before.b);
     let fall = (next.s - right.s) / (right.b - next.b);
     let slope = rise + fall;
+    // A plateau at the speed v has to be v T wide: a quadratic in v, whose positive root is written
+    // without cancellation.
     let reach = width + slope * right.b;
     let v = 2.0 * reach / (window_s + (window_s * window_s + 4.0 * slope * reach).sqrt());
+    // Lowered to the higher neighbour at most; what is then wider is looked at again.
     let floor = before.b.max(next.b);
     let level = (v * v).max(floor);
     done.truncate(first);

@@ -10,30 +10,38 @@ use super::spline::Grid;
 use super::{Node, Section, TimeLaw};
 use crate::motion::{Knot, PathState, state_at, states};
 
-/// Intervals in the longest time over which a joint builds up its acceleration.
-const INTERVALS: f64 = 8.0;
-/// Part of the time that a faster motion has to promise.
-const WORTH: f64 = 2e-3;
-/// Steps that a ramp on a straight line takes longer than without a limit of the jerk: 0.08 of
-/// eight at its start from rest, and a little at its end.
-const TURNS: f64 = 1.0;
-/// Fewer intervals are left alone.
-const LEAST: usize = 12;
-/// Complementarity of the interior-point method at first, where it goes on from what passed a
-/// limit, and at last, as a part of an interval's time.
-const FIRST: f64 = 0.3;
-const AGAIN: f64 = 0.02;
-const LAST: f64 = 1e-4;
-/// Most steps of it.
-const STEPS: usize = 20;
-/// How often a part for which no faster motion was found is split, and steps on either side of the
-/// place in the way that stay as they are.
-const SPLITS: usize = 3;
-const AROUND: f64 = 2.0;
-/// How often limits that are passed are made stricter before the base is kept, and by what beyond
-/// the excess.
-const REPAIRS: usize = 3;
-const STRICTER: f64 = 0.997;
+/// Intervals in the longest time over which a joint builds up its acceleration. Origin unknown,
+/// kept.
+const WINDOW_INTERVALS: f64 = 8.0;
+/// Part of the time that a faster motion has to promise. Record 35 of the decisions gives what it
+/// costs.
+const LEAST_GAIN: f64 = 2e-3;
+/// Steps that a ramp on a straight line takes longer than without a jerk limit: 0.08 of eight at
+/// its start from rest, and a little at its end.
+const RAMP_STEPS: f64 = 1.0;
+/// A span of fewer intervals is left as it is. Origin unknown, kept.
+const LEAST_INTERVALS: usize = 12;
+/// Complementarity with which the interior-point method starts, as a part of an interval's time.
+/// Origin unknown, kept.
+const FIRST_COMPLEMENTARITY: f64 = 0.3;
+/// The same where it goes on from a solution that passed a limit. Origin unknown, kept.
+const REPAIR_COMPLEMENTARITY: f64 = 0.02;
+/// The same at which it stops. Origin unknown, kept.
+const LAST_COMPLEMENTARITY: f64 = 1e-4;
+/// Most steps of the interior-point method in one solution. Origin unknown, kept.
+const MAX_STEPS: usize = 20;
+/// How often a span for which no faster motion was found is split. Origin unknown, kept.
+const MAX_SPLITS: usize = 3;
+/// Steps on either side of the place that was in the way which stay as they are. Origin unknown,
+/// kept.
+const KEPT_STEPS: f64 = 2.0;
+/// How often goals are made stricter where limits are passed, before the base is kept. Origin
+/// unknown, kept.
+const MAX_REPAIRS: usize = 3;
+/// Factor on a goal beyond the excess of its limit. Origin unknown, kept.
+const GOAL_REPAIR: f64 = 0.997;
+/// Factor on the cap of the squared speed beyond the excess of the speed. Origin unknown, kept.
+const CAP_REPAIR: f64 = 0.999;
 
 /// The averaged profile, made faster.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +50,7 @@ pub(crate) struct Refined;
 impl TimeLaw for Refined {
     fn plan(&self, section: &Section<'_>) -> Vec<Knot> {
         let base = section.base;
+        // On one straight line the averaged profile is the time-optimal S-curve already.
         if section
             .intervals
             .iter()
@@ -50,17 +59,17 @@ impl TimeLaw for Refined {
         {
             return base.to_vec();
         }
-        let step_s = section.machine.longest_window_s() / INTERVALS;
+        let step_s = section.machine.longest_window_s() / WINDOW_INTERVALS;
         let mut joined = Joined {
             base,
             knots: Vec::with_capacity(base.len()),
             next: 0,
             shift_s: 0.0,
         };
-        let spans = spans(base, section.intervals, step_s, LEAST);
+        let spans = spans(base, section.intervals, step_s, LEAST_INTERVALS);
         let gains = Gains::new(section);
         for span in spans {
-            gains.take(span, step_s, SPLITS, &mut joined);
+            gains.take(span, step_s, MAX_SPLITS, &mut joined);
         }
         joined.finish()
     }
@@ -84,7 +93,7 @@ impl<'a> Gains<'a> {
     fn are_there(&self, span: &Span, step_s: f64) -> bool {
         let [from, to] = [span.from, span.to].map(|t| state_at(self.section.base, t).s);
         let own = span.to - span.from;
-        own - time_between(&self.ideal, from, to) > WORTH * own + TURNS * step_s
+        own - time_between(&self.ideal, from, to) > LEAST_GAIN * own + RAMP_STEPS * step_s
     }
 
     /// Replaces a part of the motion; where none that is faster was found for all of it, what lies
@@ -96,7 +105,7 @@ impl<'a> Gains<'a> {
         match refine(self.section, span, step_s) {
             Ok(faster) => joined.replace(span, &faster),
             Err(at) if splits > 0 => {
-                let kept_s = AROUND * step_s;
+                let kept_s = KEPT_STEPS * step_s;
                 let parts = [
                     Span {
                         to: at - kept_s,
@@ -109,7 +118,7 @@ impl<'a> Gains<'a> {
                 ];
                 for part in parts
                     .into_iter()
-                    .filter(|part| part.to - part.from > LEAST as f64 * step_s)
+                    .filter(|part| part.to - part.from > LEAST_INTERVALS as f64 * step_s)
                 {
                     self.take(part, step_s, splits - 1, joined);
                 }
@@ -153,6 +162,7 @@ impl Joined<'_> {
             ..*knot
         }));
         self.next = self.base.partition_point(|knot| knot.t <= span.to);
+        // The base goes on within one of its knots, with the jerk of that knot.
         let jerk = self
             .next
             .checked_sub(1)
@@ -177,7 +187,9 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
     let count = ((to - from) / step_s).ceil();
     let time = |k: f64| from + (to - from) * (k / count);
     let middle = time(0.5 * count);
+    // Even times of the base make intervals that are short where the motion is slow.
     let states = states(base, (0..=count as usize).map(|k| time(k as f64)));
+    // b(s) needs forward motion in every interval.
     let stuck = states
         .windows(2)
         .position(|pair| pair[1].s <= pair[0].s || pair[0].v <= 0.0 || pair[1].v <= 0.0);
@@ -188,11 +200,19 @@ fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f
     let start = start(base, &grid, &states, (from, to)).ok_or(middle)?;
     let mut problem = problem(section, &grid).ok_or(middle)?;
     let mut beyond = 0.5 * count;
-    let (mut c, mut first) = (start, FIRST);
-    for _ in 0..=REPAIRS {
-        problem.solve(&mut c, first * step_s, LAST * step_s, STEPS);
-        first = AGAIN;
+    let (mut c, mut first) = (start, FIRST_COMPLEMENTARITY);
+    // Solve, prove, make goals stricter where the proof fails. A repair starts near its solution
+    // and so with little complementarity.
+    for _ in 0..=MAX_REPAIRS {
+        problem.solve(
+            &mut c,
+            first * step_s,
+            LAST_COMPLEMENTARITY * step_s,
+            MAX_STEPS,
+        );
+        first = REPAIR_COMPLEMENTARITY;
         let knots = knots(&grid, &c).map_err(|interval| time(interval as f64 + 0.5))?;
+        // Without a gain the base is kept.
         if knots.last().is_none_or(|last| last.t >= to - from) {
             return Err(middle);
         }
@@ -215,6 +235,7 @@ fn start(
     let mut c = vec![0.0; grid.len() + 2];
     let middles =
         (1..grid.len() - 1).map(|interval| from + (to - from) * ((interval as f64 + 0.5) / count));
+    // A coefficient of the quadratic spline is nearly b in the middle of its interval.
     for (c, middle) in c[2..].iter_mut().zip(crate::motion::states(base, middles)) {
         *c = middle.v * middle.v;
     }
@@ -255,6 +276,7 @@ fn repaired(
         if v.max(a).max(j) > most {
             (worst, most) = (Some(interval), v.max(a).max(j));
         }
+        // A coefficient reaches over three intervals, so that the neighbours get the same goal.
         let near = interval.saturating_sub(2)..(interval + 3).min(count);
         for (kind, used) in [a, j]
             .into_iter()
@@ -263,14 +285,15 @@ fn repaired(
         {
             // From what it was planned to use here: a share of the whole would not change what was
             // made stricter before.
-            let stricter = problem.goals[interval][kind] * STRICTER / used;
+            let stricter = problem.goals[interval][kind] * GOAL_REPAIR / used;
             for goal in &mut problem.goals[near.clone()] {
                 goal[kind] = goal[kind].min(stricter);
             }
         }
+        // Speed has a cap of its square in place of a goal.
         if v > KEPT {
             for cap in &mut problem.caps[near] {
-                *cap *= 0.999 / (v * v);
+                *cap *= CAP_REPAIR / (v * v);
             }
         }
     }

@@ -8,12 +8,13 @@ use super::course::JointCourse;
 use super::spline::Grid;
 
 /// Parts of the limits of acceleration and jerk that are planned for; the rest is for what happens
-/// between the intervals' middles.
+/// between the places where they are imposed. Origin unknown, kept.
 const GOALS: [f64; 2] = [0.9985, 0.99];
-/// Part of the speed limit planned for.
-const CAP: f64 = 0.9999;
-/// So many intervals at either end may use all of it, since what is given there may.
-const NEAR: usize = 3;
+/// Part of the speed limit that is planned for. Origin unknown, kept.
+const SPEED_PART: f64 = 0.9999;
+/// Intervals at either end that may use all of the speed limit, since the state given there may.
+/// Origin unknown, kept.
+const END_INTERVALS: usize = 3;
 
 /// Limits at the ends of each interval.
 pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<BarrierProblem<'a>> {
@@ -43,6 +44,7 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Barri
             let half = 0.5 * grid.width(interval);
             // b and b' at an end from those in the middle.
             let [low, high] = [0, 1].map(|side| span.third[side][*joint]);
+            // q'' b + q' b'/2 at the right end, expanded about the middle.
             let acceleration = [
                 right[1],
                 right[1] * half + 0.5 * right[0],
@@ -59,9 +61,11 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Barri
                     f: acceleration.map(|f| f * share),
                     end: 0.0,
                 });
+                // The extreme third derivative to this side bounds all of the interval.
                 let third = if side > 0.0 { high } else { low };
                 for (end, at) in [(-1.0, &left), (1.0, &right)] {
                     let x = end * half;
+                    // q''' b + 3/2 q'' b' + q' b''/2; the factor sqrt(b) is taken by the solver.
                     let jerk = [
                         third,
                         third * x + 1.5 * at[1],
@@ -74,8 +78,8 @@ pub(super) fn problem<'a>(section: &Section<'_>, grid: &'a Grid) -> Option<Barri
                 }
             }
         }
-        let near = interval.min(grid.len() - 1 - interval) < NEAR;
-        caps.push(cap * cap * if near { KEPT } else { CAP * CAP });
+        let near = interval.min(grid.len() - 1 - interval) < END_INTERVALS;
+        caps.push(cap * cap * if near { KEPT } else { SPEED_PART * SPEED_PART });
     }
     // At a node both sides' caps hold; the speed at the very end is given.
     for interval in 1..grid.len() {

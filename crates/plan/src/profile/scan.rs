@@ -27,13 +27,17 @@ pub(super) fn scan(ground: &Ground<'_>) -> Vec<Node> {
     forward(ground, &ceilings)
 }
 
-/// In curved cells the speed squared rises by at most about this part of its cap per step, since
-/// the bound of the acceleration depends on the speed.
+/// Part of the cap of the squared speed by which that rises in a step of a curved cell, at most
+/// about, since the bound of the acceleration depends on the speed. Origin unknown, kept.
 const SPEED_STEP: f64 = 0.08;
-/// Halvings in the search for the acceleration of a step ...
-const HALVINGS: usize = 5;
-/// ... and as long as they have found none at all, which would leave the motion at rest.
+/// Halvings in the search for the acceleration of a step. Origin unknown, kept.
+const ACCELERATION_HALVINGS: usize = 5;
+/// Halvings while none was found at all, which would leave the motion at rest.
 const MAX_HALVINGS: usize = 100;
+/// A step that ends within this part of its length of an edge ends at the edge: rounding.
+const EDGE_ROUNDING: f64 = 1e-9;
+/// Part of a ceiling within which the motion is on it: rounding.
+const CEILING_ROUNDING: f64 = 1e-12;
 
 /// A step of constant acceleration: how far, and how much.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +49,7 @@ struct Step {
 /// The next step up from a speed, within a distance: as much as the bound allows at the speed that
 /// the step leads to.
 fn step(ground: &Ground<'_>, direction: Direction, cell: &Cell, b: f64, distance: f64) -> Step {
+    // Nearly straight cells have one acceleration for all speeds.
     if !cell.straight
         && let Some(a) = cell.gentle(ground.task, ground.members, direction)
     {
@@ -55,14 +60,15 @@ fn step(ground: &Ground<'_>, direction: Direction, cell: &Cell, b: f64, distance
     if cell.straight {
         return Step { distance, a: high };
     }
+    // Short enough that the bound changes little within the step.
     let distance = distance.min(SPEED_STEP * top / (2.0 * high).max(f64::MIN_POSITIVE));
     let exit = |a: f64| (b + 2.0 * a * distance).min(top).sqrt();
     let allows = |a: f64| cell.allows(ground.task, ground.members, direction, exit(a), a);
     // The bound never rises with the speed: what holds at a higher speed holds at all below.
     let low = cell.acceleration(ground.task, ground.members, direction, exit(high));
     // The largest acceleration whose exit speed still allows it.
-    let mut bracket = Bracket::new(low, high).bisect(HALVINGS, allows);
-    for _ in HALVINGS..MAX_HALVINGS {
+    let mut bracket = Bracket::new(low, high).bisect(ACCELERATION_HALVINGS, allows);
+    for _ in ACCELERATION_HALVINGS..MAX_HALVINGS {
         if bracket.low > 0.0 {
             break;
         }
@@ -80,8 +86,11 @@ fn backward(ground: &Ground<'_>) -> Vec<Ceiling> {
     let mut b = 0.0_f64;
     for (index, cell) in ground.cells.iter().enumerate().rev() {
         let top = cell.cap * cell.cap;
+        // At the boundary both this cap and the ceiling of the next cell hold.
         let mut end = Node::new(cell.end, b.min(top));
         while end.s > cell.start {
+            // At the cap along it; below it up, backward in time, as steeply as slowing down
+            // allows.
             let from = if end.b >= top {
                 Node::new(cell.start, top)
             } else {
@@ -105,6 +114,7 @@ fn fall(ground: &Ground<'_>, cell: &Cell, end: Node) -> Node {
     let top = cell.cap * cell.cap;
     let Step { distance, a } = step(ground, Direction::Slower, cell, end.b, end.s - cell.start);
     let reached = end.b + 2.0 * a * distance;
+    // The ramp meets the cap within the step.
     if reached >= top {
         let s = (end.s - (top - end.b) / (2.0 * a)).max(cell.start);
         return if s < end.s {
@@ -116,7 +126,7 @@ fn fall(ground: &Ground<'_>, cell: &Cell, end: Node) -> Node {
     let s = end.s - distance;
     // A step too small to count, or one that ends within rounding of the cell's edge, goes all the
     // way.
-    let s = if s >= end.s || s - cell.start < 1e-9 * distance {
+    let s = if s >= end.s || s - cell.start < EDGE_ROUNDING * distance {
         cell.start
     } else {
         s
@@ -144,10 +154,11 @@ fn advance(ground: &Ground<'_>, cell: &Cell, ceiling: &Ceiling, here: Node) -> N
     let gap = ceiling.from.b - fall * (here.s - ceiling.from.s) - here.b;
     let length = ceiling.to.s - here.s;
     // On the ceiling within rounding.
-    if gap <= 1e-12 * ceiling.from.b {
+    if gap <= CEILING_ROUNDING * ceiling.from.b {
         return ceiling.to;
     }
     let Step { distance, a } = step(ground, Direction::Faster, cell, here.b, length);
+    // Both the ramp and the ceiling are linear in s, so that they meet here.
     let way = gap / (2.0 * a + fall);
     if way < distance {
         let s = here.s + way;
@@ -158,7 +169,7 @@ fn advance(ground: &Ground<'_>, cell: &Cell, ceiling: &Ceiling, here: Node) -> N
         };
     }
     let s = here.s + distance;
-    let s = if s <= here.s || ceiling.to.s - s < 1e-9 * distance {
+    let s = if s <= here.s || ceiling.to.s - s < EDGE_ROUNDING * distance {
         ceiling.to.s
     } else {
         s

@@ -3,14 +3,17 @@
 use crate::demand::Interval;
 use crate::motion::{Knot, PathState, states};
 
-/// Steps at either end that rests: b(s) has no bounded derivatives there.
-const AT_REST: usize = 8;
-/// Steps on either side of where the motion nearly stands still.
-const NEAR_REST: usize = 2;
-/// Steps of a steady speed at the limit that belong to what is before or after it.
-const STEADY: usize = 8;
-/// A limit counts as met from here on.
-const MET: f64 = 0.9995;
+/// Steps at an end at rest that are left as they are: b(s) has no bounded derivatives there. Origin
+/// unknown, kept.
+const REST_STEPS: usize = 8;
+/// Steps that are left as they are on either side of where the motion nearly stands still. Origin
+/// unknown, kept.
+const SLOW_STEPS: usize = 2;
+/// Steps of a steady speed at the limit that belong to the free part beside it. Origin unknown,
+/// kept.
+const STEADY_STEPS: usize = 8;
+/// Part of a cap from which on it counts as met. Origin unknown, kept.
+const CAP_MET: f64 = 0.9995;
 
 /// Part of a motion, in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +47,7 @@ fn kind(
     {
         intervals.next();
     }
+    // So slow that the acceleration could take the speed away within a step.
     if v <= a.abs().max(next.abs()).max((next - a).abs()) * step_s {
         Kind::Slow
     } else if a == 0.0
@@ -51,7 +55,7 @@ fn kind(
         && intervals
             .as_slice()
             .first()
-            .is_some_and(|interval| v >= interval.cap * MET)
+            .is_some_and(|interval| v >= interval.cap * CAP_MET)
     {
         Kind::Steady
     } else {
@@ -72,21 +76,24 @@ pub(super) fn spans(base: &[Knot], intervals: &[Interval], step_s: f64, least: u
         .map(|pair| kind(pair[0], pair[1].a, &mut intervals, step_s))
         .collect();
     let mut free: Vec<bool> = kinds.iter().map(|kind| *kind == Kind::Free).collect();
+    // A free part takes in some of the steady motion beside it, in which it may begin to change the
+    // speed earlier.
     for (k, _) in kinds
         .iter()
         .enumerate()
         .filter(|(_, kind)| **kind == Kind::Free)
     {
-        free[k.saturating_sub(STEADY)..(k + STEADY + 1).min(count + 1)].fill(true);
+        free[k.saturating_sub(STEADY_STEPS)..(k + STEADY_STEPS + 1).min(count + 1)].fill(true);
     }
+    // Nothing near rest. This comes last, since it counts more.
     for (k, _) in kinds
         .iter()
         .enumerate()
         .filter(|(_, kind)| **kind == Kind::Slow)
     {
-        free[k.saturating_sub(NEAR_REST)..(k + NEAR_REST + 1).min(count + 1)].fill(false);
+        free[k.saturating_sub(SLOW_STEPS)..(k + SLOW_STEPS + 1).min(count + 1)].fill(false);
     }
-    let rests = |knot: &Knot| if knot.v > 0.0 { 0 } else { AT_REST };
+    let rests = |knot: &Knot| if knot.v > 0.0 { 0 } else { REST_STEPS };
     let (head, tail) = (
         rests(first).min(free.len()),
         free.len().saturating_sub(rests(last)),

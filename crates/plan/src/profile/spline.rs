@@ -2,10 +2,10 @@
 
 use crate::motion::{Knot, PathState};
 
-/// Steps towards the time that an interval takes.
+/// Most steps towards the time that an interval takes. Origin unknown, kept.
 const TIME_STEPS: usize = 12;
-/// Part of the time by which the last of them may change it.
-const CONVERGED: f64 = 1e-13;
+/// Part of the time by which the last step may change it: near rounding.
+const TIME_TOLERANCE: f64 = 1e-13;
 
 /// Places that cut a section into intervals, with what the shape of a quadratic spline b(s) on them
 /// needs.
@@ -62,6 +62,8 @@ impl Grid {
         let [before, h, after] = [0, 1, 2].map(|k| self.widths[interval + k]);
         let (alpha, beta) = (2.0 / (before + h), 2.0 / (h + after));
         let second = [alpha / h, -(alpha + beta) / h, beta / h];
+        // The mean of b at both ends, below which the middle lies by h^2/8 times the second
+        // derivative.
         let ends = [
             0.25 * h * alpha,
             0.25 * (before * alpha + after * beta),
@@ -92,6 +94,7 @@ impl Grid {
     pub(super) fn knots(&self, c: &[f64], interval: usize, t: f64) -> Option<[Knot; 3]> {
         let (from, to) = (self.state(c, interval), self.state(c, interval + 1));
         let (ds, dv, da) = (to.s - from.s, to.v - from.v, to.a - from.a);
+        // For any time two jerks meet the speed and the acceleration of the end.
         let jerks = |half: f64| {
             let first = (dv - (2.0 * from.a + 0.5 * da) * half) / (half * half);
             [first, da / half - first]
@@ -107,6 +110,8 @@ impl Grid {
             }
             .at(half)
         };
+        // What is left is the place of the end: Newton's method for the time, with the mean speed
+        // as slope.
         let mut half = ds / (from.v + to.v);
         for _ in 0..TIME_STEPS {
             let [first, second] = jerks(half);
@@ -121,7 +126,7 @@ impl Grid {
             .at(half);
             let step = (ds - end.s) / (from.v + to.v);
             half += step;
-            if step.abs() <= CONVERGED * half {
+            if step.abs() <= TIME_TOLERANCE * half {
                 let [first, second] = jerks(half);
                 let m = middle(half, first);
                 return (m.v > 0.0).then_some([
