@@ -1,37 +1,41 @@
-//! The adaptive inverse of backlash: the motor is put where the load will be right, the two half
-//! gaps are learned by a gradient.
+//! Tao and Kokotovic's adaptive inverse of backlash: the motor is put where the load will be right;
+//! the two half gaps are learned by a gradient.
 //!
 //! ```text
-//! backlash (slope 1):   theta_L = theta_M - c_r while it moves up, theta_M - c_l while it moves down, else as it was
-//! its right inverse:    theta_M = v + c_r where v moves up, v + c_l where v moves down           (v the reference)
-//! measured:             y = theta_M - theta_L - T/k,   T = K_t i - J_M alpha_ref - b_v w_ref - T_cM sign(w_ref)
-//! gradient, normalised: c_r += gamma (y - c_r) T_s on strokes up, c_l likewise on strokes down, once a stroke has gone on for 30 ms
+//! backlash (slope 1):   theta_L = theta_M - c_r while the motor moves up, theta_M - c_l while it moves down, else unchanged, rad
+//! right inverse:        theta_M = v + c_r where v moves up, v + c_l where v moves down           (v: the reference)
+//! measured:             y = theta_M - theta_L - T/k,   T = K_t i - J_M alpha_ref - b_v w_ref - T_cM sign(w_ref), N m
+//! normalised gradient:  c_r += gamma (y - c_r) T_s on strokes up, c_l likewise on strokes down, from 30 ms after a reversal on
 //! bounds:               |c| <= the largest half gap
 //! ```
 //! With the indicator functions of the strokes as regressor, the gradient is a first-order average
-//! per direction. The jump of the inverse takes the ramp's time. `T/k` keeps the shaft's wind-up
-//! out of the gap: it is there without a gap, too.
+//! per direction. The jump of the inverse takes the ramp time. `T/k` keeps the shaft's wind-up out
+//! of the gap.
 //!
-//! **It needs the load's side**: the theory adapts on the error of the backlash' output. A
-//! motor-side surrogate of that output (the torque) does not hold the gap while the motor is where
-//! it should be, so a scale is required; on a machine without one an ideal scale is taken. Signals:
-//! reference, motor position (rad), load position (rad at the motor), current (A). It knows the
-//! stiffness of the shaft and the motor's data. Tunables: gamma (1/s), largest half gap as a total
-//! gap (um, mdeg or motor rad), ramp time (ms). Fails: the backlash of the theory has no inertia:
-//! its output stays where it is as soon as the input turns. That is a friction-driven load. A load
-//! without friction coasts across the gap at the reversal, where the inverse crosses it, and is off
-//! until it has changed flanks; there it is worse than nothing. Source: Tao and Kokotovic,
-//! *Adaptive Control of Systems with Actuator and Sensor Nonlinearities*, Wiley 1996, chapters 2 to
-//! 4.
+//! **It needs a scale at the load**: the theory adapts on the error of the backlash's output. The
+//! torque as a motor-side surrogate of that output does not show the gap while the motor is where
+//! it should be. A machine without a scale gets an ideal one.
+//!
+//! Signals: reference, motor position (rad), load position (rad at the motor), current (A). It
+//! knows the stiffness of the shaft and the motor's data. Settings: gamma (1/s), largest half gap
+//! as a total gap (um, mdeg or motor rad), ramp time (ms).
+//!
+//! Fails: the backlash of the theory has no inertia; its output stops as soon as the input turns.
+//! That is a load driven by friction. A load without friction coasts across the gap at the
+//! reversal, where the inverse crosses it too, and is off until the flank has changed; there the
+//! method is worse than none.
+//!
+//! Source: Tao and Kokotovic, *Adaptive Control of Systems with Actuator and Sensor
+//! Nonlinearities*, Wiley 1996, chapters 2 to 4.
 
 use crate::AxisConfig;
 use crate::ramp::{Ramp, RampTime, direction};
 use crate::registry::{Registered, Settings, told};
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
-use lostmotion_drive::config::check::{AxisConfigError, between};
-use lostmotion_drive::config::{Gap, Transmission};
 
 /// Settings of `adaptive-inverse`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,14 +68,17 @@ impl Settings for AdaptiveInverseSettings {
     }
 }
 
-/// Time of a stroke that has to pass before it is learned from, ms.
+/// Time from a reversal on in which nothing is learned, ms: ramp and ringing of the shaft have to
+/// be over. Origin unknown, kept.
 const SETTLE_MS: f64 = 30.0;
 
 /// The method `adaptive-inverse`.
 #[derive(Clone, Copy, Debug)]
 pub struct AdaptiveInverse {
+    /// gamma T_s, at most 1.
     gain: f64,
-    most: f64,
+    /// Bound of |c|, rad.
+    largest_half_gap: f64,
     time: RampTime,
     period_s: f64,
     settle_ticks: u32,
@@ -79,10 +86,11 @@ pub struct AdaptiveInverse {
     inertia: f64,
     viscous: f64,
     coulomb: f64,
+    /// 1/k, rad/(N m).
     compliance: f64,
 }
 
-/// What has been learned, and where the correction is on its way.
+/// The learned half gaps, and the correction on its ramp.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AdaptiveInverseState {
     direction: i8,
@@ -90,6 +98,7 @@ pub struct AdaptiveInverseState {
     ticks: u32,
     /// `c_l` and `c_r`, rad.
     learned: [f64; 2],
+    /// Offset of this stroke, rad.
     target: f64,
     ramp: Ramp,
 }
@@ -112,7 +121,7 @@ impl Registered for AdaptiveInverse {
         let turn = std::f64::consts::TAU;
         AdaptiveInverse {
             gain: (settings.gain_per_s * period_s).min(1.0),
-            most: 0.5
+            largest_half_gap: 0.5
                 * settings
                     .largest_gap
                     .map_or(turn, |gap| gap.motor_rad(&config.transmission)),
@@ -129,20 +138,24 @@ impl Registered for AdaptiveInverse {
 }
 
 impl AdaptiveInverse {
+    /// One step of the gradient for the present direction.
     fn learn(&self, state: &mut AdaptiveInverseState, signals: &Signals) {
         let Some(load) = signals.load_position else {
             return;
         };
         let (reference, sign) = (&signals.reference, f64::from(state.direction));
+        // torque in the shaft: what the motor gives beyond its own inertia and friction
         let own = self.inertia * reference.acceleration
             + self.viscous * reference.velocity
             + self.coulomb * sign;
         let wind_up = (self.torque_constant * signals.current - own) * self.compliance;
+        // half gap on the present flank, with the wind-up taken out
         let output = signals.motor_position - load - wind_up;
+        // the indicator of the stroke is the regressor: each direction learns its own half gap
         let learned = &mut state.learned[usize::from(state.direction > 0)];
         let next = *learned + self.gain * (output - *learned);
         *learned = if next.is_finite() {
-            next.clamp(-self.most, self.most)
+            next.clamp(-self.largest_half_gap, self.largest_half_gap)
         } else {
             *learned
         };
@@ -171,14 +184,15 @@ impl Compensator for AdaptiveInverse {
         let before = state.ramp.towards(state.target);
         let direction = direction(signals.reference.velocity, state.direction);
         if direction != state.direction {
-            // what was learned since is taken up by the next stroke: a target that moves would move
-            // the motor it is learned from
+            // frozen for the stroke: a target that followed the learning would move the motor from
+            // which it is learned
             state.target = state.learned[usize::from(direction > 0)];
             state.direction = direction;
             state.ticks = 0;
             state.ramp.start(before);
         }
         state.ticks = (state.ticks + 1).min(self.settle_ticks);
+        // the output is that of the flank only in steady contact, behind ramp and ringing
         if state.ticks >= self.settle_ticks
             && state.ramp.done()
             && signals.reference.velocity.abs() > super::ramp::STANDING_RAD_S

@@ -1,32 +1,36 @@
-//! Crossing the gap at the right time: which flank has to carry the load, and the motor's way from
-//! one flank to the other.
+//! Crossing the gap at the right time: predicts the flank that has to carry the load, and moves the
+//! motor from one flank to the other.
 //!
 //! ```text
-//! T      torque that the shaft of the gapless twin carries, N m
+//! T      torque in the shaft of the gapless twin, N m
 //! need   J_L alpha + b_L w + T_f sign(w) + T_const at the reference, lagged by (1 - f_v)/Kv as the axis is without feed-forward
 //! ahead  T extrapolated by half the traverse's time and two ticks
-//! side   sign(ahead) where |ahead| > 1e-5 of the rated torque and need has the same sign, else as it was
+//! side   sign(ahead) where |ahead| > 1e-5 of the rated torque and need has the same sign, else unchanged
 //! ```
-//! Both have to agree: `T` has the right time, and shakes for some milliseconds after each sticking
-//! of the motor; `need` does not shake. Whether an acceleration that runs towards zero goes through
-//! or ends there, nobody knows before; `passage` expects what it did the last time. At rest there
-//! is no need. The velocity loop's integral then goes on pulling at a load that sticks, until it
-//! slips or the position is reached: there `T` decides alone, once it is a quarter of the friction.
-//! A weight that turns with the load (a joint) is a constant torque that depends on where the load
-//! is: that of the twin now, and that of where it will be.
+//! Both have to agree: `T` has the right timing, but oscillates for some milliseconds after each
+//! sticking of the motor; `need` does not oscillate. `passage` predicts whether an acceleration
+//! that runs towards zero passes through it. At rest there is no need. The integral of the velocity
+//! loop then keeps pulling at a load that sticks, until it slips or the position is reached: there
+//! `T` decides alone, from a quarter of the friction on. A weight that turns with the load (a
+//! joint) is a constant torque that depends on the load's position: at that of the twin now, and at
+//! the predicted one.
 //!
-//! Setting out half a traverse before the torque vanishes halves its effect twice over: what is
-//! left on a load without friction is `j T_g^3/12`, on one with friction nothing as long as it
-//! sticks longer than the traverse takes.
+//! Starting half a traverse before the torque vanishes centres the traverse on the change of flank.
+//! The error that is left is `j T_g^3/12` on a load without friction (j: jerk, rad/s3); with
+//! friction it is nothing as long as the load sticks longer than the traverse takes.
 //!
-//! Outputs while crossing: offset and its speed to the loops; `J_M` times its acceleration, motor
-//! viscous friction, and the change of the motor's Coulomb friction as torque, ahead by half the
-//! current loop's lag. A half gap that changes is taken up by the next crossing; one that is sure
-//! (`taking_up`) on the flank while the load slides, within a quarter of the torque that presses
-//! it, so that it neither lets go nor is thrown.
+//! Outputs while crossing: offset and its velocity to the loops; `J_M` times its acceleration, the
+//! motor's viscous friction, and the change of the motor's Coulomb friction as torque, advanced by
+//! half the current loop's lag. A half gap that changes is applied at the next crossing; with
+//! `taking_up` it is applied on the flank while the load slides, within a quarter of the torque
+//! that presses it, so that contact is kept.
+//!
+//! The law is this project's; the flank by torque sign is after Gan, Wang, Huang, Machines 2023,
+//! 11(2), 193. Where it fails is said in `lookup`.
 
 use crate::AxisConfig;
 use crate::passage::Passage;
+use crate::ramp::STANDING_RAD_S;
 use crate::traverse::{Offset, Traverse, ticks_for};
 use lostmotion_drive::plant::Waves;
 use lostmotion_drive::signal::Engagement;
@@ -34,43 +38,57 @@ use lostmotion_drive::twin::{LoadModel, Shown, Twin, TwinState, Twinned};
 use lostmotion_drive::{Correction, Signals};
 use serde::{Deserialize, Serialize};
 
-/// A traverse takes no less and no more, ms. A current loop cannot follow what is quicker.
-const TRAVERSE_MS: [f64; 2] = [3.0, 100.0];
-/// Ticks by which a traverse sets out earlier: detection and the loops take about two.
-const EARLIER_TICKS: f64 = 2.0;
-/// Part of the rated torque below which the shaft carries nothing.
-const NOTHING: f64 = 1e-5;
-/// A reference slower than this is at rest, rad/s.
-const STANDING_RAD_S: f64 = 1e-6;
+/// Shortest and longest traverse, ms: a current loop cannot follow a shorter one. Origin of both
+/// numbers unknown, kept.
+const TRAVERSE_LIMITS_MS: [f64; 2] = [3.0, 100.0];
+/// Servo ticks by which a traverse starts earlier: detection and the loops take about two.
+const EARLY_START_TICKS: f64 = 2.0;
+/// Part of the rated torque below which the shaft counts as unloaded: above rounding, far below any
+/// friction. A choice.
+const UNLOADED_TORQUE_SHARE: f64 = 1e-5;
 
-/// Taking up a half gap on the flank: least and most time, ms; part of the torque on the flank that
-/// it may take; a way that is none, rad; and the speed from which on the load slides, rad/s.
-const TAKING_UP_MS: [f64; 2] = [20.0, 500.0];
-const PRESSING: f64 = 0.25;
-const NO_WAY_RAD: f64 = 1e-7;
-const SLIDES_RAD_S: f64 = 0.05;
+/// Shortest and longest time in which a changed half gap is applied on the flank, ms. Origin
+/// unknown, kept.
+const TAKE_UP_LIMITS_MS: [f64; 2] = [20.0, 500.0];
+/// Part of the torque that presses the flank which applying a changed half gap may take from it: a
+/// quarter keeps contact. A choice, see decision 65 of the book.
+const TAKE_UP_TORQUE_SHARE: f64 = 0.25;
+/// Change of the half gap that is not worth applying, rad: below the step of an encoder with 2^23
+/// counts (7e-7).
+const NEGLIGIBLE_CHANGE_RAD: f64 = 1e-7;
+/// Speed of the load from which on it certainly slides, rad/s at the motor. Origin unknown, kept.
+const SLIDING_RAD_S: f64 = 0.05;
 
-/// Ticks over which the torque that holds an axis at rest is averaged: 3 and 9 ms; from both it is
-/// extrapolated.
-const HOLDING_TICKS: [f64; 2] = [12.0, 36.0];
-/// Ticks of rest, and since the last traverse, after which that is known: 4 ms.
-const HELD_TICKS: u32 = 16;
-/// Part of the Coulomb friction with which the shaft of an axis at rest pulls at a load that
-/// sticks, for the flank to change.
-const STUCK: f64 = 0.25;
+/// Time constants of the two means of the torque that holds an axis at rest, servo ticks: 3 and 9
+/// ms. A first-order mean lags a ramp by its time constant, so two of them give value and slope.
+/// Origin of the lengths unknown, kept.
+const HOLDING_MEAN_TICKS: [f64; 2] = [12.0, 36.0];
+/// Servo ticks of rest, and since the last traverse, after which the holding torque is known: 4 ms.
+/// Origin unknown, kept.
+const HELD_AFTER_TICKS: u32 = 16;
+/// Part of the load's Coulomb friction that the shaft of an axis at rest has to pull with for the
+/// flank to change. Origin unknown, kept.
+const PULL_SHARE_OF_FRICTION: f64 = 0.25;
 
-/// Twin and traverse of an axis.
+/// The constant part: twin, limits and gains of an axis.
 #[derive(Clone, Debug)]
 pub(super) struct Crossing {
     pub(super) twin: Twin,
+    /// Peak acceleration of a traverse, rad/s2.
     acceleration: f64,
-    nothing: f64,
+    /// Torque below which the shaft counts as unloaded, N m.
+    unloaded: f64,
+    /// Half the current loop's lag, servo ticks.
     torque_lead_ticks: f64,
+    /// Gain of the first-order lag of an axis without full velocity feed-forward, 1 for none.
     lag_per_tick: f64,
+    /// Part of the shaft's wind-up that is added to the reference.
     wind_up: f64,
+    /// Servo period, s.
     period: f64,
     traverse_ticks: [u32; 2],
-    taking_up_ticks: [u32; 2],
+    take_up_ticks: [u32; 2],
+    /// Whether a changed half gap is applied on the flank, not at the next crossing.
     takes_up: bool,
     /// Torque of the weight over the load's angle, where it is told.
     weight: Waves,
@@ -81,14 +99,17 @@ impl Crossing {
     /// of the shaft's wind-up added to the reference.
     pub(super) fn new(config: &AxisConfig, torque_share: f64, wind_up: f64) -> Crossing {
         let (motor, drive, period) = (&config.motor, &config.drive, config.servo_period_s());
+        // without full velocity feed-forward the axis follows its reference like a first-order lag
+        // of (1 - f_v)/Kv
         let missing = 1.0 - drive.velocity_feedforward;
+        // closed current loop: time constant L/K_p, and the delay of the voltage
         let current_lag = motor.phase_inductance_h() / drive.current_gain_v_per_a
             + f64::from(drive.voltage_delay_periods) * config.current_period_us() * 1e-6;
         Crossing {
             twin: Twin::new(config),
             acceleration: torque_share * motor.torque_constant_nm_per_a * drive.current_limit_a
                 / config.motor_side_inertia_kgm2(),
-            nothing: NOTHING * motor.rated_torque_nm,
+            unloaded: UNLOADED_TORQUE_SHARE * motor.rated_torque_nm,
             torque_lead_ticks: (0.5 * current_lag / period).min(1.0),
             lag_per_tick: if missing > 0.0 {
                 (period * drive.position_gain_per_s / missing).min(1.0)
@@ -97,15 +118,15 @@ impl Crossing {
             },
             wind_up,
             period,
-            traverse_ticks: TRAVERSE_MS.map(|ms| config.cycles.ticks(ms)),
-            taking_up_ticks: TAKING_UP_MS.map(|ms| config.cycles.ticks(ms)),
+            traverse_ticks: TRAVERSE_LIMITS_MS.map(|ms| config.cycles.ticks(ms)),
+            take_up_ticks: TAKE_UP_LIMITS_MS.map(|ms| config.cycles.ticks(ms)),
             takes_up: false,
             weight: Waves::default(),
         }
     }
 
-    /// The same for a half gap that is sure and seldom changes: it is taken up on the flank, not by
-    /// the next crossing.
+    /// The same for a half gap that is known well and seldom changes: a change is applied on the
+    /// flank, not at the next crossing.
     #[must_use]
     pub(super) fn taking_up(self) -> Crossing {
         Crossing {
@@ -114,7 +135,7 @@ impl Crossing {
         }
     }
 
-    /// For who is told the load's weight, too.
+    /// Adds the known gravity torque of the load.
     pub(super) fn with_weight(self, config: &AxisConfig) -> Crossing {
         Crossing {
             weight: Waves::gravity(config),
@@ -122,7 +143,7 @@ impl Crossing {
         }
     }
 
-    /// The load with its weight at a place, rad at the motor.
+    /// The load with its gravity torque at a position, rad at the motor.
     fn weighed(&self, load: &LoadModel, place: f64) -> LoadModel {
         LoadModel {
             constant: load.constant + self.weight.at(place),
@@ -137,7 +158,7 @@ impl Crossing {
         CrossingState::new(twin)
     }
 
-    /// One servo tick with a load and half a gap as they are known now.
+    /// One servo tick with the load and the half gap (rad) as they are known now.
     pub(super) fn step(
         &self,
         state: &mut CrossingState,
@@ -150,7 +171,7 @@ impl Crossing {
         self.finish(state, signals, load, half_gap)
     }
 
-    /// The twin, which has to be stepped before the tick is finished.
+    /// First part of a tick: hands out the twin, which has to be stepped before [`Crossing::finish`].
     pub(super) fn begin<'a>(
         &'a self,
         state: &'a mut CrossingState,
@@ -164,7 +185,7 @@ impl Crossing {
         }
     }
 
-    /// The rest of the tick.
+    /// Second part of a tick: flank, traverse and correction, once the twin has been stepped.
     pub(super) fn finish(
         &self,
         state: &mut CrossingState,
@@ -174,7 +195,9 @@ impl Crossing {
     ) -> Correction {
         let now = state.before;
         self.follow(state, signals);
+        // no new decision while a crossing is under way: it ends at rest on the far flank
         if !state.crossing() {
+            // time of the traverse first: half of it is the lead of the prediction
             let ticks = ticks_for(
                 2.0 * half_gap,
                 self.acceleration,
@@ -198,40 +221,46 @@ impl Crossing {
         self.correction(state, &now, &offset, load, crossing)
     }
 
-    /// Takes up a half gap that has become known or changed, on the flank, while the load slides
-    /// and is pressed: so gently that it stays so.
+    /// Applies a half gap that has become known or has changed on the flank, while the load slides and
+    /// is pressed, so gently that it stays in contact.
     fn take_up(&self, state: &mut CrossingState, now: &Shown, load: &LoadModel, to: f64) {
         let way = to - state.traverse.now();
         let pressed = now.torque * f64::from(state.side);
-        if way.abs() <= NO_WAY_RAD
-            || pressed <= self.nothing
-            || now.load_velocity.abs() < SLIDES_RAD_S
+        if way.abs() <= NEGLIGIBLE_CHANGE_RAD
+            || pressed <= self.unloaded
+            || now.load_velocity.abs() < SLIDING_RAD_S
         {
             return;
         }
+        // the load moves with the motor: its inertia takes part of the pressing torque
         let ticks = ticks_for(
             way,
-            PRESSING * pressed / load.inertia,
+            TAKE_UP_TORQUE_SHARE * pressed / load.inertia,
             self.period,
-            self.taking_up_ticks,
+            self.take_up_ticks,
         );
-        if ticks < self.taking_up_ticks[1] {
+        // pressed too weakly for the longest time: wait for more torque or the next crossing
+        if ticks < self.take_up_ticks[1] {
             state.traverse.start(to, ticks);
             state.taking_up = true;
         }
     }
 
+    /// Means of the torque that holds the axis at rest, and the lagged reference.
     fn follow(&self, state: &mut CrossingState, signals: &Signals) {
         let (at_rest, torque) = (
             signals.next_reference.velocity == 0.0,
             self.twin.torque_constant() * signals.mean_current,
         );
+        // a traverse moves the motor by itself; its torque says nothing of the load
         state.held_ticks = if at_rest && !state.traverse.moving() {
             state.held_ticks.saturating_add(1)
         } else {
             0
         };
-        for (mean, ticks) in state.holding.iter_mut().zip(HOLDING_TICKS) {
+        // while the axis moves the means just follow, so that they start from the torque at the
+        // stop
+        for (mean, ticks) in state.holding.iter_mut().zip(HOLDING_MEAN_TICKS) {
             *mean += (torque - *mean) / if state.held_ticks == 0 { 1.0 } else { ticks };
         }
         let reference = &signals.reference;
@@ -244,6 +273,7 @@ impl Crossing {
         }
     }
 
+    /// Flank that has to carry the load at the middle of a traverse that would start now.
     fn side_ahead(
         &self,
         state: &mut CrossingState,
@@ -252,7 +282,9 @@ impl Crossing {
         load: &LoadModel,
         lead_ticks: f64,
     ) -> i8 {
-        let torque = now.torque + (state.twin.torque - now.torque) * (lead_ticks + EARLIER_TICKS);
+        // the twin's shaft torque, extrapolated by its last change
+        let torque =
+            now.torque + (state.twin.torque - now.torque) * (lead_ticks + EARLY_START_TICKS);
         let [speed, acceleration] = state.lagged;
         // behind a lag the jerk of the reference says nothing about the axis' own
         let step = if self.lag_per_tick < 1.0 {
@@ -260,6 +292,7 @@ impl Crossing {
         } else {
             signals.next_reference.acceleration - signals.reference.acceleration
         };
+        // the load model at the reference, at the same moment ahead
         let [ahead_speed, ahead_acceleration] =
             state
                 .passage
@@ -269,28 +302,33 @@ impl Crossing {
             now.load_position + ahead_speed * lead_ticks * self.period,
         );
         let need = there.need(ahead_speed, ahead_acceleration, STANDING_RAD_S);
+        // at rest: the friction of a standing load has no sign, so the load model has no say
         let stands = speed.abs() <= STANDING_RAD_S && acceleration == 0.0 && step == 0.0;
-        if stands && self.takes_up && load.coulomb > self.nothing {
-            return if state.held_ticks >= HELD_TICKS {
+        // a learned load predicts the slip worse than the motor's own torque shows it
+        if stands && self.takes_up && load.coulomb > self.unloaded {
+            return if state.held_ticks >= HELD_AFTER_TICKS {
                 self.held(state, lead_ticks)
             } else {
                 state.side
             };
         }
+        // moving: both signs have to agree; standing: the twin pulls with a notable part of the
+        // friction
         let side = if torque > 0.0 { 1 } else { -1 };
         let sure = if stands {
-            torque.abs() > STUCK * load.coulomb && load.coulomb > self.nothing
+            torque.abs() > PULL_SHARE_OF_FRICTION * load.coulomb && load.coulomb > self.unloaded
         } else {
-            torque.abs() > self.nothing && need * torque > 0.0
+            torque.abs() > self.unloaded && need * torque > 0.0
         };
         if sure { side } else { state.side }
     }
 
-    /// The flank that will have to carry a load that sticks, as the motor's own torque shows: it
-    /// sets out across the gap once it has overcome its friction.
+    /// The flank that will have to carry a load that sticks, by the motor's own torque: the motor starts
+    /// across the gap once that torque exceeds the motor's Coulomb friction.
     fn held(&self, state: &CrossingState, lead_ticks: f64) -> i8 {
-        let ([short, long], [few, many]) = (state.holding, HOLDING_TICKS);
-        let torque = short + (short - long) / (many - few) * (few + lead_ticks + EARLIER_TICKS);
+        let ([short, long], [few, many]) = (state.holding, HOLDING_MEAN_TICKS);
+        // slope of the torque from the two lags; the mean makes up for its own
+        let torque = short + (short - long) / (many - few) * (few + lead_ticks + EARLY_START_TICKS);
         if torque * f64::from(state.side) < -self.twin.motor_coulomb() {
             -state.side
         } else {
@@ -298,6 +336,7 @@ impl Crossing {
         }
     }
 
+    /// Offset, velocity and torque of the traverse, with the wind-up on top.
     fn correction(
         &self,
         state: &mut CrossingState,
@@ -306,12 +345,16 @@ impl Crossing {
         load: &LoadModel,
         crossing: bool,
     ) -> Correction {
+        // wind-up of the shaft under the twin's torque, and its rate
         let wound = self.wind_up * now.torque / load.stiffness;
         let wind_speed = (wound - state.wound) / self.period;
         state.wound = wound;
+        // across the gap the motor moves alone, on the flank it takes the load along
         let carried = if state.taking_up { load.inertia } else { 0.0 };
         let mut torque = (self.twin.motor_inertia() + carried) * offset.acceleration
             + self.twin.motor_viscous() * offset.velocity;
+        // the motor's Coulomb friction with the traverse less that of the twin, which the servo
+        // already overcomes
         if crossing {
             let speed = now.motor_velocity + offset.velocity;
             let friction = if speed > 0.0 {
@@ -336,30 +379,30 @@ impl Crossing {
     }
 }
 
-// What a crossing carries from tick to tick.
-
-/// What the crossing carries along.
+/// State of a crossing from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CrossingState {
     pub(crate) twin: TwinState,
     /// The twin before its last step.
     pub(crate) before: Shown,
+    /// Flank that carries the load, or is to carry it: -1, 1; 0 before the first.
     pub(crate) side: i8,
     pub(super) traverse: Traverse,
-    /// Whether the traverse takes up a half gap that changed, on the same flank.
+    /// Whether the traverse applies a changed half gap on the same flank.
     pub(super) taking_up: bool,
     /// Reference velocity and acceleration as the axis follows them.
     pub(super) lagged: [f64; 2],
     pub(super) passage: Passage,
+    /// Wind-up that was added at the last tick, rad.
     pub(super) wound: f64,
-    /// Torque of the motor, averaged over the times of `HOLDING_TICKS`, N m.
+    /// Torque of the motor, averaged over the times of `HOLDING_MEAN_TICKS`, N m.
     pub(super) holding: [f64; 2],
     /// Ticks of rest since the last traverse.
     pub(super) held_ticks: u32,
 }
 
 impl CrossingState {
-    /// Whether it is on its way from flank to flank.
+    /// Whether the motor is on its way from flank to flank.
     pub(crate) fn crossing(&self) -> bool {
         self.traverse.moving() && !self.taking_up
     }

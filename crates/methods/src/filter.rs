@@ -1,16 +1,19 @@
 //! Motor, shaft and load as a Kalman filter sees them, with the half gap as one more state.
 //!
 //! ```text
-//! x = (theta_M, w_M, theta_b, w_L, b)              theta_b = theta_M - theta_L,  y = theta_M + noise of the encoder
+//! x = (theta_M, w_M, theta_b, w_L, b)              theta_b = theta_M - theta_L,  y = theta_M + noise of the encoder; rad, rad/s
 //! theta_M' = w_M            J_M w_M' = K_t i - b_v w_M - T_cM sat(w_M/w_0) - T_c
 //! theta_b' = w_M - w_L      J_L w_L' = T_c - b_L w_L - T_f sat(w_L/w_0) - T_const
-//! T_c = s-th flank: k (theta_b - s b) + d (w_M - w_L);  in the gap: 0
+//! T_c = k (theta_b - s b) + d (w_M - w_L) on flank s, 0 in the gap
 //! b' = 0
 //! ```
-//! Friction is steep below w_0, so that a load that sticks is one that creeps by nothing worth
-//! mentioning. With flank and kind of friction given the model is linear; its exact steps over a
-//! servo period are computed once for each. Noise: a torque at the motor and one at the load, and
-//! the half gap's own wandering, each constant over a period.
+//! Friction is steep below w_0, so that a load that sticks creeps by a negligible amount. With
+//! flank and kind of friction given the model is linear; its exact steps over a servo period are
+//! computed once for each. Noise: a torque at the motor and one at the load, and the half gap's own
+//! random walk, each constant over a period.
+//!
+//! After Lagerberg and Egardt, IEEE Trans. Control Syst. Technol. 15 (2007), who measure both
+//! sides; here only the motor's position is measured.
 
 use crate::AxisConfig;
 use lostmotion_drive::Signals;
@@ -20,7 +23,7 @@ use lostmotion_drive::twin::LoadModel;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// States.
+/// Number of states.
 pub(super) const N: usize = 5;
 /// A square matrix of the states.
 pub(super) type Square = [[f64; N]; N];
@@ -31,12 +34,14 @@ const LOAD_SPEED: usize = 3;
 pub(super) const HALF_GAP: usize = 4;
 /// States, and the torques at motor and load.
 const WITH_TORQUES: usize = N + 2;
-/// Speed w_0 below which friction is steep, rad/s.
+/// Speed w_0 below which friction is steep, rad/s at the motor. Origin unknown, kept.
 const STICKING_RAD_S: f64 = 0.05;
-/// The half gap stays below so many standard deviations of what it was thought to be at the start.
-const MOST_SPREADS: f64 = 5.0;
-/// Encoder noise that is never undercut, rad: what the model itself is good to.
-const LEAST_NOISE: f64 = 1.5e-6;
+/// Bound of the half gap, in standard deviations of its value at the start: far beyond it the prior
+/// was wrong, and the filter has diverged. A choice.
+const LARGEST_IN_SPREADS: f64 = 5.0;
+/// Least standard deviation of an encoder reading, rad: the error of the model itself over a servo
+/// period. Origin unknown, kept.
+const LEAST_ENCODER_NOISE_RAD: f64 = 1.5e-6;
 
 /// Mean and covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,10 +50,12 @@ pub(super) struct Belief {
     pub(super) covariance: Square,
 }
 
-/// One period with the flank and the kind of the load's friction given.
+/// Exact step over a servo period with contact and kind of the load's friction given.
 #[derive(Clone, Copy, Debug)]
 struct FilterStep {
+    /// Of the states, with the half gap's column as on flank 1.
     states: Square,
+    /// Response to the torques at motor and load.
     torques: [[f64; 2]; N],
 }
 
@@ -66,11 +73,13 @@ pub(super) struct Filter {
     wandering: f64,
     /// Variance of the encoder, rad2.
     reading: f64,
+    /// Half gap at the start and its standard deviation, rad.
     first: [f64; 2],
-    most: f64,
+    /// Bound of the half gap, rad.
+    largest: f64,
 }
 
-/// What a filter is told of its noises.
+/// Noises of the filter's model.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noises {
     /// Standard deviation of the torques, N m.
@@ -133,10 +142,12 @@ impl Filter {
             torque_constant: config.motor.torque_constant_nm_per_a,
             motor_coulomb: config.motor.coulomb_nm,
             noise: [variance, variance],
+            // random walk: variance in proportion to time
             wandering: noises.wandering * noises.wandering * config.servo_period_s(),
-            reading: count * count / 12.0 + LEAST_NOISE * LEAST_NOISE,
+            // rounding to counts: a uniform error has variance count^2/12
+            reading: count * count / 12.0 + LEAST_ENCODER_NOISE_RAD * LEAST_ENCODER_NOISE_RAD,
             first: noises.first,
-            most: noises.first[0] + MOST_SPREADS * noises.first[1],
+            largest: noises.first[0] + LARGEST_IN_SPREADS * noises.first[1],
         }
     }
 
@@ -148,6 +159,7 @@ impl Filter {
     /// Standing still in the middle of an unknown gap.
     pub(super) fn initial(&self, position: f64) -> Belief {
         let [half_gap, spread] = self.first;
+        // nothing is known of where in the gap the load is: the gap angle spreads over it
         let wide = spread * spread + half_gap * half_gap;
         let mut covariance = [[0.0; N]; N];
         for (index, variance) in [self.reading, 1e-6, wide, 1e-6, spread * spread]
@@ -162,10 +174,12 @@ impl Filter {
         }
     }
 
-    /// One period on with a flank (-1, 1) or without contact (0); `current` is the mean over the
-    /// period, A.
+    /// Prediction over one period with a flank (-1, 1) or without contact (0); `current` is the mean
+    /// over the period, A.
     pub(super) fn predict(&self, belief: &mut Belief, side: i8, current: f64) {
         let x = &belief.mean;
+        // choose the linear model; a load that sticks has its friction as steep damping in the
+        // model, one that slides as a constant torque
         let slides = x[LOAD_SPEED].abs() > STICKING_RAD_S;
         let table = &self.steps[usize::from(side != 0)][usize::from(slides)];
         let motor_friction =
@@ -175,10 +189,12 @@ impl Filter {
         } else {
             0.0
         };
+        // known torques at motor and load
         let torques = [
             self.torque_constant * current - motor_friction,
             -load_friction - self.load.constant,
         ];
+        // mean: x <- F x + G u
         let step = table.on_flank(side);
         let mut mean = [0.0; N];
         for (to, (row, gains)) in mean.iter_mut().zip(step.iter().zip(&table.torques)) {
@@ -190,6 +206,7 @@ impl Filter {
         belief.covariance = self.spread(&step, table, &belief.covariance);
     }
 
+    /// Covariance after a step: F P F' + G Q G', and the walk of the half gap.
     fn spread(&self, step: &Square, table: &FilterStep, before: &Square) -> Square {
         let half: Square =
             step.map(|row| std::array::from_fn(|j| (0..N).map(|k| row[k] * before[k][j]).sum()));
@@ -209,11 +226,14 @@ impl Filter {
         })
     }
 
-    /// Takes in a reading of the encoder; gives the logarithm of its likelihood.
+    /// Update with a reading of the encoder, rad. Returns the logarithm of its likelihood, less a
+    /// constant.
     pub(super) fn update(&self, belief: &mut Belief, reading: f64) -> f64 {
+        // innovation, its variance, and the Kalman gain K = P h'/S for h = (1, 0, 0, 0, 0)
         let variance = belief.covariance[0][0] + self.reading;
         let innovation = reading - belief.mean[0];
         let gains: [f64; N] = std::array::from_fn(|i| belief.covariance[i][0] / variance);
+        // x <- x + K e,   P <- P - K h P
         let row = belief.covariance[0];
         for (i, gain) in gains.into_iter().enumerate() {
             belief.mean[i] += gain * innovation;
@@ -221,6 +241,8 @@ impl Filter {
                 belief.covariance[i][j] -= gain * entry;
             }
         }
+        // keep P symmetric and positive against rounding, which the short form of the update does
+        // not
         for i in 0..N {
             for j in 0..i {
                 let mean = 0.5 * (belief.covariance[i][j] + belief.covariance[j][i]);
@@ -228,11 +250,12 @@ impl Filter {
             }
             belief.covariance[i][i] = belief.covariance[i][i].max(1e-24);
         }
-        belief.mean[HALF_GAP] = belief.mean[HALF_GAP].clamp(0.0, self.most);
+        // a half gap is not negative; beyond the bound the prior was wrong
+        belief.mean[HALF_GAP] = belief.mean[HALF_GAP].clamp(0.0, self.largest);
         -0.5 * (innovation * innovation / variance + lostmotion_base::math::log(variance))
     }
 
-    /// Mean current over the last period, from that before and that now.
+    /// Mean current over the last period by the trapezoidal rule, A.
     pub(super) fn mean_current(before: f64, signals: &Signals) -> f64 {
         0.5 * (before + signals.current)
     }
@@ -257,7 +280,7 @@ impl Belief {
             .max(0.0)
     }
 
-    /// Whether every number is one.
+    /// Whether every number is finite.
     pub(super) fn is_finite(&self) -> bool {
         self.mean
             .iter()
@@ -269,20 +292,24 @@ impl Belief {
 impl FilterStep {
     fn new(config: &AxisConfig, load: &LoadModel, contact: bool, slides: bool) -> FilterStep {
         let (motor_inertia, period) = (config.motor_side_inertia_kgm2(), config.servo_period_s());
+        // in the gap the shaft carries nothing
         let (stiffness, damping) = if contact {
             (load.stiffness, load.damping)
         } else {
             (0.0, 0.0)
         };
+        // T_f/w_0: slope of the friction of a load that sticks
         let sticky = if slides {
             0.0
         } else {
             load.coulomb / STICKING_RAD_S
         };
         let mut rates = [[0.0; WITH_TORQUES]; WITH_TORQUES];
+        // kinematics: theta_M' = w_M, theta_b' = w_M - w_L
         rates[0][MOTOR_SPEED] = 1.0;
         rates[GAP_ANGLE][MOTOR_SPEED] = 1.0;
         rates[GAP_ANGLE][LOAD_SPEED] = -1.0;
+        // equations of motion; columns: w_M, theta_b, w_L, b on flank 1, torques at motor and load
         let motor = [
             -config.motor.viscous_nm_s_per_rad - damping,
             -stiffness,
@@ -303,6 +330,8 @@ impl FilterStep {
             rates[MOTOR_SPEED][column] = motor[column - 1] / motor_inertia;
             rates[LOAD_SPEED][column] = of_load[column - 1] / load.inertia;
         }
+        // inputs constant over the period become states without dynamics: one exponential gives F
+        // and G
         let whole = exponential(&rates, period);
         FilterStep {
             states: std::array::from_fn(|i| std::array::from_fn(|j| whole[i][j])),
@@ -320,16 +349,19 @@ impl FilterStep {
     }
 }
 
-/// Exponential of a matrix times a time, by halving until a short series does.
+/// Exponential of a matrix times a time, by scaling and squaring.
 fn exponential<const M: usize>(rates: &[[f64; M]; M], time: f64) -> [[f64; M]; M] {
     let product = |a: &[[f64; M]; M], b: &[[f64; M]; M]| -> [[f64; M]; M] {
         std::array::from_fn(|i| std::array::from_fn(|j| (0..M).map(|k| a[i][k] * b[k][j]).sum()))
     };
+    // row-sum norm, which bounds the eigenvalues
     let norm = rates
         .iter()
         .map(|row| row.iter().map(|a| a.abs()).sum::<f64>())
         .fold(0.0, f64::max)
         * time;
+    // halved until the norm is below 1/4, where 14 terms of the series are exact to rounding:
+    // 0.25^15/15! < 1e-21
     let (mut halvings, mut part) = (0, 1.0);
     while norm * part > 0.25 && halvings < 60 {
         halvings += 1;
@@ -338,45 +370,49 @@ fn exponential<const M: usize>(rates: &[[f64; M]; M], time: f64) -> [[f64; M]; M
     let short = rates.map(|row| row.map(|a| a * time * part));
     let identity: [[f64; M]; M] =
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    // Horner: I + A (I + A/2 (I + A/3 (...)))
     let mut whole = identity;
     for order in (1..=14).rev() {
         let scaled = product(&short, &whole).map(|row| row.map(|a| a / f64::from(order)));
         whole = std::array::from_fn(|i| std::array::from_fn(|j| identity[i][j] + scaled[i][j]));
     }
+    // exp(A) = exp(A/2)^2
     (0..halvings).for_each(|_| whole = product(&whole, &whole));
     whole
 }
 
-// When an estimated half gap may be used: after three changes of flank, once the estimates there
-// agree and the filter itself is sure.
+/// Changes of flank at which the estimates are compared. A choice: the first contact starts from
+/// nothing, the second corrects it, the third confirms it.
+const COMPARED_CHANGES: usize = 3;
+/// Largest spread of the estimates at these changes, as a part of the largest. Origin unknown, kept.
+const AGREEMENT_SHARE: f64 = 0.2;
+/// Largest standard deviation of a half gap that is used, as a part of it. Origin unknown, kept.
+const LARGEST_DOUBT: f64 = 0.2;
 
-/// Changes of flank that are compared.
-const CHANGES: usize = 3;
-/// How far the estimates at these changes may differ, over the largest.
-const AGREE: f64 = 0.2;
-/// Standard deviation over half gap, at most.
-const SURE: f64 = 0.2;
-
-/// The half gaps at the last changes of flank, oldest first, rad.
+/// When an estimated half gap may be used: after three changes of flank, once the estimates there
+/// agree and the filter's own standard deviation is small. Holds the half gaps at the last changes
+/// of flank, oldest first, rad.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Trust {
     side: i8,
-    readings: [f64; CHANGES],
+    readings: [f64; COMPARED_CHANGES],
     seen: u32,
 }
 
 impl Trust {
-    /// Takes the flank that is pressed now (0 for none) and the estimate with its standard
-    /// deviation; gives the half gap to use, 0 if unsure.
+    /// Takes the flank that is pressed now (0 for none) and the estimate with its standard deviation,
+    /// rad. Returns the half gap to use, 0 while it is not trusted.
     pub(super) fn step(&mut self, flank: i8, half_gap: f64, spread: f64) -> f64 {
+        // the first flank ever pressed is no change: the filter has seen nothing of the gap yet
         if flank != 0 && flank != self.side {
             if self.side != 0 {
                 self.readings.rotate_left(1);
-                self.readings[CHANGES - 1] = half_gap;
+                self.readings[COMPARED_CHANGES - 1] = half_gap;
                 self.seen = self.seen.saturating_add(1);
             }
             self.side = flank;
         }
+        // the present estimate belongs to the group, so that a jump ends the trust at once
         let most = self
             .readings
             .iter()
@@ -385,9 +421,9 @@ impl Trust {
             .readings
             .iter()
             .fold(half_gap, |least, reading| least.min(*reading));
-        let sure = self.seen >= CHANGES as u32
-            && most - least <= AGREE * most
-            && spread <= SURE * half_gap;
+        let sure = self.seen >= COMPARED_CHANGES as u32
+            && most - least <= AGREEMENT_SHARE * most
+            && spread <= LARGEST_DOUBT * half_gap;
         if sure { half_gap } else { 0.0 }
     }
 }

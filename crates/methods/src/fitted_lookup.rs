@@ -1,27 +1,27 @@
-//! The predicted flank with the gap that an offline fit found.
+//! The predicted flank of `lookup` with the gap that an offline fit of a log found.
 //!
-//! As `lookup`, whose equations it shares (`crossing`, `traverse`, `twin`), with one difference:
-//! the gap is never the machine's true one. It is what a fit of a log told
-//! (`compare --fitted AXIS=FILE.json`, or `fitted_lookup.gap` of the machine file), so the result
-//! holds what the fit got wrong. The load's inertia and friction are those that a fit of the motor
-//! alone found along with it (`fitted_lookup.load`), or else those of the description; the shaft
-//! and a weight that turns with the load are always those of the description.
+//! Law: as `lookup` (`crossing`, `traverse`, twin). The gap is never the machine's true one, so
+//! that the result shows what the fit got wrong: it comes from `--fitted AXIS=FILE.json` or from
+//! `fitted_lookup.gap` of the machine file. A fit of the motor's signals alone also gives the
+//! load's inertia and friction (`fitted_lookup.load`); otherwise those of the description are used.
+//! Shaft and weight are always those of the description.
 //!
-//! **An axis that no fit was given for is left as it is.** `compare` says so.
+//! **An axis without a fit is left uncompensated**, and the comparison says so.
 //!
-//! Signals: reference, next reference (rad, rad/s, rad/s2). Tunables: fitted total gap (um, mdeg or
+//! Signals: reference, next reference (rad, rad/s, rad/s2). Settings: fitted total gap (um, mdeg or
 //! motor rad), fitted load (SI at the motor), part of the drive's torque for a traverse (0 to 1).
-//! Fails: as `lookup`; an error of the fit stays in full, and a gap that changed since the log was
-//! taken, too. Source: as `lookup`; the fit: this project, crate `lostmotion-identify`.
+//!
+//! Fails: as `lookup`; an error of the fit stays in full, and so does a change of the gap since the
+//! log was recorded. Source: as `lookup`; the fit is this project's, crate `lostmotion-identify`.
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
 use crate::registry::{Registered, Settings, told};
+use lostmotion_drive::config::check::{AxisConfigError, between, finite, not_negative, positive};
+use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::twin::LoadModel;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
-use lostmotion_drive::config::check::{AxisConfigError, between, finite, not_negative, positive};
-use lostmotion_drive::config::{Gap, Transmission};
 
 /// A load as a fit of the motor's signals found it, at the motor's shaft.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,7 +91,7 @@ pub struct FittedLookup {
     half_gap: Option<f64>,
 }
 
-/// Its twin and where its traverse is.
+/// State of its twin and of its traverse.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct FittedLookupState(CrossingState);
@@ -115,6 +115,7 @@ impl Registered for FittedLookup {
         let half_gap = settings
             .gap
             .map(|told| 0.5 * told.motor_rad(&config.transmission));
+        // shaft and weight of the description, inertia and friction of the fit where it found them
         let mut load = LoadModel::told(config);
         if let Some(fitted) = settings.load {
             (load.inertia, load.viscous) = (fitted.inertia_kgm2, fitted.viscous_nm_s_per_rad);

@@ -1,27 +1,32 @@
-//! The classic: half the gap, known beforehand, towards the direction of the commanded velocity.
+//! Half the gap, known beforehand, towards the direction of the commanded velocity: what controls
+//! have done for decades.
 //!
 //! ```text
-//! direction s changes where w_ref changes sign (|w_ref| <= 1e-6 rad/s keeps it)
-//! correction: from where it is to s b, along 3 u^2 - 2 u^3 over the ramp time; its derivative goes to the velocity
+//! s         sign of w_ref; |w_ref| <= 1e-6 rad/s keeps the last one
+//! position  from its present value to s b, rad, along 3 u^2 - 2 u^3 over the ramp time; b: half gap, rad
+//! velocity  derivative of the position correction, rad/s
 //! ```
-//! Signals: reference velocity, rad/s. Tunables: told total gap (um, mdeg or motor rad), ramp time
-//! (ms). Fails: where the load does not follow the commanded direction. A load without friction
-//! coasts through the reversal and changes flanks where the acceleration changes sign, so the
-//! correction comes a quarter period late or early; an error of the told gap stays in full; the
-//! ramp adds its own error while the load still rests. Source: common practice: backlash in a
-//! machine parameter, taken up over a second one, a time (Heidenhain iTNC: MP 710 and MP 752; what
-//! curve it follows there is not published); Kao et al. as cited by Gan, Wang, Huang (2023).
-//! Take-up within limits of speed and acceleration is `fixed-linuxcnc`, two amounts are
-//! `fixed-fanuc`.
+//! Signals: reference velocity, rad/s. Settings: told total gap (um, mdeg or motor rad), ramp time
+//! (ms).
+//!
+//! Fails: where the load does not follow the commanded direction. A load without friction coasts
+//! through the reversal and changes flank where the acceleration changes sign, so the correction
+//! comes about a quarter of a period off. An error of the told gap stays in full. While the load
+//! still rests, the ramp itself is an error.
+//!
+//! Source: common practice, a machine parameter for the backlash and one for the time of take-up
+//! (Heidenhain iTNC: MP 710 and MP 752; the curve that it follows is not published); Kao et al. as
+//! cited by Gan, Wang, Huang (2023). With limits of velocity and acceleration: `fixed-linuxcnc`;
+//! with two amounts: `fixed-fanuc`.
 
 use crate::AxisConfig;
 use crate::ramp::{Ramp, RampTime, direction};
 use crate::registry::{Registered, Settings, told, told_or_true_gap};
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
-use lostmotion_drive::config::check::{AxisConfigError, between};
-use lostmotion_drive::config::{Gap, Transmission};
 
 /// Settings of `fixed`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,12 +62,13 @@ impl Settings for FixedSettings {
 /// The method `fixed`.
 #[derive(Clone, Copy, Debug)]
 pub struct Fixed {
+    /// Half of the told gap, rad at the motor.
     half_gap: f64,
     time: RampTime,
     period_s: f64,
 }
 
-/// Where its correction is on the way from one side to the other.
+/// Commanded direction, and the correction's ramp from one side to the other.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FixedState {
     direction: i8,
@@ -111,11 +117,13 @@ impl Compensator for Fixed {
     fn step(&self, state: &mut FixedState, signals: &Signals) -> Correction {
         let before = self.position(state);
         let direction = direction(signals.reference.velocity, state.direction);
+        // a reversal within a ramp starts anew from the present offset: no step of the position
         if direction != state.direction {
             state.direction = direction;
             state.ramp.start(before);
         }
         state.ramp.advance(self.time);
+        // difference over the tick, so that velocity and position correction agree exactly
         let position = self.position(state);
         Correction {
             position,

@@ -1,32 +1,34 @@
-//! Half the gap towards the commanded direction, with one amount for cutting and another for rapid
-//! traverse, as Fanuc does.
+//! Half the gap towards the commanded direction, with one amount for cutting and another one for
+//! rapid traverse, as Fanuc controls have it.
 //!
 //! ```text
-//! direction s changes where w_ref changes sign (|w_ref| <= 1e-6 rad/s keeps it)
-//! rapid becomes true where |w_ref| exceeds a threshold, and false again at the next reversal or standstill
-//! target: s A/2 while cutting, s B/2 in rapid;  the way there along 3 u^2 - 2 u^3 over the ramp time
+//! s       sign of w_ref; |w_ref| <= 1e-6 rad/s keeps the last one
+//! rapid   becomes true where |w_ref| exceeds a threshold, rad/s; false again at the next reversal or standstill
+//! target  s A/2 while cutting, s B/2 in rapid, rad; along 3 u^2 - 2 u^3 over the ramp time
 //! ```
-//! A and B are total gaps, so a reversal while cutting moves the motor by A, one from cutting to
-//! rapid by (A + B)/2, and a change between cutting and rapid in one direction by (B - A)/2: the
-//! table of the control's manual.
+//! A and B are total gaps. A reversal while cutting moves the motor by A, one from cutting to rapid
+//! by (A + B)/2, and a change between cutting and rapid in one direction by (B - A)/2: the table of
+//! the control's manual.
 //!
-//! Signals: reference velocity, rad/s. Tunables: both amounts (um, mdeg or motor rad; B is A if
+//! Signals: reference velocity, rad/s. Settings: both amounts (um, mdeg or motor rad; B is A if
 //! left out), the speed above which a motion counts as rapid (axis unit per s), ramp time (ms). A
-//! Fanuc control knows from the block whether it is G00. An axis is not told; the threshold stands
-//! in for it. A rapid stroke begins as cutting until it is fast enough, and cutting faster than the
-//! threshold counts as rapid: set it between the fastest cutting feed and the rapid speed. Fails:
-//! as `fixed`; two amounts help where wind-up or overshoot differ between slow and fast reversals,
-//! and cannot help where the load coasts. Source: Fanuc series 16i/18i/21i/30i, parameters 1851
-//! (cutting), 1852 (rapid) and RBK of 1800.
+//! Fanuc control knows from the block whether it is G00. The drive here does not; the threshold
+//! stands in for it. A rapid stroke counts as cutting until it is fast enough, and cutting faster
+//! than the threshold counts as rapid: set it between the fastest cutting feed and the rapid speed.
+//!
+//! Fails: as `fixed`. Two amounts help where wind-up or overshoot differ between slow and fast
+//! reversals. They do not help where the load coasts.
+//!
+//! Source: Fanuc series 16i/18i/21i/30i, parameters 1851 (cutting), 1852 (rapid) and RBK of 1800.
 
 use crate::AxisConfig;
 use crate::ramp::{Ramp, RampTime, STANDING_RAD_S, direction};
 use crate::registry::{Registered, Settings, told, told_or_true_gap};
+use lostmotion_drive::config::check::{AxisConfigError, between, positive};
+use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
-use lostmotion_drive::config::check::{AxisConfigError, between, positive};
-use lostmotion_drive::config::{Gap, Transmission};
 
 /// Settings of `fixed-fanuc`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,6 +75,7 @@ impl Settings for FixedFanucSettings {
 pub struct FixedFanuc {
     /// Half of the amounts for cutting and rapid, rad.
     half: [f64; 2],
+    /// Speed from which a motion counts as rapid, rad/s at the motor.
     rapid_above: f64,
     time: RampTime,
     period_s: f64,
@@ -114,6 +117,7 @@ impl Registered for FixedFanuc {
 }
 
 impl FixedFanuc {
+    /// Offset that the ramp leads to, rad.
     fn target(&self, state: &FixedFanucState) -> f64 {
         f64::from(state.direction) * self.half[usize::from(state.rapid)]
     }
@@ -139,8 +143,10 @@ impl Compensator for FixedFanuc {
         let before = state.ramp.towards(self.target(state));
         let speed = signals.reference.velocity.abs();
         let direction = direction(signals.reference.velocity, state.direction);
+        // hysteresis: a rapid stroke stays one while it slows down, until it reverses or stands
         let ends = direction != state.direction || speed <= STANDING_RAD_S;
         let rapid = speed > self.rapid_above || (state.rapid && !ends);
+        // a new target: the ramp starts from the present offset
         if (direction, rapid) != (state.direction, state.rapid) {
             (state.direction, state.rapid) = (direction, rapid);
             state.ramp.start(before);

@@ -1,32 +1,34 @@
-//! Half the gap towards the commanded direction, taken up within limits of speed and acceleration,
-//! as LinuxCNC does.
+//! Half the gap towards the commanded direction, applied within limits of velocity and
+//! acceleration, as LinuxCNC does.
 //!
 //! ```text
-//! direction s changes where w_ref changes sign (|w_ref| <= 1e-6 rad/s keeps it); target s b
-//! each tick, x the way to the target:  v = min(v + a T, v_max, sqrt(a^2 T^2/4 + 2 a x) - a T/2),   correction += v T
-//! a = half the joint's limit of acceleration,   v_max = half its limit of velocity
+//! s       sign of w_ref; |w_ref| <= 1e-6 rad/s keeps the last one; target s b, rad
+//! each servo period T_s, x the distance to the target:
+//! v       min(v + a T_s, v_max, sqrt(a^2 T_s^2/4 + 2 a x) - a T_s/2), rad/s
+//! position correction += v T_s towards the target;   velocity is its derivative
+//! a       half of the joint's acceleration limit,   v_max half of its velocity limit
 //! ```
-//! So the correction is a trapezoid (for small gaps a triangle) in speed: its time is
-//! `2 sqrt(2 b/a)`, longer for a larger gap. The correction comes on top of the programmed motion,
-//! so both together may exceed the joint's limits by half: LinuxCNC accepts the same.
+//! The speed of the correction is a trapezoid, for small gaps a triangle that lasts `2 sqrt(2
+//! b/a)`. The correction is added to the programmed motion, so both together may exceed the joint's
+//! limits by half: LinuxCNC accepts the same.
 //!
-//! Signals: reference velocity, rad/s. Tunables: told total gap (um, mdeg or motor rad), the
+//! Signals: reference velocity, rad/s. Settings: told total gap (um, mdeg or motor rad), the
 //! joint's limits of velocity and acceleration (axis unit per s, s2; if left out: no limit of
-//! velocity, and the acceleration that the rated torque gives the whole axis). Fails: as `fixed`,
-//! of which it differs only in the curve: on a load without friction, which coasts through the
-//! reversal and changes flanks where the acceleration changes sign, the correction comes at the
-//! wrong time; an error of the told gap stays in full. Source: LinuxCNC, BACKLASH in the joint's
-//! section of the INI file; motion controller, ramped backlash compensation at half of the joint's
-//! limits.
+//! velocity, and the acceleration that the rated torque gives the whole axis).
+//!
+//! Fails: as `fixed`; only the curve differs.
+//!
+//! Source: LinuxCNC, BACKLASH in the joint's section of the INI file; its motion controller ramps
+//! the correction at half of the joint's limits.
 
 use crate::AxisConfig;
 use crate::ramp::direction;
 use crate::registry::{Registered, Settings, told, told_or_true_gap};
+use lostmotion_drive::config::check::{AxisConfigError, positive};
+use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
-use lostmotion_drive::config::check::{AxisConfigError, positive};
-use lostmotion_drive::config::{Gap, Transmission};
 
 /// Settings of `fixed-linuxcnc`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -35,7 +37,7 @@ pub struct FixedLinuxcncSettings {
     /// Total gap that the control was told (BACKLASH); the machine's true gap if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap: Option<Gap>,
-    /// The joint's limit of velocity, of which half is used: mm, deg or rad per s. None if left
+    /// The joint's limit of velocity, of which half is used: mm, deg or rad per s. Unlimited if left
     /// out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_units_s: Option<f64>,
@@ -60,8 +62,8 @@ impl Settings for FixedLinuxcncSettings {
     }
 }
 
-/// Part of the joint's limits that the take-up may use.
-const PART_OF_LIMITS: f64 = 0.5;
+/// Part of the joint's limits that the correction may use, as in LinuxCNC's motion controller.
+const SHARE_OF_JOINT_LIMITS: f64 = 0.5;
 
 /// The method `fixed-linuxcnc`.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +71,7 @@ pub struct FixedLinuxcnc {
     half_gap: f64,
     /// rad/s.
     velocity: f64,
-    /// Speed that one tick can add, rad/s.
+    /// Change of speed in one tick, rad/s.
     step: f64,
     period_s: f64,
 }
@@ -106,11 +108,11 @@ impl Registered for FixedLinuxcnc {
         let period_s = config.servo_period_s();
         FixedLinuxcnc {
             half_gap: 0.5 * gap,
-            velocity: PART_OF_LIMITS
+            velocity: SHARE_OF_JOINT_LIMITS
                 * settings
                     .velocity_units_s
                     .map_or(f64::MAX, |limit| limit * per_unit),
-            step: PART_OF_LIMITS * acceleration * period_s,
+            step: SHARE_OF_JOINT_LIMITS * acceleration * period_s,
             period_s,
         }
     }
@@ -135,7 +137,7 @@ impl Compensator for FixedLinuxcnc {
     fn step(&self, state: &mut FixedLinuxcncState, signals: &Signals) -> Correction {
         let direction = direction(signals.reference.velocity, state.direction);
         if direction != state.direction {
-            // a reversal within a take-up turns it round on the spot, as a new way from where it is
+            // a reversal within a ramp stops it at once and starts a new one from the present offset
             *state = FixedLinuxcncState {
                 direction,
                 speed: 0.0,
@@ -144,10 +146,13 @@ impl Compensator for FixedLinuxcnc {
         }
         let target = f64::from(direction) * self.half_gap;
         let way = target - state.position;
+        // largest speed from which it can still stop at the target, braking by one step a tick: the
+        // positive root of v^2/(2 a) + v T_s/2 = x
         let half = 0.5 * self.step;
         let stopping = (half * half + 2.0 * self.step * way.abs() / self.period_s).sqrt() - half;
         let speed = (state.speed + self.step).min(self.velocity).min(stopping);
         let before = state.position;
+        // within one tick of the target: arrive exactly, without overshoot
         if speed * self.period_s >= way.abs() || speed <= 0.0 {
             (state.position, state.speed) = (target, 0.0);
         } else {

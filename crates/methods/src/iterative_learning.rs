@@ -32,11 +32,11 @@ use crate::AxisConfig;
 use crate::ramp::direction;
 use crate::registry::{Registered, Settings};
 use crate::strokes::{Beginning, Law, Run, Strokes};
+use lostmotion_drive::config::Transmission;
+use lostmotion_drive::config::check::{AxisConfigError, between};
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use lostmotion_drive::config::check::{AxisConfigError, between};
-use lostmotion_drive::config::{Transmission};
 
 /// Settings of `iterative-learning`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

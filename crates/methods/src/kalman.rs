@@ -1,36 +1,38 @@
-//! An extended Kalman filter with gap angle and half gap among its states; the gap it finds is
+//! An extended Kalman filter with gap angle and half gap among its states; the gap that it finds is
 //! crossed on a planned traverse.
 //!
-//! Model, states and noises: `filter` beside this file. Extended: the flank is the one that the
-//! mean itself presses on,
 //! ```text
-//! s = 1 where theta_b > b,  -1 where theta_b < -b,  else no contact;   the filter takes the linear step of that flank
+//! x = (theta_M, w_M, theta_b, w_L, b),  y = theta_M       model and noises: `filter`; rad, rad/s
+//! s = 1 where theta_b > b, -1 where theta_b < -b, else no contact;   the filter takes the linear step of that flank
 //! ```
-//! The half gap is learned where the motor meets a flank sooner or later than the filter thought.
-//! It starts from zero and grows: a half gap that is thought too large is met too soon, which a
-//! filter that believes itself in the gap puts down to noise; it unlearns slowly.
+//! The half gap is learned where the motor meets a flank sooner or later than the filter predicted.
+//! It starts from zero and grows. It unlearns slowly: a flank that is met too soon looks like noise
+//! to a filter that believes it is in the gap.
 //!
-//! Use: once its standard deviation is below a fifth of it and it agreed within a fifth at the last
-//! three changes of flank, the half gap goes to the traverse of `crossing`. Signals: references,
-//! motor position (rad), current (A): motor side. It is told the load's inertia and friction and
-//! the shaft, **not the gap**. Tunables: noise of the torques (N m), standard deviation of the half
-//! gap at the start (as a total gap), how far it may wander (per square root of s).
+//! The half gap goes to the traverse of `crossing` once its standard deviation is below a fifth of
+//! it and it agreed within a fifth at the last three changes of flank.
 //!
-//! Fails: where what it is told of load and friction is wrong by more than the noise it was given,
-//! since then the difference is explained with the gap. With a load so free and slow that contact
-//! is not felt through the encoder's steps the gap stays at what it was. Source: Kalman filtering
-//! with dead zone and backlash size as states after Lagerberg and Egardt, IEEE Trans. Control Syst.
-//! Technol. 15 (2007); here from the motor's side alone.
+//! Signals: references, motor position (rad), current (A). It is told the load's inertia and
+//! friction and the shaft, **not the gap**. Settings: noise of the torques (part of the rated
+//! torque), standard deviation of the gap at the start (as a total gap), drift of the half gap
+//! (part of that per square root of s), part of the drive's torque for a traverse (0 to 1).
+//!
+//! Fails: where load or friction differ from what it is told by more than its noise: it then
+//! explains the difference with the gap. With a load so free and slow that contact does not show
+//! through the encoder's steps, the gap stays at its value.
+//!
+//! Source: Kalman filtering with dead zone and backlash size as states after Lagerberg and Egardt,
+//! IEEE Trans. Control Syst. Technol. 15 (2007); here from the motor's side alone.
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
 use crate::filter::{Belief, Filter, HALF_GAP, Noises, Trust, check_noises};
 use crate::registry::{Registered, Settings};
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
-use lostmotion_drive::config::check::{AxisConfigError, between};
-use lostmotion_drive::config::{Gap, Transmission};
 
 /// Settings of `kalman`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,7 +45,7 @@ pub struct KalmanSettings {
     /// turn of the motor if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_spread: Option<Gap>,
-    /// How far the half gap may wander, as a part of its spread at the start per square root of s.
+    /// Drift of the half gap, as a part of its spread at the start per square root of s.
     pub wandering_share: f64,
     /// Part of the drive's largest torque that a traverse of the gap may take, 0 to 1.
     pub torque_share: f64,
@@ -79,7 +81,7 @@ pub struct Kalman {
     crossing: Crossing,
 }
 
-/// The belief and where the traverse is.
+/// State of the filter, of the traverse, and of the trust in the half gap.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KalmanState {
     belief: Belief,
@@ -137,14 +139,17 @@ impl Compensator for Kalman {
     fn step(&self, state: &mut KalmanState, signals: &Signals) -> Correction {
         let current = Filter::mean_current(state.current, signals);
         state.current = signals.current;
+        // prediction with the linear model of the flank that the mean is on: the extended part
         let contact = flank(&state.belief);
         self.filter.predict(&mut state.belief, contact, current);
         self.filter
             .update(&mut state.belief, signals.motor_position);
+        // diverged, as on input that is not finite: start anew
         if !state.belief.is_finite() {
             state.belief = self.filter.initial(signals.motor_position);
         }
         let now = flank(&state.belief);
+        // 0 until it is trusted: the crossing then does nothing
         let half_gap = state.trust.step(
             now,
             state.belief.mean[HALF_GAP],

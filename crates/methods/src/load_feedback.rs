@@ -1,14 +1,17 @@
 //! Position loop closed on the load's own scale: what a better machine would have.
 //!
-//! The velocity loop stays on the motor's encoder; the position loop sees the scale:
-//! `feedback = theta_M - theta_L`.
+//! ```text
+//! feedback = theta_M - theta_L, rad: the velocity loop stays on the motor's encoder, the position loop sees the scale
+//! ```
+//! Signals: motor position (rad), load position (rad at the motor). Settings: none; the scale's
+//! resolution belongs to the load. A machine without a scale gets an ideal one, so that the method
+//! can serve as a reference on any machine.
 //!
-//! Signals: motor position (rad), load position (rad at the motor). Tunables: none; the scale's
-//! step is part of the load. A machine without a scale is given an ideal one, so that the method
-//! can serve as a reference on any machine. Fails: inside the gap the loop has no hold on the load,
-//! and integrates in the velocity PI: with little load friction it can settle into a limit cycle
-//! across the gap (about 8 Hz with the gains of the `paper` preset). Wind-up of the shaft is
-//! compensated, too. Source: common practice (linear scales, "full closed loop").
+//! Fails: inside the gap the loop has no hold on the load, and the velocity integral winds up. With
+//! little load friction it can settle into a limit cycle across the gap (about 8 Hz with the gains
+//! of the preset `paper`). The wind-up of the shaft is compensated as well.
+//!
+//! Source: common practice (linear scales, "full closed loop").
 
 use crate::AxisConfig;
 use crate::registry::Registered;
@@ -53,6 +56,7 @@ impl Compensator for LoadFeedback {
             return Correction::NONE;
         };
         let gap_angle = signals.motor_position - load;
+        // without the half gap the scale only tells the side, not contact
         let engagement = match gap_angle {
             a if a > 0.0 => Engagement::Positive,
             a if a < 0.0 => Engagement::Negative,

@@ -1,35 +1,42 @@
 //! Full knowledge: gap, shaft and load are told, the flank is predicted, the gap is crossed on a
 //! planned traverse.
 //!
-//! What a drive can do at best that knows its axis and sees only its motor: the benchmark for
-//! methods that have to learn. The load that is told drives a gapless twin of the axis; where the
-//! torque of its shaft is about to change sign, the motor crosses the told gap on a quintic within
-//! a part of the drive's largest torque, with velocity and torque fed forward. Equations: `twin`,
-//! `crossing` and `traverse` beside this file.
+//! The best that a drive can do that knows its axis and sees only its motor: the benchmark for
+//! methods that have to learn. The told load drives a gapless twin of the axis. Where the torque
+//! `T` in its shaft is about to change sign, the motor crosses the told gap on a quintic within a
+//! part of the drive's largest torque, with velocity and torque fed forward.
 //!
-//! Signals: reference, next reference (rad, rad/s, rad/s2). Tunables: told total gap (um, mdeg or
+//! ```text
+//! side      sign of T half a traverse ahead, where the load model at the reference agrees       T, N m
+//! offset    from one side to the other, -+ b, along 10 u^3 - 15 u^4 + 6 u^5                      b, rad
+//! T_g       sqrt(5.77 J_M 2 b/torque), s;   wind-up share of T/k on top, rad
+//! ```
+//! The equations in full are in `crossing`, `traverse` and [`lostmotion_drive::twin`].
+//!
+//! Signals: reference, next reference (rad, rad/s, rad/s2). Settings: told total gap (um, mdeg or
 //! motor rad), part of the drive's torque for a traverse (0 to 1), part of the wind-up T/k that is
 //! added to the reference (0 to 1; 0 leaves it as on a machine without a gap). The load's inertia,
-//! friction, constant torque, weight ([`lostmotion_drive::config::Gravity`]) and the shaft's stiffness and
-//! damping are those of the description.
+//! friction, constant torque, weight ([`lostmotion_drive::config::Gravity`]) and the shaft's
+//! stiffness and damping are those of the description.
 //!
-//! Fails: what is told wrongly stays: an error of the gap in full, of the friction as a crossing at
-//! the wrong time. A cutting force that turns the torque around is not foreseen. Without any
-//! friction on the load, a landing that is not quite soft lets it float: at a feed so slow that the
-//! load needs less than some thousandths of the rated torque it can take the whole gap to come
-//! back. The reference is extrapolated over half a traverse; a jerk that changes within it makes
-//! the crossing early or late. Source: lookup by torque sign after Gan, Wang, Huang, Machines 2023,
-//! 11(2), 193 (their sign(alpha_ref) is the case without friction) and the controls' sign(v_ref)
-//! (the case without inertia); rest-to-rest quintic: standard in trajectory planning.
+//! Fails: an error of the gap stays in full, an error of the friction moves the crossing in time. A
+//! cutting force that changes the sign of the torque is not foreseen. A load without any friction
+//! floats after a landing that is not quite soft: at a feed so slow that the load needs less than
+//! some thousandths of the rated torque it can take the whole gap to come back. A jerk that changes
+//! within half a traverse makes the crossing early or late.
+//!
+//! Source: flank by torque sign after Gan, Wang, Huang, Machines 2023, 11(2), 193 (their
+//! sign(alpha_ref) is the case without friction) and the controls' sign(v_ref) (the case without
+//! inertia); the rest-to-rest quintic is standard in trajectory planning.
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
 use crate::registry::{Registered, Settings, told, told_or_true_gap};
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::twin::{LoadModel, Twinned};
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
-use lostmotion_drive::config::check::{AxisConfigError, between};
-use lostmotion_drive::config::{Gap, Transmission};
 
 /// Settings of `lookup`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -74,7 +81,7 @@ pub struct Lookup {
     half_gap: f64,
 }
 
-/// Its twin and where its traverse is.
+/// State of its twin and of its traverse.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(transparent)]
 pub struct LookupState(CrossingState);

@@ -1,34 +1,36 @@
 //! Interacting multiple models: three Kalman filters, one per flank and one for the gap, mixed by a
 //! Markov chain.
 //!
-//! Each filter is linear (`filter` beside this file). Every tick:
+//! Each filter is linear (`filter`). Every servo tick:
 //! ```text
 //! mixing:      c_j = sum_i p_ij mu_i;   mu_ij = p_ij mu_i/c_j;   x_j, P_j = moments of the mixture of all (x_i, P_i) with weights mu_ij
 //! filtering:   prediction with the model of j (left: -1, gap: 0, right: 1), update with the encoder, likelihood L_j of the innovation
 //! geometry:    G_j = probability, after x_j and P_j, that the flank of j is pressed; for the gap, that none is
-//! chain:       mu_j = c_j L_j G_j / sum;   p: stays with 1 - p, from flank to gap p, from the gap to either flank p/2
+//! chain:       mu_j = c_j L_j G_j/sum;   p: stays with 1 - p, from flank to gap p, from the gap to either flank p/2
 //! output:      x, P = moments of the mixture with weights mu_j
 //! ```
-//! G is needed because a linear spring also pulls: without it "pulled by the left flank" and
-//! "pushed by the right one" look alike.
+//! G is this project's addition: a linear spring also pulls, and without G "pulled by the left
+//! flank" and "pushed by the right one" look alike.
 //!
-//! Use: as `kalman`, with changes of the likeliest flank. Signals: references, motor position
-//! (rad), current (A): motor side. It is told the load's inertia and friction and the shaft, **not
-//! the gap**. Tunables: noise of the torques (N m), half gap's spread at the start (as a total
-//! gap), its wandering, p (0 to 0.5 a tick). Fails: as `kalman`; and a chain that changes too
-//! readily makes every shake of the torque a change of flank. Source: Blom and Bar-Shalom, IEEE
-//! Trans. Automatic Control 33 (1988).
+//! The half gap is used as in `kalman`, with changes of the most probable flank. Signals:
+//! references, motor position (rad), current (A). It is told the load's inertia and friction and
+//! the shaft, **not the gap**. Settings: those of `kalman`, and p (0 to 0.5 a tick).
+//!
+//! Fails: as `kalman`; and with a large p every oscillation of the torque becomes a change of
+//! flank.
+//!
+//! Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988).
 
 use crate::AxisConfig;
 use crate::crossing::{Crossing, CrossingState};
 use crate::filter::{Belief, Filter, GAP_ANGLE, HALF_GAP, N, Noises, Trust, check_noises};
 use crate::registry::{Registered, Settings};
 use lostmotion_base::math;
+use lostmotion_drive::config::check::{AxisConfigError, between};
+use lostmotion_drive::config::{Gap, Transmission};
 use lostmotion_drive::signal::Engagement;
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
-use lostmotion_drive::config::check::{AxisConfigError, between};
-use lostmotion_drive::config::{Gap, Transmission};
 
 /// Settings of `multiple-models`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,7 +43,7 @@ pub struct MultipleModelsSettings {
     /// turn of the motor if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_spread: Option<Gap>,
-    /// How far the half gap may wander, as a part of its spread at the start per square root of s.
+    /// Drift of the half gap, as a part of its spread at the start per square root of s.
     pub wandering_share: f64,
     /// Part of the drive's largest torque that a traverse of the gap may take, 0 to 1.
     pub torque_share: f64,
@@ -74,12 +76,14 @@ impl Settings for MultipleModelsSettings {
     }
 }
 
-/// Models: left flank, gap, right flank.
+/// Flanks of the models: left, none (the gap), right.
 const SIDES: [i8; 3] = [-1, 0, 1];
-/// No model is ever less likely.
-const LEAST: f64 = 1e-9;
-/// Roughness of a flank, rad: what the geometry is good to at best.
-const ROUGHNESS: f64 = 1e-6;
+/// Least probability of a model: one that reached zero could never come back. A choice.
+const LEAST_PROBABILITY: f64 = 1e-9;
+/// Standard deviation that the geometry of a flank has at least, rad: it keeps the probability of
+/// contact smooth when the filters are certain. Origin unknown, kept.
+const GEOMETRY_NOISE_RAD: f64 = 1e-6;
+
 /// The method `multiple-models`.
 #[derive(Clone, Debug)]
 pub struct MultipleModels {
@@ -89,7 +93,8 @@ pub struct MultipleModels {
     chain: [[f64; 3]; 3],
 }
 
-/// A belief per model, their probabilities, and where the traverse is.
+/// Mean and covariance of each model, their probabilities, the traverse, and the trust in the half
+/// gap.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MultipleModelsState {
     beliefs: [Belief; 3],
@@ -134,7 +139,7 @@ impl Registered for MultipleModels {
     }
 }
 
-/// Moments of a mixture.
+/// Mean and covariance of a mixture of normal distributions.
 fn mixture(beliefs: &[Belief; 3], weights: &[f64; 3]) -> Belief {
     let mut whole = Belief {
         mean: [0.0; N],
@@ -146,6 +151,7 @@ fn mixture(beliefs: &[Belief; 3], weights: &[f64; 3]) -> Belief {
         }
     }
     for (belief, weight) in beliefs.iter().zip(weights) {
+        // covariance of the members, and the spread of their means about the common one
         let off: [f64; N] = std::array::from_fn(|i| belief.mean[i] - whole.mean[i]);
         for (i, row) in whole.covariance.iter_mut().enumerate() {
             for (j, sum) in row.iter_mut().enumerate() {
@@ -156,8 +162,8 @@ fn mixture(beliefs: &[Belief; 3], weights: &[f64; 3]) -> Belief {
     whole
 }
 
-/// The normal distribution's probability below z, by the logistic curve that lies within a
-/// hundredth of it.
+/// The normal distribution's probability below z, by the logistic curve 1/(1 + exp(-1.702 z)), which
+/// differs by less than 0.01 (Haley, 1952).
 fn probability_below(z: f64) -> f64 {
     1.0 / (1.0 + math::exp((-1.702 * z).clamp(-700.0, 700.0)))
 }
@@ -165,7 +171,9 @@ fn probability_below(z: f64) -> f64 {
 /// Probability that a model's geometry holds.
 fn geometry(belief: &Belief, side: i8) -> f64 {
     let pressed = |side: i8| {
-        let spread = (belief.pressed_variance(side) + ROUGHNESS * ROUGHNESS).sqrt();
+        // how far the flank is pressed is normally distributed about the filter's mean
+        let spread =
+            (belief.pressed_variance(side) + GEOMETRY_NOISE_RAD * GEOMETRY_NOISE_RAD).sqrt();
         probability_below(belief.pressed(side) / spread)
     };
     if side == 0 {
@@ -176,23 +184,28 @@ fn geometry(belief: &Belief, side: i8) -> f64 {
 }
 
 impl MultipleModels {
+    /// One cycle of the interacting filters: `reading` in rad, mean `current` in A.
     fn filter_all(&self, state: &mut MultipleModelsState, reading: f64, current: f64) {
         let before = (state.beliefs, state.probability);
         let mut logs = [0.0; 3];
         let mut prior = [0.0; 3];
         for (j, side) in SIDES.into_iter().enumerate() {
+            // mixing: each model starts from all of them, weighted by the chain's transitions
             let arriving: [f64; 3] = std::array::from_fn(|i| self.chain[i][j] * before.1[i]);
             prior[j] = arriving.iter().sum::<f64>();
             let weights = arriving.map(|weight| weight / prior[j]);
             let mut belief = mixture(&before.0, &weights);
+            // filtering with the model of this flank; the geometry weighs like a second measurement
             self.filter.predict(&mut belief, side, current);
             logs[j] = self.filter.update(&mut belief, reading)
                 + math::log(geometry(&belief, side).max(1e-30));
             state.beliefs[j] = belief;
         }
+        // posterior of the chain; shifted by the largest logarithm so that no exponential
+        // underflows for all
         let largest = logs.into_iter().fold(f64::NEG_INFINITY, f64::max);
         let weights: [f64; 3] = std::array::from_fn(|j| {
-            (prior[j] * math::exp((logs[j] - largest).max(-700.0))).max(LEAST)
+            (prior[j] * math::exp((logs[j] - largest).max(-700.0))).max(LEAST_PROBABILITY)
         });
         let sum: f64 = weights.iter().sum();
         state.probability = weights.map(|weight| weight / sum);
@@ -220,6 +233,7 @@ impl Compensator for MultipleModels {
         let current = Filter::mean_current(state.current, signals);
         state.current = signals.current;
         self.filter_all(state, signals.motor_position, current);
+        // diverged, as on input that is not finite: start anew
         if !state.beliefs.iter().all(Belief::is_finite)
             || !state.probability.iter().all(|p| p.is_finite())
         {
@@ -227,6 +241,7 @@ impl Compensator for MultipleModels {
             state.probability = [0.25, 0.5, 0.25];
         }
         let whole = mixture(&state.beliefs, &state.probability);
+        // a flank counts only with more than half of the probability, otherwise the gap does
         let likeliest = SIDES
             .into_iter()
             .zip(state.probability)

@@ -1,7 +1,7 @@
-//! No compensation: the axis as it is.
+//! No compensation: the axis as it is, the baseline of every comparison.
 //!
-//! Signals: none. Tunables: none. Fails: leaves the whole gap in the path. Source: the baseline of
-//! every comparison.
+//! Law: every correction is zero. Signals: none. Settings: none. Fails: leaves the whole effect of
+//! the gap.
 
 use crate::AxisConfig;
 use crate::registry::Registered;

@@ -1,12 +1,12 @@
-//! A compensator with the shaft's estimator beside it: outputs are the compensator's own, bit by
-//! bit; only the estimates are more.
+//! A compensator with the shaft's estimator beside it: the corrections are the compensator's own,
+//! bit by bit; only the estimates of stiffness and damping are added.
 
 use crate::AxisConfig;
 use crate::shaft::{ShaftEstimator, ShaftState};
 use lostmotion_drive::{Compensator, Correction, MethodInfo, Signals, Twinned};
 use serde::{Deserialize, Serialize};
 
-/// A compensator that is watched.
+/// A compensator and an observer of its axis' shaft.
 #[derive(Clone, Debug)]
 pub struct Observed<C> {
     compensator: C,
@@ -33,12 +33,14 @@ impl<C: Compensator> Observed<C> {
 }
 
 impl<C: Compensator> Observed<C> {
+    /// Adds the estimates of stiffness and damping to a correction.
     fn watch(
         &self,
         state: &mut ShaftState,
         signals: &Signals,
         correction: Correction,
     ) -> Correction {
+        // a method that learns the load reports the inertia of motor and load together
         let learned = correction.inertia_estimate - self.motor_inertia;
         let load_inertia = (C::LEARNS_LOAD && learned > 0.0).then_some(learned);
         let found = self.shaft.step(state, signals, load_inertia);

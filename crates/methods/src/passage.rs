@@ -1,27 +1,36 @@
-//! Does an acceleration that runs towards zero go through, or does it end there?
+//! Predicts whether an acceleration that runs towards zero passes through zero or ends there.
 //!
-//! On an arc it goes through, and the flank of a load without friction changes there. At the end of
-//! a ramp it ends: in steady travel, or at rest; whoever extrapolates it sees a change of flank
-//! that never comes, and a load that is let go there floats. The reference does not tell
-//! beforehand. What it did the last time is expected again, for the ends of speeding up and of
-//! slowing down each; at first, that it ends.
+//! On an arc it passes through, and the flank of a load without friction changes there. At the end
+//! of a ramp it ends, in steady travel or at rest: extrapolating it predicts a change of flank that
+//! never comes, and a load that is released there floats. The reference does not tell beforehand,
+//! since the motor has to start half a traverse before the flank changes. So what the acceleration
+//! did the last time is expected again, separately for the ends of speeding up and of slowing down;
+//! at first, that it ends.
+//!
+//! ```text
+//! a(t + lead) = a + lead da,   v(t + lead) = v + (a + lead da/2) lead T_s       linear extrapolation over the lead
+//! where it ends:               a = 0,   v = v - a^2/(2 da) T_s                  da: change of acceleration in a tick
+//! ```
 
 use serde::{Deserialize, Serialize};
 
-/// Part of the acceleration that was extrapolated from which on it has gone through.
-const THROUGH: f64 = 0.25;
-/// Part of a speed below which what is left of it is none.
-const REST: f64 = 0.05;
+/// Part of the extrapolated acceleration from which on it counts as having passed through zero.
+/// Origin unknown, kept.
+const PASSED_SHARE: f64 = 0.25;
+/// Part of a speed below which the speed that is left where the acceleration ends counts as rest.
+/// Origin unknown, kept.
+const REST_SHARE: f64 = 0.05;
 
-/// What was seen of it so far.
+/// What the accelerations did so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Passage {
-    /// At the end of speeding up, of slowing down.
+    /// Whether the last one passed through zero: at the end of speeding up, of slowing down.
     goes_through: [bool; 2],
     awaited: Option<Awaited>,
 }
 
-/// An acceleration that was extrapolated beyond zero, and in how many ticks it has to be there.
+/// A prediction to be checked: the acceleration that was extrapolated beyond zero (rad/s2), and the
+/// ticks until it is due.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Awaited {
     slowing: bool,
@@ -31,7 +40,7 @@ struct Awaited {
 
 impl Passage {
     /// Speed and acceleration some ticks of `period` (s) ahead (rad/s, rad/s2) from those now and
-    /// the change of acceleration in a tick. To be asked every tick.
+    /// the change of acceleration in a tick. To be called every tick.
     pub(super) fn ahead(
         &mut self,
         speed: f64,
@@ -40,13 +49,16 @@ impl Passage {
         lead_ticks: f64,
         period: f64,
     ) -> [f64; 2] {
-        self.look(acceleration);
+        // first learn from the last prediction, which may be due now
+        self.check_prediction(acceleration);
         let free = acceleration + step * lead_ticks;
         let speed_there = speed + (acceleration + 0.5 * step * lead_ticks) * lead_ticks * period;
+        // no zero within the lead: plain extrapolation
         if free * acceleration >= 0.0 {
             return [speed_there, free];
         }
         let slowing = acceleration * speed < 0.0;
+        // due as long after the zero as the lead; one at a time, so that the first is checked
         if self.awaited.is_none() {
             let ticks = lead_ticks - acceleration / step;
             self.awaited = Some(Awaited {
@@ -58,9 +70,11 @@ impl Passage {
         if self.goes_through[usize::from(slowing)] {
             return [speed_there, free];
         }
+        // expected to end: the speed at the zero of the acceleration, where braking to rest leaves
+        // rounding
         let end = speed - 0.5 * acceleration * acceleration / step * period;
         [
-            if end.abs() < REST * speed.abs() {
+            if end.abs() < REST_SHARE * speed.abs() {
                 0.0
             } else {
                 end
@@ -69,14 +83,15 @@ impl Passage {
         ]
     }
 
-    fn look(&mut self, acceleration: f64) {
+    fn check_prediction(&mut self, acceleration: f64) {
         let Some(awaited) = &mut self.awaited else {
             return;
         };
         awaited.ticks = awaited.ticks.saturating_sub(1);
         if awaited.ticks == 0 {
             let (wanted, slowing) = (awaited.acceleration, usize::from(awaited.slowing));
-            self.goes_through[slowing] = acceleration * wanted > THROUGH * wanted * wanted;
+            // same sign as predicted, and a notable part of it
+            self.goes_through[slowing] = acceleration * wanted > PASSED_SHARE * wanted * wanted;
             self.awaited = None;
         }
     }

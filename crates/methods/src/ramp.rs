@@ -1,12 +1,18 @@
-//! A way from one offset to another within a set time: `3 u^2 - 2 u^3`, at rest at both ends. And
-//! the direction of a reference.
+//! Steps that the methods of the commanded direction share: the direction of a reference, and a
+//! ramp from one offset to another in a set time.
+//!
+//! ```text
+//! u = t/T,   offset = from + (target - from) (3 u^2 - 2 u^3)      cubic smoothstep: at rest at both ends
+//! ```
+//! The velocity is continuous; the acceleration jumps by `6 (target - from)/T^2` at both ends.
 
 use serde::{Deserialize, Serialize};
 
-/// A reference slower than this keeps the direction, rad/s.
+/// Speed up to which a reference counts as standing still, rad/s at the motor: far below any feed,
+/// far above the rounding of an interpolated setpoint. A choice.
 pub(super) const STANDING_RAD_S: f64 = 1e-6;
 
-/// Direction of a reference that moves, the one before if it stands.
+/// Commanded direction, -1 or 1. A standing reference keeps the one before: a rest is no reversal.
 pub(super) fn direction(velocity: f64, before: i8) -> i8 {
     if velocity.abs() <= STANDING_RAD_S {
         before
@@ -17,14 +23,15 @@ pub(super) fn direction(velocity: f64, before: i8) -> i8 {
     }
 }
 
-/// How fast a ramp goes.
+/// Duration of a ramp.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RampTime {
+    /// Part of the ramp in one tick, above 0 to 1.
     per_tick: f64,
 }
 
 impl RampTime {
-    /// A ramp of so many ms in ticks of `period_s`; a single tick if it is shorter than that.
+    /// A ramp of `ms` in ticks of `period_s`; at least one tick.
     pub(super) fn from_ms(ms: f64, period_s: f64) -> RampTime {
         let ramp_s = ms * 1e-3;
         RampTime {
@@ -37,7 +44,7 @@ impl RampTime {
     }
 }
 
-/// Where a ramp is on its way.
+/// A ramp under way: where it started (rad) and the part of its time that has passed, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Ramp {
     from: f64,
@@ -45,13 +52,13 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
-    /// Arrived.
+    /// A ramp that has arrived.
     pub(super) const DONE: Ramp = Ramp {
         from: 0.0,
         progress: 1.0,
     };
 
-    /// Sets out from here.
+    /// Starts again from this offset, rad.
     pub(super) fn start(&mut self, from: f64) {
         *self = Ramp {
             from,
@@ -59,7 +66,7 @@ impl Ramp {
         };
     }
 
-    /// One tick on.
+    /// Advances by one tick.
     pub(super) fn advance(&mut self, time: RampTime) {
         self.progress = (self.progress + time.per_tick).min(1.0);
     }
@@ -69,7 +76,7 @@ impl Ramp {
         self.progress >= 1.0
     }
 
-    /// Where it is on its way to a target, rad.
+    /// Its offset on the way to a target, rad.
     pub(super) fn towards(&self, target: f64) -> f64 {
         let u = self.progress;
         self.from + (target - self.from) * (u * u * (3.0 - 2.0 * u))

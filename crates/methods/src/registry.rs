@@ -24,7 +24,7 @@ pub trait Settings: Default + PartialEq {
 
 /// A compensator that the registry can build from an axis' description.
 pub trait Registered: Compensator + Sized {
-    /// What it says of itself.
+    /// Its name, summary, knowledge and source.
     const INFO: &'static MethodInfo;
 
     /// Whether it has nothing to work with before a fit has told it the gap.
@@ -48,7 +48,7 @@ pub trait Registered: Compensator + Sized {
 /// One registered method.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {
-    /// What it says of itself.
+    /// Its name, summary, knowledge and source.
     pub info: &'static MethodInfo,
     /// Name of its file, and of its table of settings if it has any.
     key: &'static str,
@@ -105,7 +105,7 @@ impl MethodId {
         self.0.info.name
     }
 
-    /// What it says of itself.
+    /// Its name, summary, knowledge and source.
     pub fn info(self) -> &'static MethodInfo {
         self.0.info
     }
@@ -242,7 +242,7 @@ pub fn build_runner(
     Ok((method.0.build)(config, start_position))
 }
 
-/// An axis with a compensator of the caller's own: the counterpart of [`build_runner`] for types
+/// An axis with your own compensator: the counterpart of [`build_runner`] for types
 /// that are not registered.
 ///
 /// ```
@@ -297,6 +297,7 @@ fn finite(start_position: f64) -> Result<(), AxisError> {
 }
 
 fn boxed<C: Compensator>(config: &AxisConfig, compensator: C, start: f64) -> Box<dyn AxisRunner> {
+    // a type of its own, so that axes without the estimator do not pay for it
     if config.compensation.estimate_shaft {
         let observed = Observed::new(compensator, config);
         return Box::new(AxisSim::new(config, observed, start));
@@ -304,7 +305,7 @@ fn boxed<C: Compensator>(config: &AxisConfig, compensator: C, start: f64) -> Box
     Box::new(AxisSim::new(config, compensator, start))
 }
 
-/// Checks a gap that a method was told.
+/// Checks a gap that a method was told; an error is under `key`.
 pub(crate) fn told(
     key: &str,
     gap: Option<Gap>,

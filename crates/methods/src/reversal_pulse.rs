@@ -1,40 +1,42 @@
-//! A pulse at each reversal: extra speed or torque for a short time that pushes the motor across
+//! A pulse at each reversal: extra velocity or torque for a short time that pushes the motor across
 //! the gap.
 //!
 //! ```text
-//! at each change of sign of w_ref (|w_ref| <= 1e-6 rad/s keeps it), after the set delay:
-//! direction * a (1 - t/T) for 0 <= t < T is added to the velocity reference, direction * m (1 - t/T) to the torque
+//! after each change of sign of w_ref (|w_ref| <= 1e-6 rad/s keeps it) and the set delay, for 0 <= t < T:
+//! velocity  s a (1 - t/T), rad/s        torque  s m (1 - t/T), N m        s: commanded direction
+//! a left out and no torque given: a T/2 = 2 b, the pulse's area is the total gap
 //! ```
 //! Nothing holds the motor there afterwards: the position loop does not know of the gap and pulls
-//! it back. It shortens the time in which the load stands still after a reversal; the offset of
-//! half a gap stays.
+//! it back. The pulse shortens the time in which the load stands still after a reversal; the offset
+//! of half a gap stays. Against the velocity loop a torque pulse works only while it is shorter
+//! than the loop's own time (about 1/(2 pi f_v)), and it lands the motor hard.
 //!
-//! Signals: reference velocity, rad/s. Tunables: speed a (rad/s at the motor; if left out, so much
-//! that the pulse's area is the true gap and no torque is given), torque m (N m), time T (ms),
-//! delay (ms). It knows the gap where neither is given. Against the velocity loop a torque pulse
-//! works only while it is shorter than the loop's own time (about 1/(2 pi f_v)), and it lands the
-//! motor hard. Fails: too strong, it makes a notch of the opposite sign; right at one feed and
-//! friction, it is wrong at others; on a load without friction it pushes at the wrong time. Source:
-//! common practice: backlash acceleration of Fanuc (servo function), stick-slip or friction
+//! Signals: reference velocity, rad/s. Settings: speed a (rad/s at the motor), torque m (N m), time
+//! T (ms), delay (ms). It knows the gap where neither speed nor torque is given.
+//!
+//! Fails: too strong, it makes a notch of the opposite sign; right at one feed and friction, it is
+//! wrong at others; on a load without friction it pushes at the wrong time.
+//!
+//! Source: common practice, backlash acceleration of Fanuc (servo function), stick-slip or friction
 //! injection pulse of Siemens and Heidenhain.
 
 use crate::AxisConfig;
 use crate::ramp::direction;
 use crate::registry::{Registered, Settings};
+use lostmotion_drive::config::Transmission;
+use lostmotion_drive::config::check::{AxisConfigError, between, not_negative};
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use serde::{Deserialize, Serialize};
-use lostmotion_drive::config::check::{AxisConfigError, between, not_negative};
-use lostmotion_drive::config::{Transmission};
 
 /// Settings of `reversal-pulse`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReversalPulseSettings {
-    /// Speed at the start of the pulse, rad/s at the motor; if left out, so much that the pulse's
-    /// area is the machine's true gap, or none where the pulse is one of torque.
+    /// Speed at the start of the pulse, rad/s at the motor. If left out, the pulse's area is the
+    /// machine's true gap, or there is no velocity pulse where a torque is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_rad_s: Option<f64>,
-    /// Torque at the start of the pulse, N m; none if left out.
+    /// Torque at the start of the pulse, N m; no torque if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque_nm: Option<f64>,
     /// Time in which it falls to zero, ms.
@@ -66,9 +68,13 @@ impl Settings for ReversalPulseSettings {
 /// The method `reversal-pulse`.
 #[derive(Clone, Copy, Debug)]
 pub struct ReversalPulse {
+    /// Height of the velocity pulse, rad/s.
     speed: f64,
+    /// Height of the torque pulse, N m.
     torque: f64,
+    /// Length of the pulse, servo ticks.
     ticks: f64,
+    /// From the reversal to the pulse, servo ticks.
     delay: f64,
 }
 
@@ -94,7 +100,7 @@ impl Registered for ReversalPulse {
     fn from_axis(config: &AxisConfig) -> ReversalPulse {
         let settings = &config.compensation.reversal_pulse;
         let per_ms = 1e-3 / config.servo_period_s();
-        // a triangle of the gap's area
+        // a triangle whose area is the total gap
         let of_gap = 2.0 * config.reflected_load().gap_rad / (settings.time_ms * 1e-3);
         ReversalPulse {
             speed: settings
@@ -121,6 +127,7 @@ impl Compensator for ReversalPulse {
     fn initial(&self, _motor_position: f64) -> ReversalPulseState {
         ReversalPulseState {
             direction: 0,
+            // no pulse before the first reversal
             since: self.delay + self.ticks,
         }
     }
@@ -134,6 +141,7 @@ impl Compensator for ReversalPulse {
                 since: 0.0,
             };
         }
+        // part of the pulse that has passed: below 0 in the delay, 1 and more behind it
         let u = (state.since - self.delay) / self.ticks;
         state.since = (state.since + 1.0).min(self.delay + self.ticks);
         if !(0.0..1.0).contains(&u) {

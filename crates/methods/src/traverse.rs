@@ -1,8 +1,12 @@
-//! A planned rest-to-rest way of the motor across the gap: the quintic `10 u^3 - 15 u^4 + 6 u^5`.
+//! A planned rest-to-rest motion of the motor across the gap.
 //!
-//! It starts and ends without speed and acceleration. Its peak acceleration is 10/sqrt(3) = 5.77
-//! times way over time squared, so the torque that a drive may spend on it sets its time:
-//! `T_g = sqrt(5.77 J_M way/torque)`.
+//! ```text
+//! u = t/T_g,   offset = from + way (10 u^3 - 15 u^4 + 6 u^5)      no velocity and no acceleration at both ends
+//! peak acceleration = 10/sqrt(3) way/T_g^2                        at u = 1/2 -+ sqrt(3)/6
+//! T_g = sqrt(5.77 J_M way/torque)                                 from the torque that the drive may spend on it
+//! ```
+//! The quintic is the polynomial of least degree for these six end conditions; without a step of
+//! acceleration at the start and at the landing it does not excite the shaft.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,12 +28,14 @@ pub(super) struct Offset {
     pub(super) acceleration: f64,
 }
 
-/// Peak of the second derivative of the quintic: 10/sqrt(3).
-const PEAK: f64 = 5.773_502_691_896_258;
+/// Peak of the quintic's second derivative for a way and time of one: 10/sqrt(3). Derived.
+const PEAK_ACCELERATION: f64 = 5.773_502_691_896_258;
 
-/// Servo ticks of `period` s for a way (rad) within a peak acceleration (rad/s2), within bounds.
+/// Servo ticks of `period` s that a way (rad) takes within a peak acceleration (rad/s2), limited to
+/// `least` and `most`.
 pub(super) fn ticks_for(way: f64, acceleration: f64, period: f64, [least, most]: [u32; 2]) -> u32 {
-    let time = (PEAK * way.abs() / acceleration).sqrt();
+    let time = (PEAK_ACCELERATION * way.abs() / acceleration).sqrt();
+    // rounded up, so that the peak stays below the limit; a time that is not finite takes the most
     let ticks = (time / period).ceil();
     if ticks < f64::from(most) {
         (ticks as u32).max(least)
@@ -39,7 +45,7 @@ pub(super) fn ticks_for(way: f64, acceleration: f64, period: f64, [least, most]:
 }
 
 impl Traverse {
-    /// Sets out from where it is to another offset.
+    /// Starts from its present offset to another one, rad.
     pub(super) fn start(&mut self, to: f64, ticks: u32) {
         *self = Traverse {
             from: self.position(f64::from(self.tick)),
@@ -49,23 +55,25 @@ impl Traverse {
         };
     }
 
-    /// Whether it is still under way.
+    /// Whether it has not arrived yet.
     pub(super) fn moving(&self) -> bool {
         self.tick < self.ticks
     }
 
-    /// Where it is, rad.
+    /// Its present offset, rad.
     pub(super) fn now(&self) -> f64 {
         self.position(f64::from(self.tick))
     }
 
-    /// Takes one tick of `period` s. The acceleration is that of a moment later: `lead_ticks` for
-    /// whatever delays the torque.
+    /// Advances by one tick of `period` s. The acceleration is taken `lead_ticks` later, to make up for
+    /// the delay of the torque.
     pub(super) fn step(&mut self, lead_ticks: f64, period: f64) -> Offset {
         let before = self.position(f64::from(self.tick));
         self.tick = (self.tick + 1).min(self.ticks);
         let now = f64::from(self.tick);
         let position = self.position(now);
+        // the velocity is the difference of positions, so that its sum is exactly the way; the
+        // acceleration is the mean over the coming tick, which the servo holds
         Offset {
             position,
             velocity: (position - before) / period,

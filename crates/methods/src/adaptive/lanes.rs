@@ -16,9 +16,9 @@
 //! `e^2` over its variance is what the true parameters make least (prediction error method).
 
 use super::window::{Sample, Window};
+use lostmotion_base::Clock;
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
-use lostmotion_base::Clock;
 
 /// Hypotheses side by side.
 pub(super) const LANES: usize = 8;

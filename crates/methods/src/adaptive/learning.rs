@@ -16,7 +16,7 @@
 //! The four unknowns are those of `load_filter`.
 
 use super::bridge::{BLOCK, Block, Bridge};
-use super::load_filter::{LEAST_INERTIA, LoadFilter, N, VISCOUS_SPEED, LoadVector};
+use super::load_filter::{LEAST_INERTIA, LoadFilter, LoadVector, N, VISCOUS_SPEED};
 use super::watch::Motor;
 use lostmotion_base::Clock;
 use lostmotion_drive::Signals;

@@ -57,12 +57,15 @@ mod watch;
 mod window;
 
 use crate::AxisConfig;
-use lostmotion_base::Clock;
 use crate::crossing::{Crossing, CrossingState};
 use crate::readings::Readings;
 use crate::registry::{Registered, Settings};
 use floating::Floating;
+use lanes::Known;
 use learning::{LearningState, Seen};
+use lostmotion_base::Clock;
+use lostmotion_drive::config::Transmission;
+use lostmotion_drive::config::check::{AxisConfigError, between};
 use lostmotion_drive::twin::{LoadModel, Twinned};
 use lostmotion_drive::{Compensator, Correction, Knowledge, MethodInfo, Signals};
 use prior::Prior;
@@ -70,11 +73,8 @@ use reading::Reading;
 use said::Said;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use lanes::Known;
 use watch::{Motor, Watch};
 use window::Window;
-use lostmotion_drive::config::check::{AxisConfigError, between};
-use lostmotion_drive::config::{Transmission};
 
 /// Settings of `adaptive`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -14,8 +14,8 @@
 
 use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
-use super::said::{AGAINST, ENDLESS, Onset, Said};
 use super::prior::{GAP, Prior, Vector, lanes_of, uniform};
+use super::said::{AGAINST, ENDLESS, Onset, Said};
 use super::window::Window;
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};

@@ -7,10 +7,10 @@
 //! faint.
 
 use super::window::{Recent, Sample, Tick, Window};
+use lostmotion_base::Clock;
 use lostmotion_drive::Signals;
 use lostmotion_drive::twin::TwinState;
 use serde::{Deserialize, Serialize};
-use lostmotion_base::Clock;
 
 /// Parts of the rated torque with which a flank is surely pressed: half the load's friction, within
 /// these bounds.
