@@ -1,32 +1,35 @@
-//! Iterative learning for motions that come again: what the load did wrong last time is corrected
-//! this time.
+//! Iterative learning for motions that repeat: what the load did wrong last time is corrected this
+//! time.
 //!
 //! ```text
 //! stroke:      from one reversal of the reference to the next, in cells of 1 ms from the instant of the reversal (found between ticks)
 //! repetition:  a stroke that begins like a stored one (position within 5e-4 rad, acceleration within a fiftieth, same direction), as long as its
-//!              reference stays within 5e-4 rad and 1e-4 of the way of the stored one; where it leaves, another stored stroke may take over
-//! error:       e(n) = theta_ref - theta_L in cell n, the load read from its scale
-//! learning:    u(n) <- Q (u(n) + gamma e(n + lead)), after each run of a stroke, u the correction that was applied in it
-//! Q:           running mean over 2 m + 1 cells, three times: no shift in phase
-//! correction:  u at the present time within the stroke, straight between cells, blended in over 4 ms; its slope goes to the velocity
+//!              reference stays within 5e-4 rad and 1e-4 of the travelled way of the stored one; where it leaves, another stored stroke may follow
+//! error:       e(n) = theta_ref - theta_L in cell n, rad, the load read from its scale
+//! learning:    u(n) <- Q (u(n) + gamma e(n + lead)), after each run of a stroke; u: the correction that was applied, rad
+//! Q:           running mean over 2 m + 1 cells, three times: no phase shift
+//! correction:  u at the present time within the stroke, linear between cells, blended in over 4 ms; its slope goes to the velocity
 //! ```
 //! P-type learning with lead and zero-phase filter. The lead stands for the delay from a change of
 //! the reference to the load. A run whose error is a tenth above that of the first one drops the
 //! correction and halves gamma for that stroke. |u| stays below a twentieth of a turn.
 //!
-//! **It needs the load's side**, the scale of `load-feedback` (ideal on a machine without one), and
-//! the same stroke again: it is the method for series of parts, circles and pockets in many passes.
-//! Repetitions are told from the reference alone; nothing has to mark a pass. What it learns is all
-//! of the load's error, the servo's share and the wind-up as well as the gap's. Signals: reference
-//! position, velocity and acceleration, load position (rad at the motor). Tunables: gamma (0 to 1),
-//! lead (ms), filter m (ms), memory (s of strokes; 16 bytes a ms). When the memory is full the
-//! stroke that was used longest ago goes; a stroke longer than the memory is not learned.
+//! **It needs a scale at the load** (ideal on a machine without one), and the same stroke again:
+//! series of parts, circles, pockets in many passes. Repetitions are recognised from the reference
+//! alone; the program marks nothing. It learns the whole error of the load, the servo's share and
+//! the wind-up as well as the gap's.
 //!
-//! Fails: on what does not come again it does nothing. A load without friction bounces differently
-//! after each landing, so that learning stops at what the filter lets through. A stroke that shares
-//! its beginning with another one gets the wrong correction until they part. Source: Arimoto,
-//! Kawamura, Miyazaki, J. Robotic Systems 1 (1984); Bristow, Tharayil, Alleyne, IEEE Control Syst.
-//! Mag. 26 (2006).
+//! Signals: reference position, velocity and acceleration, load position (rad at the motor).
+//! Settings: gamma (0 to 1), lead (ms), filter m (ms), memory (s of strokes; 16 bytes a ms). When
+//! the memory is full, the stroke that was not used for the longest time is dropped; a stroke
+//! longer than the memory is not learned.
+//!
+//! Fails: without repetition it does nothing. A load without friction bounces differently after
+//! each landing, so that learning stops at what the filter lets through. A stroke that shares its
+//! beginning with another one gets the wrong correction until they part.
+//!
+//! Source: Arimoto, Kawamura, Miyazaki, J. Robotic Systems 1 (1984); Bristow, Tharayil, Alleyne,
+//! IEEE Control Syst. Mag. 26 (2006). The recognition of strokes is this project's.
 
 use crate::AxisConfig;
 use crate::ramp::direction;
@@ -42,13 +45,13 @@ use std::f64::consts::TAU;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct IterativeLearningSettings {
-    /// Part of the error that a repetition takes up, 0 to 1.
+    /// Part of the error that a repetition corrects, 0 to 1.
     pub rate: f64,
     /// How far ahead of the error its correction comes, ms.
     pub lead_ms: f64,
     /// Half the width of the filter's running mean, whole ms.
     pub filter_ms: f64,
-    /// Strokes that are remembered, s of motion.
+    /// Strokes that are stored, s of motion.
     pub memory_s: f64,
 }
 
@@ -72,12 +75,12 @@ impl Settings for IterativeLearningSettings {
     }
 }
 
-/// Length of a cell, s.
+/// Length of a cell, s: the usual period of the commands.
 const CELL_S: f64 = 1e-3;
-/// Cells over which one correction is blended into the next: 4 ms.
-const BLEND: f64 = 4.0;
-/// Largest correction, rad.
-const LARGEST: f64 = TAU / 20.0;
+/// Cells over which one correction is blended into the next: 4 ms. Origin unknown, kept.
+const BLEND_CELLS: f64 = 4.0;
+/// Largest correction, rad: a twentieth of a turn, 1 mm on a screw of 20 mm. A choice.
+const LARGEST_CORRECTION_RAD: f64 = TAU / 20.0;
 
 /// The method `iterative-learning`.
 #[derive(Clone, Copy, Debug)]
@@ -90,19 +93,18 @@ pub struct IterativeLearning {
     blend: f64,
 }
 
-/// What has been learned, and the stroke under way.
+/// The stored strokes, and the stroke under way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IterativeLearningState {
     strokes: Strokes,
     run: Run,
-    /// Stored stroke that is repeated, if any.
+    /// Stored stroke that is repeated; `None` for a new one.
     known: Option<usize>,
     /// Ticks since the reversal.
     age: f64,
-    /// Ticks since one correction began to give way to the next, and by how much they differed
-    /// then, rad.
+    /// Ticks since the blend from one correction to the next began, and their difference then, rad.
     blend: [f64; 2],
-    /// Reference position and velocity, error and correction of the tick before; none at the start.
+    /// Reference position and velocity, error and correction of the tick before; `None` at the start.
     before: Option<[f64; 4]>,
 }
 
@@ -125,7 +127,7 @@ impl Registered for IterativeLearning {
             lead_cells: settings.lead_ms,
             filter_cells: settings.filter_ms as usize,
             most_cells: (settings.memory_s * 1e3) as usize,
-            largest: LARGEST,
+            largest: LARGEST_CORRECTION_RAD,
         };
         let period_s = config.servo_period_s();
         let cell = CELL_S / period_s;
@@ -133,13 +135,13 @@ impl Registered for IterativeLearning {
             law,
             period_s,
             cell,
-            blend: BLEND * cell,
+            blend: BLEND_CELLS * cell,
         }
     }
 }
 
 impl IterativeLearning {
-    /// Ends a stroke and begins the next.
+    /// Ends a stroke at a reversal `since` ticks ago, and begins the next one.
     fn turn(
         &self,
         state: &mut IterativeLearningState,
@@ -147,12 +149,16 @@ impl IterativeLearning {
         direction: i8,
         since: f64,
     ) {
+        // what came before the first reversal is no stroke; one that is longer than the memory is
+        // not whole
         let mut run = std::mem::take(&mut state.run);
         let whole = run.ways.len() <= self.law.most_cells;
         if run.beginning.direction != 0 && whole {
             state.strokes.learn(&mut run, state.known, &self.law);
         }
         let reference = &signals.reference;
+        // back to the instant of the reversal, where the velocity was zero: half of velocity times
+        // time
         let way_since = reference.velocity * since * self.period_s * 0.5;
         run.beginning = Beginning {
             position: reference.position - way_since,
@@ -164,18 +170,20 @@ impl IterativeLearning {
         }
         state.run = run;
         state.age = since;
+        // a stored stroke may begin alike; its reference is compared as it goes on
         let known = state.strokes.find(&state.run.beginning, &[]);
         self.switch(state, known);
     }
 
-    /// Goes over to another stored stroke, or to none.
+    /// Changes to another stored stroke, or to none.
     fn switch(&self, state: &mut IterativeLearningState, known: Option<usize>) {
         let last = state.before.map_or(0.0, |before| before[3]);
         state.known = known;
+        // start the blend at the present correction: no step of the position
         state.blend = [0.0, last - state.planned(self.cell)];
     }
 
-    /// Fills the cell that lies between the tick before and this one, if one does.
+    /// Records the cell whose time lies between the last tick and this one, if there is one.
     fn record(
         &self,
         state: &mut IterativeLearningState,
@@ -188,6 +196,7 @@ impl IterativeLearning {
         if cell > self.law.most_cells || state.age < self.cell * cell as f64 {
             return;
         }
+        // the cell's instant lies this part of a tick back: linear interpolation
         let share = (state.age - self.cell * cell as f64).clamp(0.0, 1.0);
         let at = |now: f64, before: f64| now + (before - now) * share;
         let way = at(position, before[0]) - state.run.beginning.position;
@@ -198,6 +207,8 @@ impl IterativeLearning {
             .known
             .is_some_and(|known| !state.strokes.goes_on(known, cell, way))
         {
+            // the reference leaves the stored one: another stored stroke may have gone the same way
+            // so far
             let other = state.strokes.find(&state.run.beginning, &state.run.ways);
             self.switch(state, other);
         }
@@ -231,6 +242,7 @@ impl Compensator for IterativeLearning {
     }
 
     fn step(&self, state: &mut IterativeLearningState, signals: &Signals) -> Correction {
+        // nothing to learn from without a scale
         let Some(load) = signals.load_position else {
             return Correction::NONE;
         };
@@ -249,10 +261,11 @@ impl Compensator for IterativeLearning {
             };
             self.turn(state, signals, now, since);
         }
+        // planned correction, with what is left of the difference to the one before
         state.blend[0] = (state.blend[0] + 1.0).min(self.blend);
         let correction = (state.planned(self.cell)
             + state.blend[1] * (1.0 - state.blend[0] / self.blend))
-            .clamp(-LARGEST, LARGEST);
+            .clamp(-LARGEST_CORRECTION_RAD, LARGEST_CORRECTION_RAD);
         let error = position - load;
         self.record(state, before, position, error, correction);
         state.before = Some([position, velocity, error, correction]);

@@ -1,12 +1,18 @@
-//! What is known of a number of which readings come one after the other: the largest group of the
-//! last ones that agree.
+//! A robust estimate of a quantity that is read again and again: the largest group of the last
+//! readings that agree.
 //!
-//! A reading may be wrong and sure of itself, so none counts alone, and none is believed because it
-//! came first. Readings agree within their variances and the drift since; those of the largest
-//! group (of groups of one size, the one with the newest reading) are joined by a scalar Kalman
-//! filter from the oldest on. Where the flank wavered, the motor may have crossed more than once,
-//! and the way adds up: such a reading counts only if it is not much larger than those of single
-//! crossings.
+//! A reading may be wrong and report a small variance, so none is believed because it came first,
+//! and one alone only where it is clear. Readings agree within their variances and the drift since;
+//! those of the largest group (of groups of one size, the one with the newest reading) are joined
+//! by weighted least squares, a straight line over their age, whose slope is held by the drift that
+//! is possible.
+//!
+//! ```text
+//! agree:   (z_i - z_c)^2 <= 9 (P_i + P_c + (0.005 z_c |age_i - age_c|)^2)
+//! line:    minimise sum (z_i - x + s age_i)^2/P_i + s^2/(0.005 z_c)^2      x: value at the newest of the group, s: drift a reading
+//! ```
+//! Where the flank wavered, the motor may have crossed more than once, and the distances add up:
+//! such a reading counts only if it is not much larger than those of single crossings.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,35 +20,41 @@ use serde::{Deserialize, Serialize};
 /// 1: what the data do not determine stays finite. Origin unknown, kept.
 pub(crate) const LEAST_PIVOT: f64 = 1e-14;
 
-/// Readings kept.
-const KEPT: usize = 8;
-/// Standard deviation of the drift from reading to reading, part of the value.
-const DRIFT: f64 = 0.005;
-/// Standard deviation that no reading undercuts, part of the value.
-const LEAST: f64 = 0.005;
-/// Standard deviations within which readings agree.
-const GATE: f64 = 3.0;
-/// Standard deviation over value below which what is known is used, and a reading that counts
-/// alone.
-const SURE: f64 = 0.1;
-const ALONE: f64 = 0.2;
-/// A reading over a flank that wavered is too large if it is so many times one of a single
-/// crossing.
-const LARGER: f64 = 1.5;
+/// Number of readings kept. Decision 62 of the book; origin of the number unknown, kept.
+const KEPT_READINGS: usize = 8;
+/// Standard deviation of the drift from reading to reading, part of the value. Origin unknown,
+/// kept; the tests below follow a drift of as much.
+const DRIFT_SHARE: f64 = 0.005;
+/// Least standard deviation of a reading, part of the value: errors of the model that no variance
+/// reports. Origin unknown, kept.
+const LEAST_DEVIATION_SHARE: f64 = 0.005;
+/// Standard deviations within which readings agree: 3 leave out 0.3 % of good ones.
+const GATE_DEVIATIONS: f64 = 3.0;
+/// Largest standard deviation of a group that is used, part of its value. Origin unknown, kept.
+const LARGEST_DOUBT: f64 = 0.1;
+/// Largest standard deviation of a single reading that is used, part of its value. Origin unknown,
+/// kept.
+const LARGEST_DOUBT_ALONE: f64 = 0.2;
+/// Ratio to the smallest single crossing from which on a reading over a wavering flank counts as
+/// several crossings added up: between once and twice the gap.
+const ADDED_UP_RATIO: f64 = 1.5;
 
+/// The last readings, and the estimate of their largest group.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Readings {
+    /// Estimate, in the unit of the readings.
     pub(super) value: f64,
+    /// Its variance.
     pub(super) variance: f64,
     /// Readings in the group.
     pub(super) count: u32,
     /// Readings in all.
     pub(super) seen: u32,
     /// The newest first.
-    recent: [Option<Kept>; KEPT],
+    recent: [Option<Kept>; KEPT_READINGS],
 }
 
-/// A reading that is kept.
+/// A reading, and how far it is to be believed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Kept {
     value: f64,
@@ -52,9 +64,11 @@ struct Kept {
 }
 
 impl Readings {
-    /// Takes a reading and its variance; `wavered`: the flank wavered meanwhile; `alone`: it is so
-    /// clear that it counts alone.
+    /// Takes a reading and its variance; `wavered`: the flank wavered meanwhile; `alone`: it is clear
+    /// enough to count alone.
     pub(super) fn take(&mut self, value: f64, variance: f64, wavered: bool, alone: bool) {
+        // the smallest single crossing bounds the readings over wavering flanks, the new one and
+        // those kept
         let single = |kept: &Kept| {
             if kept.wavered {
                 f64::INFINITY
@@ -62,7 +76,7 @@ impl Readings {
                 kept.value
             }
         };
-        let most = LARGER
+        let most = ADDED_UP_RATIO
             * self
                 .recent
                 .iter()
@@ -76,15 +90,18 @@ impl Readings {
         self.recent
             .iter_mut()
             .for_each(|entry| *entry = entry.filter(|kept| !kept.wavered || kept.value <= most));
+        // the oldest gives way to the new one
         self.recent.rotate_right(1);
         self.recent[0] = Some(Kept {
             value,
-            variance: variance + LEAST * LEAST * value * value,
+            variance: variance + LEAST_DEVIATION_SHARE * LEAST_DEVIATION_SHARE * value * value,
             wavered,
             alone,
         });
         self.count = 0;
-        for age in 0..KEPT {
+        // consensus: the group around each reading in turn; of equal ones the first, which holds
+        // the newest
+        for age in 0..KEPT_READINGS {
             let group = self.group(age);
             if group.count > self.count {
                 (self.value, self.variance, self.count) =
@@ -93,8 +110,8 @@ impl Readings {
         }
     }
 
-    /// The readings that agree with one of them, joined: a straight line over their age up to the
-    /// newest of them, as steep as they show and drifts are.
+    /// The readings that agree with the one at `around`, joined by a straight line over their age, at
+    /// the newest of them.
     fn group(&self, around: usize) -> Readings {
         let mut joined = Readings::default();
         let Some(Kept {
@@ -105,8 +122,9 @@ impl Readings {
         else {
             return joined;
         };
-        let drift = DRIFT * centre;
-        // what is left out says nothing of how far the drift went meanwhile
+        let drift = DRIFT_SHARE * centre;
+        // normal equations of value and slope; the slope's prior is the drift from reading to reading.
+        // Ages count from the newest of the group: one that is left out does not let the line run on
         let mut newest = None;
         let (mut normal, mut right) = ([0.0, 0.0, 1.0 / (drift * drift)], [0.0; 2]);
         for (age, reading) in self.recent.iter().enumerate() {
@@ -116,8 +134,10 @@ impl Readings {
             else {
                 continue;
             };
+            // the gate widens with the drift between both
             let apart = drift * age.abs_diff(around) as f64;
-            if (value - centre) * (value - centre) > GATE * GATE * (its + variance + apart * apart)
+            if (value - centre) * (value - centre)
+                > GATE_DEVIATIONS * GATE_DEVIATIONS * (its + variance + apart * apart)
             {
                 continue;
             }
@@ -131,20 +151,28 @@ impl Readings {
             right = [right[0] + weight * value, right[1] - weight * age * value];
             joined.count += 1;
         }
+        // 2 by 2 system in closed form; the variance is that of the value with the slope free
         let determinant = normal[0] * normal[2] - normal[1] * normal[1];
         joined.value = (normal[2] * right[0] - normal[1] * right[1]) / determinant;
         joined.variance = normal[2] / determinant;
         joined
     }
 
-    /// The value to use: that of readings that agree, or the least of those that count alone, since
-    /// too small a one can do no harm. 0 if none is sure.
+    /// The value to use: that of the group, or the smallest of the readings that count alone, since a
+    /// gap that is too small only leaves a part of the error. 0 where nothing is known well enough.
     pub(super) fn used(&self) -> f64 {
         if self.count > 1 {
-            return if self.doubt() < SURE { self.value } else { 0.0 };
+            return if self.doubt() < LARGEST_DOUBT {
+                self.value
+            } else {
+                0.0
+            };
         }
-        let alone =
-            |kept: &&Kept| kept.alone && kept.variance < ALONE * ALONE * kept.value * kept.value;
+        let alone = |kept: &&Kept| {
+            kept.alone
+                && kept.variance
+                    < LARGEST_DOUBT_ALONE * LARGEST_DOUBT_ALONE * kept.value * kept.value
+        };
         self.recent
             .iter()
             .flatten()
@@ -154,7 +182,7 @@ impl Readings {
             .unwrap_or(0.0)
     }
 
-    /// Standard deviation over value.
+    /// Standard deviation of the group over its value; infinite while nothing is known.
     pub(super) fn doubt(&self) -> f64 {
         if self.count == 0 || self.value <= 0.0 {
             f64::INFINITY

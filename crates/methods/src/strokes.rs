@@ -1,22 +1,31 @@
-//! Strokes that were seen, with what was learned for each; a memory with a bound.
+//! Strokes that were run, with what was learned for each: a bounded memory for
+//! `iterative-learning`.
 //!
-//! A stroke goes from one reversal of the reference to the next. It is known again by its
-//! beginning, and stays known as long as its reference stays where the stored one was.
+//! A stroke goes from one reversal of the reference to the next. It is recognised by its beginning
+//! (position, acceleration and direction), and counts as the same as long as its reference stays on
+//! the stored one. The least recently used stroke is dropped when the memory is full.
+//!
+//! ```text
+//! u(n) <- Q (u(n) + gamma e(n + lead))       n: cell of 1 ms; u: correction, e: error of the load, rad
+//! ```
 
 use serde::{Deserialize, Serialize};
 
-/// Cells of a stroke that is worth remembering: 20 ms.
-const SHORTEST: usize = 20;
-/// What a stroke takes beside its cells, in cells.
-const OVERHEAD: usize = 8;
-/// How near a reference has to be to count as the same: rad, and part of the way since the
-/// reversal.
-const NEAR_RAD: f64 = 5e-4;
-const NEAR_SHARE: f64 = 1e-4;
-/// How near the accelerations at the reversal, over the larger.
-const ALIKE: f64 = 0.02;
-/// An error this much above that without correction ends a correction.
-const WORSE: f64 = 1.1;
+/// Cells of the shortest stroke that is stored: 20 ms. Origin unknown, kept.
+const SHORTEST_STROKE_CELLS: usize = 20;
+/// Memory that a stroke takes besides its cells, in cells.
+const OVERHEAD_CELLS: usize = 8;
+/// Largest distance between two references that count as the same, rad at the motor: 1.6 um on a
+/// screw of 20 mm. Origin unknown, kept.
+const SAME_WITHIN_RAD: f64 = 5e-4;
+/// What is added to it, as a part of the way since the reversal. Origin unknown, kept.
+const SAME_WITHIN_SHARE: f64 = 1e-4;
+/// Largest difference of the accelerations at the reversals of two strokes that begin alike, as a
+/// part of the larger. Origin unknown, kept.
+const SAME_ACCELERATION_SHARE: f64 = 0.02;
+/// RMS error over that of the first run from which on a correction is dropped. Origin unknown,
+/// kept.
+const HARMFUL_RATIO: f64 = 1.1;
 
 /// How a stroke begins: position (rad), acceleration (rad/s2) and direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -30,8 +39,8 @@ impl Beginning {
     fn is_like(&self, other: &Beginning) -> bool {
         let larger = self.acceleration.abs().max(other.acceleration.abs());
         self.direction == other.direction
-            && (self.position - other.position).abs() <= NEAR_RAD
-            && (self.acceleration - other.acceleration).abs() <= ALIKE * larger
+            && (self.position - other.position).abs() <= SAME_WITHIN_RAD
+            && (self.acceleration - other.acceleration).abs() <= SAME_ACCELERATION_SHARE * larger
     }
 }
 
@@ -45,7 +54,7 @@ pub(super) struct Run {
     pub(super) errors: Vec<f64>,
 }
 
-/// A remembered stroke.
+/// A stored stroke.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Stroke {
     beginning: Beginning,
@@ -53,18 +62,21 @@ struct Stroke {
     correction: Vec<f64>,
     /// RMS of the error when it was first seen, rad.
     first: f64,
+    /// gamma of this stroke; halved each time that its correction did harm.
     rate: f64,
+    /// Clock of its last use.
     used: u64,
 }
 
-/// All strokes.
+/// All stored strokes, and a clock that counts their uses.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Strokes {
     strokes: Vec<Stroke>,
     clock: u64,
 }
 
-/// How learning goes.
+/// The learning law: gamma, lead and half width of the filter in cells, the memory in cells, and the
+/// bound of a correction, rad.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Law {
     pub(super) rate: f64,
@@ -74,11 +86,12 @@ pub(super) struct Law {
     pub(super) largest: f64,
 }
 
+/// Whether two references are on the same way, rad.
 fn near(way: f64, stored: f64) -> bool {
-    (way - stored).abs() <= NEAR_RAD + NEAR_SHARE * stored.abs()
+    (way - stored).abs() <= SAME_WITHIN_RAD + SAME_WITHIN_SHARE * stored.abs()
 }
 
-/// Value between cells; the last one beyond the end.
+/// Linear interpolation between cells; the last value beyond the end.
 fn between(cells: &[f64], at: f64) -> f64 {
     let Some(last) = cells.last() else { return 0.0 };
     let n = at.max(0.0) as usize;
@@ -89,7 +102,7 @@ fn between(cells: &[f64], at: f64) -> f64 {
 }
 
 impl Strokes {
-    /// A stroke that begins so and whose ways so far are these, the one used last first.
+    /// The stored stroke with this beginning and these ways so far; of several the one used last.
     pub(super) fn find(&mut self, beginning: &Beginning, ways: &[f64]) -> Option<usize> {
         let same = |stroke: &Stroke| {
             stroke.beginning.is_like(beginning)
@@ -100,6 +113,7 @@ impl Strokes {
                     .zip(ways)
                     .all(|(stored, way)| near(*way, *stored))
         };
+        // the most recent one: in a series of parts the order of the strokes repeats, too
         let found = (0..self.strokes.len())
             .filter(|&n| same(&self.strokes[n]))
             .max_by_key(|&n| self.strokes[n].used)?;
@@ -115,7 +129,7 @@ impl Strokes {
             .map_or(0.0, |stroke| between(&stroke.correction, cells))
     }
 
-    /// Whether a stroke goes on as the stored one does.
+    /// Whether the way at a cell is still that of the stored stroke.
     pub(super) fn goes_on(&self, stroke: usize, cell: usize, way: f64) -> bool {
         self.strokes
             .get(stroke)
@@ -123,17 +137,21 @@ impl Strokes {
             .is_some_and(|stored| near(way, *stored))
     }
 
-    /// Learns from a run, of a stroke that is known or of a new one.
+    /// Learns from a run of a stored stroke, or stores a new one.
     pub(super) fn learn(&mut self, run: &mut Run, known: Option<usize>, law: &Law) {
         let cells = run.ways.len();
         let rms = (run.errors.iter().map(|error| error * error).sum::<f64>() / cells.max(1) as f64)
             .sqrt();
-        if cells < SHORTEST || cells + OVERHEAD > law.most_cells || !rms.is_finite() {
+        if cells < SHORTEST_STROKE_CELLS
+            || cells + OVERHEAD_CELLS > law.most_cells
+            || !rms.is_finite()
+        {
             return;
         }
         self.clock += 1;
+        // the correction did harm: back to none, and more carefully; else learn from this run
         match known.and_then(|n| self.strokes.get_mut(n)) {
-            Some(stroke) if rms > WORSE * stroke.first => {
+            Some(stroke) if rms > HARMFUL_RATIO * stroke.first => {
                 stroke.rate *= 0.5;
                 stroke.correction.fill(0.0);
             }
@@ -142,8 +160,9 @@ impl Strokes {
                 stroke.correction = next;
                 stroke.ways.clone_from(&run.ways);
             }
+            // new: what the run shows without a correction is the first step of learning
             None => {
-                self.make_room(cells + OVERHEAD, law.most_cells);
+                self.make_room(cells + OVERHEAD_CELLS, law.most_cells);
                 let correction = law.next(run, law.rate);
                 let ways = std::mem::take(&mut run.ways);
                 self.strokes.push(Stroke {
@@ -158,27 +177,28 @@ impl Strokes {
         }
     }
 
-    /// Forgets strokes that were not used for the longest time.
+    /// Drops the least recently used strokes until there is room.
     fn make_room(&mut self, wanted: usize, most: usize) {
         let mut taken: usize = self
             .strokes
             .iter()
-            .map(|stroke| stroke.ways.len() + OVERHEAD)
+            .map(|stroke| stroke.ways.len() + OVERHEAD_CELLS)
             .sum();
         while taken + wanted > most {
             let Some(oldest) = (0..self.strokes.len()).min_by_key(|&n| self.strokes[n].used) else {
                 return;
             };
-            taken -= self.strokes.swap_remove(oldest).ways.len() + OVERHEAD;
+            taken -= self.strokes.swap_remove(oldest).ways.len() + OVERHEAD_CELLS;
         }
     }
 }
 
 impl Law {
-    /// `Q (u + rate e(n + lead))`.
+    /// `Q (u + gamma e(n + lead))`, bounded.
     fn next(&self, run: &Run, rate: f64) -> Vec<f64> {
         let raw =
             |n: usize| run.applied[n] + rate * between(&run.errors, n as f64 + self.lead_cells);
+        // three running means are nearly a Gaussian; centred, so that they do not shift the phase
         let mut cells: Vec<f64> = (0..run.ways.len()).map(raw).collect();
         (0..3).for_each(|_| cells = self.mean(&cells));
         cells
@@ -187,7 +207,7 @@ impl Law {
         cells
     }
 
-    /// Running mean, narrower towards the ends.
+    /// Centred running mean; towards the ends the window narrows, so that a straight line is kept.
     fn mean(&self, cells: &[f64]) -> Vec<f64> {
         let last = cells.len().saturating_sub(1);
         (0..cells.len())

@@ -1,39 +1,40 @@
-//! From one steady stretch to the next, over whatever lies between: the balance of momentum.
+//! The balance of momentum from one steady stretch to the next, over anything that lies between.
 //!
 //! Where short ramps at a large gap keep load and motor apart as long as they accelerate, no steady
-//! stretch ever shows the load's inertia. But the motor's torque over a reversal, all of it, has
-//! turned motor and load around, whatever bounced meanwhile:
+//! stretch shows the load's inertia. But the motor's impulse over a reversal has turned motor and
+//! load around, whatever bounced meanwhile:
 //! ```text
-//! sum (K_t i - b_v w - F_M sign(w)) h = (J_M + J_L)(w_2 - w_1) + sum (b_L w + T_f sign(w_L) + T_const) h
+//! sum (K_t i - b_v w - F_M sign(w)) h = (J_M + J_L)(w_2 - w_1) + sum (b_L w + T_f sign(w_L) + T_const) h       N m s
 //! ```
 //! Both speeds are means over 4 ms at the end of one stretch and the start of the next, where a
-//! flank carries the load; the current's sum is weighted to match. How long the load slid which way
-//! is known but for the time that it was loose.
+//! flank carries the load; the current's sum is weighted to match. How long the load slid in which
+//! direction is known except for the time without contact.
 
 use super::watch::Motor;
 use lostmotion_base::Clock;
 use lostmotion_drive::Signals;
 use serde::{Deserialize, Serialize};
 
-/// Ticks at most: 0.5 s.
-const LONGEST: u32 = 2000;
-/// Ticks for which the sign of the load's speed is not known in any case.
-const LOOSE: u32 = 8;
+/// Bound of the servo ticks of a bridge: 0.5 s. Origin unknown, kept.
+const LONGEST_BRIDGE_TICKS: u32 = 2000;
+/// Servo ticks for which the sign of the load's speed is unknown in any case. Origin unknown, kept.
+const LEAST_LOOSE_TICKS: u32 = 8;
 
-/// The way so far.
+/// Sums since the last steady stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Bridge {
     first: Block,
     /// Where the first stretch ended, rad.
     position: f64,
     ticks: u32,
+    /// Sum of the current, ticks times A.
     current: f64,
     /// Sums of the signs of the motor's and of the load's speed; ticks in which the load was loose.
     signs: [f64; 2],
     loose: u32,
 }
 
-/// What a bridge says, means over its time: the change of speed over time (rad/s2), speed (rad/s),
+/// Result of a bridge, means over its time: the change of speed over time (rad/s2), speed (rad/s),
 /// sign of the load's speed, torque behind the motor (N m), part of the time in which the load was
 /// loose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +47,7 @@ pub(super) struct Crossed {
 }
 
 impl Bridge {
-    /// Begins behind the last steady block, with what there is of the next.
+    /// Begins behind the last steady block, with the begun one after it.
     pub(super) fn start(first: Block, rest: &Block) -> Bridge {
         let mut bridge = Bridge {
             first,
@@ -60,7 +61,7 @@ impl Bridge {
         bridge
     }
 
-    /// Takes a block that was not completed; nobody turned around in it.
+    /// Adds a block that was not completed; neither motor nor load reversed in it.
     pub(super) fn skip(&mut self, rest: &Block) {
         self.ticks += rest.ticks;
         self.current += rest.rising + rest.falling;
@@ -68,8 +69,8 @@ impl Bridge {
         self.signs = self.signs.map(|sum| sum + sign);
     }
 
-    /// Takes a tick: the load's speed as the twin has it (rad/s), and whether the load is loose.
-    /// Says whether there is room for more.
+    /// Adds a tick: the load's speed by the twin (rad/s), and whether the load may be without contact.
+    /// Returns whether there is room for more.
     pub(super) fn push(&mut self, signals: &Signals, load_speed: f64, loose: bool) -> bool {
         self.ticks += 1;
         self.current += signals.mean_current;
@@ -85,10 +86,10 @@ impl Bridge {
             };
         }
         self.loose += u32::from(loose);
-        self.ticks < LONGEST
+        self.ticks < LONGEST_BRIDGE_TICKS
     }
 
-    /// Ends with a steady block and where the motor is at its end, rad.
+    /// Ends with a steady block and the motor's position at its end, rad.
     pub(super) fn end(
         &self,
         last: &Block,
@@ -99,18 +100,20 @@ impl Bridge {
         let (block, span) = (f64::from(BLOCK), f64::from(BLOCK) * Clock::SERVO.period_s());
         let ticks = f64::from(self.ticks) + block;
         let time = ticks * Clock::SERVO.period_s();
+        // mean speeds of both steady blocks, and the mean position between their middles
         let [before, after] = [
             (self.position - self.first.position) / span,
             (position - last.position) / span,
         ];
         let way = last.position + last.way / block - self.first.position - self.first.way / block;
         let (speed, acceleration) = (way / time, (after - before) / time);
-        // half of each steady block counts in full
+        // the triangles of both blocks count by half: together one whole block
         let ends = 0.5 * block * (before.signum() + after.signum());
         let [motor_sign, sign] = self.signs.map(|sum| (sum + ends) / ticks);
         let current = (self.first.rising + self.current + last.falling) / ticks;
+        // torque behind the motor, mean over the bridge
         let own = motor.inertia * acceleration + motor.viscous * speed + motor_coulomb * motor_sign;
-        let loose = f64::from(self.loose + LOOSE) / ticks;
+        let loose = f64::from(self.loose + LEAST_LOOSE_TICKS) / ticks;
         Crossed {
             acceleration,
             speed,
@@ -121,13 +124,10 @@ impl Bridge {
     }
 }
 
-// Half of a triangle: sums over 4 ms, from two of which in a row come means weighted with a
-// triangle over 8 ms.
-
-/// Ticks of a block: 4 ms.
+/// Servo ticks of a block: 4 ms. Decision 59 of the book.
 pub(super) const BLOCK: u32 = 16;
 
-/// Half of a triangle.
+/// Half of a triangle: sums over 4 ms. Two in a row make means weighted with a triangle over 8 ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Block {
     pub(super) ticks: u32,
@@ -148,8 +148,9 @@ impl Block {
         }
     }
 
-    /// Takes the tick that ends now.
+    /// Adds the tick that ends now.
     pub(super) fn push(&mut self, signals: &Signals) {
+        // weight of the tick's middle on the rising side, the rest on the falling one
         let part = (f64::from(self.ticks) + 0.5) / f64::from(BLOCK);
         self.rising += part * signals.mean_current;
         self.falling += (1.0 - part) * signals.mean_current;

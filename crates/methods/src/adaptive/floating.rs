@@ -1,45 +1,54 @@
-//! Where nothing holds the load, nobody knows where it is.
+//! Loads that float: where nothing holds a load, its position in the gap is unknown.
 //!
 //! A load without friction that is neither accelerated nor held by any torque floats between the
-//! flanks at whatever speed its last contact left it, and the motor does not see it. A traverse
-//! that is right for a load on its flank then lets it go, or pushes it: worse than none. So after a
-//! rest of such a load, or steady travel without need of torque, the gap is not crossed until
-//! flanks have changed many times without one, as on arcs.
+//! flanks at the speed that its last contact left it, and the motor does not show it. A traverse
+//! that is right for a load on its flank then releases it, or pushes it: worse than none. So after
+//! a rest of a load without friction, or steady travel without need of torque, the gap is not
+//! crossed until flanks have changed 4, then 16, then 64 times without one, as on arcs.
+//!
+//! ```text
+//! floats after 20 ms of:  friction < 0.01 T_rated,  |alpha_ref| = 0,  |need| < 0.01 T_rated
+//! hardly driven:          J_L |alpha_ref| + b_L |w_ref| < 0.001 T_rated between two changes of flank
+//! ```
 
 use lostmotion_drive::signal::Reference;
 use lostmotion_drive::twin::LoadModel;
 use serde::{Deserialize, Serialize};
 
-/// Ticks of rest or steady travel after which the load floats: 20 ms.
-const LONG: u32 = 80;
-/// Changes of flank without such a stretch after which it is on its flanks again: at first, and at
-/// most. They grow from stretch to stretch.
-const CHANGES: [u32; 2] = [2, 64];
-/// Parts of the rated torque: friction below which nothing holds the load, and torque that does not
-/// press it on a flank.
-const HELD: f64 = 0.01;
-const PRESSED: f64 = 0.01;
-/// Part of the rated torque that a load has to need at some time between two changes of flank, else
-/// it hardly feels its flanks.
-const DRIVEN: f64 = 1e-3;
-/// An acceleration below this is none, and a speed, rad/s2 and rad/s.
+/// Servo ticks of rest or steady travel after which the load floats: 20 ms. Origin unknown, kept.
+const FLOATS_AFTER_TICKS: u32 = 80;
+/// Changes of flank without a floating stretch after which a load is on its flanks again: at first,
+/// and at most. They grow from stretch to stretch. Decision 66 of the book.
+const CHANGES_WANTED: [u32; 2] = [2, 64];
+/// Coulomb friction that holds a load in place, part of the rated torque. Origin unknown, kept.
+const HOLDING_SHARE: f64 = 0.01;
+/// Torque that presses a load on a flank, part of the rated torque. Origin unknown, kept.
+const PRESSING_SHARE: f64 = 0.01;
+/// Torque that a load has to need at some time between two changes of flank for its contacts to
+/// show, part of the rated torque. Tuned on the study's matrix, decision 66 of the book.
+const DRIVING_SHARE: f64 = 1e-3;
+/// Acceleration and speed of a reference that count as zero, rad/s2 and rad/s: above rounding.
 const STEADY: f64 = 1e-6;
 
+/// Whether the load of an axis may float, from its reference and what is known of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Floating {
+    /// Servo ticks of the present stretch in which nothing holds or presses the load.
     steady: u32,
+    /// Changes of flank since the last such stretch.
     changes: u32,
+    /// Changes of flank that are wanted.
     wanted: u32,
     /// Most torque that its motion needed since the last change of flank, N m.
     most: f64,
 }
 
 impl Floating {
-    /// Nothing has floated yet.
+    /// No load has floated yet.
     pub(super) const NEVER: Floating = Floating {
         steady: 0,
-        changes: CHANGES[0],
-        wanted: CHANGES[0],
+        changes: CHANGES_WANTED[0],
+        wanted: CHANGES_WANTED[0],
         most: 0.0,
     };
 
@@ -54,28 +63,36 @@ impl Floating {
         changed: bool,
     ) {
         let need = load.need(reference.velocity, reference.acceleration, STEADY);
-        let free = friction < HELD * rated_torque
+        // nothing holds the load and nothing presses it
+        let free = friction < HOLDING_SHARE * rated_torque
             && reference.acceleration.abs() < STEADY
-            && need.abs() < PRESSED * rated_torque;
-        // what it may need all the time is learned last, and drives no change of flank
+            && need.abs() < PRESSING_SHARE * rated_torque;
+        // a constant torque is learned last and does not change the flank: it does not count as driving
         let driven =
             load.inertia * reference.acceleration.abs() + load.viscous * reference.velocity.abs();
         self.most = self.most.max(driven);
-        let hardly =
-            changed && load.coulomb < HELD * rated_torque && self.most < DRIVEN * rated_torque;
+        let hardly = changed
+            && load.coulomb < HOLDING_SHARE * rated_torque
+            && self.most < DRIVING_SHARE * rated_torque;
         if changed {
             self.most = 0.0;
         }
+        // a motion that hardly drives the load leaves it floating; each new floating stretch makes
+        // the demand four times as large
         let before = self.steady;
-        self.steady = if free { (self.steady + 1).min(LONG) } else { 0 };
+        self.steady = if free {
+            (self.steady + 1).min(FLOATS_AFTER_TICKS)
+        } else {
+            0
+        };
         if hardly {
             self.changes = 0;
-        } else if self.steady >= LONG {
-            if before < LONG && self.changes > 0 {
-                self.wanted = if self.wanted == CHANGES[0] {
+        } else if self.steady >= FLOATS_AFTER_TICKS {
+            if before < FLOATS_AFTER_TICKS && self.changes > 0 {
+                self.wanted = if self.wanted == CHANGES_WANTED[0] {
                     2 * self.wanted
                 } else {
-                    (4 * self.wanted).min(CHANGES[1])
+                    (4 * self.wanted).min(CHANGES_WANTED[1])
                 };
             }
             self.changes = 0;
@@ -116,9 +133,12 @@ mod tests {
                 floating.step(&rest, &load(coulomb), coulomb, 11.0, false);
             }
             assert_eq!(floating.floats(), expected);
-            for change in 1..=2 * CHANGES[0] {
+            for change in 1..=2 * CHANGES_WANTED[0] {
                 floating.step(&moving, &load(coulomb), coulomb, 11.0, true);
-                assert_eq!(floating.floats(), expected && change < 2 * CHANGES[0]);
+                assert_eq!(
+                    floating.floats(),
+                    expected && change < 2 * CHANGES_WANTED[0]
+                );
             }
         }
     }

@@ -1,19 +1,21 @@
 //! The load behind a motor whose motion is known, and the motor as its current should have moved
 //! it: eight hypotheses side by side.
 //!
-//! Over each sample, with the motor going from one measured position to the next at a steady speed
-//! `u`:
+//! Over each sample, with the motor going from one measured position to the next at a constant
+//! speed `u` (SI units at the motor):
 //! ```text
-//! load    D  = -b_L w_L - T_c - T_f sign(w_L)              all that drags it; it stands as long as T_f can hold the rest
-//!         r  = u - w_L - h D/J_L                           speed across the gap without the shaft
-//!         T  = (k p + d r) / (1 + (h^2 k + h d)/J_L)       p: lead x + h r past the flank, 0 within the gap
+//! load    D  = -b_L w_L - T_c - T_f sign(w_L)              all that resists it; it stands as long as T_f can hold the rest
+//!         r  = u - w_L - h D/J_L                           rate of the twist without the shaft
+//!         T  = (k p + d r)/(1 + (h^2 k + h d)/J_L)         p: lead x + h r past the flank, 0 within the gap
 //!         w_L += h (T + D)/J_L                             to rest at most
 //! motor   w  += H (K_t i - T - b_v w - F_M sign)/J_M       theta += H w
 //!         e   = theta measured - theta;  theta += alpha e, w += beta e/H
 //! ```
-//! `e` is the innovation: what the hypothesis did not foresee. alpha and beta are those of the
-//! steady Kalman filter for the encoder's rounding against a torque that nobody models; the sum of
-//! `e^2` over its variance is what the true parameters make least (prediction error method).
+//! The load's equation is implicit Euler with step `h` (a quarter of a sample), stable for any
+//! stiffness. `e` is the innovation: what the hypothesis did not predict. alpha and beta are those
+//! of the steady-state Kalman filter for the encoder's rounding against an unmodelled torque; the
+//! true parameters minimise the sum of `e^2` over its variance (prediction error method, Ljung,
+//! *System Identification*, 1999).
 
 use super::window::{Sample, Window};
 use lostmotion_base::Clock;
@@ -22,7 +24,7 @@ use serde::{Deserialize, Serialize};
 
 /// Hypotheses side by side.
 pub(super) const LANES: usize = 8;
-/// Steps of the load in a sample.
+/// Integration steps of the load in a sample. Origin unknown, kept.
 const STEPS: usize = 4;
 
 /// One number for each hypothesis.
@@ -52,13 +54,15 @@ pub(super) struct Progress {
     filter: SteadyFilter,
 }
 
-/// Samples at the start in which a large damping brings the load into step with the motor, critical
-/// at first, then half of it.
+/// Samples at the start of a window in which a large damping lets the load's unknown start decay:
+/// 35 ms of the 50 ms that are kept from before a crossing. Origin unknown, kept.
 pub(super) const WARM_UP: usize = 140;
-const CRITICAL: usize = 80;
+/// Samples of the warm-up with critical damping; the rest has half of it. Origin unknown, kept.
+const CRITICALLY_DAMPED: usize = 80;
 
-/// Samples on both sides from which the motor's speed at the end of the warm-up is taken.
-const AROUND: usize = 16;
+/// Samples on both sides over which the motor's speed at the end of the warm-up is averaged: 4 ms.
+/// Origin unknown, kept.
+const SPEED_SAMPLES: usize = 16;
 
 /// Critical damping of the load on a motor that is held.
 fn warm_damping(p: &Hypotheses, lane: usize) -> f64 {
@@ -86,6 +90,7 @@ impl WithSimd for OneSample<'_> {
     fn with_simd<S: Simd>(self, _: S) -> Innovation {
         let (known, hypotheses, [from, to]) = self.drive;
         let span = self.progress.filter.span;
+        // the motor's measured motion drives the load, the load's torque the motor
         let speed = (to.position - from.position) / span;
         let torque = self
             .progress
@@ -99,8 +104,10 @@ impl Progress {
     /// first samples.
     pub(super) fn start(window: &Window, hypotheses: &Hypotheses) -> Progress {
         let mean = |to: usize| window.mean_speed(0, to);
-        let speed = 2.0 * mean(AROUND / 2) - mean(AROUND);
+        // means over half and all of the first samples, extrapolated linearly to the start
+        let speed = 2.0 * mean(SPEED_SAMPLES / 2) - mean(SPEED_SAMPLES);
         let side = f64::from(window.side);
+        // pressed on its flank so far that the spring carries the observed torque
         let lead = std::array::from_fn(|lane| {
             side * hypotheses.half_gap[lane] + window.torque / hypotheses.stiffness[lane]
         });
@@ -121,8 +128,8 @@ impl Progress {
         self.next
     }
 
-    /// Takes one more sample of the window; says what it did not foresee once load and filter are
-    /// in step.
+    /// Takes one more sample of the window: `None` at its end, else the innovations, or `Some(None)`
+    /// during the warm-up.
     pub(super) fn step(
         &mut self,
         known: &Known,
@@ -133,16 +140,17 @@ impl Progress {
             window.samples.get(self.next - 1)?,
             window.samples.get(self.next)?,
         ];
+        // merged samples are longer: the steady-state gains depend on the length
         if to.ticks != self.filter.ticks {
             self.filter = known.filter(to.ticks);
         }
         let warm = self.next < WARM_UP;
-        if self.next == CRITICAL {
-            self.let_go(hypotheses, window, 0.5);
+        if self.next == CRITICALLY_DAMPED {
+            self.end_damping(hypotheses, window, 0.5);
         } else if self.next == WARM_UP {
-            self.let_go(hypotheses, window, 0.0);
+            self.end_damping(hypotheses, window, 0.0);
         }
-        let warmth = if self.next < CRITICAL {
+        let warmth = if self.next < CRITICALLY_DAMPED {
             1.0
         } else if warm {
             0.5
@@ -150,6 +158,7 @@ impl Progress {
             0.0
         };
         self.next += 1;
+        // one dispatch a sample to the widest vectors; the bits do not depend on their width
         let drive = (known, hypotheses, [from, to]);
         let innovation = Arch::new().dispatch(OneSample {
             progress: self,
@@ -159,25 +168,27 @@ impl Progress {
         Some((!warm).then_some(innovation))
     }
 
-    /// The warm-up's damping ends: the spring takes over what it carried, so that the torque stays.
-    fn let_go(&mut self, p: &Hypotheses, window: &Window, left: f64) {
-        // the mean over twice the time has four times the error
+    /// The warm-up's damping ends or is halved: the spring takes over the torque that it carried, so
+    /// that the load's motion does not jump.
+    fn end_damping(&mut self, p: &Hypotheses, window: &Window, left: f64) {
+        // Richardson extrapolation: the mean over twice the time has four times the error
         let mean =
             |around: usize| window.mean_speed(self.next - 1 - around, self.next - 1 + around);
-        let motor_speed = (4.0 * mean(AROUND / 2) - mean(AROUND)) / 3.0;
+        let motor_speed = (4.0 * mean(SPEED_SAMPLES / 2) - mean(SPEED_SAMPLES)) / 3.0;
         for lane in 0..LANES {
-            // a load that stands hung on the spring alone
+            // a load that stands has no speed: the spring carries all of its torque
             if self.load_speed[lane].abs() <= 0.0 {
                 continue;
             }
             let before = if left > 0.0 { 1.0 } else { 0.5 };
+            // damping that ends, less the shaft's own which stays
             let surplus = (before * warm_damping(p, lane)).max(p.damping[lane])
                 - (left * warm_damping(p, lane)).max(p.damping[lane]);
             self.lead[lane] += surplus * (motor_speed - self.load_speed[lane]) / p.stiffness[lane];
         }
     }
 
-    /// Moves the load; returns the mean torque of the shaft.
+    /// Moves the load over a sample; returns the mean torque of the shaft, N m.
     #[inline(always)]
     fn load(&mut self, p: &Hypotheses, motor_speed: f64, h: f64, warmth: f64) -> Lanes {
         let warm = warmth > 0.0;
@@ -187,13 +198,14 @@ impl Progress {
         } else {
             p.damping
         };
+        // divisions out of the inner loop
         let inverses = p.inertia.map(|inertia| 1.0 / inertia);
         for _ in 0..STEPS {
             for lane in 0..LANES {
                 let (speed, lead, gap) = (self.load_speed[lane], self.lead[lane], p.half_gap[lane]);
                 let (inverse, coulomb) = (inverses[lane], p.coulomb[lane]);
                 let drag = -p.constant[lane] - p.viscous[lane] * speed;
-                // what would act if the load stood
+                // torque on the load if it stood: stiction holds it where Coulomb friction exceeds that
                 let held_damping = if warm {
                     0.0
                 } else {
@@ -205,6 +217,7 @@ impl Progress {
                     p.stiffness[lane],
                     held_damping,
                 ) + drag;
+                // friction opposes the motion, or the torque that sets it in motion
                 let moves = speed.abs() > 0.0;
                 let sign = if moves { speed.signum() } else { held.signum() };
                 let sticks = !moves && held.abs() <= coulomb;
@@ -215,11 +228,15 @@ impl Progress {
                     warm_damping[lane]
                 };
                 let drag = drag - sign * coulomb;
+                // implicit Euler: twist rate without the shaft, and the compliance of the load to
+                // its torque
                 let free = motor_speed - speed - h * drag * mobility;
                 let give = (h * h * p.stiffness[lane] + h * damping) * mobility;
                 let torque =
                     shaft(lead + h * free, gap, p.stiffness[lane], damping * free) / (1.0 + give);
                 let slid = speed + h * (torque + drag) * mobility;
+                // speed that would change its sign within the step is rest, unless the torque
+                // exceeds stiction
                 let stops = slid * sign < 0.0 && (torque + drag + sign * coulomb).abs() <= coulomb;
                 let slid = if stops { 0.0 } else { slid };
                 self.lead[lane] = lead + h * (motor_speed - slid);
@@ -230,6 +247,7 @@ impl Progress {
         sum.map(|torque| torque / STEPS as f64)
     }
 
+    /// Moves the motor over a sample and corrects it by the measured position.
     #[inline(always)]
     fn motor(
         &mut self,
@@ -242,23 +260,26 @@ impl Progress {
         let filter = self.filter;
         let (span, inverse) = (filter.span, 1.0 / known.inertia);
         let drive = known.torque_constant * to.current;
-        // a parabola through the current's ends and mean: what it falls comes early and moves the
-        // motor farther
+        // the current is a parabola through its ends and mean: one that falls acts early and moves
+        // the motor farther, by H^2 K_t fall/(12 J_M)
         let way = to.position
             - from.position
             - span * span * inverse * known.torque_constant * to.fall / 12.0;
         let mut e = [0.0; LANES];
         for lane in 0..LANES {
             let speed = self.speed[lane];
+            // prediction: change of speed by motor torque, shaft and viscous friction, then Coulomb
+            // friction
             let gain = span * inverse * (drive - torque[lane] - known.viscous * speed);
             let next = slide(speed, gain, span * inverse * p.motor_coulomb[lane]);
-            // off: the hypothesis' position less the measured one
+            // off: predicted less measured position; differences keep the digits of a long way
             let off = self.off[lane] + 0.5 * span * (speed + next) - way;
             e[lane] = -off;
+            // correction with the gains of the steady-state filter
             self.off[lane] = off + filter.alpha * e[lane];
             self.speed[lane] = next + filter.beta / span * e[lane];
         }
-        // what the parabola does not tell
+        // what the parabola does not describe counts as noise, as large as its own correction
         let untold = span * span * inverse * known.torque_constant * to.fall / 12.0;
         Innovation {
             e,
@@ -267,9 +288,8 @@ impl Progress {
     }
 }
 
-// Shaft and friction of the hypotheses, in a form that vectors can take.
-
-/// Torque of the shaft at a lead, nothing within the gap.
+/// Torque of the shaft at a lead of the motor, zero within the gap; selects in place of branches, so
+/// that it vectorises.
 #[inline(always)]
 pub(super) fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f64) -> f64 {
     let pressed = lead - lead.max(-half_gap).min(half_gap);
@@ -280,14 +300,16 @@ pub(super) fn shaft(lead: f64, half_gap: f64, stiffness: f64, damping_torque: f6
     }
 }
 
-/// Speed after a gain of speed with friction that takes at most `most`; what turns around does so
-/// within the sample, and friction with it.
+/// Speed after a gain of speed against Coulomb friction that takes at most `most` of it. A mass that
+/// reverses does so within the sample, and friction changes its sign there.
 #[inline(always)]
 pub(super) fn slide(speed: f64, gain: f64, most: f64) -> f64 {
+    // what friction leaves of the gain at rest: nothing below its limit
     let driven = gain - gain.max(-most).min(most);
+    // as long as the speed keeps its sign
     let after = speed + gain - if speed > 0.0 { most } else { -most };
     let turns = speed * after <= 0.0;
-    // part of the sample that is left once it stands
+    // part of the sample that is left after the zero of the speed
     let left = if speed.abs() > 0.0 {
         after / (after - speed)
     } else {
@@ -296,9 +318,7 @@ pub(super) fn slide(speed: f64, gain: f64, most: f64) -> f64 {
     if turns { left * driven } else { after }
 }
 
-// The motor's data, and the steady filter of its innovations.
-
-/// What is known of the motor.
+/// What the drive knows of its motor, and the noises of its model. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Known {
     pub(super) torque_constant: f64,
@@ -310,7 +330,7 @@ pub(super) struct Known {
     pub(super) unmodelled: f64,
 }
 
-/// Gains and variance of the steady filter for samples of a length.
+/// Gains and innovation variance of the steady-state filter for samples of one length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct SteadyFilter {
     pub(super) ticks: u32,
@@ -321,9 +341,12 @@ pub(super) struct SteadyFilter {
 }
 
 impl Known {
-    /// The filter for samples of so many ticks (tracking index of Kalata, 1984).
+    /// The steady-state alpha-beta filter for samples of `stride` ticks, from its tracking index
+    /// (Kalata, IEEE Trans. Aerospace Electron. Syst. 20, 1984).
     pub(super) fn filter(&self, stride: u32) -> SteadyFilter {
         let span = f64::from(stride) * Clock::SERVO.period_s();
+        // tracking index: motion by the unmodelled torque over the noise of the position; torques
+        // of single ticks average out over a sample
         let index =
             self.unmodelled / self.inertia * span * span / (f64::from(stride).sqrt() * self.noise);
         let r = 0.25 * (4.0 + index - (8.0 * index + index * index).sqrt());

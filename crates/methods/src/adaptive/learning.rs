@@ -1,19 +1,18 @@
 //! Learning the load from the torque that the motor gives beyond its own need.
 //!
-//! Over 8 ms at a time, each 4 ms, in which the axis moves steadily (15 ms after any reversal,
+//! Over 8 ms at a time, every 4 ms, in which the axis moves steadily (15 ms after any reversal,
 //! change of flank or crossing), means weighted with a triangle, so that the mean acceleration is
 //! an exact second difference of positions and a shaft's ringing cancels:
 //! ```text
-//! T = K_t i - J_M alpha - b_v w - F_M sign(w)              measured, motor side
-//! T = J_L alpha + b_L w + T_f sign(w) + T_const
+//! T = K_t i - J_M alpha - b_v w - F_M sign(w)              measured at the motor, N m
+//! T = J_L alpha + b_L w + T_f sign(w) + T_const            model of the load
 //! ```
-//! An acceleration that does not stand out of the encoder's steps by three standard deviations
-//! counts as none: as a regressor that is noise, it would make the inertia too small and too sure.
+//! An acceleration that does not exceed the encoder's noise by four standard deviations counts as
+//! zero: as a regressor it would be noise, which biases the inertia towards zero and makes it too
+//! certain.
 //!
 //! Over a reversal, from one steady stretch to the next, the balance of momentum holds whatever
-//! happens between (`bridge`).
-//!
-//! The four unknowns are those of `load_filter`.
+//! happens between (`bridge`). The four unknowns are estimated in `load_filter`.
 
 use super::bridge::{BLOCK, Block, Bridge};
 use super::load_filter::{LEAST_INERTIA, LoadFilter, LoadVector, N, VISCOUS_SPEED};
@@ -23,27 +22,29 @@ use lostmotion_drive::Signals;
 use lostmotion_drive::twin::{LoadModel, Twin, TwinState};
 use serde::{Deserialize, Serialize};
 
-/// Ticks that have to pass after a reversal or a change of flank: 15 ms, three periods of a shaft's
-/// ringing.
-const SETTLE: u32 = 60;
-/// Standard deviations by which an acceleration has to stand out.
-const CLEAR: f64 = 4.0;
-/// Blocks before the load is believed.
-const ENOUGH: u32 = 8;
-/// Part of its friction below which the torque behind the motor shows a load that is loose.
-const LOOSE: f64 = 0.5;
-/// A load slower than this does not count as moving, rad/s.
+/// Servo ticks that have to pass after a reversal or a change of flank: 15 ms, three periods of a
+/// shaft's ringing.
+const SETTLE_TICKS: u32 = 60;
+/// Standard deviations by which an acceleration has to exceed the encoder's noise. A choice.
+const CLEAR_DEVIATIONS: f64 = 4.0;
+/// Blocks after which the load counts as known. Origin unknown, kept.
+const BLOCKS_TO_KNOW: u32 = 8;
+/// Part of the load's friction below which the torque behind the motor shows a load without
+/// contact. Origin unknown, kept.
+const LOOSE_SHARE: f64 = 0.5;
+/// Speed below which a load does not count as moving, rad/s at the motor. Origin unknown, kept.
 const MOVING_RAD_S: f64 = 0.02;
-/// Inertia of the load over that of the motor, at most.
-const MOST_INERTIA: f64 = 100.0;
+/// Largest inertia of a load, over that of the motor. A choice.
+const LARGEST_INERTIA: f64 = 100.0;
 
-/// The filter, and the block under way.
+/// The filter, and the block or reversal under way.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct LearningState {
     filter: LoadFilter,
     blocks: u32,
     /// Whether the load has been learned.
     pub(super) known: bool,
+    /// Servo ticks of undisturbed motion, up to [`SETTLE_TICKS`].
     calm: u32,
     twin_speed: f64,
     block: Block,
@@ -51,7 +52,7 @@ pub(super) struct LearningState {
     bridge: Option<Bridge>,
 }
 
-/// What is seen of the load at a tick: the torque behind the motor (N m), and whether the load may
+/// What the motor shows of the load at a tick: the torque behind the motor (N m), and whether the load may
 /// be between its flanks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
@@ -99,25 +100,28 @@ impl LearningState {
         load: &mut LoadModel,
     ) {
         let speed = now.plant.load_velocity;
+        // steady: in contact, moving, and in one direction
         let disturbed =
             seen.disturbed || speed.abs() < MOVING_RAD_S || speed * self.twin_speed < 0.0;
         self.twin_speed = speed;
         self.calm = if disturbed {
             0
         } else {
-            (self.calm + 1).min(SETTLE)
+            (self.calm + 1).min(SETTLE_TICKS)
         };
         let position = signals.motor_position;
-        if self.calm < SETTLE {
+        if self.calm < SETTLE_TICKS {
+            // a disturbance ends the stretch: the last whole block opens a bridge, the begun one is
+            // part of it
             let rest = std::mem::replace(&mut self.block, Block::start(position));
             if let Some(before) = self.before.take() {
                 self.bridge = Some(Bridge::start(before, &rest));
             } else if let Some(bridge) = &mut self.bridge {
                 bridge.skip(&rest);
             }
-            // at rest friction holds whatever torque there is
+            // at rest friction balances any torque, so its direction is unknown
             let loose = speed.abs() < MOVING_RAD_S
-                || seen.torque.abs() < LOOSE * self.filter.mean[2] * motor.rated_torque;
+                || seen.torque.abs() < LOOSE_SHARE * self.filter.mean[2] * motor.rated_torque;
             self.bridge = self
                 .bridge
                 .take()
@@ -127,19 +131,22 @@ impl LearningState {
         self.block.push(signals);
         if self.block.ticks >= BLOCK {
             let last = std::mem::replace(&mut self.block, Block::start(position));
+            // the first whole block of a stretch closes the bridge
             if let Some(bridge) = self.bridge.take() {
                 self.filter.cross(
                     &bridge.end(&last, position, motor, twin.motor_coulomb()),
                     motor,
                 );
             }
+            // two blocks in a row: rising weights of the first and falling ones of the second make
+            // the triangle
             if let Some(before) = self.before.replace(last) {
                 self.take(twin, [&before, &last], position, motor, load);
             }
         }
     }
 
-    /// Takes two blocks in a row, and where the motor is at their end.
+    /// Takes two blocks in a row, and the motor's position at their end.
     fn take(
         &mut self,
         twin: &Twin,
@@ -150,19 +157,23 @@ impl LearningState {
     ) {
         let (count, inertia, rated) = (f64::from(BLOCK), motor.inertia, motor.rated_torque);
         let span = count * Clock::SERVO.period_s();
+        // the same triangle over velocity and acceleration: differences of the blocks' mean
+        // positions, and an exact second difference
         let speed = (second.position - first.position + (second.way - first.way) / count) / span;
         let acceleration =
             ((position - second.position) - (second.position - first.position)) / (span * span);
+        // torque behind the motor: what it gives less what it needs itself
         let own =
             inertia * acceleration + motor.viscous * speed + twin.motor_coulomb() * speed.signum();
         let torque = motor.torque_constant * (first.rising + second.falling) / count - own;
         // the variance of a second difference is six times that of a position
         let noise = 6.0 * motor.noise * motor.noise / (span * span * span * span);
-        let seen = if acceleration * acceleration > CLEAR * CLEAR * noise {
+        let seen = if acceleration * acceleration > CLEAR_DEVIATIONS * CLEAR_DEVIATIONS * noise {
             acceleration
         } else {
             0.0
         };
+        // regressors in parts of the rated torque
         let row = [
             seen * inertia / rated,
             speed / VISCOUS_SPEED,
@@ -176,9 +187,10 @@ impl LearningState {
             self.known,
         );
         self.blocks = self.blocks.saturating_add(1);
-        if self.blocks >= ENOUGH {
+        if self.blocks >= BLOCKS_TO_KNOW {
+            // believed once enough blocks have been seen; within physical bounds
             let (unit, mean) = (units(inertia, rated), self.filter.possible());
-            load.inertia = mean[0].clamp(LEAST_INERTIA, MOST_INERTIA) * unit[0];
+            load.inertia = mean[0].clamp(LEAST_INERTIA, LARGEST_INERTIA) * unit[0];
             load.viscous = mean[1].max(0.0) * unit[1];
             load.coulomb = mean[2].max(0.0) * unit[2];
             load.constant = mean[3] * unit[3];

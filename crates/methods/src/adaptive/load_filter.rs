@@ -1,48 +1,63 @@
-//! What torque, speed and acceleration say of the load: a Kalman filter over its four unknowns,
-//! which drift.
+//! The load from torque, speed and acceleration: a Kalman filter over its four unknowns, which
+//! drift.
 //!
-//! What a motion does not excite keeps its value and slowly becomes less sure. Before the first
-//! block stands what any axis may have. Blocks in which the load hangs between the flanks or
-//! bounces do not obey the model; their weight 1/(1 + r^2/s^2)^2 falls with their residual r over
-//! the spread s of the others.
+//! ```text
+//! T/T_rated = J (a J_M/T_rated) + b_L (w/100 rad/s) + T_f sign(w) + T_const      unknowns in parts of J_M and of the rated torque
+//! r = T - row x,   K = P row'/(row P row' + 10 S/g^2),   x += K r,   P -= K row P       S: spread of the residuals
+//! g = (S + row P row')/(S + row P row' + r^2)                                          robust weight
+//! ```
+//! A motion that does not excite an unknown keeps its value, and its variance grows slowly. The
+//! prior is the range of usual axes. Blocks in which the load is between the flanks or bounces do
+//! not obey the model; their weight falls with their residual r.
 
 use super::bridge::Crossed;
 use super::watch::Motor;
 use serde::{Deserialize, Serialize};
 
-/// Blocks follow each other with much the same disturbances: so many count as one.
-const ALIKE: f64 = 10.0;
-/// The spread of the residuals follows within a hundred blocks; a residual counts three times the
-/// spread at most.
+/// Consecutive blocks have much the same disturbances: this number counts as one. Origin unknown,
+/// kept.
+const CORRELATED_BLOCKS: f64 = 10.0;
+/// Gain of the mean square of the residuals a block: it follows within a hundred blocks. Origin
+/// unknown, kept.
 const SPREAD_GAIN: f64 = 0.01;
+/// Largest squared residual that enters it, in mean squares: three deviations.
 const SPREAD_CUT: f64 = 9.0;
-/// Least spread, part of the rated torque.
+/// Least spread of the residuals, part of the rated torque. Origin unknown, kept.
 const LEAST_SPREAD: f64 = 1e-3;
-/// Residuals that agree in their sign over 25 blocks tell that what is known is wrong, not that the
-/// blocks are: then it is learned anew, with this part of what any axis may have added to the
-/// standard deviations at each block.
+/// Gain of the means of residual and squared residual a block: they follow within 25 blocks.
+/// Residuals of one sign over that time show that the estimate is wrong, not the blocks. Origin
+/// unknown, kept.
 const BIAS_GAIN: f64 = 0.04;
-const BIASED: f64 = 0.3;
-const RELEARN: f64 = 0.02;
-/// Over a whole reversal: mean torque that nothing models, part of the rated one; part of the
-/// inertia for a load that bounces at its ends; standard deviations of a surprise; and how two in a
-/// row have to agree, part of their sum, for the inertia to be in doubt by as much.
-const UNTOLD: f64 = 3e-3;
-const BOUNCE: f64 = 0.1;
-const SURPRISE: f64 = 3.0;
-const AGREE: f64 = 0.3;
-/// Inertia of the load over that of the motor.
+/// Part of the mean square from which on the squared mean is a bias. Origin unknown, kept.
+const BIASED_SHARE: f64 = 0.3;
+/// Part of the prior's standard deviations that is added to the estimate's at each biased block, so
+/// that it is learned anew. Origin unknown, kept.
+const RELEARN_SHARE: f64 = 0.02;
+/// Unmodelled mean torque over a whole reversal, part of the rated one. Origin unknown, kept.
+const UNMODELLED_SHARE: f64 = 3e-3;
+/// Part of the inertia's torque that is uncertain over a reversal, for a load that bounces at its
+/// ends. Origin unknown, kept.
+const BOUNCE_SHARE: f64 = 0.1;
+/// Standard deviations from which on a reversal contradicts the estimate of the inertia.
+const CONTRADICTION_DEVIATIONS: f64 = 3.0;
+/// Largest difference of two contradictions in a row that agree, as a part of their sum: then the
+/// inertia is in doubt by as much. Origin unknown, kept.
+const AGREEMENT_SHARE: f64 = 0.3;
+/// Least inertia of a load, over that of the motor: no axis has less.
 pub(super) const LEAST_INERTIA: f64 = 0.1;
 /// Unknowns: inertia (over that of the motor), viscous friction (over rated torque at 100 rad/s),
 /// Coulomb friction, constant torque (over the rated).
 pub(super) const N: usize = 4;
-/// What any axis may have: mean and standard deviation, and the drift from block to block. Viscous
-/// friction that takes more than a fifth of the rated torque at the rated speed of a motor is rare.
-/// Of what drifts, friction does most: were a constant torque as free, half of any change of the
-/// friction would be taken for one as long as the axis moves one way.
-const MEAN: LoadVector = [1.5, 0.03, 0.05, 0.0];
-const SPREAD: LoadVector = [3.0, 0.1, 0.3, 0.05];
+/// Prior of the unknowns, the range of usual axes: mean. Viscous friction that takes more than a
+/// fifth of the rated torque at the rated speed of a motor is rare.
+const PRIOR_MEAN: LoadVector = [1.5, 0.03, 0.05, 0.0];
+/// Prior of the unknowns: standard deviation.
+const PRIOR_DEVIATION: LoadVector = [3.0, 0.1, 0.3, 0.05];
+/// Standard deviation of the drift from block to block (of the inertia, as a part of it). Friction
+/// drifts most: if a constant torque were as free, half of any change of the friction would be
+/// taken for one as long as the axis moves one way. Origin of the numbers unknown, kept.
 const DRIFT: LoadVector = [1e-3, 3e-5, 1e-4, 1e-5];
+/// Speed at which viscous friction is given in parts of the rated torque, rad/s: a unit.
 pub(super) const VISCOUS_SPEED: f64 = 100.0;
 
 pub(super) type LoadVector = [f64; N];
@@ -57,23 +72,23 @@ pub(super) struct LoadFilter {
     /// Mean of the last residuals and of their squares, over the rated torque.
     bias: f64,
     power: f64,
-    /// What the last reversal said of the inertia, if it was a surprise.
-    surprise: f64,
+    /// How much the last reversal contradicted the inertia, 0 if it did not.
+    contradiction: f64,
 }
 
 impl LoadFilter {
     pub(super) fn new() -> LoadFilter {
         let mut covariance = [[0.0; N]; N];
         for (i, row) in covariance.iter_mut().enumerate() {
-            row[i] = SPREAD[i] * SPREAD[i];
+            row[i] = PRIOR_DEVIATION[i] * PRIOR_DEVIATION[i];
         }
         LoadFilter {
-            mean: MEAN,
+            mean: PRIOR_MEAN,
             covariance,
             spread: 1e-3,
             bias: 0.0,
             power: 0.0,
-            surprise: 0.0,
+            contradiction: 0.0,
         }
     }
 
@@ -92,10 +107,13 @@ impl LoadFilter {
         self.covariance[2][2].max(0.0).sqrt()
     }
 
-    /// The most likely values that are possible: no friction or inertia below zero.
+    /// The most probable values that are physically possible: neither friction nor inertia below
+    /// their bounds.
     pub(super) fn possible(&self) -> LoadVector {
         let (mut mean, mut p) = (self.mean, self.covariance);
         for (i, least) in [(1, 0.0), (2, 0.0), (0, LEAST_INERTIA)] {
+            // condition the normal distribution on the bound: the other unknowns move with their
+            // covariance, as by a measurement without noise
             if mean[i] < least && p[i][i] > 0.0 {
                 let (column, off): (LoadVector, f64) =
                     (std::array::from_fn(|j| p[j][i] / p[i][i]), least - mean[i]);
@@ -111,7 +129,7 @@ impl LoadFilter {
         mean
     }
 
-    /// Takes what a whole reversal says.
+    /// Updates with the momentum balance of a whole reversal.
     pub(super) fn cross(&mut self, said: &Crossed, motor: &Motor) {
         let (inertia, rated) = (motor.inertia, motor.rated_torque);
         let row = [
@@ -122,32 +140,39 @@ impl LoadFilter {
         ];
         let residual =
             said.torque / rated - row.iter().zip(self.mean).map(|(a, x)| a * x).sum::<f64>();
-        // slid the other way, it counts twice
+        // friction in the time whose direction is unknown: the wrong sign counts twice
         let loose = 2.0 * self.mean[2].max(0.0) * said.loose;
-        let bounce = BOUNCE * self.mean[0] * row[0];
-        let noise = UNTOLD * UNTOLD + loose * loose + bounce * bounce;
+        let bounce = BOUNCE_SHARE * self.mean[0] * row[0];
+        // variance of the innovation: unmodelled torque, unknown direction of sliding, bouncing
+        let noise = UNMODELLED_SHARE * UNMODELLED_SHARE + loose * loose + bounce * bounce;
         let ph = self.gains(&row);
         let foreseen: f64 = ph.iter().zip(row).map(|(p, a)| p * a).sum();
-        let surprise = if residual * residual > SURPRISE * SURPRISE * (foreseen + noise) {
+        // innovation test; a contradiction in terms of the inertia
+        let contradiction = if residual * residual
+            > CONTRADICTION_DEVIATIONS * CONTRADICTION_DEVIATIONS * (foreseen + noise)
+        {
             residual / row[0]
         } else {
             0.0
         };
-        let before = std::mem::replace(&mut self.surprise, surprise);
-        if surprise * before > 0.0
-            && (surprise - before).abs() < AGREE * (surprise.abs() + before.abs())
+        let before = std::mem::replace(&mut self.contradiction, contradiction);
+        if contradiction * before > 0.0
+            && (contradiction - before).abs()
+                < AGREEMENT_SHARE * (contradiction.abs() + before.abs())
         {
-            // steady stretches have been sure of an inertia that they did not see
-            self.covariance[0][0] += surprise * surprise;
+            // two in a row that agree: steady stretches had made the variance too small for an
+            // inertia that they did not excite
+            self.covariance[0][0] += contradiction * contradiction;
         }
         let ph = self.gains(&row);
         let foreseen: f64 = ph.iter().zip(row).map(|(p, a)| p * a).sum();
         self.correct(&ph, 1.0 / (foreseen + noise), residual);
     }
 
-    /// Takes a block; `noise`: variance of the first of its row, as a regressor's error it makes
-    /// the inertia too small; `known`: enough came before to tell which are bad.
+    /// Updates with a block. `noise`: variance of the first regressor, whose errors would bias the
+    /// inertia towards zero; `known`: enough blocks came before to recognise bad ones.
     pub(super) fn update(&mut self, row: &LoadVector, torque: f64, noise: f64, known: bool) {
+        // prediction: the unknowns drift, the inertia in proportion to itself
         for (i, line) in self.covariance.iter_mut().enumerate() {
             line[i] += DRIFT[i]
                 * DRIFT[i]
@@ -158,37 +183,43 @@ impl LoadFilter {
                 };
         }
         let residual = torque - row.iter().zip(self.mean).map(|(a, x)| a * x).sum::<f64>();
+        // errors in variables: the regressor's noise acts through the inertia on the residual
         let of_inertia = self.mean[0].max(LEAST_INERTIA);
         let spread = self.spread.max(LEAST_SPREAD * LEAST_SPREAD) + noise * of_inertia * of_inertia;
         let ph = self.gains(row);
         let foreseen: f64 = ph.iter().zip(row).map(|(p, a)| p * a).sum();
+        // bias test before the robust weight, which would discard what contradicts a wrong estimate
         let square = residual * residual;
         self.bias += BIAS_GAIN * (residual - self.bias);
         self.power += BIAS_GAIN * (square - self.power);
         let bias = self.bias * self.bias;
-        let biased = bias > BIASED * self.power && bias > LEAST_SPREAD * LEAST_SPREAD;
+        let biased = bias > BIASED_SHARE * self.power && bias > LEAST_SPREAD * LEAST_SPREAD;
         if biased {
             for (i, line) in self.covariance.iter_mut().enumerate() {
-                line[i] += RELEARN * RELEARN * SPREAD[i] * SPREAD[i];
+                line[i] += RELEARN_SHARE * RELEARN_SHARE * PRIOR_DEVIATION[i] * PRIOR_DEVIATION[i];
             }
         }
+        // robust weight of Geman and McClure; blocks in which the load is loose lose theirs
         let fit = if known && !biased {
             (spread + foreseen) / (spread + foreseen + square)
         } else {
             1.0
         };
+        // scale of the residuals, with outliers cut
         self.spread += SPREAD_GAIN * (square.min(SPREAD_CUT * spread) - self.spread);
         self.correct(
             &ph,
-            1.0 / (foreseen + ALIKE * spread / (fit * fit)),
+            1.0 / (foreseen + CORRELATED_BLOCKS * spread / (fit * fit)),
             residual,
         );
     }
 
+    /// P row.
     fn gains(&self, row: &LoadVector) -> LoadVector {
         std::array::from_fn(|i| (0..N).map(|j| self.covariance[i][j] * row[j]).sum())
     }
 
+    /// Kalman update with gain `scale P row`.
     fn correct(&mut self, ph: &LoadVector, scale: f64, residual: f64) {
         for i in 0..N {
             self.mean[i] += ph[i] * scale * residual;
@@ -222,7 +253,7 @@ mod tests {
             "{:?}",
             state.mean
         );
-        assert!((viscous - MEAN[1]).abs() < 1e-9);
+        assert!((viscous - PRIOR_MEAN[1]).abs() < 1e-9);
         for _ in 0..4000 {
             let row = [0.0, 0.0, 1.0, 1.0];
             state.update(&row, 0.08, 0.0, true);

@@ -1,48 +1,55 @@
-//! Ours: learns load and gap from the motor alone, predicts the flank, crosses the gap on a planned
-//! traverse.
+//! This project's method: learns load and gap from the motor alone, predicts the flank, crosses the
+//! gap on a planned traverse.
 //!
-//! 1. Load: inertia, viscous and Coulomb friction and constant torque from what the motor gives
-//!    beyond its own need (`learning`).
-//! 2. Flank: the sign of the torque in the shaft of a gapless twin that carries this load (`twin`,
-//!    `crossing`).
-//! 3. Crossings: from where a flank that carried the load gives way, at rest long before another
-//!    has to carry it, the motor's measured motion and its current are kept (`watch`, `window`).
+//! 1. Load: inertia, viscous and Coulomb friction and constant torque from what the motor gives beyond
+//!    its own need (`learning`, `load_filter`, `bridge`).
+//! 2. Flank: the sign of the torque in the shaft of a gapless twin that carries this load (`crossing`).
+//! 3. Observation: from where a flank that carried the load gives way, at rest long before another has
+//!    to carry it, the motor's measured motion and its current are recorded (`watch`, `window`).
 //! 4. Gap: with the motor's motion known, the load behind it follows from its own equations for any
-//!    gap, and so does the torque that the motor feels (`lanes`). The gap that foresees the motor's
-//!    motion best up to just after it met the far flank is read from the window, with its variance
-//!    (`reading`, `newton`, `prior`). Load, stiffness and motor friction are free within what is
-//!    known of them.
-//! 5. What was found is held against other gaps and against one without an end (`said`): it is no
-//!    surer than these tell, and counts only where the contact explains the motor far better than
-//!    none. Readings outvote each other; through those that agree goes a straight line
+//!    gap, and so does the torque that the motor feels (`lanes`). The gap that best predicts the
+//!    motor's motion up to just after it met the far flank is the reading, with its variance
+//!    (`reading`, `newton`, `prior`). Load, stiffness and motor friction are free within what is known
+//!    of them.
+//! 5. Confidence: the reading is compared with other gaps and with one without an end (`said`). Its
+//!    variance is at least what the cost at these implies, and it counts only where the contact
+//!    explains the motor far better than no contact.
+//! 6. Consensus: the largest group of the last readings that agree, with a straight line through it
 //!    (`readings`).
-//! 6. Crossing: on the planned traverse of `crossing`, as `lookup` does that is told everything.
+//! 7. Crossing: on the planned traverse of `crossing`, as `lookup`, which is told everything.
 //!
-//! It does nothing until it is sure: a reading of a contact that shows clearly is enough, of
-//! several that contradict each other the least, two that agree otherwise. Where nothing holds the
+//! ```text
+//! load     T = K_t i - J_M alpha - b_v w - F_M sign(w) = J_L alpha + b_L w + T_f sign(w) + T_const, N m
+//! gap      b = argmin sum (theta_M measured - theta_M(b, load, k, F_M))^2/S + prior, rad
+//! ```
+//!
+//! Until it is confident it does nothing: one reading of a clear contact is enough; of several that
+//! contradict each other the smallest is used; otherwise two have to agree. Where nothing holds the
 //! load and it may float, or its motion hardly drives it, it does nothing either (`floating`). At
 //! rest the gap of a load that sticks is crossed where the motor's own torque shows that it is
-//! about to set out (`crossing`): a learned load foretells that less well than a known one. Servo,
-//! references and cutting forces before the crossing do not enter a reading; only the motor's own
-//! equation and its data sheet do.
+//! about to set out: a learned load predicts that less well than a known one. Servo, references and
+//! cutting forces before the crossing do not enter a reading; only the motor's own equation and its
+//! data sheet do.
 //!
 //! Signals: references, motor position (rad), current and its mean over the servo period (A). It
 //! knows what a drive is set up with: its own loops, the motor's data sheet (K_t, R, L, rated
 //! torque, rotor inertia and friction, screw or pinion with it), stiffness and damping of the shaft
-//! within a tenth or so. It is told neither gap nor load inertia nor load friction; the inertia
-//! that the drive uses for its feed-forward, right or wrong, enters only as that gain. Tunables:
+//! within about a tenth. It is told neither gap nor load inertia nor load friction; the inertia
+//! that the drive uses for its feed-forward, right or wrong, enters only as that gain. Settings:
 //! part of the drive's torque for a traverse (0 to 1).
 //!
 //! Fails: where a load without friction is accelerated so gently, or seen through so coarse an
 //! encoder, that its contacts do not show: it then does nothing, or knows the gap to a tenth. Where
-//! motion never shows the load's inertia but in its reversals (short ramps at a low feed), or a
-//! wide gap keeps the load bouncing from stop to stop, contacts are not explained and not used. Of
-//! two axes that make a contour it may know but one, and the contour is then worse than without. A
-//! crossing that takes longer than some 16 s is not read. Where a drive that is tuned for a heavy
-//! load chatters with the motor alone in the gap, readings scatter. A cutting force that turns the
-//! torque around is not foreseen. Its state holds windows of up to 60 kB. Source: this project; the
-//! question (gap, load inertia and friction unknown, motor signals only) is that of Gan, Wang,
-//! Huang, Machines 2023, 11(2), 193; prediction error method: Ljung, *System Identification*, 1999.
+//! motion shows the load's inertia only in its reversals (short ramps at a low feed), or a wide gap
+//! keeps the load bouncing from stop to stop, contacts are not explained and not used. While it
+//! knows the gap of only one of two axes that make a contour, the contour can be worse than
+//! without. A crossing that takes longer than some 16 s is not read. Where a drive that is tuned
+//! for a heavy load chatters with the motor alone in the gap, readings scatter. A cutting force
+//! that changes the sign of the torque is not foreseen. Its state holds windows of up to 60 kB.
+//!
+//! Source: this project; the question (gap, load inertia and friction unknown, motor signals only)
+//! is that of Gan, Wang, Huang, Machines 2023, 11(2), 193; prediction error method: Ljung, *System
+//! Identification*, 1999.
 
 mod bridge;
 mod floating;
@@ -96,47 +103,55 @@ impl Settings for AdaptiveSettings {
     }
 }
 
-/// Encoder noise that is never undercut, rad.
-const LEAST_NOISE: f64 = 3e-7;
-/// Torque that nothing models, part of the rated one.
-const UNMODELLED: f64 = 3e-3;
-/// Part of the rated torque below which the load may hang between the flanks; then there is nothing
-/// to learn of it.
-const HANGS: f64 = 1e-3;
-/// A reading counts where the innovations with its gap have no more than this mean square over
-/// their variance, or this part of that without a gap and where its standard deviation is below
-/// this part of its value.
-const EXPLAINED: f64 = 10.0;
-const EXPLAINED_PART: f64 = 0.005;
-const SHARP: f64 = 0.2;
-/// Half gaps are smaller, rad.
-const LARGEST: f64 = 0.3;
-/// Standard deviation over value that a faint contact adds.
-const FAINT: f64 = 0.04;
-/// By how much a contact has to explain the motor better than a gap without an end, squares over
-/// their variance: to count, and to be beyond doubt.
-const SEEN: f64 = 50.0;
-const EVIDENT: f64 = 300.0;
-/// A contact that shows clearly: misfit and standard deviation over value.
+/// Least standard deviation of a measured position, rad, also with an ideal encoder. Origin
+/// unknown, kept.
+const LEAST_NOISE_RAD: f64 = 3e-7;
+/// Standard deviation of the unmodelled torque over a servo tick, part of the rated torque. Origin
+/// unknown, kept.
+const UNMODELLED_SHARE: f64 = 3e-3;
+/// Observed torque below which the load may be between the flanks, so that nothing is learned of it,
+/// part of the rated torque. Decision 66 of the book.
+const HANGING_SHARE: f64 = 1e-3;
+// A misfit is the mean square of the innovations over their variance, 1 for a perfect model.
+/// Largest misfit of a reading that counts. Origin unknown, kept.
+const LARGEST_MISFIT: f64 = 10.0;
+/// The same as a part of the misfit without a gap, where that is more: decision 62 of the book.
+const LARGEST_MISFIT_SHARE: f64 = 0.005;
+/// Largest standard deviation of a reading that counts, part of its value. Origin unknown, kept.
+const LARGEST_DOUBT: f64 = 0.2;
+/// Bound of the half gap, rad at the motor: 1 mm on a screw of 20 mm.
+const LARGEST_HALF_GAP_RAD: f64 = 0.3;
+/// Standard deviation that a faint contact adds, part of the value. Origin unknown, kept.
+const FAINT_DOUBT: f64 = 0.04;
+/// Evidence (difference of the squares over their variance to a gap without an end) from which on a
+/// contact counts: decision 63 of the book.
+const LEAST_EVIDENCE: f64 = 50.0;
+/// Evidence from which on a contact is beyond doubt. Origin unknown, kept.
+const CLEAR_EVIDENCE: f64 = 300.0;
+/// Largest misfit of a reading over a wavering flank. Origin unknown, kept.
 const CLEAR_MISFIT: f64 = 3.0;
-const CLEAR: f64 = 0.03;
-/// Misfit up to which a reading counts alone: it may be off by a tenth, which is better than
-/// nothing.
+/// Largest standard deviation of a reading over a wavering flank, part of its value: decision 64 of
+/// the book.
+const CLEAR_DOUBT: f64 = 0.03;
+/// Largest misfit of a reading that counts alone: it may be off by a tenth, which is better than no
+/// compensation.
 const ALONE_MISFIT: f64 = 20.0;
-/// Standard deviation over value of the inertia from which on a flank that wavers cannot be read.
-const UNSURE: f64 = 0.2;
+/// Largest standard deviation of the inertia, part of its value, with which a window over a wavering
+/// flank can be read. Origin unknown, kept.
+const LARGEST_INERTIA_DOUBT: f64 = 0.2;
 
 /// The method `adaptive`.
 #[derive(Clone, Debug)]
 pub struct Adaptive {
     crossing: Crossing,
+    /// The load before anything is learned: the motor's own inertia, no friction.
     first: LoadModel,
     known: Known,
     motor: Motor,
     motor_coulomb: f64,
 }
 
-/// What it has learned.
+/// What it has learned, and the reading under way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AdaptiveState {
     crossing: CrossingState,
@@ -146,6 +161,7 @@ pub struct AdaptiveState {
     reading: Option<Reading>,
     gap: Readings,
     floating: Floating,
+    /// Half gap that is used, rad; 0 for none.
     used: f64,
 }
 
@@ -187,7 +203,8 @@ impl Registered for Adaptive {
             config.motor.viscous_nm_s_per_rad,
         );
         let rated_torque = config.motor.rated_torque_nm;
-        let noise = (count / 12.0_f64.sqrt()).max(LEAST_NOISE);
+        // rounding to counts: standard deviation count/sqrt(12)
+        let noise = (count / 12.0_f64.sqrt()).max(LEAST_NOISE_RAD);
         Adaptive {
             crossing: Crossing::new(config, config.compensation.adaptive.torque_share, 0.0)
                 .taking_up(),
@@ -203,7 +220,7 @@ impl Registered for Adaptive {
                 inertia,
                 viscous,
                 noise,
-                unmodelled: UNMODELLED * rated_torque,
+                unmodelled: UNMODELLED_SHARE * rated_torque,
             },
             motor: Motor {
                 torque_constant,
@@ -218,7 +235,7 @@ impl Registered for Adaptive {
 }
 
 impl Adaptive {
-    /// Sets out to read a window, unless there is one under way.
+    /// Starts to read a window, unless another one is being read or the load is unknown.
     fn begin_reading(&self, state: &mut AdaptiveState, window: Window) {
         if !state.learning.known || state.reading.is_some() {
             return;
@@ -230,6 +247,7 @@ impl Adaptive {
                 .covariance(self.motor.inertia, self.motor.rated_torque),
             motor_coulomb: self.motor_coulomb,
             rated_torque: self.motor.rated_torque,
+            // a half gap on which readings agree is a candidate of the search, no prior
             half_gap: if state.gap.count > 1 {
                 state.gap.used()
             } else {
@@ -240,7 +258,7 @@ impl Adaptive {
         state.reading = Some(Reading::new(window, prior, self.known.noise));
     }
 
-    /// Goes on reading and takes up what is found.
+    /// Continues the reading; its result joins the others.
     fn read(&self, state: &mut AdaptiveState) {
         let Some(said) = state
             .reading
@@ -250,15 +268,19 @@ impl Adaptive {
             return;
         };
         state.reading = None;
-        let sharp = said.variance < CLEAR * CLEAR * said.half_gap * said.half_gap;
-        let unsure = said.wavered && state.learning.inertia_doubt() > UNSURE;
+        // over a wavering flank only sharp readings count, and only with a known inertia
+        let sharp = said.variance < CLEAR_DOUBT * CLEAR_DOUBT * said.half_gap * said.half_gap;
+        let unsure = said.wavered && state.learning.inertia_doubt() > LARGEST_INERTIA_DOUBT;
         if counts(&said) && !unsure && (sharp || !said.wavered) {
-            let faint = if said.evidence < EVIDENT || said.wavered {
-                FAINT * said.half_gap
+            // contacts that hardly show, or over a wavering flank, are less certain than their
+            // variance
+            let faint = if said.evidence < CLEAR_EVIDENCE || said.wavered {
+                FAINT_DOUBT * said.half_gap
             } else {
                 0.0
             };
-            let alone = said.misfit < ALONE_MISFIT && said.evidence > EVIDENT && !said.wavered;
+            let alone =
+                said.misfit < ALONE_MISFIT && said.evidence > CLEAR_EVIDENCE && !said.wavered;
             state.gap.take(
                 said.half_gap,
                 said.variance + faint * faint,
@@ -270,17 +292,18 @@ impl Adaptive {
     }
 }
 
+/// Whether a reading counts: the contact shows, and the model explains it.
 fn counts(said: &Said) -> bool {
     let explained = if said.wavered {
         CLEAR_MISFIT
     } else {
-        EXPLAINED
+        LARGEST_MISFIT
     }
-    .max(EXPLAINED_PART * said.without);
-    said.half_gap < LARGEST
-        && said.evidence > SEEN
+    .max(LARGEST_MISFIT_SHARE * said.without);
+    said.half_gap < LARGEST_HALF_GAP_RAD
+        && said.evidence > LEAST_EVIDENCE
         && said.misfit < explained
-        && said.variance < SHARP * SHARP * said.half_gap * said.half_gap
+        && said.variance < LARGEST_DOUBT * LARGEST_DOUBT * said.half_gap * said.half_gap
 }
 
 impl Compensator for Adaptive {
@@ -313,13 +336,15 @@ impl Compensator for Adaptive {
     }
 
     fn begin<'a>(&'a self, state: &'a mut AdaptiveState, signals: &Signals) -> Option<Twinned<'a>> {
+        // learn the load before the twin is stepped with it; not while the load may be without
+        // contact
         let before = state.watch.seen();
         state
             .watch
             .observe(&self.motor, signals, &state.crossing.twin);
         let seen = state.watch.seen();
         let disturbed = state.crossing.crossing()
-            || seen.abs() < HANGS * self.motor.rated_torque
+            || seen.abs() < HANGING_SHARE * self.motor.rated_torque
             || seen * before < 0.0;
         let seen = Seen {
             torque: seen,
@@ -338,6 +363,7 @@ impl Compensator for Adaptive {
 
     fn finish(&self, state: &mut AdaptiveState, signals: &Signals) -> Correction {
         let (carried, side) = (state.crossing.before.torque, state.crossing.side);
+        // a load that floats is not on its flank: crossing would release or push it
         let used = if state.floating.floats() {
             0.0
         } else {
@@ -358,6 +384,7 @@ impl Compensator for Adaptive {
                 state.crossing.side != side,
             );
         }
+        // the flank has been decided: open, extend or close the window, then read on
         if let Some(window) = state.watch.step(
             &self.motor,
             side,
@@ -368,6 +395,7 @@ impl Compensator for Adaptive {
             self.begin_reading(state, window);
         }
         self.read(state);
+        // estimates for traces: the consensus, not what is used
         correction.gap_angle_estimate = if state.gap.count == 0 {
             f64::NAN
         } else {

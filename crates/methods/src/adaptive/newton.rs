@@ -1,11 +1,12 @@
 //! Gauss-Newton over the unknowns of a window, pass by pass.
 //!
 //! ```text
-//! least of  sum e^2/S / max(1, misfit) + (p - p0)' A (p - p0)         e: innovations, S: their variance, A: information beforehand
-//! (E' E / scale + A) dp = -(E' e / scale + A (p - p0))               E: differences of e from lane to lane
+//! minimise  sum e^2/S/max(1, misfit) + (p - p0)' A (p - p0)          e: innovations, S: their variance, A: prior information
+//! step      (E' E/scale + A) dp = -(E' e/scale + A (p - p0))         E: differences of e from lane to lane, scale = max(1, misfit)
 //! ```
-//! A step that makes it worse is halved. The half gap's entry of the inverse at the end is its
-//! variance.
+//! Each pass runs the eight lanes over the window: the point itself, and the point with one unknown
+//! changed, so that derivatives are finite differences. A step that increases the cost is halved.
+//! The half gap's entry of the inverse normal matrix at the end is its variance (Cramer-Rao).
 
 use super::lanes::{Innovation, Lanes};
 use super::prior::{GAP, N, Prior, Vector};
@@ -13,14 +14,16 @@ use crate::readings::LEAST_PIVOT;
 use lostmotion_base::linalg::{cholesky, cholesky_solve};
 use serde::{Deserialize, Serialize};
 
-/// Passes at most.
-const MOST_STEPS: u32 = 12;
-/// By how much the cost over the scale still falls where no more is to be found.
-const CONVERGED: f64 = 0.3;
-/// Part of the half gap that a step moves it at most.
-const FARTHEST: f64 = 0.3;
+/// Bound of the passes; a search usually ends by `CONVERGED_FALL`. Origin unknown, kept.
+const LARGEST_NUMBER_OF_PASSES: u32 = 12;
+/// Fall of the cost, over the scale, below which the search has converged: a fraction of the one
+/// that a standard deviation makes.
+const CONVERGED_FALL: f64 = 0.3;
+/// Part of the half gap that one step changes it at most: beyond it the contact moves out of the
+/// linear range. Origin unknown, kept.
+const LARGEST_GAP_STEP_SHARE: f64 = 0.3;
 
-/// Sums over a pass: squares in all lanes, normal equations from their differences.
+/// Sums over a pass: weighted squares in all lanes, normal equations from the differences of lanes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sums {
     pub(super) cost: Lanes,
@@ -29,7 +32,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Takes the innovations of a sample; only their squares where no derivatives are wanted.
+    /// Adds the innovations of a sample; only their squares without `derivatives`.
     pub(super) fn add(&mut self, innovation: &Innovation, derivatives: bool) {
         let (weight, e) = (1.0 / innovation.variance, &innovation.e);
         for (sum, e) in self.cost.iter_mut().zip(e) {
@@ -38,6 +41,7 @@ impl Sums {
         if !derivatives {
             return;
         }
+        // lane 0 is the point, lane i + 1 the point with unknown i changed; lower triangle only
         let slope: Vector = std::array::from_fn(|i| e[i + 1] - e[0]);
         for i in 0..N {
             self.right[i] -= weight * slope[i] * e[0];
@@ -48,8 +52,8 @@ impl Sums {
     }
 }
 
-/// A point that was better than those before: its cost, mean square of its innovations over their
-/// variance, step from it, variance of its half gap.
+/// The best point so far: mean square of its innovations over their variance (misfit), variance of
+/// its half gap, its cost, and the step from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Accepted {
     pub(super) at: Vector,
@@ -59,7 +63,7 @@ pub(super) struct Accepted {
     step: Vector,
 }
 
-/// The search.
+/// State of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Newton {
     /// Point of the present pass.
@@ -77,15 +81,17 @@ impl Newton {
         }
     }
 
-    /// Takes up a pass over `count` samples; says whether it was the last.
+    /// Takes the sums of a pass over `count` samples. Returns whether it was the last one.
     pub(super) fn take(&mut self, sums: &Sums, count: f64, prior: &Prior, step: &Vector) -> bool {
         self.passes += 1;
-        let last = self.passes >= MOST_STEPS;
+        let last = self.passes >= LARGEST_NUMBER_OF_PASSES;
         let (mean, information) = (prior.mean(), prior.information());
+        // cost of the point: innovations and prior; the gap has no prior
         let off: Vector =
             std::array::from_fn(|i| if i == GAP { 0.0 } else { self.at[i] - mean[i] });
         let pull: Vector = information.map(|row| row.iter().zip(off).map(|(a, x)| a * x).sum());
         let cost = sums.cost[0] + pull.iter().zip(off).map(|(a, x)| a * x).sum::<f64>();
+        // worse than the best point: half the step from there
         let before = self
             .accepted
             .map_or(f64::INFINITY, |accepted| accepted.cost);
@@ -93,11 +99,14 @@ impl Newton {
             return !self.halve() || last;
         }
         let misfit = sums.cost[0] / count;
+        // a misfit above 1 is an error of the model: scaled by it, the window
+        // loses weight against the prior, and the variance grows
         let (moves, variance) = solve_step(sums, misfit.max(1.0), &information, &pull, step);
         let at = self.at;
+        // trust region for the gap, and physical bounds: no negative friction, gap or inertia
         let moved: Vector = std::array::from_fn(|i| {
             let most = if i == GAP {
-                FARTHEST * at[GAP]
+                LARGEST_GAP_STEP_SHARE * at[GAP]
             } else {
                 f64::INFINITY
             };
@@ -111,12 +120,13 @@ impl Newton {
             step: std::array::from_fn(|i| moved[i] - at[i]),
         });
         self.at = moved;
+        // converged: the gap moves by less than its uncertainty, and the cost hardly falls
         let small =
             (moved[GAP] - at[GAP]).abs() < (0.1 * variance.max(0.0).sqrt()).max(1e-3 * at[GAP]);
-        small && before - cost < CONVERGED * misfit.max(1.0) || last
+        small && before - cost < CONVERGED_FALL * misfit.max(1.0) || last
     }
 
-    /// Goes half as far from the last good point; says whether there is one.
+    /// Halves the step from the best point. Returns whether there is one.
     fn halve(&mut self) -> bool {
         let Some(accepted) = &mut self.accepted else {
             return false;
@@ -135,6 +145,8 @@ fn solve_step(
     pull: &Vector,
     step: &Vector,
 ) -> (Vector, f64) {
+    // in units of the differences, so that the unknowns are of like size; a small ridge for what
+    // the window does not determine
     let mut a = [[0.0; N]; N];
     for i in 0..N {
         for j in 0..=i {
@@ -143,6 +155,7 @@ fn solve_step(
         a[i][i] = a[i][i] * (1.0 + 1e-9) + 1e-12;
     }
     let right: Vector = std::array::from_fn(|i| sums.right[i] / scale - pull[i] * step[i]);
+    // the variance is the gap's diagonal entry of the inverse
     let (l, mut unit) = (cholesky(&a, LEAST_PIVOT), [0.0; N]);
     unit[GAP] = 1.0;
     let x = cholesky_solve(&l, &right);

@@ -1,4 +1,8 @@
-//! What is known before a window is read: the unknowns' most likely values and how sure they are.
+//! What is known before a window is read: the most probable values of the unknowns and their
+//! uncertainty.
+//!
+//! The learned load comes with its covariance, stiffness and motor friction with the uncertainty of
+//! a data sheet; the half gap has no prior. All have a slack on top, since models are never exact.
 
 use super::lanes::{Hypotheses, LANES, Lanes};
 use crate::readings::LEAST_PIVOT;
@@ -23,7 +27,7 @@ const OF_LOAD: [usize; 4] = [INERTIA, VISCOUS, COULOMB, CONSTANT];
 /// One number for each unknown, SI.
 pub(super) type Vector = [f64; N];
 
-/// Load, its covariance, and near what the half gap is.
+/// The learned load with its covariance, the motor's friction, and the half gap if it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Prior {
     pub(super) load: LoadModel,
@@ -32,14 +36,14 @@ pub(super) struct Prior {
     pub(super) covariance: [[f64; 4]; 4],
     pub(super) motor_coulomb: f64,
     pub(super) rated_torque: f64,
-    /// Half gap near which to look, rad; 0 for anywhere.
+    /// Half gap near which to search, rad; 0 where it is unknown.
     pub(super) half_gap: f64,
-    /// Flank that is left, -1 or 1: differences mirror with it.
+    /// Flank that is left, -1 or 1: the difference of the constant torque has its sign.
     pub(super) side: f64,
 }
 
 impl Prior {
-    /// Most likely values. The half gap is a guess without weight.
+    /// Most probable values. The half gap is a start without weight.
     pub(super) fn mean(&self) -> Vector {
         let load = &self.load;
         [
@@ -53,7 +57,7 @@ impl Prior {
         ]
     }
 
-    /// Least values that are possible.
+    /// Smallest values that are possible.
     pub(super) fn least(&self) -> Vector {
         [
             0.0,
@@ -66,8 +70,9 @@ impl Prior {
         ]
     }
 
-    /// Standard deviations of what no covariance tells: models are never quite right. That of the
-    /// stiffness is a data sheet's.
+    /// Standard deviations of the model's own errors, which no covariance contains: parts of each
+    /// value and of the rated torque. That of the stiffness is a data sheet's tenth. Origin of the
+    /// others unknown, kept.
     fn slack(&self) -> Vector {
         let (load, rated) = (&self.load, self.rated_torque);
         [
@@ -81,20 +86,23 @@ impl Prior {
         ]
     }
 
-    /// Differences from which derivatives are taken: a hundredth of the gap, and as much of the
-    /// rest as moves the contact about as far, but a fifth of the standard deviations at most. A
-    /// friction that is off by half of that may move the contact of a long crossing by several
-    /// gaps, and no derivative tells anything there. `time_s`: since the start of the window;
+    /// Differences for the derivatives: a hundredth of the gap, and for the others what moves the
+    /// contact about as far, at most a fifth of their standard deviations. A friction that is off
+    /// by half a standard deviation may move the contact of a long crossing by several gaps, where
+    /// a derivative says nothing. `time_s`: since the start of the window;
     /// `speed`: largest of the motor's in it, rad/s.
     pub(super) fn step(&self, half_gap: f64, time_s: f64, speed: f64) -> Vector {
         let mut spread = self.slack();
         for (unknown, entry) in OF_LOAD.into_iter().enumerate() {
             spread[entry] += self.covariance[unknown][unknown].max(0.0).sqrt();
         }
+        // an inertia is not uncertain by more than itself
         spread[INERTIA] = spread[INERTIA].min(self.load.inertia);
         let mut step = spread.map(|spread| 0.2 * spread);
+        // a constant torque that moves the load by that way in the window: way = torque t^2/(2 J_L)
         let way = (0.01 * half_gap).max(1e-6);
         let torque = 2.0 * way * self.load.inertia / (time_s * time_s);
+        // what acts on the load anyway: an error of inertia or stiffness acts in proportion to it
         let drag = self.load.coulomb + self.load.viscous * speed + self.load.constant.abs();
         let bounds = [
             f64::INFINITY,
@@ -109,18 +117,19 @@ impl Prior {
             *step = step.min(bound);
         }
         step[GAP] = way;
+        // mirrored windows give mirrored differences, so both flanks read the same gap
         step[CONSTANT] *= self.side;
         step
     }
 
-    /// Information: the inverse of covariance and slack; none of the gap.
+    /// Information matrix: the inverse of covariance plus slack; zero for the gap.
     pub(super) fn information(&self) -> [Vector; N] {
         let slack = self.slack();
         let mut information = [[0.0; N]; N];
         for unknown in [STIFFNESS, MOTOR] {
             information[unknown][unknown] = 1.0 / (slack[unknown] * slack[unknown]);
         }
-        // in units of the slack, so that the numbers are of like size
+        // scaled by the slack, so that the Cholesky factor is well conditioned
         let scaled: [[f64; 4]; 4] = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 self.covariance[i][j] / (slack[OF_LOAD[i]] * slack[OF_LOAD[j]])
@@ -128,6 +137,7 @@ impl Prior {
             })
         });
         let l = cholesky(&scaled, LEAST_PIVOT);
+        // inverse column by column
         for (j, column) in OF_LOAD.into_iter().enumerate() {
             let unit: [f64; 4] = std::array::from_fn(|i| if i == j { 1.0 } else { 0.0 });
             for (i, value) in cholesky_solve(&l, &unit).into_iter().enumerate() {
@@ -161,7 +171,7 @@ pub(super) fn uniform(at: &Vector, damping: f64) -> Hypotheses {
     }
 }
 
-/// The lanes of an unknown.
+/// The lanes of the unknown with this index.
 pub(super) fn lanes_of(hypotheses: &mut Hypotheses, unknown: usize) -> &mut Lanes {
     match unknown {
         GAP => &mut hypotheses.half_gap,

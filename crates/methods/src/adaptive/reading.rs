@@ -1,16 +1,18 @@
 //! The gap from one window: the hypothesis under which the motor's motion is least surprising, and
-//! how sure that is.
+//! its variance.
 //!
-//! 1. Onset: as if the gap had no end. Where the motor then does what its current does not explain,
-//!    it met the far flank. A little after that the window ends: what follows, the shaft's ringing,
-//!    tells of the load but not of the gap.
-//! 2. Candidates: half gaps that would end there. The best is looked at closely (fine).
-//! 3. Gauss-Newton (`newton`) over gap, load, stiffness and motor friction; all but the gap are
-//!    held by what is known of them (`prior`).
-//! 4. Where no hypothesis is good, a grid of half gaps and once more from there.
+//! 1. Onset: as if the gap had no end. Where the motor then deviates from what its current explains,
+//!    it met the far flank. The window is cut a little after that: the ringing that follows tells of
+//!    the load but not of the gap.
+//! 2. Candidates: half gaps that would end there. The neighbourhood of the best is scanned (fine).
+//! 3. Gauss-Newton (`newton`) over gap, load, stiffness and motor friction; all but the gap have a
+//!    prior (`prior`).
+//! 4. Where no hypothesis is good, a grid of half gaps, and once more from its best.
+//! 5. Once more with less supposed noise where that sharpens the innovations; then the result is
+//!    compared with alternatives (`said`).
 //!
-//! The work is spread over servo ticks, a few samples in each, so that no tick takes longer than
-//! another.
+//! The work is spread over servo ticks, a fixed number of samples in each, so that no tick takes
+//! longer than another.
 
 use super::lanes::{Hypotheses, Known, LANES, Progress, WARM_UP};
 use super::newton::{Accepted, Newton, Sums};
@@ -20,24 +22,32 @@ use super::window::Window;
 use lostmotion_base::math;
 use serde::{Deserialize, Serialize};
 
-/// Ticks in a row that a slow motor's encoder errs alike, at most; the filter remembers no more.
-const LIKE: f64 = 12.0;
+/// Bound of the consecutive ticks in which the encoder of a slow motor has the same rounding error:
+/// the filter remembers no more. Origin unknown, kept.
+const CORRELATED_TICKS: f64 = 12.0;
 /// Samples taken in a tick.
 const SAMPLES_PER_TICK: usize = 32;
-/// Half gaps of the grid: first, ratio, passes of eight.
-const GRID_FROM: f64 = 6e-5;
+/// Smallest half gap of the grid, rad at the motor: 0.4 um of total gap on a screw of 20 mm.
+const GRID_FROM_RAD: f64 = 6e-5;
+/// Ratio of consecutive half gaps of the grid: within the reach of Gauss-Newton. Origin unknown,
+/// kept.
 const GRID_RATIO: f64 = 1.3;
+/// Passes of eight half gaps over the grid: up to 0.2 rad, near the largest half gap that is used.
 const GRID_PASSES: u32 = 4;
-/// Spacing when a half gap is looked at closely, after candidates and after the grid.
-const CLOSE: f64 = 0.01;
-const CLOSE_TO_GRID: f64 = 0.05;
-/// Measurement noise that is supposed, rad: with less of it the innovations are sharper.
-const NOISE: [f64; 2] = [2e-6, 3e-7];
-/// Attempts to see an onset: index of the noise; and the sum of squared innovations over their
-/// variance that is enough. The last is for a contact that shows but faintly.
-const SEEN: [(usize, f64); 4] = [(0, 1e4), (1, 1e4), (1, 400.0), (1, 60.0)];
-/// Half gaps that are tried: index of an onset and part of it. A soft contact is seen late.
-const TRIED: [(usize, f64); LANES] = [
+/// Spacing of the fine scan around the best candidate, as a part of it. Origin unknown, kept.
+const FINE_SHARE: f64 = 0.01;
+/// Spacing of the fine scan around the best point of the grid: it covers the grid's ratio.
+const FINE_SHARE_AFTER_GRID: f64 = 0.05;
+/// Least measurement noise that is supposed, rad, in the first and in the second search: with less
+/// of it the innovations are sharper and errors of the model count more. Origin unknown, kept.
+const SUPPOSED_NOISE_RAD: [f64; 2] = [2e-6, 3e-7];
+/// Attempts to find an onset: index into [`SUPPOSED_NOISE_RAD`], and the sum of squared innovations
+/// over their variance that shows a contact. The last is for faint contacts. Tuned on the study's
+/// matrix.
+const ONSET_ATTEMPTS: [(usize, f64); 4] = [(0, 1e4), (1, 1e4), (1, 400.0), (1, 60.0)];
+/// Candidates for the half gap: index of an onset's threshold, and the part of the way up to it. A
+/// soft contact is detected late, so most are smaller.
+const CANDIDATES: [(usize, f64); LANES] = [
     (0, 1.01),
     (0, 0.99),
     (0, 0.97),
@@ -47,12 +57,14 @@ const TRIED: [(usize, f64); LANES] = [
     (2, 0.97),
     (3, 0.96),
 ];
-/// Mean square of the innovations over their variance from which on a hypothesis is poor.
-const POOR: f64 = 10.0;
-/// Standard deviation over value at which a half gap is clear enough not to look with less noise.
-const CLEAR: f64 = 5e-3;
+/// Mean square of the innovations over their variance from which on a hypothesis is rejected.
+/// Origin unknown, kept.
+const POOR_MISFIT: f64 = 10.0;
+/// Standard deviation over value below which a half gap is clear enough not to search with less
+/// noise. Origin unknown, kept.
+const CLEAR_DOUBT: f64 = 5e-3;
 
-/// Where the work is.
+/// Phase of the work.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Phase {
     Onset(usize),
@@ -67,10 +79,10 @@ enum Phase {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Reading {
     window: Window,
-    /// Length of what is read of it, s, and the motor's largest speed, rad/s.
+    /// Length of the part that is read, s, and the motor's largest speed, rad/s.
     extent: (f64, f64),
-    /// What the encoder's noise is multiplied by, as its steps last for several ticks of a slow
-    /// motor and err alike.
+    /// Factor on the encoder's noise: on a slow motor a count lasts for several ticks, whose errors
+    /// are then equal.
     steps: f64,
     prior: Prior,
     phase: Phase,
@@ -78,11 +90,13 @@ pub(super) struct Reading {
     progress: Progress,
     sums: Sums,
     onset: Onset,
+    /// Whether the grid has been scanned.
     searched: bool,
-    /// Index of the supposed noise, and what was found with more of it.
+    /// Index of the supposed noise.
     level: usize,
+    /// Result with more noise.
     noisier: Option<Accepted>,
-    /// What stands at the end.
+    /// The final result.
     found: Option<Accepted>,
     /// Best half gap so far and its cost; mean square of the innovations without a gap.
     best: (f64, f64),
@@ -99,7 +113,10 @@ impl Reading {
         let progress = Progress::start(&window, &hypotheses);
         let mut reading = Reading {
             extent: window.extent(),
-            steps: (1.0 + (count / window.pace().max(count / LIKE)).min(LIKE)).sqrt(),
+            // n equal errors have n times the variance of n independent ones in their mean
+            steps: (1.0
+                + (count / window.pace().max(count / CORRELATED_TICKS)).min(CORRELATED_TICKS))
+            .sqrt(),
             window,
             prior,
             phase: Phase::Onset(0),
@@ -119,9 +136,10 @@ impl Reading {
         reading
     }
 
-    /// Sets out on a pass of the present phase.
+    /// Starts a pass of the present phase.
     fn begin(&mut self) {
         let mut lanes = uniform(&self.newton.at, self.prior.load.damping);
+        // lane 0 is the point; each further lane changes one unknown, for the derivatives
         if self.phase == Phase::Newton {
             let step = self.differences();
             for (unknown, step) in step.into_iter().enumerate() {
@@ -141,20 +159,22 @@ impl Reading {
         self.prior.step(self.newton.at[GAP], time_s, speed)
     }
 
+    /// Half gap of a lane in the present phase, rad.
     fn half_gap_of(&self, lane: usize) -> f64 {
         match self.phase {
             Phase::Onset(_) => [0.0, ENDLESS, 2e-4, 6e-4, 2e-3, 6e-3, 2e-2, 6e-2][lane],
+            // a half gap that is known already is one of the candidates
             Phase::Candidates if lane + 1 == LANES && self.prior.half_gap > 0.0 => {
                 self.prior.half_gap
             }
             Phase::Candidates => {
-                let (which, part) = TRIED[lane];
+                let (which, part) = CANDIDATES[lane];
                 part * self.onset.half_ways[which]
                     .or(self.onset.half_ways[0])
-                    .unwrap_or(GRID_FROM)
+                    .unwrap_or(GRID_FROM_RAD)
             }
             Phase::Grid(pass) => {
-                GRID_FROM
+                GRID_FROM_RAD
                     * math::exp(
                         (f64::from(pass) * LANES as f64 + lane as f64) * math::log(GRID_RATIO),
                     )
@@ -163,44 +183,59 @@ impl Reading {
                 .get(lane)
                 .map_or(ENDLESS, |part| part * self.newton.at[GAP]),
             Phase::Fine | Phase::Newton => {
-                let close = if self.searched { CLOSE_TO_GRID } else { CLOSE };
+                let close = if self.searched {
+                    FINE_SHARE_AFTER_GRID
+                } else {
+                    FINE_SHARE
+                };
                 self.best.0 * (1.0 + close * (lane as f64 - 0.5 * (LANES - 1) as f64))
             }
         }
     }
 
-    /// Works for one tick. Returns what the window says once that is known.
+    /// Does the work of one tick. Returns the result once there is one.
     pub(super) fn work(&mut self, known: &Known) -> Option<Said> {
-        let noise = (known.noise * self.steps).max(NOISE[self.level]);
+        // the supposed noise bounds that of the encoder from below
+        let noise = (known.noise * self.steps).max(SUPPOSED_NOISE_RAD[self.level]);
         let known = &Known { noise, ..*known };
         for _ in 0..SAMPLES_PER_TICK {
             match self.progress.step(known, &self.hypotheses, &self.window) {
                 Some(Some(innovation)) => {
                     if let Phase::Onset(attempt) = self.phase {
                         let (side, known) = (f64::from(self.window.side), self.prior.half_gap);
-                        self.onset
-                            .look(&innovation, &self.progress, side, known, SEEN[attempt].1);
+                        self.onset.look(
+                            &innovation,
+                            &self.progress,
+                            side,
+                            known,
+                            ONSET_ATTEMPTS[attempt].1,
+                        );
                     }
                     self.sums.add(&innovation, self.phase == Phase::Newton);
                 }
                 Some(None) => {}
-                None => return self.pass_done(noise > NOISE[self.level]),
+                None => return self.pass_done(noise > SUPPOSED_NOISE_RAD[self.level]),
             }
         }
         None
     }
 
+    /// Samples that count: those behind the warm-up.
     fn count(&self) -> f64 {
         self.window.samples.len().saturating_sub(WARM_UP).max(1) as f64
     }
 
-    /// `noisy`: the encoder is noisier than what is supposed, so that nothing changes with less.
+    /// Ends a pass and chooses the next phase. `noisy`: the encoder is noisier than what is supposed,
+    /// so that a second search with less noise would change nothing.
     fn pass_done(&mut self, noisy: bool) -> Option<Said> {
         match self.phase {
             Phase::Onset(attempt) => {
+                // no contact in this attempt: less noise or a lower threshold
                 let Some(end) = self.onset.end else {
                     return self.look_again(attempt + 1);
                 };
+                // cost without a gap is the reference for how much a reading explains; then cut
+                // behind the contact
                 self.without = self.sums.cost[0] / self.count();
                 self.window.samples.truncate(end);
                 self.extent = self.window.extent();
@@ -238,8 +273,9 @@ impl Reading {
         None
     }
 
+    /// The next attempt to find an onset, if there is one.
     fn look_again(&mut self, attempt: usize) -> Option<Said> {
-        let Some((level, _)) = SEEN.get(attempt) else {
+        let Some((level, _)) = ONSET_ATTEMPTS.get(attempt) else {
             return Some(Said::NOTHING);
         };
         (self.level, self.onset, self.phase) = (*level, Onset::default(), Phase::Onset(attempt));
@@ -247,6 +283,7 @@ impl Reading {
         None
     }
 
+    /// Keeps the best half gap of the lanes, and goes to the next phase.
     fn keep_best(&mut self, next: Phase) {
         for (gap, cost) in self.hypotheses.half_gap.iter().zip(self.sums.cost) {
             if cost < self.best.1 {
@@ -256,22 +293,30 @@ impl Reading {
         self.phase = next;
     }
 
-    /// After Gauss-Newton: whether what was found stands, or is looked for on.
+    /// After Gauss-Newton: whether the result is final; otherwise sets the next phase.
     fn settle(&mut self, noisy: bool) -> bool {
-        let found = self.newton.accepted.filter(|found| found.misfit <= POOR);
+        let found = self
+            .newton
+            .accepted
+            .filter(|found| found.misfit <= POOR_MISFIT);
+        // less noise only made it poor: the result with more noise counts
         if found.is_none() && self.noisier.is_some() {
             self.found = self.noisier;
             return true;
         }
+        // a local minimum from the candidates: the whole range on a grid
         if found.is_none() && !self.searched {
             (self.newton, self.searched, self.phase) =
                 (Newton::new(self.prior.mean()), true, Phase::Grid(0));
             return false;
         }
-        let clear =
-            |found: Accepted| found.variance < CLEAR * CLEAR * found.at[GAP] * found.at[GAP];
-        let last =
-            noisy || self.level + 1 >= NOISE.len() || self.level > 0 && found.is_some_and(clear);
+        let clear = |found: Accepted| {
+            found.variance < CLEAR_DOUBT * CLEAR_DOUBT * found.at[GAP] * found.at[GAP]
+        };
+        // the second search starts from the result of the first
+        let last = noisy
+            || self.level + 1 >= SUPPOSED_NOISE_RAD.len()
+            || self.level > 0 && found.is_some_and(clear);
         if last || found.is_none() {
             self.found = self.newton.accepted;
             return true;

@@ -1,15 +1,15 @@
-//! The answer of a reading.
+//! The result of a reading, tested against alternatives; and where a contact began.
 
 use super::lanes::{Innovation, LANES, Lanes, Progress};
 use super::newton::Accepted;
 use super::prior::GAP;
 use serde::{Deserialize, Serialize};
 
-/// Half gaps that what was found is held against, parts of it, itself first; one without an end
-/// comes last.
+/// Alternative half gaps that a found one is compared with, as parts of it, itself first; the last
+/// lane is the gap without an end. Steps of decision 63 of the book.
 pub(super) const AGAINST: [f64; LANES - 1] = [1.0, 0.98, 1.02, 0.94, 1.06, 0.8, 1.25];
 
-/// What a window says.
+/// What a window says of the half gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Said {
     pub(super) half_gap: f64,
@@ -21,13 +21,13 @@ pub(super) struct Said {
     /// gap.
     pub(super) misfit: f64,
     pub(super) without: f64,
-    /// By how much the squares of the innovations over their variance are fewer than if the gap had
-    /// no end.
+    /// How much smaller the sum of squared innovations over their variance is than with a gap without
+    /// an end: twice the log-likelihood ratio of contact against no contact.
     pub(super) evidence: f64,
 }
 
 impl Said {
-    /// No contact was seen.
+    /// No contact was found.
     pub(super) const NOTHING: Said = Said {
         half_gap: 0.0,
         variance: f64::INFINITY,
@@ -37,8 +37,8 @@ impl Said {
         evidence: 0.0,
     };
 
-    /// What was found, with the costs of the half gaps that it is held against: it is no surer than
-    /// these tell, whatever the derivatives say.
+    /// The found half gap with the costs of the alternatives in [`AGAINST`]. The reported variance is
+    /// at least what the cost at the alternative gaps implies, whatever the derivatives say.
     pub(super) fn checked(found: &Accepted, costs: &Lanes, wavered: bool, without: f64) -> Said {
         let Accepted {
             at,
@@ -46,8 +46,10 @@ impl Said {
             mut variance,
             ..
         } = *found;
+        // costs over the misfit, as the scale of Gauss-Newton
         let [least, .., endless] = costs.map(|cost| cost / misfit.max(1.0));
         for (part, cost) in AGAINST.iter().zip(costs) {
+            // a parabola: a cost larger by c at a distance off means a variance of off^2/c
             let off = (part - 1.0) * at[GAP];
             variance = variance.max(off * off / (cost / misfit.max(1.0) - least).max(1.0));
         }
@@ -62,36 +64,38 @@ impl Said {
     }
 }
 
-// Where a contact began: the lane of the gap without an end, in which the motor does what its
-// current does not explain.
-
-/// A half gap that is never crossed, rad.
+/// A half gap that is never crossed, rad: more than a turn of the motor.
 pub(super) const ENDLESS: f64 = 10.0;
-/// Lane of that gap.
-const LANE: usize = 1;
-/// Samples after the onset that are kept; squares that come without contact; part of a known half
-/// gap over which no contact is looked for, since a traverse sets out so hard that it may look like
-/// one.
-const AFTER: usize = 4;
-const EXPECTED: f64 = 3.0;
-const LOOKED: f64 = 0.5;
-/// Innovations over their standard deviation that may be the first of a contact.
+/// Lane of that gap while an onset is searched for.
+const ENDLESS_LANE: usize = 1;
+/// Samples that are kept after the onset: what follows tells of the shaft's ringing, not of the gap.
+/// Origin unknown, kept.
+const SAMPLES_AFTER_ONSET: usize = 4;
+/// Allowance of the cumulative sum a sample: three times the squared innovation over its variance
+/// that is expected without contact. Origin unknown, kept.
+const EXPECTED_SQUARE: f64 = 3.0;
+/// Part of a known half gap over which no contact is searched for, since the start of a traverse may
+/// look like one. Origin unknown, kept.
+const BLIND_SHARE: f64 = 0.5;
+/// Innovations over their standard deviation that may be the first of a contact, from a soft one to
+/// a hard one: each gives a candidate for the half gap.
 const THRESHOLDS: [f64; 4] = [4.0, 8.0, 16.0, 32.0];
 
-/// What was seen of a contact.
+/// Search for a contact in the lane of the gap without an end, in which a contact moves the motor as
+/// its current does not explain: a one-sided cumulative sum (Page, 1954).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Onset {
-    /// Sum of squares beyond what is expected.
+    /// Sum of squares beyond the expected ones.
     met: f64,
     /// Half of the way across the gap where each threshold was first exceeded, rad.
     pub(super) half_ways: [Option<f64>; THRESHOLDS.len()],
-    /// Samples up to where enough was seen.
+    /// Samples up to where the sum is sufficient, with those after it.
     pub(super) end: Option<usize>,
 }
 
 impl Onset {
-    /// Looks for a contact in a sample: the flank that was left, a half gap that is known already
-    /// (rad, else 0), and the sum of squares that is enough.
+    /// Searches a sample: `side`, the flank that was left; `known`, a half gap that is known already
+    /// (rad, else 0); `enough`, the sum of squares that shows a contact.
     pub(super) fn look(
         &mut self,
         innovation: &Innovation,
@@ -100,15 +104,18 @@ impl Onset {
         known: f64,
         enough: f64,
     ) {
-        let way = ENDLESS - progress.lead[LANE] * side;
-        if way < LOOKED * known {
+        // the way of the motor across the gap since it left its flank
+        let way = ENDLESS - progress.lead[ENDLESS_LANE] * side;
+        if way < BLIND_SHARE * known {
             return;
         }
-        let e = (innovation.e[LANE] * side / innovation.variance.sqrt()).max(0.0);
-        self.met = (self.met + e * e - EXPECTED).max(0.0);
+        // the far flank pushes the motor back towards the one that it left
+        let e = (innovation.e[ENDLESS_LANE] * side / innovation.variance.sqrt()).max(0.0);
+        self.met = (self.met + e * e - EXPECTED_SQUARE).max(0.0);
         if self.met > enough && self.end.is_none() {
-            self.end = Some(progress.taken() + AFTER);
+            self.end = Some(progress.taken() + SAMPLES_AFTER_ONSET);
         }
+        // where each threshold is first exceeded, the way so far would be the whole gap
         for (half_way, threshold) in self.half_ways.iter_mut().zip(THRESHOLDS) {
             if half_way.is_none() && e > threshold && way > 0.0 {
                 *half_way = Some(0.5 * way);

@@ -1,10 +1,15 @@
-//! Watching for crossings: keeps the last ticks, opens a window where another flank is about to
+//! Detection of crossings: keeps the last ticks, opens a window where another flank is about to
 //! carry the load, closes it once that flank does.
 //!
-//! A flank carries the load where the torque seen behind the motor (`disturbance`) is at least half
-//! of what the gapless twin's shaft carries. A flank that should carry the load but gives way
-//! before it does was none: the window stays open over both changes, and its reading counts as
+//! A flank carries the load where the torque observed behind the motor is at least half of what the
+//! gapless twin's shaft carries. A new flank that gives way before it has carried the load does not
+//! count: the window stays open over both changes (the flank wavered), and its reading counts as
 //! faint.
+//!
+//! ```text
+//! z' = K_t i - b_v w - F_M sign(w) - T        T = omega (z - J_M w)         momentum observer: T is the shaft's torque through
+//!                                                                          a low pass with corner omega, without any derivative
+//! ```
 
 use super::window::{Recent, Sample, Tick, Window};
 use lostmotion_base::Clock;
@@ -12,16 +17,18 @@ use lostmotion_drive::Signals;
 use lostmotion_drive::twin::TwinState;
 use serde::{Deserialize, Serialize};
 
-/// Parts of the rated torque with which a flank is surely pressed: half the load's friction, within
-/// these bounds.
-const PRESSED: [f64; 2] = [3e-3, 0.02];
-/// Ticks on the new flank after which the crossing is over, and from the change of flank on at
-/// least: 10 and 40 ms; 100 ms where less is wanted of the flank than this part of the rated
-/// torque, so that one cannot tell whether it carries.
-const ARRIVED: u32 = 40;
-const AT_LEAST: u32 = 160;
-const AT_LEAST_FAINT: u32 = 400;
-const FAINT: f64 = 3e-3;
+/// Bounds of the torque with which a flank is certainly pressed, parts of the rated torque; between
+/// them it is half of the load's friction. Origin unknown, kept.
+const PRESSING_LIMITS: [f64; 2] = [3e-3, 0.02];
+/// Servo ticks on the new flank after which the crossing is over: 10 ms. Origin unknown, kept.
+const ARRIVED_TICKS: u32 = 40;
+/// Least servo ticks of a window from the change of flank on: 40 ms. Origin unknown, kept.
+const LEAST_TICKS: u32 = 160;
+/// The same where the flank has to carry so little that contact cannot be told: 100 ms. Origin
+/// unknown, kept.
+const LEAST_TICKS_FAINT: u32 = 400;
+/// Torque below which contact cannot be told, part of the rated torque. Origin unknown, kept.
+const FAINT_SHARE: f64 = 3e-3;
 
 /// What the drive knows of its motor.
 #[derive(Clone, Copy, Debug)]
@@ -43,18 +50,20 @@ pub(super) struct Watch {
     /// Ticks since the change of flank, and those on the new one.
     since: u32,
     arrived: u32,
-    /// Whether the present flank has carried the load, and whether it surely does.
+    /// Whether the present flank has carried the load.
     engaged: bool,
+    /// Whether it is certainly pressed now.
     pressed: bool,
-    /// What has been since the flank gave way, as long as no other has to carry the load.
+    /// Window since the flank gave way, as long as no other has to carry the load.
     left: Option<Window>,
     current: f64,
     sample: Sample,
 }
 
 impl Watch {
-    /// Takes what the motor did in the last tick.
+    /// Records the last tick: observed torque and sample.
     pub(super) fn observe(&mut self, motor: &Motor, signals: &Signals, twin: &TwinState) {
+        // the twin knows in which direction the motor slides, or that it sticks
         let friction = motor.viscous * signals.motor_velocity - twin.motor_friction;
         self.disturbance.step(
             motor.torque_constant * signals.mean_current - friction,
@@ -76,13 +85,14 @@ impl Watch {
         });
     }
 
-    /// Torque behind the motor as the motor shows it, N m.
+    /// Observed torque behind the motor, N m.
     pub(super) fn seen(&self) -> f64 {
         self.disturbance.torque
     }
 
-    /// Takes the flank that carried the load up to now, the one that has to from now on, and the
-    /// torque wanted of it, and the load's Coulomb friction (N m). Gives a window that is complete.
+    /// One tick: the flank that carried the load up to now, the one that has to from now on, the
+    /// torque that it has to carry, and the load's Coulomb friction (N m). Returns a window that is
+    /// complete.
     pub(super) fn step(
         &mut self,
         motor: &Motor,
@@ -93,28 +103,34 @@ impl Watch {
     ) -> Option<Window> {
         let (seen, sign) = (self.seen(), f64::from(now));
         let carries = wanted * sign > 0.0 && seen * sign > 0.5 * wanted * sign;
+        // contact counts up, loss of contact twice as fast down: ringing is no arrival
         self.arrived = if carries {
-            (self.arrived + 1).min(ARRIVED)
+            (self.arrived + 1).min(ARRIVED_TICKS)
         } else {
             self.arrived.saturating_sub(2)
         };
-        self.engaged |= self.arrived >= ARRIVED;
+        self.engaged |= self.arrived >= ARRIVED_TICKS;
         self.since = self.since.saturating_add(1);
+        // a window that is full is dropped: the crossing takes too long
         for window in [&mut self.window, &mut self.left] {
             *window = window
                 .take()
                 .and_then(|mut window| window.push(self.sample).then_some(window));
         }
         self.give_way(motor, before, 0.5 * friction);
+        // no change of flank: the window closes once the new flank has carried the load for long
+        // enough
         if now == before {
-            let least = if wanted.abs() > FAINT * motor.rated_torque {
-                AT_LEAST
+            let least = if wanted.abs() > FAINT_SHARE * motor.rated_torque {
+                LEAST_TICKS
             } else {
-                AT_LEAST_FAINT
+                LEAST_TICKS_FAINT
             };
-            let over = self.since >= least && self.arrived >= ARRIVED;
+            let over = self.since >= least && self.arrived >= ARRIVED_TICKS;
             return if over { self.close(now) } else { None };
         }
+        // change of flank: one that had not carried the load yet only wavered; otherwise the old
+        // window ends and a new one starts where the flank gave way
         let mut complete = None;
         match &mut self.window {
             Some(window) if !self.engaged => window.wavered = true,
@@ -133,10 +149,10 @@ impl Watch {
         complete
     }
 
-    /// Keeps what has been since a flank that surely carried the load gave way: at rest that may be
-    /// long before another one has to carry it.
+    /// Opens a window where a flank that certainly carried the load gives way: at rest that may be long
+    /// before another one has to carry it.
     fn give_way(&mut self, motor: &Motor, flank: i8, least: f64) {
-        let bounds = PRESSED.map(|part| part * motor.rated_torque);
+        let bounds = PRESSING_LIMITS.map(|part| part * motor.rated_torque);
         let pressed = self.seen() * f64::from(flank) > least.max(bounds[0]).min(bounds[1]);
         let before = std::mem::replace(&mut self.pressed, pressed);
         if self.pressed {
@@ -146,7 +162,7 @@ impl Watch {
         }
     }
 
-    /// Ends the window on a flank; one that ends where it began shows nothing.
+    /// Ends the window on a flank; one that ends on the flank where it began shows nothing.
     fn close(&mut self, flank: i8) -> Option<Window> {
         let mut window = self.window.take()?;
         window.close();
@@ -154,17 +170,11 @@ impl Watch {
     }
 }
 
-// The torque behind the motor, seen from the motor: a momentum observer.
-//
-// ```text
-// z' = K_t i - b_v w - F_M sign(w) - T        T = omega (z - J_M w)
-// ```
-// First-order low pass of the true shaft torque with corner omega; no derivative of a measured
-// speed comes in.
-
-/// Corner, rad/s: 30 Hz, above it the encoder's steps are louder than the load.
+/// Corner of the momentum observer, rad/s: 30 Hz; above it the encoder's steps are louder than the
+/// load.
 const CORNER_RAD_S: f64 = 190.0;
 
+/// Momentum observer of the torque behind the motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Disturbance {
     momentum: f64,

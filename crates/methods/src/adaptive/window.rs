@@ -1,28 +1,29 @@
-//! What the motor did around one crossing of the gap: its measured position and the current that
-//! drove it.
+//! The record of one crossing of the gap: the motor's measured position and the current that drove
+//! it.
 //!
 //! Nothing else is kept: with the motor's motion known, the load behind it follows from its own
-//! equations, and what the servo, the references and the compensator did meanwhile is all in that
-//! motion. Leaving and reaching a flank are kept tick by tick. Of the way between, on which the
-//! motor is alone, samples are merged in pairs when they become many; so a crossing of any length
-//! fits into the same memory and takes the same time to read.
+//! equations, and what servo, references and compensator did meanwhile is all in that motion. The
+//! ticks around leaving and reaching a flank are kept singly. In between, where the motor is alone,
+//! samples are merged in pairs when they become many; so a crossing of any length fits into the
+//! same memory and takes the same time to read.
 
 use lostmotion_base::Clock;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// Ticks kept from before a crossing (50 ms), and from its end (100 ms).
-const BEFORE: usize = 200;
-const END: usize = 400;
-/// Ticks by which the torque seen behind the motor lags.
-const LAG: usize = 21;
-/// Samples of the way between at most.
-const BETWEEN: usize = 128;
-/// Ticks in a sample at most: 128 ms, so a window of 16 s. A longer crossing shows nothing.
-const LONGEST: u32 = 512;
+/// Servo ticks kept singly from before a crossing: 50 ms, for the warm-up and some more.
+const TICKS_BEFORE: usize = 200;
+/// Servo ticks kept singly from the end of a crossing: 100 ms. Origin unknown, kept.
+const TICKS_AT_END: usize = 400;
+/// Servo ticks by which the observed torque lags: 1/190 s, the time constant of its low pass.
+const OBSERVER_LAG_TICKS: usize = 21;
+/// Bound of the samples in between. Origin unknown, kept.
+const SAMPLES_BETWEEN: usize = 128;
+/// Bound of the servo ticks in a sample: 128 ms, which makes a window of 16 s. A longer crossing is
+/// not read.
+const LONGEST_SAMPLE_TICKS: u32 = 512;
 
-/// The motor at the end of a sample: position (rad); the current over the sample (A); its length in
-/// servo ticks.
+/// The motor over a sample: position at its end (rad), mean current (A), length in servo ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sample {
     pub(super) position: f64,
@@ -32,12 +33,12 @@ pub(super) struct Sample {
     pub(super) ticks: u32,
 }
 
-/// A tick as it was: sample, and torque seen behind the motor (N m).
+/// One servo tick: sample, and observed torque behind the motor (N m).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tick {
     pub(super) sample: Sample,
     pub(super) seen: f64,
-    /// Whether the load should stand.
+    /// Whether the load stands, by the gapless twin.
     pub(super) stands: bool,
 }
 
@@ -48,8 +49,9 @@ pub(super) struct Recent {
 }
 
 impl Recent {
+    /// Adds a tick; the oldest one is dropped.
     pub(super) fn push(&mut self, tick: Tick) {
-        if self.ticks.len() >= BEFORE {
+        if self.ticks.len() >= TICKS_BEFORE {
             self.ticks.pop_front();
         }
         self.ticks.push_back(tick);
@@ -69,15 +71,18 @@ pub(super) struct Window {
     pub(super) wavered: bool,
     /// Before the crossing and the way between; with `close` all of it.
     pub(super) samples: Vec<Sample>,
+    /// The last ticks, singly.
     end: VecDeque<Sample>,
+    /// Servo ticks of a merged sample.
     stride: u32,
 }
 
 impl Window {
-    /// Begins with what has just been.
+    /// Begins with the last ticks; `None` where there are too few.
     pub(super) fn new(recent: &Recent, side: i8) -> Option<Window> {
         let first = recent.ticks.front()?;
-        let late = recent.ticks.get(LAG)?;
+        // the torque observed now is that of the start, a time constant ago
+        let late = recent.ticks.get(OBSERVER_LAG_TICKS)?;
         let samples = recent.ticks.iter().map(|tick| tick.sample).collect();
         Some(Window {
             side,
@@ -90,18 +95,19 @@ impl Window {
         })
     }
 
-    /// Adds a tick. Says whether there was room for it.
+    /// Adds a tick. Returns whether there was room for it.
     pub(super) fn push(&mut self, sample: Sample) -> bool {
         self.end.push_back(sample);
-        if self.end.len() > END
+        // a tick that has left the end belongs to the way between
+        if self.end.len() > TICKS_AT_END
             && let Some(old) = self.end.pop_front()
         {
             self.between(old);
         }
-        self.stride <= LONGEST
+        self.stride <= LONGEST_SAMPLE_TICKS
     }
 
-    /// No more follows.
+    /// Ends the window.
     pub(super) fn close(&mut self) {
         self.samples.extend(self.end.drain(..));
     }
@@ -118,7 +124,7 @@ impl Window {
 
     /// How far the motor moves in a tick on average over the last ones, rad.
     pub(super) fn pace(&self) -> f64 {
-        let last = &self.samples[self.samples.len().saturating_sub(END)..];
+        let last = &self.samples[self.samples.len().saturating_sub(TICKS_AT_END)..];
         let way = last
             .windows(2)
             .map(|pair| (pair[1].position - pair[0].position).abs())
@@ -145,21 +151,24 @@ impl Window {
         (time, self.samples.windows(2).map(speed).fold(0.0, f64::max))
     }
 
+    /// Adds a sample of the way between, merged to the present stride.
     fn between(&mut self, sample: Sample) {
-        let between = self.samples.len() > BEFORE;
+        // the ticks before the crossing stay single
+        let between = self.samples.len() > TICKS_BEFORE;
         match self.samples.last_mut() {
             Some(last) if between && last.ticks < self.stride => *last = merged(last, &sample),
             _ => self.samples.push(sample),
         }
-        if self.samples.len() >= BEFORE + BETWEEN
+        if self.samples.len() >= TICKS_BEFORE + SAMPLES_BETWEEN
             && self
                 .samples
                 .last()
                 .is_some_and(|last| last.ticks >= self.stride)
         {
+            // full: merge pairs, and from now on twice as many ticks
             let pairs: Vec<Sample> = self
                 .samples
-                .split_off(BEFORE)
+                .split_off(TICKS_BEFORE)
                 .chunks(2)
                 .map(|pair| pair[1..].iter().fold(pair[0], |a, b| merged(&a, b)))
                 .collect();
@@ -169,6 +178,7 @@ impl Window {
     }
 }
 
+/// Two consecutive samples as one: mean of the current, sum of its falls.
 fn merged(first: &Sample, second: &Sample) -> Sample {
     let [a, b] = [first.ticks, second.ticks].map(f64::from);
     Sample {

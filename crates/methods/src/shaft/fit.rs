@@ -2,7 +2,7 @@
 //! unknowns leave (variable projection).
 //!
 //! ```text
-//! least of   sum r(p)^2/s^2 + ((ln q - ln q0)/sigma)^2       p: ln k, damping ratio, ln q with q = 1/J_L; s: noise, or the residual if it is larger
+//! minimise  sum r(p)^2/s^2 + ((ln q - ln q0)/sigma)^2       p: ln k, damping ratio, ln q with q = 1/J_L; s: noise, or the residual if it is larger
 //! ```
 //! Golub, Pereyra, *The differentiation of pseudo-inverses and nonlinear least squares problems
 //! whose variables separate*, SIAM J. Numer. Anal. 10, 1973.
@@ -18,29 +18,35 @@ use serde::{Deserialize, Serialize};
 const N: usize = 3;
 type ShaftVector = [f64; N];
 
-/// Differences from which derivatives are taken.
+/// Differences for the derivatives, in ln k, damping ratio and ln 1/J_L: between rounding and
+/// curvature.
 const DIFFERENCE: f64 = 1e-4;
-/// Steps at most, and the step below which no more is to be found.
-const MOST_STEPS: u32 = 14;
-const SETTLED: f64 = 1e-7;
-/// A step is cut to this.
-const LONGEST: f64 = 0.5;
-/// Damping over critical damping is less.
-const MOST_DAMPING: f64 = 2.0;
-/// Frequencies looked at, Hz, the ratio between two of them, and the dampings and inertias over
-/// that of the motor tried with each.
-const LEAST_HZ: f64 = 12.0;
-const MOST_HZ: f64 = 1000.0;
-const RATIO: f64 = 1.16;
-const DAMPINGS: [f64; 2] = [0.05, 0.3];
-const INERTIAS: [f64; 3] = [0.6, 2.0, 6.0];
-/// Inertia over that of the motor, at least and at most.
-const INERTIA: [f64; 2] = [0.02, 1000.0];
+/// Bound of the steps. Origin unknown, kept.
+const LARGEST_NUMBER_OF_STEPS: u32 = 14;
+/// Step below which the search has converged: far below any uncertainty.
+const CONVERGED_STEP: f64 = 1e-7;
+/// Bound of one step: half a unit of the logarithms. Origin unknown, kept.
+const LONGEST_STEP: f64 = 0.5;
+/// Bound of the damping ratio: above it nothing swings.
+const LARGEST_DAMPING_RATIO: f64 = 2.0;
+/// Lowest natural frequency of the grid, Hz. Origin unknown, kept.
+const LOWEST_HZ: f64 = 12.0;
+/// Highest natural frequency of the grid, Hz: a quarter of the sampling frequency.
+const HIGHEST_HZ: f64 = 1000.0;
+/// Ratio of consecutive frequencies of the grid: within the reach of Gauss-Newton. Origin unknown,
+/// kept.
+const FREQUENCY_RATIO: f64 = 1.16;
+/// Damping ratios of the grid. Origin unknown, kept.
+const DAMPING_RATIOS: [f64; 2] = [0.05, 0.3];
+/// Inertias of the grid over that of the motor: the range of usual axes.
+const INERTIA_RATIOS: [f64; 3] = [0.6, 2.0, 6.0];
+/// Bounds of the load's inertia over that of the motor. Origin unknown, kept.
+const INERTIA_LIMITS: [f64; 2] = [0.02, 1000.0];
 
-/// What is known of `1/J_L` beforehand: value, and standard deviation of its logarithm.
+/// Prior of `1/J_L`: value, and standard deviation of its logarithm.
 pub(super) type ShaftPrior = Option<(f64, f64)>;
 
-/// What an excerpt says.
+/// Result of an excerpt.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Found {
     pub(super) shaft: Shaft,
@@ -58,13 +64,14 @@ pub(super) struct Found {
     pub(super) part: f64,
 }
 
-/// Where to start from if nothing is known.
+/// Starting points: frequencies in equal ratios, with each damping and inertia.
 pub(super) fn grid(motor: &ShaftMotor, held: bool, prior: ShaftPrior) -> Vec<Shaft> {
     let mut list = Vec::new();
-    let mut hz = LEAST_HZ;
-    while hz < MOST_HZ {
-        for damping_ratio in DAMPINGS {
+    let mut hz = LOWEST_HZ;
+    while hz < HIGHEST_HZ {
+        for damping_ratio in DAMPING_RATIOS {
             let mut add = |inverse_load: f64| {
+                // k = omega^2/(1/J_M + 1/J_L)
                 let frequency = std::f64::consts::TAU * hz;
                 list.push(Shaft {
                     stiffness: frequency * frequency / (1.0 / motor.inertia + inverse_load),
@@ -75,12 +82,12 @@ pub(super) fn grid(motor: &ShaftMotor, held: bool, prior: ShaftPrior) -> Vec<Sha
             match prior {
                 _ if held => add(0.0),
                 Some((inverse, _)) => add(inverse),
-                None => INERTIAS
+                None => INERTIA_RATIOS
                     .iter()
                     .for_each(|ratio| add(1.0 / (ratio * motor.inertia))),
             }
         }
-        hz *= RATIO;
+        hz *= FREQUENCY_RATIO;
     }
     list
 }
@@ -113,6 +120,7 @@ impl ShaftNewton {
         }
     }
 
+    /// The shaft of a parameter vector; logarithms keep stiffness and inertia positive.
     fn shaft(&self, at: &ShaftVector) -> Shaft {
         Shaft {
             stiffness: math::exp(at[0]),
@@ -121,7 +129,7 @@ impl ShaftNewton {
         }
     }
 
-    /// One step. Says what was found at the end, which may be nothing.
+    /// One step. At the end the result, if there is one.
     pub(super) fn work(
         &mut self,
         motor: &ShaftMotor,
@@ -130,12 +138,15 @@ impl ShaftNewton {
     ) -> Option<Option<Found>> {
         self.steps += 1;
         let here = excerpt.left_by(motor, &self.shaft(&self.at));
+        // worse than the best point: back to it, with a shorter step
         if let Some((best, least)) = self
             .best
             .filter(|(_, least)| here.squares >= *least || here.squares.is_nan())
         {
             self.step = self.step.map(|step| 0.3 * step);
-            if self.steps >= MOST_STEPS || self.step.iter().all(|step| step.abs() < SETTLED) {
+            if self.steps >= LARGEST_NUMBER_OF_STEPS
+                || self.step.iter().all(|step| step.abs() < CONVERGED_STEP)
+            {
                 (self.at, self.best) = (best, Some((best, least)));
                 return Some(self.end(motor, excerpt, prior));
             }
@@ -143,18 +154,20 @@ impl ShaftNewton {
             return None;
         }
         self.best = Some((self.at, here.squares));
+        // better: a new Gauss-Newton step, its length bounded
         let step = self.gauss_newton(motor, excerpt, prior, &here);
         let most = step
             .iter()
             .fold(0.0, |most: f64, step| most.max(step.abs()));
-        self.step = step.map(|step| step * (LONGEST / most).min(1.0));
-        if self.steps >= MOST_STEPS || most < SETTLED {
+        self.step = step.map(|step| step * (LONGEST_STEP / most).min(1.0));
+        if self.steps >= LARGEST_NUMBER_OF_STEPS || most < CONVERGED_STEP {
             return Some(self.end(motor, excerpt, prior));
         }
         self.at = self.bounded(motor, std::array::from_fn(|i| self.at[i] + self.step[i]));
         None
     }
 
+    /// Solves the normal equations of the projected residual, with the prior of the inertia.
     fn gauss_newton(
         &self,
         motor: &ShaftMotor,
@@ -162,6 +175,7 @@ impl ShaftNewton {
         prior: ShaftPrior,
         here: &Projected,
     ) -> ShaftVector {
+        // an error of the model counts as noise
         let noise = (motor.noise * motor.noise).max(here.squares / excerpt.len() as f64);
         let columns = self.derivatives(motor, excerpt, &here.left);
         let mut right: ShaftVector = columns.each_ref().map(|column| {
@@ -181,6 +195,7 @@ impl ShaftNewton {
         )
     }
 
+    /// Differences of the projected residual for each parameter.
     fn derivatives(&self, motor: &ShaftMotor, excerpt: &Excerpt, left: &[f64]) -> [Vec<f64>; N] {
         std::array::from_fn(|i| {
             if self.held && i == 2 {
@@ -198,7 +213,7 @@ impl ShaftNewton {
         })
     }
 
-    /// Information: of the excerpt with that noise, and beforehand.
+    /// Information matrix: of the excerpt with that noise, and of the prior.
     fn normal(&self, columns: &[Vec<f64>; N], noise: f64, prior: ShaftPrior) -> [ShaftVector; N] {
         let dot = |i: usize, j: usize| {
             columns[i]
@@ -209,6 +224,7 @@ impl ShaftNewton {
                 / noise
         };
         let mut normal = std::array::from_fn(|i| std::array::from_fn(|j| dot(i, j)));
+        // a held load has no inertia to estimate: any pivot keeps the system regular
         normal[2][2] += if self.held {
             1.0
         } else {
@@ -217,28 +233,33 @@ impl ShaftNewton {
         normal
     }
 
+    /// Parameters within the bounds of damping, inertia and frequency.
     fn bounded(&self, motor: &ShaftMotor, at: ShaftVector) -> ShaftVector {
-        let [least, most] = INERTIA.map(|ratio| -math::log(ratio * motor.inertia));
+        let [least, most] = INERTIA_LIMITS.map(|ratio| -math::log(ratio * motor.inertia));
         let [_, damping, inverse] = at;
         let inverse = if self.held {
             0.0
         } else {
             inverse.clamp(most, least)
         };
+        // bounds of the frequency are bounds of ln k at this inertia: ln k = 2 ln omega - ln(1/J_M
+        // + 1/J_L)
         let softest = math::log(self.shaft(&[0.0, 0.0, inverse]).frequency(motor));
-        let [low, high] = [LEAST_HZ, 2.0 * MOST_HZ]
+        let [low, high] = [LOWEST_HZ, 2.0 * HIGHEST_HZ]
             .map(|hz| 2.0 * (math::log(std::f64::consts::TAU * hz) - softest));
         [
             at[0].clamp(low, high),
-            damping.clamp(0.0, MOST_DAMPING),
+            damping.clamp(0.0, LARGEST_DAMPING_RATIO),
             inverse,
         ]
     }
 
+    /// Uncertainty and tests at the best point; `None` where the uncertainty is not finite.
     fn end(&self, motor: &ShaftMotor, excerpt: &Excerpt, prior: ShaftPrior) -> Option<Found> {
         let shaft = self.shaft(&self.at);
         let here = excerpt.left_by(motor, &shaft);
         let noise = motor.noise * motor.noise;
+        // misfit: squared residual over the noise, a degree of freedom
         let (squares, free) = (
             here.squares / noise,
             excerpt.len().saturating_sub(LINEAR + N),
@@ -249,6 +270,7 @@ impl ShaftNewton {
             &self.normal(&columns, noise * misfit.max(1.0), prior),
             LEAST_PIVOT,
         );
+        // diagonal of the inverse information: Cramer-Rao bound, widened by the misfit
         let variance = |i: usize| {
             cholesky_solve(&l, &std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))[i]
         };
@@ -269,10 +291,11 @@ impl ShaftNewton {
     }
 }
 
-/// Lags over which structure is looked for.
-const LAGS: usize = 6;
+/// Lags over which structure is searched for. Origin unknown, kept.
+const STRUCTURE_LAGS: usize = 6;
 
-/// Box and Pierce's sum.
+/// Box and Pierce's sum, J. Amer. Statist. Assoc. 65 (1970): samples times the squared
+/// autocorrelations.
 fn structure(left: &[f64]) -> f64 {
     let product = |lag: usize| {
         left.iter()
@@ -281,6 +304,6 @@ fn structure(left: &[f64]) -> f64 {
             .sum::<f64>()
     };
     let squares = product(0).max(f64::MIN_POSITIVE);
-    let lags = (1..=LAGS).map(|lag| product(lag) / squares);
+    let lags = (1..=STRUCTURE_LAGS).map(|lag| product(lag) / squares);
     left.len() as f64 * lags.map(|part| part * part).sum::<f64>()
 }

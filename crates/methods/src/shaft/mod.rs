@@ -1,33 +1,40 @@
-//! Stiffness and damping of the shaft, estimated while the axis runs: the outlook of the paper.
+//! Stiffness and damping of the shaft, estimated while the axis runs: the second item of the
+//! paper's outlook.
 //!
-//! On a flank motor and load are two masses on a spring. What tells the spring is whatever makes
-//! them swing against each other: the blow when the motor meets a flank, a step of the current, a
-//! load that sticks while the torque on it changes. So:
-//! 1. The torque behind the motor is watched by a quick and by a slow momentum observer; where they
-//!    part suddenly, something has hit (`watch`).
-//! 2. The motor's position and current of the 60 ms from there on are kept. Excerpts that begin a
-//!    little later each time are held against the engaged axis, solved exactly (`model`), once with
-//!    the load sliding and once with the load held: position, speed, twist and its rate at the
-//!    start and the load's torque enter linearly and are projected out (`window`), stiffness,
-//!    damping and inertia are found by Gauss-Newton (`fit`).
-//! 3. An excerpt counts if the noise of the encoder explains what is left, or next to nothing is,
-//!    and if a rigid mass explains it far worse. That fails as long as the motor is in the gap,
-//!    bounces, or the load sets out to slide; what is left must look like noise, and torque and
-//!    load must keep their sign in what was found. Where a load that slides and one that is held
-//!    explain an excerpt alike, it says nothing. The sharpest excerpt of a window is taken
-//!    (`reading`).
+//! In contact, motor and load are two masses on a spring. What excites the spring makes them swing
+//! against each other: the blow when the motor meets a flank, a step of the current, a load that
+//! sticks while the torque on it changes. The motor's part of the oscillation is `J_L/J_T`, its
+//! frequency gives `k (1/J_M + 1/J_L)`, its decay `d (1/J_M + 1/J_L)/2`, its answer to the current
+//! `k/J_L` (k in N m/rad, d in N m s/rad). So:
+//!
+//! 1. A fast and a slow momentum observer watch the torque behind the motor; where they suddenly
+//!    differ, a blow is detected (`window`).
+//! 2. The motor's position and current of the 60 ms from there on are recorded. Excerpts that begin a
+//!    little later each time are compared with the engaged axis, solved exactly (`model`), once with
+//!    the load sliding and once with the load held: position, speed, twist and its rate at the start
+//!    and the load's torque enter linearly and are projected out; stiffness, damping and inertia are
+//!    found by Gauss-Newton (`fit`).
+//! 3. An excerpt counts if the encoder's noise explains its residual, or hardly any is left, and if a
+//!    rigid mass explains it far worse. That fails as long as the motor is in the gap, bounces, or the
+//!    load starts to slide; the residual has to look like noise, and torque and load have to keep their
+//!    sign in the solution. Where a load that slides and one that is held explain an excerpt equally
+//!    well, it says nothing. The most certain excerpt of a window is the reading (`reading`).
 //! 4. Of the last eight readings the largest group that agrees is believed, as for the gap
 //!    (`readings`).
 //!
 //! Signals: motor position (rad), current and its mean over the servo period (A). Known: torque
 //! constant, inertia and friction of the motor, resolution of its encoder; the load's inertia where
-//! the method has learned it (else it is found along with the rest). Neither gap nor load nor any
-//! reference enters. Needs: blows or steps that move the shaft by some ten steps of the encoder
-//! (the fit's own doubt tells), a natural frequency of 12 Hz to 1 kHz and at least two periods on
-//! the flank. Says nothing (not a number) until then: an axis in smooth motion, or without a gap,
-//! does not excite its shaft. Fails: where friction of the load is viscous for the most part, its
-//! damping counts as the shaft's. Contact laws other than the linear one are taken for it. It is no
-//! compensator: what it finds is told, and changes nothing.
+//! the method has learned it (otherwise it is estimated along with the rest). Neither gap nor load
+//! nor any reference enters. Settings: `compensation.estimate_shaft`. It is no compensator: it
+//! reports, and changes no bit of the motion.
+//!
+//! Needs: blows or steps that move the shaft by some ten counts of the encoder, a natural frequency
+//! of 12 Hz to 1 kHz, and at least two periods on the flank. Until then it reports NaN: an axis in
+//! smooth motion, or without a gap, does not excite its shaft. Fails: where the load's friction is
+//! mostly viscous, its damping counts as the shaft's; contact laws other than the linear one are
+//! taken for it.
+//!
+//! Source: this project; variable projection after Golub and Pereyra (1973).
 
 mod fit;
 mod model;
@@ -43,22 +50,27 @@ use reading::ShaftReading;
 use serde::{Deserialize, Serialize};
 use window::ShaftWatch;
 
-/// Standard deviation of ln 1/J_L of an inertia that a method has learned.
-const LEARNED: f64 = 0.05;
-/// Standard deviation over value up to which stiffness and damping are told.
-const TOLD: [f64; 2] = [0.1, 0.2];
-/// Of the damping ratio a reading is no surer than this.
+/// Standard deviation of ln 1/J_L of an inertia that a method has learned. Origin unknown, kept.
+const LEARNED_INERTIA_DOUBT: f64 = 0.05;
+/// Largest standard deviations of stiffness and damping that are reported, parts of the value.
+/// Origin unknown, kept.
+const LARGEST_DOUBTS: [f64; 2] = [0.1, 0.2];
+/// Least standard deviation of a reading's damping ratio: errors of the model. Origin unknown, kept.
 const LEAST_DAMPING_DOUBT: f64 = 2e-3;
-/// Standard deviation over value from which on a reading says nothing of the damping.
-const VAGUE: f64 = 0.1;
-/// Ticks after a reading until the next one, once the stiffness is known.
-const PAUSE: u32 = 2000;
-/// Readings that agree from which on something is told, and from which on it is known well.
-const AGREE: u32 = 2;
-const KNOWN: u32 = 3;
+/// Standard deviation of the damping ratio, part of its value, from which on a reading says nothing
+/// of the damping: many vague readings that err alike must not make a sharp one.
+const VAGUE_DAMPING_DOUBT: f64 = 0.1;
+/// Servo ticks from a reading to the next one once the stiffness is known: 0.5 s. Origin unknown,
+/// kept.
+const PAUSE_TICKS: u32 = 2000;
+/// Readings that agree from which on an estimate is reported: decision 61 of the book.
+const READINGS_TO_REPORT: u32 = 2;
+/// Readings that agree from which on the stiffness is known well enough to narrow the search.
+/// Origin unknown, kept.
+const READINGS_TO_KNOW: u32 = 3;
 
-/// What is estimated of a shaft, and the standard deviation of each over its value; not numbers
-/// where nothing is known.
+/// Estimates of a shaft, with the standard deviation of each over its value; NaN where nothing is
+/// known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShaftEstimate {
     /// Stiffness, N m/rad at the motor.
@@ -87,18 +99,19 @@ pub struct ShaftEstimator {
     motor: ShaftMotor,
 }
 
-/// What it has found, and what it is about.
+/// The readings so far, and the one under way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ShaftState {
     watch: ShaftWatch,
     reading: Option<ShaftReading>,
     stiffness: Readings,
     damping: Readings,
+    /// Servo ticks until the next reading.
     pause: u32,
 }
 
 impl ShaftEstimator {
-    /// For an axis; only what a drive knows of its motor is taken from the description.
+    /// For an axis whose description has been checked; only the motor's data are used.
     pub fn new(config: &AxisConfig) -> ShaftEstimator {
         ShaftEstimator {
             motor: ShaftMotor::new(config),
@@ -112,9 +125,10 @@ impl ShaftEstimator {
         signals: &Signals,
         load_inertia: Option<f64>,
     ) -> ShaftEstimate {
+        // a learned inertia is a prior, no fact
         let prior: ShaftPrior = load_inertia
             .filter(|inertia| *inertia > 0.0)
-            .map(|inertia| (1.0 / inertia, LEARNED));
+            .map(|inertia| (1.0 / inertia, LEARNED_INERTIA_DOUBT));
         let window = state.watch.step(&self.motor, signals);
         state.pause = state.pause.saturating_sub(1);
         if let Some(window) = window
@@ -123,7 +137,8 @@ impl ShaftEstimator {
         {
             state.reading = Some(ShaftReading::new(window));
         }
-        let near = (state.stiffness.count >= KNOWN).then_some(state.stiffness.value);
+        // a stiffness that is known well narrows the search to its neighbourhood
+        let near = (state.stiffness.count >= READINGS_TO_KNOW).then_some(state.stiffness.value);
         if let Some(found) = state
             .reading
             .as_mut()
@@ -137,9 +152,11 @@ impl ShaftEstimator {
         state.estimate()
     }
 
+    /// Adds the result of a window to the readings.
     fn take(&self, state: &mut ShaftState, found: &Found) {
         let (shaft, [of_stiffness, of_ratio]) = (found.shaft, found.doubt);
         let k = shaft.stiffness;
+        // d = 2 zeta k/omega: from the damping ratio to the damping, and its variance
         let per_ratio = 2.0 * k / shaft.frequency(&self.motor);
         let variance = per_ratio
             * per_ratio
@@ -147,14 +164,14 @@ impl ShaftEstimator {
         state
             .stiffness
             .take(k, of_stiffness * of_stiffness * k * k, false, true);
-        // readings of one move after the other err alike, so that many vague ones make no sharp one
-        if of_ratio < VAGUE * shaft.damping_ratio {
+        // repeated moves give equal errors, so vague readings would agree and look sharp
+        if of_ratio < VAGUE_DAMPING_DOUBT * shaft.damping_ratio {
             state
                 .damping
                 .take(shaft.damping(&self.motor), variance, false, true);
         }
-        state.pause = if state.stiffness.count >= KNOWN {
-            PAUSE
+        state.pause = if state.stiffness.count >= READINGS_TO_KNOW {
+            PAUSE_TICKS
         } else {
             0
         };
@@ -162,10 +179,11 @@ impl ShaftEstimator {
 }
 
 impl ShaftState {
-    /// What is known now.
+    /// The estimates now.
     pub fn estimate(&self) -> ShaftEstimate {
-        let sure =
-            |readings: &Readings, most: f64| readings.count >= AGREE && readings.doubt() < most;
+        let sure = |readings: &Readings, most: f64| {
+            readings.count >= READINGS_TO_REPORT && readings.doubt() < most
+        };
         let told = |readings: &Readings, most: f64| {
             if sure(readings, most) {
                 [readings.value, readings.doubt()]
@@ -173,8 +191,10 @@ impl ShaftState {
                 [f64::NAN; 2]
             }
         };
-        let ([stiffness, stiffness_doubt], [damping, damping_doubt]) =
-            (told(&self.stiffness, TOLD[0]), told(&self.damping, TOLD[1]));
+        let ([stiffness, stiffness_doubt], [damping, damping_doubt]) = (
+            told(&self.stiffness, LARGEST_DOUBTS[0]),
+            told(&self.damping, LARGEST_DOUBTS[1]),
+        );
         ShaftEstimate {
             stiffness_nm_per_rad: stiffness,
             stiffness_doubt,

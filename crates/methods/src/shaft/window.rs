@@ -1,5 +1,5 @@
-//! What the motor did over some servo periods, and what explains it: trajectories that are linear
-//! in the unknown start and torques.
+//! A record of the motor over some servo periods, and the trajectories that explain it, which are
+//! linear in the unknown start and torques; detection of blows.
 
 use super::model::{Shaft, ShaftMotor, ShaftStep};
 use lostmotion_drive::Signals;
@@ -12,9 +12,9 @@ pub(super) const LINEAR: usize = 6;
 /// Trajectories: that of the known torque, and those of the unknowns but the position, which only
 /// shifts.
 const TRAJECTORIES: usize = LINEAR;
-/// A column that is smaller than this part of itself after the others are taken out of it says
-/// nothing of its own.
-const DEPENDENT: f64 = 1e-11;
+/// Part of a column's length that is left after the others are projected out, below which it counts
+/// as dependent on them: above rounding.
+const DEPENDENT_SHARE: f64 = 1e-11;
 
 /// The motor at the end of a servo period: position (rad), current then, and mean current over the
 /// period (A).
@@ -25,15 +25,15 @@ pub(super) struct ShaftSample {
     pub(super) mean: f64,
 }
 
-/// Numbers of a sample: one for each linear unknown.
+/// One number for each linear unknown.
 pub(super) type Row = [f64; LINEAR];
 
-/// What is left of the positions once the linear unknowns are taken out.
+/// Residual of the positions after the projection onto the linear unknowns.
 #[derive(Clone, Debug)]
 pub(super) struct Projected {
-    /// What is left, rad.
+    /// Residual, rad.
     pub(super) left: Vec<f64>,
-    /// Sum of squares of it.
+    /// Sum of its squares, rad2.
     pub(super) squares: f64,
     /// The unknowns.
     pub(super) unknowns: Row,
@@ -48,13 +48,14 @@ pub(super) struct Excerpt {
 }
 
 impl Excerpt {
-    /// Of samples that follow each other; `way`: sign of the motor's speed.
+    /// Of consecutive samples; `way`: sign of the motor's speed.
     pub(super) fn new(motor: &ShaftMotor, samples: &[ShaftSample], way: f64) -> Excerpt {
         let start = samples.first().map_or(0.0, |first| first.position);
         let positions = samples
             .iter()
             .map(|sample| sample.position - start)
             .collect();
+        // parabola over the period with these ends and this mean: from + b t/h + c (t/h)^2
         let parabola = |pair: &[ShaftSample]| {
             let [from, to, mean] = [pair[0].current, pair[1].current, pair[1].mean]
                 .map(|current| motor.torque_constant * current);
@@ -72,10 +73,10 @@ impl Excerpt {
         self.positions.len()
     }
 
-    /// What a shaft cannot explain, whatever start and torques.
+    /// Residual of a shaft with the best start and load torque.
     pub(super) fn left_by(&self, motor: &ShaftMotor, shaft: &Shaft) -> Projected {
         let step = ShaftStep::new(motor, shaft);
-        // known torque, speed, twist, its rate, the load's torque and its slope
+        // trajectories: known torque, speed, twist, its rate, the load's torque and its slope
         let mut x = [[0.0; TRAJECTORIES]; 4];
         let held = shaft.inverse_load <= 0.0;
         // on a held load motor and twist have one speed, and there is no torque to tell from the
@@ -90,6 +91,7 @@ impl Excerpt {
         let slope = torque / self.torques.len().max(1) as f64;
         let mut rows = Vec::with_capacity(self.len());
         let mut left = Vec::with_capacity(self.len());
+        // positions are the only measurement; the start position shifts all of them
         let mut put = |x: &[f64; TRAJECTORIES], position: f64| {
             rows.push([1.0, x[1], x[2], x[3], x[4], x[5]]);
             left.push(position - x[0]);
@@ -101,6 +103,8 @@ impl Excerpt {
             .zip(self.positions.iter().skip(1))
             .enumerate()
         {
+            // the known torque acts on the first trajectory, the load's unit torques on the last
+            // two
             let drive = parabola.map(|torque| [torque, 0.0, 0.0, 0.0, 0.0, 0.0]);
             let load = [
                 [0.0, 0.0, 0.0, 0.0, torque, slope * n as f64],
@@ -112,8 +116,7 @@ impl Excerpt {
         Projected::new(rows, left)
     }
 
-    /// Whether motor and load stay on one flank and the load goes one way, with what a fit has
-    /// found.
+    /// Whether in a fit's solution motor and load stay on one flank and the load does not reverse.
     pub(super) fn stays(&self, motor: &ShaftMotor, shaft: &Shaft, unknowns: &Row) -> bool {
         let (step, damping) = (ShaftStep::new(motor, shaft), shaft.damping(motor));
         let [_, speed, twist, rate, torque, slope] = *unknowns;
@@ -121,6 +124,7 @@ impl Excerpt {
         let rate = if held { speed } else { rate };
         let slope = slope / self.torques.len().max(1) as f64;
         let mut x = [[0.0], [speed], [twist], [rate]];
+        // torque of the shaft, and speed of the load
         let shown = |x: &[[f64; 1]; 4]| {
             [
                 shaft.stiffness * x[2][0] + damping * x[3][0],
@@ -142,18 +146,21 @@ impl Excerpt {
         true
     }
 
-    /// What a rigid mass of whatever inertia cannot explain, under a torque that bends as a
-    /// parabola besides the known one: sum of squares, rad2.
+    /// Squared residual of a rigid mass of any inertia under the known torque and an unknown one that
+    /// is a parabola over time, rad2.
     pub(super) fn left_by_a_mass(&self, motor: &ShaftMotor) -> f64 {
         let h = motor.period_s;
         let (mut way, mut speed) = (0.0, 0.0);
         let count = self.torques.len().max(1) as f64;
+        // a parabola of torque makes a polynomial of fourth degree; the known torque enters through
+        // the unknown inertia
         let row = |n: usize, way: f64| {
             let t = n as f64 / count;
             [1.0, t, t * t, t * t * t, t * t * t * t, way]
         };
         let mut rows = vec![row(0, 0.0)];
         for (n, [a, b, c]) in self.torques.iter().enumerate() {
+            // exact integrals of the parabola over a period
             way += h * speed + h * h * (0.5 * a + b / 6.0 + c / 12.0);
             speed += h * (a + 0.5 * b + c / 3.0);
             rows.push(row(n + 1, way));
@@ -163,12 +170,13 @@ impl Excerpt {
 }
 
 impl Projected {
-    /// Takes out of `left` what the columns of `rows` explain (modified Gram-Schmidt, each column
-    /// twice).
+    /// Projects `left` onto the complement of the columns of `rows` (Gram-Schmidt, each column twice
+    /// against rounding).
     fn new(mut rows: Vec<Row>, mut left: Vec<f64>) -> Projected {
         let mut triangle = [[0.0; LINEAR]; LINEAR];
         for column in 0..LINEAR {
             let before: f64 = rows.iter().map(|row| row[column] * row[column]).sum();
+            // once more removes what rounding left of the first projection
             for _ in 0..2 {
                 let dots: Row = rows.iter().fold([0.0; LINEAR], |mut dots, row| {
                     (0..column).for_each(|other| dots[other] += row[other] * row[column]);
@@ -181,16 +189,18 @@ impl Projected {
                 }
                 (0..column).for_each(|other| triangle[other][column] += dots[other]);
             }
+            // a dependent column gets no unknown of its own
             let squares = rows
                 .iter()
                 .map(|row| row[column] * row[column])
                 .sum::<f64>();
-            let says = squares > DEPENDENT * DEPENDENT * before && squares > 0.0;
+            let says = squares > DEPENDENT_SHARE * DEPENDENT_SHARE * before && squares > 0.0;
             triangle[column][column] = if says { squares.sqrt() } else { 0.0 };
             rows.iter_mut()
                 .for_each(|row| row[column] *= if says { 1.0 / squares.sqrt() } else { 0.0 });
         }
         let (first, second) = (take_out(&rows, &mut left), take_out(&rows, &mut left));
+        // back substitution gives the linear unknowns
         let mut unknowns = [0.0; LINEAR];
         for i in (0..LINEAR).rev() {
             let others: f64 = (i + 1..LINEAR).map(|j| triangle[i][j] * unknowns[j]).sum();
@@ -208,7 +218,7 @@ impl Projected {
     }
 }
 
-/// Takes the columns' part out of `left`; says how much of each it was.
+/// Subtracts the part of the orthonormal columns from `left`; returns the coefficients.
 fn take_out(rows: &[Row], left: &mut [f64]) -> Row {
     let dots: Row = rows
         .iter()
@@ -226,23 +236,24 @@ fn take_out(rows: &[Row], left: &mut [f64]) -> Row {
     dots
 }
 
-// Where something hits the shaft: two momentum observers of the torque behind the motor, a quick
-// one and a slow one, part.
-
-/// Corners, rad/s.
+/// Corners of the fast and the slow momentum observer, rad/s: 240 Hz and 10 Hz. Origin unknown, kept.
 const CORNERS_RAD_S: [f64; 2] = [1500.0, 60.0];
-/// How far they have to part: part of the rated torque, and standard deviations of the quick one's
-/// noise.
-const PART: f64 = 0.01;
-const NOISES: f64 = 8.0;
-/// A blow is a difference so many times what it was, which fades with this time, s.
-const JUMP: f64 = 1.5;
-const FADES_S: f64 = 0.01;
-/// Samples kept from before a blow and in all.
-pub(super) const BEFORE: usize = 10;
-pub(super) const LENGTH: usize = 250;
+/// Least difference of both that is a blow, part of the rated torque. Origin unknown, kept.
+const BLOW_SHARE: f64 = 0.01;
+/// The same in standard deviations of the fast observer's noise. Origin unknown, kept.
+const BLOW_DEVIATIONS: f64 = 8.0;
+/// Ratio of a blow to the envelope of the differences before it: the ringing after a blow is none.
+/// Origin unknown, kept.
+const BLOW_RATIO: f64 = 1.5;
+/// Time constant of the envelope, s. Origin unknown, kept.
+const ENVELOPE_S: f64 = 0.01;
+/// Samples kept from before a blow: 2.5 ms, more than the fast observer's delay.
+pub(super) const SAMPLES_BEFORE: usize = 10;
+/// Samples of a window: 62.5 ms.
+pub(super) const WINDOW_SAMPLES: usize = 250;
 
-/// Observers, the last samples, and the window under way.
+/// Detection of blows on the shaft: a fast and a slow momentum observer of the torque behind the
+/// motor, the last samples, and the window under way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct ShaftWatch {
     momentum: [f64; 2],
@@ -254,7 +265,7 @@ pub(super) struct ShaftWatch {
 }
 
 impl ShaftWatch {
-    /// One tick. Gives a window that is complete.
+    /// One servo tick. Returns a window that is complete.
     pub(super) fn step(
         &mut self,
         motor: &ShaftMotor,
@@ -268,6 +279,7 @@ impl ShaftWatch {
                 motor.coulomb * speed.signum()
             };
         let drive = motor.torque_constant * signals.mean_current - friction;
+        // momentum observer: torque = omega (z - J_M w), low pass of the shaft's torque
         for ((momentum, torque), corner) in self
             .momentum
             .iter_mut()
@@ -277,29 +289,32 @@ impl ShaftWatch {
             *momentum += motor.period_s * (drive - *torque);
             *torque = corner * (*momentum - motor.inertia * speed);
         }
+        // a blow reaches the fast observer first
         let apart = (self.torque[0] - self.torque[1]).abs();
+        // noise of the fast observer: velocity is a difference of two readings
         let noise = CORNERS_RAD_S[0] * motor.inertia * motor.noise * std::f64::consts::SQRT_2
             / motor.period_s;
-        let blow =
-            apart > (PART * motor.rated_torque).max(NOISES * noise) && apart > JUMP * self.envelope;
-        self.envelope = apart.max(self.envelope * (1.0 - motor.period_s / FADES_S));
+        let blow = apart > (BLOW_SHARE * motor.rated_torque).max(BLOW_DEVIATIONS * noise)
+            && apart > BLOW_RATIO * self.envelope;
+        self.envelope = apart.max(self.envelope * (1.0 - motor.period_s / ENVELOPE_S));
         let sample = ShaftSample {
             position: signals.motor_position,
             current: signals.current,
             mean: signals.mean_current,
         };
-        if self.recent.len() >= BEFORE {
+        if self.recent.len() >= SAMPLES_BEFORE {
             self.recent.pop_front();
         }
         self.recent.push_back(sample);
         self.ticks = self.ticks.saturating_add(1);
+        // a new blow discards the window under way: a solution has to begin behind it
         if blow {
             self.window = Some(self.recent.iter().copied().collect());
             return None;
         }
         let window = self.window.as_mut()?;
         window.push(sample);
-        if window.len() < LENGTH {
+        if window.len() < WINDOW_SAMPLES {
             return None;
         }
         self.window.take()
