@@ -19,8 +19,14 @@ pub struct Cycle {
     pub frequency_hz: f64,
 }
 
-/// Turning points that are remembered: four whole swings.
-const TURNS: usize = 9;
+/// Turning points that are remembered. Derived: nine enclose four whole swings.
+const REMEMBERED_TURNS: usize = 9;
+/// Least size of a swing over the one before: below, it is ringing that dies away. Origin unknown,
+/// kept.
+const MIN_SWING_RATIO: f64 = 0.9;
+/// Most time of the last two swings over that of the first two: above, a load bounces ever slower.
+/// Origin unknown, kept.
+const MAX_SLOWING: f64 = 1.05;
 
 /// Watches a load while its reference stands still.
 ///
@@ -37,7 +43,7 @@ pub struct CycleDetector {
     /// The furthest place since the last turning point, with its sample.
     extreme: (f64, u64),
     rising: Option<bool>,
-    turns: [(f64, u64); TURNS],
+    turns: [(f64, u64); REMEMBERED_TURNS],
     count: usize,
 }
 
@@ -53,7 +59,7 @@ impl CycleDetector {
             sample: 0,
             extreme: nowhere,
             rising: None,
-            turns: [nowhere; TURNS],
+            turns: [nowhere; REMEMBERED_TURNS],
             count: 0,
         }
     }
@@ -61,6 +67,7 @@ impl CycleDetector {
     /// The next sample.
     pub fn push(&mut self, reference: f64, load: f64) {
         self.sample += 1;
+        // The reference moves: nothing of what was seen belongs to a swing around rest.
         if self.reference != Some(reference) {
             self.reference = Some(reference);
             (self.rising, self.count, self.extreme) = (None, 0, (load, self.sample));
@@ -68,15 +75,17 @@ impl CycleDetector {
         }
         let (furthest, _) = self.extreme;
         match self.rising {
+            // Not known yet which way it swings: the first motion that is large enough tells.
             None if (load - furthest).abs() > self.least_swing => {
                 self.rising = Some(load > furthest);
                 self.extreme = (load, self.sample);
             }
             None => {}
             Some(rising) if (load > furthest) == rising => self.extreme = (load, self.sample),
+            // Back from the extreme by a swing (hysteresis): the extreme was a turning point.
             Some(rising) if (load - furthest).abs() > self.least_swing => {
                 self.turns.rotate_left(1);
-                self.turns[TURNS - 1] = self.extreme;
+                self.turns[REMEMBERED_TURNS - 1] = self.extreme;
                 self.count += 1;
                 self.rising = Some(!rising);
                 self.extreme = (load, self.sample);
@@ -87,21 +96,25 @@ impl CycleDetector {
 
     /// The limit cycle at the end of what was seen, if there is one.
     pub fn cycle(&self) -> Option<Cycle> {
-        if self.count < TURNS {
+        if self.count < REMEMBERED_TURNS {
             return None;
         }
-        let (first, last) = (self.turns[0].1, self.turns[TURNS - 1].1);
-        let period_s = (last - first) as f64 * self.period_s / (TURNS / 2) as f64;
-        // a swing that has come to rest makes no more turns
+        // Period: four swings lie between the first and the last turning point.
+        let (first, last) = (self.turns[0].1, self.turns[REMEMBERED_TURNS - 1].1);
+        let period_s = (last - first) as f64 * self.period_s / (REMEMBERED_TURNS / 2) as f64;
+        // A swing that has come to rest makes no turning points.
         let since = (self.sample - last) as f64 * self.period_s;
+        // Peak to peak from each turning point to the next.
         let swings: Vec<f64> = self
             .turns
             .windows(2)
             .map(|pair| (pair[1].0 - pair[0].0).abs())
             .collect();
-        let keeps = swings.windows(2).all(|pair| pair[1] > 0.9 * pair[0]);
-        let middle = self.turns[TURNS / 2].1;
-        let steady = (last - middle) as f64 <= 1.05 * (middle - first) as f64;
+        let keeps = swings
+            .windows(2)
+            .all(|pair| pair[1] > MIN_SWING_RATIO * pair[0]);
+        let middle = self.turns[REMEMBERED_TURNS / 2].1;
+        let steady = (last - middle) as f64 <= MAX_SLOWING * (middle - first) as f64;
         let mean = swings.iter().sum::<f64>() / swings.len() as f64;
         (keeps && steady && since < 2.0 * period_s).then(|| Cycle {
             amplitude: 0.5 * mean,
@@ -112,9 +125,9 @@ impl CycleDetector {
 
 // The limit cycle of the simulated axis, beside the one that is predicted.
 
-/// Length of the run, s.
+/// Length of the run, s. Origin unknown, kept.
 const RUN_S: f64 = 4.0;
-/// Length of the push, s.
+/// Length of the push, s. Origin unknown, kept.
 const PUSH_S: f64 = 0.04;
 
 /// What an axis that has been checked does after a quick move of one and a half gaps: the limit
@@ -133,6 +146,7 @@ pub fn simulated_cycle(config: &AxisConfig, feedback: Feedback) -> Option<Cycle>
 
 fn watch(config: &AxisConfig, mut axis: impl AxisRunner) -> Option<Cycle> {
     let gap = config.gap_in_unit();
+    // Swings below a fiftieth of the gap are no limit cycle through it.
     let mut detector = CycleDetector::new(config.servo_period_s(), 0.02 * gap);
     let period = config.cycles.command().period_s();
     let mut out = AxisOutput::new(false);
@@ -151,6 +165,7 @@ fn push(distance: f64, tick: u32, period: f64) -> Setpoint {
     let ticks = (PUSH_S / period).round() as u32;
     let duration = f64::from(ticks) * period;
     let u = f64::from(tick.min(ticks)) / f64::from(ticks);
+    // Minimum-jerk polynomial: no velocity and no acceleration at either end.
     let v = 1.0 - u;
     Setpoint {
         position: distance * u * u * u * (10.0 - 15.0 * u + 6.0 * u * u),

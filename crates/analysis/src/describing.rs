@@ -23,7 +23,7 @@ use lostmotion_methods::AxisConfig;
 use serde::Serialize;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// What the describing function predicts.
+/// The prediction of the describing function.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LimitCycle {
@@ -53,7 +53,7 @@ pub fn limit_cycle(config: &AxisConfig, feedback: Feedback) -> LimitCycle {
     if load.half_gap_rad() <= 0.0 {
         return LimitCycle::None;
     }
-    // friction damps: what does not swing without it does not swing with it
+    // Friction damps: an axis that does not swing without it does not swing with it.
     let free = Balance {
         config,
         feedback,
@@ -86,6 +86,7 @@ impl Balance<'_> {
     /// The limit cycle of the largest amplitude: where swings from 1000 half gaps down to just
     /// beyond one begin to grow.
     fn outermost(&self) -> LimitCycle {
+        // From 1000 half gaps down to 1.001, evenly in the logarithm of the excess over one.
         let steps = 60;
         let amplitude = |step: u32| {
             self.load.half_gap_rad()
@@ -96,6 +97,7 @@ impl Balance<'_> {
             let (grows, frequency) = self.swing(amplitude(step), guess);
             guess = frequency;
             match grows {
+                // Growing far beyond the gap: the loop itself is unstable on its flanks.
                 true if step == 0 => return LimitCycle::Unstable,
                 true => return self.between(amplitude(step), amplitude(step - 1), guess),
                 false => {}
@@ -107,15 +109,18 @@ impl Balance<'_> {
     /// Whether a swing of an amplitude grows, and its frequency, rad/s. Friction depends on the
     /// frequency and the frequency on friction: iterated.
     fn swing(&self, amplitude: f64, guess: f64) -> (bool, f64) {
+        // The gap as a shaft of that share of stiffness and damping.
         let share = dead_zone(amplitude / self.load.half_gap_rad());
         let mut frequency = guess;
         let frictionless = self.motor_coulomb == 0.0 && self.load_coulomb == 0.0;
         let mut open = self.open(share, [0.0; 2]);
+        // Friction and frequency depend on each other: fixed-point iteration.
         for _ in 0..if frictionless { 0 } else { 6 } {
             let (viscous, _) = self.friction(share, amplitude, frequency);
             open = self.open(share, viscous);
             frequency = critical(&open);
         }
+        // Outermost pole beyond the unit circle, rounding apart.
         let grows = open.closed_radius() > 1.0 + 1e-9;
         if grows && frictionless {
             frequency = critical(&open);
@@ -138,6 +143,7 @@ impl Balance<'_> {
     /// amplitude of the load's speed.
     fn friction(&self, share: f64, amplitude: f64, frequency: f64) -> ([f64; 2], f64) {
         let load = &self.load;
+        // First harmonic of the contact torque on this swing.
         let contact = Complex {
             re: share * load.stiffness_nm_per_rad,
             im: share * frequency * load.damping_nm_s_per_rad,
@@ -151,19 +157,22 @@ impl Balance<'_> {
         // (b W + c)^2 + (w J W)^2 = |T|^2
         let impedance = viscous * viscous + inertial * inertial;
         let room = contact.abs() * contact.abs() - coulomb * coulomb;
+        // The quadratic equation for W; no solution where friction holds the load.
         let speed = if room > 0.0 {
             ((viscous * coulomb * viscous * coulomb + impedance * room).sqrt() - viscous * coulomb)
                 / impedance
         } else {
             0.0
         };
-        // a load that its friction holds: as if it was very heavy
+        // A load that its friction holds, as if it were very heavy.
         let held = 1e4 * inertial;
         let of_load = if speed > 0.0 {
             (coulomb / speed).min(held)
         } else {
             held
         };
+        // Speeds of load and motor as complex amplitudes; the gap angle is their difference's
+        // integral.
         let load_speed = contact.over(Complex {
             re: viscous + of_load,
             im: inertial,
@@ -186,6 +195,7 @@ impl Balance<'_> {
     /// The limit cycle between an amplitude that grows and one that decays.
     fn between(&self, mut grows: f64, mut decays: f64, guess: f64) -> LimitCycle {
         let mut frequency = guess;
+        // Bisection between growth and decay, the frequency carried along as a guess.
         for _ in 0..40 {
             let middle = 0.5 * (grows + decays);
             let (up, at) = self.swing(middle, frequency);
@@ -212,6 +222,7 @@ impl Balance<'_> {
 
 /// `n` of an amplitude in half gaps.
 fn dead_zone(ratio: f64) -> f64 {
+    // Part of a quarter swing that is spent within the gap.
     let sine = (1.0 / ratio).min(1.0);
     let angle = math::asin(sine);
     (2.0 / PI * (FRAC_PI_2 - angle - sine * math::cos(angle))).max(f64::MIN_POSITIVE)
@@ -220,6 +231,7 @@ fn dead_zone(ratio: f64) -> f64 {
 /// Where the response comes nearest to -1, rad/s.
 fn critical(open: &StateSpace) -> f64 {
     let distance = |f: f64| from_minus_one(open.at(f));
+    // The upper four decades, every fifth frequency: coarse, then refined around the best.
     let grid: Vec<(f64, f64)> = frequencies(open.nyquist_hz())
         .skip(500)
         .step_by(5)
@@ -233,6 +245,7 @@ fn critical(open: &StateSpace) -> f64 {
     let at = |index: usize| grid.get(index).or(grid.last()).map_or(1.0, |(f, _)| *f);
     let (mut low, mut high) = (at(nearest.saturating_sub(1)), at(nearest + 1));
     for _ in 0..60 {
+        // Ternary search: one minimum is presumed between the neighbours.
         let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
         if distance(a) < distance(b) {
             high = b;

@@ -1,5 +1,4 @@
-//! What linear theory says of an axis: margins of its loops, stability, limit cycles through the
-//! gap.
+//! Linear analysis of an axis: margins of its loops, stability, limit cycles through the gap.
 //!
 //! - [`analyse`]: gain and phase margin, crossover and bandwidth of current, velocity and position
 //!   loop, on a flank and in the gap, from the exact model in discrete time (`model`), with every
@@ -8,7 +7,7 @@
 //! - [`simulated_cycle`]: the oscillation that the simulated axis shows after a push;
 //!   [`CycleDetector`] finds it in any run.
 //!
-//! Nothing here runs while an axis is simulated, but for the detector where somebody asks for it.
+//! While an axis is simulated nothing here runs, except a detector that was asked for.
 
 mod cycle;
 mod describing;

@@ -40,7 +40,7 @@ impl fmt::Display for LoopKind {
     }
 }
 
-/// What the motor moves while a loop is looked at.
+/// The masses that the motor moves in an analysis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Regime {
@@ -68,7 +68,7 @@ pub struct LoopAnalysis {
     pub regime: Regime,
     /// Its margins.
     pub margins: Margins,
-    /// Factor on its gain up to which it is stable, where it is not; none if it is stable, or
+    /// Factor on its gain up to which it is stable, where it is not; `None` if it is stable, or
     /// unstable at any gain.
     pub stable_factor: Option<f64>,
 }
@@ -103,7 +103,7 @@ impl LoopDelays {
     }
 }
 
-/// What linear theory says of an axis.
+/// Results of the linear analysis of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisAnalysis {
     /// From the innermost loop outwards; current, velocity and position loop on a flank, then the
@@ -114,7 +114,7 @@ pub struct AxisAnalysis {
 }
 
 impl AxisAnalysis {
-    /// A loop's margins, if it was looked at.
+    /// A loop's margins, if it was analysed.
     pub fn margins(&self, kind: LoopKind, regime: Regime) -> Option<&Margins> {
         self.loops
             .iter()
@@ -123,7 +123,7 @@ impl AxisAnalysis {
     }
 }
 
-/// Looks at every loop of an axis that has been checked. The position loop is taken as closed on
+/// Analyses every loop of an axis that has been checked. The position loop is taken as closed on
 /// the motor's encoder, or on the load's scale on a flank if the axis' method is `load-feedback`.
 pub fn analyse(config: &AxisConfig) -> AxisAnalysis {
     let feedback = if config.compensation.method.closes_on_load() {
@@ -131,6 +131,7 @@ pub fn analyse(config: &AxisConfig) -> AxisAnalysis {
     } else {
         Feedback::Motor
     };
+    // The current loop is looked at alone; its rotor is held, so that the regime does not matter.
     let engaged = Model::new(config, Coupling::ENGAGED);
     let mut loops = vec![look(LoopKind::Current, Regime::Engaged, |gain| {
         Model::current_loop(config, gain)
@@ -139,6 +140,7 @@ pub fn analyse(config: &AxisConfig) -> AxisAnalysis {
         loops.push(look(LoopKind::Velocity, regime, |gain| {
             model.velocity_loop(gain)
         }));
+        // Without a position gain there is no position loop.
         if config.drive.position_gain_per_s > 0.0 {
             loops.push(look(LoopKind::Position, regime, |gain| {
                 model.position_loop(feedback, gain)
@@ -146,6 +148,7 @@ pub fn analyse(config: &AxisConfig) -> AxisAnalysis {
         }
     };
     regime(&engaged, Regime::Engaged, feedback);
+    // In the gap the load does not follow the motor: its scale closes no loop there.
     if config.reflected_load().gap_rad > 0.0 {
         regime(
             &Model::new(config, Coupling::GAP),
@@ -161,6 +164,7 @@ pub fn analyse(config: &AxisConfig) -> AxisAnalysis {
 
 fn look(kind: LoopKind, regime: Regime, open: impl Fn(f64) -> StateSpace) -> LoopAnalysis {
     let margins = Margins::of(&open(1.0));
+    // Only an unstable loop needs the factor that would make it stable.
     let stable_factor = if margins.stable() {
         None
     } else {
@@ -178,6 +182,7 @@ fn look(kind: LoopKind, regime: Regime, open: impl Fn(f64) -> StateSpace) -> Loo
 /// halved to the border.
 fn stable_factor(open: &impl Fn(f64) -> StateSpace) -> Option<f64> {
     let stable = |gain: f64| open(gain).closed_radius() < 1.0;
+    // Down in steps of 10 % until it is stable: the border then lies within the last step.
     let mut low = 1.0;
     let mut high = 1.0;
     while !stable(low) {
@@ -187,6 +192,7 @@ fn stable_factor(open: &impl Fn(f64) -> StateSpace) -> Option<f64> {
             return None;
         }
     }
+    // Bisection to the border of stability.
     for _ in 0..30 {
         let middle = 0.5 * (low + high);
         if stable(middle) {
@@ -198,7 +204,7 @@ fn stable_factor(open: &impl Fn(f64) -> StateSpace) -> Option<f64> {
     Some(low)
 }
 
-// What is wrong with a tuning, and how to mend it.
+// Faults of a tuning, with hints.
 
 /// Why a tuning is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -224,7 +230,7 @@ impl Fault {
         let at = self.at();
         match (self, at.stable_factor) {
             (Fault::Unstable(_), Some(factor)) => {
-                format!("{} has to be less than {factor:.3} times what it is; delays and filters cost phase, too", at.kind.gain_key())
+                format!("{} has to be less than {factor:.3} times its present value; delays and filters cost phase, too", at.kind.gain_key())
             }
             (Fault::Unstable(_), None) => {
                 "no gain of this loop makes it stable: look at the integral time, the delays and the filters".to_owned()
@@ -285,6 +291,7 @@ impl AxisAnalysis {
     /// those that the axis asks for.
     pub fn fault(&self, config: &AxisConfig) -> Option<Fault> {
         let least = config.drive.least_margins;
+        // Instability first: margins of an unstable loop have no meaning.
         let unstable = self
             .loops
             .iter()

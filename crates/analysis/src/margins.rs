@@ -4,28 +4,29 @@ use super::response::{Complex, StateSpace};
 use lostmotion_base::math;
 use serde::Serialize;
 
-/// Decades below half the sampling rate in which crossings are looked for.
-const DECADES: u32 = 6;
-/// Steps a decade of the search.
-const STEPS: u32 = 250;
+/// Decades below half the sampling rate in which crossings are looked for. A choice: down to mHz at
+/// 4 kHz, far below any loop.
+const SEARCH_DECADES: u32 = 6;
+/// Frequencies per decade of the search. A choice: 0.9 % apart.
+const STEPS_PER_DECADE: u32 = 250;
 
-/// What a loop's response says of it.
+/// Margins and bandwidth of a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Margins {
-    /// Factor by which the loop's gain may grow before it oscillates, dB; none if no growth does
+    /// Factor by which the loop's gain may grow before it oscillates, dB; `None` if no growth does
     /// that. Below 0: the loop is unstable already.
     pub gain_margin_db: Option<f64>,
     /// Frequency at which it would oscillate then, Hz.
     pub gain_margin_hz: Option<f64>,
-    /// Phase that may be lost at the crossover, deg; the smallest of all crossovers; none if the
+    /// Phase that may be lost at the crossover, deg; the smallest of all crossovers; `None` if the
     /// gain never crosses 1.
     pub phase_margin_deg: Option<f64>,
     /// Lowest frequency at which the loop's gain crosses 1, Hz.
     pub crossover_hz: Option<f64>,
     /// Smallest distance of the response from -1: the inverse of the largest sensitivity.
     pub modulus_margin: f64,
-    /// Frequency at which the closed loop's gain falls to -3 dB for the first time, Hz; none if it
-    /// does not.
+    /// Frequency at which the closed loop's gain falls to -3 dB for the first time, Hz; `None` if
+    /// it does not.
     pub bandwidth_hz: Option<f64>,
     /// Largest magnitude of a pole of the closed loop; below 1 it is stable.
     pub spectral_radius: f64,
@@ -34,6 +35,7 @@ pub struct Margins {
 impl Margins {
     /// The margins of a loop that is given broken at its error.
     pub(super) fn of(open: &StateSpace) -> Margins {
+        // The response on a grid; two crossings within one step would cancel and be missed.
         let grid: Vec<(f64, Complex)> = frequencies(open.nyquist_hz())
             .map(|f| (f, open.at(f)))
             .collect();
@@ -53,6 +55,8 @@ impl Margins {
             let [(low, from), (high, to)] = pair else {
                 continue;
             };
+            // Each crossing between two neighbours is refined; the bandwidth is the first fall
+            // below -3 dB.
             margins.gain_crossing(open, *low, *high, *from, *to);
             margins.phase_crossing(open, *low, *high, *from, *to);
             if margins.bandwidth_hz.is_none()
@@ -62,7 +66,7 @@ impl Margins {
                 margins.bandwidth_hz = Some(root(*low, *high, |f| closed(open.at(f)) - HALF_POWER));
             }
         }
-        // at half the sampling rate the response is real
+        // At half the sampling rate the response is real.
         margins.at_negative_axis(open.nyquist_hz(), open.at(open.nyquist_hz()).re);
         margins
     }
@@ -83,6 +87,7 @@ impl Margins {
         if (from.abs() < 1.0) == (to.abs() < 1.0) {
             return;
         }
+        // Phase above -180 degrees where the gain is 1; the smallest of all crossings counts.
         let f = root(low, high, |f| open.at(f).abs() - 1.0);
         let margin = open.at(f).scaled(-1.0).phase().to_degrees();
         self.crossover_hz = self.crossover_hz.or(Some(f));
@@ -113,6 +118,7 @@ impl Margins {
     }
 
     fn at_negative_axis(&mut self, f: f64, real: f64) {
+        // Gain up to 1 in dB; on the positive axis there is nothing to oscillate.
         let margin = -20.0 * math::log10(real.abs());
         if real >= 0.0 || (margin < 0.0 && self.stable()) {
             return;
@@ -124,15 +130,19 @@ impl Margins {
     }
 }
 
+/// Gain of -3 dB: half of the power.
 const HALF_POWER: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// From low to half the sampling rate, evenly in the logarithm, the very end left out.
 pub(super) fn frequencies(nyquist_hz: f64) -> impl Iterator<Item = f64> {
-    let count = DECADES * STEPS;
+    let count = SEARCH_DECADES * STEPS_PER_DECADE;
     (0..=count).map(move |n| {
         nyquist_hz
             * 0.999_999
-            * math::pow(10.0, (f64::from(n) - f64::from(count)) / f64::from(STEPS))
+            * math::pow(
+                10.0,
+                (f64::from(n) - f64::from(count)) / f64::from(STEPS_PER_DECADE),
+            )
     })
 }
 
@@ -148,6 +158,7 @@ fn closed(open: Complex) -> f64 {
 
 /// Where a function changes its sign.
 fn root(mut low: f64, mut high: f64, function: impl Fn(f64) -> f64) -> f64 {
+    // Bisection: 50 halvings leave rounding alone.
     let negative = function(low) < 0.0;
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
@@ -165,7 +176,7 @@ mod tests {
     use super::*;
     use std::f64::consts::{PI, TAU};
 
-    /// `w_c T/(z - 1)` behind so many whole periods of delay.
+    /// `w_c T/(z - 1)` behind `delays` whole periods.
     fn integrator(crossover: f64, period: f64, delays: usize) -> StateSpace {
         StateSpace::of(1 + delays, period, |x, u| {
             let last = if delays == 0 { x[0] } else { x[delays] };
@@ -183,7 +194,8 @@ mod tests {
         for delays in 0..5 {
             for wanted in [50.0, 300.0] {
                 let margins = Margins::of(&integrator(wanted, period, delays));
-                // |L| = (w T/2)/sin(w' T/2) w../: crossover where 2 sin(w' T/2) = w T; delay is d + 1/2 periods
+                // |L| = (w T/2)/sin(w' T/2) w../: crossover where 2 sin(w' T/2) = w T; delay is d +
+                // 1/2 periods
                 let crossover = 2.0 / period * math::asin(0.5 * wanted * period);
                 assert!((margins.crossover_hz.unwrap() * TAU / crossover - 1.0).abs() < 1e-9);
                 let delay = (delays as f64 + 0.5) * period;

@@ -81,6 +81,7 @@ impl Matrix {
     pub(super) fn exponential(&self) -> Matrix {
         let mut squarings = 0;
         let mut scale = 1.0;
+        // Scaling: a small norm makes the series converge fast.
         while self.norm() * scale > 0.5 && squarings < 60 {
             scale *= 0.5;
             squarings += 1;
@@ -88,12 +89,14 @@ impl Matrix {
         let step = self.clone().scaled(scale);
         let mut term = Matrix::identity(self.size);
         let mut sum = term.clone();
+        // Taylor: the term is step^n / n!.
         for n in 1..=20_u32 {
             term = term.product(&step).scaled(1.0 / f64::from(n));
             for (total, entry) in sum.entries.iter_mut().zip(&term.entries) {
                 *total += entry;
             }
         }
+        // Squaring takes the scale back: exp(2 A) = exp(A)^2.
         (0..squarings).fold(sum, |power, _| power.product(&power))
     }
 
@@ -110,6 +113,7 @@ impl Matrix {
             if !norm.is_finite() {
                 return f64::INFINITY;
             }
+            // log |A^m| / m, summed up from the norms that are divided out before each squaring.
             log += weight * math::log(norm);
             weight *= 0.5;
             power = power.scaled(1.0 / norm);
@@ -124,6 +128,8 @@ impl Matrix {
         for _ in 0..20 {
             let mut changed = false;
             for i in 0..self.size {
+                // Row and column off the diagonal are brought to the same sum; powers of two do not
+                // round.
                 let others = || (0..self.size).filter(|j| *j != i);
                 let row: f64 = others().map(|j| self.get(i, j).abs()).sum();
                 let column: f64 = others().map(|j| self.get(j, i).abs()).sum();

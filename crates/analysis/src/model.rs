@@ -66,6 +66,7 @@ pub(super) struct Model {
 impl Model {
     pub(super) fn new(config: &AxisConfig, coupling: Coupling) -> Model {
         let drive = config.drive;
+        // In the gap the load's two states do not act on the motor.
         let plant = if coupling.share > 0.0 { 5 } else { 3 };
         let period_s = config.current_period_us() * 1e-6;
         let servo_period_s = config.servo_period_s();
@@ -85,12 +86,14 @@ impl Model {
     /// The current loop, broken at its error: i_q for an error of one ampere, the rotor held. (The
     /// back-EMF of a turning one is fed forward.)
     pub(super) fn current_loop(config: &AxisConfig, gain: f64) -> StateSpace {
+        // An infinite inertia holds the rotor.
         let mut held = config.clone();
         held.motor.inertia_kgm2 = f64::INFINITY;
         let model = Model::new(&held, Coupling::GAP);
         StateSpace::of(model.plant + 2, model.period_s, |x, error| {
             let current = x[CURRENT];
             model.current_period(x, gain * error, 0.0);
+            // Speed and travel are no states of a held rotor.
             x[MOTOR] = 0.0;
             x[TRAVEL] = 0.0;
             current
@@ -112,6 +115,7 @@ impl Model {
     pub(super) fn position_loop(&self, feedback: Feedback, gain: f64) -> StateSpace {
         StateSpace::of(self.states() + 1, self.servo_period_s, |x, error| {
             let place = self.states();
+            // The load lags the motor by the penetration (the gap itself is constant on a flank).
             let seen = match feedback {
                 Feedback::Motor => x[place],
                 Feedback::Load => {
@@ -123,6 +127,7 @@ impl Model {
                         }
                 }
             };
+            // Velocity as the drive sees it: the encoder's difference over a servo period.
             let speed = x[TRAVEL] / self.servo_period_s;
             self.velocity_period(x, gain * self.drive.position_gain_per_s * error - speed);
             x[place] += x[TRAVEL];
@@ -138,15 +143,18 @@ impl Model {
     /// states.
     fn current_period(&self, x: &mut [f64], error: f64, emf: f64) {
         let (integral, pending) = (self.plant, self.plant + 1);
+        // PI controller and back-EMF feed-forward.
         let push = self.drive.current_gain_v_per_a * error;
         let computed = push + x[integral] + emf;
         x[integral] += self.period_s / self.drive.current_time_s * push;
+        // Dead time of the converter: the voltage of the period before acts.
         let applied = if self.drive.voltage_delay_periods == 0 {
             computed
         } else {
             x[pending]
         };
         x[pending] = computed;
+        // The plant's exact step under a constant voltage.
         let mut next = [0.0; 5];
         for (row, entry) in next.iter_mut().enumerate().take(self.plant) {
             let row = self.step.row(row);
@@ -164,8 +172,10 @@ impl Model {
     /// One servo period from an error of velocity.
     fn velocity_period(&self, x: &mut [f64], error: f64) {
         let (commands, integral) = (self.plant + 2, self.plant + 4);
+        // The feed-forward uses the measured speed, which is held over the servo period.
         let emf = self.back_emf * x[TRAVEL] / self.servo_period_s;
         x[TRAVEL] = 0.0;
+        // PI controller, then the torque filters.
         let push = self.drive.velocity_gain_a_s_per_rad * error;
         let wanted = push + x[integral];
         x[integral] += self.servo_period_s / self.drive.velocity_time_s * push;
@@ -175,6 +185,7 @@ impl Model {
         let command = self.filters.step(filters, wanted);
         let steps = (self.servo_period_s / self.period_s).round() as u32;
         for period in 0..steps {
+            // Dead time of the command: in the first current periods an older command is in force.
             let age = self
                 .drive
                 .command_delay_periods
@@ -184,6 +195,7 @@ impl Model {
             let error = in_force - x[CURRENT];
             self.current_period(x, error, emf);
         }
+        // The delay line moves on by one servo period.
         x[commands + 1] = x[commands];
         x[commands] = command;
     }
@@ -201,6 +213,7 @@ fn equations(config: &AxisConfig, coupling: Coupling, plant: usize) -> Matrix {
     let motor_viscous = motor.viscous_nm_s_per_rad + coupling.extra_viscous[0];
     let load_viscous = load.viscous_nm_s_per_rad + coupling.extra_viscous[1];
     let mut a = Matrix::zero(plant + 1);
+    // Voltage equation of the winding.
     a.set(CURRENT, CURRENT, -motor.phase_resistance_ohm() / inductance);
     a.set(CURRENT, MOTOR, -motor.back_emf_v_s_per_rad() / inductance);
     a.set(CURRENT, plant, 1.0 / inductance);
@@ -210,10 +223,12 @@ fn equations(config: &AxisConfig, coupling: Coupling, plant: usize) -> Matrix {
         motor.torque_constant_nm_per_a / motor_inertia,
     );
     a.set(TRAVEL, MOTOR, 1.0);
+    // The motor alone: its torque against its own friction.
     if plant <= PENETRATION {
         a.set(MOTOR, MOTOR, -motor_viscous / motor_inertia);
         return a;
     }
+    // Two masses with spring and damper between them.
     a.set(MOTOR, MOTOR, -(motor_viscous + damping) / motor_inertia);
     a.set(MOTOR, PENETRATION, -stiffness / motor_inertia);
     a.set(MOTOR, LOAD, damping / motor_inertia);

@@ -83,6 +83,7 @@ impl StateSpace {
             period_s,
         };
         let mut state = vec![0.0; size];
+        // A linear step of a unit vector is a column of A, its output an entry of c.
         for column in 0..size {
             state.fill(0.0);
             state[column] = 1.0;
@@ -92,6 +93,7 @@ impl StateSpace {
             }
         }
         state.fill(0.0);
+        // A unit input at rest gives d and b.
         out.d = step(&mut state, 1.0);
         out.b = state;
         out
@@ -101,6 +103,7 @@ impl StateSpace {
     /// must not follow the input at once.
     pub(super) fn closed_radius(&self) -> f64 {
         let mut closed = self.a.clone();
+        // Closed loop: A - b c, as d is zero.
         for (row, into) in self.b.iter().enumerate() {
             for (column, out) in self.c.iter().enumerate() {
                 closed.set(row, column, closed.get(row, column) - into * out);
@@ -118,6 +121,7 @@ impl StateSpace {
     pub(super) fn at(&self, frequency_hz: f64) -> Complex {
         let z = Complex::turn(std::f64::consts::TAU * frequency_hz * self.period_s);
         let size = self.a.size();
+        // Rows of z I - A with b on the right.
         let mut rows: Vec<Vec<Complex>> = (0..size)
             .map(|i| {
                 self.a
@@ -164,12 +168,14 @@ fn solve(mut rows: Vec<Vec<Complex>>) -> Vec<Complex> {
         let (upper, lower) = rows.split_at_mut(column + 1);
         let pivot_row = &upper[column];
         for row in lower {
+            // Elimination below the pivot.
             let factor = row[column].over(pivot_row[column]).scaled(-1.0);
             for (entry, above) in row.iter_mut().zip(pivot_row).skip(column) {
                 *entry = entry.plus(above.times(factor));
             }
         }
     }
+    // Back substitution.
     let mut x = vec![Complex::default(); size];
     for i in (0..size).rev() {
         let known = (i + 1..size).fold(rows[i][size], |sum, j| {

@@ -1,4 +1,4 @@
-//! What an axis may do.
+//! Limits of an axis.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ pub struct AxisLimits {
     pub jerk: f64,
 }
 
-/// A limit that makes no sense.
+/// An invalid limit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LimitError {
@@ -40,10 +40,10 @@ pub enum LimitError {
 }
 
 impl AxisLimits {
-    /// Checks that every limit makes sense.
+    /// Checks every limit.
     ///
     /// # Errors
-    /// The first limit that does not.
+    /// The first invalid limit.
     pub fn check(&self) -> Result<(), LimitError> {
         for (what, value) in [
             ("velocity", self.velocity),

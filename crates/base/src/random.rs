@@ -50,7 +50,7 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Between two positive numbers, every factor alike.
+    /// A number between two positive ones, uniform in the logarithm.
     pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
         // Uniform in the logarithm.
         low * math::pow(high / low, self.unit())
@@ -70,7 +70,7 @@ impl Random {
         radius * math::cos(TAU * self.unit())
     }
 
-    /// A unit vector in space, every direction alike: points of the cube that are not in the ball
+    /// A unit vector in space, uniform over the sphere: points of the cube that are not in the ball
     /// are drawn again.
     pub fn direction(&mut self) -> [f64; 3] {
         loop {

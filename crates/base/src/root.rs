@@ -11,10 +11,10 @@
 //! assert!(kept * kept <= 2.0 && (kept - 1.414).abs() < 0.01);
 //! ```
 
-/// Two places between which something changes: it holds at `low`, and not at `high`.
+/// An interval at whose ends a condition differs: it holds at `low` and fails at `high`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bracket {
-    /// The end at which it holds, or at which a rising function is not positive.
+    /// The end at which the condition holds, or at which a rising function is not positive.
     pub low: f64,
     /// The other end.
     pub high: f64,
@@ -32,7 +32,7 @@ impl Bracket {
         0.5 * (self.low + self.high)
     }
 
-    /// Halves the bracket a number of times by whether something holds at its middle.
+    /// Halves the bracket a number of times by whether the condition holds at its middle.
     #[inline]
     #[must_use]
     pub fn bisect(mut self, halvings: usize, mut holds: impl FnMut(f64) -> bool) -> Bracket {
@@ -70,7 +70,7 @@ impl Bracket {
 
     /// The root of a rising function that gives its value and slope, by Newton's method with
     /// halving where a step leaves the bracket. Ends after `steps`, or when the place or the
-    /// bracket moves by no more than `tolerance`.
+    /// bracket moves by at most `tolerance`.
     #[inline]
     pub fn newton(
         mut self,

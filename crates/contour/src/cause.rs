@@ -1,11 +1,11 @@
-//! What makes an error.
+//! Causes of a contour error, and its decomposition.
 
 use lostmotion_base::{AxisId, Tick};
 use serde::{Deserialize, Serialize};
 
 use crate::{ContourSample, ReversalState};
 
-/// What makes an error.
+/// The cause of a contour error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind", content = "axis")]
 pub enum Cause {
@@ -40,9 +40,9 @@ impl std::fmt::Display for Cause {
 pub struct Shares {
     /// Contour error of the command itself.
     pub command_mm: f64,
-    /// What the machine without a gap adds to it.
+    /// Added to it by the machine without a gap.
     pub servo_mm: f64,
-    /// What the gap adds to that.
+    /// Added to that by the gap.
     pub backlash_mm: f64,
 }
 
@@ -67,11 +67,11 @@ impl Shares {
 /// before command).
 ///
 /// Backlash or servo: the axis that reversed last, if it did within the window, for friction and
-/// wind-up turn round there as the gap does. Else backlash: the gap alone; servo: a corner if one
-/// is near the foot point, else lag. Command: blending.
+/// wind-up change their sign there as the gap does. Else backlash: the gap alone; servo: a corner
+/// if one is near the foot point, else lag. Command: blending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CauseRule {
-    /// How long after a reversal backlash is laid to it, ticks of the caller's clock.
+    /// How long after a reversal an error is attributed to it, ticks of the caller's clock.
     pub reversal_window_ticks: Tick,
 }
 

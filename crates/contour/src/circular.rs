@@ -47,7 +47,7 @@ pub struct RadialPoint {
     pub deviation_mm: f64,
 }
 
-/// What happens where one axis of the circle reverses.
+/// The error spike where one axis of the circle reverses (quadrant glitch).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Glitch {
     /// Which axis reverses.

@@ -1,8 +1,8 @@
-//! What can be wrong with what the tracker is given.
+//! Errors in the input of tracker and circular test.
 
 use lostmotion_base::Tick;
 
-/// A segment or sample that does not fit.
+/// An input that is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ContourError {

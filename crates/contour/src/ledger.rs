@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 /// One sample with everything that is known about its error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorRecord {
-    /// What the tracker measured.
+    /// The measured sample.
     pub sample: ContourSample,
     /// Parts of its error.
     pub shares: Shares,
-    /// What makes most of it.
+    /// Cause of its largest part.
     pub cause: Cause,
     /// Commanded tip from the program's zero, mm.
     pub commanded_tip_mm: [f64; 3],
@@ -104,7 +104,7 @@ impl BlockLedger {
         }
     }
 
-    /// Takes a sample.
+    /// Adds a sample.
     pub fn record(&mut self, record: &ErrorRecord) {
         self.open
             .entry(record.sample.segment)
@@ -226,7 +226,7 @@ impl ReversalLedger {
         before
     }
 
-    /// Takes a sample and returns the rows whose windows it has passed, in axis order.
+    /// Adds a sample and returns the rows whose windows have passed, in axis order.
     #[must_use]
     pub fn record(&mut self, record: &ErrorRecord) -> Vec<ReversalRow> {
         let tick = record.sample.tick;
@@ -253,7 +253,7 @@ impl ReversalLedger {
         finished
     }
 
-    /// Closes and returns what is left.
+    /// Closes and returns the rows that are still open.
     #[must_use]
     pub fn finish(&mut self) -> Vec<ReversalRow> {
         (0..AXES).filter_map(|axis| self.close(axis)).collect()

@@ -2,7 +2,7 @@
 //!
 //! [`ContourTracker`] holds the stretch of programmed path around the command and measures samples
 //! against it; it is shared by all machines that follow the same plan, each with a [`FootState`] of
-//! its own. What it finds goes into [`Statistics`], a [`BlockLedger`] and a [`ReversalLedger`],
+//! its own. Its samples go into [`Statistics`], a [`BlockLedger`] and a [`ReversalLedger`],
 //! each of constant size whatever the program's length. Everything is data.
 
 pub mod cause;

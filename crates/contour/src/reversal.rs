@@ -41,8 +41,8 @@ pub struct Reversal {
 }
 
 impl ReversalConfig {
-    /// Takes the commanded joint velocities (mm/s, rad/s) of a tick; gives the joints that now move
-    /// the other way, in axis order. However long a joint stood still in between, it is one
+    /// Feeds the commanded joint velocities (mm/s, rad/s) of a tick and returns the joints that now
+    /// move the other way, in axis order. However long a joint stood still in between, it is one
     /// reversal, at the tick at which it moves again. A joint's first motion is no reversal.
     pub fn step(
         &self,

@@ -64,7 +64,7 @@ pub struct Summary {
 }
 
 impl Statistics {
-    /// Takes a sample. One that is not finite is counted apart and changes nothing else.
+    /// Adds a sample. One that is not finite is counted apart and changes nothing else.
     pub fn push(&mut self, value: f64, at: Place) {
         if !value.is_finite() {
             self.not_finite += 1;

@@ -1,4 +1,4 @@
-//! What goes into the tracker and what comes out.
+//! Input and output of the tracker.
 
 use lostmotion_base::{BlockRef, Tick};
 use lostmotion_path::{Curve, Plane};
@@ -21,7 +21,7 @@ pub struct ProgrammedSegment {
     pub block: BlockRef,
 }
 
-/// How far around the command the foot point is searched, and what counts as a corner.
+/// How far around the command the foot point is searched, and from where on a joint is a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ContourConfig {

@@ -1,8 +1,8 @@
-//! What can go wrong.
+//! Errors of a fit, and reasons why a log does not determine the gap.
 
 use serde::{Deserialize, Serialize};
 
-/// Why a log does not tell the gap.
+/// Why a log does not determine the gap.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
@@ -119,7 +119,7 @@ pub enum FitError {
         /// What is allowed.
         expected: &'static str,
     },
-    /// The log does not tell the gap.
+    /// The log does not determine the gap.
     #[error("the log does not excite the gap: {0}")]
     NotExcited(#[from] NotExcited),
     /// The solver refused the problem.

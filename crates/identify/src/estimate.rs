@@ -26,7 +26,7 @@ pub(crate) const COMPLIANCE: usize = 2;
 pub(crate) const DAMPING: usize = 3;
 pub(crate) const INERTIA: usize = 4;
 
-/// All that an estimate is made from.
+/// Inputs of an estimate.
 pub(crate) struct EstimateJob<'a> {
     pub(crate) contact: &'a Contact,
     pub(crate) settings: &'a FitSettings,
@@ -34,7 +34,7 @@ pub(crate) struct EstimateJob<'a> {
     pub(crate) solver: &'a dyn QpSolver,
 }
 
-/// Coefficients and what was found around them.
+/// Fitted coefficients with their spread, and figures of the residuals.
 pub(crate) struct Estimate {
     pub(crate) coefficients: [f64; 5],
     pub(crate) gap_spread: Spread,
@@ -47,7 +47,8 @@ pub(crate) struct Estimate {
 }
 
 impl EstimateJob<'_> {
-    /// The regression with these columns, the half gap first; what is left out is known, or zero.
+    /// The regression with these columns, the half gap first; coefficients that are left
+    /// out are known, or zero.
     fn regression<const P: usize>(&self, columns: [usize; P]) -> Regression<P> {
         // The wind-up of a known stiffness is subtracted from the targets.
         let known = self

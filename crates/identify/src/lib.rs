@@ -18,7 +18,7 @@
 //! motor shaft.
 //!
 //! How one log becomes one number, in order:
-//! 1. [`BacklashLog`] holds the three columns and refuses columns that are no log.
+//! 1. [`BacklashLog`] holds the three columns and checks them.
 //! 2. [`window`] averages position difference and contact torque with one and the same triangular
 //!    window, so that the acceleration needs no separate filter and no lag arises between the two
 //!    sides of the equation.
@@ -26,8 +26,8 @@
 //! 4. [`huber`] solves the convex problem exactly, through a [`solver::QpSolver`].
 //! 5. [`spread`] gives the standard error from the scatter between whole blocks of the log.
 //!
-//! [`motor_only`] fits the gap from the motor's signals alone: the load's motion is what the
-//! contact torque makes of it.
+//! [`motor_only`] fits the gap from the motor's signals alone: the load's motion
+//! follows from the contact torque.
 
 pub mod contact;
 pub mod error;

@@ -160,8 +160,8 @@ impl MotorLog {
         self.log.resolution_rad()
     }
 
-    /// The same with a load that stands at zero, so that what is the position difference there is
-    /// the motor's position here.
+    /// The same with a load that stands at zero, so that the position difference is the motor's
+    /// position.
     pub(crate) fn as_backlash_log(&self) -> &BacklashLog {
         &self.log
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{NotExcited, SolverStatus};
 
-/// Half gap, compliance and offset of an axis, with what speaks for and against them. Motor side:
+/// Half gap, compliance and offset of an axis, with their uncertainty. Motor side:
 /// rad, N m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -17,10 +17,10 @@ pub struct BacklashFit {
     pub half_gap_interval_rad: [f64; 2],
     /// Standard error of the half gap, rad, from the scatter between blocks of the log.
     pub half_gap_error_rad: f64,
-    /// Allowance for what scatter cannot show, rad: 2 % of the encoders' resolution and 0.05 % of
-    /// the wind-up. What is wrong in the motor data is not in it (a fit from the motor alone allows
-    /// 0.3 % of the wind-up, and 1 % of the gap where it cannot tell the compliance): a torque
-    /// constant wrong by a share e shifts the half gap by up to e times the wind-up.
+    /// Allowance for errors that scatter does not show, rad: 2 % of the encoders' resolution and
+    /// 0.05 % of the wind-up. Errors of the motor data are not included (a fit from the motor alone
+    /// allows 0.3 % of the wind-up, and 1 % of the gap where the compliance cannot be told from
+    /// it): a torque constant wrong by a share e shifts the half gap by up to e times the wind-up.
     pub half_gap_allowance_rad: f64,
     /// Compliance of the shaft, rad/(N m).
     pub compliance_rad_per_nm: f64,
@@ -84,7 +84,7 @@ impl BacklashFit {
         ]
     }
 
-    /// The total gap, as a control is told it.
+    /// The total gap, as the settings of an axis take it.
     pub fn total_gap(&self) -> Gap {
         Gap::MotorRad(2.0 * self.half_gap_rad)
     }
@@ -103,7 +103,7 @@ pub struct FittedLoad {
     pub constant_nm: f64,
 }
 
-/// What the solver did.
+/// How the solver reached the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SolverReport {

@@ -1,4 +1,4 @@
-//! What the fit is told beforehand.
+//! Settings of a fit.
 
 use lostmotion_drive::AxisConfig;
 use serde::{Deserialize, Serialize};
@@ -12,11 +12,12 @@ use crate::error::FitError;
 pub struct FitSettings {
     /// Torque per current, N m/A.
     pub torque_constant_nm_per_a: f64,
-    /// Inertia of the motor with what is fixed to its shaft, kg m2; fitted if not given, which
-    /// costs accuracy and needs a load in which current and acceleration do not always go together.
+    /// Inertia on the motor's side of the gap, rotor and screw or pinion together, kg m2; fitted if
+    /// not given, which costs accuracy and needs a load in which current and acceleration do not
+    /// always go together.
     pub motor_inertia_kgm2: Option<f64>,
-    /// Viscous friction of the motor, N m s/rad. Give it where the inertia is fitted: what is
-    /// missing here then goes into the inertia and from there into the gap (a few percent of the
+    /// Viscous friction of the motor, N m s/rad. Give it where the inertia is fitted: friction that
+    /// is missing here is attributed to the inertia and from there to the gap (a few percent of the
     /// gap on a load with much friction).
     pub motor_viscous_nm_s_per_rad: f64,
     /// Coulomb friction of the motor's own bearings, N m.
@@ -77,7 +78,7 @@ impl FitSettings {
         }
     }
 
-    /// Defaults with what is known of an axis: the motor's torque constant and its own friction,
+    /// Defaults with the data of an axis: the motor's torque constant and its own friction,
     /// and the inertia on the motor's side of the gap, rotor and screw or pinion together.
     ///
     /// ```
@@ -101,8 +102,8 @@ impl FitSettings {
         }
     }
 
-    /// The same with windows short enough for a fit from the motor alone: what it sees of a resting
-    /// load lasts milliseconds.
+    /// The same with windows short enough for a fit from the motor alone: a resting load
+    /// shows itself for milliseconds only.
     #[must_use]
     pub fn motor_only(self) -> Self {
         Self {

@@ -1,6 +1,6 @@
 //! From the log to pairs of position difference and contact torque.
 //!
-//! Motor acceleration is not in the log and must not be got by filtering the position alone: a
+//! Motor acceleration is not in the log and must not be obtained by filtering the position alone: a
 //! filter on one side of `y = s b + c T + o` and not on the other biases `c` and with it `b`. So
 //! both sides are averaged with one triangular window of half-width `H`, `w(t) = (H - |t|)/H^2`.
 //! Integrating by parts twice turns the average of the acceleration into the plain difference

@@ -1,4 +1,4 @@
-//! What all curves can do.
+//! A curve of any kind, with the operations that all kinds have.
 
 use crate::derivs::within;
 use crate::{Arc, Bounds, CurveDerivs, Foot, Line, Quintic};
@@ -180,7 +180,7 @@ impl Curve {
         }
     }
 
-    /// The same curve from a start right beside its own, mm and rad: a line to the same end, others
+    /// The same curve from a start close to its own, mm and rad: a line to the same end, others
     /// moved as a whole.
     #[must_use]
     pub fn starting_at(&self, start: Coords) -> Curve {

@@ -1,4 +1,4 @@
-//! What can be wrong with a curve's description.
+//! Errors in a curve's description.
 
 /// A curve that cannot exist.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

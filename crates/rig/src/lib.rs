@@ -29,6 +29,7 @@ pub struct Move {
 impl Move {
     /// Durations of the seven pieces and their jerks.
     fn pieces(&self) -> [(f64, f64); 7] {
+        // Durations of constant jerk, constant acceleration and cruise.
         let tj = self.acceleration / self.jerk;
         let ta = self.velocity / self.acceleration - tj;
         let cruise = self.distance.abs() / self.velocity - (ta + 2.0 * tj);
@@ -62,6 +63,7 @@ impl Move {
         if t >= self.duration() {
             return (self.distance, 0.0, 0.0);
         }
+        // Each piece is integrated to its end, the last one up to t.
         for (i, (span, j)) in self.pieces().into_iter().enumerate() {
             let dt = t.min(span);
             // exact zero on the cruise, as a planner gives it
@@ -112,6 +114,7 @@ pub fn circle(radius: f64, w: f64, t: f64) -> (f64, f64, f64) {
 pub fn circle_error(config: &AxisConfig, method: &str, radius: f64, feed: f64) -> [f64; 2] {
     let w = feed / 60.0 / radius;
     let angle = |t: f64| {
+        // Angle with a smooth start: the angular velocity rises over 0.2 s as 3 u^2 - 2 u^3.
         let (rise, t) = (0.2, t - 0.1);
         let u = (t / rise).clamp(0.0, 1.0);
         let way = rise * (u * u * u - 0.5 * u * u * u * u) + (t - rise).max(0.0);
@@ -121,6 +124,7 @@ pub fn circle_error(config: &AxisConfig, method: &str, radius: f64, feed: f64) -
             w * 6.0 * (u - u * u) / rise,
         )
     };
+    // Each axis by the chain rule through the angle.
     let x = |t: f64| {
         let ((q, v, a), r) = (angle(t), radius);
         let (s, c) = math::sin_cos(q);
@@ -132,6 +136,7 @@ pub fn circle_error(config: &AxisConfig, method: &str, radius: f64, feed: f64) -
         (r * s, r * c * v, r * (c * a - s * v * v))
     };
     let seconds = 3.0 * std::f64::consts::TAU / w;
+    // Two like axes, run one by one; the first turn is left out.
     let (xs, ys) = (
         run(config, method, &x, seconds).load,
         run(config, method, &y, seconds).load,
@@ -288,7 +293,7 @@ pub fn mill_x(friction_share: f64, gap_um: f64, counts: Option<u32>) -> AxisConf
     }
 }
 
-/// What the gap does to the load on a sine, over the last three eighths of so many turns: rms and
+/// What the gap does to the load on a sine, over the last three eighths of `turns`: rms and
 /// max, in the axis' unit times 1e3.
 pub fn lost_on_a_sine(
     config: &AxisConfig,
@@ -299,6 +304,7 @@ pub fn lost_on_a_sine(
 ) -> [f64; 2] {
     let seconds = turns * std::f64::consts::TAU / w;
     let motion = |t: f64| circle(radius, w, t);
+    // The same axis without a gap: the difference is what the gap does.
     let rigid = run(&config.without_gap(), "none", &motion, seconds);
     let out = run(config, method, &motion, seconds);
     let lost: Vec<f64> = out

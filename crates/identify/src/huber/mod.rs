@@ -18,7 +18,7 @@
 //!    explicit and the solve is repeated. The explicit set only grows, so this ends, at worst with
 //!    the full problem.
 //! 4. A Newton step on the final pieces removes the solver's own tolerance.
-//!    [`Minimiser::optimality`] reports what is left.
+//!    [`Minimiser::optimality`] reports the gradient that is left.
 //!
 //! Everything is scaled: columns to RMS 1, residuals to units of delta.
 
@@ -164,7 +164,7 @@ impl<const P: usize> Regression<P> {
         })
     }
 
-    /// Columns of RMS 1, targets in deltas, and what one unit of each scaled coefficient is.
+    /// Columns of RMS 1, targets in deltas, and the unit of each scaled coefficient.
     fn scaled(&self, delta: f64) -> (Self, [f64; P]) {
         let count = self.rows.len().max(1) as f64;
         let rms: [f64; P] = std::array::from_fn(|j| {

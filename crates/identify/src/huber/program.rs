@@ -10,8 +10,7 @@ use crate::solver::{QuadraticProgram, SparseColumns};
 /// centre plus step from falling below zero.
 ///
 /// The step is in units of `1/sqrt(samples)`, the size that steps have, so that `H` does not
-/// outgrow the explicit samples. Returned with the program is what one unit of its first variables
-/// is.
+/// outgrow the explicit samples. Returns the program and the unit of its first variables.
 pub(super) fn build<const P: usize>(
     data: &Regression<P>,
     pieces: &[Piece],

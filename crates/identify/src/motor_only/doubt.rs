@@ -7,9 +7,9 @@
 //! p^2 q s^2 (3 t - s)/6,      q = (K_t sigma_i)^2 T
 //! ```
 //! beside the white noise of a window. [`Drift`] turns a crossing's equations into ones whose
-//! errors are alike and independent (generalised least squares), so that windows near the gap count
-//! for what they are worth. A prior is one more equation for a coefficient, with what is known of
-//! it and how well.
+//! errors are alike and independent (generalised least squares), so that each window counts by
+//! its information. A prior is one more equation for a coefficient: its presumed value, weighed by
+//! its standard deviation.
 
 use faer::{Mat, Side, linalg::solvers::Llt};
 
@@ -30,7 +30,7 @@ const MAX_LATENESS: f64 = 0.5;
 /// Longest damping time d/k of a shaft, s. Origin unknown, kept.
 const MAX_DAMPING_TIME_S: f64 = 2e-3;
 
-/// What a round of the fit has found, for the next one.
+/// Scale and compliance that a round of the fit found, for the next one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
     /// Robust standard deviation of the residuals, rad.
@@ -39,7 +39,7 @@ pub(super) struct Found {
     pub(super) compliance: f64,
 }
 
-/// What a log tells before its crossings are looked at.
+/// Quantities known before the crossings are fitted.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beforehand {
     pub(super) torque_noise_nm: f64,
@@ -64,7 +64,7 @@ impl Beforehand {
         Drift(walk * walk)
     }
 
-    /// What is known of the coefficients beside gap and compliance, and how well.
+    /// Priors of the coefficients other than gap and compliance.
     pub(super) fn priors(&self, found: &Found) -> Vec<Prior> {
         let FittedLoad {
             inertia_kgm2,
@@ -134,7 +134,7 @@ pub(super) fn whiten(lower: &Mat<f64>, values: &mut [f64]) {
     }
 }
 
-/// A coefficient as it is known beforehand.
+/// A coefficient as it is known before the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Prior {
     pub(super) column: usize,

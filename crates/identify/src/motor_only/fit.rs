@@ -35,9 +35,9 @@ const BLURRED_GAP_SHARE: f64 = 1e-2;
 /// A crossing whose median residual exceeds that of all crossings by more than this factor was
 /// labelled wrongly.
 const ODD_CROSSING: f64 = 4.0;
-/// Share of the wind-up that the model is at best good to: on logs whose gap is known it came out a
-/// hundredth to a fiftieth too compliant, because masses that slide together are taken for rigid,
-/// and what is alike on both flanks of that falls out.
+/// Error of the model as a share of the wind-up. Tuned on logs whose gap is known: the compliance
+/// came out 1 to 2 % too large, because masses that slide together are taken for rigid; the part of
+/// this error that is alike on both flanks cancels.
 const MODEL_ERROR_SHARE: f64 = 3e-3;
 
 /// Fits the gap of an axis from the motor's signals alone, with [`Clarabel`].

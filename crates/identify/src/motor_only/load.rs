@@ -1,4 +1,4 @@
-//! What the load needs while it slides: inertia and friction from the windows in firm contact.
+//! Inertia and friction of the load, from the windows in firm contact while it slides.
 
 use super::sides::Sides;
 use crate::{

@@ -15,12 +15,12 @@
 //! 3. `segments`: crossings in which it certainly rests or certainly slides, judged by that
 //!    friction.
 //! 4. `program` and a second round without the crossings that do not fit: their labels were wrong.
-//! 5. `doubt`: how the current's noise adds up in the load's motion, and what is known of the other
-//!    coefficients beforehand.
+//! 5. `doubt`: how the current's noise adds up in the load's motion, and what the priors hold of the
+//!    other coefficients.
 //! 6. [`crate::spread`] over whole crossings.
 //!
-//! What the motor alone cannot tell: the middle of the gap (every crossing has its own zero), and
-//! with it whether the two half gaps differ.
+//! Not determined from the motor alone: the middle of the gap (every crossing has its own zero),
+//! and with it whether the two half gaps differ.
 
 mod doubt;
 mod fit;

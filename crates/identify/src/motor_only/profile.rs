@@ -1,4 +1,4 @@
-//! What the equations say of a coefficient once the crossings' own constants and the priors are
+//! Uncertainty of a coefficient once the crossings' own constants are eliminated and the priors are
 //! accounted for.
 
 use lostmotion_base::vec::dot;
@@ -14,7 +14,7 @@ use super::segments::HALF_GAP;
 const RIDGE: f64 = 1e-9;
 
 impl<const P: usize> Projected<P> {
-    /// Standard deviation of the first coefficient for what the priors presume; `None` where the
+    /// Standard deviation of the half gap due to the uncertainty of the priors; `None` where the
     /// equations do not determine it.
     pub(super) fn presumed(
         &self,

@@ -1,8 +1,8 @@
 //! The fit over all crossings as one convex program.
 //!
 //! Every crossing's own constants are first taken out of its equations by an orthogonal projection,
-//! so that what is left is of the size of the gap; what a Huber loss then still moves of them stays
-//! in the program as variables `e` of that crossing:
+//! so that the rest is of the size of the gap; the changes of these constants that a Huber loss
+//! still makes stay in the program as variables `e` of that crossing:
 //! ```text
 //! minimise sum (u^2/2 + v + w)   s.t.   a d + q e + u + v - w = r,   v, w >= 0,   b >= 0, c >= 0, p >= 0
 //! ```

@@ -47,7 +47,7 @@ const LONGEST_RESTING: usize = 1000;
 pub(super) struct Equation {
     pub(super) motor: f64,
     pub(super) side: f64,
-    /// Torque of the contact, N m; where the load slides without what is constant, and free of the
+    /// Torque of the contact, N m; where the load slides without its constant part, and free of the
     /// encoder's noise.
     pub(super) torque: f64,
     /// Rate of the motor's torque, N m/s, where the load slides; zero where it rests. In contact
@@ -102,7 +102,7 @@ pub(super) struct Segment {
     pub(super) equations: Vec<Equation>,
 }
 
-/// What segments are cut from.
+/// Inputs from which crossings are cut.
 pub(super) struct Cutter<'a> {
     pub(super) windows: &'a [WindowSample],
     pub(super) sides: &'a Sides,
@@ -396,7 +396,7 @@ impl BrokenAway {
     }
 }
 
-/// A window of a crossing with what the load's travel in it consists of.
+/// A window of a crossing with the parts of the load's travel in it, as in [`Equation`].
 struct Chosen {
     window: usize,
     travel: f64,

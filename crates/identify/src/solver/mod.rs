@@ -63,7 +63,7 @@ pub struct QuadraticProgram {
     pub equations: usize,
 }
 
-/// What a solver found.
+/// Result of one solve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QpSolution {
     /// The minimiser.
@@ -85,7 +85,7 @@ pub struct SolveOptions {
     pub iterations: u32,
 }
 
-/// Something that solves quadratic programs.
+/// A solver of quadratic programs.
 pub trait QpSolver {
     /// Name for reports.
     fn name(&self) -> &'static str;
