@@ -3,20 +3,22 @@
 use crate::piece::{Piece, Programmed, Soft, size};
 use lostmotion_path::{Curve, CurveDerivs, HermiteEnd, Quintic};
 
-/// Parts of either half on which the deviation is bounded.
-const PARTS: usize = 8;
-/// How often a blend that is too long is shortened before the corner is given up.
-const ATTEMPTS: usize = 24;
-/// Largest deviation at a corner with tangents t0, t1 of a blend of half length d: this times d |t1
-/// - t0|.
-const CORNER: f64 = 0.1875;
-/// Largest deviation at a step k of the second derivative: this times d2 k.
-const CURVATURE: f64 = 0.0108;
+/// Parts of either half of a blend on which its deviation is bounded. Origin unknown, kept.
+const DEVIATION_PARTS: usize = 8;
+/// How often a blend that leaves its tolerance is shortened before the corner is given up. Origin
+/// unknown, kept.
+const MAX_ATTEMPTS: usize = 24;
+/// Largest deviation of a blend of half length d at a corner with the tangents t0 and t1, in units
+/// of d |t1 - t0|: 3/16, by the quintic's value in the middle.
+const CORNER_DEVIATION: f64 = 0.1875;
+/// Largest deviation at a step k of the second derivative, in units of d2 k. Origin unknown, kept.
+const CURVATURE_DEVIATION: f64 = 0.0108;
 
-/// Lengths of a blend that are tried, and what follows of each is of it: one that takes all of its
-/// room may bend more than a shorter one.
-const TRIES: usize = 3;
-const SHORTER: f64 = 0.7;
+/// Lengths of a blend that are tried: one that takes all of its room may bend more than a shorter
+/// one. Origin unknown, kept.
+const LENGTH_TRIES: usize = 3;
+/// Length of each try as a part of the one before. Origin unknown, kept.
+const SHORTENING: f64 = 0.7;
 
 /// Decides between a blend and a stop.
 pub(crate) trait Judge {
@@ -42,8 +44,8 @@ struct Blend {
     half: f64,
 }
 
-/// The longest blend between two moves that takes no more than so much of either and is faster than
-/// a stop, if there is one.
+/// The longest blend between two moves that takes at most `longest` of either and is faster than a
+/// stop; `None` if there is none.
 pub(super) fn best_blend(
     before: &Programmed,
     next: &Programmed,
@@ -52,13 +54,15 @@ pub(super) fn best_blend(
     judge: &dyn Judge,
 ) -> Option<(f64, Piece)> {
     let mut room = longest;
-    for _ in 0..TRIES {
+    // The longest blend first. Where it bends so much that a stop is faster, a shorter one may
+    // still win.
+    for _ in 0..LENGTH_TRIES {
         let blend = longest_blend(&before.curve, &next.curve, tolerance, room)?;
         let piece = join(&blend, before, next);
         if judge.is_faster(&piece, before, next, tolerance) {
             return Some((blend.half, piece));
         }
-        room = SHORTER * blend.half;
+        room = SHORTENING * blend.half;
     }
     None
 }
@@ -83,12 +87,13 @@ fn join(blend: &Blend, before: &Programmed, next: &Programmed) -> Piece {
 /// tolerance, at most `longest` on either side; `None` if even a tiny one does not.
 fn longest_blend(before: &Curve, after: &Curve, tolerance: f64, longest: f64) -> Option<Blend> {
     let (end, start) = (before.eval(before.length()), after.eval(0.0));
+    // First guess: the deviations that the steps of tangent and curvature alone would cause.
     let corner = size(&(start.d1 - end.d1));
     let step = size(&(start.d2 - end.d2));
     let mut half = longest;
-    half = half.min(tolerance / (CORNER * corner).max(f64::MIN_POSITIVE));
-    half = half.min((tolerance / (CURVATURE * step).max(f64::MIN_POSITIVE)).sqrt());
-    for _ in 0..ATTEMPTS {
+    half = half.min(tolerance / (CORNER_DEVIATION * corner).max(f64::MIN_POSITIVE));
+    half = half.min((tolerance / (CURVATURE_DEVIATION * step).max(f64::MIN_POSITIVE)).sqrt());
+    for _ in 0..MAX_ATTEMPTS {
         if half <= longest * 1e-9 {
             return None;
         }
@@ -100,6 +105,7 @@ fn longest_blend(before: &Curve, after: &Curve, tolerance: f64, longest: f64) ->
         if deviation <= tolerance {
             return Some(blend);
         }
+        // Shortened by about what the deviation is too large.
         half *= (tolerance / deviation).clamp(0.3, 0.97);
     }
     None
@@ -121,6 +127,7 @@ fn deviation(blend: &Blend, before: &Curve, after: &Curve) -> f64 {
     let half = blend.half;
     let start = before.length() - half;
     let third = |curve: &Curve, s0: f64, s1: f64| size(&curve.max_derivatives(s0, s1).2);
+    // On either half the difference has a third derivative of at most the sum of both.
     let first =
         third(before, start, before.length()) + size(&blend.quintic.max_derivatives(0.0, half).2);
     let second = third(after, 0.0, half) + size(&blend.quintic.max_derivatives(half, 2.0 * half).2);
@@ -141,11 +148,13 @@ fn difference(a: &CurveDerivs, b: &CurveDerivs) -> (f64, f64) {
 /// its third: a function leaves the chord of an interval h by at most h2/8 times its largest second
 /// derivative.
 fn one_side(length: f64, third: f64, at: impl Fn(f64) -> (f64, f64)) -> f64 {
-    let step = length / PARTS as f64;
+    let step = length / DEVIATION_PARTS as f64;
     let mut bound = 0.0_f64;
     let mut left = at(0.0);
-    for part in 1..=PARTS {
+    for part in 1..=DEVIATION_PARTS {
         let right = at(step * part as f64);
+        // Between two places the second derivative passes the larger one by at most half the step
+        // times the third.
         let second = left.1.max(right.1) + 0.5 * step * third;
         bound = bound.max(left.0.max(right.0) + step * step / 8.0 * second);
         left = right;

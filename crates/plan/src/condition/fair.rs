@@ -11,20 +11,27 @@ use crate::piece::size;
 use lostmotion_base::linalg::solve_banded;
 use lostmotion_base::{AXES, Coords, math};
 
-/// Most rounds of weights.
-const ROUNDS: usize = 48;
-/// Part of its bound that an offset is to have where it is held back, and by what it may have more
-/// or less.
-const AIM: f64 = 0.9;
-const CLOSE: f64 = 1.0 / AIM;
-const LOOSE: f64 = 0.8;
-const NEARLY_FREE: f64 = 1.1;
-/// By what the power changes with which a weight follows an offset, and its bounds.
-const FASTER: f64 = 1.5;
-const SLOWER: f64 = 0.7;
-const POWERS: [f64; 2] = [0.75, 3.0];
-/// Smaller parts count as this.
-const LEAST: f64 = 1e-3;
+/// Most rounds of weights. Record 38 of the decisions: 7 to 50 are needed.
+const MAX_ROUNDS: usize = 48;
+/// Part of its bound that an offset is to have where it is held back, so that a last excess of
+/// weights does not pass the bound. Origin unknown, kept.
+const AIMED_PART: f64 = 0.9;
+/// Part of the offset aimed at up to which a vertex counts as settled: its bound.
+const SETTLED_ABOVE: f64 = 1.0 / AIMED_PART;
+/// Part of the offset aimed at from which on a vertex counts as settled. Origin unknown, kept.
+const SETTLED_BELOW: f64 = 0.8;
+/// Weight below which a vertex counts as free, so that its offset may be as small as it likes; 1 is
+/// free.
+const NEARLY_FREE_WEIGHT: f64 = 1.1;
+/// Factor on the power with which a weight follows its offset, as long as that stays on one side of
+/// its aim. Origin unknown, kept.
+const POWER_GROWTH: f64 = 1.5;
+/// The same factor where the offset has changed sides. Origin unknown, kept.
+const POWER_DECAY: f64 = 0.7;
+/// Bounds of that power. Origin unknown, kept.
+const POWER_BOUNDS: [f64; 2] = [0.75, 3.0];
+/// Smallest part of an offset that a weight follows, so that no weight falls to nothing at once.
+const LEAST_PART: f64 = 1e-3;
 /// Points on either side of a vertex that its third differences reach.
 const REACH: usize = 3;
 
@@ -53,7 +60,9 @@ fn offsets_of<const N: usize>(points: &[Point], length: f64) -> Vec<Coords> {
     let mut weights = vec![Weight::FREE; points.len()];
     let (stiffness, pull) = stiffness::<N>(points, length);
     let mut offsets = vec![Coords::ZERO; points.len()];
-    for _ in 0..ROUNDS {
+    // Iteration on the multipliers: solve for the offsets, then raise the weights of vertices that
+    // pass their bounds and lower the others.
+    for _ in 0..MAX_ROUNDS {
         for (offset, solved) in offsets
             .iter_mut()
             .zip(solve(points, &weights, &stiffness, &pull))
@@ -67,12 +76,13 @@ fn offsets_of<const N: usize>(points: &[Point], length: f64) -> Vec<Coords> {
             .zip(&mut weights)
             .filter(|((point, _), _)| point.bound > 0.0)
         {
-            settled &= weight.adapt(size(offset) / (AIM * point.bound));
+            settled &= weight.adapt(size(offset) / (AIMED_PART * point.bound));
         }
         if settled {
             break;
         }
     }
+    // The rounds may end early, so that the bounds are imposed at last.
     let held = points
         .iter()
         .zip(&offsets)
@@ -109,15 +119,18 @@ impl Weight {
     /// Grows where an offset passes its bound and falls where it needs less, faster as long as it
     /// goes the same way; whether the offset was as it should be.
     fn adapt(&mut self, part: f64) -> bool {
-        let settled = part <= CLOSE && (part >= LOOSE || self.value < NEARLY_FREE);
+        let settled =
+            part <= SETTLED_ABOVE && (part >= SETTLED_BELOW || self.value < NEARLY_FREE_WEIGHT);
         let over = part > 1.0;
+        // An offset that stays on one side is followed ever faster, one that oscillates more
+        // slowly.
         self.power = if over == self.over {
-            (FASTER * self.power).min(POWERS[1])
+            (POWER_GROWTH * self.power).min(POWER_BOUNDS[1])
         } else {
-            (SLOWER * self.power).max(POWERS[0])
+            (POWER_DECAY * self.power).max(POWER_BOUNDS[0])
         };
         self.over = over;
-        self.value = (self.value * math::pow(part.max(LEAST), self.power)).max(1.0);
+        self.value = (self.value * math::pow(part.max(LEAST_PART), self.power)).max(1.0);
         settled
     }
 }
@@ -133,8 +146,10 @@ fn stiffness<const N: usize>(
     );
     let cube = length * length * length;
     for (k, four) in points.windows(REACH + 1).enumerate() {
+        // Each four points stand for a third of the way that they span, in an integral of squares.
         let factor = cube * ((four[REACH].u - four[0].u) / 3.0).sqrt();
         let mut d = [0.0; REACH + 1];
+        // Third divided differences on uneven points.
         for (m, d) in d.iter_mut().enumerate() {
             let product: f64 = (0..=REACH)
                 .filter(|l| *l != m)
@@ -142,11 +157,13 @@ fn stiffness<const N: usize>(
                 .product();
             *d = 6.0 * factor / product;
         }
+        // Relative to the first point, since large coordinates would cost digits.
         let third: [f64; N] = std::array::from_fn(|axis| {
             four.iter().zip(d).fold(0.0, |sum, (point, d)| {
                 sum + (point.p.0[axis] - four[0].p.0[axis]) * d
             })
         });
+        // Normal equations: d d' to the matrix, the present third difference to the right side.
         for (i, di) in d.iter().enumerate() {
             for (pull, third) in pull[k + i].iter_mut().zip(third) {
                 *pull -= third * di;
@@ -171,9 +188,11 @@ fn solve<const N: usize>(
     let mut x = pull.to_vec();
     for i in 0..n {
         if points[i].bound > 0.0 {
+            // The weight stands for half the way to either neighbour.
             let (before, after) = (points[i.saturating_sub(1)].u, points[(i + 1).min(n - 1)].u);
             rows[i][0] += weights[i].value * 0.5 * (after - before);
         } else {
+            // A fixed vertex: a row of identity, without couplings from the rows before.
             rows[i] = [1.0, 0.0, 0.0, 0.0];
             x[i] = [0.0; N];
             for back in 1..=REACH.min(i) {
@@ -282,7 +301,7 @@ mod tests {
                 };
                 let (low, middle, high) = (at(-1.0), at(0.0), at(1.0));
                 at((0.5 * (low - high) / (low - 2.0 * middle + high))
-                    .clamp(-AIM * bound, AIM * bound));
+                    .clamp(-AIMED_PART * bound, AIMED_PART * bound));
             }
         }
         let all = |e: &[f64]| {

@@ -8,19 +8,22 @@ use lostmotion_base::units::{deg, rad};
 use lostmotion_base::{AXES, AxisId, Coords};
 use lostmotion_path::Curve;
 
-/// Corners sharper than this are reversals, which no blend passes faster than a stop, degrees.
+/// Sharpest corner that is blended, degrees; sharper ones are reversals, which no blend passes
+/// faster than a stop.
 const REVERSAL_DEG: f64 = 175.0;
-/// Vertices of a run turn by at most this, degrees.
+/// Most that a run turns at a vertex, degrees. Origin unknown, kept.
 const VERTEX_DEG: f64 = 30.0;
-/// A curve that passes each vertex in the direction of its longer chord leaves the shorter, of
+/// Most that a run may leave its shorter chord at a vertex, in units of its length times the angle.
+/// A curve that passes each vertex in the direction of its longer chord leaves the shorter one, of
 /// length h, by 0.148 h angle for either end.
 const VERTEX_DEVIATION: f64 = 0.3;
 /// The same for the end of a long line beside a short one, which takes all of the angle.
 const LONG_DEVIATION: f64 = 0.25;
-/// And no more than so many of the short one's lengths, or the curve bends unevenly.
+/// Longest part of a long line that belongs to a run, in lengths of the short line beside it: with
+/// more the curve bends unevenly. Record 38 of the decisions.
 const LONG_CHORDS: f64 = 6.0;
-/// Differences of derivatives below this are rounding.
-const SAME: f64 = 1e-10;
+/// Difference of two derivatives up to which it is rounding.
+const SAME_DERIVATIVE: f64 = 1e-10;
 
 /// A meeting of two moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +85,7 @@ fn angle(a: &Coords, b: &Coords) -> f64 {
         sum += (x + y) * (x + y);
         difference += (x - y) * (x - y);
     }
+    // From both |a + b| and |a - b|, which is accurate for small angles and for reversals alike.
     2.0 * math::atan2(difference.sqrt(), sum.sqrt())
 }
 
@@ -134,10 +138,15 @@ fn corner(
     if is_vertex(config, before, next, turn) {
         return Junction::Vertex;
     }
-    let gap = size(&(start.p - end.p)) <= SAME;
-    if gap && size(&(start.d1 - end.d1)) <= SAME && size(&(start.d2 - end.d2)) <= SAME {
+    // Position and two derivatives agree already.
+    let gap = size(&(start.p - end.p)) <= SAME_DERIVATIVE;
+    if gap
+        && size(&(start.d1 - end.d1)) <= SAME_DERIVATIVE
+        && size(&(start.d2 - end.d2)) <= SAME_DERIVATIVE
+    {
         return Junction::Through;
     }
+    // G61 rounds only what is within its angle, and a reversal is always a stop.
     if turn > rad(REVERSAL_DEG) || (!cut && turn > rad(config.exact_path_angle_deg)) {
         return Junction::Stop;
     }
@@ -156,6 +165,7 @@ fn is_vertex(config: &PlannerConfig, before: &Programmed, next: &Programmed, tur
         (Curve::Line(_), Curve::Line(_))
     );
     let tips = before.curve.moves_tip() && next.curve.moves_tip();
+    // Short lines that turn little: a curve through the vertices stays within the tolerance.
     lines
         && tips
         && turn <= rad(VERTEX_DEG)

@@ -20,20 +20,22 @@ use lostmotion_base::Coords;
 use run::{RunChord, RunKnot};
 use std::sync::Arc;
 
-/// A run is worked off when it has this many chords ...
-const RUN_BUFFER: usize = 96;
-/// ... all but so many; a spline forgets by a factor of 3.7 per vertex, so that the rest cannot
-/// move what is done.
-const RUN_KEPT: usize = 32;
-/// So many vertices of what is kept are settled: a spline forgets what follows.
-const CARRIED: usize = 8;
-/// Fairing evens out what is shorter than so many mean chords.
+/// Number of chords with which a run is worked off. Origin unknown, kept.
+const RUN_CHORDS: usize = 96;
+/// Chords at its end that are held back then. A spline forgets by a factor of 3.7 per vertex, so
+/// that what follows cannot move what has been output.
+const HELD_CHORDS: usize = 32;
+/// Vertices of the held chords that are settled already: a spline forgets what follows.
+const CARRIED_VERTICES: usize = 8;
+/// Length scale of fairing in mean chords. Record 38 of the decisions.
 const FAIRED_CHORDS: f64 = 3.3;
 
-/// A line so many times as long as the shorter one beside it ends a run if that bends no more than
-/// this part of it.
-const FAR: f64 = 12.0;
-const BENT: f64 = 0.3;
+/// A line this many times as long as the shorter one beside it may end a run. Record 38 of the
+/// decisions.
+const FAR_RATIO: f64 = 12.0;
+/// Largest part of such a line that a run may bend for the line to end it. Record 38 of the
+/// decisions.
+const BENT_PART: f64 = 0.3;
 
 /// Turns moves into steps, holding back what the next move may change.
 #[derive(Clone, Debug)]
@@ -68,11 +70,13 @@ impl Conditioner {
         };
         let joint = joint::joint(&self.config, last, next);
         if joint == Junction::Vertex {
+            // A long line ends the run before it and begins another one.
             if self.is_straight(last, next) {
                 self.close_chain(judge, out);
             }
             self.chain.push(*next);
-            if self.chain.len() >= RUN_BUFFER {
+            // Memory is bounded: the older part of a long run is worked off.
+            if self.chain.len() >= RUN_CHORDS {
                 self.work_off(out);
             }
             return;
@@ -127,6 +131,7 @@ impl Conditioner {
         let Some(before) = self.chain.last() else {
             return 0.0;
         };
+        // Half of the next move belongs to its other end; of this one all that its start has left.
         let longest = (before.length - self.spent).min(0.5 * next.length);
         match blend::best_blend(before, next, tolerance, longest, judge) {
             Some((half, piece)) => {
@@ -139,6 +144,7 @@ impl Conditioner {
                 half
             }
             None => {
+                // A stop wins, which may still be rounded in time where the tolerance allows it.
                 let allowed =
                     (tolerance > self.config.exact_path_tolerance_mm).then_some(tolerance);
                 let soft = allowed.and_then(|tolerance| judge.soft(before, next, tolerance));
@@ -165,6 +171,7 @@ impl Conditioner {
             self.chain = vec![last];
             self.spent = spent;
         } else if self.knot.is_some() || self.chain.len() > 2 {
+            // The curve through all vertices, into the middle of the last line.
             let (first, chords) = self.chords();
             let knots = run::knots(
                 first,
@@ -189,7 +196,7 @@ impl Conditioner {
     /// Whether a run would have to end in the direction of a line that is far too short for the
     /// curve to get there.
     fn ends_in_a_stub(&self) -> bool {
-        matches!(self.chain.as_slice(), [_, .., before, last] if FAR * last.length < before.length)
+        matches!(self.chain.as_slice(), [_, .., before, last] if FAR_RATIO * last.length < before.length)
     }
 
     /// Whether the last line of the chain is so long that a run ends at its start and another
@@ -206,7 +213,7 @@ impl Conditioner {
         let short = before.length.min(next.length);
         let (longer, far) = (
             last.length > before.length + next.length,
-            last.length > FAR * short,
+            last.length > FAR_RATIO * short,
         );
         // A vertex reaches over more than the shorter of its lines, so that most lines need no
         // closer look.
@@ -219,7 +226,7 @@ impl Conditioner {
             joint::reach(before, last, tolerance),
             joint::reach(last, next, tolerance),
         );
-        longer && first + second < last.length || far && first.min(second) < BENT * last.length
+        longer && first + second < last.length || far && first.min(second) < BENT_PART * last.length
     }
 
     /// Tolerance of the run that the chain is, mm.
@@ -271,7 +278,8 @@ impl Conditioner {
             self.tolerance(),
             fairing_length(&chords),
         );
-        let done = chords.len() - RUN_KEPT;
+        // The held chords at the end are solved for again with what follows.
+        let done = chords.len() - HELD_CHORDS;
         if self.knot.is_none() {
             self.lead_in(&chords, out);
         }
@@ -280,7 +288,7 @@ impl Conditioner {
         self.carried = knots
             .iter()
             .skip(done + 1)
-            .take(CARRIED)
+            .take(CARRIED_VERTICES)
             .map(|knot| knot.p)
             .collect();
         self.chain.drain(..done);

@@ -12,12 +12,13 @@ use crate::piece::{Piece, Programmed};
 use lostmotion_base::Coords;
 use lostmotion_path::{Curve, HermiteEnd, Quintic};
 
-/// Part of the tolerance by which a vertex may be moved.
-const FAIRED: f64 = 0.88;
-/// Tries with bounds narrowed by a factor near a piece that leaves the tolerance; after as many
-/// more with none there, it falls back.
-const FAIRINGS: usize = 4;
-const TIGHTER: f64 = 0.5;
+/// Part of the tolerance by which a vertex may be moved. Record 38 of the decisions.
+const FAIRED_PART: f64 = 0.88;
+/// Tries with bounds narrowed near a piece that leaves the tolerance, and as many more in which
+/// bounds there are zero; then the piece falls back. Origin unknown, kept.
+const MAX_FAIRINGS: usize = 4;
+/// Factor on the bounds near a piece that leaves the tolerance. Origin unknown, kept.
+const BOUND_SHRINK: f64 = 0.5;
 
 /// A vertex with the derivatives that the pieces on both sides share.
 pub(super) type RunKnot = HermiteEnd;
@@ -68,18 +69,29 @@ pub(super) fn knots(
     for (knot, p) in vertices.iter_mut().skip(1).zip(carried) {
         knot.p = *p;
     }
-    let mut bounds = vec![FAIRED * tolerance; vertices.len()];
+    // Given vertices stay: the first, those carried over, and the last.
+    let mut bounds = vec![FAIRED_PART * tolerance; vertices.len()];
     bounds[..=carried.len().min(chords.len())].fill(0.0);
     bounds[chords.len()] = 0.0;
     let mut knots = Vec::new();
-    for tries in 0..2 * FAIRINGS {
+    // The exact bound of each piece judges the fairing. Where it fails vertices may move less, in
+    // the end not at all.
+    for tries in 0..2 * MAX_FAIRINGS {
         knots = faired(&vertices, chords, &bounds, length);
         smooth(&mut knots, chords);
         let mut kept = true;
         for (j, chord) in chords.iter().enumerate() {
             if !keeps(&knots[j], &knots[j + 1], chord, tolerance) {
                 kept = false;
-                tighten(&mut bounds, j, if tries < FAIRINGS { TIGHTER } else { 0.0 });
+                tighten(
+                    &mut bounds,
+                    j,
+                    if tries < MAX_FAIRINGS {
+                        BOUND_SHRINK
+                    } else {
+                        0.0
+                    },
+                );
             }
         }
         if kept {
@@ -120,6 +132,8 @@ fn faired(
         chords.first().map_or(1.0, RunChord::length),
         chords.last().map_or(1.0, RunChord::length),
     );
+    // Two fixed points beyond either end continue direction and bend there, so that the third
+    // differences at the ends count.
     points.extend([-2.0, -1.0].map(|k| outside(first, 0.0, k * h)));
     let mut u = 0.0;
     for (k, (vertex, bound)) in vertices.iter().zip(bounds).enumerate() {
@@ -152,6 +166,8 @@ fn smooth(knots: &mut [RunKnot], chords: &[RunChord<'_>]) {
     let secant =
         |j: usize, knots: &[RunKnot]| (knots[j + 1].p - knots[j].p) * (1.0 / chords[j].length());
     let mut factor = vec![0.0; n + 1];
+    // Continuity of the second derivative gives a tridiagonal system for the slopes (elimination,
+    // then back substitution).
     for j in 1..n {
         let (left, right) = (1.0 / chords[j - 1].length(), 1.0 / chords[j].length());
         let sum = (secant(j - 1, knots) * left + secant(j, knots) * right) * 3.0;
@@ -164,6 +180,7 @@ fn smooth(knots: &mut [RunKnot], chords: &[RunChord<'_>]) {
         let next = knots[j + 1].d1;
         knots[j].d1 = knots[j].d1 - next * factor[j];
     }
+    // Second derivatives from the slopes at both ends of the chord after the vertex.
     for j in 1..n {
         let bend = secant(j, knots) * 6.0 - knots[j].d1 * 4.0 - knots[j + 1].d1 * 2.0;
         knots[j].d2 = bend * (1.0 / chords[j].length());
@@ -187,6 +204,8 @@ fn settle(knots: &mut [RunKnot], chords: &[RunChord<'_>], tolerance: f64) {
                 {
                     fallen[k] = true;
                     again = true;
+                    // At the programmed vertex in the direction of its longer chord a piece cannot
+                    // leave the tolerance.
                     let longer = if chords[k - 1].length() >= chords[k].length() {
                         &chords[k - 1]
                     } else {
@@ -216,6 +235,7 @@ fn deviation(quintic: &Quintic, chord: &RunChord<'_>, tolerance: f64) -> f64 {
         chord.length(),
     );
     let axis = Coords::xyz(direction.0[0], direction.0[1], direction.0[2]);
+    // The curve lies within the hull of its control points.
     let farthest = |part: &Quintic| {
         let distance = |point: Coords| {
             let along = (point - start).dot(&axis).max(0.0).min(length);
