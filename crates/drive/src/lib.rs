@@ -20,6 +20,7 @@ pub mod batch;
 pub mod compensator;
 pub mod config;
 pub mod error;
+mod number;
 pub mod plant;
 pub mod reference;
 pub mod runner;

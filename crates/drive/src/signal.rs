@@ -168,12 +168,16 @@ impl Correction {
         damping_estimate: f64::NAN,
     };
 
+    /// The outputs: position, velocity, torque, feedback.
+    #[inline]
+    pub(crate) fn outputs(&self) -> [f64; 4] {
+        [self.position, self.velocity, self.torque, self.feedback]
+    }
+
     /// Whether every output is a number that a drive could act on. A drive ignores an output that
     /// is not, for that tick.
     pub fn is_usable(&self) -> bool {
-        [self.position, self.velocity, self.torque, self.feedback]
-            .iter()
-            .all(|output| output.abs() < UNUSABLE)
+        self.outputs().iter().all(|output| output.abs() < UNUSABLE)
     }
 
     /// The estimates without any output.

@@ -15,6 +15,7 @@
 //! exceeds its friction.
 
 use crate::config::AxisConfig;
+use crate::number::{Number, numbers};
 use crate::plant::{Contact, Friction, Mode, PlantState};
 use crate::servo::{Servo, ServoState};
 use crate::signal::{Correction, Reference};
@@ -26,7 +27,7 @@ pub struct Twin {
     servo: Servo,
     period_s: f64,
     inertia: f64,
-    numbers: MotorNumbers,
+    numbers: MotorNumbers<f64>,
 }
 
 /// Where the twin is.
@@ -169,57 +170,28 @@ impl Twin {
     }
 
     /// What stays over a servo period.
-    pub(crate) fn rates(&self, load: &LoadModel) -> Rates {
+    pub(crate) fn rates(&self, load: &LoadModel) -> Rates<f64> {
         Rates::new(load, self.period_s)
     }
 
     #[inline]
-    fn advance(&self, state: &mut TwinState, voltage: f64, rates: &Rates) {
-        let (x, n, h) = (&mut state.plant, &self.numbers, self.period_s);
-        x.current_q = (x.current_q + n.current_share * (voltage - n.back_emf * x.motor_velocity))
-            * n.current_keep;
-        let drive = n.torque_constant * x.current_q - n.viscous * x.motor_velocity;
-        let drag = -rates.load_constant - rates.load_viscous * x.load_velocity;
-        let held = |coulomb: f64, speed: f64| coulomb > 0.0 && speed.abs() <= 0.0;
-        let of_motor = if held(n.coulomb, x.motor_velocity) {
-            0.0
-        } else {
-            n.inverse_motor
-        };
-        let of_load = if held(rates.load_coulomb, x.load_velocity) {
-            0.0
-        } else {
-            rates.inverse_load
-        };
-        let free = x.motor_velocity - x.load_velocity + h * (drive * of_motor - drag * of_load);
-        let lead = x.gap_angle + h * free;
-        let torque = (rates.stiffness * lead + rates.damping * free)
-            / (1.0 + rates.give * (of_motor + of_load));
-        let (motor, friction) = slide(
-            x.motor_velocity,
-            n.motor_step * (drive - torque),
-            n.motor_most,
-        );
-        let (slid, _) = slide(
-            x.load_velocity,
-            rates.load_step * (torque + drag),
-            rates.load_most,
-        );
-        x.motor_velocity = motor;
-        x.load_velocity = slid;
-        x.gap_angle += h * (motor - slid);
-        x.load_position += h * slid;
-        state.torque = torque;
-        state.motor_friction = friction * n.friction_scale;
+    fn advance(&self, state: &mut TwinState, voltage: f64, rates: &Rates<f64>) {
+        let x = &mut state.plant;
+        let (masses, torques) = self
+            .numbers
+            .advance(rates, &x.masses(), self.period_s, voltage);
+        x.take(&masses);
+        state.torque = torques.shaft;
+        state.motor_friction = torques.motor_friction;
     }
 
-    /// The drive's numbers for a batch; none if it is not a plain one.
+    /// Its drive.
     pub(crate) fn servo(&self) -> &Servo {
         &self.servo
     }
 
     /// The motor's numbers for a batch.
-    pub(crate) fn numbers(&self) -> &MotorNumbers {
+    pub(crate) fn numbers(&self) -> &MotorNumbers<f64> {
         &self.numbers
     }
 
@@ -246,20 +218,6 @@ impl Twin {
     /// Inertia on the motor's side of the gap, kg m2.
     pub fn motor_inertia(&self) -> f64 {
         self.inertia
-    }
-}
-
-/// Speed after an impulse with friction that takes at most `most`; and what the friction took.
-fn slide(speed: f64, gain: f64, most: f64) -> (f64, f64) {
-    let free = speed + gain;
-    let taken = free.clamp(-most, most);
-    // friction acts against the sliding before, so a mass may not come to more than rest within the
-    // step
-    let stops = speed * (free - taken) < 0.0;
-    if stops {
-        (0.0, -free)
-    } else {
-        (free - taken, -taken)
     }
 }
 
@@ -306,40 +264,166 @@ impl LoadModel {
     }
 }
 
-/// What the motor's equations compute with, over a period `h` of the current loop.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MotorNumbers {
-    /// `h/L` and `1/(1 + R h/L)`.
-    pub(crate) current_share: f64,
-    pub(crate) current_keep: f64,
-    pub(crate) back_emf: f64,
-    pub(crate) torque_constant: f64,
-    pub(crate) viscous: f64,
-    pub(crate) coulomb: f64,
-    /// `1/J_M`, `h/J_M`, what friction takes of the speed in a period, and the torque for it:
-    /// `J_M/h`.
-    pub(crate) inverse_motor: f64,
-    pub(crate) motor_step: f64,
-    pub(crate) motor_most: f64,
-    pub(crate) friction_scale: f64,
+numbers! {
+    /// What the motor's equations compute with, over a period h of the current loop.
+    MotorNumbers {
+        /// h/L, A/V.
+        current_share,
+        /// 1/(1 + R h/L).
+        current_keep,
+        /// V s/rad.
+        back_emf,
+        /// N m/A.
+        torque_constant,
+        /// N m s/rad.
+        viscous,
+        /// N m.
+        coulomb,
+        /// 1/J_M.
+        inverse_motor,
+        /// h/J_M.
+        motor_step,
+        /// What Coulomb friction takes of the speed in a period, rad/s.
+        motor_most,
+        /// J_M/h: the torque for a change of speed.
+        friction_scale,
+    }
 }
 
-/// What the load's equations compute with, as long as the load stays.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rates {
-    pub(crate) load_constant: f64,
-    pub(crate) load_viscous: f64,
-    pub(crate) load_coulomb: f64,
-    pub(crate) inverse_load: f64,
-    pub(crate) load_step: f64,
-    pub(crate) load_most: f64,
-    pub(crate) stiffness: f64,
-    pub(crate) damping: f64,
-    pub(crate) give: f64,
+numbers! {
+    /// What the load's equations compute with, as long as the load stays the same.
+    Rates {
+        /// N m.
+        load_constant,
+        /// N m s/rad.
+        load_viscous,
+        /// N m.
+        load_coulomb,
+        /// 1/J_L.
+        inverse_load,
+        /// h/J_L.
+        load_step,
+        /// What Coulomb friction takes of the speed in a period, rad/s.
+        load_most,
+        /// N m/rad.
+        stiffness,
+        /// N m s/rad.
+        damping,
+        /// h^2 k + h d: the torque of the shaft for an acceleration of its ends against each other.
+        give,
+    }
 }
 
-impl MotorNumbers {
-    fn new<C>(config: &AxisConfig<C>, inertia: f64, h: f64) -> MotorNumbers {
+numbers! {
+    /// Where motor, shaft and load of a twin are.
+    TwinMasses {
+        /// i_q, A.
+        current,
+        /// Angle of the motor ahead of the load, rad.
+        lead,
+        /// Speed of the motor, rad/s.
+        motor,
+        /// Speed of the load, rad/s.
+        load,
+        /// Position of the load, rad.
+        place,
+    }
+}
+
+impl PlantState {
+    /// Where a twin is that keeps its state as a plant's.
+    #[inline]
+    pub(crate) fn masses(&self) -> TwinMasses<f64> {
+        TwinMasses {
+            current: self.current_q,
+            lead: self.gap_angle,
+            motor: self.motor_velocity,
+            load: self.load_velocity,
+            place: self.load_position,
+        }
+    }
+
+    /// Puts it there.
+    #[inline]
+    pub(crate) fn take(&mut self, masses: &TwinMasses<f64>) {
+        self.current_q = masses.current;
+        self.gap_angle = masses.lead;
+        self.motor_velocity = masses.motor;
+        self.load_velocity = masses.load;
+        self.load_position = masses.place;
+    }
+}
+
+/// Torques in a period, N m.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TwinTorques<N> {
+    /// Of the shaft on the load.
+    pub(crate) shaft: N,
+    /// Of the motor's Coulomb friction on the motor.
+    pub(crate) motor_friction: N,
+}
+
+impl<N: Number> MotorNumbers<N> {
+    /// One period h of the current loop with a held voltage: see the head of this file.
+    #[inline(always)]
+    pub(crate) fn advance(
+        &self,
+        rates: &Rates<N>,
+        x: &TwinMasses<N>,
+        h: N,
+        voltage: N,
+    ) -> (TwinMasses<N>, TwinTorques<N>) {
+        let (zero, one) = (h.zero(), h.constant(1.0));
+        // the winding, implicit in the current
+        let current = (x.current + self.current_share * (voltage - self.back_emf * x.motor))
+            * self.current_keep;
+        let drive = self.torque_constant * current - self.viscous * x.motor;
+        let drag = -rates.load_constant - rates.load_viscous * x.load;
+        // friction that holds a mass at rest takes whatever torque the shaft puts on it
+        let free_mobility = |coulomb: N, speed: N, mobility: N| {
+            let holds = zero.less(coulomb) & speed.abs().at_most(zero);
+            N::choose(holds, zero, mobility)
+        };
+        let of_motor = free_mobility(self.coulomb, x.motor, self.inverse_motor);
+        let of_load = free_mobility(rates.load_coulomb, x.load, rates.inverse_load);
+        // the shaft's torque, implicit in the ends' accelerations
+        let apart = x.motor - x.load + h * (drive * of_motor - drag * of_load);
+        let ahead = x.lead + h * apart;
+        let shaft = (rates.stiffness * ahead + rates.damping * apart)
+            / (one + rates.give * (of_motor + of_load));
+        let (motor, friction) = slide(x.motor, self.motor_step * (drive - shaft), self.motor_most);
+        let (load, _) = slide(x.load, rates.load_step * (shaft + drag), rates.load_most);
+        let masses = TwinMasses {
+            current,
+            lead: x.lead + h * (motor - load),
+            motor,
+            load,
+            place: x.place + h * load,
+        };
+        let torques = TwinTorques {
+            shaft,
+            motor_friction: friction * self.friction_scale,
+        };
+        (masses, torques)
+    }
+}
+
+/// Speed after an impulse with Coulomb friction that takes at most `most` of it; and what the
+/// friction added.
+#[inline(always)]
+fn slide<N: Number>(speed: N, gain: N, most: N) -> (N, N) {
+    let zero = speed.zero();
+    let free = speed + gain;
+    let taken = free.clamp(-most, most);
+    let left = free - taken;
+    // friction acts against the sliding before, so it can stop a mass within the step and not turn
+    // it round
+    let stops = (speed * left).less(zero);
+    (N::choose(stops, zero, left), -N::choose(stops, free, taken))
+}
+
+impl MotorNumbers<f64> {
+    fn new<C>(config: &AxisConfig<C>, inertia: f64, h: f64) -> MotorNumbers<f64> {
         let motor = &config.motor;
         let share = h / motor.phase_inductance_h();
         MotorNumbers {
@@ -357,9 +441,9 @@ impl MotorNumbers {
     }
 }
 
-impl Rates {
+impl Rates<f64> {
     #[inline]
-    fn new(load: &LoadModel, h: f64) -> Rates {
+    fn new(load: &LoadModel, h: f64) -> Rates<f64> {
         let inverse = 1.0 / load.inertia;
         Rates {
             load_constant: load.constant,

@@ -1,13 +1,15 @@
-//! One period of the current loop for all lanes: what `servo::current` and `plant::step` do,
-//! operation by operation.
-//!
-//! Every expression has the operands and the order of its scalar original, and products and sums
-//! stay apart, so each lane's bits are those of the single axis. A lane that is reported back has
-//! been left as it was.
+//! One period of the current loop for all lanes: the laws of the drive's current loop and of the
+//! plant's exact step on vectors. A lane in whose period something happens that is not a product
+//! with a table is reported back and left as it was.
 
 use super::lanes::{Lanes, PeriodNumbers, Row, WIDTH};
-use super::tick::{Fast, Voltages, parts};
-use super::vector::Wide;
+use super::tick::parts;
+use super::vector::{Part, Wide, WideMask};
+use crate::number::Number;
+use crate::plant::{
+    exact_step, keeps_pushing, keeps_sliding, keeps_standing, shaft_torque, stays_within,
+};
+use crate::servo::{CurrentOutput, CurrentPeriod};
 use pulp::{Simd, WithSimd};
 
 /// Takes periods from `from` until one in which a lane has to step by itself.
@@ -41,7 +43,7 @@ impl WithSimd for Periods<'_> {
             let mut stopped = [false; WIDTH];
             let mut any = false;
             for part in 0..parts {
-                any |= Wide { simd, part }.period(lanes, &active, &mut stopped);
+                any |= Part { simd, part }.period(lanes, &active, &mut stopped);
             }
             if any {
                 return Some(Stop {
@@ -54,7 +56,7 @@ impl WithSimd for Periods<'_> {
     }
 }
 
-impl<S: Simd> Wide<S> {
+impl<S: Simd> Part<S> {
     /// One period; whether a lane has to step by itself, and which.
     #[inline(always)]
     fn period(
@@ -64,100 +66,82 @@ impl<S: Simd> Wide<S> {
         stopped: &mut [bool; WIDTH],
     ) -> bool {
         let (s, inputs, n) = (&lanes.states, &lanes.inputs, &lanes.numbers);
-        let zero = self.simd.splat_f64s(0.0);
         let (current_q, current_d, motor) = (
             self.get(&s.current_q),
             self.get(&s.current_d),
             self.get(&s.motor),
         );
 
-        let voltages = self.current_loop(&Fast {
-            gain: self.get(&n.gain),
-            share: self.get(&n.share),
-            limit_squared: self.get(&n.limit_squared),
-            delayed: self.get(&n.delayed),
+        let current_loop = n.current_loop.map(|row| self.get(row));
+        let period = CurrentPeriod {
             command: self.get(&inputs.command),
             cross: self.get(&inputs.cross),
             back_emf: self.get(&inputs.back_emf),
             current: [current_d, current_q],
             integral: [self.get(&s.integral_d), self.get(&s.integral_q)],
             pending: [self.get(&s.pending_d), self.get(&s.pending_q)],
-        });
-        let Voltages {
-            limited,
-            voltage: [voltage_d, voltage_q],
-            integral,
-            free,
-        } = voltages;
+        };
+        let free = current_loop.free_voltage(&period);
+        let limited = current_loop.exceeds_limit(free);
+        let CurrentOutput { voltage, integral } = current_loop.output(&period, free, free);
 
-        // the plant
-        let coupling = self.mul(
-            self.mul(self.get(&n.pole_pairs), motor),
-            self.get(&n.inductance),
-        );
-        let held_voltage = self.sub(voltage_q, self.mul(coupling, current_d));
+        let (held_voltage, next_d) =
+            n.electric
+                .map(|row| self.get(row))
+                .step(motor, [current_d, current_q], voltage);
         let held_load = self.get(&inputs.load_torque);
-        let drive_d = self.add(voltage_d, self.mul(coupling, current_q));
-        let next_d = self.add(
-            self.mul(self.get(&n.decay_d), current_d),
-            self.mul(self.get(&n.gain_d), drive_d),
-        );
         let offset = self.get(&n.offset);
         let before = [
             current_q,
-            self.sub(self.get(&s.gap_angle), offset),
+            self.get(&s.gap_angle) - offset,
             motor,
             self.get(&s.load),
         ];
-        let against = [
-            self.get(&n.friction[0]),
-            self.add(self.get(&n.friction[1]), held_load),
-        ];
-        let sources = [
-            before[0],
-            before[1],
-            before[2],
-            before[3],
-            held_voltage,
-            against[0],
-            against[1],
-        ];
-        let (mut after, mut travel) = ([zero; 4], zero);
-        for (index, source) in sources.into_iter().enumerate() {
-            let column = &n.columns[index];
-            for row in 0..4 {
-                after[row] = self.add(after[row], self.mul(self.get(&column[row]), source));
-            }
-            travel = self.add(travel, self.mul(self.get(&n.travel[index]), source));
-        }
+        let (after, travel) = exact_step(
+            |column, row| self.get(&n.columns[column][row]),
+            |column| self.get(&n.travel[column]),
+            [
+                before[0],
+                before[1],
+                before[2],
+                before[3],
+                held_voltage,
+                self.get(&n.friction[0]),
+                self.get(&n.friction[1]) + held_load,
+            ],
+        );
 
         // the look for events
-        let mut quiet = self.both(
-            self.contact(n, &before, &after),
-            self.sliding(n, &before, &after),
-        );
+        let mut quiet = stays_within(
+            [self.get(&n.range[0]), self.get(&n.range[1])],
+            self.get(&n.third),
+            &before,
+            &after,
+        ) & self.sliding(n, 0, [before[2], after[2]])
+            & self.sliding(n, 1, [before[3], after[3]]);
         if lanes.any_pushing {
-            quiet = self.both(quiet, self.pushing(n, &before, &after));
+            quiet = quiet
+                & keeps_pushing(
+                    self.get(&n.push[0]),
+                    self.get(&n.push[1]),
+                    self.get(&n.push_margin),
+                    &before,
+                    &after,
+                );
         }
         if lanes.any_stuck {
-            quiet = self.both(quiet, self.standing(n, &before, &after, held_load));
+            quiet = quiet & self.standing(n, &before, &after, held_load);
         }
-        let one = self.simd.splat_f64s(1.0);
-        let fine = self
-            .simd
-            .select_f64s(limited, zero, self.simd.select_f64s(quiet, one, zero));
+        let (zero, one) = (self.all(0.0), self.all(1.0));
+        let fine = Wide::choose(limited, zero, one.flag(quiet));
         let any = self.stop(fine, active, stopped);
 
-        let next_sum = self.add(self.get(&s.sum), current_q);
-        let next_position = self.add(self.get(&s.position), travel);
-        let next_gap = self.add(after[1], offset);
-        let (peak, size) = (self.get(&s.peak), self.abs(after[0]));
-        let next_peak = self.simd.select_f64s(self.less(peak, size), size, peak);
-        let keep = if any {
-            Some(self.less(fine, one))
-        } else {
-            None
-        };
+        let next_sum = self.get(&s.sum) + current_q;
+        let next_position = self.get(&s.position) + travel;
+        let next_gap = after[1] + offset;
+        let (peak, size) = (self.get(&s.peak), after[0].abs());
+        let next_peak = Wide::choose(peak.less(size), size, peak);
+        let keep = if any { Some(fine.less(one)) } else { None };
         let s = &mut lanes.states;
         self.store(keep, &mut s.current_q, after[0]);
         self.store(keep, &mut s.current_d, next_d);
@@ -176,9 +160,9 @@ impl<S: Simd> Wide<S> {
 
     /// Stores a value but in the lanes that keep theirs.
     #[inline(always)]
-    fn store(self, keep: Option<S::m64s>, row: &mut Row, value: S::f64s) {
+    fn store(self, keep: Option<WideMask<S>>, row: &mut Row, value: Wide<S>) {
         let value = match keep {
-            Some(keep) => self.simd.select_f64s(keep, self.get(row), value),
+            Some(keep) => Wide::choose(keep, self.get(row), value),
             None => value,
         };
         self.put(row, value);
@@ -186,9 +170,8 @@ impl<S: Simd> Wide<S> {
 
     /// Marks the active lanes that are not fine.
     #[inline(always)]
-    fn stop(self, fine: S::f64s, active: &[bool; WIDTH], stopped: &mut [bool; WIDTH]) -> bool {
-        let one = self.simd.splat_f64s(1.0);
-        if self.simd.first_true_m64s(self.less(fine, one)) == S::F64_LANES {
+    fn stop(self, fine: Wide<S>, active: &[bool; WIDTH], stopped: &mut [bool; WIDTH]) -> bool {
+        if fine.less(self.all(1.0)).none() {
             return false;
         }
         let mut row = Row([1.0; WIDTH]);
@@ -202,114 +185,39 @@ impl<S: Simd> Wide<S> {
         any
     }
 
-    /// See `plant::quiet`: the penetration's cubic stays in its range.
+    /// Whether a mass that slides comes near to rest.
     #[inline(always)]
-    fn contact(self, n: &PeriodNumbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
-        let third = self.get(&n.third);
-        let (rise, fall) = (
-            self.mul(self.sub(before[2], before[3]), third),
-            self.mul(self.sub(after[2], after[3]), third),
-        );
-        let (low, high) = (self.get(&n.range[0]), self.get(&n.range[1]));
-        let ends = self.both(
-            self.within(low, before[1], high),
-            self.within(low, after[1], high),
-        );
-        let inner = self.both(
-            self.within(low, self.add(before[1], rise), high),
-            self.within(low, self.sub(after[1], fall), high),
-        );
-        self.both(ends, inner)
-    }
-
-    #[inline(always)]
-    fn within(self, low: S::f64s, x: S::f64s, high: S::f64s) -> S::m64s {
-        self.both(
-            self.simd.less_than_or_equal_f64s(low, x),
-            self.simd.less_than_or_equal_f64s(x, high),
-        )
-    }
-
-    /// Spring exceeds damping at both ends.
-    #[inline(always)]
-    fn pushing(self, n: &PeriodNumbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
-        let (a, b) = (self.spare(n, before), self.spare(n, after));
-        let least = self.add(self.abs(self.sub(a, b)), self.get(&n.push_margin));
-        self.both(self.less(least, a), self.less(least, b))
-    }
-
-    #[inline(always)]
-    fn spare(self, n: &PeriodNumbers, x: &[S::f64s; 4]) -> S::f64s {
-        let damping = self.mul(self.get(&n.push[1]), self.abs(self.sub(x[2], x[3])));
-        self.sub(self.mul(self.get(&n.push[0]), x[1]), damping)
-    }
-
-    /// No sliding mass comes near to rest.
-    #[inline(always)]
-    fn sliding(self, n: &PeriodNumbers, before: &[S::f64s; 4], after: &[S::f64s; 4]) -> S::m64s {
-        self.both(
-            self.slides(n, 0, before[2], after[2]),
-            self.slides(n, 1, before[3], after[3]),
-        )
-    }
-
-    #[inline(always)]
-    fn slides(self, n: &PeriodNumbers, mass: usize, from: S::f64s, to: S::f64s) -> S::m64s {
-        let sign = self.get(&n.sliding[mass]);
-        let least = self.add(
-            self.abs(self.sub(to, from)),
+    fn sliding(self, n: &PeriodNumbers, mass: usize, speed: [Wide<S>; 2]) -> WideMask<S> {
+        keeps_sliding(
+            self.get(&n.sliding[mass]),
             self.get(&n.speed_margin[mass]),
-        );
-        self.both(
-            self.less(least, self.mul(sign, from)),
-            self.less(least, self.mul(sign, to)),
+            speed,
         )
     }
 
-    /// No standing mass comes near to breaking away.
+    /// Whether no standing mass comes near to breaking away.
     #[inline(always)]
     fn standing(
         self,
         n: &PeriodNumbers,
-        before: &[S::f64s; 4],
-        after: &[S::f64s; 4],
-        held_load: S::f64s,
-    ) -> S::m64s {
+        before: &[Wide<S>; 4],
+        after: &[Wide<S>; 4],
+        held_load: Wide<S>,
+    ) -> WideMask<S> {
         let constant = self.get(&n.torque_constant);
-        let (contact, then) = (
-            self.contact_torque(n, before),
-            self.contact_torque(n, after),
-        );
-        let motor = [
-            self.sub(self.mul(constant, before[0]), contact),
-            self.sub(self.mul(constant, after[0]), then),
-        ];
-        let load = [self.sub(contact, held_load), self.sub(then, held_load)];
-        self.both(
-            self.holds(n, 0, motor[0], motor[1]),
-            self.holds(n, 1, load[0], load[1]),
+        let shaft = (self.get(&n.shaft[0]), self.get(&n.shaft[1]));
+        let (contact, then) = (shaft_torque(shaft, before), shaft_torque(shaft, after));
+        let margin = self.get(&n.torque_margin);
+        keeps_standing(
+            self.get(&n.holding[0]),
+            margin,
+            constant * before[0] - contact,
+            constant * after[0] - then,
+        ) & keeps_standing(
+            self.get(&n.holding[1]),
+            margin,
+            contact - held_load,
+            then - held_load,
         )
-    }
-
-    #[inline(always)]
-    fn contact_torque(self, n: &PeriodNumbers, x: &[S::f64s; 4]) -> S::f64s {
-        self.add(
-            self.mul(self.get(&n.shaft[0]), x[1]),
-            self.mul(self.get(&n.shaft[1]), self.sub(x[2], x[3])),
-        )
-    }
-
-    #[inline(always)]
-    fn holds(self, n: &PeriodNumbers, mass: usize, a: S::f64s, b: S::f64s) -> S::m64s {
-        let (limit, margin, change) = (
-            self.get(&n.holding[mass]),
-            self.get(&n.torque_margin),
-            self.abs(self.sub(a, b)),
-        );
-        let (size, other) = (self.abs(a), self.abs(b));
-        let below = self.less(self.add(self.add(size, change), margin), limit);
-        let still = self.less(self.add(self.add(other, change), margin), limit);
-        let same = self.both(self.simd.equal_f64s(a, b), self.less(size, limit));
-        self.simd.or_m64s(self.both(below, still), same)
     }
 }

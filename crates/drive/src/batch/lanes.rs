@@ -1,8 +1,8 @@
 //! The numbers of a group of axes, quantity by quantity.
 
-use crate::plant::Lane;
+use crate::plant::{Electric, Lane};
 use crate::runner::{CurrentLoop, Seen};
-use crate::servo::TickNumbers;
+use crate::servo::{CurrentNumbers, TickNumbers};
 use crate::signal::Correction;
 
 /// Axes in a group: two of the widest vectors, so that the processor has something to do while one
@@ -47,20 +47,13 @@ pub(super) struct Inputs {
     pub(super) load_torque: Row,
 }
 
-/// What stays as long as a lane's mode does: see [`Lane`] and `servo::numbers`.
+/// What stays as long as a lane's mode does: see [`Lane`].
 #[derive(Clone, Debug, Default)]
 pub(super) struct PeriodNumbers {
-    pub(super) gain: Row,
-    pub(super) share: Row,
-    pub(super) limit_squared: Row,
-    /// 1 where the voltage is delayed, else 0.
-    pub(super) delayed: Row,
+    pub(super) current_loop: CurrentNumbers<Row>,
+    pub(super) electric: Electric<Row>,
     pub(super) columns: [[Row; 4]; 7],
     pub(super) travel: [Row; 7],
-    pub(super) decay_d: Row,
-    pub(super) gain_d: Row,
-    pub(super) pole_pairs: Row,
-    pub(super) inductance: Row,
     pub(super) torque_constant: Row,
     pub(super) offset: Row,
     pub(super) friction: [Row; 2],
@@ -87,7 +80,6 @@ pub(super) struct Lanes {
     pub(super) any_stuck: bool,
     modes: [Option<Lane>; WIDTH],
     load_constant: [f64; WIDTH],
-    inductance: [f64; WIDTH],
 }
 
 impl Lanes {
@@ -95,7 +87,10 @@ impl Lanes {
     pub(super) fn new(servo_ticks: usize) -> Lanes {
         let (low, high) = (Row([f64::NEG_INFINITY; WIDTH]), Row([f64::INFINITY; WIDTH]));
         let numbers = PeriodNumbers {
-            limit_squared: high,
+            current_loop: CurrentNumbers {
+                limit_squared: high,
+                ..CurrentNumbers::default()
+            },
             range: [low, high],
             push_margin: low,
             speed_margin: [low; 2],
@@ -111,7 +106,6 @@ impl Lanes {
             any_stuck: false,
             modes: [None; WIDTH],
             load_constant: [0.0; WIDTH],
-            inductance: [0.0; WIDTH],
         }
     }
 
@@ -124,20 +118,13 @@ impl Lanes {
             return false;
         };
         let n = &mut self.numbers;
-        n.gain.0[lane] = servo.gain;
-        n.share.0[lane] = servo.share;
-        n.limit_squared.0[lane] = servo.limit_squared;
-        n.delayed.0[lane] = if servo.delayed { 1.0 } else { 0.0 };
-        self.inductance[lane] = servo.inductance;
+        n.current_loop.put(servo, in_lane(lane));
+        n.electric.put(&plant.electric, in_lane(lane));
         self.load_constant[lane] = plant.load_constant;
         for (rows, column) in n.columns.iter_mut().zip(plant.columns) {
             put(rows, lane, column);
         }
         put(&mut n.travel, lane, plant.travel);
-        n.decay_d.0[lane] = plant.decay_d;
-        n.gain_d.0[lane] = plant.gain_d;
-        n.pole_pairs.0[lane] = plant.pole_pairs;
-        n.inductance.0[lane] = plant.inductance;
         n.torque_constant.0[lane] = plant.torque_constant;
         n.offset.0[lane] = plant.offset;
         put(&mut n.friction, lane, plant.friction);
@@ -174,14 +161,14 @@ impl Lanes {
     pub(super) fn hold(&mut self, lane: usize, axis: &CurrentLoop<'_>) {
         let current = &axis.servo_state.current;
         self.inputs.command.0[lane] = axis.servo_state.velocity.current_command;
-        self.inputs.cross.0[lane] = current.electric_speed * self.inductance[lane];
+        self.inputs.cross.0[lane] =
+            current.electric_speed * self.numbers.current_loop.inductance.0[lane];
         self.inputs.back_emf.0[lane] = current.back_emf;
         self.inputs.load_torque.0[lane] = self.load_constant[lane] + axis.load_torque;
     }
 
     /// Takes up the whole drive of an axis; false if it is not a plain one.
     pub(super) fn settle(&mut self, lane: usize, axis: &CurrentLoop<'_>) -> bool {
-        self.loops.numbers.inductance.0[lane] = self.inductance[lane];
         self.inputs.back_emf.0[lane] = axis.servo_state.current.back_emf;
         self.gather(lane, axis);
         self.loops.take_up(lane, axis)
@@ -259,6 +246,11 @@ impl Lanes {
     }
 }
 
+/// Puts a number of an axis into its lane.
+pub(super) fn in_lane(lane: usize) -> impl Fn(&mut Row, &f64) {
+    move |row, value| row.0[lane] = *value
+}
+
 fn put<const N: usize>(rows: &mut [Row; N], lane: usize, values: [f64; N]) {
     for (row, value) in rows.iter_mut().zip(values) {
         row.0[lane] = value;
@@ -269,43 +261,6 @@ fn put<const N: usize>(rows: &mut [Row; N], lane: usize, values: [f64; N]) {
 //
 // A lane that is *resident* has its whole drive here between two setpoints; the axis itself is
 // brought up to date where it steps by itself, and when it is released.
-
-/// Numbers of the drive: see `servo::numbers`.
-#[derive(Clone, Debug, Default)]
-pub(super) struct DriveNumbers {
-    pub(super) period: Row,
-    pub(super) encoder_step: Row,
-    pub(super) current_steps: Row,
-    pub(super) position_gain: Row,
-    pub(super) velocity_feedforward: Row,
-    pub(super) inertia_feedforward: Row,
-    pub(super) velocity_gain: Row,
-    pub(super) velocity_share: Row,
-    pub(super) torque_constant: Row,
-    pub(super) current_limit: Row,
-    pub(super) pole_pairs: Row,
-    pub(super) back_emf: Row,
-    pub(super) inductance: Row,
-    pub(super) units: Row,
-}
-
-impl DriveNumbers {
-    /// Takes up a drive; not its inductance and unit.
-    pub(super) fn put(&mut self, lane: usize, numbers: &TickNumbers) {
-        self.period.0[lane] = numbers.period;
-        self.encoder_step.0[lane] = numbers.encoder_step;
-        self.current_steps.0[lane] = numbers.current_steps;
-        self.position_gain.0[lane] = numbers.position_gain;
-        self.velocity_feedforward.0[lane] = numbers.velocity_feedforward;
-        self.inertia_feedforward.0[lane] = numbers.inertia_feedforward;
-        self.velocity_gain.0[lane] = numbers.velocity_gain;
-        self.velocity_share.0[lane] = numbers.velocity_share;
-        self.torque_constant.0[lane] = numbers.torque_constant;
-        self.current_limit.0[lane] = numbers.current_limit;
-        self.pole_pairs.0[lane] = numbers.pole_pairs;
-        self.back_emf.0[lane] = numbers.back_emf;
-    }
-}
 
 /// States of the drive.
 #[derive(Clone, Debug, Default)]
@@ -327,7 +282,9 @@ pub(super) struct DriveStates {
 /// What a tick takes and gives.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Loops {
-    pub(super) numbers: DriveNumbers,
+    pub(super) numbers: TickNumbers<Row>,
+    /// Axis units in a rad of the motor.
+    pub(super) units: Row,
     pub(super) states: DriveStates,
     /// Position and velocity references of the present setpoint.
     pub(super) references: Vec<[Row; 2]>,
@@ -362,8 +319,8 @@ impl Loops {
         let Some(numbers) = axis.servo.tick_numbers() else {
             return false;
         };
-        self.numbers.put(lane, &numbers);
-        self.numbers.units.0[lane] = axis.units_per_motor_rad;
+        self.numbers.put(numbers, in_lane(lane));
+        self.units.0[lane] = axis.units_per_motor_rad;
         let (s, velocity, current) = (
             &mut self.states,
             &axis.servo_state.velocity,

@@ -1,13 +1,14 @@
 //! Several variants of an axis side by side: methods, gaps, gains, or whole axes.
 //!
 //! Most of an axis' time goes into the periods of the current loop. A batch takes them for up to
-//! [`WIDTH`] axes at once with the widest vectors the processor has (`kernel`), operation by
-//! operation in the order of the single axis, without contracting products and sums: so the results
-//! are those of single runs to the last bit. A lane in whose period something happens that is no
-//! plain product (a contact made or broken, friction that stops or breaks away, a voltage at its
-//! limit) takes that period by itself, as a single axis does. Measuring, position and velocity loop
-//! are vectors, too (`tick`), for drives without filters, friction feed-forward and delayed
-//! commands whose axes neither drift nor keep a trace; the others do them lane by lane, and so do
+//! [`WIDTH`] axes at once with the widest vectors the processor has (`kernel`). The laws are those
+//! of the single axis: they are written once over a number that is an `f64` there and a vector here
+//! (`number`), and products and sums are not contracted, so the results are those of single runs to
+//! the last bit. A lane in whose period something happens that is not a product with a table (a
+//! contact made or broken, friction that stops or breaks away, a voltage at its limit) takes that
+//! period by itself, as a single axis does. Measuring, position and velocity loop are vectors, too
+//! (`tick`), for drives without filters, friction feed-forward and delayed commands whose axes
+//! neither drift nor keep a trace; the others do them lane by lane, and so do
 //! all compensators but `none`, which is not asked. Groups of lanes run on the caller's thread, or
 //! on the threads of the rayon pool in force if more than one is asked for.
 

@@ -1,27 +1,29 @@
-//! The models that compensators have of their own axes (`twin`), stepped side by
-//! side: what `Twin::step` does, operation by operation.
+//! The models that compensators have of their own axes (`twin`), stepped side by side: the laws of
+//! the twin on vectors.
 //!
 //! Each tick they are taken up from their compensators and given back, so these need not know that
 //! they have company. One whose voltage would be cut is left as it was and steps by itself.
 
-use super::lanes::{DriveNumbers, Row, WIDTH};
-use super::tick::{Asked, Commanded, Fast, Voltages, parts};
-use super::vector::Wide;
+use super::lanes::{Row, WIDTH, in_lane};
+use super::tick::parts;
+use super::vector::{Part, Wide};
+use crate::number::Number;
 use crate::runner::TwinStep;
-use crate::twin::{MotorNumbers, Rates, Twin, TwinState};
+use crate::servo::{
+    CurrentNumbers, CurrentOutput, CurrentPeriod, PlainDrive, TickNumbers, VelocityInput,
+    VelocityOutput,
+};
+use crate::twin::{MotorNumbers, Rates, Twin, TwinMasses, TwinState};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Numbers of drive and motor.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TwinNumbers {
-    pub(super) drive: DriveNumbers,
-    pub(super) gain: Row,
-    pub(super) share: Row,
-    pub(super) limit_squared: Row,
-    pub(super) delayed: Row,
-    pub(super) inductance: Row,
-    pub(super) period: Row,
-    pub(super) motor: [Row; 10],
+    tick: TickNumbers<Row>,
+    current_loop: CurrentNumbers<Row>,
+    motor: MotorNumbers<Row>,
+    /// Period of the current loop, s.
+    period: Row,
 }
 
 /// What comes with a tick, and what a twin carries.
@@ -29,7 +31,7 @@ pub(super) struct TwinNumbers {
 pub(super) struct TwinRows {
     /// Position, velocity, next velocity.
     pub(super) reference: [Row; 3],
-    pub(super) rates: [Row; 9],
+    pub(super) rates: Rates<Row>,
     pub(super) seen: Row,
     pub(super) last_position: Row,
     pub(super) integral: Row,
@@ -40,11 +42,8 @@ pub(super) struct TwinRows {
     pub(super) fast_integral: [Row; 2],
     pub(super) pending: [Row; 2],
     pub(super) sum: Row,
-    pub(super) current: [Row; 2],
-    pub(super) gap_angle: Row,
-    pub(super) motor: Row,
-    pub(super) load: Row,
-    pub(super) place: Row,
+    pub(super) current_d: Row,
+    pub(super) masses: TwinMasses<Row>,
     pub(super) torque: Row,
     pub(super) friction: Row,
     pub(super) saturated: Row,
@@ -113,27 +112,10 @@ impl TwinNumbers {
         else {
             return false;
         };
-        self.drive.put(lane, &tick);
-        self.gain.0[lane] = current.gain;
-        self.share.0[lane] = current.share;
-        self.limit_squared.0[lane] = current.limit_squared;
-        self.delayed.0[lane] = f64::from(u8::from(current.delayed));
-        self.inductance.0[lane] = current.inductance;
+        self.tick.put(tick, in_lane(lane));
+        self.current_loop.put(current, in_lane(lane));
+        self.motor.put(twin.numbers(), in_lane(lane));
         self.period.0[lane] = twin.period_s();
-        let n: &MotorNumbers = twin.numbers();
-        let values = [
-            n.current_share,
-            n.current_keep,
-            n.back_emf,
-            n.torque_constant,
-            n.viscous,
-            n.coulomb,
-            n.inverse_motor,
-            n.motor_step,
-            n.motor_most,
-            n.friction_scale,
-        ];
-        fill(&mut self.motor, lane, values);
         tick.encoder_step <= 0.0
     }
 }
@@ -146,8 +128,8 @@ fn fill<const N: usize>(rows: &mut [Row; N], lane: usize, values: [f64; N]) {
 
 impl TwinRows {
     fn take(&mut self, lane: usize, step: &TwinStep<'_>) {
-        let (state, rates): (&TwinState, Rates) =
-            (step.twin.state, step.twin.twin.rates(&step.twin.load));
+        let state: &TwinState = step.twin.state;
+        let rates = step.twin.twin.rates(&step.twin.load);
         fill(
             &mut self.reference,
             lane,
@@ -157,29 +139,7 @@ impl TwinRows {
                 step.next.velocity,
             ],
         );
-        let load = [
-            rates.load_constant,
-            rates.load_viscous,
-            rates.load_coulomb,
-            rates.inverse_load,
-            rates.load_step,
-            rates.load_most,
-        ];
-        fill(
-            &mut self.rates,
-            lane,
-            [
-                load[0],
-                load[1],
-                load[2],
-                load[3],
-                load[4],
-                load[5],
-                rates.stiffness,
-                rates.damping,
-                rates.give,
-            ],
-        );
+        self.rates.put(&rates, in_lane(lane));
         let (velocity, current, plant) =
             (&state.servo.velocity, &state.servo.current, &state.plant);
         self.seen.0[lane] = velocity.position;
@@ -194,11 +154,8 @@ impl TwinRows {
         );
         fill(&mut self.pending, lane, current.pending);
         self.sum.0[lane] = current.sum;
-        fill(&mut self.current, lane, [plant.current_d, plant.current_q]);
-        self.gap_angle.0[lane] = plant.gap_angle;
-        self.motor.0[lane] = plant.motor_velocity;
-        self.load.0[lane] = plant.load_velocity;
-        self.place.0[lane] = plant.load_position;
+        self.current_d.0[lane] = plant.current_d;
+        self.masses.put(&plant.masses(), in_lane(lane));
         self.cut.0[lane] = 0.0;
     }
 
@@ -220,17 +177,13 @@ impl TwinRows {
             (self.fast_integral[0].0[lane], self.fast_integral[1].0[lane]);
         current.pending = [self.pending[0].0[lane], self.pending[1].0[lane]];
         current.sum = self.sum.0[lane];
-        plant.current_q = self.current[1].0[lane];
-        plant.gap_angle = self.gap_angle.0[lane];
-        plant.motor_velocity = self.motor.0[lane];
-        plant.load_velocity = self.load.0[lane];
-        plant.load_position = self.place.0[lane];
+        plant.take(&self.masses.map(|row| row.0[lane]));
         state.servo.saturated = self.saturated.0[lane] > 0.0;
         (state.torque, state.motor_friction) = (self.torque.0[lane], self.friction.0[lane]);
     }
 }
 
-// A servo period of all twins: what `Twin::step` does, operation by operation.
+// A servo period of all twins.
 
 /// Steps the twins that are taken.
 pub(super) struct Steps<'a> {
@@ -248,7 +201,7 @@ impl WithSimd for Steps<'_> {
             numbers, states, ..
         } = self.twins;
         for part in 0..parts::<S>(&self.taken) {
-            let vector = Wide { simd, part };
+            let vector = Part { simd, part };
             vector.drive(numbers, states);
             for _ in 0..self.periods {
                 vector.advance(numbers, states);
@@ -257,170 +210,74 @@ impl WithSimd for Steps<'_> {
     }
 }
 
-impl<S: Simd> Wide<S> {
+impl<S: Simd> Part<S> {
     /// Measuring, position and velocity loop.
     #[inline(always)]
     fn drive(self, n: &TwinNumbers, x: &mut TwinRows) {
-        let zero = self.all(0.0);
-        let seen = self.add(self.get(&x.place), self.get(&x.gap_angle));
-        let measured = self.div(self.sub(seen, self.get(&x.seen)), self.get(&n.drive.period));
+        let (zero, numbers) = (self.all(0.0), n.tick.map(|row| self.get(row)));
+        let seen = self.get(&x.masses.place) + self.get(&x.masses.lead);
+        let measured = numbers.speed(seen, self.get(&x.seen));
         let [position, velocity, next_velocity] =
             [0, 1, 2].map(|which: usize| self.get(&x.reference[which]));
-        let asked = Asked {
+        let input = VelocityInput {
             position,
             velocity,
             next_velocity,
             last_position: self.get(&x.last_position),
-            seen,
-            measured,
+            measured_position: seen,
+            measured_velocity: measured,
             correction: [zero; 4],
             integral: self.get(&x.integral),
-            limited: self.get(&x.limited),
+            voltage_limited: zero.less(self.get(&x.limited)),
         };
-        let Commanded {
-            cut,
-            free,
+        let VelocityOutput {
+            command,
+            within_limit,
             integral,
-        } = self.velocity_loop(&n.drive, &asked);
-        let saturated = self.choose(self.simd.equal_f64s(cut, free), zero, self.all(1.0));
+        } = numbers.command(&input, &mut PlainDrive);
         self.put(&mut x.seen, seen);
         self.put(&mut x.integral, integral);
-        self.put(&mut x.command, cut);
-        self.put(&mut x.saturated, saturated);
-        self.put(
-            &mut x.electric_speed,
-            self.mul(self.get(&n.drive.pole_pairs), measured),
-        );
-        self.put(
-            &mut x.back_emf,
-            self.mul(self.get(&n.drive.back_emf), measured),
-        );
+        self.put(&mut x.command, command);
+        self.put(&mut x.saturated, zero.unless(within_limit));
+        self.put(&mut x.electric_speed, numbers.pole_pairs * measured);
+        self.put(&mut x.back_emf, numbers.back_emf * measured);
     }
 
     /// A period of the current loop, and motor, shaft and load.
     #[inline(always)]
     fn advance(self, n: &TwinNumbers, x: &mut TwinRows) {
-        let [
-            share,
-            keep,
-            back_emf,
-            constant,
-            viscous,
-            coulomb,
-            inverse_motor,
-            motor_step,
-            motor_most,
-            scale,
-        ] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9].map(|which: usize| self.get(&n.motor[which]));
-        let [
-            load_constant,
-            load_viscous,
-            load_coulomb,
-            inverse_load,
-            load_step,
-            load_most,
-            stiffness,
-            damping,
-            give,
-        ] = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|which: usize| self.get(&x.rates[which]));
-        let (zero, h, current) = (
-            self.all(0.0),
-            self.get(&n.period),
-            [self.get(&x.current[0]), self.get(&x.current[1])],
-        );
-        let Voltages {
-            limited,
-            voltage: [_, voltage],
-            integral,
-            free,
-        } = self.current_loop(&Fast {
-            gain: self.get(&n.gain),
-            share: self.get(&n.share),
-            limit_squared: self.get(&n.limit_squared),
-            delayed: self.get(&n.delayed),
+        let masses = x.masses.map(|row| self.get(row));
+        let current_loop = n.current_loop.map(|row| self.get(row));
+        let period = CurrentPeriod {
             command: self.get(&x.command),
-            cross: self.mul(self.get(&x.electric_speed), self.get(&n.inductance)),
+            cross: self.get(&x.electric_speed) * current_loop.inductance,
             back_emf: self.get(&x.back_emf),
-            current,
+            current: [self.get(&x.current_d), masses.current],
             integral: [self.get(&x.fast_integral[0]), self.get(&x.fast_integral[1])],
             pending: [self.get(&x.pending[0]), self.get(&x.pending[1])],
-        });
-        let cut = self.choose(limited, self.all(1.0), self.get(&x.cut));
-        let sum = self.add(self.get(&x.sum), current[1]);
-        let (motor, load, lead) = (
-            self.get(&x.motor),
-            self.get(&x.load),
-            self.get(&x.gap_angle),
-        );
-
-        let next = self.mul(
-            self.add(
-                current[1],
-                self.mul(share, self.sub(voltage, self.mul(back_emf, motor))),
-            ),
-            keep,
-        );
-        let drive = self.sub(self.mul(constant, next), self.mul(viscous, motor));
-        let drag = self.sub(
-            self.simd.neg_f64s(load_constant),
-            self.mul(load_viscous, load),
-        );
-        let held = |coulomb, speed| {
-            self.both(
-                self.less(zero, coulomb),
-                self.simd.less_than_or_equal_f64s(self.abs(speed), zero),
-            )
         };
-        let of_motor = self.choose(held(coulomb, motor), zero, inverse_motor);
-        let of_load = self.choose(held(load_coulomb, load), zero, inverse_load);
-        let parting = self.mul(
-            h,
-            self.sub(self.mul(drive, of_motor), self.mul(drag, of_load)),
+        let free = current_loop.free_voltage(&period);
+        let limited = current_loop.exceeds_limit(free);
+        let CurrentOutput {
+            voltage: [_, voltage],
+            integral,
+        } = current_loop.output(&period, free, free);
+        let cut = Wide::choose(limited, self.all(1.0), self.get(&x.cut));
+        let sum = self.get(&x.sum) + masses.current;
+        let (next, torques) = n.motor.map(|row| self.get(row)).advance(
+            &x.rates.map(|row| self.get(row)),
+            &masses,
+            self.get(&n.period),
+            voltage,
         );
-        let apart = self.add(self.sub(motor, load), parting);
-        let ahead = self.add(lead, self.mul(h, apart));
-        let pushed = self.add(self.mul(stiffness, ahead), self.mul(damping, apart));
-        let torque = self.div(
-            pushed,
-            self.add(self.all(1.0), self.mul(give, self.add(of_motor, of_load))),
-        );
-        let [motor, friction] = self.slide(
-            motor,
-            self.mul(motor_step, self.sub(drive, torque)),
-            motor_most,
-        );
-        let [load, _] = self.slide(load, self.mul(load_step, self.add(torque, drag)), load_most);
-
         self.put(&mut x.cut, cut);
         self.put(&mut x.sum, sum);
         for which in 0..2 {
             self.put(&mut x.fast_integral[which], integral[which]);
             self.put(&mut x.pending[which], free[which]);
         }
-        self.put(&mut x.current[1], next);
-        self.put(&mut x.motor, motor);
-        self.put(&mut x.load, load);
-        self.put(
-            &mut x.gap_angle,
-            self.add(lead, self.mul(h, self.sub(motor, load))),
-        );
-        let place = self.add(self.get(&x.place), self.mul(h, load));
-        self.put(&mut x.place, place);
-        self.put(&mut x.torque, torque);
-        self.put(&mut x.friction, self.mul(friction, scale));
-    }
-
-    /// See `slide` of the twin.
-    #[inline(always)]
-    fn slide(self, speed: S::f64s, gain: S::f64s, most: S::f64s) -> [S::f64s; 2] {
-        let zero = self.all(0.0);
-        let free = self.add(speed, gain);
-        let taken = self.clamp(free, self.simd.neg_f64s(most), most);
-        let left = self.sub(free, taken);
-        let stops = self.less(self.mul(speed, left), zero);
-        [
-            self.choose(stops, zero, left),
-            self.simd.neg_f64s(self.choose(stops, free, taken)),
-        ]
+        x.masses.put(&next, |row, value| self.put(row, *value));
+        self.put(&mut x.torque, torques.shaft);
+        self.put(&mut x.friction, torques.motor_friction);
     }
 }

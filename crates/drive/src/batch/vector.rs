@@ -1,92 +1,179 @@
-//! Arithmetic on one vector of the rows.
+//! Vectors of a group's rows: a [`Number`] with one axis in each lane.
 
 use super::lanes::Row;
+use crate::number::Number;
 use pulp::Simd;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
-/// From here on every number is whole.
+/// From here on every number is whole: 2^52, the spacing of doubles is 1 there.
 const ALL_WHOLE: f64 = (1_u64 << 52) as f64;
 
-/// Part of the lanes, as many as a vector holds.
+/// Part of a row's lanes: those that one vector holds.
 #[derive(Clone, Copy)]
-pub(super) struct Wide<S: Simd> {
+pub(super) struct Part<S: Simd> {
     pub(super) simd: S,
     pub(super) part: usize,
 }
 
-impl<S: Simd> Wide<S> {
+impl<S: Simd> Part<S> {
     #[inline(always)]
-    pub(super) fn get(self, row: &Row) -> S::f64s {
-        S::as_simd_f64s(&row.0).0[self.part]
+    pub(super) fn get(self, row: &Row) -> Wide<S> {
+        Wide {
+            simd: self.simd,
+            lanes: S::as_simd_f64s(&row.0).0[self.part],
+        }
     }
 
     #[inline(always)]
-    pub(super) fn put(self, row: &mut Row, value: S::f64s) {
-        S::as_mut_simd_f64s(&mut row.0).0[self.part] = value;
+    pub(super) fn put(self, row: &mut Row, value: Wide<S>) {
+        S::as_mut_simd_f64s(&mut row.0).0[self.part] = value.lanes;
+    }
+
+    /// A constant in all lanes.
+    #[inline(always)]
+    pub(super) fn all(self, value: f64) -> Wide<S> {
+        Wide {
+            simd: self.simd,
+            lanes: self.simd.splat_f64s(value),
+        }
+    }
+}
+
+/// A vector.
+#[derive(Clone, Copy)]
+pub(super) struct Wide<S: Simd> {
+    simd: S,
+    lanes: S::f64s,
+}
+
+/// Answers of a comparison.
+#[derive(Clone, Copy)]
+pub(super) struct WideMask<S: Simd> {
+    simd: S,
+    lanes: S::m64s,
+}
+
+impl<S: Simd> WideMask<S> {
+    /// Whether it is true in no lane.
+    #[inline(always)]
+    pub(super) fn none(self) -> bool {
+        self.simd.first_true_m64s(self.lanes) == S::F64_LANES
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident, $name:ident, $simd:ident) => {
+        impl<S: Simd> $trait for Wide<S> {
+            type Output = Wide<S>;
+
+            #[inline(always)]
+            fn $name(self, other: Wide<S>) -> Wide<S> {
+                Wide {
+                    simd: self.simd,
+                    lanes: self.simd.$simd(self.lanes, other.lanes),
+                }
+            }
+        }
+    };
+}
+operator!(Add, add, add_f64s);
+operator!(Sub, sub, sub_f64s);
+operator!(Mul, mul, mul_f64s);
+operator!(Div, div, div_f64s);
+
+macro_rules! mask_operator {
+    ($trait:ident, $name:ident, $simd:ident) => {
+        impl<S: Simd> $trait for WideMask<S> {
+            type Output = WideMask<S>;
+
+            #[inline(always)]
+            fn $name(self, other: WideMask<S>) -> WideMask<S> {
+                WideMask {
+                    simd: self.simd,
+                    lanes: self.simd.$simd(self.lanes, other.lanes),
+                }
+            }
+        }
+    };
+}
+mask_operator!(BitAnd, bitand, and_m64s);
+mask_operator!(BitOr, bitor, or_m64s);
+
+impl<S: Simd> Neg for Wide<S> {
+    type Output = Wide<S>;
+
+    #[inline(always)]
+    fn neg(self) -> Wide<S> {
+        Wide {
+            simd: self.simd,
+            lanes: self.simd.neg_f64s(self.lanes),
+        }
+    }
+}
+
+impl<S: Simd> Number for Wide<S> {
+    type Mask = WideMask<S>;
+
+    #[inline(always)]
+    fn constant(self, value: f64) -> Wide<S> {
+        Wide {
+            simd: self.simd,
+            lanes: self.simd.splat_f64s(value),
+        }
     }
 
     #[inline(always)]
-    pub(super) fn all(self, value: f64) -> S::f64s {
-        self.simd.splat_f64s(value)
+    fn abs(self) -> Wide<S> {
+        Wide {
+            simd: self.simd,
+            lanes: self.simd.abs_f64s(self.lanes),
+        }
+    }
+
+    /// No processor's vectors round halves away from zero: adding 2^52 rounds them to even, and
+    /// those that went down by a half are raised by one.
+    #[inline(always)]
+    fn round(self) -> Wide<S> {
+        let (size, whole) = (self.abs(), self.constant(ALL_WHOLE));
+        let even = (size + whole) - whole;
+        let short = (size - even).equals(self.constant(0.5));
+        let rounded = Wide::choose(short, even + self.constant(1.0), even);
+        let signed = Wide::choose(self.less(self.zero()), -rounded, rounded);
+        // zeros keep their sign, and what is whole already stays
+        let fractional = size.less(whole) & self.zero().less(size);
+        Wide::choose(fractional, signed, self)
     }
 
     #[inline(always)]
-    pub(super) fn add(self, a: S::f64s, b: S::f64s) -> S::f64s {
-        self.simd.add_f64s(a, b)
+    fn less(self, other: Wide<S>) -> WideMask<S> {
+        WideMask {
+            simd: self.simd,
+            lanes: self.simd.less_than_f64s(self.lanes, other.lanes),
+        }
     }
 
     #[inline(always)]
-    pub(super) fn sub(self, a: S::f64s, b: S::f64s) -> S::f64s {
-        self.simd.sub_f64s(a, b)
+    fn at_most(self, other: Wide<S>) -> WideMask<S> {
+        WideMask {
+            simd: self.simd,
+            lanes: self.simd.less_than_or_equal_f64s(self.lanes, other.lanes),
+        }
     }
 
     #[inline(always)]
-    pub(super) fn mul(self, a: S::f64s, b: S::f64s) -> S::f64s {
-        self.simd.mul_f64s(a, b)
+    fn equals(self, other: Wide<S>) -> WideMask<S> {
+        WideMask {
+            simd: self.simd,
+            lanes: self.simd.equal_f64s(self.lanes, other.lanes),
+        }
     }
 
     #[inline(always)]
-    pub(super) fn div(self, a: S::f64s, b: S::f64s) -> S::f64s {
-        self.simd.div_f64s(a, b)
-    }
-
-    #[inline(always)]
-    pub(super) fn abs(self, a: S::f64s) -> S::f64s {
-        self.simd.abs_f64s(a)
-    }
-
-    #[inline(always)]
-    pub(super) fn less(self, a: S::f64s, b: S::f64s) -> S::m64s {
-        self.simd.less_than_f64s(a, b)
-    }
-
-    #[inline(always)]
-    pub(super) fn both(self, a: S::m64s, b: S::m64s) -> S::m64s {
-        self.simd.and_m64s(a, b)
-    }
-
-    #[inline(always)]
-    pub(super) fn choose(self, condition: S::m64s, a: S::f64s, b: S::f64s) -> S::f64s {
-        self.simd.select_f64s(condition, a, b)
-    }
-
-    /// As `f64::clamp`.
-    #[inline(always)]
-    pub(super) fn clamp(self, x: S::f64s, least: S::f64s, most: S::f64s) -> S::f64s {
-        let low = self.choose(self.less(x, least), least, x);
-        self.choose(self.less(most, low), most, low)
-    }
-
-    /// As `f64::round`: halves away from zero, zeros as they are.
-    #[inline(always)]
-    pub(super) fn round(self, x: S::f64s) -> S::f64s {
-        let (size, zero, whole) = (self.abs(x), self.all(0.0), self.all(ALL_WHOLE));
-        // halves to even, exactly
-        let even = self.sub(self.add(size, whole), whole);
-        let short = self.simd.equal_f64s(self.sub(size, even), self.all(0.5));
-        let rounded = self.choose(short, self.add(even, self.all(1.0)), even);
-        let signed = self.choose(self.less(x, zero), self.simd.neg_f64s(rounded), rounded);
-        let fractional = self.both(self.less(size, whole), self.less(zero, size));
-        self.choose(fractional, signed, x)
+    fn choose(mask: WideMask<S>, yes: Wide<S>, no: Wide<S>) -> Wide<S> {
+        Wide {
+            simd: yes.simd,
+            lanes: yes.simd.select_f64s(mask.lanes, yes.lanes, no.lanes),
+        }
     }
 }
 
@@ -104,9 +191,8 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
             for part in 0..WIDTH / S::F64_LANES {
-                let vector = Wide { simd, part };
-                let value = vector.round(vector.get(self.0));
-                vector.put(self.0, value);
+                let part = Part { simd, part };
+                part.put(self.0, part.get(self.0).round());
             }
         }
     }

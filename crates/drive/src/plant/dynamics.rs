@@ -15,6 +15,7 @@
 use super::mode::{Coupling, MATRICES, Mass, Mode};
 use super::params::PlantParams;
 use crate::config::ContactLaw;
+use crate::number::{Number, numbers};
 use lostmotion_base::linalg::{Matrix, expm};
 
 /// Current, penetration, motor speed, load speed.
@@ -47,8 +48,7 @@ impl PlantParams {
     /// Contact torque of a mode, N m.
     #[inline]
     pub(super) fn contact_torque(&self, mode: Mode, x: &Vector) -> f64 {
-        let (k, d) = self.shaft(mode.contact.coupling());
-        k * x[PENETRATION] + d * (x[MOTOR] - x[LOAD])
+        shaft_torque(self.shaft(mode.contact.coupling()), x)
     }
 
     /// The homogeneous part of the derivative.
@@ -106,6 +106,62 @@ impl PlantParams {
     pub(super) fn load_need(&self, mode: Mode, x: &Vector, held: &Held) -> f64 {
         self.contact_torque(mode, x) - held.load_torque
     }
+}
+
+/// Torque of a shaft of a stiffness and a damping on the load, N m.
+#[inline(always)]
+pub(crate) fn shaft_torque<N: Number>((stiffness, damping): (N, N), x: &[N; 4]) -> N {
+    stiffness * x[PENETRATION] + damping * (x[MOTOR] - x[LOAD])
+}
+
+numbers! {
+    /// What the electric side of a step computes with.
+    Electric {
+        /// Pairs of poles.
+        pole_pairs,
+        /// Of a phase, H.
+        inductance,
+        /// Part of i_d that is left after a period.
+        decay_d,
+        /// What a volt in d adds to i_d in a period, A/V.
+        gain_d,
+    }
+}
+
+impl<N: Number> Electric<N> {
+    /// The voltage in q with the coupling taken off, held over the period, and i_d at its end.
+    #[inline(always)]
+    pub(crate) fn step(
+        &self,
+        motor_velocity: N,
+        [current_d, current_q]: [N; 2],
+        [voltage_d, voltage_q]: [N; 2],
+    ) -> (N, N) {
+        // w_e L, the rate at which each axis' current drives the other's voltage
+        let cross = self.pole_pairs * motor_velocity * self.inductance;
+        let next_d = self.decay_d * current_d + self.gain_d * (voltage_d + cross * current_q);
+        (voltage_q - cross * current_d, next_d)
+    }
+}
+
+/// The states after a period and how far the load went: the product of a [`StepTable`], of which
+/// `entry` gives a number by column and row and `along` the row of the travel, with the states, the
+/// voltage and the two torques that oppose motion.
+#[inline(always)]
+pub(crate) fn exact_step<N: Number>(
+    entry: impl Fn(usize, usize) -> N,
+    along: impl Fn(usize) -> N,
+    inputs: [N; 7],
+) -> ([N; 4], N) {
+    let zero = inputs[0].zero();
+    let (mut after, mut travel) = ([zero; 4], zero);
+    for (column, input) in inputs.into_iter().enumerate() {
+        for (row, sum) in after.iter_mut().enumerate() {
+            *sum = *sum + entry(column, row) * input;
+        }
+        travel = travel + along(column) * input;
+    }
+    (after, travel)
 }
 
 // The exact step of one current period, precomputed per system matrix.
@@ -198,15 +254,11 @@ impl StepTable {
         let motor = params.sliding_torque(Mass::Motor, mode.motor);
         let load = params.sliding_torque(Mass::Load, mode.load) + held.load_torque;
         let inputs = [x[0], x[1], x[2], x[3], held.voltage, motor, load];
-        let mut out = [0.0; 4];
-        let mut travel = 0.0;
-        for ((column, along), input) in self.columns.iter().zip(self.travel).zip(inputs) {
-            for (sum, entry) in out.iter_mut().zip(column) {
-                *sum += entry * input;
-            }
-            travel += along * input;
-        }
-        (out, travel)
+        exact_step(
+            |column, row| self.columns[column][row],
+            |column| self.travel[column],
+            inputs,
+        )
     }
 }
 

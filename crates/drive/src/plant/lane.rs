@@ -1,10 +1,11 @@
 //! The plant's fast step as plain numbers: what a batch needs to take it for several axes at once.
 //!
-//! A lane holds the numbers of one plant in one mode. [`crate::batch`] computes with them exactly
-//! what [`super::Plant::step`] does up to and including the look for events, operation by
-//! operation; where that look finds that something may happen, the plant itself steps.
+//! A lane holds the numbers of one plant in one mode. [`crate::batch`] applies the laws of
+//! [`super::Plant::step`] to them up to and including the look for events; where that look finds
+//! that something may happen, the plant itself steps.
 
 use super::Plant;
+use super::dynamics::Electric;
 use super::mode::{Contact, Friction, Mass, Mode};
 use crate::config::ContactLaw;
 
@@ -16,10 +17,7 @@ pub(crate) struct Lane {
     /// [`super::dynamics::StepTable`].
     pub(crate) columns: [[f64; 4]; 7],
     pub(crate) travel: [f64; 7],
-    pub(crate) decay_d: f64,
-    pub(crate) gain_d: f64,
-    pub(crate) pole_pairs: f64,
-    pub(crate) inductance: f64,
+    pub(crate) electric: Electric<f64>,
     pub(crate) torque_constant: f64,
     pub(crate) load_constant: f64,
     /// Gap angle at which the penetration is zero.
@@ -52,9 +50,9 @@ pub(crate) struct Look {
 }
 
 impl Plant {
-    /// The numbers of a mode; none where a step of this plant is not such a product. In a mode
-    /// whose look for events is a different one the range of the penetration is empty, so that
-    /// something may happen at every step.
+    /// The numbers of a mode; `None` where a step of this plant is not the product with a table. In
+    /// a mode whose look for events is a different one the range of the penetration is empty, so
+    /// that something may happen at every step.
     pub(crate) fn lane(&self, mode: Mode) -> Option<Lane> {
         let (params, table) = (&self.params, self.tables.get(mode.matrix())?);
         if self.curved {
@@ -66,10 +64,7 @@ impl Plant {
             mode,
             columns,
             travel,
-            decay_d: self.decay_d,
-            gain_d: self.gain_d,
-            pole_pairs: params.pole_pairs,
-            inductance: params.inductance_h,
+            electric: self.electric,
             torque_constant: params.torque_constant_nm_per_a,
             load_constant: params.load_constant_nm,
             offset: params.flank(mode.contact.sign()),

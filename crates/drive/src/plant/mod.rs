@@ -26,9 +26,11 @@ mod state;
 
 pub use drifting::DRIFT_MS;
 pub(crate) use drifting::Drifting;
+pub(crate) use dynamics::{Electric, exact_step, shaft_torque};
 pub(crate) use lane::Lane;
 pub use mode::{Contact, Friction, Mode, Side};
 pub use params::{Bell, Bristles, Curved, FrictionShape, LoadScale, PlantParams, Wave, Waves};
+pub(crate) use quiet::{keeps_pushing, keeps_sliding, keeps_standing, stays_within};
 pub use state::PlantState;
 
 use dynamics::{Held, StepTable, Taylor, Vector};
@@ -65,8 +67,7 @@ pub struct Plant {
     margins: Margins,
     curved: bool,
     pieces: u32,
-    decay_d: f64,
-    gain_d: f64,
+    electric: Electric<f64>,
 }
 
 impl Plant {
@@ -83,8 +84,12 @@ impl Plant {
             margins: Margins::new(params),
             curved: params.is_curved(),
             pieces,
-            decay_d: math::exp(-electric),
-            gain_d: -math::expm1(-electric) / params.resistance_ohm,
+            electric: Electric {
+                pole_pairs: params.pole_pairs,
+                inductance: params.inductance_h,
+                decay_d: math::exp(-electric),
+                gain_d: -math::expm1(-electric) / params.resistance_ohm,
+            },
         }
     }
 
@@ -107,14 +112,16 @@ impl Plant {
     /// One period of the current loop.
     #[inline]
     pub fn step(&self, state: &mut PlantState, input: &PlantInput) {
-        let electric_speed = self.params.pole_pairs * state.motor_velocity;
-        let cross = electric_speed * self.params.inductance_h;
+        let (voltage, next_d) = self.electric.step(
+            state.motor_velocity,
+            [state.current_d, state.current_q],
+            [input.voltage_d, input.voltage_q],
+        );
         let held = Held {
-            voltage: input.voltage_q - cross * state.current_d,
+            voltage,
             load_torque: self.params.load_constant_nm + input.load_torque,
         };
-        state.current_d = self.decay_d * state.current_d
-            + self.gain_d * (input.voltage_d + cross * state.current_q);
+        state.current_d = next_d;
         if self.curved {
             self.curved_step(state, &held);
             return;

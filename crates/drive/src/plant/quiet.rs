@@ -7,6 +7,7 @@ use super::dynamics::{Held, LOAD, MOTOR, PENETRATION, Vector};
 use super::mode::{Contact, Friction, Mass, Mode};
 use super::params::PlantParams;
 use crate::config::ContactLaw;
+use crate::number::Number;
 
 /// How far a quantity can dip within a step between two ends that are alike.
 #[derive(Clone, Copy, Debug)]
@@ -93,43 +94,29 @@ impl Margins {
 
     #[inline]
     fn contact(&self, params: &PlantParams, mode: Mode, before: &Vector, after: &Vector) -> bool {
-        // Bernstein's coefficients of the cubic through both ends with the slopes there
-        let slope = |x: &Vector| (x[MOTOR] - x[LOAD]) * self.third;
-        let inner = [
-            before[PENETRATION] + slope(before),
-            after[PENETRATION] - slope(after),
-        ];
+        let within = |range| stays_within(range, self.third, before, after);
         match mode.contact {
             Contact::Rigid => true,
-            Contact::Gap => {
-                let b = params.half_gap_rad;
-                before[PENETRATION].abs() <= b
-                    && after[PENETRATION].abs() <= b
-                    && inner[0].abs() <= b
-                    && inner[1].abs() <= b
-            }
+            Contact::Gap => within([-params.half_gap_rad, params.half_gap_rad]),
             Contact::Spring(side) => {
                 let s = side.sign();
-                let deep = s * before[PENETRATION] >= 0.0
-                    && s * after[PENETRATION] >= 0.0
-                    && s * inner[0] >= 0.0
-                    && s * inner[1] >= 0.0;
-                deep && (params.contact == ContactLaw::Linear
-                    || self.pushing(params, s, before, after))
+                let flank = if s > 0.0 {
+                    [0.0, f64::INFINITY]
+                } else {
+                    [f64::NEG_INFINITY, 0.0]
+                };
+                within(flank)
+                    && (params.contact == ContactLaw::Linear
+                        || keeps_pushing(
+                            params.stiffness_nm_per_rad * s,
+                            params.damping_nm_s_per_rad,
+                            self.torque,
+                            before,
+                            after,
+                        ))
             }
             Contact::Doubled(_) | Contact::Lifted(_) => false,
         }
-    }
-
-    /// Whether spring exceeds damping by far at both ends, so that a clamped or bounded contact
-    /// stays as it is.
-    fn pushing(&self, params: &PlantParams, sign: f64, before: &Vector, after: &Vector) -> bool {
-        let spare = |x: &Vector| {
-            params.stiffness_nm_per_rad * sign * x[PENETRATION]
-                - params.damping_nm_s_per_rad * (x[MOTOR] - x[LOAD]).abs()
-        };
-        let (a, b) = (spare(before), spare(after));
-        a.min(b) > (a - b).abs() + self.torque
     }
 
     #[inline]
@@ -142,24 +129,70 @@ impl Margins {
         need: impl FnOnce() -> (f64, f64),
     ) -> bool {
         let [before, after] = speed;
-        let spare = (after - before).abs() + self.speed;
         match state {
             Friction::None => true,
             Friction::Sliding(side) => {
-                let s = side.sign();
-                (s * before).min(s * after) > spare + self.slow[mass as usize]
+                keeps_sliding(side.sign(), self.speed + self.slow[mass as usize], speed)
             }
+            // between rest and the speed at which creeping ends
             Friction::Creeping(side) => {
-                let s = side.sign();
-                (s * before).min(s * after) > spare
+                let (s, spare) = (side.sign(), (after - before).abs() + self.speed);
+                keeps_sliding(s, self.speed, speed)
                     && (s * before).max(s * after) + spare < params.friction(mass).speed_rad_s
             }
             Friction::Bristles(_) => false,
             Friction::Stuck => {
-                let ((a, b), limit) = (need(), params.breakaway(mass));
-                a.abs().max(b.abs()) + (a - b).abs() + self.torque < limit
-                    || a == b && a.abs() < limit
+                let (before, after) = need();
+                keeps_standing(params.breakaway(mass), self.torque, before, after)
             }
         }
     }
+}
+
+/// Whether the penetration stays in a range over a step: the four coefficients in Bernstein's form
+/// of the cubic through both ends with the slopes there do, and the cubic lies between them.
+#[inline(always)]
+pub(crate) fn stays_within<N: Number>(
+    [low, high]: [N; 2],
+    third: N,
+    before: &[N; 4],
+    after: &[N; 4],
+) -> N::Mask {
+    let inside = |x: N| low.at_most(x) & x.at_most(high);
+    let slope = |x: &[N; 4]| (x[MOTOR] - x[LOAD]) * third;
+    let ends = inside(before[PENETRATION]) & inside(after[PENETRATION]);
+    ends & (inside(before[PENETRATION] + slope(before)) & inside(after[PENETRATION] - slope(after)))
+}
+
+/// Whether the spring exceeds the damper by far at both ends of a step, so that a contact that may
+/// not pull stays as it is. `stiffness` has the flank's sign.
+#[inline(always)]
+pub(crate) fn keeps_pushing<N: Number>(
+    stiffness: N,
+    damping: N,
+    margin: N,
+    before: &[N; 4],
+    after: &[N; 4],
+) -> N::Mask {
+    let spare = |x: &[N; 4]| stiffness * x[PENETRATION] - damping * (x[MOTOR] - x[LOAD]).abs();
+    let (a, b) = (spare(before), spare(after));
+    let least = (a - b).abs() + margin;
+    least.less(a) & least.less(b)
+}
+
+/// Whether a mass that slides in the direction of `sign` comes near to rest at neither end of a
+/// step, by more than its speed changes.
+#[inline(always)]
+pub(crate) fn keeps_sliding<N: Number>(sign: N, margin: N, [from, to]: [N; 2]) -> N::Mask {
+    let least = (to - from).abs() + margin;
+    least.less(sign * from) & least.less(sign * to)
+}
+
+/// Whether friction up to `limit` holds a mass through a step against the torque on it at the
+/// step's ends, by more than that torque changes. Where it does not change no margin is asked for.
+#[inline(always)]
+pub(crate) fn keeps_standing<N: Number>(limit: N, margin: N, before: N, after: N) -> N::Mask {
+    let (size, then, change) = (before.abs(), after.abs(), (before - after).abs());
+    let clear = |size: N| (size + change + margin).less(limit);
+    (clear(size) & clear(then)) | (before.equals(after) & size.less(limit))
 }

@@ -1,8 +1,11 @@
 //! The laws of the drive: encoder, position and velocity loop, current loop, and their numbers.
+//!
+//! Each law stands once, over a [`Number`]: for the drive of one axis here, and for a batch.
 
 use super::filter::FilterState;
 use super::{Measured, Servo};
 use crate::config::{AntiWindup, FrictionFeedforward};
+use crate::number::{Number, numbers};
 use crate::plant::{PlantInput, PlantState};
 use crate::signal::{Correction, Reference};
 use serde::{Deserialize, Serialize};
@@ -48,58 +51,249 @@ impl VelocityState {
         correction: &Correction,
         voltage_limited: bool,
     ) -> bool {
-        let (drive, period) = (&servo.drive, servo.servo_period_s);
-        let mean_velocity = (reference.position - self.reference) / period;
-        let mean_acceleration = (next.velocity - reference.velocity) / period;
+        let seen = VelocityInput {
+            position: reference.position,
+            velocity: reference.velocity,
+            next_velocity: next.velocity,
+            last_position: self.reference,
+            measured_position: measured.position,
+            measured_velocity: measured.velocity,
+            correction: correction.outputs(),
+            integral: self.integral,
+            voltage_limited,
+        };
+        let mut options = DriveOptions {
+            servo,
+            filters: &mut self.filters,
+            coming_travel: next.position - reference.position,
+        };
+        let VelocityOutput {
+            command,
+            within_limit,
+            integral,
+        } = servo.numbers.command(&seen, &mut options);
         self.reference = reference.position;
-        let position_error =
-            (reference.position + correction.position) - (measured.position - correction.feedback);
-        let wanted = drive.position_gain_per_s * position_error
-            + drive.velocity_feedforward * mean_velocity
-            + correction.velocity;
-        let mut torque = drive.acceleration_feedforward * servo.told_inertia * mean_acceleration
-            + correction.torque;
-        if let Some(friction) = &drive.friction_feedforward {
-            torque += friction.torque((next.position - reference.position) / period);
-        }
-
-        let error = wanted - measured.velocity;
-        let push = drive.velocity_gain_a_s_per_rad * error;
-        let free = servo.filters.step(
-            &mut self.filters,
-            push + self.integral + torque / servo.torque_constant,
-        );
-        let cut = free.clamp(-drive.current_limit_a, drive.current_limit_a);
-        self.integrate(servo, push, error * cut > 0.0, cut - free, voltage_limited);
+        self.integral = integral;
         self.earlier_commands = [self.current_command, self.earlier_commands[0]];
-        self.current_command = cut;
-        cut != free
+        self.current_command = command;
+        !within_limit
+    }
+}
+
+numbers! {
+    /// What measuring and the position and velocity loop compute with.
+    TickNumbers {
+        /// Servo period, s.
+        period,
+        /// Step of the encoder, rad; 0 if it reads the position itself.
+        encoder_step,
+        /// Current periods in a servo period.
+        current_steps,
+        /// Position gain, 1/s.
+        position_gain,
+        /// Share of the reference's velocity that is fed forward.
+        velocity_feedforward,
+        /// Share of the acceleration, times the inertia that the drive was told, kg m2.
+        inertia_feedforward,
+        /// Velocity gain, A s/rad.
+        velocity_gain,
+        /// Servo period over the velocity loop's integral time.
+        velocity_share,
+        /// N m/A.
+        torque_constant,
+        /// A.
+        current_limit,
+        /// Pairs of poles.
+        pole_pairs,
+        /// V s/rad.
+        back_emf,
+    }
+}
+
+/// What the position and velocity loop sees at a servo tick.
+#[derive(Clone, Copy)]
+pub(crate) struct VelocityInput<N: Number> {
+    /// Reference now.
+    pub(crate) position: N,
+    pub(crate) velocity: N,
+    pub(crate) next_velocity: N,
+    /// Position reference at the last servo tick.
+    pub(crate) last_position: N,
+    /// What the encoder shows, and its difference over the period.
+    pub(crate) measured_position: N,
+    pub(crate) measured_velocity: N,
+    /// Position, velocity, torque and feedback of the correction.
+    pub(crate) correction: [N; 4],
+    pub(crate) integral: N,
+    /// Whether the voltage was cut since the last servo tick.
+    pub(crate) voltage_limited: N::Mask,
+}
+
+/// What it answers.
+#[derive(Clone, Copy)]
+pub(crate) struct VelocityOutput<N: Number> {
+    /// Current command, A.
+    pub(crate) command: N,
+    /// Whether it is what was computed; false where the limit cut it.
+    pub(crate) within_limit: N::Mask,
+    /// Next integral part, A.
+    pub(crate) integral: N,
+}
+
+/// What a drive may have on top of the plain velocity loop.
+pub(crate) trait VelocityOptions<N: Number> {
+    /// The torque fed forward, with what the drive was told of friction added.
+    fn with_friction(&self, torque: N) -> N;
+
+    /// The current command through the drive's filters.
+    fn filter(&mut self, current: N) -> N;
+
+    /// The integral's step from the proportional part `push`, the part of the command that was cut
+    /// off (negative where a positive one was), and whether the error asks for more of the torque
+    /// that there is.
+    fn integral_step(
+        &self,
+        share: N,
+        push: N,
+        cut: N,
+        outward: N::Mask,
+        voltage_limited: N::Mask,
+    ) -> N;
+}
+
+/// None of them: a drive without filters and friction feed-forward, with back-calculation.
+pub(crate) struct PlainDrive;
+
+impl<N: Number> VelocityOptions<N> for PlainDrive {
+    #[inline(always)]
+    fn with_friction(&self, torque: N) -> N {
+        torque
     }
 
-    /// The integral's step; `outward` says that the error asks for more of the torque that there
-    /// is.
-    #[inline]
-    fn integrate(
-        &mut self,
-        servo: &Servo,
+    #[inline(always)]
+    fn filter(&mut self, current: N) -> N {
+        current
+    }
+
+    #[inline(always)]
+    fn integral_step(
+        &self,
+        share: N,
+        push: N,
+        cut: N,
+        outward: N::Mask,
+        voltage_limited: N::Mask,
+    ) -> N {
+        back_calculation(share, push, cut, outward, voltage_limited)
+    }
+}
+
+/// Those of one axis' drive.
+struct DriveOptions<'a> {
+    servo: &'a Servo,
+    filters: &'a mut FilterState,
+    /// What the reference travels in the coming period, in which the torque acts, rad.
+    coming_travel: f64,
+}
+
+impl VelocityOptions<f64> for DriveOptions<'_> {
+    #[inline(always)]
+    fn with_friction(&self, torque: f64) -> f64 {
+        match &self.servo.drive.friction_feedforward {
+            Some(friction) => {
+                torque + friction.torque(self.coming_travel / self.servo.numbers.period)
+            }
+            None => torque,
+        }
+    }
+
+    #[inline(always)]
+    fn filter(&mut self, current: f64) -> f64 {
+        self.servo.filters.step(self.filters, current)
+    }
+
+    #[inline(always)]
+    fn integral_step(
+        &self,
+        share: f64,
         push: f64,
-        outward: bool,
         cut: f64,
+        outward: bool,
         voltage_limited: bool,
-    ) {
-        let share = servo.velocity_share;
-        self.integral += match servo.drive.anti_windup {
+    ) -> f64 {
+        match self.servo.drive.anti_windup {
             AntiWindup::BackCalculation => {
-                share
-                    * (if voltage_limited && outward {
-                        0.0
-                    } else {
-                        push
-                    } + cut)
+                back_calculation(share, push, cut, outward, voltage_limited)
             }
             AntiWindup::Conditional if outward && (voltage_limited || cut != 0.0) => 0.0,
             AntiWindup::Conditional | AntiWindup::None => share * push,
-        };
+        }
+    }
+}
+
+/// Back-calculation: what the limit cut off is taken from the integral, too. Where the voltage was
+/// at its limit the command was not cut, so there the proportional part waits instead.
+#[inline(always)]
+fn back_calculation<N: Number>(
+    share: N,
+    push: N,
+    cut: N,
+    outward: N::Mask,
+    voltage_limited: N::Mask,
+) -> N {
+    share * (N::choose(voltage_limited & outward, push.zero(), push) + cut)
+}
+
+impl<N: Number> TickNumbers<N> {
+    /// Position and velocity loop of a servo tick: see the head of [`crate::servo`].
+    #[inline(always)]
+    pub(crate) fn command(
+        &self,
+        seen: &VelocityInput<N>,
+        options: &mut impl VelocityOptions<N>,
+    ) -> VelocityOutput<N> {
+        let [by_position, by_velocity, by_torque, by_feedback] = seen.correction;
+        // means over the periods in which each acts: the velocity fed forward over the encoder's
+        // last one, the acceleration over the coming one
+        let mean_velocity = (seen.position - seen.last_position) / self.period;
+        let mean_acceleration = (seen.next_velocity - seen.velocity) / self.period;
+        let position_error = (seen.position + by_position) - (seen.measured_position - by_feedback);
+        let wanted = self.position_gain * position_error
+            + self.velocity_feedforward * mean_velocity
+            + by_velocity;
+        let torque =
+            options.with_friction(self.inertia_feedforward * mean_acceleration + by_torque);
+
+        let error = wanted - seen.measured_velocity;
+        let push = self.velocity_gain * error;
+        let free = options.filter(push + seen.integral + torque / self.torque_constant);
+        let command = free.clamp(-self.current_limit, self.current_limit);
+        let outward = push.zero().less(error * command);
+        let step = options.integral_step(
+            self.velocity_share,
+            push,
+            command - free,
+            outward,
+            seen.voltage_limited,
+        );
+        VelocityOutput {
+            command,
+            within_limit: command.equals(free),
+            integral: seen.integral + step,
+        }
+    }
+
+    /// Speed that the drive computes from two readings of the encoder, rad/s.
+    #[inline(always)]
+    pub(crate) fn speed(&self, position: N, last: N) -> N {
+        (position - last) / self.period
+    }
+
+    /// Mean i_q over a servo period by the trapezoidal rule, A: from the sum over its current
+    /// periods, and i_q at its start and end.
+    #[inline(always)]
+    pub(crate) fn mean_current(&self, sum: N, start: N, end: N) -> N {
+        (sum + sum.constant(0.5) * (end - start)) / self.current_steps
     }
 }
 
@@ -158,34 +352,126 @@ impl CurrentState {
         plant: &PlantState,
     ) -> PlantInput {
         self.sum += plant.current_q;
-        let gain = servo.drive.current_gain_v_per_a;
-        let share = servo.current_share;
-        let cross = self.electric_speed * servo.inductance;
-        let (error_d, error_q) = (-plant.current_d, command - plant.current_q);
-        let free_d = gain * error_d + self.integral_d - cross * plant.current_q;
-        let free_q = gain * error_q + self.integral_q + cross * plant.current_d + self.back_emf;
-        let limit = servo.voltage_limit;
-        let (cut_d, cut_q) = if free_d * free_d + free_q * free_q > limit * limit {
+        let numbers = &servo.current_numbers;
+        let period = CurrentPeriod {
+            command,
+            cross: self.electric_speed * numbers.inductance,
+            back_emf: self.back_emf,
+            current: [plant.current_d, plant.current_q],
+            integral: [self.integral_d, self.integral_q],
+            pending: self.pending,
+        };
+        let free = numbers.free_voltage(&period);
+        let cut = if numbers.exceeds_limit(free) {
             self.limited = true;
-            // d first: a field current that gets out of hand would weaken or saturate the machine
-            let d = free_d.clamp(-limit, limit);
-            let room = (limit * limit - d * d).sqrt();
-            (d, free_q.clamp(-room, room))
+            cut_voltage(free, servo.voltage_limit)
         } else {
-            (free_d, free_q)
+            free
         };
-        self.integral_d += share * (gain * error_d + (cut_d - free_d));
-        self.integral_q += share * (gain * error_q + (cut_q - free_q));
-        let [voltage_d, voltage_q] = if servo.drive.voltage_delay_periods == 0 {
-            [cut_d, cut_q]
-        } else {
-            self.pending
-        };
-        self.pending = [cut_d, cut_q];
+        let CurrentOutput {
+            voltage: [voltage_d, voltage_q],
+            integral,
+        } = numbers.output(&period, free, cut);
+        [self.integral_d, self.integral_q] = integral;
+        self.pending = cut;
         PlantInput {
             voltage_d,
             voltage_q,
             load_torque: 0.0,
+        }
+    }
+}
+
+/// The voltage vector within the limit. d first: a field current that is not held down would
+/// weaken or saturate the machine.
+fn cut_voltage([free_d, free_q]: [f64; 2], limit: f64) -> [f64; 2] {
+    let d = free_d.clamp(-limit, limit);
+    let room = (limit * limit - d * d).sqrt();
+    [d, free_q.clamp(-room, room)]
+}
+
+numbers! {
+    /// What the current loops compute with.
+    CurrentNumbers {
+        /// V/A.
+        gain,
+        /// Current period over integral time.
+        share,
+        /// Of a phase, H.
+        inductance,
+        /// Square of the largest voltage, V2.
+        limit_squared,
+        /// 1 where a voltage acts a period after it was computed, else 0.
+        delayed,
+    }
+}
+
+/// What the current loops see in a period, d before q.
+#[derive(Clone, Copy)]
+pub(crate) struct CurrentPeriod<N> {
+    /// Of i_q, A; that of i_d is 0.
+    pub(crate) command: N,
+    /// Electric speed times inductance, ohm.
+    pub(crate) cross: N,
+    pub(crate) back_emf: N,
+    pub(crate) current: [N; 2],
+    pub(crate) integral: [N; 2],
+    /// Voltages computed in the last period.
+    pub(crate) pending: [N; 2],
+}
+
+/// What they answer.
+#[derive(Clone, Copy)]
+pub(crate) struct CurrentOutput<N> {
+    /// Voltages that act in the coming period, V.
+    pub(crate) voltage: [N; 2],
+    /// Next integral parts, V.
+    pub(crate) integral: [N; 2],
+}
+
+impl<N: Number> CurrentNumbers<N> {
+    /// PI in d and q with the coupling of the axes and the back-EMF fed forward, before the limit.
+    #[inline(always)]
+    pub(crate) fn free_voltage(&self, period: &CurrentPeriod<N>) -> [N; 2] {
+        let ([push_d, push_q], [current_d, current_q]) = (self.push(period), period.current);
+        [
+            push_d + period.integral[0] - period.cross * current_q,
+            push_q + period.integral[1] + period.cross * current_d + period.back_emf,
+        ]
+    }
+
+    /// The proportional parts.
+    #[inline(always)]
+    fn push(&self, period: &CurrentPeriod<N>) -> [N; 2] {
+        let [current_d, current_q] = period.current;
+        [
+            self.gain * -current_d,
+            self.gain * (period.command - current_q),
+        ]
+    }
+
+    /// Whether a voltage vector is longer than the inverter can give.
+    #[inline(always)]
+    pub(crate) fn exceeds_limit(&self, [d, q]: [N; 2]) -> N::Mask {
+        self.limit_squared.less(d * d + q * q)
+    }
+
+    /// The voltage that acts now and the integrals with back-calculation, once the voltages have
+    /// been cut.
+    #[inline(always)]
+    pub(crate) fn output(
+        &self,
+        period: &CurrentPeriod<N>,
+        free: [N; 2],
+        cut: [N; 2],
+    ) -> CurrentOutput<N> {
+        let push = self.push(period);
+        let delayed = self.delayed.zero().less(self.delayed);
+        CurrentOutput {
+            voltage: [0, 1].map(|axis: usize| N::choose(delayed, period.pending[axis], cut[axis])),
+            integral: [0, 1].map(|axis: usize| {
+                period.integral[axis] + self.share * (push[axis] + (cut[axis] - free[axis]))
+            }),
         }
     }
 }
@@ -218,83 +504,34 @@ impl Encoder {
     /// What it shows at a position, rad.
     #[inline]
     pub fn read(&self, position: f64) -> f64 {
-        if self.step_rad > 0.0 {
-            (position / self.step_rad).round() * self.step_rad
-        } else {
-            position
-        }
+        counted(position, self.step_rad)
     }
 }
 
-// The drive's numbers for a batch, which computes with them what the drive itself does, operation
-// by operation.
-
-/// What [`Servo::voltage`] computes with as long as no voltage is cut: see `current`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CurrentNumbers {
-    pub(crate) gain: f64,
-    pub(crate) share: f64,
-    pub(crate) inductance: f64,
-    pub(crate) limit_squared: f64,
-    pub(crate) delayed: bool,
+/// A position in whole counts of an encoder, or itself where the step is 0.
+#[inline(always)]
+pub(crate) fn counted<N: Number>(position: N, step: N) -> N {
+    let counts = (position / step).round() * step;
+    N::choose(step.zero().less(step), counts, position)
 }
 
-/// What [`Servo::measure`], [`Servo::mean_current`] and [`Servo::command`] compute with in a plain
-/// drive.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct TickNumbers {
-    /// Servo period, s.
-    pub(crate) period: f64,
-    /// Of the encoder, rad; 0 if it reads the position itself.
-    pub(crate) encoder_step: f64,
-    pub(crate) current_steps: f64,
-    pub(crate) position_gain: f64,
-    pub(crate) velocity_feedforward: f64,
-    /// Of the acceleration, times the inertia that the drive was told.
-    pub(crate) inertia_feedforward: f64,
-    pub(crate) velocity_gain: f64,
-    pub(crate) velocity_share: f64,
-    pub(crate) torque_constant: f64,
-    pub(crate) current_limit: f64,
-    pub(crate) pole_pairs: f64,
-    pub(crate) back_emf: f64,
-}
+// Which drives a batch can step.
 
 impl Servo {
-    /// Numbers of the current loops for a batch; none where the command changes within a servo
+    /// Numbers of the current loops for a batch; `None` where the command changes within a servo
     /// period.
-    pub(crate) fn current_numbers(&self) -> Option<CurrentNumbers> {
-        (self.drive.command_delay_periods == 0).then_some(CurrentNumbers {
-            gain: self.drive.current_gain_v_per_a,
-            share: self.current_share,
-            inductance: self.inductance,
-            limit_squared: self.voltage_limit * self.voltage_limit,
-            delayed: self.drive.voltage_delay_periods != 0,
-        })
+    pub(crate) fn current_numbers(&self) -> Option<&CurrentNumbers<f64>> {
+        (self.drive.command_delay_periods == 0).then_some(&self.current_numbers)
     }
 
-    /// Numbers of measuring and of position and velocity loop for a batch; none where the drive has
-    /// filters, friction feed-forward, another anti-windup than back-calculation, or a command that
-    /// changes within a servo period.
-    pub(crate) fn tick_numbers(&self) -> Option<TickNumbers> {
+    /// Numbers of measuring and of position and velocity loop for a batch; `None` unless the drive
+    /// is a [`PlainDrive`] whose command stays over a servo period.
+    pub(crate) fn tick_numbers(&self) -> Option<&TickNumbers<f64>> {
         let drive = &self.drive;
         let plain = drive.command_delay_periods == 0
             && self.filters.is_empty()
             && drive.friction_feedforward.is_none()
             && matches!(drive.anti_windup, AntiWindup::BackCalculation);
-        plain.then_some(TickNumbers {
-            period: self.servo_period_s,
-            encoder_step: self.encoder.step_rad(),
-            current_steps: f64::from(self.current_steps),
-            position_gain: drive.position_gain_per_s,
-            velocity_feedforward: drive.velocity_feedforward,
-            inertia_feedforward: drive.acceleration_feedforward * self.told_inertia,
-            velocity_gain: drive.velocity_gain_a_s_per_rad,
-            velocity_share: self.velocity_share,
-            torque_constant: self.torque_constant,
-            current_limit: drive.current_limit_a,
-            pole_pairs: self.pole_pairs,
-            back_emf: self.back_emf,
-        })
+        plain.then_some(&self.numbers)
     }
 }

@@ -26,7 +26,10 @@ mod filter;
 mod loops;
 
 pub use filter::{FilterState, Filters};
-pub(crate) use loops::TickNumbers;
+pub(crate) use loops::{
+    CurrentNumbers, CurrentOutput, CurrentPeriod, PlainDrive, TickNumbers, VelocityInput,
+    VelocityOutput, counted,
+};
 pub use loops::{CurrentState, Encoder, VelocityState};
 
 use crate::config::{AxisConfig, Drive};
@@ -41,18 +44,11 @@ pub struct Servo {
     filters: Filters,
     encoder: Encoder,
     scale: LoadScale,
-    servo_period_s: f64,
-    /// Servo period over integral time.
-    velocity_share: f64,
-    /// Current period over integral time.
-    current_share: f64,
     current_steps: u32,
-    torque_constant: f64,
-    told_inertia: f64,
-    inductance: f64,
+    numbers: TickNumbers<f64>,
+    current_numbers: CurrentNumbers<f64>,
     resistance: f64,
-    back_emf: f64,
-    pole_pairs: f64,
+    /// Longest voltage vector, V.
     voltage_limit: f64,
 }
 
@@ -82,26 +78,43 @@ impl Servo {
         let (drive, motor, load) = (config.drive, &config.motor, config.reflected_load());
         let (current_period_s, servo_period_s) =
             (config.current_period_us() * 1e-6, config.servo_period_s());
+        let told_inertia = drive
+            .told_inertia_kgm2
+            .unwrap_or(config.motor_side_inertia_kgm2() + load.inertia_kgm2);
+        let encoder = drive
+            .encoder_counts_per_rev
+            .map_or(Encoder::IDEAL, Encoder::with_counts);
+        let current_steps = drive.current_periods(&config.cycles);
+        let voltage_limit = drive.bus_voltage_v / 3.0_f64.sqrt();
         Servo {
             drive,
             filters: Filters::new(&drive.torque_filter, servo_period_s),
-            encoder: drive
-                .encoder_counts_per_rev
-                .map_or(Encoder::IDEAL, Encoder::with_counts),
+            encoder,
             scale: LoadScale::new(config),
-            servo_period_s,
-            velocity_share: servo_period_s / drive.velocity_time_s,
-            current_share: current_period_s / drive.current_time_s,
-            current_steps: drive.current_periods(&config.cycles),
-            torque_constant: motor.torque_constant_nm_per_a,
-            told_inertia: drive
-                .told_inertia_kgm2
-                .unwrap_or(config.motor_side_inertia_kgm2() + load.inertia_kgm2),
-            inductance: motor.phase_inductance_h(),
+            current_steps,
+            numbers: TickNumbers {
+                period: servo_period_s,
+                encoder_step: encoder.step_rad(),
+                current_steps: f64::from(current_steps),
+                position_gain: drive.position_gain_per_s,
+                velocity_feedforward: drive.velocity_feedforward,
+                inertia_feedforward: drive.acceleration_feedforward * told_inertia,
+                velocity_gain: drive.velocity_gain_a_s_per_rad,
+                velocity_share: servo_period_s / drive.velocity_time_s,
+                torque_constant: motor.torque_constant_nm_per_a,
+                current_limit: drive.current_limit_a,
+                pole_pairs: motor.pole_pairs(),
+                back_emf: motor.back_emf_v_s_per_rad(),
+            },
+            current_numbers: CurrentNumbers {
+                gain: drive.current_gain_v_per_a,
+                share: current_period_s / drive.current_time_s,
+                inductance: motor.phase_inductance_h(),
+                limit_squared: voltage_limit * voltage_limit,
+                delayed: f64::from(u8::from(drive.voltage_delay_periods != 0)),
+            },
             resistance: motor.phase_resistance_ohm(),
-            back_emf: motor.back_emf_v_s_per_rad(),
-            pole_pairs: motor.pole_pairs(),
-            voltage_limit: drive.bus_voltage_v / 3.0_f64.sqrt(),
+            voltage_limit,
         }
     }
 
@@ -117,7 +130,7 @@ impl Servo {
             current: CurrentState::new(
                 self.resistance * plant.current_q,
                 plant.current_q,
-                f64::from(self.current_steps),
+                self.numbers.current_steps,
             ),
             saturated: false,
         }
@@ -131,7 +144,7 @@ impl Servo {
     /// Reads the motor's encoder, once per servo tick.
     pub fn measure(&self, state: &mut ServoState, plant: &PlantState) -> Measured {
         let position = self.encoder.read(plant.motor_position());
-        let velocity = (position - state.velocity.position) / self.servo_period_s;
+        let velocity = self.numbers.speed(position, state.velocity.position);
         state.velocity.position = position;
         Measured { position, velocity }
     }
@@ -145,8 +158,9 @@ impl Servo {
     /// the current loop, A.
     pub fn mean_current(&self, state: &mut ServoState, plant: &PlantState) -> f64 {
         let current = &mut state.current;
-        let mean =
-            (current.sum + 0.5 * (plant.current_q - current.first)) / f64::from(self.current_steps);
+        let mean = self
+            .numbers
+            .mean_current(current.sum, current.first, plant.current_q);
         (current.first, current.sum) = (plant.current_q, 0.0);
         mean
     }
@@ -167,8 +181,8 @@ impl Servo {
                 .command(self, reference, next, measured, correction, voltage_limited);
         state.current.limited = false;
         state.current.periods = 0;
-        state.current.electric_speed = self.pole_pairs * measured.velocity;
-        state.current.back_emf = self.back_emf * measured.velocity;
+        state.current.electric_speed = self.numbers.pole_pairs * measured.velocity;
+        state.current.back_emf = self.numbers.back_emf * measured.velocity;
         state.saturated = limited;
     }
 
