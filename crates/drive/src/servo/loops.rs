@@ -362,18 +362,19 @@ impl CurrentState {
             pending: self.pending,
         };
         let free = numbers.free_voltage(&period);
-        let cut = if numbers.exceeds_limit(free) {
+        let (cut_d, cut_q) = if numbers.exceeds_limit(free) {
             self.limited = true;
             cut_voltage(free, servo.voltage_limit)
         } else {
-            free
+            (free[0], free[1])
         };
         let CurrentOutput {
             voltage: [voltage_d, voltage_q],
-            integral,
-        } = numbers.output(&period, free, cut);
-        [self.integral_d, self.integral_q] = integral;
-        self.pending = cut;
+            integral: [integral_d, integral_q],
+        } = numbers.output(&period, free, [cut_d, cut_q]);
+        self.integral_d = integral_d;
+        self.integral_q = integral_q;
+        self.pending = [cut_d, cut_q];
         PlantInput {
             voltage_d,
             voltage_q,
@@ -382,12 +383,13 @@ impl CurrentState {
     }
 }
 
-/// The voltage vector within the limit. d first: a field current that is not held down would
+/// The voltage vector within the limit, d and q. d first: a field current that is not held down would
 /// weaken or saturate the machine.
-fn cut_voltage([free_d, free_q]: [f64; 2], limit: f64) -> [f64; 2] {
+#[inline]
+fn cut_voltage([free_d, free_q]: [f64; 2], limit: f64) -> (f64, f64) {
     let d = free_d.clamp(-limit, limit);
     let room = (limit * limit - d * d).sqrt();
-    [d, free_q.clamp(-room, room)]
+    (d, free_q.clamp(-room, room))
 }
 
 numbers! {
