@@ -176,12 +176,14 @@ impl Correction {
 
     /// Whether every output is a number that a drive could act on. A drive ignores an output that
     /// is not, for that tick.
+    #[inline]
     pub fn is_usable(&self) -> bool {
         self.outputs().iter().all(|output| output.abs() < UNUSABLE)
     }
 
     /// The estimates without any output.
     #[must_use]
+    #[inline]
     pub fn without_output(self) -> Correction {
         Correction {
             position: 0.0,

@@ -325,6 +325,7 @@ impl<C: Compensator> Model<C> {
     }
 }
 
+#[inline]
 fn usable(wanted: Correction) -> Correction {
     if wanted.is_usable() {
         wanted

@@ -142,6 +142,7 @@ impl Servo {
     }
 
     /// Reads the motor's encoder, once per servo tick.
+    #[inline]
     pub fn measure(&self, state: &mut ServoState, plant: &PlantState) -> Measured {
         let position = self.encoder.read(plant.motor_position());
         let velocity = self.numbers.speed(position, state.velocity.position);
@@ -150,12 +151,14 @@ impl Servo {
     }
 
     /// Reads the load's scale, rad at the motor's shaft.
+    #[inline]
     pub fn read_scale(&self, load_position: f64) -> f64 {
         self.scale.read(load_position)
     }
 
     /// Mean i_q over the servo period that ends now, by the trapezoidal rule over the samples of
     /// the current loop, A.
+    #[inline]
     pub fn mean_current(&self, state: &mut ServoState, plant: &PlantState) -> f64 {
         let current = &mut state.current;
         let mean = self
@@ -166,6 +169,7 @@ impl Servo {
     }
 
     /// Position and velocity loop: sets the current command for the coming servo period.
+    #[inline]
     pub fn command(
         &self,
         state: &mut ServoState,
