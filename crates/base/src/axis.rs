@@ -115,6 +115,7 @@ impl AxisSet {
     /// With one axis more.
     #[must_use]
     pub const fn with(self, axis: AxisId) -> AxisSet {
+        // One bit per axis, at its index.
         AxisSet(self.0 | 1 << axis as u16)
     }
 

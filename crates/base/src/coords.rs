@@ -34,6 +34,7 @@ impl Coords {
     /// Sum of products of all nine coordinates. Mixes mm and rad: only for tests against zero and
     /// for scaling.
     pub fn dot(&self, other: &Coords) -> f64 {
+        // In index order, so that the same sum has the same bits everywhere.
         let mut sum = 0.0;
         for i in 0..AXES {
             sum += self.0[i] * other.0[i];

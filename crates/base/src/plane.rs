@@ -17,6 +17,7 @@ pub enum Plane {
 impl Plane {
     /// Indices of the first and second axis and of the normal, right-handed.
     pub const fn axes(self) -> [usize; 3] {
+        // Cyclic permutations of X Y Z: right-handed.
         match self {
             Plane::Xy => [0, 1, 2],
             Plane::Zx => [2, 0, 1],

@@ -163,6 +163,7 @@ impl Real for Jet {
     }
     fn sin(self) -> Jet {
         let (s, c) = crate::math::sin_cos(self.0[0]);
+        // Value and derivatives by the angle: sin, cos, -sin, -cos.
         self.compose(s, c, -s, -c)
     }
     fn cos(self) -> Jet {

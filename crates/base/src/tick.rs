@@ -42,11 +42,13 @@ impl Clock {
 
     /// The time in seconds at a tick: one multiplication, nothing accumulated.
     pub fn seconds(self, tick: Tick) -> f64 {
+        // The product is exact up to 2^53 ns (104 days): only the change to seconds rounds.
         (tick as f64 * self.period_ns as f64) * 1e-9
     }
 
     /// How many periods of a faster clock fit into one of this; `None` if they do not fit evenly.
     pub const fn ratio(self, faster: Clock) -> Option<u64> {
+        // A period of the slower loop has to hold whole periods of the faster one.
         if self.period_ns.is_multiple_of(faster.period_ns) {
             Some(self.period_ns / faster.period_ns)
         } else {

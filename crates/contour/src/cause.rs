@@ -50,6 +50,7 @@ impl Shares {
     /// From the signed contour errors of the command, of the machine without a gap, and of the
     /// machine, at the same tick.
     pub fn of(command_mm: f64, without_gap_mm: f64, actual_mm: f64) -> Shares {
+        // Differences of neighbours: the parts add up to the actual error.
         Shares {
             command_mm,
             servo_mm: without_gap_mm - command_mm,

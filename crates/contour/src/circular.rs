@@ -116,6 +116,8 @@ impl Circle {
         one_mm: &[[f64; 3]],
         other_mm: &[[f64; 3]],
     ) -> Result<CircularDeviation, ContourError> {
+        // One centre for both senses: a centre for each would take out part of what differs between
+        // them.
         let mut points = self.points(one_mm)?;
         points.extend(self.points(other_mm)?);
         let (mean, shift) = least_squares(&points)?;

@@ -29,6 +29,7 @@ pub(crate) fn frame(curve: &Curve, s: f64) -> (Vec3, Vec3) {
     let derivs = curve.eval(s);
     let (d1, d2) = (derivs.d1.linear(), derivs.d2.linear());
     let square = dot(d1, d1);
+    // X Y Z stand still: no direction, and no curvature.
     if square <= 0.0 {
         return ([0.0; 3], [0.0; 3]);
     }

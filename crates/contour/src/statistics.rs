@@ -200,6 +200,8 @@ impl Histogram {
         for (bin, count) in self.bins.iter().enumerate() {
             seen += count;
             if rank <= seen {
+                // The middle of the bin: its edges are the bit patterns of its number and of the
+                // next.
                 let edge = |bin: u64| f64::from_bits((FIRST_BIN_BITS + bin) << DROPPED_BITS);
                 return 0.5 * (edge(bin as u64) + edge(bin as u64 + 1));
             }

@@ -211,6 +211,7 @@ impl ContourTracker {
     }
 
     fn position(&self, segment: u64) -> Option<usize> {
+        // Running numbers grow, but need not be consecutive.
         self.held
             .binary_search_by_key(&segment, |held| held.segment.index)
             .ok()

@@ -86,6 +86,7 @@ pub fn there_and_back(forward: Move, rest: f64, t: f64) -> (f64, f64, f64) {
     if t < half {
         forward.at(t)
     } else {
+        // The way back is the forward move mirrored, from its end on.
         let back = Move {
             distance: -forward.distance,
             ..forward
@@ -141,6 +142,7 @@ pub fn circle_error(config: &AxisConfig, method: &str, radius: f64, feed: f64) -
         run(config, method, &x, seconds).load,
         run(config, method, &y, seconds).load,
     );
+    // Radial error: distance from the circle's centre, which lies at X = radius, less the radius.
     let error =
         |(x, y): (&f64, &f64)| (((radius - x) * (radius - x) + y * y).sqrt() - radius) * 1e3;
     let errors: Vec<f64> = xs.iter().zip(&ys).skip(xs.len() / 3).map(error).collect();
@@ -152,6 +154,7 @@ pub fn setpoints(motion: Motion, seconds: f64) -> Vec<Setpoint> {
     let count = (seconds * 1000.0).round() as usize;
     (0..count)
         .map(|n| {
+            // Times are counted, not accumulated.
             let (position, velocity, acceleration) = motion(n as f64 * 1e-3);
             Setpoint::moving(position, velocity, acceleration)
         })
@@ -258,6 +261,7 @@ pub fn mill_x(friction_share: f64, gap_um: f64, counts: Option<u32>) -> AxisConf
         mass_kg: 300.0,
         screw_inertia_kgm2: 0.00198,
         viscous_n_s_per_m: 500.0,
+        // Torque at the motor to force at the nut: 2 pi over the lead.
         coulomb_n: friction_share * motor.rated_torque_nm / (0.016 / std::f64::consts::TAU),
         constant_n: 0.0,
         stiffness_n_per_um: 238.0,
@@ -307,6 +311,7 @@ pub fn lost_on_a_sine(
     // The same axis without a gap: the difference is what the gap does.
     let rigid = run(&config.without_gap(), "none", &motion, seconds);
     let out = run(config, method, &motion, seconds);
+    // The transient of the start is left out.
     let lost: Vec<f64> = out
         .load
         .iter()
@@ -325,6 +330,7 @@ pub fn ratio_on_a_sine(
     w: f64,
     turns: f64,
 ) -> [f64; 2] {
+    // The same axis and motion with the method and without any.
     let [with, without] =
         [method, "none"].map(|method| lost_on_a_sine(config, method, radius, w, turns));
     [with[0] / without[0], with[1] / without[1]]
