@@ -34,6 +34,20 @@ const MAX_SLOWING: f64 = 1.05;
 /// `least_swing`. A limit cycle is told from what dies away by the last four swings: none may be
 /// smaller than nine tenths of the one before (ringing), and the last two may not take longer than
 /// the first two by more than a twentieth (a load that bounces between its flanks, ever slower).
+///
+/// ```
+/// use lostmotion_analysis::CycleDetector;
+/// use lostmotion_base::math;
+///
+/// // A load that swings by 0.1 about a standing reference, five times a second.
+/// let mut detector = CycleDetector::new(1e-3, 0.01);
+/// for n in 0..2000 {
+///     detector.push(0.0, 0.1 * math::sin(std::f64::consts::TAU * 5e-3 * f64::from(n)));
+/// }
+/// let cycle = detector.cycle().ok_or("no limit cycle")?;
+/// assert!((cycle.frequency_hz - 5.0).abs() < 0.1 && (cycle.amplitude - 0.1).abs() < 1e-3);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct CycleDetector {
     least_swing: f64,

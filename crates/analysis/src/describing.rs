@@ -45,9 +45,9 @@ pub enum LimitCycle {
 /// The limit cycle of an axis that has been checked, standing still, with its position loop closed
 /// on the motor or on the load.
 ///
-/// How near it comes: on soft flanks a few per cent in frequency and a sixth in amplitude; on stiff
-/// ones with lossy contact, where the true swing is a row of blows, up to twice the frequency and a
-/// quarter of the amplitude. It sees swings that friction would quench.
+/// Accuracy: on soft flanks a few per cent in frequency and a sixth in amplitude; on stiff ones with
+/// lossy contact, where the true swing is a series of impacts, up to twice the frequency and a
+/// quarter of the amplitude. It also predicts swings that friction would quench.
 pub fn limit_cycle(config: &AxisConfig, feedback: Feedback) -> LimitCycle {
     let load = config.reflected_load();
     if load.half_gap_rad() <= 0.0 {

@@ -125,6 +125,18 @@ impl AxisAnalysis {
 
 /// Analyses every loop of an axis that has been checked. The position loop is taken as closed on
 /// the motor's encoder, or on the load's scale on a flank if the axis' method is `load-feedback`.
+///
+/// ```
+/// use lostmotion_analysis::{LoopKind, Regime, analyse};
+/// use lostmotion_methods::AxisConfig;
+///
+/// let axis = AxisConfig::paper();
+/// let analysis = analyse(&axis);
+/// assert_eq!(analysis.fault(&axis), None);
+/// // The motor alone is lighter: the velocity loop is faster in the gap than on a flank.
+/// let crossover = |regime| analysis.margins(LoopKind::Velocity, regime)?.crossover_hz;
+/// assert!(crossover(Regime::Gap) > crossover(Regime::Engaged));
+/// ```
 pub fn analyse(config: &AxisConfig) -> AxisAnalysis {
     let feedback = if config.compensation.method.closes_on_load() {
         Feedback::Load

@@ -44,6 +44,18 @@ impl ReversalConfig {
     /// Feeds the commanded joint velocities (mm/s, rad/s) of a tick and returns the joints that now
     /// move the other way, in axis order. However long a joint stood still in between, it is one
     /// reversal, at the tick at which it moves again. A joint's first motion is no reversal.
+    ///
+    /// ```
+    /// use lostmotion_base::Coords;
+    /// use lostmotion_contour::{ReversalConfig, ReversalState};
+    ///
+    /// let (config, mut state) = (ReversalConfig::default(), ReversalState::default());
+    /// let mut reversals = |tick, speed| {
+    ///     config.step(&mut state, tick, &Coords::xyz(speed, 0.0, 0.0)).count()
+    /// };
+    /// // Forward, a rest, back: one reversal, where the joint moves again.
+    /// assert_eq!([reversals(0, 5.0), reversals(1, 0.0), reversals(2, -5.0)], [0, 0, 1]);
+    /// ```
     pub fn step(
         &self,
         state: &mut ReversalState,

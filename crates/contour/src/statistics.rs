@@ -32,6 +32,18 @@ pub struct Place {
 /// Maximum and RMS are exact. Percentiles come from a histogram of about 35 kB: within 0.4 % of the
 /// value of their rank between 6e-8 and 1024 of the unit; smaller values count as 0. Merging the
 /// statistics of two halves gives the statistics of the whole.
+///
+/// ```
+/// use lostmotion_contour::{Place, Statistics};
+///
+/// let mut errors = Statistics::default();
+/// for (tick, error_mm) in (0..).zip([0.001, -0.004, 0.002]) {
+///     errors.push(error_mm, Place { tick, segment: 0, s: 0.0 });
+/// }
+/// let (worst_mm, place) = errors.max();
+/// assert_eq!((worst_mm, place.tick), (-0.004, 1));
+/// assert!((errors.percentile(0.5) / 0.002 - 1.0).abs() < 0.004);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     samples: u64,

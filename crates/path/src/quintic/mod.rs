@@ -25,6 +25,23 @@ pub struct HermiteEnd {
 ///
 /// Its parameter is nominal: s = u * length with the polynomial's own u in `[0, 1]`, and |d1| in X
 /// Y Z need not be 1.
+///
+/// ```
+/// use lostmotion_base::Coords;
+/// use lostmotion_path::{Curve, HermiteEnd, Quintic};
+///
+/// // A blend from the direction of X into that of Y, without curvature at its ends.
+/// let end = |p, d1| HermiteEnd { p, d1, d2: Coords::ZERO };
+/// let blend = Curve::from(Quintic::hermite(
+///     end(Coords::ZERO, Coords::xyz(1.0, 0.0, 0.0)),
+///     end(Coords::xyz(5.0, 5.0, 0.0), Coords::xyz(0.0, 1.0, 0.0)),
+///     8.0,
+/// )?);
+/// let [x, y, _] = blend.point(4.0).linear();
+/// assert!((x + y - 5.0).abs() < 1e-12 && x > y);
+/// assert!(blend.curvature(0.0) < 1e-12 && blend.curvature(4.0) > 0.1);
+/// # Ok::<(), lostmotion_path::PathError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quintic {
     /// Where it begins; the control points are relative to it, so that derivatives lose nothing to
