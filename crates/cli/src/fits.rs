@@ -46,6 +46,7 @@ pub(crate) fn rad_per_unit(
     let per_axis_unit = config.transmission.motor_rad_per_unit();
     match (unit, config.unit()) {
         (log, axis) if log == axis => Ok(per_axis_unit),
+        // Angles convert into each other; mm and angles do not.
         (AxisUnit::Deg, AxisUnit::Rad) => Ok(per_axis_unit.to_radians()),
         (AxisUnit::Rad, AxisUnit::Deg) => Ok(per_axis_unit.to_degrees()),
         (log, axis) => Err(Failure::message(format!(
@@ -80,6 +81,7 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
             result.unit
         ))
     })?;
+    // The gap of such a log is a bound, not a value.
     if !result.excited {
         return Err(Failure::message(format!(
             "{shown}: the log does not tell the gap from zero"
@@ -95,6 +97,7 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
     told.compensation.tell_gap(Gap::MotorRad(
         result.gap * rad_per_unit(config, unit, &shown)?,
     ));
+    // Without the axis the fit counts in the log's units: its load would be wrong by a factor.
     told.compensation.fitted_lookup.load = result
         .fit
         .load
@@ -105,6 +108,7 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
             coulomb_nm: load.coulomb_nm,
             constant_nm: load.constant_nm,
         });
+    // A gap beyond what the axis may have shows a log of another axis.
     told.check()
         .map_err(|error| Failure::message(format!("{shown}: {error}")))?;
     Ok(told)

@@ -82,6 +82,7 @@ fn settings(method: MethodId) -> Vec<KeyInfo> {
     let Some(table) = method.settings_key() else {
         return Vec::new();
     };
+    // Settings stand in a table of the method's own, the same for every axis.
     let prefix = format!("axis.x.compensation.{table}.");
     let mut keys = all_keys();
     keys.retain(|info| info.key.starts_with(&prefix));

@@ -39,6 +39,7 @@ pub(crate) fn completions(args: &Completions, mut program: Command) -> Result<u8
 
 /// Prints the page of a command, or writes the pages of all.
 pub(crate) fn man(args: &ManPages, mut program: Command) -> Result<u8, Failure> {
+    // Without it subcommands do not know their full names.
     program.build();
     let unwritten = |error: io::Error| Failure::message(format!("cannot make a page: {error}"));
     if let Some(path) = &args.out {

@@ -26,6 +26,7 @@ pub(super) fn keys(args: &Keys) -> Result<(), Failure> {
         .collect();
     if found.is_empty() {
         let mut known: Vec<&str> = all.iter().map(|info| info.key.as_str()).collect();
+        // Tables are prefixes, too, and are suggested like keys.
         known.extend(
             all.iter()
                 .filter_map(|info| Some(info.key.rsplit_once('.')?.0)),
@@ -69,6 +70,7 @@ fn begins(key: &str, prefix: &str) -> bool {
         let Some(own) = parts.next() else {
             return false;
         };
+        // Any letter may stand for the x of the list: the tables of all axes are alike.
         let axis = index == 1 && key.starts_with("axis.") && part.len() == 1;
         let last = asked.peek().is_none();
         if !(own == part || axis || last && own.starts_with(part)) {
@@ -117,6 +119,7 @@ pub(crate) fn markdown(found: &[&KeyInfo]) -> String {
     let mut table = None;
     for info in found {
         let (within, name) = info.key.rsplit_once('.').unwrap_or(("", &info.key));
+        // Keys come in the order of their tables: a new heading where the table changes.
         if table != Some(within) {
             let title = if within.is_empty() {
                 "At the top of the file".to_owned()

@@ -41,6 +41,7 @@ fn formats() -> Names {
 pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
     let text = input::text(&args.file, "machine description")?;
     let name = args.file.display().to_string();
+    // The user's word goes before what the text looks like.
     let format = match &args.from {
         Some(from) => ImportFormat::NAMES
             .iter()
@@ -55,8 +56,7 @@ pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
             format!("name it with --from: {known}"),
         )
     })?;
-    let machine = imported(&name, &text, format, &args.preset)
-        .map_err(|error| Failure::Rendered(error.to_string()))?;
+    let machine = imported(&name, &text, format, &args.preset).map_err(|error| failure(&error))?;
     let report = report(&machine.rows);
     match args.out.as_ref().filter(|path| !is_standard(path)) {
         Some(path) => {
@@ -108,17 +108,17 @@ pub(crate) struct New {
     travel: Vec<String>,
     /// Gap of an axis, um or arc seconds, for example x=25, or one value for all linear axes; may
     /// be repeated
-    #[arg(long, value_name = "[AXIS=]N")]
+    #[arg(long, value_name = "[AXIS=]N", allow_hyphen_values = true)]
     gap: Vec<String>,
     /// Largest velocity of an axis, mm/s or deg/s, for example x=500, or one value for all linear
     /// axes; may be repeated
-    #[arg(long, value_name = "[AXIS=]N")]
+    #[arg(long, value_name = "[AXIS=]N", allow_hyphen_values = true)]
     velocity: Vec<String>,
     /// Largest acceleration, mm/s2 or deg/s2, given like --velocity; may be repeated
-    #[arg(long, value_name = "[AXIS=]N")]
+    #[arg(long, value_name = "[AXIS=]N", allow_hyphen_values = true)]
     acceleration: Vec<String>,
     /// Largest jerk, mm/s3 or deg/s3, given like --velocity; may be repeated
-    #[arg(long, value_name = "[AXIS=]N")]
+    #[arg(long, value_name = "[AXIS=]N", allow_hyphen_values = true)]
     jerk: Vec<String>,
     /// Tolerance of the contour error, um
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
@@ -144,6 +144,7 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
             )
         })
     };
+    // All letters are checked before anything is changed.
     for letter in &args.axes {
         known(*letter)?;
     }
@@ -161,6 +162,7 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
     if let Some(um) = args.tolerance_um {
         draft.set("simulate", "tolerance_um", &format!("{um:?}"));
     }
+    // A value without a letter is in mm: it cannot mean the rotary axes.
     let linear: Vec<char> = like
         .axes()
         .iter()
@@ -221,6 +223,7 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
         "# Made by `lostmotion machine new` like the preset {}. Lines that end in `# given` are what was\n# asked for; everything else is the preset's, with its comments.\n\n",
         preset.name
     );
+    // Checked as a whole before it is written: a file made here is one that runs.
     let text = head + &draft.text();
     let name = args.out.as_ref().map_or_else(
         || format!("{}.toml", args.name),
@@ -325,6 +328,7 @@ impl Draft {
     /// Puts a key into a table; both are made if they are missing.
     fn set(&mut self, table: &str, key: &str, value: &str) {
         let line = format!("{key} = {value}  # given");
+        // In place where the key stands, so that the comment above it stays true to its line.
         let index = self.tables.iter().position(|known| known.name == table);
         let Some(found) = index.and_then(|index| self.tables.get_mut(index)) else {
             self.tables.push(DraftTable {
@@ -342,6 +346,8 @@ impl Draft {
     /// The gap of an axis, under the key that its load has; of both ends of a gantry.
     fn set_gap(&mut self, axis: char, value: f64) {
         let below = format!("axis.{axis}.load");
+        // The load's table is named by its kind (slide, table, joint); the one with a gap is looked
+        // for.
         let load = self
             .tables
             .iter()
@@ -360,6 +366,7 @@ impl Draft {
             .find(|key| key.starts_with("gap_"));
         let key = key.unwrap_or("gap_um").to_owned();
         let value = match key.as_str() {
+            // Given in arc seconds; 3.6 of them are a millidegree.
             "gap_mdeg" => value / 3.6,
             "gap_deg" => value / 3600.0,
             _ => value,
@@ -373,6 +380,7 @@ impl Draft {
         self.tables.retain(|table| !table.name.starts_with(&below));
         let coordinates = [format!("{axis}_mm"), format!("{axis}_deg")];
         for table in &mut self.tables {
+            // Positions name axes by their letters, and an axis that is gone must not be named.
             let is_position = ["work_offset.", "home.", "start"]
                 .iter()
                 .any(|name| table.name.starts_with(name));

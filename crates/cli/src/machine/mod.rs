@@ -224,10 +224,12 @@ fn delays_and_cycles(machine: &Machine, tuning: &AxisTuning) -> String {
     let Some(axis) = machine.axis(tuning.axis) else {
         return line;
     };
+    // Without a gap nothing makes a stable loop swing.
     if axis.config.gap_in_unit() <= 0.0 {
         return line;
     }
     let unit = axis.config.unit().symbol();
+    // A describing function tells frequency and amplitude of a limit cycle.
     let swing = |frequency_hz: f64, amplitude: f64| {
         format!("{frequency_hz:.1} Hz, load +-{amplitude:.3e} {unit}")
     };
@@ -242,6 +244,7 @@ fn delays_and_cycles(machine: &Machine, tuning: &AxisTuning) -> String {
                 "{} predicted",
                 swing(
                     *frequency_hz,
+                    // The analysis counts in radians of the motor, people in the axis' unit.
                     load_rad / axis.config.transmission.motor_rad_per_unit()
                 )
             )

@@ -188,6 +188,7 @@ pub(crate) fn explain(args: &Explain, quiet: bool) -> Result<u8, Failure> {
 }
 
 fn place(text: &str) -> Result<(&str, u32), Failure> {
+    // From the right: paths may hold colons themselves (C:\part.ngc).
     let parts = text
         .rsplit_once(':')
         .and_then(|(part, line)| Some((part, line.parse().ok().filter(|line| *line > 0)?)));
@@ -261,6 +262,7 @@ pub(crate) fn format(args: &FormatPart, quiet: bool) -> Result<u8, Failure> {
         output::print(&changes(&source, &summary))?;
         return Ok(if summary.changed > 0 { FOUND } else { DONE });
     } else if args.write {
+        // Read from the old file while the new one is written; they are swapped at the end.
         let mut file = AtomicFile::create(&args.part)?;
         let summary = formatted(reader, &options, &mut file).map_err(failed)?;
         if summary.changed > 0 {
@@ -290,6 +292,9 @@ pub(crate) fn format(args: &FormatPart, quiet: bool) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
+/// Most blanks for a level of O-words. A choice: ten levels still leave room in a line.
+const MAX_INDENT: usize = 16;
+
 fn options(args: &FormatPart, source: &Program) -> Result<FormatOptions, Failure> {
     let case = match args.case {
         LetterCase::Upper => Case::Upper,
@@ -308,6 +313,7 @@ fn options(args: &FormatPart, source: &Program) -> Result<FormatOptions, Failure
             }
         },
     };
+    // GOTO and M99 P jump to N numbers: a new numbering would change what the program does.
     if line_numbers != LineNumbers::Keep {
         let failed =
             |error: io::Error| Failure::message(format!("cannot read {}: {error}", source.name()));
@@ -321,9 +327,15 @@ fn options(args: &FormatPart, source: &Program) -> Result<FormatOptions, Failure
             return Err(Failure::with_hint(text, "use --line-numbers keep"));
         }
     }
+    if args.indent > MAX_INDENT {
+        return Err(Failure::message(format!(
+            "--indent is {}; allowed is 0 to {MAX_INDENT}",
+            args.indent
+        )));
+    }
     Ok(FormatOptions {
         case,
-        indent: args.indent.min(16),
+        indent: args.indent,
         line_numbers,
         ..FormatOptions::default()
     })

@@ -17,6 +17,7 @@ use serde::Serialize;
 
 /// An error of the session, with the lines of the program it is about.
 fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
+    // Files and calls that the places of the error point into.
     let provenance = match error {
         SimError::Program { diagnostics, .. } => {
             return Findings::of(program, diagnostics).failure(voice);
@@ -101,6 +102,8 @@ fn accepted(
     if voice.diagnostics == Form::Text {
         return Ok(());
     }
+    // The run keeps warnings as text alone; a document needs places and values, so the program is
+    // read once more.
     let config = lostmotion::sim::interpreter_config(machine, options);
     let mut reading = interpret(program, config, options.loader.clone())?;
     for _ in reading.by_ref() {}

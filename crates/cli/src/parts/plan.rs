@@ -44,6 +44,7 @@ fn planned(command_ms: Option<f64>, own: CyclesConfig) -> Result<CyclesConfig, F
     let Some(command_ms) = command_ms else {
         return Ok(own);
     };
+    // The servo's cycle has to divide the command's and to be 1 ms at most: halved until it is.
     let servo_us = (0..4)
         .map(|halves| command_ms * 1e3 / f64::from(1 << halves))
         .find(|us| *us <= 1000.0);
@@ -61,6 +62,7 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
     let machine = args.on.machine()?;
     let machine = machine.with_cycles(planned(args.command_ms, machine.cycles())?);
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
+    // A file that cannot be written is found before the planning, not after it.
     let create = AtomicFile::create(&args.out)?;
     let mut writer = PlanWriter::new(
         create,
@@ -82,6 +84,7 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
         .options(options.clone())
         .plan(&mut sink)
         .map_err(|error| match error {
+            // The planner only hands the writer's error through.
             SimError::Sink(why) => {
                 Failure::message(format!("cannot write {}: {why}", args.out.display()))
             }

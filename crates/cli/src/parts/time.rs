@@ -115,6 +115,7 @@ pub(crate) fn run(args: &Time, quiet: bool) -> Result<u8, Failure> {
         spindle_event_s: args.spindle_s,
         what_if: !args.no_what_if,
     };
+    // A folder that cannot be made is found before the planning.
     let mut files = args.out.as_deref().map(TimeFiles::new).transpose()?;
     let mut sink = |rows: &[BlockTime]| {
         files

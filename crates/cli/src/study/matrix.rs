@@ -59,6 +59,7 @@ pub(super) fn run(args: &MatrixArgs, quiet: bool) -> Result<u8, Failure> {
         .as_deref()
         .map(|folder| Journal::open(folder, &header, args.fresh))
         .transpose()?;
+    // What an earlier run has finished is not run again.
     let mut results = journal
         .as_mut()
         .map(|journal| std::mem::take(&mut journal.results))
@@ -71,6 +72,7 @@ pub(super) fn run(args: &MatrixArgs, quiet: bool) -> Result<u8, Failure> {
     for result in run_missing(&missing, &methods, threads, journal.as_mut(), quiet)? {
         results.insert(result.cell, result);
     }
+    // In the order of the sample, whichever run or thread finished a cell.
     let results = in_order(&cells, results);
     let what = if args.full {
         "all".to_owned()
@@ -104,6 +106,7 @@ fn run_missing(
 ) -> Result<Vec<CellResult>, Failure> {
     let mut progress = Progress::new(quiet);
     let mut unwritten = None;
+    // Each result goes to the journal at once: a study of days can be stopped at any time.
     let run = run_cells(cells, methods, threads, &mut |result, state| {
         progress.update(state.done as u64, state.all as u64, state.simulated_s);
         let Some(journal) = journal.as_mut() else {
@@ -115,6 +118,7 @@ fn run_missing(
         })
     });
     progress.finish();
+    // A full disk is the cause; that the study was stopped is its effect.
     match (unwritten, run) {
         (Some(failure), _) => Err(failure),
         (None, run) => run.map_err(|error| failure(&error)),
@@ -179,6 +183,7 @@ impl Journal {
                 }
                 _ => failed(error),
             })?;
+        // A journal of other cells or methods is refused: mixing them would make a wrong table.
         let found = read(&text, header).map_err(|error| {
             Failure::with_hint(format!("{}: {error}", path.display()), OTHER_STUDY_HINT)
         })?;
@@ -187,6 +192,7 @@ impl Journal {
             results: BTreeMap::new(),
             path,
         };
+        // The last line may be half written where a run was killed.
         journal.trim(&found)?;
         if found.whole_bytes == 0 {
             journal.append(&line(header).map_err(|error| failure(&error))?)?;

@@ -160,6 +160,7 @@ fn traced(cell: &Cell, methods: &[String], path: &Path) -> Result<CellResult, Fa
         columns("y")
     )
     .map_err(unwritten)?;
+    // The sink cannot fail: the first error is kept, and told when the cell is done.
     let mut written = Ok(());
     let result = run_cell(
         cell,
@@ -226,6 +227,7 @@ fn write_row(out: &mut impl Write, row: &Traced) -> io::Result<()> {
             ",{motor_position:.9},{load_position:.9},{torque:.6},{}",
             engagement.sign()
         )?;
+        // An estimate that a method does not make is an empty cell.
         for estimate in [sample.gap_angle_estimate, sample.inertia_estimate] {
             if estimate.is_finite() {
                 write!(out, ",{estimate:.9}")?;
@@ -260,6 +262,8 @@ fn bench(args: &Bench) -> Result<u8, Failure> {
     out.push_str("|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
     for coupler in couplers {
         let recording = record(&coupler).map_err(|error| failure(&error))?;
+        // Three looks at one recording: both fits afterwards, and what `adaptive` learned on the
+        // way.
         let found = [with_load(&recording), motor_only(&recording)].map(|fit| shown(&coupler, fit));
         let learned = recording
             .adaptive_gap_rad

@@ -178,8 +178,9 @@ fn every_message_has_one_prefix_with_place_values_and_hint() {
     let bench = Bench::new();
     bench
         .file("part.ngc", CIRCLE)
-        .file("bad.toml", "name = 3\nfoo = 1\n");
-    let cases: [(&[&str], &[&str]); 13] = [
+        .file("bad.toml", "name = 3\nfoo = 1\n")
+        .file("dump.txt", "$110=fast\n$120=0\n");
+    let cases: [(&[&str], &[&str]); 16] = [
         (
             &["simulate", "part.ngc", "--method", ""],
             &["no method \"\"", "hint: known methods"],
@@ -227,6 +228,21 @@ fn every_message_has_one_prefix_with_place_values_and_hint() {
                 "error: bad.toml:1:8: name: found",
                 "error: bad.toml:2:1: foo: unknown key\nhint: ",
             ],
+        ),
+        (
+            &["machine", "import", "dump.txt", "--from", "grbl"],
+            &[
+                "error: dump.txt:1:1: $110: `fast`",
+                "error: dump.txt:2:1: $120: is 0",
+            ],
+        ),
+        (
+            &["machine", "new", "mine", "--gap", "-1"],
+            &["gap_um", "is -1"],
+        ),
+        (
+            &["gcode", "format", "part.ngc", "--indent", "99"],
+            &["--indent is 99", "0 to 16"],
         ),
         (
             &["gcode", "explain", "part.ngc:0"],
