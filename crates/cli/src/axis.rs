@@ -267,6 +267,7 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
         ),
         None => (1.0, FitSettings::default()),
     };
+    // Both fits work in radians of the motor, where current and inertia are known.
     let fitted = if args.motor_only {
         MotorLog::new(log.period_s, scaled(log.motor, scale), log.current_a)
             .and_then(|log| fit_motor_only(&log, &settings.motor_only()))

@@ -58,6 +58,7 @@ fn commands_by_heading(program: &clap::Command) -> String {
                 .and_then(|command| command.get_about())
                 .map(ToString::to_string)
                 .unwrap_or_default();
+            // The first clause alone: the list has a line for each command.
             let about = about.split([';', ':']).next().unwrap_or_default();
             text.push_str(&format!("  {name:<12} {}\n", about.trim_end_matches('.')));
         }

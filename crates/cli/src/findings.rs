@@ -68,6 +68,7 @@ impl<'a> Findings<'a> {
             .map(|finding| finding.span)
             .filter(|span| span.file == 0)
             .collect();
+        // The program is read once for all its findings, files of subroutines are in memory.
         let mut own = self
             .source
             .open()
@@ -326,6 +327,7 @@ pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Res
 /// Where the shown part of a span's line begins: at the line's start, or a third of the width
 /// before the span.
 fn window_start(span: &Span) -> u64 {
+    // Long lines are shown from a third of the width before the place.
     let before = u64::from(span.column.saturating_sub(1)).min(span.start);
     let shown = if before as usize > EXCERPT_BYTES * 2 / 3 {
         (EXCERPT_BYTES / 3) as u64

@@ -87,6 +87,7 @@ pub(crate) fn program(path: &Path) -> Result<Program, Failure> {
 /// A part program that can be read only once.
 fn piped(pipe: impl Read, name: &str) -> Result<Program, Failure> {
     let mut bytes = Vec::new();
+    // One byte more than allowed tells a pipe that is too long from one that just fits.
     pipe.take(MAX_PIPE_BYTES + 1)
         .read_to_end(&mut bytes)
         .map_err(|error| Failure::message(format!("cannot read part program {name}: {error}")))?;

@@ -199,6 +199,7 @@ impl Progress {
 
     /// Tells how much is done, and how much machine time has been simulated.
     pub(crate) fn update(&mut self, done: u64, total: u64, simulated_s: f64) {
+        // Short runs would only flicker.
         if !self.enabled || self.started.elapsed() < BAR_DELAY {
             return;
         }

@@ -180,6 +180,8 @@ impl Formatter for Rounding {
         writer: &mut W,
         fragment: &str,
     ) -> io::Result<()> {
+        // serde_json hands keys over as strings, too: only those between the marks of a key are
+        // kept.
         if self.in_key {
             self.key.extend_from_slice(fragment.as_bytes());
         }

@@ -66,6 +66,7 @@ pub fn push_integer(out: &mut Vec<u8>, value: u64) {
     while width < 20 && value >= POWERS_OF_TEN.get(width).copied().unwrap_or(u64::MAX) {
         width += 1;
     }
+    // Beyond the table of powers: rare, so the general way serves.
     if width > 15 {
         out.extend_from_slice(value.to_string().as_bytes());
     } else {
@@ -89,6 +90,7 @@ pub fn push_seconds(out: &mut Vec<u8>, time_ns: u64, period_ns: u64) {
     const NS_PER_S: u64 = 1_000_000_000;
     push_integer(out, time_ns / NS_PER_S);
     out.push(b'.');
+    // The coarsest decimal unit in which every tick is a whole number.
     let (unit, width) = if period_ns.is_multiple_of(1_000_000) {
         (1_000_000, 3)
     } else if period_ns.is_multiple_of(1_000) {
@@ -162,6 +164,7 @@ pub fn duration(seconds: f64) -> String {
     }
     let rounded = seconds.round() as u64;
     match seconds {
+        // The bounds lie where rounding would add a digit: 10.000 s, 120.0 s.
         s if s < 9.9995 => format!("{s:.3} s"),
         s if s < 119.95 => format!("{s:.1} s"),
         _ if rounded < 7200 => format!("{} min {} s", rounded / 60, rounded % 60),

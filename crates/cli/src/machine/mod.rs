@@ -110,6 +110,7 @@ fn list() -> String {
 fn show(name: &str) -> Result<String, Failure> {
     match presets().iter().find(|preset| preset.name == name) {
         Some(preset) => Ok(format!("{}{}", preset.toml, tuned(name))),
+        // Not a machine: it may be an axis; an unknown name is told both lists.
         None => axis_preset_toml(name).ok_or_else(|| match machine_names().refusal(name) {
             Failure::Message { text, hint } => {
                 let axes = axis_presets().join(", ");
@@ -125,6 +126,7 @@ fn tuned(name: &str) -> String {
     let Ok(machine) = Machine::preset(name) else {
         return String::new();
     };
+    // Comments in a file have no terminal's width.
     let table = loops(&machine, &machine.tuning(), usize::MAX);
     let lines: Vec<String> = table
         .lines()

@@ -136,6 +136,7 @@ fn offset(option: &str) -> Result<Vec<Change>, Failure> {
     let (system, coordinates) = option
         .split_once('=')
         .ok_or_else(|| refused("it is not of the form SYSTEM=X,Y,Z".to_owned()))?;
+    // G59.1 is written with a point by people and with _ in keys.
     let system = system.trim().to_ascii_lowercase().replace('.', "_");
     if !WorkOffsets::KEYS.contains(&system.as_str()) {
         let why = format!(
@@ -222,6 +223,7 @@ fn unknown(name: &str) -> Failure {
 
 /// The machine of a file or a name, with its tuning; refused if that is not good enough.
 pub(crate) fn check(name: &str, changes: &[Change]) -> Result<(Machine, Vec<AxisTuning>), Failure> {
+    // What exists is a file, whatever its name ends in.
     let (_, text) = if Path::new(name).is_file() {
         (String::new(), input::text(Path::new(name), "machine file")?)
     } else {
@@ -249,10 +251,12 @@ pub(crate) fn failure(error: &MachineError) -> Failure {
 /// The axis of a preset (`paper`, `vmc3:x`), of a machine file (`FILE.toml:x`), or of a file with
 /// the tables of one axis; changes are keys of the machine file or of the axis file.
 pub(crate) fn axis(name: &str, changes: &[Change]) -> Result<AxisConfig, Failure> {
+    // The last colon: paths may hold colons themselves.
     let of_machine = name.rsplit_once(':').filter(|(machine, _)| {
         machine.ends_with(".toml") || presets().iter().any(|preset| preset.name == *machine)
     });
     if let Some((machine, letter)) = of_machine {
+        // The whole machine is read, so that the axis has the machine's cycles and checks.
         let machine_of_axis = load(Some(machine), changes)?;
         return machine_of_axis.drive(letter).cloned().ok_or_else(|| {
             Failure::with_hint(

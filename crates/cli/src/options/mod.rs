@@ -226,6 +226,7 @@ fn intervention(word: &str) -> Result<Intervention, Failure> {
             }
         }
     };
+    // Ranges are the planner's own: it checks its actions.
     let good = at_s.is_finite() && at_s >= 0.0 && action.check().is_ok();
     if good {
         Ok(Intervention { at_s, action })

@@ -148,6 +148,7 @@ fn find<'a>(
     levels: &Levels,
     voice: Voice,
 ) -> Result<Findings<'a>, Failure> {
+    // With a machine its tools, offsets and start count; without one the interpreter's own.
     let config = setup.config(machine, InterpreterConfig::default())?;
     let mut program = interpret(source, config, Some(setup.reading.loader(part)?))?;
     let travel = rules::find(TRAVEL).map_or(Level::Warn, |rule| levels.of(rule));
@@ -159,6 +160,7 @@ fn find<'a>(
     };
     let of_lint = |finding| Finding::from_lint(finding, &origin);
     findings.list.extend(found.kept().iter().map(of_lint));
+    // Counts go on where findings beyond the bound are dropped.
     findings.counts.errors += found.denied();
     findings.counts.warnings += found.warned();
     // Moves of a program with errors are guesses: their travel says nothing.

@@ -148,6 +148,7 @@ fn print_operations(args: &Canon, like_rs274: bool, voice: Voice) -> Result<u8, 
     let config = args.setup.config(machine.as_ref(), alone)?;
     let loader = args.setup.reading.loader(&args.part)?;
     let mut program = interpret(&source, config, Some(loader))?;
+    // Operations go out as they are made: a program may be longer than memory.
     let mut out = output::stdout();
     for sourced in program.by_ref() {
         if !output::go_on(writeln!(out, "{}", sourced.op))? {

@@ -71,6 +71,7 @@ impl RunFiles {
     fn contour(&mut self, method: usize, name: &str, points: &[ContourPoint]) {
         if let Some(trace) = self.traces.get_mut(method) {
             for point in points {
+                // Rapids cut nothing: the picture lifts the pen.
                 if point.rapid {
                     trace.lift();
                 } else {
@@ -115,6 +116,7 @@ impl Record {
         let Some(mut files) = self.files else {
             return Ok(());
         };
+        // Told now and not where it happened, since an observer cannot stop the run.
         if let Some(error) = files.failed {
             return Err(io_error(&files.folder)(error));
         }

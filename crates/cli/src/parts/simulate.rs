@@ -179,6 +179,7 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
         None => (simulation, machine.method_names()),
     };
     let methods = std::slice::from_ref(&label);
+    // The folder is made first: a wrong one must not cost the run.
     let mut record = Record::new(run.out.as_deref(), run.trace, methods, voice.quiet)?;
     let simulation = simulation
         .options(options.clone())
@@ -211,6 +212,7 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
 /// Several methods side by side; all, if none is named. Exit code 0 whatever the verdicts are.
 fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(run)?;
+    // A document on stderr must not have a sentence before it.
     let quiet = voice.quiet || voice.diagnostics != Form::Text;
     let methods = compared(named, &machine, quiet)?;
     let mut record = Record::new(run.out.as_deref(), run.trace, &methods, voice.quiet)?;
@@ -242,6 +244,7 @@ fn several(run: &Run, named: &[String], voice: Voice) -> Result<u8, Failure> {
 fn compared(asked: &[String], machine: &Machine, quiet: bool) -> Result<Vec<String>, Failure> {
     let mut methods: Vec<String> = Vec::new();
     for name in asked.iter().filter(|name| !name.is_empty()) {
+        // Twice the same column would hide that another method was meant.
         if methods.contains(name) {
             return Err(Failure::message(format!(
                 "--methods names \"{name}\" twice"

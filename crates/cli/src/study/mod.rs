@@ -173,6 +173,7 @@ fn traced(cell: &Cell, methods: &[String], path: &Path) -> Result<CellResult, Fa
     );
     let result = result.map_err(|error| failure(&error))?;
     written.map_err(unwritten)?;
+    // The buffer is emptied before the file takes its name.
     let file = file
         .into_inner()
         .map_err(|error| unwritten(error.into_error()))?;
@@ -307,6 +308,7 @@ fn motor_only(recording: &Recording) -> Result<BacklashFit, FitError> {
 fn shown(coupler: &Coupler, fit: Result<BacklashFit, FitError>) -> String {
     match fit {
         Ok(fit) => {
+            // The fit is convex in the compliance; people think in its reciprocal.
             let stiffness = 1.0 / fit.compliance_rad_per_nm;
             format!(
                 "{} | {}",

@@ -6,6 +6,7 @@ use lostmotion_sim::results::{BlockResult, Cause, ReversalResult};
 use lostmotion_sim::time::results::{BlockTime, TimeKind};
 use std::io::{self, Write};
 
+/// Columns of [`BlockWriter`].
 const BLOCK_COLUMNS: [&str; 15] = [
     "method",
     "segment",
@@ -62,8 +63,10 @@ impl<W: Write> BlockWriter<W> {
             let rows = &mut self.rows;
             rows.text(method);
             rows.integer(block.segment);
+            // File 0 is the program, n the nth subroutine file of the JSON.
             rows.integer(u64::from(block.block.span.file));
             rows.integer(u64::from(block.block.span.line));
+            // Truth values as 0 and 1, which any program can add up.
             rows.integer(u64::from(block.rapid));
             rows.number(block.time_s, 6);
             let parts = block.parts_um;
@@ -94,6 +97,7 @@ impl<W: Write> BlockWriter<W> {
     }
 }
 
+/// Columns of [`ReversalWriter`].
 const REVERSAL_COLUMNS: [&str; 9] = [
     "method",
     "axis",
@@ -153,6 +157,7 @@ impl<W: Write> ReversalWriter<W> {
     }
 }
 
+/// Columns of [`TimeWriter`].
 const TIME_COLUMNS: [&str; 8] = [
     "segment",
     "file",
@@ -219,6 +224,7 @@ impl<W: Write> TimeWriter<W> {
     }
 }
 
+/// Columns of [`ContourWriter`].
 const CONTOUR_COLUMNS: [&str; 13] = [
     "method",
     "t_s",

@@ -83,6 +83,7 @@ impl<W: Write> Rows<W> {
             self.buffer.push(b'"');
             for byte in text.bytes() {
                 match byte {
+                    // RFC 4180: a quote inside quotes is doubled.
                     b'"' => self.buffer.extend_from_slice(b"\"\""),
                     b'\n' | b'\r' => self.buffer.push(b' '),
                     other => self.buffer.push(other),
@@ -98,6 +99,7 @@ impl<W: Write> Rows<W> {
     pub(super) fn end(&mut self) -> io::Result<()> {
         self.buffer.push(b'\n');
         self.row_started = false;
+        // Rows go out whole: a reader of the growing file sees no half row but the last.
         if self.buffer.len() >= BLOCK_BYTES {
             self.drain()
         } else {

@@ -139,6 +139,7 @@ impl<R: Read> SetpointReader<R> {
             return Ok(());
         }
         let before_s = due_s - period_s;
+        // Too early and too late are different mistakes: rows twice or out of order, rows missing.
         let (why, hint) = if time_s <= before_s + TIME_TOLERANCE_SHARE * period_s {
             (
                 format!("is not after {before_s:.6} s, the time of the row before"),
@@ -163,6 +164,7 @@ impl<R: Read> Iterator for SetpointReader<R> {
             return None;
         }
         let item = self.read().transpose();
+        // After an error the place in the table is not known: the iterator ends.
         self.failed = !matches!(item, Some(Ok(_)));
         item
     }

@@ -110,6 +110,7 @@ impl Finding {
     pub fn from_lint(finding: &LintFinding, origin: &Origin<'_>) -> Finding {
         Finding {
             code: finding.rule.code.to_owned(),
+            // Lints have levels, findings severities: what is denied refuses the program.
             severity: if finding.level == Level::Deny {
                 Severity::Error
             } else {

@@ -65,6 +65,7 @@ fn rule(code: &str) -> Value {
 }
 
 fn result(finding: &Finding, codes: &[&str]) -> Value {
+    // SARIF has no place for a hint of one result: it follows the message.
     let text = match &finding.hint {
         Some(hint) => format!("{} ({hint})", finding.message),
         None => finding.message.clone(),
@@ -126,6 +127,7 @@ fn location(file: &str, span: &Span, excerpt: &str) -> Value {
 fn uri(path: &str) -> String {
     let path = path.replace('\\', "/");
     let mut uri = String::new();
+    // Relative paths stay relative, so that viewers find them in their checkout.
     if path.starts_with('/') {
         uri.push_str("file://");
     }

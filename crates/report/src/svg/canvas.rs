@@ -90,6 +90,7 @@ impl Canvas {
     }
 
     pub(super) fn polyline(&mut self, points: &[[f64; 2]], stroke: Stroke) {
+        // A path of one point draws nothing, and some viewers refuse it.
         if points.len() > 1 {
             let data = path_data(points, false);
             self.body.push_str(&format!(
@@ -182,6 +183,7 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
 
 /// `text` cut to what fits into a width.
 pub(super) fn fit(text: &str, size: f64, width: f64) -> String {
+    // At least one character before the three dots.
     let room = (width / (size * GLYPH_WIDTH)).max(4.0) as usize;
     if text.chars().count() <= room {
         text.to_owned()
@@ -194,6 +196,7 @@ fn path_data(points: &[[f64; 2]], close: bool) -> String {
     let mut data = String::with_capacity(points.len() * 14);
     for (index, point) in points.iter().enumerate() {
         data.push(if index == 0 { 'M' } else { 'L' });
+        // A hundredth of a pixel: finer digits only make the file larger.
         data.push_str(&fixed(point[0], 2));
         data.push(' ');
         data.push_str(&fixed(point[1], 2));
@@ -212,6 +215,7 @@ fn escape(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
+            // XML has no control characters, escaped or not.
             c if c.is_control() => out.push(' '),
             c => out.push(c),
         }

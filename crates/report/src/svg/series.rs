@@ -56,6 +56,7 @@ pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
             .flat_map(|c| &c.points)
             .filter(|p| p[0].is_finite() && p[1].is_finite())
     };
+    // Values that are not finite interrupt a curve and have no part in the ranges.
     let (Some(x), Some(y)) = (
         Range::of(finite().map(|p| p[0])),
         Range::of(finite().map(|p| p[1])),
@@ -142,6 +143,7 @@ fn legend(curves: &[Series]) -> Vec<[f64; 2]> {
     let (mut x, mut row) = (LEFT_PX, 0.0);
     let place = |curve: &Series| {
         let width = 28.0 + text_width(&curve.name, 12.0);
+        // A name that does not fit begins a row, unless it is the first of one.
         if x > LEFT_PX && x + width > SIZE_PX[0] - RIGHT_PX {
             (x, row) = (LEFT_PX, row + LEGEND_ROW_PX);
         }

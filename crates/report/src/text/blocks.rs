@@ -73,6 +73,7 @@ pub(super) fn axes(axes: &[AxisResult], options: &TextOptions) -> String {
     ])
     .optional(&[9, 4, 6, 8, 10, 5]);
     for axis in axes {
+        // Errors are in um or mdeg, speeds and ranges in a thousand times that.
         let unit = if axis.unit == "mdeg" { "deg" } else { "mm" };
         table.row([
             axis.axis.letter().to_string().into(),
@@ -94,6 +95,7 @@ pub(super) fn axes(axes: &[AxisResult], options: &TextOptions) -> String {
             if axis.saturated_samples == 0 {
                 "-".into()
             } else {
+                // Servo ticks at the limit of current or voltage.
                 format!("{} samples", axis.saturated_samples).into()
             },
         ]);
@@ -103,6 +105,7 @@ pub(super) fn axes(axes: &[AxisResult], options: &TextOptions) -> String {
 
 /// One line for the gantry.
 pub(super) fn gantry(gantry: &GantryResult) -> String {
+    // The skew counts the first end minus the second.
     let ahead = if gantry.peak_um < 0.0 {
         "second"
     } else {

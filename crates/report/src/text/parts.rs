@@ -98,6 +98,7 @@ pub(super) fn stats_table(title: &str) -> Table {
 /// A row of [`stats_table`]; dashes where there was no sample.
 pub(super) fn stats_row(table: &mut Table, name: &str, stats: &ErrorStats) {
     let value = |v: f64| {
+        // Statistics of no sample are zeros that would look like a perfect result.
         if stats.samples == 0 {
             Cell::from("-")
         } else {

@@ -53,6 +53,7 @@ fn kinds(kinds: &KindTimes, total_s: f64, options: &TextOptions) -> String {
         table.row([
             name.into(),
             fixed(time_s, 3).into(),
+            // A program of no motion has no total to divide by.
             percent(time_s / total_s.max(1e-9)).into(),
             note.into(),
         ]);
@@ -108,6 +109,7 @@ fn blocks(time: &CycleTime, options: &TextOptions) -> String {
         let limits: Vec<String> = block
             .limits
             .iter()
+            // Limits come sorted by their share: the first ones matter.
             .take(MOST_LIMITS)
             .map(|limit| format!("{} {}", limit.limit, percent(limit.share)))
             .collect();
