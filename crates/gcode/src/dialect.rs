@@ -195,7 +195,7 @@ leniencies! {
     /// `g1 x10` where controls want capitals.
     LowerCase => note "lower-case", EVERY,
         "letters of words in lower case",
-        remedy "`lostmotion format` puts it right";
+        remedy "`lostmotion gcode format` puts it right";
     /// G43.4, G43.5, G53.1, G68, G68.2, G69.
     FiveAxis => warning "five-axis", FANUC,
         "five-axis codes of other controls";
@@ -247,7 +247,7 @@ leniencies! {
     /// `G1X10Y5`: words without blanks between them.
     NoBlanks => note "no-blanks", EVERY,
         "words without blanks between them",
-        remedy "`lostmotion format` puts it right";
+        remedy "`lostmotion gcode format` puts it right";
     /// Lines that end with CR LF.
     CrLf => note "crlf", EVERY,
         "lines that end with CR LF";

@@ -63,7 +63,7 @@ fn execution(f: &mut Formatter<'_>, title: &str, execution: &Execution) -> Resul
     if execution.refused {
         writeln!(
             f,
-            "  it has errors and was not carried out to its end: see `lostmotion lint`"
+            "  it has errors and was not carried out to its end: see `lostmotion check`"
         )?;
     }
     for action in &execution.actions {

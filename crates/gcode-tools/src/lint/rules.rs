@@ -63,7 +63,7 @@ pub fn find(code: &str) -> Option<&'static LintRule> {
 /// The lints' part of `docs/book/src/reference/diagnostics.md`, in Markdown.
 pub fn page() -> String {
     let mut page = String::from(
-        "\n## Lints\n\n`lostmotion lint PART` reports these besides. `--allow CODE` switches one off, `--deny CODE` makes it an error, `--warn CODE` switches one on that \
+        "\n## Lints\n\n`lostmotion check PART` reports these besides. `--allow CODE` switches one off, `--deny CODE` makes it an error, `--warn CODE` switches one on that \
          is off.\n\n| code | | what has been found | why it matters, what to do |\n|---|---|---|---|\n",
     );
     for rule in all() {

@@ -21,7 +21,7 @@ pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
         out,
         "Gan, Wang, Huang, *Adaptive Backlash Compensation for CNC Machining Applications*, Machines 2023, 11(2), 193, Figures 3 and 7 to 11."
     );
-    put!(out, "Made by `lostmotion reproduce paper`; do not edit.\n");
+    put!(out, "Made by `lostmotion study paper`; do not edit.\n");
     put!(
         out,
         "Given by the paper (Tables 2 and 3): motor, inertias, shaft, total gap 0.2 rad, all gains and periods."
