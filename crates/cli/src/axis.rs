@@ -19,7 +19,7 @@ use lostmotion::report::csv::{
 };
 use lostmotion::report::{WriteError, json, number};
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// `axis`.
 #[derive(Debug, Subcommand)]
@@ -128,7 +128,7 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
     let units_per_rad = 1.0 / config.transmission.motor_rad_per_unit();
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
     let mut writer = AxisTraceWriter::new(
-        AtomicFile::create(&args.out)?,
+        output::create(&args.out)?,
         config.unit(),
         units_per_rad,
         cycles.servo(),
@@ -254,6 +254,8 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
         .transpose()?;
     let name = args.log.display().to_string();
     let input = input::open(&args.log, "log")?;
+    // A file that cannot be written is found before the fit, not after it.
+    let file = output::create(&args.out)?;
     let log = if args.motor_only {
         read_motor_log(input, &name)?
     } else {
@@ -293,7 +295,7 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
         motor_only: args.motor_only,
         fit,
     };
-    write(&args.out, &result)?;
+    write(file, &result)?;
     if !quiet {
         output::print(&summary(&result))?;
     }
@@ -304,10 +306,10 @@ fn scaled(values: Vec<f64>, scale: f64) -> Vec<f64> {
     values.into_iter().map(|value| value * scale).collect()
 }
 
-fn write(path: &Path, result: &FitResult) -> Result<(), Failure> {
-    let mut file = AtomicFile::create(path)?;
+fn write(mut file: AtomicFile, result: &FitResult) -> Result<(), Failure> {
+    let path = file.path().to_path_buf();
     json::write_significant(&mut file, result)
-        .map_err(|error| WriteError::io("write", path, error))?;
+        .map_err(|error| WriteError::io("write", &path, error))?;
     file.commit()?;
     Ok(())
 }

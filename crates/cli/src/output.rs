@@ -2,6 +2,7 @@
 //! without an answer.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::{ReadError, WriteError};
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
@@ -162,12 +163,35 @@ pub(crate) fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
+/// Starts a file that appears complete or not at all, which stdout cannot.
+pub(crate) fn create(path: &Path) -> Result<AtomicFile, Failure> {
+    refuse_standard(path, "a file")?;
+    Ok(AtomicFile::create(path)?)
+}
+
+/// Opens a folder for results, made if it does not exist.
+pub(crate) fn create_folder(path: &Path) -> Result<OutputFolder, Failure> {
+    refuse_standard(path, "a folder")?;
+    Ok(OutputFolder::create(path)?)
+}
+
+fn refuse_standard(path: &Path, allowed: &str) -> Result<(), Failure> {
+    if is_standard(path) {
+        let hint = "this command writes no result to stdout; `./-` is a file or folder named so";
+        return Err(Failure::with_hint(
+            format!("the output is `-`; allowed is {allowed}"),
+            hint,
+        ));
+    }
+    Ok(())
+}
+
 /// Writes a text to a file, which appears complete or not at all, or to stdout for `-`.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
     if is_standard(path) {
         return print(text);
     }
-    let mut file = lostmotion::report::atomic::AtomicFile::create(path)?;
+    let mut file = AtomicFile::create(path)?;
     file.write_all(text.as_bytes())
         .map_err(|error| WriteError::io("write", path, error))?;
     file.commit()?;

@@ -5,7 +5,6 @@ use clap::{Args, Command, ValueHint};
 use clap_complete::Shell;
 use clap_mangen::Man;
 use lostmotion::report::WriteError;
-use lostmotion::report::atomic::OutputFolder;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -43,7 +42,7 @@ pub(crate) fn man(args: &ManPages, mut program: Command) -> Result<u8, Failure> 
     program.build();
     let unwritten = |error: io::Error| Failure::message(format!("cannot make a page: {error}"));
     if let Some(path) = &args.out {
-        let mut folder = OutputFolder::create(path)?;
+        let mut folder = output::create_folder(path)?;
         for (name, page) in pages(&program).map_err(unwritten)? {
             let mut file = folder.file(&format!("{name}.1"))?;
             file.write_all(&page)

@@ -10,6 +10,7 @@ use clap::{Args, ValueHint};
 use lostmotion::gcode::{InterpreterConfig, Severity};
 use lostmotion::gcode_tools::lint::{Level, Levels, lint as linted, rules};
 use lostmotion::report::findings::{Finding, Origin};
+use lostmotion::report::text::{Align, Table};
 use lostmotion::sim::{Machine, Program, SimError, SimulateOptions, Simulation};
 use std::path::PathBuf;
 
@@ -72,10 +73,13 @@ fn checked() -> String {
     format!("{besides}\n\n{}", every_lint())
 }
 
+/// Columns of the list of lints: those of a terminal that does not say how many it has, without the
+/// blanks before each line.
+const LINT_COLUMNS: usize = 78;
+
 /// Every lint with what it finds, as help prints it.
 fn every_lint() -> String {
-    let widest = rules::all().map(|rule| rule.code.len()).max().unwrap_or(0);
-    let mut text = "What the lints find (CODE of --allow, --warn and --deny):\n".to_owned();
+    let mut table = Table::new(&[("CODE", Align::Left), ("", Align::Left)]).folded();
     for rule in rules::all() {
         let is_off = if rule.level == Level::Allow {
             " (off)"
@@ -83,9 +87,11 @@ fn every_lint() -> String {
             ""
         };
         let summary = rule.summary.trim_end_matches('.');
-        text.push_str(&format!("  {:<widest$}  {summary}{is_off}\n", rule.code));
+        table.row([rule.code.into(), format!("{summary}{is_off}").into()]);
     }
-    text
+    let lines = table.render_within(LINT_COLUMNS);
+    let lines: String = lines.lines().map(|line| format!("  {line}\n")).collect();
+    format!("What the lints find:\n{lines}")
 }
 
 /// Codes of lints, and `all`.

@@ -10,7 +10,6 @@ use clap::{Args, ValueHint};
 use lostmotion::contour::ProgrammedSegment;
 use lostmotion::drive::config::Cycles as CyclesConfig;
 use lostmotion::plan::Sample;
-use lostmotion::report::atomic::AtomicFile;
 use lostmotion::report::csv::PlanWriter;
 use lostmotion::report::{WriteError, number, text};
 use lostmotion::sim::{BowLimit, SimError, SimulateOptions, Simulation};
@@ -63,7 +62,7 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
     let machine = machine.with_cycles(planned(args.command_ms, machine.cycles())?);
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
     // A file that cannot be written is found before the planning, not after it.
-    let create = AtomicFile::create(&args.out)?;
+    let create = output::create(&args.out)?;
     let mut writer = PlanWriter::new(
         create,
         machine.axis_set(),

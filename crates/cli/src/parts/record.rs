@@ -1,6 +1,6 @@
 //! What a run shows and writes while it goes on.
 
-use crate::output::{Failure, Progress};
+use crate::output::{Failure, Progress, create_folder};
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::csv::{BlockWriter, ContourWriter, ReversalWriter};
 use lostmotion::report::svg::{ContourPicture, ContourTrace, TracePoint, TraceRecorder, contour};
@@ -39,7 +39,7 @@ fn io_error(folder: &OutputFolder) -> impl Fn(io::Error) -> Failure + '_ {
 
 impl RunFiles {
     fn new(path: &Path, methods: usize, trace: bool) -> Result<RunFiles, Failure> {
-        let folder = OutputFolder::create(path)?;
+        let folder = create_folder(path)?;
         let blocks = BlockWriter::new(folder.file("blocks.csv")?).map_err(io_error(&folder))?;
         let reversals =
             ReversalWriter::new(folder.file("reversals.csv")?).map_err(io_error(&folder))?;

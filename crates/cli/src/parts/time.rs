@@ -4,7 +4,7 @@ use super::{accepted, failure, shown, to_json};
 use crate::input;
 use crate::options::part::OnMachine;
 use crate::options::{Format, Interventions, Quality, number, show, threads, whole};
-use crate::output::{DONE, Failure};
+use crate::output::{DONE, Failure, create_folder};
 use clap::{Args, ValueHint};
 use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::csv::TimeWriter;
@@ -72,7 +72,7 @@ struct TimeFiles {
 
 impl TimeFiles {
     fn new(path: &Path) -> Result<TimeFiles, Failure> {
-        let folder = OutputFolder::create(path)?;
+        let folder = create_folder(path)?;
         let blocks = TimeWriter::new(folder.file("blocks.csv")?).map_err(unwritten(&folder))?;
         Ok(TimeFiles { blocks, folder })
     }

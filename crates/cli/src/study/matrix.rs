@@ -3,10 +3,9 @@
 
 use super::{failure, known_methods, methods};
 use crate::options::{Format, show, threads, whole};
-use crate::output::{DONE, Failure, Progress};
+use crate::output::{DONE, Failure, Progress, create_folder};
 use clap::{Args, ValueHint};
 use lostmotion::report::WriteError;
-use lostmotion::report::atomic::OutputFolder;
 use lostmotion_study::StudyError;
 use lostmotion_study::matrix::journal::{Found, Header, line, read};
 use lostmotion_study::matrix::{Cell, CellResult, all_cells, run_cells, sample, table};
@@ -133,7 +132,7 @@ fn in_order(cells: &[Cell], mut results: BTreeMap<Cell, CellResult>) -> Vec<Cell
 }
 
 fn write(folder: &Path, files: &[(&str, &String)]) -> Result<(), Failure> {
-    let mut folder = OutputFolder::create(folder)?;
+    let mut folder = create_folder(folder)?;
     for (name, text) in files {
         let mut file = folder.file(name)?;
         file.write_all(text.as_bytes())

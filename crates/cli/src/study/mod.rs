@@ -12,7 +12,6 @@ use lostmotion::identify::{
 };
 use lostmotion::methods::{MethodId, UnknownMethod};
 use lostmotion::report::WriteError;
-use lostmotion::report::atomic::{AtomicFile, OutputFolder};
 use lostmotion::report::number::{fixed, percent};
 use lostmotion_study::StudyError;
 use lostmotion_study::bench::{COUPLERS, Coupler, Recording, run as record};
@@ -137,7 +136,7 @@ fn cell(args: &CellArgs) -> Result<u8, Failure> {
     let cell = Cell::parse(&args.cell).map_err(|error| failure(&error))?;
     let methods = methods(std::slice::from_ref(&args.method))?;
     if let Some(path) = &args.program {
-        let mut file = AtomicFile::create(path)?;
+        let mut file = output::create(path)?;
         file.write_all(motion_program(&cell).as_bytes())
             .map_err(|error| WriteError::io("write", path, error))?;
         file.commit()?;
@@ -152,7 +151,7 @@ fn cell(args: &CellArgs) -> Result<u8, Failure> {
 
 fn traced(cell: &Cell, methods: &[String], path: &Path) -> Result<CellResult, Failure> {
     let unwritten = |error| Failure::from(WriteError::io("write", path, error));
-    let mut file = BufWriter::new(AtomicFile::create(path)?);
+    let mut file = BufWriter::new(output::create(path)?);
     writeln!(
         file,
         "t_s,error_um,error_without_gap_um,measured{}{}",
@@ -379,7 +378,7 @@ fn endurance(args: &Endurance) -> Result<u8, Failure> {
 pub(crate) fn paper(args: &Paper) -> Result<u8, Failure> {
     let failed = |error: StudyError| Failure::message(error.to_string());
     // a folder that cannot be made is reported before the work is done
-    let folder = args.out.as_ref().map(OutputFolder::create).transpose()?;
+    let folder = args.out.as_deref().map(output::create_folder).transpose()?;
     let trials = trials(&Trial::CHOSEN, &scan::FORMS).map_err(failed)?;
     let scanned = scan::scan().map_err(failed)?;
     let shafts = shaft_trials().map_err(failed)?;

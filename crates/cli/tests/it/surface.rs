@@ -180,7 +180,7 @@ fn every_message_has_one_prefix_with_place_values_and_hint() {
         .file("part.ngc", CIRCLE)
         .file("bad.toml", "name = 3\nfoo = 1\n")
         .file("dump.txt", "$110=fast\n$120=0\n");
-    let cases: [(&[&str], &[&str]); 16] = [
+    let cases: [(&[&str], &[&str]); 18] = [
         (
             &["simulate", "part.ngc", "--method", ""],
             &["no method \"\"", "hint: known methods"],
@@ -243,6 +243,14 @@ fn every_message_has_one_prefix_with_place_values_and_hint() {
         (
             &["gcode", "format", "part.ngc", "--indent", "99"],
             &["--indent is 99", "0 to 16"],
+        ),
+        (
+            &["plan", "part.ngc", "-o", "-"],
+            &["the output is `-`", "hint: "],
+        ),
+        (
+            &["simulate", "part.ngc", "-o", "-"],
+            &["the output is `-`", "a folder"],
         ),
         (
             &["gcode", "explain", "part.ngc:0"],
