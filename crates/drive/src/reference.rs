@@ -109,11 +109,13 @@ impl Spline {
         let node = self.node(state.tick, setpoint)?;
         state.tick += 1;
         let h = self.period_s;
+        // control points that make the B-spline meet the setpoints: p - h^2 a / 6
         let held = if self.interpolator == Interpolator::CompensatedBSpline {
             node.position * self.motor_rad_per_unit - node.acceleration * h * h / 6.0
         } else {
             node.position
         };
+        // the newest position last
         state.history.rotate_left(1);
         state.history[4] = held;
         let (piece, to) = self.piece(state, &node);
@@ -125,6 +127,7 @@ impl Spline {
 
     fn node(&self, tick: u64, setpoint: &Setpoint) -> Result<Node, AxisError> {
         let position = finite(tick, "position", setpoint.position)?;
+        // a derivative counts only for interpolators that use it, and is then required
         let at_motor = |needed: bool, what: &'static str, value: Option<f64>| match value {
             _ if !needed => Ok(0.0),
             Some(value) => Ok(finite(tick, what, value)? * self.motor_rad_per_unit),
@@ -263,6 +266,7 @@ impl Piece {
     /// Quintic that meets both nodes with both derivatives.
     pub(super) fn quintic(from: &Node, to: &Node, factor: f64, h: f64) -> Piece {
         let (v0, a0) = (from.velocity * h, from.acceleration * h * h);
+        // what is left of the end values after the quadratic of the start is taken off
         let position = (to.position - from.position) * factor - v0 - 0.5 * a0;
         let velocity = to.velocity * h - v0 - a0;
         let acceleration = to.acceleration * h * h - a0;
@@ -297,6 +301,7 @@ impl Piece {
     /// Uniform cubic B-spline between the second and the third of four control points, which are
     /// given from `base` on.
     pub(super) fn b_spline(base: f64, [q0, q1, q2, q3]: [f64; 4]) -> Piece {
+        // the basis functions as powers of u
         let start = (q0 + 4.0 * q1 + q2) / 6.0;
         let c = [
             0.5 * (q2 - q0),
@@ -315,6 +320,7 @@ impl Piece {
     #[inline]
     pub(super) fn at(&self, u: f64, h: f64) -> Reference {
         let [c1, c2, c3, c4, c5] = self.c;
+        // Horner; derivatives by u, so divided by the period
         let way = u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5))));
         Reference {
             position: self.base + way,

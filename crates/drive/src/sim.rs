@@ -123,6 +123,7 @@ impl<C: Compensator> AxisSim<C> {
     fn tick(&mut self, index: u32, out: &mut AxisOutput) {
         let (model, state) = (&*self.model, &mut self.state);
         let (reference, next_reference) = self.setpoint.at(index, &state.spline);
+        // the encoder first: everything in the tick sees the same instant
         let measured = model.servo.measure(&mut state.servo, &state.plant);
         let seen = Seen {
             motor_position: measured.position,
@@ -133,6 +134,7 @@ impl<C: Compensator> AxisSim<C> {
             load_position: state.plant.load_position,
         };
         let correction = model.correct(&mut state.compensator, [reference, next_reference], &seen);
+        // the sample shows the axis before this tick's command has any effect
         out.load
             .push(state.plant.load_position * model.units_per_motor_rad);
         out.reference
@@ -213,6 +215,7 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
     }
 
     fn begin_setpoint(&mut self, setpoint: &Setpoint) -> Result<(), AxisError> {
+        // refuse before anything has changed
         let tick = self.state.spline.ticks();
         let load_torque = load_force(tick, setpoint)? * self.model.load_per_motor_rad;
         self.model.spline.push(&mut self.state.spline, setpoint)?;

@@ -51,6 +51,7 @@ impl Tie {
                 "from 0 to 1e6".to_owned(),
             );
         }
+        // the ends swing against each other at sqrt(k (1/m1 + 1/m2))
         let mobility = |end: &AxisConfig<C>| {
             let reach_m = end.transmission.load_per_motor_rad();
             reach_m * reach_m / end.reflected_load().inertia_kgm2
@@ -141,6 +142,7 @@ impl TiedAxes {
             (first.current_loop(), second.current_loop());
         let told = [first.load_torque, second.load_torque];
         for _ in 0..first.periods() {
+            // skew of the ends in metres, in the middle of the period
             let ahead = |of: &dyn Fn(&PlantState) -> f64| {
                 of(first.plant_state) * reach[0] - of(second.plant_state) * reach[1]
             };

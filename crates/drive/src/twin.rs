@@ -117,6 +117,7 @@ impl Twin {
     /// Standing still, its shaft and its drive carrying the constant torque that friction cannot
     /// hold.
     pub fn initial(&self, position: f64, load: &LoadModel) -> TwinState {
+        // a constant torque beyond friction hangs on the shaft
         let held = if load.constant.abs() > load.coulomb {
             load.constant
         } else {

@@ -81,6 +81,7 @@ impl Group {
             self.lanes.states.peak.0[lane] = output.peak_current_a;
         }
         // whoever has a runner may have changed its state since the last push
+        // numbers are gathered once a push
         let mut described = [false; WIDTH];
         for tick in 0..longest {
             for (lane, (axis, list)) in self.axes.iter_mut().zip(setpoints).enumerate() {
@@ -153,12 +154,14 @@ impl Group {
             ..
         } = self;
         let (lanes, resident) = (&mut **lanes, marks.resident);
+        // resident lanes measure together
         arch.dispatch(Measure {
             lanes,
             index: index as usize,
             resident,
         });
         if marks.asked.iter().any(|asked| *asked) {
+            // compensators run lane by lane up to their model of the axis; the models step together
             let mut steps = [const { None }; WIDTH];
             for (lane, axis) in axes
                 .iter_mut()
@@ -177,6 +180,7 @@ impl Group {
                 lanes.loops.correct(lane, &correction);
             }
         }
+        // position and velocity loops together
         arch.dispatch(Command {
             lanes,
             index: index as usize,
@@ -186,6 +190,7 @@ impl Group {
             if !marks.running[lane] || resident[lane] {
                 continue;
             }
+            // other lanes take their tick by themselves and lend their state for the periods
             axis.begin_tick(index, output);
             let mut fast = axis.current_loop();
             if marks.active[lane] {
@@ -196,6 +201,7 @@ impl Group {
                 (0..*periods).for_each(|_| fast.period(peak));
             }
         }
+        // periods run in vectors up to one that some lanes have to take by themselves
         let mut from = 0;
         while let Some(stop) = arch.dispatch(Periods {
             lanes,
@@ -262,6 +268,7 @@ fn by_themselves(
         if resident[lane] {
             lanes.loops.note_limits(lane, &fast);
         }
+        // an event may have changed the mode, whose numbers the lane holds
         if !lanes.knows(lane, &fast) {
             lanes.describe(lane, &fast);
         }

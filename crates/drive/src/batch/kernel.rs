@@ -72,6 +72,7 @@ impl<S: Simd> Part<S> {
             self.get(&s.motor),
         );
 
+        // the voltages
         let current_loop = n.current_loop.map(|row| self.get(row));
         let period = CurrentPeriod {
             command: self.get(&inputs.command),
@@ -85,6 +86,7 @@ impl<S: Simd> Part<S> {
         let limited = current_loop.exceeds_limit(free);
         let CurrentOutput { voltage, integral } = current_loop.output(&period, free, free);
 
+        // the plant's exact step in the mode of each lane
         let (held_voltage, next_d) =
             n.electric
                 .map(|row| self.get(row))
@@ -141,6 +143,7 @@ impl<S: Simd> Part<S> {
         let next_gap = after[1] + offset;
         let (peak, size) = (self.get(&s.peak), after[0].abs());
         let next_peak = Wide::choose(peak.less(size), size, peak);
+        // lanes that stop keep the state before the period
         let keep = if any { Some(fine.less(one)) } else { None };
         let s = &mut lanes.states;
         self.store(keep, &mut s.current_q, after[0]);

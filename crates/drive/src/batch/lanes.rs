@@ -117,6 +117,7 @@ impl Lanes {
         ) else {
             return false;
         };
+        // the lane's column of every row
         let n = &mut self.numbers;
         n.current_loop.put(servo, in_lane(lane));
         n.electric.put(&plant.electric, in_lane(lane));
@@ -138,6 +139,7 @@ impl Lanes {
         put(&mut n.holding, lane, plant.look.holding);
         n.torque_margin.0[lane] = plant.look.torque_margin;
         self.modes[lane] = Some(plant);
+        // looks that no lane needs are left out of the kernel
         self.any_pushing = self
             .modes
             .iter()

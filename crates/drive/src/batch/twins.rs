@@ -76,6 +76,8 @@ impl Twins {
         let mut taken = [false; WIDTH];
         for (lane, step) in steps.iter().enumerate() {
             let Some(step) = step else { continue };
+            // numbers of drive and motor are taken once, the load at every tick: it may have been
+            // learned anew
             if !self.known[lane] {
                 (self.plain[lane], self.known[lane]) =
                     (self.numbers.put(lane, step.twin.twin), true);
@@ -94,6 +96,8 @@ impl Twins {
         }
         for (lane, step) in steps.iter_mut().enumerate() {
             let Some(step) = step.take() else { continue };
+            // a cut voltage is not in the vector law: that twin has its old state and steps by
+            // itself
             if taken[lane] && self.states.cut.0[lane] <= 0.0 {
                 self.states
                     .give(lane, step.twin.state, step.reference.position);

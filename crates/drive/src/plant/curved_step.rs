@@ -23,12 +23,14 @@ struct Search {
 impl Search {
     /// A guard: not negative as long as the mode lasts.
     fn guard(&mut self, event: Event, sign: f64, series: &Series, offset: f64) {
+        // the guard as a polynomial of tau
         let mut guard = series.map(|c| sign * c);
         guard[0] += offset;
         let zeros = match self.vanishing {
             Some((vanishing, zeros)) if vanishing == event => zeros,
             _ => 0,
         };
+        // its constant outweighs all the rest: it stays positive
         if guard[0] > guard[1..].iter().map(|c| c.abs()).sum() {
             return;
         }
@@ -46,6 +48,7 @@ impl Plant {
     #[inline(never)]
     pub(super) fn curved_step(&self, state: &mut PlantState, held: &Held) {
         let mut left = self.params.period_s;
+        // a first length of the Taylor pieces from the fastest rate at this speed
         let mut span = PIECE
             / self
                 .params
@@ -54,6 +57,7 @@ impl Plant {
         while left > 0.0 {
             let part = span.min(left);
             let expansion = Expansion::new(&self.params, state, held, part);
+            // halve the piece until the last coefficients are below rounding
             if !expansion.is_settled() && part > SMALLEST_PART * self.params.period_s {
                 span = 0.5 * part;
                 continue;
@@ -63,6 +67,7 @@ impl Plant {
             } else {
                 None
             };
+            // no event: take the whole piece, and try a longer one next
             let Some((tau, event)) = first else {
                 expansion.store(state, 1.0);
                 vanishing = None;
@@ -70,6 +75,7 @@ impl Plant {
                 span = 2.0 * part;
                 continue;
             };
+            // up to the event, across it, and on in the mode that follows
             expansion.store(state, tau);
             vanishing = self.curved_switch(state, event, expansion.need_at(tau));
             state.events += u64::from(!matches!(event, Event::Turn(_)));
@@ -129,6 +135,7 @@ impl Plant {
 
     fn contact_guards(&self, state: &PlantState, expansion: &Expansion<'_>, search: &mut Search) {
         let law = self.params.contact;
+        // the guards of the linear plant (`guard`), as series
         let sum =
             |a: &Series, b: &Series, factor: f64| std::array::from_fn(|n| a[n] + factor * b[n]);
         let s = state.mode.contact.sign();
@@ -174,6 +181,7 @@ impl Plant {
     /// Puts the state on the event's boundary and into the mode that follows.
     fn curved_switch(&self, state: &mut PlantState, event: Event, need: [f64; 2]) -> Vanishing {
         let before = state.mode.contact;
+        // `switch` thinks in states counted from the flank
         let depth = state.gap_angle - self.params.flank_at(before.sign(), state.load_position);
         let mut x: Vector = [
             state.current_q,
@@ -190,6 +198,7 @@ impl Plant {
                 });
         state.mode = mode;
         [_, _, state.motor_velocity, state.load_velocity] = x;
+        // closing and opening put the gap angle onto the flank, which wear may have moved
         let flank = match event {
             Event::Close(side) => side.sign(),
             Event::Open => before.sign(),
@@ -217,6 +226,7 @@ const DEPTH: u32 = 40;
 /// The first `zeros` coefficients are known to vanish, whatever rounding has made of them. A
 /// polynomial that starts at zero crosses there if it leaves downwards.
 pub(super) fn first_crossing(power: &Poly, zeros: usize) -> Option<f64> {
+    // a zero at the start of known order is divided out: what is left decides which way it leaves
     let mut power = *power;
     let mut lead = 0;
     while lead < COEFFICIENTS && (lead < zeros || power[lead] == 0.0) {
@@ -251,6 +261,7 @@ fn bernstein(power: &Poly) -> Poly {
 }
 
 fn search(form: &Poly, power: &Poly, low: f64, high: f64, depth: u32) -> Option<f64> {
+    // Descartes: no more roots in between than changes of sign
     let changes = form
         .windows(2)
         .filter(|pair| (pair[0] < 0.0) != (pair[1] < 0.0))
@@ -260,6 +271,7 @@ fn search(form: &Poly, power: &Poly, low: f64, high: f64, depth: u32) -> Option<
         1 if form[0] >= 0.0 && form[LAST] < 0.0 => Some(root(power, low, high)),
         _ if depth == 0 => None,
         _ => {
+            // several are possible: halve, the earlier half first
             let (left, right) = halves(form);
             let middle = 0.5 * (low + high);
             search(&left, power, low, middle, depth - 1)
@@ -295,11 +307,13 @@ fn root(power: &Poly, mut low: f64, mut high: f64) -> f64 {
     let mut tau = 0.5 * (low + high);
     for _ in 0..100 {
         let (value, slope) = value_and_slope(power, tau);
+        // keep the bracket
         if value < 0.0 {
             high = tau;
         } else {
             low = tau;
         }
+        // Newton where it stays in the bracket, else bisection
         let newton = tau - value / slope;
         let next = if newton > low && newton < high {
             newton

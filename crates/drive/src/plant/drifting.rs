@@ -53,6 +53,9 @@ impl Drifting {
     /// Makes the plant of setpoint `tick`, and gives a state that was reached under other
     /// parameters the contact that it has now.
     pub(crate) fn advance(&mut self, tick: u64, state: &mut PlantState) {
+        // matrices are costly: quantities in them are renewed at fixed setpoints, so that the plant
+        // is a
+        // function of the setpoint alone
         let epoch = tick / self.renewal_ticks;
         let renewed = epoch * self.renewal_ticks;
         if epoch != self.epoch
@@ -61,6 +64,7 @@ impl Drifting {
             self.plant = Plant::new(&self.slow(renewed));
         }
         self.epoch = epoch;
+        // gap and sliding friction stand outside the matrices and follow at every setpoint
         let (drift, start) = (&self.drift, &self.start);
         let friction_time = |mass| self.seconds(if self.creeps(mass) { renewed } else { tick });
         let load_coulomb_nm =

@@ -181,6 +181,7 @@ pub(super) struct StepTable {
 
 impl StepTable {
     fn new(params: &PlantParams, mode: Mode) -> StepTable {
+        // states, travel and held inputs in one system whose exponential is the step (van Loan)
         let mut a: Matrix<SIZE> = [[0.0; SIZE]; SIZE];
         for state in [CURRENT, PENETRATION, MOTOR, LOAD] {
             let mut unit = [0.0; 4];
@@ -197,6 +198,7 @@ impl StepTable {
         if !mode.load.stuck() {
             a[LOAD][INPUTS + 2] = -1.0 / params.load_inertia_kgm2;
         }
+        // columns of the exponential by source, rows by state
         let e = expm(&a, params.period_s, params.rate());
         let sources = [
             CURRENT,
@@ -220,6 +222,7 @@ impl StepTable {
         let mut tables: Vec<StepTable> = Vec::with_capacity(MATRICES);
         for index in 0..MATRICES {
             let mode = Mode::with_matrix(index);
+            // modes that this plant cannot come to take the table of their neighbour
             let idle = |mass| mode.friction(mass).creeps() && !params.friction(mass).creeps();
             let like = match (idle(Mass::Motor), idle(Mass::Load)) {
                 (true, _) => index.checked_sub(6),
@@ -283,6 +286,7 @@ impl Taylor {
         held: &Held,
         span: f64,
     ) -> Taylor {
+        // x' = A x + f: the nth derivative is A times the one before, f enters the first only
         let mut coefficients = [*x; COEFFICIENTS];
         let mut derivative = params.linear(mode, x);
         for (d, f) in derivative.iter_mut().zip(params.forcing(mode, held)) {

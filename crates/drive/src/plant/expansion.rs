@@ -98,6 +98,7 @@ impl<'a> Expansion<'a> {
             contact: NOTHING,
             settled: false,
         };
+        // order by order: torques from the states, the next order of the states from the torques
         for n in 0..COEFFICIENTS {
             all.contact_at(n);
             all.torques_at(n);
@@ -117,6 +118,7 @@ impl<'a> Expansion<'a> {
         let params = self.params;
         let flank = self.params.gap_middle + self.mode.contact.sign();
         let unit = if n == 0 { 1.0 } else { 0.0 };
+        // width of the gap at the load, and its change along the load
         let (times, slope) = match &mut self.width {
             None => (unit, 0.0),
             Some(width) => {
@@ -124,14 +126,17 @@ impl<'a> Expansion<'a> {
                 (width.times[n], width.slope[n])
             }
         };
+        // penetration past the flank, and the lever of an inclined flank
         self.depth[n] = self.angle[n] - flank * (params.half_gap_rad * times);
         self.lever[n] = unit + flank * params.half_gap_rad * slope;
+        // speed of the penetration: the flank moves with the load on the incline
         let load = if self.width.is_some() {
             product(&self.speed[1], &self.lever, n)
         } else {
             self.speed[1][n]
         };
         self.closing[n] = self.speed[0][n] - load;
+        // spring and damper of the mode
         let (k, d) = params.shaft(self.mode.contact.coupling());
         self.contact[n] = k * self.depth[n] + d * self.closing[n];
     }
@@ -148,6 +153,7 @@ impl<'a> Expansion<'a> {
                 .sum()
         };
         let curved = &params.curved;
+        // waves over motor and load angle
         let cogging = sum(
             &mut self.cogging,
             curved.cogging.as_slice().len(),
@@ -161,18 +167,22 @@ impl<'a> Expansion<'a> {
         let ripples = curved.ripple.as_slice().len();
         let unit = if n == 0 { 1.0 } else { 0.0 };
         self.constant[n] = unit + sum(&mut self.ripple, ripples, &self.motor_angle);
+        // torque of the current, with the torque constant that ripples
         let drive = if ripples > 0 {
             product(&self.constant, &self.current, n)
         } else {
             self.current[n]
         };
+        // what the flank gives to the load along its own direction
         let on_load = if self.width.is_some() {
             product(&self.contact, &self.lever, n)
         } else {
             self.contact[n]
         };
+        // what friction has to balance on either mass
         self.need[0][n] = params.torque_constant_nm_per_a * drive - self.contact[n] - cogging;
         self.need[1][n] = on_load - gravity - unit * self.held.load_torque;
+        // deflection of the bristles and their torque, from the speeds of the same order
         for (mass, brush) in self.brushes.iter_mut().enumerate() {
             if let Some(brush) = brush {
                 brush.extend(&self.speed[mass], &self.bristles[mass], n);
@@ -184,7 +194,10 @@ impl<'a> Expansion<'a> {
     fn integrate(&mut self, n: usize) {
         let params = self.params;
         let unit = if n == 0 { 1.0 } else { 0.0 };
+        // integrating tau^n divides by n + 1; the span converts tau to seconds
         let over = self.span / (n + 1) as f64;
+        // the winding: voltage less resistance and back-EMF, which ripples as the torque constant
+        // does
         let emf = if params.curved.ripple.as_slice().is_empty() {
             self.speed[0][n]
         } else {
@@ -196,6 +209,7 @@ impl<'a> Expansion<'a> {
         self.current[n + 1] = over * voltage / params.inductance_h;
         self.angle[n + 1] = over * (self.speed[0][n] - self.speed[1][n]);
         self.place[n + 1] = over * self.speed[1][n];
+        // both masses: need less viscous and dry friction
         let inertia = [params.motor_inertia_kgm2, params.load_inertia_kgm2];
         for (index, mass) in [Mass::Motor, Mass::Load].into_iter().enumerate() {
             let state = self.mode.friction(mass);
@@ -219,6 +233,7 @@ impl<'a> Expansion<'a> {
     /// Whether coefficients n and n + 1 of all states are down to rounding (n and n - 1 at the
     /// end).
     fn has_come_down(&self, n: usize) -> bool {
+        // two in a row, because every second coefficient of an even or odd function is zero
         let last = (n + 1).min(COEFFICIENTS - 1);
         let states = [
             &self.current,
@@ -327,6 +342,7 @@ impl Brush {
     }
 
     pub(super) fn extend(&mut self, speed: &Series, deflection: &Series, n: usize) {
+        // Stribeck level g(w) = F_c + (F_s - F_c) exp(-(w/v_s)^2)
         self.u[n] = speed[n] / self.speed;
         self.gauss.extend(&self.u, n);
         self.level[n] = self.coulomb * self.static_excess * self.gauss.value[n];
@@ -336,6 +352,7 @@ impl Brush {
         // deflection over level, by long division; its own coefficient n is still zero in the
         // product
         self.ratio[n] = (deflection[n] - product(&self.level, &self.ratio, n)) / self.level[0];
+        // dz/dt = w - |w| z / g(w) in units of torque, then the torque sigma_0 z + sigma_1 dz/dt
         self.rate[n] = speed[n] - self.sign * self.stiffness * product(speed, &self.ratio, n);
         self.torque[n] = self.stiffness * deflection[n] + self.damping * self.rate[n];
     }

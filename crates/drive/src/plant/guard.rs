@@ -87,11 +87,15 @@ impl Guards {
     fn contact(&mut self, params: &PlantParams, mode: Mode) {
         let (k, d) = params.shaft(Coupling::Spring);
         let s = mode.contact.sign();
+        // a flank is left where the penetration towards it is used up, and a contact that may not
+        // pull
+        // where spring and damper together would
         let depth = [0.0, s, 0.0, 0.0];
         let push = [0.0, s * k, s * d, -s * d];
         match mode.contact {
             Contact::Rigid => {}
             Contact::Gap => {
+                // the penetration is counted from the middle of the gap here
                 self.push(
                     Event::Close(Side::Positive),
                     params.half_gap_rad,
@@ -109,6 +113,8 @@ impl Guards {
                     self.push(Event::Release, 0.0, push);
                 }
                 if params.contact == ContactLaw::Bounded {
+                    // a bounded damper gives at most what the spring does: from there on the torque
+                    // is doubled
                     self.push(Event::Saturate, 0.0, [0.0, s * k, -s * d, s * d]);
                 }
             }
@@ -126,12 +132,14 @@ impl Guards {
             Mass::Load => LOAD,
         };
         let along = |side: Side| {
+            // the mass moves in the direction it slides in
             let mut row = [0.0; 4];
             row[speed] = side.sign();
             row
         };
         match mode.friction(mass) {
             Friction::None | Friction::Bristles(_) => {}
+            // with Stribeck friction a slower mass first comes to where its friction rises
             Friction::Sliding(side) if params.friction(mass).creeps() => {
                 self.push(
                     Event::Slow(mass),
@@ -149,6 +157,8 @@ impl Guards {
                 );
             }
             Friction::Stuck => {
+                // breaks away where the torque on it exceeds its friction in one direction or the
+                // other
                 let (need, against) = need_row(params, mode, mass, held);
                 let limit = params.breakaway(mass);
                 self.push(
@@ -192,7 +202,9 @@ impl PlantParams {
         let mut next = mode;
         let vanishing = match event {
             Event::Close(side) => {
+                // the penetration is counted from the new flank
                 x[PENETRATION] = 0.0;
+                // landing with more damping than spring torque starts at the bound
                 let closing = self.damping_nm_s_per_rad * (x[MOTOR] - x[LOAD]) * side.sign();
                 let bounded = self.contact == ContactLaw::Bounded && closing > 0.0;
                 next.contact = if bounded {
@@ -203,6 +215,7 @@ impl PlantParams {
                 None
             }
             Event::Open => {
+                // counted from the middle of the gap again; the flank just left is at distance zero
                 x[PENETRATION] = mode.contact.sign() * self.half_gap_rad;
                 next.contact = Contact::Gap;
                 Some((Event::Close(Side::of(mode.contact.sign())), 1))
@@ -216,12 +229,14 @@ impl PlantParams {
                     Mass::Motor => x[MOTOR] = 0.0,
                     Mass::Load => x[LOAD] = 0.0,
                 }
+                // the mass is at rest to the last bit, so that nothing turns round by rounding
                 let (friction, vanishing) = self.stop(mass, need(mass, x));
                 next.set_friction(mass, friction);
                 vanishing
             }
             Event::Break(mass, side) => {
                 next.set_friction(mass, self.starting(mass, side));
+                // its speed starts at zero; its acceleration too, unless the torque has jumped
                 smooth_start(need(mass, x), self.breakaway(mass), Event::Stop(mass))
             }
             Event::Slow(mass) => {

@@ -85,6 +85,7 @@ impl Plant {
                 Friction::None | Friction::Sliding(_) | Friction::Stuck
             )
         };
+        // the range of the penetration in which the mode lasts; empty where another look is needed
         let range = match mode.contact {
             _ if other(mode.motor) || other(mode.load) => [f64::INFINITY, f64::NEG_INFINITY],
             Contact::Rigid => [f64::NEG_INFINITY, f64::INFINITY],
@@ -93,6 +94,7 @@ impl Plant {
             Contact::Spring(_) => [f64::NEG_INFINITY, 0.0],
             Contact::Doubled(_) | Contact::Lifted(_) => [f64::INFINITY, f64::NEG_INFINITY],
         };
+        // only contacts that may not pull can lift off
         let pushes =
             matches!(mode.contact, Contact::Spring(_)) && params.contact != ContactLaw::Linear;
         let sign = mode.contact.sign();

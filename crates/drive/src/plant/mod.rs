@@ -73,6 +73,7 @@ pub struct Plant {
 impl Plant {
     /// Precomputes the steps.
     pub fn new(params: &PlantParams) -> Plant {
+        // the search for events uses Taylor series, which need the period in pieces this short
         let mut pieces = 1;
         while params.rate() * params.period_s / f64::from(pieces) > PIECE && pieces < 10_000 {
             pieces += 1;
@@ -112,6 +113,8 @@ impl Plant {
     /// One period of the current loop.
     #[inline]
     pub fn step(&self, state: &mut PlantState, input: &PlantInput) {
+        // the electric side that is bilinear: coupling held at the start of the period, i_d by its
+        // own step
         let (voltage, next_d) = self.electric.step(
             state.motor_velocity,
             [state.current_d, state.current_q],
@@ -126,6 +129,7 @@ impl Plant {
             self.curved_step(state, &held);
             return;
         }
+        // the step as if nothing happened in it, and a look whether that can have been so
         let before = state.vector(&self.params);
         let (after, travel) =
             self.tables[state.mode.matrix()].step(&self.params, state.mode, &before, &held);
@@ -143,6 +147,7 @@ impl Plant {
     #[cold]
     #[inline(never)]
     fn careful_step(&self, state: &mut PlantState, held: &Held, after: &Vector, travel: f64) {
+        // piece by piece, and within a piece from event to event
         let piece = self.params.period_s / f64::from(self.pieces);
         let start = *state;
         let mut events = 0;
@@ -168,6 +173,7 @@ impl Plant {
             }
             vanishing = None;
         }
+        // nothing happened after all: the matrix product has the bits of the quick step
         if events == 0 {
             *state = start;
             state.store(&self.params, after, travel);
@@ -206,6 +212,8 @@ impl Plant {
     ) -> Option<(f64, Event)> {
         let mut first: Option<(f64, Event)> = None;
         for guard in Guards::of(&self.params, mode, held).iter() {
+            // the guard of the event just passed starts at zero; rounding must not make it fire
+            // again
             let zeros = match vanishing {
                 Some((event, zeros)) if event == guard.event => zeros,
                 _ => 0,

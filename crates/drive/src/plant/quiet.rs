@@ -23,6 +23,7 @@ impl Margins {
     /// From the largest acceleration that the drive's current can cause: a dip is at most h^2/8 of
     /// the second derivative.
     pub(super) fn new(params: &PlantParams) -> Margins {
+        // the lighter mass is the one that accelerates most
         let inertia = params.motor_inertia_kgm2.min(params.load_inertia_kgm2);
         let acceleration = 2.0 * params.torque_constant_nm_per_a * params.current_limit_a / inertia;
         let dip = params.period_s * params.period_s / 8.0 * acceleration;

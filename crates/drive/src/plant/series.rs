@@ -58,6 +58,8 @@ impl Sine {
     pub(super) fn extend(&mut self, angle: &Series, n: usize) -> f64 {
         let f = self.wave.per_rad;
         if n == 0 {
+            // values at the start; higher orders from the derivative, cos times the inner
+            // derivative
             (self.sin[0], self.cos[0]) = math::sin_cos(f * angle[0] + self.wave.phase_rad);
         } else {
             self.sin[n] = f * chain(angle, &self.cos, n);
@@ -81,6 +83,7 @@ impl Gauss {
     };
 
     pub(super) fn extend(&mut self, u: &Series, n: usize) {
+        // exp of a series: its derivative is itself times the inner derivative
         self.square[n] = -product(u, u, n);
         self.value[n] = if n == 0 {
             math::exp(self.square[0])
@@ -119,12 +122,14 @@ impl Width {
             at_rad,
             width_rad,
         } = self.bell;
+        // distance from the middle of the worn place in widths of the bell
         self.u[n] = if n == 0 { place[0] - at_rad } else { place[n] } / width_rad;
         self.gauss.extend(&self.u, n);
         self.times[n] = excess * self.gauss.value[n];
         if n == 0 {
             self.times[0] += 1.0;
         }
+        // derivative of the bell along the place
         self.slope[n] = -2.0 * excess / width_rad * product(&self.u, &self.gauss.value, n);
     }
 }

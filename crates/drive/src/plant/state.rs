@@ -62,6 +62,7 @@ impl PlantState {
 
     /// Puts a load that stands about where it stands onto the flank that carries it.
     fn settle(&mut self, params: &PlantParams, motor_position: f64, gap_fraction: f64) {
+        // a torque beyond the friction hangs on the shaft, and winds it up
         let gravity = params.curved.gravity.at(self.load_position);
         let torque = params.load_constant_nm + gravity;
         let hangs = torque.abs() > params.breakaway(Mass::Load);
@@ -74,13 +75,16 @@ impl PlantState {
             (true, false) => Contact::Gap,
             (true, true) => Contact::Spring(side),
         };
+        // on that flank, or where in the gap the caller says
         let part = if hangs { side.sign() } else { gap_fraction };
         self.gap_angle = params.flank_at(part, self.load_position) + wind_up;
         self.load_position = motor_position - self.gap_angle;
+        // the current that holds the load and the cogging
         let cogging = params.curved.cogging.at(motor_position);
         let constant =
             params.torque_constant_nm_per_a * (1.0 + params.curved.ripple.at(motor_position));
         self.current_q = (held + cogging) / constant;
+        // bristles carry a torque that hangs on friction alone
         if let (false, Some(bristles)) = (hangs, params.load_friction.bristles)
             && params.load_coulomb_nm > 0.0
         {

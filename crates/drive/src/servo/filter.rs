@@ -28,6 +28,7 @@ impl Biquad {
     /// `(n2 s^2 + n1 s + n0)/(s^2 + d1 s + d0)` for s in units of the filter's angular frequency.
     fn bilinear(angle: f64, numerator: [f64; 3], denominator: [f64; 3]) -> Biquad {
         let k = 1.0 / math::tan(0.5 * angle);
+        // coefficients of z^0, z^-1, z^-2 after s = k (z - 1)/(z + 1), times (z + 1)^2
         let discrete = |[c0, c1, c2]: [f64; 3]| {
             [
                 c0 + c1 * k + c2 * k * k,
@@ -45,6 +46,7 @@ impl Biquad {
     fn new(filter: &TorqueFilter, period_s: f64) -> Biquad {
         match filter {
             TorqueFilter::Notch(notch) => {
+                // relative width; the depth is the ratio of the dampings
                 let width = notch.width_hz / notch.frequency_hz;
                 let rest = width * math::pow(10.0, -notch.depth_db / 20.0);
                 Biquad::bilinear(

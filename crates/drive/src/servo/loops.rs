@@ -301,6 +301,7 @@ impl FrictionFeedforward {
     /// Torque at a reference velocity, N m.
     #[inline]
     fn torque(&self, velocity: f64) -> f64 {
+        // the sign of the velocity without its jump at rest
         let smoothed =
             velocity / (velocity * velocity + self.smoothing_rad_s * self.smoothing_rad_s).sqrt();
         self.coulomb_nm * smoothed + self.viscous_nm_s_per_rad * velocity

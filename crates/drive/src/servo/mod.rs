@@ -78,6 +78,7 @@ impl Servo {
         let (drive, motor, load) = (config.drive, &config.motor, config.reflected_load());
         let (current_period_s, servo_period_s) =
             (config.current_period_us() * 1e-6, config.servo_period_s());
+        // without a told one the drive knows the true inertia
         let told_inertia = drive
             .told_inertia_kgm2
             .unwrap_or(config.motor_side_inertia_kgm2() + load.inertia_kgm2);
@@ -85,6 +86,7 @@ impl Servo {
             .encoder_counts_per_rev
             .map_or(Encoder::IDEAL, Encoder::with_counts);
         let current_steps = drive.current_periods(&config.cycles);
+        // longest vector that space-vector modulation gives without distortion
         let voltage_limit = drive.bus_voltage_v / 3.0_f64.sqrt();
         Servo {
             drive,
@@ -207,6 +209,7 @@ impl Servo {
         if delay == 0 {
             return state.velocity.current_command;
         }
+        // how many servo periods ago the command in force was computed
         let age = delay
             .saturating_sub(state.current.periods)
             .div_ceil(self.current_steps);
