@@ -69,12 +69,12 @@ impl Chord {
         ))
     }
 
-    /// Speed as a part of what is allowed, given joints with their speeds and accelerations.
+    /// Speed as a part of the allowed one, given joints with their velocities and accelerations.
     pub(crate) fn part(&self, motion: [&Coords; 3], tool_mm: &[f64; 3]) -> f64 {
         (chord_bend(self.kinematics.as_ref(), motion, tool_mm) / self.most).sqrt()
     }
 
-    /// What has to be kept of it if the motion is passed at that pace later on.
+    /// The limit for a nominal motion that will be passed at the given pace.
     pub(crate) fn at_pace(&self, pace: f64) -> Chord {
         Chord {
             most: self.most / (pace * pace),

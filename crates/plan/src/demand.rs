@@ -6,7 +6,8 @@ use lostmotion_base::AXES;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Demand {
     pub(crate) d: [[f64; AXES]; 3],
-    /// Bounds of q'' and q''' upward and downward, for what is opposed: by order, then side.
+    /// Bounds of q'' and q''' upward and downward, by order, then side: terms of opposite sign do
+    /// not add up.
     pub(crate) sides: [[[f64; AXES]; 2]; 2],
     /// Largest speed of the path parameter that the feed allows, 1/s.
     pub(crate) feed: f64,

@@ -1,4 +1,4 @@
-//! What can be wrong with what the planner is given.
+//! Errors of the planner: moves that it cannot plan, and settings that make no sense.
 
 use lostmotion_base::{AxisId, BlockRef, LimitError};
 use lostmotion_kinematics::KinematicsError;

@@ -15,7 +15,7 @@ use lostmotion_path::Curve;
 /// speed at the corner is not known well enough to count all of it; origin unknown, kept.
 const SOFT_SHARE: f64 = 0.5;
 
-/// Compares times.
+/// Decides by time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TimeJudge<'a> {
     pub(crate) machine: &'a Machine,

@@ -1,4 +1,4 @@
-//! What the joints demand of speed and acceleration along the path.
+//! Bounds of speed and acceleration along the path from the limits of the joints.
 //!
 //! A joint q(s) on a path travelled with speed v, acceleration a and jerk j has the velocity q' v,
 //! the acceleration q'' v2 + q' a and the jerk q''' v3 + 3 q'' v a + q' j. The planner makes j by a
@@ -244,7 +244,7 @@ impl Machine {
         a
     }
 
-    /// Whether [`Machine::acceleration`] allows so much.
+    /// Whether an acceleration is within the bound of [`Machine::acceleration`].
     pub(crate) fn allows(
         &self,
         demand: &Demand,
@@ -266,8 +266,8 @@ impl Machine {
         })
     }
 
-    /// Whether a motion of constant jerk between two states keeps this part of the limits wherever
-    /// the demands hold.
+    /// Whether a motion of constant jerk between two states stays within this multiple of the
+    /// limits wherever the demands hold.
     pub(crate) fn keeps(&self, demand: &Demand, ends: &[Knot], part: f64) -> bool {
         let [left, right] = ends else { return true };
         let (h, j) = (right.t - left.t, left.j.abs());

@@ -1,4 +1,4 @@
-//! What the conditioned path is made of, and how deviations from it are measured.
+//! Pieces and stops of the conditioned path, and how deviations from it are measured.
 
 use crate::Heeds;
 use lostmotion_base::units::deg;
@@ -112,7 +112,7 @@ impl Programmed {
 }
 
 /// Size of a difference between two points: mm of X Y Z, of U V W, or degrees of A B C, whichever
-/// is largest. A tolerance of so many mm allows the rotary axes as many degrees, as the feed rule
+/// is largest. A tolerance of x mm allows the rotary axes x degrees, as the feed rule
 /// treats them alike.
 pub(crate) fn size(delta: &Coords) -> f64 {
     let [.., u, v, w] = delta.0;

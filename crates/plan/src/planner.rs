@@ -279,7 +279,7 @@ impl Planner {
                 PathStep::Piece(piece) => {
                     self.window
                         .push(piece, &self.machine, self.kinematics.as_ref())?;
-                    // The memory is bounded: a full window gives out what is final, by a stop if
+                    // The memory is bounded: a full window outputs its final part, by a stop if
                     // need be.
                     while self.window.is_due() {
                         let Some((settled, forced)) =

@@ -36,10 +36,11 @@ pub(crate) struct Sampler {
     /// End of the last motion or dwell, s; samples go on to the first tick at or after it.
     pub(crate) end_s: f64,
     pub(crate) finished: bool,
-    /// What is added to program coordinates to get joints under a tool offset, where that is all
-    /// there is to do.
+    /// Constant between program coordinates and joints under a tool offset, for kinematics that
+    /// have one.
     offset: Option<([f64; 3], Coords)>,
-    /// What is told of how far the tool is off its way between two samples.
+    /// Limit of the distance between the tool and its way between two samples, for drives that go
+    /// straight from command to command.
     pub(crate) chord: Option<Chord>,
 }
 
@@ -120,7 +121,7 @@ impl Sampler {
         out.len() - before
     }
 
-    /// Up to when the motion is known for good.
+    /// Up to when the motion is final.
     fn settled(&self) -> Until {
         match self.stretches.back() {
             Some(last) if !(self.finished && last.complete) => Until::Included(last.known_s()),
@@ -170,9 +171,9 @@ impl Sampler {
         }
     }
 
-    /// Adds samples up to `most`, as long as nothing but the first stretch moves and
-    /// joints are program coordinates up to a constant: the usual case, without anything that it
-    /// does not need. Whether there was one.
+    /// Adds samples until `out` has `most` of them, as long as only the first stretch moves and
+    /// joints are program coordinates up to a constant: the usual case, without the cost of the general one.
+    /// Returns whether a sample was added.
     fn run(
         &mut self,
         most: usize,

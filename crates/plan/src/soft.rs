@@ -1,7 +1,6 @@
-//! Soft ends of straight motions: at a corner that two lines pass while both still move, their
-//! jerks add up. Where the sum is more than a joint has, both motions take so much less jerk for as
-//! long as they overlap that it is not. What that costs is far less than what the overlap saves, as
-//! little way is left there.
+//! Soft ends of straight motions. At a corner at which the motions along two lines overlap their
+//! jerks add up. Where the sum is beyond the limit of a joint, both motions use less jerk while they
+//! overlap. That costs far less than the overlap saves, since little way is left there.
 
 use crate::machine::Machine;
 use crate::motion::Knot;
@@ -18,8 +17,8 @@ const JERK_PART: f64 = 1.0 - 1e-6;
 /// unknown, kept.
 const LEAST_GAIN: f64 = 1.1;
 
-/// What a straight motion has: speed, acceleration and jerk of the path, of which joints in its
-/// direction take no more than theirs.
+/// Limits of a straight motion: speed, acceleration and jerk of the path with which each joint
+/// keeps its own.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
     pub(crate) v: f64,
@@ -28,7 +27,7 @@ pub(crate) struct Reach {
 }
 
 impl Reach {
-    /// In a direction, at no more than a speed.
+    /// In a direction, at most at the given speed.
     pub(crate) fn along(machine: &Machine, d: &Coords, speed: f64) -> Reach {
         let least = |kind: usize| {
             machine
@@ -155,15 +154,15 @@ pub(crate) fn gets_fast(machine: &Machine, d: &Coords, speed: f64, length: f64) 
     length >= v * (v / a + a / j)
 }
 
-/// What a stop from a speed costs: the time that it takes less that of the way at the speed.
+/// Time lost by a stop from a speed, s: its duration less that of its way at the speed.
 fn lost_s(reach: Reach, soft: Option<Soft>) -> f64 {
     let [time, way] = SoftRamp::to(reach.v, reach, soft).extent();
     time - way / reach.v
 }
 
 /// How soft the ends of two motions along these directions have to be so that they may overlap at
-/// their corner as long as the tolerance allows, and what the overlap saves, s; `None` if they need
-/// not be or that saves nothing. Speeds are those that the lines are long enough for.
+/// their corner as long as the tolerance allows, and the time that the overlap saves, s. `None` if
+/// hard ends do as well or nothing is saved. `speeds` are those that the lines are long enough for.
 pub(crate) fn soften(
     machine: &Machine,
     [d, e]: [&Coords; 2],

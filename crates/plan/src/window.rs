@@ -1,4 +1,4 @@
-//! The look-ahead: path that waits to be planned, and what of its plan is final.
+//! The look-ahead: path that waits to be planned, and the part of its plan that is final.
 
 use crate::demand::{Demand, Interval};
 use crate::intervals::Intervals;
@@ -35,8 +35,8 @@ const LIMIT_PARTS: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.05];
 pub(crate) struct Window {
     builder: Intervals,
     pieces: VecDeque<(f64, Arc<Piece>)>,
-    /// How many of them at the front are given out, and held because the next section begins on
-    /// them.
+    /// How many of them at the front have been output and are held because the next section begins
+    /// on them.
     given: usize,
     intervals: Vec<Interval>,
     /// Where the profile goes on, and the speed squared there.
@@ -134,8 +134,8 @@ impl Window {
         }
     }
 
-    /// Plans what is there and outputs what is final; nothing if the window may still grow. The
-    /// flag tells whether the profile had to come to rest for want of look-ahead.
+    /// Plans the window and outputs its final part; `None` if the window may still grow. The flag
+    /// tells whether the profile had to come to rest for want of look-ahead.
     pub(crate) fn settle(
         &mut self,
         machine: &Machine,
@@ -168,7 +168,7 @@ impl Window {
         }
         let full = self.intervals.len() >= self.max_intervals || self.len() >= self.max_pieces;
         if full {
-            // The stop separates what is there from what will come, so that all of it can be
+            // A stop separates the window from the path that will come, so that all of it can be
             // planned.
             return self
                 .finish(machine, kinematics, [None; 2])
@@ -178,7 +178,7 @@ impl Window {
         None
     }
 
-    /// Takes out what lies before a cut, and forgets the demands that do not reach beyond it.
+    /// Removes the part before a cut, and drops the demands that do not reach beyond it.
     fn give(&mut self, knots: Vec<Knot>, plan: &Plan, cut: Node) -> Settled {
         // The pieces of this part; the next one may begin on the last of them.
         let done = self.pieces.partition_point(|(start, _)| *start < cut.s);

@@ -3,8 +3,8 @@
 //!
 //! Noise and rounding of the points are far below the tolerance, yet differences of third order
 //! blow them up. The offsets e minimise the integral of w e^2 + l^6 (x''')^2 over the run, in
-//! divided differences: what is longer than the length l stays as it is. Where an offset would pass
-//! its bound, w is what just holds it there. (Whittaker, Proc. Edinburgh Math. Soc. 41, 1923, with
+//! divided differences: features longer than the length l stay as they are. Where an offset would pass
+//! its bound, w is the weight that just holds it there. (Whittaker, Proc. Edinburgh Math. Soc. 41, 1923, with
 //! weights.)
 
 use crate::piece::size;
@@ -13,8 +13,8 @@ use lostmotion_base::{AXES, Coords, math};
 
 /// Most rounds of weights. Record 38 of the decisions: 7 to 50 are needed.
 const MAX_ROUNDS: usize = 48;
-/// Part of its bound that an offset is to have where it is held back, so that a last excess of
-/// weights does not pass the bound. Origin unknown, kept.
+/// Part of its bound that an offset is aimed at where it is held back, so that rounds that end
+/// early stay within the bound. Origin unknown, kept.
 const AIMED_PART: f64 = 0.9;
 /// Part of the offset aimed at up to which a vertex counts as settled: its bound.
 const SETTLED_ABOVE: f64 = 1.0 / AIMED_PART;
@@ -135,7 +135,8 @@ impl Weight {
     }
 }
 
-/// The matrix of the bending, by rows from the diagonal on, and what it makes of the points.
+/// The matrix of the bending, by rows from the diagonal on, and its product with the points,
+/// negative.
 fn stiffness<const N: usize>(
     points: &[Point],
     length: f64,

@@ -1,4 +1,4 @@
-//! What becomes of the place where two moves meet.
+//! How two moves are joined: a stop, a blend, a vertex of a run, or nothing.
 
 use crate::piece::Programmed;
 use crate::piece::size;
@@ -90,7 +90,7 @@ fn angle(a: &Coords, b: &Coords) -> f64 {
 }
 
 /// How much of a long line may bend next to the vertex where two lines meet, mm: a curve through it
-/// leaves chords so long by no more than the tolerance.
+/// stays within the tolerance of chords of that length.
 pub(super) fn reach(before: &Programmed, next: &Programmed, tolerance: f64) -> f64 {
     let angle = angle(
         &before.curve.eval(before.length).d1,
@@ -100,7 +100,7 @@ pub(super) fn reach(before: &Programmed, next: &Programmed, tolerance: f64) -> f
         .min(LONG_CHORDS * before.length.min(next.length))
 }
 
-/// Tells what becomes of the place where `next` follows `before`.
+/// Decides how `next` follows `before`.
 pub(crate) fn joint(config: &PlannerConfig, before: &Programmed, next: &Programmed) -> Junction {
     let (Some(first), Some(second)) = (
         allowed(config, before.control),

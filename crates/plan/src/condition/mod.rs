@@ -107,7 +107,7 @@ impl Conditioner {
         out.push(PathStep::Stop(stop));
     }
 
-    /// Outputs what is left of the last move.
+    /// Outputs the rest of the last move.
     fn end(&mut self, out: &mut Vec<PathStep>) {
         if let Some(last) = self.chain.last()
             && last.length > self.spent
@@ -295,7 +295,7 @@ impl Conditioner {
         self.spent = 0.0;
     }
 
-    /// What is left of the first move before the run begins in its middle.
+    /// Outputs the rest of the first move before the run begins within it.
     fn lead_in(&self, chords: &[RunChord<'_>], out: &mut Vec<PathStep>) {
         if let Some(first) = chords.first()
             && first.from > self.spent
@@ -307,8 +307,8 @@ impl Conditioner {
     }
 }
 
-/// What is longer than this stays in a run as it is, mm. It depends on the program alone, so that a
-/// machine that can do more is not given a rougher path.
+/// Length scale of fairing, mm: longer features of a run stay as they are. It depends on the
+/// program alone, so that a faster machine does not get a rougher path.
 fn fairing_length(chords: &[RunChord<'_>]) -> f64 {
     FAIRED_CHORDS * chords.iter().map(RunChord::length).sum::<f64>() / chords.len().max(1) as f64
 }

@@ -35,7 +35,7 @@ pub(crate) struct LimitJudge {
     /// By joint: index, limits of acceleration and jerk times the second and third power of the
     /// period.
     joints: Vec<(usize, [f64; 2])>,
-    /// The last positions that were given out.
+    /// The last positions that were output.
     before: Vec<Coords>,
 }
 
@@ -59,8 +59,8 @@ impl LimitJudge {
         }
     }
 
-    /// The intervals, out of so many, around what passes a limit, each with the part of its limits
-    /// of acceleration and jerk that is left to it.
+    /// The intervals around samples that pass a limit, each with the part of its limits of
+    /// acceleration and jerk that is left to it; `intervals` is the number of all.
     pub(super) fn excess(&self, batch: &[Placed], intervals: usize) -> Excess {
         let Some(Placed { sample: first, .. }) = batch.first() else {
             return Vec::new();
@@ -122,7 +122,7 @@ impl LimitJudge {
         parts
     }
 
-    /// Takes note of what is given out.
+    /// Keeps the last positions of the samples that are output.
     pub(super) fn pass(&mut self, batch: &[Placed]) {
         if self.before.is_empty()
             && let Some(Placed { sample: first, .. }) = batch.first()
@@ -150,7 +150,7 @@ impl LimitJudge {
         })
     }
 
-    /// Takes over the last positions of what was given out elsewhere.
+    /// Takes the last positions that were output by other means.
     pub(super) fn follow(&mut self, before: Vec<Coords>) {
         self.before = before;
     }

@@ -7,8 +7,8 @@
 //! lowers the time, [`warp`] makes samples of it.
 //!
 //! Windows overlap: each starts in the state in which the last one was left and ends at a part of
-//! the nominal pace, at which everything that may come keeps its limits. What is given out lies far
-//! enough before that end not to feel it.
+//! the nominal pace, at which everything that may come keeps its limits. Only samples far enough
+//! before that end not to depend on it are output.
 
 mod banded;
 mod excess;

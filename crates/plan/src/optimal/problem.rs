@@ -19,13 +19,13 @@ const STILL_PART: f64 = 1e-9;
 /// where the joints rest, nothing else would bound its jerk. Origin unknown, kept.
 const SWIFTEST_PACE_S: f64 = 4e-3;
 
-/// How a window meets what is around it.
+/// State in which a window begins or ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum End {
     /// In a given state of motion: two coefficients stay as they are.
     #[default]
     Moving,
-    /// At rest: beta, which has no influence on the joints there, is constant over so many
+    /// At rest: beta, which has no influence on the joints there, is constant over this number of
     /// intervals.
     Rest(usize),
 }
@@ -50,8 +50,8 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    /// Lets the first intervals keep the start, which a given state at the start may force on them:
-    /// what it does not keep by a margin is scaled until it does.
+    /// Eases the limits of the first intervals, in which a given state at the start leaves little
+    /// choice: each limit that the start does not keep by a margin is scaled until it does.
     pub(super) fn ease(&mut self, intervals: usize, x: &[f64]) {
         for interval in 0..intervals.min(self.inverse_ceilings.len()) {
             let local = Local::at(x, interval);
@@ -235,7 +235,7 @@ fn moves(points: &[Sample], joint: &RetimedJoint) -> bool {
     })
 }
 
-/// Takes what is given or tied out of a system for the change of the coefficients.
+/// Removes given and tied coefficients from the system for the change of the coefficients.
 pub(super) fn hold([start, end]: [End; 2], matrix: &mut Banded, right: &mut [f64]) {
     let last = right.len() - 1;
     let mut given = |index: usize| {

@@ -35,7 +35,7 @@ const ROUND_EXCESS: f64 = 8e-4;
 const LEAST_ROOM: f64 = 0.9985;
 /// How often the pace is lowered around what still passes a limit, at most. Origin unknown, kept.
 const MAX_DIPS: usize = 100;
-/// Factor by which dips may lengthen what is given out, at most. Origin unknown, kept.
+/// Factor by which dips may lengthen the samples of a window, at most. Origin unknown, kept.
 const LONGEST_DIPPED: f64 = 1.01;
 /// Duality gap, as a part of the time, from which on no better motion was found. Origin unknown,
 /// kept.
@@ -43,14 +43,14 @@ const FAILED_GAP: f64 = 0.05;
 /// Intervals at the start of a window that are eased again after limits were tightened: the given
 /// state leaves little choice there. Origin unknown, kept.
 const EASED_AGAIN: usize = 60;
-/// What a plan of a window would give.
+/// Samples that the present solution of a window leads to, with the limits that they pass.
 pub(crate) struct Trial {
     pub(super) samples: Vec<Placed>,
     pub(super) walk: Walk,
     /// Intervals around what passes a limit, with the part of the limits of acceleration and jerk
     /// that is left to them.
     pub(super) excess: Excess,
-    /// Whether the solver found something.
+    /// Whether the solver found a better motion.
     pub(crate) found: bool,
 }
 
@@ -64,14 +64,14 @@ impl Trial {
     }
 }
 
-/// What is retimed, and how.
+/// Windows of a nominal motion, with the state between two of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Windows {
     joints: Vec<RetimedJoint>,
     step_s: f64,
     /// The pace, squared, at which a window ends that is not the last.
     tail: f64,
-    /// The nominal motion that is not given out yet.
+    /// The nominal motion that has not been output.
     pub(crate) points: Vec<Sample>,
     /// Coefficients of beta over it, as far as it was planned.
     x: Vec<f64>,
@@ -114,14 +114,13 @@ impl Windows {
         }
     }
 
-    /// An end at rest of a window of so many steps.
+    /// An end at rest of a window of `steps` steps.
     pub(crate) fn rest(steps: usize) -> End {
         End::Rest(TIED_STEPS.min(steps / 4))
     }
 
-    /// Plans all that is there; `given` is the number of intervals that are to be given out. The
-    /// first so many intervals keep at least what they would have to for the pace to go on as it is
-    /// said to.
+    /// Plans all points; the first `given` intervals are to be output. The limits of the first
+    /// `eased` intervals are eased so that the pace known for them is feasible.
     pub(crate) fn best(&mut self, ends: [End; 2], given: usize, eased: usize) -> Trial {
         let intervals = self.points.len() - 1;
         self.room.resize(intervals, [1.0; 2]);
@@ -163,7 +162,7 @@ impl Windows {
         self.settle(trial, ends, given)
     }
 
-    /// Lowers the pace where a limit is still passed by a little, if that does it and takes hardly
+    /// Lowers the pace where a limit is still passed by a little, if that suffices and takes hardly
     /// longer.
     fn settle(&mut self, first: Trial, ends: [End; 2], given: usize) -> Trial {
         if first.excess.is_empty() {
@@ -190,7 +189,7 @@ impl Windows {
         best
     }
 
-    /// Lowers the time, if that can be done, and looks at what comes of it.
+    /// Solves for less time and judges the resulting samples.
     fn improve(&mut self, problem: &Problem, goal: &Goal, end: End, given: usize) -> Trial {
         let before = self.x.clone();
         let found = self.solver.solve(problem, &mut self.x, goal) < FAILED_GAP;
@@ -243,7 +242,7 @@ impl Windows {
         }
     }
 
-    /// Outputs what a plan says about the first `given` intervals, and forgets them.
+    /// Outputs the samples of the first `given` intervals and drops those intervals.
     pub(crate) fn give(&mut self, trial: Trial, given: usize) -> Vec<Placed> {
         self.walk = trial.walk;
         self.judge.pass(&trial.samples);
@@ -254,7 +253,7 @@ impl Windows {
     }
 
     /// Begins in a given state of motion: coefficients of beta for all points, of which the first
-    /// two hold, and the last positions given out before.
+    /// two are fixed, and the last positions that were output before.
     pub(crate) fn begin(&mut self, x: Vec<f64>, before: Vec<Coords>) {
         self.x = x;
         self.judge.follow(before);

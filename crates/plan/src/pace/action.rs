@@ -1,12 +1,12 @@
-//! What an operator does, and what it asks of the motion.
+//! Actions of an operator, and the pace that they ask for.
 
 use crate::{Heeds, PlanError};
 
-/// The least pace, as a part of the planned one, at which places are passed between others of
-/// another pace; so a place is come to where the motion is to rest.
+/// Least pace, as a part of the planned one, at which places are passed between others of another
+/// pace, so that the motion also reaches a place where it is to rest. Record 41 of the decisions.
 const CREEP: f64 = 0.03;
 /// Part of the least pace asked for at which everything that may come keeps its limits with some
-/// room.
+/// room. Record 41 of the decisions.
 const SURE: f64 = 0.95;
 
 /// What an operator does.
@@ -58,7 +58,7 @@ pub(super) struct Asked {
 }
 
 impl Asked {
-    /// What is asked of a place, as it stands on the dial.
+    /// The override for a place, as it stands on the dial.
     pub(super) fn of(&self, heeds: Heeds) -> f64 {
         match heeds {
             Heeds::Feed => self.feed,
@@ -72,13 +72,13 @@ impl Asked {
         self.of(heeds) == 0.0
     }
 
-    /// The pace that a place is to be passed at between others; above 1 the feed may be so many
-    /// times the programmed one.
+    /// The pace at which a place is to be passed between others; above 1 it is the factor on the
+    /// programmed feed.
     pub(super) fn cap(&self, heeds: Heeds) -> f64 {
         self.of(heeds).max(CREEP)
     }
 
-    /// A pace that is within what is asked of any place, and within the joints' limits.
+    /// A pace within the overrides of all places and within the limits of the joints.
     pub(super) fn sure(&self) -> f64 {
         SURE * self.cap(Heeds::Feed).min(self.cap(Heeds::Rapid)).min(1.0)
     }

@@ -20,13 +20,13 @@ const EFFORTS: [[f64; 2]; 8] = [
     [0.25, 0.0],
     [0.12, 0.0],
 ];
-/// Parts of the pace aimed at that do where the plan leaves no room to come up to it: what is
-/// missing follows as soon as it can.
+/// Parts of the pace aimed at that are tried where the plan leaves no room for all of it; the rest
+/// follows with a later change.
 const GOAL_PARTS: [f64; 9] = [1.0, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3, 0.1];
 /// Difference from a pace up to which it is reached.
 pub(super) const REACHED: f64 = 1e-6;
 
-/// A change of pace that begins after so many command cycles.
+/// A change of pace that begins after `wait` command cycles.
 #[derive(Clone, Debug)]
 pub(super) struct Aim {
     pub(super) wait: u32,
@@ -34,7 +34,7 @@ pub(super) struct Aim {
 }
 
 /// The best change to a pace found: for less pace the one that is done first, for more the one that
-/// gets nearest. `after` tells the state after so many command cycles as things are; `None` if that
+/// gets nearest. `after` tells the state after a number of command cycles if nothing changes; `None` if that
 /// is not known.
 pub(super) fn aim(
     course: &Course,

@@ -49,7 +49,7 @@ pub struct Pacer {
     state: PaceState,
     /// The change of pace under way, and for how long it has been.
     ramp: Option<(Ramp, f64)>,
-    /// A change that begins after so many cycles.
+    /// A change that begins some cycles later.
     next: Option<Aim>,
     /// A pace that changes all along, where one is asked for.
     retimed: Option<Box<Retimed>>,
@@ -61,7 +61,7 @@ pub struct Pacer {
     patience: u32,
     delay: u32,
     tick: Tick,
-    /// The last positions given out, the latest last.
+    /// The last positions that were output, the latest last.
     past: [Coords; 4],
     over: bool,
 }
@@ -181,7 +181,7 @@ impl Pacer {
         Some(sample)
     }
 
-    /// The state after so many cycles as things are.
+    /// The state after `cycles` command cycles if nothing changes.
     fn after(&self, cycles: f64) -> Option<PaceState> {
         if let Some(retimed) = &self.retimed {
             return (cycles as usize)

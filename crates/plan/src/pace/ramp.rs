@@ -4,7 +4,7 @@
 //! second derivative of w by real time, a joint has the velocity p' w, the acceleration p'' w2 + p'
 //! u and the jerk p''' w3 + 3 p'' w u + p' r. A ramp takes the most of r that all joints leave,
 //! then the most of u, and turns round just in time to arrive with u = 0. Whether it keeps every
-//! limit is looked at afterwards, all along.
+//! limit is checked afterwards, all along.
 
 use super::course::{Course, CoursePlace, PaceState};
 use lostmotion_base::root::Bracket;
@@ -14,7 +14,7 @@ const STEP_S: f64 = 2.5e-4;
 /// The pace may change by 1 in no less than about twice this time, s: where joints rest, nothing
 /// else would bound it.
 const SWIFTEST_PACE_S: f64 = 4e-3;
-/// Part of the limits of acceleration and jerk that is used, since they are looked at in the middle
+/// Part of the limits of acceleration and jerk that is used, since they are evaluated in the middle
 /// of each step. Origin unknown, kept.
 const PLANNED_PART: f64 = 0.998;
 /// Halvings of the step in which a ramp turns round: to 1e-9 of it.
@@ -60,7 +60,7 @@ impl Ramp {
     }
 }
 
-/// What is made of the limits.
+/// How hard a ramp uses the limits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort<'a> {
     pub(super) course: &'a Course,
@@ -132,7 +132,7 @@ impl Effort<'_> {
     /// a time.
     fn hardest(&self, state: &PaceState, up: bool, t: f64) -> f64 {
         let step_s = self.course.step_s;
-        // The jerk is looked at in the middle of the step, the room for u at its end.
+        // The jerk is evaluated in the middle of the step, the room for u at its end.
         let middle = state.after(0.5 * t, 0.0, step_s);
         let [low, high] = Self::jerk_room(&self.course.at(middle.sigma), middle.w, middle.u);
         let end = state.after(t, 0.0, step_s);

@@ -40,7 +40,7 @@ pub(super) struct Retimed {
 
 impl Retimed {
     /// The way on from a state; `None` if none is found that keeps the limits. `before` are the last
-    /// positions given out before that state.
+    /// positions output before that state.
     pub(super) fn start(
         config: &PlannerConfig,
         nominal: Clock,

@@ -107,8 +107,8 @@ impl<'a> BarrierProblem<'a> {
         })
     }
 
-    /// What is used of each bound in an interval, as a part of it, with the gradient by b, b', b'':
-    /// first twice of the speed, then of the rows.
+    /// Used part of each bound in an interval, with its gradient by b, b' and b'': first two for
+    /// the speed, then one for each row.
     fn used(&self, c: &[f64], interval: usize, out: &mut Vec<Use>) {
         let x = self.middle(c, interval);
         let cap = 1.0 / self.caps[interval];

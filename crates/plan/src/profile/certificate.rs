@@ -1,4 +1,4 @@
-//! Proof that a motion keeps the limits at every time, not only where it is looked at.
+//! Proof that a motion keeps the limits at every time, not only where it is evaluated.
 //!
 //! On a stretch of constant jerk over one piece of path a joint's place is a smooth function of
 //! time whose derivatives up to the fifth are bounded by those of the curve. A function stays
@@ -23,7 +23,7 @@ const PROOF_HALVINGS: u32 = 10;
 /// changes an acceleration in it.
 const ROUNDING_S: f64 = 1e-10;
 
-/// Parts that are used of the limits of velocity (feed included), acceleration and jerk.
+/// Used parts of the limits of velocity (feed included), acceleration and jerk.
 pub(super) type Used = [f64; 3];
 
 /// A joint's velocity, acceleration and jerk.
@@ -34,7 +34,7 @@ type JointStates = [[f64; 3]; AXES];
 pub(crate) struct Certificate<'a> {
     section: &'a Section<'a>,
     course: JointCourse<'a>,
-    /// The place looked at last, with its time: the end of one stretch is mostly the start of the
+    /// The place evaluated last, with its time: the end of one stretch is mostly the start of the
     /// next.
     last: Option<(f64, JointPlace)>,
 }
@@ -63,8 +63,8 @@ impl<'a> Certificate<'a> {
         }
     }
 
-    /// Bounds of what consecutive knots use, of which the last one is only an end; `None` where the
-    /// machine cannot be.
+    /// Bounds of the used parts over consecutive knots, of which the last one is only an end;
+    /// `None` for a pose that the machine cannot take.
     pub(super) fn most(&mut self, knots: &[Knot]) -> Option<Used> {
         let mut most = [0.0; 3];
         for pair in knots.windows(2) {
@@ -96,8 +96,8 @@ impl<'a> Certificate<'a> {
         Some(most)
     }
 
-    /// Whether a motion over the whole section keeps every limit. What the bounds of whole
-    /// intervals tell is looked at first, since on most of a long path that is enough.
+    /// Whether a motion over the whole section keeps every limit. The bounds of whole intervals are
+    /// tried first, since on most of a long path they suffice.
     pub(crate) fn holds(&mut self, knots: &[Knot]) -> bool {
         let mut first = 0;
         let intervals = self.section.intervals;
@@ -179,7 +179,8 @@ impl<'a> Certificate<'a> {
         ))
     }
 
-    /// What is used at three places, and about at most in between.
+    /// Used parts of the limits: the largest at three places, and an estimate of the largest in
+    /// between.
     fn estimate(&self, [left, middle, right]: [&StretchEnd; 3]) -> (Used, Used) {
         let tip = left.tip.max(middle.tip).max(right.tip);
         let mut seen = [tip, 0.0, 0.0];
@@ -202,7 +203,7 @@ impl<'a> Certificate<'a> {
         (seen, bound)
     }
 
-    /// What is used at the ends, and at most in between.
+    /// Used parts of the limits: the largest at both ends, and a bound of the largest in between.
     fn bounds(&self, knot: &Knot, left: &StretchEnd, right: &StretchEnd) -> (Used, Used) {
         let h = right.t - left.t;
         let eighth = h * h / 8.0;

@@ -175,10 +175,10 @@ fn envelopes(reaches: &[(f64, f64)]) -> (Vec<f64>, Vec<f64>) {
     (begins, ends)
 }
 
-/// How far the motion gets in a time from an interval's edge, over its neighbours, at no more than
-/// a speed.
+/// Largest distance that the motion covers in a time from an interval's edge over its neighbours,
+/// at most at the given speed and within their caps.
 ///
-/// The interval's own cap holds as far as this, so that the motion cannot get farther.
+/// The interval's own cap holds up to there, so that the motion cannot get farther.
 fn outward<'a>(speed: f64, time_s: f64, neighbours: impl Iterator<Item = &'a Interval>) -> f64 {
     let (mut time, mut distance) = (time_s, 0.0);
     for interval in neighbours {

@@ -96,8 +96,8 @@ impl<'a> Gains<'a> {
         own - time_between(&self.ideal, from, to) > LEAST_GAIN * own + RAMP_STEPS * step_s
     }
 
-    /// Replaces a part of the motion; where none that is faster was found for all of it, what lies
-    /// before and after the place that was in the way.
+    /// Replaces a span of the motion by a faster one. Where none was found for all of it, the parts
+    /// before and after the place that was in the way are tried separately.
     fn take(&self, span: Span, step_s: f64, splits: usize, joined: &mut Joined<'_>) {
         if !self.are_there(&span, step_s) {
             return;
@@ -152,7 +152,7 @@ impl Joined<'_> {
         self.next += self.knots.len() - before;
     }
 
-    /// Puts knots in the place of a part; their times begin at 0, and the last one is where the
+    /// Puts knots in the place of a span. Their times begin at 0; in the state of the last one the
     /// base goes on.
     fn replace(&mut self, span: Span, faster: &[Knot]) {
         self.keep(span.from);
@@ -180,8 +180,8 @@ impl Joined<'_> {
     }
 }
 
-/// A faster motion over a part of the base, its times from 0; or about when in the base lies what
-/// none was found for.
+/// A faster motion over a span of the base, its times from 0; or about the time in the base of the
+/// place that was in the way.
 fn refine(section: &Section<'_>, span: Span, step_s: f64) -> Result<Vec<Knot>, f64> {
     let (base, Span { from, to }) = (section.base, span);
     let count = ((to - from) / step_s).ceil();
@@ -259,8 +259,8 @@ fn knots(grid: &Grid, c: &[f64]) -> Result<Vec<Knot>, usize> {
     Ok(out)
 }
 
-/// Makes the goals of what passes a limit stricter, and of what is near it; then gives the interval
-/// that passes one by most, or in which the machine cannot be.
+/// Makes goals stricter around each interval that passes a limit. Returns an error with the
+/// interval that passes one by most, or whose pose the machine cannot take.
 fn repaired(
     section: &Section<'_>,
     problem: &mut BarrierProblem<'_>,
