@@ -41,7 +41,7 @@ pub(crate) struct RunAxis {
     #[arg(long, value_name = "FILE.toml|PRESET")]
     pub(crate) axis: String,
     /// Compensation method
-    #[arg(long, value_name = "NAME", default_value = "none", value_parser = methods())]
+    #[arg(long, value_name = "NAME", default_value = MethodId::NONE.name(), value_parser = methods())]
     pub(crate) method: String,
     /// Column of the setpoints that holds the position, such as x_mm of a plan
     #[arg(long, value_name = "NAME")]

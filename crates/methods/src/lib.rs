@@ -122,14 +122,24 @@ methods! {
 }
 
 impl MethodId {
-    /// No compensation: what the others are compared with.
+    /// No compensation: the baseline of every comparison.
     pub const NONE: MethodId = MethodId::at(position("none"));
 
     /// The method that learns all it needs from the motor alone.
     pub const ADAPTIVE: MethodId = MethodId::at(position("adaptive"));
+
+    /// The method that is told everything: the benchmark of the methods on the motor.
+    pub const LOOKUP: MethodId = MethodId::at(position("lookup"));
+
+    /// The paper's method with the usual gain of the least squares.
+    pub const PUBLISHED: MethodId = MethodId::at(position("published"));
+
+    /// The paper's method with the gain as printed.
+    pub const PUBLISHED_LITERAL: MethodId = MethodId::at(position("published-literal"));
 }
 
-/// Row of a name in [`METHODS`], found when this crate is compiled.
+/// Row of a name in [`METHODS`]; a name that is in none does not compile, since the row is then
+/// beyond the end.
 const fn position(name: &str) -> usize {
     let mut row = 0;
     while row < NAMES.len() {
@@ -141,6 +151,7 @@ const fn position(name: &str) -> usize {
     row
 }
 
+/// Equality of bytes, which `==` is not in a constant.
 const fn same(a: &[u8], b: &[u8]) -> bool {
     let mut at = 0;
     while at < a.len() && at < b.len() && a[at] == b[at] {

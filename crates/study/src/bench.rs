@@ -3,7 +3,7 @@
 //!
 //! The first motor runs the axis' loops, the second is the load: its rotor is the inertia, its
 //! friction the load's, and its drive puts a torque on the coupler. So everything that an estimator
-//! has to find is known beforehand. [`run`] gives two recordings: one in which the second motor
+//! has to find is known beforehand. [`run`] makes two recordings: one in which the second motor
 //! pulls and pushes, and the coupler winds up under loads of every size, and one in which it is
 //! towed, as a slide is; and the gap that `adaptive` learned towing it.
 
@@ -11,19 +11,20 @@ use crate::error::StudyError;
 use lostmotion_base::math;
 use lostmotion_drive::config::Load;
 use lostmotion_drive::{AxisOutput, AxisSample, Engagement, Setpoint};
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use std::f64::consts::TAU;
 
-/// Length of a recording, s.
+/// Length of a recording, s: some fifteen periods of the slow sine. A choice.
 const RECORDING_S: u32 = 20;
 /// Coulomb friction of the second motor, N m.
 const FRICTION_NM: f64 = 0.4;
-/// Torque of the second motor, N m, and its frequencies, Hz.
+/// Torque of the second motor, N m: five times its friction, so that it decides the flank. A choice.
 const TORQUE_NM: f64 = 2.0;
+/// Frequencies of that torque, Hz, in no simple ratio to each other or the motion. A choice.
 const TORQUE_HZ: [f64; 2] = [0.7, 1.9];
-/// Amplitudes, rad, and rates, rad/s, of the motion.
+/// Amplitudes, rad, and rates, rad/s, of the motion's two sines, in no simple ratio. A choice.
 const MOTION: [(f64, f64); 2] = [(3.0, 5.0), (1.1, 13.0)];
-/// Encoders of both motors.
+/// Counts per turn of the encoders of both motors.
 const ENCODER_COUNTS: u32 = 1 << 20;
 
 /// What lies between the shafts.
@@ -42,7 +43,7 @@ impl Coupler {
     }
 }
 
-/// Couplers that one would put in: three gaps, two of them soft and stiff.
+/// Usual couplers: three gaps, two of them with a soft and a stiff spring.
 pub const COUPLERS: [Coupler; 5] = [
     Coupler {
         gap_rad: 0.1,
@@ -78,8 +79,8 @@ pub struct Recording {
     pub towed: Vec<AxisSample>,
     /// Total gap that `adaptive` learned towing it, rad; `None` if it claims none.
     pub adaptive_gap_rad: Option<f64>,
-    /// Stiffness, N m/rad, and damping, N m s/rad, estimated online in that run; none where the
-    /// motion did not excite the coupler.
+    /// Stiffness, N m/rad, and damping, N m s/rad, estimated online in that run; `None` where
+    /// the motion did not excite the coupler.
     pub online: Option<[f64; 2]>,
 }
 
@@ -91,9 +92,10 @@ pub fn axis(coupler: &Coupler) -> AxisConfig {
     config.drive.acceleration_feedforward = 1.0;
     config.drive.encoder_counts_per_rev = Some(ENCODER_COUNTS);
     config.compensation.estimate_shaft = true;
-    // the loop on both rotors as the paper has it on its own inertias
+    // the velocity gain scales with the inertia, so that the loop is as fast as on the paper's axis
     config.drive.velocity_gain_a_s_per_rad *=
         2.0 * rotor / (rotor + config.reflected_load().inertia_kgm2);
+    // the second motor is the load: its rotor, its friction, and the coupler for the shaft
     let damping = coupler.damping_nm_s_per_rad(rotor);
     if let Load::Reflected(load) = &mut config.load {
         (
@@ -117,11 +119,12 @@ pub fn axis(coupler: &Coupler) -> AxisConfig {
 pub fn run(coupler: &Coupler) -> Result<Recording, StudyError> {
     let axis = axis(coupler);
     let count = TAU / f64::from(ENCODER_COUNTS);
+    // the recordings hold what encoders read, not the true angles
     let read = |angle: f64| (angle / count).round() * count;
     let (mut loaded, mut towed, adaptive) = (
-        record(&axis, "none", TORQUE_NM)?,
-        record(&axis, "none", 0.0)?,
-        record(&axis, "adaptive", 0.0)?,
+        record(&axis, MethodId::NONE, TORQUE_NM)?,
+        record(&axis, MethodId::NONE, 0.0)?,
+        record(&axis, MethodId::ADAPTIVE, 0.0)?,
     );
     for sample in loaded.iter_mut().chain(&mut towed) {
         (sample.motor_position, sample.load_position) =
@@ -136,12 +139,17 @@ pub fn run(coupler: &Coupler) -> Result<Recording, StudyError> {
     })
 }
 
-fn record(axis: &AxisConfig, method: &str, torque_nm: f64) -> Result<Vec<AxisSample>, StudyError> {
+/// Trace of the axis with a method, with the second motor's torque.
+fn record(
+    axis: &AxisConfig,
+    method: MethodId,
+    torque_nm: f64,
+) -> Result<Vec<AxisSample>, StudyError> {
     let mut out = AxisOutput::new(true);
     let points: Vec<Setpoint> = (0..1000 * RECORDING_S)
         .map(|n| setpoint(1e-3 * f64::from(n), torque_nm))
         .collect();
-    build_runner(axis, method.parse()?, 0.0)?.push(&points, &mut out)?;
+    build_runner(axis, method, 0.0)?.push(&points, &mut out)?;
     Ok(out.trace.unwrap_or_default())
 }
 
@@ -150,6 +158,7 @@ fn setpoint(t: f64, torque_nm: f64) -> Setpoint {
     let sum =
         |value: &dyn Fn(f64, f64) -> f64| MOTION.into_iter().map(|(a, w)| value(a, w)).sum::<f64>();
     let [slow, fast] = TORQUE_HZ.map(|hz| math::sin(TAU * hz * t));
+    // 1 - cos starts at rest; velocity and acceleration are its exact derivatives
     let (position, velocity) = (
         sum(&|a, w| a * (1.0 - math::cos(w * t))),
         sum(&|a, w| a * w * math::sin(w * t)),
@@ -176,6 +185,7 @@ fn estimated(samples: &[AxisSample]) -> Option<[f64; 2]> {
 /// Mean of the estimate over the last quarter, on either flank.
 fn learned(samples: &[AxisSample]) -> Option<f64> {
     let last = samples.get(samples.len() / 4 * 3..)?;
+    // only in contact is the estimated gap angle the half gap
     let touching = last
         .iter()
         .filter(|s| s.engagement_estimate != Engagement::Gap && s.gap_angle_estimate.is_finite());

@@ -10,18 +10,18 @@ use crate::matrix::machine;
 use lostmotion_base::units::UM_PER_MM;
 use lostmotion_base::{Clock, math};
 use lostmotion_drive::{AxisOutput, AxisRunner, Engagement, Setpoint};
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use std::f64::consts::TAU;
 
-/// Turns in a row, s.
-const TURNS_S: f64 = 5.0;
-/// Rest after them, s.
+/// Turns of the circle in a row.
+const TURNS: f64 = 5.0;
+/// Rest after them, s: long enough for a load without friction to float away. A choice.
 const REST_S: f64 = 0.5;
-/// Radius where the cell's motion is no circle, mm.
+/// Radius where the cell's motion is no circle, mm. A choice.
 const RADIUS_MM: f64 = 25.0;
 /// Largest speed over the mean speed of the turns: that of a quintic from rest to rest, 15/8.
 const PEAK_OVER_MEAN: f64 = 1.875;
-/// Stretches that the time is divided into.
+/// Stretches that the time is divided into: five minutes of an hour.
 pub const STRETCHES: usize = 12;
 /// A cell in the middle of the matrix that drifts.
 pub const USUAL: &str = "circle50-f3000-ccw-g20-t10-v0-j2-e20-drift";
@@ -37,8 +37,8 @@ pub struct Stretch {
     pub rms_um: [f64; 2],
     /// Largest of that.
     pub max_um: [f64; 2],
-    /// Mean relative error of the estimated half gap while load and motor are in contact; none if
-    /// the method estimates none.
+    /// Mean relative error of the estimated half gap while load and motor are in contact; `None`
+    /// if the method estimates none.
     pub gap_error: Option<f64>,
 }
 
@@ -53,6 +53,7 @@ struct Sums {
 }
 
 impl Sums {
+    /// The figures of the stretch that ends at `until_s`.
     fn stretch(&self, until_s: f64) -> Stretch {
         Stretch {
             until_s,
@@ -65,30 +66,30 @@ impl Sums {
     }
 }
 
-/// Runs an axis of a cell with a method for a time, s; an answer for each of [`STRETCHES`] equal
+/// Runs an axis of a cell with a method for a time, s; a result for each of [`STRETCHES`] equal
 /// stretches.
 ///
 /// # Errors
-/// An unknown method.
-pub fn run(cell: &Cell, method: &str, seconds: f64) -> Result<Vec<Stretch>, StudyError> {
+/// A method that does not suit the axis.
+pub fn run(cell: &Cell, method: MethodId, seconds: f64) -> Result<Vec<Stretch>, StudyError> {
     let config = AxisConfig {
         drift: machine::drift(cell, seconds),
         ..machine::axis(cell)?
     };
+    // the reference without a gap, the axis left alone, and the method: same setpoints for all
+    // three
     let runners = [
-        (config.without_gap(), "none"),
-        (config.clone(), "none"),
+        (config.without_gap(), MethodId::NONE),
+        (config.clone(), MethodId::NONE),
         (config.clone(), method),
     ];
     let mut axes = Vec::with_capacity(runners.len());
     for (config, method) in &runners {
-        axes.push((
-            build_runner(config, method.parse()?, 0.0)?,
-            AxisOutput::new(true),
-        ));
+        axes.push((build_runner(config, *method, 0.0)?, AxisOutput::new(true)));
     }
     let ticks = (seconds / Clock::CNC.period_s()).ceil() as u64;
     let motion = Motion::of(cell);
+    // in chunks, so that memory does not grow with the time
     let mut stretches = Vec::with_capacity(STRETCHES);
     let (mut sums, mut tick) = (Sums::default(), 0);
     for index in 1..=STRETCHES as u64 {
@@ -106,8 +107,10 @@ pub fn run(cell: &Cell, method: &str, seconds: f64) -> Result<Vec<Stretch>, Stud
     Ok(stretches)
 }
 
+/// A runner and its output of the present chunk.
 type Axis = (Box<dyn AxisRunner>, AxisOutput);
 
+/// Runs all three axes over a chunk and adds up what the gap causes.
 fn chunk(
     axes: &mut [Axis],
     points: &[Setpoint],
@@ -123,6 +126,7 @@ fn chunk(
         return Ok(());
     };
     let time_s = Clock::CNC.seconds(from);
+    // a gap that drifts: the true one at the start of the chunk
     let half_gap = 0.5
         * config.reflected_load().gap_rad
         * config.drift.gap.map_or(1.0, |change| change.at(time_s));
@@ -132,12 +136,14 @@ fn chunk(
         .iter()
         .zip(none.1.load.iter().zip(&with.1.load));
     for ((rigid, (none, load)), sample) in loads.zip(with.1.trace.iter().flatten()) {
+        // deviation from the axis without a gap: servo lag and planning drop out
         let off = [none, load].map(|load| UM_PER_MM * (load - rigid));
         for (which, off) in off.into_iter().enumerate() {
             sums.squares[which] += off * off;
             sums.max[which] = sums.max[which].max(off.abs());
         }
         sums.ticks += 1;
+        // the gap angle is the half gap only in contact
         if sample.engagement != Engagement::Gap
             && sample.engagement_estimate != Engagement::Gap
             && sample.gap_angle_estimate.is_finite()
@@ -165,7 +171,8 @@ impl Motion {
         };
         Motion {
             radius_mm,
-            turning_s: PEAK_OVER_MEAN * TURNS_S * TAU * radius_mm / (cell.number(FEED) / 60.0),
+            // so long that the peak speed of the quintic is the feed
+            turning_s: PEAK_OVER_MEAN * TURNS * TAU * radius_mm / (cell.number(FEED) / 60.0),
         }
     }
 
@@ -173,7 +180,9 @@ impl Motion {
     fn at(&self, time_s: f64) -> Setpoint {
         let span = self.turning_s;
         let t = time_s - ((time_s / (span + REST_S)).floor() * (span + REST_S));
-        let (u, turns) = ((t / span).min(1.0), TURNS_S * TAU);
+        // quintic of the angle with its first two derivatives, then the circle's x and its chain
+        // rule
+        let (u, turns) = ((t / span).min(1.0), TURNS * TAU);
         let angle = turns * u * u * u * (10.0 - u * (15.0 - 6.0 * u));
         let rate = turns / span * 30.0 * u * u * (1.0 - u) * (1.0 - u);
         let change = turns / (span * span) * 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u);
@@ -210,7 +219,7 @@ mod tests {
 
     #[test]
     fn minutes_show_a_method_that_learns_and_stays() {
-        let stretches = run(&Cell::parse(USUAL).unwrap(), "adaptive", 240.0).unwrap();
+        let stretches = run(&Cell::parse(USUAL).unwrap(), MethodId::ADAPTIVE, 240.0).unwrap();
         assert_eq!(stretches.len(), STRETCHES);
         for stretch in &stretches[1..] {
             assert!(stretch.rms_um[1] < 0.05 * stretch.rms_um[0], "{stretch:?}");

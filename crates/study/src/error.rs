@@ -2,7 +2,6 @@
 
 use lostmotion_contour::ContourError;
 use lostmotion_drive::AxisError;
-use lostmotion_methods::UnknownMethod;
 use lostmotion_sim::SimError;
 use lostmotion_sim::machine::MachineError;
 
@@ -30,14 +29,6 @@ pub enum StudyError {
         /// What is wrong with it.
         reason: String,
     },
-    /// A method that does not exist, or is named twice.
-    #[error("method `{name}`: {reason}")]
-    Method {
-        /// The name.
-        name: String,
-        /// What is wrong with it.
-        reason: String,
-    },
     /// The study's own machine is not accepted.
     #[error("the machine of the study: {0}")]
     Machine(#[from] MachineError),
@@ -52,9 +43,6 @@ pub enum StudyError {
     /// The chain stopped.
     #[error(transparent)]
     Sim(#[from] SimError),
-    /// No such method.
-    #[error(transparent)]
-    Unknown(#[from] UnknownMethod),
     /// An axis stopped.
     #[error(transparent)]
     Axis(#[from] AxisError),

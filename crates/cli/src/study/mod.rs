@@ -45,7 +45,7 @@ pub(crate) struct CellArgs {
     /// Name of the cell, from a table of the matrix
     pub(crate) cell: String,
     /// Compensation method
-    #[arg(long, value_name = "NAME", default_value = "none", value_parser = known_methods())]
+    #[arg(long, value_name = "NAME", default_value = MethodId::NONE.name(), value_parser = known_methods())]
     pub(crate) method: String,
     /// CSV to write: error and both axes, a row every 250 us
     #[arg(long, short, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
@@ -73,7 +73,7 @@ pub(crate) struct Endurance {
     #[arg(long, value_name = "NAME", default_value = lostmotion_study::endurance::USUAL)]
     pub(crate) cell: String,
     /// Compensation method
-    #[arg(long, value_name = "NAME", default_value = "adaptive", value_parser = known_methods())]
+    #[arg(long, value_name = "NAME", default_value = MethodId::ADAPTIVE.name(), value_parser = known_methods())]
     pub(crate) method: String,
     /// How long, in minutes of the machine's time
     #[arg(long, value_name = "N", default_value_t = 60.0, allow_negative_numbers = true, value_parser = number)]
@@ -350,8 +350,11 @@ fn endurance(args: &Endurance) -> Result<u8, Failure> {
         ));
     }
     let cell = Cell::parse(&args.cell).map_err(|error| failure(&error))?;
-    let stretches =
-        endure(&cell, &args.method, 60.0 * args.minutes).map_err(|error| failure(&error))?;
+    let method: MethodId = args
+        .method
+        .parse()
+        .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
+    let stretches = endure(&cell, method, 60.0 * args.minutes).map_err(|error| failure(&error))?;
     let mut out = format!(
         "what the gap adds to the load's place, X of {cell}\n\n| until min | `none`: RMS, um | max, um | `{0}`: RMS, um | max, um | RMS of none | gap off by |\n|--:|--:|--:|--:|--:|--:|--:|\n",
         args.method

@@ -14,14 +14,15 @@ use lostmotion_base::{AxisId, Clock, Tick};
 use lostmotion_contour::{ContourError, ContourSample, FootState};
 use lostmotion_drive::AxisSample;
 use lostmotion_drive::config::Change;
-use lostmotion_methods::AxisConfig;
+use lostmotion_methods::{AxisConfig, MethodId};
 use lostmotion_plan::Sample;
 use lostmotion_report::number::round_to;
 use lostmotion_sim::{Frame as SimFrame, SinkError, TickSink, Ticks};
 
 /// Servo ticks in a command cycle: the study's machine has the usual cycles.
 const SERVO_TICKS: usize = (Clock::CNC.period_ns() / Clock::SERVO.period_ns()) as usize;
-/// Reversals of each axis before measuring.
+/// Reversals of each axis before measuring: what a method needs to learn belongs to no figure. A
+/// choice.
 const FIRST_REVERSALS: u32 = 4;
 /// Time after the last of them, command cycles (0.1 s): the transient of the last reversal is over.
 const REST_TICKS: Tick = 100;
@@ -48,7 +49,7 @@ pub(super) struct Bench<'a, 't> {
     watches: [Watch; 2],
     events: [Windows; 2],
     reversals: [u32; 2],
-    /// Those of a Z that is an axis like the others.
+    /// Watch over Z and its reversals, where Z is an axis like the others.
     z: (Watch, u32),
     measured_from: Option<Tick>,
     ticks: Tick,
@@ -66,8 +67,14 @@ impl<'a, 't> Bench<'a, 't> {
         methods: &[String],
         trace: Option<&'a mut Trace<'t>>,
     ) -> Bench<'a, 't> {
-        let mut names = vec!["none".to_owned()];
-        names.extend(methods.iter().filter(|name| *name != "none").cloned());
+        // `none` is always run, and first: the ratios refer to it
+        let mut names = vec![MethodId::NONE.name().to_owned()];
+        names.extend(
+            methods
+                .iter()
+                .filter(|name| *name != MethodId::NONE.name())
+                .cloned(),
+        );
         let motor_rad_per_mm = config.transmission.motor_rad_per_unit();
         let count_um = count_um(cell, motor_rad_per_mm);
         Bench {
@@ -116,6 +123,7 @@ impl<'a, 't> Bench<'a, 't> {
     fn frame(&mut self, ticks: &Ticks<'_>) -> Result<(), ContourError> {
         self.frames.clear();
         for found in ticks.frames() {
+            // servo ticks of one command cycle share its command
             let (tick, part) = (
                 found.tick / SERVO_TICKS as Tick,
                 found.tick % SERVO_TICKS as Tick,
@@ -132,6 +140,7 @@ impl<'a, 't> Bench<'a, 't> {
                 z_counts: self.z.1 >= FIRST_REVERSALS,
                 since: since.map(|ticks| ticks as usize * SERVO_TICKS + part as usize),
             };
+            // variant 0 has no gap: its contour error is the part that servo and planning cause
             let load = self.load(ticks, 0, found);
             if let Some(foot) = self.feet.first_mut() {
                 frame.without_gap = ticks.measure(foot, found, [frame.commanded_tip_mm, load])?;
@@ -157,6 +166,7 @@ impl<'a, 't> Bench<'a, 't> {
                 command.velocity[*id] * factor,
                 command.acceleration[*id] * factor,
             );
+            // reversals open the measuring, changes of flank cost at least what physics takes
             if let (true, Some(count)) = (event.reversal, self.reversals.get_mut(axis)) {
                 *count += 1;
             }
@@ -185,6 +195,7 @@ impl<'a, 't> Bench<'a, 't> {
             command.acceleration[AxisId::Z] * factor,
         );
         self.z.1 += u32::from(z.reversal);
+        // every axis has reversed often enough: measuring begins behind the transient
         if self.measured_from.is_none()
             && self.reversals.iter().all(|count| *count >= FIRST_REVERSALS)
         {
@@ -195,6 +206,7 @@ impl<'a, 't> Bench<'a, 't> {
     /// Measures a method, counted from 0, at every servo tick of the chunk.
     fn measure(&mut self, method: usize, ticks: &Ticks<'_>) -> Result<(), ContourError> {
         let variant = method + 1;
+        // only the last method goes to the trace
         let traced = variant == self.names.len();
         let sample = |axis: usize, frame: &SimFrame| {
             let id = AXES.get(axis).copied().unwrap_or_default();
@@ -217,6 +229,7 @@ impl<'a, 't> Bench<'a, 't> {
             let error = ticks.measure(foot, found, [frame.commanded_tip_mm, load])?;
             let measured = frame.measured();
             if measured {
+                // what backlash adds: with the gap minus without
                 tally.contour(caused_mm(
                     [error.error_mm, frame.without_gap.error_mm],
                     [load, without],
@@ -254,9 +267,11 @@ impl<'a, 't> Bench<'a, 't> {
         let um_per_rad = UM_PER_MM / self.motor_rad_per_mm;
         let ticks = self.ticks * SERVO_TICKS as Tick;
         let from = self.measured_from.unwrap_or(self.ticks);
+        // at least one cycle, so that a program without four reversals divides by no zero
         let measured_s = Clock::CNC
             .seconds(self.ticks.saturating_sub(from))
             .max(Clock::CNC.period_s());
+        // every unavoidable error at its largest for a whole traverse, over the measured time
         let limit_rms = (self.limit_squares * self.physics.traverse_s / measured_s).sqrt();
         let figures = |(tally, (name, saturated)): (&Tally, (&String, &u64))| {
             let share = *saturated as f64 / (ticks.max(1) as f64);

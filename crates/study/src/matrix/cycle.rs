@@ -1,15 +1,16 @@
-//! Does an axis hunt? Turning points of its load's deviation, more than its own motion explains.
+//! Detection of limit cycles: turning points of the load's deviation that its own motion does not
+//! explain.
 //!
 //! The deviation of the load from that of the machine without a gap turns a few times at every
 //! change of flank. In windows of half a second those turns are counted (a turn needs a step back
-//! by [`step_um`]); what `none` shows in the same window and [`TURNS_AN_EVENT`] for every reversal
-//! and change of flank in this window and the one before are taken off. Five turns or more that are
-//! left, in two windows running, are an oscillation above 5 Hz that lasts for a second: a limit
+//! by [`step_um`]); those of `none` in the same window and [`TURNS_AN_EVENT`] for every reversal
+//! and change of flank in this window and the one before are subtracted. Five turns or more that
+//! remain, in two windows running, are an oscillation above 5 Hz that lasts for a second: a limit
 //! cycle.
 
 /// Servo ticks of a window: 0.5 s.
 const WINDOW_TICKS: usize = 2000;
-/// Turns that one change of flank or one reversal explains.
+/// Turns that one change of flank or one reversal explains. Origin unknown, kept.
 const TURNS_AN_EVENT: u32 = 6;
 /// Turns that no event explains, from which a window oscillates. Tuned on the matrix: fewer are
 /// found without any limit cycle.
@@ -30,6 +31,7 @@ pub(super) struct Windows(Vec<u32>);
 impl Windows {
     /// Counts one at a servo tick since the start of measuring.
     pub(super) fn count(&mut self, tick: usize) {
+        // windows that were not reached yet count zero
         let window = tick / WINDOW_TICKS;
         if self.0.len() <= window {
             self.0.resize(window + 1, 0);
@@ -55,6 +57,7 @@ pub(super) struct Turns {
 impl Turns {
     /// Takes the signal at a servo tick since the start of measuring.
     pub(super) fn push(&mut self, tick: usize, value: f64, step: f64) {
+        // follow the extreme; a step back from it by more than the threshold is a turn (hysteresis)
         let beyond = if self.falling {
             value < self.extreme
         } else {
@@ -74,6 +77,7 @@ impl Turns {
 pub(super) fn hunts(turns: &Windows, none: &Windows, events: &Windows) -> bool {
     let mut running = 0;
     for window in 0..turns.0.len() {
+        // ringing after an event may reach into the next window
         let recent = events.get(window)
             + if window > 0 {
                 events.get(window - 1)

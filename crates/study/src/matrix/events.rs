@@ -1,11 +1,11 @@
-//! When an axis reverses and when its load changes flanks, as the plan says.
+//! Reversals of an axis and changes of flank of its load, from the plan alone.
 
 use super::limit::Physics;
 use lostmotion_base::Clock;
 
-/// Speeds up to this are standing still, rad/s at the motor.
+/// Speed up to which an axis stands still, rad/s at the motor: above rounding. A choice.
 const STILL_RAD_S: f64 = 1e-6;
-/// A need for less torque than this has no sign, N m.
+/// Torque below which a need has no sign, N m: above rounding. A choice.
 const NO_TORQUE_NM: f64 = 1e-6;
 
 /// One axis' watch over its commands.
@@ -28,11 +28,14 @@ pub(super) struct Event {
 impl Watch {
     /// Takes the command of a CNC tick: rad/s and rad/s2 at the motor.
     pub(super) fn step(&mut self, physics: &Physics, velocity: f64, acceleration: f64) -> Event {
+        // a rest keeps the direction, so that a stop between two strokes of one direction is no
+        // reversal
         let before = self.direction;
         if velocity.abs() > STILL_RAD_S {
             self.direction = velocity.signum();
         }
         let reversal = before != 0.0 && self.direction != before;
+        // flank: the sign of the torque that the load needs
         let need = physics.need_nm(self.direction, velocity, acceleration);
         let jerk = (acceleration - self.acceleration) / Clock::CNC.period_s();
         self.acceleration = acceleration;
@@ -43,6 +46,8 @@ impl Watch {
         if need.abs() > NO_TORQUE_NM {
             let sign = need.signum();
             if self.need != 0.0 && sign != self.need {
+                // where friction changes the sign the reversal is the cause; elsewhere the
+                // acceleration passes through zero
                 let friction_turns = reversal && physics.coulomb_nm > 0.0;
                 event.flank_rad = Some(if friction_turns {
                     physics.at_reversal_rad(acceleration)

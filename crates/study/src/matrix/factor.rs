@@ -43,8 +43,8 @@ pub const DRIFT: usize = 8;
 ///
 /// Feeds are in mm/min, total gaps in um at the slide, Coulomb friction in per cent of the motor's
 /// rated torque; viscous friction `v20` is 0.2 of the rated torque at the rated speed; the inertia
-/// is that of the load over that of the motor; encoders by their bits a turn. What `drift` is
-/// says [`super::machine`].
+/// is that of the load over that of the motor; encoders by their bits a turn. `drift` is
+/// described in [`super::machine`].
 pub const FACTORS: [Factor; COUNT] = [
     factor(
         "motion",
@@ -102,7 +102,7 @@ impl Cell {
     /// The cell of a name.
     ///
     /// # Errors
-    /// What part of the name is not a level, with the levels there are.
+    /// The part of the name that is no level, with the levels that exist.
     pub fn parse(id: &str) -> Result<Cell, StudyError> {
         let error = |reason: String| StudyError::CellName {
             id: id.to_owned(),

@@ -1,14 +1,14 @@
-//! What happens at one servo tick of a cell.
+//! One servo tick of a cell: the part that all methods share, and the part of the traced one.
 
 use lostmotion_base::Tick;
 use lostmotion_contour::ContourSample;
 use lostmotion_drive::AxisSample;
 use lostmotion_plan::Sample;
 
-/// Takes the servo ticks of the method that is looked at closely.
+/// Receives the servo ticks of the traced method.
 pub type Trace<'a> = dyn FnMut(&Traced) + Send + 'a;
 
-/// A servo tick of the method that is looked at closely.
+/// A servo tick of the traced method.
 #[derive(Clone, Copy, Debug)]
 pub struct Traced {
     /// Servo tick since the start of the program.
@@ -21,7 +21,7 @@ pub struct Traced {
     pub axes: [AxisSample; 2],
 }
 
-/// What all methods of a cell share at one servo tick.
+/// The part of a servo tick that all methods of a cell share.
 #[derive(Clone, Copy)]
 pub(super) struct Frame {
     pub(super) tick: Tick,
@@ -41,11 +41,12 @@ impl Frame {
     }
 }
 
-/// The part of a signed contour error that backlash causes: what it is more than without a gap
+/// The part of a signed contour error that backlash causes: with the gap minus without
 /// (errors and loads with and without, mm). A distance from the path differs by no more than the
 /// loads are apart. Where it does, the path turns back so sharply that the same place lies on its
 /// left and on its right, and only the magnitudes can be compared.
 pub(super) fn caused_mm([with, without]: [f64; 2], [load, ideal]: [[f64; 3]; 2]) -> f64 {
+    // triangle inequality: the distance to the path changes by no more than the loads are apart
     let apart = load
         .iter()
         .zip(ideal)
@@ -53,7 +54,7 @@ pub(super) fn caused_mm([with, without]: [f64; 2], [load, ideal]: [[f64; 3]; 2])
         .sum::<f64>()
         .sqrt();
     let difference = with - without;
-    // rounding, and a foot that is found to a hundredth
+    // tolerance for rounding, and for the foot point, which is found to a hundredth
     if difference.abs() <= 1.01 * apart + 1e-6 {
         difference
     } else {

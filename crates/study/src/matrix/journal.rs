@@ -22,7 +22,7 @@ pub struct Header {
     pub version: u32,
     /// Release that wrote it.
     pub lostmotion: String,
-    /// Number of cells; none for the full factorial.
+    /// Number of cells; `None` for the full factorial.
     pub cells: Option<usize>,
     /// Seed of the sample.
     pub seed: u64,
@@ -49,6 +49,7 @@ impl Header {
         }
     }
 
+    /// Refuses a journal of another study, by the first difference.
     fn check(&self, there: &Header) -> Result<(), StudyError> {
         let cells = |header: &Header| {
             header
@@ -98,7 +99,7 @@ pub fn line(value: &impl Serialize) -> Result<String, StudyError> {
     Ok(text)
 }
 
-/// What a journal holds.
+/// Contents of a journal.
 #[derive(Clone, Debug, Default)]
 pub struct Found {
     /// Results by cell.
@@ -112,6 +113,8 @@ pub struct Found {
 /// # Errors
 /// A journal of another study; a line in the middle that is no result.
 pub fn read(text: &str, header: &Header) -> Result<Found, StudyError> {
+    // a line without its end was being written when the study was stopped: dropped, and overwritten
+    // later
     let whole = text.rfind('\n').map_or(0, |end| end + 1);
     let mut found = Found {
         whole_bytes: whole,

@@ -1,4 +1,4 @@
-//! What physics allows at best: the load moves on its own while the motor crosses the gap.
+//! The physical limit: the load moves on its own while the motor crosses the gap.
 //!
 //! A motor of inertia J_M that gives tau at most needs `T = 2 sqrt(g J_M/tau)` from rest to rest
 //! across the gap g. Meanwhile the load coasts:
@@ -8,9 +8,9 @@
 //!
 //! Neither is more than the gap itself. A load without Coulomb friction that needs no torque, at
 //! rest or in steady travel, floats: any speed that its last contact left carries it through the
-//! gap, and the motor does not see where it is. Full knowledge of the plant would do no worse there
-//! than elsewhere; a method on the motor has nothing to go by, and a load that may be anywhere
-//! leaves half the gap over the square root of 3 (RMS) as long as that lasts.
+//! gap, and the motor does not see where it is. With full knowledge of the plant it would be no worse
+//! there than elsewhere; a method on the motor has no information, and a load that may be anywhere
+//! leaves half the gap over the square root of 3 (RMS, uniform distribution) as long as that lasts.
 //!
 //! These formulae hold for a traverse that is timed and aimed perfectly; no compensator on the
 //! motor can do better.
@@ -19,6 +19,7 @@ use lostmotion_methods::AxisConfig;
 
 /// The time of a traverse of the whole gap from rest to rest with the drive's largest torque, s.
 pub fn traverse_s(config: &AxisConfig) -> f64 {
+    // full torque one way, then the other: half the gap in half the time
     let torque = config.motor.torque_constant_nm_per_a * config.drive.current_limit_a;
     2.0 * (config.reflected_load().gap_rad * config.motor_side_inertia_kgm2() / torque).sqrt()
 }
@@ -76,6 +77,8 @@ impl Physics {
     /// (rad/s2), rad.
     pub fn at_reversal_rad(&self, acceleration: f64) -> f64 {
         let a = acceleration.abs();
+        // rho: part of the friction that the deceleration needs; without friction the load coasts
+        // through
         let ratio = if self.coulomb_nm > 0.0 {
             (a * self.load_inertia_kgm2 / self.coulomb_nm).min(1.0)
         } else {

@@ -7,7 +7,7 @@
 //!
 //! In half of the cells the machine changes while it runs, in a straight line over the length of
 //! the motion, or 30 s if that is more: the gap grows by a tenth, the load's friction by three
-//! tenths, its inertia by a fifth. Nobody is told.
+//! tenths, its inertia by a fifth. No method is told.
 
 use super::factor::{Cell, DRIFT, ENCODER, FRICTION, GAP, INERTIA, VISCOUS};
 use super::motion::moves_z;
@@ -30,10 +30,11 @@ const VELOCITY_HZ: f64 = 40.0;
 /// Highest gain crossover of the velocity loop with the motor alone, 1/s: 45 degrees for the delays
 /// of encoder difference, servo and current loop (0.5 ms in all).
 const ALONE_PER_S: f64 = 1600.0;
-/// What a drifting gap, friction and inertia are multiplied by in the end.
+/// Final factors of a drifting gap, friction and inertia. A choice.
 const DRIFTED: [f64; 3] = [1.1, 1.3, 1.2];
-/// Shortest drift, s.
+/// Shortest time of a drift, s: slower than any learning. A choice.
 const DRIFT_S: f64 = 30.0;
+/// The planner's side of the machine, and the motor.
 const TEXT: &str = include_str!("machine.toml");
 
 /// The planner's side of a cell's machine: the limits, the same for all cells; without Z where the
@@ -87,6 +88,7 @@ pub fn axis(cell: &Cell) -> Result<AxisConfig, StudyError> {
         .map(|axis| axis.config.clone())
         .unwrap_or_else(AxisConfig::paper);
     let motor = base.motor;
+    // the levels of the cell in SI units at the motor
     let inertia = cell.number(INERTIA) * motor.inertia_kgm2;
     let together = motor.inertia_kgm2 * inertia / (motor.inertia_kgm2 + inertia);
     let old = base.reflected_load();
@@ -99,6 +101,8 @@ pub fn axis(cell: &Cell) -> Result<AxisConfig, StudyError> {
         gap_rad: 1e-3 * cell.number(GAP) * base.transmission.motor_rad_per_unit(),
         ..old
     };
+    // velocity loop of motor and load; when the motor is alone in the gap its crossover is higher
+    // by the ratio of the inertias, and that has to stay below the limit
     let alone_hz = ALONE_PER_S * motor.inertia_kgm2 / (2.0 * (motor.inertia_kgm2 + inertia)) / TAU;
     let tuning = Tuning {
         velocity_frequency_hz: VELOCITY_HZ.min(alone_hz),
@@ -109,6 +113,7 @@ pub fn axis(cell: &Cell) -> Result<AxisConfig, StudyError> {
         ..base
     }
     .tuned(&tuning);
+    // commissioned with the true inertia
     axis.drive.told_inertia_kgm2 = Some(motor.inertia_kgm2 + inertia);
     let bits = cell.number(ENCODER) as u32;
     axis.drive.encoder_counts_per_rev = (bits > 0).then(|| 1 << bits);

@@ -5,7 +5,7 @@
 //! sample   which cells: each level equally often, pairs of levels as evenly as can be
 //! motion   cell -> part program          machine  cell -> machine
 //! cell     program -> plan -> all methods side by side -> contour errors      (frame, events, tally)
-//! limit    what physics allows at best   practical  what may be expected   cycle  does it hunt?
+//! limit    the physical limit            practical  what may be expected   cycle  limit cycles
 //! run      cells on all cores            journal  results as lines, to go on from
 //! summary  distribution per method and regime      table  Markdown and CSV
 //! ```

@@ -9,9 +9,10 @@ use lostmotion_base::math;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-/// Motion lasts at least about this long, s, within the bounds on the number of turns.
+/// Least time of a motion, s, within the bounds on the number of turns: enough to learn and to be
+/// measured. A choice.
 const LEAST_MOTION_S: f64 = 12.0;
-/// Least and most turns of a figure.
+/// Bounds on the turns of a figure: the least gives eight reversals of each axis.
 const LEAST_AND_MOST_TURNS: (f64, f64) = (4.0, 16.0);
 /// Half diagonals of the lissajous figure, mm, and the lines it is made of.
 const LISSAJOUS: (f64, f64, u32) = (15.0, 10.0, 180);
@@ -53,15 +54,18 @@ fn turns(length_mm: f64, feed: f64) -> u32 {
         .clamp(LEAST_AND_MOST_TURNS.0, LEAST_AND_MOST_TURNS.1) as u32
 }
 
+/// Head of a program: modes, start and feed.
 fn opened(mode: &str, x: f64, y: f64, feed: f64) -> String {
     format!("G21 G17 G90 G94 G40 G49 G80 G54\n{mode}\nG0 X{x} Y{y}\nF{feed}\n")
 }
 
+/// End of a program.
 fn closed(mut text: String) -> String {
     text.push_str("M2\n");
     text
 }
 
+/// Full circles from the rightmost point.
 fn circle(radius: f64, feed: f64) -> String {
     let mut text = opened("G64 P0.01", radius, 0.0, feed);
     for _ in 0..turns(TAU * radius, feed) {
@@ -101,6 +105,7 @@ fn lissajous(feed: f64) -> String {
     closed(text)
 }
 
+/// Rows there and back, turned so that both axes move in each.
 fn zigzag(feed: f64) -> String {
     let (length, step, degrees) = ZIGZAG;
     let (s, c) = math::sin_cos(degrees.to_radians());
@@ -118,12 +123,13 @@ fn zigzag(feed: f64) -> String {
     closed(text)
 }
 
-/// A program with each of its numbers behind some letters through a function. Comments stay.
+/// A program with the numbers that `change` replaces, by letter and number. Comments stay.
 fn with_words(text: &str, change: impl Fn(char, &str) -> Option<String>) -> String {
     let mut out = String::with_capacity(text.len() + text.len() / 8);
     let mut rest = text;
     let mut in_comment = false;
     while let Some(letter) = rest.chars().next() {
+        // a comment in brackets may hold letters and numbers: copied as it is
         in_comment = (in_comment || letter == '(') && letter != ')';
         rest = &rest[letter.len_utf8()..];
         out.push(letter);
@@ -140,6 +146,7 @@ fn with_words(text: &str, change: impl Fn(char, &str) -> Option<String>) -> Stri
     out
 }
 
+/// A program with its feeds times a factor.
 fn with_feeds(text: &str, factor: f64) -> String {
     with_words(text, |letter, number| {
         match (letter, number.parse::<f64>()) {
@@ -152,6 +159,7 @@ fn with_feeds(text: &str, factor: f64) -> String {
 /// The figure seen from behind: gone round the other way.
 fn mirrored(text: &str) -> String {
     with_words(text, |letter, number| match (letter, number) {
+        // mirrored at the X axis: arcs change their sense, Y and J their sign
         ('G', "2") => Some("3".to_owned()),
         ('G', "3") => Some("2".to_owned()),
         ('Y' | 'J', _) => Some(

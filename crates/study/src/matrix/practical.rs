@@ -1,33 +1,34 @@
-//! What may be expected of a drive in a cell at best: the practical limit beside each cell's
-//! figures.
+//! The practical limit: what may be expected of a drive in a cell at best.
 //!
-//! Three things are in the way of a method that learns, and add up:
+//! Three causes limit a method that learns, and add up:
+//!
 //! - torque: the gap is crossed on a quintic, whose largest torque `5.77 J_M g/T^2` is the drive's
 //!   limit. That takes 1.2 times as long as the shortest traverse with full torque one way and the
 //!   other (`limit`), and errors go with the second or third power of the time: 1.73 times the
 //!   least possible at most.
-//! - the gap has to be known: to a hundredth, which four reversals can tell; a hundredth of the
+//! - the gap has to be known: to a hundredth, which four reversals can show; a hundredth of the
 //!   error stays.
-//! - encoder: what moves by less than a count is not seen. RMS a count over the square root of 12,
-//!   at most a count.
+//! - encoder: a motion below a count is not seen. RMS a count over the square root of 12, at most a
+//!   count.
 //!
 //! The squares of the RMS errors add up, and the largest errors do.
 
 use super::result::CellResult;
+use lostmotion_methods::MethodId;
 
 /// Traverse on a quintic over the shortest one, to the third power: (sqrt(5.77)/2)^3.
 const QUINTIC_TRAVERSE_CUBED: f64 = 1.733;
 /// Part of the gap that is not known: what a careful measurement leaves. A choice.
 const UNKNOWN_GAP_SHARE: f64 = 0.01;
-/// What is wanted where the limit allows it: RMS and largest error over those of `none`.
+/// Goal where the limit allows it: RMS and largest error over those of `none`. A choice.
 pub const WANTED: [f64; 2] = [0.02, 0.10];
 
 impl CellResult {
     /// The practical limit: RMS and largest error, over those of `none`; `None` if `none` leaves next
     /// to nothing.
     pub fn practical(&self) -> Option<[f64; 2]> {
-        let none = self.of("none")?;
-        self.ratios("none")?;
+        let none = self.of(MethodId::NONE.name())?;
+        self.ratios(MethodId::NONE.name())?;
         let rms = [
             QUINTIC_TRAVERSE_CUBED * self.limit_rms_um,
             UNKNOWN_GAP_SHARE * none.rms_um,
@@ -36,6 +37,7 @@ impl CellResult {
         let max = QUINTIC_TRAVERSE_CUBED * self.limit_max_um
             + UNKNOWN_GAP_SHARE * none.max_um
             + self.encoder_um;
+        // independent causes: variances add up, largest errors add up at worst
         let squares: f64 = rms.iter().map(|part| part * part).sum();
         Some([squares.sqrt() / none.rms_um, max / none.max_um])
     }

@@ -1,6 +1,7 @@
-//! What a cell answers.
+//! Figures of a cell.
 
 use super::factor::Cell;
+use lostmotion_methods::MethodId;
 use serde::{Deserialize, Serialize};
 
 /// One method in one cell. Micrometres at the slide; all figures after the fourth reversal of each
@@ -27,7 +28,7 @@ pub struct MethodFigures {
 /// A cell's figures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellResult {
-    /// Which.
+    /// The cell.
     pub cell: Cell,
     /// Length of the motion, s.
     pub duration_s: f64,
@@ -57,9 +58,9 @@ pub struct CellResult {
     pub methods: Vec<MethodFigures>,
 }
 
-/// What `none` leaves has to be more than this for a ratio to mean something, um RMS.
+/// RMS error of `none` above which a ratio to it is meaningful, um. A choice.
 pub const RATIO_FROM_UM: f64 = 0.02;
-/// A method is worse than none if it leaves more than none by this, um.
+/// A method is worse than `none` if its error is larger by more than this, um. A choice.
 pub const WORSE_UM: f64 = 0.1;
 
 /// A cell in which a load floats for more than this part of the time counts as one of floating
@@ -80,7 +81,7 @@ impl CellResult {
     /// RMS and largest error of a method as parts of those of `none`; `None` if `none` leaves next to
     /// nothing.
     pub fn ratios(&self, method: &str) -> Option<[f64; 2]> {
-        let (none, figures) = (self.of("none")?, self.of(method)?);
+        let (none, figures) = (self.of(MethodId::NONE.name())?, self.of(method)?);
         (none.rms_um > RATIO_FROM_UM)
             .then(|| [figures.rms_um / none.rms_um, figures.max_um / none.max_um])
     }
@@ -88,7 +89,7 @@ impl CellResult {
     /// Whether RMS and largest error of a method are worse than those of `none` by more than
     /// [`WORSE_UM`].
     pub fn worse(&self, method: &str) -> [bool; 2] {
-        let (Some(none), Some(figures)) = (self.of("none"), self.of(method)) else {
+        let (Some(none), Some(figures)) = (self.of(MethodId::NONE.name()), self.of(method)) else {
             return [false; 2];
         };
         [

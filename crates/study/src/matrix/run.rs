@@ -34,12 +34,13 @@ fn run(
 ) -> Result<CellResult, StudyError> {
     let machine = machine::machine(cell)?;
     let program = Program::from_str(cell.to_string(), motion::program(cell));
+    // the drift lasts as long as the motion: plan once for its length, then run
     let length = Simulation::new(&program, &machine).plan(&mut |_, _| Ok(()))?;
     let mut config = AxisConfig {
         drift: machine::drift(cell, length.duration_s),
         ..machine::axis(cell)?
     };
-    // a trace shows all that is estimated
+    // the estimator changes no bit of the motion; it only costs time
     config.compensation.estimate_shaft = trace.is_some();
     let machine = machine::of_cell(&machine, &config);
     let mut bench = Bench::new(cell, &config, methods, trace);
@@ -79,7 +80,7 @@ pub fn run_cells(
         why: why.to_string(),
     })?;
     let mut order: Vec<usize> = (0..cells.len()).collect();
-    // the longest first, so that no core waits at the end
+    // longest processing time first, so that no core idles at the end
     order.sort_by(|a, b| f64::total_cmp(&length(cells.get(*b)), &length(cells.get(*a))));
     let stop = AtomicBool::new(false);
     let mut results: Vec<Option<Result<CellResult, StudyError>>> =
@@ -104,6 +105,7 @@ pub fn run_cells(
             all: cells.len(),
             ..Progress::default()
         };
+        // results go to the sink on this thread, in the order in which they are finished
         for (index, result) in receiver {
             progress.done += 1;
             match &result {
@@ -117,6 +119,7 @@ pub fn run_cells(
             if sunk.is_err() {
                 stop.store(true, Ordering::Relaxed);
             }
+            // by index: the order of the results does not depend on the threads
             if let Some(place) = results.get_mut(index) {
                 *place = Some(result);
             }

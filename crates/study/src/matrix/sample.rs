@@ -1,16 +1,16 @@
-//! Which cells of the full factorial are run.
+//! The cells of the full factorial that are run: a balanced sample.
 //!
 //! Every level of a factor occurs equally often (to one), and the pairs of levels of any two
 //! factors as evenly as exchanges can make them: starting from shuffled columns, two cells swap
-//! their levels of one factor whenever that lowers the sum of squares of the pair counts about
-//! their mean. Same number and seed, same cells.
+//! their levels of one factor whenever that does not raise the sum of squares of the pair counts.
+//! Same number and seed, same cells.
 
 use super::factor::{COUNT, Cell, FACTORS};
 use crate::error::StudyError;
 use lostmotion_base::Random;
 use std::collections::BTreeSet;
 
-/// The largest sample.
+/// Number of cells of the largest sample. A choice.
 pub const MOST_CELLS: usize = 20_000;
 
 /// Exchanges tried, for each cell. Tuned: more hardly make the pairs more even.
@@ -25,6 +25,7 @@ pub fn full_size() -> usize {
 pub fn all_cells() -> Vec<Cell> {
     (0..full_size())
         .map(|mut index| {
+            // mixed radix: the last factor varies fastest
             let mut cell = Cell::default();
             for (level, factor) in cell.0.iter_mut().zip(&FACTORS).rev() {
                 *level = (index % factor.levels.len()) as u8;
@@ -60,16 +61,18 @@ pub fn sample(cells: usize, seed: u64) -> Result<Vec<Cell>, StudyError> {
         );
         pairs.exchange_if_better(&mut list, a, b, factor);
     }
+    // exchanges know pairs only; whole cells may have become equal
     part_twins(&mut list, &mut random);
     list.sort_unstable();
     Ok(list)
 }
 
+/// Columns in which each level occurs equally often, each shuffled by itself.
 fn shuffled_columns(cells: usize, random: &mut Random) -> Vec<Cell> {
     let mut list = vec![Cell::default(); cells];
     for (factor, description) in FACTORS.iter().enumerate() {
         let levels = description.levels.len();
-        // where the levels do not go into the number, which of them occur once more is drawn, too
+        // levels that do not divide the number: those that occur once more are drawn at random
         let mut order: Vec<u8> = (0..levels as u8).collect();
         random.shuffle(&mut order);
         let mut column: Vec<u8> = order.iter().copied().cycle().take(cells).collect();

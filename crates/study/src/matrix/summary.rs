@@ -1,7 +1,8 @@
-//! What the cells say about each method.
+//! Statistics of each method over the cells.
 
 use super::factor::FACTORS;
 use super::result::CellResult;
+use lostmotion_methods::MethodId;
 use serde::Serialize;
 
 /// Distribution of a ratio over cells.
@@ -13,7 +14,7 @@ pub struct Spread {
     pub median: f64,
     /// 95 of 100 cells have no more.
     pub p95: f64,
-    /// The most.
+    /// The largest.
     pub worst: f64,
 }
 
@@ -22,6 +23,7 @@ impl Spread {
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
         let mut sorted: Vec<f64> = values.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
+        // nearest rank: a value that occurs, no interpolation
         let rank = |part: f64| {
             let index = (part * sorted.len() as f64).ceil().max(1.0) as usize - 1;
             sorted.get(index).copied()
@@ -106,12 +108,12 @@ pub struct Summary {
     pub worst: Vec<WorstCell>,
 }
 
-/// Part of the time at a limit from which a cell counts as saturated.
+/// Part of the time at a limit from which on a cell counts as saturated. A choice.
 const SATURATED_TIME_SHARE: f64 = 0.01;
 /// Worst cells listed for each method.
 const WORST_CELLS: usize = 5;
 
-/// Sums up.
+/// Statistics of all cells.
 pub fn summary(results: &[CellResult]) -> Summary {
     let all: Vec<&CellResult> = results.iter().collect();
     let names: Vec<&str> = results.first().map_or(Vec::new(), |cell| {
@@ -138,9 +140,14 @@ pub fn summary(results: &[CellResult]) -> Summary {
 
 /// What physics leaves at least, over what `none` leaves: RMS (0) or largest error (1).
 fn limit(cells: &[&CellResult], which: usize) -> Option<Spread> {
-    let usable = cells.iter().filter(|cell| cell.ratios("none").is_some());
+    let usable = cells
+        .iter()
+        .filter(|cell| cell.ratios(MethodId::NONE.name()).is_some());
     Spread::of(usable.filter_map(|cell| {
-        let (least, none) = ([cell.limit_rms_um, cell.limit_max_um], cell.of("none")?);
+        let (least, none) = (
+            [cell.limit_rms_um, cell.limit_max_um],
+            cell.of(MethodId::NONE.name())?,
+        );
         Some(least.get(which)? / [none.rms_um, none.max_um].get(which)?)
     }))
 }
@@ -154,6 +161,7 @@ fn practical(cells: &[&CellResult], which: usize) -> Option<Spread> {
     )
 }
 
+/// Statistics of one method over some cells.
 fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
     let ratios: Vec<[f64; 2]> = cells.iter().filter_map(|cell| cell.ratios(name)).collect();
     let figures = || cells.iter().filter_map(|cell| cell.of(name));
@@ -177,6 +185,7 @@ fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
     }
 }
 
+/// One regime for loads held and floating, and for every level of every factor that varies.
 fn regimes(results: &[CellResult], names: &[&str]) -> Vec<Regime> {
     let mut regimes = Vec::new();
     let mut add = |factor: &str, level: &str, belongs: &dyn Fn(&CellResult) -> bool| {
@@ -208,6 +217,7 @@ fn regimes(results: &[CellResult], names: &[&str]) -> Vec<Regime> {
     regimes
 }
 
+/// The worst cells of a method by RMS ratio.
 fn worst(results: &[CellResult], name: &str) -> Vec<WorstCell> {
     let mut list: Vec<WorstCell> = results
         .iter()

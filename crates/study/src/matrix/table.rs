@@ -4,6 +4,7 @@ use super::factor::{COUNT, FACTORS};
 use super::result::CellResult;
 use super::summary::{MethodSummary, Spread, Summary, summary};
 use crate::error::StudyError;
+use lostmotion_methods::MethodId;
 use lostmotion_report::number::{fixed, percent};
 use serde::Serialize;
 use std::fmt::Write;
@@ -13,11 +14,12 @@ macro_rules! put {
     ($out:expr, $($arg:tt)*) => { let _ = writeln!($out, $($arg)*); };
 }
 
-/// A ratio beyond this has run away; how far says nothing.
+/// Ratio beyond which a method has run away; how far says nothing. A choice.
 const RUNAWAY_RATIO: f64 = 10.0;
-/// Median RMS ratio above which a method does nothing worth having in a regime.
+/// Median RMS ratio above which a method does next to nothing in a regime. A choice.
 const IDLE_RATIO: f64 = 0.9;
-/// Part of a regime's cells in which a method is worse than none, from which it does harm there.
+/// Part of a regime's cells in which a method is worse than `none`, from which on it does harm
+/// there. A choice.
 const HARMFUL_CELL_SHARE: f64 = 0.1;
 
 pub(super) fn capped(ratio: f64) -> String {
@@ -99,6 +101,7 @@ pub fn markdown(results: &[CellResult], what: &str) -> String {
     out
 }
 
+/// All methods over all cells, and `adaptive` over those whose loads are held.
 fn overview(out: &mut String, sum: &Summary) {
     put!(
         out,
@@ -129,7 +132,10 @@ fn overview(out: &mut String, sum: &Summary) {
         );
     }
     if let Some(held) = sum.regimes.iter().find(|regime| regime.level == "held")
-        && let Some(row) = held.methods.iter().find(|row| row.method == "adaptive")
+        && let Some(row) = held
+            .methods
+            .iter()
+            .find(|row| row.method == MethodId::ADAPTIVE.name())
     {
         let MethodSummary {
             worse_rms,
@@ -164,6 +170,7 @@ fn overview(out: &mut String, sum: &Summary) {
     );
 }
 
+/// RMS ratio of every method in every regime.
 fn by_regime(out: &mut String, sum: &Summary) {
     put!(
         out,
@@ -234,6 +241,7 @@ fn failures(out: &mut String, sum: &Summary) {
                 all.join(", ")
             }
         };
+        // in half of the cells next to nothing, or in a tenth of them worse
         let idle = levels(&|m| m.rms_ratio.is_some_and(|spread| spread.median > IDLE_RATIO));
         let harmful = levels(&|m| {
             m.rms_ratio
@@ -331,12 +339,16 @@ pub fn json(results: &[CellResult], what: &str) -> Result<String, StudyError> {
 }
 
 /// Methods shown, where they have been run: told everything, and told nothing.
-const METHODS_OF_CELLS: [&str; 2] = ["lookup", "adaptive"];
+const METHODS_OF_CELLS: [MethodId; 2] = [MethodId::LOOKUP, MethodId::ADAPTIVE];
 
 /// Appends every cell with its limits beside what the methods that need no scale leave.
 fn cells_markdown(out: &mut String, results: &[CellResult]) {
-    let ran = |name: &&&str| results.first().is_some_and(|cell| cell.of(name).is_some());
-    let shown: Vec<&str> = METHODS_OF_CELLS.iter().filter(ran).copied().collect();
+    let ran = |name: &&str| results.first().is_some_and(|cell| cell.of(name).is_some());
+    let shown: Vec<&str> = METHODS_OF_CELLS
+        .map(MethodId::name)
+        .into_iter()
+        .filter(ran)
+        .collect();
     out.push_str(
         "\n## Each cell with its limits\n\nTraverse: the shortest one with all of the drive's torque. Least: what that leaves. Count: of the encoder. Practical: the practical limit (RMS / largest, of `none`). \
          **Bold**: within.\n\n| cell | `none`: RMS, um | max, um | traverse, ms | least: RMS, um | max, um | count, um | practical |",
@@ -352,9 +364,10 @@ fn cells_markdown(out: &mut String, results: &[CellResult]) {
     }
 }
 
+/// One cell with its limits.
 fn cell_row(out: &mut String, cell: &CellResult, shown: &[&str]) {
     let [rms, max] = cell
-        .of("none")
+        .of(MethodId::NONE.name())
         .map_or([f64::NAN; 2], |none| [none.rms_um, none.max_um]);
     let _ = write!(
         out,

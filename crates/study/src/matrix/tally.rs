@@ -1,4 +1,4 @@
-//! What one method's deviations add up to.
+//! Sums of one method's deviations over a cell.
 
 use super::cycle::{self, Turns, Windows};
 use super::result::MethodFigures;
@@ -29,7 +29,7 @@ impl Size {
     }
 }
 
-/// One axis' part.
+/// Sums of one axis.
 #[derive(Clone, Debug, Default)]
 struct AxisTally {
     deviation: Size,
@@ -77,6 +77,7 @@ impl Tally {
         tally
             .turns
             .push(tick, deviation_mm * UM_PER_MM, self.step_um);
+        // only in contact, true and estimated, is the estimated gap angle the half gap
         let touching =
             sample.engagement != Engagement::Gap && sample.engagement_estimate != Engagement::Gap;
         if touching && sample.gap_angle_estimate.is_finite() {
@@ -98,6 +99,7 @@ impl Tally {
         events: &[Windows; 2],
         saturated: f64,
     ) -> MethodFigures {
+        // compared with `none` on the same axis, window by window
         let mut hunting = self.axes.iter().zip(&none.axes).zip(events);
         let gap_errors = self
             .axes

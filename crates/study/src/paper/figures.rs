@@ -4,6 +4,7 @@ use super::scan::{FORMS, Scan};
 use super::trial::Trials;
 use lostmotion_base::{Clock, math};
 use lostmotion_drive::AxisSample;
+use lostmotion_methods::MethodId;
 use lostmotion_report::svg::{Series, SeriesPicture, series};
 
 /// A picture with the name of its file.
@@ -16,9 +17,10 @@ const REFERENCE: Value = |s| s.reference.position;
 const MOTOR: Value = |s| s.motor_position;
 const LOAD: Value = |s| s.load_position;
 
-/// One curve of a picture: its name, the run it is of, and what of it.
+/// One curve of a picture: its name, its run, and the value that is drawn.
 type Curve = (&'static str, usize, Value);
 
+/// One picture.
 struct Plot {
     file: &'static str,
     title: &'static str,
@@ -32,10 +34,12 @@ struct Plot {
 const MOTOR_KGM2: f64 = 0.00189;
 const LOAD_KGM2: f64 = 0.0065;
 
+/// Index of each method's run.
 const NONE: usize = 0;
 const PUBLISHED: usize = 1;
 const LITERAL: usize = 2;
 
+/// The pictures of the paper, in its order.
 fn plots() -> Vec<Plot> {
     let plot = |file, title, y_label, curves: &[Curve], zoom| Plot {
         file,
@@ -183,6 +187,7 @@ pub fn figures(trials: &Trials) -> Vec<Figure> {
 
 fn draw(plot: &Plot, trials: &Trials) -> String {
     let stop = trials.trial.motion.first_stop_s();
+    // the paper zooms into the first stop, where the flank changes
     let [from, to] = plot.zoom.map_or([0.0, f64::INFINITY], |[before, after]| {
         [stop - before, stop + after]
     });
@@ -217,10 +222,10 @@ pub fn scan_figures(scan: &Scan) -> Vec<Figure> {
 
 /// Lambdas drawn: as many as can be told apart.
 const DRAWN_LAMBDAS: [f64; 4] = [0.3, 0.5, 0.6, 0.7];
-/// Beyond this the curve is cut off, per cent.
+/// Value at which the curves are cut off, per cent of half the gap: beyond it they have run away.
 const HIGHEST_PERCENT: f64 = 250.0;
 
-fn scan_figure(scan: &Scan, form: &str) -> String {
+fn scan_figure(scan: &Scan, form: MethodId) -> String {
     let curve = |lambda: f64| {
         let points = scan
             .tuning
@@ -247,6 +252,7 @@ fn scan_figure(scan: &Scan, form: &str) -> String {
         y_label: "offset, % of half the gap".to_owned(),
     };
     let mut curves: Vec<Series> = DRAWN_LAMBDAS.map(curve).into();
+    // the paper's claim as a horizontal line
     let ends = super::scan::P0
         .iter()
         .map(|p0| [math::log10(*p0), 100.0 * super::CLAIM])

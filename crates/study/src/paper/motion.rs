@@ -3,7 +3,8 @@
 use lostmotion_base::Clock;
 use lostmotion_drive::Setpoint;
 
-/// Rest before, between and after, s.
+/// Rest before, between and after the moves, s: the last two long enough to settle. A choice, as
+/// the paper does not say.
 const REST_S: [f64; 3] = [0.2, 0.8, 0.8];
 
 /// A rest-to-rest move in rad at the motor's shaft.
@@ -20,7 +21,7 @@ pub struct Move {
 }
 
 impl Move {
-    /// What we take for the paper's: 20 rad at 40 rad/s, 400 rad/s2, 8000 rad/s3.
+    /// The move that we assume for the paper: 20 rad at 40 rad/s, 400 rad/s2, 8000 rad/s3.
     pub const CHOSEN: Move = Move {
         distance_rad: 20.0,
         velocity_rad_s: 40.0,
@@ -44,14 +45,18 @@ impl Move {
     /// Durations and jerks of the seven pieces. Where the distance does not allow the highest
     /// speed, the speed is lower.
     fn pieces(&self) -> [(f64, f64); 7] {
+        // time of a speed ramp: jerk up to the acceleration limit, or to the peak that the speed
+        // allows, and the hold between
         let ramp = |v: f64| {
             let a = self.acceleration_rad_s2.min((v * self.jerk_rad_s3).sqrt());
             let rise = a / self.jerk_rad_s3;
             (rise, (v / a - rise).max(0.0))
         };
+        // way of both ramps together: mean speed v/2 over twice the ramp
         let needed = |v: f64| v * (2.0 * ramp(v).0 + ramp(v).1);
         let (mut low, mut v) = (0.0, self.velocity_rad_s);
         if needed(v) > self.distance_rad {
+            // bisection of the peak speed: the way grows with it; 100 halvings reach rounding
             for _ in 0..100 {
                 let middle = 0.5 * (low + v);
                 if needed(middle) > self.distance_rad {
@@ -87,6 +92,7 @@ impl Move {
         }
         let (mut p, mut v, mut a, mut left) = (0.0, 0.0, 0.0, time_s.max(0.0));
         for (index, (span, j)) in self.pieces().into_iter().enumerate() {
+            // exact integrals of a constant jerk
             let dt = left.min(span);
             // exactly zero while cruising, as a planner gives it: the published method compares
             // with zero
@@ -112,6 +118,7 @@ impl Move {
             .map(|tick| {
                 let time = Clock::CNC.seconds(tick);
                 let [p, v, a] = self.at(time - first);
+                // the way back is the same move, subtracted
                 let [q, w, b] = self.at(time - back);
                 if time < back {
                     Setpoint::moving(p, v, a)

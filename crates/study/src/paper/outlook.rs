@@ -1,4 +1,4 @@
-//! The paper's outlook: stiffness and damping estimated while the axis runs, held against the
+//! The paper's outlook: stiffness and damping estimated while the axis runs, compared with the
 //! truth.
 
 use super::motion::Move;
@@ -6,19 +6,21 @@ use crate::error::StudyError;
 use crate::matrix::{Cell, machine};
 use lostmotion_base::Clock;
 use lostmotion_drive::{AxisOutput, Setpoint};
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use lostmotion_report::number::fixed;
 use lostmotion_report::svg::{Series, SeriesPicture, series};
 use std::fmt::Write;
 
-/// Times the move is made there and back.
+/// Number of times the move is made there and back: enough for readings to agree. A choice.
 const STROKES: usize = 4;
 /// An axis of a mill: 20 um of gap, a tenth of the rated torque as friction, twice the motor's
 /// inertia.
 const MILL: &str = "circle50-f3000-ccw-g20-t10-v0-j2-ideal-steady";
 /// Counts per turn; 0: ideal.
 const ENCODER_COUNTS: [u32; 3] = [0, 1 << 23, 1 << 20];
-const METHODS: [&str; 2] = ["published", "adaptive"];
+/// Methods beside which the estimator runs: one whose load inertia is unknown to it, one that learns
+/// it.
+const METHODS: [MethodId; 2] = [MethodId::PUBLISHED, MethodId::ADAPTIVE];
 /// A point is drawn every this many servo ticks.
 const DRAWN_EVERY_TICKS: usize = 40;
 
@@ -28,17 +30,17 @@ pub struct ShaftTrial {
     /// Which axis.
     pub axis: &'static str,
     /// With which method.
-    pub method: &'static str,
+    pub method: MethodId,
     /// Counts per turn; 0: ideal.
     pub counts: u32,
     /// True stiffness, N m/rad, and damping, N m s/rad.
     pub truth: [f64; 2],
-    /// Time, s, and estimates; not numbers until something is known.
+    /// Time, s, and estimates; NaN until something is known.
     pub estimates: Vec<(f64, [f64; 2])>,
 }
 
 impl ShaftTrial {
-    /// When an estimate is told first, s; 0 for the stiffness, 1 for the damping.
+    /// When an estimate is reported first, s; 0 for the stiffness, 1 for the damping.
     pub fn told_s(&self, which: usize) -> Option<f64> {
         self.estimates
             .iter()
@@ -76,15 +78,17 @@ pub fn shaft_trials() -> Result<Vec<ShaftTrial>, StudyError> {
     Ok(trials)
 }
 
+/// Runs one axis with an encoder and a method.
 fn run(
     axis: &'static str,
     config: &AxisConfig,
     counts: u32,
-    method: &'static str,
+    method: MethodId,
 ) -> Result<ShaftTrial, StudyError> {
     let mut config = config.clone();
     config.drive.encoder_counts_per_rev = (counts > 0).then_some(counts);
     config.compensation.estimate_shaft = true;
+    // the move is in motor rad, setpoints are in the axis' unit
     let per_rad = 1.0 / config.transmission.motor_rad_per_unit();
     let scaled = |point: Setpoint| Setpoint {
         position: point.position * per_rad,
@@ -93,7 +97,7 @@ fn run(
         ..point
     };
     let points: Vec<Setpoint> = Move::CHOSEN.setpoints().into_iter().map(scaled).collect();
-    let mut runner = build_runner(&config, method.parse()?, 0.0)?;
+    let mut runner = build_runner(&config, method, 0.0)?;
     let mut out = AxisOutput::new(true);
     for _ in 0..STROKES {
         runner.push(&points, &mut out)?;
@@ -114,7 +118,7 @@ fn run(
     })
 }
 
-/// The answer as Markdown.
+/// The result as Markdown.
 pub fn markdown(trials: &[ShaftTrial]) -> String {
     let mut out = "## The outlook: stiffness and damping while the axis runs\n\n".to_owned();
     let _ = writeln!(
@@ -191,7 +195,7 @@ fn figure(trials: &[ShaftTrial], which: usize, name: &str) -> String {
         x_label: "time, s".to_owned(),
         y_label: "estimate over truth, %".to_owned(),
     };
-    // ideal and 2^20: what lies between lies between
+    // the finest and the coarsest encoder; the one in between would hide both curves
     let mut curves: Vec<Series> = trials
         .iter()
         .filter(|trial| trial.counts != ENCODER_COUNTS[1] && trial.method == METHODS[1])

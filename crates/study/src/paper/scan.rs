@@ -4,9 +4,10 @@ use super::CLAIM;
 use super::motion::Move;
 use super::trial::{Outcome, Trial, trials};
 use crate::error::StudyError;
+use lostmotion_methods::MethodId;
 use rayon::prelude::*;
 
-/// Initial covariances tried.
+/// Initial covariances tried: from no learning to numerical trouble.
 pub const P0: [f64; 12] = [
     1.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 1e5, 1e6, 1e7, 1e8,
 ];
@@ -17,16 +18,16 @@ pub const DISTANCE_RAD: [f64; 6] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
 /// Speeds tried, rad/s.
 pub const VELOCITY_RAD_S: [f64; 5] = [5.0, 10.0, 20.0, 40.0, 80.0];
 /// Both forms of the method.
-pub const FORMS: [&str; 2] = ["published", "published-literal"];
+pub const FORMS: [MethodId; 2] = [MethodId::PUBLISHED, MethodId::PUBLISHED_LITERAL];
 
 /// One point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanPoint {
     /// `published` or `published-literal`.
-    pub method: &'static str,
+    pub method: MethodId,
     /// The conditions.
     pub trial: Trial,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: Outcome,
     /// The larger settled offset, in parts of half the gap.
     pub offset: f64,
@@ -56,6 +57,7 @@ pub struct Scan {
 /// None for the preset.
 pub fn scan() -> Result<Scan, StudyError> {
     let chosen = Trial::CHOSEN;
+    // the unknown settings on the chosen move, then the unknown move with the chosen settings
     let tuning: Vec<Trial> = P0
         .iter()
         .flat_map(|p0| {
@@ -86,11 +88,12 @@ fn points(list: &[Trial]) -> Result<Vec<ScanPoint>, StudyError> {
     let rows: Vec<Result<Vec<ScanPoint>, StudyError>> = list
         .par_iter()
         .map(|trial| {
+            // the first run is `none`, which the outcomes already refer to
             let answer = trials(trial, &FORMS)?;
             let pairs = FORMS.iter().zip(answer.runs.iter().skip(1));
             let point =
-                |(method, (_, outcome, _)): (&&'static str, &(String, Outcome, _))| ScanPoint {
-                    method,
+                |(method, (_, outcome, _)): (&MethodId, &(MethodId, Outcome, _))| ScanPoint {
+                    method: *method,
                     trial: *trial,
                     outcome: *outcome,
                     offset: outcome.worst_offset(answer.half_gap_rad),
@@ -99,6 +102,7 @@ fn points(list: &[Trial]) -> Result<Vec<ScanPoint>, StudyError> {
             Ok(pairs.map(point).collect())
         })
         .collect();
+    // first error in the order of the points, whatever thread met one first
     let mut points = Vec::new();
     for row in rows {
         points.extend(row?);

@@ -1,9 +1,10 @@
-//! What the paper says, what we find, and for which conditions both agree.
+//! The paper's claims, our results, and the conditions under which both agree, as Markdown and CSV.
 
 use super::CLAIM;
 use super::outlook::{self, ShaftTrial};
 use super::scan::{DISTANCE_RAD, FORMS, LAMBDA, P0, Scan, ScanPoint, VELOCITY_RAD_S};
 use super::trial::{Outcome, Trials};
+use lostmotion_methods::MethodId;
 use lostmotion_report::number::{fixed, percent};
 use std::fmt::Write;
 
@@ -12,7 +13,7 @@ macro_rules! put {
     ($out:expr, $($arg:tt)*) => { let _ = writeln!($out, $($arg)*); };
 }
 
-/// The answer as Markdown.
+/// The result as Markdown.
 pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
     let mut out = String::new();
     let (trial, motion) = (&trials.trial, &trials.trial.motion);
@@ -46,7 +47,7 @@ pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
     );
     put!(out, "|---|--:|--:|--:|--:|--:|--:|");
     for (name, outcome, _) in &trials.runs {
-        row(&mut out, name, outcome, trials.half_gap_rad);
+        row(&mut out, *name, outcome, trials.half_gap_rad);
     }
     put!(
         out,
@@ -99,7 +100,7 @@ pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
     out
 }
 
-fn row(out: &mut String, name: &str, outcome: &Outcome, half_gap: f64) {
+fn row(out: &mut String, name: MethodId, outcome: &Outcome, half_gap: f64) {
     let [there, back] = outcome.offset_rad.map(|rad| fixed(1e3 * rad, 1));
     let estimate = outcome.estimate_error_rad.map(|error| {
         if error.is_finite() {
@@ -118,13 +119,14 @@ fn row(out: &mut String, name: &str, outcome: &Outcome, half_gap: f64) {
     );
 }
 
-/// An estimate beyond this has run away, half gaps.
+/// Offset beyond which an estimate has run away, half gaps: how far says nothing. A choice.
 const RUNAWAY_HALF_GAPS: f64 = 20.0;
 
+/// One side of a table: its name, its values, and the value of a point.
 type Side<'a> = (&'a str, &'a [f64], fn(&ScanPoint) -> f64);
 
 /// Columns by rows.
-fn grid(out: &mut String, form: &str, columns: Side<'_>, rows: Side<'_>, points: &[ScanPoint]) {
+fn grid(out: &mut String, form: MethodId, columns: Side<'_>, rows: Side<'_>, points: &[ScanPoint]) {
     let ((across, values, column), (down, steps, row)) = (columns, rows);
     let same = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs();
     put!(out, "`{form}`\n");
@@ -139,6 +141,7 @@ fn grid(out: &mut String, form: &str, columns: Side<'_>, rows: Side<'_>, points:
     );
     put!(out, "|--:|{}", "--:|".repeat(values.len()));
     for step in steps {
+        // bold where the claim holds; a runaway offset is not printed
         let cell = |value: &f64| {
             let point = points
                 .iter()
@@ -161,6 +164,7 @@ fn grid(out: &mut String, form: &str, columns: Side<'_>, rows: Side<'_>, points:
     put!(out, "");
 }
 
+/// How many of the scanned points hold the claim.
 fn conclusion(out: &mut String, scan: &Scan) {
     put!(out, "## In short\n");
     for form in FORMS {

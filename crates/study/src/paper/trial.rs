@@ -1,13 +1,13 @@
-//! One run of the paper's axis, and what became of it.
+//! One run of the paper's axis and its outcome.
 
 use super::motion::Move;
 use crate::error::StudyError;
 use lostmotion_base::Clock;
 use lostmotion_drive::{AxisOutput, AxisSample};
 use lostmotion_methods::published::PublishedSettings;
-use lostmotion_methods::{AxisConfig, build_runner};
+use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 
-/// What is chosen for a run.
+/// Conditions of a run that the paper does not give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
     /// The move.
@@ -19,7 +19,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// What we take for the paper's conditions.
+    /// The conditions that we assume for the paper.
     pub const CHOSEN: Trial = Trial {
         motion: Move::CHOSEN,
         p0: 300.0,
@@ -38,20 +38,20 @@ impl Trial {
     }
 
     /// Runs the axis; one sample a servo tick.
-    fn run(&self, method: &str, without_gap: bool) -> Result<Vec<AxisSample>, StudyError> {
+    fn run(&self, method: MethodId, without_gap: bool) -> Result<Vec<AxisSample>, StudyError> {
         let axis = if without_gap {
             self.axis().without_gap()
         } else {
             self.axis()
         };
-        let mut runner = build_runner(&axis, method.parse()?, 0.0)?;
+        let mut runner = build_runner(&axis, method, 0.0)?;
         let mut out = AxisOutput::new(true);
         runner.push(&self.motion.setpoints(), &mut out)?;
         Ok(out.trace.unwrap_or_default())
     }
 }
 
-/// What became of a method.
+/// Outcome of a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// Reference minus load at the end of both rests, rad.
@@ -89,19 +89,24 @@ pub struct Trials {
     pub trial: Trial,
     /// Half the gap, rad.
     pub half_gap_rad: f64,
-    /// Methods with what became of them and every servo tick; the first is `none`.
-    pub runs: Vec<(String, Outcome, Vec<AxisSample>)>,
+    /// Methods with their outcomes and every servo tick; the first is `none`.
+    pub runs: Vec<(MethodId, Outcome, Vec<AxisSample>)>,
 }
 
 /// Runs `none` and these methods under the same conditions.
 ///
 /// # Errors
-/// An unknown method; settings that make no sense.
-pub fn trials(trial: &Trial, methods: &[&str]) -> Result<Trials, StudyError> {
-    let (rigid, none) = (trial.run("none", true)?, trial.run("none", false)?);
+/// Settings that make no sense.
+pub fn trials(trial: &Trial, methods: &[MethodId]) -> Result<Trials, StudyError> {
+    // the same axis without a gap is the reference: what is left is what the gap causes
+    let (rigid, none) = (
+        trial.run(MethodId::NONE, true)?,
+        trial.run(MethodId::NONE, false)?,
+    );
     let of_none = deviation(&none, &rigid);
     let outcome = |samples: &[AxisSample]| {
         let [squares, max] = deviation(samples, &rigid);
+        // the two rests, where the offset has settled
         let at = trial.motion.settled_s().map(|time| {
             samples
                 .get((time / Clock::SERVO.period_s()) as usize)
@@ -117,10 +122,10 @@ pub fn trials(trial: &Trial, methods: &[&str]) -> Result<Trials, StudyError> {
             max_ratio: max / of_none[1],
         }
     };
-    let mut runs = vec![("none".to_owned(), outcome(&none), none)];
+    let mut runs = vec![(MethodId::NONE, outcome(&none), none)];
     for method in methods {
-        let samples = trial.run(method, false)?;
-        runs.push(((*method).to_owned(), outcome(&samples), samples));
+        let samples = trial.run(*method, false)?;
+        runs.push((*method, outcome(&samples), samples));
     }
     Ok(Trials {
         trial: *trial,

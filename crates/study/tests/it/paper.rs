@@ -1,4 +1,5 @@
 //! The paper's experiments against what an independent prototype and the crate of the axis showed.
+use lostmotion_methods::MethodId;
 use lostmotion_study::paper::scan::FORMS;
 use lostmotion_study::paper::{Scan, Trial, figures, outlook, scan, shaft_trials, text, trials};
 
@@ -43,22 +44,23 @@ fn the_published_method_removes_the_settled_offset_and_leaves_a_third_of_the_rms
 fn small_lambdas_never_work_and_the_chosen_conditions_do() {
     let Scan { tuning, motion } = scan().unwrap();
     assert_eq!((tuning.len(), motion.len()), (2 * 12 * 8, 2 * 6 * 5));
-    let small =
-        |p: &&lostmotion_study::paper::ScanPoint| p.method == "published" && p.trial.lambda < 0.25;
+    let small = |p: &&lostmotion_study::paper::ScanPoint| {
+        p.method == MethodId::PUBLISHED && p.trial.lambda < 0.25
+    };
     assert!(tuning.iter().filter(small).all(|point| !point.holds()));
-    let chosen = |method: &str| {
+    let chosen = |method: MethodId| {
         tuning
             .iter()
             .find(|p| p.method == method && p.trial == Trial::CHOSEN)
             .unwrap()
             .holds()
     };
-    assert!(chosen("published"));
+    assert!(chosen(MethodId::PUBLISHED));
     // the printed gain diverges for a large P0
     assert!(
         !tuning
             .iter()
-            .any(|p| p.method == "published-literal" && p.trial.p0 > 9e3 && p.holds())
+            .any(|p| p.method == MethodId::PUBLISHED_LITERAL && p.trial.p0 > 9e3 && p.holds())
     );
 }
 
