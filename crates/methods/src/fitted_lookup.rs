@@ -141,6 +141,7 @@ impl Compensator for FittedLookup {
     }
 
     fn step(&self, state: &mut FittedLookupState, signals: &Signals) -> Correction {
+        // without a fit there is nothing to cross
         match self.half_gap {
             Some(half_gap) => self
                 .crossing

@@ -103,6 +103,7 @@ impl Registered for FixedFanuc {
 
     fn from_axis(config: &AxisConfig) -> FixedFanuc {
         let settings = &config.compensation.fixed_fanuc;
+        // the second parameter is optional on the control, too
         let cutting = told_or_true_gap(settings.cutting, config);
         let rapid = settings
             .rapid

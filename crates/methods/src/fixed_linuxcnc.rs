@@ -100,6 +100,7 @@ impl Registered for FixedLinuxcnc {
         let settings = &config.compensation.fixed_linuxcnc;
         let gap = told_or_true_gap(settings.gap, config);
         let per_unit = config.transmission.motor_rad_per_unit();
+        // without limits of the joint: what the motor can hold continuously
         let inertia = config.motor_side_inertia_kgm2() + config.reflected_load().inertia_kgm2;
         let rated = config.motor.rated_torque_nm / inertia;
         let acceleration = settings
@@ -144,6 +145,7 @@ impl Compensator for FixedLinuxcnc {
                 ..*state
             };
         }
+        // trapezoid in speed towards the new side
         let target = f64::from(direction) * self.half_gap;
         let way = target - state.position;
         // largest speed from which it can still stop at the target, braking by one step a tick: the

@@ -122,6 +122,7 @@ impl Registered for IterativeLearning {
 
     fn from_axis(config: &AxisConfig) -> IterativeLearning {
         let settings = &config.compensation.iterative_learning;
+        // a cell is 1 ms, so that times in ms are numbers of cells
         let law = Law {
             rate: settings.rate,
             lead_cells: settings.lead_ms,
@@ -251,6 +252,7 @@ impl Compensator for IterativeLearning {
             .before
             .unwrap_or([position, velocity, position - load, 0.0]);
         let now = direction(velocity, state.run.beginning.direction);
+        // time within the stroke, in servo ticks
         state.age += 1.0;
         if now != state.run.beginning.direction {
             // the instant of the reversal, by a straight line through both velocities

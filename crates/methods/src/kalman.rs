@@ -127,6 +127,7 @@ impl Compensator for Kalman {
     }
 
     fn initial(&self, motor_position: f64) -> KalmanState {
+        // the twin of the crossing carries the same told load as the filter
         let crossing = self.crossing.initial(motor_position, self.filter.load());
         KalmanState {
             belief: self.filter.initial(motor_position),

@@ -141,6 +141,7 @@ impl MethodId {
 /// Row of a name in [`METHODS`]; a name that is in none does not compile, since the row is then
 /// beyond the end.
 const fn position(name: &str) -> usize {
+    // constant functions know no iterators
     let mut row = 0;
     while row < NAMES.len() {
         if same(NAMES[row].as_bytes(), name.as_bytes()) {

@@ -131,6 +131,7 @@ impl Registered for MultipleModels {
             ),
             crossing: Crossing::new(config, settings.torque_share, 0.0),
             chain: [
+                // contact is made and broken through the gap: no step from flank to flank
                 [1.0 - p, p, 0.0],
                 [0.5 * p, 1.0 - p, 0.5 * p],
                 [0.0, p, 1.0 - p],
@@ -240,6 +241,7 @@ impl Compensator for MultipleModels {
             state.beliefs = [self.filter.initial(signals.motor_position); 3];
             state.probability = [0.25, 0.5, 0.25];
         }
+        // one estimate out of the three, weighted by their probabilities
         let whole = mixture(&state.beliefs, &state.probability);
         // a flank counts only with more than half of the probability, otherwise the gap does
         let likeliest = SIDES

@@ -43,6 +43,7 @@ impl<C: Compensator> Observed<C> {
         // a method that learns the load reports the inertia of motor and load together
         let learned = correction.inertia_estimate - self.motor_inertia;
         let load_inertia = (C::LEARNS_LOAD && learned > 0.0).then_some(learned);
+        // the estimator only listens: the correction goes on unchanged but for two estimates
         let found = self.shaft.step(state, signals, load_inertia);
         Correction {
             stiffness_estimate: found.stiffness_nm_per_rad,

@@ -169,6 +169,7 @@ impl<const LITERAL: bool> Published<LITERAL> {
     fn new(config: &AxisConfig) -> Self {
         let settings = &config.compensation.published;
         let period = config.servo_period_s();
+        // the bound of lambda follows from both inertias
         let motor_inertia = config.motor_side_inertia_kgm2();
         let load_inertia = config.reflected_load().inertia_kgm2;
         let lambda = settings
@@ -249,6 +250,7 @@ impl<const LITERAL: bool> Compensator for Published<LITERAL> {
         let acceleration = signals.reference.acceleration;
         // the sign of the acceleration, with the tolerance for rounding
         let zero = acceleration.abs() <= self.acceleration_zero;
+        // sign(alpha_ref) of (11)
         let direction = if zero { 0 } else { acceleration.signum() as i8 };
 
         self.least_squares(state, &phi, position);
@@ -277,6 +279,7 @@ impl<const LITERAL: bool> Compensator for Published<LITERAL> {
         if small && before == 0 {
             state.gap_angle += step - state.coasting;
         }
+        // shift the regressor for the next tick
         state.position = [position, state.position[0]];
         Correction {
             // (13): the position loop sees theta_M - theta_b

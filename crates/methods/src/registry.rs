@@ -236,6 +236,7 @@ pub fn build_runner(
     method: MethodId,
     start_position: f64,
 ) -> Result<Box<dyn AxisRunner>, AxisError> {
+    // the description first: methods rely on checked values
     config.check()?;
     method.suits(config)?;
     finite(start_position)?;

@@ -147,6 +147,7 @@ impl Compensator for ReversalPulse {
         if !(0.0..1.0).contains(&u) {
             return Correction::NONE;
         }
+        // falling triangle in the commanded direction
         let shape = f64::from(state.direction) * (1.0 - u);
         Correction {
             velocity: self.speed * shape,

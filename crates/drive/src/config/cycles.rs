@@ -71,6 +71,7 @@ impl Cycles {
     /// longer than 50 us, in us.
     pub fn usual_current_period_us(&self) -> f64 {
         let servo_ns = self.servo().period_ns();
+        // fewest parts that are short enough, then the first number that divides the nanoseconds
         let least = (self.servo_us / USUAL_CURRENT_PERIOD_US).ceil() as u64;
         let parts = (least.max(1)..=servo_ns)
             .find(|parts| servo_ns.is_multiple_of(*parts))
@@ -127,11 +128,14 @@ impl<C> AxisConfig<C> {
     pub(super) fn check_rates(&self) -> Result<(), AxisConfigError> {
         let inertia = self.motor_side_inertia_kgm2();
         let (mut motor, mut load) = (self.motor, self.reflected_load());
+        // the worst that a drift reaches: lighter, stiffer, more viscous
         load.inertia_kgm2 *= reached(self.drift.load_inertia).min(1.0);
         load.viscous_nm_s_per_rad *= reached(self.drift.load_viscous).max(1.0);
         load.stiffness_nm_per_rad *= reached(self.drift.stiffness).max(1.0);
         motor.viscous_nm_s_per_rad *= reached(self.drift.motor_viscous).max(1.0);
+        // two masses on a spring: omega^2 = k (1/J_M + 1/J_L)
         let joint = 1.0 / inertia + 1.0 / load.inertia_kgm2;
+        // electrical and mechanical side of the motor as an oscillator: omega^2 = K_t K_e/(L J)
         let emf = motor.torque_constant_nm_per_a * motor.back_emf_v_s_per_rad()
             / (motor.phase_inductance_h() * inertia);
         let rates = [
@@ -169,6 +173,7 @@ impl<C> AxisConfig<C> {
         rates
             .into_iter()
             .try_for_each(|(key, rate, highest)| between(key, rate, 0.0, highest))?;
+        // deceleration by Coulomb friction, which scales the rates of the other friction laws
         let motor_coulomb = motor.coulomb_nm * reached(self.drift.motor_coulomb).max(1.0);
         let load_coulomb = load.coulomb_nm * reached(self.drift.load_coulomb).max(1.0);
         self.check_friction_rates(
@@ -195,12 +200,14 @@ impl<C> AxisConfig<C> {
         };
         match law {
             FrictionLaw::Coulomb => Ok(()),
+            // falling friction is a negative damping: a disturbance grows at this rate
             FrictionLaw::Stribeck(law) => rate(
                 "fall of friction over inertia in 1/s",
                 deceleration * (law.static_factor - 1.0) / law.speed_units_s,
                 1e5,
             ),
             FrictionLaw::Lugre(law) => {
+                // no-load speed: phase voltage of the inverter over the back-EMF constant
                 let fastest =
                     self.drive.bus_voltage_v / 3.0_f64.sqrt() / self.motor.back_emf_v_s_per_rad();
                 rate(

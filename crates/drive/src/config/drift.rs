@@ -35,6 +35,7 @@ pub struct Change {
 impl Change {
     /// The factor at a time since the start, s.
     pub fn at(&self, time_s: f64) -> f64 {
+        // ramp: straight to the factor, then constant; cycle: there and back on a cosine
         let part = time_s / self.over_s;
         let share = match self.shape {
             Shape::Ramp => part.clamp(0.0, 1.0),

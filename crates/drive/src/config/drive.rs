@@ -58,10 +58,10 @@ pub struct Drive {
     /// to two servo periods.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub command_delay_periods: u32,
-    /// Friction fed forward; none if left out.
+    /// Friction fed forward; nothing if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction_feedforward: Option<FrictionFeedforward>,
-    /// Filters on the current command, in series; none if left out.
+    /// Filters on the current command, in series; no filter if left out.
     #[serde(default, skip_serializing_if = "TorqueFilters::is_empty")]
     pub torque_filter: TorqueFilters,
     /// What the velocity loop's integral does at a limit.
@@ -204,12 +204,12 @@ impl FrictionFeedforward {
 pub enum AntiWindup {
     /// Back-calculation: a command cut by `delta` moves the integral by `delta` times period over
     /// integral time, so the tracking time is the integral time. While the voltage is at its limit
-    /// the integral takes up no error that asks for still more torque. Source: Astrom and
+    /// the integral ignores an error that demands still more torque. Source: Astrom and
     /// Haegglund, *Advanced PID Control* (2006), section 3.5.
     #[default]
     BackCalculation,
-    /// Conditional integration: while current or voltage is at its limit the integral takes up no
-    /// error that asks for still more torque.
+    /// Conditional integration: while current or voltage is at its limit the integral ignores
+    /// an error that demands still more torque.
     Conditional,
     /// None: the integral goes on. For showing what the others are there for.
     None,
@@ -324,13 +324,17 @@ impl Drive {
         current_limit_a: f64,
         bus_voltage_v: f64,
     ) -> Drive {
+        // data sheets give line to line; the loops act on phases
         let inductance = motor.phase_inductance_h();
         let inertia = motor.inertia_kgm2 + load.motor_side_inertia_kgm2 + load.inertia_kgm2;
         let viscous = motor.viscous_nm_s_per_rad + load.viscous_nm_s_per_rad;
         let natural = TAU * tuning.velocity_frequency_hz;
+        // characteristic polynomial of the rigid axis with PI: J s^2 + (b + K_t K_v) s + K_t
+        // K_v/T_v, compared with s^2 + 2 D w_n s + w_n^2
         let damping_torque = 2.0 * tuning.velocity_damping * natural * inertia - viscous;
         Drive {
             current_gain_v_per_a: TAU * tuning.current_bandwidth_hz * inductance,
+            // pole-zero cancellation: the zero of the PI on the pole R/L of the winding
             current_time_s: inductance / motor.phase_resistance_ohm(),
             velocity_gain_a_s_per_rad: damping_torque / motor.torque_constant_nm_per_a,
             velocity_time_s: damping_torque / (natural * natural * inertia),

@@ -101,7 +101,7 @@ pub struct StartInGap(pub f64);
 
 // A total gap as a method is told it.
 
-/// A total gap in the unit that suits whoever tells it: `{ um = 10.0 }`, `{ mdeg = 3.0 }`,
+/// A total gap in one of several units: `{ um = 10.0 }`, `{ mdeg = 3.0 }`,
 /// `{ arcsec = 11.0 }`, `{ deg = 0.003 }` or `{ motor_rad = 0.2 }`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

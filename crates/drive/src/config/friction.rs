@@ -87,6 +87,7 @@ impl Frictions {
 
     /// The law at the load with its speeds and ways at the motor's shaft.
     pub(crate) fn load_at_motor(&self, transmission: &Transmission) -> FrictionLaw {
+        // speeds and ways scale with the transmission; the static factor has no dimension
         let factor = transmission.motor_rad_per_unit();
         match self.load {
             FrictionLaw::Coulomb => FrictionLaw::Coulomb,

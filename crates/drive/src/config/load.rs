@@ -151,9 +151,11 @@ impl Slide {
             Transmission::Linear(linear) => linear.gear,
             Transmission::Rotary(rotary) => rotary.gear,
         };
+        // power is the same on both sides: forces scale with the ratio, impedances with its square
         let squared = m_per_rad * m_per_rad;
         Reflected {
             inertia_kgm2: self.mass_kg * squared,
+            // the screw turns by 1/gear of the motor
             motor_side_inertia_kgm2: self.screw_inertia_kgm2 / (gear * gear),
             viscous_nm_s_per_rad: self.viscous_n_s_per_m * squared,
             coulomb_nm: self.coulomb_n * m_per_rad,
@@ -241,6 +243,7 @@ impl TryFrom<TableFile> for Table {
     type Error = String;
 
     fn try_from(file: TableFile) -> Result<Table, String> {
+        // one unit only: two values could contradict each other
         let gap_mdeg = match (file.gap_mdeg, file.gap_arcsec, file.gap_deg) {
             (Some(mdeg), None, None) => mdeg,
             (None, Some(arcsec), None) => arcsec * (1e3 / ARCSEC_PER_DEG),
@@ -278,6 +281,7 @@ impl Table {
     }
 
     pub(super) fn reflected(&self, table_per_motor: f64) -> Reflected {
+        // power is the same on both sides: torques scale with the ratio, impedances with its square
         let squared = table_per_motor * table_per_motor;
         let motor_rad_per_mdeg = 1e-3_f64.to_radians() / table_per_motor;
         Reflected {

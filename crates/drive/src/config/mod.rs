@@ -159,6 +159,7 @@ impl<C: CompensatorSettings> AxisConfig<C> {
             .map_err(|e| e.within("compensation"))?;
         self.friction.check().map_err(|e| e.within("friction"))?;
         self.flanks
+            // the widest gap of a drift has the steepest flanks
             .check(self.gap_in_unit() * self.drift.gap.map_or(1.0, |change| change.factor.max(1.0)))
             .map_err(|e| e.within("flanks"))?;
         self.ripple.check().map_err(|e| e.within("ripple"))?;
@@ -231,6 +232,7 @@ impl<C: Clone> AxisConfig<C> {
             old.current_limit_a,
             old.bus_voltage_v,
         );
+        // the rule sets gains only: what was configured besides them is kept
         let drive = Drive {
             encoder_counts_per_rev: old.encoder_counts_per_rev,
             current_period_us: old.current_period_us,

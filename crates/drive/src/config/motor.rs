@@ -69,6 +69,7 @@ impl Motor {
 
     /// Back-EMF in q for a mechanical speed, V s/rad.
     pub fn back_emf_v_s_per_rad(&self) -> f64 {
+        // amplitude-invariant dq frame: T = 3/2 p psi i_q and e_q = p psi w
         self.torque_constant_nm_per_a * 2.0 / 3.0
     }
 

@@ -63,6 +63,7 @@ impl Bridge {
 
     /// Adds a block that was not completed; neither motor nor load reversed in it.
     pub(super) fn skip(&mut self, rest: &Block) {
+        // its weights add up to one a tick: rising and falling together are the whole current
         self.ticks += rest.ticks;
         self.current += rest.rising + rest.falling;
         let sign = rest.way.signum() * f64::from(rest.ticks);
@@ -74,6 +75,7 @@ impl Bridge {
     pub(super) fn push(&mut self, signals: &Signals, load_speed: f64, loose: bool) -> bool {
         self.ticks += 1;
         self.current += signals.mean_current;
+        // friction depends on the time for which each side slid in which direction
         for (sum, speed) in self
             .signs
             .iter_mut()

@@ -114,6 +114,7 @@ impl LearningState {
             // a disturbance ends the stretch: the last whole block opens a bridge, the begun one is
             // part of it
             let rest = std::mem::replace(&mut self.block, Block::start(position));
+            // a bridge starts at the last whole block; later disturbances extend it
             if let Some(before) = self.before.take() {
                 self.bridge = Some(Bridge::start(before, &rest));
             } else if let Some(bridge) = &mut self.bridge {

@@ -132,6 +132,7 @@ impl LoadFilter {
     /// Updates with the momentum balance of a whole reversal.
     pub(super) fn cross(&mut self, said: &Crossed, motor: &Motor) {
         let (inertia, rated) = (motor.inertia, motor.rated_torque);
+        // the same regressors as in steady motion, as means over the reversal
         let row = [
             said.acceleration * inertia / rated,
             said.speed / VISCOUS_SPEED,

@@ -281,6 +281,7 @@ impl Adaptive {
             };
             let alone =
                 said.misfit < ALONE_MISFIT && said.evidence > CLEAR_EVIDENCE && !said.wavered;
+            // single readings only count alone over one crossing that is explained and beyond doubt
             state.gap.take(
                 said.half_gap,
                 said.variance + faint * faint,
@@ -362,6 +363,7 @@ impl Compensator for Adaptive {
     }
 
     fn finish(&self, state: &mut AdaptiveState, signals: &Signals) -> Correction {
+        // torque and flank before this tick's decision, for the watch
         let (carried, side) = (state.crossing.before.torque, state.crossing.side);
         // a load that floats is not on its flank: crossing would release or push it
         let used = if state.floating.floats() {

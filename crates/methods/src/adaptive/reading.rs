@@ -155,6 +155,7 @@ impl Reading {
 
     /// Differences from which derivatives are taken.
     fn differences(&self) -> Vector {
+        // what moves a contact depends on how long the load runs free
         let (time_s, speed) = self.extent;
         self.prior.step(self.newton.at[GAP], time_s, speed)
     }

@@ -102,6 +102,7 @@ impl Watch {
         friction: f64,
     ) -> Option<Window> {
         let (seen, sign) = (self.seen(), f64::from(now));
+        // same direction, and at least half of what the twin's shaft carries
         let carries = wanted * sign > 0.0 && seen * sign > 0.5 * wanted * sign;
         // contact counts up, loss of contact twice as fast down: ringing is no arrival
         self.arrived = if carries {
@@ -152,6 +153,7 @@ impl Watch {
     /// Opens a window where a flank that certainly carried the load gives way: at rest that may be long
     /// before another one has to carry it.
     fn give_way(&mut self, motor: &Motor, flank: i8, least: f64) {
+        // half of the load's friction, but no less than noise and no more than a light load shows
         let bounds = PRESSING_LIMITS.map(|part| part * motor.rated_torque);
         let pressed = self.seen() * f64::from(flank) > least.max(bounds[0]).min(bounds[1]);
         let before = std::mem::replace(&mut self.pressed, pressed);

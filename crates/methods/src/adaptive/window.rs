@@ -180,6 +180,7 @@ impl Window {
 
 /// Two consecutive samples as one: mean of the current, sum of its falls.
 fn merged(first: &Sample, second: &Sample) -> Sample {
+    // mean weighted by the lengths
     let [a, b] = [first.ticks, second.ticks].map(f64::from);
     Sample {
         position: second.position,

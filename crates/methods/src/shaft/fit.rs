@@ -201,6 +201,8 @@ impl ShaftNewton {
             if self.held && i == 2 {
                 return vec![0.0; left.len()];
             }
+            // one-sided differences of the projected residual: the linear unknowns follow each
+            // change
             let mut at = self.at;
             at[i] += DIFFERENCE;
             let there = excerpt.left_by(motor, &self.shaft(&at));
@@ -297,6 +299,7 @@ const STRUCTURE_LAGS: usize = 6;
 /// Box and Pierce's sum, J. Amer. Statist. Assoc. 65 (1970): samples times the squared
 /// autocorrelations.
 fn structure(left: &[f64]) -> f64 {
+    // autocorrelation at a lag; white noise has none
     let product = |lag: usize| {
         left.iter()
             .zip(left.iter().skip(lag))

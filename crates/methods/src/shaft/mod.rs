@@ -170,6 +170,7 @@ impl ShaftEstimator {
                 .damping
                 .take(shaft.damping(&self.motor), variance, false, true);
         }
+        // once the stiffness is known, readings only follow its drift
         state.pause = if state.stiffness.count >= READINGS_TO_KNOW {
             PAUSE_TICKS
         } else {
