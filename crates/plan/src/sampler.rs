@@ -172,8 +172,8 @@ impl Sampler {
     }
 
     /// Adds samples until `out` has `most` of them, as long as only the first stretch moves and
-    /// joints are program coordinates up to a constant: the usual case, without the cost of the general one.
-    /// Returns whether a sample was added.
+    /// joints are program coordinates up to a constant: the usual case, without the cost of the
+    /// general one. Returns whether a sample was added.
     fn run(
         &mut self,
         most: usize,

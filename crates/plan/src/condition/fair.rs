@@ -3,9 +3,9 @@
 //!
 //! Noise and rounding of the points are far below the tolerance, yet differences of third order
 //! blow them up. The offsets e minimise the integral of w e^2 + l^6 (x''')^2 over the run, in
-//! divided differences: features longer than the length l stay as they are. Where an offset would pass
-//! its bound, w is the weight that just holds it there. (Whittaker, Proc. Edinburgh Math. Soc. 41, 1923, with
-//! weights.)
+//! divided differences: features longer than the length l stay as they are. Where an offset would
+//! pass its bound, w is the weight that just holds it there. (Whittaker, Proc. Edinburgh Math. Soc.
+//! 41, 1923, with weights.)
 
 use crate::piece::size;
 use lostmotion_base::linalg::solve_banded;

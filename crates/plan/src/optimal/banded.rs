@@ -83,10 +83,11 @@ impl Banded {
             (x_before, x_last) = (x_last, *x);
         }
         // Back substitution with the two unknowns below.
-        let mut above = [(0.0, [0.0; 3]); 2];
+        let [mut next, mut after] = [(0.0, [0.0; 3]); 2];
         for (row, x) in self.rows.iter().zip(x.iter_mut()).rev() {
-            *x = *x / row[0] - above[0].1[1] * above[0].0 - above[1].1[2] * above[1].0;
-            above = [(*x, *row), above[0]];
+            let ((x1, [_, l1, _]), (x2, [_, _, l2])) = (next, after);
+            *x = *x / row[0] - l1 * x1 - l2 * x2;
+            (next, after) = ((*x, *row), next);
         }
     }
 }

@@ -18,7 +18,7 @@ mod warp;
 mod windows;
 
 pub(crate) use excess::LimitJudge;
-pub(crate) use problem::End;
+pub(crate) use problem::{End, LimitedJoint, joints, stop_s};
 pub(crate) use warp::{Placed, between, quintic};
 pub(crate) use windows::{Trial, Windows};
 

@@ -120,16 +120,16 @@ fn rests(point: &Sample) -> bool {
 
 /// A joint with its limits of velocity, acceleration and jerk.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RetimedJoint {
-    pub(super) index: usize,
-    pub(super) limits: [f64; 3],
+pub(crate) struct LimitedJoint {
+    pub(crate) index: usize,
+    pub(crate) limits: [f64; 3],
 }
 
 /// The joints that have limits, each kept to a part of them: velocity, acceleration, jerk.
-pub(super) fn joints(limits: &[Option<AxisLimits>; AXES], parts: [f64; 3]) -> Vec<RetimedJoint> {
+pub(crate) fn joints(limits: &[Option<AxisLimits>; AXES], parts: [f64; 3]) -> Vec<LimitedJoint> {
     let joint = |(index, limits): (usize, &Option<AxisLimits>)| {
         let limits = (*limits)?;
-        Some(RetimedJoint {
+        Some(LimitedJoint {
             index,
             limits: [
                 limits.velocity * parts[0],
@@ -141,16 +141,28 @@ pub(super) fn joints(limits: &[Option<AxisLimits>; AXES], parts: [f64; 3]) -> Ve
     limits.iter().enumerate().filter_map(joint).collect()
 }
 
+/// Time that the slowest joint takes to stop, s: to brake from its velocity, and to build up the
+/// acceleration for that.
+pub(crate) fn stop_s(joints: &[LimitedJoint]) -> f64 {
+    joints
+        .iter()
+        .map(|joint| {
+            let [v, a, j] = joint.limits;
+            v / a + a / j
+        })
+        .fold(0.0, f64::max)
+}
+
 /// Makes the limits of beta between each two of the points. `room` scales those of acceleration and
 /// jerk by interval.
 pub(super) fn limits(
     points: &[Sample],
-    joints: &[RetimedJoint],
+    joints: &[LimitedJoint],
     step_s: f64,
     room: &[[f64; 2]],
     ends: [End; 2],
 ) -> Problem {
-    let moving: Vec<RetimedJoint> = joints
+    let moving: Vec<LimitedJoint> = joints
         .iter()
         .filter(|joint| moves(points, joint))
         .copied()
@@ -175,7 +187,7 @@ pub(super) fn limits(
             .max(b.chord_part)
             .max(waiting);
         // Velocity is a ceiling of beta, acceleration and jerk are rows.
-        for RetimedJoint { index, limits } in &moving {
+        for LimitedJoint { index, limits } in &moving {
             let [v, w] = [a, b].map(|point| point.velocity.0[*index]);
             let [c, d] = [a, b].map(|point| point.acceleration.0[*index]);
             fastest = fastest.max(v.abs().max(w.abs()) / limits[0]);
@@ -225,7 +237,7 @@ impl Stencil {
     }
 }
 
-fn moves(points: &[Sample], joint: &RetimedJoint) -> bool {
+fn moves(points: &[Sample], joint: &LimitedJoint) -> bool {
     points.iter().any(|point| {
         let (v, a) = (
             point.velocity.0[joint.index],

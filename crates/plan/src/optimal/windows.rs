@@ -2,7 +2,7 @@
 
 use super::excess::{self, DIFFERENCE_POINTS, Excess, LimitJudge};
 use super::interior::{Goal, Interior};
-use super::problem::{End, Problem, RetimedJoint, joints, limits};
+use super::problem::{End, LimitedJoint, Problem, joints, limits, stop_s};
 use super::warp::{Placed, Walk};
 use crate::{PlannerConfig, Sample};
 use lostmotion_base::{Clock, Coords};
@@ -67,7 +67,7 @@ impl Trial {
 /// Windows of a nominal motion, with the state between two of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Windows {
-    joints: Vec<RetimedJoint>,
+    joints: Vec<LimitedJoint>,
     step_s: f64,
     /// The pace, squared, at which a window ends that is not the last.
     tail: f64,
@@ -92,10 +92,7 @@ impl Windows {
     pub(crate) fn new(config: &PlannerConfig, nominal: Clock, tail: f64) -> Windows {
         let joints = joints(&config.limits, PLANNED_PARTS);
         let step_s = nominal.period_s();
-        let stop_s = joints
-            .iter()
-            .map(|joint| joint.limits[0] / joint.limits[1] + joint.limits[1] / joint.limits[2])
-            .fold(0.0, f64::max);
+        let stop_s = stop_s(&joints);
         Windows {
             width: excess::width(joints.iter().map(|joint| joint.limits), step_s),
             joints,

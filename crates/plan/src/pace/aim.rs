@@ -34,8 +34,8 @@ pub(super) struct Aim {
 }
 
 /// The best change to a pace found: for less pace the one that is done first, for more the one that
-/// gets nearest. `after` tells the state after a number of command cycles if nothing changes; `None` if that
-/// is not known.
+/// gets nearest. `after` tells the state after a number of command cycles if nothing changes;
+/// `None` if that is not known.
 pub(super) fn aim(
     course: &Course,
     target: f64,

@@ -1,6 +1,6 @@
 //! The planned motion by its own time, as far as it is known.
 
-use crate::optimal::between;
+use crate::optimal::{self, LimitedJoint, between, joints};
 use crate::{Heeds, Sample};
 use lostmotion_base::{AXES, AxisLimits, Coords};
 use std::collections::VecDeque;
@@ -31,13 +31,6 @@ impl PaceState {
     }
 }
 
-/// Limits of a joint: velocity, acceleration, jerk, by index.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PacedJoint {
-    pub(super) index: usize,
-    pub(super) limits: [f64; 3],
-}
-
 /// One joint's derivatives by the plan's own time at a place. The third may step in its
 /// neighbourhood: its least and largest.
 #[derive(Clone, Copy, Debug, Default)]
@@ -66,7 +59,7 @@ impl CoursePlace {
 /// velocities and accelerations.
 #[derive(Clone, Debug)]
 pub(super) struct Course {
-    joints: Vec<PacedJoint>,
+    joints: Vec<LimitedJoint>,
     samples: VecDeque<Sample>,
     /// Step of the first sample held.
     first: u64,
@@ -78,15 +71,8 @@ pub(super) struct Course {
 
 impl Course {
     pub(super) fn new(limits: &[Option<AxisLimits>; AXES], step_s: f64) -> Course {
-        let joint = |(index, limits): (usize, &Option<AxisLimits>)| {
-            limits.map(|l| PacedJoint {
-                index,
-                limits: [l.velocity, l.acceleration, l.jerk],
-            })
-        };
-        let joints = limits.iter().enumerate().filter_map(joint).collect();
         Course {
-            joints,
+            joints: joints(limits, [1.0; 3]),
             samples: VecDeque::new(),
             first: 0,
             kinds: VecDeque::new(),
@@ -97,14 +83,7 @@ impl Course {
 
     /// How long the slowest joint takes to stop, s.
     pub(super) fn stop_s(&self) -> f64 {
-        self.joints
-            .iter()
-            .map(
-                |PacedJoint {
-                     limits: [v, a, j], ..
-                 }| v / a + a / j,
-            )
-            .fold(0.0, f64::max)
+        optimal::stop_s(&self.joints)
     }
 
     /// The least second derivative of the pace that a joint at full speed can follow, 1/s2.
@@ -112,7 +91,7 @@ impl Course {
         self.joints
             .iter()
             .map(
-                |PacedJoint {
+                |LimitedJoint {
                      limits: [v, _, j], ..
                  }| j / v,
             )
@@ -229,7 +208,7 @@ impl Course {
                     sample.acceleration.0[k] * self.step_s * self.step_s,
                 ]
             };
-            let [_, v, acceleration] = crate::optimal::quintic(state(a), state(b), part);
+            let [_, v, acceleration] = optimal::quintic(state(a), state(b), part);
             let accelerations = [before, a, b, after].map(|sample| sample.acceleration.0[k]);
             // Accelerations are sampled, so that the jerk is known as a range over three intervals.
             let [j0, j1, j2] =

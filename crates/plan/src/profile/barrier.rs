@@ -42,8 +42,12 @@ struct Bound {
     dual: f64,
 }
 
-/// A part of a bound and its gradient.
-type Use = (f64, [f64; 3]);
+/// Used part of a bound, and its gradient by b, b' and b'' in the middle of the interval.
+#[derive(Clone, Copy, Debug)]
+struct BoundUse {
+    part: f64,
+    gradient: [f64; 3],
+}
 
 /// An end of an interval: b there by b, b' and b'' in the middle, and its root.
 struct IntervalEnd {
@@ -109,34 +113,43 @@ impl<'a> BarrierProblem<'a> {
 
     /// Used part of each bound in an interval, with its gradient by b, b' and b'': first two for
     /// the speed, then one for each row.
-    fn used(&self, c: &[f64], interval: usize, out: &mut Vec<Use>) {
+    fn used(&self, c: &[f64], interval: usize, out: &mut Vec<BoundUse>) {
         let x = self.middle(c, interval);
         let cap = 1.0 / self.caps[interval];
         let goals = self.goals[interval].map(|goal| 1.0 / goal);
         let half = 0.5 * self.grid.width(interval);
         // The square of the speed is bounded in the middle and at the end of the interval.
         let speed = [cap, half * cap, 0.5 * half * half * cap];
-        out.push((x[0] * cap, [cap, 0.0, 0.0]));
-        out.push((speed[0] * x[0] + speed[1] * x[1] + speed[2] * x[2], speed));
+        out.push(BoundUse {
+            part: x[0] * cap,
+            gradient: [cap, 0.0, 0.0],
+        });
+        out.push(BoundUse {
+            part: speed[0] * x[0] + speed[1] * x[1] + speed[2] * x[2],
+            gradient: speed,
+        });
         let ends = self.ends(interval, &x);
         out.extend(self.rows(interval).iter().map(|row| {
             let sum = row.f[0] * x[0] + row.f[1] * x[1] + row.f[2] * x[2];
             let by = goals[if row.end == 0.0 { ACCELERATION } else { JERK }];
             if row.end == 0.0 {
-                return (sum * by, row.f.map(|f| f * by));
+                return BoundUse {
+                    part: sum * by,
+                    gradient: row.f.map(|f| f * by),
+                };
             }
             // The jerk is the sum times sqrt(b): the product rule adds the slope of the root.
             let IntervalEnd { by: place, root } = &ends[usize::from(row.end > 0.0)];
             let slope = 0.5 * sum / root;
-            (
-                sum * root * by,
-                [0, 1, 2].map(|k| (row.f[k] * root + slope * place[k]) * by),
-            )
+            BoundUse {
+                part: sum * root * by,
+                gradient: [0, 1, 2].map(|k| (row.f[k] * root + slope * place[k]) * by),
+            }
         }));
     }
 
     /// The same in all intervals.
-    fn all_used(&self, c: &[f64]) -> Vec<Use> {
+    fn all_used(&self, c: &[f64]) -> Vec<BoundUse> {
         let mut used = Vec::with_capacity(self.rows.len() + 2 * self.grid.len());
         for interval in 0..self.grid.len() {
             self.used(c, interval, &mut used);
@@ -145,7 +158,7 @@ impl<'a> BarrierProblem<'a> {
     }
 
     /// Gradient and matrix of Newton's step.
-    fn system(&self, c: &[f64], used: &[Use], weight: f64) -> (Vec<f64>, Vec<[f64; 3]>) {
+    fn system(&self, c: &[f64], used: &[BoundUse], weight: f64) -> (Vec<f64>, Vec<[f64; 3]>) {
         let n = c.len();
         let (mut right, mut bands) = (vec![0.0; n], vec![[0.0; 3]; n]);
         let per = self.per + 2;
@@ -156,9 +169,10 @@ impl<'a> BarrierProblem<'a> {
             let mut g = [-0.5 * time / b, 0.0, 0.0];
             let mut h = [[0.75 * time / (b * b), 0.0, 0.0], [0.0; 3], [0.0; 3]];
             let these = interval * per..(interval + 1) * per;
-            for ((used, d), bound) in used[these.clone()].iter().zip(&self.bounds[these]) {
+            for (used, bound) in used[these.clone()].iter().zip(&self.bounds[these]) {
                 // With slack and dual eliminated each bound adds a term of rank one.
-                let over = used + bound.slack - 1.0;
+                let d = &used.gradient;
+                let over = used.part + bound.slack - 1.0;
                 let (first, second) = (
                     (weight + bound.dual * over) / bound.slack,
                     bound.dual / bound.slack,
@@ -183,7 +197,7 @@ impl<'a> BarrierProblem<'a> {
 
     /// How slacks and duals change with a step of the coefficients, and how much of both changes is
     /// taken at most.
-    fn changes(&self, used: &[Use], step: &[f64], weight: f64) -> (Vec<Bound>, f64, f64) {
+    fn changes(&self, used: &[BoundUse], step: &[f64], weight: f64) -> (Vec<Bound>, f64, f64) {
         let (mut primal, mut dual) = (1.0_f64, 1.0_f64);
         let mut changes = Vec::with_capacity(self.bounds.len());
         let per = self.per + 2;
@@ -193,10 +207,12 @@ impl<'a> BarrierProblem<'a> {
             .enumerate()
         {
             let dx = self.middle(step, interval);
-            for ((used, d), old) in used.iter().zip(bounds) {
+            for (used, old) in used.iter().zip(bounds) {
+                let d = &used.gradient;
                 // Newton's changes of slack and dual: the linearised bound holds, and slack times
                 // dual is the weight.
-                let slack = 1.0 - used - old.slack - (d[0] * dx[0] + d[1] * dx[1] + d[2] * dx[2]);
+                let slack =
+                    1.0 - used.part - old.slack - (d[0] * dx[0] + d[1] * dx[1] + d[2] * dx[2]);
                 let change = (weight - old.dual * slack) / old.slack - old.dual;
                 // Neither may reach zero.
                 if slack < -TO_BOUNDARY * old.slack {
@@ -215,7 +231,7 @@ impl<'a> BarrierProblem<'a> {
     }
 
     /// One step; the mean product of slacks and duals after it.
-    fn step(&mut self, c: &mut Vec<f64>, used: &[Use], weight: f64) -> Option<f64> {
+    fn step(&mut self, c: &mut Vec<f64>, used: &[BoundUse], weight: f64) -> Option<f64> {
         // Schur complement in the coefficients: two bands on either side.
         let (right, mut bands) = self.system(c, used, weight);
         let mut step: Vec<f64> = right.iter().map(|g| -g).collect();
@@ -249,8 +265,8 @@ impl<'a> BarrierProblem<'a> {
     pub(super) fn solve(&mut self, c: &mut Vec<f64>, first: f64, last: f64, steps: usize) {
         // The start need not keep the bounds: a raised slack is an infeasibility, which the steps
         // take away.
-        let bound = |(used, _): Use| {
-            let slack = (1.0 - used).max(LEAST_SLACK);
+        let bound = |used: BoundUse| {
+            let slack = (1.0 - used.part).max(LEAST_SLACK);
             Bound {
                 slack,
                 dual: first / slack,
@@ -267,7 +283,7 @@ impl<'a> BarrierProblem<'a> {
             mean = reached.max(last);
             used = self.all_used(c);
             // The slacks may hide an excess.
-            if reached <= last && used.iter().all(|(used, _)| used - 1.0 <= BOUND_TOLERANCE) {
+            if reached <= last && used.iter().all(|used| used.part - 1.0 <= BOUND_TOLERANCE) {
                 return;
             }
         }
