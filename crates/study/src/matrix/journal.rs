@@ -56,6 +56,7 @@ impl Header {
                 .cells
                 .map_or("all".to_owned(), |cells| cells.to_string())
         };
+        // what decides the figures, in the order in which a difference is worth telling
         let pairs = [
             ("the study", there.study.clone(), self.study.clone()),
             (

@@ -98,6 +98,7 @@ fn lissajous(feed: f64) -> String {
     let mut text = opened("G64 P0.01", 0.0, b, feed);
     // its length is about 4.9 times the sum of the half diagonals
     for line in 1..=lines * turns(200.0, feed).max(4) / 2 {
+        // whole turns close exactly: the same numbers in each
         let angle = TAU * f64::from(line % lines) / f64::from(lines);
         let (x, y) = (a * math::sin(3.0 * angle), b * math::cos(2.0 * angle));
         let _ = writeln!(text, "G1 X{x:.4} Y{y:.4}");
@@ -112,6 +113,7 @@ fn zigzag(feed: f64) -> String {
     let at = |u: f64, v: f64| format!("X{:.4} Y{:.4}", u * c - v * s, u * s + v * c);
     let mut text = opened("G64 P0.01", 0.0, 0.0, feed);
     for row in 0..turns(length + step, feed).max(12) {
+        // rows alternate their direction: each begins beside the end of the last one
         let v = step * f64::from(row);
         let (near, far) = if row % 2 == 0 {
             (0.0, length)

@@ -147,6 +147,7 @@ impl Pairs {
         // on which the cells differ
         let mut change = 0;
         for g in (0..COUNT).filter(|g| *g != f && one.level(*g) != other.level(*g)) {
+            // pairs that the swap takes away and those that it makes
             let lost = self.count(self.at(f, level_a, g, one.level(g)))
                 + self.count(self.at(f, level_b, g, other.level(g)));
             let gained = self.count(self.at(f, level_b, g, one.level(g)))
@@ -179,6 +180,7 @@ impl Pairs {
 /// Swaps levels until no two cells are the same; the levels' numbers stay.
 fn part_twins(list: &mut [Cell], random: &mut Random) {
     for _ in 0..100 {
+        // every second and further occurrence swaps one level with a random cell
         let mut seen = BTreeSet::new();
         let twins: Vec<usize> = (0..list.len())
             .filter(|i| list.get(*i).is_some_and(|cell| !seen.insert(*cell)))

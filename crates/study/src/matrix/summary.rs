@@ -116,6 +116,7 @@ const WORST_CELLS: usize = 5;
 /// Statistics of all cells.
 pub fn summary(results: &[CellResult]) -> Summary {
     let all: Vec<&CellResult> = results.iter().collect();
+    // the same methods in every cell, `none` first
     let names: Vec<&str> = results.first().map_or(Vec::new(), |cell| {
         cell.methods
             .iter()
@@ -163,6 +164,7 @@ fn practical(cells: &[&CellResult], which: usize) -> Option<Spread> {
 
 /// Statistics of one method over some cells.
 fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
+    // cells in which `none` leaves next to nothing have no ratio and count for none of the spreads
     let ratios: Vec<[f64; 2]> = cells.iter().filter_map(|cell| cell.ratios(name)).collect();
     let figures = || cells.iter().filter_map(|cell| cell.of(name));
     MethodSummary {
@@ -201,6 +203,7 @@ fn regimes(results: &[CellResult], names: &[&str]) -> Vec<Regime> {
             });
         }
     };
+    // loads that float are a regime of their own: no method on the motor sees them
     add("load", "held", &|result| !result.floats());
     add("load", "floats", &CellResult::floats);
     for (index, factor) in FACTORS

@@ -226,6 +226,7 @@ fn failures(out: &mut String, sum: &Summary) {
         "| method | does next to nothing | does harm |\n|---|---|---|"
     );
     for (index, method) in sum.methods.iter().enumerate().skip(1) {
+        // only factors that describe machine and motion; feed and direction are chosen by the user
         let levels = |fails: &dyn Fn(&MethodSummary) -> bool| -> String {
             let regimes = sum.regimes.iter().filter(|regime| {
                 ["gap", "friction", "inertia", "encoder", "motion"]
@@ -343,6 +344,7 @@ const METHODS_OF_CELLS: [MethodId; 2] = [MethodId::LOOKUP, MethodId::ADAPTIVE];
 
 /// Appends every cell with its limits beside what the methods that need no scale leave.
 fn cells_markdown(out: &mut String, results: &[CellResult]) {
+    // a study may have run other methods
     let ran = |name: &&str| results.first().is_some_and(|cell| cell.of(name).is_some());
     let shown: Vec<&str> = METHODS_OF_CELLS
         .map(MethodId::name)

@@ -63,6 +63,7 @@ fn plots() -> Vec<Plot> {
         ]
     };
     let current = |run| -> [Curve; 1] { [("i_q", run, |s| s.current)] };
+    // from the first stop on, until the load has settled
     let near = Some([0.0, 0.4]);
     let error: Value = |s| s.reference.position - s.load_position;
     let angle: Value = |s| s.motor_position - s.load_position;
