@@ -12,7 +12,7 @@ use lostmotion::base::{BlockRef, Coords, math};
 use lostmotion::contour::{
     ContourConfig, ContourInput, ContourTracker, FootState, ProgrammedSegment,
 };
-use lostmotion::kinematics::{KinematicsSpec, build};
+use lostmotion::kinematics::{TrunnionAcSpec, build};
 use lostmotion::path::{Arc, ArcSpec, Curve, Plane};
 
 const SAMPLES: u64 = 1000;
@@ -92,12 +92,11 @@ fn contour(criterion: &mut Criterion) {
 }
 
 fn kinematics(criterion: &mut Criterion) {
-    let spec = KinematicsSpec {
-        kind: "trunnion-ac".to_owned(),
-        rotation_point_mm: Some([0.0, 0.0, -50.0]),
-        ..KinematicsSpec::default()
+    let spec = TrunnionAcSpec {
+        rotation_point_mm: [0.0, 0.0, -50.0],
+        ..TrunnionAcSpec::default()
     };
-    let trunnion = build(&spec).expect("a trunnion");
+    let trunnion = build(&spec.into()).expect("a trunnion");
     let mut pose = Coords::xyz(10.0, 20.0, 30.0);
     (pose.0[3], pose.0[5]) = (0.3, 1.1);
     let jets = Curve::line(pose, pose + Coords([1.0; 9])).jet(0.5);

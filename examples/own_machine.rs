@@ -4,6 +4,7 @@
 //! makes no sense is refused with the keys of a machine file.
 
 use lostmotion::base::AxisId;
+use lostmotion::kinematics::CartesianSpec;
 use lostmotion::sim::machine::{AxisFile, LimitsTable, LinearLimits, MachineFile};
 use lostmotion::{Machine, Program, Simulation};
 
@@ -18,7 +19,7 @@ fn plotter() -> Result<Machine, Box<dyn std::error::Error>> {
     // The X axis of an embedded mill is a good start; every field of it may be changed.
     let mill = Machine::preset("vmc3")?;
     let x = &mill.axis(AxisId::X).ok_or("the mill has no X")?.config;
-    let mut file = MachineFile::new("plotter", "cartesian");
+    let mut file = MachineFile::new("plotter", CartesianSpec {});
     for letter in ["x", "y"] {
         let config = x.with_gap(0.005);
         file.axis

@@ -12,7 +12,7 @@ mod surfaces;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use lostmotion::base::{AxisLimits, BlockRef, Coords, Jet, math};
-use lostmotion::kinematics::{Kinematics, KinematicsSpec, build};
+use lostmotion::kinematics::{CartesianSpec, Kinematics, build};
 use lostmotion::path::Curve;
 use lostmotion::plan::{FeedLimit, Move, PathControl, PlanItem, Planner, PlannerConfig, Quality};
 use lostmotion::sim::Machine;
@@ -24,13 +24,7 @@ use std::sync::Arc;
 const SEGMENTS: usize = 20_000;
 
 fn cartesian() -> Arc<dyn Kinematics> {
-    Arc::from(
-        build(&KinematicsSpec {
-            kind: "cartesian".into(),
-            ..KinematicsSpec::default()
-        })
-        .expect("kinematics"),
-    )
+    Arc::from(build(&CartesianSpec {}.into()).expect("kinematics"))
 }
 
 fn planned(config: &PlannerConfig, moves: &[Move]) -> Planner {

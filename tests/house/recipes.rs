@@ -47,9 +47,10 @@ fn stand_in(text: &str, wanted: &[&str]) -> bool {
     lines.windows(wanted.len()).any(|window| window == wanted)
 }
 
-/// Crates that recipes change. They are copied side by side, changed, and compiled in one go; all
-/// other crates come from where they are.
-const CHANGED: [&str; 2] = ["gcode", "gcode-tools"];
+/// Crates that recipes change, and those that lie between them: no crate may come from two places.
+/// They are copied side by side, changed, and compiled in one go; all other crates come from where
+/// they are.
+const COPIED: [&str; 5] = ["gcode", "gcode-tools", "kinematics", "plan", "sim"];
 
 /// Copies the files of a folder and of those below it.
 fn copy(from: &Path, to: &Path) {
@@ -74,7 +75,7 @@ fn manifest(root: &Path) -> String {
         .replace("\"crates/", &format!("\"{}/crates/", root.display()))
         .replace("\".\"", &format!("\"{}\"", root.display()));
     let mut members = String::new();
-    for name in CHANGED {
+    for name in COPIED {
         let here = format!("crates/{name}\"");
         shared = shared.replace(&format!("{}/{here}", root.display()), &here);
         members += &format!("\"{here}, ");
@@ -105,13 +106,18 @@ fn recipes_compile() {
     let page = fs::read_to_string(root.join("docs/book/src/hacking/adding.md")).expect("the page");
     let temporary = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
     let place = temporary.join("recipes");
-    for name in CHANGED {
+    for name in COPIED {
         let (from, to) = (
             root.join("crates").join(name),
             place.join("crates").join(name),
         );
         let _ = fs::remove_dir_all(&to);
-        copy(&from.join("src"), &to.join("src"));
+        // The machines that come with sim are part of its sources.
+        for part in ["src", "presets"] {
+            if from.join(part).is_dir() {
+                copy(&from.join(part), &to.join(part));
+            }
+        }
         let own = fs::read_to_string(from.join("Cargo.toml")).expect("a manifest");
         fs::write(to.join("Cargo.toml"), without_tests(&own)).expect("a file");
     }
@@ -121,7 +127,7 @@ fn recipes_compile() {
     let mut applied = 0;
     for change in changes(&page) {
         let is_in = |name: &&str| change.after.starts_with(&format!("crates/{name}/src/"));
-        if !CHANGED.iter().any(|name| is_in(&name)) {
+        if !COPIED.iter().any(|name| is_in(&name)) {
             continue;
         }
         let path = place.join(change.after);
@@ -136,8 +142,8 @@ fn recipes_compile() {
         applied += 1;
     }
     assert!(
-        applied >= 6,
-        "a lint, a diagnostic and a G-code are {applied} changes"
+        applied >= 10,
+        "a kinematics, a lint, a diagnostic, a G-code and a format are {applied} changes"
     );
 
     // the dependencies are compiled once for this test and for that of a compensator

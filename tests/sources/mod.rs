@@ -94,11 +94,19 @@ fn take_items(
             _ => None,
         })
         .collect();
+    let declared = declared_by_macros(&items);
     out.push(Module {
         path: path.to_vec(),
         file: file.to_path_buf(),
         items,
     });
+    for name in declared {
+        let found = folder.join(format!("{name}.rs"));
+        if found.is_file() {
+            let child_path = [path, &[name.clone()]].concat();
+            read_module(&found, &folder.join(&name), &child_path, out);
+        }
+    }
     for child in children {
         let name = child.ident.to_string();
         let mut child_path = path.to_vec();
@@ -121,6 +129,31 @@ fn take_items(
             .unwrap_or_else(|| panic!("{}: no file for mod {name}", file.display()));
         read_module(found, &folder.join(&name), &child_path, out);
     }
+}
+
+/// What may be modules that macros declare, as `methods!` and `kinds!` do: the first word of each
+/// row.
+fn declared_by_macros(items: &[syn::Item]) -> Vec<String> {
+    let mut words = Vec::new();
+    for item in items {
+        let syn::Item::Macro(item) = item else {
+            continue;
+        };
+        // A macro's definition has a name, its use has none.
+        if item.ident.is_some() {
+            continue;
+        }
+        let rows = item.mac.tokens.to_string();
+        for row in rows.split(';') {
+            let word = row.trim().split(|c: char| !c.is_alphanumeric() && c != '_');
+            words.extend(
+                word.take(1)
+                    .filter(|word| !word.is_empty())
+                    .map(str::to_owned),
+            );
+        }
+    }
+    words
 }
 
 /// The text of `#[path = "..."]`.

@@ -29,6 +29,7 @@ pub fn chord_bend(
         tip_derivative(kinematics, joints, first, tool),
         tip_derivative(kinematics, joints, second, tool),
     );
+    // The part along the tip's way only changes its speed; the part square to it bends the way.
     let square = dot(way, way);
     let still = STILL_TIP * largest(first);
     let along = if square > still * still {
@@ -65,13 +66,9 @@ fn largest(coords: &Coords) -> f64 {
 ///
 /// ```
 /// use lostmotion_base::{Coords, units::rad};
-/// use lostmotion_kinematics::{KinematicsSpec, bow_mm, build};
+/// use lostmotion_kinematics::{TrunnionAcSpec, bow_mm, build};
 ///
-/// let table = build(&KinematicsSpec {
-///     kind: "trunnion-ac".into(),
-///     rotation_point_mm: Some([0.0; 3]),
-///     ..KinematicsSpec::default()
-/// })?;
+/// let table = build(&TrunnionAcSpec::default().into())?;
 /// let at = |c_deg| Coords([100.0, 0.0, 0.0, 0.0, 0.0, rad(c_deg), 0.0, 0.0, 0.0]);
 /// // A turn of 2 degrees, 100 mm off the axis.
 /// let bow = bow_mm(table.as_ref(), &at(0.0), &at(2.0), &[0.0; 3]);
@@ -83,6 +80,7 @@ pub fn bow_mm(kinematics: &dyn Kinematics, from: &Coords, to: &Coords, tool: &[f
     let (start, end) = (tip(from), tip(to));
     let way = sub(end, start);
     let square = dot(way, way);
+    // Distance of the tip from the straight way when the joints have gone a part of theirs.
     let at = |part: f64| {
         let away = sub(tip(&from.lerp(*to, part)), start);
         let along = if square > 0.0 {
@@ -96,6 +94,7 @@ pub fn bow_mm(kinematics: &dyn Kinematics, from: &Coords, to: &Coords, tool: &[f
     let places = (1..BOW_PLACES)
         .map(|part| f64::from(part) * step)
         .map(|part| (at(part), part));
+    // Coarse search for the largest distance, then ternary search in the two steps beside it.
     let Some((most, top)) = places.max_by(|a, b| a.0.total_cmp(&b.0)) else {
         return 0.0;
     };

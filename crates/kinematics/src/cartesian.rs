@@ -4,29 +4,30 @@
 //! the others: the program gives coordinates that already hold for the tilted part (no
 //! tool-centre-point control), as on a mill with a rotary table whose CAM knows the table.
 
-use crate::spec::check_parameters;
-use crate::{JointMap, Kinematics, KinematicsError, KinematicsSpec, ToolPose};
+use crate::{JointMap, KindSpec, Kinematics, KinematicsError, Reach, ToolPose};
 use lostmotion_base::{Coords, Jet};
+use serde::{Deserialize, Serialize};
 
-/// Registered name.
-pub const KIND: &str = "cartesian";
+/// Describes a machine whose joints carry the axes of their own names: there are no keys.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CartesianSpec {}
 
-/// Every joint carries the axis of its own name; no parameters.
+impl KindSpec for CartesianSpec {
+    const SUMMARY: &'static str = "one joint per axis; rotary axes without tool-centre-point";
+
+    fn build(&self, _: &Reach) -> Result<Box<dyn Kinematics>, String> {
+        Ok(Box::new(Cartesian))
+    }
+}
+
+/// Every joint carries the axis of its own name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cartesian;
 
-/// Builds it from a machine file's description.
-pub(crate) fn build(
-    spec: &KinematicsSpec,
-    _: &crate::Reach,
-) -> Result<Box<dyn Kinematics>, KinematicsError> {
-    check_parameters(spec, KIND, &[])?;
-    Ok(Box::new(Cartesian))
-}
-
 impl Kinematics for Cartesian {
     fn name(&self) -> &'static str {
-        KIND
+        CartesianSpec::KIND
     }
 
     fn joint_map(&self) -> JointMap {

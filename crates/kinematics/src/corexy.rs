@@ -3,25 +3,26 @@
 //! a = x + y and b = x - y are the ways of the belts, which are the joints X and Y; Z and all
 //! others are as programmed. The tool's offset is added before.
 
-use crate::spec::check_parameters;
-use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
+use crate::{KindSpec, Kinematics, KinematicsError, Reach, ToolPose};
 use lostmotion_base::{AXES, Coords, Jet, Real};
+use serde::{Deserialize, Serialize};
 
-/// Registered name.
-pub const KIND: &str = "corexy";
+/// Describes a CoreXY machine: there are no keys.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoreXySpec {}
 
-/// Two belts for X and Y; no parameters.
+impl KindSpec for CoreXySpec {
+    const SUMMARY: &'static str = "two belts that move X and Y together";
+
+    fn build(&self, _: &Reach) -> Result<Box<dyn Kinematics>, String> {
+        Ok(Box::new(CoreXy))
+    }
+}
+
+/// Two belts for X and Y.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CoreXy;
-
-/// Builds it from a machine file's description.
-pub(crate) fn build(
-    spec: &KinematicsSpec,
-    _: &Reach,
-) -> Result<Box<dyn Kinematics>, KinematicsError> {
-    check_parameters(spec, KIND, &[])?;
-    Ok(Box::new(CoreXy))
-}
 
 fn joints<R: Real>(program: &[R; AXES], tool: &[f64; 3]) -> [R; AXES] {
     let [x, y, z] = [0, 1, 2].map(|i| program[i] + R::constant(tool[i]));
@@ -32,7 +33,7 @@ fn joints<R: Real>(program: &[R; AXES], tool: &[f64; 3]) -> [R; AXES] {
 
 impl Kinematics for CoreXy {
     fn name(&self) -> &'static str {
-        KIND
+        CoreXySpec::KIND
     }
 
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {

@@ -10,14 +10,12 @@
 //! Forward is the intersection of three spheres of radius L about the carriages, the lower one of
 //! its two points.
 
-use crate::spec::check_parameters;
-use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
+use crate::kind::finite;
+use crate::{KindSpec, Kinematics, KinematicsError, Reach, ToolPose};
 use lostmotion_base::units::rad;
 use lostmotion_base::vec::{cross, dot, scale, sub, unit};
 use lostmotion_base::{AXES, Coords, Jet, Real, math};
-
-/// Registered name.
-pub const KIND: &str = "delta";
+use serde::{Deserialize, Serialize};
 
 /// Where the towers stand if nothing else is said, degrees: X front left, Y front right, Z at the
 /// back.
@@ -26,6 +24,23 @@ const DEFAULT_TOWER_ANGLES_DEG: [f64; 3] = [210.0, 330.0, 90.0];
 /// platform's height (the joint's derivatives grow as 1 / share).
 const MIN_UPRIGHT_SHARE: f64 = 0.05;
 
+/// Smallest area of the parallelogram over two sides of the towers' triangle, as a part of
+/// `tower_radius_mm` squared; 2.6 where they stand at 120 degrees. Origin unknown, kept.
+const MIN_TOWER_AREA: f64 = 0.1;
+
+/// Describes a linear delta.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DeltaSpec {
+    /// Distance of a delta's towers from the middle, less that of the rods on the platform, mm.
+    pub tower_radius_mm: f64,
+    /// Length of a delta's rods, mm.
+    pub rod_mm: f64,
+    /// Where a delta's towers X, Y, Z stand, deg; 210, 330 and 90 if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tower_angles_deg: Option<[f64; 3]>,
+}
+
 /// Three carriages on towers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delta {
@@ -33,43 +48,34 @@ pub struct Delta {
     rod_mm: f64,
 }
 
-/// Builds it from a machine file's description.
-pub(crate) fn build(
-    spec: &KinematicsSpec,
-    _: &Reach,
-) -> Result<Box<dyn Kinematics>, KinematicsError> {
-    check_parameters(
-        spec,
-        KIND,
-        &["tower_radius_mm", "rod_mm", "tower_angles_deg"],
-    )?;
-    let refuse = |why: &str| {
-        Err(KinematicsError::Description {
-            kind: KIND.to_owned(),
-            why: why.to_owned(),
-        })
-    };
-    let (Some(radius), Some(rod_mm)) = (spec.tower_radius_mm, spec.rod_mm) else {
-        return refuse("`tower_radius_mm` and `rod_mm` are both needed");
-    };
-    if !(radius > 0.0 && rod_mm > radius) {
-        return refuse(
-            "the rods (`rod_mm`) have to be longer than `tower_radius_mm`, and both above 0",
-        );
-    }
-    let towers = spec
-        .tower_angles_deg
-        .unwrap_or(DEFAULT_TOWER_ANGLES_DEG)
-        .map(|degrees| {
+impl KindSpec for DeltaSpec {
+    const SUMMARY: &'static str = "three carriages on towers carry the tool on rods";
+
+    fn build(&self, _: &Reach) -> Result<Box<dyn Kinematics>, String> {
+        let (radius, rod_mm) = (self.tower_radius_mm, self.rod_mm);
+        let angles = self.tower_angles_deg.unwrap_or(DEFAULT_TOWER_ANGLES_DEG);
+        finite("tower_radius_mm", &[radius])?;
+        finite("rod_mm", &[rod_mm])?;
+        finite("tower_angles_deg", &angles)?;
+        if !(radius > 0.0 && rod_mm > radius) {
+            return Err(format!(
+                "the rods (`rod_mm` = {rod_mm}) have to be longer than `tower_radius_mm` = {radius}, and both above 0"
+            ));
+        }
+        let towers = angles.map(|degrees| {
             let (sin, cos) = math::sin_cos(rad(degrees));
             [radius * cos, radius * sin]
         });
-    let [p, q, r] = towers;
-    let area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
-    if area.abs() < 0.1 * radius * radius {
-        return refuse("the towers (`tower_angles_deg`) stand nearly in a line");
+        // Towers in a line leave the height of the platform beside it open.
+        let [p, q, r] = towers;
+        let area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+        if area.abs() < MIN_TOWER_AREA * radius * radius {
+            return Err(format!(
+                "the towers (`tower_angles_deg` = {angles:?}) stand nearly in a line"
+            ));
+        }
+        Ok(Box::new(Delta { towers, rod_mm }))
     }
-    Ok(Box::new(Delta { towers, rod_mm }))
 }
 
 impl Delta {
@@ -78,6 +84,7 @@ impl Delta {
         let mut joints = *program;
         for (joint, [px, py]) in joints.iter_mut().zip(self.towers) {
             let (dx, dy) = (x - R::constant(px), y - R::constant(py));
+            // Height of the carriage over the platform, squared (Pythagoras).
             let square = R::constant(self.rod_mm * self.rod_mm) - dx * dx - dy * dy;
             if square.value() < MIN_UPRIGHT_SHARE * MIN_UPRIGHT_SHARE * self.rod_mm * self.rod_mm {
                 return None;
@@ -97,7 +104,7 @@ impl Delta {
 
 impl Kinematics for Delta {
     fn name(&self) -> &'static str {
-        KIND
+        DeltaSpec::KIND
     }
 
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {

@@ -1,16 +1,13 @@
 //! Machine kinematics: from the tool in the part to the joints and back.
 //!
-//! One file per kind of machine, one line in [`registry`] for each. Serial machines are one
-//! description, [`chain`].
+//! A kind of machine is one file, with the keys that describe it, and one line in `kinds!` below.
+//! Serial machines need no code of their own: they are a list of joints, [`serial`].
 //!
 //! ```
 //! use lostmotion_base::Coords;
-//! use lostmotion_kinematics::{KinematicsSpec, build};
+//! use lostmotion_kinematics::{CoreXySpec, build};
 //!
-//! let belts = build(&KinematicsSpec {
-//!     kind: "corexy".into(),
-//!     ..KinematicsSpec::default()
-//! })?;
+//! let belts = build(&CoreXySpec {}.into())?;
 //! // One motor stands still while the carriage goes along the diagonal.
 //! let joints = belts.inverse(&Coords::xyz(10.0, 10.0, 0.0), &[0.0; 3])?;
 //! assert_eq!(joints.linear(), [20.0, 0.0, 0.0]);
@@ -18,29 +15,132 @@
 //! ```
 
 use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Jet};
+use serde::{Deserialize, Serialize};
 
 mod bow;
-pub mod cartesian;
 pub mod chain;
-pub mod corexy;
-pub mod delta;
+mod kind;
 pub mod machine_tool;
 pub mod orient;
 mod pose;
-pub mod registry;
 mod rotation;
-pub mod scara;
-mod spec;
-pub mod trunnion;
 mod turns;
 
 pub use bow::{bow_mm, chord_bend};
 pub use cartesian::Cartesian;
 pub use chain::{Chain, ChainJoint, Family};
+pub use kind::{KindInfo, KindSpec, KindVisitor, TipControl, build, build_within};
 pub use machine_tool::MachineTool;
 pub use orient::{OrientError, Orientation};
-pub use registry::{RegistryEntry, build, build_within, entries};
-pub use spec::{Elbow, KinematicsSpec, TipControl, Words};
+pub use scara::Elbow;
+pub use serial::Words;
+
+/// Makes, from one line a file, the module, the variants of [`KinematicsSpec`] and the rows of
+/// [`KINDS`]: `file: "name" Variant(its keys), ...;`.
+macro_rules! kinds {
+    ($($file:ident: $($name:literal $kind:ident($spec:ident)),+;)*) => {
+        $(pub mod $file;)*
+        $($(pub use $file::$spec;)+)*
+
+        /// The description of a machine's kinematics: the table `[kinematics]` of a machine file,
+        /// in which `kind` names the variant.
+        ///
+        /// ```
+        /// use lostmotion_kinematics::{DeltaSpec, KinematicsSpec};
+        ///
+        /// let spec = KinematicsSpec::from(DeltaSpec {
+        ///     tower_radius_mm: 150.0,
+        ///     rod_mm: 320.0,
+        ///     tower_angles_deg: None,
+        /// });
+        /// assert_eq!(spec.kind(), "delta");
+        /// ```
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(tag = "kind")]
+        #[non_exhaustive]
+        pub enum KinematicsSpec {
+            $($(
+                #[doc = concat!("`kind = \"", $name, "\"`.")]
+                #[serde(rename = $name)]
+                $kind($spec),
+            )+)*
+        }
+
+        /// Every registered kind of machine.
+        pub static KINDS: &[KindInfo] = &[
+            $($(KindInfo {
+                kind: $name,
+                summary: <$spec as KindSpec>::SUMMARY,
+                keys: kind::keys_of::<$spec>,
+            },)+)*
+        ];
+
+        $($(
+            impl $spec {
+                /// The kind's name in machine files.
+                pub const KIND: &'static str = $name;
+            }
+
+            impl From<$spec> for KinematicsSpec {
+                fn from(spec: $spec) -> KinematicsSpec {
+                    KinematicsSpec::$kind(spec)
+                }
+            }
+        )+)*
+
+        impl KinematicsSpec {
+            /// The kind's name in machine files.
+            pub fn kind(&self) -> &'static str {
+                match self {
+                    $($(KinematicsSpec::$kind(_) => $name,)+)*
+                }
+            }
+
+            /// Calls a visitor with the type that describes a kind.
+            ///
+            /// # Errors
+            /// An unknown kind.
+            pub fn visit_kind<V: KindVisitor>(
+                kind: &str,
+                visitor: V,
+            ) -> Result<V::Output, KinematicsError> {
+                match kind {
+                    $($($name => Ok(visitor.visit::<$spec>()),)+)*
+                    _ => Err(KinematicsError::unknown(kind)),
+                }
+            }
+
+            /// When X Y Z are the tool's tip.
+            pub fn tip_control(&self) -> TipControl {
+                match self {
+                    $($(KinematicsSpec::$kind(spec) => spec.tip_control(),)+)*
+                }
+            }
+
+            /// Whether the joint of a letter is rotary.
+            pub fn is_rotary(&self, joint: AxisId) -> bool {
+                match self {
+                    $($(KinematicsSpec::$kind(spec) => spec.is_rotary(joint),)+)*
+                }
+            }
+
+            fn build_kind(&self, reach: &Reach) -> Result<Box<dyn Kinematics>, String> {
+                match self {
+                    $($(KinematicsSpec::$kind(spec) => spec.build(reach),)+)*
+                }
+            }
+        }
+    };
+}
+
+kinds! {
+    cartesian: "cartesian" Cartesian(CartesianSpec);
+    trunnion: "trunnion-ac" TrunnionAc(TrunnionAcSpec), "trunnion-bc" TrunnionBc(TrunnionBcSpec);
+    serial: "chain" Chain(ChainSpec);
+    corexy: "corexy" CoreXy(CoreXySpec);
+    delta: "delta" Delta(DeltaSpec);
+    scara: "scara" Scara(ScaraSpec);
+}
 
 /// Where the tool is and how it points, in the part's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,7 +204,7 @@ pub enum KinematicsError {
         /// By how much, mm or rad.
         by: f64,
     },
-    /// A machine description that does not fit the kind.
+    /// A description with measures that no machine of its kind can have, or of an unknown kind.
     #[error("kinematics `{kind}`: {why}")]
     Description {
         /// Registered name.
@@ -117,6 +217,14 @@ pub enum KinematicsError {
 impl KinematicsError {
     pub(crate) fn singular(pose: &Coords, why: &'static str) -> KinematicsError {
         KinematicsError::Singular { pose: *pose, why }
+    }
+
+    fn unknown(kind: &str) -> KinematicsError {
+        let known: Vec<&str> = KINDS.iter().map(|info| info.kind).collect();
+        KinematicsError::Description {
+            kind: kind.to_owned(),
+            why: format!("there is no such kind; known are {}", known.join(", ")),
+        }
     }
 }
 

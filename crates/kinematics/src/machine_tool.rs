@@ -11,16 +11,12 @@
 //! rotary axis or none) its matrix is constant: the tip goes backward through the joints before
 //! them, the tool forward through those behind, and the difference is what they move.
 
-use crate::chain::{Chain, ChainJoint, JointSpec};
+use crate::chain::{Chain, ChainJoint};
 use crate::orient::Orientation;
 use crate::rotation::apply;
-use crate::spec::check_parameters;
-use crate::{Kinematics, KinematicsError, KinematicsSpec, Reach, ToolPose};
+use crate::{Kinematics, KinematicsError, Reach, ToolPose};
 use lostmotion_base::vec::{Vec3, constant, cross, dot, scale, sub};
 use lostmotion_base::{AXES, AxisId, Coords, Jet, Real};
-
-/// Registered name.
-pub const KIND: &str = "chain";
 
 /// Smallest volume of the box spanned by the unit directions of X, Y and Z; 1 where they are at right
 /// angles. Directions nearer to a plane are refused as a mistake in the description.
@@ -46,74 +42,19 @@ struct Together {
     inverse: Option<[[f64; 3]; 3]>,
 }
 
-/// Builds it from a machine file's description.
-pub(crate) fn build(
-    spec: &KinematicsSpec,
-    reach: &Reach,
-) -> Result<Box<dyn Kinematics>, KinematicsError> {
-    check_parameters(
-        spec,
-        KIND,
-        &[
-            "words",
-            "joint",
-            "gauge",
-            "tip_control",
-            "orientation_tolerance_deg",
-            "home",
-        ],
-    )?;
-    let chain = JointSpec::chain(&spec.joint, &spec.gauge.unwrap_or_default(), KIND)?;
-    if spec.words == Some(crate::Words::Pose) {
-        return crate::pose::build(chain, spec, reach);
-    }
-    if spec.home.is_some() {
-        let why = "it has no use for `home` unless `words` is `pose`".to_owned();
-        return Err(KinematicsError::Description {
-            kind: KIND.to_owned(),
-            why,
-        });
-    }
-    let tool = MachineTool::new(KIND, chain, reach, tolerance(spec)?);
-    Ok(Box::new(tool.map_err(|why| {
-        KinematicsError::Description {
-            kind: KIND.to_owned(),
-            why,
-        }
-    })?))
-}
-
-/// How far the direction of the tool may leave the programmed one, rad.
-pub(crate) fn tolerance(spec: &KinematicsSpec) -> Result<f64, KinematicsError> {
-    let tolerance_deg = spec
-        .orientation_tolerance_deg
-        .unwrap_or(DEFAULT_TOLERANCE_DEG);
-    if tolerance_deg > 0.0 && tolerance_deg <= 10.0 {
-        return Ok(lostmotion_base::units::rad(tolerance_deg));
-    }
-    let why = format!(
-        "`orientation_tolerance_deg` is {tolerance_deg}; it has to be above 0 and at most 10"
-    );
-    Err(KinematicsError::Description {
-        kind: spec.kind.clone(),
-        why,
-    })
-}
-
-/// Orientation tolerance of machines that do not say, degrees.
-const DEFAULT_TOLERANCE_DEG: f64 = 0.1;
-
 impl MachineTool {
-    /// From a chain with linear joints X, Y and Z.
+    /// From a chain with linear joints X, Y and Z. `kind` is the name that it gives itself,
+    /// `tolerance_rad` how far the tool's direction may leave the programmed one.
     ///
     /// # Errors
-    /// A chain without them, or one whose three linear joints lie in a plane.
+    /// A chain without these joints, or one whose three linear joints lie in a plane.
     pub fn new(
         kind: &'static str,
         chain: Chain,
         reach: &Reach,
         tolerance_rad: f64,
     ) -> Result<MachineTool, String> {
+        // The slides that bring the tip to its place, by their place in the chain.
         let mut carriers = [0; 3];
         for (slot, axis) in carriers.iter_mut().zip([AxisId::X, AxisId::Y, AxisId::Z]) {
             let found = chain
@@ -128,6 +69,7 @@ impl MachineTool {
             })?;
         }
         let directions = carriers.map(|index| chain.joints[index].direction());
+        // Triple product: 0 where the three slides cannot reach every point.
         let volume = dot(directions[0], cross(directions[1], directions[2]));
         if volume.abs() < MIN_VOLUME {
             return Err("the directions of the linear joints x, y and z lie in a plane".into());
@@ -136,8 +78,10 @@ impl MachineTool {
             *carriers.iter().min().unwrap_or(&0),
             *carriers.iter().max().unwrap_or(&0),
         );
+        // Without a rotary joint between them the slides' matrix is the same for all poses.
         let apart = chain.joints[first..=last].iter().any(|joint| joint.rotary);
         let plain = directions == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        // Rows of the inverse of the matrix with the directions as columns, times its determinant.
         let rows = [
             cross(directions[1], directions[2]),
             cross(directions[2], directions[0]),
@@ -184,9 +128,11 @@ impl MachineTool {
     ) -> Vec3<R> {
         let at = |joint: &ChainJoint| program[joint.axis.index()];
         let joints = &self.chain.joints;
+        // Backward: the target as it is seen from behind the rotary joints on the workpiece's side.
         let target = joints[..together.first]
             .iter()
             .fold(target, |point, joint| joint.leave(point, at(joint)));
+        // Forward: where the joints behind the slides carry the tip while the slides are at zero.
         let carried = joints
             .iter()
             .enumerate()
@@ -194,6 +140,7 @@ impl MachineTool {
             .rev()
             .filter(|(index, _)| !self.carriers.contains(index));
         let tip = carried.fold(tip, |point, (_, joint)| joint.carry(point, at(joint)));
+        // The difference is what the slides have to move.
         let way = sub(target, tip);
         together
             .inverse
@@ -201,6 +148,8 @@ impl MachineTool {
     }
 
     fn ways_apart<R: Real>(&self, program: &[R; AXES], target: Vec3<R>, tip: Vec3<R>) -> Vec3<R> {
+        // From the tool to the workpiece: the tip with the slides at zero, and how each slide moves
+        // it, both turned by the rotary joints nearer to the workpiece.
         let mut tip = tip;
         let mut columns = [constant([0.0; 3]); 3];
         for (index, joint) in self.chain.joints.iter().enumerate().rev() {
@@ -213,6 +162,7 @@ impl MachineTool {
             columns = columns.map(|column| joint.carry_direction(column, position));
         }
         let way = sub(target, tip);
+        // Cramer's rule for x l_x + y l_y + z l_z = way.
         let [x, y, z] = columns;
         let volume = dot(x, cross(y, z));
         [

@@ -153,6 +153,8 @@ impl Orientation {
         let [first, _] = self.joints.as_slice() else {
             return None;
         };
+        // The pole is a direction of the tool along the first joint's axis: turning that joint
+        // does not change it.
         let along = dot(first.direction(), direction);
         let pole = first.direction().map(|c| c * along.signum());
         self.solutions(pole)

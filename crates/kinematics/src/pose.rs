@@ -10,7 +10,7 @@ mod numeric;
 
 use crate::chain::Chain;
 use crate::rotation::{angles_of, roll_pitch_yaw};
-use crate::{Kinematics, KinematicsError, KinematicsSpec, Layout, Reach};
+use crate::{Kinematics, Layout, Reach};
 use lostmotion_base::units::rad;
 use lostmotion_base::vec::{Vec3, constant};
 use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Real};
@@ -18,35 +18,25 @@ use lostmotion_base::{AXES, AxisId, AxisSet, Coords, Real};
 pub(crate) use arm::Arm;
 pub(crate) use numeric::Numeric;
 
-/// Builds the closed form if there is one for the chain, else the numeric inverse.
+/// Builds the closed form if there is one for the chain, else the numeric inverse. `home` are the
+/// joints at home in the order of the chain, mm and deg; `kind` is the name that the machine gives
+/// itself.
 pub(crate) fn build(
+    kind: &'static str,
     chain: Chain,
-    spec: &KinematicsSpec,
+    home: &[f64],
     reach: &Reach,
-) -> Result<Box<dyn Kinematics>, KinematicsError> {
-    let describe = |why: String| KinematicsError::Description {
-        kind: spec.kind.clone(),
-        why,
-    };
-    let home = home(&chain, spec).map_err(describe)?;
-    if spec.tip_control.is_some() || spec.orientation_tolerance_deg.is_some() {
-        return Err(describe(
-            "words that are a pose have no use for `tip_control` and `orientation_tolerance_deg`"
-                .into(),
-        ));
-    }
-    match Arm::new(&chain, &home) {
+) -> Result<Box<dyn Kinematics>, String> {
+    let home = joints_at_home(&chain, home)?;
+    match Arm::new(kind, &chain, &home) {
         Some(arm) => Ok(Box::new(arm)),
-        None => Ok(Box::new(
-            Numeric::new(chain, home, reach).map_err(describe)?,
-        )),
+        None => Ok(Box::new(Numeric::new(kind, chain, home, reach)?)),
     }
 }
 
 /// Joints at home, mm and rad.
-fn home(chain: &Chain, spec: &KinematicsSpec) -> Result<Coords, String> {
-    let given = spec.home.as_deref().unwrap_or_default();
-    if given.len() != chain.joints.len() || !given.iter().all(|value| value.is_finite()) {
+fn joints_at_home(chain: &Chain, given: &[f64]) -> Result<Coords, String> {
+    if given.len() != chain.joints.len() {
         return Err(format!(
             "`home` has to list a position for each of the {} joints in their order, mm and degrees, away from limits and singular poses; it chooses among the solutions",
             chain.joints.len()

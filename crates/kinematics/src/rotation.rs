@@ -3,9 +3,13 @@
 use lostmotion_base::Real;
 use lostmotion_base::vec::{Vec3, constant, cross, dot};
 
-/// Directions that differ from a coordinate axis by no more than this per coordinate are taken for
-/// it. A few units in the last place of 1: what normalising a parsed direction leaves behind.
+/// Largest difference per coordinate at which a direction counts as a coordinate axis: a few units
+/// in the last place of 1, the rounding of normalising a parsed direction.
 const AXIS_TOLERANCE: f64 = 1e-15;
+
+/// Cosine of the pitch below which the frame's X points straight up or down, where roll and yaw turn
+/// about one axis. Origin unknown, kept.
+const UPRIGHT_COSINE: f64 = 1e-12;
 
 /// Turning about a fixed direction through zero, right-handed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +22,8 @@ pub(crate) struct Turning {
 impl Turning {
     /// About a unit vector.
     pub(crate) fn about(u: [f64; 3]) -> Turning {
+        // A direction along a coordinate axis is made exact: turning about it mixes two coordinates
+        // and leaves the third to the bit.
         for axis in 0..3 {
             if u[axis].abs() > 0.5
                 && (u[axis].abs() - 1.0).abs() <= AXIS_TOLERANCE
@@ -89,7 +95,7 @@ pub(crate) fn angles_of(columns: &[[f64; 3]; 3]) -> [f64; 3] {
     let flat = hypot(x[0], x[1]);
     // Looking straight up or down, roll and yaw turn about the same axis: all of it is taken for
     // roll.
-    if flat < 1e-12 {
+    if flat < UPRIGHT_COSINE {
         return [atan2(-z[1], y[1]), atan2(-x[2], flat), 0.0];
     }
     [atan2(y[2], z[2]), atan2(-x[2], flat), atan2(x[1], x[0])]

@@ -11,16 +11,37 @@
 //! The elbow stays on its side, so joints are continuous up to the cut of atan2 behind the base,
 //! which the travel of A has to leave out.
 
-use crate::spec::{Elbow, check_parameters};
-use crate::{Kinematics, KinematicsError, KinematicsSpec, Layout, Reach, ToolPose};
+use crate::kind::finite;
+use crate::{KindSpec, Kinematics, KinematicsError, Layout, Reach, ToolPose};
 use lostmotion_base::{AXES, AxisId, Coords, Jet, Real};
-
-/// Registered name.
-pub const KIND: &str = "scara";
+use serde::{Deserialize, Serialize};
 
 const A: usize = AxisId::A as usize;
 const B: usize = AxisId::B as usize;
 const C: usize = AxisId::C as usize;
+
+/// On which side of the way from base to tool the elbow is, seen from above looking out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Elbow {
+    /// B is negative.
+    Left,
+    /// B is positive.
+    Right,
+}
+
+/// Describes a SCARA.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScaraSpec {
+    /// From a SCARA's first axis to its second, mm.
+    pub upper_arm_mm: f64,
+    /// From a SCARA's second axis to its wrist, mm.
+    pub forearm_mm: f64,
+    /// Side of a SCARA's elbow: `left` or `right`; `right` if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elbow: Option<Elbow>,
+}
 
 /// Two arms, a quill, a wrist.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,30 +51,24 @@ pub struct Scara {
     bend: f64,
 }
 
-/// Builds it from a machine file's description.
-pub(crate) fn build(
-    spec: &KinematicsSpec,
-    _: &Reach,
-) -> Result<Box<dyn Kinematics>, KinematicsError> {
-    check_parameters(spec, KIND, &["upper_arm_mm", "forearm_mm", "elbow"])?;
-    let refuse = |why: &str| {
-        Err(KinematicsError::Description {
-            kind: KIND.to_owned(),
-            why: why.to_owned(),
-        })
-    };
-    let (Some(upper), Some(fore)) = (spec.upper_arm_mm, spec.forearm_mm) else {
-        return refuse("`upper_arm_mm` and `forearm_mm` are both needed");
-    };
-    if !(upper > 0.0 && fore > 0.0) {
-        return refuse("`upper_arm_mm` and `forearm_mm` have to be above 0");
+impl KindSpec for ScaraSpec {
+    const SUMMARY: &'static str = "two arms about upright axes (A, B), quill Z, wrist C";
+
+    fn build(&self, _: &Reach) -> Result<Box<dyn Kinematics>, String> {
+        let (upper, fore) = (self.upper_arm_mm, self.forearm_mm);
+        finite("upper_arm_mm", &[upper])?;
+        finite("forearm_mm", &[fore])?;
+        if !(upper > 0.0 && fore > 0.0) {
+            return Err(format!(
+                "`upper_arm_mm` = {upper} and `forearm_mm` = {fore} have to be above 0"
+            ));
+        }
+        let bend = match self.elbow {
+            Some(Elbow::Left) => -1.0,
+            Some(Elbow::Right) | None => 1.0,
+        };
+        Ok(Box::new(Scara { upper, fore, bend }))
     }
-    let bend = if spec.elbow == Some(Elbow::Left) {
-        -1.0
-    } else {
-        1.0
-    };
-    Ok(Box::new(Scara { upper, fore, bend }))
 }
 
 /// A vector turned about Z.
@@ -68,14 +83,17 @@ impl Scara {
         let offset = turn([of(tool[0]), of(tool[1])], program[C]);
         let (x, y) = (program[0] + offset[0], program[1] + offset[1]);
         let (upper, fore) = (of(self.upper), of(self.fore));
+        // Law of cosines for the elbow: k = 2 l1 l2 cos B.
         let k = x * x + y * y - upper * upper - fore * fore;
         let most = of(2.0 * self.upper * self.fore);
+        // (2 l1 l2 sin B)^2 as a product: exact where the arm is nearly straight or folded.
         let square = (most - k) * (most + k);
         if square.value() <= 0.0 {
             return None;
         }
         let b = (square.sqrt() * of(self.bend)).atan2(k);
         let a = y.atan2(x) - (fore * b.sin()).atan2(upper + fore * b.cos());
+        // The upper arm within half a turn of +X.
         let around = std::f64::consts::TAU * (-a.value() / std::f64::consts::TAU).round();
         let a = a + of(around);
         let mut joints = *program;
@@ -96,7 +114,7 @@ impl Scara {
 
 impl Kinematics for Scara {
     fn name(&self) -> &'static str {
-        KIND
+        ScaraSpec::KIND
     }
 
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
@@ -116,6 +134,7 @@ impl Kinematics for Scara {
 
     fn forward(&self, joints: &Coords, tool: &[f64; 3]) -> Coords {
         let (a, b) = (joints.0[A], joints.0[B]);
+        // Angles add up along the arm: each joint counts from the link before it.
         let c = a + b + joints.0[C];
         let (elbow, wrist) = (turn([self.upper, 0.0], a), turn([self.fore, 0.0], a + b));
         let offset = turn([tool[0], tool[1]], c);

@@ -14,9 +14,13 @@ const REACH_TOLERANCE: f64 = 1e-9;
 /// 1e-11 rad. Origin unknown, kept.
 const POLE_SINE_SQUARED: f64 = 1e-22;
 
+/// Distance from 1 of the largest (or from -1 of the smallest) cosine that a pair of joints can give
+/// at which the pole itself can be reached: rounding of the description's numbers.
+const POLE_COSINE_ERROR: f64 = 1e-12;
+
 /// Angles x that fulfil a cos x + b sin x = d: x = atan2(b, a) + / - atan2(sqrt((h - d)(h + d)), d)
 /// with h = |(a, b)|. `above` and `below` are h - d and h + d, given because they may be known more
-/// exactly than by subtraction. None if no angle does.
+/// exactly than by subtraction. `None` if no angle does.
 pub(crate) fn cosine<R: Real>(a: R, b: R, d: R, above: R, below: R) -> Option<[R; 2]> {
     let size = (a.value() * a.value() + b.value() * b.value()).sqrt();
     if above.value() < -REACH_TOLERANCE * (1.0 + size)
@@ -47,7 +51,7 @@ pub(crate) fn about<R: Real>(u: [f64; 3], from: Vec3<R>, to: Vec3<R>) -> Option<
     (seen > POLE_SINE_SQUARED * size * size).then(|| sin.atan2(cos))
 }
 
-/// Angles (a, b) with R(u1, a) R(u2, b) t = d for unit vectors. The first angle of a pair is none
+/// Angles (a, b) with R(u1, a) R(u2, b) t = d for unit vectors. The first angle of a pair is `None`
 /// where the direction lies on `u1` (the pole), so that any does.
 ///
 /// With t = t_u u2 + t_p, u1 . R(u2, b) t = t_u (u1 . u2) + (u1 . t_p) cos b + u1 . (u2 x t) sin b
@@ -71,12 +75,12 @@ pub(crate) fn two<R: Real>(
         dot(away, away) * R::constant(0.5)
     };
     let (most, least) = (offset + h, offset - h);
-    let above = if (most - 1.0).abs() < 1e-12 {
+    let above = if (most - 1.0).abs() < POLE_COSINE_ERROR {
         chord(1.0)
     } else {
         R::constant(most) - seen
     };
-    let below = if (least + 1.0).abs() < 1e-12 {
+    let below = if (least + 1.0).abs() < POLE_COSINE_ERROR {
         chord(-1.0)
     } else {
         seen - R::constant(least)

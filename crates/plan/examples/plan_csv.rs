@@ -5,7 +5,7 @@
 //! and Z.
 
 use lostmotion_base::{AxisLimits, BlockRef, Coords};
-use lostmotion_kinematics::{KinematicsSpec, build};
+use lostmotion_kinematics::{CartesianSpec, build};
 use lostmotion_path::{Arc as PathArc, ArcSpec, Curve, Plane};
 use lostmotion_plan::{
     FeedLimit, Move, PathControl, PlanItem, Planner, PlannerConfig, Quality, Sample,
@@ -128,10 +128,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if args.next().as_deref() == Some("optimal") {
         config.quality = Quality::Optimal;
     }
-    let kinematics = build(&KinematicsSpec {
-        kind: "cartesian".into(),
-        ..KinematicsSpec::default()
-    })?;
+    let kinematics = build(&CartesianSpec {}.into())?;
     let mut planner = Planner::new(config, Arc::from(kinematics), Coords::ZERO)?;
     let control = PathControl::Continuous {
         tolerance_mm: None,

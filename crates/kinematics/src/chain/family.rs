@@ -3,6 +3,16 @@
 use super::{Chain, ChainJoint, Side};
 use lostmotion_base::vec::{along, dot, norm, sub};
 
+/// Largest component of a direction that leans against all three coordinate axes: 2.6 degrees off
+/// the nearest. Origin unknown, kept.
+const MAX_LEANING_COMPONENT: f64 = 0.999;
+/// Square of the sine between two axes of a wrist below which they count as parallel. Origin
+/// unknown, kept.
+const PARALLEL_SINE_SQUARED: f64 = 1e-9;
+/// Distance within which the three axes of a wrist meet, mm: a micrometre, far below what moves the
+/// tool's tip visibly.
+const WRIST_MEETING_MM: f64 = 1e-3;
+
 /// Families of serial machines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -52,8 +62,14 @@ impl Family {
                 Side::Table => Family::RotaryTable,
                 Side::Head => Family::RotaryHead,
             },
+            // Leaning decides before the sides do: nutating heads and tables are one family.
             [first, second] if linear >= 3 => {
-                let leans = |joint: &ChainJoint| joint.direction().iter().all(|c| c.abs() < 0.999);
+                let leans = |joint: &ChainJoint| {
+                    joint
+                        .direction()
+                        .iter()
+                        .all(|c| c.abs() < MAX_LEANING_COMPONENT)
+                };
                 match (first.side, second.side) {
                     _ if leans(first) || leans(second) => Family::Nutating,
                     (Side::Table, Side::Table) => Family::TableTable,
@@ -69,8 +85,7 @@ impl Family {
     }
 }
 
-/// Where the last three of six axes meet with all joints at zero, mm; `None` if they do not meet
-/// within a micrometre.
+/// Where the last three of six axes meet with all joints at zero, mm; `None` if they do not meet.
 pub(crate) fn wrist_center(chain: &Chain) -> Option<[f64; 3]> {
     let [.., fourth, fifth, sixth] = chain.joints.as_slice() else {
         return None;
@@ -80,7 +95,8 @@ pub(crate) fn wrist_center(chain: &Chain) -> Option<[f64; 3]> {
     // Nearest points of the two lines p + s u and q + r v.
     let lean = dot(u, v);
     let open = 1.0 - lean * lean;
-    if open < 1e-9 {
+    // Parallel axes have no single nearest point.
+    if open < PARALLEL_SINE_SQUARED {
         return None;
     }
     let way = sub(q, p);
@@ -91,5 +107,5 @@ pub(crate) fn wrist_center(chain: &Chain) -> Option<[f64; 3]> {
         let shadow = dot(away, joint.direction());
         norm(along(away, joint.direction(), -shadow))
     };
-    (off(fifth) < 1e-3 && off(sixth) < 1e-3).then_some(center)
+    (off(fifth) < WRIST_MEETING_MM && off(sixth) < WRIST_MEETING_MM).then_some(center)
 }

@@ -152,6 +152,8 @@ impl Chain {
     /// in the order of [`Chain::joints`].
     pub fn jacobian(&self, joints: &Coords, tool: &[f64; 3]) -> Vec<([f64; 3], [f64; 3])> {
         let mut columns: Vec<([f64; 3], [f64; 3])> = Vec::with_capacity(self.joints.len());
+        // From the tool to the workpiece: each joint carries the tip, and turns the columns of the
+        // joints behind it.
         let mut tip = self.tip_at_zero(tool);
         for joint in self.joints.iter().rev() {
             let position = joints[joint.axis];
@@ -160,6 +162,7 @@ impl Chain {
                 *linear = joint.carry_direction(*linear, position);
                 *angular = joint.carry_direction(*angular, position);
             }
+            // A rotary joint moves the tip by axis x arm, a linear one along its direction.
             let axis = scale(joint.turning.u, joint.sign);
             columns.push(if joint.rotary {
                 (

@@ -1,7 +1,6 @@
 //! A chain as a machine file describes it.
 
 use super::{Chain, ChainJoint};
-use crate::KinematicsError;
 use crate::rotation::Turning;
 use lostmotion_base::AxisId;
 use lostmotion_base::units::rad;
@@ -117,6 +116,7 @@ impl Chain {
                     joint.axis
                 ));
             }
+            // The base lies between the sides: no table follows the first joint of the head.
             if joint.side == Side::Table && made.iter().any(|other| other.side == Side::Head) {
                 return Err(format!(
                     "joint {} (`{}`): a joint on the table's side follows one on the head's; joints go from the workpiece to the tool",
@@ -131,6 +131,7 @@ impl Chain {
                 "the gauge's `axis` has to be a direction and its `point_mm` finite".into(),
             );
         };
+        // X of the frame is what is left of the given one square to Z (Gram-Schmidt).
         let lean = dot(gauge.x_axis, z);
         let Some(x) = unit(std::array::from_fn(|i| gauge.x_axis[i] - lean * z[i])) else {
             return Err("the gauge's `x_axis` has to be a direction across its `axis`".into());
@@ -144,14 +145,50 @@ impl Chain {
 }
 
 impl JointSpec {
-    fn joint(&self) -> Result<ChainJoint, String> {
+    /// A linear joint with its zero at 0; `side` is left out.
+    pub fn linear(axis: AxisId, direction: [f64; 3]) -> JointSpec {
+        JointSpec {
+            axis: axis.letter().to_ascii_lowercase().to_string(),
+            kind: JointType::Linear,
+            side: None,
+            direction,
+            point_mm: None,
+            sign: None,
+            zero_mm: None,
+            zero_deg: None,
+            wrap: None,
+        }
+    }
+
+    /// A rotary joint with its zero at 0, about an axis through a point, mm.
+    pub fn rotary(axis: AxisId, side: Side, direction: [f64; 3], point_mm: [f64; 3]) -> JointSpec {
+        JointSpec {
+            kind: JointType::Rotary,
+            side: Some(side),
+            point_mm: Some(point_mm),
+            ..JointSpec::linear(axis, direction)
+        }
+    }
+
+    /// The axis that moves it; `None` if `axis` is not one of the nine letters in lower case.
+    pub fn axis_id(&self) -> Option<AxisId> {
         let mut letters = self.axis.chars();
-        let axis = match (letters.next(), letters.next()) {
+        match (letters.next(), letters.next()) {
             (Some(letter), None) if letter.is_ascii_lowercase() => AxisId::from_letter(letter),
             _ => None,
-        };
-        let axis = axis.ok_or("`axis` has to be one of x, y, z, a, b, c, u, v, w")?;
-        let rotary = self.kind == JointType::Rotary;
+        }
+    }
+
+    /// Whether it is rotary.
+    pub fn is_rotary(&self) -> bool {
+        self.kind == JointType::Rotary
+    }
+
+    fn joint(&self) -> Result<ChainJoint, String> {
+        let axis = self
+            .axis_id()
+            .ok_or("`axis` has to be one of x, y, z, a, b, c, u, v, w")?;
+        let rotary = self.is_rotary();
         let direction = unit(self.direction)
             .filter(|_| finite(&self.direction))
             .ok_or("`direction` has to have a length")?;
@@ -159,6 +196,7 @@ impl JointSpec {
         if sign.abs() != 1.0 {
             return Err(format!("`sign` is {sign}; it has to be 1 or -1"));
         }
+        // Keys that only one of the two types of joints has.
         match (
             rotary,
             self.point_mm,
@@ -202,18 +240,6 @@ impl JointSpec {
             zero,
             wraps: self.wrap.unwrap_or(false),
             turning: Turning::about(direction),
-        })
-    }
-
-    /// Refusals as the crate's error.
-    pub(crate) fn chain(
-        joints: &[JointSpec],
-        gauge: &GaugeSpec,
-        kind: &str,
-    ) -> Result<Chain, KinematicsError> {
-        Chain::new(joints, gauge).map_err(|why| KinematicsError::Description {
-            kind: kind.to_owned(),
-            why,
         })
     }
 }

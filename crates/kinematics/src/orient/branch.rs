@@ -104,6 +104,7 @@ impl Orientation {
         if self.wanted(direction).free {
             return None;
         }
+        // Distance in angle, whole turns aside.
         let off = |(first, second): &(Option<f64>, f64)| {
             let turn = |a: f64, b: f64| (a - b - TAU * ((a - b) / TAU).round()).abs();
             turn(first.unwrap_or(angles[0]), angles[0])
@@ -124,6 +125,7 @@ impl Orientation {
         wanted: &Wanted,
         (first, second): &(Option<f64>, f64),
     ) -> Vec<Angles> {
+        // At a pole the first joint stays where it is.
         let firsts = match first {
             Some(first) if !wanted.free => self.nearby(0, *first, near[0]),
             _ => vec![near[0]],
@@ -165,6 +167,7 @@ impl Orientation {
                     {
                         continue;
                     }
+                    // The cost of a way: how far both joints have turned in sum.
                     let turned = state.turned
                         + (angles[0] - state.angles[0]).abs()
                         + (angles[1] - state.angles[1]).abs();
@@ -183,6 +186,7 @@ impl Orientation {
         if states.is_empty() {
             return Err(OrientError::Travel { direction });
         }
+        // Ways that have turned most are given up, so that joints without limits stay affordable.
         states.sort_by(|a, b| a.turned.total_cmp(&b.turned));
         states.truncate(MAX_STATES);
         Ok(states)

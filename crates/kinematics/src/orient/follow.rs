@@ -112,6 +112,7 @@ impl Orientation {
         if halvings == 0 || angle_between(here, there) == 0.0 {
             return Err(jump());
         }
+        // Halve on the great circle, so that the tool is exact in the middle, too.
         let middle = between(here, there, 0.5);
         let wanted = self.wanted(middle);
         let angles = self

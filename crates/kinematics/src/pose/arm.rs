@@ -21,15 +21,17 @@ use crate::{Kinematics, KinematicsError, Layout, ToolPose};
 use lostmotion_base::vec::{Vec3, across, add, constant, dot, scale, sub};
 use lostmotion_base::{AXES, Coords, Jet, Real};
 
-/// Registered name.
-const KIND: &str = "chain";
 /// Largest cosine between axes that have to be at right angles, and largest distance from 1 of the
 /// cosine of those that have to be parallel: rounding of the description's numbers.
 const AXIS_ERROR: f64 = 1e-9;
+/// Largest distance of a joint from home at which a solution of the pose at home is home itself,
+/// rad. Origin unknown, kept.
+const SAME_AS_HOME_RAD: f64 = 1e-6;
 
 /// An arm on one of its eight branches.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Arm {
+    kind: &'static str,
     chain: Chain,
     /// Wrist centre with all joints at zero.
     center: [f64; 3],
@@ -43,7 +45,7 @@ struct Branch(usize, usize, usize);
 
 impl Arm {
     /// If the chain is of that kind, and home is not singular.
-    pub(crate) fn new(chain: &Chain, home: &Coords) -> Option<Arm> {
+    pub(crate) fn new(kind: &'static str, chain: &Chain, home: &Coords) -> Option<Arm> {
         let [first, second, third, ..] = chain.joints.as_slice() else {
             return None;
         };
@@ -57,6 +59,7 @@ impl Arm {
             return None;
         }
         let mut arm = Arm {
+            kind,
             chain: chain.clone(),
             center,
             home: *home,
@@ -80,7 +83,7 @@ impl Arm {
         }
         let (away, branch) = nearest?;
         arm.branch = branch;
-        (away < 1e-6).then_some(arm)
+        (away < SAME_AS_HOME_RAD).then_some(arm)
     }
 
     fn solve<R: Real>(
@@ -218,7 +221,7 @@ fn pick<R: Real>(pair: [R; 2], index: usize) -> R {
 
 impl Kinematics for Arm {
     fn name(&self) -> &'static str {
-        KIND
+        self.kind
     }
 
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {

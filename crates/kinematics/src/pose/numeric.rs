@@ -20,14 +20,20 @@ use lostmotion_base::{AxisId, AxisSet, Coords, Jet, Real};
 use nalgebra::SVector;
 use task::{RESIDUAL_ARM_MM, SINGULAR_RATIO, length};
 
-/// Registered name.
-const KIND: &str = "chain";
 /// Residual at which the pose counts as solved, mm: 50 times the rounding of coordinates of 1 m.
 const SOLVED_MM: f64 = 1e-11;
 /// Residual that is accepted where rounding allows no better, mm.
 const ACCEPTED_MM: f64 = 1e-9;
 /// Most steps of a search; a few suffice from a neighbouring pose.
 const MAX_NEWTON_STEPS: usize = 60;
+/// Damping at the start of a search, and its bounds, as parts of the trace of J J': Marquardt's
+/// rule multiplies it by 10 after a step that made the residual larger and by 0.1 after one that
+/// made it smaller. Origin of the values unknown, kept.
+const FIRST_DAMPING: f64 = 1e-6;
+/// Smallest damping: a Newton step to within rounding.
+const MIN_DAMPING: f64 = 1e-15;
+/// Largest damping: a short step down the gradient.
+const MAX_DAMPING: f64 = 1.0;
 /// Longest step of a joint: rad, or hundreds of mm.
 const MAX_JOINT_STEP: f64 = 0.5;
 /// Parts in which a pose is approached that cannot be reached in one go.
@@ -36,6 +42,7 @@ const APPROACH_PARTS: u32 = 24;
 /// A chain solved numerically.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Numeric {
+    kind: &'static str,
     chain: Chain,
     home: Coords,
     reach: Reach,
@@ -50,7 +57,13 @@ impl Numeric {
     ///
     /// # Errors
     /// A chain without joints, or one whose home is singular.
-    pub(crate) fn new(chain: Chain, home: Coords, reach: &Reach) -> Result<Numeric, String> {
+    pub(crate) fn new(
+        kind: &'static str,
+        chain: Chain,
+        home: Coords,
+        reach: &Reach,
+    ) -> Result<Numeric, String> {
+        // Of more than six joints those named U, V and W stand where their words say.
         let extra = |axis: AxisId| {
             chain.joints.len() > 6 && matches!(axis, AxisId::U | AxisId::V | AxisId::W)
         };
@@ -64,12 +77,14 @@ impl Numeric {
             return Err("of more than six joints those that are extra have to be named u, v or w, and stand where these words say".into());
         }
         let mut numeric = Numeric {
+            kind,
             chain,
             home,
             reach: reach.clone(),
             free,
             rank: 0,
         };
+        // Rank at home: as many independent motions as a regular pose has.
         let pivots = numeric.pivots(&home, &[0.0; 3]);
         let largest = pivots.first().copied().unwrap_or(0.0);
         numeric.rank = pivots
@@ -90,7 +105,7 @@ impl Numeric {
     /// From a start to a pose.
     fn search(&self, target: &Pose<f64>, tool: &[f64; 3], start: Coords) -> Option<Coords> {
         let mut joints = start;
-        let mut damping = 1e-6;
+        let mut damping = FIRST_DAMPING;
         let mut residual = self.residual(target, &joints.0, &self.frame(&joints), tool);
         let mut size = length(&residual);
         for _ in 0..MAX_NEWTON_STEPS {
@@ -116,11 +131,11 @@ impl Numeric {
             // A step that makes it worse is discarded and damped more.
             if next_size < size || factor < 1.0 {
                 (joints, residual, size) = (next, next_residual, next_size);
-                damping = (damping * 0.1).max(1e-15);
+                damping = (damping * 0.1).max(MIN_DAMPING);
             } else if size < ACCEPTED_MM {
                 break;
             } else {
-                damping = (damping * 10.0).min(1.0);
+                damping = (damping * 10.0).min(MAX_DAMPING);
             }
             if !joints.is_finite() {
                 return None;
@@ -208,7 +223,7 @@ impl Numeric {
 
 impl Kinematics for Numeric {
     fn name(&self) -> &'static str {
-        KIND
+        self.kind
     }
 
     fn inverse(&self, program: &Coords, tool: &[f64; 3]) -> Result<Coords, KinematicsError> {
@@ -223,8 +238,9 @@ impl Kinematics for Numeric {
         let place = Coords(program.map(|jet| jet.0[0]));
         let solution = self.solve(&place, tool)?;
         let target = Pose::of_words(program);
+        // Newton's matrix at the solution, frozen for all orders of the jets.
         let frame = self.frame(&solution);
-        let inverse = Self::inverse_of(&self.jacobian(&solution, tool), 1e-15);
+        let inverse = Self::inverse_of(&self.jacobian(&solution, tool), MIN_DAMPING);
         let inverse = inverse
             .ok_or_else(|| KinematicsError::singular(&place, "its Jacobian cannot be inverted"))?;
         let mut joints = in_order(

@@ -3,7 +3,7 @@
 use crate::common::{Poses, difference, machines};
 use lostmotion_base::Random;
 use lostmotion_base::{AxisId, Coords, Jet, math};
-use lostmotion_kinematics::{Family, build};
+use lostmotion_kinematics::{Family, KindSpec, KindVisitor, KinematicsSpec, build};
 
 #[test]
 fn forward_undoes_inverse() {
@@ -317,9 +317,23 @@ fn a_delta_in_its_middle() {
     );
 }
 
+/// What is wrong with a description: with its keys, or with its measures.
 fn message(text: &str) -> String {
-    let spec = toml::from_str(text).unwrap();
-    build(&spec).unwrap_err().to_string()
+    match toml::from_str(text) {
+        Ok(spec) => build(&spec).unwrap_err().to_string(),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// Unknown kinds are told by name, with those that there are.
+struct Never;
+
+impl KindVisitor for Never {
+    type Output = ();
+
+    fn visit<S: KindSpec>(self) {
+        panic!("{} is no hexapod", S::SUMMARY);
+    }
 }
 
 #[test]
@@ -336,19 +350,28 @@ fn descriptions_are_checked() {
     .concat();
     let chain = |rest: &str| message(&format!("kind = \"chain\"\n{rest}"));
     assert!(
+        KinematicsSpec::visit_kind("hexapod", Never)
+            .unwrap_err()
+            .to_string()
+            .contains(
+                "there is no such kind; known are cartesian, trunnion-ac, trunnion-bc, chain"
+            )
+    );
+    assert!(
         message("kind = \"hexapod\"").contains(
-            "there is no such kind; known are cartesian, trunnion-ac, trunnion-bc, chain"
+            "unknown variant `hexapod`, expected one of `cartesian`, `trunnion-ac`, `trunnion-bc`, `chain`"
         )
     );
     assert!(
         message("kind = \"cartesian\"\noffset_y_mm = 1.0")
-            .contains("it has no use for `offset_y_mm`; it takes no parameters")
+            .contains("unknown field `offset_y_mm`, there are no fields")
     );
     assert!(
-        message("kind = \"trunnion-ac\"\noffset_x_mm = 1.0")
-            .contains("it has no use for `offset_x_mm`")
+        message("kind = \"trunnion-ac\"\noffset_x_mm = 1.0").contains(
+            "unknown field `offset_x_mm`, expected one of `rotation_point_mm`, `offset_y_mm`"
+        )
     );
-    assert!(message("kind = \"trunnion-ac\"").contains("`rotation_point_mm` is missing"));
+    assert!(message("kind = \"trunnion-ac\"").contains("missing field `rotation_point_mm`"));
     assert!(
         message("kind = \"trunnion-bc\"\nrotation_point_mm = [0, 0, nan]")
             .contains("`rotation_point_mm` is NaN")
@@ -414,19 +437,11 @@ fn descriptions_are_checked() {
     assert!(
         message("kind = \"delta\"\ntower_radius_mm = 100.0\nrod_mm = 150.0\ntower_angles_deg = [0.0, 180.0, 0.1]").contains("in a line")
     );
-    assert!(message("kind = \"scara\"").contains("are both needed"));
-    assert!(
-        toml::from_str::<lostmotion_kinematics::KinematicsSpec>(
-            "kind = \"cartesian\"\noffset_y = 1.0"
-        )
-        .is_err()
-    );
+    assert!(message("kind = \"scara\"").contains("missing field `upper_arm_mm`"));
+    assert!(toml::from_str::<KinematicsSpec>("kind = \"cartesian\"\noffset_y = 1.0").is_err());
     for described in machines() {
         assert_eq!(
-            toml::from_str::<lostmotion_kinematics::KinematicsSpec>(
-                &toml::to_string(&described.spec).unwrap()
-            )
-            .unwrap(),
+            toml::from_str::<KinematicsSpec>(&toml::to_string(&described.spec).unwrap()).unwrap(),
             described.spec
         );
     }

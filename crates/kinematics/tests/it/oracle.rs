@@ -1,19 +1,29 @@
 //! Five-axis machines against poses computed by LinuxCNC, where the table of them is at hand.
 
 use lostmotion_base::{AxisId, Coords, units::rad};
-use lostmotion_kinematics::{Kinematics, KinematicsSpec, build};
+use lostmotion_kinematics::{Kinematics, KinematicsSpec, TrunnionAcSpec, TrunnionBcSpec, build};
 use std::path::Path;
 
-fn trunnion(kind: &str, n: &[f64]) -> KinematicsSpec {
-    KinematicsSpec {
-        kind: kind.into(),
-        rotation_point_mm: Some([n[1], n[2], n[3]]),
-        offset_x_mm: (kind == "trunnion-bc").then_some(n[4]),
-        offset_y_mm: (kind == "trunnion-ac").then_some(n[5]),
+fn trunnion_ac(n: &[f64]) -> KinematicsSpec {
+    TrunnionAcSpec {
+        rotation_point_mm: [n[1], n[2], n[3]],
+        offset_y_mm: Some(n[5]),
         offset_z_mm: Some(n[6]),
         conventional_directions: Some(n[0] > 0.5),
-        ..KinematicsSpec::default()
+        ..TrunnionAcSpec::default()
     }
+    .into()
+}
+
+fn trunnion_bc(n: &[f64]) -> KinematicsSpec {
+    TrunnionBcSpec {
+        rotation_point_mm: [n[1], n[2], n[3]],
+        offset_x_mm: Some(n[4]),
+        offset_z_mm: Some(n[6]),
+        conventional_directions: Some(n[0] > 0.5),
+        ..TrunnionBcSpec::default()
+    }
+    .into()
 }
 
 /// The machine of a row, as a chain where it is a head.
@@ -27,8 +37,8 @@ fn machine(kins: &str, n: &[f64]) -> Box<dyn Kinematics> {
     let quill = "[[joint]]\naxis = \"w\"\ntype = \"linear\"\ndirection = [0, 0, -1]\n";
     let pivot = n[8];
     let text = match kins {
-        "xyzac-trt" => return build(&trunnion("trunnion-ac", n)).unwrap(),
-        "xyzbc-trt" => return build(&trunnion("trunnion-bc", n)).unwrap(),
+        "xyzac-trt" => return build(&trunnion_ac(n)).unwrap(),
+        "xyzbc-trt" => return build(&trunnion_bc(n)).unwrap(),
         // The tilt tips the tool towards -X for a positive B.
         "maxkins" => {
             let sign = if n[0] > 0.5 { 1 } else { -1 };

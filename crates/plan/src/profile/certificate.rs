@@ -255,7 +255,7 @@ mod tests {
     use crate::piece::{Piece, Programmed};
     use crate::{FeedLimit, Move, PathControl};
     use lostmotion_base::{AxisLimits, BlockRef, Coords};
-    use lostmotion_kinematics::{KinematicsSpec, build};
+    use lostmotion_kinematics::{CartesianSpec, build};
     use lostmotion_path::{self as path, ArcSpec, Curve, Plane, Quintic};
     use std::collections::VecDeque;
     use std::sync::Arc;
@@ -325,10 +325,7 @@ mod tests {
         let mut all = [None; AXES];
         all[..3].fill(Some(limits));
         let machine = Machine::new(&all);
-        let kinematics = build(&KinematicsSpec {
-            kind: "cartesian".into(),
-            ..KinematicsSpec::default()
-        });
+        let kinematics = build(&CartesianSpec {}.into());
         let Ok(kinematics) = kinematics else {
             return assert!(kinematics.is_ok());
         };

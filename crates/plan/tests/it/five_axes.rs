@@ -3,21 +3,19 @@
 use crate::common::{assert_limits, continuous, run};
 use lostmotion_base::units::rad;
 use lostmotion_base::{AxisLimits, BlockRef, Coords, math};
-use lostmotion_kinematics::{Kinematics, KinematicsSpec, build};
+use lostmotion_kinematics::{Kinematics, TrunnionAcSpec, build};
 use lostmotion_path::Curve;
 use lostmotion_plan::{FeedLimit, Move, PathControl, PlanItem, PlannerConfig};
 use std::sync::Arc;
 
 fn trunnion() -> Arc<dyn Kinematics> {
-    let rotation_point_mm = Some([200.0, 150.0, -40.0]);
-    let spec = KinematicsSpec {
-        kind: "trunnion-ac".into(),
-        rotation_point_mm,
+    let spec = TrunnionAcSpec {
+        rotation_point_mm: [200.0, 150.0, -40.0],
         offset_y_mm: Some(3.0),
         offset_z_mm: Some(20.0),
-        ..KinematicsSpec::default()
+        ..TrunnionAcSpec::default()
     };
-    Arc::from(build(&spec).unwrap())
+    Arc::from(build(&spec.into()).unwrap())
 }
 
 fn config() -> PlannerConfig {

@@ -2,26 +2,17 @@
 //! Introduction to Robotics): from joint to joint a turn ALPHA about X, a step A along X, the
 //! joint's own turn about Z, a step D along Z.
 
-use super::draft::Draft;
+use super::draft::{Draft, clean};
 use super::hal::Pins;
-use super::kins::Numbered;
 use super::problem;
 use crate::machine::Problem;
 use lostmotion_base::{AxisId, math};
-use lostmotion_kinematics::Words;
-use lostmotion_kinematics::chain::{GaugeSpec, JointSpec, JointType, Side};
+use lostmotion_kinematics::chain::{GaugeSpec, JointSpec, Side};
+use lostmotion_kinematics::{ChainSpec, Words};
 
 const JOINTS: usize = 6;
-/// Components below this are rounding.
-const ROUNDING_BELOW: f64 = 1e-12;
-
 /// Writes a chain of six joints; every length and angle has to be told.
-pub(super) fn serial(
-    draft: &mut Draft,
-    pins: &mut Pins<'_>,
-    mm: f64,
-    _: &[Numbered],
-) -> Result<(), Problem> {
+pub(super) fn serial(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64) -> Result<(), Problem> {
     // Columns X, Y, Z of the frame, and where it is.
     let (mut x, mut y, mut z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
     let mut place = [0.0; 3];
@@ -45,40 +36,31 @@ pub(super) fn serial(
             pin(draft, "ALPHA", 1.0)?,
             pin(draft, "D", mm)?,
         );
+        // Turn about X by alpha and step along X: the new Z is the joint's axis.
         let (sin, cos) = math::sin_cos(alpha);
         let turned = |a: f64, b: f64| -> [f64; 3] { std::array::from_fn(|i| a * y[i] + b * z[i]) };
         (y, z) = (turned(cos, sin), turned(-sin, cos));
         place = along(place, x, step);
-        joints.push(JointSpec {
-            axis: axis.letter().to_ascii_lowercase().to_string(),
-            kind: JointType::Rotary,
-            side: Some(Side::Head),
-            direction: clean(z),
-            point_mm: Some(clean(place)),
-            sign: None,
-            zero_mm: None,
-            zero_deg: None,
-            wrap: None,
-        });
+        joints.push(JointSpec::rotary(axis, Side::Head, clean(z), clean(place)));
         place = along(place, z, rise);
     }
     x = clean(x);
-    let spec = &mut draft.kinematics;
-    spec.kind = "chain".into();
-    spec.words = Some(Words::Pose);
-    spec.gauge = Some(GaugeSpec {
+    // The tool points along the last frame's Z: from the tip to the spindle is against it.
+    let gauge = GaugeSpec {
         point_mm: clean(place),
         axis: clean(z.map(|c| -c)),
         x_axis: x,
-    });
-    spec.joint = joints;
+    };
+    draft.kinematics = ChainSpec {
+        words: Some(Words::Pose),
+        gauge: Some(gauge),
+        joint: joints,
+        ..ChainSpec::default()
+    }
+    .into();
     Ok(())
 }
 
 fn along(place: [f64; 3], direction: [f64; 3], by: f64) -> [f64; 3] {
     std::array::from_fn(|i| place[i] + by * direction[i])
-}
-
-fn clean(v: [f64; 3]) -> [f64; 3] {
-    v.map(|c| if c.abs() < ROUNDING_BELOW { 0.0 } else { c })
 }

@@ -1,7 +1,7 @@
-//! What was read, before what is missing is filled in.
+//! A machine as far as a format describes it; `fill` adds the rest.
 
 use lostmotion_base::AxisId;
-use lostmotion_kinematics::KinematicsSpec;
+use lostmotion_kinematics::{CartesianSpec, KinematicsSpec};
 
 /// What became of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +76,7 @@ impl DraftAxis {
 }
 
 /// A machine as far as it was told.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Draft {
     pub(super) name: String,
     pub(super) source: &'static str,
@@ -88,6 +88,19 @@ pub(super) struct Draft {
 }
 
 impl Draft {
+    /// A machine of which nothing is told yet: no axes, and joints that carry the axes of their own
+    /// names. `source` is the format in words.
+    pub(super) fn new(source: &'static str) -> Draft {
+        Draft {
+            name: "imported".to_owned(),
+            source,
+            dialect: None,
+            kinematics: CartesianSpec {}.into(),
+            axes: Vec::new(),
+            rows: Vec::new(),
+        }
+    }
+
     pub(super) fn row(
         &mut self,
         key: impl Into<String>,
@@ -120,4 +133,12 @@ impl Draft {
 /// Numbers as a machine file has them: always with a point.
 pub(super) fn float(value: f64) -> String {
     format!("{:?}", (value * 1e9).round() / 1e9)
+}
+
+/// Components of directions (1) and points (mm) below this are the rounding of turns.
+const ROUNDING: f64 = 1e-12;
+
+/// A vector without the rounding of the turns that led to it.
+pub(super) fn clean(v: [f64; 3]) -> [f64; 3] {
+    v.map(|c| if c.abs() < ROUNDING { 0.0 } else { c })
 }

@@ -5,14 +5,21 @@ use super::{Imported, problem};
 use crate::machine::{LimitsTable, Machine, MachineAxis, Problem, presets};
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, Coords};
-use lostmotion_kinematics::{Words, build};
+use lostmotion_kinematics::chain::JointSpec;
+use lostmotion_kinematics::{KinematicsSpec, Words, build};
 use std::fmt::Write;
 
 /// Lends rotary axes where the preset has none.
 const ROTARY_LENDER: &str = "trunnion5";
 
-/// How far a SCARA's elbow is bent at its homes, degrees.
+/// How far a SCARA's elbow is bent at its homes, degrees: any angle clear of straight and folded.
 const ELBOW_DEG: f64 = 60.0;
+/// How far the joints of an arm stand from the middle of their travel at home, degrees or mm, by the
+/// order of its axes: unequal angles, at which no common arm is straight. Origin of the values
+/// unknown, kept.
+const ARM_HOME_OFFSETS: [f64; 9] = [7.0, -23.0, 41.0, 13.0, 37.0, 17.0, 5.0, 5.0, 5.0];
+/// Part of its travel that a joint at home keeps from the ends. Origin unknown, kept.
+const HOME_MARGIN: f64 = 0.05;
 
 /// A machine file out of a draft.
 pub(super) fn machine(
@@ -29,6 +36,7 @@ pub(super) fn machine(
             &format!("known are {}", known.join(", ")),
         )]);
     }
+    // In the order of the axes, as machine files and results have them.
     draft.axes.sort_by_key(|axis| axis.id);
     let reversed: Vec<Problem> = draft.axes.iter().filter_map(reversed).collect();
     if !reversed.is_empty() {
@@ -37,6 +45,7 @@ pub(super) fn machine(
     let mut rows = std::mem::take(&mut draft.rows);
     let mut axes = String::new();
     let mut travel = Vec::new();
+    // Told limits stay; drive, motor, load and all other limits come from the lender.
     for axis in &draft.axes {
         let lender = lender(axis, preset).ok_or_else(|| {
             vec![problem(
@@ -48,9 +57,11 @@ pub(super) fn machine(
         })?;
         travel.push(section(axis, &lender, &mut axes, &mut rows));
     }
-    if draft.kinematics.words == Some(Words::Pose) {
-        let home: Vec<f64> = draft
-            .kinematics
+    // A pose has several solutions: home says on which of them the machine stands.
+    if let KinematicsSpec::Chain(chain) = &mut draft.kinematics
+        && chain.words == Some(Words::Pose)
+    {
+        let home: Vec<f64> = chain
             .joint
             .iter()
             .map(|joint| home_of(joint, &draft.axes, &travel))
@@ -60,11 +71,13 @@ pub(super) fn machine(
             format!("{home:?}"),
             "within the travel, away from straight poses: chooses among the solutions",
         ));
-        draft.kinematics.home = Some(home);
+        chain.home = Some(home);
     }
     let mut toml = head(&draft, preset);
     positions(&draft, &travel, &mut toml, &mut rows)?;
     toml.push_str(&axes);
+    // Read back like any machine file. The lines of a problem would be those of the generated
+    // text, which is not at hand then.
     match Machine::check_toml(file, &toml) {
         Ok(_) => Ok(Imported { toml, rows }),
         Err(error) => Err(error
@@ -198,6 +211,7 @@ fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<R
         out,
         "\n# drive, motor and load: preset {source}, where every value has its source\n"
     );
+    // The lender's own lines with this axis' letter, and the gap where it is told.
     for line in parts(lender.text, lender.letter) {
         let line = line.replace(
             &format!("[axis.{}.", lender.letter),
@@ -251,16 +265,10 @@ fn parts(text: &str, letter: char) -> Vec<&str> {
     lines
 }
 
-fn home_of(
-    joint: &lostmotion_kinematics::chain::JointSpec,
-    axes: &[DraftAxis],
-    travel: &[(f64, f64)],
-) -> f64 {
-    let index = axes.iter().position(|axis| {
-        joint
-            .axis
-            .starts_with(axis.id.letter().to_ascii_lowercase())
-    });
+fn home_of(joint: &JointSpec, axes: &[DraftAxis], travel: &[(f64, f64)]) -> f64 {
+    let index = axes
+        .iter()
+        .position(|axis| joint.axis_id() == Some(axis.id));
     let (min, max) = index
         .and_then(|index| travel.get(index))
         .copied()
@@ -272,14 +280,15 @@ fn home_of(
     };
     // A bent arm: straight ones are singular.
     let bent = middle
-        + [7.0, -23.0, 41.0, 13.0, 37.0, 17.0, 5.0, 5.0, 5.0]
+        + ARM_HOME_OFFSETS
             .get(index.unwrap_or(0))
             .copied()
             .unwrap_or(5.0);
-    // A travel of which one end is lent may be none, which is told later.
+    // A travel with one end lent may be reversed: min and max do not panic as clamp would, and
+    // the check of the machine refuses it.
     (bent
-        .min(max - 0.05 * (max - min))
-        .max(min + 0.05 * (max - min))
+        .min(max - HOME_MARGIN * (max - min))
+        .max(min + HOME_MARGIN * (max - min))
         * 100.0)
         .round()
         / 100.0
@@ -296,7 +305,7 @@ fn head(draft: &Draft, preset: &str) -> String {
     }
     #[derive(serde::Serialize)]
     struct Tables<'a> {
-        kinematics: &'a lostmotion_kinematics::KinematicsSpec,
+        kinematics: &'a KinematicsSpec,
     }
     let _ = write!(
         text,
@@ -318,6 +327,7 @@ fn positions(
     rows: &mut Vec<Row>,
 ) -> Result<(), Vec<Problem>> {
     let mut joints = Coords::ZERO;
+    // The joints stand at zero where their travel has it, else in its middle.
     for (axis, (min, max)) in draft.axes.iter().zip(travel) {
         let at = if *min <= 0.0 && *max >= 0.0 {
             0.0
@@ -329,25 +339,28 @@ fn positions(
         } else {
             at
         };
-        if draft.kinematics.kind == "scara" && axis.id == AxisId::B {
+        if matches!(draft.kinematics, KinematicsSpec::Scara(_)) && axis.id == AxisId::B {
             // A straight arm is singular.
             joints[axis.id] = lostmotion_base::units::rad(ELBOW_DEG.min(*max).max(*min));
         }
     }
     let kinematics = build(&draft.kinematics)
         .map_err(|error| vec![problem(1, "kinematics", error.to_string(), "")])?;
-    if let Some(home) = &draft.kinematics.home {
-        for (joint, at) in draft.kinematics.joint.iter().zip(home) {
-            let Some(id) = joint.axis.chars().next().and_then(AxisId::from_letter) else {
+    if let KinematicsSpec::Chain(chain) = &draft.kinematics
+        && let Some(home) = &chain.home
+    {
+        for (joint, at) in chain.joint.iter().zip(home) {
+            let Some(id) = joint.axis_id() else {
                 continue;
             };
-            joints[id] = if joint.kind == lostmotion_kinematics::chain::JointType::Rotary {
+            joints[id] = if joint.is_rotary() {
                 lostmotion_base::units::rad(*at)
             } else {
                 *at
             };
         }
     }
+    // Machine files give places in words, not in joints.
     let words = kinematics.forward(&joints, &[0.0; 3]);
     let mut table = String::new();
     for axis in AxisId::ALL {

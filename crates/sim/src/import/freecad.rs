@@ -6,10 +6,19 @@
 
 use super::draft::{Draft, Fate, Told};
 use super::freecad_chain::{Place, chain};
-use super::problem;
+use super::{Format, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+use lostmotion_kinematics::{ChainSpec, TipControl};
 use serde_json::{Map, Value};
+
+/// The format's row.
+pub(super) const FORMAT: Format = Format {
+    name: "freecad",
+    extensions: &["fcm"],
+    looks_like: |text| text.trim_start().starts_with('{'),
+    read,
+};
 
 /// Postprocessors whose programs are in a dialect of the same or another name.
 const DIALECTS: [(&str, &str); 4] = [
@@ -20,7 +29,7 @@ const DIALECTS: [(&str, &str); 4] = [
 ];
 
 /// Reads the file.
-pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     let root: Value = serde_json::from_str(text).map_err(|error| {
         vec![problem(
             error.line(),
@@ -34,12 +43,7 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
         let hint = "a FreeCAD machine has machine.axes, an object of axes by letter";
         return Err(vec![problem(1, "machine.axes", "missing", hint)]);
     };
-    let mut draft = Draft {
-        name: "imported".into(),
-        source: "FreeCAD",
-        ..Draft::default()
-    };
-    draft.kinematics.kind = "cartesian".into();
+    let mut draft = Draft::new("FreeCAD");
     let mut problems = Vec::new();
     general(&mut draft, &root, machine);
     let mut places = Vec::new();
@@ -73,9 +77,12 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     if draft.axes.iter().any(|axis| axis.rotary) {
         match chain(&places) {
             Ok(joints) => {
-                draft.kinematics.kind = "chain".into();
-                draft.kinematics.tip_control = Some(lostmotion_kinematics::TipControl::Programmed);
-                draft.kinematics.joint = joints;
+                draft.kinematics = ChainSpec {
+                    tip_control: Some(TipControl::Programmed),
+                    joint: joints,
+                    ..ChainSpec::default()
+                }
+                .into();
                 let note = "positive words move the tool along and about each `joint`'s direction, relative to the part: set sign = -1 where the table's own motion is meant";
                 draft.row("kinematics.joint.sign", "1", Fate::Filled, note);
             }
@@ -164,6 +171,7 @@ fn take(
         return None;
     }
     let before = problems.len();
+    // Limits stand in the axis itself or in an object `limits` within it.
     let limits = axis.get("limits").and_then(Value::as_object);
     let nested = limits
         .into_iter()

@@ -2,10 +2,10 @@
 //! carries it, `joint` a point on the axis and its direction.
 
 use lostmotion_base::AxisId;
-use lostmotion_kinematics::chain::{JointSpec, JointType, Side};
+use lostmotion_kinematics::chain::{JointSpec, Side};
 use serde_json::{Map, Value};
 
-/// An axis and what is told of its place.
+/// An axis and what the file says of its place.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
     id: AxisId,
@@ -69,20 +69,12 @@ impl Place {
     }
 
     fn spec(&self, side: Side, [point, direction]: [[f64; 3]; 2]) -> JointSpec {
+        if self.rotary {
+            return JointSpec::rotary(self.id, side, direction, point);
+        }
         JointSpec {
-            axis: self.id.letter().to_ascii_lowercase().to_string(),
-            kind: if self.rotary {
-                JointType::Rotary
-            } else {
-                JointType::Linear
-            },
             side: Some(side),
-            direction,
-            point_mm: self.rotary.then_some(point),
-            sign: None,
-            zero_mm: None,
-            zero_deg: None,
-            wrap: None,
+            ..JointSpec::linear(self.id, direction)
         }
     }
 }
@@ -116,6 +108,7 @@ pub(super) fn chain(places: &[Place]) -> Result<Vec<JointSpec>, String> {
                 }
             }
         }
+        // From the base outwards: what more axes carry comes later, rotary after linear.
         own.sort_by_key(|(depth, place, _)| (*depth, place.rotary));
         if let Some(pair) = own
             .windows(2)
@@ -126,6 +119,7 @@ pub(super) fn chain(places: &[Place]) -> Result<Vec<JointSpec>, String> {
                 pair[0].1.id, pair[1].1.id
             ));
         }
+        // A chain goes from the workpiece, which the table's outermost axis carries.
         if side == Side::Table {
             own.reverse();
         }

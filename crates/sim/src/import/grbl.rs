@@ -3,12 +3,24 @@
 //! $100 to $105 steps/mm (or degree), $110 to $115 rate in mm/min, $120 to $125 acceleration in
 //! mm/s2, $130 to $135 travel in mm, $160 to $165 (grblHAL) backlash in mm, for X Y Z A B C.
 //! Machine coordinates run from minus the travel to 0; where grblHAL sets its origin at the
-//! switches ($22 with 8 in it) and an axis homes downwards ($23), from 0 to the travel.
+//! switches ($22 with 8 in it) and an axis homes downwards ($23), from 0 to the travel. See
+//! <https://github.com/gnea/grbl/wiki/Grbl-v1.1-Configuration>.
 
 use super::draft::{Draft, Fate, Told};
-use super::{number, problem};
+use super::{Format, number, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
+
+/// The format's row. Its files have no extension of their own.
+pub(super) const FORMAT: Format = Format {
+    name: "grbl",
+    extensions: &[],
+    looks_like: |text| {
+        let mut lines = text.lines().map(str::trim);
+        lines.any(|line| line.starts_with("$1") && line.contains('='))
+    },
+    read,
+};
 
 /// Bit of $22: the origin is where the switches are.
 const ORIGIN_AT_HOME: u32 = 8;
@@ -49,13 +61,8 @@ struct Setting<'a> {
 }
 
 /// Reads the settings.
-pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
-    let mut draft = Draft {
-        name: "imported".into(),
-        source: "grbl",
-        ..Draft::default()
-    };
-    draft.kinematics.kind = "cartesian".into();
+fn read(text: &str) -> Result<Draft, Vec<Problem>> {
+    let mut draft = Draft::new("grbl");
     let (mut problems, mut settings) = (Vec::new(), Vec::new());
     for (index, line) in text.lines().enumerate() {
         match setting(&mut draft, index + 1, line.trim()) {
@@ -72,6 +79,7 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
             .and_then(|s| s.value.parse::<u32>().ok())
             .unwrap_or(0)
     };
+    // Axes whose travel runs from 0 upwards: those that home downwards, with the origin there.
     let upwards = if mask(22) & ORIGIN_AT_HOME != 0 {
         mask(23)
     } else {
@@ -137,6 +145,7 @@ fn setting<'a>(
 fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Problem> {
     let Setting { line, code, value } = *setting;
     let name = format!("${code}");
+    // The last digit is the axis, those before it the quantity: $110 is the rate of X.
     let axis = AxisId::from_index((code % 10) as usize)
         .filter(|axis| axis.index() < 6 && (100..170).contains(&code));
     let Some(axis) = axis.filter(|_| !matches!(code / 10, 14 | 15)) else {

@@ -31,11 +31,6 @@ impl<'a> Pins<'a> {
         }
     }
 
-    /// The module's name.
-    pub(super) fn module(&self) -> &'a str {
-        self.module
-    }
-
     /// Where the module is named.
     pub(super) fn line(&self) -> usize {
         self.line
@@ -44,6 +39,7 @@ impl<'a> Pins<'a> {
     /// Takes one HALCMD; false if it is about something else.
     pub(super) fn take(&mut self, line: usize, command: &'a str) -> bool {
         let mut words = command.split_whitespace();
+        // Only `setp PIN VALUE`; nets and other commands carry no number.
         let (Some("setp"), Some(pin), Some(value), None) =
             (words.next(), words.next(), words.next(), words.next())
         else {
@@ -82,7 +78,7 @@ impl<'a> Pins<'a> {
         Ok(Some(number(pin.line, &full, pin.value)? * unit))
     }
 
-    /// A length, or what is filled in for it (mm), with why.
+    /// A length, mm: `missing_mm` where the pin is not set, which is reported with the reason.
     pub(super) fn length(
         &mut self,
         draft: &mut Draft,

@@ -2,13 +2,17 @@
 //! and its chapters on kinematics: which joints they count, and what of them stands in HAL. What an
 //! INI file does not set (`[HAL] HALCMD = setp MODULE.PIN VALUE`) is filled in and told.
 
-use super::dh::serial;
+use super::dh;
 use super::draft::{Draft, Fate};
 use super::hal::Pins;
 use super::problem;
 use crate::machine::{Machine, Problem};
 use lostmotion_base::AxisId;
-use lostmotion_kinematics::chain::{JointSpec, JointType, Side};
+use lostmotion_kinematics::chain::{JointSpec, Side};
+use lostmotion_kinematics::{
+    CartesianSpec, ChainSpec, CoreXySpec, DeltaSpec, KinematicsSpec, ScaraSpec, TrunnionAcSpec,
+    TrunnionBcSpec,
+};
 
 /// A joint by its number: the axis that it becomes, and whether it turns.
 pub(super) type Numbered = (AxisId, bool);
@@ -78,13 +82,13 @@ const MODULES: [Module; 10] = [
         name: "xyzac-trt-kins",
         joints: None,
         coordinates: "XYZAC",
-        describe: trunnion,
+        describe: trunnion_ac,
     },
     Module {
         name: "xyzbc-trt-kins",
         joints: None,
         coordinates: "XYZBC",
-        describe: trunnion,
+        describe: trunnion_bc,
     },
     Module {
         name: "5axiskins",
@@ -172,37 +176,66 @@ impl Module {
 }
 
 fn cartesian(draft: &mut Draft, _: &mut Pins<'_>, _: f64, _: &[Numbered]) -> Result<(), Problem> {
-    draft.kinematics.kind = "cartesian".into();
+    draft.kinematics = CartesianSpec {}.into();
     Ok(())
 }
 
 fn corexy(draft: &mut Draft, _: &mut Pins<'_>, _: f64, _: &[Numbered]) -> Result<(), Problem> {
-    draft.kinematics.kind = "corexy".into();
+    draft.kinematics = CoreXySpec {}.into();
     Ok(())
 }
 
-/// A table that tilts about X (A) or Y (B) with C on it.
-fn trunnion(
+/// Six joints by their Denavit-Hartenberg parameters.
+fn serial(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Result<(), Problem> {
+    dh::serial(draft, pins, mm)
+}
+
+/// A table that tilts about X (A), with C on it.
+fn trunnion_ac(
     draft: &mut Draft,
     pins: &mut Pins<'_>,
     mm: f64,
     _: &[Numbered],
 ) -> Result<(), Problem> {
-    let about_x = pins.module() == "xyzac-trt-kins";
-    draft.kinematics.kind = if about_x {
-        "trunnion-ac"
-    } else {
-        "trunnion-bc"
+    draft.kinematics = TrunnionAcSpec {
+        rotation_point_mm: rotation_point(draft, pins, mm)?,
+        offset_y_mm: pins.told(draft, "y-offset", mm, "kinematics.offset_y_mm")?,
+        offset_z_mm: pins.told(draft, "z-offset", mm, "kinematics.offset_z_mm")?,
+        conventional_directions: Some(conventional(draft, pins)?),
+        ..TrunnionAcSpec::default()
     }
     .into();
+    Ok(())
+}
+
+/// A table that tilts about Y (B), with C on it.
+fn trunnion_bc(
+    draft: &mut Draft,
+    pins: &mut Pins<'_>,
+    mm: f64,
+    _: &[Numbered],
+) -> Result<(), Problem> {
+    draft.kinematics = TrunnionBcSpec {
+        rotation_point_mm: rotation_point(draft, pins, mm)?,
+        offset_x_mm: pins.told(draft, "x-offset", mm, "kinematics.offset_x_mm")?,
+        offset_z_mm: pins.told(draft, "z-offset", mm, "kinematics.offset_z_mm")?,
+        conventional_directions: Some(conventional(draft, pins)?),
+        ..TrunnionBcSpec::default()
+    }
+    .into();
+    Ok(())
+}
+
+/// Where C's axis meets the table, mm; each coordinate that no pin sets is 0.
+fn rotation_point(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64) -> Result<[f64; 3], Problem> {
     let mut point = [0.0; 3];
     let mut pointed = false;
-    for (index, pin) in ["x-rot-point", "y-rot-point", "z-rot-point"]
-        .into_iter()
-        .enumerate()
+    for (slot, pin) in point
+        .iter_mut()
+        .zip(["x-rot-point", "y-rot-point", "z-rot-point"])
     {
         let told = pins.told(draft, pin, mm, "kinematics.rotation_point_mm")?;
-        point[index] = told.unwrap_or(0.0);
+        *slot = told.unwrap_or(0.0);
         pointed |= told.is_some();
     }
     if !pointed {
@@ -214,58 +247,39 @@ fn trunnion(
             note,
         );
     }
-    draft.kinematics.rotation_point_mm = Some(point);
-    if about_x {
-        draft.kinematics.offset_y_mm =
-            pins.told(draft, "y-offset", mm, "kinematics.offset_y_mm")?;
-    } else {
-        draft.kinematics.offset_x_mm =
-            pins.told(draft, "x-offset", mm, "kinematics.offset_x_mm")?;
-    }
-    draft.kinematics.offset_z_mm = pins.told(draft, "z-offset", mm, "kinematics.offset_z_mm")?;
-    draft.kinematics.conventional_directions = Some(pins.bit(
+    Ok(point)
+}
+
+/// Whether positive angles are those of ISO 841; LinuxCNC's default is that they are not.
+fn conventional(draft: &mut Draft, pins: &mut Pins<'_>) -> Result<bool, Problem> {
+    pins.bit(
         draft,
         "conventional-directions",
         "kinematics.conventional_directions",
-    )?);
-    Ok(())
+    )
 }
 
-fn linear(axis: &str, direction: [f64; 3]) -> JointSpec {
-    let (kind, side) = (JointType::Linear, Some(Side::Head));
+/// A slide of the head.
+fn linear(axis: AxisId, direction: [f64; 3]) -> JointSpec {
     JointSpec {
-        axis: axis.into(),
-        kind,
-        side,
-        direction,
-        point_mm: None,
-        sign: None,
-        zero_mm: None,
-        zero_deg: None,
-        wrap: None,
+        side: Some(Side::Head),
+        ..JointSpec::linear(axis, direction)
     }
 }
 
-fn rotary(axis: &str, side: Side, direction: [f64; 3], height_mm: f64, sign: f64) -> JointSpec {
-    let (kind, side, point_mm) = (JointType::Rotary, Some(side), Some([0.0, 0.0, height_mm]));
+/// A rotary joint about an axis through the machine's Z, at a height.
+fn rotary(axis: AxisId, side: Side, direction: [f64; 3], height_mm: f64, sign: f64) -> JointSpec {
     JointSpec {
-        axis: axis.into(),
-        kind,
-        side,
-        direction,
-        point_mm,
         sign: Some(sign),
-        zero_mm: None,
-        zero_deg: None,
-        wrap: None,
+        ..JointSpec::rotary(axis, side, direction, [0.0, 0.0, height_mm])
     }
 }
 
 fn slides() -> [JointSpec; 3] {
     [
-        linear("x", [1.0, 0.0, 0.0]),
-        linear("y", [0.0, 1.0, 0.0]),
-        linear("z", [0.0, 0.0, 1.0]),
+        linear(AxisId::X, [1.0, 0.0, 0.0]),
+        linear(AxisId::Y, [0.0, 1.0, 0.0]),
+        linear(AxisId::Z, [0.0, 0.0, 1.0]),
     ]
 }
 
@@ -274,7 +288,7 @@ fn quill(coordinates: &[Numbered]) -> Option<JointSpec> {
     coordinates
         .iter()
         .any(|(axis, _)| *axis == AxisId::W)
-        .then(|| linear("w", [0.0, 0.0, -1.0]))
+        .then(|| linear(AxisId::W, [0.0, 0.0, -1.0]))
 }
 
 /// A head that tilts (B) on one that turns (C), the tool's tip a pivot's length below.
@@ -295,8 +309,8 @@ fn bridge_mill(
     let (pan, tilt) = ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0]);
     let mut joints = slides().to_vec();
     joints.extend([
-        rotary("c", Side::Head, pan, 0.0, 1.0),
-        rotary("b", Side::Head, tilt, pivot, -1.0),
+        rotary(AxisId::C, Side::Head, pan, 0.0, 1.0),
+        rotary(AxisId::B, Side::Head, tilt, pivot, -1.0),
     ]);
     joints.extend(quill(coordinates));
     chain(draft, joints);
@@ -323,59 +337,71 @@ fn max(
     } else {
         -1.0
     };
-    let mut joints = vec![rotary("c", Side::Table, [0.0, 0.0, 1.0], 0.0, 1.0)];
+    let mut joints = vec![rotary(AxisId::C, Side::Table, [0.0, 0.0, 1.0], 0.0, 1.0)];
     joints.extend(slides());
-    joints.push(rotary("b", Side::Head, [0.0, 1.0, 0.0], pivot, sign));
+    joints.push(rotary(AxisId::B, Side::Head, [0.0, 1.0, 0.0], pivot, sign));
     joints.extend(quill(coordinates));
     chain(draft, joints);
     Ok(())
 }
 
 fn chain(draft: &mut Draft, joints: Vec<JointSpec>) {
-    draft.kinematics.kind = "chain".into();
-    draft.kinematics.joint = joints;
+    draft.kinematics = ChainSpec {
+        joint: joints,
+        ..ChainSpec::default()
+    }
+    .into();
+}
+
+/// The kinematics of a preset whose measures are lent where no pin tells them.
+fn lender(preset: &str, line: usize) -> Result<KinematicsSpec, Problem> {
+    Machine::preset(preset)
+        .map(|machine| machine.kinematics().clone())
+        .map_err(|error| no_lender(preset, &error.to_string(), line))
+}
+
+fn no_lender(preset: &str, found: &str, line: usize) -> Problem {
+    let message = format!("machine `{preset}`, which lends its measures, is {found}");
+    problem(line, "KINS.KINEMATICS", message, "set the pins in [HAL]")
 }
 
 /// Carriages on towers: joint 0 at (0, R), the others 120 degrees clockwise each.
 fn delta(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Result<(), Problem> {
-    let own = Machine::preset("delta")
-        .map(|machine| machine.kinematics().clone())
-        .unwrap_or_default();
+    let own = match lender("delta", pins.line())? {
+        KinematicsSpec::Delta(own) => own,
+        other => return Err(no_lender("delta", other.kind(), pins.line())),
+    };
     let lent = "machine `delta`; LinuxCNC has it in HAL (lineardeltakins.R, .L): set it";
     let radius = pins.length(
         draft,
         "R",
         mm,
-        own.tower_radius_mm.unwrap_or_default(),
+        own.tower_radius_mm,
         "kinematics.tower_radius_mm",
         lent,
     )?;
-    let rod = pins.length(
-        draft,
-        "L",
-        mm,
-        own.rod_mm.unwrap_or_default(),
-        "kinematics.rod_mm",
-        lent,
-    )?;
-    let spec = &mut draft.kinematics;
-    spec.kind = "delta".into();
-    (spec.tower_radius_mm, spec.rod_mm, spec.tower_angles_deg) =
-        (Some(radius), Some(rod), Some([90.0, 330.0, 210.0]));
+    let rod = pins.length(draft, "L", mm, own.rod_mm, "kinematics.rod_mm", lent)?;
+    draft.kinematics = DeltaSpec {
+        tower_radius_mm: radius,
+        rod_mm: rod,
+        tower_angles_deg: Some([90.0, 330.0, 210.0]),
+    }
+    .into();
     Ok(())
 }
 
 /// Two arms about upright axes (joints 0 and 1), a quill that counts downwards (2), a wrist (3).
 fn scara(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Result<(), Problem> {
-    let own = Machine::preset("scara")
-        .map(|machine| machine.kinematics().clone())
-        .unwrap_or_default();
+    let own = match lender("scara", pins.line())? {
+        KinematicsSpec::Scara(own) => own,
+        other => return Err(no_lender("scara", other.kind(), pins.line())),
+    };
     let lent = "machine `scara`; LinuxCNC has it in HAL (scarakins.D2, .D4): set it";
     let upper = pins.length(
         draft,
         "D2",
         mm,
-        own.upper_arm_mm.unwrap_or_default(),
+        own.upper_arm_mm,
         "kinematics.upper_arm_mm",
         lent,
     )?;
@@ -383,10 +409,11 @@ fn scara(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Res
         draft,
         "D4",
         mm,
-        own.forearm_mm.unwrap_or_default(),
+        own.forearm_mm,
         "kinematics.forearm_mm",
         lent,
     )?;
+    // Heights of the links in the order of the chain; the quill goes down from them.
     let mut height = 0.0;
     for (pin, sign) in [("D1", 1.0), ("D3", 1.0), ("D5", -1.0)] {
         height += sign
@@ -407,7 +434,11 @@ fn scara(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Res
     }
     let note = format!("{height} mm less the joint: Z counts upwards here");
     draft.row("axis.z", "turned round", Fate::Used, note);
-    (draft.kinematics.upper_arm_mm, draft.kinematics.forearm_mm) = (Some(upper), Some(fore));
-    draft.kinematics.kind = "scara".into();
+    draft.kinematics = ScaraSpec {
+        upper_arm_mm: upper,
+        forearm_mm: fore,
+        elbow: None,
+    }
+    .into();
     Ok(())
 }

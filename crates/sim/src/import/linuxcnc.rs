@@ -1,14 +1,26 @@
 //! LinuxCNC's INI file: [EMC] MACHINE; [TRAJ] COORDINATES, LINEAR_UNITS, ANGULAR_UNITS; [KINS]
 //! KINEMATICS; and of every [JOINT_n] and [AXIS_L] the limits; [HAL] HALCMD where it sets pins of
-//! the kinematics. Units are those of the machine and seconds.
+//! the kinematics. Units are those of the machine and seconds. See
+//! <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
 
 use super::draft::{Draft, Fate, Told};
 use super::hal::Pins;
 use super::kins::{self, Module, Numbered};
-use super::{number, problem};
+use super::{Format, number, problem};
 use crate::machine::Problem;
 use lostmotion_base::AxisId;
-use lostmotion_kinematics::chain::JointType;
+use lostmotion_kinematics::KinematicsSpec;
+
+/// The format's row.
+pub(super) const FORMAT: Format = Format {
+    name: "linuxcnc",
+    extensions: &["ini"],
+    looks_like: |text| {
+        let mut lines = text.lines().map(str::trim);
+        lines.any(|line| matches!(line, "[EMC]" | "[TRAJ]" | "[KINS]"))
+    },
+    read,
+};
 
 /// A line `KEY = VALUE`.
 struct Entry<'a> {
@@ -61,7 +73,7 @@ fn entries(text: &str) -> Result<Vec<Entry<'_>>, Vec<Problem>> {
 }
 
 /// Reads the file.
-pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     let entries = entries(text)?;
     let first = |sections: &[&str], key: &str| {
         entries
@@ -69,14 +81,11 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
             .find(|entry| sections.contains(&entry.section) && entry.key == key)
     };
     let mut problems = Vec::new();
-    let mut draft = Draft {
-        name: "imported".into(),
-        source: "LinuxCNC",
-        ..Draft::default()
-    };
+    let mut draft = Draft::new("LinuxCNC");
     if let Some(name) = first(&["EMC"], "MACHINE").filter(|entry| !entry.value.is_empty()) {
         draft.name = name.value.to_owned();
     }
+    // KINEMATICS = MODULE [coordinates=LETTERS]: in [KINS], or in [TRAJ] of older files.
     let kins = first(&["KINS", "TRAJ"], "KINEMATICS");
     let mut words = kins
         .map_or("trivkins", |entry| entry.value)
@@ -88,6 +97,7 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
         .map_err(|found| problems.push(found))
         .ok();
     let usual = module.map_or("XYZ", |module| module.coordinates);
+    // Which axes there are: the module's argument, then [TRAJ], then what the module usually has.
     let coordinates = told
         .or_else(|| first(&["TRAJ"], "COORDINATES").map(|entry| entry.value))
         .unwrap_or(usual);
@@ -96,6 +106,7 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
         .filter_map(AxisId::from_letter)
         .map(|axis| (axis, axis.is_rotary()))
         .collect();
+    // Factors from the machine's units to mm and degrees.
     let scale = Units {
         linear: match first(&["TRAJ"], "LINEAR_UNITS").map_or("mm", |entry| entry.value) {
             "inch" | "in" | "imperial" => 25.4,
@@ -112,6 +123,7 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
         words_too: module.is_none_or(Module::words_are_joints),
         units: scale,
     };
+    // Pins of the kinematics wait for the module; any other key is taken or reported as ignored.
     let mut pins = Pins::new(name, line);
     for entry in &entries {
         if (entry.section, entry.key) == ("HAL", "HALCMD") && pins.take(entry.line, entry.value) {
@@ -144,20 +156,19 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
 
 /// All joints of the kinematics have axes, and nothing else has.
 fn complete(draft: &mut Draft) {
-    let of_chain = draft.kinematics.joint.iter().filter_map(|joint| {
-        let axis = AxisId::ALL
-            .into_iter()
-            .find(|axis| joint.axis.starts_with(axis.letter().to_ascii_lowercase()))?;
-        Some((axis, joint.kind == JointType::Rotary))
-    });
-    let joints: Vec<Numbered> = match draft.kinematics.kind.as_str() {
-        "chain" => of_chain.collect(),
-        "delta" => [AxisId::X, AxisId::Y, AxisId::Z]
+    let joints: Vec<Numbered> = match &draft.kinematics {
+        KinematicsSpec::Chain(chain) => chain
+            .joint
+            .iter()
+            .filter_map(|joint| Some((joint.axis_id()?, joint.is_rotary())))
+            .collect(),
+        KinematicsSpec::Delta(_) => [AxisId::X, AxisId::Y, AxisId::Z]
             .map(|axis| (axis, false))
             .to_vec(),
-        "scara" => kins::SCARA.to_vec(),
+        KinematicsSpec::Scara(_) => kins::SCARA.to_vec(),
         _ => return,
     };
+    // Axes that the kinematics does not have are dropped, and reported.
     let (kept, left): (Vec<_>, Vec<_>) = draft
         .axes
         .drain(..)

@@ -3,74 +3,90 @@
 //! Other formats tell axes, travel and speeds at best; drive, motor and load, gap and jerk come
 //! from a machine that is named. Every key that was read, ignored or filled in is reported, and the
 //! file says behind every value where it is from.
+//!
+//! A format is one file, which reads text into a `Draft` and says how the format is recognised, and
+//! one line in `formats!` below.
 
 mod dh;
 mod draft;
 mod fill;
-mod freecad;
 mod freecad_chain;
-mod grbl;
 mod hal;
 mod kins;
-mod linuxcnc;
-mod urdf;
 
 pub use draft::{Fate, Row};
 
 use crate::machine::MachineError;
 use crate::machine::Problem;
+use draft::Draft;
 
-/// A format that can be imported.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ImportFormat {
-    /// LinuxCNC's INI file: <https://linuxcnc.org/docs/stable/html/config/ini-config.html>.
-    LinuxCnc,
-    /// What grbl and grblHAL answer to `$$`:
-    /// <https://github.com/gnea/grbl/wiki/Grbl-v1.1-Configuration>.
-    Grbl,
-    /// FreeCAD's machine library (JSON).
-    FreeCad,
-    /// Unified robot description (XML): <https://wiki.ros.org/urdf/XML>.
-    Urdf,
+/// A format, as its file describes it.
+struct Format {
+    /// Its name for people.
+    name: &'static str,
+    /// Extensions of file names, in lower case, that only this format has.
+    extensions: &'static [&'static str],
+    /// Whether a text of unknown extension is in this format.
+    looks_like: fn(&str) -> bool,
+    /// Reads a text.
+    read: fn(&str) -> Result<Draft, Vec<Problem>>,
+}
+
+/// Makes, from one line a format, the module, the variant of [`ImportFormat`] and its row:
+/// `file: Variant "what it is";`. The file has a constant `FORMAT`.
+macro_rules! formats {
+    ($($file:ident: $format:ident $about:literal;)*) => {
+        $(mod $file;)*
+
+        /// A format that can be imported.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[non_exhaustive]
+        pub enum ImportFormat {
+            $(
+                #[doc = $about]
+                $format,
+            )*
+        }
+
+        /// How many formats there are.
+        const FORMATS: usize = [$(ImportFormat::$format),*].len();
+
+        impl ImportFormat {
+            /// All of them, by the names that people give.
+            pub const NAMES: [(&'static str, ImportFormat); FORMATS] =
+                [$(($file::FORMAT.name, ImportFormat::$format)),*];
+
+            fn format(self) -> &'static Format {
+                match self {
+                    $(ImportFormat::$format => &$file::FORMAT,)*
+                }
+            }
+        }
+    };
+}
+
+formats! {
+    linuxcnc: LinuxCnc "LinuxCNC's INI file.";
+    grbl: Grbl "What grbl and grblHAL answer to `$$`.";
+    freecad: FreeCad "FreeCAD's machine library (JSON).";
+    urdf: Urdf "Unified robot description (XML).";
 }
 
 impl ImportFormat {
-    /// All of them, by the names that people give.
-    pub const NAMES: [(&'static str, ImportFormat); 4] = [
-        ("linuxcnc", ImportFormat::LinuxCnc),
-        ("grbl", ImportFormat::Grbl),
-        ("freecad", ImportFormat::FreeCad),
-        ("urdf", ImportFormat::Urdf),
-    ];
-
-    /// By extension, then by what the text looks like.
+    /// By extension, then by what the text looks like; `None` if no format claims it.
     pub fn recognise(name: &str, text: &str) -> Option<ImportFormat> {
+        let all = || ImportFormat::NAMES.into_iter().map(|(_, format)| format);
         let extension = name
             .rsplit_once('.')
-            .map(|(_, extension)| extension.to_ascii_lowercase());
-        match extension.as_deref() {
-            Some("ini") => return Some(ImportFormat::LinuxCnc),
-            Some("fcm") => return Some(ImportFormat::FreeCad),
-            Some("urdf") => return Some(ImportFormat::Urdf),
-            _ => {}
-        }
-        let lines = || text.lines().map(str::trim);
-        if lines().any(|line| line.starts_with("$1") && line.contains('=')) {
-            return Some(ImportFormat::Grbl);
-        }
-        if text.contains("<robot") {
-            return Some(ImportFormat::Urdf);
-        }
-        if text.trim_start().starts_with('{') {
-            return Some(ImportFormat::FreeCad);
-        }
-        lines()
-            .any(|line| matches!(line, "[EMC]" | "[TRAJ]" | "[KINS]"))
-            .then_some(ImportFormat::LinuxCnc)
+            .map(|(_, extension)| extension.to_ascii_lowercase())
+            .unwrap_or_default();
+        all()
+            .find(|format| format.format().extensions.contains(&extension.as_str()))
+            .or_else(|| all().find(|format| (format.format().looks_like)(text)))
     }
 }
 
-/// The longest text that is read.
+/// Longest text that is read, bytes: a description of a machine has some thousand.
 const MAX_BYTES: usize = 4 * 1024 * 1024;
 
 /// What came of an import.
@@ -102,13 +118,7 @@ pub fn import(
         );
         return Err(fail(vec![problem(1, "", message, "")]));
     }
-    let draft = match format {
-        ImportFormat::LinuxCnc => linuxcnc::read(text),
-        ImportFormat::Grbl => grbl::read(text),
-        ImportFormat::FreeCad => freecad::read(text),
-        ImportFormat::Urdf => urdf::read(text),
-    }
-    .map_err(fail)?;
+    let draft = (format.format().read)(text).map_err(fail)?;
     fill::machine(name, draft, preset).map_err(fail)
 }
 
@@ -124,7 +134,7 @@ fn problem(line: usize, key: &str, message: impl Into<String>, hint: &str) -> Pr
     }
 }
 
-/// A number, or what is wrong with it.
+/// A finite number.
 fn number(line: usize, key: &str, text: &str) -> Result<f64, Problem> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),

@@ -3,16 +3,24 @@
 //! Each joint's `origin` places it in its parent's frame with everything at zero, `axis` is its
 //! direction there; lengths in m, angles in rad. A tree with two ends is a machine with table and
 //! spindle where the name of one end begins with `work`, `table` or `part`: joints on the way there
-//! move the workpiece and count against their direction.
+//! move the workpiece and count against their direction. See <https://wiki.ros.org/urdf/XML>.
 
-use super::draft::{Draft, Fate, Told};
-use super::problem;
+use super::draft::{Draft, Fate, Told, clean};
+use super::{Format, problem};
 use crate::machine::Problem;
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, math};
-use lostmotion_kinematics::Words;
-use lostmotion_kinematics::chain::{GaugeSpec, JointSpec, JointType, Side};
+use lostmotion_kinematics::chain::{GaugeSpec, JointSpec, Side};
+use lostmotion_kinematics::{ChainSpec, Words};
 use roxmltree::{Document, Node};
+
+/// The format's row.
+pub(super) const FORMAT: Format = Format {
+    name: "urdf",
+    extensions: &["urdf"],
+    looks_like: |text| text.contains("<robot"),
+    read,
+};
 
 /// URDF is in metres.
 const MM_PER_M: f64 = 1e3;
@@ -74,7 +82,7 @@ fn vector(node: Option<Node<'_, '_>>, attribute: &str, default: Vector) -> Resul
 }
 
 /// Reads the file.
-pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
+fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     let document = Document::parse(text).map_err(|error| {
         vec![problem(
             error.pos().row as usize,
@@ -103,11 +111,10 @@ pub(super) fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     if !problems.is_empty() {
         return Err(problems);
     }
-    let mut draft = Draft {
-        name: robot.attribute("name").unwrap_or("imported").to_owned(),
-        source: "URDF",
-        ..Draft::default()
-    };
+    let mut draft = Draft::new("URDF");
+    if let Some(name) = robot.attribute("name") {
+        draft.name = name.to_owned();
+    }
     for node in robot.children().filter(|node| {
         node.is_element() && !node.has_tag_name("joint") && !node.has_tag_name("link")
     }) {
@@ -172,6 +179,7 @@ fn path<'a, 'b>(joints: &'b [Joint<'a>], end: &str) -> Vec<&'b Joint<'a>> {
 }
 
 fn build(draft: &mut Draft, joints: &[Joint<'_>]) -> Result<(), Problem> {
+    // Links that carry no other end the tree.
     let ends: Vec<&str> = joints
         .iter()
         .map(|joint| joint.child)
@@ -205,21 +213,24 @@ fn build(draft: &mut Draft, joints: &[Joint<'_>]) -> Result<(), Problem> {
     let (point, frame) = side(draft, &path(joints, tool), Side::Head, &mut chain)?;
     let column = |i: usize| [frame[0][i], frame[1][i], frame[2][i]];
     // The tool points along the last link's Z: from the tip to the spindle is against it.
-    draft.kinematics.gauge = Some(GaugeSpec {
+    let gauge = GaugeSpec {
         point_mm: point,
         axis: column(2).map(|c| -c),
         x_axis: column(0),
-    });
-    draft.kinematics.kind = "chain".into();
-    let linear = ["x", "y", "z"].iter().all(|letter| {
+    };
+    // Without three slides the words cannot be joints.
+    let has_slides = [AxisId::X, AxisId::Y, AxisId::Z].iter().all(|axis| {
         chain
             .iter()
-            .any(|joint: &JointSpec| joint.axis == *letter && joint.kind == JointType::Linear)
+            .any(|joint: &JointSpec| joint.axis_id() == Some(*axis) && !joint.is_rotary())
     });
-    if !linear {
-        draft.kinematics.words = Some(Words::Pose);
+    draft.kinematics = ChainSpec {
+        words: (!has_slides).then_some(Words::Pose),
+        gauge: Some(gauge),
+        joint: chain,
+        ..ChainSpec::default()
     }
-    draft.kinematics.joint = chain;
+    .into();
     Ok(())
 }
 
@@ -236,6 +247,7 @@ fn side(
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
     );
     for joint in way {
+        // The joint's frame at zero: its origin in the parent's frame, then its turn.
         let step = turned(&frame, joint.place);
         point = std::array::from_fn(|i| point[i] + step[i]);
         frame = times(&frame, &joint.turn);
@@ -268,21 +280,17 @@ fn side(
                 "at most nine joints",
             )
         })?;
-        let clean = |v: Vector| v.map(|c| if c.abs() < 1e-12 { 0.0 } else { c });
+        let direction = clean(turned(&frame, joint.axis));
+        let spec = if rotary {
+            JointSpec::rotary(axis, side, direction, clean(point))
+        } else {
+            JointSpec::linear(axis, direction)
+        };
         chain.push(JointSpec {
-            axis: axis.letter().to_ascii_lowercase().to_string(),
-            kind: if rotary {
-                JointType::Rotary
-            } else {
-                JointType::Linear
-            },
             side: Some(side),
-            direction: clean(turned(&frame, joint.axis)),
-            point_mm: rotary.then_some(clean(point)),
             sign: (side == Side::Table).then_some(-1.0),
-            zero_mm: None,
-            zero_deg: None,
             wrap: (joint.kind == "continuous").then_some(true),
+            ..spec
         });
         limits(draft, joint, axis, rotary)?;
     }
@@ -304,6 +312,7 @@ fn letter(draft: &Draft, name: &str, rotary: bool) -> Option<AxisId> {
 }
 
 fn limits(draft: &mut Draft, joint: &Joint<'_>, axis: AxisId, rotary: bool) -> Result<(), Problem> {
+    // URDF's m and rad in mm and degrees.
     let scale = if rotary { deg(1.0) } else { MM_PER_M };
     draft.row(
         format!("joint {}", joint.name),

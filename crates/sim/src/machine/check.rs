@@ -6,14 +6,12 @@ use super::problem::{Problem, number};
 use super::section::join;
 use super::settings::{BOW_LIMIT_UM, Position};
 use super::{General, MachineAxis, WorkOffsets, reach};
-use lostmotion_base::names::did_you_mean;
 use lostmotion_base::units::deg;
 use lostmotion_base::{AxisId, AxisSet, Coords};
 use lostmotion_drive::AxisConfigError;
 use lostmotion_drive::config::CompensatorSettings;
 use lostmotion_drive::config::Transmission;
 use lostmotion_kinematics::Kinematics;
-use lostmotion_kinematics::chain::JointType;
 use lostmotion_methods::AxisConfig;
 
 /// Checks every axis for itself.
@@ -124,14 +122,9 @@ pub(super) fn transmissions(
 
 /// Whether an axis has to turn: a chain says itself which of its joints do.
 fn turns(general: Option<&General>, axis: AxisId) -> bool {
-    let joints = general
-        .map(|general| general.kinematics.joint.as_slice())
-        .unwrap_or_default();
-    let told = joints
-        .iter()
-        .find(|joint| joint.axis.starts_with(axis.letter().to_ascii_lowercase()));
-    // Without a chain the letter decides: A, B, C turn.
-    told.map_or(axis.is_rotary(), |joint| joint.kind == JointType::Rotary)
+    general.map_or(axis.is_rotary(), |general| {
+        general.kinematics.is_rotary(axis)
+    })
 }
 
 fn kind_of_motion(
@@ -337,16 +330,7 @@ fn kinematics(
     let kinematics = match lostmotion_kinematics::build_within(&general.kinematics, &reach(axes)) {
         Ok(kinematics) => kinematics,
         Err(error) => {
-            let kinds: Vec<&str> = lostmotion_kinematics::entries()
-                .iter()
-                .map(|entry| entry.kind)
-                .collect();
-            let hint = if kinds.contains(&general.kinematics.kind.as_str()) {
-                String::new()
-            } else {
-                did_you_mean(&general.kinematics.kind, &kinds)
-            };
-            problems.push(document.problem("kinematics.kind", error.to_string(), hint));
+            problems.push(document.problem("kinematics.kind", error.to_string(), ""));
             return;
         }
     };

@@ -55,6 +55,7 @@ impl MachineFile {
     ///
     /// ```
     /// use lostmotion_base::AxisId;
+    /// use lostmotion_kinematics::CartesianSpec;
     /// use lostmotion_sim::Machine;
     /// use lostmotion_sim::machine::{AxisFile, LimitsTable, LinearLimits, MachineFile};
     ///
@@ -65,7 +66,7 @@ impl MachineFile {
     ///     acceleration_mm_s2: 2000.0,
     ///     jerk_mm_s3: 40_000.0,
     /// });
-    /// let mut file = MachineFile::new("plotter", "cartesian");
+    /// let mut file = MachineFile::new("plotter", CartesianSpec {});
     /// // The X axis of a preset is a good start; every field of it may be changed.
     /// let mill = Machine::preset("vmc3")?;
     /// let x = &mill.axis(AxisId::X).ok_or("no X")?.config;
@@ -77,13 +78,9 @@ impl MachineFile {
     /// assert_eq!(machine.drives(), ["x", "y"]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn new(name: impl Into<String>, kinematics: &str) -> MachineFile {
-        let kinematics = KinematicsSpec {
-            kind: kinematics.to_owned(),
-            ..KinematicsSpec::default()
-        };
+    pub fn new(name: impl Into<String>, kinematics: impl Into<KinematicsSpec>) -> MachineFile {
         MachineFile {
-            general: General::new(name.into(), kinematics),
+            general: General::new(name.into(), kinematics.into()),
             gantry: None,
             axis: BTreeMap::new(),
         }

@@ -11,7 +11,7 @@ use super::read::Head;
 use super::settings::{Homes, PlannerSettings, Position, SimulateSettings, ToolEntry, WorkOffsets};
 use super::{Change, Machine};
 use lostmotion_drive::config::Cycles;
-use lostmotion_kinematics::KinematicsSpec;
+use lostmotion_kinematics::{KINDS, KindSpec, KindVisitor, KinematicsSpec};
 use lostmotion_methods::AxisConfig;
 use serde::de::value::{Error, StrDeserializer};
 use serde::de::{
@@ -19,6 +19,7 @@ use serde::de::{
     SeqAccess, VariantAccess, Visitor,
 };
 use std::cell::Cell;
+use std::collections::BTreeSet;
 
 /// A key of machine files.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,7 +43,7 @@ pub fn keys() -> Vec<KeyInfo> {
     let mut all = Vec::new();
     walk::<Head>("", &mut all);
     walk::<Cycles>("cycles", &mut all);
-    walk::<KinematicsSpec>("kinematics", &mut all);
+    walk_kinematics(&mut all);
     walk::<PlannerSettings>("planner", &mut all);
     walk::<SimulateSettings>("simulate", &mut all);
     walk::<Position>("start", &mut all);
@@ -58,6 +59,33 @@ pub fn keys() -> Vec<KeyInfo> {
         !info.key.starts_with("axis.x.cycles") && !info.key.contains("second.cycles")
     });
     all
+}
+
+/// Lists the keys of `[kinematics]`: `kind`, and those of every kind, each once.
+fn walk_kinematics(all: &mut Vec<KeyInfo>) {
+    struct Walk<'a>(&'a mut Vec<KeyInfo>);
+    impl KindVisitor for Walk<'_> {
+        type Output = ();
+
+        fn visit<S: KindSpec>(self) {
+            walk::<S>("kinematics", self.0);
+        }
+    }
+    let kinds: Vec<&str> = KINDS.iter().map(|info| info.kind).collect();
+    let mut found = vec![KeyInfo {
+        key: "kinematics.kind".to_owned(),
+        kind: format!("one of {}", kinds.join(", ")),
+        field: "KindInfo.kind".to_owned(),
+    }];
+    for kind in kinds {
+        // Every name of the table is a kind.
+        let _ = KinematicsSpec::visit_kind(kind, Walk(&mut found));
+    }
+    let mut seen = BTreeSet::new();
+    found.retain(|info| seen.insert(info.key.clone()));
+    // Keys of the table itself come before those of the tables in it.
+    found.sort_by_key(|info| info.key.matches('.').count() > 1);
+    all.append(&mut found);
 }
 
 /// One step from a type into what it is made of.

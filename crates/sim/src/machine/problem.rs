@@ -22,6 +22,9 @@ pub struct Problem {
 /// Message of a key that is not there.
 pub(super) const MISSING: &str = "missing";
 
+/// Message of a key that the type under it does not have.
+pub(super) const UNKNOWN_KEY: &str = "unknown key";
+
 impl Problem {
     /// The key that an unknown key was meant to be: told to be missing, too, it would only be told
     /// twice.

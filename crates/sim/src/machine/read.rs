@@ -2,7 +2,7 @@
 
 use super::document::{Change, ChangedText, Document, not_finite};
 use super::limits::{LimitsTable, LinearLimits, RotaryLimits};
-use super::problem::{MachineError, Problem};
+use super::problem::{MachineError, Problem, UNKNOWN_KEY};
 use super::section::{join, read};
 use super::{
     General, Homes, Machine, MachineAxis, PlannerSettings, SimulateSettings, ToolEntry, WorkOffsets,
@@ -12,6 +12,7 @@ use lostmotion_base::AxisId;
 use lostmotion_base::names::did_you_mean;
 use lostmotion_drive::config::Cycles;
 use lostmotion_gcode::Dialect;
+use lostmotion_kinematics::{KINDS, KindInfo, KindSpec, KindVisitor, KinematicsSpec};
 use lostmotion_methods::AxisConfig;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -169,14 +170,7 @@ fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<
         head.remove(table);
     }
     let head: Option<Head> = read(document, "", &spanned(head, 0..0), &TABLES, problems);
-    let kinematics = table(document, "kinematics", problems);
-    if !document.root.contains_key("kinematics") {
-        problems.push(document.problem(
-            "kinematics",
-            "missing",
-            "add a table [kinematics] with kind = \"cartesian\"",
-        ));
-    }
+    let kinematics = read_kinematics(document, problems);
     let cycles: Option<Cycles> = table_or_default(document, "cycles", problems);
     let planner: Option<PlannerSettings> = table_or_default(document, "planner", problems);
     let simulate: Option<SimulateSettings> = table_or_default(document, "simulate", problems);
@@ -202,6 +196,95 @@ fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<
         home: home?,
         tool: tool?,
     })
+}
+
+/// The key of `[kinematics]` that all kinds have.
+#[derive(Deserialize)]
+struct KindName {
+    kind: String,
+}
+
+/// `[kinematics]`: `kind` says which type the other keys are read into.
+fn read_kinematics(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<KinematicsSpec> {
+    let Some(part) = document.root.get("kinematics") else {
+        problems.push(document.problem(
+            "kinematics",
+            "missing",
+            "add a table [kinematics] with kind = \"cartesian\"",
+        ));
+        return None;
+    };
+    let KindName { kind } = read(document, "kinematics", part, &[], problems)?;
+    let mut keys = part.get_ref().as_table()?.clone();
+    keys.remove("kind");
+    let before = problems.len();
+    let read = KinematicsSpec::visit_kind(
+        &kind,
+        KindReader {
+            document,
+            part: spanned(keys, part.span()),
+            problems,
+        },
+    );
+    for problem in problems.iter_mut().skip(before) {
+        tell_other_kinds(problem, &kind);
+    }
+    match read {
+        Ok(spec) => spec,
+        Err(unknown) => {
+            let known: Vec<&str> = KINDS.iter().map(|info| info.kind).collect();
+            let hint = did_you_mean(&kind, &known);
+            problems.push(document.problem("kinematics.kind", unknown.to_string(), hint));
+            None
+        }
+    }
+}
+
+/// Reads the keys of a kind.
+struct KindReader<'a, 'd> {
+    document: &'a Document<'d>,
+    part: Spanned<DeValue<'a>>,
+    problems: &'a mut Vec<Problem>,
+}
+
+impl KindVisitor for KindReader<'_, '_> {
+    type Output = Option<KinematicsSpec>;
+
+    fn visit<S: KindSpec>(self) -> Option<KinematicsSpec> {
+        let spec: Option<S> = read(
+            self.document,
+            "kinematics",
+            &self.part,
+            &["kind"],
+            self.problems,
+        );
+        spec.map(Into::into)
+    }
+}
+
+/// Says of a key that only other kinds have which these are.
+fn tell_other_kinds(problem: &mut Problem, kind: &str) {
+    let Some(key) = problem
+        .key
+        .strip_prefix("kinematics.")
+        .filter(|_| problem.message == UNKNOWN_KEY)
+    else {
+        return;
+    };
+    let others: Vec<&str> = KINDS
+        .iter()
+        .filter(|info| info.keys().contains(&key))
+        .map(|info| info.kind)
+        .collect();
+    if others.is_empty() {
+        return;
+    }
+    problem.message = format!("is a key of kind {}, not of {kind}", others.join(", "));
+    let own = KINDS.iter().find(|info| info.kind == kind);
+    problem.hint = match own.map(KindInfo::keys) {
+        None | Some([]) => format!("{kind} has no keys besides `kind`"),
+        Some(keys) => format!("{kind} takes {}", keys.join(", ")),
+    };
 }
 
 fn table<T: DeserializeOwned>(

@@ -6,7 +6,7 @@
 //! or of the wrong type. What was read from a mended copy is thrown away.
 
 use super::document::{Document, path_of_span};
-use super::problem::{MISSING, Problem};
+use super::problem::{MISSING, Problem, UNKNOWN_KEY};
 use lostmotion_base::names::did_you_mean;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -82,12 +82,12 @@ fn describe(
         known.extend_from_slice(also);
         // Mixing up distance and angle is no misspelling: the nearest name would mislead.
         if let Some(hint) = gap_hint(unknown, &known) {
-            return document.problem_at(span.start, path, "unknown key".to_owned(), hint);
+            return document.problem_at(span.start, path, UNKNOWN_KEY.to_owned(), hint);
         }
         let what = if message.starts_with("unknown variant") {
             format!("`{unknown}` is not known")
         } else {
-            "unknown key".to_owned()
+            UNKNOWN_KEY.to_owned()
         };
         return document.problem_at(span.start, path, what, did_you_mean(unknown, &known));
     }

@@ -2,6 +2,7 @@
 //! they are bad.
 use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, Coords};
+use lostmotion_kinematics::KinematicsSpec;
 use lostmotion_sim::Machine;
 use lostmotion_sim::import::{Fate, ImportFormat, Imported, import};
 
@@ -335,8 +336,12 @@ fn linuxcnc_trunnion_pins() {
     let pins = "[HAL]\nHALCMD = setp xyzac-trt-kins.x-rot-point 1\nHALCMD = setp xyzac-trt-kins.z-rot-point -2.5\nHALCMD = setp xyzac-trt-kins.y-offset 0.5\nHALCMD = setp xyzac-trt-kins.z-offset 2\nHALCMD = setp xyzac-trt-kins.conventional-directions 1\nHALCMD = net on foo\n";
     let head = "[KINS]\nKINEMATICS = xyzac-trt-kins\n";
     let (told, machine) = imported("trt.ini", &format!("{head}{axes}{pins}"));
-    let spec = machine.kinematics();
-    assert_eq!(spec.rotation_point_mm, Some([25.4, 0.0, -63.5]));
+    let trunnion = |machine: &Machine| match machine.kinematics() {
+        KinematicsSpec::TrunnionAc(spec) => *spec,
+        other => panic!("{other:?}"),
+    };
+    let spec = trunnion(&machine);
+    assert_eq!(spec.rotation_point_mm, [25.4, 0.0, -63.5]);
     assert_eq!(
         (
             spec.offset_y_mm,
@@ -356,7 +361,7 @@ fn linuxcnc_trunnion_pins() {
     assert_eq!(fates(&told, "[HAL] HALCMD"), [Fate::Ignored]);
     assert!(fates(&told, "kinematics.rotation_point_mm").is_empty());
     let (untold, machine) = imported("trt.ini", &format!("{head}{axes}"));
-    assert_eq!(machine.kinematics().rotation_point_mm, Some([0.0; 3]));
+    assert_eq!(trunnion(&machine).rotation_point_mm, [0.0; 3]);
     assert_eq!(
         fates(&untold, "kinematics.rotation_point_mm"),
         [Fate::Filled]

@@ -2,6 +2,7 @@
 //! formulas, written here once more. FreeCAD's axes become chains.
 use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, Coords, math};
+use lostmotion_kinematics::KinematicsSpec;
 use lostmotion_sim::Machine;
 use lostmotion_sim::import::{Fate, ImportFormat, Imported, import};
 use std::fmt::Write;
@@ -332,8 +333,10 @@ const TRUNNION: &str = r#"{
 #[test]
 fn freecad_machines_with_rotary_axes_are_chains() {
     let (imported, machine) = freecad(TRUNNION);
-    let order: Vec<&str> = machine
-        .kinematics()
+    let KinematicsSpec::Chain(chain) = machine.kinematics() else {
+        panic!("{:?}", machine.kinematics());
+    };
+    let order: Vec<&str> = chain
         .joint
         .iter()
         .map(|joint| joint.axis.as_str())
@@ -370,7 +373,7 @@ fn freecad_machines_with_rotary_axes_are_chains() {
     );
     let untold = TRUNNION.replace("\"parent\": \"A\"", "\"parent\": \"Y\"");
     let (imported, machine) = freecad(&untold);
-    assert_eq!(machine.kinematics().kind, "cartesian");
+    assert_eq!(machine.kinematics().kind(), "cartesian");
     assert!(
         imported.rows.iter().any(|row| row.key == "kinematics.kind"
             && row.note.contains("which of A and C carries the other")),

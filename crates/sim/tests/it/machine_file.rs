@@ -232,6 +232,38 @@ fn wrong_types_and_missing_values_are_named() {
 }
 
 #[test]
+fn keys_of_another_kinematics_say_whose_they_are() {
+    check(
+        "kind = \"cartesian\"",
+        "kind = \"cartesian\"\nrod_mm = 320.0",
+        "rod_mm",
+        "kinematics.rod_mm",
+        "is a key of kind delta, not of cartesian\n  hint: cartesian has no keys besides `kind`",
+    );
+    check(
+        "kind = \"cartesian\"",
+        "kind = \"delta\"\nrod_mm = 320.0\ntower_radius_mm = 150.0\noffset_x_mm = 1.0",
+        "offset_x_mm",
+        "kinematics.offset_x_mm",
+        "is a key of kind trunnion-bc, not of delta\n  hint: delta takes tower_radius_mm, rod_mm",
+    );
+    check(
+        "kind = \"cartesian\"",
+        "kind = \"delta\"\nrod_mm = 320.0\ntower_radius = 150.0",
+        "tower_radius",
+        "kinematics.tower_radius",
+        "did you mean `tower_radius_mm`?",
+    );
+    check(
+        "kind = \"cartesian\"",
+        "kind = \"scara\"\nupper_arm_mm = 300.0",
+        "[kinematics]",
+        "kinematics.forearm_mm",
+        "add `forearm_mm` here",
+    );
+}
+
+#[test]
 fn parts_that_do_not_go_together_are_refused() {
     check(
         "kind = \"cartesian\"",

@@ -50,6 +50,7 @@ impl Numeric {
     }
 
     pub(super) fn jacobian(&self, joints: &Coords, tool: &[f64; 3]) -> Jacobian {
+        // Turns are taken in the tool's frame and times an arm, so that all rows are lengths.
         let mut matrix = Jacobian::zeros();
         let frame = self.frame(joints);
         for (joint, (linear, angular)) in self
@@ -115,8 +116,8 @@ impl Numeric {
         [way[0], way[1], way[2], told(0), told(1), last]
     }
 
-    /// Angle-like size of what is still to turn: the first-order turn vanishes at half a turn, too,
-    /// which is told apart here.
+    /// Whether the tool's frame is more than a right angle from the target's: the first-order turn
+    /// vanishes at half a turn, too.
     pub(super) fn is_turned_away(
         &self,
         target: &Pose<f64>,
@@ -134,6 +135,7 @@ impl Numeric {
     pub(super) fn inverse_of(jacobian: &Jacobian, damping: f64) -> Option<SMatrix<f64, AXES, 6>> {
         let mut square = jacobian * jacobian.transpose();
         let lambda = damping * square.trace() + f64::MIN_POSITIVE;
+        // Marquardt's damping relative to the size of J J': steps stay finite at singular poses.
         for i in 0..6 {
             square[(i, i)] += lambda;
         }

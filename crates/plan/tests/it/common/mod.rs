@@ -5,7 +5,7 @@ pub(crate) mod generate;
 pub(crate) mod paced;
 
 use lostmotion_base::{AxisLimits, BlockRef, Coords, math};
-use lostmotion_kinematics::{Kinematics, KinematicsSpec, build};
+use lostmotion_kinematics::{CartesianSpec, Kinematics, build};
 use lostmotion_path::{Arc as PathArc, ArcSpec, Curve, Plane};
 use lostmotion_plan::{
     FeedLimit, Move, PathControl, PlanItem, Planner, PlannerConfig, Quality, Sample,
@@ -21,13 +21,7 @@ pub(crate) const LIMITS: AxisLimits = AxisLimits {
 };
 
 pub(crate) fn cartesian() -> Arc<dyn Kinematics> {
-    Arc::from(
-        build(&KinematicsSpec {
-            kind: "cartesian".into(),
-            ..KinematicsSpec::default()
-        })
-        .unwrap(),
-    )
+    Arc::from(build(&CartesianSpec {}.into()).unwrap())
 }
 
 pub(crate) fn three_axes() -> PlannerConfig {
