@@ -38,4 +38,4 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 // line 2: rapid to [10.0, 0.0]
 // line 4: feed to [20.0, 0.0]
 // line 5: arc, -1 turns
-// error[missing-number]: line 6, column 5: a number is missing after X in ``
+// error[missing-number]: line 6, column 5: a number is missing after X in `G1 X`

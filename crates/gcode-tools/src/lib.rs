@@ -21,5 +21,4 @@ pub mod document;
 pub mod explain;
 pub mod format;
 pub mod lint;
-mod raw_lines;
 pub mod writer;

@@ -10,9 +10,9 @@
 //! ```
 
 use crate::dialect::{LENIENCIES, Leniency};
-pub use crate::problem::CatalogRow;
+pub use crate::finding::CatalogRow;
+use crate::finding::Severity;
 use crate::problem::ROWS;
-use crate::severity::Severity;
 use std::fmt::Write;
 
 /// Advice for leniencies that are notes.
@@ -86,7 +86,7 @@ fn cell(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::code::Code;
+    use crate::codes::Code;
     use crate::problem::Problem;
     use std::collections::BTreeSet;
 

@@ -1,10 +1,10 @@
 //! What the front end has to say about a program.
 
 use crate::dialect::Leniency;
+use crate::finding::Severity;
 use crate::problem::Problem;
 use crate::provenance::Provenance;
 use crate::provenance::{LoadedFile, SourceFiles};
-use crate::severity::Severity;
 use lostmotion_base::span::BlockRef;
 
 /// One finding, with its place in the source.

@@ -4,7 +4,7 @@
 //! so with a warning of its own code the first time. A [`Dialect`] is a set of leniencies, and how
 //! a few words are meant that controls disagree about.
 
-use crate::severity::{Severity, severity};
+use crate::finding::{Severity, severity};
 use Dialect::{Fanuc, Haas, Klipper, LinuxCnc, Marlin, Siemens};
 use serde::{Deserialize, Serialize};
 

@@ -24,16 +24,14 @@
 //! and gets what each does; [`Program::run_block`] reads a file block by block; [`Blocks`]
 //! only parses.
 
-pub mod blocks;
 pub mod canon;
 pub mod catalog;
-pub mod code;
 pub mod codes;
 pub mod config;
 pub mod diagnostics;
 pub mod dialect;
 mod exec;
-pub mod feeder;
+pub mod finding;
 pub mod interpreter;
 pub mod limits;
 pub mod motion;
@@ -42,20 +40,18 @@ pub mod parameters;
 pub mod problem;
 pub mod program;
 pub mod provenance;
-pub mod severity;
 mod source;
 pub mod state;
 pub mod syntax;
 pub mod tool_table;
 mod turning;
 
-pub use blocks::{Blocks, ParsedBlock};
-pub use code::Code;
+pub use codes::Code;
 pub use config::InterpreterConfig;
 pub use diagnostics::{Diagnostic, Diagnostics};
 pub use dialect::{Dialect, Leniencies, Leniency};
-pub use feeder::{Fed, Feeder};
-pub use interpreter::{Interpreter, Place, Step};
+pub use finding::Severity;
+pub use interpreter::{Interpreter, Step};
 pub use limits::{LimitError, LimitRow, Limits};
 pub use motion::{Circle, Feed, Motion, MotionFold, MotionItem, PathMode};
 pub use ops::{
@@ -63,9 +59,9 @@ pub use ops::{
     Position, SourcedOp, StraightProbe, TextKind, Units, WaitFor,
 };
 pub use problem::Problem;
-pub use program::Program;
+pub use program::{Fed, Feeder, Program};
 pub use provenance::{
     CallSite, CallStacks, LoadedFile, Provenance, SourceFiles, SourceText, SubroutineLoader,
 };
-pub use severity::Severity;
+pub use source::{Blocks, ParsedBlock, Place};
 pub use tool_table::{Tool, ToolTable};

@@ -1,7 +1,7 @@
 //! Numbered and named parameters, and the predefined names that show the state (LinuxCNC,
 //! "Predefined Named Parameters").
 
-use crate::code::whole;
+use crate::codes::whole;
 use crate::ops::{Plane, Position, Units};
 use crate::problem::Problem;
 use crate::state::{FeedMode, State};

@@ -122,13 +122,22 @@ impl Program {
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
-    /// The text of the line that a span of the program begins in, from the span's start, trimmed
-    /// and cut to 80 characters.
+    /// The text of the block that a span of the program lies in, trimmed and cut to 80 characters.
+    ///
+    /// ```
+    /// use lostmotion_sim::Program;
+    ///
+    /// let program = Program::from_str("slot.ngc", "G21 G90\nG1 X40 F\nM2\n");
+    /// let found = program.diagnostics(Default::default())?;
+    /// let place = found.kept()[0].place.span;
+    /// assert_eq!(program.block_text(place)?, "G1 X40 F");
+    /// # Ok::<(), std::io::Error>(())
+    /// ```
     ///
     /// # Errors
     /// The file cannot be read.
     pub fn block_text(&self, span: Span) -> std::io::Result<String> {
-        self.lines()?.at(span.start)
+        self.lines()?.at(line_start(span))
     }
 
     /// The canonical operations of the program, read with these settings. They are made as they
@@ -206,6 +215,12 @@ impl Lines {
     }
 }
 
+/// Where the line of a span begins: columns count bytes from 1.
+fn line_start(span: Span) -> u64 {
+    span.start
+        .saturating_sub(u64::from(span.column.saturating_sub(1)))
+}
+
 fn first_line(bytes: &[u8]) -> String {
     let line = bytes
         .split(|byte| matches!(byte, b'\n' | b'\r'))
@@ -243,11 +258,11 @@ impl BlockTexts {
             None => self
                 .lines
                 .as_mut()
-                .and_then(|lines| lines.at(span.start).ok())
+                .and_then(|lines| lines.at(line_start(span)).ok())
                 .unwrap_or_default(),
             Some(index) => {
                 let text = self.files.get(index).map_or(&[][..], |file| &file.text);
-                first_line(text.get(span.start as usize..).unwrap_or_default())
+                first_line(text.get(line_start(span) as usize..).unwrap_or_default())
             }
         }
     }

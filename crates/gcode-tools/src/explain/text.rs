@@ -1,6 +1,6 @@
 //! What an operation does, in words.
 
-use super::modes::axes;
+use super::axes;
 use super::{Call, Execution, Explanation, Snapshot};
 use lostmotion_base::math;
 use lostmotion_gcode::interpreter::Interpreter;

@@ -4,7 +4,7 @@
 //! Comments, numbers and the order of the words stay as they are. A line that the parser does not
 //! understand, or that would mean anything else afterwards, is left alone byte for byte.
 
-use crate::raw_lines::{RawLine, read_line};
+use crate::document::{RawLine, read_line};
 use lostmotion_gcode::limits::Limits;
 use lostmotion_gcode::syntax::{Block, Keyword, Label, Value};
 use std::io::{self, BufRead, Write};

@@ -5,10 +5,8 @@
 //! off, or made an error, by [`Levels`].
 
 mod arcs;
-mod dwell;
 mod end;
 mod feed;
-mod home;
 mod modes;
 mod moves;
 mod names;
@@ -16,9 +14,7 @@ mod rapid;
 pub mod rules;
 mod scan;
 mod spindle;
-mod tap;
 mod tool;
-mod units;
 
 pub use rules::{Level, Levels, LintFinding, LintFindings, LintRule};
 
@@ -31,17 +27,17 @@ use std::io::BufRead;
 
 /// All files of lints. A new lint is a file with its rules and its check, and its name here.
 const LINTS: &[Lint] = &[
-    modes::LINTS,
-    dwell::LINTS,
-    rapid::LINTS,
+    modes::UNSET,
+    feed::DWELL,
+    rapid::RAPID,
     arcs::LINTS,
-    feed::LINTS,
+    feed::FEED,
     spindle::LINTS,
     tool::LINTS,
-    home::LINTS,
+    rapid::HOME,
     end::LINTS,
-    tap::LINTS,
-    units::LINTS,
+    feed::TAP,
+    modes::UNITS,
     names::LINTS,
 ];
 

@@ -2,7 +2,7 @@
 //! called.
 
 use lostmotion_base::span::{BlockRef, Span};
-use lostmotion_gcode::code::whole;
+use lostmotion_gcode::codes::whole;
 use lostmotion_gcode::limits::Limits;
 use lostmotion_gcode::syntax::{Block, Keyword, Label, Op, Target, Text, Value, Word, parse_block};
 use std::collections::{BTreeMap, BTreeSet};

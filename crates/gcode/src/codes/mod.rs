@@ -1,6 +1,6 @@
 //! The table of codes: one row per code.
 //!
-//! Adding a code is one row in `g` or `m`, one function with its line in `exec/actions.rs`, and one
+//! Adding a code is one row in `table`, one function with its line in `exec/run.rs`, and one
 //! sample program; tests fail while one of them is missing.
 //!
 //! ```
@@ -11,14 +11,12 @@
 //! assert_eq!((row.group.name(), row.example), ("coordinate system", "G59.1"));
 //! ```
 
-use crate::code::Code;
 use std::fmt::Write;
 
-mod g;
-mod m;
 pub mod row;
+mod table;
 
-pub use row::{AxisUse, CodeRow, Group};
+pub use row::{AxisUse, Code, CodeRow, Group, whole};
 
 /// Codes at or above this many tenths have no row.
 const G_SIZE: usize = 1000;
@@ -27,7 +25,7 @@ const NONE: u8 = u8::MAX;
 
 /// All rows: first G, then M codes.
 pub fn rows() -> impl Iterator<Item = &'static CodeRow> {
-    g::ROWS.iter().chain(m::ROWS)
+    table::G_ROWS.iter().chain(table::M_ROWS)
 }
 
 const fn index<const N: usize>(rows: &[CodeRow]) -> [u8; N] {
@@ -41,15 +39,15 @@ const fn index<const N: usize>(rows: &[CodeRow]) -> [u8; N] {
     index
 }
 
-static G_INDEX: [u8; G_SIZE] = index(g::ROWS);
-static M_INDEX: [u8; M_SIZE] = index(m::ROWS);
+static G_INDEX: [u8; G_SIZE] = index(table::G_ROWS);
+static M_INDEX: [u8; M_SIZE] = index(table::M_ROWS);
 
 /// The row of a code, if this interpreter has it.
 pub fn find(code: Code) -> Option<&'static CodeRow> {
     let (rows, index) = if code.letter == 'G' {
-        (g::ROWS, &G_INDEX[..])
+        (table::G_ROWS, &G_INDEX[..])
     } else {
-        (m::ROWS, &M_INDEX[..])
+        (table::M_ROWS, &M_INDEX[..])
     };
     index
         .get(usize::from(code.tenths))

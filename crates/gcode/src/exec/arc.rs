@@ -1,7 +1,7 @@
 //! G2 and G3: arcs and helices, and their centres from what a block says.
 
 use super::Exec;
-use crate::code::{Code, whole};
+use crate::codes::{Code, whole};
 use crate::dialect::Leniency;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, Units};
 use crate::problem::Problem;

@@ -1,11 +1,10 @@
 //! `,R` and `,C`: a corner between two straight moves rounded or chamfered.
 
 use super::Exec;
-use crate::code::Code;
-use crate::codes::Group;
+use crate::codes::{Code, Group};
 use crate::ops::{ArcFeed, CanonicalOp, Position, SourcedOp};
 use crate::problem::Problem;
-use crate::state::held::PendingCorner;
+use crate::state::PendingCorner;
 use crate::syntax::special::{CORNER_CHAMFER, CORNER_RADIUS};
 use lostmotion_base::math;
 

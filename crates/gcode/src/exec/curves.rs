@@ -1,12 +1,11 @@
 //! G5, G5.1, G5.2 and G5.3: curves in the XY plane as rational B-splines.
 
 use super::Exec;
-use crate::code::{Code, whole};
+use crate::codes::{Code, whole};
 use crate::motion::curve_length;
 use crate::ops::{CanonicalOp, ControlPoint, NurbsFeed, Plane, Position};
 use crate::problem::Problem;
-use crate::state::FeedMode;
-use crate::state::held::NurbsDraft;
+use crate::state::{FeedMode, NurbsDraft};
 
 /// Order of a NURBS block where L does not say.
 const DEFAULT_NURBS_ORDER: u32 = 3;

@@ -3,8 +3,7 @@
 
 use super::Exec;
 use super::holes::Hole;
-use crate::code::{Code, whole};
-use crate::codes::users;
+use crate::codes::{Code, users, whole};
 use crate::dialect::{Dialect, Leniency};
 use crate::ops::{CanonicalOp, PathControl, Position};
 use crate::problem::Problem;

@@ -1,7 +1,7 @@
 //! What canned cycles do at a hole.
 
 use super::Exec;
-use crate::code::Code;
+use crate::codes::Code;
 use crate::ops::{CanonicalOp, OrientWay, Plane, Position, Units};
 use crate::problem::Problem;
 

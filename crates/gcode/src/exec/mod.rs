@@ -1,14 +1,11 @@
 //! Carrying out a block: one file per kind of action.
 
-mod actions;
 pub(crate) mod arc;
 pub(crate) mod compensation;
-pub(crate) mod context;
+pub(crate) mod controls;
 pub(crate) mod corner;
 pub(crate) mod curves;
 pub(crate) mod cycles;
-pub(crate) mod five_axis;
-pub(crate) mod haas;
 pub(crate) mod holes;
 pub(crate) mod modes;
 pub(crate) mod offsets;
@@ -22,13 +19,12 @@ pub(crate) mod tool;
 pub(crate) mod turning;
 pub(crate) mod words;
 
-use crate::code::Code;
+use crate::codes::Code;
 use crate::config::InterpreterConfig;
 use crate::ops::{CanonicalOp, Position, SourcedOp};
 use crate::parameters::Parameters;
 use crate::problem::Problem;
-use crate::state::held::Saved;
-use crate::state::{State, is_angle};
+use crate::state::{Saved, State, is_angle};
 use crate::tool_table::ToolTable;
 use lostmotion_base::axis::AxisId;
 use lostmotion_base::span::BlockRef;

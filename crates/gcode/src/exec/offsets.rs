@@ -1,7 +1,7 @@
 //! Work coordinate systems (G54 to G59.3, G52, G92) and G10.
 
 use super::Exec;
-use crate::code::{Code, whole};
+use crate::codes::{Code, whole};
 use crate::dialect::Leniency;
 use crate::ops::{CanonicalOp, Position};
 use crate::parameters::{G92, G92_ACTIVE, SYSTEM};

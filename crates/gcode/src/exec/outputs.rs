@@ -1,7 +1,7 @@
 //! Outputs and inputs of the machine (M62 to M68), and comments that are messages.
 
 use super::Exec;
-use crate::code::{Code, whole};
+use crate::codes::{Code, whole};
 use crate::ops::{CanonicalOp, OutputValue, TextKind, WaitFor};
 use crate::parameters::View;
 use crate::problem::Problem;

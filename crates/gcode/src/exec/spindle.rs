@@ -1,7 +1,7 @@
 //! The spindle and moves in step with it; coolant and overrides.
 
 use super::Exec;
-use crate::code::{Code, whole};
+use crate::codes::{Code, whole};
 use crate::ops::{CanonicalOp, OrientWay};
 use crate::problem::Problem;
 use crate::state::Spindle;

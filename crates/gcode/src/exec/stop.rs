@@ -1,8 +1,7 @@
 //! Stops and ends (M0, M1, M60, M2, M30), calls and returns (M98, M99).
 
 use super::{Exec, Jump};
-use crate::code::{Code, whole};
-use crate::codes::{Group, users};
+use crate::codes::{Code, Group, users, whole};
 use crate::dialect::Leniency;
 use crate::ops::{CanonicalOp, Plane};
 use crate::problem::Problem;

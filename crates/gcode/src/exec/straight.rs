@@ -1,7 +1,7 @@
 //! Straight moves: G0, G1, G53, polar words, homes (G28, G30), probing (G38.2 to G38.5); and G4.
 
 use super::Exec;
-use crate::code::Code;
+use crate::codes::Code;
 use crate::codes::row::bit;
 use crate::ops::{CanonicalOp, Plane, Position, StraightProbe, Units};
 use crate::parameters::HOME;

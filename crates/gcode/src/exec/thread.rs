@@ -1,7 +1,7 @@
 //! G76: a thread cut on a lathe in several passes.
 
 use super::Exec;
-use crate::code::{Code, whole};
+use crate::codes::{Code, whole};
 use crate::ops::{CanonicalOp, Plane};
 use crate::problem::Problem;
 use lostmotion_base::math;

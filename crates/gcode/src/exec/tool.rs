@@ -1,7 +1,7 @@
 //! T, M6, M61 and tool offsets.
 
 use super::Exec;
-use crate::code::{Code, whole};
+use crate::codes::{Code, whole};
 use crate::dialect::Dialect;
 use crate::ops::{CanonicalOp, Position};
 use crate::problem::Problem;

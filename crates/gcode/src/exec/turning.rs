@@ -1,7 +1,7 @@
 //! G70 to G72.2: the words of the turning cycles, and their moves as operations.
 
 use super::{Exec, Jump};
-use crate::code::{Code, whole};
+use crate::codes::{Code, whole};
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position};
 use crate::problem::Problem;
 use crate::state::FeedMode;

@@ -1,9 +1,8 @@
 //! The words of a block as numbers, at most one per letter, its codes, and what they have to do with
 //! each other before anything is carried out.
 
-use crate::code::Code;
 use crate::codes::row::bit;
-use crate::codes::{AxisUse, CodeRow, Group, find, users};
+use crate::codes::{AxisUse, Code, CodeRow, Group, find, users};
 use crate::dialect::{Leniencies, Leniency};
 use crate::problem::Problem;
 use crate::state::{State, TipControl};

@@ -2,14 +2,13 @@
 
 use super::Interpreter;
 use super::control::flow_error;
-use super::flow::{CallFrame, Record, Seek};
-use super::tape::{Place, Tape};
-use crate::code::{Code, whole};
+use super::flow::{CallFrame, Record, Seek, Tape};
+use crate::codes::{Code, whole};
 use crate::exec::Jump;
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
-use crate::source::{LineKind, Lines};
-use crate::state::held::Saved;
+use crate::source::{LineKind, Lines, Place};
+use crate::state::Saved;
 use crate::syntax::{Block, Keyword, Label, Value, parse_block};
 use std::sync::Arc;
 

@@ -2,7 +2,7 @@
 
 use super::Interpreter;
 use super::flow::{Goto, Open, OpenKind, Skip};
-use crate::code::whole;
+use crate::codes::whole;
 use crate::problem::Problem;
 use crate::syntax::Keyword;
 

@@ -1,7 +1,9 @@
-//! Where the program is: open loops and branches, calls, and lines to be skipped.
+//! Where the program is: open loops and branches, calls, lines to be skipped, and the lines that are
+//! held because they may run again.
 
-use super::tape::Tape;
 use crate::parameters::LOCALS;
+use crate::problem::Problem;
+use crate::source::Place;
 use lostmotion_base::span::Span;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -147,5 +149,51 @@ impl Flow {
     /// Open structures of the subroutine that is running.
     pub(crate) fn own_opens(&self) -> usize {
         self.opens.len() - self.frames.last().map_or(0, |frame| frame.opens)
+    }
+}
+
+/// What a line takes beside its bytes.
+const LINE_OVERHEAD_BYTES: usize = 32;
+
+/// Lines of source in one buffer.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tape {
+    bytes: Vec<u8>,
+    lines: Vec<(Place, usize, usize)>,
+}
+
+impl Tape {
+    pub(crate) fn push(&mut self, line: &[u8], place: Place, limit: usize) -> Result<(), Problem> {
+        if self.size() + line.len() > limit {
+            return Err(Problem::TooMuchHeld { limit });
+        }
+        let from = self.bytes.len();
+        self.bytes.extend_from_slice(line);
+        self.lines.push((place, from, self.bytes.len()));
+        Ok(())
+    }
+
+    /// Bytes held, with what it takes to find the lines.
+    pub(crate) fn size(&self) -> usize {
+        self.bytes.len() + LINE_OVERHEAD_BYTES * self.lines.len()
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.bytes.clear();
+        self.lines.clear();
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        self.bytes.len()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.lines.len()
+    }
+
+    pub(crate) fn get(&self, index: usize) -> Option<(Place, &[u8])> {
+        let (place, from, to) = *self.lines.get(index)?;
+        Some((place, self.bytes.get(from..to)?))
     }
 }

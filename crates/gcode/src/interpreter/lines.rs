@@ -1,10 +1,8 @@
 //! One step: fetch a line, parse it, carry it out.
 
-use super::flow::Record;
-use super::tape::Tape;
+use super::flow::{Record, Tape};
 use super::{Interpreter, Percent, Step};
-use crate::code::{Code, whole};
-use crate::codes::{self, AxisUse, Group};
+use crate::codes::{self, AxisUse, Code, Group, whole};
 use crate::ops::SourcedOp;
 use crate::problem::Problem;
 use crate::syntax::{Block, Keyword, Label, Text, Value, parse_block};

@@ -1,13 +1,11 @@
 //! The profile of a turning cycle: a subroutine that is run for its moves alone.
 
 use super::Interpreter;
-use crate::code::{Code, whole};
-use crate::codes::{AxisUse, Group};
+use crate::codes::{AxisUse, Code, Group, whole};
 use crate::diagnostics::Diagnostic;
 use crate::dialect::Leniency;
 use crate::exec::turning::{Turning, is_turning};
-use crate::exec::words::AXIS_BITS;
-use crate::exec::words::Placed;
+use crate::exec::words::{AXIS_BITS, Placed};
 use crate::ops::{Position, SourcedOp};
 use crate::problem::Problem;
 use crate::state::State;

@@ -6,9 +6,8 @@
 //! block with something wrong, to that. The tests run programs both ways.
 
 use super::Interpreter;
-use crate::code::Code;
-use crate::exec::arc::check_center;
-use crate::exec::arc::{arc_feed, check_radius};
+use crate::codes::Code;
+use crate::exec::arc::{arc_feed, check_center, check_radius};
 use crate::ops::{CanonicalOp, Position, SourcedOp};
 use crate::state::{FeedMode, State};
 use crate::syntax::Value;

@@ -19,7 +19,6 @@
 pub mod block;
 pub(crate) mod evaluate;
 pub mod expression;
-pub mod flow;
 pub mod number;
 pub mod parse;
 pub(crate) mod special;

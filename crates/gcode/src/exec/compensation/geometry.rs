@@ -2,7 +2,7 @@
 
 use crate::ops::{Plane, Position};
 use crate::problem::Problem;
-use crate::state::held::{Edge, Shape};
+use crate::state::{Edge, Shape};
 use lostmotion_base::math;
 use lostmotion_base::vec::{Vec2, along, cross2, direction2, distance2, dot, left_of, sub};
 use std::f64::consts::{PI, TAU};

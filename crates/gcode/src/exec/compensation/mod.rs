@@ -7,10 +7,10 @@
 //! `State::current` stays the programmed place; only what is emitted is offset.
 
 use super::Exec;
-use crate::code::{Code, whole};
+use crate::codes::{Code, whole};
 use crate::ops::{CanonicalOp, Plane, SourcedOp};
 use crate::problem::Problem;
-use crate::state::held::{Compensation, HeldOp};
+use crate::state::{Compensation, HeldOp};
 use lostmotion_base::vec::Vec2;
 
 mod geometry;

@@ -4,7 +4,7 @@ use super::geometry::{CornerKind, crossing, in_plane, joint};
 use crate::exec::Exec;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, SourcedOp};
 use crate::problem::Problem;
-use crate::state::held::{Compensation, Edge, HeldOp, Shape};
+use crate::state::{Compensation, Edge, HeldOp, Shape};
 use lostmotion_base::vec::{Vec2, along, direction2, distance2, dot, left_of, sub};
 
 const NO_ROOM: Problem = Problem::Compensation {

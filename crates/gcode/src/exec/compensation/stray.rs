@@ -14,7 +14,7 @@ use crate::dialect::Leniency;
 use crate::exec::Exec;
 use crate::ops::Position;
 use crate::problem::Problem;
-use crate::state::held::{Edge, Shape};
+use crate::state::{Edge, Shape};
 use lostmotion_base::vec::{Vec2, along, cross2, direction2, dot, left_of, sub};
 
 const NOT_BESIDE: Problem = Problem::Compensation {

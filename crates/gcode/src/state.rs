@@ -1,14 +1,12 @@
-//! What an interpreter remembers from block to block.
+//! What an interpreter remembers from block to block: modes, offsets, and what waits for the blocks that
+//! follow (a move under cutter compensation, a corner, a NURBS).
 
-pub(crate) mod held;
-mod offsets;
-
-use crate::code::Code;
-use crate::ops::{PathControl, Plane, Position, Units};
-pub use held::{Compensation, NurbsDraft, PendingCorner};
-pub use offsets::Offsets;
-pub(crate) use offsets::is_angle;
-pub use offsets::{add, convert, rotate, subtract};
+use crate::codes::Code;
+use crate::ops::{ControlPoint, PathControl, Plane, Position, SourcedOp, Tilt, Units};
+use lostmotion_base::math;
+use lostmotion_base::span::BlockRef;
+use lostmotion_base::units::rad;
+use lostmotion_base::vec::Vec2;
 use serde::{Deserialize, Serialize};
 
 /// What F means.
@@ -199,4 +197,173 @@ impl State {
     pub fn machine(&self) -> Position {
         self.offsets.to_machine(&self.current)
     }
+}
+
+/// Cutter compensation in force. Lengths in program units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Compensation {
+    /// Distance to the left of the path; negative is to the right.
+    pub(crate) left: f64,
+    /// Orientation of a lathe tool's nose, 0 to 9.
+    pub(crate) orientation: u8,
+    /// The last offset move and where it ends; `None` before the first.
+    pub(crate) last: Option<Edge>,
+    /// The last move has gone out: its end is fixed.
+    pub(crate) fixed: bool,
+    /// Operations that wait for the end of the last move; the first is that move.
+    pub(crate) held: Vec<HeldOp>,
+    /// Where a profile that has been read since ends, and the tool is taken to be.
+    pub(crate) strayed: Option<Vec2>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct HeldOp {
+    pub(crate) sourced: SourcedOp,
+    /// Its end in the plane is that of the held move.
+    pub(crate) follows: bool,
+}
+
+impl Compensation {
+    /// What `#<_ccomp>` shows.
+    pub(crate) fn code(&self) -> f64 {
+        if self.left > 0.0 { 410.0 } else { 420.0 }
+    }
+
+    /// Whether it moves the path at all.
+    pub(crate) fn acts(&self) -> bool {
+        self.left != 0.0
+    }
+}
+
+/// What an offset move follows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Shape {
+    /// A line in a direction.
+    Line(Vec2),
+    /// A circle.
+    Arc {
+        center: Vec2,
+        radius: f64,
+        counter_clockwise: bool,
+    },
+}
+
+/// An offset move.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Edge {
+    pub(crate) shape: Shape,
+    /// Where it begins.
+    pub(crate) start: Vec2,
+    /// Where it ends, as far as is known.
+    pub(crate) end: Vec2,
+    /// It leads from the path to its offset.
+    pub(crate) entry: bool,
+    /// It leads from where the tool was taken to be, not from the path: only a corner at its end
+    /// tells whether it fits.
+    pub(crate) astray: bool,
+    /// The programmed direction at its end.
+    pub(crate) leaves: Vec2,
+}
+
+/// A move whose end waits for the direction of the next one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PendingCorner {
+    pub(crate) start: Position,
+    pub(crate) corner: Position,
+    pub(crate) size: f64,
+    pub(crate) rounds: bool,
+    pub(crate) block: BlockRef,
+}
+
+/// A NURBS block that has begun.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NurbsDraft {
+    pub(crate) order: u32,
+    pub(crate) points: Vec<ControlPoint>,
+}
+
+/// Modes that a level of calls has saved.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Saved {
+    pub(crate) modes: Option<Box<State>>,
+    /// Brought back when the level is left (M73).
+    pub(crate) automatic: bool,
+}
+
+/// What G53, G54 and the like are about, and how far the tool reaches. Lengths in program units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Offsets {
+    /// Origin of the work coordinate system.
+    pub g5x: Position,
+    /// G92 and G52 offset.
+    pub g92: Position,
+    /// Tool offset.
+    pub tool: Position,
+    /// Rotation about Z in degrees.
+    pub rotation_deg: f64,
+    /// Turned coordinates (G68, G68.2) in those of the workpiece.
+    pub tilt: Option<Tilt>,
+}
+
+impl Offsets {
+    /// Program coordinates to machine coordinates of the spindle: the work coordinates are turned,
+    /// then shifted.
+    pub fn to_machine(&self, program: &Position) -> Position {
+        // Tilt, then G92, then the rotation of the system, then its origin and the tool.
+        let mut work = *program;
+        if let Some(tilt) = &self.tilt {
+            tilt.apply(&mut work);
+        }
+        work = add(&work, &self.g92);
+        rotate(&mut work, self.rotation_deg);
+        add(&work, &add(&self.g5x, &self.tool))
+    }
+
+    /// Machine coordinates of the spindle to program coordinates.
+    pub fn to_program(&self, machine: &Position) -> Position {
+        // The steps of `to_machine` undone in reverse order.
+        let mut work = subtract(machine, &add(&self.g5x, &self.tool));
+        rotate(&mut work, -self.rotation_deg);
+        work = subtract(&work, &self.g92);
+        if let Some(tilt) = &self.tilt {
+            tilt.undo(&mut work);
+        }
+        work
+    }
+}
+
+/// Sum by axis.
+pub fn add(a: &Position, b: &Position) -> Position {
+    std::array::from_fn(|axis| a[axis] + b[axis])
+}
+
+/// Difference by axis.
+pub fn subtract(a: &Position, b: &Position) -> Position {
+    std::array::from_fn(|axis| a[axis] - b[axis])
+}
+
+/// Turns X and Y about the origin.
+pub fn rotate(position: &mut Position, degrees: f64) {
+    if degrees != 0.0 {
+        let (sin, cos) = math::sin_cos(rad(degrees));
+        let [x, y, ..] = *position;
+        position[0] = x * cos - y * sin;
+        position[1] = x * sin + y * cos;
+    }
+}
+
+/// A position whose lengths are in other units.
+pub fn convert(position: &Position, from: Units, to: Units) -> Position {
+    let mut converted = *position;
+    for (index, coordinate) in converted.iter_mut().enumerate() {
+        if !is_angle(index) {
+            *coordinate = from.convert(*coordinate, to);
+        }
+    }
+    converted
+}
+
+/// Whether an axis index is one of A, B, C.
+pub(crate) const fn is_angle(index: usize) -> bool {
+    index >= 3 && index < 6
 }
