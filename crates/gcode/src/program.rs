@@ -125,6 +125,7 @@ impl<R: BufRead> Program<R> {
     /// Reads one line into the interpreter.
     fn read(&mut self) {
         let next = self.lines.next();
+        // How the line before ended is known once the next one is asked for.
         if let Some(end) = self.lines.end {
             self.interpreter.habit_at(
                 if end == LineEnd::Cr {
@@ -161,10 +162,12 @@ impl<R: BufRead> Program<R> {
         };
         let limit = limits.source_bytes;
         let longest = limits.line_bytes;
+        // The mark is reported at its own three bytes.
         if line == 1 && self.lines.marked {
             self.interpreter.report_mark(Span { len: 3, ..span });
         }
         self.last = span;
+        // What lies beyond the limit is not read: the program ends here.
         if start + self.lines.line().len() as u64 > limit {
             self.interpreter
                 .report_at(Problem::SourceTooLong { limit }, span);
@@ -260,6 +263,7 @@ pub fn watch<R: BufRead>(program: &mut Program<R>, mut see: impl FnMut(&Event<'_
     let mut before = program.light_state();
     loop {
         let interpreter = program.interpreter();
+        // Noted before the block runs: it may itself end the compensation or return from the call.
         let compensated = interpreter.state().compensation.is_some();
         let (passed, call_stack) = (interpreter.passes_over(), interpreter.place().call_stack);
         let errors = interpreter.diagnostics().errors();

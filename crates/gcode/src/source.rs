@@ -249,6 +249,7 @@ impl<R: BufRead> Blocks<R> {
         let line_bytes = self.lines.line();
         let fault = match kind {
             LineKind::Whole => parse_block(line_bytes, &mut self.block, &self.limits).err(),
+            // Only its beginning was kept: parsing that could mean anything.
             LineKind::TooLong(bytes) => {
                 self.block.clear();
                 Some(Fault {

@@ -49,6 +49,7 @@ impl ToolTable {
     pub fn parse(text: &str) -> Result<ToolTable, Problem> {
         let mut table = ToolTable::default();
         for (index, line) in text.lines().enumerate() {
+            // Comments run from the semicolon to the end of the line.
             let content = line.split(';').next().unwrap_or_default();
             if content.trim().is_empty() {
                 continue;

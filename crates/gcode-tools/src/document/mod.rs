@@ -181,6 +181,7 @@ impl Document {
         if !value.is_finite() {
             return Err(EditError::NotANumber { value });
         }
+        // Letters are stored in upper case, whatever the line has.
         let is_it = |word: &&Word| char::from(word.letter) == letter.to_ascii_uppercase();
         let text = self
             .block(line)?

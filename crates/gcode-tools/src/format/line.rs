@@ -35,6 +35,8 @@ impl Formatter<'_> {
         }
         // The fixed order of a block: `/`, N number, then O-word or items.
         let mut out = Vec::with_capacity(line.len() + 16);
+        // Block delete and line number are recognised by their bytes, items by the parser's
+        // places.
         let mut at = blanks(line, 0);
         let deletable = line.get(at) == Some(&b'/');
         if deletable {

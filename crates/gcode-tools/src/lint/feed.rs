@@ -46,6 +46,7 @@ impl Check for Feed {
             else {
                 continue;
             };
+            // Zero only takes the feed back.
             if rate <= 0.0 {
                 continue;
             }

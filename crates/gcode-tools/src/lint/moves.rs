@@ -21,6 +21,7 @@ pub(super) fn legs<'a>(event: &'a Event<'_>) -> Vec<Leg<'a>> {
     let mut at = event.before.current;
     let mut legs = Vec::new();
     for sourced in event.ops {
+        // Operations without an end do not move the tool.
         let end = match &sourced.op {
             CanonicalOp::StraightTraverse(end) | CanonicalOp::StraightFeed(end) => *end,
             CanonicalOp::ArcFeed(arc) => arc.position(),

@@ -48,6 +48,7 @@ const MOST_RUNS: usize = 20;
 
 impl Spindles {
     fn cut(&mut self, place: BlockRef) {
+        // A run of cuts is told once, at its first.
         if !self.off && self.cuts.len() < MOST_RUNS {
             self.cuts.push(place);
         }

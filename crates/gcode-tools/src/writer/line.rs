@@ -185,6 +185,7 @@ fn feed(
             ops: 2,
         });
     }
+    // A plain rate after inverse time needs G94 first.
     let (mode, rate) = (if inverse { "G94 " } else { "" }, word('F', rate));
     Some(match next {
         Some(motion) => Line {
@@ -383,6 +384,7 @@ pub(super) fn motion(op: &CanonicalOp, state: &State) -> Option<String> {
 fn arc(arc: &ArcFeed, state: &State) -> String {
     let [first, second, _] = arc.plane.axes();
     let letter = |axis: usize| ['I', 'J', 'K'].get(axis).copied().unwrap_or('I');
+    // The bits of the centre have to come back when the block is read.
     let start = [state.current[first], state.current[second]];
     // I and J relative to the start are short, but the sum may round: then absolute centres
     // (G90.1).

@@ -167,6 +167,7 @@ impl Resolver {
     }
 
     fn change_units(&mut self, units: Units) {
+        // Offsets are kept in the units in force, as the operations give them.
         let from = std::mem::replace(&mut self.units, units);
         for position in [
             &mut self.origin,
@@ -333,6 +334,7 @@ impl Settled {
         ) {
             self.forget(SPINDLE_KIND);
         }
+        // Operations that act are always news.
         let Some(slot) = kind(op).and_then(|kind| self.last.get_mut(kind)) else {
             return true;
         };

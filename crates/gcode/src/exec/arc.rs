@@ -1,8 +1,9 @@
 //! G2 and G3: arcs and helices, and their centres from what a block says.
 
 use super::Exec;
-use crate::codes::{Code, whole};
+use crate::codes::Code;
 use crate::dialect::Leniency;
+use crate::exec::words::whole_within;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, Units};
 use crate::problem::Problem;
 use lostmotion_base::math;
@@ -89,15 +90,13 @@ impl Exec<'_> {
         let Some(value) = self.word(b'P') else {
             return Ok(1);
         };
-        match whole(value).filter(|turns| (1.0..=MOST_TURNS).contains(turns)) {
-            Some(turns) => Ok(turns as i32),
-            None => Err(Problem::WordOutOfRange {
-                code,
-                letter: 'P',
-                value,
-                allowed: "a whole number of turns from 1",
-            }),
-        }
+        whole_within(
+            (code, b'P'),
+            value,
+            1.0..=MOST_TURNS,
+            "a whole number of turns from 1",
+        )
+        .map(|number| number as i32)
     }
 
     pub(crate) fn center(

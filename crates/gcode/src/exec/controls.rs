@@ -2,7 +2,8 @@
 //! mills have them; five-axis words (G43.4, G43.5, G53.1, G68, G68.2, G69).
 
 use super::Exec;
-use crate::codes::{Code, whole};
+use crate::codes::Code;
+use crate::exec::words::whole_within;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position, Tilt};
 use crate::problem::Problem;
 use crate::state::TipControl;
@@ -85,13 +86,7 @@ impl Exec<'_> {
         let Some(value) = self.word(b'D') else {
             return Ok(0.0);
         };
-        let number = whole(value).filter(|number| (0.0..1e9).contains(number));
-        let number = number.ok_or(Problem::WordOutOfRange {
-            code,
-            letter: 'D',
-            value,
-            allowed: "a tool number",
-        })? as i32;
+        let number = whole_within((code, b'D'), value, 0.0..1e9, "a tool number")? as i32;
         self.check_tool(number)?;
         // Tools in the table are measured in machine units.
         let diameter = self
@@ -133,13 +128,7 @@ impl Exec<'_> {
         )?;
         let angle = self.word(b'J').unwrap_or(0.0);
         let count = self.need(b'L', code, "L, the number of holes")?;
-        let holes = whole(count).filter(|holes| (1.0..=MOST_HOLES).contains(holes));
-        let holes = holes.ok_or(Problem::WordOutOfRange {
-            code,
-            letter: 'L',
-            value: count,
-            allowed: "1 to 10000",
-        })? as u32;
+        let holes = whole_within((code, b'L'), count, 1.0..=MOST_HOLES, "1 to 10000")? as u32;
         // G70 spreads the holes over the full circle, G71 by K, G72 lies on a line.
         let each = match code.tenths {
             700 => 360.0 / f64::from(holes),

@@ -1,7 +1,8 @@
 //! G5, G5.1, G5.2 and G5.3: curves in the XY plane as rational B-splines.
 
 use super::Exec;
-use crate::codes::{Code, whole};
+use crate::codes::Code;
+use crate::exec::words::whole_within;
 use crate::motion::curve_length;
 use crate::ops::{CanonicalOp, ControlPoint, NurbsFeed, Plane, Position};
 use crate::problem::Problem;
@@ -144,13 +145,12 @@ pub(crate) fn nurbs(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let opens = exec.state.nurbs.is_none();
     if opens {
         let value = exec.word(b'L').unwrap_or(f64::from(DEFAULT_NURBS_ORDER));
-        let order = whole(value).filter(|order| (2.0..=HIGHEST_ORDER).contains(order));
-        let order = order.ok_or(Problem::WordOutOfRange {
-            code,
-            letter: 'L',
+        let order = whole_within(
+            (code, b'L'),
             value,
-            allowed: "an order from 2 to 32",
-        })? as u32;
+            2.0..=HIGHEST_ORDER,
+            "an order from 2 to 32",
+        )? as u32;
         let [x, y, ..] = exec.state.current;
         let first = ControlPoint {
             at: [x, y],

@@ -3,8 +3,9 @@
 
 use super::Exec;
 use super::holes::Hole;
-use crate::codes::{Code, users, whole};
+use crate::codes::{Code, users};
 use crate::dialect::{Dialect, Leniency};
+use crate::exec::words::whole_within;
 use crate::ops::{CanonicalOp, PathControl, Position};
 use crate::problem::Problem;
 use crate::state::{CycleWords, FeedMode};
@@ -81,15 +82,13 @@ impl Exec<'_> {
         let Some(value) = self.word(b'L') else {
             return Ok(1);
         };
-        match whole(value).filter(|value| (1.0..=f64::from(u32::MAX)).contains(value)) {
-            Some(value) => Ok(value as u32),
-            None => Err(Problem::WordOutOfRange {
-                code,
-                letter: 'L',
-                value,
-                allowed: "a whole number from 1",
-            }),
-        }
+        whole_within(
+            (code, b'L'),
+            value,
+            1.0..=f64::from(u32::MAX),
+            "a whole number from 1",
+        )
+        .map(|number| number as u32)
     }
 
     /// The cycle's words: from the block, or kept from an earlier one.

@@ -3,6 +3,7 @@
 use super::Exec;
 use crate::codes::{Code, whole};
 use crate::dialect::Leniency;
+use crate::exec::words::whole_within;
 use crate::ops::{CanonicalOp, Position};
 use crate::parameters::{G92, G92_ACTIVE, SYSTEM};
 use crate::problem::Problem;
@@ -271,14 +272,7 @@ impl Exec<'_> {
         self.warnings.push(Problem::Lenient {
             leniency: Leniency::ToolMemory,
         });
-        let allowed = "a tool number";
-        let number = whole(number).filter(|number| (1.0..1e9).contains(number));
-        let number = number.ok_or(Problem::WordOutOfRange {
-            code,
-            letter: 'P',
-            value,
-            allowed,
-        })? as i32;
+        let number = whole_within((code, b'P'), number, 1.0..1e9, "a tool number")? as i32;
         // The table is in machine units; it holds diameters, while radii are programmed.
         let value = self.state.units.convert(value, self.config.machine_units);
         let table = self.tools.get_or_insert_with(ToolTable::default);
@@ -304,13 +298,7 @@ impl Exec<'_> {
         number: f64,
         offset: impl FnOnce(&Self, Position) -> Position,
     ) -> Result<(), Problem> {
-        let whole_number = whole(number).filter(|number| (1.0..1e9).contains(number));
-        let number = whole_number.ok_or(Problem::WordOutOfRange {
-            code,
-            letter: 'P',
-            value: number,
-            allowed: "a tool number",
-        })? as i32;
+        let number = whole_within((code, b'P'), number, 1.0..1e9, "a tool number")? as i32;
         let known = self
             .tools
             .as_ref()
@@ -337,14 +325,8 @@ impl Exec<'_> {
         tool.front_angle = self.word(b'I').unwrap_or(tool.front_angle);
         tool.back_angle = self.word(b'J').unwrap_or(tool.back_angle);
         if let Some(value) = self.word(b'Q') {
-            let orientation = whole(value).filter(|value| (0.0..=9.0).contains(value));
-            let allowed = "an orientation from 0 to 9";
-            tool.orientation = orientation.ok_or(Problem::WordOutOfRange {
-                code,
-                letter: 'Q',
-                value,
-                allowed,
-            })? as i32;
+            tool.orientation =
+                whole_within((code, b'Q'), value, 0.0..=9.0, "an orientation from 0 to 9")? as i32;
         }
         self.tools
             .get_or_insert_with(ToolTable::default)

@@ -2,6 +2,7 @@
 
 use super::Exec;
 use crate::codes::{Code, whole};
+use crate::exec::words::whole_within;
 use crate::ops::{CanonicalOp, OutputValue, TextKind, WaitFor};
 use crate::parameters::View;
 use crate::problem::Problem;
@@ -15,15 +16,13 @@ const INPUT_RESULT_PARAMETER: u16 = 5399;
 
 impl Exec<'_> {
     fn port(&self, code: Code, letter: u8, value: f64) -> Result<u8, Problem> {
-        match whole(value).filter(|number| (0.0..=HIGHEST_PORT).contains(number)) {
-            Some(number) => Ok(number as u8),
-            None => Err(Problem::WordOutOfRange {
-                code,
-                letter: char::from(letter),
-                value,
-                allowed: "a number from 0 to 255",
-            }),
-        }
+        whole_within(
+            (code, letter),
+            value,
+            0.0..=HIGHEST_PORT,
+            "a number from 0 to 255",
+        )
+        .map(|number| number as u8)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Exec;
 use crate::codes::{Code, whole};
+use crate::exec::words::whole_within;
 use crate::ops::{CanonicalOp, OrientWay};
 use crate::problem::Problem;
 use crate::state::Spindle;
@@ -138,15 +139,8 @@ impl Exec<'_> {
         let Some(value) = self.word(b'$') else {
             return Ok(0);
         };
-        match whole(value).filter(|number| (0.0..8.0).contains(number)) {
-            Some(number) => Ok(number as u8),
-            None => Err(Problem::WordOutOfRange {
-                code,
-                letter: '$',
-                value,
-                allowed: "a spindle from 0 to 7",
-            }),
-        }
+        whole_within((code, b'$'), value, 0.0..8.0, "a spindle from 0 to 7")
+            .map(|number| number as u8)
     }
 
     /// The spindles that `$` names, as bits: one of them, or with -1 all that the program has used

@@ -2,6 +2,7 @@
 
 use super::Exec;
 use crate::codes::{Code, whole};
+use crate::exec::words::whole_within;
 use crate::ops::{CanonicalOp, Plane};
 use crate::problem::Problem;
 use lostmotion_base::math;
@@ -145,13 +146,7 @@ impl Exec<'_> {
         // R = 1 gives equal steps in depth.
         let degression = self.word(b'R').unwrap_or(1.0).max(1.0);
         let value = self.word(b'H').unwrap_or(0.0);
-        let springs = whole(value).filter(|springs| *springs >= 0.0);
-        let springs = springs.ok_or(Problem::WordOutOfRange {
-            code,
-            letter: 'H',
-            value,
-            allowed: "a whole number from 0",
-        })?;
+        let springs = whole_within((code, b'H'), value, 0.0.., "a whole number from 0")?;
         let limit = self.config.limits.cycle_moves;
         // Number of passes: depth / first to the power of R.
         if (math::pow(thread.depth / first, degression) + springs + 2.0) * OPS_PER_PASS

@@ -3,6 +3,7 @@
 use super::Exec;
 use crate::codes::{Code, whole};
 use crate::dialect::Dialect;
+use crate::exec::words::whole_within;
 use crate::ops::{CanonicalOp, Position};
 use crate::problem::Problem;
 use crate::state::convert;
@@ -79,13 +80,7 @@ pub(crate) fn change(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 /// M61 Q.
 pub(crate) fn set_number(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let value = exec.need(b'Q', code, "Q, the tool's number")?;
-    let number = whole(value).filter(|number| (0.0..1e9).contains(number));
-    let tool = number.ok_or(Problem::WordOutOfRange {
-        code,
-        letter: 'Q',
-        value,
-        allowed: "a tool number",
-    })? as i32;
+    let tool = whole_within((code, b'Q'), value, 0.0..1e9, "a tool number")? as i32;
     exec.check_tool(tool)?;
     exec.state.loaded_tool = tool;
     exec.state.selected_tool = Some(tool);

@@ -1,7 +1,8 @@
 //! G70 to G72.2: the words of the turning cycles, and their moves as operations.
 
 use super::{Exec, Jump};
-use crate::codes::{Code, whole};
+use crate::codes::Code;
+use crate::exec::words::whole_within;
 use crate::ops::{ArcFeed, CanonicalOp, Plane, Position};
 use crate::problem::Problem;
 use crate::state::FeedMode;
@@ -78,13 +79,7 @@ impl Exec<'_> {
             code,
             "Q, the number of the subroutine with the profile",
         )?;
-        let number = whole(value).filter(|number| *number >= 0.0);
-        let number = number.ok_or(Problem::WordOutOfRange {
-            code,
-            letter: 'Q',
-            value,
-            allowed: "the number of a subroutine",
-        })?;
+        let number = whole_within((code, b'Q'), value, 0.0.., "the number of a subroutine")?;
         let distance = self.not_negative(code, b'D', 0.0)?;
         let kind = if code.tenths == 700 {
             Kind::Finish {
@@ -147,15 +142,13 @@ impl Exec<'_> {
 
     fn passes_of_finishing(&self, code: Code) -> Result<u32, Problem> {
         let value = self.word(b'P').unwrap_or(1.0);
-        match whole(value).filter(|passes| (1.0..=MOST_PASSES).contains(passes)) {
-            Some(passes) => Ok(passes as u32),
-            None => Err(Problem::WordOutOfRange {
-                code,
-                letter: 'P',
-                value,
-                allowed: "a whole number from 1 to 10000",
-            }),
-        }
+        whole_within(
+            (code, b'P'),
+            value,
+            1.0..=MOST_PASSES,
+            "a whole number from 1 to 10000",
+        )
+        .map(|number| number as u32)
     }
 
     /// The moves of a cycle whose profile is known, in its frame.

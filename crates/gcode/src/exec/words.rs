@@ -2,11 +2,12 @@
 //! each other before anything is carried out.
 
 use crate::codes::row::bit;
-use crate::codes::{AxisUse, Code, CodeRow, Group, find, users};
+use crate::codes::{AxisUse, Code, CodeRow, Group, find, users, whole};
 use crate::dialect::{Leniencies, Leniency};
 use crate::problem::Problem;
 use crate::state::{State, TipControl};
 use crate::syntax::Text;
+use std::ops::RangeBounds;
 
 /// Letters of the axes in index order.
 pub(crate) const AXIS_LETTERS: [u8; 9] = *b"XYZABCUVW";
@@ -142,6 +143,8 @@ impl Words {
         let letter = char::from(letter);
         let code = Code::of(letter, value).ok_or(Problem::NotACode { letter, value })?;
         let row = find(code).ok_or(Problem::UnsupportedCode { code })?;
+        // A code of other controls needs its leniency; that it was taken is told once the block
+        // runs.
         if let Some(leniency) = row.leniency {
             if !self.accepted.has(leniency) {
                 return Err(Problem::UnsupportedCode { code });
@@ -197,6 +200,22 @@ impl Words {
     }
 }
 
+/// The whole number within bounds that a word of a code stands for.
+pub(crate) fn whole_within(
+    (code, letter): (Code, u8),
+    value: f64,
+    bounds: impl RangeBounds<f64>,
+    allowed: &'static str,
+) -> Result<f64, Problem> {
+    let number = whole(value).filter(|number| bounds.contains(number));
+    number.ok_or(Problem::WordOutOfRange {
+        code,
+        letter: char::from(letter),
+        value,
+        allowed,
+    })
+}
+
 /// Words that need no code.
 const FREE_LETTERS: u32 = bit(b'F') | bit(b'S') | bit(b'T');
 const ARC_CENTER_BITS: u32 = bit(b'I') | bit(b'J') | bit(b'K');
@@ -215,6 +234,7 @@ pub(crate) fn check(words: &mut Words, state: &State) -> Result<(), Placed> {
     } else {
         FREE_LETTERS
     };
+    // `$` says which spindle the S is for.
     if words.has(b'S') {
         // Which spindle the speed is for.
         taken |= bit(b'$');
@@ -290,6 +310,7 @@ fn find_motion(words: &mut Words, state: &State) -> Result<(), Placed> {
                 Some(motion.text),
             ));
         }
+        // G80 and G5.3 move nothing: axis words beside them are mistakes.
         (Some(motion), None) if has_axes && motion.row.axes == AxisUse::None => {
             return Err((
                 Problem::AxesNotAllowed {

@@ -164,6 +164,7 @@ pub(crate) struct Tape {
 
 impl Tape {
     pub(crate) fn push(&mut self, line: &[u8], place: Place, limit: usize) -> Result<(), Problem> {
+        // Lines are held in one buffer, whose size is bounded before it grows.
         if self.size() + line.len() > limit {
             return Err(Problem::TooMuchHeld { limit });
         }

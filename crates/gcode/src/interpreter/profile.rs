@@ -38,6 +38,7 @@ const fn unplaced(problem: Problem) -> Placed {
 impl Interpreter {
     /// The subroutine of a turning cycle on the line, if it is not known yet.
     pub(crate) fn wanted_profile(&self) -> Option<String> {
+        // Looked for before the cycle runs, so that its block runs once.
         let is_cycle = self
             .words
             .codes()

@@ -23,6 +23,7 @@ const MOST_ARC_LINES: f64 = 1e6;
 
 /// Length of a curve in the unit of its points; `None` if it has too few.
 pub(crate) fn curve_length(curve: &NurbsFeed) -> Option<f64> {
+    // Lengths scale with the unit: program units in, program units out.
     let points = curve.points.iter().map(|point| (point.at, point.weight));
     Spline::new(points, curve.order as usize).map(|spline| whole_length(&spline))
 }

@@ -3,7 +3,7 @@
 //! A sign binds tighter than any operator (`-2**2` is 4); operators of equal precedence go from
 //! left to right.
 
-use super::block::{Binary, Op, Parsed, Target, Text, Unary, Value, fail};
+use super::block::{Binary, Block, Op, Parsed, Target, Text, Unary, Value, fail};
 use super::number::{number, skip};
 use crate::problem::Problem;
 use nom::branch::alt;
@@ -16,6 +16,17 @@ pub(crate) struct PostfixCode<'a> {
     pub(crate) ops: &'a mut Vec<Op>,
     pub(crate) names: &'a mut Vec<u8>,
     pub(crate) depth: usize,
+}
+
+impl<'a> PostfixCode<'a> {
+    /// Code that is added to that of a block.
+    pub(crate) fn of(block: &'a mut Block, depth: usize) -> PostfixCode<'a> {
+        PostfixCode {
+            ops: &mut block.ops,
+            names: &mut block.names,
+            depth,
+        }
+    }
 }
 
 /// A value: a literal stays one, anything else becomes code.

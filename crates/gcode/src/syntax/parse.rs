@@ -99,17 +99,9 @@ pub(crate) fn head<'a>(line: &'a [u8], block: &mut Block, limits: &Limits) -> Pa
     }
     // The number of a line is a label: it cannot be computed.
     if let [b'n' | b'N', after @ ..] = rest {
-        let Block { ops, names, .. } = block;
         let (after, value) = match number(after) {
             Some((after, number)) => (after, Value::Number(number)),
-            None => word_value(
-                after,
-                &mut PostfixCode {
-                    ops,
-                    names,
-                    depth: limits.expression_depth,
-                },
-            )?,
+            None => word_value(after, &mut PostfixCode::of(block, limits.expression_depth))?,
         };
         match value {
             Value::Number(number) if number >= 0.0 => block.line_number = Some(number),
@@ -139,6 +131,14 @@ fn between(line: &[u8], rest: &[u8], after: &[u8]) -> Text {
     }
 }
 
+/// Where an item stands that begins at a byte of the line and goes from `input` up to `rest`.
+pub(super) fn taken(at: usize, input: &[u8], rest: &[u8]) -> Text {
+    Text {
+        start: at as u32,
+        len: (input.len() - rest.len()) as u32,
+    }
+}
+
 #[cold]
 fn after_flow(rest: &[u8], first: u8) -> Parsed<'_, ()> {
     if first == 0 {
@@ -154,18 +154,10 @@ fn after_flow(rest: &[u8], first: u8) -> Parsed<'_, ()> {
 
 /// `#... = value`.
 fn setting<'a>(input: &'a [u8], at: usize, block: &mut Block, limits: &Limits) -> Parsed<'a, ()> {
-    let Block { ops, names, .. } = block;
-    let mut code = PostfixCode {
-        ops,
-        names,
-        depth: limits.expression_depth,
-    };
+    let mut code = PostfixCode::of(block, limits.expression_depth);
     let (rest, target) = target(input, &mut code)?;
     let (rest, value) = word_value(rest, &mut code)?;
-    let text = Text {
-        start: at as u32,
-        len: (input.len() - rest.len()) as u32,
-    };
+    let text = taken(at, input, rest);
     block.settings.push(Setting {
         target,
         value,
@@ -203,20 +195,9 @@ pub(crate) fn word<'a>(
         }
         _ => {}
     }
-    let Block { ops, names, .. } = block;
-    let (rest, value) = word_value(
-        after,
-        &mut PostfixCode {
-            ops,
-            names,
-            depth: limits.expression_depth,
-        },
-    )
-    .map_err(|fault| missing(fault, letter))?;
-    let text = Text {
-        start: at as u32,
-        len: (input.len() - rest.len()) as u32,
-    };
+    let (rest, value) = word_value(after, &mut PostfixCode::of(block, limits.expression_depth))
+        .map_err(|fault| missing(fault, letter))?;
+    let text = taken(at, input, rest);
     // Habits are noted here, where the bytes are at hand, and reported by the interpreter.
     block.lower_case |= input.first().is_some_and(u8::is_ascii_lowercase);
     block.glued |= block
@@ -358,21 +339,8 @@ pub(crate) fn flow_line<'a>(input: &'a [u8], block: &mut Block, limit: usize) ->
         if block.arguments.len() >= limit.max(30) {
             return fail(rest, Problem::TooManyWords { limit });
         }
-        let Block {
-            ops,
-            names,
-            arguments,
-            ..
-        } = block;
-        let (after, value) = bracket_value(
-            rest,
-            &mut PostfixCode {
-                ops,
-                names,
-                depth: limit,
-            },
-        )?;
-        arguments.push(value);
+        let (after, value) = bracket_value(rest, &mut PostfixCode::of(block, limit))?;
+        block.arguments.push(value);
         rest = after;
     }
     Ok((rest, ()))
@@ -383,15 +351,7 @@ fn label<'a>(input: &'a [u8], block: &mut Block, limit: usize) -> Parsed<'a, Lab
         let (rest, text) = name(input, &mut block.names)?;
         return Ok((rest, Label::Name(text)));
     }
-    let Block { ops, names, .. } = block;
-    let (rest, value) = word_value(
-        input,
-        &mut PostfixCode {
-            ops,
-            names,
-            depth: limit,
-        },
-    )?;
+    let (rest, value) = word_value(input, &mut PostfixCode::of(block, limit))?;
     Ok((rest, Label::Number(value)))
 }
 

@@ -5,7 +5,7 @@ use super::block::{Block, Fault, Keyword, Label, Parsed, Setting, Text, Value, W
 use super::expression::{PostfixCode, bare_value, bracket_value, expected, target, word_value};
 use super::number::skip;
 use super::parse;
-use super::parse::{head, word};
+use super::parse::{head, taken, word};
 use crate::dialect::{Leniencies, Leniency};
 use crate::limits::Limits;
 use crate::problem::Problem;
@@ -168,12 +168,7 @@ impl<'a> Reader<'a> {
 
     /// `#5 = expression`, the expression with or without brackets.
     fn setting(&mut self, input: &'a [u8], at: usize, block: &mut Block) -> Parsed<'a, ()> {
-        let Block { ops, names, .. } = block;
-        let mut code = PostfixCode {
-            ops,
-            names,
-            depth: self.limits.expression_depth,
-        };
+        let mut code = PostfixCode::of(block, self.limits.expression_depth);
         let (rest, target) = target(input, &mut code)?;
         let (rest, value) = if self.accepted.has(Leniency::BareArithmetic) {
             let (rest, (value, bare)) = bare_value(rest, &mut code)?;
@@ -184,10 +179,7 @@ impl<'a> Reader<'a> {
         } else {
             word_value(rest, &mut code)?
         };
-        let text = Text {
-            start: at as u32,
-            len: (input.len() - rest.len()) as u32,
-        };
+        let text = taken(at, input, rest);
         block.settings.push(Setting {
             target,
             value,
@@ -207,17 +199,9 @@ impl<'a> Reader<'a> {
         if !self.take(Leniency::CornerWords) {
             return fail(input, Problem::BadCharacter { byte: b',' });
         }
-        let Block { ops, names, .. } = block;
-        let mut code = PostfixCode {
-            ops,
-            names,
-            depth: self.limits.expression_depth,
-        };
+        let mut code = PostfixCode::of(block, self.limits.expression_depth);
         let (rest, value) = word_value(after.get(1..).unwrap_or_default(), &mut code)?;
-        let text = Text {
-            start: at as u32,
-            len: (input.len() - rest.len()) as u32,
-        };
+        let text = taken(at, input, rest);
         block.words.push(Word {
             letter,
             value,
@@ -251,19 +235,9 @@ impl<'a> Reader<'a> {
     fn flow_rest(&mut self, keyword: Keyword, rest: &'a [u8], block: &mut Block) -> Parsed<'a, ()> {
         let mut rest = rest;
         if matches!(keyword, Keyword::While | Keyword::If) {
-            let Block {
-                ops,
-                names,
-                arguments,
-                ..
-            } = block;
-            let mut code = PostfixCode {
-                ops,
-                names,
-                depth: self.limits.expression_depth,
-            };
+            let mut code = PostfixCode::of(block, self.limits.expression_depth);
             let (after, condition) = bracket_value(rest, &mut code)?;
-            arguments.push(condition);
+            block.arguments.push(condition);
             rest = skip(after);
         }
         let keyword = match keyword {
@@ -291,14 +265,9 @@ impl<'a> Reader<'a> {
             let (rest, ()) = self.setting(skip(rest), at, block)?;
             return self.flow_end(rest);
         }
-        let Block { ops, names, .. } = block;
         let (rest, label) = word_value(
             rest,
-            &mut PostfixCode {
-                ops,
-                names,
-                depth: self.limits.expression_depth,
-            },
+            &mut PostfixCode::of(block, self.limits.expression_depth),
         )?;
         block.flow = Some((Label::Number(label), keyword));
         self.flow_end(rest)

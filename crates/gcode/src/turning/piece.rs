@@ -246,6 +246,7 @@ impl Piece {
             None => {
                 let way = sub(self.end, self.start);
                 let length = dot(way, way);
+                // Nearest place of the segment: the projection, clamped to its ends.
                 let share = if length > 0.0 {
                     dot(sub(place, self.start), way) / length
                 } else {

@@ -1,25 +1,9 @@
 //! Splines: what they are read as, and how they are moved.
+use crate::common::{moves_with, ops};
 use lostmotion_base::{AxisId, math};
 use lostmotion_gcode::{
-    CanonicalOp, Dialect, Feed, InterpreterConfig, Motion, MotionFold, MotionItem, NurbsFeed,
-    Program, SourcedOp,
+    CanonicalOp, Dialect, Feed, InterpreterConfig, Motion, NurbsFeed, SourcedOp,
 };
-
-fn ops(text: &str) -> Vec<SourcedOp> {
-    ops_of(text, InterpreterConfig::default())
-}
-
-fn ops_of(text: &str, config: InterpreterConfig) -> Vec<SourcedOp> {
-    let mut program = Program::new(text.as_bytes(), config);
-    let all = program.by_ref().collect();
-    assert_eq!(
-        program.diagnostics().errors(),
-        0,
-        "{:?}",
-        program.diagnostics().kept()
-    );
-    all
-}
 
 fn curves(text: &str) -> Vec<NurbsFeed> {
     let curve = |op: SourcedOp| {
@@ -99,25 +83,7 @@ fn a_nurbs_has_weights_and_an_order() {
 
 /// The moves of a program, folded.
 fn moves(text: &str) -> Vec<Motion> {
-    moves_of(ops(text))
-}
-
-fn moves_of(ops: Vec<SourcedOp>) -> Vec<Motion> {
-    let mut fold = MotionFold::new(InterpreterConfig::default().start);
-    let mut items = Vec::new();
-    for op in ops {
-        fold.push_all(&op, &mut items).unwrap();
-    }
-    items
-        .into_iter()
-        .filter_map(|item| {
-            if let MotionItem::Move(motion) = item {
-                Some(motion)
-            } else {
-                None
-            }
-        })
-        .collect()
+    moves_with(text, InterpreterConfig::default())
 }
 
 #[test]
@@ -177,10 +143,7 @@ fn a_spline_turns_with_its_coordinates() {
     const SPLINE: &str = "F100 G1 X1 Y2 Z3\nG5 X11 Y7 I4 J1 P2 Q-3\nM2\n";
     let flat = moves(SPLINE);
     let config = InterpreterConfig::default().with_dialect(Dialect::Fanuc);
-    let tilted = moves_of(ops_of(
-        &format!("G68.2 X0 Y0 Z0 I0 J90 K0\n{SPLINE}"),
-        config,
-    ));
+    let tilted = moves_with(&format!("G68.2 X0 Y0 Z0 I0 J90 K0\n{SPLINE}"), config);
     let turned = moves(&format!("G10 L2 P1 R180\n{SPLINE}"));
     assert_eq!((flat.len(), flat.len()), (tilted.len(), turned.len()));
     let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|axis| (a[axis] - b[axis]).abs() < 1e-9);

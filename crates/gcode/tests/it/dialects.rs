@@ -1,7 +1,6 @@
 //! Programs of other controls: what they mean and what is said about them.
-use lostmotion_gcode::{
-    Diagnostic, Dialect, InterpreterConfig, Leniency, Program, dialect::LENIENCIES,
-};
+use crate::common::{codes, config};
+use lostmotion_gcode::{Dialect, InterpreterConfig, Leniency, Program, dialect::LENIENCIES};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -25,10 +24,6 @@ fn run(text: &[u8], config: InterpreterConfig) -> (Vec<String>, Vec<String>, u64
     (ops, told, program.diagnostics().errors())
 }
 
-fn config(dialect: Dialect) -> InterpreterConfig {
-    InterpreterConfig::default().with_dialect(dialect)
-}
-
 /// Only the moves, without zeros at the end.
 fn moves(text: &str, dialect: Dialect) -> Vec<String> {
     let (ops, told, errors) = run(text.as_bytes(), config(dialect));
@@ -38,17 +33,6 @@ fn moves(text: &str, dialect: Dialect) -> Vec<String> {
     ops.into_iter()
         .filter(motion)
         .map(|op| op.trim_start().split_once(' ').unwrap().1.to_owned())
-        .collect()
-}
-
-fn codes(text: &str, config: InterpreterConfig) -> Vec<&'static str> {
-    let mut program = Program::new(text.as_bytes(), config);
-    for _ in program.by_ref() {}
-    program
-        .diagnostics()
-        .kept()
-        .iter()
-        .map(Diagnostic::code)
         .collect()
 }
 

@@ -1,47 +1,13 @@
 //! Five-axis words of other controls: where they lead, and where they are refused.
+use crate::common::{codes, config, moves_with};
 use lostmotion_base::math;
 use lostmotion_base::units::rad;
-use lostmotion_gcode::{Diagnostic, Dialect, InterpreterConfig, MotionFold, MotionItem, Program};
-
-fn config(dialect: Dialect) -> InterpreterConfig {
-    InterpreterConfig::default().with_dialect(dialect)
-}
-
-fn codes(text: &str, config: InterpreterConfig) -> Vec<&'static str> {
-    let mut program = Program::new(text.as_bytes(), config);
-    for _ in program.by_ref() {}
-    program
-        .diagnostics()
-        .kept()
-        .iter()
-        .map(Diagnostic::code)
-        .collect()
-}
+use lostmotion_gcode::Dialect;
 
 /// Ends of the moves in machine coordinates, mm.
 fn ends(text: &str) -> Vec<[f64; 3]> {
-    let mut program = Program::new(text.as_bytes(), config(Dialect::Fanuc));
-    let mut fold = MotionFold::new(InterpreterConfig::default().start);
-    let mut items = Vec::new();
-    for op in program.by_ref() {
-        fold.push_all(&op, &mut items).unwrap();
-    }
-    assert_eq!(
-        program.diagnostics().errors(),
-        0,
-        "{:?}",
-        program.diagnostics().kept()
-    );
-    items
-        .into_iter()
-        .filter_map(|item| {
-            if let MotionItem::Move(motion) = item {
-                Some(motion.end.linear())
-            } else {
-                None
-            }
-        })
-        .collect()
+    let moves = moves_with(text, config(Dialect::Fanuc));
+    moves.iter().map(|motion| motion.end.linear()).collect()
 }
 
 fn near(a: [f64; 3], b: [f64; 3]) -> bool {

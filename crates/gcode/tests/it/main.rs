@@ -7,6 +7,7 @@
     reason = "a test says what went wrong by panicking, and std's functions are independent of those under test"
 )]
 
+mod common;
 mod compensation;
 mod corners;
 mod curves;

@@ -1,25 +1,10 @@
 //! Probing, threads, saved modes, polar coordinates, and subroutines from files.
+use crate::common::ops;
 use lostmotion_gcode::{
     CanonicalOp, Feed, InterpreterConfig, MotionFold, MotionItem, Problem, Program, SourcedOp,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-fn ops(text: &str) -> Vec<SourcedOp> {
-    ops_of(text, InterpreterConfig::default())
-}
-
-fn ops_of(text: &str, config: InterpreterConfig) -> Vec<SourcedOp> {
-    let mut program = Program::new(text.as_bytes(), config);
-    let all = program.by_ref().collect();
-    assert_eq!(
-        program.diagnostics().errors(),
-        0,
-        "{:?}",
-        program.diagnostics().kept()
-    );
-    all
-}
 
 fn first_error(text: &str) -> String {
     let diagnostics = Program::new(text.as_bytes(), InterpreterConfig::default()).finish();

@@ -1,4 +1,5 @@
 //! Machine coordinates of motion against closed forms.
+use crate::common::moves_with;
 use lostmotion_base::units::rad;
 use lostmotion_base::{AxisId, Coords, math};
 use lostmotion_gcode::{
@@ -6,31 +7,6 @@ use lostmotion_gcode::{
     Tool, ToolTable, Units,
 };
 use std::f64::consts::PI;
-
-fn moves_with(text: &str, config: InterpreterConfig) -> Vec<Motion> {
-    let mut fold = MotionFold::new(config.start);
-    let mut program = Program::new(text.as_bytes(), config);
-    let mut items = Vec::new();
-    for op in program.by_ref() {
-        fold.push_all(&op, &mut items).unwrap();
-    }
-    assert_eq!(
-        program.diagnostics().errors(),
-        0,
-        "{:?}",
-        program.diagnostics().kept()
-    );
-    items
-        .into_iter()
-        .filter_map(|item| {
-            if let MotionItem::Move(motion) = item {
-                Some(motion)
-            } else {
-                None
-            }
-        })
-        .collect()
-}
 
 fn moves(text: &str) -> Vec<Motion> {
     moves_with(text, InterpreterConfig::default())

@@ -1,21 +1,11 @@
 //! Programs with several spindles.
+use crate::common::ops;
 use lostmotion_gcode::{InterpreterConfig, Program};
 
 #[test]
 fn a_dollar_sign_names_the_spindle() {
     let text = "S500 $1\nS300\nM3 $1\nG96 D2000 S80 $2\nG97 S90 $2\nG33 Z-1 K1 $1\nM2\n";
-    let mut program = Program::new(text.as_bytes(), InterpreterConfig::default());
-    let ops: Vec<String> = program
-        .by_ref()
-        .map(|sourced| sourced.op.to_string())
-        .filter(|op| op.contains("SPINDLE"))
-        .collect();
-    assert_eq!(
-        program.diagnostics().errors(),
-        0,
-        "{:?}",
-        program.diagnostics().kept()
-    );
+    let ops = spindle_ops(text);
     let expected = [
         "SET_SPINDLE_SPEED(1, 500.0000)",
         "SET_SPINDLE_SPEED(0, 300.0000)",
@@ -47,19 +37,10 @@ fn a_dollar_sign_names_the_spindle() {
 
 /// Operations of spindles in a program, in the words of the canonical interface.
 fn spindle_ops(source: &str) -> Vec<String> {
-    let mut program = Program::new(source.as_bytes(), InterpreterConfig::default());
-    let ops: Vec<String> = program
-        .by_ref()
-        .map(|sourced| sourced.op.to_string())
-        .filter(|op| op.contains("SPINDLE"))
-        .collect();
-    assert_eq!(
-        program.diagnostics().errors(),
-        0,
-        "{source}: {:?}",
-        program.diagnostics().kept()
-    );
-    ops
+    let texts = ops(source)
+        .into_iter()
+        .map(|sourced| sourced.op.to_string());
+    texts.filter(|op| op.contains("SPINDLE")).collect()
 }
 
 #[test]

@@ -8,6 +8,7 @@
 
 use super::Exec;
 use crate::codes::{Code, whole};
+use crate::exec::words::whole_within;
 use crate::ops::{CanonicalOp, Plane, SourcedOp};
 use crate::problem::Problem;
 use crate::state::{Compensation, HeldOp};
@@ -27,6 +28,7 @@ pub(crate) fn off(exec: &mut Exec<'_>, _: Code) -> Result<(), Problem> {
 
 /// G41 and G42: the radius of tool D, or of the one in the spindle.
 pub(crate) fn on(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
+    // Without a table every tool is accepted, with radius zero.
     let number = exec.named_tool(code, b'D')?;
     exec.check_tool(number)?;
     if exec.tools.is_none() && number != 0 {
@@ -49,13 +51,7 @@ pub(crate) fn on(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
 pub(crate) fn dynamic(exec: &mut Exec<'_>, code: Code) -> Result<(), Problem> {
     let diameter = exec.need(b'D', code, "D, the tool's diameter")?;
     let value = exec.word(b'L').unwrap_or(0.0);
-    let orientation = whole(value).filter(|number| (0.0..=9.0).contains(number));
-    let orientation = orientation.ok_or(Problem::WordOutOfRange {
-        code,
-        letter: 'L',
-        value,
-        allowed: "an orientation from 0 to 9",
-    })?;
+    let orientation = whole_within((code, b'L'), value, 0.0..=9.0, "an orientation from 0 to 9")?;
     if orientation != 0.0 && exec.state.plane != Plane::Zx {
         return Err(Problem::Compensation {
             message: "the orientation of a lathe tool (L) needs the ZX plane (G18)",
@@ -71,6 +67,8 @@ impl Exec<'_> {
         diameter: f64,
         orientation: u8,
     ) -> Result<(), Problem> {
+        // The radius and the side cannot change while a move is held that was offset by the old
+        // ones.
         if self.state.compensation.is_some() {
             return Err(Problem::Compensation {
                 message: "cutter compensation is already on: G40 comes first",

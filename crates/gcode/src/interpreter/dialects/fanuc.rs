@@ -107,6 +107,7 @@ impl Interpreter {
         let Some(at) = self.block.words.iter().position(is_pattern) else {
             return Ok(());
         };
+        // The rest of the line has its words collected as usual.
         let word = self.block.words.remove(at);
         self.collect_words()?;
         let tenths = if let Value::Number(number) = word.value {
