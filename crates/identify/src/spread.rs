@@ -9,7 +9,7 @@
 //! then allows for the number of blocks, counted by their weight on the coefficient (Carter,
 //! Schnepel and Steigerwald 2017).
 
-use crate::huber::{Normal, Piece, Regression, solve_small};
+use crate::huber::{NormalEquations, Piece, Regression, solve_small};
 
 /// Least number of blocks; episodes are cut where the log has fewer. A choice: with nine degrees of
 /// freedom Student's t is 15 % above the normal quantile.
@@ -65,7 +65,7 @@ pub fn spread<const P: usize>(
 ) -> Option<Spread> {
     // Curvature and gradient of the loss that a range of samples brings, at the minimiser.
     let part = |range: std::ops::Range<usize>| {
-        let mut normal = Normal::<P>::default();
+        let mut normal = NormalEquations::<P>::default();
         for k in range {
             let residual = data.residual(k, x) / delta;
             normal.add(&data.rows[k], residual, Piece::of(residual));

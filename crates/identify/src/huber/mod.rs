@@ -23,17 +23,16 @@
 //! Everything is scaled: columns to RMS 1, residuals to units of delta.
 
 mod normal;
-mod program;
 
 use lostmotion_base::vec::dot;
 
 use crate::{
     error::FitError,
-    solver::{QpSolver, SolveOptions, SolverStatus},
+    solver::{QpSolver, QuadraticProgram, SolveOptions, SolverStatus, SparseColumns},
 };
 
 pub(crate) use normal::Piece;
-pub use normal::{Normal, solve_small};
+pub use normal::{NormalEquations, solve_small};
 
 /// Huber's delta in standard deviations: 95 % efficiency on normal residuals (Huber 1964).
 pub(crate) const HUBER_TUNING: f64 = 1.345;
@@ -236,7 +235,7 @@ impl<const P: usize> Regression<P> {
         let mut best = self.objective(z, 1.0);
         for _ in 0..MAX_POLISH_STEPS {
             // Newton on the present pieces: exact in one step if no residual changes its piece.
-            let normal = Normal::at(self, z);
+            let normal = NormalEquations::at(self, z);
             // A coefficient at its bound that the gradient pushes against it stays there (active
             // set).
             let free = std::array::from_fn(|j| {
@@ -263,7 +262,7 @@ impl<const P: usize> Regression<P> {
     }
 
     fn optimality(&self, z: &[f64; P]) -> f64 {
-        let gradient = Normal::at(self, z).gradient;
+        let gradient = NormalEquations::at(self, z).gradient;
         // Karush, Kuhn and Tucker: at a bound the gradient may point against it.
         let excused = |j: usize| self.nonnegative[j] && z[j] <= 0.0 && gradient[j] <= 0.0;
         let worst = (0..P)
@@ -275,7 +274,9 @@ impl<const P: usize> Regression<P> {
 
     fn scaled_least_squares(&self) -> [f64; P] {
         // with every sample in the square part, one Newton step from zero is least squares
-        let step = Normal::square(self).newton(&[true; P]).unwrap_or([0.0; P]);
+        let step = NormalEquations::square(self)
+            .newton(&[true; P])
+            .unwrap_or([0.0; P]);
         std::array::from_fn(|j| {
             if self.nonnegative[j] {
                 step[j].max(0.0)
@@ -308,7 +309,7 @@ impl<const P: usize> Descent<P> {
         // Bounds far from the centre are left out at first (see FAR_BOUND).
         let mut bounded = std::array::from_fn(|j| data.nonnegative[j] && self.z[j] <= FAR_BOUND);
         loop {
-            let (program, unit) = program::build(data, pieces, &self.z, &bounded);
+            let (program, unit) = quadratic_program(data, pieces, &self.z, &bounded);
             let solution = solver.solve(&program, options)?;
             self.iterations += solution.iterations;
             self.solves += 1;
@@ -343,4 +344,76 @@ impl<const P: usize> Descent<P> {
             bounded = std::array::from_fn(|j| bounded[j] || missed[j]);
         }
     }
+}
+
+/// Variables: step `d` (P), then for each explicit sample its square part `u`, its excess above
+/// `v >= 0` and below `w >= 0` with `a d + u + v - w = r`, `r` the residual at the centre; loss
+/// `u^2/2 + v + w`. The other samples add `d'Hd/2 - h'd`. A coefficient that is `bounded` keeps
+/// centre plus step from falling below zero.
+///
+/// The step is in units of `1/sqrt(samples)`, the size that steps have, so that `H` does not
+/// outgrow the explicit samples. Returns the program and the unit of its first variables.
+fn quadratic_program<const P: usize>(
+    data: &Regression<P>,
+    pieces: &[Piece],
+    centre: &[f64; P],
+    bounded: &[bool; P],
+) -> (QuadraticProgram, f64) {
+    let explicit: Vec<usize> = (0..pieces.len())
+        .filter(|&k| pieces[k] == Piece::Explicit)
+        .collect();
+    let count = explicit.len();
+    let unit = 1.0 / (data.rows.len().max(1) as f64).sqrt();
+    // Samples that are summed up: a quadratic form and a linear one in the step.
+    let summed = NormalEquations::of_pieces(data, pieces, centre);
+    let bounded: Vec<usize> = (0..P).filter(|&j| bounded[j]).collect();
+    // Rows: one equation per explicit sample, then the bounds, then v >= 0 and w >= 0.
+    let (variables, rows) = (P + 3 * count, count + bounded.len() + 2 * count);
+    let first_excess_row = count + bounded.len();
+
+    let mut quadratic = SparseColumns::new(variables);
+    // Objective: H of the summed samples on d, 1 on each u, nothing on v and w.
+    for j in 0..P {
+        quadratic.push_column((0..=j).map(|i| (i, unit * unit * summed.matrix[i][j])));
+    }
+    (0..count).for_each(|n| quadratic.push_column([(P + n, 1.0)]));
+    (0..2 * count).for_each(|_| quadratic.push_column([]));
+
+    let mut constraints = SparseColumns::new(rows);
+    // Columns of d: its part of each residual, and minus one in the row of its bound.
+    for j in 0..P {
+        let slopes = explicit
+            .iter()
+            .enumerate()
+            .map(|(row, &k)| (row, unit * data.rows[k][j]));
+        let bound = bounded
+            .iter()
+            .position(|&b| b == j)
+            .map(|n| (count + n, -1.0));
+        constraints.push_column(slopes.chain(bound));
+    }
+    // Columns of u, v and w: u + v - w in the sample's equation, -v <= 0 and -w <= 0.
+    (0..count).for_each(|n| constraints.push_column([(n, 1.0)]));
+    (0..count).for_each(|n| constraints.push_column([(n, 1.0), (first_excess_row + n, -1.0)]));
+    (0..count)
+        .for_each(|n| constraints.push_column([(n, -1.0), (first_excess_row + count + n, -1.0)]));
+
+    // Linear costs: -h on d, none on u, one on v and w.
+    let mut linear: Vec<f64> = summed.gradient.iter().map(|h| -unit * h).collect();
+    linear.resize(P + count, 0.0);
+    linear.resize(variables, 1.0);
+    // Right sides: residuals at the centre, then what each bounded coefficient has to spare.
+    let mut bounds: Vec<f64> = explicit.iter().map(|&k| data.residual(k, centre)).collect();
+    bounds.extend(bounded.iter().map(|&j| centre[j] / unit));
+    bounds.resize(rows, 0.0);
+    (
+        QuadraticProgram {
+            quadratic,
+            linear,
+            constraints,
+            bounds,
+            equations: count,
+        },
+        unit,
+    )
 }

@@ -52,14 +52,14 @@ impl Piece {
 
 /// Second-order picture of the loss at a point, in the regression's own units with delta 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Normal<const P: usize> {
+pub struct NormalEquations<const P: usize> {
     /// `sum a a'` over the samples in the square part.
     pub matrix: [[f64; P]; P],
     /// `sum a psi(r)`: the negative gradient.
     pub gradient: [f64; P],
 }
 
-impl<const P: usize> Default for Normal<P> {
+impl<const P: usize> Default for NormalEquations<P> {
     fn default() -> Self {
         Self {
             matrix: [[0.0; P]; P],
@@ -68,7 +68,7 @@ impl<const P: usize> Default for Normal<P> {
     }
 }
 
-impl<const P: usize> Normal<P> {
+impl<const P: usize> NormalEquations<P> {
     /// Of the whole loss at `z`.
     pub fn at(data: &Regression<P>, z: &[f64; P]) -> Self {
         let mut normal = Self::default();

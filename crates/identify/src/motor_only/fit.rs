@@ -14,13 +14,13 @@ use crate::{
 
 use lostmotion_base::math;
 
-use super::doubt::{Beforehand, Found, Prior};
 use super::load::find_load;
 use super::program::{Projected, Solved};
 use super::segments::{
     COMMON, COMPLIANCE, Cutter, DAMPING_TIME, HALF_GAP, INVERSE_INERTIA, Segment,
 };
 use super::sides::Sides;
+use super::uncertainty::{Prior, PriorKnowledge, RoundResult};
 use crate::result::FittedLoad;
 
 /// Rounds in which delta and the crossings' choice settle.
@@ -113,7 +113,7 @@ pub fn fit_motor_only_with(
         load,
         changes,
         half,
-        beforehand: Beforehand {
+        knowledge: PriorKnowledge {
             torque_noise_nm: settings.torque_constant_nm_per_a
                 * noise(log.as_backlash_log().current().iter().copied()),
             period_s: log.period_s(),
@@ -141,7 +141,7 @@ struct MotorOnlyJob<'a> {
     load: FittedLoad,
     changes: usize,
     half: usize,
-    beforehand: Beforehand,
+    knowledge: PriorKnowledge,
     threshold_nm: f64,
 }
 
@@ -154,16 +154,16 @@ impl MotorOnlyJob<'_> {
         // No residual scale below what the encoder resolves.
         let floor = (RESOLUTION_SHARE * self.log.resolution_rad()).max(1e-12);
         let robust = |residuals: Vec<f64>| (quantile(residuals, 0.5) / MEDIAN_OF_NORMAL).max(floor);
-        let mut found = Found {
+        let mut found = RoundResult {
             deviation: self.log.resolution_rad().max(floor),
             compliance: 1.0,
         };
         // Each round weighs by the scale and the compliance that the one before found.
         for round in 1.. {
-            let priors = self.beforehand.priors(&found);
+            let priors = self.knowledge.priors(&found);
             let data = Projected::new(
                 &segments,
-                self.beforehand.drift(&found),
+                self.knowledge.drift(&found),
                 &priors,
                 found.deviation,
             );
@@ -191,7 +191,7 @@ impl MotorOnlyJob<'_> {
                 .map(|r| r.abs())
                 .collect();
             let usual = quantile(residuals.clone(), 0.5);
-            found = Found {
+            found = RoundResult {
                 deviation: robust(residuals),
                 compliance: solved.x[COMPLIANCE],
             };
@@ -232,8 +232,8 @@ impl MotorOnlyJob<'_> {
         let spread =
             |which| spread::spread(&profiled, &solved.x, delta, &blocks, which).ok_or_else(thin);
         let (gap, compliance_spread) = (spread(HALF_GAP)?, spread(COMPLIANCE)?);
-        let presumed = data
-            .presumed(&profiled, solved, delta, priors)
+        let prior_deviation = data
+            .prior_deviation(&profiled, solved, delta, priors)
             .ok_or_else(thin)?;
         let (half_gap, compliance) = (solved.x[HALF_GAP], solved.x[COMPLIANCE]);
         let residuals = &solved.residuals[..data.equations];
@@ -251,8 +251,8 @@ impl MotorOnlyJob<'_> {
         };
         let allowance =
             RESOLUTION_SHARE * self.log.resolution_rad() + MODEL_ERROR_SHARE * wind_up + blurred;
-        // Scatter and presumptions are independent; the allowance is not random and is added.
-        let half_width = math::hypot(gap.half_width, 2.0 * presumed) + allowance;
+        // Scatter and priors are independent; the allowance is not random and is added.
+        let half_width = math::hypot(gap.half_width, 2.0 * prior_deviation) + allowance;
         let interval = [(half_gap - half_width).max(0.0), half_gap + half_width];
         let reason = (interval[0] <= 0.0).then_some(NotExcited::GapBelowNoise {
             half_gap_rad: half_gap,

@@ -15,19 +15,19 @@
 //! 3. `segments`: crossings in which it certainly rests or certainly slides, judged by that
 //!    friction.
 //! 4. `program` and a second round without the crossings that do not fit: their labels were wrong.
-//! 5. `doubt`: how the current's noise adds up in the load's motion, and what the priors hold of the
+//! 5. `uncertainty`: how the current's noise adds up in the load's motion, and what the priors hold of the
 //!    other coefficients.
 //! 6. [`crate::spread`] over whole crossings.
 //!
 //! Not determined from the motor alone: the middle of the gap (every crossing has its own zero),
 //! and with it whether the two half gaps differ.
 
-mod doubt;
 mod fit;
 mod load;
 mod profile;
 mod program;
 mod segments;
 mod sides;
+mod uncertainty;
 
 pub use fit::{fit_motor_only, fit_motor_only_with};

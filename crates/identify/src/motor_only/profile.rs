@@ -3,11 +3,11 @@
 
 use lostmotion_base::vec::dot;
 
-use crate::huber::{Normal, Piece, Regression};
+use crate::huber::{NormalEquations, Piece, Regression};
 
-use super::doubt::Prior;
 use super::program::{LOCAL, Projected, Solved};
 use super::segments::HALF_GAP;
+use super::uncertainty::Prior;
 
 /// Added to the diagonal of normal equations of orthonormal columns, so that an empty column has
 /// the solution zero. A choice: far below 1, far above rounding.
@@ -16,7 +16,7 @@ const RIDGE: f64 = 1e-9;
 impl<const P: usize> Projected<P> {
     /// Standard deviation of the half gap due to the uncertainty of the priors; `None` where the
     /// equations do not determine it.
-    pub(super) fn presumed(
+    pub(super) fn prior_deviation(
         &self,
         profiled: &Regression<P>,
         solved: &Solved<P>,
@@ -24,7 +24,7 @@ impl<const P: usize> Projected<P> {
         priors: &[Prior],
     ) -> Option<f64> {
         // Curvature of the loss at the solution; its inverse tells how each equation moves the gap.
-        let mut normal = Normal::<P>::default();
+        let mut normal = NormalEquations::<P>::default();
         for (k, row) in profiled.rows.iter().enumerate() {
             let residual = profiled.residual(k, &solved.x) / delta;
             normal.add(row, residual, Piece::of(residual));
@@ -37,7 +37,7 @@ impl<const P: usize> Projected<P> {
         // Shift of the gap where a prior is wrong by its own standard deviation; independent, so
         // their squares add up.
         let shifts = rows.zip(priors).map(|(row, prior)| {
-            influence[prior.column] * row[prior.column] * row[prior.column] * prior.doubt
+            influence[prior.column] * row[prior.column] * row[prior.column] * prior.deviation
         });
         Some(shifts.map(|shift| shift * shift).sum::<f64>().sqrt())
     }

@@ -18,8 +18,8 @@ use crate::{
 
 use faer::Mat;
 
-use super::doubt::{Drift, Prior, whiten};
 use super::segments::{COMMON, COMPLIANCE, Equation, HALF_GAP, INVERSE_INERTIA, Segment};
+use super::uncertainty::{Drift, Prior, whiten};
 
 /// Constants of a crossing at most: position, speed, acceleration of the load.
 pub(super) const LOCAL: usize = 3;
@@ -128,7 +128,7 @@ impl Projected<COMMON> {
         whole.equations = whole.segment.len();
         // A prior is one more equation, weighed by a window's deviation over its own.
         for (index, prior) in priors.iter().enumerate() {
-            let weight = deviation / prior.doubt;
+            let weight = deviation / prior.deviation;
             whole.regression.rows.push(std::array::from_fn(|column| {
                 if column == prior.column { weight } else { 0.0 }
             }));

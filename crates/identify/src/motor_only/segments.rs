@@ -184,7 +184,10 @@ impl Cutter<'_> {
             return None;
         }
         let firm = |n: &usize| self.sides.firm(*n);
-        let mut chosen: Vec<Chosen> = (first..=last).filter(firm).map(Chosen::at_rest).collect();
+        let mut chosen: Vec<CrossingWindow> = (first..=last)
+            .filter(firm)
+            .map(CrossingWindow::at_rest)
+            .collect();
         let before = chosen.len();
         // On the new flank the load rests until the torque exceeds its friction, then breaks away.
         let held = (to.1..=to.2)
@@ -192,8 +195,12 @@ impl Cutter<'_> {
             .count()
             .min(MAX_WINDOWS_PER_SIDE);
         let end = (to.1 + held + WINDOWS_AFTER_BREAKAWAY).min(to.2);
-        let away = BrokenAway::new(self, to.1 + held, end, new);
-        chosen.extend((to.1..end).filter(firm).map(|n| away.chosen(n, self.half)));
+        let away = BreakawayMotion::new(self, to.1 + held, end, new);
+        chosen.extend(
+            (to.1..end)
+                .filter(firm)
+                .map(|n| away.averaged(n, self.half)),
+        );
         let after = chosen.len() - before;
         (before >= MIN_WINDOWS_PER_SIDE && after >= MIN_WINDOWS_PER_SIDE)
             .then(|| self.segment(&chosen, false))
@@ -237,12 +244,12 @@ impl Cutter<'_> {
                 // bend.
                 let [travel, drag] = std::array::from_fn(|i| now[i] + square * steps[i] / 12.0);
                 let under_way = (n - first) as f64;
-                chosen.push(Chosen {
+                chosen.push(CrossingWindow {
                     travel,
                     drag,
                     under_way,
                     impulse: impulse + 0.5 * drive,
-                    ..Chosen::at_rest(n)
+                    ..CrossingWindow::at_rest(n)
                 });
                 counts[usize::from(n >= landed)] += 1;
             }
@@ -268,13 +275,13 @@ impl Cutter<'_> {
         self.windows[n].torque_nm + self.motor_inertia_kgm2 * self.windows[n].acceleration_rad_s2
     }
 
-    fn segment(&self, chosen: &[Chosen], slides: bool) -> Segment {
+    fn segment(&self, chosen: &[CrossingWindow], slides: bool) -> Segment {
         let start = chosen.first().map_or(0, |first| first.window);
         let origin = self.windows[start].difference_rad;
         // while both masses slide together the contact carries the load's part of the motor's
         // torque, and a constant of the crossing's own
         let clean = self.load.inertia_kgm2 / (self.load.inertia_kgm2 + self.motor_inertia_kgm2);
-        let equation = |chosen: &Chosen| {
+        let equation = |chosen: &CrossingWindow| {
             let n = chosen.window;
             // Central difference of the motor's torque.
             let rate =
@@ -310,7 +317,7 @@ impl Cutter<'_> {
 }
 
 /// The motion of a load from where it breaks away, sample by sample, for p = 1.
-struct BrokenAway {
+struct BreakawayMotion {
     /// Sample at which it starts.
     first: usize,
     /// Travel, travel per N m of friction, impulse of the motor beyond that at the start, and
@@ -319,10 +326,10 @@ struct BrokenAway {
     inertia: f64,
 }
 
-impl BrokenAway {
+impl BreakawayMotion {
     /// `start`: first window whose torque exceeds the certain rest; `end`: last window that is
     /// asked for.
-    fn new(cutter: &Cutter, start: usize, end: usize, side: f64) -> BrokenAway {
+    fn new(cutter: &Cutter, start: usize, end: usize, side: f64) -> BreakawayMotion {
         let load = cutter.load;
         // Averages of half-width 1 begin at the log's second sample.
         let at = |sample: usize| &cutter.samples[(sample - 1).min(cutter.samples.len() - 1)];
@@ -360,7 +367,7 @@ impl BrokenAway {
             impulse += late;
             speed += period * steps[0];
         }
-        BrokenAway {
+        BreakawayMotion {
             first,
             motion,
             inertia: load.inertia_kgm2,
@@ -368,7 +375,7 @@ impl BrokenAway {
     }
 
     /// Averages over a window's triangle.
-    fn chosen(&self, window: usize, half: usize) -> Chosen {
+    fn averaged(&self, window: usize, half: usize) -> CrossingWindow {
         // Weights of the window's triangle; before the break-away the load rests and adds nothing.
         let centre = (window + 1) * half;
         let mut sums = [0.0; 4];
@@ -385,19 +392,19 @@ impl BrokenAway {
         }
         let [travel, friction, impulse, speed] = sums;
         let under_way = (centre as f64 - self.first as f64).max(0.0) / half as f64;
-        Chosen {
+        CrossingWindow {
             travel,
             friction,
             impulse,
             under_way,
             load_speed: speed / self.inertia,
-            ..Chosen::at_rest(window)
+            ..CrossingWindow::at_rest(window)
         }
     }
 }
 
 /// A window of a crossing with the parts of the load's travel in it, as in [`Equation`].
-struct Chosen {
+struct CrossingWindow {
     window: usize,
     travel: f64,
     impulse: f64,
@@ -407,9 +414,9 @@ struct Chosen {
     under_way: f64,
 }
 
-impl Chosen {
-    fn at_rest(window: usize) -> Chosen {
-        Chosen {
+impl CrossingWindow {
+    fn at_rest(window: usize) -> CrossingWindow {
+        CrossingWindow {
             window,
             travel: 0.0,
             impulse: 0.0,

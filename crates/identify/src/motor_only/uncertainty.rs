@@ -32,7 +32,7 @@ const MAX_DAMPING_TIME_S: f64 = 2e-3;
 
 /// Scale and compliance that a round of the fit found, for the next one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
+pub(super) struct RoundResult {
     /// Robust standard deviation of the residuals, rad.
     pub(super) deviation: f64,
     /// rad/(N m).
@@ -41,19 +41,24 @@ pub(super) struct Found {
 
 /// Quantities known before the crossings are fitted.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Beforehand {
+pub(super) struct PriorKnowledge {
+    /// Standard deviation of the noise of the motor's torque, N m.
     pub(super) torque_noise_nm: f64,
+    /// Time between samples, s.
     pub(super) period_s: f64,
     /// Time between windows, s.
     pub(super) spacing_s: f64,
+    /// The load as it was found while it slides.
     pub(super) load: FittedLoad,
+    /// Largest speed of the motor, rad/s.
     pub(super) fastest_rad_s: f64,
+    /// Largest contact torque, N m.
     pub(super) largest_nm: f64,
 }
 
-impl Beforehand {
+impl PriorKnowledge {
     /// The current's noise as it adds up in the load's place.
-    pub(super) fn drift(&self, found: &Found) -> Drift {
+    pub(super) fn drift(&self, found: &RoundResult) -> Drift {
         if self.load.inertia_kgm2 <= 0.0 {
             return Drift(0.0);
         }
@@ -65,7 +70,7 @@ impl Beforehand {
     }
 
     /// Priors of the coefficients other than gap and compliance.
-    pub(super) fn priors(&self, found: &Found) -> Vec<Prior> {
+    pub(super) fn priors(&self, found: &RoundResult) -> Vec<Prior> {
         let FittedLoad {
             inertia_kgm2,
             viscous_nm_s_per_rad,
@@ -79,10 +84,10 @@ impl Beforehand {
         let (p, late) = (1.0 / inertia_kgm2, MAX_LATENESS * self.period_s);
         let friction = LOAD_UNCERTAINTY * (coulomb_nm + LOAD_UNCERTAINTY * self.largest_nm);
         let compliance = found.compliance.max(1e-9);
-        let of = |column, value, doubt| Prior {
+        let of = |column, value, deviation| Prior {
             column,
             value,
-            doubt,
+            deviation,
         };
         vec![
             of(SLIDING_RATE, 0.0, compliance * MAX_DAMPING_TIME_S),
@@ -137,10 +142,12 @@ pub(super) fn whiten(lower: &Mat<f64>, values: &mut [f64]) {
 /// A coefficient as it is known before the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Prior {
+    /// Place of the coefficient.
     pub(super) column: usize,
+    /// Its presumed value.
     pub(super) value: f64,
     /// Standard deviation.
-    pub(super) doubt: f64,
+    pub(super) deviation: f64,
 }
 
 #[cfg(test)]
