@@ -187,15 +187,11 @@ fn heavy_or_io_crates_stay_out_of_the_forward_path() {
     }
 }
 
-/// Crates whose modules still use each other in rings. Take a crate out once it is clean.
-const STILL_CYCLIC: &[&str] = &[];
-
 #[test]
 fn modules_of_a_crate_go_one_way() {
     let mut faults = String::new();
     for package in sources::packages() {
         let cycles = sources::cycles::cycles(&package);
-        let listed = STILL_CYCLIC.contains(&package.name.as_str());
         for cycle in cycles {
             let mut text = format!(
                 "{}::{}: {}\n",
@@ -207,11 +203,7 @@ fn modules_of_a_crate_go_one_way() {
                 let places: Vec<String> = places.into_iter().take(4).collect();
                 text += &format!("    {from} -> {to} in {}\n", places.join(", "));
             }
-            if listed {
-                println!("{text}");
-            } else {
-                faults += &text;
-            }
+            faults += &text;
         }
     }
     assert!(faults.is_empty(), "modules in rings:\n{faults}");

@@ -103,7 +103,7 @@ fn take_items(
     for name in declared {
         let found = folder.join(format!("{name}.rs"));
         if found.is_file() {
-            let child_path = [path, &[name.clone()]].concat();
+            let child_path = [path, std::slice::from_ref(&name)].concat();
             read_module(&found, &folder.join(&name), &child_path, out);
         }
     }
