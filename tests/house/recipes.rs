@@ -127,7 +127,7 @@ fn recipes_compile() {
     let mut applied = 0;
     for change in changes(&page) {
         let is_in = |name: &&str| change.after.starts_with(&format!("crates/{name}/src/"));
-        if !COPIED.iter().any(|name| is_in(&name)) {
+        if !COPIED.iter().any(is_in) {
             continue;
         }
         let path = place.join(change.after);
