@@ -1,4 +1,4 @@
-//! Serial machines from a list of joints: machine tools ([`MachineTool`](crate::MachineTool)) where
+//! Serial machines from a list of joints: machine tools ([`MachineTool`]) where
 //! the rotary words are rotary joints, arms where words are a pose (in closed form or by Newton's
 //! method).
 
