@@ -17,6 +17,7 @@ pub type Matrix<const N: usize> = [[f64; N]; N];
 /// Row `i` holds the entries `(i, i)`, `(i, i + 1)` up to `(i, i + W - 1)`; entries beyond the last
 /// column are not read. The factors are left in `rows` and the solutions in `x`. One right side is
 /// divided by the pivots; several are multiplied by one reciprocal.
+#[inline]
 pub fn solve_banded<const W: usize, const N: usize>(rows: &mut [[f64; W]], x: &mut [[f64; N]]) {
     // Rows and right sides come in pairs; a surplus of either stays as it is.
     let n = rows.len().min(x.len());
@@ -69,6 +70,7 @@ fn subtract<const N: usize>(from: &mut [f64; N], what: &[f64; N], factor: f64) {
 ///
 /// Pivots below `least_pivot` are raised to it, so that a direction that is not determined gets a
 /// finite solution. With 0 the factor of an indefinite matrix has entries that are not finite.
+#[inline]
 pub fn cholesky<const N: usize>(a: &Matrix<N>, least_pivot: f64) -> Matrix<N> {
     let mut l = [[0.0; N]; N];
     for i in 0..N {
@@ -86,6 +88,7 @@ pub fn cholesky<const N: usize>(a: &Matrix<N>, least_pivot: f64) -> Matrix<N> {
 }
 
 /// Solves `L L' x = right` with a factor of [`cholesky`].
+#[inline]
 pub fn cholesky_solve<const N: usize>(l: &Matrix<N>, right: &[f64; N]) -> [f64; N] {
     let mut x = [0.0; N];
     // Forward with L, then backward with its transpose.
@@ -101,6 +104,7 @@ pub fn cholesky_solve<const N: usize>(l: &Matrix<N>, right: &[f64; N]) -> [f64; 
 }
 
 /// Product of two matrices; entries of `a` that are 0 are skipped.
+#[inline]
 pub fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
     let mut out = [[0.0; N]; N];
     for (row, a_row) in out.iter_mut().zip(a) {

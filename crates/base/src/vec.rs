@@ -102,12 +102,14 @@ pub fn distance2(a: Vec2, b: Vec2) -> f64 {
 }
 
 /// Direction of length 1 from one place of the plane to another; `None` if they are the same.
+#[inline]
 pub fn direction2(from: Vec2, to: Vec2) -> Option<Vec2> {
     let length = distance2(from, to);
     (length > 0.0).then(|| [(to[0] - from[0]) / length, (to[1] - from[1]) / length])
 }
 
 /// A vector of length 1 in the same direction; `None` for a vector shorter than 1e-9 or not finite.
+#[inline]
 pub fn unit(a: Vec3) -> Option<Vec3> {
     let length = norm(a);
     // An infinite length would pass the comparison alone, and give a vector of zeros.
@@ -115,6 +117,7 @@ pub fn unit(a: Vec3) -> Option<Vec3> {
 }
 
 /// A unit vector at right angles to a unit vector.
+#[inline]
 pub fn across(u: Vec3) -> Vec3 {
     // The coordinate axis that `u` is farthest from gives the best conditioned product.
     let farthest = if u[0].abs() <= u[1].abs() && u[0].abs() <= u[2].abs() {
@@ -130,6 +133,7 @@ pub fn across(u: Vec3) -> Vec3 {
 
 /// Angle between two directions, rad in [0, pi], accurate for small angles; 0 if either has no
 /// length.
+#[inline]
 pub fn angle(a: Vec3, b: Vec3) -> f64 {
     // From sine and cosine together: acos alone loses half of the digits near 0 and pi.
     math::atan2(norm(cross(a, b)), dot(a, b))

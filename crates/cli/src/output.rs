@@ -179,7 +179,7 @@ fn refuse_standard(path: &Path, allowed: &str) -> Result<(), Failure> {
     if is_standard(path) {
         let hint = "this command writes no result to stdout; `./-` is a file or folder named so";
         return Err(Failure::with_hint(
-            format!("the output is `-`; allowed is {allowed}"),
+            format!("the output is `-`; it has to be {allowed}"),
             hint,
         ));
     }

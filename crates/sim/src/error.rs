@@ -145,7 +145,7 @@ pub enum SimError {
     /// A setting that makes no sense.
     #[error("{what} is {value}; it has to be {condition}")]
     Option {
-        /// Which setting.
+        /// Which setting: the name of its field.
         what: &'static str,
         /// Its value.
         value: f64,

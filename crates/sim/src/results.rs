@@ -222,10 +222,24 @@ pub struct PlanInfo {
     /// is no such move.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unstraight: Option<Straightness>,
+    /// Interventions whose time came after the end of the motion; they did nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub late: Option<LateInterventions>,
 }
 
 fn is_zero(value: &f64) -> bool {
     value.to_bits() == 0
+}
+
+/// Interventions that came too late to do anything.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LateInterventions {
+    /// How many.
+    pub count: u64,
+    /// Time of the first of them since the start of the program, s.
+    pub first_s: f64,
+    /// When the motion was over, s.
+    pub end_s: f64,
 }
 
 /// Answer of a run: one plan, one method or several side by side.
@@ -408,6 +422,22 @@ impl PlanInfo {
         Some(format!(
             "line {line}: between two commands the tool bows by {max_um:.3} um from its way if the joints go straight (limit {limit_um} um); a shorter command cycle, a \
              lower speed or a smoother interpolator help"
+        ))
+    }
+
+    /// A warning where interventions came after the end of the motion.
+    pub fn late_warning(&self) -> Option<String> {
+        let LateInterventions {
+            count,
+            first_s,
+            end_s,
+        } = self.late?;
+        let which = match count {
+            1 => format!("the intervention at {first_s} s comes"),
+            more => format!("{more} interventions, the first at {first_s} s, come"),
+        };
+        Some(format!(
+            "{which} after the end of the motion at {end_s:.3} s and did nothing"
         ))
     }
 }

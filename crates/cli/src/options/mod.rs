@@ -146,7 +146,7 @@ pub(crate) fn methods() -> Names {
 pub(crate) fn threads(asked: Option<usize>) -> Result<usize, Failure> {
     match asked {
         Some(asked) if !(1..=MAX_THREADS).contains(&asked) => Err(Failure::with_hint(
-            format!("--threads is {asked}; allowed is 1 to {MAX_THREADS}"),
+            format!("--threads is {asked}; it has to be 1 to {MAX_THREADS}"),
             "leave it out to use all cores",
         )),
         asked => Ok(asked.unwrap_or(0)),

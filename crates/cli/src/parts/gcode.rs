@@ -309,7 +309,7 @@ fn options(args: &FormatPart, source: &Program) -> Result<FormatOptions, Failure
             Ok(step @ 1..=10_000) => LineNumbers::Renumber { step },
             _ => {
                 return Err(Failure::message(format!(
-                    "--line-numbers is {step}; allowed is keep, remove, or a step from 1 to 10000"
+                    "--line-numbers is {step}; it has to be keep, remove, or a step from 1 to 10000"
                 )));
             }
         },
@@ -330,7 +330,7 @@ fn options(args: &FormatPart, source: &Program) -> Result<FormatOptions, Failure
     }
     if args.indent > MAX_INDENT {
         return Err(Failure::message(format!(
-            "--indent is {}; allowed is 0 to {MAX_INDENT}",
+            "--indent is {}; it has to be 0 to {MAX_INDENT}",
             args.indent
         )));
     }

@@ -25,11 +25,28 @@ fn failure(program: &Program, error: &SimError, voice: Voice) -> Failure {
         SimError::Travel { provenance, .. }
         | SimError::NoAxis { provenance, .. }
         | SimError::Path { provenance, .. } => provenance,
+        SimError::Option {
+            what,
+            value,
+            condition,
+        } => {
+            let flag = flag_of(what);
+            return Failure::message(format!("{flag} is {value}; it has to be {condition}"));
+        }
         _ => return Failure::message(error.to_string()),
     };
     let mut findings = Findings::none(program).with_provenance(provenance);
     add(&mut findings, error);
     findings.failure(voice)
+}
+
+/// The option that sets a field of the session's settings.
+fn flag_of(field: &str) -> String {
+    match field {
+        "at_s" => "the time of --at in s".to_owned(),
+        "spindle_event_s" => "--spindle-s".to_owned(),
+        other => format!("--{}", other.replace('_', "-")),
+    }
 }
 
 /// Adds an error of the session that is about a block; false for one that is not.

@@ -103,6 +103,9 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
         if let Some(warning) = info.bow_warning(BowLimit::new(&machine, &options).um) {
             remark(&format!("warning: {warning}"));
         }
+        if let Some(warning) = info.late_warning() {
+            remark(&format!("warning: {warning}"));
+        }
     }
     Ok(DONE)
 }

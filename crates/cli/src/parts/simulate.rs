@@ -108,11 +108,6 @@ fn prepare(run: &Run) -> Result<(Program, Machine, SimulateOptions), Failure> {
     let program = input::program(&run.on.part)?;
     let machine = run.drives.of(&run.on.machine()?)?;
     let machine = with_fits(machine, &run.fitted)?;
-    if let Some(tolerance) = run.tolerance_um.filter(|um| !(um.is_finite() && *um > 0.0)) {
-        return Err(Failure::message(format!(
-            "--tolerance-um is {tolerance}; allowed is a positive finite number"
-        )));
-    }
     let options = SimulateOptions {
         tolerance_um: run.tolerance_um,
         cutting_force_n: run.cutting_force_n,

@@ -343,7 +343,7 @@ fn endurance(args: &Endurance) -> Result<u8, Failure> {
     if !(args.minutes > 0.0 && args.minutes <= MOST_MINUTES) {
         return Err(Failure::with_hint(
             format!(
-                "--minutes is {}; allowed is above 0, up to {MOST_MINUTES}",
+                "--minutes is {}; it has to be above 0, up to {MOST_MINUTES}",
                 args.minutes
             ),
             "",

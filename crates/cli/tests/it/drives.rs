@@ -101,7 +101,7 @@ fn time_is_told_as_text_json_and_tables() {
     assert_eq!(json.matches("\"start_s\"").count(), 1, "{json}");
     assert!(
         text(at, 2, &["time", "line.ngc", "--tool-change-s", "-1"])
-            .contains("the time of a tool change in s")
+            .contains("--tool-change-s is -1; it has to be a finite number, 0 or above")
     );
 }
 

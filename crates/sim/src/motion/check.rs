@@ -228,32 +228,23 @@ fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
         }
     };
     if let Some(tolerance_um) = options.tolerance_um {
-        positive("the tolerance in um", tolerance_um)?;
+        positive("tolerance_um", tolerance_um)?;
     }
     if let Some(force) = options
         .cutting_force_n
         .filter(|force| !(0.0..=LARGEST_FORCE_N).contains(force))
     {
         return Err(SimError::Option {
-            what: "the cutting force in N",
+            what: "cutting_force_n",
             value: force,
             condition: "a number from 0 to 1e6",
         });
     }
     if let Some(limit_um) = options.bow_limit_um {
-        positive("the limit of the tool's bow in um", limit_um)?;
+        positive("bow_limit_um", limit_um)?;
     }
-    positive(
-        "the window after a reversal in s",
-        options.reversal_window_s,
-    )?;
-    positive("the longest duration in s", options.max_duration_s)?;
-    positive(
-        "the tolerance of splines in mm",
-        options.spline_tolerance_mm,
-    )?;
-    positive(
-        "the number of samples in a chunk",
-        options.chunk_samples as f64,
-    )
+    positive("reversal_window_s", options.reversal_window_s)?;
+    positive("max_duration_s", options.max_duration_s)?;
+    positive("spline_tolerance_mm", options.spline_tolerance_mm)?;
+    positive("chunk_samples", options.chunk_samples as f64)
 }

@@ -43,6 +43,8 @@ pub(crate) struct Feed {
     planner: Planner,
     config: PlannerConfig,
     paced: Option<Paced>,
+    /// Of the commands that the drives get, which is coarser than the planner's under a pacer.
+    command_period_s: f64,
     bows: Option<Bows>,
     modes: Modes,
     /// The first move in other coordinates, which begins when the planner has come to rest.
@@ -110,6 +112,7 @@ impl Feed {
             ),
             config,
             paced,
+            command_period_s: machine.cycles().command().period_s(),
             bows,
             modes,
             held: None,
@@ -277,11 +280,13 @@ impl Feed {
         Ok(())
     }
 
-    /// Tells how straight the tool goes.
+    /// Tells how straight the tool goes, and which interventions came after the end of the motion.
     pub(crate) fn tell(&self, plan: &mut PlanInfo) {
         if let Some(bows) = &self.bows {
             bows.tell(plan);
         }
+        let paced = self.paced.as_ref();
+        plan.late = paced.and_then(|paced| paced.left(self.command_period_s));
     }
 
     /// The last sample given out.

@@ -2,6 +2,7 @@
 
 use crate::error::SimError;
 use crate::options::Intervention;
+use crate::results::LateInterventions;
 use lostmotion_base::Tick;
 use lostmotion_plan::{Action, Pacer, PlannerConfig, Sample};
 use std::collections::VecDeque;
@@ -35,7 +36,7 @@ impl Paced {
             // Actions are taken off the front: their times must not go back.
             if !(at_s.is_finite() && *at_s >= last_s) {
                 return Err(SimError::Option {
-                    what: "the time of an intervention in s",
+                    what: "at_s",
                     value: *at_s,
                     condition: "0 or above, and not before the one before it",
                 });
@@ -89,5 +90,16 @@ impl Paced {
             }
         }
         Ok(())
+    }
+
+    /// Those actions whose time has not come.
+    pub(super) fn left(&self, period_s: f64) -> Option<LateInterventions> {
+        let (first, _) = self.actions.front()?;
+        Some(LateInterventions {
+            count: self.actions.len() as u64,
+            first_s: *first as f64 * period_s,
+            // n samples bound n - 1 intervals.
+            end_s: self.given.saturating_sub(1) as f64 * period_s,
+        })
     }
 }

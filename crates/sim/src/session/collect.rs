@@ -57,14 +57,17 @@ pub(crate) fn answer(
         bow,
         bow_limit_um,
         unstraight,
+        late,
         ..
     } = tally.straightness;
-    // The bow is known only after planning, so its warning is added to those of the reading pass.
+    // Bow and end of the motion are known only after planning: these warnings follow those of the
+    // reading pass.
     program.warnings.extend(
         tally
             .straightness
             .bow_warning(BowLimit::new(machine, options).um),
     );
+    program.warnings.extend(tally.straightness.late_warning());
     let needs_scale = |choice: &Choice| choice.needs_load_scale(setup.machine.configs());
     Run {
         schema: SCHEMA_VERSION,
@@ -80,6 +83,7 @@ pub(crate) fn answer(
             bow,
             bow_limit_um,
             unstraight,
+            late,
             ..checked.plan
         },
         without_gap: rows::stats(&tally.recorders[WITHOUT_GAP].cutting, UM_PER_MM),

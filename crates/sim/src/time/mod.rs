@@ -8,6 +8,7 @@ mod watch;
 use crate::error::SimError;
 use crate::motion::{CHANGES, Checked, Feed, LimitChange, check};
 use crate::program::BlockTexts;
+use crate::results::PlanInfo;
 use crate::session::on_threads;
 use crate::setup::Setup;
 use lostmotion_base::Tick;
@@ -126,13 +127,17 @@ fn answer(
         spindle_event_s: time.spindle_event_s,
     };
     let plan_s = command.seconds(ledger.ticks());
+    let mut program = checked.program;
+    let mut told = PlanInfo::default();
+    feed.tell(&mut told);
+    program.warnings.extend(told.late_warning());
     // Tool changes and the spindle are not simulated: what they take is counted times what the
     // caller assumes.
     let assumed_s = kinds.tool_changes as f64 * kinds.tool_change_s
         + kinds.spindle_events as f64 * kinds.spindle_event_s;
     CycleTime {
         schema: TIME_SCHEMA,
-        program: checked.program,
+        program,
         machine: setup.machine.name().to_owned(),
         total_s: plan_s + assumed_s,
         plan_s,
@@ -187,8 +192,8 @@ fn duration(setup: &Setup<'_>, change: LimitChange) -> Result<Tick, SimError> {
 
 fn check_options(time: &TimeOptions) -> Result<(), SimError> {
     for (what, value) in [
-        ("the time of a tool change in s", time.tool_change_s),
-        ("the time of a spindle event in s", time.spindle_event_s),
+        ("tool_change_s", time.tool_change_s),
+        ("spindle_event_s", time.spindle_event_s),
     ] {
         if !(value.is_finite() && value >= 0.0) {
             return Err(SimError::Option {

@@ -199,3 +199,48 @@ fn nonsense_is_refused() {
         );
     }
 }
+
+#[test]
+fn what_comes_after_the_end_is_told() {
+    let (program, machine) = (
+        Program::from_bytes("part.ngc", PART.as_bytes()),
+        Machine::preset("bench3").expect("bench3"),
+    );
+    let planned = |actions: &[(f64, Action)]| {
+        Simulation::new(&program, &machine)
+            .options(options(actions))
+            .plan(&mut |_, _| Ok(()))
+            .expect("a plan")
+    };
+    let ends = planned(&[(0.2, Action::Hold), (0.4, Action::Resume)]);
+    assert_eq!(ends.late, None);
+    let late = planned(&[
+        (0.2, Action::Override(1.0)),
+        (80.0, Action::Hold),
+        (81.0, Action::Resume),
+    ]);
+    let told = late.late_warning().expect("a warning");
+    assert!(
+        told.starts_with(
+            "2 interventions, the first at 80 s, come after the end of the motion at "
+        ),
+        "{told}"
+    );
+    // A stop for good leaves the rest undone.
+    let stopped = planned(&[(0.2, Action::Stop), (0.9, Action::Resume)]);
+    let told = stopped.late_warning().expect("a warning");
+    assert!(
+        told.starts_with("the intervention at 0.9 s comes"),
+        "{told}"
+    );
+    let run = Simulation::new(&program, &machine)
+        .options(options(&[(80.0, Action::Hold)]))
+        .run()
+        .expect("a run");
+    assert!(
+        run.program
+            .warnings
+            .iter()
+            .any(|told| told.contains("80 s"))
+    );
+}
