@@ -102,6 +102,7 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
         .column
         .as_deref()
         .map_or(SetpointSource::Position, SetpointSource::Column);
+    // The reader holds the time of every row against the command cycle.
     let mut setpoints = SetpointReader::new(
         file,
         &args.setpoints.display().to_string(),
@@ -113,7 +114,7 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
         interpolator: usable_interpolator(args, &axis, &setpoints)?,
         ..axis
     };
-    // a trace shows all that is estimated
+    // A trace shows all that can be estimated; the estimator changes nothing of the motion.
     config.compensation.estimate_shaft = true;
     check_unit(args, &config, &setpoints)?;
     // The axis begins at rest at the first setpoint: a jump there would be the table's, not the
@@ -125,6 +126,7 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
         .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
     let mut runner = build_runner(&config, method, first.position)
         .map_err(|error| Failure::message(error.to_string()))?;
+    // Samples are in radians of the motor; people read the axis' unit at the load.
     let units_per_rad = 1.0 / config.transmission.motor_rad_per_unit();
     let unwritten = |error| Failure::from(WriteError::io("write", &args.out, error));
     let mut writer = AxisTraceWriter::new(
@@ -140,6 +142,7 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
         LEAST_CYCLE_SWING_SHARE * config.reflected_load().gap_rad,
     );
     let mut tick = 0;
+    // The row that told where the axis begins is the first of the motion, too.
     let mut chunk = vec![first];
     loop {
         // In chunks: tables may be longer than memory.
@@ -157,7 +160,9 @@ fn run_axis(args: &RunAxis, quiet: bool) -> Result<u8, Failure> {
             break;
         }
     }
+    // The file takes its name only now: an error above leaves none behind.
     writer.finish().map_err(unwritten)?.commit()?;
+    // A limit cycle is a finding about the axis, not a failure of the run.
     if let Some(cycle) = detector.cycle().filter(|_| !quiet) {
         let (amplitude, unit) = (cycle.amplitude * units_per_rad, config.unit().symbol());
         output::remark(&format!(
@@ -184,6 +189,7 @@ fn usable_interpolator(
             Interpolator::QuinticDifferences
         });
     };
+    // One asked for by name is not replaced: the figures would be those of another drive.
     let wanted = interpolator(name)?;
     if setpoints.serves(wanted) {
         return Ok(wanted);
@@ -261,6 +267,8 @@ pub(crate) fn fit(args: &Fit, quiet: bool) -> Result<u8, Failure> {
     } else {
         read_log(input, &name)?
     };
+    // Without the axis nothing is known of lead and motor: the fit then counts in the unit of the
+    // log.
     let unit = log.unit;
     let (scale, settings) = match &axis {
         Some(config) => (
@@ -325,11 +333,13 @@ fn summary(result: &FitResult) -> String {
         "{} of {} samples, {} traversals",
         fit.samples_used, fit.samples_logged, fit.traversals
     );
+    // A log on one flank only bounds the gap: the figure must not be read as a value.
     let doubt = fit
         .reason
         .as_ref()
         .map(|reason| format!("the log does not tell the gap from zero: {reason}\n"))
         .unwrap_or_default();
+    // Without the axis they are in units of the log, which their labels would misname.
     let more = result
         .motor_rad_per_unit
         .map(|_| found_beside(fit))

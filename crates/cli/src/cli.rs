@@ -184,6 +184,7 @@ impl Cli {
 /// the former name of `axis run --setpoints`.
 fn with_axis_run(mut arguments: Vec<OsString>) -> Vec<OsString> {
     let is_option = |argument: &OsString| argument.to_string_lossy().starts_with('-');
+    // Place of the command: the first argument behind the program's name that is no option.
     let command = arguments
         .iter()
         .skip(1)
@@ -191,6 +192,7 @@ fn with_axis_run(mut arguments: Vec<OsString>) -> Vec<OsString> {
         .map_or(arguments.len(), |index| index + 1);
     // Options like -q may stand before the command's name.
     let is_axis = arguments.get(command).is_some_and(|name| name == "axis");
+    // `axis --help` asks about the group, not about `axis run`.
     let asks_help = |argument: &OsString| argument == "-h" || argument == "--help";
     let bare = arguments
         .get(command + 1)

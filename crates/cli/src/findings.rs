@@ -83,6 +83,7 @@ impl<'a> Findings<'a> {
             .ok()?
             .pop()
         };
+        // Own lines were fetched in the order of the findings: each of them takes the next one.
         let line = |finding: &Finding| {
             if finding.span.file == 0 {
                 own.next()
@@ -108,6 +109,7 @@ impl<'a> Findings<'a> {
             .iter()
             .map(|diagnostic| Finding::from_diagnostic(diagnostic, &origin))
             .collect();
+        // The findings kept are bounded, their counts are not.
         let counts = Counts {
             errors: diagnostics.errors(),
             warnings: diagnostics.warnings(),
@@ -135,6 +137,7 @@ impl<'a> Findings<'a> {
             provenance: &self.provenance,
         };
         let (file, calls) = (origin.file(block.span.file), origin.calls(block.call_stack));
+        // The line is fetched when all findings are shown, in one pass over the source.
         let (code, values, excerpt) = (code.to_owned(), serde_json::Map::new(), String::new());
         self.list.push(Finding {
             code,
@@ -197,6 +200,7 @@ impl<'a> Findings<'a> {
     fn text(&self) -> String {
         let lines = self.lines();
         let nothing = Excerpt::default();
+        // Frames in ASCII: the same in a log file, and on a terminal without Unicode.
         let renderer = if stderr_has_color() {
             Renderer::styled()
         } else {
@@ -255,6 +259,7 @@ fn one(renderer: &Renderer, finding: &Finding, line: &Excerpt) -> String {
     let title = level
         .primary_title(finding.message.as_str())
         .id(finding.code.as_str());
+    // Where the line cannot be shown the place is told in words; line 0 is the file as a whole.
     let mut group = if !line.text.is_empty() {
         let mark = AnnotationKind::Primary.span(line.range.clone());
         title.element(
@@ -268,6 +273,7 @@ fn one(renderer: &Renderer, finding: &Finding, line: &Excerpt) -> String {
     } else {
         title.element(Level::NOTE.message(name))
     };
+    // Innermost first, as a stack trace is read.
     for call in &finding.calls {
         group = group.element(Level::NOTE.message(format!(
             "in {}, called from {}, line {}",
@@ -296,6 +302,7 @@ pub(crate) struct Excerpt {
 /// empty text. The answer is in the order of the spans.
 pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Result<Vec<Excerpt>> {
     let mut order: Vec<usize> = (0..spans.len()).collect();
+    // In the order of the source, whatever that of the findings: one pass suffices.
     order.sort_by_key(|index| window_start(&spans[*index]));
     let mut found = vec![Excerpt::default(); spans.len()];
     let mut window: Vec<u8> = Vec::new();
@@ -327,7 +334,7 @@ pub(crate) fn excerpts(source: &mut dyn BufRead, spans: &[Span]) -> std::io::Res
 /// Where the shown part of a span's line begins: at the line's start, or a third of the width
 /// before the span.
 fn window_start(span: &Span) -> u64 {
-    // Long lines are shown from a third of the width before the place.
+    // A place in the first two thirds of the width is seen from the line's start, too.
     let before = u64::from(span.column.saturating_sub(1)).min(span.start);
     let shown = if before as usize > EXCERPT_BYTES * 2 / 3 {
         (EXCERPT_BYTES / 3) as u64
@@ -339,10 +346,13 @@ fn window_start(span: &Span) -> u64 {
 
 fn excerpt(window: &[u8], offset: usize, length: usize) -> Excerpt {
     let window = &window[..window.len().min(EXCERPT_BYTES)];
+    // The window may reach into the next line.
     let end = window
         .iter()
         .position(|b| matches!(b, b'\n' | b'\r'))
         .unwrap_or(window.len());
+    // One column a byte, so that the mark stands below its place: tabs, control characters and what
+    // lies beyond ASCII become blanks.
     let text: String = window[..end]
         .iter()
         .map(|b| {
@@ -353,6 +363,7 @@ fn excerpt(window: &[u8], offset: usize, length: usize) -> Excerpt {
             }
         })
         .collect();
+    // A place behind the end of the line, where a word is missing, is marked at the end.
     let from = offset.min(text.len());
     Excerpt {
         range: from..(from + length).min(text.len()),

@@ -66,6 +66,7 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
             "{shown} is not a result of `lostmotion axis fit`: {error}"
         ))
     })?;
+    // In another schema a key may mean something else: refused rather than misread.
     if result.schema != SCHEMA {
         return Err(Failure::message(format!(
             "{shown} has schema {}; this version reads {SCHEMA}",
@@ -93,6 +94,7 @@ pub(crate) fn with_fit(path: &Path, config: &AxisConfig) -> Result<AxisConfig, F
             result.gap
         )));
     }
+    // The total gap at the load, in the log's unit, becomes an angle of the motor.
     let mut told = config.clone();
     told.compensation.tell_gap(Gap::MotorRad(
         result.gap * rad_per_unit(config, unit, &shown)?,

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Largest machine file, tool table or fit result, bytes. A choice: a thousand times the usual.
 const MAX_TEXT_BYTES: u64 = 16 << 20;
-/// Largest part program from a pipe, bytes: it is held in memory.
+/// Largest part program from a pipe, bytes: it is held in memory. A choice.
 const MAX_PIPE_BYTES: u64 = 1 << 30;
 
 /// What messages call a part program from stdin.
@@ -19,6 +19,7 @@ const STDIN_NAME: &str = "stdin";
 /// Opens a file for reading. A folder and a missing file have their own messages.
 pub(crate) fn open(path: &Path, what: &str) -> Result<File, Failure> {
     let shown = path.display();
+    // Unix opens a folder like a file, and only the first read fails: so it is asked before.
     match std::fs::metadata(path) {
         Ok(meta) if meta.is_dir() => {
             return Err(Failure::message(format!(
@@ -43,6 +44,7 @@ pub(crate) fn open(path: &Path, what: &str) -> Result<File, Failure> {
 pub(crate) fn text(path: &Path, what: &str) -> Result<String, Failure> {
     let shown = path.display();
     let mut bytes = Vec::new();
+    // One byte more than allowed tells a file that is too large from one that just fits.
     open(path, what)?
         .take(MAX_TEXT_BYTES + 1)
         .read_to_end(&mut bytes)
@@ -104,7 +106,7 @@ fn piped(pipe: impl Read, name: &str) -> Result<Program, Failure> {
     }
 }
 
-/// Largest file of subroutines, bytes: it is held in memory.
+/// Largest file of subroutines, bytes: it is held in memory. A choice, as for other texts.
 const MAX_SUBROUTINE_BYTES: u64 = 16 << 20;
 /// Endings that a file of a subroutine may have, in the order they are tried. Numbers are also
 /// looked for with an O before them.
@@ -120,6 +122,7 @@ pub(crate) struct Folders {
 impl Folders {
     /// Folders that exist. The part's own folder is left out where the part is not a file.
     pub(crate) fn new(part: &Path, more: &[PathBuf]) -> Result<Folders, Failure> {
+        // The parent of a bare file name is the empty path, which cannot be resolved.
         let own = match part.parent() {
             Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
             Some(parent) => parent,
@@ -131,6 +134,8 @@ impl Folders {
         } else {
             Vec::new()
         };
+        // Resolved once: whether a file lies inside is decided on true paths, without links and
+        // `..`.
         for folder in more {
             let shown = folder.display();
             let found = folder.canonicalize().map_err(|error| {
@@ -147,6 +152,7 @@ impl Folders {
     /// A file of a folder, if it lies in one that is allowed once all links are followed.
     fn read(&self, folder: &Path, name: &str) -> Result<Option<LoadedFile>, String> {
         let path = folder.join(name);
+        // A file that does not exist is no error: the next ending or folder may have it.
         let Ok(found) = path.canonicalize() else {
             return Ok(None);
         };
@@ -181,6 +187,8 @@ impl Folders {
 
 /// Whether a name can be that of a file in a folder, and nothing else.
 fn is_plain(name: &str) -> bool {
+    // Names up to 200 bytes leave room for an O and an ending within the 255 that file systems
+    // allow.
     !name.is_empty()
         && name.len() <= 200
         && name
@@ -190,6 +198,7 @@ fn is_plain(name: &str) -> bool {
 
 impl SubroutineLoader for Folders {
     fn load(&self, name: &str) -> Result<Option<LoadedFile>, String> {
+        // The name comes from the part program, which need not be trusted: no path, no hidden file.
         if !is_plain(name) || name.starts_with('.') || name.contains("..") {
             return Err(
                 "its name may only have letters, digits, _, - and ., so no file is looked for"
@@ -203,6 +212,7 @@ impl SubroutineLoader for Folders {
             number.map(|number| format!("o{number:04}")),
             number.map(|number| format!("O{number:04}")),
         ];
+        // The first folder that has it wins: a part's own subroutines go before those of a library.
         for folder in &self.folders {
             for stem in stems.iter().flatten() {
                 for ending in SUBROUTINE_ENDINGS {

@@ -94,6 +94,7 @@ fn show(method: MethodId, form: Listing) -> String {
     let (name, info) = (method.name(), method.info());
     let keys = settings(method);
     let keys: Vec<&KeyInfo> = keys.iter().collect();
+    // `-` stands for nothing in a table, but not in a sentence.
     let needs = match knowledge(info.knows) {
         nothing if nothing == "-" => "nothing beyond the motor's encoder and current".to_owned(),
         known => known,

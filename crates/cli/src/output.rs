@@ -68,7 +68,8 @@ impl From<ReadError> for Failure {
     }
 }
 
-/// Buffer of stdout, bytes: large enough that millions of short lines go out in few calls.
+/// Buffer of stdout, bytes: large enough that millions of short lines go out in few calls. A
+/// choice.
 const BUFFER_BYTES: usize = 1 << 16;
 
 /// stdout, buffered.
@@ -87,6 +88,7 @@ pub(crate) fn stderr_has_color() -> bool {
 }
 
 fn wants_color() -> bool {
+    // An empty `NO_COLOR` counts as unset (no-color.org).
     std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
         && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
@@ -96,6 +98,7 @@ const DEFAULT_COLUMNS: usize = 80;
 
 /// How many columns tables on stdout may take: `COLUMNS`, or what the terminal says, or 80.
 pub(crate) fn stdout_columns() -> usize {
+    // `COLUMNS` beats the terminal: scripts and tests have no other way to choose the width.
     let told = std::env::var("COLUMNS")
         .ok()
         .and_then(|columns| columns.trim().parse().ok())
@@ -123,6 +126,7 @@ fn lines(text: &str, before: &str) -> String {
     for word in text.split_whitespace() {
         // Characters, not bytes: an umlaut takes one column.
         let length = word.chars().count();
+        // A line takes words as long as they fit; a word longer than the line stands alone.
         if used > 0 && used + 1 + length <= columns {
             out.push(' ');
             used += 1 + length;
@@ -198,10 +202,10 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Work that is done sooner shows no bar.
+/// Work that is done sooner shows no bar: it would only flicker. A choice.
 const BAR_DELAY: Duration = Duration::from_millis(300);
 
-/// Steps of the bar.
+/// Steps of the bar: finer than the columns of any terminal. A choice.
 const BAR_STEPS: u64 = 1000;
 
 /// A progress bar that appears only on a terminal, and only after a moment.

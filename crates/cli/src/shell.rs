@@ -52,6 +52,7 @@ pub(crate) fn man(args: &ManPages, mut program: Command) -> Result<u8, Failure> 
         folder.commit()?;
         return Ok(DONE);
     }
+    // Down the tree of commands; former names are hidden in the list but have a page, too.
     let mut command = &program;
     for name in &args.command {
         let inner = command.get_subcommands().find(|sub| sub.get_name() == name);

@@ -72,6 +72,8 @@ fn begins(key: &str, prefix: &str) -> bool {
         };
         // Any letter may stand for the x of the list: the tables of all axes are alike.
         let axis = index == 1 && key.starts_with("axis.") && part.len() == 1;
+        // Only the last part may be cut short: `axis.x.dr` begins `axis.x.drive`, `ax.x` begins
+        // nothing.
         let last = asked.peek().is_none();
         if !(own == part || axis || last && own.starts_with(part)) {
             return false;
@@ -133,6 +135,7 @@ pub(crate) fn markdown(found: &[&KeyInfo]) -> String {
             table = Some(within);
         }
         let [kind, default, allowed] = facts(info);
+        // A bare bar would end the cell.
         let about = about(info).replace('|', "\\|");
         out.push_str(&format!(
             "| `{name}` | {kind} | {default} | {allowed} | {about} |\n"

@@ -58,6 +58,7 @@ pub(super) fn import(args: &Import, quiet: bool) -> Result<(), Failure> {
     })?;
     let machine = imported(&name, &text, format, &args.preset).map_err(|error| failure(&error))?;
     let report = report(&machine.rows);
+    // Without a file the answer is the machine file itself, and stdout may hold nothing else.
     match args.out.as_ref().filter(|path| !is_standard(path)) {
         Some(path) => {
             write_text(path, &machine.toml)?;
@@ -156,6 +157,8 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
             }
         }
     }
+    // The `{:?}` form of text is quoted and escaped, as TOML wants it; that of numbers keeps their
+    // point.
     draft.set("", "name", &format!("{:?}", args.name));
     let described = format!("as {}, with what was given", preset.name);
     draft.set("", "description", &format!("{described:?}"));
@@ -170,6 +173,7 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
         .map(|axis| axis.id.letter().to_ascii_lowercase())
         .filter(|letter| args.axes.is_empty() || args.axes.contains(letter))
         .collect();
+    // The unit is in the key: one option means mm on a slide and degrees on a turntable.
     for (option, given, mm, deg) in [
         (
             "--velocity",
@@ -204,7 +208,9 @@ pub(super) fn new(args: &New) -> Result<(), Failure> {
         let limits = format!("axis.{letter}.limits");
         draft.set(&limits, &format!("min_{unit}"), &format!("{min:?}"));
         draft.set(&limits, &format!("max_{unit}"), &format!("{max:?}"));
-        // part zero, and the places that the machine goes to by itself, have to lie in the travel
+        // Part zero (G54) goes to the middle; the places that the machine goes to by itself are
+        // moved into the travel. Ends in the wrong order are left for the check below to refuse:
+        // `clamp` would panic on them.
         let coordinate = format!("{letter}_{unit}");
         draft.set(
             "work_offset.g54",
@@ -308,6 +314,7 @@ impl Draft {
                 pending.push(line.to_owned());
                 continue;
             }
+            // `[table]` and `[[list]]` alike; a comment behind the bracket is no part of the name.
             if let Some(name) = trimmed
                 .strip_prefix('[')
                 .and_then(|rest| rest.split(']').next())
@@ -343,7 +350,8 @@ impl Draft {
         }
     }
 
-    /// The gap of an axis, under the key that its load has; of both ends of a gantry.
+    /// The gap of an axis, under the key that its load has. The second end of a gantry keeps its
+    /// own, `second_gap_um`.
     fn set_gap(&mut self, axis: char, value: f64) {
         let below = format!("axis.{axis}.load");
         // The load's table is named by its kind (slide, table, joint); the one with a gap is looked
@@ -359,6 +367,7 @@ impl Draft {
                         .any(|line| key_of(line).starts_with("gap_"))
             })
             .map(|table| (table.name.clone(), table.lines.clone()));
+        // An axis whose file gives no gap is taken for a slide.
         let (table, lines) = load.unwrap_or_else(|| (format!("{below}.slide"), Vec::new()));
         let key = lines
             .iter()

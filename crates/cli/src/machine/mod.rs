@@ -152,9 +152,11 @@ fn review(machine: &Machine) -> String {
         ("velocity loop Hz", right),
         ("Kv 1/s", right),
     ])
+    // First to go on a narrow terminal: speed of the motor, ratio of inertias, friction.
     .optional(&[4, 5, 3]);
     let mut remarks = String::new();
     for (axis, figures) in machine.axes().iter().zip(machine.review()) {
+        // The gap comes in mm or deg and is shown in um or mdeg.
         let unit = if axis.is_rotary() { "mdeg" } else { "um" };
         table.row([
             axis.id.letter().to_string().into(),
@@ -186,6 +188,7 @@ fn loops(machine: &Machine, tuning: &[AxisTuning], columns: usize) -> String {
         ("crossover Hz", right),
         ("bandwidth Hz", right),
     ])
+    // The margins are what the table is for: crossover and bandwidth go first.
     .optional(&[5, 6]);
     for axis in tuning {
         for at in &axis.loops.loops {
@@ -200,6 +203,7 @@ fn loops(machine: &Machine, tuning: &[AxisTuning], columns: usize) -> String {
 }
 
 fn row(axis: AxisId, at: &LoopAnalysis) -> [Cell; 7] {
+    // A loop may have no such figure: one that no gain makes oscillate has no gain margin.
     let number = |value: Option<f64>| {
         value
             .map_or("-".to_owned(), |value| format!("{value:.1}"))

@@ -88,6 +88,7 @@ impl Changes {
     /// # Errors
     /// An option that is not understood.
     pub(crate) fn read(&self) -> Result<Vec<Change>, Failure> {
+        // Of two changes of one key the later one holds: --set goes over --offset.
         let mut changes = Vec::new();
         for option in &self.offset {
             changes.extend(offset(option)?);
@@ -161,6 +162,8 @@ fn offset(option: &str) -> Result<Vec<Change>, Failure> {
         } else {
             text
         };
+        // Parsed first: the value goes into the text of a machine file, where other text would be
+        // read as TOML.
         let value = number
             .trim()
             .parse::<f64>()
@@ -168,6 +171,7 @@ fn offset(option: &str) -> Result<Vec<Change>, Failure> {
             .filter(|value| value.is_finite())
             .ok_or_else(|| refused(format!("`{text}` is not a finite number")))?;
         let key = format!("work_offset.{system}.{}", axis.column());
+        // A letter may name an axis that a number without one has taken already.
         if changes.iter().any(|change| change.key == key) {
             return Err(refused(format!("it names {axis} twice")));
         }
@@ -271,6 +275,8 @@ pub(crate) fn axis(name: &str, changes: &[Change]) -> Result<AxisConfig, Failure
         None => {
             let known = axis_presets();
             let names: Vec<&str> = known.iter().map(String::as_str).collect();
+            // The hint goes on with how an axis of a machine file is named: that may be what was
+            // meant.
             let nearest = did_you_mean(name, &names).replace("known here", "known axes");
             let and = if nearest.ends_with('?') { "" } else { ";" };
             return Err(Failure::with_hint(
@@ -387,6 +393,7 @@ impl Drives {
     /// Unknown names, and values that do not go together, with their axis.
     pub(crate) fn of(&self, machine: &Machine) -> Result<Machine, Failure> {
         let mut machine = machine.with_cycles(self.cycles.over(machine.cycles())?);
+        // In the order of the command line: a name for all axes replaces what came before it.
         for word in &self.interpolator {
             let Some((letter, name)) = word.split_once('=') else {
                 let interpolator = interpolator(word)?;

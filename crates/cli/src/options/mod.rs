@@ -89,6 +89,7 @@ impl Names {
     pub(crate) fn refusal(&self, name: &str) -> Failure {
         let known: Vec<&str> = self.known.iter().map(|(name, _)| *name).collect();
         let all = format!("known {}s: {}", self.what, known.join(", "));
+        // All names besides the nearest one: the guess may be wrong.
         let nearest = did_you_mean(name, &known);
         let hint = if nearest.starts_with("did") {
             format!("{nearest} {all}")
@@ -119,6 +120,7 @@ impl TypedValueParser for Names {
         let option = argument
             .map(|argument| format!("{argument}: "))
             .unwrap_or_default();
+        // clap puts `error:` before the text and ends with exit code 2, as for other bad input.
         let message = format!("{option}{text}\nhint: {hint}\n");
         Err(clap::Error::raw(ErrorKind::InvalidValue, message))
     }
@@ -160,6 +162,7 @@ pub(crate) fn number(text: &str) -> Result<f64, &'static str> {
 
 /// A whole number of an option, not below 0.
 pub(crate) fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
+    // 2.5 and -1 are numbers, if not whole ones from 0 on: another message than for `abc`.
     let is_number = text.trim().parse::<f64>().is_ok();
     text.trim().parse().map_err(|_| match is_number {
         true => "it is not a whole number from 0 upwards that fits",
@@ -218,6 +221,7 @@ fn intervention(word: &str) -> Result<Intervention, Failure> {
         "stop" => Action::Stop,
         other => {
             let (what, percent) = other.split_once(':').ok_or_else(wrong)?;
+            // Per cent of the feed or of the rapid, which the planner takes as a factor.
             let part = 0.01 * percent.trim().parse::<f64>().map_err(|_| wrong())?;
             match what {
                 "override" => Action::Override(part),

@@ -103,6 +103,7 @@ impl Reading {
 
     /// An interpreter's settings with what was asked for.
     pub(crate) fn config(&self, config: InterpreterConfig) -> Result<InterpreterConfig, Failure> {
+        // Another dialect brings its own leniencies: those of the machine's would not fit it.
         let dialect = self.dialect()?.unwrap_or(config.dialect);
         let limits = self.limits(config.limits.clone())?;
         Ok(InterpreterConfig {
@@ -158,6 +159,7 @@ impl Setup {
         let mut config = machine.map_or(alone, |machine| {
             lostmotion::sim::interpreter_config(machine, &SimulateOptions::default())
         });
+        // The file replaces the machine's table as a whole; offsets and start stay.
         if let Some(tools) = self.on.tools()? {
             config.tool_table = Some(tools);
         }

@@ -124,6 +124,8 @@ pub(crate) fn lint(args: &Lint, quiet: bool) -> Result<u8, Failure> {
 pub(crate) fn check(args: &Check, quiet: bool) -> Result<u8, Failure> {
     let voice = args.setup.reading.voice(quiet);
     let mut usual = Levels::default();
+    // The machine was chosen: a part beyond its travel is an error here, unless --allow or --warn
+    // says otherwise.
     usual.set(TRAVEL, Level::Deny);
     let levels = levels(&args.lints, usual);
     let machine = args.setup.on.load()?;
@@ -138,6 +140,7 @@ pub(crate) fn check(args: &Check, quiet: bool) -> Result<u8, Failure> {
     )?;
     let form = args.format.unwrap_or(voice.diagnostics);
     let code = tell(&mut findings, form)?;
+    // Silence would leave open whether anything was checked; an empty document says so by itself.
     if code == DONE && form == Form::Text && !quiet {
         let said = format!("{} on {}: nothing found\n", source.name(), machine.name());
         output::print(&said)?;
@@ -189,6 +192,7 @@ fn on_machine(
 ) -> Result<(), Failure> {
     let simulation = Simulation::new(source, machine).options(options.clone());
     match simulation.check() {
+        // A program without a move leaves no travel.
         Ok(_) | Err(SimError::Empty { .. }) => Ok(()),
         Err(error @ SimError::Travel { .. }) => {
             let severity = if level == Level::Deny {
@@ -199,7 +203,7 @@ fn on_machine(
             add_travel(findings, severity, &error);
             Ok(())
         }
-        // what the lints have found is told, too
+        // What the lints have found is told, too.
         Err(error) if add(findings, &error) => Ok(()),
         Err(error) => Err(failure(source, &error, voice)),
     }
@@ -207,6 +211,7 @@ fn on_machine(
 
 /// Prints findings in the order of the text; the exit code says the worst.
 fn tell(findings: &mut Findings<'_>, form: Form) -> Result<u8, Failure> {
+    // Interpreter, lints and travel add theirs one after the other.
     findings
         .list
         .sort_by_key(|finding| (finding.span.file, finding.span.start));

@@ -175,6 +175,8 @@ pub(crate) fn explain(args: &Explain, quiet: bool) -> Result<u8, Failure> {
         .config(machine.as_ref(), InterpreterConfig::default())?;
     let loader = args.setup.reading.loader(Path::new(part))?;
     let mut program = interpret(&source, config, Some(loader))?;
+    // The whole program is run: modes and position come from the lines before, and a loop or a call
+    // may bring the line again.
     let Some(explanation) = explained(&mut program, line) else {
         return Err(Failure::message(format!("{part} has no line {line}")));
     };
@@ -210,8 +212,8 @@ pub(crate) fn write(args: &WritePart, quiet: bool) -> Result<u8, Failure> {
         .setup
         .config(machine.as_ref(), InterpreterConfig::default())?;
     let loader = args.setup.reading.loader(&args.part)?;
-    // Nothing is written of a program that is refused.
-    // A first pass for the errors; the second one writes.
+    // Nothing is written of a program that is refused: the first pass finds the errors, the second
+    // one writes.
     let again = std::sync::Arc::clone(&loader);
     let mut program = interpret(&source, config.clone(), Some(again))?;
     for _ in program.by_ref() {}
@@ -240,6 +242,7 @@ pub(crate) fn write(args: &WritePart, quiet: bool) -> Result<u8, Failure> {
             }
             Ok(DONE)
         }
+        // `| head` has read enough.
         Err(WriterError::Io(error)) if error.kind() == ErrorKind::BrokenPipe => Ok(DONE),
         Err(error) => Err(Failure::message(format!("{}: {error}", source.name()))),
     }
@@ -277,6 +280,7 @@ pub(crate) fn format(args: &FormatPart, quiet: bool) -> Result<u8, Failure> {
         {
             Ok(summary) => summary,
             Err(error) => {
+                // A reader that has gone is no failure; any other error is.
                 output::go_on(Err(error))?;
                 return Ok(DONE);
             }
@@ -354,6 +358,7 @@ fn changes(source: &Program, summary: &FormatSummary) -> String {
             change.line
         ));
     }
+    // Only the first changes are kept, all are counted.
     let more = summary.changed - summary.changes.len() as u64;
     if more > 0 {
         text.push_str(&format!("and {more} more\n"));

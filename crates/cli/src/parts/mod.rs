@@ -88,6 +88,8 @@ fn add_travel(findings: &mut Findings<'_>, severity: Severity, error: &SimError)
     else {
         return;
     };
+    // One finding for all of them: a wrong work offset takes hundreds of blocks out of the travel.
+    // The farthest excess comes first.
     let Some(worst) = excesses.first() else {
         return;
     };
@@ -123,6 +125,7 @@ fn accepted(
     // read once more.
     let config = lostmotion::sim::interpreter_config(machine, options);
     let mut reading = interpret(program, config, options.loader.clone())?;
+    // The diagnostics are complete only when the interpreter has reached the end.
     for _ in reading.by_ref() {}
     Findings::of(program, reading.diagnostics()).remark(voice)
 }

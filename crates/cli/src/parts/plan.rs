@@ -70,6 +70,7 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
         machine.cycles().command(),
     )
     .map_err(unwritten)?;
+    // Rows go out while the plan is made: memory does not grow with the program.
     let mut sink =
         |samples: &[Sample], _: &[ProgrammedSegment]| writer.push(samples).map_err(Into::into);
     let (quality, interventions) = (args.quality.of_planner(), args.interventions.read()?);
@@ -100,6 +101,7 @@ pub(crate) fn run(args: &Plan, quiet: bool) -> Result<u8, Failure> {
             number::fixed(info.rapid_mm, 1)
         ))?;
         output::print(&text::straightness(&info))?;
+        // Where no limit is kept the motion does not slow down for the bow: it is only told.
         if let Some(warning) = info.bow_warning(BowLimit::new(&machine, &options).um) {
             remark(&format!("warning: {warning}"));
         }

@@ -11,7 +11,8 @@ use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 
-/// Points of a method's trace in the picture, at most twice this.
+/// A method's trace in the picture has at most twice this many points. A choice: more than a panel
+/// has pixels across.
 const PICTURE_POINTS: usize = 4000;
 
 /// The files of a run with `--out`.
@@ -43,11 +44,13 @@ impl RunFiles {
         let blocks = BlockWriter::new(folder.file("blocks.csv")?).map_err(io_error(&folder))?;
         let reversals =
             ReversalWriter::new(folder.file("reversals.csv")?).map_err(io_error(&folder))?;
+        // A row a servo tick makes gigabytes of an hour: only on request.
         let contour = if trace {
             Some(ContourWriter::new(folder.file("contour.csv")?).map_err(io_error(&folder))?)
         } else {
             None
         };
+        // The picture needs a trace of each method, thinned out while the run goes on.
         let traces = (0..methods)
             .map(|_| TraceRecorder::new(PICTURE_POINTS))
             .collect();

@@ -106,6 +106,7 @@ pub(crate) struct Compare {
 /// What a run is given: the program, the machine, and how.
 fn prepare(run: &Run) -> Result<(Program, Machine, SimulateOptions), Failure> {
     let program = input::program(&run.on.part)?;
+    // First how the drives are commanded: a fit is checked with the axis that it goes to.
     let machine = run.drives.of(&run.on.machine()?)?;
     let machine = with_fits(machine, &run.fitted)?;
     let options = SimulateOptions {
@@ -147,6 +148,7 @@ pub(crate) fn run(args: &Simulate, quiet: bool) -> Result<u8, Failure> {
     let voice = args.run.on.setup.reading.voice(quiet);
     if !args.methods.is_empty() {
         let all = args.methods.iter().any(|name| name == "all");
+        // For `several` an empty list means every method.
         let named = if all { &[] } else { args.methods.as_slice() };
         return several(&args.run, named, voice);
     }
@@ -166,6 +168,7 @@ pub(crate) fn compare(args: &Compare, quiet: bool) -> Result<u8, Failure> {
 fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
     let (program, machine, options) = prepare(run)?;
     let simulation = Simulation::new(&program, &machine);
+    // Without a method each axis has the one of the machine file, and all of them make the label.
     let (simulation, label) = match method {
         Some(name) => {
             check_fit(name, &machine)?;
@@ -185,6 +188,7 @@ fn one(run: &Run, method: Option<&str>, voice: Voice) -> Result<u8, Failure> {
         .ok_or_else(|| Failure::message("no method was run"))?;
     accepted(&program, &machine, &options, voice)?;
     let json = to_json(&simulation)?;
+    // Files get text without colour in full width; stdout gets what its terminal can show.
     record.finish(&Answer {
         program: &simulation.program.name,
         machine: &simulation.machine,

@@ -117,6 +117,7 @@ pub(crate) fn run(args: &Time, quiet: bool) -> Result<u8, Failure> {
     };
     // A folder that cannot be made is found before the planning.
     let mut files = args.out.as_deref().map(TimeFiles::new).transpose()?;
+    // A row each time a block runs: a loop may make millions, which are never held in memory.
     let mut sink = |rows: &[BlockTime]| {
         files
             .as_mut()

@@ -52,6 +52,7 @@ pub(super) fn run(args: &MatrixArgs, quiet: bool) -> Result<u8, Failure> {
     } else {
         sample(args.cells, args.seed).map_err(|error| failure(&error))?
     };
+    // All that the figures depend on, so that a journal of another study is noticed.
     let header = Header::new((!args.full).then_some(args.cells), args.seed, &methods);
     let mut journal = args
         .out
@@ -167,6 +168,8 @@ impl Journal {
         std::fs::create_dir_all(folder).map_err(|error| WriteError::io("create", folder, error))?;
         let path = folder.join(JOURNAL_NAME);
         let failed = |error| Failure::from(WriteError::io("write", &path, error));
+        // In place, not as a file that appears at the end: what is done must survive a kill at any
+        // time.
         let mut file = OpenOptions::new()
             .read(true)
             .write(true)
@@ -193,6 +196,7 @@ impl Journal {
         };
         // The last line may be half written where a run was killed.
         journal.trim(&found)?;
+        // A journal that has not begun, or that was cut off within its header.
         if found.whole_bytes == 0 {
             journal.append(&line(header).map_err(|error| failure(&error))?)?;
         }

@@ -109,6 +109,7 @@ fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
     let mut methods: Vec<String> = Vec::new();
     let mut named = false;
     for name in asked.iter().filter(|name| !name.is_empty()) {
+        // Twice the same hides that another was meant.
         if methods.contains(name) {
             return Err(Failure::message(format!(
                 "--methods names \"{name}\" twice"
@@ -118,10 +119,12 @@ fn methods(asked: &[String]) -> Result<Vec<String>, Failure> {
         let method: MethodId = name
             .parse()
             .map_err(|error: UnknownMethod| Failure::message(error.to_string()))?;
+        // `none` is run in every cell, since ratios refer to it.
         if !method.is_baseline() {
             methods.push(name.clone());
         }
     }
+    // `none` alone was asked for if a name was given and the list is still empty.
     if !named {
         methods = MethodId::all()
             .filter(|method| !method.is_baseline() && !method.needs_fit())
@@ -289,6 +292,8 @@ fn with_load(recording: &Recording) -> Result<BacklashFit, FitError> {
 }
 
 fn motor_only(recording: &Recording) -> Result<BacklashFit, FitError> {
+    // The towed run: without the load's position the fit assumes that only friction and inertia act
+    // on it, which a second motor that pulls and pushes would violate.
     let motor = recording
         .towed
         .iter()
@@ -380,7 +385,7 @@ fn endurance(args: &Endurance) -> Result<u8, Failure> {
 /// Runs the paper's experiments again.
 pub(crate) fn paper(args: &Paper) -> Result<u8, Failure> {
     let failed = |error: StudyError| Failure::message(error.to_string());
-    // a folder that cannot be made is reported before the work is done
+    // A folder that cannot be made is reported before the work is done.
     let folder = args.out.as_deref().map(output::create_folder).transpose()?;
     let trials = trials(&Trial::CHOSEN, &scan::FORMS).map_err(failed)?;
     let scanned = scan::scan().map_err(failed)?;
