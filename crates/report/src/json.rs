@@ -161,6 +161,7 @@ pub fn is_known_key(key: &str) -> bool {
 }
 
 fn nine_digits(value: f64) -> f64 {
+    // One digit before the point and eight behind it.
     format!("{value:.8e}").parse().unwrap_or(value)
 }
 

@@ -107,6 +107,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return "-".to_owned();
     }
+    // What rounds to zero has no sign: -0.00 would look like an error to one side.
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
         Some(rest) if rest.bytes().all(|b| b == b'0' || b == b'.') => rest.to_owned(),
@@ -123,7 +124,7 @@ pub fn error_decimals(magnitude: f64) -> usize {
     }
 }
 
-/// Magnitude from which on digits are left to the exponent.
+/// Magnitude from which on a number is written with an exponent. A choice: a million um is a metre.
 const EXPONENT_MAGNITUDE: f64 = 1e6;
 
 /// As [`fixed`], with an exponent from a million on: `3.63e7`.
@@ -176,6 +177,7 @@ pub fn duration(seconds: f64) -> String {
 pub fn round_to(value: f64, decimals: usize) -> f64 {
     let scale = POWERS_OF_TEN[decimals.min(POWERS_OF_TEN.len() - 1)] as f64;
     let scaled = (value * scale).round();
+    // Beyond 2^53 the value has no decimals to cut. Adding 0 takes the sign off a negative zero.
     if scaled.abs() < EXACT_INTEGERS_TO {
         scaled / scale + 0.0
     } else {

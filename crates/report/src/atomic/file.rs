@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
-/// Buffer of a file, bytes: large enough that a plan's rows reach the disk in few calls.
+/// Buffer of a file, bytes: large enough that a plan's rows reach the disk in few calls. A choice.
 const BUFFER_BYTES: usize = 1 << 18;
 
 /// Where the bytes go until the file is complete.
@@ -114,6 +114,7 @@ fn without_path(error: &std::io::Error) -> std::io::Error {
 /// A temporary file in the folder of `path`, with the permissions that an ordinary new file there
 /// would get.
 fn temporary_beside(path: &Path) -> std::io::Result<NamedTempFile> {
+    // In the folder of the final file: a rename is atomic only within one file system.
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),

@@ -26,6 +26,7 @@ impl OutputFolder {
     /// The path is a file, or the folder cannot be made.
     pub fn create(path: impl AsRef<Path>) -> Result<OutputFolder, WriteError> {
         let path = path.as_ref().to_path_buf();
+        // The innermost first: in this order empty folders can be removed again.
         let missing: Vec<PathBuf> = path
             .ancestors()
             .filter(|p| !p.as_os_str().is_empty())
@@ -88,10 +89,12 @@ impl OutputFolder {
             file.complete()?;
         }
         let mut paths = Vec::with_capacity(self.done.len());
+        // Only renames are left: should one fail all the same, the files named so far stay.
         for file in self.done.drain(..) {
             paths.push(file.path().to_path_buf());
             file.commit()?;
         }
+        // There are results now: the folder stays, whatever drops it.
         self.made.clear();
         self.unfinished.clear();
         Ok(paths)

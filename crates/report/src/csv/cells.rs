@@ -9,7 +9,7 @@ use std::io::Read;
 /// one behind `\r\n`; the `\r` is trimmed with the blanks instead.
 const ROW_END: csv::Terminator = csv::Terminator::Any(b'\n');
 
-/// Longest piece of a file shown in a message, characters.
+/// Longest piece of a file shown in a message, characters. A choice: most of a terminal's line.
 const LONGEST_SHOWN: usize = 60;
 
 /// The units that a column's name can state.
@@ -34,6 +34,7 @@ pub(super) struct Column {
 impl<R: Read> Cells<R> {
     /// Reads the header. `name` is the file's name for messages.
     pub(super) fn new(input: R, name: &str) -> Result<Cells<R>, ReadError> {
+        // Rows of any length are let through here: their refusal needs the line and both counts.
         let mut reader = csv::ReaderBuilder::new()
             // The header is read as a row, for its line and for messages about it.
             .has_headers(false)
@@ -88,6 +89,7 @@ impl<R: Read> Cells<R> {
             .into_iter()
             .filter_map(|unit| Some((self.find(&format!("{stem}_{}", unit.symbol()))?, unit)))
             .collect();
+        // Two columns of one quantity may disagree: refused, not chosen between.
         match found.as_slice() {
             [] => Err(self.missing(format!("`{stem}_mm`, `{stem}_deg` or `{stem}_rad`"))),
             [one] => Ok(one.clone()),
@@ -166,6 +168,8 @@ impl<R: Read> Cells<R> {
         if bytes.is_empty() {
             return Err(self.bad(column, "is empty", "every row needs a number here"));
         }
+        // Rust reads `inf` and `nan` as numbers, too: they would spread through everything computed
+        // from the table.
         match std::str::from_utf8(bytes)
             .ok()
             .and_then(|text| text.parse::<f64>().ok())
@@ -215,6 +219,7 @@ fn header_cells(record: &ByteRecord) -> Result<Vec<String>, (u8, u64)> {
     let mut offset = record.position().map_or(0, csv::Position::byte);
     let mut cells = Vec::with_capacity(record.len());
     for (index, cell) in record.iter().enumerate() {
+        // Where the text stops being UTF-8, counted from the start of the file.
         let text = std::str::from_utf8(cell)
             .map_err(|e| (cell[e.valid_up_to()], offset + e.valid_up_to() as u64))?;
         // Control characters are UTF-8, too: they tell a binary file from a table.
@@ -228,6 +233,7 @@ fn header_cells(record: &ByteRecord) -> Result<Vec<String>, (u8, u64)> {
             text
         };
         cells.push(text.trim().to_owned());
+        // The cell and its comma; quotes are off by now and not counted.
         offset += cell.len() as u64 + 1;
     }
     Ok(cells)
@@ -235,6 +241,7 @@ fn header_cells(record: &ByteRecord) -> Result<Vec<String>, (u8, u64)> {
 
 fn read_error(name: &str, error: csv::Error) -> ReadError {
     let name = name.to_owned();
+    // Rows of bytes are refused by the system alone; any other kind is shown as it is.
     match error.into_kind() {
         ErrorKind::Io(source) => ReadError::Io { name, source },
         other => ReadError::Io {

@@ -21,7 +21,7 @@ pub struct AxisLog {
     pub unit: AxisUnit,
     /// Motor positions in `unit`, at the load.
     pub motor: Vec<f64>,
-    /// Load positions in `unit`; `None` if only the motor was read.
+    /// Load positions in `unit`; empty if only the motor was read.
     pub load: Vec<f64>,
     /// Torque-forming current, A.
     pub current_a: Vec<f64>,
@@ -54,6 +54,7 @@ fn read(input: impl Read, name: &str, with_load: bool) -> Result<AxisLog, ReadEr
     } else {
         None
     };
+    // The gap is in the difference of the two: one scale has to hold for both.
     if let Some((load, load_unit)) = &load
         && unit != *load_unit
     {

@@ -53,6 +53,7 @@ impl<W: Write> PlanWriter<W> {
         for sample in samples {
             self.rows.seconds(sample.tick, self.clock.period_ns());
             for axis in self.axes.iter() {
+                // The plan counts rotary joints in radians, the column is in deg.
                 let position = sample.position[axis];
                 self.rows.number(
                     if self.rotary.contains(axis) {
@@ -137,6 +138,8 @@ impl<W: Write> AxisTraceWriter<W> {
     /// # Errors
     /// Those of the writer.
     pub fn push(&mut self, tick: Tick, sample: &AxisSample) -> io::Result<()> {
+        // Positions and their rates come in radians of the motor and are shown in the axis' unit at
+        // the load; current, torque and the estimates of inertia and shaft stay at the motor.
         let (rows, k) = (&mut self.rows, self.units_per_rad);
         rows.seconds(tick, self.clock.period_ns());
         rows.number(sample.reference.position * k, POSITION_DECIMALS);
@@ -150,6 +153,7 @@ impl<W: Write> AxisTraceWriter<W> {
         rows.number(sample.torque, RATE_DECIMALS);
         rows.signed(sample.engagement.sign());
         rows.number(sample.gap_angle_estimate * k, POSITION_DECIMALS);
+        // Inertias of 1e-3 kg m2 and less: decimals as for positions.
         rows.number(sample.inertia_estimate, POSITION_DECIMALS);
         rows.signed(sample.engagement_estimate.sign());
         rows.number(sample.stiffness_estimate, RATE_DECIMALS);

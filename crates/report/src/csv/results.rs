@@ -68,6 +68,7 @@ impl<W: Write> BlockWriter<W> {
             rows.integer(u64::from(block.block.span.line));
             // Truth values as 0 and 1, which any program can add up.
             rows.integer(u64::from(block.rapid));
+            // Times to 1 us and places to 1 nm: finer than a servo tick, and than any axis can go.
             rows.number(block.time_s, 6);
             let parts = block.parts_um;
             for error in [
@@ -136,6 +137,7 @@ impl<W: Write> ReversalWriter<W> {
             let rows = &mut self.rows;
             rows.text(method);
             rows.text(&reversal.axis.letter().to_string());
+            // The direction after the reversal.
             rows.signed(reversal.direction);
             rows.integer(u64::from(reversal.block.span.file));
             rows.integer(u64::from(reversal.block.span.line));
@@ -201,6 +203,8 @@ impl<W: Write> TimeWriter<W> {
                 TimeKind::Rapid => "rapid",
                 TimeKind::Dwell => "dwell",
             });
+            // The limits are sorted: the first holds the block up longest, and is the one worth a
+            // cell.
             rows.number(block.start_s, 6);
             rows.number(block.time_s, 6);
             rows.text(
@@ -270,6 +274,8 @@ impl<W: Write> ContourWriter<W> {
             for coordinate in point.foot_mm {
                 rows.number(coordinate, 6);
             }
+            // The error counts positive along this normal: both are needed to draw where the tool
+            // was.
             for component in point.normal {
                 rows.number(component, 6);
             }

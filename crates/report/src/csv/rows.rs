@@ -3,7 +3,7 @@
 use crate::number::{push_fixed, push_integer, push_seconds};
 use std::io::{self, Write};
 
-/// Bytes collected before they go to the writer: few calls, little memory.
+/// Bytes collected before they go to the writer: few calls, little memory. A choice.
 const BLOCK_BYTES: usize = 1 << 16;
 
 /// Decimals of positions: 1e-12 mm, so that a third difference over 1 ms still means something.
@@ -29,6 +29,7 @@ impl<W: Write> Rows<W> {
     ) -> io::Result<Rows<W>> {
         let mut rows = Rows {
             out,
+            // With room for the row that fills the block, the buffer never grows.
             buffer: Vec::with_capacity(BLOCK_BYTES + 1024),
             row_started: false,
         };

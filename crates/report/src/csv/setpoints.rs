@@ -7,8 +7,8 @@ use lostmotion_drive::Setpoint;
 use lostmotion_drive::config::{AxisUnit, Interpolator};
 use std::io::Read;
 
-/// How far a row's time may be off its tick, in parts of the period: times written with few
-/// decimals pass.
+/// How far a row's time may be off its tick, in parts of the period. A choice: times written with
+/// few decimals pass.
 const TIME_TOLERANCE_SHARE: f64 = 0.01;
 
 /// Which column holds the positions.
@@ -51,6 +51,8 @@ impl<R: Read> SetpointReader<R> {
     ) -> Result<SetpointReader<R>, ReadError> {
         let cells = Cells::new(input, name)?;
         let time = cells.column("t_s")?;
+        // A column that the user names says its unit by its ending; a plain `position` leaves it
+        // open.
         let (position, unit) = match source {
             SetpointSource::Column(column) => (cells.column(column)?, unit_of(column)),
             SetpointSource::Position => match cells.find("position") {
@@ -118,6 +120,7 @@ impl<R: Read> SetpointReader<R> {
             .as_ref()
             .map(|column| self.cells.number(column))
             .transpose()?;
+        // A table may begin at any time, such as one cut out of a longer run.
         if self.rows == 0 {
             self.start_s = time_s;
         }

@@ -89,6 +89,7 @@ impl Finding {
             Ok(Value::Object(variant)) => variant.into_iter().next().map(|(_, values)| values),
             _ => None,
         };
+        // The excerpt is fetched by the caller, who can read the source.
         Finding {
             code: diagnostic.code().to_owned(),
             severity: diagnostic.severity(),

@@ -48,6 +48,8 @@ const fn level(severity: Severity) -> &'static str {
 
 /// What is known about a code.
 fn rule(code: &str) -> Value {
+    // A code is the interpreter's or a lint's; those of the session, such as a missing axis, are in
+    // no catalogue, and SARIF asks for no more than the id.
     let (severity, summary, advice) = match (catalog::find(code), rules::find(code)) {
         (Some(row), _) => (row.severity, row.summary, row.advice),
         (None, Some(rule)) if rule.level == Level::Deny => {
@@ -77,6 +79,7 @@ fn result(finding: &Finding, codes: &[&str]) -> Value {
         "locations": [location(&finding.file, &finding.span, &finding.excerpt)],
         "properties": { "values": finding.values },
     });
+    // The codes are sorted: a result names its rule by place, so that viewers need no search.
     if let (Some(object), Ok(index)) = (
         result.as_object_mut(),
         codes.binary_search(&finding.code.as_str()),

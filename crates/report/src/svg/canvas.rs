@@ -14,7 +14,8 @@ pub(super) const COLORS: [&str; 7] = [
     "#d55e00", "#0072b2", "#cc3377", "#00855f", "#8a6d00", "#3b93c9", "#5b3fa0",
 ];
 
-/// Width of a character in parts of the font size, an estimate for sans-serif fonts.
+/// Mean width of a character in parts of the font size: an estimate for sans-serif fonts, as there
+/// is none to measure.
 const GLYPH_WIDTH: f64 = 0.56;
 
 /// Where a text is anchored.
@@ -166,6 +167,7 @@ impl Canvas {
 
     pub(super) fn finish(self, title: &str) -> String {
         let (w, h) = (fixed(self.width, 0), fixed(self.height, 0));
+        // With a ground of its own: a dark viewer would swallow the ink.
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\" \
              font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n<title>{}</title>\n\

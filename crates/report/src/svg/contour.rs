@@ -28,9 +28,9 @@ const MARGIN_PX: f64 = 24.0;
 const HEADER_PX: f64 = 66.0;
 /// Scale of the errors, px.
 const FOOTER_PX: f64 = 60.0;
-/// Above a panel: the method's name and its figures.
+/// Above a panel: the method's name and its figures, px.
 const PANEL_HEAD_PX: f64 = 44.0;
-/// Left of and below a panel: tick labels and the axis' label.
+/// Left of and below a panel: tick labels and the axis' label, px.
 const PANEL_LEFT_PX: f64 = 54.0;
 const PANEL_BELOW_PX: f64 = 42.0;
 /// Between panels, px.
@@ -39,9 +39,10 @@ const BETWEEN_PANELS_PX: f64 = 18.0;
 /// the contour.
 const LARGEST_ERROR_SHARE: f64 = 0.17;
 /// A trace with errors beyond this multiple of the quietest trace's is cut off, so that one method
-/// gone wild does not hide the others.
+/// gone wild does not hide the others. A choice.
 const WILD_RATIO: f64 = 12.0;
-/// Points nearer than this to the line without them are not drawn, px.
+/// Points nearer than this to the line without them are not drawn, px. A choice: below what a
+/// screen shows.
 const LEAST_DETAIL_PX: f64 = 0.12;
 
 /// Where a panel's frame lies and how mm become pixels.
@@ -77,6 +78,7 @@ impl Panel {
 /// error magnified along the normal in colour. Without any point the picture says so.
 pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
     let plane = picture.plane.unwrap_or_else(|| Plane::of(traces));
+    // Extent of the contour itself; the magnified errors get their room further down.
     let seen = |axis: usize| {
         Range::of(
             traces
@@ -88,6 +90,7 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
     let (Some(x), Some(y)) = (seen(0), seen(1)) else {
         return empty(picture);
     };
+    // Two columns for two or four traces: rows without a hole.
     let columns = match traces.len() {
         1 => 1,
         2 | 4 => 2,
@@ -114,9 +117,11 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
 
     let cell =
         (WIDTH_PX - 2.0 * MARGIN_PX - BETWEEN_PANELS_PX * (columns as f64 - 1.0)) / columns as f64;
+    // A lone panel does not take the whole width, or it would be higher than a screen.
     let width = (cell - PANEL_LEFT_PX).min(560.0);
-    // One scale for both directions, so that circles stay round.
+    // One scale for both directions, so that circles stay round; a tall part sets it by its height.
     let px_per_mm = (width / x.span()).min(1.1 * width / y.span());
+    // A flat part, such as a single line, still gets a frame with room for its labels.
     let height = (y.span() * px_per_mm).max(0.25 * width);
     // Panels of equal size in rows, with one magnification: traces can be compared by eye.
     let rows = traces.len().div_ceil(columns);
@@ -126,6 +131,7 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
     heading(&mut canvas, picture);
     for (index, trace) in traces.iter().enumerate() {
         let (column, row) = (index % columns, index / columns);
+        // Behind the tick labels, in the middle of the room of its column.
         let left = MARGIN_PX
             + column as f64 * (cell + BETWEEN_PANELS_PX)
             + 0.5 * (cell - PANEL_LEFT_PX - width)
@@ -138,6 +144,7 @@ pub fn contour(picture: &ContourPicture, traces: &[ContourTrace]) -> String {
             y,
             px_per_mm,
             mm_per_um: magnification * 1e-3,
+            // A little beyond the scale, within the padding of the frame.
             clip_um: 1.1 * shown_um,
             plane,
         };
@@ -174,6 +181,8 @@ fn shown_um(picture: &ContourPicture, traces: &[ContourTrace]) -> f64 {
     let largest = each()
         .filter(|um| *um <= WILD_RATIO * quietest)
         .fold(0.0, f64::max);
+    // The tolerance lines are to be seen, but not at the price of errors pressed flat; without any
+    // error the scale still has to divide.
     largest
         .max(picture.tolerance_um.unwrap_or(0.0).min(2.0 * largest))
         .max(1e-6)
@@ -218,6 +227,7 @@ fn draw_panel(
     tolerance_um: Option<f64>,
 ) {
     let [left, top] = panel.at;
+    // A clipped trace looks like one that just fits: so it is said.
     let cut = if largest_um(trace) > panel.clip_um {
         " (off the scale)"
     } else {
@@ -252,6 +262,7 @@ fn draw_panel(
                 );
             }
         }
+        // Contour and tool are drawn last, over area and band.
         canvas.polyline(&reduced(&foot), Stroke::new("#7b8794", 1.0));
         canvas.polyline(&reduced(&tool), Stroke::new(color, 1.5));
     }
@@ -278,6 +289,7 @@ fn draw_axes(canvas: &mut Canvas, panel: &Panel) {
         max: panel.y.middle() + half(height),
     };
     let grid = Stroke::new("#eef1f4", 1.0);
+    // About 90 px from label to label across, and 60 upwards.
     let (ticks, decimals) = x.ticks((width / 90.0) as usize + 1);
     for tick in ticks {
         let px = panel.point([tick, y.middle()])[0];
@@ -323,6 +335,7 @@ fn footer(
     shown_um: f64,
     tolerance_um: Option<f64>,
 ) {
+    // A round error, as long here as it is in the panels.
     let bar_um = round_down(shown_um);
     let length = (bar_um * px_per_um).max(1.0);
     let y = top + 14.0;
@@ -338,6 +351,8 @@ fn footer(
     );
     canvas.text([ends[1] + 10.0, y + 4.0], &label, 12.0, INK, Anchor::Start);
     let mut x = ends[1] + 10.0 + text_width(&label, 12.0) + 30.0;
+    // There is no font to measure: entries follow each other by the estimated widths of their
+    // texts.
     let mut entry = |canvas: &mut Canvas, text: &str, stroke: Stroke| {
         canvas.line([x, y], [x + 24.0, y], stroke);
         canvas.text([x + 30.0, y + 4.0], text, 12.0, SOFT, Anchor::Start);

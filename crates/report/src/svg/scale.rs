@@ -52,6 +52,8 @@ impl Range {
 
     /// Wider by a part of its span at both ends, and never empty.
     pub(super) fn padded(&self, part: f64) -> Range {
+        // A range of one value has no span to take a part of: half the value, or half a unit about
+        // zero.
         let pad = if self.span() > 0.0 {
             self.span() * part
         } else {
@@ -72,6 +74,7 @@ impl Range {
         // Ticks by their number, not by adding steps: no rounding piles up.
         let first = (self.min / step).ceil() as i64;
         let last = (self.max / step).floor() as i64;
+        // As many decimals as the step has: 0.05 needs two, 20 none.
         let decimals = (-math::log10(step).floor()).clamp(0.0, 9.0) as usize;
         ((first..=last).map(|k| k as f64 * step).collect(), decimals)
     }

@@ -34,12 +34,13 @@ const RIGHT_PX: f64 = 20.0;
 const BOTTOM_PX: f64 = 52.0;
 /// Between rows of the legend, px.
 const LEGEND_ROW_PX: f64 = 18.0;
-/// Points nearer than this to the line without them are not drawn, px.
+/// Points nearer than this to the line without them are not drawn, px. As in the contour picture.
 const LEAST_DETAIL_PX: f64 = 0.12;
 
 /// Draws curves in one frame with a legend above it.
 pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
     let places = legend(curves);
+    // What the legend needs beyond its first row makes the picture higher, not the plot smaller.
     let more = places.last().map_or(0.0, |place| place[1]);
     let (size, top) = ([SIZE_PX[0], SIZE_PX[1] + more], TOP_PX + more);
     let mut canvas = Canvas::new(size[0], size[1]);
@@ -74,6 +75,7 @@ pub fn series(picture: &SeriesPicture, curves: &[Series]) -> String {
             top + (y.max - p[1]) / y.span() * height,
         ]
     };
+    // The grid first: curves lie over it.
     let grid = Stroke::new("#eef1f4", 1.0);
     let (ticks, decimals) = x.ticks(8);
     for tick in ticks {

@@ -33,8 +33,8 @@ impl ContourTrace {
 
 /// Collects a trace while a run is going on and never holds more than twice its capacity.
 ///
-/// Points are kept in groups of as many as it takes, one of each group: the one with the largest
-/// error, so that no peak is lost.
+/// Of each group of neighbouring points only the one with the largest error is kept, so that no
+/// peak is lost. The groups begin with one point and double whenever the memory is full.
 #[derive(Clone, Debug)]
 pub struct TraceRecorder {
     capacity: usize,
@@ -86,6 +86,7 @@ impl TraceRecorder {
             _ => self.entries.push(Entry { point, starts_run }),
         }
         self.seen += 1;
+        // Full: from here on groups are twice as large, those kept already included.
         if self.entries.len() >= 2 * self.capacity {
             self.merge();
         }
@@ -211,6 +212,7 @@ impl Plane {
             )
             .map_or(0.0, |range| range.span())
         };
+        // Without any point all extents are 0, and the plane is XY.
         let [x, y, z] = [extent(0), extent(1), extent(2)];
         // XY unless Z clearly is larger than one of them: milled parts are looked at from above.
         if z <= x.min(y) * 1.5 || (z <= x && z <= y) {

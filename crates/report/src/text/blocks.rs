@@ -9,7 +9,7 @@ use lostmotion_sim::results::{AxisResult, BlockResult, GantryResult, ReversalRes
 const LEFT: Align = Align::Left;
 const RIGHT: Align = Align::Right;
 
-/// Longest piece of a block's text in a table, characters.
+/// Longest piece of a block's text in a table, characters. A choice: half a terminal's line.
 const LONGEST_BLOCK_TEXT: usize = 40;
 
 /// Blocks with the largest error: where, how much, what of it comes from where, and why.
@@ -26,6 +26,7 @@ pub(super) fn worst_blocks(blocks: &[BlockResult], options: &TextOptions) -> Str
         ("at x y z mm", LEFT),
         ("block", LEFT),
     ])
+    // First to go on a narrow terminal: place, RMS, time.
     .optional(&[8, 2, 7]);
     for block in blocks {
         let [x, y, z] = block.at_mm.map(|c| fixed(c, 3));
@@ -71,6 +72,7 @@ pub(super) fn axes(axes: &[AxisResult], options: &TextOptions) -> String {
         ("peak current", RIGHT),
         ("at limit", RIGHT),
     ])
+    // First to go on a narrow terminal: range, both RMS, speed, current, maximum without a gap.
     .optional(&[9, 4, 6, 8, 10, 5]);
     for axis in axes {
         // Errors are in um or mdeg, speeds and ranges in a thousand times that.

@@ -12,6 +12,7 @@ const MOST_WARNINGS: usize = 3;
 
 /// The whole answer: one line a method, the recommendation, harm, notes. Ends in a newline.
 pub fn comparison(comparison: &Run, options: &TextOptions) -> String {
+    // Ratios and harm refer to `none`; a comparison need not have it.
     let none = comparison.results.iter().find(|r| r.is_baseline());
     let mut out = format!(
         "{} on {}, tolerance {} um: {} on one plan\n",
@@ -50,6 +51,7 @@ fn table(comparison: &Run, none: Option<&MethodResult>, options: &TextOptions) -
         ("verdict", Align::Left),
         ("needs", Align::Left),
     ])
+    // First to go on a narrow terminal: p99, needs, maximum and RMS, ratio to `none`.
     .optional(&[3, 8, 4, 2, 6]);
     for result in &comparison.results {
         // Of what no compensation leaves; without backlash there is nothing to compare with.
@@ -102,6 +104,7 @@ fn table(comparison: &Run, none: Option<&MethodResult>, options: &TextOptions) -
 }
 
 fn recommendation(comparison: &Run, options: &TextOptions) -> String {
+    // The run recommends among the methods that need no scale on the load; `none` may be the best.
     match &comparison.recommended {
         Some(name) if name == MethodId::NONE.name() => {
             let text = "none: no method compared improves on doing nothing with what a drive has";

@@ -64,6 +64,7 @@ pub fn knowledge(knows: Knowledge) -> String {
 
 /// The same for a method by its name; `?` for one that is not registered.
 fn needs(method: &str) -> String {
+    // A run in code may have compensators that are registered nowhere.
     method.parse().map_or_else(
         |_| "?".to_owned(),
         |method: MethodId| knowledge(method.info().knows),

@@ -25,6 +25,7 @@ pub(super) fn program(program: &ProgramInfo, plan: &PlanInfo) -> String {
         fixed(plan.cutting_mm, 1),
         fixed(plan.rapid_mm, 1),
     );
+    // Most machines and runs have no cutting force: it is told only where it pushes.
     if plan.cutting_force_n > 0.0 {
         out.push_str(&format!(
             "cutting force: {} N against every feed move\n",
@@ -41,6 +42,7 @@ const LEAST_SHOWN_UM: f64 = 1e-3;
 /// How straight the tool goes, on machines where that is a question: up to two lines.
 pub fn straightness(plan: &PlanInfo) -> String {
     let mut out = String::new();
+    // Where the joints go straight with the tool there is no bow to tell.
     if let Some(bow) = plan.bow.filter(|bow| bow.max_um >= LEAST_SHOWN_UM) {
         out.push_str(&format!(
             "between two commands: tool off its way by at most {} um with joints that go straight, {}{}\n",
@@ -49,6 +51,7 @@ pub fn straightness(plan: &PlanInfo) -> String {
             plan.bow_limit_um.map(|limit| format!(" (kept below {} um)", plain(limit))).unwrap_or_default()
         ));
     }
+    // Without tool-centre-point control a straight block with rotary words is a curve in the part.
     if let Some(block) = plan.unstraight {
         out.push_str(&format!(
             "straight blocks with rotary words: tool off the straight line by at most {} um, {}\n",

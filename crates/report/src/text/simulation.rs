@@ -16,6 +16,7 @@ pub fn simulation(simulation: &SingleRun, options: &TextOptions) -> String {
     out.push('\n');
     out.push_str(&errors(simulation, options));
     let result = &simulation.result;
+    // The run has sorted them, worst first.
     let worst = &result.worst_blocks[..result.worst_blocks.len().min(options.blocks)];
     if !worst.is_empty() {
         out.push_str("\nworst blocks, um (positive: left of the direction of travel)\n");
@@ -62,6 +63,7 @@ fn verdict(simulation: &SingleRun, options: &TextOptions) -> String {
     let what = if result.cutting.samples == 0 {
         "no cutting move".to_owned()
     } else {
+        // The verdict is about cutting moves: rapids have no tolerance.
         let place = result
             .worst_blocks
             .iter()
@@ -87,6 +89,8 @@ fn verdict(simulation: &SingleRun, options: &TextOptions) -> String {
 fn errors(simulation: &SingleRun, options: &TextOptions) -> String {
     let result = &simulation.result;
     let mut table = stats_table("contour error, um");
+    // The whole error first, then what the gap adds, what is left without it, and the part of the
+    // command itself.
     stats_row(&mut table, "cutting moves", &result.cutting);
     stats_row(&mut table, "  caused by backlash", &result.backlash);
     stats_row(

@@ -42,6 +42,7 @@ impl Cell {
             Cell::Error(value) => compact(*value, decimals),
             Cell::Signed(value) => {
                 let text = compact(*value, decimals);
+                // A sign on what rounds to zero would claim a side.
                 let is_zero = !text.bytes().any(|b| (b'1'..=b'9').contains(&b));
                 if *value > 0.0 && !is_zero {
                     format!("+{text}")
@@ -62,7 +63,7 @@ impl Cell {
 
 /// Blanks between two columns.
 const BETWEEN_COLUMNS: usize = 2;
-/// A text column is not shortened below this many characters.
+/// A text column is not shortened below this many characters. A choice: a word or two stay legible.
 const SHORTEST_TEXT: usize = 12;
 
 /// A table with a header line, two blanks between columns and no rules.
@@ -164,6 +165,7 @@ impl Table {
                 shown.retain(|kept| kept != column);
             }
         }
+        // Still too long: a list breaks its last column into further lines, where no word is lost.
         let excess = taken(&shown, &widths).saturating_sub(width);
         if let Some(&last) = shown.last().filter(|_| self.is_folded && excess > 0) {
             let room = widths[last].saturating_sub(excess).max(SHORTEST_TEXT);
@@ -189,6 +191,7 @@ impl Table {
 
     /// Header and rows as text.
     fn lines(&self) -> Vec<Vec<String>> {
+        // One number of decimals for a column, so that points stand below each other.
         let decimals: Vec<usize> = (0..self.header.len())
             .map(|column| self.decimals(column))
             .collect();
@@ -217,6 +220,7 @@ fn aligned(
         let mut text = String::new();
         for &column in shown {
             let cell = &line[column];
+            // Characters, not bytes: a degree sign takes one column.
             let pad = widths[column].saturating_sub(cell.chars().count());
             let (before, after) = match header[column].1 {
                 Align::Right => (pad, 0),

@@ -8,9 +8,9 @@ use lostmotion_sim::time::results::{CycleTime, KindTimes, LimitShare, TimeKind};
 
 /// Most warnings shown, a choice; the JSON form has all of them.
 const MOST_WARNINGS: usize = 3;
-/// Longest piece of a block's text in a table, characters.
+/// Longest piece of a block's text in a table, characters. A choice: half a terminal's line.
 const LONGEST_BLOCK_TEXT: usize = 40;
-/// Most limits listed for a block.
+/// Most limits listed for a block. A choice: what comes behind them hardly matters.
 const MOST_LIMITS: usize = 3;
 
 const LEFT: Align = Align::Left;
@@ -99,6 +99,7 @@ fn blocks(time: &CycleTime, options: &TextOptions) -> String {
         ("limited by", LEFT),
         ("block", LEFT),
     ])
+    // First to go on a narrow terminal: start and share.
     .optional(&[3, 2]);
     for block in &time.blocks {
         let kind = match block.kind {
@@ -116,6 +117,7 @@ fn blocks(time: &CycleTime, options: &TextOptions) -> String {
         table.row([
             Cell::from(line(&block.block)),
             fixed(block.time_s, 3).into(),
+            // Of the plan: tool changes and spindle belong to no block.
             percent(block.time_s / time.plan_s.max(1e-9)).into(),
             fixed(block.start_s, 3).into(),
             kind.into(),
