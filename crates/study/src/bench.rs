@@ -16,15 +16,16 @@ use std::f64::consts::TAU;
 
 /// Length of a recording, s: some fifteen periods of the slow sine. A choice.
 const RECORDING_S: u32 = 20;
-/// Coulomb friction of the second motor, N m.
+/// Coulomb friction of the second motor, N m. A choice.
 const FRICTION_NM: f64 = 0.4;
-/// Torque of the second motor, N m: five times its friction, so that it decides the flank. A choice.
+/// Torque of the second motor, N m: five times its friction, so that it decides the flank. A
+/// choice.
 const TORQUE_NM: f64 = 2.0;
 /// Frequencies of that torque, Hz, in no simple ratio to each other or the motion. A choice.
 const TORQUE_HZ: [f64; 2] = [0.7, 1.9];
 /// Amplitudes, rad, and rates, rad/s, of the motion's two sines, in no simple ratio. A choice.
 const MOTION: [(f64, f64); 2] = [(3.0, 5.0), (1.1, 13.0)];
-/// Counts per turn of the encoders of both motors.
+/// Counts per turn of the encoders of both motors: 20 bits, as common absolute encoders have.
 const ENCODER_COUNTS: u32 = 1 << 20;
 
 /// What lies between the shafts.
@@ -92,10 +93,11 @@ pub fn axis(coupler: &Coupler) -> AxisConfig {
     config.drive.acceleration_feedforward = 1.0;
     config.drive.encoder_counts_per_rev = Some(ENCODER_COUNTS);
     config.compensation.estimate_shaft = true;
-    // the velocity gain scales with the inertia, so that the loop is as fast as on the paper's axis
+    // The velocity gain scales with the inertia, so that the loop is as fast as on the paper's
+    // axis.
     config.drive.velocity_gain_a_s_per_rad *=
         2.0 * rotor / (rotor + config.reflected_load().inertia_kgm2);
-    // the second motor is the load: its rotor, its friction, and the coupler for the shaft
+    // The second motor is the load: its rotor, its friction, and the coupler for the shaft.
     let damping = coupler.damping_nm_s_per_rad(rotor);
     if let Load::Reflected(load) = &mut config.load {
         (
@@ -119,8 +121,9 @@ pub fn axis(coupler: &Coupler) -> AxisConfig {
 pub fn run(coupler: &Coupler) -> Result<Recording, StudyError> {
     let axis = axis(coupler);
     let count = TAU / f64::from(ENCODER_COUNTS);
-    // the recordings hold what encoders read, not the true angles
+    // The recordings hold what encoders read, not the true angles.
     let read = |angle: f64| (angle / count).round() * count;
+    // One axis three times: with the second motor driven, towed, and towed while `adaptive` learns.
     let (mut loaded, mut towed, adaptive) = (
         record(&axis, MethodId::NONE, TORQUE_NM)?,
         record(&axis, MethodId::NONE, 0.0)?,
@@ -158,7 +161,7 @@ fn setpoint(t: f64, torque_nm: f64) -> Setpoint {
     let sum =
         |value: &dyn Fn(f64, f64) -> f64| MOTION.into_iter().map(|(a, w)| value(a, w)).sum::<f64>();
     let [slow, fast] = TORQUE_HZ.map(|hz| math::sin(TAU * hz * t));
-    // 1 - cos starts at rest; velocity and acceleration are its exact derivatives
+    // 1 - cos starts at rest; velocity and acceleration are its exact derivatives.
     let (position, velocity) = (
         sum(&|a, w| a * (1.0 - math::cos(w * t))),
         sum(&|a, w| a * w * math::sin(w * t)),
@@ -185,7 +188,7 @@ fn estimated(samples: &[AxisSample]) -> Option<[f64; 2]> {
 /// Mean of the estimate over the last quarter, on either flank.
 fn learned(samples: &[AxisSample]) -> Option<f64> {
     let last = samples.get(samples.len() / 4 * 3..)?;
-    // only in contact is the estimated gap angle the half gap
+    // Only in contact is the estimated gap angle the half gap.
     let touching = last
         .iter()
         .filter(|s| s.engagement_estimate != Engagement::Gap && s.gap_angle_estimate.is_finite());

@@ -13,7 +13,7 @@ use lostmotion_drive::{AxisOutput, AxisRunner, Engagement, Setpoint};
 use lostmotion_methods::{AxisConfig, MethodId, build_runner};
 use std::f64::consts::TAU;
 
-/// Turns of the circle in a row.
+/// Turns of the circle in a row. A choice.
 const TURNS: f64 = 5.0;
 /// Rest after them, s: long enough for a load without friction to float away. A choice.
 const REST_S: f64 = 0.5;
@@ -21,11 +21,11 @@ const REST_S: f64 = 0.5;
 const RADIUS_MM: f64 = 25.0;
 /// Largest speed over the mean speed of the turns: that of a quintic from rest to rest, 15/8.
 const PEAK_OVER_MEAN: f64 = 1.875;
-/// Stretches that the time is divided into: five minutes of an hour.
+/// Stretches that the time is divided into: five minutes of an hour each. A choice.
 pub const STRETCHES: usize = 12;
 /// A cell in the middle of the matrix that drifts.
 pub const USUAL: &str = "circle50-f3000-ccw-g20-t10-v0-j2-e20-drift";
-/// Setpoints that go to the axes at once.
+/// Setpoints that go to the axes at once: 1 s. A choice.
 const CHUNK_SETPOINTS: u64 = 1000;
 
 /// What a stretch of the time showed.
@@ -76,8 +76,8 @@ pub fn run(cell: &Cell, method: MethodId, seconds: f64) -> Result<Vec<Stretch>, 
         drift: machine::drift(cell, seconds),
         ..machine::axis(cell)?
     };
-    // the reference without a gap, the axis left alone, and the method: same setpoints for all
-    // three
+    // The reference without a gap, the axis left alone, and the method: same setpoints for all
+    // three.
     let runners = [
         (config.without_gap(), MethodId::NONE),
         (config.clone(), MethodId::NONE),
@@ -89,7 +89,7 @@ pub fn run(cell: &Cell, method: MethodId, seconds: f64) -> Result<Vec<Stretch>, 
     }
     let ticks = (seconds / Clock::CNC.period_s()).ceil() as u64;
     let motion = Motion::of(cell);
-    // in chunks, so that memory does not grow with the time
+    // In chunks, so that memory does not grow with the time.
     let mut stretches = Vec::with_capacity(STRETCHES);
     let (mut sums, mut tick) = (Sums::default(), 0);
     for index in 1..=STRETCHES as u64 {
@@ -126,7 +126,7 @@ fn chunk(
         return Ok(());
     };
     let time_s = Clock::CNC.seconds(from);
-    // a gap that drifts: the true one at the start of the chunk
+    // A gap that drifts: the true one at the start of the chunk.
     let half_gap = 0.5
         * config.reflected_load().gap_rad
         * config.drift.gap.map_or(1.0, |change| change.at(time_s));
@@ -136,14 +136,14 @@ fn chunk(
         .iter()
         .zip(none.1.load.iter().zip(&with.1.load));
     for ((rigid, (none, load)), sample) in loads.zip(with.1.trace.iter().flatten()) {
-        // deviation from the axis without a gap: servo lag and planning drop out
+        // Deviation from the axis without a gap: servo lag and planning drop out.
         let off = [none, load].map(|load| UM_PER_MM * (load - rigid));
         for (which, off) in off.into_iter().enumerate() {
             sums.squares[which] += off * off;
             sums.max[which] = sums.max[which].max(off.abs());
         }
         sums.ticks += 1;
-        // the gap angle is the half gap only in contact
+        // The gap angle is the half gap only in contact.
         if sample.engagement != Engagement::Gap
             && sample.engagement_estimate != Engagement::Gap
             && sample.gap_angle_estimate.is_finite()
@@ -171,7 +171,7 @@ impl Motion {
         };
         Motion {
             radius_mm,
-            // so long that the peak speed of the quintic is the feed
+            // So long that the peak speed of the quintic is the feed.
             turning_s: PEAK_OVER_MEAN * TURNS * TAU * radius_mm / (cell.number(FEED) / 60.0),
         }
     }
@@ -180,8 +180,8 @@ impl Motion {
     fn at(&self, time_s: f64) -> Setpoint {
         let span = self.turning_s;
         let t = time_s - ((time_s / (span + REST_S)).floor() * (span + REST_S));
-        // quintic of the angle with its first two derivatives, then the circle's x and its chain
-        // rule
+        // Quintic of the angle with its first two derivatives, then the circle's x and its chain
+        // rule.
         let (u, turns) = ((t / span).min(1.0), TURNS * TAU);
         let angle = turns * u * u * u * (10.0 - u * (15.0 - 6.0 * u));
         let rate = turns / span * 30.0 * u * u * (1.0 - u) * (1.0 - u);

@@ -306,7 +306,7 @@ impl Draft {
             name: String::new(),
             lines: Vec::new(),
         }];
-        // comments stand before what they are about: they go with the next header or key
+        // Comments stand before what they are about: they go with the next header or key.
         let mut pending = Vec::new();
         for line in text.lines() {
             let trimmed = line.trim();

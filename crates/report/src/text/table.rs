@@ -255,7 +255,7 @@ fn folded(line: &[String], column: usize, room: usize) -> Vec<Vec<String>> {
     }
     let mut lines = Vec::with_capacity(parts.len());
     for part in parts {
-        // the other columns are written once
+        // The other columns are written once.
         let mut cells = match lines.first() {
             None => line.to_vec(),
             Some(_) => vec![String::new(); line.len()],

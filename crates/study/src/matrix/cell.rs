@@ -28,8 +28,8 @@ const FIRST_REVERSALS: u32 = 4;
 const REST_TICKS: Tick = 100;
 /// Decimals kept of a figure in um, ms or as a ratio: below what a change of compiler moves.
 const FIGURE_DECIMALS: usize = 6;
-/// How long the session lets the machine stand before the program, command cycles: gaps drift
-/// meanwhile, too.
+/// How long the session lets the machine stand before the program, command cycles (0.5 s, the
+/// session's own figure): gaps drift meanwhile, too.
 const SETTLE_TICKS: Tick = 500;
 
 /// What is measured of a cell's machine in all its variants.
@@ -67,7 +67,7 @@ impl<'a, 't> Bench<'a, 't> {
         methods: &[String],
         trace: Option<&'a mut Trace<'t>>,
     ) -> Bench<'a, 't> {
-        // `none` is always run, and first: the ratios refer to it
+        // `none` is always run, and first: the ratios refer to it.
         let mut names = vec![MethodId::NONE.name().to_owned()];
         names.extend(
             methods
@@ -107,8 +107,7 @@ impl<'a, 't> Bench<'a, 't> {
         self.names.clone()
     }
 
-    /// Where the loads of a variant are, mm; a Z that is no axis of the study is where it should
-    /// be.
+    /// Where the loads of a variant are, mm. A Z that the program does not move is taken as ideal.
     fn load(&self, ticks: &Ticks<'_>, variant: usize, frame: &SimFrame) -> [f64; 3] {
         self.with_ideal_z(ticks.load(variant, frame).linear(), frame)
     }
@@ -123,7 +122,7 @@ impl<'a, 't> Bench<'a, 't> {
     fn frame(&mut self, ticks: &Ticks<'_>) -> Result<(), ContourError> {
         self.frames.clear();
         for found in ticks.frames() {
-            // servo ticks of one command cycle share its command
+            // Servo ticks of one command cycle share its command.
             let (tick, part) = (
                 found.tick / SERVO_TICKS as Tick,
                 found.tick % SERVO_TICKS as Tick,
@@ -140,7 +139,7 @@ impl<'a, 't> Bench<'a, 't> {
                 z_counts: self.z.1 >= FIRST_REVERSALS,
                 since: since.map(|ticks| ticks as usize * SERVO_TICKS + part as usize),
             };
-            // variant 0 has no gap: its contour error is the part that servo and planning cause
+            // Variant 0 has no gap: its contour error is the part that servo and planning cause.
             let load = self.load(ticks, 0, found);
             if let Some(foot) = self.feet.first_mut() {
                 frame.without_gap = ticks.measure(foot, found, [frame.commanded_tip_mm, load])?;
@@ -166,7 +165,7 @@ impl<'a, 't> Bench<'a, 't> {
                 command.velocity[*id] * factor,
                 command.acceleration[*id] * factor,
             );
-            // reversals open the measuring, changes of flank cost at least what physics takes
+            // Reversals open the measuring, changes of flank cost at least what physics takes.
             if let (true, Some(count)) = (event.reversal, self.reversals.get_mut(axis)) {
                 *count += 1;
             }
@@ -195,7 +194,7 @@ impl<'a, 't> Bench<'a, 't> {
             command.acceleration[AxisId::Z] * factor,
         );
         self.z.1 += u32::from(z.reversal);
-        // every axis has reversed often enough: measuring begins behind the transient
+        // Every axis has reversed often enough: measuring begins behind the transient.
         if self.measured_from.is_none()
             && self.reversals.iter().all(|count| *count >= FIRST_REVERSALS)
         {
@@ -205,8 +204,9 @@ impl<'a, 't> Bench<'a, 't> {
 
     /// Measures a method, counted from 0, at every servo tick of the chunk.
     fn measure(&mut self, method: usize, ticks: &Ticks<'_>) -> Result<(), ContourError> {
+        // Variant 0 is the machine without a gap.
         let variant = method + 1;
-        // only the last method goes to the trace
+        // Only the last method goes to the trace.
         let traced = variant == self.names.len();
         let sample = |axis: usize, frame: &SimFrame| {
             let id = AXES.get(axis).copied().unwrap_or_default();
@@ -229,7 +229,7 @@ impl<'a, 't> Bench<'a, 't> {
             let error = ticks.measure(foot, found, [frame.commanded_tip_mm, load])?;
             let measured = frame.measured();
             if measured {
-                // what backlash adds: with the gap minus without
+                // What backlash adds: with the gap minus without.
                 tally.contour(caused_mm(
                     [error.error_mm, frame.without_gap.error_mm],
                     [load, without],
@@ -264,14 +264,15 @@ impl<'a, 't> Bench<'a, 't> {
     }
 
     pub(super) fn finish(self) -> CellResult {
+        // From radians of the motor to um at the slide.
         let um_per_rad = UM_PER_MM / self.motor_rad_per_mm;
         let ticks = self.ticks * SERVO_TICKS as Tick;
         let from = self.measured_from.unwrap_or(self.ticks);
-        // at least one cycle, so that a program without four reversals divides by no zero
+        // At least one cycle, so that a program without four reversals divides by no zero.
         let measured_s = Clock::CNC
             .seconds(self.ticks.saturating_sub(from))
             .max(Clock::CNC.period_s());
-        // every unavoidable error at its largest for a whole traverse, over the measured time
+        // Every unavoidable error at its largest for a whole traverse, over the measured time.
         let limit_rms = (self.limit_squares * self.physics.traverse_s / measured_s).sqrt();
         let figures = |(tally, (name, saturated)): (&Tally, (&String, &u64))| {
             let share = *saturated as f64 / (ticks.max(1) as f64);
@@ -305,6 +306,7 @@ impl<'a, 't> Bench<'a, 't> {
 
 impl TickSink for Bench<'_, '_> {
     fn chunk(&mut self, ticks: &Ticks<'_>) -> Result<(), SinkError> {
+        // Behind the end of the plan only the delayed reference arrives: nothing is cut any more.
         if ticks.is_over() {
             return Ok(());
         }
@@ -312,6 +314,7 @@ impl TickSink for Bench<'_, '_> {
         for method in 0..self.names.len() {
             self.measure(method, ticks)?;
         }
+        // These count from the start, so the last chunk leaves the figures of the whole run.
         for (method, saturated) in self.saturated.iter_mut().enumerate() {
             *saturated = ticks.saturated(method + 1);
         }

@@ -8,7 +8,7 @@
 //! remain, in two windows running, are an oscillation above 5 Hz that lasts for a second: a limit
 //! cycle.
 
-/// Servo ticks of a window: 0.5 s.
+/// Servo ticks of a window: 0.5 s. A choice.
 const WINDOW_TICKS: usize = 2000;
 /// Turns that one change of flank or one reversal explains. Origin unknown, kept.
 const TURNS_AN_EVENT: u32 = 6;
@@ -19,7 +19,7 @@ const UNEXPLAINED_TURNS: u32 = 5;
 const WINDOWS_IN_A_ROW: usize = 2;
 
 /// The least step back that counts as a turn, um: 0.2 um, two counts of the encoder, or a hundredth
-/// of the gap, whichever is most.
+/// of the gap, whichever is most. A choice.
 pub(super) fn step_um(count_um: f64, gap_um: f64) -> f64 {
     0.2_f64.max(2.0 * count_um).max(0.01 * gap_um)
 }
@@ -31,7 +31,7 @@ pub(super) struct Windows(Vec<u32>);
 impl Windows {
     /// Counts one at a servo tick since the start of measuring.
     pub(super) fn count(&mut self, tick: usize) {
-        // windows that were not reached yet count zero
+        // Windows that were not reached yet count zero.
         let window = tick / WINDOW_TICKS;
         if self.0.len() <= window {
             self.0.resize(window + 1, 0);
@@ -57,7 +57,8 @@ pub(super) struct Turns {
 impl Turns {
     /// Takes the signal at a servo tick since the start of measuring.
     pub(super) fn push(&mut self, tick: usize, value: f64, step: f64) {
-        // follow the extreme; a step back from it by more than the threshold is a turn (hysteresis)
+        // Follow the extreme; a step back from it by more than the threshold is a turn
+        // (hysteresis).
         let beyond = if self.falling {
             value < self.extreme
         } else {
@@ -77,7 +78,7 @@ impl Turns {
 pub(super) fn hunts(turns: &Windows, none: &Windows, events: &Windows) -> bool {
     let mut running = 0;
     for window in 0..turns.0.len() {
-        // ringing after an event may reach into the next window
+        // Ringing after an event may reach into the next window.
         let recent = events.get(window)
             + if window > 0 {
                 events.get(window - 1)

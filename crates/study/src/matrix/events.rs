@@ -28,14 +28,14 @@ pub(super) struct Event {
 impl Watch {
     /// Takes the command of a CNC tick: rad/s and rad/s2 at the motor.
     pub(super) fn step(&mut self, physics: &Physics, velocity: f64, acceleration: f64) -> Event {
-        // a rest keeps the direction, so that a stop between two strokes of one direction is no
-        // reversal
+        // A rest keeps the direction, so that a stop between two strokes of one direction is no
+        // reversal.
         let before = self.direction;
         if velocity.abs() > STILL_RAD_S {
             self.direction = velocity.signum();
         }
         let reversal = before != 0.0 && self.direction != before;
-        // flank: the sign of the torque that the load needs
+        // Flank: the sign of the torque that the load needs.
         let need = physics.need_nm(self.direction, velocity, acceleration);
         let jerk = (acceleration - self.acceleration) / Clock::CNC.period_s();
         self.acceleration = acceleration;
@@ -46,8 +46,8 @@ impl Watch {
         if need.abs() > NO_TORQUE_NM {
             let sign = need.signum();
             if self.need != 0.0 && sign != self.need {
-                // where friction changes the sign the reversal is the cause; elsewhere the
-                // acceleration passes through zero
+                // Where friction changes the sign the reversal is the cause; elsewhere the
+                // acceleration passes through zero.
                 let friction_turns = reversal && physics.coulomb_nm > 0.0;
                 event.flank_rad = Some(if friction_turns {
                     physics.at_reversal_rad(acceleration)

@@ -108,7 +108,7 @@ impl Cell {
             id: id.to_owned(),
             reason,
         };
-        // one part a factor, in the order of the factors
+        // One part a factor, in the order of the factors.
         let parts: Vec<&str> = id.split('-').collect();
         if parts.len() != COUNT {
             return Err(error(format!(

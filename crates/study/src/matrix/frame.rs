@@ -41,12 +41,12 @@ impl Frame {
     }
 }
 
-/// The part of a signed contour error that backlash causes: with the gap minus without
-/// (errors and loads with and without, mm). A distance from the path differs by no more than the
-/// loads are apart. Where it does, the path turns back so sharply that the same place lies on its
-/// left and on its right, and only the magnitudes can be compared.
+/// The part of a signed contour error that backlash causes: with the gap minus without (errors and
+/// loads with and without, mm). It can be no larger than the loads are apart. Where the difference
+/// is larger all the same, the path turns back so sharply that one place lies on its left and on
+/// its right: there the signs mean nothing, and the magnitudes are compared.
 pub(super) fn caused_mm([with, without]: [f64; 2], [load, ideal]: [[f64; 3]; 2]) -> f64 {
-    // triangle inequality: the distance to the path changes by no more than the loads are apart
+    // Triangle inequality: the distance to the path changes by no more than the loads are apart.
     let apart = load
         .iter()
         .zip(ideal)
@@ -54,7 +54,7 @@ pub(super) fn caused_mm([with, without]: [f64; 2], [load, ideal]: [[f64; 3]; 2])
         .sum::<f64>()
         .sqrt();
     let difference = with - without;
-    // tolerance for rounding, and for the foot point, which is found to a hundredth
+    // Tolerance for rounding, and for the foot point, which is found to a hundredth.
     if difference.abs() <= 1.01 * apart + 1e-6 {
         difference
     } else {

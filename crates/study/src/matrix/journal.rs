@@ -42,6 +42,7 @@ impl Header {
             cells,
             seed,
             methods: methods.to_vec(),
+            // With their levels: under other ones the name of a cell would mean another cell.
             factors: FACTORS
                 .iter()
                 .map(|factor| format!("{}: {}", factor.name, factor.levels.join(" ")))
@@ -56,7 +57,7 @@ impl Header {
                 .cells
                 .map_or("all".to_owned(), |cells| cells.to_string())
         };
-        // what decides the figures, in the order in which a difference is worth telling
+        // What decides the figures, in the order in which a difference is worth telling.
         let pairs = [
             ("the study", there.study.clone(), self.study.clone()),
             (
@@ -114,8 +115,8 @@ pub struct Found {
 /// # Errors
 /// A journal of another study; a line in the middle that is no result.
 pub fn read(text: &str, header: &Header) -> Result<Found, StudyError> {
-    // a line without its end was being written when the study was stopped: dropped, and overwritten
-    // later
+    // A line without its end was being written when the study was stopped: dropped, and overwritten
+    // later.
     let whole = text.rfind('\n').map_or(0, |end| end + 1);
     let mut found = Found {
         whole_bytes: whole,

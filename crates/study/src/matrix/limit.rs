@@ -19,7 +19,7 @@ use lostmotion_methods::AxisConfig;
 
 /// The time of a traverse of the whole gap from rest to rest with the drive's largest torque, s.
 pub fn traverse_s(config: &AxisConfig) -> f64 {
-    // full torque one way, then the other: half the gap in half the time
+    // Full torque one way, then the other: half the gap in half the time.
     let torque = config.motor.torque_constant_nm_per_a * config.drive.current_limit_a;
     2.0 * (config.reflected_load().gap_rad * config.motor_side_inertia_kgm2() / torque).sqrt()
 }
@@ -41,8 +41,8 @@ pub struct Physics {
     pub rated_nm: f64,
 }
 
-/// Part of the rated torque below which nothing presses a load on a flank: the friction of seals and
-/// the ripple of a current are of that size. A choice.
+/// Part of the rated torque below which nothing presses a load on a flank: the friction of seals
+/// and the ripple of a current are of that size. A choice.
 const PRESSING_SHARE: f64 = 3e-3;
 
 impl Physics {
@@ -77,8 +77,8 @@ impl Physics {
     /// (rad/s2), rad.
     pub fn at_reversal_rad(&self, acceleration: f64) -> f64 {
         let a = acceleration.abs();
-        // rho: part of the friction that the deceleration needs; without friction the load coasts
-        // through
+        // Rho: part of the friction that the deceleration needs; without friction the load coasts
+        // through.
         let ratio = if self.coulomb_nm > 0.0 {
             (a * self.load_inertia_kgm2 / self.coulomb_nm).min(1.0)
         } else {

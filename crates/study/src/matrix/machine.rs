@@ -23,9 +23,11 @@ pub const AXES: [AxisId; 2] = [AxisId::X, AxisId::Y];
 
 /// Speed for which motors of this class are rated, rad/s (2000 1/min).
 const RATED_SPEED_RAD_S: f64 = 2000.0 / 60.0 * TAU;
-/// Damping of the shaft in parts of the critical one.
+/// Damping of the shaft in parts of the critical one: common for ball screws on roller guides, as
+/// in the preset `vmc3`.
 const SHAFT_DAMPING: f64 = 0.05;
-/// Natural frequency of the velocity loop, Hz, where nothing speaks against it.
+/// Natural frequency of the velocity loop, Hz, where the loop is stable with it: that of
+/// [`Tuning`]'s default.
 const VELOCITY_HZ: f64 = 40.0;
 /// Highest gain crossover of the velocity loop with the motor alone, 1/s: 45 degrees for the delays
 /// of encoder difference, servo and current loop (0.5 ms in all).
@@ -60,6 +62,7 @@ pub fn drift(cell: &Cell, motion_s: f64) -> Drift {
     if cell.level_name(DRIFT) == "steady" {
         return Drift::NONE;
     }
+    // Over the motion, or longer: a short motion sees only the beginning.
     let [gap, friction, inertia] = DRIFTED.map(|factor| {
         Some(Change {
             factor,
@@ -88,7 +91,7 @@ pub fn axis(cell: &Cell) -> Result<AxisConfig, StudyError> {
         .map(|axis| axis.config.clone())
         .unwrap_or_else(AxisConfig::paper);
     let motor = base.motor;
-    // the levels of the cell in SI units at the motor
+    // The levels of the cell in SI units at the motor.
     let inertia = cell.number(INERTIA) * motor.inertia_kgm2;
     let together = motor.inertia_kgm2 * inertia / (motor.inertia_kgm2 + inertia);
     let old = base.reflected_load();
@@ -101,8 +104,8 @@ pub fn axis(cell: &Cell) -> Result<AxisConfig, StudyError> {
         gap_rad: 1e-3 * cell.number(GAP) * base.transmission.motor_rad_per_unit(),
         ..old
     };
-    // velocity loop of motor and load; when the motor is alone in the gap its crossover is higher
-    // by the ratio of the inertias, and that has to stay below the limit
+    // Velocity loop of motor and load; when the motor is alone in the gap its crossover is higher
+    // by the ratio of the inertias, and that has to stay below the limit.
     let alone_hz = ALONE_PER_S * motor.inertia_kgm2 / (2.0 * (motor.inertia_kgm2 + inertia)) / TAU;
     let tuning = Tuning {
         velocity_frequency_hz: VELOCITY_HZ.min(alone_hz),
@@ -113,8 +116,9 @@ pub fn axis(cell: &Cell) -> Result<AxisConfig, StudyError> {
         ..base
     }
     .tuned(&tuning);
-    // commissioned with the true inertia
+    // Commissioned with the true inertia.
     axis.drive.told_inertia_kgm2 = Some(motor.inertia_kgm2 + inertia);
+    // No bits stand for an ideal encoder.
     let bits = cell.number(ENCODER) as u32;
     axis.drive.encoder_counts_per_rev = (bits > 0).then(|| 1 << bits);
     axis.check().map_err(lostmotion_drive::AxisError::from)?;

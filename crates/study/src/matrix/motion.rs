@@ -12,12 +12,14 @@ use std::fmt::Write;
 /// Least time of a motion, s, within the bounds on the number of turns: enough to learn and to be
 /// measured. A choice.
 const LEAST_MOTION_S: f64 = 12.0;
-/// Bounds on the turns of a figure: the least gives eight reversals of each axis.
+/// Bounds on the turns of a figure: the least gives eight reversals of each axis, the most keeps
+/// the programs of small figures at high feeds short. A choice.
 const LEAST_AND_MOST_TURNS: (f64, f64) = (4.0, 16.0);
-/// Half diagonals of the lissajous figure, mm, and the lines it is made of.
+/// Half width and half height of the lissajous figure, mm, and the number of lines of one turn. A
+/// choice.
 const LISSAJOUS: (f64, f64, u32) = (15.0, 10.0, 180);
-/// Rows of the zigzag: length and distance in mm, and the angle at which they lie, so that both
-/// axes reverse at every row's end.
+/// Rows of the zigzag: length and distance in mm, and the angle in degrees at which they lie, so
+/// that both axes reverse at every row's end. A choice.
 const ZIGZAG: (f64, f64, f64) = (30.0, 1.0, 30.0);
 /// The pocket's own feed for its straight cuts, mm/min; its other feeds keep their ratio to it.
 const POCKET_FEED_MM_MIN: f64 = 2500.0;
@@ -35,6 +37,7 @@ pub fn program(cell: &Cell) -> String {
         "pocket" => with_feeds(POCKET, feed / POCKET_FEED_MM_MIN),
         _ => circle(cell.number(SHAPE), feed),
     };
+    // The finished text is mirrored: one rule for all figures, the sample part included.
     if cell.level_name(WAY) == "cw" {
         mirrored(&text)
     } else {
@@ -96,9 +99,10 @@ fn rounded(feed: f64) -> String {
 fn lissajous(feed: f64) -> String {
     let (a, b, lines) = LISSAJOUS;
     let mut text = opened("G64 P0.01", 0.0, b, feed);
-    // its length is about 4.9 times the sum of the half diagonals
+    // A turn is 205 mm long, taken as 200, and has four reversals or more of each axis: half the
+    // turns of the other figures do.
     for line in 1..=lines * turns(200.0, feed).max(4) / 2 {
-        // whole turns close exactly: the same numbers in each
+        // Whole turns close exactly: the same numbers in each.
         let angle = TAU * f64::from(line % lines) / f64::from(lines);
         let (x, y) = (a * math::sin(3.0 * angle), b * math::cos(2.0 * angle));
         let _ = writeln!(text, "G1 X{x:.4} Y{y:.4}");
@@ -112,8 +116,9 @@ fn zigzag(feed: f64) -> String {
     let (s, c) = math::sin_cos(degrees.to_radians());
     let at = |u: f64, v: f64| format!("X{:.4} Y{:.4}", u * c - v * s, u * s + v * c);
     let mut text = opened("G64 P0.01", 0.0, 0.0, feed);
+    // Each row is a reversal of both axes: twelve are more than are needed.
     for row in 0..turns(length + step, feed).max(12) {
-        // rows alternate their direction: each begins beside the end of the last one
+        // Rows alternate their direction: each begins beside the end of the last one.
         let v = step * f64::from(row);
         let (near, far) = if row % 2 == 0 {
             (0.0, length)
@@ -131,7 +136,7 @@ fn with_words(text: &str, change: impl Fn(char, &str) -> Option<String>) -> Stri
     let mut rest = text;
     let mut in_comment = false;
     while let Some(letter) = rest.chars().next() {
-        // a comment in brackets may hold letters and numbers: copied as it is
+        // A comment in brackets may hold letters and numbers: copied as it is.
         in_comment = (in_comment || letter == '(') && letter != ')';
         rest = &rest[letter.len_utf8()..];
         out.push(letter);
@@ -161,7 +166,7 @@ fn with_feeds(text: &str, factor: f64) -> String {
 /// The figure seen from behind: gone round the other way.
 fn mirrored(text: &str) -> String {
     with_words(text, |letter, number| match (letter, number) {
-        // mirrored at the X axis: arcs change their sense, Y and J their sign
+        // Mirrored at the X axis: arcs change their sense, Y and J their sign.
         ('G', "2") => Some("3".to_owned()),
         ('G', "3") => Some("2".to_owned()),
         ('Y' | 'J', _) => Some(

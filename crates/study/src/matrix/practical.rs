@@ -24,8 +24,8 @@ const UNKNOWN_GAP_SHARE: f64 = 0.01;
 pub const WANTED: [f64; 2] = [0.02, 0.10];
 
 impl CellResult {
-    /// The practical limit: RMS and largest error, over those of `none`; `None` if `none` leaves next
-    /// to nothing.
+    /// The practical limit: RMS and largest error, over those of `none`; `None` if `none` leaves
+    /// next to nothing.
     pub fn practical(&self) -> Option<[f64; 2]> {
         let none = self.of(MethodId::NONE.name())?;
         self.ratios(MethodId::NONE.name())?;
@@ -37,7 +37,7 @@ impl CellResult {
         let max = QUINTIC_TRAVERSE_CUBED * self.limit_max_um
             + UNKNOWN_GAP_SHARE * none.max_um
             + self.encoder_um;
-        // independent causes: variances add up, largest errors add up at worst
+        // Independent causes: variances add up, largest errors add up at worst.
         let squares: f64 = rms.iter().map(|part| part * part).sum();
         Some([squares.sqrt() / none.rms_um, max / none.max_um])
     }

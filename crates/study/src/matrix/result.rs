@@ -64,7 +64,7 @@ pub const RATIO_FROM_UM: f64 = 0.02;
 pub const WORSE_UM: f64 = 0.1;
 
 /// A cell in which a load floats for more than this part of the time counts as one of floating
-/// loads.
+/// loads. A choice.
 const FLOATING_TIME_SHARE: f64 = 0.05;
 
 impl CellResult {
@@ -78,8 +78,8 @@ impl CellResult {
         self.methods.iter().find(|figures| figures.method == method)
     }
 
-    /// RMS and largest error of a method as parts of those of `none`; `None` if `none` leaves next to
-    /// nothing.
+    /// RMS and largest error of a method as parts of those of `none`; `None` if `none` leaves next
+    /// to nothing.
     pub fn ratios(&self, method: &str) -> Option<[f64; 2]> {
         let (none, figures) = (self.of(MethodId::NONE.name())?, self.of(method)?);
         (none.rms_um > RATIO_FROM_UM)

@@ -34,13 +34,13 @@ fn run(
 ) -> Result<CellResult, StudyError> {
     let machine = machine::machine(cell)?;
     let program = Program::from_str(cell.to_string(), motion::program(cell));
-    // the drift lasts as long as the motion: plan once for its length, then run
+    // The drift lasts as long as the motion: plan once for its length, then run.
     let length = Simulation::new(&program, &machine).plan(&mut |_, _| Ok(()))?;
     let mut config = AxisConfig {
         drift: machine::drift(cell, length.duration_s),
         ..machine::axis(cell)?
     };
-    // the estimator changes no bit of the motion; it only costs time
+    // The estimator changes no bit of the motion; it only costs time.
     config.compensation.estimate_shaft = trace.is_some();
     let machine = machine::of_cell(&machine, &config);
     let mut bench = Bench::new(cell, &config, methods, trace);
@@ -80,7 +80,7 @@ pub fn run_cells(
         why: why.to_string(),
     })?;
     let mut order: Vec<usize> = (0..cells.len()).collect();
-    // longest processing time first, so that no core idles at the end
+    // Longest processing time first, so that no core idles at the end.
     order.sort_by(|a, b| f64::total_cmp(&length(cells.get(*b)), &length(cells.get(*a))));
     let stop = AtomicBool::new(false);
     let mut results: Vec<Option<Result<CellResult, StudyError>>> =
@@ -95,7 +95,7 @@ pub fn run_cells(
             };
             scope.spawn_fifo(move |_| {
                 if !stop.load(Ordering::Relaxed) {
-                    // the receiver outlives all senders
+                    // The receiver outlives all senders.
                     let _ = sender.send((index, run_cell(cell, methods, None)));
                 }
             });
@@ -105,7 +105,7 @@ pub fn run_cells(
             all: cells.len(),
             ..Progress::default()
         };
-        // results go to the sink on this thread, in the order in which they are finished
+        // Results go to the sink on this thread, in the order in which they are finished.
         for (index, result) in receiver {
             progress.done += 1;
             match &result {
@@ -119,7 +119,7 @@ pub fn run_cells(
             if sunk.is_err() {
                 stop.store(true, Ordering::Relaxed);
             }
-            // by index: the order of the results does not depend on the threads
+            // By index: the order of the results does not depend on the threads.
             if let Some(place) = results.get_mut(index) {
                 *place = Some(result);
             }
@@ -133,7 +133,8 @@ pub fn run_cells(
     Ok(finished)
 }
 
-/// About how long a cell runs: the seconds of one turn of its figure.
+/// A measure of how long a cell runs: the size of its figure over its feed. Figures without a size
+/// in their name, and small circles, count as 20 mm.
 fn length(cell: Option<&Cell>) -> f64 {
     cell.map_or(0.0, |cell| {
         cell.number(SHAPE).max(20.0) / cell.number(FEED).max(1.0)

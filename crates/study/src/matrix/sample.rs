@@ -25,7 +25,7 @@ pub fn full_size() -> usize {
 pub fn all_cells() -> Vec<Cell> {
     (0..full_size())
         .map(|mut index| {
-            // mixed radix: the last factor varies fastest
+            // Mixed radix: the last factor varies fastest.
             let mut cell = Cell::default();
             for (level, factor) in cell.0.iter_mut().zip(&FACTORS).rev() {
                 *level = (index % factor.levels.len()) as u8;
@@ -61,7 +61,7 @@ pub fn sample(cells: usize, seed: u64) -> Result<Vec<Cell>, StudyError> {
         );
         pairs.exchange_if_better(&mut list, a, b, factor);
     }
-    // exchanges know pairs only; whole cells may have become equal
+    // Exchanges know pairs only; whole cells may have become equal.
     part_twins(&mut list, &mut random);
     list.sort_unstable();
     Ok(list)
@@ -72,7 +72,7 @@ fn shuffled_columns(cells: usize, random: &mut Random) -> Vec<Cell> {
     let mut list = vec![Cell::default(); cells];
     for (factor, description) in FACTORS.iter().enumerate() {
         let levels = description.levels.len();
-        // levels that do not divide the number: those that occur once more are drawn at random
+        // Levels that do not divide the number: those that occur once more are drawn at random.
         let mut order: Vec<u8> = (0..levels as u8).collect();
         random.shuffle(&mut order);
         let mut column: Vec<u8> = order.iter().copied().cycle().take(cells).collect();
@@ -95,6 +95,8 @@ struct Pairs {
 
 impl Pairs {
     fn of(list: &[Cell]) -> Pairs {
+        // The levels of all factors one behind another are the rows of the matrix of counts, and
+        // its columns.
         let mut first = [0; COUNT];
         let mut width = 0;
         for (place, factor) in first.iter_mut().zip(&FACTORS) {
@@ -106,6 +108,7 @@ impl Pairs {
             width,
             counts: vec![0; width * width],
         };
+        // Each pair in both orders, so that an exchange may look it up either way.
         for cell in list {
             for f in 0..COUNT {
                 for g in (0..COUNT).filter(|g| *g != f) {
@@ -143,17 +146,19 @@ impl Pairs {
         if level_a == level_b {
             return;
         }
-        // the sum of squares changes by 2 (gained counts - lost counts) + 4 for each other factor
-        // on which the cells differ
+        // The sum of squares changes by 2 (gained counts - lost counts) + 4 for each other factor
+        // on which the cells differ.
         let mut change = 0;
         for g in (0..COUNT).filter(|g| *g != f && one.level(*g) != other.level(*g)) {
-            // pairs that the swap takes away and those that it makes
+            // Pairs that the swap takes away and those that it makes.
             let lost = self.count(self.at(f, level_a, g, one.level(g)))
                 + self.count(self.at(f, level_b, g, other.level(g)));
             let gained = self.count(self.at(f, level_b, g, one.level(g)))
                 + self.count(self.at(f, level_a, g, other.level(g)));
             change += 2 * (gained - lost) + 4;
         }
+        // An exchange that changes nothing is made, too: the way to better ones leads over
+        // plateaus.
         if change > 0 {
             return;
         }
@@ -179,8 +184,9 @@ impl Pairs {
 
 /// Swaps levels until no two cells are the same; the levels' numbers stay.
 fn part_twins(list: &mut [Cell], random: &mut Random) {
+    // A swap may make a new pair of twins: repeated until there is none, with a bound.
     for _ in 0..100 {
-        // every second and further occurrence swaps one level with a random cell
+        // Every second and further occurrence swaps one level with a random cell.
         let mut seen = BTreeSet::new();
         let twins: Vec<usize> = (0..list.len())
             .filter(|i| list.get(*i).is_some_and(|cell| !seen.insert(*cell)))

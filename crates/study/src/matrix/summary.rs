@@ -23,7 +23,7 @@ impl Spread {
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
         let mut sorted: Vec<f64> = values.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
-        // nearest rank: a value that occurs, no interpolation
+        // Nearest rank: a value that occurs, no interpolation.
         let rank = |part: f64| {
             let index = (part * sorted.len() as f64).ceil().max(1.0) as usize - 1;
             sorted.get(index).copied()
@@ -48,7 +48,7 @@ pub struct MethodSummary {
     pub max_ratio: Option<Spread>,
     /// Cells whose RMS is worse than that of `none` by more than 0.1 um.
     pub worse_rms: usize,
-    /// Cells whose largest error is.
+    /// Cells whose largest error is worse by more than that.
     pub worse_max: usize,
     /// Cells in which it hunts.
     pub hunts: usize,
@@ -110,13 +110,13 @@ pub struct Summary {
 
 /// Part of the time at a limit from which on a cell counts as saturated. A choice.
 const SATURATED_TIME_SHARE: f64 = 0.01;
-/// Worst cells listed for each method.
+/// Worst cells listed for each method. A choice.
 const WORST_CELLS: usize = 5;
 
 /// Statistics of all cells.
 pub fn summary(results: &[CellResult]) -> Summary {
     let all: Vec<&CellResult> = results.iter().collect();
-    // the same methods in every cell, `none` first
+    // The same methods in every cell, `none` first.
     let names: Vec<&str> = results.first().map_or(Vec::new(), |cell| {
         cell.methods
             .iter()
@@ -164,7 +164,7 @@ fn practical(cells: &[&CellResult], which: usize) -> Option<Spread> {
 
 /// Statistics of one method over some cells.
 fn method(cells: &[&CellResult], name: &str) -> MethodSummary {
-    // cells in which `none` leaves next to nothing have no ratio and count for none of the spreads
+    // Cells in which `none` leaves next to nothing have no ratio and count for none of the spreads.
     let ratios: Vec<[f64; 2]> = cells.iter().filter_map(|cell| cell.ratios(name)).collect();
     let figures = || cells.iter().filter_map(|cell| cell.of(name));
     MethodSummary {
@@ -203,7 +203,7 @@ fn regimes(results: &[CellResult], names: &[&str]) -> Vec<Regime> {
             });
         }
     };
-    // loads that float are a regime of their own: no method on the motor sees them
+    // Loads that float are a regime of their own: no method on the motor sees them.
     add("load", "held", &|result| !result.floats());
     add("load", "floats", &CellResult::floats);
     for (index, factor) in FACTORS
@@ -232,6 +232,7 @@ fn worst(results: &[CellResult], name: &str) -> Vec<WorstCell> {
             })
         })
         .collect();
+    // In total order a ratio that is no number comes first, where it is seen.
     list.sort_by(|a, b| f64::total_cmp(&b.ratios[0], &a.ratios[0]));
     list.truncate(WORST_CELLS);
     list

@@ -78,6 +78,7 @@ pub fn markdown(results: &[CellResult], what: &str) -> String {
         out,
         "(10 % in the largest error) of what `none` leaves, or than the practical limit where that is more; who is told the gap, or lucky with a coarse encoder, may be below it.\n"
     );
+    // From the whole to the single: methods, regimes, failures, the worst cells, all cells.
     overview(&mut out, &sum);
     by_regime(&mut out, &sum);
     failures(&mut out, &sum);
@@ -131,6 +132,7 @@ fn overview(out: &mut String, sum: &Summary) {
             "| `{method}` | {rms} | {max} | {worse_rms} | {worse_max} | {hunts} | {saturated} | {rms_within} | {max_within} | {gap} |"
         );
     }
+    // A floating load cannot be seen from the motor: `adaptive` once more without such cells.
     if let Some(held) = sum.regimes.iter().find(|regime| regime.level == "held")
         && let Some(row) = held
             .methods
@@ -155,6 +157,7 @@ fn overview(out: &mut String, sum: &Summary) {
             "| `adaptive`, loads held | {rms} | {max} | {worse_rms} | {worse_max} | {hunts} | {saturated} | {rms_within} | {max_within} | {gap} |"
         );
     }
+    // Two rows to hold the methods against: no method can do better, and what may be expected.
     put!(
         out,
         "| least possible | {} | {} | | | | | | | |",
@@ -180,6 +183,7 @@ fn by_regime(out: &mut String, sum: &Summary) {
         out,
         "friction and without need of torque they drift through the gap unseen for more than a twentieth of the time.\n"
     );
+    // `none` is the first method and the reference: its ratio is 1, so it gets no column.
     let mut header = "| factor | level | cells | least | practical |".to_owned();
     let mut rule = "|---|---|--:|--:|--:|".to_owned();
     for method in sum.methods.iter().skip(1) {
@@ -188,6 +192,7 @@ fn by_regime(out: &mut String, sum: &Summary) {
     }
     put!(out, "{header}\n{rule}");
     for regime in &sum.regimes {
+        // Cells with a ratio: where `none` leaves next to nothing there is none.
         let cells = regime
             .methods
             .first()
@@ -226,7 +231,7 @@ fn failures(out: &mut String, sum: &Summary) {
         "| method | does next to nothing | does harm |\n|---|---|---|"
     );
     for (index, method) in sum.methods.iter().enumerate().skip(1) {
-        // only factors that describe machine and motion; feed and direction are chosen by the user
+        // Only factors that describe machine and motion; feed and direction are chosen by the user.
         let levels = |fails: &dyn Fn(&MethodSummary) -> bool| -> String {
             let regimes = sum.regimes.iter().filter(|regime| {
                 ["gap", "friction", "inertia", "encoder", "motion"]
@@ -242,7 +247,7 @@ fn failures(out: &mut String, sum: &Summary) {
                 all.join(", ")
             }
         };
-        // in half of the cells next to nothing, or in a tenth of them worse
+        // In half of the cells next to nothing, or in a tenth of them worse.
         let idle = levels(&|m| m.rms_ratio.is_some_and(|spread| spread.median > IDLE_RATIO));
         let harmful = levels(&|m| {
             m.rms_ratio
@@ -275,6 +280,7 @@ pub fn csv(results: &[CellResult]) -> String {
                 encoder_um,
                 ..
             } = cell;
+            // Without limit, ratio or estimate the cells stay empty, and the columns in place.
             let best = cell
                 .practical()
                 .map_or(",".to_owned(), |[rms, max]| format!("{rms:.5},{max:.5}"));
@@ -344,7 +350,7 @@ const METHODS_OF_CELLS: [MethodId; 2] = [MethodId::LOOKUP, MethodId::ADAPTIVE];
 
 /// Appends every cell with its limits beside what the methods that need no scale leave.
 fn cells_markdown(out: &mut String, results: &[CellResult]) {
-    // a study may have run other methods
+    // A study may have run other methods.
     let ran = |name: &&str| results.first().is_some_and(|cell| cell.of(name).is_some());
     let shown: Vec<&str> = METHODS_OF_CELLS
         .map(MethodId::name)
@@ -368,6 +374,7 @@ fn cells_markdown(out: &mut String, results: &[CellResult]) {
 
 /// One cell with its limits.
 fn cell_row(out: &mut String, cell: &CellResult, shown: &[&str]) {
+    // What is no number is shown as `-`.
     let [rms, max] = cell
         .of(MethodId::NONE.name())
         .map_or([f64::NAN; 2], |none| [none.rms_um, none.max_um]);
@@ -393,6 +400,8 @@ fn cell_row(out: &mut String, cell: &CellResult, shown: &[&str]) {
             out.push_str(" - |");
             continue;
         };
+        // Bold each for itself: a method may reach the RMS that is wanted and not the largest
+        // error.
         let mark = |inside: bool| if inside { "**" } else { "" };
         let [rms, max] = cell.within(name).unwrap_or_default().map(mark);
         let _ = write!(

@@ -6,7 +6,7 @@ use lostmotion_base::units::UM_PER_MM;
 use lostmotion_drive::{AxisSample, Engagement};
 use lostmotion_report::number::round_to;
 
-/// Decimals kept of a figure in um, and of a ratio.
+/// Decimals kept of a figure in um, and of a ratio: below what a change of compiler moves.
 const FIGURE_DECIMALS: usize = 6;
 
 /// Sum of squares and largest magnitude.
@@ -77,7 +77,7 @@ impl Tally {
         tally
             .turns
             .push(tick, deviation_mm * UM_PER_MM, self.step_um);
-        // only in contact, true and estimated, is the estimated gap angle the half gap
+        // Only in contact, true and estimated, is the estimated gap angle the half gap.
         let touching =
             sample.engagement != Engagement::Gap && sample.engagement_estimate != Engagement::Gap;
         if touching && sample.gap_angle_estimate.is_finite() {
@@ -99,7 +99,7 @@ impl Tally {
         events: &[Windows; 2],
         saturated: f64,
     ) -> MethodFigures {
-        // compared with `none` on the same axis, window by window
+        // Compared with `none` on the same axis, window by window.
         let mut hunting = self.axes.iter().zip(&none.axes).zip(events);
         let gap_errors = self
             .axes

@@ -63,7 +63,7 @@ fn plots() -> Vec<Plot> {
         ]
     };
     let current = |run| -> [Curve; 1] { [("i_q", run, |s| s.current)] };
-    // from the first stop on, until the load has settled
+    // From the first stop on, until the load has settled.
     let near = Some([0.0, 0.4]);
     let error: Value = |s| s.reference.position - s.load_position;
     let angle: Value = |s| s.motor_position - s.load_position;
@@ -123,6 +123,7 @@ fn plots() -> Vec<Plot> {
             "Figure 9: position of the load at the first stop",
             rad,
             &[
+                // The reference is the same in every run.
                 ("reference", NONE, REFERENCE),
                 ("none", NONE, LOAD),
                 ("published", PUBLISHED, LOAD),
@@ -153,6 +154,7 @@ fn plots() -> Vec<Plot> {
             "Figure 11, upper: inertia at the motor, cut off at -0.005 and 0.020",
             "inertia, kg m\u{b2}",
             &[
+                // Cut off: its excursions would press both true values flat.
                 ("published", PUBLISHED, |s| {
                     s.inertia_estimate.clamp(-0.005, 0.02)
                 }),
@@ -188,7 +190,7 @@ pub fn figures(trials: &Trials) -> Vec<Figure> {
 
 fn draw(plot: &Plot, trials: &Trials) -> String {
     let stop = trials.trial.motion.first_stop_s();
-    // the paper zooms into the first stop, where the flank changes
+    // The paper zooms into the first stop, where the flank changes.
     let [from, to] = plot.zoom.map_or([0.0, f64::INFINITY], |[before, after]| {
         [stop - before, stop + after]
     });
@@ -228,6 +230,7 @@ const HIGHEST_PERCENT: f64 = 250.0;
 
 fn scan_figure(scan: &Scan, form: MethodId) -> String {
     let curve = |lambda: f64| {
+        // Over the logarithm: P0 is scanned through eight decades.
         let points = scan
             .tuning
             .iter()
@@ -253,7 +256,7 @@ fn scan_figure(scan: &Scan, form: MethodId) -> String {
         y_label: "offset, % of half the gap".to_owned(),
     };
     let mut curves: Vec<Series> = DRAWN_LAMBDAS.map(curve).into();
-    // the paper's claim as a horizontal line
+    // The paper's claim as a horizontal line.
     let ends = super::scan::P0
         .iter()
         .map(|p0| [math::log10(*p0), 100.0 * super::CLAIM])

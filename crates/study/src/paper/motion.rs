@@ -45,18 +45,18 @@ impl Move {
     /// Durations and jerks of the seven pieces. Where the distance does not allow the highest
     /// speed, the speed is lower.
     fn pieces(&self) -> [(f64, f64); 7] {
-        // time of a speed ramp: jerk up to the acceleration limit, or to the peak that the speed
-        // allows, and the hold between
+        // Time of a speed ramp: jerk up to the acceleration limit, or to the peak that the speed
+        // allows, and the hold between.
         let ramp = |v: f64| {
             let a = self.acceleration_rad_s2.min((v * self.jerk_rad_s3).sqrt());
             let rise = a / self.jerk_rad_s3;
             (rise, (v / a - rise).max(0.0))
         };
-        // way of both ramps together: mean speed v/2 over twice the ramp
+        // Way of both ramps together: mean speed v/2 over twice the ramp.
         let needed = |v: f64| v * (2.0 * ramp(v).0 + ramp(v).1);
         let (mut low, mut v) = (0.0, self.velocity_rad_s);
         if needed(v) > self.distance_rad {
-            // bisection of the peak speed: the way grows with it; 100 halvings reach rounding
+            // Bisection of the peak speed: the way grows with it; 100 halvings reach rounding.
             for _ in 0..100 {
                 let middle = 0.5 * (low + v);
                 if needed(middle) > self.distance_rad {
@@ -92,10 +92,10 @@ impl Move {
         }
         let (mut p, mut v, mut a, mut left) = (0.0, 0.0, 0.0, time_s.max(0.0));
         for (index, (span, j)) in self.pieces().into_iter().enumerate() {
-            // exact integrals of a constant jerk
+            // Exact integrals of a constant jerk.
             let dt = left.min(span);
-            // exactly zero while cruising, as a planner gives it: the published method compares
-            // with zero
+            // Exactly zero while cruising, as a planner gives it: the published method compares
+            // with zero.
             let from = if index == 3 { 0.0 } else { a };
             p += v * dt + from * dt * dt / 2.0 + j * dt * dt * dt / 6.0;
             v += from * dt + j * dt * dt / 2.0;
@@ -118,7 +118,7 @@ impl Move {
             .map(|tick| {
                 let time = Clock::CNC.seconds(tick);
                 let [p, v, a] = self.at(time - first);
-                // the way back is the same move, subtracted
+                // The way back is the same move, subtracted.
                 let [q, w, b] = self.at(time - back);
                 if time < back {
                     Setpoint::moving(p, v, a)
@@ -133,6 +133,7 @@ impl Move {
     /// ends of the two rests, s.
     pub fn settled_s(&self) -> [f64; 2] {
         let [first, middle, last] = REST_S;
+        // 10 ms before each of the two rests ends.
         let there = first + self.duration_s();
         [
             there + middle - 0.01,

@@ -16,12 +16,12 @@ const STROKES: usize = 4;
 /// An axis of a mill: 20 um of gap, a tenth of the rated torque as friction, twice the motor's
 /// inertia.
 const MILL: &str = "circle50-f3000-ccw-g20-t10-v0-j2-ideal-steady";
-/// Counts per turn; 0: ideal.
+/// Encoders, counts per turn; 0: ideal. A choice: without noise, a fine one, a common one.
 const ENCODER_COUNTS: [u32; 3] = [0, 1 << 23, 1 << 20];
-/// Methods beside which the estimator runs: one whose load inertia is unknown to it, one that learns
-/// it.
+/// Methods beside which the estimator runs: one whose load inertia is unknown to it, one that
+/// learns it.
 const METHODS: [MethodId; 2] = [MethodId::PUBLISHED, MethodId::ADAPTIVE];
-/// A point is drawn every this many servo ticks.
+/// A point is drawn every this many servo ticks: 10 ms. A choice.
 const DRAWN_EVERY_TICKS: usize = 40;
 
 /// One run with its estimates.
@@ -88,7 +88,7 @@ fn run(
     let mut config = config.clone();
     config.drive.encoder_counts_per_rev = (counts > 0).then_some(counts);
     config.compensation.estimate_shaft = true;
-    // the move is in motor rad, setpoints are in the axis' unit
+    // The move is in motor rad, setpoints are in the axis' unit.
     let per_rad = 1.0 / config.transmission.motor_rad_per_unit();
     let scaled = |point: Setpoint| Setpoint {
         position: point.position * per_rad,
@@ -99,6 +99,7 @@ fn run(
     let points: Vec<Setpoint> = Move::CHOSEN.setpoints().into_iter().map(scaled).collect();
     let mut runner = build_runner(&config, method, 0.0)?;
     let mut out = AxisOutput::new(true);
+    // The move ends where it began: it can be repeated without a jump.
     for _ in 0..STROKES {
         runner.push(&points, &mut out)?;
     }
@@ -129,6 +130,7 @@ pub fn markdown(trials: &[ShaftTrial]) -> String {
     out.push_str("| axis | method | encoder | stiffness, N m/rad | told after, s | at the end off by | damping, N m s/rad | told after, s | at the end off by |\n");
     out.push_str("|---|---|---|--:|--:|--:|--:|--:|--:|\n");
     for trial in trials {
+        // Counts are powers of two, and people know encoders by their bits.
         let encoder = if trial.counts == 0 {
             "ideal".to_owned()
         } else {
@@ -195,12 +197,13 @@ fn figure(trials: &[ShaftTrial], which: usize, name: &str) -> String {
         x_label: "time, s".to_owned(),
         y_label: "estimate over truth, %".to_owned(),
     };
-    // the finest and the coarsest encoder; the one in between would hide both curves
+    // The finest and the coarsest encoder; the one in between would hide both curves.
     let mut curves: Vec<Series> = trials
         .iter()
         .filter(|trial| trial.counts != ENCODER_COUNTS[1] && trial.method == METHODS[1])
         .map(curve)
         .collect();
+    // One run with the other method: the estimate does not hang on the compensator.
     curves.extend(trials.iter().find(|trial| trial.counts == 0).map(curve));
     let end = trials
         .iter()

@@ -57,7 +57,7 @@ pub struct Scan {
 /// None for the preset.
 pub fn scan() -> Result<Scan, StudyError> {
     let chosen = Trial::CHOSEN;
-    // the unknown settings on the chosen move, then the unknown move with the chosen settings
+    // The unknown settings on the chosen move, then the unknown move with the chosen settings.
     let tuning: Vec<Trial> = P0
         .iter()
         .flat_map(|p0| {
@@ -88,7 +88,7 @@ fn points(list: &[Trial]) -> Result<Vec<ScanPoint>, StudyError> {
     let rows: Vec<Result<Vec<ScanPoint>, StudyError>> = list
         .par_iter()
         .map(|trial| {
-            // the first run is `none`, which the outcomes already refer to
+            // The first run is `none`, which the outcomes already refer to.
             let answer = trials(trial, &FORMS)?;
             let pairs = FORMS.iter().zip(answer.runs.iter().skip(1));
             let point =
@@ -102,7 +102,7 @@ fn points(list: &[Trial]) -> Result<Vec<ScanPoint>, StudyError> {
             Ok(pairs.map(point).collect())
         })
         .collect();
-    // first error in the order of the points, whatever thread met one first
+    // First error in the order of the points, whatever thread met one first.
     let mut points = Vec::new();
     for row in rows {
         points.extend(row?);

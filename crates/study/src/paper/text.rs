@@ -23,6 +23,7 @@ pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
         "Gan, Wang, Huang, *Adaptive Backlash Compensation for CNC Machining Applications*, Machines 2023, 11(2), 193, Figures 3 and 7 to 11."
     );
     put!(out, "Made by `lostmotion study paper`; do not edit.\n");
+    // What the paper gives, then what it leaves open and was chosen here.
     put!(
         out,
         "Given by the paper (Tables 2 and 3): motor, inertias, shaft, total gap 0.2 rad, all gains and periods."
@@ -67,6 +68,7 @@ pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
         "Larger settled offset in per cent of half the gap; bold where offset and estimate are below {}. `-`: ran away.\n",
         percent(CLAIM)
     );
+    // The settings that the paper leaves open, on the chosen move; further down the moves.
     for form in FORMS {
         grid(
             &mut out,
@@ -102,6 +104,7 @@ pub fn markdown(trials: &Trials, scan: &Scan, shafts: &[ShaftTrial]) -> String {
 
 fn row(out: &mut String, name: MethodId, outcome: &Outcome, half_gap: f64) {
     let [there, back] = outcome.offset_rad.map(|rad| fixed(1e3 * rad, 1));
+    // In parts of half the gap, as the paper's 15 %.
     let estimate = outcome.estimate_error_rad.map(|error| {
         if error.is_finite() {
             percent(error.abs() / half_gap)
@@ -128,6 +131,7 @@ type Side<'a> = (&'a str, &'a [f64], fn(&ScanPoint) -> f64);
 /// Columns by rows.
 fn grid(out: &mut String, form: MethodId, columns: Side<'_>, rows: Side<'_>, points: &[ScanPoint]) {
     let ((across, values, column), (down, steps, row)) = (columns, rows);
+    // The values come back as they were given: this only avoids comparing floats for equality.
     let same = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs();
     put!(out, "`{form}`\n");
     put!(
@@ -141,7 +145,7 @@ fn grid(out: &mut String, form: MethodId, columns: Side<'_>, rows: Side<'_>, poi
     );
     put!(out, "|--:|{}", "--:|".repeat(values.len()));
     for step in steps {
-        // bold where the claim holds; a runaway offset is not printed
+        // Bold where the claim holds; a runaway offset is not printed.
         let cell = |value: &f64| {
             let point = points
                 .iter()

@@ -98,7 +98,7 @@ pub struct Trials {
 /// # Errors
 /// Settings that make no sense.
 pub fn trials(trial: &Trial, methods: &[MethodId]) -> Result<Trials, StudyError> {
-    // the same axis without a gap is the reference: what is left is what the gap causes
+    // The same axis without a gap is the reference: what is left is what the gap causes.
     let (rigid, none) = (
         trial.run(MethodId::NONE, true)?,
         trial.run(MethodId::NONE, false)?,
@@ -106,7 +106,7 @@ pub fn trials(trial: &Trial, methods: &[MethodId]) -> Result<Trials, StudyError>
     let of_none = deviation(&none, &rigid);
     let outcome = |samples: &[AxisSample]| {
         let [squares, max] = deviation(samples, &rigid);
-        // the two rests, where the offset has settled
+        // The two rests, where the offset has settled.
         let at = trial.motion.settled_s().map(|time| {
             samples
                 .get((time / Clock::SERVO.period_s()) as usize)
@@ -118,6 +118,7 @@ pub fn trials(trial: &Trial, methods: &[MethodId]) -> Result<Trials, StudyError>
             estimate_error_rad: at.map(|sample| {
                 sample.gap_angle_estimate - (sample.motor_position - sample.load_position)
             }),
+            // As many ticks in both: the ratio of the sums is that of the means.
             rms_ratio: (squares / of_none[0]).sqrt(),
             max_ratio: max / of_none[1],
         }
