@@ -345,6 +345,7 @@ const MOST_MINUTES: f64 = 1440.0;
 
 /// Runs an axis and prints what each stretch of the time showed.
 fn endurance(args: &Endurance) -> Result<u8, Failure> {
+    // Asked for the good range, which NaN is outside of.
     if !(args.minutes > 0.0 && args.minutes <= MOST_MINUTES) {
         return Err(Failure::with_hint(
             format!(

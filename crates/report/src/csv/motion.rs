@@ -107,6 +107,7 @@ impl<W: Write> AxisTraceWriter<W> {
         clock: Clock,
     ) -> io::Result<AxisTraceWriter<W>> {
         let u = unit.symbol();
+        // `push` fills the cells in this order.
         let header = [
             "t_s".to_owned(),
             format!("reference_{u}"),

@@ -281,6 +281,7 @@ impl<W: Write> ContourWriter<W> {
             }
             rows.number(point.error_um, ERROR_DECIMALS);
             rows.number(point.backlash_um, ERROR_DECIMALS);
+            // Rapids are in the table, too: sums over cutting moves leave them out by this column.
             rows.integer(u64::from(point.rapid));
             rows.integer(u64::from(point.block.span.file));
             rows.integer(u64::from(point.block.span.line));

@@ -91,6 +91,7 @@ pub(super) fn keep(points: &[[f64; 2]], tolerance: f64) -> Vec<usize> {
     kept[0] = true;
     kept[last] = true;
     // Of each stretch the farthest point is kept and splits it, until all lie within the tolerance.
+    // The list of stretches stands in for recursion, which long traces would drive too deep.
     let mut stretches = vec![(0, last)];
     while let Some((from, to)) = stretches.pop() {
         let farthest = (from + 1..to)

@@ -122,6 +122,7 @@ impl TraceRecorder {
     pub fn finish(self, name: &str, caption: &str) -> ContourTrace {
         let mut runs: Vec<Vec<TracePoint>> = Vec::new();
         for entry in self.entries {
+            // A run ends where a rapid lay: no line may be drawn across it.
             match runs.last_mut() {
                 Some(run) if !entry.starts_run => run.push(entry.point),
                 _ => runs.push(vec![entry.point]),

@@ -136,6 +136,7 @@ pub(super) fn reversals(reversals: &[ReversalResult], options: &TextOptions) -> 
     for reversal in reversals {
         table.row([
             reversal.axis.letter().to_string().into(),
+            // The direction in which the axis goes on.
             if reversal.direction < 0 { "-" } else { "+" }.into(),
             line(&reversal.block).into(),
             fixed(reversal.time_s, 3).into(),

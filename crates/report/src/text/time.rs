@@ -135,6 +135,8 @@ fn what_if(time: &CycleTime, options: &TextOptions) -> String {
         ("saves s", RIGHT),
         ("share", RIGHT),
     ]);
+    // Each row is a plan of its own; tool changes and spindle are not in it, as nothing changes
+    // them.
     for row in &time.what_if {
         table.row([
             row.change.as_str().into(),

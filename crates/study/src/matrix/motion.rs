@@ -59,6 +59,8 @@ fn turns(length_mm: f64, feed: f64) -> u32 {
 
 /// Head of a program: modes, start and feed.
 fn opened(mode: &str, x: f64, y: f64, feed: f64) -> String {
+    // Millimetres, XY plane, absolute, feed per minute, no compensation of radius or length, no
+    // cycle, G54: all modes are said, so that any control starts alike.
     format!("G21 G17 G90 G94 G40 G49 G80 G54\n{mode}\nG0 X{x} Y{y}\nF{feed}\n")
 }
 

@@ -28,6 +28,7 @@ impl CellResult {
     /// next to nothing.
     pub fn practical(&self) -> Option<[f64; 2]> {
         let none = self.of(MethodId::NONE.name())?;
+        // No limit where `none` leaves next to nothing: there is no ratio to hold it against.
         self.ratios(MethodId::NONE.name())?;
         let rms = [
             QUINTIC_TRAVERSE_CUBED * self.limit_rms_um,

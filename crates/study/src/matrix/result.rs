@@ -82,6 +82,7 @@ impl CellResult {
     /// to nothing.
     pub fn ratios(&self, method: &str) -> Option<[f64; 2]> {
         let (none, figures) = (self.of(MethodId::NONE.name())?, self.of(method)?);
+        // The ratio of two tiny errors says nothing.
         (none.rms_um > RATIO_FROM_UM)
             .then(|| [figures.rms_um / none.rms_um, figures.max_um / none.max_um])
     }

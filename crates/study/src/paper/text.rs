@@ -203,6 +203,7 @@ pub fn csv(scan: &Scan) -> String {
             trial.motion.distance_rad,
             trial.motion.velocity_rad_s
         );
+        // With exponents: a settled offset and one that ran away lie many decades apart.
         put!(
             out,
             ",{a:.6e},{b:.6e},{c:.6e},{d:.6e},{:.6e},{:.6e},{}",
