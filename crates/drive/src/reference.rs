@@ -119,6 +119,8 @@ impl Spline {
         state.history.rotate_left(1);
         state.history[4] = held;
         let (piece, to) = self.piece(state, &node);
+        // at the setpoint itself the reference is the end of the last piece: a derivative that steps
+        // there is seen to step afterwards
         (state.piece, state.start) = (piece, state.end);
         state.end = self.end(&piece, to.as_ref());
         state.to = to.unwrap_or(node);
@@ -160,6 +162,7 @@ impl Spline {
                 Piece::hermite(p2 * factor, way(p2, p3), [way(p1, p2), way(p2, p3)]),
                 None,
             ),
+            // needs the setpoint after its piece, which therefore lies one setpoint back
             Interpolator::CatmullRom => (
                 Piece::hermite(
                     p1 * factor,
@@ -220,6 +223,7 @@ impl Spline {
     /// end.
     #[inline]
     pub fn at(&self, state: &SplineState, index: u32, count: u32) -> Reference {
+        // ends come from the nodes, not from the polynomial's rounding
         if index == 0 {
             return state.start;
         }

@@ -78,6 +78,7 @@ impl<C: Compensator> AxisSim<C> {
         let start_rad = start_position * factor;
         let params = PlantParams::new(config);
         let (spline, servo) = (Spline::new(config), Servo::new(config));
+        // the plant first: the drive starts with the current that holds it
         let plant = PlantState::at_rest(&params, start_rad, config.start_in_gap.0);
         let state = AxisState {
             spline: spline.initial(start_position),
@@ -85,6 +86,7 @@ impl<C: Compensator> AxisSim<C> {
             plant,
             compensator: compensator.initial(start_rad),
         };
+        // a method that does not declare a scale is not shown one
         let has_scale = compensator.info().knows.load_scale;
         let plant = Plant::new(&params);
         let drifting = Drifting::new(&config.drift, &config.cycles, &plant);
@@ -157,6 +159,7 @@ impl<C: Compensator> AxisSim<C> {
                 damping_estimate: correction.damping_estimate,
             });
         }
+        // last: it acts in the periods that follow
         model.servo.command(
             &mut state.servo,
             &reference,
@@ -170,6 +173,7 @@ impl<C: Compensator> AxisSim<C> {
     fn fast_half(&mut self) -> CurrentLoop<'_> {
         CurrentLoop {
             servo: &self.model.servo,
+            // a drifting axis steps the plant of the present setpoint
             plant: self
                 .drifting
                 .as_ref()
@@ -201,6 +205,7 @@ fn load_force(tick: u64, setpoint: &Setpoint) -> Result<f64, AxisError> {
 impl<C: Compensator> AxisRunner for AxisSim<C> {
     fn push(&mut self, setpoints: &[Setpoint], out: &mut AxisOutput) -> Result<(), AxisError> {
         for setpoint in setpoints {
+            // the same parts, one axis alone, that a batch calls for several side by side
             self.begin_setpoint(setpoint)?;
             for index in 0..self.model.servo_ticks {
                 self.tick(index, out);
@@ -222,10 +227,12 @@ impl<C: Compensator> AxisRunner for AxisSim<C> {
         let (spline, state) = (&self.model.spline, &self.state.spline);
         let count = self.model.servo_ticks;
         self.setpoint.load_torque = load_torque;
+        // one more than the ticks: feed-forward looks a tick ahead
         self.setpoint.references.clear();
         self.setpoint
             .references
             .extend((0..=count).map(|index| spline.at(state, index, count)));
+        // after the spline, which may refuse the setpoint
         if let Some(drifting) = &mut self.drifting {
             drifting.advance(tick, &mut self.state.plant);
         }

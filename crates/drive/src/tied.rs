@@ -121,6 +121,8 @@ impl TiedAxes {
         let [out0, out1] = out;
         let ticks = self.axes[0].servo_ticks() as u32;
         for (first, second) in setpoints[0].iter().zip(setpoints[1]) {
+            // both ends take the setpoint before either moves: the tie couples them period by
+            // period
             for (end, setpoint) in [first, second].into_iter().enumerate() {
                 self.axes[end]
                     .begin_setpoint(setpoint)
@@ -140,6 +142,7 @@ impl TiedAxes {
         let [first, second] = &mut self.axes;
         let (mut first, mut second): (CurrentLoop<'_>, CurrentLoop<'_>) =
             (first.current_loop(), second.current_loop());
+        // the tie adds to the forces that came with the setpoints
         let told = [first.load_torque, second.load_torque];
         for _ in 0..first.periods() {
             // skew of the ends in metres, in the middle of the period

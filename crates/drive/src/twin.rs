@@ -100,6 +100,7 @@ impl Twin {
     /// The motor and the drive of an axis, with an ideal encoder.
     pub fn new<C: Clone>(config: &AxisConfig<C>) -> Twin {
         let mut ideal = config.clone();
+        // the model reads its own motor, without counts
         ideal.drive.encoder_counts_per_rev = None;
         let (inertia, h) = (
             config.motor_side_inertia_kgm2(),
@@ -123,6 +124,7 @@ impl Twin {
         } else {
             0.0
         };
+        // the shaft is wound up by what it carries, so the load stands off the motor
         let lead = held / load.stiffness;
         let plant = PlantState {
             current_q: held / self.numbers.torque_constant,
@@ -155,6 +157,7 @@ impl Twin {
         next: &Reference,
         load: &LoadModel,
     ) {
+        // the axis' own cascade, uncorrected
         let measured = self.servo.measure(&mut state.servo, &state.plant);
         self.servo.command(
             &mut state.servo,
@@ -163,6 +166,7 @@ impl Twin {
             &measured,
             &Correction::NONE,
         );
+        // the load stays as it is over the servo period
         let rates = self.rates(load);
         for _ in 0..self.servo.current_steps() {
             let input = self.servo.voltage(&mut state.servo, &state.plant);
@@ -394,6 +398,7 @@ impl<N: Number> MotorNumbers<N> {
             / (one + rates.give * (of_motor + of_load));
         let (motor, friction) = slide(x.motor, self.motor_step * (drive - shaft), self.motor_most);
         let (load, _) = slide(x.load, rates.load_step * (shaft + drag), rates.load_most);
+        // semi-implicit: positions go on with the new speeds
         let masses = TwinMasses {
             current,
             lead: x.lead + h * (motor - load),
@@ -426,6 +431,7 @@ fn slide<N: Number>(speed: N, gain: N, most: N) -> (N, N) {
 impl MotorNumbers<f64> {
     fn new<C>(config: &AxisConfig<C>, inertia: f64, h: f64) -> MotorNumbers<f64> {
         let motor = &config.motor;
+        // implicit Euler in the winding: i' = (i + h/L (u - K_e w)) / (1 + R h/L)
         let share = h / motor.phase_inductance_h();
         MotorNumbers {
             current_share: share,

@@ -51,6 +51,7 @@ fn tip_derivative(
     if largest == 0.0 {
         return [0.0; 3];
     }
+    // The joint that goes farthest goes the same way, whatever the parameter and its unit.
     let step = DIFFERENCE_STEP / largest;
     let tip = |step: f64| kinematics.tool_pose(&(*joints + *speeds * step), tool).tip;
     scale(sub(tip(step), tip(-step)), 0.5 / step)

@@ -57,6 +57,7 @@ impl KindSpec for DeltaSpec {
         finite("tower_radius_mm", &[radius])?;
         finite("rod_mm", &[rod_mm])?;
         finite("tower_angles_deg", &angles)?;
+        // Shorter rods do not reach the middle between the towers.
         if !(radius > 0.0 && rod_mm > radius) {
             return Err(format!(
                 "the rods (`rod_mm` = {rod_mm}) have to be longer than `tower_radius_mm` = {radius}, and both above 0"

@@ -105,6 +105,7 @@ impl MachineTool {
 
     /// Part to joints, for numbers and for jets alike.
     fn joints<R: Real>(&self, program: &[R; AXES], tool: &[f64; 3]) -> [R; AXES] {
+        // Where the tip has to go, and where the chain has it with all joints at zero.
         let target = [program[0], program[1], program[2]];
         let tip = constant(self.chain.tip_at_zero(tool));
         let ways = match &self.together {
@@ -112,6 +113,7 @@ impl MachineTool {
             None => self.ways_apart(program, target, tip),
         };
         let mut joints = *program;
+        // The rotary words are the rotary joints; only the slides are solved for.
         for (way, index) in ways.into_iter().zip(self.carriers) {
             let joint = &self.chain.joints[index];
             joints[joint.axis.index()] = joint.position(way);

@@ -71,6 +71,7 @@ impl Orientation {
             .filter(|joint| joint.rotary)
             .copied()
             .collect();
+        // Two angles give a direction; a third would leave a choice that no word makes.
         if joints.is_empty() || joints.len() > 2 {
             return None;
         }
@@ -131,12 +132,15 @@ impl Orientation {
         };
         match self.joints.as_slice() {
             [first, second] => {
+                // The closed form counts from the joints' zeros, and in the sense of their
+                // directions.
                 let found = turns::two(&first.turning, &second.turning, self.tool, direction);
                 let positions =
                     |(a, b): (Option<f64>, f64)| (a.map(|a| first.position(a)), second.position(b));
                 found.into_iter().flatten().map(positions).collect()
             }
             [only] => {
+                // One joint reaches the directions of a cone alone.
                 let found = turns::one(&only.turning, self.tool, direction);
                 found
                     .into_iter()

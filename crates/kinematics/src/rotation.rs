@@ -49,12 +49,14 @@ impl Turning {
     pub(crate) fn turn<R: Real>(&self, mut v: Vec3<R>, sin: R, cos: R) -> Vec3<R> {
         match self.mixes {
             Some((first, second)) => {
+                // About a coordinate axis: the third coordinate keeps its bits.
                 let (a, b) = (v[first], v[second]);
                 v[first] = a * cos - b * sin;
                 v[second] = a * sin + b * cos;
                 v
             }
             None => {
+                // v + sin (u x v) + (1 - cos) u x (u x v).
                 let u = constant(self.u);
                 let side = cross(u, v);
                 let back = cross(u, side);

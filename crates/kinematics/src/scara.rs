@@ -3,7 +3,7 @@
 //! Joints: A the upper arm (from +X), B the forearm (from the upper arm), Z the quill, C the wrist
 //! (from the forearm). Words: X Y Z the tip, C the tool's angle; the tool's offset counts in its
 //! turned frame in X and Y and adds to Z. With r2 = x2 + y2 of the wrist, l1 `upper_arm_mm`, l2
-//! `forearm_mm` and e = 1 for `elbow = "left"`, -1 for `"right"`,
+//! `forearm_mm` and e = -1 for `elbow = "left"`, 1 for `"right"`,
 //!
 //! B = e atan2(sqrt(4 l1^2 l2^2 - k^2), k),  k = r2 - l1^2 - l2^2
 //! A = atan2(y, x) - atan2(l2 sin B, l1 + l2 cos B),   wrist = C - A - B.
@@ -80,6 +80,7 @@ fn turn<R: Real>([x, y]: [R; 2], angle: R) -> [R; 2] {
 impl Scara {
     fn joints<R: Real>(&self, program: &[R; AXES], tool: &[f64; 3]) -> Option<[R; AXES]> {
         let of = R::constant;
+        // From the tip to the wrist's axis: the offset turns with the word C.
         let offset = turn([of(tool[0]), of(tool[1])], program[C]);
         let (x, y) = (program[0] + offset[0], program[1] + offset[1]);
         let (upper, fore) = (of(self.upper), of(self.fore));
@@ -97,6 +98,7 @@ impl Scara {
         let around = std::f64::consts::TAU * (-a.value() / std::f64::consts::TAU).round();
         let a = a + of(around);
         let mut joints = *program;
+        // The tip's X and Y are the arms' business: there are no joints of these names.
         (joints[0], joints[1]) = (of(0.0), of(0.0));
         joints[2] = program[2] + of(tool[2]);
         (joints[A], joints[B], joints[C]) = (a, b, program[C] - a - b);

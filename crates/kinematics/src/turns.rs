@@ -23,12 +23,14 @@ const POLE_COSINE_ERROR: f64 = 1e-12;
 /// exactly than by subtraction. `None` if no angle does.
 pub(crate) fn cosine<R: Real>(a: R, b: R, d: R, above: R, below: R) -> Option<[R; 2]> {
     let size = (a.value() * a.value() + b.value() * b.value()).sqrt();
+    // Beyond the reach by more than rounding, or a pair that does not turn at all.
     if above.value() < -REACH_TOLERANCE * (1.0 + size)
         || below.value() < -REACH_TOLERANCE * (1.0 + size)
         || size == 0.0
     {
         return None;
     }
+    // h^2 - d^2 as a product keeps its digits near a pole.
     let square = above * below;
     let root = if square.value() > 0.0 {
         square.sqrt()
@@ -74,6 +76,7 @@ pub(crate) fn two<R: Real>(
         let away = sub(d, constant(u1.u.map(|c| sign * c)));
         dot(away, away) * R::constant(0.5)
     };
+    // Cosines of the directions nearest to u1 and to its opposite that the second joint reaches.
     let (most, least) = (offset + h, offset - h);
     let above = if (most - 1.0).abs() < POLE_COSINE_ERROR {
         chord(1.0)

@@ -50,6 +50,7 @@ impl Choice {
     ) -> Choice {
         Choice::Own {
             name,
+            // Asked of one: a method knows the same on every axis.
             needs_load_scale: make(example).info().knows.load_scale,
             build: Arc::new(move |config, start| run_with(config, make(config), start)),
         }

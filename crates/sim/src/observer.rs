@@ -114,6 +114,7 @@ impl Audience<'_> {
             .map_or(ControlFlow::Continue(()), |observer| {
                 observer.progress(progress)
             });
+        // Both are told, even where the first one ends the run.
         let told = self
             .on_progress
             .as_mut()

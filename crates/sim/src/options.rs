@@ -113,6 +113,7 @@ impl BowLimit {
     /// lines.
     pub fn new(machine: &Machine, options: &SimulateOptions) -> BowLimit {
         let told = options.bow_limit_um.or(machine.simulate().bow_limit_um);
+        // These drives really do go straight from command to command.
         let is_linear = machine
             .axes()
             .iter()

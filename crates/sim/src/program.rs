@@ -167,6 +167,7 @@ impl Program {
     /// The file cannot be opened. What goes wrong while it is read is among the diagnostics.
     pub fn diagnostics(&self, config: InterpreterConfig) -> std::io::Result<Diagnostics> {
         let mut operations = self.operations(config)?;
+        // They are complete once the program has been read to its end.
         operations.by_ref().for_each(drop);
         Ok(operations.diagnostics().clone())
     }
@@ -226,6 +227,7 @@ fn first_line(bytes: &[u8]) -> String {
         .split(|byte| matches!(byte, b'\n' | b'\r'))
         .next()
         .unwrap_or_default();
+    // Cut before it is decoded: a file without line feeds is one long line.
     String::from_utf8_lossy(
         line.get(..line.len().min(LONGEST_BYTES))
             .unwrap_or_default(),

@@ -397,6 +397,7 @@ impl Harm {
     /// um is none.
     pub(crate) fn of(with: &ErrorStats, without: &ErrorStats) -> Option<Harm> {
         let worse = |with: f64, without: f64| (with > without + HARM_UM).then(|| with / without);
+        // The RMS speaks for the whole program, the peak for one place in it.
         worse(with.rms, without.rms)
             .map(Harm::Rms)
             .or_else(|| worse(with.max, without.max).map(Harm::Peak))

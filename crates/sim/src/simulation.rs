@@ -248,6 +248,7 @@ impl<'a> Simulation<'a> {
         let choices = self.take_choices()?;
         let mut audience = std::mem::take(&mut self.audience);
         let setup = self.setup()?;
+        // The whole program is read before anything moves, so that all its errors come at once.
         let checked = motion::check(&setup)?;
         session::run(&setup, &choices, checked, &mut audience)
     }
@@ -270,6 +271,8 @@ impl<'a> Simulation<'a> {
             loop {
                 let more = stepper.step()?;
                 sink.chunk(&Ticks::of(&stepper)).map_err(SimError::Sink)?;
+                // Segments that no later sample touches are forgotten, so that memory stays
+                // bounded.
                 stepper.release();
                 audience.progress(stepper.progress())?;
                 if !more {
@@ -361,6 +364,7 @@ impl<'a> Simulation<'a> {
                 return Ok(plan);
             }
             count += samples.len() as u64;
+            // A loop without end would plan for ever.
             if command.seconds(count) > options.max_duration_s {
                 return Err(SimError::TooLong {
                     limit_s: options.max_duration_s,
@@ -412,6 +416,7 @@ impl<'a> Simulation<'a> {
     }
 
     fn take_choices(&mut self) -> Result<Vec<Choice>, SimError> {
+        // Each axis then runs the method that its own table names.
         if self.choices.is_empty() {
             return Ok(vec![Choice::OfAxes]);
         }

@@ -76,12 +76,14 @@ impl Group {
         outputs: &mut [AxisOutput],
     ) -> Vec<Result<(), AxisError>> {
         let mut results: Vec<Result<(), AxisError>> = outputs.iter().map(|_| Ok(())).collect();
+        // lanes may bring lists of different lengths; one that has come to its end rests
         let longest = setpoints.iter().map(|list| list.len()).max().unwrap_or(0);
+        // the peaks go on from what the outputs already hold
         for (lane, output) in outputs.iter().enumerate() {
             self.lanes.states.peak.0[lane] = output.peak_current_a;
         }
-        // whoever has a runner may have changed its state since the last push
-        // numbers are gathered once a push
+        // between pushes the axes themselves hold their states (see the end), so numbers and states
+        // are gathered anew in each
         let mut described = [false; WIDTH];
         for tick in 0..longest {
             for (lane, (axis, list)) in self.axes.iter_mut().zip(setpoints).enumerate() {
@@ -91,6 +93,7 @@ impl Group {
                 else {
                     continue;
                 };
+                // a refused setpoint takes its lane out for the rest of the push; the others go on
                 *result = axis.begin_setpoint(setpoint);
                 self.marks.running[lane] = result.is_ok();
             }
@@ -100,6 +103,7 @@ impl Group {
             }
             self.show(outputs);
         }
+        // every lane is released, so that its axis is up to date for those who read it
         self.marks.running = [false; WIDTH];
         self.take_up(&mut described, outputs);
         for (lane, output) in outputs.iter_mut().enumerate() {
@@ -120,6 +124,8 @@ impl Group {
         } = self;
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs).enumerate() {
             let mut axis = axis.current_loop();
+            // a lane that ends gives its state back to the axis, and its count of ticks at a limit
+            // to the output
             if !marks.running[lane] {
                 if marks.resident[lane] {
                     lanes.release(lane, &mut axis);
@@ -129,12 +135,15 @@ impl Group {
                     (false, false, false);
                 continue;
             }
+            // a drifting plant has new numbers at every setpoint, the others once in a push
             if !described[lane] || axis.drifting {
                 marks.active[lane] = lanes.describe(lane, &axis);
+                // a trace shows the whole state at every tick, which the lanes do not keep
                 let plain = marks.active[lane] && !axis.drifting && output.trace.is_none();
                 marks.resident[lane] = plain && lanes.settle(lane, &axis);
                 marks.asked[lane] = marks.resident[lane] && !axis.passive;
                 described[lane] = true;
+                // the compensator's model is described anew with its axis
                 twins.forget(lane);
             }
             if marks.resident[lane] {
@@ -212,6 +221,7 @@ impl Group {
             by_themselves(axes, lanes, &stop, &resident);
             from = stop.period + 1;
         }
+        // resident lanes count their ticks at a limit here, the others in `finish`
         lanes.loops.count();
         for (lane, (axis, output)) in axes.iter_mut().zip(outputs.iter_mut()).enumerate() {
             if marks.running[lane] && !resident[lane] {
@@ -226,6 +236,7 @@ impl Group {
 
     /// Appends what the resident lanes showed during a setpoint.
     fn show(&self, outputs: &mut [AxisOutput]) {
+        // the lanes keep a row for each servo tick, an output the ticks of one axis
         for (lane, output) in outputs
             .iter_mut()
             .enumerate()
@@ -257,6 +268,8 @@ fn by_themselves(
         .enumerate()
         .filter(|(lane, _)| stop.lanes[*lane])
     {
+        // the axis is brought up to date, takes the period with its event or cut voltage, and goes
+        // back into the lanes
         let mut fast = axis.current_loop();
         if resident[lane] {
             lanes.hand_over(lane, &mut fast);
@@ -266,6 +279,7 @@ fn by_themselves(
         fast.period(&mut lanes.states.peak.0[lane]);
         lanes.gather(lane, &fast);
         if resident[lane] {
+            // the next servo tick asks whether the voltage was cut, for its anti-windup
             lanes.loops.note_limits(lane, &fast);
         }
         // an event may have changed the mode, whose numbers the lane holds

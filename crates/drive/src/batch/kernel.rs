@@ -38,6 +38,7 @@ impl WithSimd for Periods<'_> {
             to,
             active,
         } = self;
+        // vectors behind the last active lane are left out
         let parts = parts::<S>(&active);
         for period in from..to {
             let mut stopped = [false; WIDTH];
@@ -45,6 +46,8 @@ impl WithSimd for Periods<'_> {
             for part in 0..parts {
                 any |= Part { simd, part }.period(lanes, &active, &mut stopped);
             }
+            // no lane may go on to the next period before those that stopped have taken this one:
+            // they share the count of periods
             if any {
                 return Some(Stop {
                     period,
@@ -83,6 +86,8 @@ impl<S: Simd> Part<S> {
             pending: [self.get(&s.pending_d), self.get(&s.pending_q)],
         };
         let free = current_loop.free_voltage(&period);
+        // cutting the vector takes a root and a choice of d before q: a lane at its limit takes the
+        // period by itself
         let limited = current_loop.exceeds_limit(free);
         let CurrentOutput { voltage, integral } = current_loop.output(&period, free, free);
 
@@ -138,9 +143,11 @@ impl<S: Simd> Part<S> {
         let fine = Wide::choose(limited, zero, one.flag(quiet));
         let any = self.stop(fine, active, stopped);
 
+        // i_q at the start of the period, as the current loop of one axis sums it for its mean
         let next_sum = self.get(&s.sum) + current_q;
         let next_position = self.get(&s.position) + travel;
         let next_gap = after[1] + offset;
+        // the peak looks at the end of the period
         let (peak, size) = (self.get(&s.peak), after[0].abs());
         let next_peak = Wide::choose(peak.less(size), size, peak);
         // lanes that stop keep the state before the period
@@ -174,6 +181,7 @@ impl<S: Simd> Part<S> {
     /// Marks the active lanes that are not fine.
     #[inline(always)]
     fn stop(self, fine: Wide<S>, active: &[bool; WIDTH], stopped: &mut [bool; WIDTH]) -> bool {
+        // nearly every period: nothing happens in any lane
         if fine.less(self.all(1.0)).none() {
             return false;
         }
@@ -181,6 +189,7 @@ impl<S: Simd> Part<S> {
         self.put(&mut row, fine);
         let mut any = false;
         for ((stop, fine), active) in stopped.iter_mut().zip(row.0).zip(active) {
+            // lanes that are not stepped here may hold anything
             let stops = *active && fine < 1.0;
             *stop |= stops;
             any |= stops;
@@ -211,6 +220,8 @@ impl<S: Simd> Part<S> {
         let shaft = (self.get(&n.shaft[0]), self.get(&n.shaft[1]));
         let (contact, then) = (shaft_torque(shaft, before), shaft_torque(shaft, after));
         let margin = self.get(&n.torque_margin);
+        // torque that friction has to balance: at the motor the current's less the shaft's, at the
+        // load the shaft's less what is held against it
         keeps_standing(
             self.get(&n.holding[0]),
             margin,

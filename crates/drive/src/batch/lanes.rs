@@ -86,6 +86,7 @@ impl Lanes {
     /// Lanes of zeros, in which nothing ever happens.
     pub(super) fn new(servo_ticks: usize) -> Lanes {
         let (low, high) = (Row([f64::NEG_INFINITY; WIDTH]), Row([f64::INFINITY; WIDTH]));
+        // with bounds at infinity a lane without an axis never stops the kernel
         let numbers = PeriodNumbers {
             current_loop: CurrentNumbers {
                 limit_squared: high,
@@ -111,6 +112,8 @@ impl Lanes {
 
     /// Takes up the numbers of an axis in the mode it is in; false if it has to step by itself.
     pub(super) fn describe(&mut self, lane: usize, axis: &CurrentLoop<'_>) -> bool {
+        // a command delayed into the servo period and a plant that is not linear have no product
+        // with a table
         let (Some(servo), Some(plant)) = (
             axis.servo.current_numbers(),
             axis.plant.lane(axis.plant_state.mode),
@@ -138,6 +141,7 @@ impl Lanes {
         put(&mut n.speed_margin, lane, plant.look.speed_margin);
         put(&mut n.holding, lane, plant.look.holding);
         n.torque_margin.0[lane] = plant.look.torque_margin;
+        // kept to see whether an event has left the mode that these numbers belong to
         self.modes[lane] = Some(plant);
         // looks that no lane needs are left out of the kernel
         self.any_pushing = self
@@ -337,7 +341,9 @@ impl Loops {
         s.first.0[lane] = current.first;
         s.electric_speed.0[lane] = current.electric_speed;
         self.saturated_ticks.0[lane] = 0.0;
+        // a compensator that is never asked (`none`) corrects by zero
         self.correction.iter_mut().for_each(|row| row.0[lane] = 0.0);
+        // a voltage cut before this push still holds back the integral at the next tick
         self.note_limits(lane, axis);
         true
     }

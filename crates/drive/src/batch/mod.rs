@@ -85,6 +85,7 @@ impl AxisBatch {
         let mut tasks = Vec::with_capacity(self.groups.len());
         let (mut setpoints, mut outputs) = (setpoints, outputs);
         for group in &mut self.groups {
+            // each group takes its part of both lists, as far as the shorter one goes
             let count = group.len().min(setpoints.len()).min(outputs.len());
             let (mine, others) = setpoints.split_at(count);
             let (my_outputs, other_outputs) = outputs.split_at_mut(count);
@@ -93,6 +94,7 @@ impl AxisBatch {
         }
         type Task<'a> = (&'a mut Group, &'a [&'a [Setpoint]], &'a mut [AxisOutput]);
         let step = |(group, setpoints, outputs): Task<'_>| group.push(setpoints, outputs);
+        // groups share nothing, so which thread takes which does not show in the results
         let results: Vec<Vec<Result<(), AxisError>>> = if self.parallel {
             tasks.into_par_iter().map(step).collect()
         } else {

@@ -58,8 +58,10 @@ impl<S: Simd> Part<S> {
         let (x, loops) = (&mut lanes.states, &mut lanes.loops);
         let (numbers, s) = (loops.numbers.map(|row| self.get(row)), &mut loops.states);
         let (load, current) = (self.get(&x.position), self.get(&x.current_q));
+        // the encoder sits on the motor: load and gap angle, in whole counts
         let position = counted(load + self.get(&x.gap_angle), numbers.encoder_step);
         let velocity = numbers.speed(position, self.get(&s.seen));
+        // the sum is read before it starts anew for the coming servo period
         let mean = numbers.mean_current(self.get(&x.sum), self.get(&s.first), current);
         let units = self.get(&loops.units);
         let reference = self.get(&loops.references[index][0]);
@@ -68,6 +70,7 @@ impl<S: Simd> Part<S> {
         self.put(&mut x.sum, self.all(0.0));
         self.put(&mut loops.velocity, velocity);
         self.put(&mut loops.mean_current, mean);
+        // at the boundary everything is in the axis' unit
         self.put(&mut loops.shown[index][0], load * units);
         self.put(&mut loops.shown[index][1], reference * units);
     }
@@ -78,6 +81,7 @@ impl<S: Simd> Part<S> {
         let (inputs, loops) = (&mut lanes.inputs, &mut lanes.loops);
         let (s, c) = (&mut loops.states, &loops.correction);
         let numbers = loops.numbers.map(|row| self.get(row));
+        // there is one row more than ticks, so the reference a tick ahead always exists
         let [position, velocity] =
             [0, 1].map(|which: usize| self.get(&loops.references[index][which]));
         let (zero, measured) = (self.all(0.0), self.get(&loops.velocity));
@@ -97,6 +101,8 @@ impl<S: Simd> Part<S> {
             within_limit,
             integral,
         } = numbers.command(&seen, &mut PlainDrive);
+        // the voltages that rise with speed are held over the servo period, as in the drive of one
+        // axis
         let electric_speed = numbers.pole_pairs * measured;
         let (last, before) = (self.get(&s.command), self.get(&s.earlier[0]));
         self.put(&mut s.integral, integral);
@@ -105,6 +111,7 @@ impl<S: Simd> Part<S> {
         self.put(&mut s.earlier[1], before);
         self.put(&mut s.command, command);
         self.put(&mut s.electric_speed, electric_speed);
+        // a cut voltage is reported anew in each servo period
         self.put(&mut s.limited, zero);
         self.put(&mut s.saturated, zero.unless(within_limit));
         self.put(&mut inputs.command, command);

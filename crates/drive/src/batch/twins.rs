@@ -120,6 +120,7 @@ impl TwinNumbers {
         self.current_loop.put(current, in_lane(lane));
         self.motor.put(twin.numbers(), in_lane(lane));
         self.period.0[lane] = twin.period_s();
+        // the vector law reads the motor's position itself; a twin with counts steps alone
         tick.encoder_step <= 0.0
     }
 }
@@ -160,6 +161,7 @@ impl TwinRows {
         self.sum.0[lane] = current.sum;
         self.current_d.0[lane] = plant.current_d;
         self.masses.put(&plant.masses(), in_lane(lane));
+        // raised by any period of the tick whose voltage would be cut
         self.cut.0[lane] = 0.0;
     }
 
@@ -172,8 +174,10 @@ impl TwinRows {
         velocity.position = self.seen.0[lane];
         velocity.reference = reference;
         velocity.integral = self.integral.0[lane];
+        // the newest command moves the others back, as in `VelocityState::command`
         velocity.earlier_commands = [velocity.current_command, velocity.earlier_commands[0]];
         velocity.current_command = self.command.0[lane];
+        // twins whose voltage would have been cut do not come here
         current.limited = false;
         current.electric_speed = self.electric_speed.0[lane];
         current.back_emf = self.back_emf.0[lane];
@@ -219,10 +223,12 @@ impl<S: Simd> Part<S> {
     #[inline(always)]
     fn drive(self, n: &TwinNumbers, x: &mut TwinRows) {
         let (zero, numbers) = (self.all(0.0), n.tick.map(|row| self.get(row)));
+        // a twin's encoder is ideal: load and lead of the motor, not rounded
         let seen = self.get(&x.masses.place) + self.get(&x.masses.lead);
         let measured = numbers.speed(seen, self.get(&x.seen));
         let [position, velocity, next_velocity] =
             [0, 1, 2].map(|which: usize| self.get(&x.reference[which]));
+        // without a correction: the twin shows what the axis would do if it had no gap
         let input = VelocityInput {
             position,
             velocity,
@@ -243,6 +249,7 @@ impl<S: Simd> Part<S> {
         self.put(&mut x.integral, integral);
         self.put(&mut x.command, command);
         self.put(&mut x.saturated, zero.unless(within_limit));
+        // held over the periods that follow
         self.put(&mut x.electric_speed, numbers.pole_pairs * measured);
         self.put(&mut x.back_emf, numbers.back_emf * measured);
     }
@@ -252,6 +259,7 @@ impl<S: Simd> Part<S> {
     fn advance(self, n: &TwinNumbers, x: &mut TwinRows) {
         let masses = x.masses.map(|row| self.get(row));
         let current_loop = n.current_loop.map(|row| self.get(row));
+        // the current loops, d and q, with the coupling of this tick's speed
         let period = CurrentPeriod {
             command: self.get(&x.command),
             cross: self.get(&x.electric_speed) * current_loop.inductance,
@@ -266,8 +274,11 @@ impl<S: Simd> Part<S> {
             voltage: [_, voltage],
             integral,
         } = current_loop.output(&period, free, free);
+        // the law here has no cut: a lane past the limit is marked and later stepped by itself from
+        // its old state
         let cut = Wide::choose(limited, self.all(1.0), self.get(&x.cut));
         let sum = self.get(&x.sum) + masses.current;
+        // motor, shaft and load under the voltage that acts in this period
         let (next, torques) = n.motor.map(|row| self.get(row)).advance(
             &x.rates.map(|row| self.get(row)),
             &masses,

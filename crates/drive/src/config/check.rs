@@ -99,6 +99,7 @@ pub fn finite(key: &str, value: f64) -> Result<(), AxisConfigError> {
 /// # Errors
 /// [`AxisConfigError::Range`] with the key and the value.
 pub fn between(key: &str, value: f64, low: f64, high: f64) -> Result<(), AxisConfigError> {
+    // a NaN compares false and is refused with the rest
     if value >= low && value <= high {
         Ok(())
     } else {

@@ -86,8 +86,10 @@ impl Cycles {
     pub fn check(&self) -> Result<(), AxisConfigError> {
         between("command_ms", self.command_ms, 0.25, 8.0)?;
         between("servo_us", self.servo_us, 31.25, 1000.0)?;
+        // clocks count whole nanoseconds, so that ticks stay in step however long a run is
         whole("command_ms", self.command_ms, 1e6)?;
         whole("servo_us", self.servo_us, 1e3)?;
+        // a setpoint spans a whole number of servo ticks
         if self.command().ratio(self.servo()).is_none() {
             let allowed = format!(
                 "a whole fraction of the command's {} us: 1/1, 1/2, 1/3, ...",
@@ -210,11 +212,13 @@ impl<C> AxisConfig<C> {
                 // no-load speed: phase voltage of the inverter over the back-EMF constant
                 let fastest =
                     self.drive.bus_voltage_v / 3.0_f64.sqrt() / self.motor.back_emf_v_s_per_rad();
+                // a bristle is bent over anew each time the presliding way is travelled
                 rate(
                     "motor's no-load speed over presliding in 1/s",
                     fastest / law.presliding_units,
                     1e6,
                 )?;
+                // the mass on its bristles: omega^2 = sigma_0/J with sigma_0 = F_c/presliding
                 rate(
                     "bristle resonance in rad/s",
                     (deceleration / law.presliding_units).sqrt(),

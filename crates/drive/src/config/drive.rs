@@ -118,6 +118,7 @@ impl Drive {
             1.0,
         )?;
         self.check_current_period(cycles)?;
+        // the drive keeps the present command and two earlier ones
         let longest = 2 * self.current_periods(cycles);
         between(
             "command_delay_periods",
@@ -134,6 +135,7 @@ impl Drive {
     fn check_current_period(&self, cycles: &Cycles) -> Result<(), AxisConfigError> {
         let period = self.current_period_us(cycles);
         between("current_period_us", period, 1.0, 250.0)?;
+        // steps are whole nanoseconds, and a whole number of them fills the servo period
         let parts = cycles.servo_us / period;
         if is_whole(period, 1e3) && is_whole(parts, 1.0) {
             return Ok(());

@@ -89,6 +89,8 @@ impl TorqueFilters {
     }
 
     pub(super) fn check(&self, servo_period_s: f64) -> Result<(), AxisConfigError> {
+        // the bilinear transformation maps half the servo's rate to infinity: near it a filter is
+        // not the one asked for
         let highest_hz = HIGHEST_SHARE / servo_period_s;
         self.iter().enumerate().try_for_each(|(index, filter)| {
             filter

@@ -124,6 +124,7 @@ impl Gap {
     /// # Errors
     /// A negative or non-finite gap, micrometres on a rotary axis, an angle on a linear one.
     pub fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        // only `motor_rad` suits both kinds of axis
         let linear = transmission.unit() == AxisUnit::Mm;
         let (key, value, fits) = match *self {
             Gap::Um(value) => ("um", value, linear),

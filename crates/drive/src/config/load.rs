@@ -85,6 +85,7 @@ impl Load {
     /// The first value out of range, or a slide on a rotary transmission, or a table on a linear
     /// one.
     pub fn check(&self, transmission: &Transmission) -> Result<(), AxisConfigError> {
+        // a slide's data are per metre, a table's per radian; only `reflected` suits both
         match (self, transmission) {
             (Load::Slide(_), Transmission::Rotary(_)) => {
                 return Err(mismatch("slide", "a slide needs a linear transmission"));

@@ -142,6 +142,7 @@ impl<C: CompensatorSettings> AxisConfig<C> {
     /// # Errors
     /// The first value out of range, with its key, value and what is allowed.
     pub fn check(&self) -> Result<(), AxisConfigError> {
+        // the transmission first: the checks after it convert with it
         self.transmission
             .check()
             .map_err(|e| e.within("transmission"))?;
@@ -167,6 +168,7 @@ impl<C: CompensatorSettings> AxisConfig<C> {
             .map_or(Ok(()), |gravity| gravity.check(&self.transmission))?;
         self.scale.check().map_err(|e| e.within("scale"))?;
         self.drift.check().map_err(|e| e.within("drift"))?;
+        // last, because it divides by inertias, inductances and speeds that have to be above zero
         self.check_rates()
     }
 }

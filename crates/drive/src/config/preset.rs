@@ -36,6 +36,7 @@ impl<C: Default> AxisConfig<C> {
                 poles: 10,
                 inertia_kgm2: 0.00189,
                 torque_constant_nm_per_a: 1.08,
+                // not in the paper
                 rated_torque_nm: 11.0,
                 viscous_nm_s_per_rad: 0.01,
                 coulomb_nm: 0.0,
@@ -60,6 +61,7 @@ impl<C: Default> AxisConfig<C> {
                 velocity_feedforward: 0.0,
                 acceleration_feedforward: 0.0,
                 told_inertia_kgm2: None,
+                // neither limit is in the paper: so wide that its motion does not meet them
                 current_limit_a: 60.0,
                 bus_voltage_v: 560.0,
                 encoder_counts_per_rev: None,

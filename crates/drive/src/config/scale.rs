@@ -54,6 +54,7 @@ impl Scale {
     pub fn check(&self) -> Result<(), AxisConfigError> {
         finite("index_units", self.index_units)?;
         between("slope_ppm", self.slope_ppm, -1000.0, 1000.0)?;
+        // four are what the plant's list of waves has room for
         between(
             "errors: number of errors",
             self.errors.len() as f64,
@@ -62,6 +63,8 @@ impl Scale {
         )?;
         let check = |error: &ScaleError| {
             positive("period_units", error.period_units)?;
+            // the slope of the error, 2 pi amplitude/period, is at most 1/2: the reading never runs
+            // backwards
             between(
                 "amplitude_units",
                 error.amplitude_units,

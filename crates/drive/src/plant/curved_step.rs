@@ -34,6 +34,7 @@ impl Search {
         if guard[0] > guard[1..].iter().map(|c| c.abs()).sum() {
             return;
         }
+        // of events at the same instant the one listed first happens
         if let Some(tau) = first_crossing(&guard, zeros)
             && self.first.is_none_or(|(earliest, _)| tau < earliest)
         {
@@ -94,6 +95,7 @@ impl Plant {
             vanishing,
             first: None,
         };
+        // contact before friction, as in `Guards`
         self.contact_guards(state, expansion, &mut search);
         for (index, mass) in [Mass::Motor, Mass::Load].into_iter().enumerate() {
             let (speed, slow) = (
@@ -103,9 +105,11 @@ impl Plant {
             match state.mode.friction(mass) {
                 Friction::None => {}
                 Friction::Bristles(side) => {
+                    // the law has |w| in it: its series holds as long as the speed keeps its sign
                     search.guard(Event::Turn(mass), side.sign(), speed, 0.0);
                 }
                 Friction::Sliding(side) if self.params.friction(mass).creeps() => {
+                    // below v_s friction rises with falling speed: another mode
                     search.guard(Event::Slow(mass), side.sign(), speed, -slow);
                 }
                 Friction::Sliding(side) => search.guard(Event::Stop(mass), side.sign(), speed, 0.0),
@@ -114,6 +118,7 @@ impl Plant {
                     search.guard(Event::Fast(mass), -side.sign(), speed, slow);
                 }
                 Friction::Stuck => {
+                    // breaks away where the torque exceeds the static friction, in either direction
                     let limit = self.params.breakaway(mass);
                     search.guard(
                         Event::Break(mass, Side::Positive),
@@ -142,6 +147,7 @@ impl Plant {
         match state.mode.contact {
             Contact::Rigid => {}
             Contact::Gap => {
+                // the gap's width is a series where the flanks are worn
                 let half = expansion.half_gap();
                 search.guard(
                     Event::Close(Side::Positive),
@@ -168,9 +174,12 @@ impl Plant {
             }
             Contact::Doubled(_) => {
                 let (spring, damper) = expansion.spring_and_damper();
+                // the spring is doubled as long as the damper would give more than it
                 search.guard(Event::Desaturate, -s, &sum(&spring, &damper, -1.0), 0.0);
             }
             Contact::Lifted(_) => {
+                // without torque the flank is left, or pushed again once spring and damper together
+                // would push
                 search.guard(Event::Open, s, &expansion.depth, 0.0);
                 let (spring, damper) = expansion.spring_and_damper();
                 search.guard(Event::Reload, -s, &sum(&spring, &damper, 1.0), 0.0);
@@ -237,6 +246,7 @@ pub(super) fn first_crossing(power: &Poly, zeros: usize) -> Option<f64> {
     }
     power.rotate_left(lead);
     power[COEFFICIENTS - lead..].fill(0.0);
+    // negative from the start, as after a jump of the voltage or the load torque: the event is now
     if power[0] < 0.0 {
         return Some(0.0);
     }
@@ -268,6 +278,7 @@ fn search(form: &Poly, power: &Poly, low: f64, high: f64, depth: u32) -> Option<
         .count();
     match changes {
         0 => (form[0] < 0.0).then_some(low),
+        // exactly one root, downwards
         1 if form[0] >= 0.0 && form[LAST] < 0.0 => Some(root(power, low, high)),
         _ if depth == 0 => None,
         _ => {
@@ -305,6 +316,7 @@ fn value_and_slope(power: &Poly, tau: f64) -> (f64, f64) {
 /// halved where they leave the bracket.
 fn root(power: &Poly, mut low: f64, mut high: f64) -> f64 {
     let mut tau = 0.5 * (low + high);
+    // 50 halvings reach 1e-15; near a double root Newton's steps halve the distance, too
     for _ in 0..100 {
         let (value, slope) = value_and_slope(power, tau);
         // keep the bracket

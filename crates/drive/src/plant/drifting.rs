@@ -33,6 +33,7 @@ impl Drifting {
             return None;
         }
         let clock = cycles.command();
+        // renewals fall on whole setpoints, whatever the command cycle is
         let renewal_ticks = ((DRIFT_MS / cycles.command_ms).round() as u64).max(1);
         Some(Drifting {
             drift: *drift,
@@ -54,8 +55,7 @@ impl Drifting {
     /// parameters the contact that it has now.
     pub(crate) fn advance(&mut self, tick: u64, state: &mut PlantState) {
         // matrices are costly: quantities in them are renewed at fixed setpoints, so that the plant
-        // is a
-        // function of the setpoint alone
+        // is a function of the setpoint alone
         let epoch = tick / self.renewal_ticks;
         let renewed = epoch * self.renewal_ticks;
         if epoch != self.epoch
@@ -78,6 +78,7 @@ impl Drifting {
             motor_coulomb_nm,
             ..self.plant.params
         };
+        // the flanks may have moved past the motor while nothing else did
         self.plant.touch(state);
     }
 
@@ -102,6 +103,7 @@ impl Drifting {
             load_inertia_kgm2: start.load_inertia_kgm2 * factor(drift.load_inertia, time_s),
             motor_viscous_nm_s_per_rad: start.motor_viscous_nm_s_per_rad
                 * factor(drift.motor_viscous, time_s),
+            // friction that creeps stands in the matrices with its fall over speed
             load_coulomb_nm: start.load_coulomb_nm * factor(drift.load_coulomb, time_s),
             motor_coulomb_nm: start.motor_coulomb_nm * factor(drift.motor_coulomb, time_s),
             stiffness_nm_per_rad: start.stiffness_nm_per_rad * factor(drift.stiffness, time_s),

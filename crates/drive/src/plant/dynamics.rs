@@ -54,6 +54,7 @@ impl PlantParams {
     /// The homogeneous part of the derivative.
     pub(super) fn linear(&self, mode: Mode, x: &Vector) -> Vector {
         let torque = self.contact_torque(mode, x);
+        // viscous friction, less the fall over speed while a mass creeps (Stribeck)
         let motor = self.torque_constant_nm_per_a * x[CURRENT]
             - self.viscous(Mass::Motor, mode.motor) * x[MOTOR]
             - torque;
@@ -62,6 +63,7 @@ impl PlantParams {
             (-self.resistance_ohm * x[CURRENT] - self.back_emf_v_s_per_rad * x[MOTOR])
                 / self.inductance_h,
             x[MOTOR] - x[LOAD],
+            // a stuck mass keeps its speed, zero, whatever acts on it
             if mode.motor.stuck() {
                 0.0
             } else {
@@ -77,6 +79,7 @@ impl PlantParams {
 
     /// The held part of the derivative.
     pub(super) fn forcing(&self, mode: Mode, held: &Held) -> Vector {
+        // Coulomb friction of a sliding mass is a constant torque against it
         let motor = self.sliding_torque(Mass::Motor, mode.motor);
         let load = self.sliding_torque(Mass::Load, mode.load) + held.load_torque;
         [
@@ -224,6 +227,8 @@ impl StepTable {
             let mode = Mode::with_matrix(index);
             // modes that this plant cannot come to take the table of their neighbour
             let idle = |mass| mode.friction(mass).creeps() && !params.friction(mass).creeps();
+            // creeping is 6 indices (motor) or 2 (load) above sliding, the doubled spring 9 above
+            // the plain one
             let like = match (idle(Mass::Motor), idle(Mass::Load)) {
                 (true, _) => index.checked_sub(6),
                 (_, true) => index.checked_sub(2),
@@ -314,6 +319,7 @@ impl Taylor {
     pub(super) fn at(&self, tau: f64, span: f64) -> (Vector, f64) {
         let mut x = [0.0; 4];
         let mut travel = 0.0;
+        // Horner; the travel integrates the load's speed term by term
         for (n, c) in self.coefficients.iter().enumerate().rev() {
             for (sum, entry) in x.iter_mut().zip(c) {
                 *sum = *sum * tau + entry;

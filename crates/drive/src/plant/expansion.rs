@@ -68,6 +68,7 @@ impl<'a> Expansion<'a> {
             }
             list
         };
+        // bristles carry a mass only in a mode that moves on them
         let brush = |mass: Mass| match (state.mode.friction(mass), params.friction(mass).bristles) {
             (Friction::Bristles(side), Some(bristles)) => {
                 Some(Brush::new(params, mass, side.sign(), bristles))
@@ -105,6 +106,8 @@ impl<'a> Expansion<'a> {
             if n + 1 < COEFFICIENTS {
                 all.integrate(n);
             }
+            // a settled series ends early; one that never settles tells the caller to take a
+            // shorter span
             if n >= FEWEST && all.has_come_down(n) {
                 all.settled = true;
                 break;
@@ -324,6 +327,7 @@ pub(super) struct Brush {
 impl Brush {
     pub(super) fn new(params: &PlantParams, mass: Mass, sign: f64, bristles: Bristles) -> Brush {
         let (shape, coulomb) = (params.friction(mass), params.coulomb(mass));
+        // sigma_0: at the presliding deflection the bristles carry the Coulomb friction
         let stiffness = coulomb / bristles.presliding_rad;
         Brush {
             sign,

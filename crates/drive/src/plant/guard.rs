@@ -88,8 +88,7 @@ impl Guards {
         let (k, d) = params.shaft(Coupling::Spring);
         let s = mode.contact.sign();
         // a flank is left where the penetration towards it is used up, and a contact that may not
-        // pull
-        // where spring and damper together would
+        // pull where spring and damper together would
         let depth = [0.0, s, 0.0, 0.0];
         let push = [0.0, s * k, s * d, -s * d];
         match mode.contact {
@@ -262,6 +261,7 @@ impl PlantParams {
     /// hold it, else slides with the torque.
     fn stop(&self, mass: Mass, need: f64) -> (Friction, Vanishing) {
         let (side, limit) = (Side::of(need), self.breakaway(mass));
+        // static friction cannot hold it: it slides on in the torque's direction
         if need.abs() > limit {
             (
                 self.starting(mass, side),
@@ -269,6 +269,7 @@ impl PlantParams {
             )
         } else {
             (
+                // a torque just at the limit would break it away again by rounding
                 Friction::Stuck,
                 at_border(need, limit).then_some((Event::Break(mass, side), 1)),
             )

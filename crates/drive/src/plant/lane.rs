@@ -55,6 +55,7 @@ impl Plant {
     /// that something may happen at every step.
     pub(crate) fn lane(&self, mode: Mode) -> Option<Lane> {
         let (params, table) = (&self.params, self.tables.get(mode.matrix())?);
+        // steps of a plant that is not linear are series
         if self.curved {
             return None;
         }
@@ -79,6 +80,7 @@ impl Plant {
 
     fn look(&self, mode: Mode) -> Look {
         let (params, margins) = (&self.params, &self.margins);
+        // creeping and bristles end in ways that the vectors do not look for
         let other = |friction: Friction| {
             !matches!(
                 friction,
@@ -98,10 +100,12 @@ impl Plant {
         let pushes =
             matches!(mode.contact, Contact::Spring(_)) && params.contact != ContactLaw::Linear;
         let sign = mode.contact.sign();
+        // Stribeck friction ends sliding at the speed at which it begins to rise, not at rest
         let speed_margin = |mass: Mass| match mode.friction(mass) {
             Friction::Sliding(_) => margins.speed() + params.friction(mass).slow_rad_s(),
             _ => f64::NEG_INFINITY,
         };
+        // a mass that moves has nothing to break away from
         let holding = |mass: Mass| {
             if mode.friction(mass).stuck() {
                 params.breakaway(mass)

@@ -78,6 +78,7 @@ impl Plant {
         while params.rate() * params.period_s / f64::from(pieces) > PIECE && pieces < 10_000 {
             pieces += 1;
         }
+        // L di_d/dt = u_d - R i_d with u_d held: over a period h an exponential of R h/L
         let electric = params.resistance_ohm / params.inductance_h * params.period_s;
         Plant {
             params: *params,
@@ -102,6 +103,7 @@ impl Plant {
     /// Torque of the shaft on the load, N m.
     pub fn contact_torque(&self, state: &PlantState) -> f64 {
         if self.curved {
+            // the first coefficient depends on the state alone, not on what is held
             let held = Held::default();
             return Expansion::new(&self.params, state, &held, self.params.period_s)
                 .contact_torque();
@@ -171,6 +173,7 @@ impl Plant {
                 vanishing = next;
                 left -= span;
             }
+            // the next piece starts within the mode, off its boundaries
             vanishing = None;
         }
         // nothing happened after all: the matrix product has the bits of the quick step
@@ -191,6 +194,7 @@ impl Plant {
         look: bool,
     ) -> Option<(f64, Event)> {
         let x = state.vector(&self.params);
+        // the exact solution over the rest of the piece, and every guard a polynomial on it
         let taylor = Taylor::new(&self.params, state.mode, &x, held, left);
         let first = if look {
             self.first_event(state.mode, held, &taylor, vanishing)

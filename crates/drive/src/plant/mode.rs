@@ -181,6 +181,7 @@ impl Mode {
         let contact = match index / 9 {
             0 => Contact::Gap,
             1 => Contact::Rigid,
+            // the side does not enter the matrix; one stands for both
             _ => Contact::Doubled(Side::Positive),
         };
         Mode {

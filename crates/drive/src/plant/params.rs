@@ -57,6 +57,8 @@ pub struct PlantParams {
 impl PlantParams {
     /// The plant of an axis.
     pub fn new<C>(config: &AxisConfig<C>) -> PlantParams {
+        // data sheets are line to line and in the axis' unit; from here on per phase and at the
+        // motor's shaft
         let (motor, load) = (&config.motor, config.reflected_load());
         PlantParams {
             resistance_ohm: motor.phase_resistance_ohm(),
@@ -95,6 +97,7 @@ impl PlantParams {
     pub(super) fn rate(&self) -> f64 {
         let joint = 1.0 / self.motor_inertia_kgm2 + 1.0 / self.load_inertia_kgm2;
         let electric = self.resistance_ohm / self.inductance_h;
+        // of two states that drive each other balancing leaves the geometric mean of both entries
         let electromechanic = (self.torque_constant_nm_per_a * self.back_emf_v_s_per_rad
             / (self.inductance_h * self.motor_inertia_kgm2))
             .sqrt();
@@ -215,6 +218,7 @@ impl Bell {
 impl Curved {
     /// That of an axis.
     pub(super) fn new<C>(config: &AxisConfig<C>) -> Curved {
+        // axis units to rad at the motor
         let factor = config.transmission.motor_rad_per_unit();
         let wear = config.flanks.wear.map(|wear| Bell {
             excess: wear.factor - 1.0,
@@ -245,12 +249,14 @@ impl PlantParams {
 
     /// An upper bound of how fast anything moves at these speeds, 1/s.
     pub(super) fn rate_at(&self, motor_speed: f64, load_speed: f64) -> f64 {
+        // a wave over the motor's angle passes as often as it has periods in the way travelled
         let waves = self
             .curved
             .cogging
             .per_rad()
             .max(self.curved.ripple.per_rad())
             * motor_speed.abs();
+        // bristles bend over within the presliding way
         let bend = |bristles: Option<super::params::Bristles>, speed: f64| {
             bristles.map_or(0.0, |b| speed.abs() / b.presliding_rad)
         };
@@ -428,6 +434,7 @@ impl LoadScale {
     /// That of an axis.
     pub fn new<C>(config: &AxisConfig<C>) -> LoadScale {
         let (scale, factor) = (&config.scale, config.transmission.motor_rad_per_unit());
+        // axis units to rad at the motor
         let errors = scale.errors.iter().map(|error| Wave {
             amplitude: error.amplitude_units * factor,
             per_rad: TAU / (error.period_units * factor),
@@ -444,6 +451,8 @@ impl LoadScale {
     /// What it shows with the load at a position, rad.
     #[inline]
     pub fn read(&self, position: f64) -> f64 {
+        // slope and counts are zero at the index pulse; the periodic errors have their phase from
+        // position 0
         let from_index = position - self.index_rad;
         let seen = from_index + self.slope * from_index + self.errors.at(position);
         if self.step_rad > 0.0 {

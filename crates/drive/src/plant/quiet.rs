@@ -28,6 +28,8 @@ impl Margins {
         let acceleration = 2.0 * params.torque_constant_nm_per_a * params.current_limit_a / inertia;
         let dip = params.period_s * params.period_s / 8.0 * acceleration;
         let rate = params.rate();
+        // second derivatives: of a speed the jerk, at most `rate` times the acceleration; of the
+        // shaft's torque k times the acceleration and d times the jerk
         let damping = params.damping_nm_s_per_rad * rate;
         let slow = [
             params.motor_friction.slow_rad_s(),
@@ -66,6 +68,7 @@ impl Margins {
         before: &Vector,
         after: &Vector,
     ) -> bool {
+        // torques are computed only for a mass that stands
         self.contact(params, mode, before, after)
             && self.friction(
                 params,
@@ -116,6 +119,7 @@ impl Margins {
                             after,
                         ))
             }
+            // no cheap look for these: always searched in earnest
             Contact::Doubled(_) | Contact::Lifted(_) => false,
         }
     }
@@ -141,6 +145,7 @@ impl Margins {
                 keeps_sliding(s, self.speed, speed)
                     && (s * before).max(s * after) + spare < params.friction(mass).speed_rad_s
             }
+            // a plant with bristles takes its steps as series
             Friction::Bristles(_) => false,
             Friction::Stuck => {
                 let (before, after) = need();

@@ -8,7 +8,7 @@
 //! s1 = b1 u - a1 y + s2
 //! s2 = b2 u - a2 y
 //! ```
-//! Delay: what the filter's phase says; [`crate::analysis`] takes it into account.
+//! Delay: what the filter's phase says; the crate `lostmotion-analysis` takes it into account.
 
 use crate::config::{MAX_TORQUE_FILTERS, TorqueFilter, TorqueFilters};
 use lostmotion_base::math;

@@ -65,6 +65,7 @@ impl VelocityState {
         let mut options = DriveOptions {
             servo,
             filters: &mut self.filters,
+            // friction fed forward acts in the coming period, so it follows the travel in it
             coming_travel: next.position - reference.position,
         };
         let VelocityOutput {
@@ -74,6 +75,7 @@ impl VelocityState {
         } = servo.numbers.command(&seen, &mut options);
         self.reference = reference.position;
         self.integral = integral;
+        // a delayed command takes effect when newer ones are already computed
         self.earlier_commands = [self.current_command, self.earlier_commands[0]];
         self.current_command = command;
         !within_limit
@@ -261,13 +263,17 @@ impl<N: Number> TickNumbers<N> {
         let wanted = self.position_gain * position_error
             + self.velocity_feedforward * mean_velocity
             + by_velocity;
+        // torques fed forward become current through the torque constant below
         let torque =
             options.with_friction(self.inertia_feedforward * mean_acceleration + by_torque);
 
+        // velocity PI; the filters see the whole command, feed-forward included
         let error = wanted - seen.measured_velocity;
         let push = self.velocity_gain * error;
         let free = options.filter(push + seen.integral + torque / self.torque_constant);
         let command = free.clamp(-self.current_limit, self.current_limit);
+        // the error asks for more of the torque that is already limited: integrating it would wind
+        // up
         let outward = push.zero().less(error * command);
         let step = options.integral_step(
             self.velocity_share,
@@ -352,6 +358,7 @@ impl CurrentState {
         command: f64,
         plant: &PlantState,
     ) -> PlantInput {
+        // sampled where the loop samples it, for the mean over the servo period
         self.sum += plant.current_q;
         let numbers = &servo.current_numbers;
         let period = CurrentPeriod {
@@ -363,6 +370,7 @@ impl CurrentState {
             pending: self.pending,
         };
         let free = numbers.free_voltage(&period);
+        // a cut is also reported to the velocity loop, whose integral has to wait
         let (cut_d, cut_q) = if numbers.exceeds_limit(free) {
             self.limited = true;
             cut_voltage(free, servo.voltage_limit)
@@ -375,6 +383,7 @@ impl CurrentState {
         } = numbers.output(&period, free, [cut_d, cut_q]);
         self.integral_d = integral_d;
         self.integral_q = integral_q;
+        // computed now, applied a period later where the drive has that delay
         self.pending = [cut_d, cut_q];
         PlantInput {
             voltage_d,
@@ -389,6 +398,7 @@ impl CurrentState {
 #[inline]
 fn cut_voltage([free_d, free_q]: [f64; 2], limit: f64) -> (f64, f64) {
     let d = free_d.clamp(-limit, limit);
+    // what is left for q on the circle
     let room = (limit * limit - d * d).sqrt();
     (d, free_q.clamp(-room, room))
 }

@@ -123,6 +123,8 @@ impl Servo {
     /// State of a drive that stands still, holding whatever current flows.
     pub fn initial(&self, plant: &PlantState, reference: f64) -> ServoState {
         ServoState {
+            // integrals start with the current and the voltage that hold the axis, so nothing moves
+            // at the first tick
             velocity: VelocityState::new(
                 self,
                 self.encoder.read(plant.motor_position()),
@@ -185,8 +187,11 @@ impl Servo {
             state
                 .velocity
                 .command(self, reference, next, measured, correction, voltage_limited);
+        // from here on limits belong to the coming servo period
         state.current.limited = false;
         state.current.periods = 0;
+        // decoupling and back-EMF use the speed that the drive has measured, held until the next
+        // tick
         state.current.electric_speed = self.numbers.pole_pairs * measured.velocity;
         state.current.back_emf = self.numbers.back_emf * measured.velocity;
         state.saturated = limited;

@@ -77,6 +77,7 @@ impl Family {
                     _ => Family::HeadTable,
                 }
             }
+            // Axes that meet in a point split the pose into a place and an orientation (Pieper).
             [_, _, _, _, _, _] if linear == 0 && wrist_center(chain).is_some() => {
                 Family::SphericalWristArm
             }
@@ -102,6 +103,7 @@ pub(crate) fn wrist_center(chain: &Chain) -> Option<[f64; 3]> {
     let way = sub(q, p);
     let s = (dot(way, u) - lean * dot(way, v)) / open;
     let center = along(p, u, s);
+    // The point lies on the fourth axis; it has to lie on the other two as well.
     let off = |joint: &ChainJoint| {
         let away = sub(center, joint.point);
         let shadow = dot(away, joint.direction());

@@ -109,6 +109,7 @@ impl Chain {
             let joint = spec
                 .joint()
                 .map_err(|why| format!("joint {} (`{}`): {why}", index + 1, spec.axis))?;
+            // Positions are kept by letter, so one letter is one joint.
             if made.iter().any(|other| other.axis == joint.axis) {
                 return Err(format!(
                     "joint {}: axis {} moves a joint already",
@@ -193,6 +194,7 @@ impl JointSpec {
             .filter(|_| finite(&self.direction))
             .ok_or("`direction` has to have a length")?;
         let sign = self.sign.unwrap_or(1.0);
+        // Anything else would be a scale, which belongs to the transmission.
         if sign.abs() != 1.0 {
             return Err(format!("`sign` is {sign}; it has to be 1 or -1"));
         }
@@ -217,6 +219,7 @@ impl JointSpec {
             (false, .., Some(true)) => return Err("a linear joint cannot wrap".into()),
             _ => {}
         }
+        // A linear joint gives the same poses on either side of the base.
         let side = match self.side {
             Some(side) => side,
             None if rotary => {

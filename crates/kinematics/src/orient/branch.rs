@@ -149,6 +149,7 @@ impl Orientation {
     ) -> Result<Vec<State>, OrientError> {
         let direction = wanted.direction;
         let solutions = self.solutions(direction);
+        // No angles at all give it; a travel that is too short is found out below.
         if solutions.is_empty() {
             return Err(OrientError::Unreachable { direction });
         }
@@ -202,6 +203,7 @@ impl Orientation {
                 angle >= min - TRAVEL_TOLERANCE_RAD && angle <= max + TRAVEL_TOLERANCE_RAD
             })
         };
+        // A turn more or less may be what later directions need to stay in the travel.
         [nearest, nearest + TAU, nearest - TAU]
             .into_iter()
             .filter(|angle| inside(*angle))

@@ -68,6 +68,7 @@ impl Orientation {
         let mut steps = Vec::new();
         let mut before = (self.direction(from), from, 0.0);
         for (((turn, part), wanted), angles) in places.into_iter().zip(&wanted).zip(angles) {
+            // A place of the same turn goes on from the last; a new turn begins at 0.
             let start = if before.2 < part { before.2 } else { 0.0 };
             self.refine(
                 before.0,
@@ -109,6 +110,7 @@ impl Orientation {
             leaves_deg: deg(leaves),
             tolerance_deg: deg(self.tolerance_rad),
         };
+        // No shorter step helps: the joints would have to change over here.
         if halvings == 0 || angle_between(here, there) == 0.0 {
             return Err(jump());
         }

@@ -102,6 +102,7 @@ impl Arm {
             .zip(&self.chain.joints)
             .zip([x1, x2, x3, x4, x5, x6])
         {
+            // Of the turns that are the same, the one within half a turn of home.
             let angle = joint.position(moved);
             *position = angle + R::constant(turns_to(angle.value(), self.home[joint.axis]));
         }
@@ -135,6 +136,7 @@ impl Arm {
         };
         let u2 = j2.direction();
         let out = sub(c, constant(j1.point));
+        // a cos x1 + b sin x1 = d, both sides being the centre's distance along u2.
         let (a, b) = (
             dot(constant(u2), out),
             -dot(

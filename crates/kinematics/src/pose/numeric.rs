@@ -133,6 +133,7 @@ impl Numeric {
                 (joints, residual, size) = (next, next_residual, next_size);
                 damping = (damping * 0.1).max(MIN_DAMPING);
             } else if size < ACCEPTED_MM {
+                // Rounding allows no better.
                 break;
             } else {
                 damping = (damping * 10.0).min(MAX_DAMPING);
@@ -193,6 +194,8 @@ impl Numeric {
             ));
         }
         for joint in &self.chain.joints {
+            // The solution near home is the only one that is looked for: beyond the travel there is
+            // no pose.
             if let Some((min, max)) = self.reach.0[joint.axis.index()]
                 .filter(|(min, max)| !(*min..=*max).contains(&joints[joint.axis]))
             {
@@ -243,6 +246,7 @@ impl Kinematics for Numeric {
         let inverse = Self::inverse_of(&self.jacobian(&solution, tool), MIN_DAMPING);
         let inverse = inverse
             .ok_or_else(|| KinematicsError::singular(&place, "its Jacobian cannot be inverted"))?;
+        // The zeroth order is the solution; the higher ones start at zero.
         let mut joints = in_order(
             &self.chain,
             &self
@@ -258,6 +262,7 @@ impl Kinematics for Numeric {
             .iter()
             .filter(|joint| !self.free.contains(joint.axis))
         {
+            // Joints with words of their own follow these in every order.
             joints[joint.axis.index()] = program[joint.axis.index()];
         }
         // One step an order, and two more to take rounding out.

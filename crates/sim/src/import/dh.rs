@@ -18,6 +18,7 @@ pub(super) fn serial(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64) -> Result<
     let mut place = [0.0; 3];
     let mut joints = Vec::with_capacity(JOINTS);
     for (number, axis) in AxisId::ALL.into_iter().take(JOINTS).enumerate() {
+        // Nothing is filled in: an arm with a lent link would be another arm.
         let mut pin = |draft: &mut Draft, name: &str, scale: f64| {
             let name = format!("{name}-{number}");
             let told = pins.told(draft, &name, scale, "kinematics.joint")?;

@@ -132,6 +132,7 @@ impl Draft {
 
 /// Numbers as a machine file has them: always with a point.
 pub(super) fn float(value: f64) -> String {
+    // Rounded, because a change of units leaves a tail of digits.
     format!("{:?}", (value * 1e9).round() / 1e9)
 }
 

@@ -94,6 +94,7 @@ pub(super) fn machine(
 
 /// A travel that is told and is none.
 fn reversed(axis: &DraftAxis) -> Option<Problem> {
+    // Where one end is lent the whole machine is checked, not the file blamed.
     let (min, max) = (axis.min.as_ref()?, axis.max.as_ref()?);
     let message = format!(
         "travel of {} from {} ({}) to {}",
@@ -132,6 +133,7 @@ fn lender(axis: &DraftAxis, preset: &str) -> Option<Lender> {
     [preset, ROTARY_LENDER].into_iter().find_map(|name| {
         let info = presets().iter().find(|info| info.name == name)?;
         let machine = Machine::preset(name).ok()?;
+        // What drives a slide does not fit a joint that turns.
         let same = machine
             .axes()
             .iter()
@@ -196,6 +198,7 @@ fn section(axis: &DraftAxis, lender: &Lender, out: &mut String, rows: &mut Vec<R
         .zip(keys)
         .zip(lent(&lender.axis))
     {
+        // What is told goes before what is lent, and every line says which of the two it is.
         *slot = told.map_or(lent, |told| told.value);
         let from = told.map_or_else(|| format!("preset {source}"), |told| told.from.clone());
         let _ = writeln!(out, "{key} = {} # {from}", float(*slot));
@@ -250,12 +253,14 @@ fn parts(text: &str, letter: char) -> Vec<&str> {
         if line.starts_with('[') {
             inside = line.starts_with(&own) && !line.ends_with(".limits]");
         } else if line.starts_with("# ----") {
+            // A heading belongs to the axis behind it.
             inside = false;
         }
         if inside {
             lines.push(line);
         }
     }
+    // Blank lines and comments at the end belong to what is behind them.
     while lines
         .last()
         .is_some_and(|line| line.is_empty() || line.starts_with('#'))
@@ -295,6 +300,7 @@ fn home_of(joint: &JointSpec, axes: &[DraftAxis], travel: &[(f64, f64)]) -> f64 
 }
 
 fn head(draft: &Draft, preset: &str) -> String {
+    // These would end the string in the file.
     let name = draft.name.replace(['"', '\\', '\n'], " ");
     let mut text = format!(
         "# Imported from {}; what it does not say was taken from `{preset}` or another machine, as every comment tells.\n\nname = \"{name}\"\ndescription = \"imported from {}\"\n\n",
@@ -346,6 +352,7 @@ fn positions(
     }
     let kinematics = build(&draft.kinematics)
         .map_err(|error| vec![problem(1, "kinematics", error.to_string(), "")])?;
+    // An arm stands at its home, which is clear of singular poses.
     if let KinematicsSpec::Chain(chain) = &draft.kinematics
         && let Some(home) = &chain.home
     {
@@ -369,6 +376,7 @@ fn positions(
         } else {
             words[axis]
         };
+        // What a position leaves out is 0.
         if value.abs() > 1e-9 {
             let _ = writeln!(table, "{} = {}", axis.column(), float(value));
         }

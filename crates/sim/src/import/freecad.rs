@@ -38,6 +38,7 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
             "is it a FreeCAD machine (.fcm)?",
         )]
     })?;
+    // The axes may stand at the top of the file, too.
     let machine = root.get("machine").unwrap_or(&root);
     let Some(axes) = machine.get("axes").and_then(Value::as_object) else {
         let hint = "a FreeCAD machine has machine.axes, an object of axes by letter";
@@ -74,6 +75,7 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
             "a machine has axes by letter, such as \"X\": {\"min\": 0, \"max\": 500}",
         ));
     }
+    // Linear axes alone need no chain: their joints carry the axes of their own names.
     if draft.axes.iter().any(|axis| axis.rotary) {
         match chain(&places) {
             Ok(joints) => {
@@ -86,6 +88,8 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
                 let note = "positive words move the tool along and about each `joint`'s direction, relative to the part: set sign = -1 where the table's own motion is meant";
                 draft.row("kinematics.joint.sign", "1", Fate::Filled, note);
             }
+            // Not an error: the axes are sound, and without a chain there is just no control of the
+            // tool's tip.
             Err(why) => draft.row(
                 "kinematics.kind",
                 "cartesian",
@@ -134,6 +138,7 @@ fn general(draft: &mut Draft, root: &Value, machine: &Value) {
         .flatten()
         .filter(|(key, _)| *key != "machine" && root.get("machine").is_some())
     {
+        // The postprocessor tells in which dialect the machine's programs are.
         let post = value
             .get("file_name")
             .and_then(Value::as_str)
@@ -157,6 +162,7 @@ fn take(
     axis: &Map<String, Value>,
     problems: &mut Vec<Problem>,
 ) -> Option<Place> {
+    // `type` may be left out; then the letter tells.
     let rotary = axis
         .get("type")
         .and_then(Value::as_str)
@@ -189,6 +195,7 @@ fn take(
         let (slot, scale) = match key {
             "min" => (&mut target.min, 1.0),
             "max" => (&mut target.max, 1.0),
+            // Per minute in the file, per second here.
             "max_velocity" => (&mut target.velocity, 1.0 / 60.0),
             _ => {
                 let fate = if ["type", "joint", "role", "parent"].contains(&key) {
@@ -217,6 +224,7 @@ fn take(
         }
         draft.row(path, short(value), Fate::Used, format!("axis {id}"));
     }
+    // An axis whose limits could not be read is not placed either: one cause, one problem.
     if problems.len() > before {
         return None;
     }

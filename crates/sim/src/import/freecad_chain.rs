@@ -60,6 +60,7 @@ impl Place {
                 .find(|place| name.starts_with(place.id.letter()) && name.len() == 1)
         }) {
             depth += 1;
+            // Axes that name each other as parents would go round for ever.
             if depth > all.len() {
                 break;
             }

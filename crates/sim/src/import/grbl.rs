@@ -127,6 +127,7 @@ fn setting<'a>(
         }
         return Ok(None);
     };
+    // From here on it is a setting, well written or not.
     let hint = "settings are written as $110=1500.0";
     let (key, value) = rest
         .split_once('=')
@@ -177,6 +178,7 @@ fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Pr
     }
     let amount = number(line, &name, value)?;
     let gap = code >= 160;
+    // A limit of 0 would stop the axis; a gap of 0 is none.
     if amount < 0.0 || (amount == 0.0 && !gap) {
         let hint = if gap {
             "0 if there is none"
@@ -210,6 +212,7 @@ fn take(draft: &mut Draft, setting: &Setting<'_>, upwards: u32) -> Result<(), Pr
             entry.acceleration = told(amount);
             "acceleration"
         }
+        // Bit n of $23 is the nth axis.
         13 if upwards >> axis.index() & 1 == 1 => {
             (entry.min, entry.max) = (told(0.0), told(amount));
             "travel, from 0 to this"

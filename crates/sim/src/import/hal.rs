@@ -69,6 +69,7 @@ impl<'a> Pins<'a> {
         key: &str,
     ) -> Result<Option<f64>, Problem> {
         let module = self.module;
+        // The last command on a pin counts, as in HAL.
         let Some(pin) = self.pins.iter_mut().rev().find(|pin| pin.name == name) else {
             return Ok(None);
         };
@@ -108,6 +109,7 @@ impl<'a> Pins<'a> {
         key: &str,
     ) -> Result<bool, Problem> {
         let module = self.module;
+        // The last command on a pin counts, as in HAL.
         let Some(pin) = self.pins.iter_mut().rev().find(|pin| pin.name == name) else {
             return Ok(false);
         };

@@ -238,6 +238,7 @@ fn rotation_point(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64) -> Result<[f6
         *slot = told.unwrap_or(0.0);
         pointed |= told.is_some();
     }
+    // Told once, not once a coordinate.
     if !pointed {
         let note = "LinuxCNC has it in HAL (x-rot-point, ...), and no HALCMD of the INI file sets it: set it";
         draft.row(
@@ -312,6 +313,7 @@ fn bridge_mill(
         rotary(AxisId::C, Side::Head, pan, 0.0, 1.0),
         rotary(AxisId::B, Side::Head, tilt, pivot, -1.0),
     ]);
+    // The quill sits in the head, behind both rotary joints.
     joints.extend(quill(coordinates));
     chain(draft, joints);
     Ok(())
@@ -332,6 +334,7 @@ fn max(
         "kinematics.joint.point_mm",
         "LinuxCNC's default: set it to your head's",
     )?;
+    // Off where it is not set: positive angles then turn against ISO 841.
     let sign = if pins.bit(draft, "conventional-directions", "kinematics.joint.sign")? {
         1.0
     } else {
@@ -426,6 +429,7 @@ fn scara(draft: &mut Draft, pins: &mut Pins<'_>, mm: f64, _: &[Numbered]) -> Res
                 )?
                 .unwrap_or(0.0);
     }
+    // Z counts upwards here, so the ends of its travel change places.
     if let Some(quill) = draft.axes.iter_mut().find(|axis| axis.id == AxisId::Z) {
         std::mem::swap(&mut quill.min, &mut quill.max);
         for told in [&mut quill.min, &mut quill.max].into_iter().flatten() {

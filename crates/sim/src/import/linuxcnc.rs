@@ -166,6 +166,7 @@ fn complete(draft: &mut Draft) {
             .map(|axis| (axis, false))
             .to_vec(),
         KinematicsSpec::Scara(_) => kins::SCARA.to_vec(),
+        // The other kinds take the axes as they are told.
         _ => return,
     };
     // Axes that the kinematics does not have are dropped, and reported.
@@ -216,6 +217,7 @@ impl IniJoints {
                 });
             return axis.map(|axis| (axis, axis.is_rotary()));
         }
+        // Joints go by their number; which axis that is, the kinematics module says.
         self.numbered
             .get(section.strip_prefix("JOINT_")?.parse::<usize>().ok()?)
             .copied()
@@ -265,6 +267,7 @@ fn take(draft: &mut Draft, entry: &Entry<'_>, joints: &IniJoints) -> Result<(), 
         );
         return Ok(());
     };
+    // The machine's units to mm and degrees.
     let scale = if turns {
         joints.units.angular
     } else {

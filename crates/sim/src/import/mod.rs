@@ -82,6 +82,7 @@ impl ImportFormat {
             .unwrap_or_default();
         all()
             .find(|format| format.format().extensions.contains(&extension.as_str()))
+            // Extensions go first: a text may look like more than one format.
             .or_else(|| all().find(|format| (format.format().looks_like)(text)))
     }
 }

@@ -66,6 +66,7 @@ fn vector(node: Option<Node<'_, '_>>, attribute: &str, default: Vector) -> Resul
     let Some((node, text)) = node.and_then(|node| Some((node, node.attribute(attribute)?))) else {
         return Ok(default);
     };
+    // A word that is no number drops out, so that of three words two are left.
     let numbers: Vec<f64> = text
         .split_whitespace()
         .filter_map(|word| word.parse().ok())
@@ -108,6 +109,7 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
             Err(found) => problems.push(found),
         }
     }
+    // The tree cannot be followed with a joint missing.
     if !problems.is_empty() {
         return Err(problems);
     }
@@ -115,6 +117,7 @@ fn read(text: &str) -> Result<Draft, Vec<Problem>> {
     if let Some(name) = robot.attribute("name") {
         draft.name = name.to_owned();
     }
+    // Links hold shapes and masses, which are not used; everything else is reported as ignored.
     for node in robot.children().filter(|node| {
         node.is_element() && !node.has_tag_name("joint") && !node.has_tag_name("link")
     }) {
@@ -157,6 +160,7 @@ fn joint<'a>(node: Node<'a, 'a>) -> Result<Joint<'a>, Problem> {
         child: link("child")?,
         place: vector(child("origin"), "xyz", [0.0; 3])?.map(|metre| metre * MM_PER_M),
         turn: roll_pitch_yaw(vector(child("origin"), "rpy", [0.0; 3])?),
+        // X where there is no <axis>, by the format's definition.
         axis: vector(child("axis"), "xyz", [1.0, 0.0, 0.0])?,
         limit: child("limit"),
     })
@@ -169,6 +173,7 @@ fn path<'a, 'b>(joints: &'b [Joint<'a>], end: &str) -> Vec<&'b Joint<'a>> {
     while let Some(joint) = joints
         .iter()
         .find(|joint| joint.child == at)
+        // Joints in a ring would go round for ever.
         .filter(|_| way.len() <= joints.len())
     {
         way.push(joint);
@@ -280,6 +285,7 @@ fn side(
                 "at most nine joints",
             )
         })?;
+        // The rounding of the turns would keep a direction from being exactly X, Y or Z.
         let direction = clean(turned(&frame, joint.axis));
         let spec = if rotary {
             JointSpec::rotary(axis, side, direction, clean(point))
@@ -320,6 +326,7 @@ fn limits(draft: &mut Draft, joint: &Joint<'_>, axis: AxisId, rotary: bool) -> R
         Fate::Used,
         format!("axis {axis}"),
     );
+    // A joint without limits has an axis, too, whose limits are lent.
     draft.axis(axis, rotary);
     for attribute in joint.limit.iter().flat_map(roxmltree::Node::attributes) {
         let key = format!("joint {} limit {}", joint.name, attribute.name());

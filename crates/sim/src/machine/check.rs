@@ -134,6 +134,7 @@ fn kind_of_motion(
     meant: bool,
     problems: &mut Vec<Problem>,
 ) {
+    // The unit of the limits tells how the file means the axis to move.
     if axis.is_rotary() != meant {
         let message = format!(
             "are in {}, but axis {} moves in {}",
@@ -147,6 +148,7 @@ fn kind_of_motion(
             "give travel and limits in that unit",
         ));
     }
+    // The transmission tells how its drive does.
     let rotary = matches!(axis.config.transmission, Transmission::Rotary(_));
     if rotary != meant {
         let (is, wants) = if rotary {
@@ -183,6 +185,7 @@ pub(super) fn axis_problem(
             format!("does not fit: {reason}"),
             hint.clone(),
         ),
+        // The error may get kinds that have no key to point at.
         other => document.problem(table, other.to_string(), ""),
     }
 }
@@ -194,6 +197,7 @@ pub(super) fn general(
     axes: &[MachineAxis],
     problems: &mut Vec<Problem>,
 ) {
+    // Written so that NaN is out of range, too.
     let mut range = |key: &str, value: f64, low: f64, high: f64| {
         if !(value >= low && value <= high) {
             problems.push(document.problem(key, out_of_range(value, low, high), ""));
@@ -403,6 +407,7 @@ fn in_travel(
     kinematics: &dyn Kinematics,
     problems: &mut Vec<Problem>,
 ) {
+    // Without a tool: homes and the start are places of the spindle.
     let joints = match kinematics.inverse(at, &[0.0; 3]) {
         Ok(joints) => joints,
         Err(error) => {
@@ -410,6 +415,7 @@ fn in_travel(
             return;
         }
     };
+    // A home on the limit itself must not fail by the rounding of the inverse.
     for axis in axes
         .iter()
         .filter(|axis| !axis.limits.contains(joints[axis.id], 1e-9))

@@ -94,6 +94,7 @@ impl<'a> Document<'a> {
         hint: String,
     ) -> Problem {
         let (line, column) = self.place(byte);
+        // A byte of a change belongs to the option that brought it, not to a line of the file.
         let given = self.given.iter().find(|(place, _)| place.contains(&byte));
         Problem {
             line,
@@ -142,6 +143,7 @@ impl<'a> Document<'a> {
         let mut byte = 0;
         for part in key.split('.') {
             let name = part.split('[').next().unwrap_or(part);
+            // What is not in the text is pointed at by the nearest table that is.
             let Some((found, value)) = table.and_then(|table| table.get_key_value(name)) else {
                 break;
             };
@@ -190,6 +192,7 @@ impl ChangedText {
     pub(super) fn new(file: &str, changes: &[Change]) -> ChangedText {
         let mut text = file.to_owned();
         let place = |change: &Change| {
+            // Behind the file, so that the places of its own values stay as they are.
             text.push('\n');
             let key = text.len()..text.len() + change.key.len();
             text.push_str(&change.key);
@@ -239,6 +242,7 @@ fn put<'a>(
             table.insert(at(), value);
             return Ok(());
         }
+        // Tables that are missing on the way are made.
         let nothing = DeValue::Table(DeTable::new());
         let entry = table
             .entry(at())
@@ -323,6 +327,7 @@ pub(super) fn path_of_span(value: &Spanned<DeValue<'_>>, span: &Range<usize>) ->
     match value.get_ref() {
         DeValue::Table(table) => table.iter().find_map(|(key, inner)| {
             let name = key.get_ref();
+            // An unknown key is reported by the key's place, a wrong value by the value's.
             if key.span() == *span || inner.span() == *span {
                 return Some(name.to_string());
             }
@@ -361,6 +366,7 @@ fn walk(path: String, value: &DeValue<'_>, found: &mut Vec<(String, String)>) {
             .iter()
             .enumerate()
             .for_each(|(i, inner)| walk(format!("{path}[{i}]"), inner.get_ref(), found)),
+        // TOML has inf and nan; no measure of a machine may be one.
         DeValue::Float(float) if !float.as_str().parse::<f64>().is_ok_and(f64::is_finite) => {
             found.push((path, float.as_str().to_owned()));
         }

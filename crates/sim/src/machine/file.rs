@@ -232,6 +232,7 @@ impl MachineEdit {
         if self.axes.contains_key(&name) {
             return self.axes.entry(name).or_insert_with(AxisEdit::nowhere);
         }
+        // Kept apart, so that the mistake is told when the edit is finished.
         self.missing.entry(name).or_insert_with(AxisEdit::nowhere)
     }
 
@@ -248,6 +249,7 @@ impl MachineEdit {
 
     fn finish(mut self) -> Result<MachineFile, MachineError> {
         let name = self.general.name.clone();
+        // Changes to an axis that there is not would be lost without a word.
         if let Some(missing) = self.missing.keys().next() {
             let known: Vec<&str> = self.axes.keys().map(String::as_str).collect();
             let message = format!("the machine has no axis `{missing}`");
@@ -259,6 +261,7 @@ impl MachineEdit {
                 &hint,
             ));
         }
+        // Only if it was changed: `work_offset` may have been set directly.
         if self.g54 != self.told_g54 {
             let origin = &mut self.general.work_offset.g54;
             [origin.x_mm, origin.y_mm, origin.z_mm] = self.g54;
@@ -313,6 +316,7 @@ const MDEG_PER_DEG: f64 = 1e3;
 impl AxisEdit {
     fn new(axis: AxisFile) -> AxisEdit {
         let gap = axis.config.gap_in_unit();
+        // In the unit that people use for this kind of axis; the other is NaN.
         let told = match axis.config.unit() {
             AxisUnit::Mm => [gap * UM_PER_MM, f64::NAN],
             AxisUnit::Deg => [f64::NAN, gap * MDEG_PER_DEG],
@@ -337,6 +341,7 @@ impl AxisEdit {
 
     /// The axis with its gap, or the key of what does not fit and why.
     fn finish(self) -> Result<AxisFile, (&'static str, String)> {
+        // By their bits: the gap of the other kind is NaN, which never equals itself.
         let changed = |now: f64, before: f64| now.to_bits() != before.to_bits();
         let (um, mdeg) = (
             changed(self.gap_um, self.told[0]),

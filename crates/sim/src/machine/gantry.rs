@@ -116,6 +116,7 @@ impl Machine {
     /// The drive of an axis by name: its letter, and behind it a 2 for the second motor of a
     /// gantry.
     pub fn drive(&self, name: &str) -> Option<&AxisConfig> {
+        // `y2` is the second motor of `y`.
         let (letter, second) = name
             .strip_suffix('2')
             .map_or((name, false), |letter| (letter, true));

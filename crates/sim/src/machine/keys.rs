@@ -246,6 +246,7 @@ impl KeyInfo {
     /// The unit that the key's name carries; empty for none.
     pub fn unit(&self) -> &'static str {
         let name = self.key.rsplit('.').next().unwrap_or_default();
+        // A key may be its unit alone, as `um` is.
         let name = format!("_{name}");
         let found = UNITS.iter().find(|(end, _)| name.ends_with(end));
         found.map_or("", |(_, unit)| unit)
@@ -269,6 +270,7 @@ impl KeyInfo {
                 .iter()
                 .find(|preset| preset.name == *machine)?
                 .toml;
+            // The reader itself is asked: its refusal names the range.
             OUT_OF_RANGE_VALUES.iter().find_map(|value| {
                 let change = Change {
                     key: self.of_axis(letter),
@@ -290,6 +292,7 @@ impl KeyInfo {
             let preset = presets().iter().find(|preset| preset.name == *name)?;
             let file: toml::Table = toml::from_str(preset.toml).ok()?;
             let key = self.of_axis(letter);
+            // A value that the file sets is not a default.
             if stands_in(&file, &key) {
                 return None;
             }
@@ -304,6 +307,7 @@ impl KeyInfo {
 
     /// A value of a type's Debug form as a file has it.
     fn in_words(&self, text: &str) -> Option<String> {
+        // Debug spells variants as the code does, files in a case of their own.
         let plain = |word: &str| word.to_lowercase().replace(['-', '_'], "");
         match self.kind.strip_prefix("one of ") {
             Some(names) => names
@@ -335,6 +339,7 @@ fn stands_in(file: &toml::Table, key: &str) -> bool {
 fn debug_value(text: &str, path: &str) -> Option<String> {
     let mut text = text;
     for part in path.split('.') {
+        // One level of braces a part of the path.
         text = fields(text).find_map(|field| {
             let (name, value) = field.split_once(": ")?;
             (name.trim() == part).then_some(value)

@@ -348,6 +348,7 @@ pub(crate) fn names_of_axes<'a>(axes: impl Iterator<Item = (char, &'a AxisConfig
     let named: Vec<(char, &str)> = axes
         .map(|(letter, config)| (letter, config.compensation.method.name()))
         .collect();
+    // One name where all agree, since that is what people ask for by name.
     match named.first() {
         Some((_, first)) if named.iter().all(|(_, name)| name == first) => (*first).to_owned(),
         _ => named

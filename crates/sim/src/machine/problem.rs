@@ -92,11 +92,13 @@ impl MachineError {
     pub(crate) fn new(file: &str, found: Vec<Problem>) -> MachineError {
         let mut problems: Vec<Problem> = Vec::new();
         for problem in found {
+            // A key may be found wrong more than once; the first finding is nearest to the cause.
             let told = |other: &Problem| !problem.key.is_empty() && other.key == problem.key;
             if !problems.iter().any(told) {
                 problems.push(problem);
             }
         }
+        // A misspelt key is unknown and the right one missing: one mistake, told once.
         let misnamed: Vec<String> = problems.iter().filter_map(Problem::meant).collect();
         problems.retain(|problem| problem.message != MISSING || !misnamed.contains(&problem.key));
         problems.sort_by_key(|problem| (problem.line, problem.column));

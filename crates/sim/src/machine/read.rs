@@ -84,9 +84,12 @@ impl Machine {
         let changed = ChangedText::new(text, changes);
         let document =
             Document::parse(&changed).map_err(|problems| MachineError::new(name, problems))?;
+        // First, since of several problems with a key the first is kept: inf and nan are told as
+        // what they are.
         let mut problems = non_finite_numbers(&document);
         let general = read_general(&document, &mut problems);
         let mut axes = read_axes(&document, &mut problems);
+        // Cycles out of range are told once, not again for each axis.
         let cycles = general
             .as_ref()
             .map(|general| general.cycles)
@@ -165,6 +168,7 @@ fn spanned(table: DeTable<'_>, at: std::ops::Range<usize>) -> Spanned<DeValue<'_
 }
 
 fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<General> {
+    // Every table is read by itself, so that an error in one does not hide those of the others.
     let mut head = document.root.clone();
     for table in TABLES {
         head.remove(table);
@@ -182,6 +186,7 @@ fn read_general(document: &Document<'_>, problems: &mut Vec<Problem>) -> Option<
     } else {
         Some(None)
     };
+    // Only now: every table has told its problems.
     let head = head?;
     Some(General {
         name: head.name,
@@ -216,6 +221,7 @@ fn read_kinematics(document: &Document<'_>, problems: &mut Vec<Problem>) -> Opti
     };
     let KindName { kind } = read(document, "kinematics", part, &[], problems)?;
     let mut keys = part.get_ref().as_table()?.clone();
+    // It chooses the type, which does not know it.
     keys.remove("kind");
     let before = problems.len();
     let read = KinematicsSpec::visit_kind(
@@ -276,6 +282,7 @@ fn tell_other_kinds(problem: &mut Problem, kind: &str) {
         .filter(|info| info.keys().contains(&key))
         .map(|info| info.kind)
         .collect();
+    // A key of no kind at all stays an unknown key.
     if others.is_empty() {
         return;
     }
@@ -331,6 +338,7 @@ fn read_axes(document: &Document<'_>, problems: &mut Vec<Problem>) -> Vec<Machin
         .iter()
         .filter_map(|(letter, table)| read_axis(document, letter.get_ref(), table, problems))
         .collect();
+    // In index order, as results list them.
     axes.sort_by_key(|axis| axis.id);
     axes
 }
@@ -339,6 +347,7 @@ fn read_axes(document: &Document<'_>, problems: &mut Vec<Problem>) -> Vec<Machin
 fn letter(name: &str) -> Option<AxisId> {
     let mut letters = name.chars();
     match (letters.next(), letters.next()) {
+        // Lower case alone: a key has one spelling.
         (Some(letter), None) if letter.is_ascii_lowercase() => AxisId::from_letter(letter),
         _ => None,
     }
@@ -367,8 +376,10 @@ fn read_axis(
         ));
         return None;
     };
+    // What is left is an axis as it may stand alone, without a travel.
     let mut rest = all.clone();
     let limits = rest.remove("limits");
+    // An axis alone may have cycles of its own; the axes of a machine share one clock.
     if rest.remove("cycles").is_some() {
         let hint = "all axes of a machine run in the same cycles: write a table [cycles] at the top of the file";
         problems.push(document.problem(&join(&key, "cycles"), "is not an axis' own", hint));

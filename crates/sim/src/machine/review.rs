@@ -113,6 +113,7 @@ impl AxisReview {
                 percent(self.friction_ratio + self.constant_ratio)
             ),
         );
+        // Above the resonance the load no longer moves with the motor.
         note(
             self.velocity_loop_hz > self.resonance_hz,
             format!(
@@ -120,6 +121,8 @@ impl AxisReview {
                 self.velocity_loop_hz, self.resonance_hz
             ),
         );
+        // The position loop takes the velocity loop for fast; from half its bandwidth on that is
+        // not so.
         let ratio = self.position_gain_per_s / (TAU * self.velocity_loop_hz);
         note(
             ratio > 0.5,

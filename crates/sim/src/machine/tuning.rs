@@ -27,6 +27,7 @@ impl AxisTuning {
     /// The tuning of an axis.
     pub fn of(axis: &MachineAxis) -> AxisTuning {
         let config = &axis.config;
+        // A loop that is closed on the load has the gap inside.
         let feedback = if config.compensation.method.closes_on_load() {
             Feedback::Load
         } else {

@@ -73,6 +73,7 @@ impl Bows {
     /// Looks at commands.
     pub(crate) fn samples(&mut self, samples: &[Sample]) {
         for sample in samples {
+            // Where nothing moves there is no bow, and a change of the tool's length is no motion.
             if let Some(last) = self
                 .last
                 .replace(*sample)

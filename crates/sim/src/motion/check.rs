@@ -216,6 +216,7 @@ fn count_lines(source: &Program) -> std::io::Result<u64> {
 }
 
 fn check_options(options: &SimulateOptions) -> Result<(), SimError> {
+    // An infinite bound would let a program run or a chunk grow without end.
     let positive = |what, value: f64| {
         if value.is_finite() && value > 0.0 {
             Ok(())

@@ -189,6 +189,7 @@ impl Iterator for Curves {
                 }
             };
             if let Some(item) = item {
+                // What lies behind an error would start in the wrong place.
                 self.over = item.is_err();
                 return Some(item);
             }

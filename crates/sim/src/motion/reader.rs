@@ -247,6 +247,7 @@ pub fn interpreter_config(machine: &Machine, options: &SimulateOptions) -> Inter
     for (system, origin) in (1u8..).zip(machine.work_offsets()) {
         config = config.with_work_offset(system, origin);
     }
+    // Programs see the homes as parameters, nine numbers each.
     for (first, home) in HOME_PARAMETERS
         .into_iter()
         .zip([machine.home_g28(), machine.home_g30()])
@@ -268,6 +269,7 @@ fn machine_units(coords: &Coords) -> [f64; 9] {
 }
 
 fn tool_table(machine: &Machine) -> Option<ToolTable> {
+    // Without a table a program may name any tool.
     if machine.tools().is_empty() {
         return None;
     }

@@ -223,6 +223,7 @@ impl Steering {
         }
         self.release(self.waiting.len(), out)?;
         if let Some(orientation) = self.tip.orientation() {
+            // The program goes on from where the last direction has put the rotary joints.
             fold.moved_to(orientation.with(&fold.position(), self.from));
         }
         Ok(true)

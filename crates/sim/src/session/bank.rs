@@ -275,6 +275,7 @@ fn tie(
     };
     let axis = machine.axes()[axis].id;
     let (mut beams, mut ends) = (Vec::new(), ends.into_iter());
+    // The two ends of a variant come one behind the other.
     while let (Some(first), Some(second)) = (ends.next(), ends.next()) {
         let beam = TiedAxes::new(
             [first.runner, second.runner],

@@ -46,6 +46,7 @@ impl Cutting {
         tracker: &ContourTracker,
         modes: &Modes,
     ) -> Vec<Coords> {
+        // No force on rapids, nor where the segment is not known any more.
         let cuts = |sample: &Sample| {
             tracker
                 .segment(sample.segment)

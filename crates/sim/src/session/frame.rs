@@ -119,6 +119,7 @@ impl Aligner {
         let delay = self.delay_ticks as usize;
         let from = samples.len().saturating_sub(delay);
         self.past.extend(&samples[from..]);
+        // A chunk shorter than the delay leaves samples of the one before in use.
         while self.past.len() > delay {
             self.past.pop_front();
         }

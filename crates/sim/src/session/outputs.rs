@@ -100,6 +100,7 @@ impl Outputs {
         self.gantry
             .as_ref()
             .filter(|beam| beam.axis == axis)
+            // Its lane follows those of the axes.
             .map(|_| self.of(variant, self.axes.len()))
     }
 
@@ -152,6 +153,7 @@ impl Outputs {
     fn joints(&self, value: impl Fn(usize) -> f64) -> Coords {
         let mut joints = Coords::ZERO;
         for (index, info) in self.axes.iter().enumerate() {
+            // Axis units to mm and rad.
             joints[info.id] = value(index) / info.units;
         }
         joints

@@ -11,6 +11,7 @@ pub(crate) fn stats(statistics: &Statistics, factor: f64) -> ErrorStats {
     let summary = statistics.summary();
     ErrorStats {
         samples: summary.samples,
+        // Signed in the summary, a magnitude in results.
         max: summary.max.abs() * factor,
         rms: summary.rms * factor,
         p50: summary.p50 * factor,

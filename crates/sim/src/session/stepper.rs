@@ -52,6 +52,7 @@ impl Stepper {
         let (machine, options) = (setup.machine, setup.options);
         let feed = Feed::new(setup)?;
         let start = feed.start_joints();
+        // The axes settle at the first position before any sample comes.
         let bank = Bank::new(machine, variants, &start, threads, with_trace)?;
         let letters = machine.axes().iter().map(|axis| axis.id).collect();
         Ok(Stepper {
@@ -241,6 +242,7 @@ impl<'a> Ticks<'a> {
         frame: &Frame,
         [commanded, actual]: [[f64; 3]; 2],
     ) -> Result<ContourSample, ContourError> {
+        // The direction of the tool is not judged here: both are the command's.
         self.stepper.tracker.measure(
             foot,
             &ContourInput {

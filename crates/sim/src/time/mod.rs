@@ -101,6 +101,7 @@ pub(crate) fn time(
 /// The blocks that have ended since the last call, with their text.
 fn finished(watch: &mut Watch, texts: &mut BlockTexts) -> Vec<BlockTime> {
     let mut rows = watch.ledger.take_finished();
+    // The ledger holds places alone; texts are read again for what is shown.
     for row in &mut rows {
         row.text = texts.at(row.block.span);
     }

@@ -54,6 +54,7 @@ pub(super) struct Watch {
 impl Watch {
     pub(super) fn new(setup: &Setup<'_>, modes: &Modes, keep: usize) -> Watch {
         let (machine, options) = (setup.machine, setup.options);
+        // Only limits and tolerances are used, which do not depend on the quality.
         let config = planner_config(machine, Quality::default());
         let clock = machine.cycles().command();
         Watch {

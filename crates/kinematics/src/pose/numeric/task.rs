@@ -40,6 +40,7 @@ impl Numeric {
             square.swap_rows(step, at);
             square.swap_columns(step, at);
             for row in step + 1..6 {
+                // Schur complement: what is left once the directions so far are held.
                 let factor = square[(row, step)] / largest;
                 for column in step + 1..6 {
                     square[(row, column)] -= factor * square[(step, column)];
@@ -67,6 +68,7 @@ impl Numeric {
                 matrix[(row, column)] = linear[row];
                 matrix[(3 + row, column)] = RESIDUAL_ARM_MM * dot(frame[row], angular);
             }
+            // The sixth row, the turn about the tool itself, is empty with five joints.
             if self.rows() == 5 {
                 matrix[(5, column)] = 0.0;
             }
@@ -94,6 +96,7 @@ impl Numeric {
         let way = sub(target.tip, here.tip);
         let half = R::constant(0.5 * RESIDUAL_ARM_MM);
         let turn: Vec3<R> = if self.rows() == 5 {
+            // The tool's axis alone: how far it turns about itself does not count.
             scale(
                 cross(here.columns[2], target.columns[2]),
                 R::constant(RESIDUAL_ARM_MM),
